@@ -1,0 +1,145 @@
+//! The one error type: every message says what is wrong, where, and what to do about it.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Everything that can go wrong. The program answers each of these with exit code 2.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file's content is not what its format says.
+    #[error("{}{place}: {what}; {remedy}", path.display())]
+    File {
+        path: PathBuf,
+        place: Place,
+        what: String,
+        remedy: String,
+    },
+
+    /// The operating system refused a file or folder.
+    #[error("{}: cannot {action}: {source}; check that the path exists and that you may use it", path.display())]
+    Io {
+        path: PathBuf,
+        action: &'static str,
+        source: std::io::Error,
+    },
+
+    /// A mesh that was read whole, but on which the problem cannot be solved.
+    #[error("mesh {mesh}: {what}; {remedy}")]
+    Mesh {
+        mesh: String,
+        what: String,
+        remedy: String,
+    },
+
+    /// A scene that asks for something impossible or unknown.
+    #[error("scene {scene}, {place}: {what}; {remedy}")]
+    Scene {
+        scene: String,
+        place: String,
+        what: String,
+        remedy: String,
+    },
+
+    /// The solver could not finish.
+    #[error("solver: {what}; {remedy}")]
+    Solver { what: String, remedy: String },
+
+    /// An engine that is missing, failed, or answered something that does not count.
+    #[error("engine {engine}: {what}; {remedy}")]
+    Engine {
+        engine: String,
+        what: String,
+        remedy: String,
+    },
+
+    /// Two results that cannot be compared at all.
+    #[error("comparison of {a} with {b}: {what}; {remedy}")]
+    Compare {
+        a: String,
+        b: String,
+        what: String,
+        remedy: String,
+    },
+
+    /// A command line that asks for something impossible.
+    #[error("{what}; {remedy}")]
+    Usage { what: String, remedy: String },
+
+    /// The user ended the run.
+    #[error("interrupted; engines were ended and nothing was left half-written")]
+    Interrupted,
+}
+
+/// Where in a file something is wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    Whole,
+    /// A line, counted from 1.
+    Line(usize),
+    /// A byte, counted from 0.
+    Byte(u64),
+    /// A line inside a named section.
+    SectionLine(String, usize),
+    /// A byte inside a named section.
+    SectionByte(String, u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::Whole => Ok(()),
+            Place::Line(line) => write!(f, ":{line}"),
+            Place::Byte(byte) => write!(f, ", byte {byte}"),
+            Place::SectionLine(section, line) => write!(f, ":{line}, {section}"),
+            Place::SectionByte(section, byte) => write!(f, ", byte {byte}, {section}"),
+        }
+    }
+}
+
+impl Error {
+    pub fn file(
+        path: &Path,
+        place: Place,
+        what: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Error::File {
+            path: path.to_owned(),
+            place,
+            what: what.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// For `map_err` on operations of the file system: `Error::io(path, "read")`.
+    pub fn io(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Error::Io {
+            path,
+            action,
+            source,
+        }
+    }
+
+    pub fn usage(what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Error::Usage {
+            what: what.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    pub fn engine(
+        engine: impl Into<String>,
+        what: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Error::Engine {
+            engine: engine.into(),
+            what: what.into(),
+            remedy: remedy.into(),
+        }
+    }
+}

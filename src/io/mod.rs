@@ -1,0 +1,1 @@
+//! Bytes to meshes and fields, and back.

@@ -1,0 +1,9 @@
+//! `faceoff` settles whether finite element codes agree on the Signorini problem, face by face.
+//!
+//! Imports point one way; the order of the modules below is the order of the layers.
+
+pub mod error;
+pub mod io;
+pub mod mesh;
+
+pub use error::{Error, Result};
