@@ -2,8 +2,12 @@
 //!
 //! Imports point one way; the order of the modules below is the order of the layers.
 
+pub mod element;
 pub mod error;
 pub mod io;
+pub mod linear;
 pub mod mesh;
+pub mod quadrature;
+pub mod scene;
 
 pub use error::{Error, Result};

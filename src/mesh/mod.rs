@@ -1,5 +1,12 @@
 //! Meshes: as a file holds them ([`Mesh`]), and as the solver needs them.
 
+pub mod generate;
+mod geometry;
+mod triangulation;
+
+pub use geometry::CellGeometry;
+pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges};
+
 /// A mesh as a file holds it: points, cells of any type, and named groups of cells.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
@@ -11,6 +18,21 @@ pub struct Mesh {
     pub blocks: Vec<CellBlock>,
     /// Physical groups (Gmsh), labels (FreeFEM, Medit): each a set of cells.
     pub groups: Vec<Group>,
+}
+
+impl Mesh {
+    /// Type and points of a cell, counted through all blocks.
+    pub fn cell(&self, cell: u32) -> Option<(CellKind, &[u32])> {
+        let mut index = cell as usize;
+        for block in &self.blocks {
+            if index < block.len() {
+                let k = block.kind.points();
+                return Some((block.kind, &block.nodes[k * index..k * (index + 1)]));
+            }
+            index -= block.len();
+        }
+        None
+    }
 }
 
 /// Cells of one type.

@@ -1,0 +1,83 @@
+"""Everything that differs between releases of dolfinx, so that nothing else has to ask which one runs.
+
+Tested with 0.5.2 (Debian 12). The other branches follow the documented interfaces of 0.6 to 0.10.
+"""
+
+import inspect
+import logging
+
+import basix
+import dolfinx
+import numpy as np
+import ufl
+from dolfinx import fem, graph, io
+from dolfinx import mesh as dmesh
+
+VERSION = dolfinx.__version__
+
+logging.disable(logging.INFO)  # the C compiler's command lines
+
+# UFL renamed it in 2023.
+atan2 = getattr(ufl, "atan2", None) or ufl.atan_2
+
+
+def simplex_mesh(comm, points, cells):
+    """The mesh of `points` (N, d) and `cells` (M, d+1), which rank 0 gives and all share."""
+    d = points.shape[1]
+    shape = {2: "triangle", 3: "tetrahedron"}[d]
+    if comm.rank > 0:
+        points, cells = points[:0], cells[:0]
+    # The order of the last two arguments changed twice, their names once.
+    if "domain" in inspect.signature(dmesh.create_mesh).parameters:
+        return dmesh.create_mesh(comm, cells=cells, x=points, domain=ufl.Mesh(ufl.VectorElement("Lagrange", shape, 1)))
+    import basix.ufl
+
+    element = basix.ufl.element("Lagrange", shape, 1, shape=(d,))
+    return dmesh.create_mesh(comm, cells=cells, x=points, e=element)
+
+
+def facet_tags(mesh, facets, labels):
+    """The tags of `facets` (K, d), given on rank 0 by their input vertices; `labels` (K,)."""
+    d = mesh.topology.dim
+    if mesh.comm.rank > 0:
+        facets, labels = facets[:0], labels[:0]
+    mesh.topology.create_connectivity(d - 1, 0)
+    mesh.topology.create_connectivity(d - 1, d)
+    owner = getattr(mesh, "_mesh", mesh)  # 0.5 wants the C++ mesh here
+    entities, values = io.distribute_entity_data(owner, d - 1, facets, labels.astype(np.int32))
+    adjacency = getattr(graph, "adjacencylist", None) or graph.create_adjacencylist
+    return dmesh.meshtags_from_entities(mesh, d - 1, adjacency(entities), values.astype(np.int32))
+
+
+def function_space(mesh, family, degree):
+    create = getattr(fem, "functionspace", None) or fem.FunctionSpace
+    return create(mesh, (family, degree))
+
+
+def interpolation_points(V):
+    points = V.element.interpolation_points  # a method up to 0.9
+    return points() if callable(points) else points
+
+
+def petsc_vector(u):
+    """The PETSc vector that shares the dofs of the function `u`."""
+    return u.x.petsc_vec if hasattr(u.x, "petsc_vec") else u.vector
+
+
+def _rows(table):
+    """A table of numbers a cell, (cells, k): an adjacency list in older releases."""
+    return table if isinstance(table, np.ndarray) else table.array.reshape(table.num_nodes, -1)
+
+
+def cell_vertices(mesh):
+    """The input numbers of each local cell's vertices, (cells, d+1), in dolfinx's order."""
+    return np.asarray(mesh.geometry.input_global_indices)[_rows(mesh.geometry.dofmap)]
+
+
+def cell_dofs(V):
+    return _rows(V.dofmap.list)
+
+
+def simplex_entities(d):
+    """The vertices of every sub-entity of the reference simplex, by dimension; facet i is opposite vertex i."""
+    return basix.topology({2: basix.CellType.triangle, 3: basix.CellType.tetrahedron}[d])

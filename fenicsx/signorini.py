@@ -1,0 +1,246 @@
+"""The Signorini problem by Nitsche's method, in dolfinx.
+
+After E. Burman, P. Hansbo, M. G. Larson, "The penalty-free Nitsche method and nonconforming finite elements for the
+Signorini problem", SIAM J. Numer. Anal. 55 (2017), 2523-2539; equation numbers are theirs. They take g = t = ψ = 0.
+
+Strong form (1.1):          -Δu = f                                in Ω
+                              u = g                                on Γ_D
+                            ∂ₙu = t                                on Γ_N
+                          u ≤ ψ,  ∂ₙu ≤ 0,  (u - ψ) ∂ₙu = 0        on Γ_C
+
+which on Γ_C says (2.2)   u - ψ = -[P_γ(u)]₊,   P_γ(u) = γ ∂ₙu - (u - ψ),   [x]₊ = max(x, 0),   for any γ > 0.
+
+Weak form (3.1): find u in V_h, u = g on Γ_D, with A_h(u; v) = L(v) for all v in V_h that vanish on Γ_D, where by (2.4)
+
+    a_h(u, v)  =  (∇u, ∇v)_Ω - <∂ₙu, v>_C                  inner(grad(u), grad(v)) * dx - dn(u) * v * ds_C
+    A_h(u; v)  =  a_h(u, v)                                a_h
+                  + θ₁ <u - ψ, ∂ₙv>_C                      + theta1 * (u - psi) * dn(v) * ds_C
+                  + θ₂ <γ⁻¹ (u - ψ), v>_C                  + theta2 / gamma * (u - psi) * v * ds_C
+                  + <[P_γ(u)]₊, θ₂ γ⁻¹ v + θ₁ ∂ₙv>_C       + plus(P_gamma) * (theta2 / gamma * v + theta1 * dn(v)) * ds_C
+    L(v)       =  (f, v)_Ω + <t, v>_N                      f * v * dx + t * v * ds_N
+
+θ₁ = 1, θ₂ = 0 on Crouzeix-Raviart elements is the paper's penalty-free method (3.2); θ₂ = 1 is that of Chouly, Hild and
+Renard (2.5), which on P2 serves as the reference.
+
+Run in a job folder:  PYTHONHASHSEED=0 python3 -m mpi4py signorini.py   (`--version` only tells dolfinx's).
+"""
+
+import math
+import sys
+import time
+
+import dolfinx.fem.petsc
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from petsc4py import PETSc
+from ufl import FacetNormal, conditional, dot, grad, gt, inner
+
+import compat
+import job
+
+CONTACT, DIRICHLET, NEUMANN = 1, 2, 3  # labels of the boundary faces
+ELEMENTS = {"CR": ("CR", 1), "P1": ("Lagrange", 1), "P2": ("Lagrange", 2)}
+
+
+def nitsche_forms(u, gamma, data, dx, ds):
+    """A_h(u; v), L(v) of (3.1) and the derivative J(w, v) of A_h at u. `dx`, `ds` carry the rules the scheme is defined by."""
+    V = u.function_space
+    v, w = ufl.TestFunction(V), ufl.TrialFunction(V)
+    n = FacetNormal(V.mesh)
+    theta1, theta2, f, t, psi = (data[name] for name in ("theta1", "theta2", "f", "t", "psi"))
+    ds_C, ds_N = ds(CONTACT), ds(NEUMANN)
+
+    def dn(u):  # ∂ₙu = n·∇u
+        return dot(n, grad(u))
+
+    def plus(x):  # [x]₊, whose derivative below is 1 where x > 0 and else 0: P_γ ≤ 0 is contact
+        return conditional(gt(x, 0), x, 0)
+
+    P_gamma = gamma * dn(u) - (u - psi)
+
+    # The stiffness is exact with degree 2, and never less: with one point FFCx 0.5 generates wrong code.
+    a_h = inner(grad(u), grad(v)) * ufl.dx(degree=2) - dn(u) * v * ds_C
+
+    # (2.4); for θ₁ = 1, θ₂ = 0 this is (3.2), a_h(u, v) + <u - ψ + [P_γ(u)]₊, ∂ₙv>_C
+    A_h = (
+        a_h
+        + theta1 * (u - psi) * dn(v) * ds_C
+        + theta2 / gamma * (u - psi) * v * ds_C
+        + plus(P_gamma) * (theta2 / gamma * v + theta1 * dn(v)) * ds_C
+    )
+
+    L = f * v * dx + t * v * ds_N
+
+    J = ufl.derivative(A_h, u, w)
+    return A_h, L, J
+
+
+def broken_h1(v, degree):
+    """‖v‖²_{1,h} = Σ_κ ‖∇v‖²_κ + ‖v‖²_κ, the measure of a Newton step."""
+    return (inner(grad(v), grad(v)) + v * v) * ufl.dx(degree=2 * degree)
+
+
+def interpolate(g, V):
+    """The nodal interpolant of g; for Crouzeix-Raviart its values at the facets' midpoints."""
+    g_h = fem.Function(V)
+    if isinstance(g, float):
+        g_h.x.array[:] = g
+    else:
+        g_h.interpolate(fem.Expression(g, compat.interpolation_points(V)))
+    return g_h
+
+
+def assemble(b, form):
+    """b <- the vector of a linear form."""
+    with b.localForm() as local:
+        local.set(0)
+    dolfinx.fem.petsc.assemble_vector(b, form)
+    b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+
+
+def direct_solver(A):
+    """MUMPS' sparse LU; a failed factorisation raises."""
+    solver = PETSc.KSP().create(A.comm)
+    solver.setOperators(A)
+    solver.setType(PETSc.KSP.Type.PREONLY)
+    solver.getPC().setType(PETSc.PC.Type.LU)
+    solver.getPC().setFactorSolverType("mumps")
+    solver.setErrorIfNotConverged(True)
+    return solver
+
+
+def newton(u, A_h, L, J, bc, degree, stop, clock, progress):
+    """Semismooth Newton for A_h(u; v) = L(v) from the given u: J δ = L - A_h(u), δ = 0 on Γ_D, u <- u + δ.
+
+    Ends when ‖δ‖_{1,h} / ‖u‖_{1,h} < `stop["increment"]`, after `stop["max_iterations"]` steps, or with a NaN.
+    Returns whether it converged and the quotient of each step.
+    """
+    comm = u.function_space.mesh.comm
+    with clock("compile"):
+        delta = fem.Function(u.function_space)
+        A_h, L, J = fem.form(A_h), fem.form(L), fem.form(J)
+        norms = [fem.form(broken_h1(v, degree)) for v in (delta, u)]
+
+    A = dolfinx.fem.petsc.create_matrix(J)
+    load, b = dolfinx.fem.petsc.create_vector(L), dolfinx.fem.petsc.create_vector(L)
+    step = compat.petsc_vector(delta)
+    solver = direct_solver(A)
+    with clock("assemble"):
+        assemble(load, L)
+
+    increments, converged = [], False
+    while len(increments) < stop["max_iterations"] and not converged:
+        with clock("assemble"):
+            assemble(b, A_h)
+            b.aypx(-1, load)
+            dolfinx.fem.petsc.set_bc(b, [bc])
+            A.zeroEntries()
+            dolfinx.fem.petsc.assemble_matrix(A, J, bcs=[bc])
+            A.assemble()
+        with clock("solve"):
+            solver.solve(b, step)
+        delta.x.scatter_forward()
+        u.x.array[:] += delta.x.array
+
+        with clock("assemble"):
+            size_delta, size_u = (math.sqrt(comm.allreduce(fem.assemble_scalar(norm))) for norm in norms)
+        increments.append(size_delta / size_u if size_u > 0 else (math.inf if size_delta > 0 else 0.0))
+        progress(len(increments), increments[-1])
+        converged = increments[-1] < stop["increment"]
+        if math.isnan(size_delta) or math.isnan(size_u):
+            break
+
+    for thing in solver, A, load, b, step:
+        thing.destroy()
+    return converged, increments
+
+
+class Clock:
+    """Adds up the seconds spent in named stretches: `with clock("solve"): …`."""
+
+    def __init__(self, *names):
+        self.seconds = dict.fromkeys(names, 0.0)
+
+    def __call__(self, name):
+        self.name = name
+        return self
+
+    def __enter__(self):
+        self.start = time.perf_counter()
+
+    def __exit__(self, *_):
+        self.seconds[self.name] += time.perf_counter() - self.start
+
+
+def solve(case, stop, quadrature, comm):
+    """Solves one case, writes its dofs and returns its entry in the status (rank 0; None elsewhere)."""
+    clock = Clock("read", "compile", "assemble", "solve", "write")
+
+    with clock("read"):
+        d = case["dimension"]
+        points, cells, boundary, labels = job.read_mesh(case)
+        mesh = compat.simplex_mesh(comm, points, cells)
+        facets = compat.facet_tags(mesh, boundary, labels)
+
+    with clock("compile"):
+        family, degree = ELEMENTS[case["element"]]
+        V = compat.function_space(mesh, family, degree)
+        gamma = job.read_gamma(case, mesh, facets.find(CONTACT))
+        data = job.read_data(case, mesh)
+        dx = ufl.Measure("dx", domain=mesh, metadata=job.quadrature_rule(quadrature["cell"], d))
+        ds = ufl.Measure(
+            "ds", domain=mesh, subdomain_data=facets, metadata=job.quadrature_rule(quadrature["face"], d - 1)
+        )
+
+        u = fem.Function(V)  # starts as 0, but g on Γ_D, where the steps then are 0
+        on_D = fem.locate_dofs_topological(V, d - 1, facets.find(DIRICHLET))
+        u.x.array[on_D] = interpolate(data["g"], V).x.array[on_D]
+        bc = fem.dirichletbc(PETSc.ScalarType(0), on_D, V)
+
+    def progress(iteration, increment):
+        if comm.rank == 0:
+            print("progress", case["id"], iteration, f"{increment:.3e}", flush=True)
+
+    A_h, L, J = nitsche_forms(u, gamma, data, dx, ds)
+    converged, increments = newton(u, A_h, L, J, bc, degree, stop, clock, progress)
+
+    with clock("write"):
+        dofs = job.gather_dofs(u, cells)
+        if dofs is None:
+            return None
+        name = job.write_dofs(case, dofs)
+    return {
+        "id": case["id"],
+        "converged": converged,
+        "iterations": len(increments),
+        "increments": [job.finite_or_none(increment) for increment in increments],
+        "rows": dofs.size,
+        "dofs": name,
+        "seconds": clock.seconds,
+    }
+
+
+def main():
+    if sys.argv[1:] == ["--version"]:
+        print("dolfinx", compat.VERSION)
+        return
+    if sys.flags.hash_randomization:
+        # Otherwise FFCx names each form anew in every process, and compiles it anew.
+        sys.exit("signorini.py: PYTHONHASHSEED is not 0, so no compiled form would ever be found again; set it to 0")
+
+    comm = MPI.COMM_WORLD
+    todo = job.read_job()
+    done = []
+    for case in todo["cases"]:
+        try:
+            done.append(solve(case, todo["stop"], todo["quadrature"], comm))
+        except Exception as error:
+            error.add_note(f"signorini.py failed on {case['id']}")
+            raise
+    if comm.rank == 0:
+        job.write_status(done)
+
+
+if __name__ == "__main__":
+    main()

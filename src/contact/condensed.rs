@@ -1,0 +1,201 @@
+//! The Newton matrix is the stiffness A plus terms on the dofs K of the contact cells only.
+//! A is symmetric positive definite and factored once, K eliminated last; with S the Schur
+//! complement of A on K and N the contact terms, each step is a small dense system:
+//!
+//! ```text
+//! (A + E N Eᵀ) δ = r  ⇔  (S + N) δ_K = S (A⁻¹ r)_K,  δ = A⁻¹ (r - E N δ_K)
+//! ```
+
+use super::Problem;
+use crate::assembly;
+use crate::error::{Error, Result};
+use crate::linear::{Cholesky, Dense, DenseLu, SymmetricBuilder, nested_dissection};
+
+pub(super) struct Condensed {
+    /// A on the free dofs.
+    factor: Cholesky,
+    /// S, and what was added to A to hold parts that Γ_D does not hold.
+    schur: Dense,
+    shift: Dense,
+    /// Free number of each dof, none on Γ_D.
+    free: Vec<Option<u32>>,
+    /// Number in K of each dof of a contact cell that is not on Γ_D.
+    kept: Vec<Option<u32>>,
+    /// Free numbers of K, ascending.
+    kept_free: Vec<u32>,
+}
+
+impl Condensed {
+    pub fn new(problem: &Problem) -> Result<Self> {
+        let space = &problem.space;
+        let mut free = vec![None; space.dofs];
+        let mut points = Vec::with_capacity(space.dofs);
+        for (dof, g) in problem.dirichlet.iter().enumerate() {
+            if g.is_none() {
+                free[dof] = Some(points.len() as u32);
+                points.push(space.points[dof]);
+            }
+        }
+        if points.is_empty() {
+            return Err(Error::Solver {
+                what: "Γ_D holds every dof, so there is nothing to solve".into(),
+                remedy: "refine the mesh".into(),
+            });
+        }
+        let mut last = vec![false; points.len()];
+        for face in &problem.contact {
+            for &dof in space.cell_dofs(face.cell) {
+                if let Some(k) = free[dof as usize] {
+                    last[k as usize] = true;
+                }
+            }
+        }
+        let kept_free: Vec<u32> = (0..last.len() as u32).filter(|&k| last[k as usize]).collect();
+        let mut kept = vec![None; space.dofs];
+        for (dof, k) in free.iter().enumerate() {
+            if let Some(k) = k
+                && last[*k as usize]
+            {
+                let position = kept_free.partition_point(|f| f < k);
+                kept[dof] = Some(position as u32);
+            }
+        }
+
+        let local = space.local_dofs;
+        let mut builder = SymmetricBuilder::new(
+            points.len(),
+            space.mesh.cell_count() * local * (local + 1) / 2,
+        );
+        assembly::for_each_stiffness(space, |cell, matrix| {
+            let dofs = space.cell_dofs(cell);
+            for (i, &dof_i) in dofs.iter().enumerate() {
+                for (j, &dof_j) in dofs.iter().enumerate().take(i + 1) {
+                    if let (Some(p), Some(q)) = (free[dof_i as usize], free[dof_j as usize]) {
+                        builder.add(p, q, matrix[i][j]);
+                    }
+                }
+            }
+        });
+        let mut shift = Dense::zeros(kept_free.len());
+        if !held_by_dirichlet(problem) {
+            for face in &problem.contact {
+                let dofs = space.cell_dofs(face.cell);
+                for point in &face.points {
+                    let weight = point.weight / face.measure;
+                    for (i, &dof_i) in dofs.iter().enumerate() {
+                        for (j, &dof_j) in dofs.iter().enumerate() {
+                            let value = weight * point.phi[i] * point.phi[j];
+                            let (di, dj) = (dof_i as usize, dof_j as usize);
+                            if let (Some(p), Some(q)) = (free[di], free[dj])
+                                && j <= i
+                            {
+                                builder.add(p, q, value);
+                            }
+                            if let (Some(p), Some(q)) = (kept[di], kept[dj]) {
+                                shift.add(p as usize, q as usize, value);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        let matrix = builder.build();
+        let order = nested_dissection(&points, &matrix.graph(), &last);
+        let factor = Cholesky::factor(&matrix, &order)?;
+        let schur = factor.schur_complement(kept_free.len());
+        Ok(Condensed {
+            factor,
+            schur,
+            shift,
+            free,
+            kept,
+            kept_free,
+        })
+    }
+
+    /// The contact terms of the matrix on K, where the law u-ψ + [P]₊ is replaced by
+    /// α (u-ψ) + β γ ∂ₙu with (α, β) chosen at each quadrature point.
+    pub fn contact_matrix(
+        &self,
+        problem: &Problem,
+        choose: &mut dyn FnMut(usize, usize) -> [f64; 2],
+    ) -> ContactMatrix {
+        let mut terms = Dense::zeros(self.kept_free.len());
+        for (f, face) in problem.contact.iter().enumerate() {
+            let dofs = problem.space.cell_dofs(face.cell);
+            for (q, point) in face.points.iter().enumerate() {
+                let [alpha, beta] = choose(f, q);
+                for (i, &dof_i) in dofs.iter().enumerate() {
+                    let Some(p) = self.kept[dof_i as usize] else {
+                        continue;
+                    };
+                    for (j, &dof_j) in dofs.iter().enumerate() {
+                        let Some(q) = self.kept[dof_j as usize] else {
+                            continue;
+                        };
+                        let law = alpha * point.phi[j] + beta * face.gamma * point.dn[j];
+                        let value = law * point.test(&problem.method, face.gamma, i)
+                            - point.dn[j] * point.phi[i];
+                        terms.add(p as usize, q as usize, point.weight * value);
+                    }
+                }
+            }
+        }
+        let terms = terms.minus(&self.shift);
+        let lu = self.schur.plus(&terms).lu();
+        ContactMatrix { terms, lu }
+    }
+
+    /// δ with (A + E N Eᵀ) δ = -R on the free dofs and 0 on Γ_D; all dofs.
+    ///
+    /// # Errors
+    /// A singular matrix.
+    pub fn step(&self, contact: &ContactMatrix, residual: &[f64]) -> Result<Vec<f64>> {
+        let mut r = vec![0.0; self.factor.size()];
+        for (value, k) in residual.iter().zip(&self.free) {
+            if let Some(k) = k {
+                r[*k as usize] = -value;
+            }
+        }
+        if !self.kept_free.is_empty() {
+            let mut y = r.clone();
+            self.factor.solve(&mut y);
+            let on_kept: Vec<f64> = self.kept_free.iter().map(|&k| y[k as usize]).collect();
+            let delta = contact.lu.solve(&self.schur.times(&on_kept));
+            for (&k, n) in self.kept_free.iter().zip(contact.terms.times(&delta)) {
+                r[k as usize] -= n;
+            }
+        }
+        self.factor.solve(&mut r);
+        if let Some(k) = r.iter().position(|d| !d.is_finite()) {
+            return Err(Error::Solver {
+                what: format!("the Newton matrix is singular (free dof {k} of the step is {})", r[k]),
+                remedy: "check gamma0, the data, and what holds the domain".into(),
+            });
+        }
+        Ok(self
+            .free
+            .iter()
+            .map(|k| k.map_or(0.0, |k| r[k as usize]))
+            .collect())
+    }
+}
+
+/// The contact terms N and the factorisation of S + N.
+pub(super) struct ContactMatrix {
+    terms: Dense,
+    lu: DenseLu,
+}
+
+/// Does every connected part touch Γ_D, so that the stiffness alone is definite?
+fn held_by_dirichlet(problem: &Problem) -> bool {
+    let mesh = problem.space.mesh;
+    let (part_of, count) = mesh.components();
+    let mut held = vec![false; count];
+    for (face, part) in problem.parts.iter().enumerate() {
+        if *part == Some(crate::scene::Part::Dirichlet) {
+            held[part_of[mesh.face_cells(face)[0] as usize] as usize] = true;
+        }
+    }
+    held.iter().all(|h| *h)
+}

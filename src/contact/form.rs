@@ -1,0 +1,338 @@
+//! The form (2.4), of which (3.2) is the penalty-free member.
+
+use super::Method;
+use crate::assembly::{self, FacePoints, value_at};
+use crate::element::{Basis, MAX_DOFS, Space};
+use crate::error::{Error, Result};
+use crate::mesh::Triangulation;
+use crate::quadrature::{self, Rule};
+use crate::scene::{HRule, Part, Scene};
+
+/// The discrete problem: find u_h with A_h(u_h; v) = L(v) for all v that vanish on Γ_D, (3.1).
+pub struct Problem<'a> {
+    pub space: Space<'a>,
+    pub method: Method,
+    /// The part of each boundary face.
+    pub parts: Vec<Option<Part>>,
+    /// Contact faces, ascending.
+    pub contact: Vec<ContactFace>,
+    /// L(φ_i) = (f, φ_i) + <t, φ_i>_N, all dofs.
+    pub load: Vec<f64>,
+    /// The value of g at each dof on Γ_D, none elsewhere.
+    pub dirichlet: Vec<Option<f64>>,
+    /// The rules that the scheme is defined by.
+    pub cell_rule: Rule,
+    pub face_rule: Rule,
+}
+
+/// What the contact terms need of one face F.
+pub struct ContactFace {
+    pub face: usize,
+    pub cell: usize,
+    /// γ = γ₀ h, constant on F.
+    pub gamma: f64,
+    /// |F|
+    pub measure: f64,
+    pub points: Vec<ContactPoint>,
+}
+
+/// One quadrature point of a contact face.
+pub struct ContactPoint {
+    /// Quadrature weight times |F|.
+    pub weight: f64,
+    pub x: [f64; 3],
+    /// φ_i
+    pub phi: Basis,
+    /// ∂ₙφ_i
+    pub dn: Basis,
+    /// ψ
+    pub psi: f64,
+}
+
+/// u_h on Γ_C at one quadrature point.
+#[derive(Debug, Clone, Copy)]
+pub struct Trace {
+    /// u - ψ
+    pub gap: f64,
+    /// ∂ₙu
+    pub flux: f64,
+    /// P(u) = γ ∂ₙu - (u - ψ)
+    pub p: f64,
+}
+
+impl ContactPoint {
+    /// The trace of a function with these local dofs; for directions ψ does not count.
+    pub fn trace(&self, gamma: f64, local: &Basis) -> Trace {
+        let dot = |basis: &Basis| -> f64 { basis.iter().zip(local).map(|(b, u)| b * u).sum() };
+        let (gap, flux) = (dot(&self.phi) - self.psi, dot(&self.dn));
+        Trace {
+            gap,
+            flux,
+            p: gamma * flux - gap,
+        }
+    }
+
+    /// θ₂ γ⁻¹ φ_j + θ₁ ∂ₙφ_j: what the contact condition is tested with in (2.4).
+    pub fn test(&self, method: &Method, gamma: f64, j: usize) -> f64 {
+        f64::from(method.theta2) / gamma * self.phi[j] + f64::from(method.theta1) * self.dn[j]
+    }
+}
+
+impl<'a> Problem<'a> {
+    /// The discrete problem of a scene on a mesh.
+    ///
+    /// # Errors
+    /// Boundary parts that do not fit the mesh, data that are not finite, a connected part of the
+    /// domain that nothing holds.
+    pub fn new(scene: &Scene, mesh: &'a Triangulation, method: Method) -> Result<Self> {
+        if mesh.dim != 2 {
+            return Err(Error::Mesh {
+                mesh: mesh.name.clone(),
+                what: "it has tetrahedra, and only plane domains are solved so far".into(),
+                remedy: "give a mesh of triangles".into(),
+            });
+        }
+        let parts = scene.parts(mesh)?;
+        let space = Space::new(mesh, method.element);
+        let cell_rule = quadrature::triangle(&scene.load_quadrature)
+            .expect("invariant: a scene's rules are of the table");
+        let face_rule = quadrature::interval(&scene.contact_quadrature)
+            .expect("invariant: a scene's rules are of the table");
+
+        let mut load = vec![0.0; space.dofs];
+        assembly::add_load(&space, &scene.data.f, &cell_rule, &mut load)?;
+        let mut dirichlet = vec![None; space.dofs];
+        let mut contact = Vec::new();
+        let largest = match scene.h {
+            HRule::Local => 0.0,
+            HRule::Global => (0..mesh.cell_count())
+                .map(|cell| mesh.geometry(cell).diameter)
+                .fold(0.0, f64::max),
+        };
+        for (face, part) in parts.iter().enumerate() {
+            match part {
+                None => {}
+                Some(Part::Neumann) => {
+                    if !scene.data.t.is_zero() {
+                        assembly::add_traction(&space, &scene.data.t, face, &face_rule, &mut load)?;
+                    }
+                }
+                Some(Part::Dirichlet) => {
+                    let cell = mesh.face_cells(face)[0] as usize;
+                    let dofs: Vec<u32> = space
+                        .face_dofs(cell, mesh.local_face(cell, face))
+                        .collect();
+                    for dof in dofs {
+                        let x = space.points[dof as usize];
+                        dirichlet[dof as usize] = Some(value_at(&scene.data.g, "g", x)?);
+                    }
+                }
+                Some(Part::Contact) => {
+                    contact.push(ContactFace::new(&space, face, scene, largest, &face_rule)?);
+                }
+            }
+        }
+        let problem = Problem {
+            space,
+            method,
+            parts,
+            contact,
+            load,
+            dirichlet,
+            cell_rule,
+            face_rule,
+        };
+        problem.check_held(&scene.name)?;
+        Ok(problem)
+    }
+
+    /// Every connected part needs Γ_D, or contact and a total load that presses it on.
+    fn check_held(&self, scene: &str) -> Result<()> {
+        let mesh = self.space.mesh;
+        let (part_of, count) = mesh.components();
+        let mut held = vec![false; count];
+        let mut touching = vec![false; count];
+        for (face, part) in self.parts.iter().enumerate() {
+            let component = part_of[mesh.face_cells(face)[0] as usize] as usize;
+            match part {
+                Some(Part::Dirichlet) => held[component] = true,
+                Some(Part::Contact) => touching[component] = true,
+                _ => {}
+            }
+        }
+        // Each dof belongs to one component, and the φ_i of a component sum to 1.
+        let mut total = vec![0.0; count];
+        let mut counted = vec![false; self.space.dofs];
+        for cell in 0..mesh.cell_count() {
+            for &dof in self.space.cell_dofs(cell) {
+                if !std::mem::replace(&mut counted[dof as usize], true) {
+                    total[part_of[cell] as usize] += self.load[dof as usize];
+                }
+            }
+        }
+        for component in 0..count {
+            if held[component] || (touching[component] && total[component] > 0.0) {
+                continue;
+            }
+            let cell = part_of
+                .iter()
+                .position(|&p| p as usize == component)
+                .expect("invariant: a component has a cell");
+            let place = mesh.vertex_label(mesh.cell(cell)[0]);
+            let what = if touching[component] {
+                format!(
+                    "the part of the domain with {place} has no Dirichlet face, and its total load {:e} does not press it into contact",
+                    total[component]
+                )
+            } else {
+                format!("the part of the domain with {place} has neither a Dirichlet nor a contact face, so nothing fixes u there")
+            };
+            return Err(Error::Scene {
+                scene: scene.to_owned(),
+                place: "boundary.dirichlet".into(),
+                what,
+                remedy: "name a group of that part under dirichlet".into(),
+            });
+        }
+        Ok(())
+    }
+
+    /// u = 0 but for g on Γ_D: where every engine starts.
+    pub fn start(&self) -> Vec<f64> {
+        self.dirichlet.iter().map(|g| g.unwrap_or(0.0)).collect()
+    }
+
+    /// R_i = A_h(u; φ_i) - L(φ_i), all dofs; rows of Γ_D are u - g.
+    ///
+    /// ```text
+    /// (2.4)  (∇u,∇v) - <∂ₙu,v>_C + <u-ψ + [P(u)]₊, θ₂γ⁻¹v + θ₁∂ₙv>_C = (f,v) + <t,v>_N
+    /// ```
+    ///
+    /// With u-ψ + [P(u)]₊ = max(u-ψ, γ∂ₙu): the same number without the cancellation.
+    pub fn residual(&self, u: &[f64]) -> Vec<f64> {
+        let mut r = assembly::stiffness_times(&self.space, u);
+        for (r, b) in r.iter_mut().zip(&self.load) {
+            *r -= b;
+        }
+        for face in &self.contact {
+            let local = self.space.local(face.cell, u);
+            let dofs = self.space.cell_dofs(face.cell);
+            for point in &face.points {
+                let trace = point.trace(face.gamma, &local);
+                let law = trace.gap.max(face.gamma * trace.flux);
+                for (j, &dof) in dofs.iter().enumerate() {
+                    r[dof as usize] += point.weight
+                        * (law * point.test(&self.method, face.gamma, j)
+                            - trace.flux * point.phi[j]);
+                }
+            }
+        }
+        for ((r, u), g) in r.iter_mut().zip(u).zip(&self.dirichlet) {
+            if let Some(g) = g {
+                *r = u - g;
+            }
+        }
+        r
+    }
+
+    /// How far u is from solving the scheme, as a backward error: the largest residual of a row
+    /// over the sum of the sizes of that row's terms. Rounding leaves about 1e-15.
+    pub fn backward_error(&self, u: &[f64]) -> f64 {
+        let residual = self.residual(u);
+        let mut size = vec![0.0; self.space.dofs];
+        assembly::for_each_stiffness(&self.space, |cell, matrix| {
+            let local = self.space.local(cell, u);
+            for (row, &dof) in matrix.iter().zip(self.space.cell_dofs(cell)) {
+                size[dof as usize] += row
+                    .iter()
+                    .zip(&local)
+                    .map(|(a, u)| (a * u).abs())
+                    .sum::<f64>();
+            }
+        });
+        for face in &self.contact {
+            let local = self.space.local(face.cell, u);
+            let dofs = self.space.cell_dofs(face.cell);
+            for point in &face.points {
+                let sum = |basis: &Basis| -> f64 {
+                    basis.iter().zip(&local).map(|(b, u)| (b * u).abs()).sum()
+                };
+                let (gap, flux) = (sum(&point.phi) + point.psi.abs(), sum(&point.dn));
+                let law = if point.trace(face.gamma, &local).p > 0.0 {
+                    face.gamma * flux
+                } else {
+                    gap
+                };
+                for (j, &dof) in dofs.iter().enumerate() {
+                    size[dof as usize] += point.weight
+                        * (law * point.test(&self.method, face.gamma, j).abs()
+                            + flux * point.phi[j].abs());
+                }
+            }
+        }
+        let mut worst = 0.0_f64;
+        for i in 0..self.space.dofs {
+            let scale = match self.dirichlet[i] {
+                Some(g) => g.abs().max(u[i].abs()),
+                None => size[i] + self.load[i].abs(),
+            };
+            let error = residual[i].abs() / scale;
+            if residual[i] != 0.0 {
+                // NaN must not vanish in the maximum.
+                worst = if error >= worst || error.is_nan() {
+                    error
+                } else {
+                    worst
+                };
+            }
+            if worst.is_nan() {
+                break;
+            }
+        }
+        worst
+    }
+}
+
+impl ContactFace {
+    fn new(
+        space: &Space,
+        face: usize,
+        scene: &Scene,
+        largest: f64,
+        rule: &Rule,
+    ) -> Result<Self> {
+        let points = FacePoints::new(space, face, rule);
+        let mesh = space.mesh;
+        let cell = mesh.face_cells(face)[0] as usize;
+        let geometry = *points.geometry();
+        let normal = geometry.normal(mesh.local_face(cell, face));
+        let measure = points.measure();
+        let h = match scene.h {
+            HRule::Local => geometry.diameter,
+            HRule::Global => largest,
+        };
+        let points = points
+            .map(|point| {
+                let gradients = space.gradients(&geometry, &point.lambda);
+                let mut dn = [0.0; MAX_DOFS];
+                for (dn, gradient) in dn.iter_mut().zip(&gradients) {
+                    *dn = gradient.dot(&normal);
+                }
+                Ok(ContactPoint {
+                    weight: point.weight,
+                    x: point.x,
+                    phi: space.element.values(mesh.dim, &point.lambda),
+                    dn,
+                    psi: value_at(&scene.data.psi, "psi", point.x)?,
+                })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(ContactFace {
+            face,
+            cell,
+            gamma: scene.gamma0 * h,
+            measure,
+            points,
+        })
+    }
+}

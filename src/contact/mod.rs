@@ -1,0 +1,21 @@
+//! The paper, equation by equation: Nitsche's method for the Signorini problem
+//!
+//! ```text
+//! (1.1)  -Δu = f in Ω,  u = g on Γ_D,  ∂ₙu = t on Γ_N,
+//!        u ≤ ψ,  ∂ₙu ≤ 0,  (u-ψ) ∂ₙu = 0 on Γ_C
+//! ```
+//!
+//! E. Burman, P. Hansbo, M. G. Larson: The penalty-free Nitsche method and nonconforming finite
+//! elements for the Signorini problem, SIAM J. Numer. Anal. 55 (2017). The paper has
+//! g = t = ψ = 0; with ψ, u becomes u-ψ wherever the contact condition is meant.
+
+mod condensed;
+mod form;
+mod method;
+mod quantities;
+mod solve;
+
+pub use form::{ContactFace, Problem};
+pub use method::Method;
+pub use quantities::{Quantities, face_fields, quantities};
+pub use solve::{Iteration, Solution, Splitting, Stop, Timings, solve};

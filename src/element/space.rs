@@ -1,0 +1,142 @@
+//! A finite element space: an element's dofs numbered on a mesh.
+
+use super::{Element, MAX_DOFS};
+use crate::mesh::{CellGeometry, Triangulation, local_edges};
+use nalgebra::Vector3;
+
+/// V_h before boundary conditions.
+pub struct Space<'a> {
+    pub mesh: &'a Triangulation,
+    pub element: &'static dyn Element,
+    /// Dofs of the cells, `local_dofs` each: vertices, then edges, then faces.
+    cell_dofs: Vec<u32>,
+    /// Dofs on one cell.
+    pub local_dofs: usize,
+    /// Number of dofs.
+    pub dofs: usize,
+    /// Where each dof is the value of the function.
+    pub points: Vec<[f64; 3]>,
+    /// Barycentric coordinates of the local nodes.
+    pub nodes: Vec<[f64; 4]>,
+}
+
+impl<'a> Space<'a> {
+    pub fn new(mesh: &'a Triangulation, element: &'static dyn Element) -> Self {
+        let dim = mesh.dim;
+        let on = element.on();
+        let nodes = nodes(element, dim);
+        let local_dofs = nodes.len();
+        let (edges, cell_edges) = if on.edges {
+            mesh.edges()
+        } else {
+            (Vec::new(), Vec::new())
+        };
+        let per_cell = local_edges(dim).len();
+        let first_edge = if on.vertices { mesh.points.len() } else { 0 };
+        let first_face = first_edge + edges.len();
+        let dofs = first_face + if on.faces { mesh.face_count() } else { 0 };
+        let mut cell_dofs = Vec::with_capacity(local_dofs * mesh.cell_count());
+        for cell in 0..mesh.cell_count() {
+            if on.vertices {
+                cell_dofs.extend_from_slice(mesh.cell(cell));
+            }
+            if on.edges {
+                let numbers = &cell_edges[per_cell * cell..per_cell * (cell + 1)];
+                cell_dofs.extend(numbers.iter().map(|&e| e + first_edge as u32));
+            }
+            if on.faces {
+                let numbers = mesh.cell_faces(cell).iter();
+                cell_dofs.extend(numbers.map(|&f| f + first_face as u32));
+            }
+        }
+        let mut points = Vec::with_capacity(dofs);
+        if on.vertices {
+            points.extend_from_slice(&mesh.points);
+        }
+        for &[a, b] in &edges {
+            let (p, q) = (mesh.points[a as usize], mesh.points[b as usize]);
+            points.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+        }
+        if on.faces {
+            points.extend((0..mesh.face_count()).map(|f| mesh.face_midpoint(f)));
+        }
+        Space {
+            mesh,
+            element,
+            cell_dofs,
+            local_dofs,
+            dofs,
+            points,
+            nodes,
+        }
+    }
+
+    /// Dofs of a cell in the order of the local nodes.
+    pub fn cell_dofs(&self, cell: usize) -> &[u32] {
+        &self.cell_dofs[self.local_dofs * cell..self.local_dofs * (cell + 1)]
+    }
+
+    /// Dofs whose nodes lie on a face of a cell.
+    pub fn face_dofs(&self, cell: usize, local_face: usize) -> impl Iterator<Item = u32> + '_ {
+        self.cell_dofs(cell)
+            .iter()
+            .zip(&self.nodes)
+            .filter(move |(_, node)| node[local_face] == 0.0)
+            .map(|(&dof, _)| dof)
+    }
+
+    /// u at the dofs of one cell.
+    pub fn local(&self, cell: usize, u: &[f64]) -> [f64; MAX_DOFS] {
+        let mut local = [0.0; MAX_DOFS];
+        for (value, &dof) in local.iter_mut().zip(self.cell_dofs(cell)) {
+            *value = u[dof as usize];
+        }
+        local
+    }
+
+    /// ∇φ_i at a point: Σ_j ∂φ_i/∂λ_j ∇λ_j.
+    pub fn gradients(
+        &self,
+        geometry: &CellGeometry,
+        lambda: &[f64; 4],
+    ) -> [Vector3<f64>; MAX_DOFS] {
+        let derivatives = self.element.derivatives(geometry.dim, lambda);
+        let mut gradients = [Vector3::zeros(); MAX_DOFS];
+        for (gradient, row) in gradients.iter_mut().zip(&derivatives).take(self.local_dofs) {
+            for j in 0..=geometry.dim {
+                *gradient += row[j] * geometry.gradients[j];
+            }
+        }
+        gradients
+    }
+}
+
+/// Barycentric coordinates of the local nodes: vertices, edge midpoints, face centroids.
+pub(super) fn nodes(element: &dyn Element, dim: usize) -> Vec<[f64; 4]> {
+    let on = element.on();
+    let mut nodes = Vec::new();
+    if on.vertices {
+        for i in 0..=dim {
+            let mut node = [0.0; 4];
+            node[i] = 1.0;
+            nodes.push(node);
+        }
+    }
+    if on.edges {
+        for &[a, b] in local_edges(dim) {
+            let mut node = [0.0; 4];
+            node[a] = 0.5;
+            node[b] = 0.5;
+            nodes.push(node);
+        }
+    }
+    if on.faces {
+        for i in 0..=dim {
+            let mut node = [0.0; 4];
+            node[..=dim].fill(1.0 / dim as f64);
+            node[i] = 0.0;
+            nodes.push(node);
+        }
+    }
+    nodes
+}

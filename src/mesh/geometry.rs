@@ -1,0 +1,112 @@
+//! Geometry of one simplicial cell: one formula for triangles and tetrahedra.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Measure, barycentric gradients and diameter of a simplex.
+#[derive(Debug, Clone, Copy)]
+pub struct CellGeometry {
+    pub dim: usize,
+    /// |κ| with the sign of its orientation: area in 2D, volume in 3D.
+    pub signed_measure: f64,
+    /// ∇λ_i, i = 0..=dim; face i lies opposite vertex i.
+    pub gradients: [Vector3<f64>; 4],
+    /// Length of the longest edge.
+    pub diameter: f64,
+    /// The vertices' coordinates.
+    pub vertices: [Vector3<f64>; 4],
+}
+
+impl CellGeometry {
+    /// J = (x₁-x₀, …, x_d-x₀), completed by e_z in 2D; the rows of J⁻¹ are ∇λ₁, …, ∇λ_d.
+    ///
+    /// The gradients of a cell of measure zero are not finite.
+    pub fn new(dim: usize, points: &[[f64; 3]]) -> Self {
+        let mut vertices = [Vector3::zeros(); 4];
+        for (vertex, point) in vertices.iter_mut().zip(points).take(dim + 1) {
+            *vertex = Vector3::from(*point);
+        }
+        let [e1, e2, e3] = match dim {
+            2 => [
+                vertices[1] - vertices[0],
+                vertices[2] - vertices[0],
+                Vector3::z(),
+            ],
+            _ => [
+                vertices[1] - vertices[0],
+                vertices[2] - vertices[0],
+                vertices[3] - vertices[0],
+            ],
+        };
+        let jacobian = Matrix3::from_columns(&[e1, e2, e3]);
+        let determinant = jacobian.determinant();
+        let inverse = jacobian
+            .try_inverse()
+            .unwrap_or_else(|| Matrix3::repeat(f64::NAN));
+        let mut gradients = [Vector3::zeros(); 4];
+        for i in 1..=dim {
+            gradients[i] = inverse.row(i - 1).transpose();
+            if dim == 2 {
+                gradients[i].z = 0.0;
+            }
+        }
+        gradients[0] = -(gradients[1] + gradients[2] + gradients[3]);
+        let mut diameter = 0.0_f64;
+        for i in 0..=dim {
+            for j in 0..i {
+                diameter = diameter.max((vertices[i] - vertices[j]).norm());
+            }
+        }
+        CellGeometry {
+            dim,
+            signed_measure: determinant / if dim == 2 { 2.0 } else { 6.0 },
+            gradients,
+            diameter,
+            vertices,
+        }
+    }
+
+    /// |κ|
+    pub fn measure(&self) -> f64 {
+        self.signed_measure.abs()
+    }
+
+    /// Outward unit normal of local face i: -∇λ_i / |∇λ_i|.
+    pub fn normal(&self, i: usize) -> Vector3<f64> {
+        -self.gradients[i] / self.gradients[i].norm()
+    }
+
+    /// |F_i| = d |κ| |∇λ_i|
+    pub fn face_measure(&self, i: usize) -> f64 {
+        self.dim as f64 * self.measure() * self.gradients[i].norm()
+    }
+
+    /// The point with barycentric coordinates `lambda`.
+    pub fn point(&self, lambda: &[f64; 4]) -> [f64; 3] {
+        let mut x = Vector3::zeros();
+        for i in 0..=self.dim {
+            x += lambda[i] * self.vertices[i];
+        }
+        x.into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangle_and_tetrahedron_by_one_formula() {
+        let triangle = CellGeometry::new(2, &[[0.0; 3], [3.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
+        assert_eq!(triangle.signed_measure, 6.0);
+        assert_eq!(triangle.diameter, 5.0);
+        assert!((triangle.face_measure(0) - 5.0).abs() < 1e-15);
+        assert!((triangle.normal(0) - Vector3::new(0.8, 0.6, 0.0)).norm() < 1e-15);
+        let tetrahedron = CellGeometry::new(
+            3,
+            &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]],
+        );
+        assert!((tetrahedron.signed_measure - 1.0 / 3.0).abs() < 1e-15);
+        assert!((tetrahedron.face_measure(3) - 0.5).abs() < 1e-15);
+        assert!((tetrahedron.normal(3) - Vector3::new(0.0, 0.0, -1.0)).norm() < 1e-15);
+    }
+}

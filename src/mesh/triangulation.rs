@@ -1,0 +1,701 @@
+//! The mesh as the solver needs it: conforming simplices, their faces, and which groups the
+//! boundary faces carry. Everything here is linear in the number of cells.
+
+use std::collections::HashMap;
+
+use super::{CellGeometry, CellKind, Mesh};
+use crate::error::{Error, Result};
+
+/// No cell on the other side: the face lies on the boundary.
+pub const NONE: u32 = u32::MAX;
+
+/// A cell flatter than this (measure over diameter^dim) has no usable gradients.
+const DEGENERATE: f64 = 1e-14;
+
+/// A conforming simplicial mesh. Local face i of a cell lies opposite its local vertex i.
+#[derive(Debug, Clone)]
+pub struct Triangulation {
+    /// What the mesh is called in messages: a path or a generator.
+    pub name: String,
+    /// 2 or 3.
+    pub dim: usize,
+    pub points: Vec<[f64; 3]>,
+    /// Vertices of the cells, `dim + 1` each, positively oriented.
+    cells: Vec<u32>,
+    /// Vertices of the faces, `dim` each, ascending.
+    faces: Vec<u32>,
+    /// Faces of the cells, `dim + 1` each.
+    cell_faces: Vec<u32>,
+    /// The one or two cells of each face; the second is [`NONE`] on the boundary.
+    face_cells: Vec<[u32; 2]>,
+    /// Groups of boundary faces, as the file or generator names them.
+    pub groups: Vec<FaceGroup>,
+}
+
+/// A named or numbered set of faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaceGroup {
+    pub tag: i64,
+    pub name: Option<String>,
+    /// Face indices, ascending.
+    pub faces: Vec<u32>,
+}
+
+impl FaceGroup {
+    /// How messages name the group.
+    pub fn label(&self) -> String {
+        match &self.name {
+            Some(name) => format!("\"{name}\" ({})", self.tag),
+            None => self.tag.to_string(),
+        }
+    }
+}
+
+impl Triangulation {
+    pub fn cell_count(&self) -> usize {
+        self.cells.len() / (self.dim + 1)
+    }
+
+    pub fn face_count(&self) -> usize {
+        self.face_cells.len()
+    }
+
+    /// Vertices of a cell.
+    pub fn cell(&self, cell: usize) -> &[u32] {
+        let k = self.dim + 1;
+        &self.cells[k * cell..k * (cell + 1)]
+    }
+
+    /// Faces of a cell; face i lies opposite vertex i.
+    pub fn cell_faces(&self, cell: usize) -> &[u32] {
+        let k = self.dim + 1;
+        &self.cell_faces[k * cell..k * (cell + 1)]
+    }
+
+    /// Vertices of a face, ascending.
+    pub fn face(&self, face: usize) -> &[u32] {
+        &self.faces[self.dim * face..self.dim * (face + 1)]
+    }
+
+    /// The cells behind a face; the second is [`NONE`] on the boundary.
+    pub fn face_cells(&self, face: usize) -> [u32; 2] {
+        self.face_cells[face]
+    }
+
+    pub fn is_boundary(&self, face: usize) -> bool {
+        self.face_cells[face][1] == NONE
+    }
+
+    /// The local number of a face in one of its cells.
+    pub fn local_face(&self, cell: usize, face: usize) -> usize {
+        self.cell_faces(cell)
+            .iter()
+            .position(|&f| f as usize == face)
+            .expect("invariant: the face belongs to the cell")
+    }
+
+    pub fn geometry(&self, cell: usize) -> CellGeometry {
+        let mut points = [[0.0; 3]; 4];
+        for (point, &vertex) in points.iter_mut().zip(self.cell(cell)) {
+            *point = self.points[vertex as usize];
+        }
+        CellGeometry::new(self.dim, &points)
+    }
+
+    /// Centroid of a face.
+    pub fn face_midpoint(&self, face: usize) -> [f64; 3] {
+        let mut midpoint = [0.0; 3];
+        for &vertex in self.face(face) {
+            for (m, x) in midpoint.iter_mut().zip(self.points[vertex as usize]) {
+                *m += x / self.dim as f64;
+            }
+        }
+        midpoint
+    }
+
+    /// All edges: the two vertices of each, ascending, and the edges of each cell in the order
+    /// of [`local_edges`]. In 2D an edge is a face, and keeps its number.
+    pub fn edges(&self) -> (Vec<[u32; 2]>, Vec<u32>) {
+        if self.dim == 2 {
+            let edges = self.faces.chunks_exact(2).map(|f| [f[0], f[1]]).collect();
+            return (edges, self.cell_faces.clone());
+        }
+        let local = local_edges(self.dim);
+        let mut numbers = HashMap::with_capacity(2 * self.cell_count());
+        let mut edges = Vec::new();
+        let mut cell_edges = Vec::with_capacity(local.len() * self.cell_count());
+        for cell in 0..self.cell_count() {
+            let vertices = self.cell(cell);
+            for &[a, b] in local {
+                let (a, b) = (vertices[a], vertices[b]);
+                let edge = [a.min(b), a.max(b)];
+                let number = *numbers.entry(edge).or_insert_with(|| {
+                    edges.push(edge);
+                    edges.len() as u32 - 1
+                });
+                cell_edges.push(number);
+            }
+        }
+        (edges, cell_edges)
+    }
+
+    /// Builds the topology of a mesh and proves that it can carry the problem.
+    ///
+    /// # Errors
+    /// Any cell that is no simplex of the mesh's dimension, is degenerate or duplicate, any face
+    /// with three cells or with both its cells on one side, any hanging or orphan vertex, and any
+    /// marked line or triangle that is no face.
+    pub fn new(name: &str, mesh: &Mesh) -> Result<Self> {
+        let refuse = |what: String, remedy: &str| Error::Mesh {
+            mesh: name.to_owned(),
+            what,
+            remedy: remedy.to_owned(),
+        };
+        let top = mesh.blocks.iter().filter(|b| !b.is_empty());
+        let dim = top.clone().map(|b| b.kind.dim()).max().unwrap_or(0) as usize;
+        let (cell_kind, face_kind) = match dim {
+            2 => (CellKind::Triangle, CellKind::Line),
+            3 => (CellKind::Tetrahedron, CellKind::Triangle),
+            _ => {
+                return Err(refuse(
+                    "it has neither triangles nor tetrahedra".into(),
+                    "give a mesh of a plane domain or of a body",
+                ));
+            }
+        };
+        for block in top {
+            let allowed = block.kind == cell_kind
+                || block.kind == face_kind
+                || (block.kind.dim() as usize) + 1 < dim;
+            if !allowed {
+                return Err(refuse(
+                    format!(
+                        "it has {} cells of type {:?}, and the elements are linear simplices",
+                        block.len(),
+                        block.kind
+                    ),
+                    "mesh the domain with linear triangles or tetrahedra (Gmsh: Mesh.ElementOrder = 1)",
+                ));
+            }
+        }
+        if dim == 2
+            && let Some(k) = mesh.points.iter().position(|p| p[2] != mesh.points[0][2])
+        {
+            return Err(refuse(
+                format!("its triangles do not lie in one plane z = constant (vertex {k})"),
+                "give a plane mesh, or a body of tetrahedra",
+            ));
+        }
+
+        let mut triangulation = Triangulation {
+            name: name.to_owned(),
+            dim,
+            points: mesh.points.clone(),
+            cells: Vec::new(),
+            faces: Vec::new(),
+            cell_faces: Vec::new(),
+            face_cells: Vec::new(),
+            groups: Vec::new(),
+        };
+        triangulation.take_cells(mesh, cell_kind, refuse)?;
+        triangulation.number_faces(refuse)?;
+        triangulation.check_sides(refuse)?;
+        triangulation.check_hanging(refuse)?;
+        triangulation.take_groups(mesh, face_kind, refuse)?;
+        Ok(triangulation)
+    }
+
+    /// How messages name a vertex.
+    pub fn vertex_label(&self, vertex: u32) -> String {
+        let p = self.points[vertex as usize];
+        match self.dim {
+            2 => format!("vertex {vertex} at ({}, {})", p[0], p[1]),
+            _ => format!("vertex {vertex} at ({}, {}, {})", p[0], p[1], p[2]),
+        }
+    }
+
+    /// How messages name a face.
+    pub fn face_label(&self, face: usize) -> String {
+        let p = self.face_midpoint(face);
+        match self.dim {
+            2 => format!("face {:?} at ({}, {})", self.face(face), p[0], p[1]),
+            _ => format!(
+                "face {:?} at ({}, {}, {})",
+                self.face(face),
+                p[0],
+                p[1],
+                p[2]
+            ),
+        }
+    }
+
+    fn take_cells(
+        &mut self,
+        mesh: &Mesh,
+        cell_kind: CellKind,
+        refuse: impl Fn(String, &str) -> Error,
+    ) -> Result<()> {
+        let dim = self.dim;
+        let mut used = vec![false; self.points.len()];
+        for block in mesh.blocks.iter().filter(|b| b.kind == cell_kind) {
+            for nodes in block.cells() {
+                if let Some(&node) = nodes.iter().find(|&&n| n as usize >= used.len()) {
+                    return Err(refuse(
+                        format!("a cell names vertex {node}, and there are {}", used.len()),
+                        "repair the file",
+                    ));
+                }
+                for &node in nodes {
+                    used[node as usize] = true;
+                }
+                self.cells.extend_from_slice(nodes);
+                let cell = self.cell_count() - 1;
+                let geometry = self.geometry(cell);
+                let flat = DEGENERATE * geometry.diameter.powi(dim as i32);
+                // Negated so that NaN is refused as well.
+                if !(geometry.measure() > flat && geometry.measure().is_finite()) {
+                    return Err(refuse(
+                        format!(
+                            "cell {cell} (vertices {nodes:?}) is degenerate: measure {:e} at diameter {:e}",
+                            geometry.measure(),
+                            geometry.diameter
+                        ),
+                        "remove the cell or move its vertices",
+                    ));
+                }
+                // The order of a cell's vertices carries no meaning: make it positive.
+                if geometry.signed_measure < 0.0 {
+                    let end = self.cells.len();
+                    self.cells.swap(end - 2, end - 1);
+                }
+            }
+        }
+        if let Some(vertex) = used.iter().position(|used| !used) {
+            let orphans = used.iter().filter(|used| !**used).count();
+            return Err(refuse(
+                format!(
+                    "{} belongs to no cell ({orphans} such)",
+                    self.vertex_label(vertex as u32)
+                ),
+                "remove orphan vertices (in Gmsh: save only the physical groups, with every surface in one)",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Faces are found by bucketing local faces by their smallest vertex.
+    fn number_faces(&mut self, refuse: impl Fn(String, &str) -> Error) -> Result<()> {
+        let (dim, local) = (self.dim, self.dim + 1);
+        let cells = self.cell_count();
+        let sorted = |cells: &[u32], cell: usize, i: usize| {
+            let mut key = [NONE; 3];
+            let mut k = 0;
+            for (j, &v) in cells[local * cell..local * (cell + 1)].iter().enumerate() {
+                if j != i {
+                    key[k] = v;
+                    k += 1;
+                }
+            }
+            key[..dim].sort_unstable();
+            key
+        };
+        let mut start = vec![0u32; self.points.len() + 1];
+        for cell in 0..cells {
+            for i in 0..local {
+                start[sorted(&self.cells, cell, i)[0] as usize + 1] += 1;
+            }
+        }
+        for v in 0..self.points.len() {
+            start[v + 1] += start[v];
+        }
+        let mut next = start.clone();
+        let mut entries = vec![([NONE; 3], 0u32); cells * local];
+        for cell in 0..cells {
+            for i in 0..local {
+                let key = sorted(&self.cells, cell, i);
+                let slot = &mut next[key[0] as usize];
+                entries[*slot as usize] = (key, (cell * local + i) as u32);
+                *slot += 1;
+            }
+        }
+        self.cell_faces = vec![NONE; cells * local];
+        for v in 0..self.points.len() {
+            let bucket = &mut entries[start[v] as usize..start[v + 1] as usize];
+            bucket.sort_unstable();
+            let mut k = 0;
+            while k < bucket.len() {
+                let key = bucket[k].0;
+                let same = bucket[k..].iter().take_while(|e| e.0 == key).count();
+                if same > 2 {
+                    let owners: Vec<_> = bucket[k..k + same]
+                        .iter()
+                        .map(|e| e.1 as usize / local)
+                        .collect();
+                    return Err(refuse(
+                        format!(
+                            "face {:?} belongs to {same} cells: {owners:?}",
+                            &key[..dim]
+                        ),
+                        "a face has one or two cells; remove duplicate or overlapping cells",
+                    ));
+                }
+                let face = self.face_cells.len() as u32;
+                self.faces.extend_from_slice(&key[..dim]);
+                let mut owners = [NONE; 2];
+                for (owner, entry) in owners.iter_mut().zip(&bucket[k..k + same]) {
+                    *owner = entry.1 / local as u32;
+                    self.cell_faces[entry.1 as usize] = face;
+                }
+                self.face_cells.push(owners);
+                k += same;
+            }
+        }
+        Ok(())
+    }
+
+    /// Two cells that share a face must lie on different sides of it, or one is inverted.
+    fn check_sides(&self, refuse: impl Fn(String, &str) -> Error) -> Result<()> {
+        for face in 0..self.face_count() {
+            let [a, b] = self.face_cells(face);
+            if b == NONE {
+                continue;
+            }
+            let normal =
+                |cell: u32| self.geometry(cell as usize).normal(self.local_face(cell as usize, face));
+            if normal(a).dot(&normal(b)) >= 0.0 {
+                return Err(refuse(
+                    format!(
+                        "cells {a} and {b} lie on the same side of {}: one of them is inverted",
+                        self.face_label(face)
+                    ),
+                    "untangle the mesh",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// A vertex inside a boundary edge hangs: the mesh does not conform there.
+    fn check_hanging(&self, refuse: impl Fn(String, &str) -> Error) -> Result<()> {
+        // A hanging vertex lies on the boundary of the topology, so only boundary vertices and
+        // boundary edges are compared, found through a grid of the boundary's own spacing.
+        let mut edges = Vec::new();
+        for face in (0..self.face_count()).filter(|&f| self.is_boundary(f)) {
+            let vertices = self.face(face);
+            for i in 0..vertices.len() {
+                for j in 0..i {
+                    edges.push([vertices[j], vertices[i]]);
+                }
+            }
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        let mut vertices: Vec<u32> = edges.iter().flatten().copied().collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let grid = PointGrid::new(&self.points, &vertices);
+        for &[a, b] in &edges {
+            let (p, q) = (self.points[a as usize], self.points[b as usize]);
+            let (p, q) = (nalgebra::Vector3::from(p), nalgebra::Vector3::from(q));
+            let length = (q - p).norm();
+            let hanging = grid.near_segment(p.into(), q.into()).find(|&v| {
+                if v == a || v == b {
+                    return false;
+                }
+                let x = nalgebra::Vector3::from(self.points[v as usize]) - p;
+                let along = x.dot(&(q - p)) / length;
+                let off = (x - (q - p) * (along / length)).norm();
+                along > 0.0 && along < length && off < 1e-10 * length
+            });
+            if let Some(v) = hanging {
+                return Err(refuse(
+                    format!(
+                        "{} lies inside the edge between vertices {a} and {b}: the mesh does not conform",
+                        self.vertex_label(v)
+                    ),
+                    "split the cells at the hanging vertex, or merge duplicate vertices",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn take_groups(
+        &mut self,
+        mesh: &Mesh,
+        face_kind: CellKind,
+        refuse: impl Fn(String, &str) -> Error,
+    ) -> Result<()> {
+        let mut groups = Vec::new();
+        for group in mesh
+            .groups
+            .iter()
+            .filter(|g| g.dim as usize + 1 == self.dim)
+        {
+            let mut faces = Vec::with_capacity(group.cells.len());
+            for &cell in &group.cells {
+                let Some((kind, nodes)) = mesh.cell(cell) else {
+                    return Err(refuse(
+                        format!("group {} names cell {cell}, which is not there", group.tag),
+                        "repair the file",
+                    ));
+                };
+                if kind != face_kind {
+                    continue;
+                }
+                let mut key = nodes.to_vec();
+                key.sort_unstable();
+                // A marked face inside the domain is nobody's boundary condition; a marked line
+                // that no cell has is an orphan.
+                match self.find_face(&key) {
+                    Some(face) if self.is_boundary(face) => faces.push(face as u32),
+                    Some(_) => {}
+                    None => {
+                        return Err(refuse(
+                            format!(
+                                "the marked face {nodes:?} of group {} is a face of no cell",
+                                group.tag
+                            ),
+                            "remove orphan lines or triangles, or mesh the domain beside them",
+                        ));
+                    }
+                }
+            }
+            faces.sort_unstable();
+            faces.dedup();
+            if !faces.is_empty() {
+                groups.push(FaceGroup {
+                    tag: group.tag,
+                    name: group.name.clone(),
+                    faces,
+                });
+            }
+        }
+        self.groups = groups;
+        Ok(())
+    }
+
+    /// The face with these vertices, ascending: faces are numbered in that order.
+    pub fn find_face(&self, vertices: &[u32]) -> Option<usize> {
+        let (mut low, mut high) = (0, self.face_count());
+        while low < high {
+            let middle = (low + high) / 2;
+            match self.face(middle).cmp(vertices) {
+                std::cmp::Ordering::Less => low = middle + 1,
+                std::cmp::Ordering::Equal => return Some(middle),
+                std::cmp::Ordering::Greater => high = middle,
+            }
+        }
+        None
+    }
+
+    /// For each cell the number of its connected part (cells connect through faces), and the
+    /// number of parts.
+    pub fn components(&self) -> (Vec<u32>, usize) {
+        let mut part = vec![NONE; self.cell_count()];
+        let mut parts = 0;
+        let mut stack = Vec::new();
+        for seed in 0..self.cell_count() {
+            if part[seed] != NONE {
+                continue;
+            }
+            part[seed] = parts;
+            stack.push(seed);
+            while let Some(cell) = stack.pop() {
+                for &face in self.cell_faces(cell) {
+                    for other in self.face_cells(face as usize) {
+                        if other != NONE && part[other as usize] == NONE {
+                            part[other as usize] = parts;
+                            stack.push(other as usize);
+                        }
+                    }
+                }
+            }
+            parts += 1;
+        }
+        (part, parts as usize)
+    }
+
+    /// A digest of coordinates, cells and groups, in hexadecimal.
+    pub fn digest(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for coordinate in self.points.iter().flatten() {
+            hasher.update(&coordinate.to_le_bytes());
+        }
+        for vertex in &self.cells {
+            hasher.update(&vertex.to_le_bytes());
+        }
+        for group in &self.groups {
+            hasher.update(&group.tag.to_le_bytes());
+            for face in &group.faces {
+                hasher.update(&face.to_le_bytes());
+            }
+        }
+        hasher.finalize().to_hex()[..16].to_owned()
+    }
+}
+
+/// Local vertices of the local edges of a simplex: in 2D edge i lies opposite vertex i.
+pub fn local_edges(dim: usize) -> &'static [[usize; 2]] {
+    match dim {
+        2 => &[[1, 2], [0, 2], [0, 1]],
+        _ => &[[2, 3], [1, 3], [1, 2], [0, 3], [0, 2], [0, 1]],
+    }
+}
+
+/// Points sorted into boxes, to find those near a segment.
+struct PointGrid<'a> {
+    points: &'a [[f64; 3]],
+    origin: [f64; 3],
+    size: f64,
+    boxes: HashMap<[i64; 3], Vec<u32>>,
+}
+
+impl<'a> PointGrid<'a> {
+    fn new(points: &'a [[f64; 3]], chosen: &[u32]) -> Self {
+        let mut low = [f64::INFINITY; 3];
+        let mut high = [f64::NEG_INFINITY; 3];
+        for &v in chosen {
+            for k in 0..3 {
+                low[k] = low[k].min(points[v as usize][k]);
+                high[k] = high[k].max(points[v as usize][k]);
+            }
+        }
+        let extent = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+        let size = (extent / (chosen.len() as f64).max(1.0)).max(f64::MIN_POSITIVE);
+        let mut grid = PointGrid {
+            points,
+            origin: low,
+            size,
+            boxes: HashMap::new(),
+        };
+        for &v in chosen {
+            let key = grid.key(grid.points[v as usize]);
+            grid.boxes.entry(key).or_default().push(v);
+        }
+        grid
+    }
+
+    fn key(&self, p: [f64; 3]) -> [i64; 3] {
+        std::array::from_fn(|k| ((p[k] - self.origin[k]) / self.size).floor() as i64)
+    }
+
+    /// Points in the boxes that the segment passes, and in the neighbouring boxes.
+    fn near_segment(&self, p: [f64; 3], q: [f64; 3]) -> impl Iterator<Item = u32> + '_ {
+        let steps = (0..3)
+            .map(|k| ((q[k] - p[k]).abs() / self.size).ceil() as usize)
+            .max()
+            .unwrap_or(0)
+            .max(1);
+        let mut keys: Vec<[i64; 3]> = Vec::new();
+        for s in 0..=steps {
+            let t = s as f64 / steps as f64;
+            let at = self.key(std::array::from_fn(|k| p[k] + t * (q[k] - p[k])));
+            for dx in -1..=1 {
+                for dy in -1..=1 {
+                    for dz in -1..=1 {
+                        keys.push([at[0] + dx, at[1] + dy, at[2] + dz]);
+                    }
+                }
+            }
+        }
+        keys.sort_unstable();
+        keys.dedup();
+        keys.into_iter()
+            .filter_map(|key| self.boxes.get(&key))
+            .flatten()
+            .copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::generate::union_jack;
+    use crate::mesh::{CellBlock, Group};
+
+    fn triangles(points: &[[f64; 2]], nodes: &[u32]) -> Mesh {
+        Mesh {
+            points: points.iter().map(|p| [p[0], p[1], 0.0]).collect(),
+            blocks: vec![CellBlock {
+                kind: CellKind::Triangle,
+                nodes: nodes.to_vec(),
+                tags: vec![],
+                entities: vec![],
+            }],
+            ..Mesh::default()
+        }
+    }
+
+    fn refusal(mesh: &Mesh) -> String {
+        Triangulation::new("test", mesh).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn union_jack_has_the_faces_euler_counts() {
+        let n = 6;
+        let t = Triangulation::new("uj", &union_jack(n, [1.0, 1.0])).unwrap();
+        assert_eq!(t.cell_count(), 2 * n * n);
+        assert_eq!(t.face_count(), 3 * n * n + 2 * n);
+        assert_eq!(t.groups.iter().map(|g| g.faces.len()).sum::<usize>(), 4 * n);
+        let area: f64 = (0..t.cell_count()).map(|c| t.geometry(c).measure()).sum();
+        assert!((area - 1.0).abs() < 1e-14);
+        assert_eq!(t.components().1, 1);
+    }
+
+    #[test]
+    fn bad_meshes_are_refused_with_the_place() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.0]];
+        assert!(refusal(&triangles(&square, &[0, 1, 2, 0, 2, 3])).contains("vertex 4"));
+        assert!(refusal(&triangles(&square[..3], &[0, 1, 7])).contains("vertex 7"));
+        assert!(refusal(&triangles(&square[..4], &[0, 1, 2, 0, 2, 3, 0, 2, 1])).contains("cells"));
+        let flat = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
+        assert!(refusal(&triangles(&flat, &[0, 1, 2])).contains("degenerate"));
+        let nan = [[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]];
+        assert!(refusal(&triangles(&nan, &[0, 1, 2])).contains("degenerate"));
+        // Folded over the shared edge: the second triangle lies on the first one's side.
+        let fold = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.9, 0.9]];
+        let folded = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.2, 0.2]];
+        assert!(Triangulation::new("ok", &triangles(&fold, &[0, 1, 2, 1, 2, 3])).is_ok());
+        assert!(refusal(&triangles(&folded, &[0, 1, 2, 1, 2, 3])).contains("inverted"));
+        // Two small triangles above one long edge: vertex 4 hangs.
+        let hanging = [
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [0.5, -1.0],
+            [0.0, 1.0],
+            [0.5, 0.0],
+            [1.0, 1.0],
+        ];
+        let nodes = [0, 2, 1, 0, 4, 3, 4, 1, 5, 4, 5, 3];
+        assert!(refusal(&triangles(&hanging, &nodes)).contains("vertex 4"));
+    }
+
+    #[test]
+    fn the_order_of_a_cells_vertices_carries_no_meaning() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let t = Triangulation::new("cw", &triangles(&square, &[0, 2, 1, 0, 2, 3])).unwrap();
+        assert!((0..2).all(|c| t.geometry(c).signed_measure > 0.0));
+    }
+
+    #[test]
+    fn a_marked_line_that_is_no_face_is_an_orphan() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let mut mesh = triangles(&square, &[0, 1, 2, 0, 2, 3]);
+        mesh.blocks.push(CellBlock {
+            kind: CellKind::Line,
+            nodes: vec![1, 3, 0, 2],
+            tags: vec![],
+            entities: vec![],
+        });
+        mesh.groups.push(Group {
+            dim: 1,
+            tag: 5,
+            name: None,
+            cells: vec![2],
+        });
+        assert!(refusal(&mesh).contains("group 5"));
+        mesh.groups[0].cells = vec![3];
+        assert!(Triangulation::new("diagonal", &mesh).unwrap().groups.is_empty());
+    }
+}

@@ -1,0 +1,106 @@
+//! Scenes: a TOML file, or a built-in's name, made once into a valid [`Scene`].
+
+mod boundary;
+pub mod expression;
+mod file;
+
+use std::path::{Path, PathBuf};
+
+pub use boundary::{Boundary, Part};
+pub use expression::Expression;
+
+use crate::error::{Error, Result};
+
+/// The problem (1.1) with its data, its mesh, and what the scene fixes of the method.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    pub name: String,
+    pub mesh: MeshSource,
+    pub boundary: Boundary,
+    pub data: Data,
+    /// γ = γ₀ h
+    pub gamma0: f64,
+    pub h: HRule,
+    pub load_quadrature: String,
+    pub contact_quadrature: String,
+    /// Smallest order in h at which the face means of `cr` and `p2` must approach each other.
+    pub cross_order: Option<f64>,
+}
+
+/// Where the mesh comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MeshSource {
+    /// n × n squares of a rectangle, cut Union-Jack style.
+    UnionJack { n: usize, size: [f64; 2] },
+    /// A mesh file. `n` says what refinement the file counts as; `2^k n` refines it k times.
+    File { path: PathBuf, n: Option<usize> },
+    /// A mesh that the program carries with it.
+    Embedded {
+        name: &'static str,
+        bytes: &'static [u8],
+        n: Option<usize>,
+    },
+}
+
+/// Data of (1.1), inhomogeneous.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Data {
+    /// -Δu = f in Ω
+    pub f: Expression,
+    /// u = g on Γ_D
+    pub g: Expression,
+    /// ∂ₙu = t on Γ_N
+    pub t: Expression,
+    /// u ≤ ψ on Γ_C
+    pub psi: Expression,
+}
+
+/// What h means in γ = γ₀ h.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HRule {
+    /// The diameter of the cell behind the contact face.
+    Local,
+    /// The largest diameter of all cells.
+    Global,
+}
+
+/// The built-in scenes, in the order in which `verify` runs them.
+const BUILTIN: [(&str, &str); 4] = [
+    ("one-zone", include_str!("builtin/one-zone.toml")),
+    ("three-zones", include_str!("builtin/three-zones.toml")),
+    ("five-zones", include_str!("builtin/five-zones.toml")),
+    ("plate", include_str!("builtin/plate.toml")),
+];
+
+/// Meshes that built-in scenes name.
+const EMBEDDED: [(&str, &[u8]); 1] = [("plate.msh", include_bytes!("../../meshes/plate.msh"))];
+
+impl Scene {
+    /// The built-in scenes' names.
+    pub fn builtin_names() -> impl Iterator<Item = &'static str> {
+        BUILTIN.iter().map(|(name, _)| *name)
+    }
+
+    /// Finds a scene by a built-in's name or by the path of a TOML file.
+    ///
+    /// # Errors
+    /// A name that is neither, or a scene that is not valid.
+    pub fn find(name: &str) -> Result<Self> {
+        if let Some((name, text)) = BUILTIN.iter().find(|(builtin, _)| *builtin == name) {
+            return file::parse(name, text, None);
+        }
+        let path = Path::new(name);
+        if path.extension().is_some_and(|e| e == "toml") {
+            let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
+            return file::parse(name, &text, path.parent());
+        }
+        let names: Vec<_> = Scene::builtin_names().collect();
+        Err(Error::usage(
+            format!("there is no scene `{name}`"),
+            format!(
+                "give a TOML file or one of the built-in scenes: {}",
+                names.join(", ")
+            ),
+        ))
+    }
+}
