@@ -54,6 +54,17 @@ def function_space(mesh, family, degree):
     return create(mesh, (family, degree))
 
 
+def compiled(*forms):
+    """The forms, ready to assemble.
+
+    Signatures first: to compile a form, FFCx 0.5 adds to the metadata that it shares with the others, which would then be
+    called, and compiled, differently depending on what the cache held.
+    """
+    for form in forms:
+        form.signature()
+    return [fem.form(form) for form in forms]
+
+
 def interpolation_points(V):
     points = V.element.interpolation_points  # a method up to 0.9
     return points() if callable(points) else points

@@ -60,13 +60,11 @@ def read_gamma(case, mesh, contact_facets):
 def quadrature_rule(rule, dimension):
     """The job's rule as the metadata of a measure over simplices of this dimension.
 
-    UFL's weights sum to the measure 1/dimension! of the reference simplex, the job's to 1. The rule is part of a form's
-    signature: hence plain floats (an array would enter it with 8 digits) and a degree, which a custom rule does not use
-    (FFCx would add one to this dictionary while it compiles the first form, and so rename all later ones).
+    UFL's weights sum to the measure 1/dimension! of the reference simplex, the job's to 1. Plain floats, because the
+    metadata enters a form's signature as text, and an array's text has 8 digits.
     """
     return {
         "quadrature_rule": "custom",
-        "quadrature_degree": 2,
         "quadrature_points": tuple(tuple(map(float, point)) for point in rule["points"]),
         "quadrature_weights": tuple(float(weight) / math.factorial(dimension) for weight in rule["weights"]),
     }

@@ -2,8 +2,13 @@
 //!
 //! Imports point one way; the order of the modules below is the order of the layers.
 
+pub mod assembly;
+pub mod compare;
+pub mod contact;
 pub mod element;
+pub mod engine;
 pub mod error;
+pub mod field;
 pub mod io;
 pub mod linear;
 pub mod mesh;

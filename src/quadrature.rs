@@ -12,7 +12,7 @@ pub struct Rule {
 }
 
 /// Rules for (f, v) on triangles; the first is the default.
-pub const CELL_RULES: [&str; 3] = ["radon-7", "strang-3", "centroid"];
+pub const CELL_RULES: [&str; 3] = ["radon-7", "edges-3", "centroid"];
 
 /// Rules on Γ_C and Γ_N in 2D; the first is the default.
 pub const FACE_RULES: [&str; 4] = ["gauss-5", "gauss-3", "gauss-2", "midpoint"];
@@ -37,7 +37,7 @@ impl Rule {
 /// A rule on the reference triangle by name.
 ///
 /// `radon-7`: degree 5 (Radon 1948), the same points as FreeFEM's `qf5pT` and UFL's degree 5;
-/// `strang-3`: degree 2; `centroid`: degree 1.
+/// `edges-3`: the edges' midpoints, degree 2; `centroid`: degree 1. All three are built into FreeFEM.
 pub fn triangle(name: &str) -> Option<Rule> {
     let (name, orbits): (_, &[(f64, f64)]) = match name {
         "radon-7" => {
@@ -51,7 +51,7 @@ pub fn triangle(name: &str) -> Option<Rule> {
                 ],
             ));
         }
-        "strang-3" => ("strang-3", &[(1.0 / 6.0, 1.0 / 3.0)]),
+        "edges-3" => ("edges-3", &[(0.5, 1.0 / 3.0)]),
         "centroid" => return Some(symmetric("centroid", Some(1.0), &[])),
         _ => return None,
     };

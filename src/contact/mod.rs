@@ -19,3 +19,6 @@ pub use form::{ContactFace, Problem};
 pub use method::Method;
 pub use quantities::{Quantities, face_fields, quantities};
 pub use solve::{Iteration, Solution, Splitting, Stop, Timings, solve};
+
+#[cfg(test)]
+mod tests;

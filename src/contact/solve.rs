@@ -158,16 +158,16 @@ pub struct Solution {
     pub seconds: Timings,
 }
 
-/// Solves (3.1). `progress` is told each step and its relative increment.
+/// Solves (3.1). `progress` is told each step and its relative increment, and may end the run.
 ///
 /// # Errors
-/// A stiffness that is not positive definite, or a singular Newton matrix. An iteration that does
+/// What `progress` returns; a stiffness that is not positive definite, or a singular Newton matrix. An iteration that does
 /// not reach its tolerance is no error: it says so.
 pub fn solve(
     problem: &Problem,
     iteration: Iteration,
     stop: Stop,
-    mut progress: impl FnMut(usize, f64),
+    mut progress: impl FnMut(usize, f64) -> Result<()>,
 ) -> Result<Solution> {
     let clock = Instant::now();
     let condensed = Condensed::new(problem)?;
@@ -194,7 +194,7 @@ pub fn solve(
         }
         let increment = relative_increment(problem, &step, &u);
         increments.push(increment);
-        progress(increments.len(), increment);
+        progress(increments.len(), increment)?;
         converged = increment < stop.increment;
         if !increment.is_finite() {
             break;

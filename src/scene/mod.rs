@@ -6,7 +6,7 @@ mod file;
 
 use std::path::{Path, PathBuf};
 
-pub use boundary::{Boundary, Part};
+pub use boundary::{Boundary, GroupName, Part};
 pub use expression::Expression;
 
 use crate::error::{Error, Result};

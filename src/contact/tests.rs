@@ -1,0 +1,307 @@
+//! The method against what is known of it without it.
+
+use super::*;
+use crate::assembly;
+use crate::element::{CR, Element, MAX_DOFS, P1, P2};
+use crate::mesh::Triangulation;
+use crate::mesh::generate::union_jack;
+use crate::scene::{Expression, Scene};
+
+fn square(n: usize) -> Triangulation {
+    Triangulation::new("union-jack", &union_jack(n, [1.0, 1.0])).unwrap()
+}
+
+fn scene(change: impl Fn(&mut Scene)) -> Scene {
+    let mut scene = Scene::find("one-zone").unwrap();
+    change(&mut scene);
+    scene
+}
+
+fn formula(text: &str) -> Expression {
+    Expression::parse(text).unwrap()
+}
+
+fn newton(problem: &Problem) -> Solution {
+    let solution = solve(problem, Iteration::Newton, Stop::default(), |_, _| Ok(())).unwrap();
+    assert!(solution.converged, "{:?}", solution.increments);
+    solution
+}
+
+/// (2.5), assembled for itself: Chouly, Hild and Renard's form of the method.
+///
+/// (∇u,∇v) + γ⁻¹<[u - γ∂ₙu]₊, v + θ₁γ∂ₙv>_C + θ₁γ<∂ₙu, ∂ₙv>_C = (f,v); `flux_term` is that last θ₁.
+fn form_2_5(problem: &Problem, u: &[f64], flux_term: f64) -> Vec<f64> {
+    let mut r = assembly::stiffness_times(&problem.space, u);
+    for (r, b) in r.iter_mut().zip(&problem.load) {
+        *r -= b;
+    }
+    let theta1 = f64::from(problem.method.theta1);
+    for face in &problem.contact {
+        let (gamma, local) = (face.gamma, problem.space.local(face.cell, u));
+        for point in &face.points {
+            let trace = point.trace(gamma, &local);
+            let positive = (trace.gap - gamma * trace.flux).max(0.0);
+            for (j, &dof) in problem.space.cell_dofs(face.cell).iter().enumerate() {
+                r[dof as usize] += point.weight
+                    * (positive / gamma * (point.phi[j] + theta1 * gamma * point.dn[j])
+                        + flux_term * gamma * trace.flux * point.dn[j]);
+            }
+        }
+    }
+    r
+}
+
+#[test]
+fn proposition_2_1_the_forms_2_4_and_2_5_are_one() {
+    let mesh = square(6);
+    for name in ["p2", "p1", "cr(1,1)", "p2(0,1)", "p2(-1,1)", "cr(-1,1)"] {
+        let method: Method = name.parse().unwrap();
+        let problem = Problem::new(&scene(|_| {}), &mesh, method).unwrap();
+        let u: Vec<f64> = (0..problem.space.dofs)
+            .map(|k| (12.9898 * k as f64).sin())
+            .collect();
+        let (a, theta1) = (problem.residual(&u), f64::from(method.theta1));
+        // With the other sign of the last term it must fail, or the test would see nothing.
+        let same = |sign: f64| {
+            let b = form_2_5(&problem, &u, sign * theta1);
+            let size = b.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            (0..problem.space.dofs)
+                .filter(|&i| problem.dirichlet[i].is_none())
+                .all(|i| (a[i] - b[i]).abs() < 1e-13 * size)
+        };
+        assert!(same(1.0), "{name}");
+        assert!(theta1 == 0.0 || !same(-1.0), "{name}");
+    }
+}
+
+/// With contact everywhere and ψ = u linear the scheme is consistent: it returns u exactly.
+#[test]
+fn linear_solutions_are_exact() {
+    let mesh = square(5);
+    // u = y - 2 + 0.3 x: ∂ₙu = -1 on y = 0, contact; ψ = u there.
+    let contact = scene(|s| {
+        s.data.f = formula("0");
+        s.data.g = formula("y - 2 + 0.3*x");
+        s.data.t = formula("if(x < 0.5, -0.3, 0.3)");
+        s.data.psi = formula("0.3*x - 2");
+    });
+    // u = -1 - y: ∂ₙu = 1 on y = 0 is no contact solution; u = -1 with ∂ₙu = 0 is separated.
+    let separated = scene(|s| {
+        s.data.f = formula("0");
+        s.data.g = formula("-1");
+    });
+    for name in ["cr", "p1", "p2", "cr(1,1)", "p2(1,0)", "p1(0,1)", "p2(-1,1)"] {
+        let method: Method = name.parse().unwrap();
+        for (scene, u) in [
+            (&contact, formula("y - 2 + 0.3*x")),
+            (&separated, formula("-1")),
+        ] {
+            // The symmetric member needs a small γ to be stable.
+            let mut scene = scene.clone();
+            if method.theta1 != 1 {
+                scene.gamma0 = 0.01;
+            }
+            let problem = Problem::new(&scene, &mesh, method).unwrap();
+            let solution = newton(&problem);
+            for (value, &x) in solution.u.iter().zip(&problem.space.points) {
+                assert!((value - u.value(x)).abs() < 1e-12, "{name}");
+            }
+        }
+    }
+}
+
+/// u = r^{3/2} sin(3θ/2) on the half disc's square: contact for x > 0, u ∈ H^{5/2-ε}.
+#[test]
+fn a_transition_from_contact_to_non_contact_converges() {
+    let u = "(x^2+y^2)^0.75*sin(1.5*atan2(y,x))";
+    let scene = scene(|s| {
+        s.data.f = formula("0");
+        s.data.g = formula(u);
+        s.boundary = crate::scene::Boundary {
+            dirichlet: ["top", "left", "right"]
+                .map(|n| crate::scene::GroupName::Name(n.into()))
+                .to_vec(),
+            neumann: vec![],
+            contact: vec![crate::scene::GroupName::Name("bottom".into())],
+        };
+    });
+    let exact = formula(u);
+    for (name, order) in [("cr", 1.0), ("p1", 1.0), ("p2", 1.5), ("p2(1,0)", 1.5)] {
+        let errors: Vec<f64> = [8, 16, 32]
+            .iter()
+            .map(|&n| {
+                let mut mesh = union_jack(n, [2.0, 1.0]);
+                for p in &mut mesh.points {
+                    p[0] -= 1.0;
+                }
+                let mesh = Triangulation::new("half", &mesh).unwrap();
+                let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+                let solution = newton(&problem);
+                let rule = crate::quadrature::triangle("radon-7").unwrap();
+                let mut error = 0.0;
+                for cell in 0..mesh.cell_count() {
+                    let geometry = mesh.geometry(cell);
+                    let local = problem.space.local(cell, &solution.u);
+                    for (lambda, weight) in rule.iter() {
+                        let x = geometry.point(&lambda);
+                        let gradients = problem.space.gradients(&geometry, &lambda);
+                        let slope = |k: usize| {
+                            let (mut up, mut down) = (x, x);
+                            up[k] += 1e-5;
+                            down[k] -= 1e-5;
+                            (exact.value(up) - exact.value(down)) / 2e-5
+                        };
+                        let e = assembly::combine(&gradients, &local)
+                            - nalgebra::Vector3::new(slope(0), slope(1), 0.0);
+                        error += weight * geometry.measure() * e.norm_squared();
+                    }
+                }
+                error.sqrt()
+            })
+            .collect();
+        let observed = (errors[1] / errors[2]).log2();
+        assert!((observed - order).abs() < 0.12, "{name}: {errors:?}");
+    }
+}
+
+#[test]
+fn the_newton_matrix_is_the_derivative_of_the_residual() {
+    let mesh = square(4);
+    for element in [&CR as &'static dyn Element, &P1, &P2] {
+        for (theta1, theta2) in [(1, 0), (1, 1), (0, 1), (-1, 1)] {
+            let method = Method {
+                element,
+                theta1,
+                theta2,
+            };
+            let problem = Problem::new(&scene(|_| {}), &mesh, method).unwrap();
+            let u: Vec<f64> = (0..problem.space.dofs)
+                .map(|k| (7.3 * k as f64).sin())
+                .collect();
+            // A step from u along -R is exact where no status changes: R(u + εδ) = (1-ε) R(u).
+            let condensed = super::condensed::Condensed::new(&problem).unwrap();
+            let mut choose = |f: usize, q: usize| {
+                let face = &problem.contact[f];
+                let local = problem.space.local(face.cell, &u);
+                let p = face.points[q].trace(face.gamma, &local).p;
+                if p > 0.0 { [0.0, 1.0] } else { [1.0, 0.0] }
+            };
+            let matrix = condensed.contact_matrix(&problem, &mut choose);
+            let mut r = problem.residual(&u);
+            for (r, g) in r.iter_mut().zip(&problem.dirichlet) {
+                if g.is_some() {
+                    *r = 0.0;
+                }
+            }
+            let step = condensed.step(&matrix, &r).unwrap();
+            let size = step.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            let epsilon = 1e-7 / size;
+            let moved: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + epsilon * d).collect();
+            let after = problem.residual(&moved);
+            let scale = r.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            for i in 0..problem.space.dofs {
+                if problem.dirichlet[i].is_none() {
+                    let error = after[i] - (1.0 - epsilon) * r[i];
+                    assert!(error.abs() < 1e-12 * scale, "{method} {i} {error:e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_splitting_ends_at_newtons_solution() {
+    let mesh = square(8);
+    for (splitting, gamma0) in [
+        ("lagged-p", 0.5),
+        ("lagged-gap", 10.0),
+        ("relaxed", 100.0),
+        ("flux-new", 0.5),
+    ] {
+        let scene = scene(|s| s.gamma0 = gamma0);
+        let problem = Problem::new(&scene, &mesh, Method::cr()).unwrap();
+        let reference = newton(&problem);
+        let stop = Stop {
+            increment: 1e-12,
+            max_iterations: 2000,
+        };
+        let solution = solve(&problem, splitting.parse().unwrap(), stop, |_, _| Ok(())).unwrap();
+        let steps = solution.increments.len();
+        assert!(solution.converged, "{splitting}: {:?}", &solution.increments[steps - 4..]);
+        assert!(solution.increments.len() > reference.increments.len());
+        for (a, b) in solution.u.iter().zip(&reference.u) {
+            assert!((a - b).abs() < 1e-9, "{splitting}");
+        }
+    }
+}
+
+#[test]
+fn the_residual_sees_a_term_that_is_missing() {
+    let mesh = square(8);
+    let problem = Problem::new(&scene(|_| {}), &mesh, Method::cr()).unwrap();
+    let solution = newton(&problem);
+    assert!(problem.backward_error(&solution.u) < 1e-14);
+    let other = scene(|s| s.gamma0 *= 1.0 + 1e-6);
+    let other = Problem::new(&other, &mesh, Method::cr()).unwrap();
+    let error = other.backward_error(&solution.u);
+    assert!(error > 1e-11, "{error:e}");
+    let nan = vec![f64::NAN; problem.space.dofs];
+    assert!(problem.backward_error(&nan).is_nan());
+}
+
+#[test]
+fn nothing_that_holds_the_domain_is_refused() {
+    let mesh = square(4);
+    let neumann = |sign: &str| {
+        scene(|s| {
+            s.boundary.neumann.append(&mut s.boundary.dirichlet);
+            s.data.f = formula(sign);
+        })
+    };
+    let refusal = Problem::new(&neumann("-1"), &mesh, Method::cr()).err();
+    assert!(refusal.unwrap().to_string().contains("does not press it"));
+    // Pressed on, contact alone holds it: -u'' = 1 with u = 0 at y = 0 and u' = 0 at y = 1.
+    for method in [Method::cr(), Method::p2()] {
+        let scene = neumann("1");
+        let problem = Problem::new(&scene, &mesh, method).unwrap();
+        let solution = newton(&problem);
+        let flux = quantities(&problem, &solution.u).contact_flux;
+        assert!((flux + 1.0).abs() < 1e-12, "{method} {flux}");
+    }
+    let free = scene(|s| {
+        s.boundary.neumann.append(&mut s.boundary.dirichlet);
+        s.boundary.neumann.append(&mut s.boundary.contact);
+    });
+    assert!(Problem::new(&free, &mesh, Method::cr()).is_err());
+    let bad = scene(|s| s.data.f = formula("log(x - 0.5)"));
+    let refusal = Problem::new(&bad, &mesh, Method::cr()).err().unwrap();
+    assert!(refusal.to_string().contains("f = `log(x - 0.5)` is NaN at"));
+}
+
+#[test]
+fn contact_sets_are_runs_along_the_side() {
+    let mesh = square(32);
+    for (name, zones) in [("one-zone", 1), ("three-zones", 4), ("five-zones", 6)] {
+        let scene = Scene::find(name).unwrap();
+        for method in [Method::cr(), Method::p2()] {
+            let problem = Problem::new(&scene, &mesh, method).unwrap();
+            let set = quantities(&problem, &newton(&problem).u).contact_set;
+            assert_eq!(set.len(), zones, "{name} {method}: {set:?}");
+            assert!(set.iter().all(|r| r[0] < r[1] && r[0] >= 0.0 && r[1] <= 1.0 + 1e-12));
+        }
+    }
+}
+
+#[test]
+fn dofs_of_faces_are_those_on_the_face() {
+    let mesh = square(2);
+    for element in [&CR as &'static dyn Element, &P1, &P2] {
+        let space = crate::element::Space::new(&mesh, element);
+        assert!(space.local_dofs <= MAX_DOFS);
+        for face in 0..mesh.face_count() {
+            let cell = mesh.face_cells(face)[0] as usize;
+            let count = space.face_dofs(cell, mesh.local_face(cell, face)).count();
+            assert_eq!(count, [("CR", 1), ("P1", 2), ("P2", 3)].iter().find(|e| e.0 == element.name()).unwrap().1);
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! FreeFEM: its job form, its command, its version.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use super::job::{self, Files};
+use super::{Case, Settings, process};
+use crate::error::{Error, Result};
+use crate::quadrature::Rule;
+use crate::scene::Expression;
+
+const SCRIPT: &str = include_str!("../../freefem/signorini.edp");
+const SCRIPT_NAME: &str = "signorini.edp";
+
+/// The program without graphics.
+pub(super) fn program() -> Option<PathBuf> {
+    find_in_path("FreeFem++-nw").or_else(|| find_in_path("FreeFem++"))
+}
+
+/// A program by name, as a shell finds it.
+pub(super) fn find_in_path(name: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    std::env::split_paths(&path)
+        .map(|folder| folder.join(name))
+        .find(|file| file.is_file())
+}
+
+fn missing() -> Error {
+    Error::engine(
+        "freefem",
+        "FreeFem++ is not installed",
+        "run `faceoff engines install`, or on Debian `apt-get install freefem++`",
+    )
+}
+
+/// Runs the job's copy of the script in `folder`.
+pub(super) fn command(folder: &Path, scripts: Option<&Path>) -> Result<Command> {
+    // FreeFEM looks for what a script includes beside the script first.
+    let script = folder.join(SCRIPT_NAME);
+    match scripts {
+        None => fs::write(&script, SCRIPT).map_err(Error::io(&script, "write"))?,
+        Some(scripts) => {
+            let source = scripts.join(SCRIPT_NAME);
+            fs::copy(&source, &script).map_err(Error::io(&source, "copy"))?;
+        }
+    }
+    let mut command = Command::new(program().ok_or_else(missing)?);
+    command
+        .args(["-ne", "-v", "0", "-nw", SCRIPT_NAME])
+        .env("LC_ALL", "C")
+        .env("OMP_NUM_THREADS", "1")
+        .env("OPENBLAS_NUM_THREADS", "1");
+    Ok(command)
+}
+
+/// Solves a small system in FreeFEM, and asks the package for its version, because the banner of
+/// Debian's 4.11 says 4.9.
+pub(super) fn probe() -> Result<String> {
+    let program = program().ok_or_else(missing)?;
+    let folder = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "write to"))?;
+    let script = folder.path().join("probe.edp");
+    let text = "mesh Th = square(2, 2); fespace Vh(Th, P1nc); Vh u, v;\n\
+                solve a(u, v, solver=UMFPACK) = int2d(Th)(dx(u)*dx(v) + dy(u)*dy(v)) - int2d(Th)(v) + on(1, u=0);\n\
+                cout << \"version \" << version << endl;\n\
+                if (!(u[].max > 0)) exit(3);\n";
+    fs::write(&script, text).map_err(Error::io(&script, "write"))?;
+    let mut version = None;
+    let mut command = Command::new(program);
+    command
+        .args(["-ne", "-v", "0", "-nw", "probe.edp"])
+        .env("LC_ALL", "C");
+    process::run(
+        "freefem",
+        command,
+        folder.path(),
+        Duration::from_secs(60),
+        |line| {
+            if let Some(told) = line.strip_prefix("version ") {
+                version = Some(told.trim().to_owned());
+            }
+        },
+    )?;
+    Ok(package_version("freefem++")
+        .or(version)
+        .unwrap_or_else(|| "unknown".into()))
+}
+
+/// The upstream version of an installed Debian package: 4.11 of 4.11+dfsg1-4.
+pub(super) fn package_version(package: &str) -> Option<String> {
+    let output = Command::new("dpkg-query")
+        .args(["-W", "-f", "${Version}", package])
+        .output()
+        .ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    let end = text.find(['+', '-', '~']).unwrap_or(text.len());
+    let version = text[..end].split_once(':').map_or(&text[..end], |v| v.1);
+    (output.status.success() && !version.is_empty()).then(|| version.to_owned())
+}
+
+/// Writes job.json, for people, and job.idp with each case's mesh and γ, for FreeFEM.
+pub(super) fn write_job(
+    engine: &str,
+    folder: &Path,
+    cases: &[Case],
+    settings: &Settings,
+) -> Result<()> {
+    let syntax = |e: &Expression| e.to_freefem();
+    job::write(engine, folder, cases, settings, syntax, |case, id| {
+        let write = |name: &str, text: String| -> Result<()> {
+            let path = folder.join(id).join(name);
+            fs::write(&path, text).map_err(Error::io(&path, "write"))
+        };
+        write("mesh.msh", mesh(case))?;
+        let gamma = job::gamma_by_cell(&case.problem)?;
+        let mut text = format!("{}\n", gamma.len());
+        for (cell, value) in gamma {
+            let _ = writeln!(text, "{cell} {value:e}");
+        }
+        write("gamma.txt", text)?;
+        Ok(Files {
+            mesh: format!("{id}/mesh.msh").into(),
+            gamma: format!("{id}/gamma.txt").into(),
+        })
+    })?;
+    let path = folder.join("job.idp");
+    fs::write(&path, job_idp(cases, settings)).map_err(Error::io(&path, "write"))
+}
+
+/// FreeFEM's own format, numbers from 1: vertices, triangles, boundary edges with the part's label.
+fn mesh(case: &Case) -> String {
+    let problem = &case.problem;
+    let mesh = problem.space.mesh;
+    let boundary: Vec<_> = problem
+        .parts
+        .iter()
+        .enumerate()
+        .filter_map(|(face, part)| part.map(|part| (face, part as i64)))
+        .collect();
+    let mut text = format!(
+        "{} {} {}\n",
+        mesh.points.len(),
+        mesh.cell_count(),
+        boundary.len()
+    );
+    for p in &mesh.points {
+        let _ = writeln!(text, "{:e} {:e} 0", p[0], p[1]);
+    }
+    for cell in 0..mesh.cell_count() {
+        let v = mesh.cell(cell);
+        let _ = writeln!(text, "{} {} {} 0", v[0] + 1, v[1] + 1, v[2] + 1);
+    }
+    for (face, label) in boundary {
+        let v = mesh.face(face);
+        let _ = writeln!(text, "{} {} {label}", v[0] + 1, v[1] + 1);
+    }
+    text
+}
+
+/// The job as FreeFEM's source text. Expressions were parsed and are written from their tree.
+fn job_idp(cases: &[Case], settings: &Settings) -> String {
+    let mut text = format!(
+        "real stopIncrement = {:?};\nint stopIterations = {};\n",
+        settings.stop.increment, settings.stop.max_iterations
+    );
+    if let Some(case) = cases.first() {
+        write_rule(&mut text, "cellRule", &case.problem.cell_rule);
+        write_rule(&mut text, "faceRule", &case.problem.face_rule);
+    }
+    // Cases of one scene share its functions.
+    let mut scenes: Vec<&crate::scene::Scene> = Vec::new();
+    let numbers: Vec<usize> = cases
+        .iter()
+        .map(|case| {
+            let known = scenes.iter().position(|s| s.data == case.scene.data);
+            known.unwrap_or_else(|| {
+                scenes.push(case.scene);
+                scenes.len() - 1
+            })
+        })
+        .collect();
+    let data: [(&str, fn(&crate::scene::Data) -> &Expression); 4] = [
+        ("sceneF", |d| &d.f),
+        ("sceneG", |d| &d.g),
+        ("sceneT", |d| &d.t),
+        ("scenePsi", |d| &d.psi),
+    ];
+    for (name, pick) in data {
+        let _ = writeln!(text, "func real {name}(int k) {{");
+        for (number, scene) in scenes.iter().enumerate() {
+            let expression = pick(&scene.data).to_freefem();
+            let _ = writeln!(text, "  if (k == {number}) return {expression};");
+        }
+        text.push_str("  return noScene(k);\n}\n");
+    }
+    let list = |item: &dyn Fn(usize) -> String| -> String {
+        let items: Vec<_> = (0..cases.len()).map(item).collect();
+        format!("[{}]", items.join(", "))
+    };
+    let method = |k: usize| &cases[k].problem.method;
+    let _ = write!(
+        text,
+        "int cases = {};\n\
+         string[int] caseId = {};\n\
+         string[int] caseFolder = {};\n\
+         string[int] caseElement = {};\n\
+         int[int] caseScene = {};\n\
+         real[int] caseTheta1 = {};\n\
+         real[int] caseTheta2 = {};\n",
+        cases.len(),
+        list(&|k| format!("\"{}\"", job::case_id(k))),
+        list(&|k| format!("\"{}\"", job::case_id(k))),
+        list(&|k| format!("\"{}\"", method(k).element.name())),
+        list(&|k| numbers[k].to_string()),
+        list(&|k| format!("{}.", method(k).theta1)),
+        list(&|k| format!("{}.", method(k).theta2)),
+    );
+    text
+}
+
+fn write_rule(text: &mut String, name: &str, rule: &Rule) {
+    let rows: Vec<String> = rule
+        .points
+        .iter()
+        .zip(&rule.weights)
+        .map(|(point, weight)| {
+            let numbers: Vec<String> = point
+                .iter()
+                .chain([weight])
+                .map(|v| format!("{v:?}"))
+                .collect();
+            format!("[{}]", numbers.join(", "))
+        })
+        .collect();
+    let _ = writeln!(text, "real[int,int] {name} = [{}];", rows.join(", "));
+}

@@ -1,0 +1,136 @@
+//! Bringing what is missing: Debian's packages for FreeFEM and dolfinx, and meshio in a private
+//! Python environment. Nothing is done without being said.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use super::{fenicsx, freefem};
+use crate::error::{Error, Result};
+
+/// Something that an engine or a format needs, and the commands that bring it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Installation {
+    /// What is missing.
+    pub what: String,
+    /// To be run one after the other, as a user would type them.
+    pub commands: Vec<Vec<String>>,
+}
+
+/// What the named engines (and `meshio`) lack here. Nothing is changed.
+pub fn plan(names: &[&str]) -> Vec<Installation> {
+    let mut packages: Vec<&str> = Vec::new();
+    let mut what: Vec<&str> = Vec::new();
+    if names.contains(&"freefem") && freefem::program().is_none() {
+        packages.push("freefem++");
+        what.push("FreeFEM");
+    }
+    if names.contains(&"fenicsx") && fenicsx::python().is_none() {
+        packages.push("python3-dolfinx");
+        what.push("dolfinx");
+    }
+    let meshio = names.contains(&"meshio") && meshio_python().is_none();
+    if meshio && !fenicsx::has_module(Path::new("/usr/bin/python3"), "ensurepip") {
+        packages.push("python3-venv");
+        what.push("Python's venv");
+    }
+    let mut plan = Vec::new();
+    if !packages.is_empty() {
+        let mut install = vec!["apt-get", "install", "-y"];
+        install.extend(&packages);
+        plan.push(Installation {
+            what: what.join(", "),
+            commands: vec![words(&["apt-get", "update"]), words(&install)],
+        });
+    }
+    if meshio && let Some(home) = environment() {
+        let home = home.to_string_lossy().into_owned();
+        let pip = format!("{home}/bin/pip");
+        plan.push(Installation {
+            what: "meshio, in a Python environment of its own".into(),
+            commands: vec![
+                words(&["/usr/bin/python3", "-m", "venv", &home]),
+                words(&[&pip, "install", "--quiet", "meshio[all]"]),
+            ],
+        });
+    }
+    plan
+}
+
+/// The Python of the private environment, if meshio is in it.
+pub fn meshio_python() -> Option<PathBuf> {
+    let named = std::env::var_os("FACEOFF_MESHIO_PYTHON").map(PathBuf::from);
+    let private = environment().map(|home| home.join("bin/python3"));
+    [named, private]
+        .into_iter()
+        .flatten()
+        .find(|python| fenicsx::has_module(python, "meshio"))
+}
+
+/// Where the private environment is, or would be.
+fn environment() -> Option<PathBuf> {
+    let home = std::env::var_os("XDG_DATA_HOME")
+        .map(PathBuf::from)
+        .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".local/share")))?;
+    Some(home.join("faceoff/python"))
+}
+
+/// Does what a plan says; `say` is told each command before it runs.
+///
+/// # Errors
+/// A system without apt, a user without root, a command that fails: with the commands to type.
+pub fn install(plan: &[Installation], mut say: impl FnMut(&str)) -> Result<()> {
+    for installation in plan {
+        let typed: Vec<String> = installation
+            .commands
+            .iter()
+            .map(|words| words.join(" "))
+            .collect();
+        let refuse = |why: String| {
+            Error::usage(
+                format!("{} cannot be installed here: {why}", installation.what),
+                format!("as root on Debian, type `{}`", typed.join(" && ")),
+            )
+        };
+        say(&format!("installing {}", installation.what));
+        for words in &installation.commands {
+            let with_apt = words[0] == "apt-get";
+            if with_apt && freefem::find_in_path("apt-get").is_none() {
+                return Err(refuse("this system has no apt-get".into()));
+            }
+            let mut line: Vec<&str> = Vec::new();
+            if with_apt && !is_root() {
+                // -n: rather fail than wait for a password in the middle of a script.
+                line.extend(["sudo", "-n"]);
+            }
+            line.extend(words.iter().map(String::as_str));
+            say(&format!("  {}", line.join(" ")));
+            let output = Command::new(line[0])
+                .args(&line[1..])
+                .env("DEBIAN_FRONTEND", "noninteractive")
+                .stdin(Stdio::null())
+                .output()
+                .map_err(|e| refuse(format!("`{}` cannot be started: {e}", line[0])))?;
+            if !output.status.success() {
+                let told = String::from_utf8_lossy(&output.stderr);
+                let last = told.lines().rev().find(|l| !l.trim().is_empty());
+                return Err(refuse(format!(
+                    "`{}` failed: {}",
+                    line.join(" "),
+                    last.unwrap_or("it said nothing").trim()
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn is_root() -> bool {
+    Command::new("id")
+        .arg("-u")
+        .output()
+        .is_ok_and(|output| output.stdout.trim_ascii() == b"0")
+}
+
+fn words(words: &[&str]) -> Vec<String> {
+    words.iter().map(|&w| w.to_owned()).collect()
+}

@@ -1,0 +1,378 @@
+//! The job folder: what an engine gets, and what counts as its answer.
+//!
+//! ```text
+//! job.json             method, stopping rule, quadrature points and weights, data; for FreeFEM job.idp
+//! case-0/, case-1/, …  the mesh and γ, in the form that the code reads best
+//! out/                 the engine writes its dofs here, and status.json last, by rename
+//! ```
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Answer, Case, Settings};
+use crate::contact::Problem;
+use crate::error::{Error, Place, Result};
+use crate::quadrature::Rule;
+use crate::scene::Expression;
+
+/// Version of the protocol.
+pub(super) const PROTOCOL: u32 = 1;
+
+/// Values of one dof told by several cells may differ by this, relative to max|u|.
+const SAME_DOF: f64 = 1e-13;
+
+#[derive(Serialize)]
+struct Job<'a> {
+    protocol: u32,
+    faceoff: &'a str,
+    engine: &'a str,
+    stop: StopRule,
+    quadrature: Quadrature<'a>,
+    cases: Vec<JobCase>,
+}
+
+#[derive(Serialize)]
+struct StopRule {
+    increment: f64,
+    max_iterations: usize,
+}
+
+#[derive(Serialize)]
+struct Quadrature<'a> {
+    cell: Points<'a>,
+    face: Points<'a>,
+}
+
+#[derive(Serialize)]
+struct Points<'a> {
+    points: &'a [Vec<f64>],
+    weights: &'a [f64],
+}
+
+#[derive(Serialize)]
+struct JobCase {
+    id: String,
+    scene: String,
+    n: Option<usize>,
+    dimension: usize,
+    method: String,
+    element: &'static str,
+    theta1: i8,
+    theta2: i8,
+    mesh: serde_json::Value,
+    gamma: serde_json::Value,
+    data: BTreeMap<&'static str, String>,
+}
+
+/// Where the mesh and γ of a case lie, relative to the job folder.
+pub(super) struct Files {
+    pub mesh: serde_json::Value,
+    pub gamma: serde_json::Value,
+}
+
+/// A case's folder and the stem of its files.
+pub(super) fn case_id(index: usize) -> String {
+    format!("case-{index}")
+}
+
+/// How messages name a case.
+pub(super) fn case_label(case: &Case) -> String {
+    let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
+    format!("{}, {}{n}", case.scene.name, case.problem.method)
+}
+
+/// All cases of a job share one stopping rule and one pair of rules.
+fn rules<'a>(engine: &str, cases: &'a [Case]) -> Result<(&'a Rule, &'a Rule)> {
+    let Some(first) = cases.first() else {
+        return Err(Error::usage("there is no case to run", "name a scene"));
+    };
+    let rules = (&first.problem.cell_rule, &first.problem.face_rule);
+    match cases
+        .iter()
+        .find(|c| (&c.problem.cell_rule, &c.problem.face_rule) != rules)
+    {
+        None => Ok(rules),
+        Some(other) => Err(Error::engine(
+            engine,
+            format!(
+                "scenes {} and {} use different quadrature rules",
+                first.scene.name, other.scene.name
+            ),
+            "verify them one at a time",
+        )),
+    }
+}
+
+/// γ of each cell behind a contact face, by ascending cell.
+///
+/// # Errors
+/// Two contact faces of one cell with different γ: no engine could tell them apart.
+pub(super) fn gamma_by_cell(problem: &Problem) -> Result<BTreeMap<usize, f64>> {
+    let mut gamma = BTreeMap::new();
+    for face in &problem.contact {
+        if let Some(other) = gamma.insert(face.cell, face.gamma)
+            && other != face.gamma
+        {
+            return Err(Error::Mesh {
+                mesh: problem.space.mesh.name.clone(),
+                what: format!("cell {} has two contact faces with different γ", face.cell),
+                remedy: "use a rule for h that depends on the cell only".into(),
+            });
+        }
+    }
+    Ok(gamma)
+}
+
+/// Writes job.json; `write_case` writes a case's folder, `syntax` an expression.
+pub(super) fn write(
+    engine: &str,
+    folder: &Path,
+    cases: &[Case],
+    settings: &Settings,
+    syntax: impl Fn(&Expression) -> String,
+    write_case: impl Fn(&Case, &str) -> Result<Files>,
+) -> Result<()> {
+    let (cell, face) = rules(engine, cases)?;
+    let out = folder.join("out");
+    fs::create_dir_all(&out).map_err(Error::io(&out, "make"))?;
+    let cases = cases
+        .iter()
+        .enumerate()
+        .map(|(index, case)| {
+            let id = case_id(index);
+            let path = folder.join(&id);
+            fs::create_dir_all(&path).map_err(Error::io(&path, "make"))?;
+            let files = write_case(case, &id)?;
+            let data = &case.scene.data;
+            let method = &case.problem.method;
+            Ok(JobCase {
+                id,
+                scene: case.scene.name.clone(),
+                n: case.n,
+                dimension: case.problem.space.mesh.dim,
+                method: method.to_string(),
+                element: method.element.name(),
+                theta1: method.theta1,
+                theta2: method.theta2,
+                mesh: files.mesh,
+                gamma: files.gamma,
+                data: [("f", &data.f), ("g", &data.g), ("t", &data.t), ("psi", &data.psi)]
+                    .map(|(name, expression)| (name, syntax(expression)))
+                    .into(),
+            })
+        })
+        .collect::<Result<_>>()?;
+    let points = |rule: &'_ Rule| -> (Vec<Vec<f64>>, Vec<f64>) {
+        (rule.points.clone(), rule.weights.clone())
+    };
+    let (cell, face) = (points(cell), points(face));
+    let job = Job {
+        protocol: PROTOCOL,
+        faceoff: env!("CARGO_PKG_VERSION"),
+        engine,
+        stop: StopRule {
+            increment: settings.stop.increment,
+            max_iterations: settings.stop.max_iterations,
+        },
+        quadrature: Quadrature {
+            cell: Points {
+                points: &cell.0,
+                weights: &cell.1,
+            },
+            face: Points {
+                points: &face.0,
+                weights: &face.1,
+            },
+        },
+        cases,
+    };
+    let path = folder.join("job.json");
+    let text = serde_json::to_string_pretty(&job).map_err(|e| {
+        Error::file(&path, Place::Whole, format!("it cannot be written: {e}"), "report this")
+    })?;
+    fs::write(&path, text).map_err(Error::io(&path, "write"))
+}
+
+#[derive(Deserialize)]
+struct Status {
+    protocol: u32,
+    version: String,
+    cases: Vec<StatusCase>,
+}
+
+#[derive(Deserialize)]
+struct StatusCase {
+    id: String,
+    converged: bool,
+    iterations: usize,
+    /// JSON has no NaN: an increment that is not a number comes as null.
+    increments: Vec<Option<f64>>,
+    rows: usize,
+    dofs: String,
+    #[serde(default)]
+    seconds: BTreeMap<String, f64>,
+}
+
+/// Reads what an engine wrote. It counts only if every case is there, with the expected number of
+/// rows, every value finite, and each dof the same from every cell that has it.
+pub(super) fn read(engine: &str, folder: &Path, cases: &[Case]) -> Result<(String, Vec<Answer>)> {
+    let fault = |what: String| {
+        Error::engine(
+            engine,
+            what,
+            "its answer does not count; keep the job folder with --keep and look at log.txt",
+        )
+    };
+    let path = folder.join("out/status.json");
+    let text = fs::read_to_string(&path)
+        .map_err(|_| fault("it ended without writing out/status.json".into()))?;
+    let status: Status = serde_json::from_str(&text)
+        .map_err(|e| fault(format!("its out/status.json is not valid: {e}")))?;
+    if status.protocol != PROTOCOL {
+        return Err(fault(format!(
+            "it speaks protocol {}, not {PROTOCOL}",
+            status.protocol
+        )));
+    }
+    let answers = cases
+        .iter()
+        .enumerate()
+        .map(|(index, case)| {
+            let id = case_id(index);
+            let label = case_label(case);
+            let mut told = status.cases.iter().filter(|c| c.id == id);
+            let (Some(told), None) = (told.next(), told.next()) else {
+                return Err(fault(format!(
+                    "its status does not have {id} ({label}) exactly once"
+                )));
+            };
+            let space = &case.problem.space;
+            let expected = space.mesh.cell_count() * space.local_dofs;
+            if told.rows != expected {
+                return Err(fault(format!(
+                    "it wrote {} values for {id} ({label}), and there are {expected}",
+                    told.rows
+                )));
+            }
+            if told.iterations != told.increments.len() {
+                return Err(fault(format!(
+                    "it tells {} iterations of {id} ({label}) and {} increments",
+                    told.iterations,
+                    told.increments.len()
+                )));
+            }
+            let values = read_values(folder, &told.dofs, expected, space.local_dofs)
+                .map_err(|what| fault(format!("{} of {id} ({label}): {what}", told.dofs)))?;
+            let u = to_dofs(&case.problem, &values)
+                .map_err(|what| fault(format!("{id} ({label}): {what}")))?;
+            Ok(Answer {
+                residual: case.problem.backward_error(&u),
+                u,
+                increments: told
+                    .increments
+                    .iter()
+                    .map(|i| i.unwrap_or(f64::NAN))
+                    .collect(),
+                converged: told.converged,
+                seconds: told.seconds.clone().into_iter().collect(),
+            })
+        })
+        .collect::<Result<_>>()?;
+    Ok((status.version, answers))
+}
+
+/// Values of all local dofs of all cells, from rows of text or raw little-endian binary64.
+fn read_values(
+    folder: &Path,
+    name: &str,
+    expected: usize,
+    local: usize,
+) -> Result<Vec<f64>, String> {
+    let inside = Path::new(name)
+        .components()
+        .all(|c| matches!(c, std::path::Component::Normal(_)));
+    if !inside {
+        return Err("it lies outside the job folder".into());
+    }
+    let bytes = fs::read(folder.join(name)).map_err(|e| format!("it cannot be read: {e}"))?;
+    if name.ends_with(".f64") {
+        if bytes.len() != 8 * expected {
+            return Err(format!(
+                "it has {} bytes, and {expected} values take {}",
+                bytes.len(),
+                8 * expected
+            ));
+        }
+        let (values, _) = bytes.as_chunks::<8>();
+        return Ok(values.iter().map(|v| f64::from_le_bytes(*v)).collect());
+    }
+    let text = str::from_utf8(&bytes).map_err(|e| format!("it is not text: {e}"))?;
+    let mut values = vec![None; expected];
+    for (number, line) in text.lines().enumerate() {
+        let row = || format!("line {} (`{line}`)", number + 1);
+        let mut words = line.split_ascii_whitespace();
+        let (Some(cell), Some(index), Some(value), None) =
+            (words.next(), words.next(), words.next(), words.next())
+        else {
+            return Err(format!("{} is not `cell local value`", row()));
+        };
+        let (Ok(cell), Ok(index), Ok(value)) =
+            (cell.parse::<usize>(), index.parse::<usize>(), value.parse::<f64>())
+        else {
+            return Err(format!("{} does not hold two counts and a number", row()));
+        };
+        let slot = cell
+            .checked_mul(local)
+            .filter(|_| index < local)
+            .and_then(|start| values.get_mut(start + index))
+            .ok_or_else(|| format!("{} names a dof that is not there", row()))?;
+        if slot.replace(value).is_some() {
+            return Err(format!("{} names a dof for the second time", row()));
+        }
+    }
+    let missing = values.iter().filter(|v| v.is_none()).count();
+    values
+        .into_iter()
+        .collect::<Option<_>>()
+        .ok_or_else(|| format!("{missing} of {expected} rows are missing"))
+}
+
+/// One value a dof, after every cell that has it told the same.
+fn to_dofs(problem: &Problem, values: &[f64]) -> Result<Vec<f64>, String> {
+    let space = &problem.space;
+    let size = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let mut u: Vec<Option<(f64, usize)>> = vec![None; space.dofs];
+    for cell in 0..space.mesh.cell_count() {
+        let told = &values[cell * space.local_dofs..(cell + 1) * space.local_dofs];
+        for (local, (&dof, &value)) in space.cell_dofs(cell).iter().zip(told).enumerate() {
+            let place = || {
+                let x = space.points[dof as usize];
+                format!(
+                    "dof {local} of cell {cell} (vertices {:?}), at ({}, {})",
+                    space.mesh.cell(cell),
+                    x[0],
+                    x[1]
+                )
+            };
+            if !value.is_finite() {
+                return Err(format!("{} is {value}", place()));
+            }
+            match u[dof as usize] {
+                None => u[dof as usize] = Some((value, cell)),
+                Some((other, from)) if (value - other).abs() > SAME_DOF * size => {
+                    return Err(format!(
+                        "{} is {value:e}, but {other:e} from cell {from}",
+                        place()
+                    ));
+                }
+                Some(_) => {}
+            }
+        }
+    }
+    Ok(u.into_iter()
+        .map(|told| told.expect("invariant: every dof belongs to a cell").0)
+        .collect())
+}

@@ -1,0 +1,121 @@
+//! Engines: the codes that solve the problem. Each gets the same cases and returns the dofs of
+//! the same spaces; everything that is compared is derived from those dofs in one place.
+
+mod fenicsx;
+mod file;
+mod freefem;
+mod install;
+mod job;
+mod process;
+mod program;
+mod rust;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+pub use install::{Installation, install, meshio_python, plan};
+pub use process::{interrupt, interrupted};
+
+use crate::contact::{Iteration, Problem, Stop};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+
+/// One problem for the engines.
+pub struct Case<'a> {
+    pub scene: &'a Scene,
+    /// The refinement, where the scene has one.
+    pub n: Option<usize>,
+    pub problem: Problem<'a>,
+}
+
+/// What every engine must do alike.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    pub stop: Stop,
+    /// Of the Rust engine; the companions are Newton's.
+    pub iteration: Iteration,
+    /// Longest time one process may take.
+    pub time_limit: Duration,
+    /// Where job folders are kept; none: they are removed.
+    pub keep: Option<PathBuf>,
+}
+
+/// An engine's answer to one case.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// u_h at all dofs of the case's space.
+    pub u: Vec<f64>,
+    /// The relative increment of each step.
+    pub increments: Vec<f64>,
+    pub converged: bool,
+    /// Seconds by phase, as the engine tells them: read or mesh, assembly, factor, iterate, …
+    pub seconds: Vec<(String, f64)>,
+    /// How far u is from solving the scheme, recomputed here; see [`Problem::backward_error`].
+    pub residual: f64,
+}
+
+/// An engine's answers to all cases.
+#[derive(Debug, Clone)]
+pub struct Run {
+    pub version: String,
+    pub answers: Vec<Answer>,
+}
+
+/// Is told how far engines are; called from several threads.
+pub trait Progress: Sync {
+    /// `case` counts from 0; `increment` is the relative increment of this iteration.
+    fn step(&self, engine: &str, case: usize, iteration: usize, increment: f64);
+    /// All cases of an engine are done.
+    fn done(&self, engine: &str);
+}
+
+/// Nobody listens.
+pub struct Silent;
+
+impl Progress for Silent {
+    fn step(&self, _: &str, _: usize, _: usize, _: f64) {}
+    fn done(&self, _: &str) {}
+}
+
+/// A code that solves cases.
+pub trait Engine: Sync {
+    fn name(&self) -> &str;
+
+    /// The version, found by running the code.
+    ///
+    /// # Errors
+    /// A code that is not there or does not run, with the command that brings it.
+    fn probe(&self) -> Result<String>;
+
+    /// Is the code there? Cheaper than [`Engine::probe`], and no proof that it runs.
+    fn is_installed(&self) -> bool;
+
+    /// Solves all cases in one go. An answer counts only with every value there and finite.
+    ///
+    /// # Errors
+    /// A code that is missing, fails, exceeds its time, or answers something that does not count.
+    fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run>;
+}
+
+/// The engines' names, in the order of comparison.
+pub const NAMES: [&str; 3] = ["rust", "freefem", "fenicsx"];
+
+/// Finds an engine by name, or by the path of a TOML file that describes one.
+///
+/// # Errors
+/// A name that is neither, or a file that is not valid.
+pub fn find(name: &str) -> Result<Box<dyn Engine>> {
+    match name {
+        "rust" => Ok(Box::new(rust::Rust)),
+        "freefem" => Ok(Box::new(program::Program::freefem())),
+        "fenicsx" => Ok(Box::new(program::Program::fenicsx())),
+        path if path.ends_with(".toml") => Ok(Box::new(file::read(path.as_ref())?)),
+        _ => Err(Error::usage(
+            format!("there is no engine `{name}`"),
+            format!(
+                "use {}, or a TOML file that describes one",
+                NAMES.join(", ")
+            ),
+        )),
+    }
+}

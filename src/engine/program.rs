@@ -1,0 +1,138 @@
+//! An engine that is a program and speaks the protocol.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::{Case, Engine, Progress, Run, Settings, fenicsx, freefem, job, process};
+use crate::error::{Error, Result};
+
+/// A program and how it is spoken to.
+pub(super) struct Program {
+    pub name: String,
+    pub kind: Kind,
+}
+
+pub(super) enum Kind {
+    /// FreeFEM with the companion script, or with a copy of it in this folder.
+    FreeFem { scripts: Option<PathBuf> },
+    /// dolfinx with the companion script, or with a copy of it in this folder.
+    Fenicsx { scripts: Option<PathBuf> },
+    /// Any other program; it gets the job as dolfinx does, with expressions as the scene has them.
+    Other { command: Vec<String>, folder: PathBuf },
+}
+
+impl Program {
+    pub fn freefem() -> Self {
+        Program {
+            name: "freefem".into(),
+            kind: Kind::FreeFem { scripts: None },
+        }
+    }
+
+    pub fn fenicsx() -> Self {
+        Program {
+            name: "fenicsx".into(),
+            kind: Kind::Fenicsx { scripts: None },
+        }
+    }
+
+    /// Writes the job and returns the command that does it.
+    fn prepare(&self, folder: &Path, cases: &[Case], settings: &Settings) -> Result<Command> {
+        match &self.kind {
+            Kind::FreeFem { scripts } => {
+                freefem::write_job(&self.name, folder, cases, settings)?;
+                freefem::command(folder, scripts.as_deref())
+            }
+            Kind::Fenicsx { scripts } => {
+                fenicsx::write_job(&self.name, folder, cases, settings, |e| e.to_ufl())?;
+                fenicsx::command(folder, scripts.as_deref())
+            }
+            Kind::Other {
+                command,
+                folder: home,
+            } => {
+                fenicsx::write_job(&self.name, folder, cases, settings, |e| e.text().to_owned())?;
+                Ok(other_command(command, home))
+            }
+        }
+    }
+}
+
+/// The command of an engine file; words that are files beside it are meant to be those.
+fn other_command(words: &[String], home: &Path) -> Command {
+    let resolve = |word: &String| {
+        let beside = home.join(word);
+        if beside.is_file() {
+            std::path::absolute(&beside).unwrap_or(beside).into_os_string()
+        } else {
+            word.into()
+        }
+    };
+    let mut command = Command::new(resolve(&words[0]));
+    command.args(words[1..].iter().map(resolve)).env("LC_ALL", "C");
+    command
+}
+
+impl Engine for Program {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn probe(&self) -> Result<String> {
+        match &self.kind {
+            Kind::FreeFem { .. } => freefem::probe(),
+            Kind::Fenicsx { .. } => fenicsx::probe(),
+            Kind::Other { .. } => Ok("told by its answers".into()),
+        }
+    }
+
+    fn is_installed(&self) -> bool {
+        match &self.kind {
+            Kind::FreeFem { .. } => freefem::program().is_some(),
+            Kind::Fenicsx { .. } => fenicsx::python().is_some(),
+            Kind::Other { .. } => true,
+        }
+    }
+
+    fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {
+        let temporary;
+        let folder = match &settings.keep {
+            Some(keep) => {
+                let folder = keep.join(&self.name);
+                // What an earlier run left here must not pass for an answer of this one.
+                if folder.exists() {
+                    std::fs::remove_dir_all(&folder).map_err(Error::io(&folder, "replace"))?;
+                }
+                std::fs::create_dir_all(&folder).map_err(Error::io(&folder, "make"))?;
+                std::path::absolute(&folder).map_err(Error::io(&folder, "find"))?
+            }
+            None => {
+                temporary = tempfile::Builder::new()
+                    .prefix("faceoff-")
+                    .tempdir()
+                    .map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
+                temporary.path().to_owned()
+            }
+        };
+        let command = self.prepare(&folder, cases, settings)?;
+        process::run(&self.name, command, &folder, settings.time_limit, |line| {
+            if let Some((case, step, increment)) = parse_progress(line) {
+                progress.step(&self.name, case, step, increment);
+            }
+        })?;
+        let (version, answers) = job::read(&self.name, &folder, cases)?;
+        progress.done(&self.name);
+        Ok(Run { version, answers })
+    }
+}
+
+/// `progress case-3 7 1.25e-05`
+fn parse_progress(line: &str) -> Option<(usize, usize, f64)> {
+    let mut words = line.strip_prefix("progress case-")?.split(' ');
+    let parsed = (
+        words.next()?.parse().ok()?,
+        words.next()?.parse().ok()?,
+        words.next()?.parse().ok()?,
+    );
+    words.next().is_none().then_some(parsed)
+}

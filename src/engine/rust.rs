@@ -1,0 +1,54 @@
+//! The solver of this crate as an engine.
+
+use super::{Answer, Case, Engine, Progress, Run, Settings, interrupted};
+use crate::contact;
+use crate::error::{Error, Result};
+
+pub(super) struct Rust;
+
+impl Engine for Rust {
+    fn name(&self) -> &str {
+        "rust"
+    }
+
+    fn probe(&self) -> Result<String> {
+        Ok(env!("CARGO_PKG_VERSION").to_owned())
+    }
+
+    fn is_installed(&self) -> bool {
+        true
+    }
+
+    fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {
+        let answers = cases
+            .iter()
+            .enumerate()
+            .map(|(index, case)| {
+                let told = |step: usize, increment: f64| {
+                    progress.step(self.name(), index, step, increment);
+                    if interrupted() {
+                        return Err(Error::Interrupted);
+                    }
+                    Ok(())
+                };
+                let solution =
+                    contact::solve(&case.problem, settings.iteration, settings.stop, told)?;
+                Ok(Answer {
+                    residual: case.problem.backward_error(&solution.u),
+                    u: solution.u,
+                    increments: solution.increments,
+                    converged: solution.converged,
+                    seconds: vec![
+                        ("factor".into(), solution.seconds.factor),
+                        ("iterate".into(), solution.seconds.iterate),
+                    ],
+                })
+            })
+            .collect::<Result<_>>()?;
+        progress.done(self.name());
+        Ok(Run {
+            version: self.probe()?,
+            answers,
+        })
+    }
+}

@@ -1,0 +1,64 @@
+//! Fields on faces: what codes are compared by.
+
+/// Fields of one result, keyed by faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaceFields {
+    /// Whose they are, as the comparison names it.
+    pub source: String,
+    /// Number of vertices of a face: 2 in the plane, 3 in space.
+    pub dim: usize,
+    /// Vertices of the faces, `dim` each, ascending.
+    pub vertices: Vec<u32>,
+    /// Centroids of the faces.
+    pub midpoints: Vec<[f64; 3]>,
+    /// |F|
+    pub measures: Vec<f64>,
+    pub columns: Vec<FaceColumn>,
+}
+
+/// One field: values on some of the faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaceColumn {
+    pub name: String,
+    pub kind: ColumnKind,
+    /// Values on each face.
+    pub components: usize,
+    /// The faces that carry it, ascending.
+    pub faces: Vec<u32>,
+    /// `components` values a face of `faces`.
+    pub values: Vec<f64>,
+    /// By how much a value on that face can change when no dof changes by more than 1; this makes
+    /// a tolerance for dofs one for every field.
+    pub sensitivity: Vec<f64>,
+}
+
+/// How a field is judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// By its values.
+    Value,
+    /// By the signs of its values: contact where P ≤ 0, non-contact where P > 0.
+    Status,
+}
+
+impl FaceFields {
+    pub fn face_count(&self) -> usize {
+        self.measures.len()
+    }
+
+    /// Vertices of a face, ascending.
+    pub fn face(&self, face: usize) -> &[u32] {
+        &self.vertices[self.dim * face..self.dim * (face + 1)]
+    }
+
+    pub fn column(&self, name: &str) -> Option<&FaceColumn> {
+        self.columns.iter().find(|c| c.name == name)
+    }
+}
+
+impl FaceColumn {
+    /// Values on the k-th of its faces.
+    pub fn row(&self, k: usize) -> &[f64] {
+        &self.values[self.components * k..self.components * (k + 1)]
+    }
+}
