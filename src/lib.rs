@@ -3,6 +3,7 @@
 //! Imports point one way; the order of the modules below is the order of the layers.
 
 pub mod assembly;
+pub mod cli;
 pub mod compare;
 pub mod contact;
 pub mod element;
@@ -13,6 +14,8 @@ pub mod io;
 pub mod linear;
 pub mod mesh;
 pub mod quadrature;
+pub mod report;
 pub mod scene;
+pub mod verify;
 
 pub use error::{Error, Result};

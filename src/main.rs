@@ -1,1 +1,7 @@
-fn main(){}
+//! The `faceoff` program; everything it does is in the library.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    faceoff::cli::main()
+}

@@ -16,6 +16,13 @@ pub struct Installation {
     pub commands: Vec<Vec<String>>,
 }
 
+impl Installation {
+    /// The commands as a user would type them.
+    pub fn typed(&self) -> Vec<String> {
+        self.commands.iter().map(|words| words.join(" ")).collect()
+    }
+}
+
 /// What the named engines (and `meshio`) lack here. Nothing is changed.
 pub fn plan(names: &[&str]) -> Vec<Installation> {
     let mut packages: Vec<&str> = Vec::new();
@@ -80,11 +87,7 @@ fn environment() -> Option<PathBuf> {
 /// A system without apt, a user without root, a command that fails: with the commands to type.
 pub fn install(plan: &[Installation], mut say: impl FnMut(&str)) -> Result<()> {
     for installation in plan {
-        let typed: Vec<String> = installation
-            .commands
-            .iter()
-            .map(|words| words.join(" "))
-            .collect();
+        let typed = installation.typed();
         let refuse = |why: String| {
             Error::usage(
                 format!("{} cannot be installed here: {why}", installation.what),

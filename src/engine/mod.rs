@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 pub use install::{Installation, install, meshio_python, plan};
-pub use process::{interrupt, interrupted};
+pub use process::{interrupt, interrupted, peak_memory_mb};
 
 use crate::contact::{Iteration, Problem, Stop};
 use crate::error::{Error, Result};

@@ -1,10 +1,10 @@
 //! Meshes: as a file holds them ([`Mesh`]), and as the solver needs them.
 
 pub mod generate;
-mod geometry;
+mod simplex;
 mod triangulation;
 
-pub use geometry::CellGeometry;
+pub use simplex::CellGeometry;
 pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges};
 
 /// A mesh as a file holds it: points, cells of any type, and named groups of cells.

@@ -3,6 +3,7 @@
 mod boundary;
 pub mod expression;
 mod file;
+mod load;
 
 use std::path::{Path, PathBuf};
 

@@ -1,0 +1,196 @@
+//! The arguments, as clap parses them.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::contact::{Iteration, Method};
+
+/// Settle whether finite element codes agree, face by face.
+///
+/// Exit code: 0 agree or done; 1 disagree or not reached; 2 could not judge.
+#[derive(Parser)]
+#[command(version, max_term_width = 100)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub(super) enum Command {
+    /// Run scenes through all engines and judge every pair
+    Verify(Verify),
+    /// Solve one scene with one engine
+    Solve(Solve),
+    /// Show which codes are here, their versions, and what is missing
+    Engines(Engines),
+}
+
+/// Where results go.
+#[derive(Args)]
+pub(super) struct Output {
+    /// Write the result as JSON to FILE (`-` for standard output)
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// How engines are run.
+#[derive(Args)]
+pub(super) struct Running {
+    /// Longest time one engine may take, in seconds
+    #[arg(long, value_name = "SECONDS", default_value = "3600", value_parser = seconds)]
+    pub time_limit: Duration,
+    /// Keep the job folders in DIR
+    #[arg(long, value_name = "DIR")]
+    pub keep: Option<PathBuf>,
+    /// Stop when the relative broken H1 norm of the increment is below this
+    #[arg(long, value_name = "TOL", default_value = "1e-12", value_parser = increment)]
+    pub tolerance: f64,
+    /// Most iterations
+    #[arg(long, value_name = "STEPS", default_value = "50", value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_iterations: u32,
+    /// Install what is missing first
+    #[arg(long)]
+    pub install: bool,
+}
+
+#[derive(Args)]
+pub(super) struct Verify {
+    /// Built-in scenes or TOML files [default: all built-in scenes]
+    #[arg(value_name = "SCENE")]
+    pub scenes: Vec<String>,
+    /// Engines, or TOML files that describe one
+    #[arg(long, value_delimiter = ',', default_values = ["rust", "freefem", "fenicsx"])]
+    pub engines: Vec<String>,
+    /// Methods: cr, p1, p2, or a member of the family (2.4) as in "p2(1,0)"
+    #[arg(long, default_value = "cr,p2", value_parser = methods)]
+    pub methods: Methods,
+    /// Refinements [default: each scene's own]
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    pub n: Vec<u32>,
+    /// Judge without the engines that are missing
+    #[arg(long)]
+    pub allow_missing: bool,
+    /// Write the fields of every case and engine as VTU into DIR
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+    #[command(flatten)]
+    pub running: Running,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Args)]
+pub(super) struct Solve {
+    /// A built-in scene or a TOML file
+    pub scene: String,
+    #[arg(long, default_value = "rust")]
+    pub engine: String,
+    /// cr, p1, p2, or a member of the family (2.4) as in "p2(1,0)"
+    #[arg(long, default_value = "cr", value_parser = method)]
+    pub method: Method,
+    /// Refinement [default: the scene's own]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub n: Option<u32>,
+    /// Solve on this mesh instead of the scene's
+    #[arg(long, value_name = "FILE", conflicts_with = "n")]
+    pub mesh: Option<PathBuf>,
+    /// Overrides the scene's gamma0
+    #[arg(long)]
+    pub gamma0: Option<f64>,
+    /// newton, or a splitting of the paper's fixed point: lagged-p, lagged-gap, relaxed, flux-new
+    /// (Rust engine only)
+    #[arg(long, default_value = "newton")]
+    pub iteration: Iteration,
+    /// Write the solution as FILE.vtu, and its faces as FILE-faces.vtu
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub running: Running,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Args)]
+pub(super) struct Engines {
+    #[command(subcommand)]
+    pub action: Option<EnginesAction>,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Subcommand)]
+pub(super) enum EnginesAction {
+    /// Install what is missing: FreeFEM and dolfinx by apt, meshio into a private environment
+    Install,
+}
+
+/// A list of methods; the parameters of a family member hold a comma of their own.
+#[derive(Clone)]
+pub(super) struct Methods(pub Vec<Method>);
+
+fn methods(text: &str) -> Result<Methods, String> {
+    let mut depth = 0;
+    let words = text.split(|c| {
+        match c {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
+        }
+        c == ',' && depth == 0
+    });
+    let methods: Vec<Method> = words.map(method).collect::<Result<_, _>>()?;
+    for (k, method) in methods.iter().enumerate() {
+        if methods[..k].contains(method) {
+            return Err(format!("method {method} is named twice"));
+        }
+    }
+    Ok(Methods(methods))
+}
+
+fn method(text: &str) -> Result<Method, String> {
+    text.trim().parse()
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    text.parse::<f64>()
+        .ok()
+        .and_then(|s| Duration::try_from_secs_f64(s).ok())
+        .filter(|d| !d.is_zero())
+        .ok_or_else(|| format!("`{text}` is no positive number of seconds"))
+}
+
+fn increment(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|t| *t > 0.0 && *t < 1.0)
+        .ok_or_else(|| format!("`{text}` is no tolerance between 0 and 1"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn methods_with_parameters_split_at_the_right_commas() {
+        let names: Vec<String> = methods("cr,p2(1,0), p1")
+            .unwrap_or(Methods(vec![]))
+            .0
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        assert_eq!(names, ["cr", "p2(1,0)", "p1"]);
+        assert!(methods("cr,cr").is_err());
+        assert!(methods("cr,p2(1,1),p2").is_err());
+    }
+}

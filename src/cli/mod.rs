@@ -1,0 +1,54 @@
+//! The command line: raw arguments become one valid request, and the request an exit code.
+
+mod args;
+mod engines;
+mod progress;
+mod solve;
+mod verify;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::engine;
+use crate::error::Result;
+use args::{Arguments, Command};
+
+/// 0: agree, or done.
+const DONE: u8 = 0;
+/// 1: disagree, or not reached.
+const DISAGREE: u8 = 1;
+/// 2: could not judge: bad input, a code missing, crashed or out of time.
+const FAILED: u8 = 2;
+
+/// Parses the arguments of the process, does what they say, and returns its exit code.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    // Programs are killed with their children and temporary folders are removed on the way out.
+    // Where a handler cannot be set, an interruption ends the program at once.
+    let _ = ctrlc::set_handler(|| {
+        if engine::interrupted() {
+            std::process::exit(i32::from(FAILED));
+        }
+        engine::interrupt();
+    });
+    tracing_subscriber::fmt()
+        .with_writer(std::io::stderr)
+        .with_env_filter(tracing_subscriber::EnvFilter::from_env("FACEOFF_LOG"))
+        .init();
+    match run(arguments) {
+        Ok(code) => ExitCode::from(code),
+        Err(e) => {
+            eprintln!("faceoff: {e}");
+            ExitCode::from(FAILED)
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> Result<u8> {
+    match arguments.command {
+        Command::Verify(arguments) => verify::run(&arguments),
+        Command::Solve(arguments) => solve::run(&arguments),
+        Command::Engines(arguments) => engines::run(&arguments),
+    }
+}

@@ -1,0 +1,89 @@
+//! Progress on stderr: a bar for each engine, with the time left, on a terminal only.
+
+use std::collections::HashMap;
+use std::io::IsTerminal;
+use std::sync::Mutex;
+
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+
+use crate::engine::Progress;
+
+/// Newton takes about this many steps; it only shapes the estimate.
+const USUAL_STEPS: u64 = 8;
+
+pub(super) struct Bars {
+    /// What each case is called, and its share of the work.
+    cases: Vec<(String, u64)>,
+    bars: Mutex<HashMap<String, ProgressBar>>,
+    all: MultiProgress,
+    total: u64,
+}
+
+impl Bars {
+    /// None where nobody would see them.
+    pub fn new(engines: &[&str], cases: Vec<(String, u64)>, quiet: bool) -> Option<Self> {
+        if quiet || !std::io::stderr().is_terminal() {
+            return None;
+        }
+        let total = USUAL_STEPS * cases.iter().map(|c| c.1).sum::<u64>();
+        let all = MultiProgress::new();
+        let style = ProgressStyle::with_template(
+            "{prefix:>8} {bar:24} {percent:>3}% {elapsed:>4}, left {eta:<4} {msg}",
+        )
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+        let bars = engines
+            .iter()
+            .map(|engine| {
+                let bar = all.add(ProgressBar::new(total));
+                bar.set_style(style.clone());
+                bar.set_prefix((*engine).to_owned());
+                bar.set_message("starting");
+                bar.enable_steady_tick(std::time::Duration::from_millis(200));
+                ((*engine).to_owned(), bar)
+            })
+            .collect();
+        Some(Bars {
+            cases,
+            bars: Mutex::new(bars),
+            all,
+            total,
+        })
+    }
+
+    /// Takes the bars away.
+    pub fn clear(&self) {
+        // A terminal that is gone needs no clearing.
+        let _ = self.all.clear();
+    }
+
+    fn with_bar(&self, engine: &str, act: impl FnOnce(&ProgressBar)) {
+        let bars = self
+            .bars
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(bar) = bars.get(engine) {
+            act(bar);
+        }
+    }
+}
+
+impl Progress for Bars {
+    fn step(&self, engine: &str, case: usize, iteration: usize, increment: f64) {
+        let Some((name, weight)) = self.cases.get(case) else {
+            return;
+        };
+        let before: u64 = self.cases[..case].iter().map(|c| c.1).sum();
+        let position = USUAL_STEPS * before + weight * (iteration as u64).min(USUAL_STEPS);
+        self.with_bar(engine, |bar| {
+            bar.set_position(position.min(self.total));
+            bar.set_message(format!("{name}: step {iteration}, {increment:.0e}"));
+        });
+    }
+
+    fn done(&self, engine: &str) {
+        self.with_bar(engine, |bar| {
+            bar.set_position(self.total);
+            bar.finish_with_message("done");
+        });
+    }
+}

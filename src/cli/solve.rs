@@ -1,0 +1,187 @@
+//! `faceoff solve`.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::args::Solve;
+use super::progress::Bars;
+use super::verify::settings;
+use super::{DISAGREE, DONE, FAILED, engines};
+use crate::contact::{Iteration, Problem, quantities};
+use crate::engine::{self, Case, Progress, Silent};
+use crate::error::{Error, Result};
+use crate::report;
+use crate::scene::{MeshSource, Scene};
+
+/// The answer, as scripts read it.
+#[derive(Serialize)]
+struct Answer {
+    scene: String,
+    method: String,
+    engine: String,
+    version: String,
+    n: Option<usize>,
+    faces: usize,
+    cells: usize,
+    dofs: usize,
+    gamma0: f64,
+    iteration: String,
+    iterations: usize,
+    increments: Vec<f64>,
+    converged: bool,
+    /// Backward error of the scheme.
+    residual: f64,
+    grad_norm_sq: f64,
+    l2_norm: f64,
+    contact_flux: f64,
+    contact_residual: f64,
+    contact_set: Vec<[f64; 2]>,
+    seconds: Seconds,
+    peak_rss_mb: f64,
+}
+
+/// Wall-clock seconds; null where an engine does not tell.
+#[derive(Serialize)]
+struct Seconds {
+    mesh: f64,
+    assembly: Option<f64>,
+    factor: Option<f64>,
+    iterate: Option<f64>,
+    total: f64,
+}
+
+pub(super) fn run(arguments: &Solve) -> Result<u8> {
+    let quiet = arguments.output.quiet;
+    let mut scene = Scene::find(&arguments.scene)?;
+    if let Some(path) = &arguments.mesh {
+        scene.mesh = MeshSource::File {
+            path: path.clone(),
+            n: None,
+        };
+    }
+    if let Some(gamma0) = arguments.gamma0 {
+        if !(gamma0 > 0.0 && gamma0.is_finite()) {
+            return Err(Error::usage(
+                format!("gamma0 = {gamma0} is not positive"),
+                "the method needs gamma0 > 0 (default: 100)",
+            ));
+        }
+        scene.gamma0 = gamma0;
+    }
+    if arguments.iteration != Iteration::Newton && arguments.engine != "rust" {
+        return Err(Error::usage(
+            format!("engine {} iterates by Newton only", arguments.engine),
+            "use --engine rust for the fixed points",
+        ));
+    }
+    if arguments.running.install {
+        engines::install(&[arguments.engine.as_str()], quiet)?;
+    }
+    let engine = engine::find(&arguments.engine)?;
+    if !engine.is_installed() {
+        engine.probe()?;
+    }
+    if let Some(out) = &arguments.out {
+        report::check_vtu_path(out)?;
+    }
+
+    let clock = Instant::now();
+    let n = arguments.n.map(|n| n as usize).or(scene.mesh.n());
+    let mesh = scene.triangulation(n)?;
+    let seconds_mesh = clock.elapsed().as_secs_f64();
+    let assembly_clock = Instant::now();
+    let problem = Problem::new(&scene, &mesh, arguments.method)?;
+    let seconds_problem = assembly_clock.elapsed().as_secs_f64();
+    let case = Case {
+        scene: &scene,
+        n,
+        problem,
+    };
+    let name = format!("{} {}", scene.name, arguments.method);
+    let bars = Bars::new(&[engine.name()], vec![(name, 1)], quiet);
+    let listener: &dyn Progress = bars.as_ref().map_or(&Silent, |bars| bars);
+    let settings = settings(&arguments.running, arguments.iteration);
+    let run = engine.run(std::slice::from_ref(&case), &settings, listener);
+    if let Some(bars) = &bars {
+        bars.clear();
+    }
+    let mut run = run?;
+    let total = clock.elapsed().as_secs_f64();
+    let Some(answer) = run.answers.pop() else {
+        return Err(Error::engine(engine.name(), "it gave no answer", "report this"));
+    };
+
+    let own = engine.name() == "rust";
+    let phase = |name: &str| answer.seconds.iter().find(|(n, _)| n == name).map(|p| p.1);
+    let values = quantities(&case.problem, &answer.u);
+    let told = Answer {
+        scene: scene.name.clone(),
+        method: arguments.method.to_string(),
+        engine: engine.name().to_owned(),
+        version: run.version,
+        n,
+        faces: mesh.face_count(),
+        cells: mesh.cell_count(),
+        dofs: case.problem.space.dofs,
+        gamma0: scene.gamma0,
+        iteration: settings.iteration.to_string(),
+        iterations: answer.increments.len(),
+        increments: answer.increments.clone(),
+        converged: answer.converged,
+        residual: answer.residual,
+        grad_norm_sq: values.grad_norm_sq,
+        l2_norm: values.l2_norm,
+        contact_flux: values.contact_flux,
+        contact_residual: values.contact_residual,
+        contact_set: values.contact_set,
+        seconds: Seconds {
+            mesh: seconds_mesh + if own { 0.0 } else { phase("read").unwrap_or(0.0) },
+            assembly: if own { Some(seconds_problem) } else { phase("assemble") },
+            factor: phase("factor"),
+            iterate: phase("iterate").or(phase("solve")),
+            total,
+        },
+        peak_rss_mb: engine::peak_memory_mb(!own),
+    };
+    if let Some(out) = &arguments.out {
+        report::write_solution(out, &case, &answer.u, engine.name(), &told.version)?;
+    }
+    report::write_json(arguments.output.json.as_deref(), &told)?;
+    if !quiet && !report::is_stdout(arguments.output.json.as_deref()) {
+        print_answer(&told);
+    }
+    if !told.grad_norm_sq.is_finite() {
+        eprintln!("faceoff: the result is not finite");
+        return Ok(FAILED);
+    }
+    if !told.converged {
+        eprintln!(
+            "faceoff: {} did not reach the tolerance {:e} in {} iterations; this is its last iterate, not a solution",
+            told.engine, settings.stop.increment, told.iterations
+        );
+        return Ok(DISAGREE);
+    }
+    Ok(DONE)
+}
+
+fn print_answer(a: &Answer) {
+    let n = a.n.map_or(String::new(), |n| format!(", n = {n}"));
+    println!("{} by {} {} ({}){n}", a.scene, a.engine, a.version, a.method);
+    println!("  cells {}, faces {}, dofs {}", a.cells, a.faces, a.dofs);
+    println!(
+        "  {} iterations, backward error {:.1e}",
+        a.iterations, a.residual
+    );
+    println!("  ‖∇u‖²           {:.15e}", a.grad_norm_sq);
+    println!("  ‖u‖             {:.15e}", a.l2_norm);
+    println!("  flux on Γ_C     {:.15e}", a.contact_flux);
+    println!("  ‖u-ψ+[P]₊‖_C    {:.15e}", a.contact_residual);
+    let runs: Vec<String> = a
+        .contact_set
+        .iter()
+        .map(|[from, to]| format!("[{from:.6}, {to:.6}]"))
+        .collect();
+    println!("  contact on      {}", if runs.is_empty() { "nothing".into() } else { runs.join(" ") });
+    println!("  {:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
+}

@@ -1,0 +1,137 @@
+//! `faceoff verify`.
+
+use super::args::{Running, Verify};
+use super::progress::Bars;
+use super::{DISAGREE, DONE, FAILED, engines};
+use crate::compare::Verdict;
+use crate::contact::{Iteration, Stop};
+use crate::engine::{self, Engine, Progress, Settings, Silent};
+use crate::error::{Error, Result};
+use crate::report;
+use crate::scene::Scene;
+use crate::verify::{Request, verify};
+
+pub(super) fn run(arguments: &Verify) -> Result<u8> {
+    let quiet = arguments.output.quiet;
+    let scenes = if arguments.scenes.is_empty() {
+        Scene::builtin_names().map(Scene::find).collect::<Result<Vec<_>>>()?
+    } else {
+        arguments
+            .scenes
+            .iter()
+            .map(|name| Scene::find(name))
+            .collect::<Result<Vec<_>>>()?
+    };
+    for (k, scene) in scenes.iter().enumerate() {
+        if scenes[..k].iter().any(|other| other.name == scene.name) {
+            return Err(Error::usage(
+                format!("scene {} is named twice", scene.name),
+                "give scenes of different names",
+            ));
+        }
+    }
+    let request = Request {
+        scenes,
+        methods: arguments.methods.0.clone(),
+        n: distinct(&arguments.n)?,
+        engines: present(arguments)?,
+        settings: settings(&arguments.running, Iteration::Newton),
+    };
+    if let Some(folder) = &arguments.report {
+        report::prepare_folder(folder)?;
+    }
+
+    let outcome = {
+        let names: Vec<&str> = request.engines.iter().map(|e| e.name()).collect();
+        let bars = Bars::new(&names, work(&request), quiet);
+        let listener: &dyn Progress = bars.as_ref().map_or(&Silent, |bars| bars);
+        let outcome = verify(&request, listener);
+        if let Some(bars) = &bars {
+            bars.clear();
+        }
+        outcome?
+    };
+
+    if let Some(folder) = &arguments.report {
+        report::write_fields(folder, &request, &outcome)?;
+    }
+    report::write_json(arguments.output.json.as_deref(), &outcome)?;
+    if !quiet && !report::is_stdout(arguments.output.json.as_deref()) {
+        print!("{}", report::table(&outcome));
+    }
+    for failure in &outcome.failures {
+        eprintln!("faceoff: {}", failure.message);
+    }
+    Ok(match outcome.verdict {
+        Verdict::Agree => DONE,
+        Verdict::Disagree => DISAGREE,
+        Verdict::Undetermined => FAILED,
+    })
+}
+
+/// The engines asked for; what is missing is installed, left out or refused, as the user says.
+fn present(arguments: &Verify) -> Result<Vec<Box<dyn Engine>>> {
+    let names: Vec<&str> = arguments.engines.iter().map(String::as_str).collect();
+    if arguments.running.install {
+        engines::install(&names, arguments.output.quiet)?;
+    }
+    let mut present = Vec::new();
+    for name in names {
+        let engine = engine::find(name)?;
+        if engine.is_installed() {
+            present.push(engine);
+        } else if arguments.allow_missing {
+            eprintln!("faceoff: engine {name} is missing and left out");
+        } else {
+            // The probe knows what is missing and the command that brings it.
+            engine.probe()?;
+            present.push(engine);
+        }
+    }
+    Ok(present)
+}
+
+pub(super) fn settings(running: &Running, iteration: Iteration) -> Settings {
+    Settings {
+        stop: Stop {
+            increment: running.tolerance,
+            max_iterations: running.max_iterations as usize,
+        },
+        iteration,
+        time_limit: running.time_limit,
+        keep: running.keep.clone(),
+    }
+}
+
+fn distinct(n: &[u32]) -> Result<Vec<usize>> {
+    let mut seen: Vec<usize> = Vec::new();
+    for &n in n {
+        if seen.contains(&(n as usize)) {
+            return Err(Error::usage(
+                format!("n = {n} is named twice"),
+                "give different refinements",
+            ));
+        }
+        seen.push(n as usize);
+    }
+    Ok(seen)
+}
+
+/// What each case is called and its share of the work, in the order in which engines get them.
+fn work(request: &Request) -> Vec<(String, u64)> {
+    let mut cases = Vec::new();
+    for scene in &request.scenes {
+        let own = [scene.mesh.n().unwrap_or(16)];
+        let levels: &[usize] = match scene.mesh.n() {
+            Some(_) if !request.n.is_empty() => &request.n,
+            _ => &own,
+        };
+        for n in levels {
+            for method in &request.methods {
+                let weight = (n * n * method.element.degree()).max(1) as u64;
+                cases.push((format!("{} {method} n = {n}", scene.name), weight));
+            }
+        }
+    }
+    cases
+}

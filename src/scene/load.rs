@@ -1,0 +1,87 @@
+//! From a scene to its mesh.
+
+use super::{MeshSource, Scene};
+use crate::error::{Error, Result};
+use crate::mesh::Triangulation;
+use crate::mesh::generate::union_jack;
+
+/// No generated mesh is larger than this, so that a slip of the keyboard is not taken for a wish.
+const LARGEST_N: usize = 16_384;
+
+impl MeshSource {
+    /// The refinement that the scene itself gives; none where a file has no such number.
+    pub fn n(&self) -> Option<usize> {
+        match self {
+            MeshSource::UnionJack { n, .. } => Some(*n),
+            MeshSource::File { n, .. } | MeshSource::Embedded { n, .. } => *n,
+        }
+    }
+}
+
+impl Scene {
+    /// The scene's mesh at refinement `n`; none: as the scene gives it.
+    ///
+    /// # Errors
+    /// A file that cannot be read or holds no usable mesh, an `n` that the mesh cannot have.
+    pub fn triangulation(&self, n: Option<usize>) -> Result<Triangulation> {
+        let refuse = |what: String, remedy: String| Error::Scene {
+            scene: self.name.clone(),
+            place: "n".into(),
+            what,
+            remedy,
+        };
+        if n == Some(0) {
+            return Err(refuse(
+                "a mesh with n = 0 has no cells".into(),
+                "give n of at least 1".into(),
+            ));
+        }
+        if let Some(n) = n.filter(|n| *n > LARGEST_N) {
+            return Err(refuse(
+                format!("n = {n} is beyond the largest mesh, {LARGEST_N}"),
+                "give a smaller n".into(),
+            ));
+        }
+        let (name, mesh, base) = match &self.mesh {
+            MeshSource::UnionJack { n: own, size } => {
+                let n = n.unwrap_or(*own);
+                let name = format!("union-jack {n}");
+                return Triangulation::new(&name, &union_jack(n, *size));
+            }
+            MeshSource::File { path, n } => {
+                (path.display().to_string(), crate::io::read(path)?.mesh, *n)
+            }
+            MeshSource::Embedded { name, bytes, n } => {
+                let mesh = crate::io::parse(name.as_ref(), bytes)?.mesh;
+                ((*name).to_owned(), mesh, *n)
+            }
+        };
+        let times = match (n, base) {
+            (None, _) => 0,
+            (Some(n), Some(base)) if n % base == 0 && (n / base).is_power_of_two() => {
+                (n / base).trailing_zeros()
+            }
+            (Some(n), Some(base)) => {
+                return Err(refuse(
+                    format!("mesh {name} counts as n = {base}, and refining it halves h: n = {n} is not among the meshes"),
+                    format!("give {base}, {}, {}, …", 2 * base, 4 * base),
+                ));
+            }
+            (Some(_), None) => {
+                return Err(refuse(
+                    format!("the scene does not say what n its mesh {name} counts as"),
+                    "set n beside `file`, or leave --n away".into(),
+                ));
+            }
+        };
+        let mut mesh = mesh;
+        for _ in 0..times {
+            mesh = crate::mesh::refine(&mesh)?;
+        }
+        let name = match times {
+            0 => name,
+            _ => format!("{name} refined {times} times"),
+        };
+        Triangulation::new(&name, &mesh)
+    }
+}
