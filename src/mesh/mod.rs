@@ -1,12 +1,14 @@
 //! Meshes: as a file holds them ([`Mesh`]), and as the solver needs them.
 
+mod data;
 mod geometry;
 mod kind;
 
+pub use data::{Field, Support, Values};
 pub use geometry::{CellPartitions, Entity, Geometry, Partitions, Periodic, PointRun};
 pub use kind::{CellKind, OtherKind, Shape};
 
-/// A mesh as a file holds it: points, cells of any type, and named groups of cells.
+/// A mesh as a file holds it: points, cells of any type, named groups of cells, and fields.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
     /// Coordinates, one row a point; planar meshes have z = 0.
@@ -17,6 +19,8 @@ pub struct Mesh {
     pub blocks: Vec<CellBlock>,
     /// Physical groups (Gmsh), labels (FreeFEM, Medit): each a set of cells. Ascending in dimension and tag.
     pub groups: Vec<Group>,
+    /// Values on points and cells.
+    pub fields: Vec<Field>,
     /// The geometry behind the mesh, as Gmsh tells it.
     pub geometry: Geometry,
 }
@@ -172,6 +176,11 @@ impl Mesh {
             }
         }
         self.validate_groups()?;
+        for field in &self.fields {
+            if field.expected_len(self) != Some(field.values.len()) || !field.at.is_sorted_by(|a, b| a < b) {
+                return Err(format!("field {:?} does not fit the mesh", field.name));
+            }
+        }
         self.validate_geometry()
     }
 
