@@ -66,28 +66,51 @@ impl Values {
 impl Field {
     /// A field with one row of `components` values for every point or cell.
     pub fn new(name: impl Into<String>, on: Support, components: usize, values: Values) -> Self {
-        Field { name: name.into(), on, components, values, at: Vec::new(), time: None, step: None }
+        Field {
+            name: name.into(),
+            on,
+            components,
+            values,
+            at: Vec::new(),
+            time: None,
+            step: None,
+        }
     }
 
     /// Number of values this field must have on `mesh`; `None` when an index of `at` is beyond the mesh.
     pub fn expected_len(&self, mesh: &Mesh) -> Option<usize> {
         let rows = match self.on {
             Support::CellPoints => {
-                let sizes = || mesh.blocks.iter().flat_map(|b| std::iter::repeat_n(b.kind.points(), b.len()));
+                let sizes = || {
+                    mesh.blocks
+                        .iter()
+                        .flat_map(|b| std::iter::repeat_n(b.kind.points(), b.len()))
+                };
                 if self.at.is_empty() {
                     sizes().sum()
                 } else {
                     let sizes: Vec<usize> = sizes().collect();
-                    let chosen = self.at.iter().map(|&cell| sizes.get(cell as usize).copied());
+                    let chosen = self
+                        .at
+                        .iter()
+                        .map(|&cell| sizes.get(cell as usize).copied());
                     chosen.sum::<Option<usize>>()?
                 }
             }
             Support::Points | Support::Cells => {
-                let all = if self.on == Support::Points { mesh.points.len() } else { mesh.cell_count() };
+                let all = if self.on == Support::Points {
+                    mesh.points.len()
+                } else {
+                    mesh.cell_count()
+                };
                 if self.at.iter().any(|&i| i as usize >= all) {
                     return None;
                 }
-                if self.at.is_empty() { all } else { self.at.len() }
+                if self.at.is_empty() {
+                    all
+                } else {
+                    self.at.len()
+                }
             }
         };
         rows.checked_mul(self.components)

@@ -3,10 +3,12 @@
 mod data;
 mod geometry;
 mod kind;
+mod labels;
 
 pub use data::{Field, Support, Values};
 pub use geometry::{CellPartitions, Entity, Geometry, Partitions, Periodic, PointRun};
 pub use kind::{CellKind, OtherKind, Shape};
+pub use labels::CellGroups;
 
 /// A mesh as a file holds it: points, cells of any type, named groups of cells, and fields.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -177,7 +179,9 @@ impl Mesh {
         }
         self.validate_groups()?;
         for field in &self.fields {
-            if field.expected_len(self) != Some(field.values.len()) || !field.at.is_sorted_by(|a, b| a < b) {
+            if field.expected_len(self) != Some(field.values.len())
+                || !field.at.is_sorted_by(|a, b| a < b)
+            {
                 return Err(format!("field {:?} does not fit the mesh", field.name));
             }
         }
