@@ -50,17 +50,8 @@ pub fn union_jack(n: usize, [lx, ly]: [f64; 2]) -> Mesh {
         .collect();
     Mesh {
         points,
-        blocks: vec![block(CellKind::Line, lines), block(CellKind::Triangle, cells)],
+        blocks: vec![CellBlock::new(CellKind::Line, lines), CellBlock::new(CellKind::Triangle, cells)],
         groups,
         ..Mesh::default()
-    }
-}
-
-fn block(kind: CellKind, nodes: Vec<u32>) -> CellBlock {
-    CellBlock {
-        kind,
-        nodes,
-        tags: Vec::new(),
-        entities: Vec::new(),
     }
 }

@@ -617,12 +617,7 @@ mod tests {
     fn triangles(points: &[[f64; 2]], nodes: &[u32]) -> Mesh {
         Mesh {
             points: points.iter().map(|p| [p[0], p[1], 0.0]).collect(),
-            blocks: vec![CellBlock {
-                kind: CellKind::Triangle,
-                nodes: nodes.to_vec(),
-                tags: vec![],
-                entities: vec![],
-            }],
+            blocks: vec![CellBlock::new(CellKind::Triangle, nodes.to_vec())],
             ..Mesh::default()
         }
     }
@@ -682,12 +677,7 @@ mod tests {
     fn a_marked_line_that_is_no_face_is_an_orphan() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let mut mesh = triangles(&square, &[0, 1, 2, 0, 2, 3]);
-        mesh.blocks.push(CellBlock {
-            kind: CellKind::Line,
-            nodes: vec![1, 3, 0, 2],
-            tags: vec![],
-            entities: vec![],
-        });
+        mesh.blocks.push(CellBlock::new(CellKind::Line, vec![1, 3, 0, 2]));
         mesh.groups.push(Group {
             dim: 1,
             tag: 5,

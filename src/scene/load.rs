@@ -49,10 +49,12 @@ impl Scene {
                 return Triangulation::new(&name, &union_jack(n, *size));
             }
             MeshSource::File { path, n } => {
-                (path.display().to_string(), crate::io::read(path)?.mesh, *n)
+                let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+                let mesh = crate::io::msh::read(path, &bytes)?.mesh;
+                (path.display().to_string(), mesh, *n)
             }
             MeshSource::Embedded { name, bytes, n } => {
-                let mesh = crate::io::parse(name.as_ref(), bytes)?.mesh;
+                let mesh = crate::io::msh::read(name.as_ref(), bytes)?.mesh;
                 ((*name).to_owned(), mesh, *n)
             }
         };
@@ -76,7 +78,7 @@ impl Scene {
         };
         let mut mesh = mesh;
         for _ in 0..times {
-            mesh = crate::mesh::refine(&mesh)?;
+            mesh = crate::mesh::refine::refine(&mesh);
         }
         let name = match times {
             0 => name,

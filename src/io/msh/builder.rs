@@ -1,0 +1,190 @@
+//! What the sections of an MSH file, of whatever version, are gathered into.
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::error::Result;
+use crate::io::scan::Scan;
+use crate::mesh::{CellBlock, CellKind, Group, Mesh};
+
+/// From the file's numbers of points or cells to indices from 0.
+pub enum Lookup {
+    /// The numbers are `first`, `first + 1`, ….
+    Dense {
+        first: u64,
+        count: u32,
+    },
+    /// Index plus one at the number less `first`; 0 where there is none.
+    Table {
+        first: u64,
+        table: Vec<u32>,
+    },
+    Sparse(HashMap<u64, u32>),
+}
+
+impl Lookup {
+    /// # Errors
+    /// The first number that is there twice.
+    pub fn new(tags: &[u64]) -> Result<Lookup, u64> {
+        let count = tags.len() as u32;
+        let first = tags.iter().copied().min().unwrap_or(1);
+        if tags
+            .iter()
+            .zip(first..)
+            .all(|(&tag, expected)| tag == expected)
+        {
+            return Ok(Lookup::Dense { first, count });
+        }
+        let span = tags.iter().copied().max().unwrap_or(1) - first;
+        if span < 4 * u64::from(count) + 1024 {
+            let mut table = vec![0; span as usize + 1];
+            for (&tag, index) in tags.iter().zip(1u32..) {
+                match table.get_mut((tag - first) as usize) {
+                    Some(place) if *place == 0 => *place = index,
+                    _ => return Err(tag),
+                }
+            }
+            return Ok(Lookup::Table { first, table });
+        }
+        let mut map = HashMap::with_capacity(tags.len());
+        for (&tag, index) in tags.iter().zip(0u32..) {
+            if map.insert(tag, index).is_some() {
+                return Err(tag);
+            }
+        }
+        Ok(Lookup::Sparse(map))
+    }
+
+    #[inline]
+    pub fn get(&self, tag: u64) -> Option<u32> {
+        match self {
+            Lookup::Dense { first, count } => {
+                let index = tag.wrapping_sub(*first);
+                (index < u64::from(*count)).then_some(index as u32)
+            }
+            Lookup::Table { first, table } => {
+                let place = usize::try_from(tag.wrapping_sub(*first)).ok()?;
+                table.get(place)?.checked_sub(1)
+            }
+            Lookup::Sparse(map) => map.get(&tag).copied(),
+        }
+    }
+}
+
+/// A mesh in the making.
+#[derive(Default)]
+pub struct Builder {
+    pub mesh: Mesh,
+    /// There once the points are complete.
+    pub points: Option<Lookup>,
+    cells: u32,
+    groups: BTreeMap<(u8, i64), Group>,
+    /// Names by dimension and number; dimension `None` stands for whichever has the number.
+    names: Vec<(Option<u8>, i64, String)>,
+    pub elements_seen: bool,
+}
+
+impl Builder {
+    /// Takes the numbers of all points, which must be different.
+    pub fn finish_points(&mut self, scan: &Scan<'_>, tags: Vec<u64>) -> Result<()> {
+        let lookup =
+            Lookup::new(&tags).map_err(|tag| scan.error(format!("node {tag} is there twice")))?;
+        if !matches!(lookup, Lookup::Dense { first: 1, .. }) {
+            self.mesh.point_tags = tags;
+        }
+        self.points = Some(lookup);
+        Ok(())
+    }
+
+    /// The block that cells of this type are to be appended to.
+    #[inline]
+    pub fn block(&mut self, kind: CellKind) -> &mut CellBlock {
+        if self
+            .mesh
+            .blocks
+            .last()
+            .is_none_or(|block| block.kind != kind)
+        {
+            self.mesh.blocks.push(CellBlock::new(kind, Vec::new()));
+        }
+        self.mesh
+            .blocks
+            .last_mut()
+            .expect("invariant: a block was pushed just now")
+    }
+
+    /// Counts cells that were appended and puts them into the group with this tag.
+    pub fn appended(&mut self, count: u32, dim: u8, groups: &[i64]) {
+        let (start, end) = (self.cells, self.cells + count);
+        for &tag in groups {
+            self.group(dim, tag).cells.extend(start..end);
+        }
+        self.cells = end;
+    }
+
+    /// The group with this tag; made if it is not yet there.
+    pub fn group(&mut self, dim: u8, tag: i64) -> &mut Group {
+        let group = || Group {
+            dim,
+            tag,
+            name: None,
+            cells: Vec::new(),
+        };
+        self.groups.entry((dim, tag)).or_insert_with(group)
+    }
+
+    pub fn cell_count(&self) -> u32 {
+        self.cells
+    }
+
+    pub fn name(&mut self, dim: Option<u8>, tag: i64, name: String) {
+        self.names.push((dim, tag, name));
+    }
+
+    /// Takes the numbers of all cells, which must be different.
+    pub fn finish_cells(&mut self, scan: &Scan<'_>) -> Result<()> {
+        let mut next = 1u64;
+        let dense = self
+            .mesh
+            .blocks
+            .iter()
+            .flat_map(|block| &block.tags)
+            .all(|&tag| {
+                next += 1;
+                tag == next - 1
+            });
+        if dense {
+            for block in &mut self.mesh.blocks {
+                block.tags = Vec::new();
+            }
+            return Ok(());
+        }
+        let tags: Vec<u64> = self
+            .mesh
+            .blocks
+            .iter()
+            .flat_map(|block| &block.tags)
+            .copied()
+            .collect();
+        if !tags.is_sorted_by(|a, b| a < b) {
+            Lookup::new(&tags)
+                .map_err(|tag| scan.error(format!("element {tag} is there twice")))?;
+        }
+        Ok(())
+    }
+
+    /// The mesh, with names given to its groups; a name without cells is a group without cells.
+    pub fn finish(mut self) -> Mesh {
+        for (dim, tag, name) in std::mem::take(&mut self.names) {
+            match dim {
+                // Ours write an empty name for a group that has neither name nor cells.
+                Some(dim) => self.group(dim, tag).name = Some(name).filter(|name| !name.is_empty()),
+                None => {
+                    let named = self.groups.values_mut().filter(|group| group.tag == tag);
+                    named.for_each(|group| group.name = Some(name.clone()));
+                }
+            }
+        }
+        self.mesh.groups = self.groups.into_values().collect();
+        self.mesh
+    }
+}

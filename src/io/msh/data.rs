@@ -1,0 +1,162 @@
+//! `$NodeData`, `$ElementData` and `$ElementNodeData`: fields.
+
+use std::collections::HashMap;
+
+use super::read::Reader;
+use crate::error::Result;
+use crate::io::scan::{Numbers, Scan};
+use crate::mesh::{CellKind, Field, Support, Values};
+
+/// Reads one section.
+pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
+    let Reader {
+        scan,
+        builder,
+        content,
+        ..
+    } = reader;
+    let Some(points) = builder.points.as_ref().filter(|_| builder.elements_seen) else {
+        return Err(scan.error("the values stand before the nodes or elements"));
+    };
+    let head = head(scan, &mut content.unread)?;
+    let ascii = scan.numbers == Numbers::Ascii;
+    let width = if ascii {
+        2 + 2 * head.components
+    } else {
+        4 + 8 * head.components
+    };
+    let rows = scan.believe(head.rows, "rows", width)?;
+
+    let mesh = &builder.mesh;
+    let cells: HashMap<u64, u32> = match on {
+        Support::Points => HashMap::new(),
+        Support::Cells | Support::CellPoints => mesh.cell_tags().zip(0u32..).collect(),
+    };
+    let kinds: Vec<CellKind> = match on {
+        Support::CellPoints => mesh.cells().map(|(_, kind, _)| kind).collect(),
+        Support::Points | Support::Cells => Vec::new(),
+    };
+    let mut values = Vec::with_capacity(rows * head.components);
+    // Index, and the first value and number of values of its row.
+    let mut order: Vec<(u32, usize, usize)> = Vec::with_capacity(rows);
+    for _ in 0..rows {
+        let tag = if ascii {
+            scan.u64()?
+        } else {
+            u64::from(scan.i32()?.unsigned_abs())
+        };
+        let index = if on == Support::Points {
+            points.get(tag)
+        } else {
+            cells.get(&tag).copied()
+        };
+        let index =
+            index.ok_or_else(|| scan.error(format!("a value for {tag}, which does not exist")))?;
+        let mut len = head.components;
+        if let Some(kind) = kinds.get(index as usize) {
+            let nodes = scan.i32()?;
+            if usize::try_from(nodes) != Ok(kind.points()) {
+                return Err(scan.error(format!(
+                    "values at {nodes} nodes for element {tag}, a {kind}"
+                )));
+            }
+            len *= kind.points();
+        }
+        order.push((index, values.len(), len));
+        for _ in 0..len {
+            values.push(scan.any_f64()?);
+        }
+    }
+    if !order.is_sorted_by(|a, b| a.0 < b.0) {
+        order.sort_by_key(|row| row.0);
+        if let Some(twice) = order.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+            return Err(scan.error(format!("{} has two rows of values", twice[0].0)));
+        }
+        let rows = order
+            .iter()
+            .flat_map(|&(_, first, len)| values.get(first..first + len).unwrap_or_default());
+        values = rows.copied().collect();
+    }
+    let all = if on == Support::Points {
+        mesh.points.len()
+    } else {
+        mesh.cell_count()
+    };
+    let at = if order.len() == all {
+        Vec::new()
+    } else {
+        order.iter().map(|row| row.0).collect()
+    };
+    if order.is_empty() && all > 0 {
+        content
+            .unread
+            .push(format!("the field {:?}, which has no values", head.name));
+        return Ok(());
+    }
+    builder.mesh.fields.push(Field {
+        name: head.name,
+        on,
+        components: head.components,
+        values: Values::F64(values),
+        at,
+        time: head.time,
+        step: head.step,
+    });
+    Ok(())
+}
+
+struct Head {
+    name: String,
+    time: Option<f64>,
+    step: Option<i32>,
+    components: usize,
+    rows: u64,
+}
+
+/// The tags before the values, which are text in binary files too: strings, numbers, whole numbers.
+fn head(scan: &mut Scan<'_>, unread: &mut Vec<String>) -> Result<Head> {
+    let numbers = std::mem::replace(&mut scan.numbers, Numbers::Ascii);
+    let strings = scan.count("strings", 2)?;
+    scan.line();
+    let mut name = String::new();
+    for index in 0..strings {
+        let line = String::from_utf8_lossy(scan.line().trim_ascii()).into_owned();
+        if index == 0 {
+            let bare = line
+                .strip_prefix('"')
+                .and_then(|name| name.strip_suffix('"'));
+            name = bare.unwrap_or(&line).to_owned();
+        } else {
+            unread.push(format!("the text {line} of field {name:?}"));
+        }
+    }
+    let reals = scan.count("numbers", 2)?;
+    let reals: Vec<f64> = (0..reals).map(|_| scan.f64()).collect::<Result<_>>()?;
+    let integers = scan.count("whole numbers", 2)?;
+    let integers: Vec<i32> = (0..integers).map(|_| scan.i32()).collect::<Result<_>>()?;
+    let &[step, components, rows, ref more @ ..] = integers.as_slice() else {
+        return Err(scan.error("step, number of components and number of rows are due"));
+    };
+    if more.iter().any(|&value| value != 0) || reals.len() > 1 {
+        unread.push(format!(
+            "the partition and further numbers of field {name:?}"
+        ));
+    }
+    if numbers != Numbers::Ascii {
+        scan.line();
+    }
+    scan.numbers = numbers;
+    let components = usize::try_from(components)
+        .ok()
+        .filter(|c| (1..=100_000).contains(c));
+    let components =
+        components.ok_or_else(|| scan.error("the number of components is not sensible"))?;
+    let rows = u64::try_from(rows).map_err(|_| scan.error(format!("{rows} rows are declared")))?;
+    Ok(Head {
+        name,
+        time: reals.first().copied(),
+        step: Some(step),
+        components,
+        rows,
+    })
+}

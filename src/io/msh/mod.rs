@@ -1,0 +1,14 @@
+//! Gmsh's MSH format: 1.0, 2.x, 4.0 and 4.1, ASCII and binary.
+
+mod builder;
+mod data;
+mod entities;
+mod read;
+mod v1_v2;
+mod v4;
+mod write;
+mod write_v2;
+mod write_v4;
+
+pub use read::read;
+pub use write::{Options, Version, write};

@@ -1,0 +1,238 @@
+//! The frame of an MSH file: its format, and section after section.
+
+use std::path::Path;
+
+use super::builder::Builder;
+use super::{data, entities, v1_v2, v4};
+use crate::error::Result;
+use crate::io::Content;
+use crate::io::scan::{Numbers, Scan};
+use crate::mesh::Support;
+
+/// The versions that are read, which differ in layout.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Layout {
+    V1,
+    /// 2.0 and 2.1: the third tag of an element is its partition.
+    V2,
+    /// 2.2: the third tag of an element is the number of its partitions.
+    V22,
+    V40,
+    V41,
+}
+
+/// Reads an MSH file of any version and encoding from its bytes.
+///
+/// # Errors
+/// Anything that is not as the format demands, with section and line or byte.
+pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
+    let mut reader = Reader {
+        scan: Scan::new(path, bytes),
+        layout: None,
+        version: "1.0".into(),
+        builder: Builder::default(),
+        content: Content::default(),
+    };
+    while reader.section()? {}
+    reader.finish()
+}
+
+pub struct Reader<'a> {
+    pub scan: Scan<'a>,
+    layout: Option<Layout>,
+    version: String,
+    pub builder: Builder,
+    pub content: Content,
+}
+
+impl Reader<'_> {
+    /// Reads the section at the cursor; `false` at the end of the file.
+    fn section(&mut self) -> Result<bool> {
+        let numbers = std::mem::replace(&mut self.scan.numbers, Numbers::Ascii);
+        self.scan.section.clear();
+        let Some(word) = self.scan.peek() else {
+            return Ok(false);
+        };
+        if !word.starts_with(b"$") || word.len() > 80 {
+            return Err(self
+                .scan
+                .error(format!("a section is due, not {}", self.scan.shown())));
+        }
+        let name = String::from_utf8_lossy(word).into_owned();
+        self.scan.section.clone_from(&name);
+        self.scan.word();
+        self.scan.line();
+        let end = match name.as_str() {
+            "$NOD" => "$ENDNOD".into(),
+            "$ELM" => "$ENDELM".into(),
+            _ => format!("$End{}", &name[1..]),
+        };
+        self.scan.numbers = numbers;
+        match (name.as_str(), self.layout) {
+            ("$Comments", _) => self.skip(&end)?,
+            ("$MeshFormat", None) => self.format()?,
+            ("$MeshFormat", Some(_)) => return Err(self.scan.error("the format is there twice")),
+            ("$NOD", None | Some(Layout::V1)) => {
+                self.layout = Some(Layout::V1);
+                v1_v2::nodes(self)?;
+            }
+            ("$ELM", Some(Layout::V1)) => v1_v2::elements(self, Layout::V1)?,
+            (_, None) => return Err(self.scan.error(format!("{name} stands before $MeshFormat"))),
+            ("$PhysicalNames", Some(_)) => self.physical_names()?,
+            ("$Nodes", Some(Layout::V2 | Layout::V22)) => v1_v2::nodes(self)?,
+            ("$Elements", Some(layout @ (Layout::V2 | Layout::V22))) => {
+                v1_v2::elements(self, layout)?
+            }
+            ("$ParametricNodes", Some(Layout::V2 | Layout::V22)) => v1_v2::parametric_nodes(self)?,
+            ("$Entities", Some(layout)) if layout >= Layout::V40 => {
+                entities::entities(self, layout)?
+            }
+            ("$PartitionedEntities", Some(layout)) if layout >= Layout::V40 => {
+                entities::partitioned_entities(self, layout)?;
+            }
+            ("$Nodes", Some(layout)) if layout >= Layout::V40 => v4::nodes(self, layout)?,
+            ("$Elements", Some(layout)) if layout >= Layout::V40 => v4::elements(self, layout)?,
+            ("$Periodic", Some(layout)) => entities::periodic(self, layout)?,
+            ("$GhostElements", Some(layout)) if layout >= Layout::V40 => {
+                entities::ghosts(self, layout)?
+            }
+            ("$NodeData", Some(_)) => data::read(self, Support::Points)?,
+            ("$ElementData", Some(_)) => data::read(self, Support::Cells)?,
+            ("$ElementNodeData", Some(_)) => data::read(self, Support::CellPoints)?,
+            _ => {
+                self.content.unread.push(format!("the section {name}"));
+                self.skip(&end)?;
+            }
+        }
+        self.scan.numbers = Numbers::Ascii;
+        if self.scan.peek() != Some(end.as_bytes()) {
+            // What is wrong is the declared number, or the numbers; in binary the byte says more than the line.
+            self.scan.numbers = numbers;
+            return Err(self
+                .scan
+                .error(format!("{end} is due, not {}", self.scan.shown())));
+        }
+        self.scan.word();
+        self.scan.numbers = if name == "$MeshFormat" {
+            self.content_numbers()
+        } else {
+            numbers
+        };
+        Ok(true)
+    }
+
+    fn content_numbers(&self) -> Numbers {
+        match self.content.encoding.as_str() {
+            "binary-little" => Numbers::Little,
+            "binary-big" => Numbers::Big,
+            _ => Numbers::Ascii,
+        }
+    }
+
+    /// Moves to the end of a section whose content is not read.
+    fn skip(&mut self, end: &str) -> Result<()> {
+        if self.scan.seek(end.as_bytes()) {
+            Ok(())
+        } else {
+            Err(self.scan.error(format!("{end} is missing")))
+        }
+    }
+
+    /// `$MeshFormat`: version, 0 for ASCII or 1 for binary, size of a number; then, in binary, the number one.
+    fn format(&mut self) -> Result<()> {
+        self.scan.numbers = Numbers::Ascii;
+        let version = String::from_utf8_lossy(self.scan.word().unwrap_or_default()).into_owned();
+        self.layout = Some(match version.as_str() {
+            "2" | "2.0" | "2.1" => Layout::V2,
+            "2.2" => Layout::V22,
+            "4" | "4.0" => Layout::V40,
+            "4.1" => Layout::V41,
+            _ => {
+                return Err(self.scan.error_with(
+                    format!("MSH version {version:?} is not known"),
+                    "save the mesh as MSH 4.1 or 2.2",
+                ));
+            }
+        });
+        self.version = version;
+        let binary = match self.scan.i32()? {
+            0 => false,
+            1 => true,
+            other => {
+                return Err(self.scan.error(format!(
+                    "the encoding is 0 (ASCII) or 1 (binary), not {other}"
+                )));
+            }
+        };
+        let size = self.scan.i32()?;
+        self.content.encoding = "ascii".into();
+        if binary {
+            if size != 8 {
+                return Err(self.scan.error_with(
+                    format!("numbers of {size} bytes are not read"),
+                    "save the mesh with numbers of 8 bytes, as Gmsh does",
+                ));
+            }
+            self.scan.line();
+            self.content.encoding = match self.scan.bytes(1, 4)? {
+                [1, 0, 0, 0] => "binary-little".into(),
+                [0, 0, 0, 1] => "binary-big".into(),
+                _ => {
+                    return Err(self
+                        .scan
+                        .error("the number that tells the byte order is not one"));
+                }
+            };
+        }
+        Ok(())
+    }
+
+    /// `$PhysicalNames`, which is text in binary files too. Version 2.0 had no dimension before the number.
+    fn physical_names(&mut self) -> Result<()> {
+        self.scan.numbers = Numbers::Ascii;
+        let count = self.scan.count("names", 4)?;
+        for _ in 0..count {
+            let first = self.scan.i32()?;
+            let (dim, tag) = if self.scan.peek().is_some_and(|word| word.starts_with(b"\"")) {
+                (None, first)
+            } else {
+                (
+                    u8::try_from(first).ok().filter(|dim| *dim <= 3),
+                    self.scan.i32()?,
+                )
+            };
+            let quoted = self.scan.line().trim_ascii();
+            let name = quoted
+                .strip_prefix(b"\"")
+                .and_then(|name| name.strip_suffix(b"\""));
+            let Some(name) = name else {
+                return Err(self.scan.error("a physical name is not in quotes"));
+            };
+            let name = String::from_utf8(name.to_owned()).map_err(|_| {
+                self.scan.error_with(
+                    "a physical name is not UTF-8",
+                    "save the mesh with UTF-8 names",
+                )
+            })?;
+            self.builder.name(dim, i64::from(tag), name);
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Content> {
+        self.scan.section.clear();
+        if self.builder.points.is_none() {
+            return Err(self.scan.error("the file has no nodes"));
+        }
+        if !self.builder.elements_seen {
+            return Err(self.scan.error("the file has no elements"));
+        }
+        self.content.format = "msh".into();
+        self.content.version = Some(self.version);
+        if self.content.encoding.is_empty() {
+            self.content.encoding = "ascii".into();
+        }
+        self.content.mesh = self.builder.finish();
+        Ok(self.content)
+    }
+}

@@ -1,0 +1,283 @@
+//! Nodes and elements of MSH 4.0 and 4.1: blocks, each on one entity.
+
+use super::read::{Layout, Reader};
+use super::v1_v2::unknown_type;
+use crate::error::Result;
+use crate::io::scan::{Numbers, Scan};
+use crate::mesh::{CellKind, PointRun};
+
+/// `$Nodes`. A block has, in 4.1, the numbers of its nodes before their coordinates; in 4.0 each number
+/// stands before its coordinates and is 32 bits wide.
+pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
+    let Reader {
+        scan,
+        builder,
+        content,
+        ..
+    } = reader;
+    if builder.points.is_some() {
+        return Err(scan.error("the nodes are there twice"));
+    }
+    let (blocks, count, range) = head(scan, layout, "nodes", 8)?;
+    let mut tags: Vec<u64> = Vec::with_capacity(count);
+    let mut runs: Vec<PointRun> = Vec::new();
+    builder.mesh.points.reserve_exact(count);
+    for _ in 0..blocks {
+        let (dim, entity, parametric) = block_head(scan, layout)?;
+        if !matches!(parametric, 0 | 1) {
+            return Err(scan.error(format!(
+                "the mark of parametric nodes is 0 or 1, not {parametric}"
+            )));
+        }
+        let in_block = scan.count(
+            "nodes in a block",
+            if layout == Layout::V41 { 8 } else { 7 },
+        )?;
+        let extra = if parametric == 1 { usize::from(dim) } else { 0 };
+        let first = tags.len();
+        if in_block > count - first {
+            return Err(scan.error(format!(
+                "a block has {in_block} nodes where {} are left",
+                count - first
+            )));
+        }
+        if layout == Layout::V41 {
+            sizes(scan, in_block, &mut tags)?;
+        }
+        let mut parameters = Vec::new();
+        if layout == Layout::V41 && extra == 0 && scan.numbers != Numbers::Ascii {
+            coordinates(scan, in_block, &mut builder.mesh.points)?;
+        } else {
+            for _ in 0..in_block {
+                if layout != Layout::V41 {
+                    tags.push(short(scan)?);
+                }
+                let point = scan.xyz()?;
+                builder.mesh.points.push(point);
+                for _ in 0..extra {
+                    parameters.push(scan.f64()?);
+                }
+            }
+        }
+        runs.push(PointRun {
+            dim,
+            entity,
+            count: in_block,
+            parameters: (parametric == 1).then_some(parameters),
+        });
+    }
+    if tags.len() != count {
+        return Err(scan.error(format!(
+            "{count} nodes are declared, but the blocks have {}",
+            tags.len()
+        )));
+    }
+    warn_range(range, &tags, "node", &mut content.warnings);
+    builder.mesh.geometry.point_runs = runs;
+    builder.finish_points(scan, tags)
+}
+
+/// `$Elements`. A block has number and nodes of each element, of 32 bits in 4.0.
+pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
+    let physicals = reader.physicals();
+    let Reader {
+        scan,
+        builder,
+        content,
+        ..
+    } = reader;
+    if builder.elements_seen {
+        return Err(scan.error("the elements are there twice"));
+    }
+    let Some(points) = builder.points.take() else {
+        return Err(scan.error("the elements stand before the nodes"));
+    };
+    builder.elements_seen = true;
+    let (blocks, count, range) = head(scan, layout, "elements", 4)?;
+    let mut left = count;
+    let mut raw: Vec<u64> = Vec::new();
+    for _ in 0..blocks {
+        let (dim, entity, number) = block_head(scan, layout)?;
+        let kind = CellKind::from_gmsh(number).ok_or_else(|| unknown_type(scan, number))?;
+        if kind.dim() != dim {
+            return Err(scan.error(format!("a {kind} lies on an entity of dimension {dim}")));
+        }
+        let width = match (scan.numbers, layout) {
+            (Numbers::Ascii, _) => 2,
+            (_, Layout::V41) => 8,
+            _ => 4,
+        };
+        let row = kind.points() + 1;
+        let in_block = scan.count("elements in a block", width * row)?;
+        if in_block > left {
+            return Err(scan.error(format!(
+                "a block has {in_block} elements where {left} are left"
+            )));
+        }
+        left -= in_block;
+        if in_block == 0 {
+            continue;
+        }
+        let block = builder.block(kind);
+        block.nodes.reserve(in_block * kind.points());
+        block.tags.reserve(in_block);
+        let unknown = |scan: &Scan<'_>, element: u64, node: u64| {
+            scan.error(format!(
+                "element {element} has the node {node}, which does not exist"
+            ))
+        };
+        if layout == Layout::V41 && scan.numbers != Numbers::Ascii {
+            // In chunks, so that the numbers are still in the cache when they are looked up.
+            let mut rows_left = in_block;
+            while rows_left > 0 {
+                let rows = rows_left.min(1024);
+                rows_left -= rows;
+                raw.clear();
+                sizes(scan, rows * row, &mut raw)?;
+                for element in raw.chunks_exact(row) {
+                    block.tags.push(element[0]);
+                    for &node in &element[1..] {
+                        block.nodes.push(
+                            points
+                                .get(node)
+                                .ok_or_else(|| unknown(scan, element[0], node))?,
+                        );
+                    }
+                }
+            }
+        } else {
+            for _ in 0..in_block {
+                let wide = layout == Layout::V41;
+                let element = if wide { scan.u64()? } else { short(scan)? };
+                block.tags.push(element);
+                for _ in 1..row {
+                    let node = if wide { scan.u64()? } else { short(scan)? };
+                    block.nodes.push(
+                        points
+                            .get(node)
+                            .ok_or_else(|| unknown(scan, element, node))?,
+                    );
+                }
+            }
+        }
+        block.entities.resize(block.tags.len(), entity);
+        let groups = physicals.get(&(dim, entity)).map_or(&[][..], Vec::as_slice);
+        builder.appended(in_block as u32, dim, groups);
+    }
+    if left > 0 {
+        return Err(scan.error(format!(
+            "{count} elements are declared, but {left} of them are in no block"
+        )));
+    }
+    builder.points = Some(points);
+    if let Some((low, high)) = range {
+        let tags = builder
+            .mesh
+            .blocks
+            .iter()
+            .flat_map(|block| block.tags.iter().copied());
+        let found = tags.fold((u64::MAX, 0), |(low, high), tag| {
+            (low.min(tag), high.max(tag))
+        });
+        if count > 0 && found != (low, high) {
+            content.warnings.push(format!(
+                "$Elements declares element numbers from {low} to {high}, but they go from {} to {}",
+                found.0, found.1
+            ));
+        }
+    }
+    builder.finish_cells(scan)
+}
+
+/// Numbers of blocks and of items, and in 4.1 the lowest and highest number of an item.
+fn head(
+    scan: &mut Scan<'_>,
+    layout: Layout,
+    of: &str,
+    bytes: usize,
+) -> Result<(u64, usize, Option<(u64, u64)>)> {
+    let (blocks, count) = (scan.u64()?, scan.u64()?);
+    let range = if layout == Layout::V41 {
+        Some((scan.u64()?, scan.u64()?))
+    } else {
+        None
+    };
+    Ok((blocks, scan.believe(count, of, bytes)?, range))
+}
+
+/// Dimension and number of the entity, and what follows: the mark of parametric nodes, or the type of elements.
+fn block_head(scan: &mut Scan<'_>, layout: Layout) -> Result<(u8, i32, i32)> {
+    let (first, second, third) = (scan.i32()?, scan.i32()?, scan.i32()?);
+    let (dim, entity) = if layout == Layout::V41 {
+        (first, second)
+    } else {
+        (second, first)
+    };
+    match u8::try_from(dim) {
+        Ok(dim @ 0..=3) => Ok((dim, entity, third)),
+        _ => Err(scan.error(format!("the dimension of an entity is 0 to 3, not {dim}"))),
+    }
+}
+
+/// A number of 32 bits in binary, of any size in ASCII.
+#[inline]
+pub fn short(scan: &mut Scan<'_>) -> Result<u64> {
+    if scan.numbers == Numbers::Ascii {
+        return scan.u64();
+    }
+    let value = scan.i32()?;
+    u64::try_from(value)
+        .map_err(|_| scan.error(format!("{value} is no number of a node or element")))
+}
+
+/// Appends `count` numbers of 64 bits.
+fn sizes(scan: &mut Scan<'_>, count: usize, to: &mut Vec<u64>) -> Result<()> {
+    match scan.numbers {
+        Numbers::Ascii => {
+            for _ in 0..count {
+                to.push(scan.u64()?);
+            }
+        }
+        Numbers::Little => {
+            let (words, _) = scan.bytes(count, 8)?.as_chunks::<8>();
+            to.extend(words.iter().map(|word| u64::from_le_bytes(*word)));
+        }
+        Numbers::Big => {
+            let (words, _) = scan.bytes(count, 8)?.as_chunks::<8>();
+            to.extend(words.iter().map(|word| u64::from_be_bytes(*word)));
+        }
+    }
+    Ok(())
+}
+
+/// Appends the coordinates of `count` points of a binary file.
+fn coordinates(scan: &mut Scan<'_>, count: usize, to: &mut Vec<[f64; 3]>) -> Result<()> {
+    let start = to.len();
+    let little = scan.numbers == Numbers::Little;
+    let (words, _) = scan.bytes(count, 24)?.as_chunks::<8>();
+    let (points, _) = words.as_chunks::<3>();
+    let number = |word: [u8; 8]| {
+        if little {
+            f64::from_le_bytes(word)
+        } else {
+            f64::from_be_bytes(word)
+        }
+    };
+    to.extend(points.iter().map(|point| point.map(number)));
+    let new = to.get(start..).unwrap_or_default();
+    match new.as_flattened().iter().find(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(x) => Err(scan.error(format!("a finite coordinate is due, not {x}"))),
+    }
+}
+
+fn warn_range(range: Option<(u64, u64)>, tags: &[u64], of: &str, warnings: &mut Vec<String>) {
+    if let (Some((low, high)), Some(&first), Some(&last)) =
+        (range, tags.iter().min(), tags.iter().max())
+        && (first, last) != (low, high)
+    {
+        warnings.push(format!(
+            "$Nodes declares {of} numbers from {low} to {high}, but they go from {first} to {last}"
+        ));
+    }
+}

@@ -1,0 +1,360 @@
+//! MSH 4.1, which holds everything.
+
+use std::collections::HashSet;
+
+use super::write::Writer;
+use crate::io::loss::Losses;
+use crate::io::out::Out;
+use crate::mesh::{Entity, Mesh, PointRun};
+
+pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
+    let mesh = writer.mesh;
+    let geometry = &mesh.geometry;
+    let cell_tags: Vec<u64> = mesh.cell_tags().collect();
+    for group in mesh
+        .groups
+        .iter()
+        .filter(|group| i32::try_from(group.tag).is_err() || group.tag < 0)
+    {
+        losses.lose(format!(
+            "group {} of dimension {}, whose number is not 0 to 2^31 - 1",
+            group.tag, group.dim
+        ));
+    }
+    if writer.split > 0 {
+        losses.note(format!(
+            "{} entities with cells of different groups were split",
+            writer.split
+        ));
+    }
+    let (parts, wholes): (Vec<Entity>, Vec<Entity>) = all_entities(&writer)
+        .into_iter()
+        .partition(|entity| entity.parent.is_some());
+    let partitioned = !parts.is_empty() || !geometry.partitions.ghost_entities.is_empty();
+    if !partitioned && !geometry.partitions.cells.is_empty() {
+        losses.note("the partitions of cells are not written, as 4.1 hangs them on entities and these have none");
+    }
+
+    writer.header("4.1");
+    let on_entities: HashSet<(u8, i64)> = wholes
+        .iter()
+        .chain(&parts)
+        .flat_map(|entity| {
+            entity
+                .physicals
+                .iter()
+                .map(|&tag| (entity.dim, i64::from(tag).abs()))
+        })
+        .collect();
+    writer.names(|dim, tag| on_entities.contains(&(dim, tag)), losses);
+    entities(&mut writer, "Entities", &wholes);
+    if partitioned {
+        entities(&mut writer, "PartitionedEntities", &parts);
+    }
+    nodes(&mut writer, &wholes);
+    elements(&mut writer, &cell_tags);
+    if !geometry.periodic.is_empty() {
+        periodic(&mut writer);
+    }
+    if partitioned {
+        ghosts(&mut writer, &cell_tags);
+    }
+    writer.fields(|point| mesh.point_tag(point), &cell_tags, losses);
+    writer.out
+}
+
+/// The entities of the file that was read, and those that cells need beyond them; with the groups as they are now.
+fn all_entities(writer: &Writer<'_>) -> Vec<Entity> {
+    let mesh = writer.mesh;
+    let mut entities = mesh.geometry.entities.clone();
+    let index: std::collections::HashMap<(u8, i32), usize> = entities
+        .iter()
+        .enumerate()
+        .map(|(i, e)| ((e.dim, e.tag), i))
+        .collect();
+    let ghosts: HashSet<i32> = mesh
+        .geometry
+        .partitions
+        .ghost_entities
+        .iter()
+        .map(|ghost| ghost[0])
+        .collect();
+    let mut boxes = std::collections::HashMap::new();
+    for &(dim, tag, set) in &writer.entities {
+        let set = writer
+            .groups
+            .sets
+            .get(set as usize)
+            .map_or(&[][..], Vec::as_slice);
+        let groups = set
+            .iter()
+            .filter_map(|&group| mesh.groups.get(group as usize));
+        let tags = groups.filter_map(|group| i32::try_from(group.tag).ok().filter(|tag| *tag >= 0));
+        match index.get(&(dim, tag)).and_then(|&i| entities.get_mut(i)) {
+            Some(entity) => {
+                let old = std::mem::take(&mut entity.physicals);
+                let mut new: Vec<i32> = tags.collect();
+                // As they were, signs and order included, where they are still the same groups.
+                let mut before: Vec<i32> = old.iter().map(|tag| tag.wrapping_abs()).collect();
+                before.sort_unstable();
+                before.dedup();
+                let same = before == new;
+                for tag in &mut new {
+                    if old.contains(&tag.wrapping_neg()) && !old.contains(tag) {
+                        *tag = tag.wrapping_neg();
+                    }
+                }
+                entity.physicals = if same { old } else { new };
+            }
+            // Cells on ghost entities are in no group, and the ghost entity is declared elsewhere.
+            None if ghosts.contains(&tag) => {}
+            None => {
+                boxes.insert((dim, tag), entities.len());
+                entities.push(Entity {
+                    dim,
+                    tag,
+                    physicals: tags.collect(),
+                    ..Entity::default()
+                });
+            }
+        }
+    }
+    bound(writer, &boxes, &mut entities);
+    entities
+}
+
+/// Bounding boxes of entities that had none.
+fn bound(
+    writer: &Writer<'_>,
+    boxes: &std::collections::HashMap<(u8, i32), usize>,
+    entities: &mut [Entity],
+) {
+    if boxes.is_empty() {
+        return;
+    }
+    for &i in boxes.values() {
+        if let Some(entity) = entities.get_mut(i) {
+            entity.bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        }
+    }
+    let mut last: Option<((u8, i32), Option<usize>)> = None;
+    for ((_, kind, nodes), &tag) in writer.mesh.cells().zip(&writer.entity_of) {
+        let key = (kind.dim(), tag);
+        let found = match last {
+            Some((last_key, found)) if last_key == key => found,
+            _ => boxes.get(&key).copied(),
+        };
+        last = Some((key, found));
+        let Some(entity) = found.and_then(|i| entities.get_mut(i)) else {
+            continue;
+        };
+        for point in nodes
+            .iter()
+            .filter_map(|&node| writer.mesh.points.get(node as usize))
+        {
+            for (axis, &x) in point.iter().enumerate() {
+                entity.bounds[0][axis] = entity.bounds[0][axis].min(x);
+                entity.bounds[1][axis] = entity.bounds[1][axis].max(x);
+            }
+        }
+    }
+}
+
+fn entities(writer: &mut Writer<'_>, section: &str, entities: &[Entity]) {
+    writer.out.text(&format!("${section}\n"));
+    let parts = section == "PartitionedEntities";
+    if parts {
+        let partitions = &writer.mesh.geometry.partitions;
+        writer.u64(partitions.count);
+        writer.end();
+        writer.u64(partitions.ghost_entities.len() as u64);
+        writer.end();
+        for ghost in &partitions.ghost_entities {
+            ghost.iter().for_each(|&value| writer.i32(value));
+            writer.end();
+        }
+    }
+    for dim in 0..4 {
+        writer.u64(entities.iter().filter(|entity| entity.dim == dim).count() as u64);
+    }
+    writer.end();
+    for dim in 0..4u8 {
+        for entity in entities.iter().filter(|entity| entity.dim == dim) {
+            writer.i32(entity.tag);
+            if let Some((parent_dim, parent)) = entity.parent {
+                writer.i32(parent_dim);
+                writer.i32(parent);
+                list(writer, &entity.partitions);
+            }
+            let corners = if dim == 0 { 1 } else { 2 };
+            entity
+                .bounds
+                .iter()
+                .take(corners)
+                .flatten()
+                .for_each(|&x| writer.f64(x));
+            list(writer, &entity.physicals);
+            if dim > 0 {
+                list(writer, &entity.boundary);
+            }
+            writer.end();
+        }
+    }
+    writer.end_section(section);
+}
+
+fn list(writer: &mut Writer<'_>, values: &[i32]) {
+    writer.u64(values.len() as u64);
+    values.iter().for_each(|&value| writer.i32(value));
+}
+
+fn nodes(writer: &mut Writer<'_>, wholes: &[Entity]) {
+    let mesh = writer.mesh;
+    let count = mesh.points.len();
+    let one_run: [PointRun; 1];
+    let runs = if mesh.geometry.point_runs.is_empty() && count > 0 {
+        // Where nothing is known, all points lie on an entity of the highest dimension.
+        let top = wholes
+            .iter()
+            .max_by_key(|entity| entity.dim)
+            .map_or((0, 1), |entity| (entity.dim, entity.tag));
+        one_run = [PointRun {
+            dim: top.0,
+            entity: top.1,
+            count,
+            parameters: None,
+        }];
+        &one_run[..]
+    } else {
+        &mesh.geometry.point_runs
+    };
+    let (low, high) = range(&mesh.point_tags, count);
+    writer.out.text("$Nodes\n");
+    [runs.len() as u64, count as u64, low, high]
+        .into_iter()
+        .for_each(|value| writer.u64(value));
+    writer.end();
+    let mut first = 0;
+    for run in runs {
+        writer.i32(i32::from(run.dim));
+        writer.i32(run.entity);
+        writer.i32(i32::from(run.parameters.is_some()));
+        writer.u64(run.count as u64);
+        writer.end();
+        for point in first..first + run.count {
+            writer.u64(mesh.point_tag(point as u32));
+            writer.end();
+        }
+        let extra = usize::from(run.dim);
+        let points = mesh
+            .points
+            .get(first..first + run.count)
+            .unwrap_or_default();
+        for (i, point) in points.iter().enumerate() {
+            point.iter().for_each(|&x| writer.f64(x));
+            if let Some(parameters) = &run.parameters {
+                parameters
+                    .iter()
+                    .skip(i * extra)
+                    .take(extra)
+                    .for_each(|&x| writer.f64(x));
+            }
+            writer.end();
+        }
+        first += run.count;
+    }
+    writer.end_section("Nodes");
+}
+
+fn range(tags: &[u64], count: usize) -> (u64, u64) {
+    match (tags.iter().min(), tags.iter().max()) {
+        (Some(&low), Some(&high)) => (low, high),
+        _ => (u64::from(count > 0), count as u64),
+    }
+}
+
+fn elements(writer: &mut Writer<'_>, cell_tags: &[u64]) {
+    let mesh = writer.mesh;
+    // Runs of cells of one block on one entity.
+    let mut runs: Vec<(usize, usize, i32)> = Vec::new();
+    let mut entities = writer.entity_of.iter();
+    for (index, block) in mesh.blocks.iter().enumerate() {
+        let mut fresh = true;
+        for &entity in entities.by_ref().take(block.len()) {
+            match runs.last_mut() {
+                Some((_, count, last)) if !fresh && *last == entity => *count += 1,
+                _ => runs.push((index, 1, entity)),
+            }
+            fresh = false;
+        }
+    }
+    let (low, high) = range(cell_tags, 0);
+    writer.out.text("$Elements\n");
+    [runs.len() as u64, cell_tags.len() as u64, low, high]
+        .into_iter()
+        .for_each(|value| writer.u64(value));
+    writer.end();
+    let plain = mesh.point_tags.is_empty();
+    let mut tags = cell_tags.iter();
+    let mut rows = mesh.blocks.iter().flat_map(|block| block.cells());
+    for (index, count, entity) in runs {
+        let Some(block) = mesh.blocks.get(index) else {
+            continue;
+        };
+        writer.i32(i32::from(block.kind.dim()));
+        writer.i32(entity);
+        writer.i32(i32::from(block.kind.gmsh()));
+        writer.u64(count as u64);
+        writer.end();
+        for (&tag, nodes) in tags.by_ref().zip(rows.by_ref()).take(count) {
+            writer.u64(tag);
+            for &node in nodes {
+                writer.u64(if plain {
+                    u64::from(node) + 1
+                } else {
+                    mesh.point_tag(node)
+                });
+            }
+            writer.end();
+        }
+    }
+    writer.end_section("Elements");
+}
+
+fn periodic(writer: &mut Writer<'_>) {
+    let mesh: &Mesh = writer.mesh;
+    writer.out.text("$Periodic\n");
+    writer.u64(mesh.geometry.periodic.len() as u64);
+    writer.end();
+    for link in &mesh.geometry.periodic {
+        writer.i32(i32::from(link.dim));
+        writer.i32(link.entity);
+        writer.i32(link.master);
+        writer.end();
+        writer.u64(link.affine.len() as u64);
+        link.affine.iter().for_each(|&x| writer.f64(x));
+        writer.end();
+        writer.u64(link.pairs.len() as u64);
+        writer.end();
+        for pair in &link.pairs {
+            pair.iter()
+                .for_each(|&point| writer.u64(mesh.point_tag(point)));
+            writer.end();
+        }
+    }
+    writer.end_section("Periodic");
+}
+
+fn ghosts(writer: &mut Writer<'_>, cell_tags: &[u64]) {
+    let cells = &writer.mesh.geometry.partitions.cells;
+    writer.out.text("$GhostElements\n");
+    writer.u64(cells.len() as u64);
+    writer.end();
+    for cell in cells {
+        writer.u64(cell_tags.get(cell.cell as usize).copied().unwrap_or(0));
+        writer.i32(cell.owners.first().copied().unwrap_or(0));
+        list(writer, &cell.ghosts);
+        writer.end();
+    }
+    writer.end_section("GhostElements");
+}

@@ -1,0 +1,377 @@
+//! A cursor over a file's bytes. Nothing that is declared is believed before it is there, and every
+//! error says where the cursor stands.
+
+use std::path::Path;
+
+use crate::error::{Error, Place, Result};
+
+/// How the numbers at the cursor are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Numbers {
+    Ascii,
+    Little,
+    Big,
+}
+
+/// A place in a file that is in memory as a whole.
+#[derive(Clone)]
+pub struct Scan<'a> {
+    pub path: &'a Path,
+    data: &'a [u8],
+    pos: usize,
+    pub numbers: Numbers,
+    /// The section that errors name; empty before the first.
+    pub section: String,
+    /// What starts a comment that reaches to the end of its line.
+    comment: Option<u8>,
+}
+
+/// What to do about a file that is not as its format demands.
+const DAMAGED: &str =
+    "the file is damaged or cut short: write it again with the program it comes from";
+
+impl<'a> Scan<'a> {
+    pub fn new(path: &'a Path, data: &'a [u8]) -> Self {
+        Scan {
+            path,
+            data,
+            pos: 0,
+            numbers: Numbers::Ascii,
+            section: String::new(),
+            comment: None,
+        }
+    }
+
+    /// The same, but a `start` outside of words begins a comment.
+    pub fn with_comments(path: &'a Path, data: &'a [u8], start: u8) -> Self {
+        Scan {
+            comment: Some(start),
+            ..Scan::new(path, data)
+        }
+    }
+
+    /// An error at the cursor.
+    #[cold]
+    pub fn error(&self, what: impl Into<String>) -> Error {
+        self.error_with(what, DAMAGED)
+    }
+
+    #[cold]
+    pub fn error_with(&self, what: impl Into<String>, remedy: impl Into<String>) -> Error {
+        let section = self.section.clone();
+        let place = if self.numbers == Numbers::Ascii {
+            let before = self.data.get(..self.pos).unwrap_or(self.data);
+            let line = memchr::memchr_iter(b'\n', before).count() + 1;
+            if section.is_empty() {
+                Place::Line(line)
+            } else {
+                Place::SectionLine(section, line)
+            }
+        } else if section.is_empty() {
+            Place::Byte(self.pos as u64)
+        } else {
+            Place::SectionByte(section, self.pos as u64)
+        };
+        Error::file(self.path, place, what, remedy)
+    }
+
+    pub fn rest(&self) -> &'a [u8] {
+        self.data.get(self.pos..).unwrap_or_default()
+    }
+
+    pub fn skip_blanks(&mut self) {
+        loop {
+            while let Some(byte) = self.data.get(self.pos)
+                && byte.is_ascii_whitespace()
+            {
+                self.pos += 1;
+            }
+            if self.comment.is_none() || self.data.get(self.pos).copied() != self.comment {
+                return;
+            }
+            self.pos += memchr::memchr(b'\n', self.rest()).unwrap_or(self.rest().len());
+        }
+    }
+
+    /// The next word, or `None` at the end of the file.
+    pub fn word(&mut self) -> Option<&'a [u8]> {
+        self.skip_blanks();
+        let rest = self.rest();
+        let len = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len());
+        self.pos += len;
+        rest.get(..len).filter(|word| !word.is_empty())
+    }
+
+    /// The next word, without moving on.
+    pub fn peek(&self) -> Option<&'a [u8]> {
+        self.clone().word()
+    }
+
+    /// The rest of the line without its end, which is passed.
+    pub fn line(&mut self) -> &'a [u8] {
+        let rest = self.rest();
+        let (line, passed) = match memchr::memchr(b'\n', rest) {
+            Some(end) => (rest.split_at(end).0, end + 1),
+            None => (rest, rest.len()),
+        };
+        self.pos += passed;
+        line.strip_suffix(b"\r").unwrap_or(line)
+    }
+
+    /// Moves to the first place from here that starts with `word`; `false` and no move if there is none.
+    pub fn seek(&mut self, word: &[u8]) -> bool {
+        let found = memchr::memmem::find(self.rest(), word);
+        self.pos += found.unwrap_or(0);
+        found.is_some()
+    }
+
+    pub fn advance(&mut self, bytes: usize) {
+        self.pos = self.pos.saturating_add(bytes).min(self.data.len());
+    }
+
+    /// Exactly `count` times `size` bytes.
+    pub fn bytes(&mut self, count: usize, size: usize) -> Result<&'a [u8]> {
+        let bytes = count
+            .checked_mul(size)
+            .and_then(|len| self.rest().get(..len));
+        let bytes = bytes.ok_or_else(|| {
+            self.error(format!(
+                "{count} items of {size} bytes are due, but only {} bytes follow",
+                self.rest().len()
+            ))
+        })?;
+        self.pos += bytes.len();
+        Ok(bytes)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N]> {
+        let Some(array) = self.rest().first_chunk::<N>() else {
+            return Err(self.error("the file ends where a number is due"));
+        };
+        self.pos += N;
+        Ok(*array)
+    }
+
+    /// What stands at the cursor, for an error that names it.
+    pub fn shown(&self) -> String {
+        match self.peek() {
+            None => "the end of the file".into(),
+            Some(word) => {
+                let word = String::from_utf8_lossy(word.get(..40).unwrap_or(word));
+                format!("{word:?}")
+            }
+        }
+    }
+
+    /// Whether the byte before the cursor ended a word.
+    #[inline]
+    fn at_word_end(&self) -> bool {
+        self.data.get(self.pos).is_none_or(u8::is_ascii_whitespace)
+    }
+
+    #[inline]
+    fn ascii_uint(&mut self) -> Result<u64> {
+        self.skip_blanks();
+        let start = self.pos;
+        let mut value = 0u64;
+        let mut overflow = false;
+        while let Some(digit) = self.data.get(self.pos).map(|byte| byte.wrapping_sub(b'0'))
+            && digit < 10
+        {
+            // Nineteen digits always fit; beyond that each one is checked.
+            if self.pos - start < 19 {
+                value = value * 10 + u64::from(digit);
+            } else {
+                match value
+                    .checked_mul(10)
+                    .and_then(|v| v.checked_add(u64::from(digit)))
+                {
+                    Some(next) => value = next,
+                    None => overflow = true,
+                }
+            }
+            self.pos += 1;
+        }
+        if self.pos == start || overflow || !self.at_word_end() {
+            self.pos = start;
+            return Err(self.error(format!("a whole number is due, not {}", self.shown())));
+        }
+        Ok(value)
+    }
+
+    #[inline]
+    fn ascii_int(&mut self) -> Result<i64> {
+        self.skip_blanks();
+        let start = self.pos;
+        let negative = match self.data.get(self.pos) {
+            Some(b'-') => true,
+            Some(b'+') => false,
+            _ => {
+                let value = self.ascii_uint()?;
+                return i64::try_from(value)
+                    .map_err(|_| self.error(format!("{value} is too large")));
+            }
+        };
+        self.pos += 1;
+        if !self.data.get(self.pos).is_some_and(u8::is_ascii_digit) {
+            self.pos = start;
+            return Err(self.error(format!("a whole number is due, not {}", self.shown())));
+        }
+        let value =
+            i64::try_from(self.ascii_uint()?).map_err(|_| self.error("a number is too large"))?;
+        Ok(if negative { -value } else { value })
+    }
+
+    #[inline]
+    fn ascii_f64(&mut self) -> Result<f64> {
+        self.skip_blanks();
+        // Some writers put a plus sign before numbers.
+        let signed = self.rest();
+        let digits = signed
+            .strip_prefix(b"+")
+            .filter(|d| !d.starts_with(b"-"))
+            .unwrap_or(signed);
+        let Ok((value, len)) = fast_float2::parse_partial::<f64, _>(digits) else {
+            return Err(self.error(format!("a number is due, not {}", self.shown())));
+        };
+        let start = self.pos;
+        self.pos += len + (signed.len() - digits.len());
+        if !self.at_word_end() {
+            self.pos = start;
+            return Err(self.error(format!("a number is due, not {}", self.shown())));
+        }
+        Ok(value)
+    }
+
+    /// A 32-bit whole number.
+    #[inline]
+    pub fn i32(&mut self) -> Result<i32> {
+        match self.numbers {
+            Numbers::Ascii => {
+                let value = self.ascii_int()?;
+                i32::try_from(value)
+                    .map_err(|_| self.error(format!("{value} does not fit 32 bits")))
+            }
+            Numbers::Little => self.array().map(i32::from_le_bytes),
+            Numbers::Big => self.array().map(i32::from_be_bytes),
+        }
+    }
+
+    /// A 64-bit whole number that is not negative.
+    #[inline]
+    pub fn u64(&mut self) -> Result<u64> {
+        match self.numbers {
+            Numbers::Ascii => self.ascii_uint(),
+            Numbers::Little => self.array().map(u64::from_le_bytes),
+            Numbers::Big => self.array().map(u64::from_be_bytes),
+        }
+    }
+
+    /// A binary64 that may be NaN or infinite.
+    #[inline]
+    pub fn any_f64(&mut self) -> Result<f64> {
+        match self.numbers {
+            Numbers::Ascii => self.ascii_f64(),
+            Numbers::Little => self.array().map(f64::from_le_bytes),
+            Numbers::Big => self.array().map(f64::from_be_bytes),
+        }
+    }
+
+    /// A finite binary64.
+    #[inline]
+    pub fn f64(&mut self) -> Result<f64> {
+        let value = self.any_f64()?;
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(self.error(format!("a finite number is due, not {value}")))
+        }
+    }
+
+    /// Coordinates of one point.
+    #[inline]
+    pub fn xyz(&mut self) -> Result<[f64; 3]> {
+        Ok([self.f64()?, self.f64()?, self.f64()?])
+    }
+
+    /// A declared number of items, believed only if the rest of the file can hold them at `bytes` each
+    /// (what one takes at the least).
+    pub fn count(&mut self, of: &str, bytes: usize) -> Result<usize> {
+        let declared = self.u64()?;
+        self.believe(declared, of, bytes)
+    }
+
+    /// [`Scan::count`] of a number already read.
+    pub fn believe(&self, declared: u64, of: &str, bytes: usize) -> Result<usize> {
+        let held = (self.rest().len() + 1) / bytes.max(1);
+        match usize::try_from(declared) {
+            Ok(count) if count <= held && u32::try_from(count).is_ok() => Ok(count),
+            _ => Err(self.error(format!(
+                "{declared} {of} are declared, but the {} bytes that follow cannot hold them",
+                self.rest().len()
+            ))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scan(text: &str) -> Scan<'_> {
+        Scan::new(Path::new("test"), text.as_bytes())
+    }
+
+    #[test]
+    fn whole_numbers() {
+        let mut s = scan(" 12\r\n-7 +3 18446744073709551615 18446744073709551616");
+        assert_eq!(s.u64().expect("12"), 12);
+        assert_eq!(s.i32().expect("-7"), -7);
+        assert_eq!(s.i32().expect("+3"), 3);
+        assert_eq!(s.u64().expect("largest"), u64::MAX);
+        assert!(s.u64().is_err());
+        for bad in ["", "x", "1x", "1.5", "--1", "-", "+-1", "- 1", "2147483648"] {
+            assert!(scan(bad).i32().is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn finite_numbers() {
+        let mut s = scan("1.5 -0 +2e3 .5 1e-320");
+        let values: Vec<f64> = (0..5).map(|_| s.f64().expect("a number")).collect();
+        assert_eq!(values, [1.5, 0.0, 2000.0, 0.5, 1e-320]);
+        assert!(values[1].is_sign_negative());
+        for bad in [
+            "nan",
+            "inf",
+            "-Infinity",
+            "1e999",
+            "",
+            "1,5",
+            "0x10",
+            "+-1",
+            "1.5.2",
+        ] {
+            assert!(scan(bad).f64().is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn counts_are_not_believed() {
+        assert_eq!(scan("2 1 1").count("rows", 2).expect("two fit"), 2);
+        assert!(scan("3 1 1").count("rows", 2).is_err());
+        assert!(scan("1000000000000000000").count("rows", 1).is_err());
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        let mut s = scan("1\n2\nx");
+        s.section = "$Nodes".into();
+        (s.u64().expect("1"), s.u64().expect("2"));
+        let message = s.u64().expect_err("x is no number").to_string();
+        assert!(message.starts_with("test:3, $Nodes: "), "{message}");
+    }
+}

@@ -1,0 +1,118 @@
+//! Values that a mesh file carries on its points or cells.
+
+use crate::mesh::Mesh;
+
+/// Named values on points or cells, as the file holds them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    pub name: String,
+    pub on: Support,
+    /// Values of one point, cell or corner: 1 for a scalar, 3 for a vector, 9 for a tensor.
+    pub components: usize,
+    /// `components` values for each item of `at`.
+    pub values: Values,
+    /// Ascending indices of the points or cells that have values; empty when all have, in their order.
+    pub at: Vec<u32>,
+    /// Time and number of the step, where the file gives them.
+    pub time: Option<f64>,
+    pub step: Option<i32>,
+}
+
+/// What the values of a [`Field`] belong to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Support {
+    Points,
+    Cells,
+    /// Each node of each cell: a field that may jump from cell to cell.
+    CellPoints,
+}
+
+impl std::fmt::Display for Support {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Support::Points => "points",
+            Support::Cells => "cells",
+            Support::CellPoints => "cell points",
+        })
+    }
+}
+
+macro_rules! values {
+    ($($variant:ident $type:ty),*) => {
+        /// Numbers in the type the file has them in.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Values { $($variant(Vec<$type>)),* }
+
+        impl Values {
+            pub fn len(&self) -> usize {
+                match self { $(Values::$variant(values) => values.len()),* }
+            }
+
+            /// Each value as binary64; 64-bit integers beyond 2^53 are rounded.
+            pub fn to_f64(&self) -> Vec<f64> {
+                match self { $(Values::$variant(values) => values.iter().map(|&v| v as f64).collect()),* }
+            }
+        }
+    };
+}
+values!(F64 f64, F32 f32, I8 i8, U8 u8, I16 i16, U16 u16, I32 i32, U32 u32, I64 i64, U64 u64);
+
+impl Values {
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl Field {
+    /// A field with one row of `components` values for every point or cell.
+    pub fn new(name: impl Into<String>, on: Support, components: usize, values: Values) -> Self {
+        Field {
+            name: name.into(),
+            on,
+            components,
+            values,
+            at: Vec::new(),
+            time: None,
+            step: None,
+        }
+    }
+
+    /// Number of values this field must have on `mesh`; `None` when an index of `at` is beyond the mesh.
+    pub fn expected_len(&self, mesh: &Mesh) -> Option<usize> {
+        let rows = match self.on {
+            Support::CellPoints => {
+                let sizes = || {
+                    mesh.blocks
+                        .iter()
+                        .flat_map(|b| std::iter::repeat_n(b.kind.points(), b.len()))
+                };
+                if self.at.is_empty() {
+                    sizes().sum()
+                } else {
+                    let sizes: Vec<usize> = sizes().collect();
+                    let chosen = self
+                        .at
+                        .iter()
+                        .map(|&cell| sizes.get(cell as usize).copied());
+                    chosen.sum::<Option<usize>>()?
+                }
+            }
+            Support::Points | Support::Cells => {
+                let all = if self.on == Support::Points {
+                    mesh.points.len()
+                } else {
+                    mesh.cell_count()
+                };
+                if self.at.iter().any(|&i| i as usize >= all) {
+                    return None;
+                }
+                if self.at.is_empty() {
+                    all
+                } else {
+                    self.at.len()
+                }
+            }
+        };
+        rows.checked_mul(self.components)
+    }
+}

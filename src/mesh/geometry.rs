@@ -1,0 +1,67 @@
+//! What a Gmsh file tells of the geometry behind a mesh. It is kept so that it can be written back.
+
+/// The geometry behind a mesh; everything is empty for meshes of other formats.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Geometry {
+    pub entities: Vec<Entity>,
+    /// The points in runs, each on one entity; the counts add up to all points, or there are no runs.
+    pub point_runs: Vec<PointRun>,
+    pub periodic: Vec<Periodic>,
+    pub partitions: Partitions,
+}
+
+/// A point, curve, surface or volume of the geometry, or the part of one that a partition holds.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Entity {
+    pub dim: u8,
+    pub tag: i32,
+    /// The corners of the bounding box; for a point its position, twice.
+    pub bounds: [[f64; 3]; 2],
+    /// Physical tags; a negative one means that the group holds this entity reversed.
+    pub physicals: Vec<i32>,
+    /// Entities of one dimension less that bound this one; negative: reversed.
+    pub boundary: Vec<i32>,
+    /// For a part: the dimension and tag of the whole.
+    pub parent: Option<(i32, i32)>,
+    /// For a part: the partitions it belongs to.
+    pub partitions: Vec<i32>,
+}
+
+/// Consecutive points on one entity.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PointRun {
+    pub dim: u8,
+    pub entity: i32,
+    pub count: usize,
+    /// The entity's own coordinates of each point, `dim` a point (none on a point); `None` when not given.
+    pub parameters: Option<Vec<f64>>,
+}
+
+/// Points of one entity that mirror those of another.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Periodic {
+    pub dim: u8,
+    pub entity: i32,
+    pub master: i32,
+    /// The transformation from master to entity, a 4 by 4 matrix by rows, or empty.
+    pub affine: Vec<f64>,
+    /// Indices of points: of the entity, of the master.
+    pub pairs: Vec<[u32; 2]>,
+}
+
+/// How the cells are shared out among processes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Partitions {
+    pub count: u64,
+    /// Tag and partition of each entity that holds nothing but ghost cells.
+    pub ghost_entities: Vec<[i32; 2]>,
+    pub cells: Vec<CellPartitions>,
+}
+
+/// The partitions of one cell: those that own it, and those that know it as a ghost.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CellPartitions {
+    pub cell: u32,
+    pub owners: Vec<i32>,
+    pub ghosts: Vec<i32>,
+}

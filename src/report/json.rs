@@ -1,0 +1,46 @@
+//! JSON to a file or to standard output.
+
+use std::io::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::error::{Error, Place, Result};
+
+/// Does `-` mean that the result itself goes to standard output?
+pub fn is_stdout(path: Option<&Path>) -> bool {
+    path.is_some_and(|path| path.as_os_str() == "-")
+}
+
+/// Writes `value` to `path`, beside and then renamed; to standard output for `-`.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    let mut text = serde_json::to_string_pretty(value).map_err(|e| {
+        Error::file(path, Place::Whole, format!("no JSON can be made: {e}"), "report this")
+    })?;
+    text.push('\n');
+    if is_stdout(Some(path)) {
+        let mut out = std::io::stdout().lock();
+        return out
+            .write_all(text.as_bytes())
+            .and_then(|()| out.flush())
+            .map_err(Error::io(path, "write"));
+    }
+    replace(path, text.as_bytes())
+}
+
+/// Writes a file whole or not at all.
+fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(Error::io(path, "write"))?;
+    file.write_all(bytes).map_err(Error::io(path, "write"))?;
+    file.persist(path)
+        .map_err(|e| Error::io(path, "write")(e.error))?;
+    Ok(())
+}
