@@ -100,29 +100,32 @@ pub(super) fn probe() -> Result<String> {
     version.ok_or_else(|| Error::engine("fenicsx", "dolfinx does not tell its version", "reinstall it"))
 }
 
-/// The cache of compiled forms that this process holds, for as long as it lives.
+/// The cache of compiled forms that this process shares, for as long as it lives.
 static CACHE: Mutex<Option<(PathBuf, File)>> = Mutex::new(None);
 
-/// A private cache of compiled forms. A compilation that was killed leaves a source file behind
-/// on which every later process waits in vain; so the cache is ours alone while it is used, and
-/// such files are removed first. If another run holds it, the job folder serves.
+/// A private cache of compiled forms, shared by all runs. A compilation that was killed leaves a
+/// source file behind on which every later process waits in vain; so a run that finds itself
+/// alone removes such files first. Where there is no place for a cache, the job folder serves.
 fn cache(folder: &Path) -> PathBuf {
     let mut held = CACHE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     if let Some((path, _)) = held.as_ref() {
         return path.clone();
     }
-    let lock = || -> Option<(PathBuf, File)> {
+    let share = || -> Option<(PathBuf, File)> {
         let home = std::env::var_os("XDG_CACHE_HOME")
             .map(PathBuf::from)
             .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache")))?;
         let path = home.join("faceoff");
         fs::create_dir_all(&path).ok()?;
         let lock = File::create(path.join("lock")).ok()?;
-        lock.try_lock().ok()?;
-        remove_orphans(&path.join("fenics"));
+        if lock.try_lock().is_ok() {
+            remove_orphans(&path.join("fenics"));
+            lock.unlock().ok()?;
+        }
+        lock.lock_shared().ok()?;
         Some((path, lock))
     };
-    match lock() {
+    match share() {
         Some((path, lock)) => held.insert((path, lock)).0.clone(),
         None => folder.join("cache"),
     }

@@ -120,7 +120,12 @@ impl Engine for Program {
                 progress.step(&self.name, case, step, increment);
             }
         })?;
-        let (version, answers) = job::read(&self.name, &folder, cases)?;
+        let (told, answers) = job::read(&self.name, &folder, cases)?;
+        let version = match self.kind {
+            // What FreeFEM tells of itself is older than what Debian ships: 4.9 for 4.11.
+            Kind::FreeFem { .. } => freefem::package_version("freefem++").unwrap_or(told),
+            _ => told,
+        };
         progress.done(&self.name);
         Ok(Run { version, answers })
     }

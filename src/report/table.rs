@@ -80,7 +80,7 @@ pub fn table(outcome: &Outcome) -> String {
 
 fn new(header: &[&str]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.load_style(presets::NOTHING);
     table.set_header(header.to_vec());
     for column in table.column_iter_mut() {
         column.set_cell_alignment(CellAlignment::Left);

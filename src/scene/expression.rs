@@ -70,11 +70,10 @@ enum Function {
     Abs,
     Min,
     Max,
-    Pow,
 }
 
 /// Name in a scene, number of arguments, name in FreeFEM, name in UFL.
-const FUNCTIONS: [(&str, usize, Function, &str, &str); 17] = [
+const FUNCTIONS: [(&str, usize, Function, &str, &str); 16] = [
     ("sin", 1, Function::Sin, "sin", "sin"),
     ("cos", 1, Function::Cos, "cos", "cos"),
     ("tan", 1, Function::Tan, "tan", "tan"),
@@ -91,7 +90,6 @@ const FUNCTIONS: [(&str, usize, Function, &str, &str); 17] = [
     ("abs", 1, Function::Abs, "abs", "abs"),
     ("min", 2, Function::Min, "min", "min_value"),
     ("max", 2, Function::Max, "max", "max_value"),
-    ("pow", 2, Function::Pow, "pow", "pow"),
 ];
 
 /// What is wrong with a text, and at which character (from 1).
@@ -229,7 +227,6 @@ impl Node {
                         let b = second();
                         if a > b { a } else { b }
                     }
-                    Function::Pow => a.powf(second()),
                 }
             }
             Node::If(comparison, parts) => {
@@ -254,6 +251,9 @@ impl Node {
     /// as a real, because FreeFEM divides integers as integers.
     fn write(&self, out: &mut String, syntax: Syntax) {
         match self {
+            Node::Number(value) if value.is_sign_negative() => {
+                let _ = write!(out, "({value:?})");
+            }
             Node::Number(value) => {
                 let _ = write!(out, "{value:?}");
             }
@@ -547,13 +547,14 @@ impl Parser {
             "z" => return Ok(Node::Coordinate(2)),
             "pi" => return Ok(Node::Pi),
             "if" => return self.choice(),
+            "pow" => return self.pow(),
             _ => {}
         }
         let Some((_, count, function, _, _)) = FUNCTIONS.iter().find(|row| row.0 == name) else {
             self.at = start;
             let known: Vec<_> = FUNCTIONS.iter().map(|row| row.0).collect();
             return Err(self.error(format!(
-                "`{name}` is not known: use x, y, z, pi, if, {}",
+                "`{name}` is not known: use x, y, z, pi, if, pow, {}",
                 known.join(", ")
             )));
         };
@@ -572,6 +573,20 @@ impl Parser {
             )));
         }
         Ok(Node::Call(*function, arguments))
+    }
+
+    /// `pow(a, b)` is a^b.
+    fn pow(&mut self) -> Result<Node, ParseError> {
+        self.expect("(")?;
+        let base = self.sum()?;
+        self.expect(",")?;
+        let exponent = self.sum()?;
+        self.expect(")")?;
+        Ok(Node::Binary(
+            Operator::Power,
+            Box::new(base),
+            Box::new(exponent),
+        ))
     }
 
     fn choice(&mut self) -> Result<Node, ParseError> {
@@ -618,6 +633,7 @@ mod tests {
         assert_eq!(value("if(x <= 1, y, -y)", 1.0, 7.0), 7.0);
         assert_eq!(value("max(x, min(y, 2))", 1.0, 5.0), 2.0);
         assert_eq!(value("atan2(y, x)", 0.0, 1.0), std::f64::consts::FRAC_PI_2);
+        assert_eq!(value("pow(x, 1 + 1)", 3.0, 0.0), 9.0);
         assert_eq!(value("3e2 + .5e-1", 0.0, 0.0), 300.05);
     }
 
@@ -647,8 +663,8 @@ mod tests {
     #[test]
     fn other_codes_get_it_bracketed_and_real() {
         let f = Expression::parse("-2*pi*sin(2*pi*x)^2/3").unwrap();
-        assert_eq!(f.to_freefem(), "(((-2.0*pi)*(sin(((2.0*pi)*x))^2.0))/3.0)");
-        assert_eq!(f.to_ufl(), "(((-2.0*pi)*(sin(((2.0*pi)*x[0]))**2.0))/3.0)");
+        assert_eq!(f.to_freefem(), "((((-2.0)*pi)*(sin(((2.0*pi)*x))^2.0))/3.0)");
+        assert_eq!(f.to_ufl(), "((((-2.0)*pi)*(sin(((2.0*pi)*x[0]))**2.0))/3.0)");
         let g = Expression::parse("if(x < y, log(x), z)").unwrap();
         assert_eq!(g.to_freefem(), "((x < y) ? log(x) : z)");
         assert_eq!(g.to_ufl(), "conditional(lt(x[0], x[1]), ln(x[0]), x[2])");

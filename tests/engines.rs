@@ -1,0 +1,205 @@
+//! The main job with the real FreeFEM and the real dolfinx. A missing one fails these tests, and
+//! the message has the command that brings it.
+
+mod common;
+
+use common::{faceoff, folder, run, scene, told, write};
+
+#[test]
+fn three_engines_agree_on_all_scenes_with_both_methods() {
+    let folder = folder();
+    let ran = run(folder.path(), &["verify", "--n", "16,32", "--json", "-"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let outcome = ran.json();
+    assert_eq!(outcome["verdict"], "agree");
+    let cases = outcome["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 4 * 2 * 2, "scenes, methods, meshes");
+    for case in cases {
+        let tolerance = if case["method"] == "cr" { 1e-12 } else { 1e-11 };
+        let engines = case["engines"].as_array().unwrap();
+        assert_eq!(engines.len(), 3);
+        for engine in engines {
+            assert_eq!(engine["finite"], true);
+            assert!(engine["residual"].as_f64().unwrap() < 1e-13);
+            assert!((1..=12).contains(&engine["iterations"].as_u64().unwrap()));
+            assert!(!engine["version"].as_str().unwrap().is_empty());
+        }
+        let pairs = case["pairs"].as_array().unwrap();
+        assert_eq!(pairs.len(), 3 * 4, "pairs of engines, fields");
+        for pair in pairs {
+            assert_eq!(pair["verdict"], "agree");
+            assert!(pair["max_rel"].as_f64().unwrap() <= tolerance);
+            assert!(pair["worst"]["vertices"].as_array().unwrap().len() == 2);
+        }
+    }
+    // Nothing is left where the program ran.
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn the_methods_approach_each_other_with_second_order() {
+    let folder = folder();
+    let ran = run(
+        folder.path(),
+        &["verify", "one-zone", "--n", "16,32,64", "--json", "-"],
+    );
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let outcome = ran.json();
+    let cross = outcome["cross"].as_array().unwrap();
+    assert_eq!(cross.len(), 3);
+    for engine in cross {
+        let orders = engine["orders"].as_array().unwrap();
+        assert!(orders.last().unwrap().as_f64().unwrap() >= 1.8, "{engine}");
+        assert_eq!(engine["required"], 1.8);
+    }
+    // A scene may ask for more than there is, and then fails.
+    let greedy = scene(folder.path(), "one-zone", "order = 1.8", "order = 2.5");
+    let words = ["verify", &greedy, "--engines", "rust,freefem", "--n", "8,16,32", "--quiet"];
+    assert_eq!(run(folder.path(), &words).code, Some(1));
+}
+
+#[test]
+fn the_whole_family_agrees() {
+    let folder = folder();
+    let words = [
+        "verify",
+        "plate",
+        "--methods",
+        "cr(1,1),cr(0,1),p1,p1(1,0),p2(1,0),p2(0,1)",
+        "--json",
+        "-",
+    ];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+}
+
+#[test]
+fn every_function_of_expressions_means_the_same_in_every_engine() {
+    let folder = folder();
+    let f = "sin(x)+cos(y)+tan(0.5*x)+asin(0.5*x)+acos(0.5*y)+atan(x)+atan2(y+0.1,x-0.3)+sinh(x)\
+             +cosh(y)+tanh(x)+exp(-x)+log(1+x)+sqrt(x+y)+abs(x-0.3)+min(x,y)+max(x,0.25)\
+             +pow(1+x,1.5)+(x-0.5)^2-1/3+if(x < 0.31, 2, -1)+if(y >= 0.27, x, pi)+2e-3";
+    let scene = scene(folder.path(), "one-zone", "-2*pi*sin(2*pi*x)", f);
+    let ran = run(folder.path(), &["verify", &scene, "--n", "8", "--json", "-"]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+}
+
+#[test]
+fn every_quadrature_rule_and_h_is_taken_by_every_engine() {
+    let folder = folder();
+    for (load, contact, h) in [
+        ("edges-3", "gauss-3", "global"),
+        ("centroid", "gauss-2", "local"),
+        ("radon-7", "midpoint", "global"),
+    ] {
+        let method = format!(
+            "[method]\nload_quadrature = \"{load}\"\ncontact_quadrature = \"{contact}\"\nh = \"{h}\"\n\n[data]"
+        );
+        let scene = scene(folder.path(), "plate", "[data]", &method);
+        std::fs::copy(common::source("meshes/plate.msh"), folder.path().join("plate.msh")).unwrap();
+        let ran = run(folder.path(), &["verify", &scene, "--json", "-"]);
+        assert_eq!(ran.code, Some(0), "{load} {contact}: {}{}", ran.stdout, ran.stderr);
+    }
+}
+
+#[test]
+fn any_engine_solves_and_says_the_same() {
+    let folder = folder();
+    let solve = |engine: &str| {
+        let words = ["solve", "one-zone", "--engine", engine, "--n", "16", "--json", "-"];
+        let ran = run(folder.path(), &words);
+        assert_eq!(ran.code, Some(0), "{engine}: {}", ran.stderr);
+        ran.json()
+    };
+    let rust = solve("rust");
+    for key in [
+        "scene", "method", "engine", "n", "faces", "cells", "dofs", "gamma0", "iterations",
+        "grad_norm_sq", "l2_norm", "contact_flux", "contact_residual", "contact_set", "seconds",
+        "peak_rss_mb",
+    ] {
+        assert!(!rust[key].is_null(), "{key}");
+    }
+    for key in ["mesh", "assembly", "factor", "iterate", "total"] {
+        assert!(rust["seconds"][key].as_f64().unwrap() >= 0.0, "{key}");
+    }
+    for engine in ["freefem", "fenicsx"] {
+        let other = solve(engine);
+        for key in ["grad_norm_sq", "l2_norm", "contact_flux", "contact_residual"] {
+            let (a, b) = (rust[key].as_f64().unwrap(), other[key].as_f64().unwrap());
+            assert!((a - b).abs() < 1e-12 * a.abs(), "{engine} {key}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn engines_are_found_by_running_them() {
+    let folder = folder();
+    let ran = run(folder.path(), &["engines", "--json", "-"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stdout);
+    let engines = ran.json();
+    for engine in engines.as_array().unwrap() {
+        assert!(engine["version"].is_string(), "{engine}");
+    }
+}
+
+#[test]
+fn a_missing_engine_is_never_a_pass() {
+    let folder = folder();
+    let without = |words: &[&str]| {
+        let mut command = faceoff(folder.path());
+        let command = command.args(words).env("PATH", folder.path());
+        told(command.output().unwrap())
+    };
+    let missing = without(&["verify", "one-zone", "--engines", "rust,freefem", "--n", "4"]);
+    assert_eq!(missing.code, Some(2));
+    assert!(missing.stderr.contains("apt-get install freefem++"), "{}", missing.stderr);
+    let words = ["verify", "one-zone", "--engines", "rust,freefem", "--n", "4", "--allow-missing"];
+    let alone = without(&words);
+    assert_eq!(alone.code, Some(2), "one engine alone proves nothing");
+    let listed = without(&["engines"]);
+    assert_eq!(listed.code, Some(2));
+    assert!(listed.stdout.contains("apt-get install -y freefem++"), "{}", listed.stdout);
+}
+
+#[test]
+fn a_third_code_joins_by_a_file() {
+    let folder = folder();
+    // It answers with what the Rust engine found, so it agrees; and with one value off, it does not.
+    let solver = r#"
+import json, pathlib, struct, subprocess, sys
+job = json.loads(pathlib.Path("job.json").read_text())
+assert job["protocol"] == 1 and job["cases"][0]["data"]["f"] == "-2*pi*sin(2*pi*x)"
+home = pathlib.Path(__file__).parent
+for case in job["cases"]:
+    values = (home / "dofs.f64").read_bytes()
+    if (home / "spoil").exists():
+        values = struct.pack("<d", 1 + struct.unpack("<d", values[:8])[0]) + values[8:]
+    pathlib.Path("out", case["id"] + ".dofs.f64").write_bytes(values)
+    print("progress", case["id"], 1, 0.0, flush=True)
+entry = {"id": "case-0", "converged": True, "iterations": 1, "increments": [0.0],
+         "rows": len(values) // 8, "dofs": "out/case-0.dofs.f64"}
+part = pathlib.Path("out/part")
+part.write_text(json.dumps({"protocol": 1, "version": "1", "cases": [entry]}))
+part.rename("out/status.json")
+"#;
+    write(folder.path(), "solve.py", solver);
+    write(
+        folder.path(),
+        "mine.toml",
+        "name = \"mine\"\ncommand = [\"python3\", \"solve.py\"]\n",
+    );
+    // The dofs come from dolfinx's own answer, kept with --keep.
+    let words = ["verify", "one-zone", "--engines", "rust,fenicsx", "--methods", "cr", "--n", "4"];
+    let ran = run(folder.path(), &[&words[..], &["--keep", "jobs"]].concat());
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let kept = folder.path().join("jobs/fenicsx/out/case-0.dofs.f64");
+    std::fs::copy(kept, folder.path().join("dofs.f64")).unwrap();
+
+    let words = ["verify", "one-zone", "--engines", "rust,mine.toml", "--methods", "cr", "--n", "4"];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    write(folder.path(), "spoil", "");
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    assert!(ran.stderr.contains("from cell"), "{}", ran.stderr);
+}

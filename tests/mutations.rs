@@ -1,0 +1,143 @@
+//! Mutations of the judged: in a copy of a companion one thing is broken, and the judge must
+//! find it, say "disagree", and name the worst face.
+
+mod common;
+
+use common::{changed_companion, folder, run};
+
+/// Runs Rust against a changed companion on both methods.
+fn caught(companion: &str, from: &str, to: &str) {
+    let folder = folder();
+    let engine = changed_companion(folder.path(), companion, from, to);
+    let engines = format!("rust,{engine}");
+    let words = ["verify", "one-zone", "--engines", &engines, "--n", "8", "--json", "-"];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(1), "{from} -> {to}: {}{}", ran.stdout, ran.stderr);
+    let outcome = ran.json();
+    assert_eq!(outcome["verdict"], "disagree");
+    for case in outcome["cases"].as_array().unwrap() {
+        let method = &case["method"];
+        assert_eq!(case["verdict"], "disagree", "{from} -> {to}, {method}");
+        let pairs = case["pairs"].as_array().unwrap();
+        let mean = pairs.iter().find(|p| p["field"] == "mean").unwrap();
+        assert_eq!(mean["verdict"], "disagree", "{from} -> {to}, {method}");
+        assert_eq!(mean["worst"]["vertices"].as_array().unwrap().len(), 2);
+        assert!(mean["max_rel"].as_f64().unwrap() > mean["tolerance"].as_f64().unwrap());
+    }
+}
+
+#[test]
+fn freefem_unchanged_agrees() {
+    let folder = folder();
+    let engine = changed_companion(folder.path(), "freefem", "The Signorini problem", "The problem");
+    let engines = format!("rust,{engine}");
+    let ran = run(folder.path(), &["verify", "one-zone", "--engines", &engines, "--n", "8"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+}
+
+#[test]
+fn freefem_sign() {
+    caught("freefem", "* contactTest(v) - dn(u)*v)", "* contactTest(v) + dn(u)*v)");
+}
+
+#[test]
+fn freefem_contact_term_dropped() {
+    caught("freefem", "(u - psi + max(Pgamma(u), 0.))", "(0.*u)");
+}
+
+#[test]
+fn freefem_positive_part_dropped() {
+    caught("freefem", "(u - psi + max(Pgamma(u), 0.))", "(u - psi)");
+}
+
+#[test]
+fn freefem_load_dropped() {
+    caught("freefem", "(f*v)", "(0.*f*v)");
+}
+
+#[test]
+fn freefem_gamma_off_by_a_millionth() {
+    caught(
+        "freefem",
+        "gamma[][Ch(cell, 0)] = value;",
+        "gamma[][Ch(cell, 0)] = value*(1 + 1e-6);",
+    );
+}
+
+#[test]
+fn freefem_other_rule_for_the_load() {
+    caught("freefem", "int cellOrder = findCellOrder()", "int cellOrder = 3");
+}
+
+#[test]
+fn freefem_other_rule_on_the_contact_side() {
+    caught("freefem", "faceOrder = findFaceOrder()", "faceOrder = 4");
+}
+
+#[test]
+fn freefem_two_faces_permuted() {
+    caught(
+        "freefem",
+        "rows = Th.nt*Vh.ndofK;",
+        "rows = Th.nt*Vh.ndofK; { int p = Vh(0, 0), q = Vh(9, 1); real keep = u[][p]; u[][p] = u[][q]; u[][q] = keep; }",
+    );
+}
+
+#[test]
+fn freefem_one_value_off_in_the_twelfth_digit() {
+    caught(
+        "freefem",
+        "rows = Th.nt*Vh.ndofK;",
+        "rows = Th.nt*Vh.ndofK; u[][Vh(9, 1)] += 1e-10*u[].linfty;",
+    );
+}
+
+#[test]
+fn fenicsx_sign() {
+    caught(
+        "fenicsx",
+        "* ufl.dx(degree=2) - dn(u) * v * ds_C",
+        "* ufl.dx(degree=2) + dn(u) * v * ds_C",
+    );
+}
+
+#[test]
+fn fenicsx_contact_term_dropped() {
+    caught(
+        "fenicsx",
+        "        + plus(P_gamma) * (theta2 / gamma * v + theta1 * dn(v)) * ds_C\n    )",
+        "    )",
+    );
+}
+
+#[test]
+fn fenicsx_gamma_off_by_a_millionth() {
+    caught(
+        "fenicsx",
+        "of_input[numbers] = values",
+        "of_input[numbers] = values * (1 + 1e-6)",
+    );
+}
+
+#[test]
+fn fenicsx_other_rule_for_the_load() {
+    caught("fenicsx", "    L = f * v * dx +", "    L = f * v * ufl.dx(degree=3) +");
+}
+
+#[test]
+fn fenicsx_other_rule_on_the_contact_side() {
+    caught(
+        "fenicsx",
+        "metadata=job.quadrature_rule(quadrature[\"face\"], d - 1)",
+        "metadata={\"quadrature_degree\": 4}",
+    );
+}
+
+#[test]
+fn fenicsx_two_faces_permuted() {
+    caught(
+        "fenicsx",
+        "        dofs = job.gather_dofs(u, cells)",
+        "        u.x.array[[7, 90]] = u.x.array[[90, 7]]\n        dofs = job.gather_dofs(u, cells)",
+    );
+}
