@@ -5,5 +5,6 @@
 pub mod error;
 pub mod io;
 pub mod mesh;
+pub mod truth;
 
 pub use error::{Error, Result};
