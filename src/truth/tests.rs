@@ -302,7 +302,6 @@ fn many_zones_are_the_closed_form_but_for_the_reflection() {
             energy_error < 2.0 * reflection + 1e-13,
             "N = {n}: {energy_error:.2e} {reflection:.2e}"
         );
-        println!("N = {n}: {width_error:.2e} {energy_error:.2e} {reflection:.2e}");
         assert_eq!(r.contact_set.len(), n as usize + 1);
     }
 }
@@ -327,6 +326,19 @@ fn what_cannot_be_computed_is_refused() {
         assert!(r.grad(x, y)[0].is_nan());
     }
     assert!(r.flux(2.0).is_nan());
+}
+
+#[test]
+fn away_from_both_sides_only_the_mean_of_the_pressure_is_felt() {
+    let r = Reference::zones(40, DEFAULT_RESOLUTION).unwrap();
+    for (x, y) in samples().filter(|(_, y)| (0.2..0.8).contains(y)) {
+        let expected = (r.load.omega() * x).cos() + r.contact_flux * (1.0 - y);
+        assert!((r.u(x, y) - expected).abs() < 1e-12, "({x}, {y})");
+        assert!(
+            (r.grad(x, y)[1] + r.contact_flux).abs() < 1e-11,
+            "({x}, {y})"
+        );
+    }
 }
 
 #[test]
