@@ -22,6 +22,12 @@ pub enum Profile {
     Smooth,
 }
 
+impl Profile {
+    pub fn power(p: u32, q: u32, delta: f64) -> Self {
+        Profile::Power { p, q, delta }
+    }
+}
+
 /// A function's value, first and second derivative.
 type Jet = [f64; 3];
 

@@ -168,6 +168,29 @@ fn the_data_are_those_of_the_sides() {
 }
 
 #[test]
+fn the_flux_points_outward() {
+    let h = 1e-3;
+    for e in catalogue() {
+        // Smooth up to every side.
+        if !["two-sides-contact", "two-sides-free", "contact-everywhere"].contains(&e.name) {
+            continue;
+        }
+        for side in &e.sides {
+            let inward = if side.upper { -1.0 } else { 1.0 };
+            for p in on_side(&e, side) {
+                let inside = |s: f64| e.u(shifted(p, side.axis, inward * s));
+                let slope = -apply(ONE_SIDED, 60.0 * h, inside, 0.0, h);
+                assert!(
+                    (slope - e.flux(side, p)).abs() < 1e-9,
+                    "{}: {p:?} {slope}",
+                    e.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn solutions_are_finite_everywhere_on_the_closed_box() {
     for e in catalogue() {
         for side in &e.sides {
