@@ -16,6 +16,7 @@ pub mod mesh;
 pub mod quadrature;
 pub mod report;
 pub mod scene;
+pub mod truth;
 pub mod verify;
 
 pub use error::{Error, Result};

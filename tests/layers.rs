@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Module, and what it may use besides itself. Everything may use `error`.
-const LAYERS: [(&str, &[&str]); 17] = [
+const LAYERS: [(&str, &[&str]); 18] = [
     ("error", &[]),
     ("quadrature", &[]),
     ("linear", &[]),
@@ -30,6 +30,7 @@ const LAYERS: [(&str, &[&str]); 17] = [
         "cli",
         &["compare", "contact", "engine", "mesh", "io", "report", "scene", "verify"],
     ),
+    ("truth", &[]),
     ("main", &["cli"]),
     ("lib", &[]),
 ];

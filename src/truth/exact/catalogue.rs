@@ -1,0 +1,298 @@
+//! The exact solutions that are built in.
+
+use super::{
+    CutOff, Elementary, Exact, Extruded, Gap, Hertz, HertzSphere, Kind, ManyZones, Monomial,
+    Periodic, Point, Profile, Selector, Separated, Side, Solution, Text,
+};
+use Kind::{Contact, Dirichlet, Neumann};
+
+/// Sides left, right, bottom, top of a rectangle.
+fn planar(kinds: [Kind; 4]) -> Vec<Side> {
+    let places = [(0, false), (0, true), (1, false), (1, true)];
+    kinds
+        .iter()
+        .zip(places)
+        .map(|(&kind, (axis, upper))| Side {
+            kind,
+            axis,
+            upper,
+            range: None,
+        })
+        .collect()
+}
+
+/// The paper's sides.
+const PAPER: [Kind; 4] = [Neumann, Neumann, Contact, Dirichlet];
+/// Data prescribed on all sides but the bottom.
+const OPEN: [Kind; 4] = [Dirichlet, Dirichlet, Contact, Dirichlet];
+
+fn unit_square(
+    name: &'static str,
+    purpose: &'static str,
+    kinds: [Kind; 4],
+    solution: impl Solution + 'static,
+    text: Text,
+) -> Exact {
+    Exact {
+        name,
+        purpose,
+        dimension: 2,
+        lower: [0.0; 3],
+        upper: [1.0, 1.0, 0.0],
+        sides: planar(kinds),
+        solution: Box::new(solution),
+        text: Some(text),
+    }
+}
+
+/// [-1, 1] × [0, 1].
+fn wide(
+    name: &'static str,
+    purpose: &'static str,
+    solution: impl Solution + 'static,
+    text: Text,
+) -> Exact {
+    Exact {
+        lower: [-1.0, 0.0, 0.0],
+        ..unit_square(name, purpose, OPEN, solution, text)
+    }
+}
+
+fn solid(
+    name: &'static str,
+    purpose: &'static str,
+    lower: Point,
+    around: Kind,
+    solution: impl Solution + 'static,
+) -> Exact {
+    let sides = (0..6)
+        .map(|i| Side {
+            kind: match i {
+                4 => Contact,
+                5 => Dirichlet,
+                _ => around,
+            },
+            axis: i / 2,
+            upper: i % 2 == 1,
+            range: None,
+        })
+        .collect();
+    Exact {
+        name,
+        purpose,
+        dimension: 3,
+        lower,
+        upper: [1.0; 3],
+        sides,
+        solution: Box::new(solution),
+        text: None,
+    }
+}
+
+/// All of them, each with parameters that put its transitions off the lines of usual meshes.
+pub fn catalogue() -> Vec<Exact> {
+    let mut all = Vec::new();
+    for (name, purpose, exponent) in [
+        (
+            "transition-3/2",
+            "one transition as in general, H^(5/2-ε)",
+            1.5,
+        ),
+        ("transition-7/2", "one transition, smoother, H^(9/2-ε)", 3.5),
+        (
+            "transition-11/2",
+            "one transition, still smoother, H^(13/2-ε)",
+            5.5,
+        ),
+    ] {
+        let m = Monomial::transition(exponent, 0.1);
+        all.push(wide(name, purpose, m, m.text()));
+    }
+    let gap = Gap { a: 0.45 };
+    all.push(wide(
+        "gap",
+        "contact outside a gap, two transitions, H^(5/2-ε)",
+        gap,
+        gap.text(),
+    ));
+    let hertz = Hertz { a: 0.45 };
+    all.push(wide(
+        "hertz",
+        "contact inside a strip, two transitions, H^(5/2-ε)",
+        hertz,
+        hertz.text(),
+    ));
+    for (name, n) in [("periodic-1", 1), ("periodic-3", 3)] {
+        let periodic = Periodic { a: 0.4, n };
+        all.push(unit_square(
+            name,
+            "periodic zones between Neumann sides",
+            PAPER,
+            periodic,
+            periodic.text(),
+        ));
+    }
+    for (name, n) in [("many-zones-3", 3), ("many-zones-5", 5)] {
+        let zones = ManyZones::new(n);
+        all.push(unit_square(
+            name,
+            "the paper's 6.2 in closed form",
+            PAPER,
+            zones,
+            zones.text(),
+        ));
+    }
+    for (name, purpose, n, profile) in [
+        (
+            "manufactured-2",
+            "homogeneous data, f jumps, H^(5/2-ε)",
+            1,
+            Profile::power(2, 2, 0.0),
+        ),
+        (
+            "manufactured-3",
+            "homogeneous data, f continuous",
+            2,
+            Profile::power(3, 3, 0.0),
+        ),
+        (
+            "manufactured-grazing",
+            "grazing on sets of positive length",
+            1,
+            Profile::power(2, 2, 0.4),
+        ),
+        (
+            "manufactured-smooth",
+            "a transition of class C^∞",
+            1,
+            Profile::Smooth,
+        ),
+    ] {
+        let selector = Selector::Waves { n };
+        let separated = Separated { selector, profile };
+        all.push(unit_square(
+            name,
+            purpose,
+            PAPER,
+            separated,
+            separated.text(),
+        ));
+    }
+    let cut_off = CutOff {
+        x0: 0.52,
+        radius: 0.45,
+    };
+    all.push(unit_square(
+        "cut-off",
+        "r^(3/2) with homogeneous data, H^(5/2-ε)",
+        PAPER,
+        cut_off,
+        cut_off.text(),
+    ));
+    for (name, purpose, kinds, e) in [
+        (
+            "contact-everywhere",
+            "no transition",
+            PAPER,
+            Elementary::ContactEverywhere,
+        ),
+        (
+            "contact-nowhere",
+            "no transition",
+            PAPER,
+            Elementary::ContactNowhere,
+        ),
+        (
+            "grazing-everywhere",
+            "u = 0 and ∂ₙu = 0 on all of Γ_C",
+            PAPER,
+            Elementary::GrazingEverywhere,
+        ),
+        (
+            "two-sides-contact",
+            "two contact sides meet in a corner cell",
+            [Contact, Dirichlet, Contact, Dirichlet],
+            Elementary::TwoSidesContact,
+        ),
+        (
+            "two-sides-free",
+            "two free contact sides meet in a corner cell",
+            [Dirichlet, Contact, Contact, Dirichlet],
+            Elementary::TwoSidesFree,
+        ),
+    ] {
+        all.push(unit_square(name, purpose, kinds, e, e.text()));
+    }
+    let touch = Monomial::touch();
+    all.push(wide(
+        "grazing-touch",
+        "free, touching in one point",
+        touch,
+        touch.text(),
+    ));
+    let lift = Monomial::lift();
+    all.push(wide(
+        "grazing-lift",
+        "in contact, without pressure in one point",
+        lift,
+        lift.text(),
+    ));
+    let meeting = Monomial::meeting();
+    let mut mixed = wide(
+        "dirichlet-meets-contact",
+        "Γ_D and Γ_C share a flat side, H^(3/2-ε): outside the theory",
+        meeting,
+        meeting.text(),
+    );
+    mixed.sides = split_bottom(&mixed.sides);
+    all.push(mixed);
+
+    let checker = Separated {
+        selector: Selector::Checker,
+        profile: Profile::power(2, 2, 0.0),
+    };
+    all.push(solid(
+        "solid-checker",
+        "homogeneous data, a checkerboard of zones",
+        [0.0; 3],
+        Neumann,
+        checker,
+    ));
+    let extruded = Extruded(Monomial::transition(1.5, 0.1));
+    all.push(solid(
+        "solid-transition-3/2",
+        "r^(3/2) along an edge",
+        [-1.0, -1.0, 0.0],
+        Dirichlet,
+        extruded,
+    ));
+    all.push(solid(
+        "solid-hertz",
+        "contact on a disc",
+        [-1.0, -1.0, 0.0],
+        Dirichlet,
+        HertzSphere { a: 0.45 },
+    ));
+    all
+}
+
+/// The bottom as Γ_D for x < 0 and Γ_C for x > 0.
+fn split_bottom(sides: &[Side]) -> Vec<Side> {
+    sides
+        .iter()
+        .flat_map(|&side| match side.kind {
+            Contact => vec![
+                Side {
+                    kind: Dirichlet,
+                    range: Some([-1.0, 0.0]),
+                    ..side
+                },
+                Side {
+                    range: Some([0.0, 1.0]),
+                    ..side
+                },
+            ],
+            _ => vec![side],
+        })
+        .collect()
+}

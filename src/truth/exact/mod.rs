@@ -1,0 +1,127 @@
+//! Exact solutions of the Signorini problem, as numbers and as text that other codes can evaluate.
+//!
+//! -Δu = f; u = g on Γ_D, ∂ₙu = t on Γ_N, and u ≤ ψ, ∂ₙu ≤ 0, (u-ψ) ∂ₙu = 0 on Γ_C; here g is u itself, t = 0 and ψ = 0.
+//! The last coordinate, y in two and z in three dimensions, is normal to the main contact side, where it is zero.
+
+mod catalogue;
+mod harmonic;
+mod manufactured;
+mod solid;
+mod zones;
+
+pub use catalogue::catalogue;
+pub use harmonic::{Gap, Hertz, Monomial, Periodic};
+pub use manufactured::{CutOff, Elementary, Profile, Selector, Separated};
+pub use solid::{Extruded, HertzSphere};
+pub use zones::ManyZones;
+
+/// A point; planar solutions ignore the third coordinate.
+pub type Point = [f64; 3];
+
+/// A solution as functions of a point of the closed domain.
+pub trait Solution: Send + Sync {
+    fn u(&self, p: Point) -> f64;
+    fn grad(&self, p: Point) -> [f64; 3];
+    fn f(&self, _: Point) -> f64 {
+        0.0
+    }
+    /// Whether f may jump or bend inside the domain.
+    fn is_piecewise(&self) -> bool {
+        false
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Dirichlet,
+    Neumann,
+    Contact,
+}
+
+/// A side of the box, or the part of it with x in `range`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Side {
+    pub kind: Kind,
+    /// The coordinate that is constant on it.
+    pub axis: usize,
+    /// At the upper end of that coordinate, or at the lower.
+    pub upper: bool,
+    pub range: Option<[f64; 2]>,
+}
+
+/// The data of a planar solution as expressions in x and y: + - * / ^, pi, the elementary functions, min, max, and
+/// `if(a < b, c, d)`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Text {
+    pub u: String,
+    pub f: String,
+    pub g: String,
+    pub t: String,
+    pub psi: String,
+}
+
+impl Text {
+    fn new(u: impl Into<String>, f: impl Into<String>) -> Self {
+        let u = u.into();
+        Text {
+            g: u.clone(),
+            u,
+            f: f.into(),
+            t: "0".into(),
+            psi: "0".into(),
+        }
+    }
+}
+
+/// A solution on a box, with its boundary parts.
+pub struct Exact {
+    pub name: &'static str,
+    /// What it is for, and the Sobolev space it just misses.
+    pub purpose: &'static str,
+    pub dimension: usize,
+    pub lower: Point,
+    pub upper: Point,
+    /// Every side of the box, in the order of the axes, lower before upper.
+    pub sides: Vec<Side>,
+    pub solution: Box<dyn Solution>,
+    /// None in three dimensions.
+    pub text: Option<Text>,
+}
+
+impl Exact {
+    pub fn u(&self, p: Point) -> f64 {
+        self.solution.u(p)
+    }
+
+    pub fn grad(&self, p: Point) -> [f64; 3] {
+        self.solution.grad(p)
+    }
+
+    pub fn f(&self, p: Point) -> f64 {
+        self.solution.f(p)
+    }
+
+    /// The Dirichlet data.
+    pub fn g(&self, p: Point) -> f64 {
+        self.solution.u(p)
+    }
+
+    /// The Neumann data: all of these solutions are symmetric about their Neumann sides.
+    pub fn t(&self, _: Point) -> f64 {
+        0.0
+    }
+
+    /// The obstacle.
+    pub fn psi(&self, _: Point) -> f64 {
+        0.0
+    }
+
+    /// ∂ₙu on a side.
+    pub fn flux(&self, side: &Side, p: Point) -> f64 {
+        let slope = self.grad(p).get(side.axis).copied().unwrap_or(f64::NAN);
+        if side.upper { slope } else { -slope }
+    }
+}
+
+#[cfg(test)]
+mod tests;
