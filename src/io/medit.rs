@@ -72,8 +72,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     loop {
         scan.section.clear();
         let Some(word) = scan.peek() else {
-            // FreeFEM's and others' files may do without the End.
-            break;
+            return Err(scan.error("the End is missing"));
         };
         let word = String::from_utf8_lossy(word.get(..80).unwrap_or(word)).into_owned();
         scan.section.clone_from(&word);

@@ -48,19 +48,24 @@ pub fn read(path: &Path) -> Result<Mesh> {
 /// The file cannot be read, is not known, or is not as its format demands.
 pub fn open(path: &Path, python: Option<&Path>) -> Result<Content> {
     let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
-    let content = match recognise(path, &bytes) {
-        Some(Format::Msh) => msh::read(path, &bytes),
-        Some(Format::FreeFem) => freefem::read(path, &bytes),
-        Some(Format::Medit) => medit::read(path, &bytes),
-        Some(Format::Vtu) => read_vtu(path, &bytes),
-        Some(Format::Meshio(format)) => {
-            drop(bytes);
-            meshio::read(path, format, python)
-        }
+    parse(path, &bytes, python)
+}
+
+/// [`open`] of a file whose bytes are there already; only meshio reads the file once more.
+///
+/// # Errors
+/// The file is not known, or is not as its format demands.
+pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content> {
+    let content = match recognise(path, bytes) {
+        Some(Format::Msh) => msh::read(path, bytes),
+        Some(Format::FreeFem) => freefem::read(path, bytes),
+        Some(Format::Medit) => medit::read(path, bytes),
+        Some(Format::Vtu) => read_vtu(path, bytes),
+        Some(Format::Meshio(format)) => meshio::read(path, format, python),
         None => Err(Error::file(
             path,
             Place::Whole,
-            recognise::unknown(&bytes),
+            recognise::unknown(bytes),
             "give a mesh of a known format",
         )),
     }?;
