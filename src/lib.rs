@@ -3,6 +3,7 @@
 //! Imports point one way; the order of the modules below is the order of the layers.
 
 pub mod error;
+pub mod field;
 pub mod io;
 pub mod mesh;
 

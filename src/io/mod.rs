@@ -9,6 +9,7 @@ pub mod msh;
 mod out;
 mod recognise;
 mod scan;
+pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
