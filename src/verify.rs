@@ -12,8 +12,9 @@ use crate::field::FaceFields;
 use crate::mesh::Triangulation;
 use crate::scene::Scene;
 
-/// A result whose backward error exceeds this solves another scheme: rounding leaves 1e-15.
-pub const RESIDUAL_TOLERANCE: f64 = 1e-11;
+/// A result whose backward error exceeds this solves another scheme: rounding leaves 1e-15,
+/// and γ off by 1e-6 gives 3e-11 or more.
+pub const RESIDUAL_TOLERANCE: f64 = 1e-12;
 
 /// Same scheme, other code: |a - b| ≤ tolerance · max|u|. Measured agreement of codes on matched
 /// rules is 7e-16 for `cr` and 4e-14 for `p2`; one quadrature rule apart it is 1e-4.
@@ -85,6 +86,8 @@ pub struct EngineOutcome {
     pub phases: BTreeMap<String, f64>,
     /// Backward error, recomputed here.
     pub residual: f64,
+    /// Where it is largest.
+    pub residual_at: Option<Vec<f64>>,
     pub finite: bool,
     pub verdict: Verdict,
     #[serde(skip)]
@@ -244,6 +247,10 @@ fn judge_case(index: usize, case: &Case, answered: &[(&str, Run)]) -> Result<Cas
                 seconds: answer.seconds.iter().map(|(_, s)| s).sum(),
                 phases: answer.seconds.iter().cloned().collect(),
                 residual: answer.residual,
+                residual_at: problem
+                    .backward_error(&answer.u)
+                    .1
+                    .map(|dof| problem.space.points[dof][..mesh.dim].to_vec()),
                 finite: answer.u.iter().all(|v| v.is_finite()),
                 verdict: if solves {
                     Verdict::Agree

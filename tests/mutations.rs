@@ -10,8 +10,8 @@ fn caught(companion: &str, from: &str, to: &str) {
     let folder = folder();
     let engine = changed_companion(folder.path(), companion, from, to);
     let engines = format!("rust,{engine}");
-    // At n = 12 one contact face is partly in contact: there the rule on Γ_C matters to `cr` too.
-    let words = ["verify", "one-zone", "--engines", &engines, "--n", "12", "--json", "-"];
+    // At n = 10 one contact face is partly in contact: there the rule on Γ_C matters to `cr` too.
+    let words = ["verify", "one-zone", "--engines", &engines, "--n", "10", "--json", "-"];
     let ran = run(folder.path(), &words);
     assert_eq!(ran.code, Some(1), "{from} -> {to}: {}{}", ran.stdout, ran.stderr);
     let outcome = ran.json();

@@ -236,8 +236,8 @@ impl<'a> Problem<'a> {
     }
 
     /// How far u is from solving the scheme, as a backward error: the largest residual of a row
-    /// over the sum of the sizes of that row's terms. Rounding leaves about 1e-15.
-    pub fn backward_error(&self, u: &[f64]) -> f64 {
+    /// over the sum of the sizes of that row's terms, and its dof. Rounding leaves about 1e-15.
+    pub fn backward_error(&self, u: &[f64]) -> (f64, Option<usize>) {
         let residual = self.residual(u);
         let mut size = vec![0.0; self.space.dofs];
         assembly::for_each_stiffness(&self.space, |cell, matrix| {
@@ -270,23 +270,22 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        let mut worst = 0.0_f64;
+        let mut worst = (0.0, None);
         for i in 0..self.space.dofs {
             let scale = match self.dirichlet[i] {
                 Some(g) => g.abs().max(u[i].abs()),
                 None => size[i] + self.load[i].abs(),
             };
-            let error = residual[i].abs() / scale;
-            if residual[i] != 0.0 {
-                // NaN must not vanish in the maximum.
-                worst = if error >= worst || error.is_nan() {
-                    error
-                } else {
-                    worst
-                };
+            if residual[i] == 0.0 {
+                continue;
             }
-            if worst.is_nan() {
-                break;
+            let error = residual[i].abs() / scale;
+            // What is not a number must not vanish in the maximum.
+            if error.is_nan() {
+                return (error, Some(i));
+            }
+            if error > worst.0 {
+                worst = (error, Some(i));
             }
         }
         worst

@@ -269,7 +269,7 @@ pub(super) fn read(engine: &str, folder: &Path, cases: &[Case]) -> Result<(Strin
             let u = to_dofs(&case.problem, &values)
                 .map_err(|what| fault(format!("{id} ({label}): {what}")))?;
             Ok(Answer {
-                residual: case.problem.backward_error(&u),
+                residual: case.problem.backward_error(&u).0,
                 u,
                 increments: told
                     .increments

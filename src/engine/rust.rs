@@ -34,7 +34,7 @@ impl Engine for Rust {
                 let solution =
                     contact::solve(&case.problem, settings.iteration, settings.stop, told)?;
                 Ok(Answer {
-                    residual: case.problem.backward_error(&solution.u),
+                    residual: case.problem.backward_error(&solution.u).0,
                     u: solution.u,
                     increments: solution.increments,
                     converged: solution.converged,

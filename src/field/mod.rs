@@ -1,5 +1,7 @@
-//! Values on the parts of a mesh.
+//! Values that belong to a mesh: on its points, its cells, its faces, or the whole of it.
 
+pub mod data;
 mod faces;
 
+pub use data::{Whole, WholeValues};
 pub use faces::{ColumnKind, FaceColumn, FaceFields};

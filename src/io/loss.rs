@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
+use crate::mesh::{Mesh, Partitions};
 
 /// Gathers what a target format cannot hold.
 #[derive(Default)]
@@ -27,6 +28,23 @@ impl Losses {
 
     pub fn note(&mut self, what: impl Into<String>) {
         self.notes.push(what.into());
+    }
+
+    /// Notes what only Gmsh's format holds of a mesh.
+    pub fn note_gmsh(&mut self, mesh: &Mesh) {
+        if !mesh.point_tags.is_empty() {
+            self.note("points are numbered anew");
+        }
+        if mesh.blocks.iter().any(|block| !block.tags.is_empty()) {
+            self.note("cells are numbered anew");
+        }
+        let links = mesh.geometry.periodic.len();
+        if links > 0 {
+            self.note(format!("{links} periodic links are not written"));
+        }
+        if mesh.geometry.partitions != Partitions::default() {
+            self.note("the partitions of cells are not written");
+        }
     }
 
     /// The warnings to give.

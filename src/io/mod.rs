@@ -1,10 +1,21 @@
 //! Bytes to meshes and fields, and back.
 
-pub mod msh;
+pub mod freefem;
+mod labels;
 mod loss;
+pub mod medit;
+pub mod meshio;
+pub mod msh;
 mod out;
+mod recognise;
 mod scan;
+pub mod vtu;
 
+use std::path::{Path, PathBuf};
+
+pub use recognise::{Format, recognise};
+
+use crate::error::{Error, Place, Result};
 use crate::mesh::Mesh;
 
 /// What a file holds.
@@ -21,4 +32,117 @@ pub struct Content {
     pub warnings: Vec<String>,
     /// What the file holds and `mesh` does not.
     pub unread: Vec<String>,
+}
+
+/// Reads a mesh; [`open`] tells more.
+///
+/// # Errors
+/// The file cannot be read, is not known, or is not as its format demands.
+pub fn read(path: &Path) -> Result<Mesh> {
+    open(path, None).map(|content| content.mesh)
+}
+
+/// Reads a file of any format, which its content tells. `python` is the interpreter of an environment that has
+/// meshio, for the formats that are left to it.
+///
+/// # Errors
+/// The file cannot be read, is not known, or is not as its format demands.
+pub fn open(path: &Path, python: Option<&Path>) -> Result<Content> {
+    let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+    parse(path, &bytes, python)
+}
+
+/// [`open`] of a file whose bytes are there already; only meshio reads the file once more.
+///
+/// # Errors
+/// The file is not known, or is not as its format demands.
+pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content> {
+    let content = match recognise(path, bytes) {
+        Some(Format::Msh) => msh::read(path, bytes),
+        Some(Format::FreeFem) => freefem::read(path, bytes),
+        Some(Format::Medit) => medit::read(path, bytes),
+        Some(Format::Vtu) => read_vtu(path, bytes),
+        Some(Format::Meshio(format)) => meshio::read(path, format, python),
+        None => Err(Error::file(
+            path,
+            Place::Whole,
+            recognise::unknown(bytes),
+            "give a mesh of a known format",
+        )),
+    }?;
+    let unsound = |what| {
+        Error::file(
+            path,
+            Place::Whole,
+            what,
+            "mend the mesh with the program it comes from",
+        )
+    };
+    content.mesh.validate().map_err(unsound)?;
+    Ok(content)
+}
+
+fn read_vtu(path: &Path, _bytes: &[u8]) -> Result<Content> {
+    Err(Error::file(
+        path,
+        Place::Whole,
+        "VTU is not read yet",
+        "convert it to MSH",
+    ))
+}
+
+/// How to write a mesh.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// The format; `None` lets the suffix of the path decide.
+    pub format: Option<Format>,
+    pub msh_version: msh::Version,
+    pub binary: bool,
+    /// What the format cannot hold becomes a warning rather than an error.
+    pub lossy: bool,
+    /// The interpreter of an environment that has meshio.
+    pub python: Option<PathBuf>,
+}
+
+/// Writes a mesh beside `path` and renames it; the warnings say what could not be taken along.
+///
+/// # Errors
+/// The mesh is not sound, the format cannot hold it, or the file cannot be written.
+pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>> {
+    let format = options
+        .format
+        .or_else(|| Format::of_suffix(path))
+        .ok_or_else(|| {
+            Error::usage(
+                format!("the suffix of {} tells no format", path.display()),
+                "use .msh, .vtu, .mesh or another suffix that meshio knows, or name the format",
+            )
+        })?;
+    let ascii_only = matches!(format, Format::FreeFem | Format::Medit);
+    if options.binary && ascii_only {
+        return Err(Error::usage(
+            format!("{format} has no binary form here"),
+            "leave out the binary option",
+        ));
+    }
+    match format {
+        Format::Msh => {
+            let (version, binary, lossy) = (options.msh_version, options.binary, options.lossy);
+            msh::write(
+                path,
+                mesh,
+                &msh::Options {
+                    version,
+                    binary,
+                    lossy,
+                },
+            )
+        }
+        Format::FreeFem => freefem::write(path, mesh, options.lossy),
+        Format::Medit => medit::write(path, mesh, options.lossy),
+        Format::Vtu => Err(Error::usage("VTU is not written yet", "write MSH")),
+        Format::Meshio(format) => {
+            meshio::write(path, mesh, format, options.lossy, options.python.as_deref())
+        }
+    }
 }

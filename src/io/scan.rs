@@ -297,6 +297,16 @@ impl<'a> Scan<'a> {
         Ok([self.f64()?, self.f64()?, self.f64()?])
     }
 
+    /// A vertex among `points`, which files count from 1, counted from 0.
+    #[inline]
+    pub fn vertex(&mut self, points: usize) -> Result<u32> {
+        let vertex = self.u64()?;
+        match u32::try_from(vertex.wrapping_sub(1)) {
+            Ok(index) if (index as usize) < points => Ok(index),
+            _ => Err(self.error(format!("the vertex {vertex} does not exist among {points}"))),
+        }
+    }
+
     /// A declared number of items, believed only if the rest of the file can hold them at `bytes` each
     /// (what one takes at the least).
     pub fn count(&mut self, of: &str, bytes: usize) -> Result<usize> {

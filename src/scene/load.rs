@@ -49,12 +49,10 @@ impl Scene {
                 return Triangulation::new(&name, &union_jack(n, *size));
             }
             MeshSource::File { path, n } => {
-                let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
-                let mesh = crate::io::msh::read(path, &bytes)?.mesh;
-                (path.display().to_string(), mesh, *n)
+                (path.display().to_string(), crate::io::read(path)?, *n)
             }
             MeshSource::Embedded { name, bytes, n } => {
-                let mesh = crate::io::msh::read(name.as_ref(), bytes)?.mesh;
+                let mesh = crate::io::parse(name.as_ref(), bytes, None)?.mesh;
                 ((*name).to_owned(), mesh, *n)
             }
         };

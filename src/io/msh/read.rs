@@ -71,7 +71,16 @@ impl Reader<'_> {
         match (name.as_str(), self.layout) {
             ("$Comments", _) => self.skip(&end)?,
             ("$MeshFormat", None) => self.format()?,
-            ("$MeshFormat", Some(_)) => return Err(self.scan.error("the format is there twice")),
+            ("$MeshFormat", Some(layout)) => {
+                // Gmsh writes it again before the fields that it appends to a file.
+                let encoding = std::mem::take(&mut self.content.encoding);
+                self.format()?;
+                if (self.layout, &self.content.encoding) != (Some(layout), &encoding) {
+                    return Err(self
+                        .scan
+                        .error("the format is there twice, and not the same"));
+                }
+            }
             ("$NOD", None | Some(Layout::V1)) => {
                 self.layout = Some(Layout::V1);
                 v1_v2::nodes(self)?;

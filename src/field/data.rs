@@ -1,0 +1,132 @@
+//! Data about a mesh as a whole, beside the fields on its points and cells ([`crate::mesh::Field`]).
+
+use crate::mesh::Values;
+
+/// A named array about the whole mesh: provenance, parameters, tables.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Whole {
+    pub name: String,
+    /// Values in one tuple: 1 for a list, 3 for a table of three columns. Never 0; 1 for text.
+    pub components: usize,
+    pub values: WholeValues,
+}
+
+/// Numbers in exactly the type of the file, or text.
+#[derive(Debug, Clone, PartialEq)]
+pub enum WholeValues {
+    Numbers(Values),
+    Text(Vec<String>),
+}
+
+/// Runs one expression for whichever vector of numbers `$values` holds.
+macro_rules! with_numbers {
+    ($values:expr, $numbers:ident => $run:expr) => {
+        match $values {
+            $crate::mesh::Values::I8($numbers) => $run,
+            $crate::mesh::Values::U8($numbers) => $run,
+            $crate::mesh::Values::I16($numbers) => $run,
+            $crate::mesh::Values::U16($numbers) => $run,
+            $crate::mesh::Values::I32($numbers) => $run,
+            $crate::mesh::Values::U32($numbers) => $run,
+            $crate::mesh::Values::I64($numbers) => $run,
+            $crate::mesh::Values::U64($numbers) => $run,
+            $crate::mesh::Values::F32($numbers) => $run,
+            $crate::mesh::Values::F64($numbers) => $run,
+        }
+    };
+}
+pub(crate) use with_numbers;
+
+impl Whole {
+    /// A list of numbers.
+    pub fn numbers(name: impl Into<String>, values: Values) -> Self {
+        Whole {
+            name: name.into(),
+            components: 1,
+            values: WholeValues::Numbers(values),
+        }
+    }
+
+    /// One text.
+    pub fn text(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Whole::texts(name, vec![text.into()])
+    }
+
+    /// A list of texts.
+    pub fn texts(name: impl Into<String>, texts: Vec<String>) -> Self {
+        Whole {
+            name: name.into(),
+            components: 1,
+            values: WholeValues::Text(texts),
+        }
+    }
+
+    /// Number of tuples.
+    pub fn tuples(&self) -> usize {
+        let values = match &self.values {
+            WholeValues::Numbers(numbers) => numbers.len(),
+            WholeValues::Text(texts) => texts.len(),
+        };
+        values / self.components.max(1)
+    }
+}
+
+/// Equal in type and every stored bit: NaN equals itself, 0 differs from -0.
+pub fn same_bits(a: &Values, b: &Values) -> bool {
+    match (a, b) {
+        (Values::F32(a), Values::F32(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+        }
+        (Values::F64(a), Values::F64(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+        }
+        (a, b) => a == b,
+    }
+}
+
+/// The values as whole numbers; `None` for floats and for numbers beyond an `i64`.
+pub fn to_i64(values: &Values) -> Option<Vec<i64>> {
+    fn widen<T: Copy + TryInto<i64>>(numbers: &[T]) -> Option<Vec<i64>> {
+        numbers.iter().map(|&x| x.try_into().ok()).collect()
+    }
+    match values {
+        Values::I8(v) => widen(v),
+        Values::U8(v) => widen(v),
+        Values::I16(v) => widen(v),
+        Values::U16(v) => widen(v),
+        Values::I32(v) => widen(v),
+        Values::U32(v) => widen(v),
+        Values::I64(v) => widen(v),
+        Values::U64(v) => widen(v),
+        Values::F32(_) | Values::F64(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_are_compared_rather_than_numbers() {
+        let nan = Values::F64(vec![f64::NAN]);
+        let other_nan = Values::F64(vec![f64::from_bits(f64::NAN.to_bits() ^ 1)]);
+        assert!(same_bits(&nan, &nan.clone()));
+        assert!(!same_bits(&nan, &other_nan));
+        assert!(!same_bits(
+            &Values::F64(vec![0.0]),
+            &Values::F64(vec![-0.0])
+        ));
+        assert!(!same_bits(&Values::F64(vec![1.0]), &Values::F32(vec![1.0])));
+        assert!(!same_bits(
+            &Values::F32(vec![1.0]),
+            &Values::F32(vec![1.0, 1.0])
+        ));
+    }
+
+    #[test]
+    fn whole_numbers_are_widened_or_refused() {
+        assert_eq!(to_i64(&Values::U8(vec![255])), Some(vec![255]));
+        assert_eq!(to_i64(&Values::U64(vec![u64::MAX])), None);
+        assert_eq!(to_i64(&Values::F32(vec![1.0])), None);
+    }
+}

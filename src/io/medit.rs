@@ -1,0 +1,280 @@
+//! Medit's ASCII `.mesh`, in two and three dimensions: keywords, each with a count and rows that end in a label.
+//!
+//! Names of groups, which the format has no place for, are kept in comment lines that other readers pass over.
+
+use std::path::Path;
+
+use super::Content;
+use super::labels::{CellLabels, POINT_LABEL, group_cells, point_labels, point_labels_of};
+use super::loss::Losses;
+use super::out::Out;
+use super::scan::Scan;
+use crate::error::{Error, Place, Result};
+use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
+
+/// Keywords of cells, and the order of Gmsh's nodes among Medit's.
+const CELLS: [(&str, CellKind); 7] = [
+    ("Edges", CellKind::Line),
+    ("Triangles", CellKind::Triangle),
+    ("Quadrilaterals", CellKind::Quadrangle),
+    ("Tetrahedra", CellKind::Tetrahedron),
+    ("Hexahedra", CellKind::Hexahedron),
+    ("Prisms", CellKind::Prism),
+    ("Pyramids", CellKind::Pyramid),
+];
+
+/// Keywords that mark points and cells or tie them to a geometry: they carry no mesh, and are passed over.
+const MARKS: [&str; 15] = [
+    "AngleOfCornerBound",
+    "Corners",
+    "EdgeOnGeometricEdge",
+    "Geometry",
+    "Identifier",
+    "RequiredEdges",
+    "RequiredTriangles",
+    "RequiredVertices",
+    "Ridges",
+    "SubDomainFromGeom",
+    "SubDomainFromMesh",
+    "SubDomain",
+    "VertexOnGeometricEdge",
+    "VertexOnGeometricVertex",
+    "VertexOnSupportVertex",
+];
+
+/// What starts the comment that names a group: dimension, label and name follow.
+const NAME: &[u8] = b"# faceoff group ";
+
+pub fn recognises(bytes: &[u8]) -> bool {
+    let mut scan = Scan::with_comments(Path::new(""), bytes, b'#');
+    scan.word()
+        .is_some_and(|word| word == b"MeshVersionFormatted")
+}
+
+/// Reads a mesh from its bytes.
+///
+/// # Errors
+/// Anything that is not as the format demands, with keyword and line.
+pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
+    let mut scan = Scan::with_comments(path, bytes, b'#');
+    let mut content = Content {
+        format: "medit".into(),
+        encoding: "ascii".into(),
+        ..Content::default()
+    };
+    let mut dimension = None;
+    let mut points: Option<(Vec<[f64; 3]>, Vec<i32>)> = None;
+    let mut blocks: Vec<(CellBlock, Vec<i32>)> = Vec::new();
+    if scan.word() != Some(b"MeshVersionFormatted") {
+        return Err(scan.error("the file does not start with MeshVersionFormatted"));
+    }
+    content.version = Some(scan.u64()?.to_string());
+    loop {
+        scan.section.clear();
+        let Some(word) = scan.peek() else {
+            return Err(scan.error("the End is missing"));
+        };
+        let word = String::from_utf8_lossy(word.get(..80).unwrap_or(word)).into_owned();
+        scan.section.clone_from(&word);
+        scan.word();
+        let cell = CELLS.iter().find(|(name, _)| *name == word);
+        let mark = MARKS.contains(&word.as_str());
+        match (word.as_str(), cell, mark) {
+            ("End", _, _) => break,
+            ("Dimension", ..) => match scan.u64()? {
+                found @ (2 | 3) if dimension.is_none() => dimension = Some(found as usize),
+                other => {
+                    return Err(scan.error(format!(
+                        "the dimension is 2 or 3 and there once, not {other}"
+                    )));
+                }
+            },
+            ("Vertices", ..) => {
+                let dimension = dimension
+                    .ok_or_else(|| scan.error("the vertices stand before the dimension"))?;
+                if points.is_some() {
+                    return Err(scan.error("the vertices are there twice"));
+                }
+                points = Some(vertices(&mut scan, dimension)?);
+            }
+            (_, Some((_, kind)), false) => {
+                let count = points.as_ref().map(|(points, _)| points.len());
+                let count = count.ok_or_else(|| scan.error("cells stand before the vertices"))?;
+                blocks.push(cells(&mut scan, *kind, count)?);
+            }
+            (.., true) => {
+                content.warnings.push(format!("{word} was passed over"));
+                skip(&mut scan)?;
+            }
+            _ => {
+                content.unread.push(format!("the section {word}"));
+                skip(&mut scan)?;
+            }
+        }
+    }
+    let Some((points, labels)) = points else {
+        return Err(scan.error("the file has no vertices"));
+    };
+    let mesh = &mut content.mesh;
+    mesh.points = points;
+    if labels.iter().any(|&label| label != 0) {
+        mesh.fields.push(Field::new(
+            POINT_LABEL,
+            Support::Points,
+            1,
+            Values::I32(labels),
+        ));
+    }
+    let items: Vec<(u8, &[i32])> = blocks
+        .iter()
+        .map(|(block, labels)| (block.kind.dim(), labels.as_slice()))
+        .collect();
+    mesh.groups = group_cells(&items);
+    mesh.blocks = blocks
+        .into_iter()
+        .map(|(block, _)| block)
+        .filter(|block| !block.is_empty())
+        .collect();
+    name_groups(&mut mesh.groups, bytes);
+    Ok(content)
+}
+
+fn vertices(scan: &mut Scan<'_>, dimension: usize) -> Result<(Vec<[f64; 3]>, Vec<i32>)> {
+    let count = scan.count("vertices", 2 * dimension + 2)?;
+    let mut points = Vec::with_capacity(count);
+    let mut labels = Vec::with_capacity(count);
+    for _ in 0..count {
+        let z = |scan: &mut Scan<'_>| if dimension == 3 { scan.f64() } else { Ok(0.0) };
+        points.push([scan.f64()?, scan.f64()?, z(scan)?]);
+        labels.push(scan.i32()?);
+    }
+    Ok((points, labels))
+}
+
+fn cells(scan: &mut Scan<'_>, kind: CellKind, points: usize) -> Result<(CellBlock, Vec<i32>)> {
+    let count = scan.count("cells", 2 * kind.points() + 2)?;
+    let mut nodes = Vec::with_capacity(count * kind.points());
+    let mut labels = Vec::with_capacity(count);
+    for _ in 0..count {
+        for _ in 0..kind.points() {
+            nodes.push(scan.vertex(points)?);
+        }
+        labels.push(scan.i32()?);
+    }
+    Ok((CellBlock::new(kind, nodes), labels))
+}
+
+/// Passes a section that is not known: all that follows up to the next word that is no number.
+fn skip(scan: &mut Scan<'_>) -> Result<()> {
+    while let Some(word) = scan.peek() {
+        if word.starts_with(b"\"") {
+            scan.skip_blanks();
+            scan.advance(1);
+            if !scan.seek(b"\"") {
+                return Err(scan.error("a text does not end"));
+            }
+            scan.advance(1);
+            continue;
+        }
+        if word.first().is_some_and(u8::is_ascii_alphabetic) {
+            return Ok(());
+        }
+        scan.word();
+    }
+    Err(scan.error("the file ends inside a section"))
+}
+
+/// Gives groups the names that comments tell.
+fn name_groups(groups: &mut [Group], bytes: &[u8]) {
+    for start in memchr::memmem::find_iter(bytes, NAME) {
+        let rest = bytes.get(start + NAME.len()..).unwrap_or_default();
+        let line = rest.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let Ok(line) = std::str::from_utf8(line) else {
+            continue;
+        };
+        let line = line.strip_suffix('\r').unwrap_or(line);
+        let mut parts = line.splitn(3, ' ');
+        let (dim, tag) = (
+            parts.next().and_then(|s| s.parse().ok()),
+            parts.next().and_then(|s| s.parse().ok()),
+        );
+        if let (Some(dim), Some(tag), Some(name)) = (dim, tag, parts.next()) {
+            let named = groups
+                .iter_mut()
+                .find(|group| (group.dim, group.tag) == (dim, tag));
+            if let Some(group) = named {
+                group.name = Some(name.to_owned());
+            }
+        }
+    }
+}
+
+/// Writes a mesh of first-order cells; `flat` writes two coordinates, which FreeFEM wants of a planar mesh.
+///
+/// # Errors
+/// The mesh is not sound, the format cannot hold it, or the file cannot be written.
+pub fn write(path: &Path, mesh: &Mesh, lossy: bool) -> Result<Vec<String>> {
+    let refuse = |what: String| {
+        Error::file(
+            path,
+            Place::Whole,
+            what,
+            "mend the mesh before it is written",
+        )
+    };
+    mesh.validate().map_err(refuse)?;
+    let mut losses = Losses::default();
+    let labels = CellLabels::new(mesh, &mut losses);
+    let held =
+        |kind: CellKind| CELLS.iter().any(|(_, known)| *known == kind) || kind == CellKind::Vertex;
+    let rest = mesh.cells().filter(|(_, kind, _)| !held(*kind)).count();
+    losses.lose_some(rest, "cells of second or higher order");
+    let point_labels = point_labels(mesh, &labels, &mut losses);
+    losses.note_gmsh(mesh);
+
+    // A mesh in the plane z = 0 is written as one of two dimensions, which FreeFEM and dolfinx want it to be.
+    let flat = mesh.dim() <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
+    let dimension = if flat { 2 } else { 3 };
+    let mut out = Out::with_capacity(80 * mesh.points.len() + 40 * mesh.cell_count());
+    out.text("MeshVersionFormatted 2\n");
+    for group in &mesh.groups {
+        if let Some(name) = &group.name {
+            if name.contains(['\n', '\r']) {
+                losses.lose(format!("the name {name:?}, which has a line end"));
+                continue;
+            }
+            out.text(&String::from_utf8_lossy(NAME))
+                .int(group.dim)
+                .int(group.tag)
+                .text(name)
+                .text("\n");
+        }
+    }
+    out.text(&format!(
+        "Dimension {dimension}\nVertices\n{}\n",
+        mesh.points.len()
+    ));
+    for (index, point) in mesh.points.iter().enumerate() {
+        point.iter().take(dimension).for_each(|&x| {
+            out.float(x);
+        });
+        out.int(point_labels_of(&point_labels, index)).end();
+    }
+    for (keyword, wanted) in CELLS {
+        let count = mesh.count(wanted);
+        if count == 0 {
+            continue;
+        }
+        out.text(&format!("{keyword}\n{count}\n"));
+        for (cell, _, nodes) in mesh.cells().filter(|(_, kind, _)| *kind == wanted) {
+            nodes.iter().for_each(|&node| {
+                out.int(node + 1);
+            });
+            out.int(labels.of(cell)).end();
+        }
+    }
+    out.text("End\n");
+    let warnings = losses.settle(path, "Medit", lossy)?;
+    out.save(path)?;
+    Ok(warnings)
+}

@@ -1,0 +1,279 @@
+//! How a mesh lies in a VTU file so that nothing of it is lost.
+//!
+//! VTU knows points, cells and arrays, but no groups, no numbers of the file's own, no blocks, and no field on a
+//! part of the points or cells. They travel as arrays; where meshio has a name for one, that name is used, so
+//! that its users find their groups.
+
+use super::cells::{order, vtk_type};
+use super::scalar::Scalar;
+use crate::field::{Whole, WholeValues, data::with_numbers};
+use crate::mesh::{Field, Group, Mesh, Support, Values};
+use std::borrow::Cow;
+use std::collections::HashSet;
+
+/// Own numbers of points, on points.
+pub(super) const POINT_TAG: &str = "faceoff:point_tag";
+/// Own numbers of cells, on cells.
+pub(super) const CELL_TAG: &str = "faceoff:cell_tag";
+/// Elementary entity of each cell, on cells; meshio's name.
+pub(super) const ENTITY: &str = "gmsh:geometrical";
+/// Tags of the groups that hold a cell, on cells; as many components as groups overlap; meshio's name.
+pub(super) const GROUP: &str = "gmsh:physical";
+/// What [`GROUP`] holds where there is no (further) group; one value; 0 unless a group has the tag 0.
+pub(super) const NO_GROUP: &str = "faceoff:no_group";
+/// Dimension, tag, and 1 for a name or 0 for none, of each group.
+pub(super) const GROUPS: &str = "faceoff:groups";
+/// Name of each group of [`GROUPS`].
+pub(super) const GROUP_NAMES: &str = "faceoff:group_names";
+/// VTK type, number of cells, 1 for own cell numbers, 1 for entities, of each block.
+pub(super) const BLOCKS: &str = "faceoff:blocks";
+/// Of each field that a plain array cannot tell whole: support (0 points, 1 cells, 2 nodes of each cell),
+/// 1 for a time, 1 for a step, the step, length of its list in [`FIELD_AT`].
+pub(super) const FIELDS: &str = "faceoff:fields";
+/// The array that holds each field of [`FIELDS`].
+pub(super) const FIELD_ARRAYS: &str = "faceoff:field_arrays";
+/// The name of each field of [`FIELDS`].
+pub(super) const FIELD_NAMES: &str = "faceoff:field_names";
+/// The time of each field of [`FIELDS`].
+pub(super) const FIELD_TIMES: &str = "faceoff:field_times";
+/// One after the other, the indices of points or cells that the fields of [`FIELDS`] have values on.
+pub(super) const FIELD_AT: &str = "faceoff:field_at";
+
+/// One array of a file.
+pub(super) struct Array<'a> {
+    pub name: String,
+    pub components: usize,
+    pub values: Cow<'a, Values>,
+}
+
+/// A mesh and its fields as the arrays of a file.
+#[derive(Default)]
+pub(super) struct Layout<'a> {
+    pub points: Vec<Array<'a>>,
+    pub cells: Vec<Array<'a>>,
+    pub whole: Vec<Cow<'a, Whole>>,
+    /// Connectivity, offsets and types.
+    pub topology: Vec<Array<'a>>,
+}
+
+impl<'a> Array<'a> {
+    fn new(name: impl Into<String>, components: usize, values: Cow<'a, Values>) -> Self {
+        Array {
+            name: name.into(),
+            components,
+            values,
+        }
+    }
+
+    fn scalar(name: &str, values: Values) -> Self {
+        Array::new(name, 1, Cow::Owned(values))
+    }
+}
+
+/// Lays out a valid mesh; in words what VTU cannot hold, otherwise.
+pub(super) fn lay_out<'a>(
+    mesh: &'a Mesh,
+    fields: &'a [Field],
+    whole: &'a [Whole],
+) -> Result<Layout<'a>, String> {
+    let mut layout = Layout {
+        topology: topology(mesh)?.into(),
+        ..Layout::default()
+    };
+    layout.mesh(mesh);
+    if !mesh.groups.is_empty() {
+        layout.groups(mesh);
+    }
+    layout.fields(mesh, mesh.fields.iter().chain(fields))?;
+    layout.whole.extend(whole.iter().map(Cow::Borrowed));
+    Ok(layout)
+}
+
+fn topology(mesh: &Mesh) -> Result<[Array<'static>; 3], String> {
+    let mut connectivity = Vec::with_capacity(mesh.blocks.iter().map(|b| b.nodes.len()).sum());
+    let mut offsets = Vec::with_capacity(mesh.cell_count());
+    let mut types = Vec::with_capacity(mesh.cell_count());
+    for block in &mesh.blocks {
+        let kind = block.kind;
+        let code = vtk_type(kind).ok_or_else(|| format!("{kind} cells have no type in VTK"))?;
+        match order(kind) {
+            None => connectivity.extend_from_slice(&block.nodes),
+            Some(order) => {
+                let cells = block.cells();
+                connectivity.extend(cells.flat_map(|cell| order.iter().map(|&at| cell[at])));
+            }
+        }
+        let before = offsets.last().copied().unwrap_or(0);
+        offsets.extend((1..=block.len()).map(|i| before + i * kind.points()));
+        types.resize(offsets.len(), code);
+    }
+    // VTK wants connectivity and offsets in one and the same width.
+    let narrow = connectivity.len().max(mesh.points.len()) <= i32::MAX as usize;
+    let (connectivity, offsets) = if narrow {
+        (
+            Values::I32(connectivity.iter().map(|&node| node as i32).collect()),
+            Values::I32(offsets.iter().map(|&end| end as i32).collect()),
+        )
+    } else {
+        (
+            Values::I64(connectivity.iter().map(|&node| node.into()).collect()),
+            Values::I64(offsets.iter().map(|&end| end as i64).collect()),
+        )
+    };
+    Ok([
+        Array::scalar("connectivity", connectivity),
+        Array::scalar("offsets", offsets),
+        Array::scalar("types", Values::U8(types)),
+    ])
+}
+
+impl<'a> Layout<'a> {
+    fn push_whole(&mut self, name: &str, components: usize, values: Values) {
+        self.whole.push(Cow::Owned(Whole {
+            name: name.into(),
+            components,
+            values: WholeValues::Numbers(values),
+        }));
+    }
+
+    fn push_texts(&mut self, name: &str, texts: Vec<String>) {
+        self.whole.push(Cow::Owned(Whole::texts(name, texts)));
+    }
+
+    /// Numbers of the file's own, entities, and blocks.
+    fn mesh(&mut self, mesh: &Mesh) {
+        if !mesh.point_tags.is_empty() {
+            let tags = Values::U64(mesh.point_tags.clone());
+            self.points.push(Array::scalar(POINT_TAG, tags));
+        }
+        if mesh.blocks.iter().any(|block| !block.tags.is_empty()) {
+            let tags = Values::U64(mesh.cell_tags().collect());
+            self.cells.push(Array::scalar(CELL_TAG, tags));
+        }
+        if mesh.blocks.iter().any(|block| !block.entities.is_empty()) {
+            let mut entities = Vec::with_capacity(mesh.cell_count());
+            for block in &mesh.blocks {
+                let end = entities.len() + block.len();
+                entities.extend_from_slice(&block.entities);
+                entities.resize(end, 0);
+            }
+            self.cells
+                .push(Array::scalar(ENTITY, Values::I32(entities)));
+        }
+        let rows = mesh.blocks.iter().flat_map(|block| {
+            [
+                vtk_type(block.kind).unwrap_or(0).into(),
+                block.len() as i64,
+                (!block.tags.is_empty()).into(),
+                (!block.entities.is_empty()).into(),
+            ]
+        });
+        self.push_whole(BLOCKS, 4, Values::I64(rows.collect()));
+    }
+
+    fn groups(&mut self, mesh: &Mesh) {
+        let mut overlap = vec![0usize; mesh.cell_count()];
+        for &cell in mesh.groups.iter().flat_map(|group| &group.cells) {
+            overlap[cell as usize] += 1;
+        }
+        let components = overlap.iter().copied().max().unwrap_or(0).max(1);
+
+        let used: HashSet<i64> = mesh.groups.iter().map(|group| group.tag).collect();
+        let none = (0..).map(|i: i64| -i).find(|tag| !used.contains(tag));
+        let none = none.expect("invariant: there are fewer groups than whole numbers");
+        let mut tags = vec![none; overlap.len() * components];
+        for group in &mesh.groups {
+            for &cell in &group.cells {
+                let cell = cell as usize;
+                overlap[cell] -= 1;
+                tags[cell * components + overlap[cell]] = group.tag;
+            }
+        }
+        let narrow: Option<Vec<i32>> = tags.iter().map(|&tag| tag.try_into().ok()).collect();
+        let values = narrow.map_or(Values::I64(tags), Values::I32);
+        self.cells
+            .push(Array::new(GROUP, components, Cow::Owned(values)));
+
+        let row = |group: &Group| [group.dim.into(), group.tag, group.name.is_some().into()];
+        let rows = mesh.groups.iter().flat_map(row).collect();
+        let name = |group: &Group| group.name.clone().unwrap_or_default();
+        self.push_whole(NO_GROUP, 1, Values::I64(vec![none]));
+        self.push_whole(GROUPS, 3, Values::I64(rows));
+        self.push_texts(GROUP_NAMES, mesh.groups.iter().map(name).collect());
+    }
+
+    /// Fields; those that are partial, timed, of one name, or on the nodes of each cell, with a row of [`FIELDS`].
+    fn fields(
+        &mut self,
+        mesh: &Mesh,
+        fields: impl Iterator<Item = &'a Field>,
+    ) -> Result<(), String> {
+        let (mut rows, mut times, mut at) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut arrays, mut names) = (Vec::new(), Vec::new());
+        let mut taken = HashSet::new();
+        for field in fields {
+            if field.components == 0 || field.expected_len(mesh) != Some(field.values.len()) {
+                return Err(format!("field {:?} does not fit the mesh", field.name));
+            }
+            let array = unused_name(field, &mut taken);
+            let plain = field.at.is_empty() && field.time.is_none() && field.step.is_none();
+            if !plain || array != field.name || field.on == Support::CellPoints {
+                rows.extend([
+                    field.on as i64,
+                    field.time.is_some().into(),
+                    field.step.is_some().into(),
+                    field.step.unwrap_or(0).into(),
+                    field.at.len() as i64,
+                ]);
+                times.push(field.time.unwrap_or(0.0));
+                at.extend_from_slice(&field.at);
+                names.push(field.name.clone());
+                arrays.push(array.clone());
+            }
+            let components = field.components;
+            match field.on {
+                Support::Points => {
+                    let values = everywhere(field, mesh.points.len());
+                    self.points.push(Array::new(array, components, values));
+                }
+                Support::Cells => {
+                    let values = everywhere(field, mesh.cell_count());
+                    self.cells.push(Array::new(array, components, values));
+                }
+                Support::CellPoints => self.push_whole(&array, components, field.values.clone()),
+            }
+        }
+        if !names.is_empty() {
+            self.push_whole(FIELDS, 5, Values::I64(rows));
+            self.push_whole(FIELD_TIMES, 1, Values::F64(times));
+            self.push_whole(FIELD_AT, 1, Values::U32(at));
+            self.push_texts(FIELD_NAMES, names);
+            self.push_texts(FIELD_ARRAYS, arrays);
+        }
+        Ok(())
+    }
+}
+
+/// The field's name, or that name with a number where an array of the same section has it already.
+fn unused_name(field: &Field, taken: &mut HashSet<(Support, String)>) -> String {
+    let numbered = (2..).map(|i: u64| format!("{} {i}", field.name));
+    let mut names = std::iter::once(field.name.clone()).chain(numbered);
+    let name = names.find(|name| taken.insert((field.on, name.clone())));
+    name.expect("invariant: there are more numbers than fields")
+}
+
+/// A field's values for all points or cells, NaN (or 0, for whole numbers) where it has none.
+fn everywhere(field: &Field, rows: usize) -> Cow<'_, Values> {
+    fn spread<T: Scalar>(values: &[T], field: &Field, rows: usize) -> Values {
+        let width = field.components;
+        let mut all = vec![T::MISSING; rows * width];
+        for (row, &at) in values.chunks_exact(width).zip(&field.at) {
+            all[at as usize * width..][..width].copy_from_slice(row);
+        }
+        T::values(all)
+    }
+    if field.at.is_empty() {
+        return Cow::Borrowed(&field.values);
+    }
+    Cow::Owned(with_numbers!(&field.values, values => spread(values, field, rows)))
+}

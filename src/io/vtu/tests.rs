@@ -1,0 +1,109 @@
+//! What is written is read back, bit for bit; what is broken is refused.
+
+use super::*;
+use crate::field::Whole;
+use crate::mesh::{CellBlock, CellKind, Field, Group, Support, Values};
+use std::path::Path;
+
+pub(super) const ENCODINGS: [Encoding; 9] = [
+    Encoding::Ascii,
+    Encoding::Base64(Compressor::None),
+    Encoding::Base64(Compressor::Zlib),
+    Encoding::Base64(Compressor::Lz4),
+    Encoding::Base64(Compressor::Lzma),
+    Encoding::Raw(Compressor::None),
+    Encoding::Raw(Compressor::Zlib),
+    Encoding::Raw(Compressor::Lz4),
+    Encoding::Raw(Compressor::Lzma),
+];
+
+/// Two triangles and their four boundary edges, every group, number and field that VTU has a place for.
+pub(super) fn square() -> Mesh {
+    let block = |kind, nodes: &[u32], tags: &[u64], entities: &[i32]| CellBlock {
+        kind,
+        nodes: nodes.to_vec(),
+        tags: tags.to_vec(),
+        entities: entities.to_vec(),
+    };
+    let group = |dim, tag, name: Option<&str>, cells: &[u32]| Group {
+        dim,
+        tag,
+        name: name.map(str::to_owned),
+        cells: cells.to_vec(),
+    };
+    Mesh {
+        points: vec![
+            [0.0, 0.0, 0.0],
+            [1.0, -0.0, 0.0],
+            [1.0, 1.0 / 3.0, 0.0],
+            [0.0, 1e-300, 0.0],
+        ],
+        point_tags: vec![7, 1 << 40, 9, 2],
+        blocks: vec![
+            block(CellKind::Line, &[0, 1, 1, 2], &[10, 11], &[1, 2]),
+            block(CellKind::Line, &[2, 3, 3, 0], &[], &[3, 4]),
+            block(CellKind::Triangle, &[0, 1, 2, 0, 2, 3], &[], &[]),
+        ],
+        groups: vec![
+            group(1, -3, None, &[1]),
+            group(1, 0, Some("Γ & \"<b>\""), &[0, 1, 3]),
+            group(2, 0, Some(""), &[]),
+            group(2, 1 << 33, Some("body\nof two lines"), &[4, 5]),
+        ],
+        fields: vec![
+            Field::new(
+                "u",
+                Support::Points,
+                1,
+                Values::F64(vec![1.5, -0.0, 1e-310, 7.0]),
+            ),
+            Field::new("flag", Support::Cells, 2, Values::I8((-6..6).collect())),
+            Field {
+                at: vec![1, 4],
+                time: Some(0.1),
+                ..Field::new("flag", Support::Cells, 1, Values::U64(vec![u64::MAX, 3]))
+            },
+            Field {
+                step: Some(-2),
+                ..Field::new("σ", Support::CellPoints, 1, Values::F32(vec![0.5; 14]))
+            },
+        ],
+        ..Mesh::default()
+    }
+}
+
+pub(super) fn provenance() -> Vec<Whole> {
+    vec![
+        Whole::text("engine", "FreeFEM 4.11, γ = 10"),
+        Whole::texts("notes", vec![String::new(), "second".into()]),
+        Whole::numbers("gamma", Values::F64(vec![10.0])),
+    ]
+}
+
+/// Files for a look with other readers: `VTU_OUT=folder cargo test --lib vtu -- --ignored`.
+#[test]
+#[ignore = "writes files for other readers where VTU_OUT says"]
+fn files_for_other_readers() {
+    let Some(folder) = std::env::var_os("VTU_OUT") else {
+        return;
+    };
+    for (i, encoding) in ENCODINGS.into_iter().enumerate() {
+        let nan = Field::new(
+            "nan",
+            Support::Cells,
+            1,
+            Values::F64(vec![
+                f64::NAN,
+                1.0,
+                f64::INFINITY,
+                -0.0,
+                1e300,
+                f64::NEG_INFINITY,
+            ]),
+        );
+        let path = Path::new(&folder).join(format!("square{i}.vtu"));
+        write(&path, &square(), &[nan], &provenance(), encoding).expect("written");
+        let empty = Path::new(&folder).join(format!("empty{i}.vtu"));
+        write(&empty, &Mesh::default(), &[], &[], encoding).expect("written");
+    }
+}

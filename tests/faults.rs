@@ -1,0 +1,264 @@
+//! What bad input gets: exit code 2, one sentence with the place and the remedy, nothing left.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use common::{changed_companion, faceoff, folder, run, scene, source, told, write};
+
+/// Runs `words`, which must fail with code 2 and one line that has all of `parts`.
+fn refused(folder: &Path, words: &[&str], parts: &[&str]) {
+    let before = entries(folder);
+    let ran = run(folder, words);
+    assert_eq!(ran.code, Some(2), "{words:?}: {}{}", ran.stdout, ran.stderr);
+    assert_eq!(ran.stderr.trim_end().lines().count(), 1, "{}", ran.stderr);
+    for part in parts {
+        assert!(ran.stderr.contains(part), "`{part}` in: {}", ran.stderr);
+    }
+    assert_eq!(entries(folder), before, "{words:?} left something");
+}
+
+fn entries(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn scenes_that_are_not_valid() {
+    for (from, to, parts) in [
+        ("name =", "nam =", ["line 2", "unknown field `nam`"]),
+        ("\"top\"", "\"lid\"", ["boundary.dirichlet", "no boundary group \"lid\""]),
+        ("[\"left\", \"right\"]", "[\"left\"]", ["is in no part", "neumann"]),
+        ("[\"left\", \"right\"]", "[\"left\", \"right\", 1]", ["is in two parts", "exactly one"]),
+        ("[\"bottom\"]", "[17]", ["no boundary group 17", "\"bottom\" (1)"]),
+        ("[data]", "[method]\ngamma0 = -3\n[data]", ["method.gamma0", "-3 is not positive"]),
+        ("-2*pi*sin(2*pi*x)", "sin(2*pi*x", ["data.f, character 11", "`)` is needed"]),
+        ("-2*pi*sin(2*pi*x)", "rand(x)", ["data.f, character 1", "`rand` is not known"]),
+        ("-2*pi*sin(2*pi*x)", "1/(x - x)", ["f = `1/(x - x)` is inf at", "finite"]),
+        ("n = 16", "n = 0", ["mesh.n", "at least 1"]),
+        ("union-jack", "cross", ["mesh.generator", "`cross` is not known"]),
+        (
+            "dirichlet = [\"top\"]\nneumann = [\"left\", \"right\"]\n",
+            "neumann = [\"left\", \"right\", \"top\"]\n",
+            ["boundary.dirichlet", "does not press it"],
+        ),
+    ] {
+        let folder = folder();
+        let file = scene(folder.path(), "one-zone", from, to);
+        for command in ["verify", "solve"] {
+            refused(folder.path(), &[command, &file], &parts);
+        }
+    }
+}
+
+#[test]
+fn an_expression_runs_nothing_in_any_engine() {
+    let folder = folder();
+    for attack in [
+        "1); exec(\\\"touch x\\\")",
+        "exec(\\\"touch x\\\")",
+        "__import__('os').system('touch x')",
+        "x.__class__",
+        "1; touch x",
+    ] {
+        let file = scene(folder.path(), "one-zone", "-2*pi*sin(2*pi*x)", attack);
+        refused(folder.path(), &["verify", &file], &["data.f, character"]);
+    }
+    assert!(!folder.path().join("x").exists());
+}
+
+#[test]
+fn scenes_and_engines_that_are_not_there() {
+    let folder = folder();
+    refused(folder.path(), &["verify", "no-zone"], &["no scene `no-zone`", "one-zone"]);
+    refused(folder.path(), &["verify", "no.toml"], &["no.toml: cannot read"]);
+    refused(folder.path(), &["verify", "--engines", "rust,abaqus"], &["no engine `abaqus`"]);
+    refused(folder.path(), &["verify", "--engines", "rust,rust"], &["`rust` is named twice"]);
+    refused(folder.path(), &["verify", "--engines", "rust"], &["one engine alone"]);
+    refused(folder.path(), &["verify", "one-zone", "one-zone"], &["named twice"]);
+    refused(folder.path(), &["verify", "plate", "--n", "17"], &["n = 17", "16, 32"]);
+    refused(folder.path(), &["solve", "one-zone", "--gamma0", "-1"], &["not positive"]);
+    refused(folder.path(), &["solve", "one-zone", "--mesh", "none.msh"], &["none.msh: cannot read"]);
+    for words in [
+        &["verify", "--n", "0"][..],
+        &["verify", "--methods", "p7"],
+        &["solve", "one-zone", "--iteration", "picard"],
+        &["solve", "one-zone", "--tolerance", "-1"],
+        &["solv"],
+    ] {
+        assert_eq!(run(folder.path(), words).code, Some(2), "{words:?}");
+    }
+}
+
+#[test]
+fn output_that_cannot_be_written() {
+    let folder = folder();
+    let words = ["solve", "one-zone", "--n", "4", "--json", "none/out.json"];
+    refused(folder.path(), &words, &["none/out.json: cannot write"]);
+    let words = ["solve", "one-zone", "--n", "4", "--out", "none/out.vtu"];
+    refused(folder.path(), &words, &["none"]);
+    let words = ["solve", "one-zone", "--n", "4", "--out", "out.stl"];
+    refused(folder.path(), &words, &["out.stl", ".vtu"]);
+    write(folder.path(), "report", "a file");
+    let words = ["verify", "one-zone", "--engines", "rust,freefem", "--n", "4", "--report", "report"];
+    refused(folder.path(), &words, &["report"]);
+    assert_eq!(fs::read_to_string(folder.path().join("report")).unwrap(), "a file");
+}
+
+/// The plate's mesh with one change to its text.
+fn mesh_refused(from: &str, to: &str, parts: &[&str]) {
+    let folder = folder();
+    let file = scene(folder.path(), "plate", "name = \"plate\"", "name = \"plate\"");
+    let text = fs::read_to_string(source("meshes/plate.msh")).unwrap();
+    assert!(text.contains(from), "{from}");
+    write(folder.path(), "plate.msh", &text.replacen(from, to, 1));
+    refused(folder.path(), &["solve", &file], parts);
+}
+
+#[test]
+fn meshes_that_cannot_carry_the_problem() {
+    let text = fs::read_to_string(source("meshes/plate.msh")).unwrap();
+    // The last triangle: `tag a b c`.
+    let last = text
+        .lines()
+        .rev()
+        .find(|line| line.split(' ').count() == 5 || line.trim_end().split(' ').count() == 4)
+        .unwrap()
+        .trim_end();
+    let words: Vec<&str> = last.split(' ').collect();
+    let with = |nodes: [&str; 3]| format!("{} {} {} {}", words[0], nodes[0], nodes[1], nodes[2]);
+    let [a, b, c] = [words[1], words[2], words[3]];
+    mesh_refused(last, &with([a, b, b]), &["plate.msh"]);
+    mesh_refused(last, &with([a, b, "999999"]), &["plate.msh", "999999"]);
+    mesh_refused("$EndElements", "", &["plate.msh"]);
+    mesh_refused("\"base\"", "\"bottom\"", &["no boundary group \"base\""]);
+    // Another cell's vertex: overlapping or inverted cells.
+    let other = (1..50)
+        .map(|k| k.to_string())
+        .find(|k| ![a, b, c].contains(&k.as_str()))
+        .unwrap();
+    mesh_refused(last, &with([a, b, &other]), &["plate.msh"]);
+    let folder = folder();
+    write(folder.path(), "mesh.msh", "not a mesh");
+    refused(
+        folder.path(),
+        &["solve", "plate", "--mesh", "mesh.msh"],
+        &["mesh.msh"],
+    );
+}
+
+/// A FreeFEM companion with one change must fail as an engine, not as a disagreement.
+fn engine_refused(from: &str, to: &str, parts: &[&str]) {
+    let folder = folder();
+    let engine = changed_companion(folder.path(), "freefem", from, to);
+    let engines = format!("rust,{engine}");
+    let words = ["verify", "one-zone", "--engines", &engines, "--n", "4", "--quiet"];
+    refused(folder.path(), &words, parts);
+    let ran = run(folder.path(), &[&words[..6], &["--json", "-"]].concat());
+    assert_eq!(ran.json()["verdict"], "undetermined");
+}
+
+#[test]
+fn engines_whose_answer_does_not_count() {
+    let rows = "      dofs << k << \" \" << i << \" \" << u[][Vh(k, i)] << \"\\n\";";
+    engine_refused("if (cases < 1) fail(", "exit(7); if (cases < 1) fail(", &["engine changed", "7"]);
+    engine_refused(
+        rows,
+        "      if (k > 0) dofs << k << \" \" << i << \" \" << u[][Vh(k, i)] << \"\\n\";",
+        &["3 of 96 rows are missing", "case-0"],
+    );
+    engine_refused(
+        "rows = Th.nt*Vh.ndofK;",
+        "rows = Th.nt*Vh.ndofK - 1;",
+        &["95 values", "there are 96"],
+    );
+    engine_refused(
+        "rows = Th.nt*Vh.ndofK;",
+        "rows = Th.nt*Vh.ndofK; u[][Vh(2, 1)] = sqrt(-1.);",
+        &["dof 1 of cell 2", "is NaN"],
+    );
+    engine_refused(
+        "rows = Th.nt*Vh.ndofK;",
+        "rows = Th.nt*Vh.ndofK; u[][Vh(2, 1)] = 1/tiny;",
+        &["engine changed"],
+    );
+    engine_refused(
+        "if (exec(\"mv out/status.json.part out/status.json\") != 0)",
+        "if (0 != 0)",
+        &["without writing out/status.json"],
+    );
+    engine_refused("real eps = 1e-14;", "real eps = 1e-14; nonsense", &["engine changed", "failed"]);
+}
+
+#[test]
+fn an_engine_that_never_ends_is_killed_with_its_children() {
+    let folder = folder();
+    let engine = changed_companion(
+        folder.path(),
+        "freefem",
+        "if (cases < 1) fail(",
+        "exec(\"sleep 987.25\"); if (cases < 1) fail(",
+    );
+    let engines = format!("rust,{engine}");
+    let clock = Instant::now();
+    refused(
+        folder.path(),
+        &["verify", "one-zone", "--engines", &engines, "--n", "4", "--time-limit", "1", "--quiet"],
+        &["did not end within 1 s", "--time-limit"],
+    );
+    assert!(clock.elapsed() < Duration::from_secs(30));
+    assert!(!is_running("sleep 987.25"));
+}
+
+#[test]
+fn an_interruption_ends_everything() {
+    let folder = folder();
+    let engine = changed_companion(
+        folder.path(),
+        "freefem",
+        "if (cases < 1) fail(",
+        "exec(\"sleep 654.25\"); if (cases < 1) fail(",
+    );
+    let engines = format!("rust,{engine}");
+    let mut command = faceoff(folder.path());
+    command
+        .args(["verify", "one-zone", "--engines", &engines, "--n", "4", "--json", "out.json"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped());
+    let child = command.spawn().unwrap();
+    let clock = Instant::now();
+    while !is_running("sleep 654.25") {
+        assert!(clock.elapsed() < Duration::from_secs(30), "it never started");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(killed.unwrap().success());
+    let ran = told(child.wait_with_output().unwrap());
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    assert!(ran.stderr.contains("interrupted"), "{}", ran.stderr);
+    assert!(!is_running("sleep 654.25"));
+    assert!(!folder.path().join("out.json").exists());
+}
+
+/// Is there a process with exactly this command line? (Its shell has a longer one.)
+fn is_running(line: &str) -> bool {
+    fs::read_dir("/proc")
+        .unwrap()
+        .flatten()
+        .filter_map(|e| fs::read(e.path().join("cmdline")).ok())
+        .any(|bytes| {
+            let words: Vec<_> = bytes
+                .split(|b| *b == 0)
+                .filter(|w| !w.is_empty())
+                .map(String::from_utf8_lossy)
+                .collect();
+            words.join(" ") == line
+        })
+}
