@@ -108,6 +108,9 @@ pub fn add_traction(
     rule: &Rule,
     b: &mut [f64],
 ) -> Result<()> {
+    if t.is_zero() {
+        return Ok(());
+    }
     for point in FacePoints::new(space, face, rule) {
         let value = value_at(t, "t", point.x)?;
         let phi = space.element.values(space.mesh.dim, &point.lambda);
@@ -279,7 +282,8 @@ mod tests {
             for_each_stiffness(&space, |cell, matrix| {
                 let local = space.local(cell, &u);
                 for (row, &dof) in matrix.iter().zip(space.cell_dofs(cell)) {
-                    by_cells[dof as usize] += row.iter().zip(&local).map(|(a, u)| a * u).sum::<f64>();
+                    by_cells[dof as usize] +=
+                        row.iter().zip(&local).map(|(a, u)| a * u).sum::<f64>();
                 }
             });
             for (a, b) in y.iter().zip(&by_cells) {

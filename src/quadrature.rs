@@ -71,8 +71,7 @@ fn symmetric(name: &'static str, centroid: Option<f64>, orbits: &[(f64, f64)]) -
     }
     for &(a, weight) in orbits {
         let b = 1.0 - 2.0 * a;
-        rule.points
-            .extend([vec![a, a], vec![b, a], vec![a, b]]);
+        rule.points.extend([vec![a, a], vec![b, a], vec![a, b]]);
         rule.weights.extend([weight; 3]);
     }
     rule
@@ -103,10 +102,7 @@ pub fn interval(name: &str) -> Option<Rule> {
             let (a, b) = ((5.0 - s).sqrt() / 3.0, (5.0 + s).sqrt() / 3.0);
             let r = 13.0 * 70.0_f64.sqrt();
             let (va, vb) = ((322.0 + r) / 900.0, (322.0 - r) / 900.0);
-            (
-                vec![-b, -a, 0.0, a, b],
-                vec![vb, va, 128.0 / 225.0, va, vb],
-            )
+            (vec![-b, -a, 0.0, a, b], vec![vb, va, 128.0 / 225.0, va, vb])
         }
     };
     Some(Rule {

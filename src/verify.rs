@@ -142,7 +142,11 @@ pub fn verify(request: &Request, progress: &dyn Progress) -> Result<Outcome> {
             .zip(&request.engines)
             .map(|(handle, engine)| {
                 handle.join().unwrap_or_else(|_| {
-                    Err(Error::engine(engine.name(), "its thread ended early", "report this"))
+                    Err(Error::engine(
+                        engine.name(),
+                        "its thread ended early",
+                        "report this",
+                    ))
                 })
             })
             .collect()
@@ -282,7 +286,10 @@ fn judge_case(index: usize, case: &Case, answered: &[(&str, Run)]) -> Result<Cas
     } else {
         let of_pairs = pairs.iter().map(|p| p.field.verdict);
         let of_engines = engines.iter().map(|e| e.verdict);
-        of_pairs.chain(of_engines).max().unwrap_or(Verdict::Undetermined)
+        of_pairs
+            .chain(of_engines)
+            .max()
+            .unwrap_or(Verdict::Undetermined)
     };
     Ok(CaseOutcome {
         scene: case.scene.name.clone(),

@@ -1,5 +1,6 @@
 //! The main job with the real FreeFEM and the real dolfinx. A missing one fails these tests, and
 //! the message has the command that brings it.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod common;
 
@@ -54,7 +55,15 @@ fn the_methods_approach_each_other_with_second_order() {
     }
     // A scene may ask for more than there is, and then fails.
     let greedy = scene(folder.path(), "one-zone", "order = 1.8", "order = 2.5");
-    let words = ["verify", &greedy, "--engines", "rust,freefem", "--n", "8,16,32", "--quiet"];
+    let words = [
+        "verify",
+        &greedy,
+        "--engines",
+        "rust,freefem",
+        "--n",
+        "8,16,32",
+        "--quiet",
+    ];
     assert_eq!(run(folder.path(), &words).code, Some(1));
 }
 
@@ -80,7 +89,10 @@ fn every_function_of_expressions_means_the_same_in_every_engine() {
              +cosh(y)+tanh(x)+exp(-x)+log(1+x)+sqrt(x+y)+abs(x-0.3)+min(x,y)+max(x,0.25)\
              +pow(1+x,1.5)+(x-0.5)^2-1/3+if(x < 0.31, 2, -1)+if(y >= 0.27, x, pi)+2e-3";
     let scene = scene(folder.path(), "one-zone", "-2*pi*sin(2*pi*x)", f);
-    let ran = run(folder.path(), &["verify", &scene, "--n", "8", "--json", "-"]);
+    let ran = run(
+        folder.path(),
+        &["verify", &scene, "--n", "8", "--json", "-"],
+    );
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
 }
 
@@ -96,9 +108,19 @@ fn every_quadrature_rule_and_h_is_taken_by_every_engine() {
             "[method]\nload_quadrature = \"{load}\"\ncontact_quadrature = \"{contact}\"\nh = \"{h}\"\n\n[data]"
         );
         let scene = scene(folder.path(), "plate", "[data]", &method);
-        std::fs::copy(common::source("meshes/plate.msh"), folder.path().join("plate.msh")).unwrap();
+        std::fs::copy(
+            common::source("meshes/plate.msh"),
+            folder.path().join("plate.msh"),
+        )
+        .unwrap();
         let ran = run(folder.path(), &["verify", &scene, "--json", "-"]);
-        assert_eq!(ran.code, Some(0), "{load} {contact}: {}{}", ran.stdout, ran.stderr);
+        assert_eq!(
+            ran.code,
+            Some(0),
+            "{load} {contact}: {}{}",
+            ran.stdout,
+            ran.stderr
+        );
     }
 }
 
@@ -106,15 +128,30 @@ fn every_quadrature_rule_and_h_is_taken_by_every_engine() {
 fn any_engine_solves_and_says_the_same() {
     let folder = folder();
     let solve = |engine: &str| {
-        let words = ["solve", "one-zone", "--engine", engine, "--n", "16", "--json", "-"];
+        let words = [
+            "solve", "one-zone", "--engine", engine, "--n", "16", "--json", "-",
+        ];
         let ran = run(folder.path(), &words);
         assert_eq!(ran.code, Some(0), "{engine}: {}", ran.stderr);
         ran.json()
     };
     let rust = solve("rust");
     for key in [
-        "scene", "method", "engine", "n", "faces", "cells", "dofs", "gamma0", "iterations",
-        "grad_norm_sq", "l2_norm", "contact_flux", "contact_residual", "contact_set", "seconds",
+        "scene",
+        "method",
+        "engine",
+        "n",
+        "faces",
+        "cells",
+        "dofs",
+        "gamma0",
+        "iterations",
+        "grad_norm_sq",
+        "l2_norm",
+        "contact_flux",
+        "contact_residual",
+        "contact_set",
+        "seconds",
         "peak_rss_mb",
     ] {
         assert!(!rust[key].is_null(), "{key}");
@@ -124,7 +161,12 @@ fn any_engine_solves_and_says_the_same() {
     }
     for engine in ["freefem", "fenicsx"] {
         let other = solve(engine);
-        for key in ["grad_norm_sq", "l2_norm", "contact_flux", "contact_residual"] {
+        for key in [
+            "grad_norm_sq",
+            "l2_norm",
+            "contact_flux",
+            "contact_residual",
+        ] {
             let (a, b) = (rust[key].as_f64().unwrap(), other[key].as_f64().unwrap());
             assert!((a - b).abs() < 1e-12 * a.abs(), "{engine} {key}: {a} {b}");
         }
@@ -150,15 +192,38 @@ fn a_missing_engine_is_never_a_pass() {
         let command = command.args(words).env("PATH", folder.path());
         told(command.output().unwrap())
     };
-    let missing = without(&["verify", "one-zone", "--engines", "rust,freefem", "--n", "4"]);
+    let missing = without(&[
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,freefem",
+        "--n",
+        "4",
+    ]);
     assert_eq!(missing.code, Some(2));
-    assert!(missing.stderr.contains("apt-get install freefem++"), "{}", missing.stderr);
-    let words = ["verify", "one-zone", "--engines", "rust,freefem", "--n", "4", "--allow-missing"];
+    assert!(
+        missing.stderr.contains("apt-get install freefem++"),
+        "{}",
+        missing.stderr
+    );
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,freefem",
+        "--n",
+        "4",
+        "--allow-missing",
+    ];
     let alone = without(&words);
     assert_eq!(alone.code, Some(2), "one engine alone proves nothing");
     let listed = without(&["engines"]);
     assert_eq!(listed.code, Some(2));
-    assert!(listed.stdout.contains("apt-get install -y freefem++"), "{}", listed.stdout);
+    assert!(
+        listed.stdout.contains("apt-get install -y freefem++"),
+        "{}",
+        listed.stdout
+    );
 }
 
 #[test]
@@ -189,13 +254,31 @@ part.rename("out/status.json")
         "name = \"mine\"\ncommand = [\"python3\", \"solve.py\"]\n",
     );
     // The dofs come from dolfinx's own answer, kept with --keep.
-    let words = ["verify", "one-zone", "--engines", "rust,fenicsx", "--methods", "cr", "--n", "4"];
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,fenicsx",
+        "--methods",
+        "cr",
+        "--n",
+        "4",
+    ];
     let ran = run(folder.path(), &[&words[..], &["--keep", "jobs"]].concat());
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let kept = folder.path().join("jobs/fenicsx/out/case-0.dofs.f64");
     std::fs::copy(kept, folder.path().join("dofs.f64")).unwrap();
 
-    let words = ["verify", "one-zone", "--engines", "rust,mine.toml", "--methods", "cr", "--n", "4"];
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,mine.toml",
+        "--methods",
+        "cr",
+        "--n",
+        "4",
+    ];
     let ran = run(folder.path(), &words);
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     write(folder.path(), "spoil", "");

@@ -1,4 +1,5 @@
 //! Meshes through every format that is read and written here: nothing lost, nothing believed.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -1,5 +1,6 @@
 //! Mutations of the judged: in a copy of a companion one thing is broken, and the judge must
 //! find it, say "disagree", and name the worst face.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod common;
 
@@ -11,9 +12,24 @@ fn caught(companion: &str, from: &str, to: &str) {
     let engine = changed_companion(folder.path(), companion, from, to);
     let engines = format!("rust,{engine}");
     // At n = 10 one contact face is partly in contact: there the rule on Γ_C matters to `cr` too.
-    let words = ["verify", "one-zone", "--engines", &engines, "--n", "10", "--json", "-"];
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        &engines,
+        "--n",
+        "10",
+        "--json",
+        "-",
+    ];
     let ran = run(folder.path(), &words);
-    assert_eq!(ran.code, Some(1), "{from} -> {to}: {}{}", ran.stdout, ran.stderr);
+    assert_eq!(
+        ran.code,
+        Some(1),
+        "{from} -> {to}: {}{}",
+        ran.stdout,
+        ran.stderr
+    );
     let outcome = ran.json();
     assert_eq!(outcome["verdict"], "disagree");
     for case in outcome["cases"].as_array().unwrap() {
@@ -30,15 +46,27 @@ fn caught(companion: &str, from: &str, to: &str) {
 #[test]
 fn freefem_unchanged_agrees() {
     let folder = folder();
-    let engine = changed_companion(folder.path(), "freefem", "The Signorini problem", "The problem");
+    let engine = changed_companion(
+        folder.path(),
+        "freefem",
+        "The Signorini problem",
+        "The problem",
+    );
     let engines = format!("rust,{engine}");
-    let ran = run(folder.path(), &["verify", "one-zone", "--engines", &engines, "--n", "8"]);
+    let ran = run(
+        folder.path(),
+        &["verify", "one-zone", "--engines", &engines, "--n", "8"],
+    );
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
 }
 
 #[test]
 fn freefem_sign() {
-    caught("freefem", "* contactTest(v) - dn(u)*v)", "* contactTest(v) + dn(u)*v)");
+    caught(
+        "freefem",
+        "* contactTest(v) - dn(u)*v)",
+        "* contactTest(v) + dn(u)*v)",
+    );
 }
 
 #[test]
@@ -67,7 +95,11 @@ fn freefem_gamma_off_by_a_millionth() {
 
 #[test]
 fn freefem_other_rule_for_the_load() {
-    caught("freefem", "int cellOrder = findCellOrder()", "int cellOrder = 3");
+    caught(
+        "freefem",
+        "int cellOrder = findCellOrder()",
+        "int cellOrder = 3",
+    );
 }
 
 #[test]
@@ -122,7 +154,11 @@ fn fenicsx_gamma_off_by_a_millionth() {
 
 #[test]
 fn fenicsx_other_rule_for_the_load() {
-    caught("fenicsx", "    L = f * v * dx +", "    L = f * v * ufl.dx(degree=3) +");
+    caught(
+        "fenicsx",
+        "    L = f * v * dx +",
+        "    L = f * v * ufl.dx(degree=3) +",
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! A verdict does not depend on how a mesh numbers its vertices and cells, nor on the order of the
 //! vertices of a cell.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod common;
 
@@ -10,7 +11,9 @@ fn permutation(n: usize, mut seed: u64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..n).collect();
     for k in (1..n).rev() {
         // Knuth's multiplier; the high bits are the random ones.
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        seed = seed
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         order.swap(k, (seed >> 33) as usize % (k + 1));
     }
     order
@@ -43,7 +46,10 @@ fn renumbered(seed: u64) -> String {
             .unwrap_or_else(|| panic!("{kind} {index} is in no group"))
             .tag;
         let turn = permutation(nodes.len(), seed + u64::from(index));
-        let nodes: Vec<String> = turn.iter().map(|&k| new[nodes[k] as usize].to_string()).collect();
+        let nodes: Vec<String> = turn
+            .iter()
+            .map(|&k| new[nodes[k] as usize].to_string())
+            .collect();
         elements.push(format!("{number} 2 {tag} {tag} {}", nodes.join(" ")));
     }
     let order = permutation(elements.len(), seed + 1);
@@ -67,7 +73,12 @@ fn renumbered(seed: u64) -> String {
 #[test]
 fn renumbering_changes_no_verdict() {
     let folder = folder();
-    let file = scene(folder.path(), "plate", "name = \"plate\"", "name = \"plate\"");
+    let file = scene(
+        folder.path(),
+        "plate",
+        "name = \"plate\"",
+        "name = \"plate\"",
+    );
     let mut norms = Vec::new();
     for seed in [1, 20] {
         write(folder.path(), "plate.msh", &renumbered(seed));

@@ -42,13 +42,13 @@ pub(super) struct Output {
 #[derive(Args)]
 pub(super) struct Running {
     /// Longest time one engine may take, in seconds
-    #[arg(long, value_name = "SECONDS", default_value = "3600", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value = "3600", value_parser = seconds, allow_negative_numbers = true)]
     pub time_limit: Duration,
     /// Keep the job folders in DIR
     #[arg(long, value_name = "DIR")]
     pub keep: Option<PathBuf>,
     /// Stop when the relative broken H1 norm of the increment is below this
-    #[arg(long, value_name = "TOL", default_value = "1e-12", value_parser = increment)]
+    #[arg(long, value_name = "TOL", default_value = "1e-12", value_parser = increment, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// Most iterations
     #[arg(long, value_name = "STEPS", default_value = "50", value_parser = clap::value_parser!(u32).range(1..))]
@@ -100,7 +100,7 @@ pub(super) struct Solve {
     #[arg(long, value_name = "FILE", conflicts_with = "n")]
     pub mesh: Option<PathBuf>,
     /// Overrides the scene's gamma0
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub gamma0: Option<f64>,
     /// newton, or a splitting of the paper's fixed point: lagged-p, lagged-gap, relaxed, flux-new
     /// (Rust engine only)

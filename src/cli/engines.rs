@@ -40,13 +40,20 @@ pub(super) fn run(arguments: &Engines) -> Result<u8> {
             match (&state.version, &state.problem) {
                 (Some(version), _) => println!("{:<8} {version}", state.engine),
                 (None, problem) => {
-                    println!("{:<8} missing: {}", state.engine, problem.as_deref().unwrap_or(""));
+                    println!(
+                        "{:<8} missing: {}",
+                        state.engine,
+                        problem.as_deref().unwrap_or("")
+                    );
                 }
             }
         }
         match engine::meshio_python() {
             Some(python) => println!("{:<8} {}", "meshio", python.display()),
-            None => println!("{:<8} missing: formats beyond MSH, VTU, FreeFEM and Medit", "meshio"),
+            None => println!(
+                "{:<8} missing: formats beyond MSH, VTU, FreeFEM and Medit",
+                "meshio"
+            ),
         }
         if !plan.is_empty() {
             println!("\n`faceoff engines install` would type:");

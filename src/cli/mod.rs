@@ -10,7 +10,6 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use crate::engine;
 use crate::error::Result;
 use args::{Arguments, Command};
 
@@ -24,14 +23,6 @@ const FAILED: u8 = 2;
 /// Parses the arguments of the process, does what they say, and returns its exit code.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    // Programs are killed with their children and temporary folders are removed on the way out.
-    // Where a handler cannot be set, an interruption ends the program at once.
-    let _ = ctrlc::set_handler(|| {
-        if engine::interrupted() {
-            std::process::exit(i32::from(FAILED));
-        }
-        engine::interrupt();
-    });
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
         .with_env_filter(tracing_subscriber::EnvFilter::from_env("FACEOFF_LOG"))

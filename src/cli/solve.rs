@@ -109,7 +109,11 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     let mut run = run?;
     let total = clock.elapsed().as_secs_f64();
     let Some(answer) = run.answers.pop() else {
-        return Err(Error::engine(engine.name(), "it gave no answer", "report this"));
+        return Err(Error::engine(
+            engine.name(),
+            "it gave no answer",
+            "report this",
+        ));
     };
 
     let own = engine.name() == "rust";
@@ -136,8 +140,17 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         contact_residual: values.contact_residual,
         contact_set: values.contact_set,
         seconds: Seconds {
-            mesh: seconds_mesh + if own { 0.0 } else { phase("read").unwrap_or(0.0) },
-            assembly: if own { Some(seconds_problem) } else { phase("assemble") },
+            mesh: seconds_mesh
+                + if own {
+                    0.0
+                } else {
+                    phase("read").unwrap_or(0.0)
+                },
+            assembly: if own {
+                Some(seconds_problem)
+            } else {
+                phase("assemble")
+            },
             factor: phase("factor"),
             iterate: phase("iterate").or(phase("solve")),
             total,
@@ -167,7 +180,10 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
 
 fn print_answer(a: &Answer) {
     let n = a.n.map_or(String::new(), |n| format!(", n = {n}"));
-    println!("{} by {} {} ({}){n}", a.scene, a.engine, a.version, a.method);
+    println!(
+        "{} by {} {} ({}){n}",
+        a.scene, a.engine, a.version, a.method
+    );
     println!("  cells {}, faces {}, dofs {}", a.cells, a.faces, a.dofs);
     println!(
         "  {} iterations, backward error {:.1e}",
@@ -182,6 +198,13 @@ fn print_answer(a: &Answer) {
         .iter()
         .map(|[from, to]| format!("[{from:.6}, {to:.6}]"))
         .collect();
-    println!("  contact on      {}", if runs.is_empty() { "nothing".into() } else { runs.join(" ") });
+    println!(
+        "  contact on      {}",
+        if runs.is_empty() {
+            "nothing".into()
+        } else {
+            runs.join(" ")
+        }
+    );
     println!("  {:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
 }

@@ -14,7 +14,9 @@ use crate::verify::{Request, verify};
 pub(super) fn run(arguments: &Verify) -> Result<u8> {
     let quiet = arguments.output.quiet;
     let scenes = if arguments.scenes.is_empty() {
-        Scene::builtin_names().map(Scene::find).collect::<Result<Vec<_>>>()?
+        Scene::builtin_names()
+            .map(Scene::find)
+            .collect::<Result<Vec<_>>>()?
     } else {
         arguments
             .scenes

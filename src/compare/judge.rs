@@ -76,9 +76,7 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
     Ok(names
         .into_iter()
         .map(|name| match (a.column(name), b.column(name)) {
-            (Some(of_a), Some(of_b)) => {
-                judge_column(a, of_a, of_b, &partner, size, tolerance)
-            }
+            (Some(of_a), Some(of_b)) => judge_column(a, of_a, of_b, &partner, size, tolerance),
             (one, _) => {
                 let without = if one.is_some() { &b.source } else { &a.source };
                 FieldVerdict::failed(name, tolerance, format!("{without} does not have it"))
@@ -387,7 +385,10 @@ mod tests {
         b.columns[1].values[2] = -1e-15;
         let judged = judge(&a, &b, 1e-12).unwrap();
         assert_eq!(judged[1].verdict, Verdict::Agree);
-        assert_eq!((judged[1].flips, judged[1].rounding_flips), (Some(0), Some(1)));
+        assert_eq!(
+            (judged[1].flips, judged[1].rounding_flips),
+            (Some(0), Some(1))
+        );
         b.columns[1].values[2] = -1e-3;
         let judged = judge(&a, &b, 1e-12).unwrap();
         assert_eq!(judged[1].verdict, Verdict::Disagree);

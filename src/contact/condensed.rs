@@ -50,7 +50,9 @@ impl Condensed {
                 }
             }
         }
-        let kept_free: Vec<u32> = (0..last.len() as u32).filter(|&k| last[k as usize]).collect();
+        let kept_free: Vec<u32> = (0..last.len() as u32)
+            .filter(|&k| last[k as usize])
+            .collect();
         let mut kept = vec![None; space.dofs];
         for (dof, k) in free.iter().enumerate() {
             if let Some(k) = k
@@ -169,7 +171,10 @@ impl Condensed {
         self.factor.solve(&mut r);
         if let Some(k) = r.iter().position(|d| !d.is_finite()) {
             return Err(Error::Solver {
-                what: format!("the Newton matrix is singular (free dof {k} of the step is {})", r[k]),
+                what: format!(
+                    "the Newton matrix is singular (free dof {k} of the step is {})",
+                    r[k]
+                ),
                 remedy: "check gamma0, the data, and what holds the domain".into(),
             });
         }

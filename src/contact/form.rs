@@ -113,15 +113,12 @@ impl<'a> Problem<'a> {
             match part {
                 None => {}
                 Some(Part::Neumann) => {
-                    if !scene.data.t.is_zero() {
-                        assembly::add_traction(&space, &scene.data.t, face, &face_rule, &mut load)?;
-                    }
+                    assembly::add_traction(&space, &scene.data.t, face, &face_rule, &mut load)?;
                 }
                 Some(Part::Dirichlet) => {
                     let cell = mesh.face_cells(face)[0] as usize;
-                    let dofs: Vec<u32> = space
-                        .face_dofs(cell, mesh.local_face(cell, face))
-                        .collect();
+                    let dofs: Vec<u32> =
+                        space.face_dofs(cell, mesh.local_face(cell, face)).collect();
                     for dof in dofs {
                         let x = space.points[dof as usize];
                         dirichlet[dof as usize] = Some(value_at(&scene.data.g, "g", x)?);
@@ -185,7 +182,9 @@ impl<'a> Problem<'a> {
                     total[component]
                 )
             } else {
-                format!("the part of the domain with {place} has neither a Dirichlet nor a contact face, so nothing fixes u there")
+                format!(
+                    "the part of the domain with {place} has neither a Dirichlet nor a contact face, so nothing fixes u there"
+                )
             };
             return Err(Error::Scene {
                 scene: scene.to_owned(),
@@ -293,13 +292,7 @@ impl<'a> Problem<'a> {
 }
 
 impl ContactFace {
-    fn new(
-        space: &Space,
-        face: usize,
-        scene: &Scene,
-        largest: f64,
-        rule: &Rule,
-    ) -> Result<Self> {
+    fn new(space: &Space, face: usize, scene: &Scene, largest: f64, rule: &Rule) -> Result<Self> {
         let points = FacePoints::new(space, face, rule);
         let mesh = space.mesh;
         let cell = mesh.face_cells(face)[0] as usize;

@@ -15,9 +15,9 @@ mod method;
 mod quantities;
 mod solve;
 
+pub use crate::assembly::combine as gradient;
 pub use form::{ContactFace, Problem};
 pub use method::Method;
-pub use crate::assembly::combine as gradient;
 pub use quantities::{Quantities, face_fields, quantities};
 pub use solve::{Iteration, Solution, Splitting, Stop, Timings, solve};
 

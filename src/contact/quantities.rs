@@ -82,7 +82,11 @@ pub fn face_fields(problem: &Problem, u: &[f64], source: &str) -> FaceFields {
         }
     }
     let mut flux = column("flux", 1, problem.contact.len());
-    let mut status = column("status", problem.face_rule.weights.len(), problem.contact.len());
+    let mut status = column(
+        "status",
+        problem.face_rule.weights.len(),
+        problem.contact.len(),
+    );
     status.kind = ColumnKind::Status;
     for face in &problem.contact {
         let local = space.local(face.cell, u);
@@ -256,10 +260,7 @@ fn chains(problem: &Problem) -> Vec<Chain> {
     }
     let axis = (0..2).find(|&axis| {
         let level = |v: u32| at(v)[1 - axis];
-        count > 0
-            && touching
-                .keys()
-                .all(|&v| level(v) == level(vertices(0)[0]))
+        count > 0 && touching.keys().all(|&v| level(v) == level(vertices(0)[0]))
     });
     let key = |vertex: u32| {
         let p = at(vertex);

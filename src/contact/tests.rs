@@ -90,7 +90,9 @@ fn linear_solutions_are_exact() {
         s.data.f = formula("0");
         s.data.g = formula("-1");
     });
-    for name in ["cr", "p1", "p2", "cr(1,1)", "p2(1,0)", "p1(0,1)", "p2(-1,1)"] {
+    for name in [
+        "cr", "p1", "p2", "cr(1,1)", "p2(1,0)", "p1(0,1)", "p2(-1,1)",
+    ] {
         let method: Method = name.parse().unwrap();
         for (scene, u) in [
             (&contact, formula("y - 2 + 0.3*x")),
@@ -179,7 +181,7 @@ fn the_newton_matrix_is_the_derivative_of_the_residual() {
                 .map(|k| (7.3 * k as f64).sin())
                 .collect();
             // A step from u along -R is exact where no status changes: R(u + εδ) = (1-ε) R(u).
-            let condensed = super::condensed::Condensed::new(&problem).unwrap();
+            let condensed = condensed::Condensed::new(&problem).unwrap();
             let mut choose = |f: usize, q: usize| {
                 let face = &problem.contact[f];
                 let local = problem.space.local(face.cell, &u);
@@ -227,7 +229,11 @@ fn every_splitting_ends_at_newtons_solution() {
         };
         let solution = solve(&problem, splitting.parse().unwrap(), stop, |_, _| Ok(())).unwrap();
         let steps = solution.increments.len();
-        assert!(solution.converged, "{splitting}: {:?}", &solution.increments[steps - 4..]);
+        assert!(
+            solution.converged,
+            "{splitting}: {:?}",
+            &solution.increments[steps - 4..]
+        );
         assert!(solution.increments.len() > reference.increments.len());
         for (a, b) in solution.u.iter().zip(&reference.u) {
             assert!((a - b).abs() < 1e-9, "{splitting}");
@@ -287,7 +293,10 @@ fn contact_sets_are_runs_along_the_side() {
             let problem = Problem::new(&scene, &mesh, method).unwrap();
             let set = quantities(&problem, &newton(&problem).u).contact_set;
             assert_eq!(set.len(), zones, "{name} {method}: {set:?}");
-            assert!(set.iter().all(|r| r[0] < r[1] && r[0] >= 0.0 && r[1] <= 1.0 + 1e-12));
+            assert!(
+                set.iter()
+                    .all(|r| r[0] < r[1] && r[0] >= 0.0 && r[1] <= 1.0 + 1e-12)
+            );
         }
     }
 }
@@ -301,7 +310,14 @@ fn dofs_of_faces_are_those_on_the_face() {
         for face in 0..mesh.face_count() {
             let cell = mesh.face_cells(face)[0] as usize;
             let count = space.face_dofs(cell, mesh.local_face(cell, face)).count();
-            assert_eq!(count, [("CR", 1), ("P1", 2), ("P2", 3)].iter().find(|e| e.0 == element.name()).unwrap().1);
+            assert_eq!(
+                count,
+                [("CR", 1), ("P1", 2), ("P2", 3)]
+                    .iter()
+                    .find(|e| e.0 == element.name())
+                    .unwrap()
+                    .1
+            );
         }
     }
 }

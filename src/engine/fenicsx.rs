@@ -97,7 +97,13 @@ pub(super) fn probe() -> Result<String> {
             }
         },
     )?;
-    version.ok_or_else(|| Error::engine("fenicsx", "dolfinx does not tell its version", "reinstall it"))
+    version.ok_or_else(|| {
+        Error::engine(
+            "fenicsx",
+            "dolfinx does not tell its version",
+            "reinstall it",
+        )
+    })
 }
 
 /// The cache of compiled forms that this process shares, for as long as it lives.
@@ -107,7 +113,9 @@ static CACHE: Mutex<Option<(PathBuf, File)>> = Mutex::new(None);
 /// source file behind on which every later process waits in vain; so a run that finds itself
 /// alone removes such files first. Where there is no place for a cache, the job folder serves.
 fn cache(folder: &Path) -> PathBuf {
-    let mut held = CACHE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut held = CACHE
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
     if let Some((path, _)) = held.as_ref() {
         return path.clone();
     }
@@ -133,9 +141,14 @@ fn cache(folder: &Path) -> PathBuf {
 
 /// Removes sources that were never compiled to the end.
 fn remove_orphans(forms: &Path) {
-    let Ok(entries) = fs::read_dir(forms) else { return };
+    let Ok(entries) = fs::read_dir(forms) else {
+        return;
+    };
     let names: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-    for source in names.iter().filter(|p| p.extension().is_some_and(|e| e == "c")) {
+    for source in names
+        .iter()
+        .filter(|p| p.extension().is_some_and(|e| e == "c"))
+    {
         let stem = source.file_stem().unwrap_or_default().to_string_lossy();
         let compiled = names.iter().any(|p| {
             let name = p.file_name().unwrap_or_default().to_string_lossy();

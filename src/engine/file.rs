@@ -48,7 +48,10 @@ pub(super) fn read(path: &Path) -> Result<Program> {
     if file.name.is_empty() || !file.name.chars().all(valid) {
         return Err(refuse(
             Place::Whole,
-            format!("`{}` cannot name an engine (letters, digits, `-`, `_`)", file.name),
+            format!(
+                "`{}` cannot name an engine (letters, digits, `-`, `_`)",
+                file.name
+            ),
         ));
     }
     if super::NAMES.contains(&file.name.as_str()) {
@@ -70,10 +73,7 @@ pub(super) fn read(path: &Path) -> Result<Program> {
             scripts: Some(home.join(scripts)),
         },
         _ => {
-            return Err(refuse(
-                Place::Whole,
-                "it does not say what to run".into(),
-            ));
+            return Err(refuse(Place::Whole, "it does not say what to run".into()));
         }
     };
     Ok(Program {

@@ -10,7 +10,7 @@ use super::job::{self, Files};
 use super::{Case, Settings, process};
 use crate::error::{Error, Result};
 use crate::quadrature::Rule;
-use crate::scene::Expression;
+use crate::scene::{Expression, Scene};
 
 const SCRIPT: &str = include_str!("../../freefem/signorini.edp");
 const SCRIPT_NAME: &str = "signorini.edp";
@@ -170,7 +170,7 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
         write_rule(&mut text, "faceRule", &case.problem.face_rule);
     }
     // Cases of one scene share its functions.
-    let mut scenes: Vec<&crate::scene::Scene> = Vec::new();
+    let mut scenes: Vec<&Scene> = Vec::new();
     let numbers: Vec<usize> = cases
         .iter()
         .map(|case| {
@@ -181,17 +181,21 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
             })
         })
         .collect();
-    let data: [(&str, fn(&crate::scene::Data) -> &Expression); 4] = [
-        ("sceneF", |d| &d.f),
-        ("sceneG", |d| &d.g),
-        ("sceneT", |d| &d.t),
-        ("scenePsi", |d| &d.psi),
-    ];
-    for (name, pick) in data {
+    for name in ["sceneF", "sceneG", "sceneT", "scenePsi"] {
         let _ = writeln!(text, "func real {name}(int k) {{");
         for (number, scene) in scenes.iter().enumerate() {
-            let expression = pick(&scene.data).to_freefem();
-            let _ = writeln!(text, "  if (k == {number}) return {expression};");
+            let data = &scene.data;
+            let expression = match name {
+                "sceneF" => &data.f,
+                "sceneG" => &data.g,
+                "sceneT" => &data.t,
+                _ => &data.psi,
+            };
+            let _ = writeln!(
+                text,
+                "  if (k == {number}) return {};",
+                expression.to_freefem()
+            );
         }
         text.push_str("  return noScene(k);\n}\n");
     }

@@ -77,7 +77,9 @@ pub fn meshio_python() -> Option<PathBuf> {
 fn environment() -> Option<PathBuf> {
     let home = std::env::var_os("XDG_DATA_HOME")
         .map(PathBuf::from)
-        .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".local/share")))?;
+        .or_else(|| {
+            std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".local/share"))
+        })?;
     Some(home.join("faceoff/python"))
 }
 

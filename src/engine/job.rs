@@ -159,9 +159,14 @@ pub(super) fn write(
                 theta2: method.theta2,
                 mesh: files.mesh,
                 gamma: files.gamma,
-                data: [("f", &data.f), ("g", &data.g), ("t", &data.t), ("psi", &data.psi)]
-                    .map(|(name, expression)| (name, syntax(expression)))
-                    .into(),
+                data: [
+                    ("f", &data.f),
+                    ("g", &data.g),
+                    ("t", &data.t),
+                    ("psi", &data.psi),
+                ]
+                .map(|(name, expression)| (name, syntax(expression)))
+                .into(),
             })
         })
         .collect::<Result<_>>()?;
@@ -191,7 +196,12 @@ pub(super) fn write(
     };
     let path = folder.join("job.json");
     let text = serde_json::to_string_pretty(&job).map_err(|e| {
-        Error::file(&path, Place::Whole, format!("it cannot be written: {e}"), "report this")
+        Error::file(
+            &path,
+            Place::Whole,
+            format!("it cannot be written: {e}"),
+            "report this",
+        )
     })?;
     fs::write(&path, text).map_err(Error::io(&path, "write"))
 }
@@ -319,9 +329,11 @@ fn read_values(
         else {
             return Err(format!("{} is not `cell local value`", row()));
         };
-        let (Ok(cell), Ok(index), Ok(value)) =
-            (cell.parse::<usize>(), index.parse::<usize>(), value.parse::<f64>())
-        else {
+        let (Ok(cell), Ok(index), Ok(value)) = (
+            cell.parse::<usize>(),
+            index.parse::<usize>(),
+            value.parse::<f64>(),
+        ) else {
             return Err(format!("{} does not hold two counts and a number", row()));
         };
         let slot = cell

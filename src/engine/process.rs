@@ -55,9 +55,7 @@ pub(super) fn run(
 ) -> Result<()> {
     let log_path = folder.join("log.txt");
     let log = File::create(&log_path).map_err(Error::io(&log_path, "write"))?;
-    let for_stderr = log
-        .try_clone()
-        .map_err(Error::io(&log_path, "write"))?;
+    let for_stderr = log.try_clone().map_err(Error::io(&log_path, "write"))?;
     let program = command.get_program().to_string_lossy().into_owned();
     command
         .current_dir(folder)
@@ -74,6 +72,7 @@ pub(super) fn run(
                 "run `faceoff engines` to see what is missing",
             )
         })?;
+    tracing::info!(engine, program, folder = %folder.display(), "started");
     let output = child.stdout().take();
     let status = std::thread::scope(|scope| {
         let reader = scope.spawn(move || copy_lines(output, log, line));
@@ -110,6 +109,7 @@ pub(super) fn run(
         let _ = reader.join();
         status
     })?;
+    tracing::info!(engine, %status, "ended");
     if status.success() {
         return Ok(());
     }

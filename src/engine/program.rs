@@ -18,7 +18,10 @@ pub(super) enum Kind {
     /// dolfinx with the companion script, or with a copy of it in this folder.
     Fenicsx { scripts: Option<PathBuf> },
     /// Any other program; it gets the job as dolfinx does, with expressions as the scene has them.
-    Other { command: Vec<String>, folder: PathBuf },
+    Other {
+        command: Vec<String>,
+        folder: PathBuf,
+    },
 }
 
 impl Program {
@@ -63,13 +66,17 @@ fn other_command(words: &[String], home: &Path) -> Command {
     let resolve = |word: &String| {
         let beside = home.join(word);
         if beside.is_file() {
-            std::path::absolute(&beside).unwrap_or(beside).into_os_string()
+            std::path::absolute(&beside)
+                .unwrap_or(beside)
+                .into_os_string()
         } else {
             word.into()
         }
     };
     let mut command = Command::new(resolve(&words[0]));
-    command.args(words[1..].iter().map(resolve)).env("LC_ALL", "C");
+    command
+        .args(words[1..].iter().map(resolve))
+        .env("LC_ALL", "C");
     command
 }
 

@@ -26,9 +26,11 @@ impl Cholesky {
     /// # Errors
     /// A matrix that is not positive definite, or memory that is not there.
     pub fn factor(matrix: &Symmetric, order: &[usize]) -> Result<Self> {
-        let refuse = |what: String| Error::Solver {
+        let refuse = |what: String| {
+            Error::Solver {
             what,
             remedy: "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate".into(),
+        }
         };
         let mut inverse = vec![0; order.len()];
         for (position, &index) in order.iter().enumerate() {
@@ -68,7 +70,11 @@ impl Cholesky {
                 MemStack::new(&mut memory),
                 Default::default(),
             )
-            .map_err(|e| refuse(format!("the stiffness matrix is not positive definite: {e:?}")))?;
+            .map_err(|e| {
+                refuse(format!(
+                    "the stiffness matrix is not positive definite: {e:?}"
+                ))
+            })?;
         Ok(Cholesky {
             symbolic: structure,
             values,

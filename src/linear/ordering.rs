@@ -49,7 +49,10 @@ fn dissect(
         high - low
     };
     let extents = [extent(0), extent(1), extent(2)];
-    let axis = (0..3).fold(0, |best, k| if extents[k] > extents[best] { k } else { best });
+    let axis = (0..3).fold(
+        0,
+        |best, k| if extents[k] > extents[best] { k } else { best },
+    );
     let middle = part.len() / 2;
     part.select_nth_unstable_by(middle, |&a, &b| {
         points[a as usize][axis]

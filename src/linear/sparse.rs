@@ -44,7 +44,10 @@ impl SymmetricBuilder {
         let mut last = None;
         for (row, column, value) in by_column {
             if last == Some((row, column)) {
-                *matrix.values.last_mut().expect("invariant: an entry came before") += value;
+                *matrix
+                    .values
+                    .last_mut()
+                    .expect("invariant: an entry came before") += value;
             } else {
                 matrix.rows.push(row as usize);
                 matrix.values.push(value);
@@ -133,7 +136,13 @@ mod tests {
     #[test]
     fn repeated_entries_are_summed_and_both_halves_multiply() {
         let mut builder = SymmetricBuilder::new(3, 8);
-        for (i, j, a) in [(0, 0, 2.0), (1, 0, -1.0), (0, 1, -1.0), (2, 2, 5.0), (2, 1, 3.0)] {
+        for (i, j, a) in [
+            (0, 0, 2.0),
+            (1, 0, -1.0),
+            (0, 1, -1.0),
+            (2, 2, 5.0),
+            (2, 1, 3.0),
+        ] {
             builder.add(i, j, a);
         }
         let matrix = builder.build();

@@ -50,7 +50,10 @@ pub fn union_jack(n: usize, [lx, ly]: [f64; 2]) -> Mesh {
         .collect();
     Mesh {
         points,
-        blocks: vec![CellBlock::new(CellKind::Line, lines), CellBlock::new(CellKind::Triangle, cells)],
+        blocks: vec![
+            CellBlock::new(CellKind::Line, lines),
+            CellBlock::new(CellKind::Triangle, cells),
+        ],
         groups,
         ..Mesh::default()
     }

@@ -332,10 +332,7 @@ impl Triangulation {
                         .map(|e| e.1 as usize / local)
                         .collect();
                     return Err(refuse(
-                        format!(
-                            "face {:?} belongs to {same} cells: {owners:?}",
-                            &key[..dim]
-                        ),
+                        format!("face {:?} belongs to {same} cells: {owners:?}", &key[..dim]),
                         "a face has one or two cells; remove duplicate or overlapping cells",
                     ));
                 }
@@ -360,8 +357,10 @@ impl Triangulation {
             if b == NONE {
                 continue;
             }
-            let normal =
-                |cell: u32| self.geometry(cell as usize).normal(self.local_face(cell as usize, face));
+            let normal = |cell: u32| {
+                self.geometry(cell as usize)
+                    .normal(self.local_face(cell as usize, face))
+            };
             if normal(a).dot(&normal(b)) >= 0.0 {
                 return Err(refuse(
                     format!(
@@ -677,7 +676,8 @@ mod tests {
     fn a_marked_line_that_is_no_face_is_an_orphan() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let mut mesh = triangles(&square, &[0, 1, 2, 0, 2, 3]);
-        mesh.blocks.push(CellBlock::new(CellKind::Line, vec![1, 3, 0, 2]));
+        mesh.blocks
+            .push(CellBlock::new(CellKind::Line, vec![1, 3, 0, 2]));
         mesh.groups.push(Group {
             dim: 1,
             tag: 5,
@@ -686,6 +686,11 @@ mod tests {
         });
         assert!(refusal(&mesh).contains("group 5"));
         mesh.groups[0].cells = vec![3];
-        assert!(Triangulation::new("diagonal", &mesh).unwrap().groups.is_empty());
+        assert!(
+            Triangulation::new("diagonal", &mesh)
+                .unwrap()
+                .groups
+                .is_empty()
+        );
     }
 }

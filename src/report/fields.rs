@@ -59,7 +59,13 @@ pub fn write_solution(
     let fields = face_fields(&case.problem, u, engine);
     let whole = provenance(case, &[(engine, version)]);
     write_cells(path, &case.problem, &[(engine, u)], &whole)?;
-    write_faces(&faces_path(path), &case.problem, &[(engine, u)], &[&fields], &whole)
+    write_faces(
+        &faces_path(path),
+        &case.problem,
+        &[(engine, u)],
+        &[&fields],
+        &whole,
+    )
 }
 
 /// Writes every case of an outcome to `SCENE-METHOD-nN.vtu` and `…-faces.vtu` in `folder`.
@@ -70,7 +76,10 @@ pub fn write_fields(folder: &Path, request: &Request, outcome: &Outcome) -> Resu
     for case in &outcome.cases {
         // The judged case has the fields; its mesh and space are cheap to have again.
         let scene = request.scenes.iter().find(|s| s.name == case.scene);
-        let method = request.methods.iter().find(|m| m.to_string() == case.method);
+        let method = request
+            .methods
+            .iter()
+            .find(|m| m.to_string() == case.method);
         let (Some(scene), Some(method)) = (scene, method) else {
             continue;
         };
@@ -96,7 +105,13 @@ pub fn write_fields(folder: &Path, request: &Request, outcome: &Outcome) -> Resu
         let whole = provenance(&again, &engines);
         write_cells(&path, &again.problem, &solutions, &whole)?;
         let fields: Vec<&FaceFields> = case.fields.iter().collect();
-        write_faces(&faces_path(&path), &again.problem, &solutions, &fields, &whole)?;
+        write_faces(
+            &faces_path(&path),
+            &again.problem,
+            &solutions,
+            &fields,
+            &whole,
+        )?;
     }
     Ok(())
 }
@@ -114,7 +129,9 @@ fn faces_path(path: &Path) -> PathBuf {
 /// Where the values come from.
 fn provenance(case: &Case, engines: &[(&str, &str)]) -> Vec<Whole> {
     let problem = &case.problem;
-    let engines = engines.iter().map(|(name, version)| format!("{name} {version}"));
+    let engines = engines
+        .iter()
+        .map(|(name, version)| format!("{name} {version}"));
     vec![
         Whole::text("faceoff", env!("CARGO_PKG_VERSION")),
         Whole::text("scene", &*case.scene.name),
@@ -152,7 +169,10 @@ fn write_cells(
             .flat_map(|cell| source.cell(cell))
             .map(|&v| source.points[v as usize])
             .collect(),
-        blocks: vec![CellBlock::new(kind, (0..(cells * corners) as u32).collect())],
+        blocks: vec![CellBlock::new(
+            kind,
+            (0..(cells * corners) as u32).collect(),
+        )],
         ..Mesh::default()
     };
     let mut fields = Vec::new();
@@ -191,8 +211,18 @@ fn write_cells(
                 ));
             }
         }
-        fields.push(Field::new(format!("u {engine}"), Support::Points, 1, Values::F64(values)));
-        fields.push(Field::new(format!("mean {engine}"), Support::Cells, 1, Values::F64(means)));
+        fields.push(Field::new(
+            format!("u {engine}"),
+            Support::Points,
+            1,
+            Values::F64(values),
+        ));
+        fields.push(Field::new(
+            format!("mean {engine}"),
+            Support::Cells,
+            1,
+            Values::F64(means),
+        ));
         fields.push(Field::new(
             format!("gradient {engine}"),
             Support::Cells,
@@ -236,7 +266,11 @@ fn write_faces(
         gamma[face.face] = face.gamma;
     }
     let mut fields = vec![
-        on_cells("part".into(), 1, Values::I32((0..faces).map(part).collect())),
+        on_cells(
+            "part".into(),
+            1,
+            Values::I32((0..faces).map(part).collect()),
+        ),
         on_cells("gamma".into(), 1, Values::F64(gamma)),
     ];
     for (engine, u) in solutions {
@@ -251,7 +285,11 @@ fn write_faces(
             components = dofs.len();
             values.extend(dofs.iter().map(|&dof| u[dof as usize]));
         }
-        fields.push(on_cells(format!("dofs {engine}"), components, Values::F64(values)));
+        fields.push(on_cells(
+            format!("dofs {engine}"),
+            components,
+            Values::F64(values),
+        ));
     }
     let Some(first) = engines.first() else {
         return vtu::write(path, &mesh, &fields, whole, ENCODING);
@@ -268,7 +306,9 @@ fn write_faces(
         };
         let reference = spread(first);
         for engine in engines {
-            let Some(values) = spread(engine) else { continue };
+            let Some(values) = spread(engine) else {
+                continue;
+            };
             if let (Some(reference), true) = (&reference, engine.source != first.source) {
                 let difference = values.iter().zip(reference).map(|(a, b)| a - b);
                 fields.push(on_cells(

@@ -19,7 +19,12 @@ pub fn is_stdout(path: Option<&Path>) -> bool {
 pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
     let mut text = serde_json::to_string_pretty(value).map_err(|e| {
-        Error::file(path, Place::Whole, format!("no JSON can be made: {e}"), "report this")
+        Error::file(
+            path,
+            Place::Whole,
+            format!("no JSON can be made: {e}"),
+            "report this",
+        )
     })?;
     text.push('\n');
     if is_stdout(Some(path)) {

@@ -17,12 +17,18 @@ pub fn table(outcome: &Outcome) -> String {
             "{}, {}{n}: {} cells, {} faces, {} of them contact, {} dofs",
             case.scene, case.method, case.cells, case.faces, case.contact_faces, case.dofs
         );
-        let mut engines = new(&["engine", "version", "steps", "seconds", "residual", "verdict"]);
+        let mut engines = new(&[
+            "engine", "version", "steps", "seconds", "residual", "verdict",
+        ]);
         for e in &case.engines {
             engines.add_row([
                 e.engine.clone(),
                 e.version.clone(),
-                format!("{}{}", e.iterations, if e.converged { "" } else { " (not converged)" }),
+                format!(
+                    "{}{}",
+                    e.iterations,
+                    if e.converged { "" } else { " (not converged)" }
+                ),
                 format!("{:.3}", e.seconds),
                 format!("{:.1e}", e.residual),
                 word(e.verdict).into(),
@@ -30,7 +36,13 @@ pub fn table(outcome: &Outcome) -> String {
         }
         let _ = writeln!(text, "{engines}");
         let mut pairs = new(&[
-            "pair", "field", "max |a-b|", "relative", "tolerance", "worst face", "verdict",
+            "pair",
+            "field",
+            "max |a-b|",
+            "relative",
+            "tolerance",
+            "worst face",
+            "verdict",
         ]);
         for pair in &case.pairs {
             let field = &pair.field;
@@ -51,7 +63,15 @@ pub fn table(outcome: &Outcome) -> String {
             text,
             "The methods against each other: root mean square of the difference of face means, over max|u|"
         );
-        let mut cross = new(&["scene", "engine", "pair", "n", "difference", "order", "verdict"]);
+        let mut cross = new(&[
+            "scene",
+            "engine",
+            "pair",
+            "n",
+            "difference",
+            "order",
+            "verdict",
+        ]);
         for c in &outcome.cross {
             let join = |items: Vec<String>| items.join(" ");
             cross.add_row([

@@ -56,7 +56,11 @@ impl Scene {
         };
         let mut parts: Vec<Option<Part>> = vec![None; mesh.face_count()];
         let lists = [
-            ("boundary.dirichlet", &self.boundary.dirichlet, Part::Dirichlet),
+            (
+                "boundary.dirichlet",
+                &self.boundary.dirichlet,
+                Part::Dirichlet,
+            ),
             ("boundary.neumann", &self.boundary.neumann, Part::Neumann),
             ("boundary.contact", &self.boundary.contact, Part::Contact),
         ];

@@ -534,10 +534,7 @@ impl Parser {
 
     fn named(&mut self) -> Result<Node, ParseError> {
         let start = self.at;
-        while self
-            .peek()
-            .is_some_and(|c| c.is_alphanumeric() || c == '_')
-        {
+        while self.peek().is_some_and(|c| c.is_alphanumeric() || c == '_') {
             self.at += 1;
         }
         let name: String = self.chars[start..self.at].iter().collect();
@@ -663,8 +660,14 @@ mod tests {
     #[test]
     fn other_codes_get_it_bracketed_and_real() {
         let f = Expression::parse("-2*pi*sin(2*pi*x)^2/3").unwrap();
-        assert_eq!(f.to_freefem(), "((((-2.0)*pi)*(sin(((2.0*pi)*x))^2.0))/3.0)");
-        assert_eq!(f.to_ufl(), "((((-2.0)*pi)*(sin(((2.0*pi)*x[0]))**2.0))/3.0)");
+        assert_eq!(
+            f.to_freefem(),
+            "((((-2.0)*pi)*(sin(((2.0*pi)*x))^2.0))/3.0)"
+        );
+        assert_eq!(
+            f.to_ufl(),
+            "((((-2.0)*pi)*(sin(((2.0*pi)*x[0]))**2.0))/3.0)"
+        );
         let g = Expression::parse("if(x < y, log(x), z)").unwrap();
         assert_eq!(g.to_freefem(), "((x < y) ? log(x) : z)");
         assert_eq!(g.to_ufl(), "conditional(lt(x[0], x[1]), ln(x[0]), x[2])");

@@ -63,7 +63,9 @@ impl Scene {
             }
             (Some(n), Some(base)) => {
                 return Err(refuse(
-                    format!("mesh {name} counts as n = {base}, and refining it halves h: n = {n} is not among the meshes"),
+                    format!(
+                        "mesh {name} counts as n = {base}, and refining it halves h: n = {n} is not among the meshes"
+                    ),
                     format!("give {base}, {}, {}, …", 2 * base, 4 * base),
                 ));
             }

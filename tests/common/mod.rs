@@ -21,7 +21,12 @@ pub struct Ran {
 
 /// Runs the program with these words.
 pub fn run(folder: &Path, words: &[&str]) -> Ran {
-    told(faceoff(folder).args(words).output().expect("the program starts"))
+    told(
+        faceoff(folder)
+            .args(words)
+            .output()
+            .expect("the program starts"),
+    )
 }
 
 pub fn told(output: Output) -> Ran {
