@@ -1,9 +1,12 @@
 //! Meshes: as a file holds them ([`Mesh`]), and as the solver needs them.
 
+pub mod check;
 mod data;
 mod geometry;
 mod kind;
 mod labels;
+pub mod refine;
+mod topology;
 
 pub use data::{Field, Support, Values};
 pub use geometry::{CellPartitions, Entity, Geometry, Partitions, Periodic, PointRun};
