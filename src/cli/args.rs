@@ -23,6 +23,8 @@ pub(super) enum Command {
     Verify(Verify),
     /// Solve one scene with one engine
     Solve(Solve),
+    /// Look at, check, convert, make or refine meshes
+    Mesh(Mesh),
     /// Show which codes are here, their versions, and what is missing
     Engines(Engines),
 }
@@ -113,6 +115,82 @@ pub(super) struct Solve {
     pub running: Running,
     #[command(flatten)]
     pub output: Output,
+}
+
+#[derive(Args)]
+pub(super) struct Mesh {
+    #[command(subcommand)]
+    pub action: MeshAction,
+}
+
+#[derive(Subcommand)]
+pub(super) enum MeshAction {
+    /// Show format, version, encoding, counts, groups and fields
+    Info {
+        file: PathBuf,
+        #[command(flatten)]
+        output: Output,
+    },
+    /// Find inverted, degenerate and duplicate cells, orphan points, hanging nodes and more
+    ///
+    /// Exit code: 0 sound, 1 something is wrong, 2 not read.
+    Check {
+        file: PathBuf,
+        #[command(flatten)]
+        output: Output,
+    },
+    /// Write a mesh in another format, which the suffix of OUT or --format names
+    Convert {
+        #[arg(value_name = "IN")]
+        input: PathBuf,
+        #[arg(value_name = "OUT")]
+        out: PathBuf,
+        #[command(flatten)]
+        form: Form,
+    },
+    /// Write the mesh of a scene
+    Make {
+        scene: String,
+        #[arg(value_name = "OUT")]
+        out: PathBuf,
+        /// Refinement [default: the scene's own]
+        #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+        n: Option<u32>,
+        #[command(flatten)]
+        form: Form,
+    },
+    /// Halve every edge
+    Refine {
+        #[arg(value_name = "IN")]
+        input: PathBuf,
+        #[arg(value_name = "OUT")]
+        out: PathBuf,
+        /// How often
+        #[arg(long, default_value = "1", value_parser = clap::value_parser!(u32).range(1..=12))]
+        times: u32,
+        #[command(flatten)]
+        form: Form,
+    },
+}
+
+/// The form in which a mesh is written.
+#[derive(Args)]
+pub(super) struct Form {
+    /// msh, vtu, freefem, medit, or a format of meshio's [default: what the suffix says]
+    #[arg(long)]
+    pub format: Option<String>,
+    /// Version of MSH: 2.2 or 4.1
+    #[arg(long, default_value = "4.1")]
+    pub msh_version: String,
+    /// Binary instead of text
+    #[arg(long)]
+    pub binary: bool,
+    /// What the format cannot hold becomes a warning instead of an error
+    #[arg(long)]
+    pub lossy: bool,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 #[derive(Args)]

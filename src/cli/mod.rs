@@ -2,6 +2,8 @@
 
 mod args;
 mod engines;
+pub mod mesh;
+mod mesh_commands;
 mod progress;
 mod solve;
 mod verify;
@@ -40,6 +42,7 @@ fn run(arguments: Arguments) -> Result<u8> {
     match arguments.command {
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Solve(arguments) => solve::run(&arguments),
+        Command::Mesh(arguments) => mesh_commands::run(&arguments),
         Command::Engines(arguments) => engines::run(&arguments),
     }
 }

@@ -69,6 +69,15 @@ impl Whole {
         };
         values / self.components.max(1)
     }
+
+    /// Equal in name and every stored bit, NaN included.
+    pub fn same_bits(&self, other: &Whole) -> bool {
+        let values = match (&self.values, &other.values) {
+            (WholeValues::Numbers(a), WholeValues::Numbers(b)) => same_bits(a, b),
+            (a, b) => a == b,
+        };
+        values && self.name == other.name && self.components == other.components
+    }
 }
 
 /// Equal in type and every stored bit: NaN equals itself, 0 differs from -0.

@@ -380,7 +380,7 @@ mod tests {
     fn errors_name_the_line() {
         let mut s = scan("1\n2\nx");
         s.section = "$Nodes".into();
-        (s.u64().expect("1"), s.u64().expect("2"));
+        assert_eq!([s.u64().expect("1"), s.u64().expect("2")], [1, 2]);
         let message = s.u64().expect_err("x is no number").to_string();
         assert!(message.starts_with("test:3, $Nodes: "), "{message}");
     }

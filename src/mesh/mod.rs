@@ -1,5 +1,6 @@
 //! Meshes: as a file holds them ([`Mesh`]), and as the solver needs them.
 
+pub mod check;
 mod data;
 pub mod generate;
 mod geometry;
@@ -7,6 +8,7 @@ mod kind;
 mod labels;
 pub mod refine;
 mod simplex;
+mod topology;
 mod triangulation;
 
 pub use data::{Field, Support, Values};

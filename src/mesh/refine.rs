@@ -1,65 +1,215 @@
-//! Uniform refinement: each triangle is cut into four similar ones, each line into two.
+//! Uniform red refinement of simplices: every cell is split at the midpoints of its edges.
 
 use std::collections::HashMap;
 
 use super::{CellBlock, CellKind, Group, Mesh};
 
-/// Halves every edge of a mesh of triangles and lines; groups are inherited.
-pub fn refine(mesh: &Mesh) -> Mesh {
-    let mut points = mesh.points.clone();
-    let mut middles = HashMap::new();
-    let mut middle = |points: &mut Vec<[f64; 3]>, a: u32, b: u32| {
-        *middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
-            let (p, q) = (points[a as usize], points[b as usize]);
-            points.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
-            points.len() as u32 - 1
-        })
-    };
-    // New cells of each old cell.
-    let mut children: Vec<Vec<u32>> = Vec::with_capacity(mesh.cell_count());
-    let mut blocks = Vec::new();
-    let mut next = 0;
-    for block in &mesh.blocks {
-        let mut nodes = Vec::new();
-        for cell in block.cells() {
-            let cut: Vec<u32> = match (block.kind, cell) {
-                (CellKind::Line, &[a, b]) => {
-                    let m = middle(&mut points, a, b);
-                    vec![a, m, m, b]
-                }
-                (CellKind::Triangle, &[a, b, c]) => {
-                    let ab = middle(&mut points, a, b);
-                    let bc = middle(&mut points, b, c);
-                    let ca = middle(&mut points, c, a);
-                    vec![a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca]
-                }
-                _ => cell.to_vec(),
-            };
-            let count = (cut.len() / block.kind.points()) as u32;
-            children.push((next..next + count).collect());
-            next += count;
-            nodes.extend(cut);
-        }
-        blocks.push(CellBlock::new(block.kind, nodes));
-    }
-    let groups = mesh
-        .groups
-        .iter()
-        .map(|group| Group {
-            cells: group
-                .cells
-                .iter()
-                .filter_map(|&cell| children.get(cell as usize))
-                .flatten()
-                .copied()
-                .collect(),
-            ..group.clone()
-        })
-        .collect();
-    Mesh {
-        points,
-        blocks,
-        groups,
+/// Splits each line in two, each triangle in four, each tetrahedron in eight; vertices stay. The parts are in
+/// the groups and on the entity of their whole. Points that were there keep index and tag, and so their fields
+/// would have to be interpolated: what a refined mesh cannot carry is left out, and named in the second value.
+///
+/// # Errors
+/// A cell of another type, in words; or more points or cells than indices can count.
+pub fn refine(mesh: &Mesh) -> Result<(Mesh, Vec<String>), String> {
+    let mut fine = Mesh {
+        points: mesh.points.clone(),
         ..Mesh::default()
+    };
+    let mut midpoints: HashMap<(u32, u32), u32> = HashMap::new();
+    // The parts of each cell, as the index of the first and their number.
+    let mut parts: Vec<(u32, u32)> = Vec::with_capacity(mesh.cell_count());
+    let mut count = 0u32;
+    for block in &mesh.blocks {
+        let children: u32 = match block.kind {
+            CellKind::Vertex => 1,
+            CellKind::Line => 2,
+            CellKind::Triangle => 4,
+            CellKind::Tetrahedron => 8,
+            other => return Err(format!("{other} cells are not refined")),
+        };
+        let total = block.len() as u64 * u64::from(children) + u64::from(count);
+        if total > u64::from(u32::MAX) {
+            return Err("the refined mesh would have more than 2^32 - 1 cells".into());
+        }
+        let mut nodes = Vec::with_capacity(block.nodes.len() * children as usize);
+        for cell in block.cells() {
+            split(cell, &mut fine.points, &mut midpoints, &mut nodes)?;
+            parts.push((count, children));
+            count += children;
+        }
+        let mut refined = CellBlock::new(block.kind, nodes);
+        refined.entities = block
+            .entities
+            .iter()
+            .flat_map(|&e| std::iter::repeat_n(e, children as usize))
+            .collect();
+        fine.blocks.push(refined);
+    }
+    for group in &mesh.groups {
+        let of_cell = group
+            .cells
+            .iter()
+            .filter_map(|&cell| parts.get(cell as usize));
+        let cells = of_cell
+            .flat_map(|&(first, number)| first..first + number)
+            .collect();
+        fine.groups.push(Group {
+            cells,
+            ..group.clone()
+        });
+    }
+    if !mesh.point_tags.is_empty() {
+        let highest = mesh.point_tags.iter().max().copied().unwrap_or(0);
+        let new = fine.points.len() - mesh.points.len();
+        if highest.checked_add(new as u64).is_none() {
+            return Err("the numbers of points leave no room for new ones".into());
+        }
+        fine.point_tags = mesh.point_tags.clone();
+        fine.point_tags
+            .extend((1..=new as u64).map(|i| highest + i));
+    }
+    fine.geometry.entities.clone_from(&mesh.geometry.entities);
+    Ok((fine, left_out(mesh)))
+}
+
+fn left_out(mesh: &Mesh) -> Vec<String> {
+    let mut left: Vec<String> = mesh
+        .fields
+        .iter()
+        .map(|field| format!("the field {:?} on {}", field.name, field.on))
+        .collect();
+    if !mesh.geometry.periodic.is_empty() {
+        left.push("the periodic links".into());
+    }
+    if !mesh.geometry.partitions.cells.is_empty() {
+        left.push("the partitions of cells".into());
+    }
+    left
+}
+
+/// Appends the parts of one simplex, each oriented as the whole.
+fn split(
+    cell: &[u32],
+    points: &mut Vec<[f64; 3]>,
+    midpoints: &mut HashMap<(u32, u32), u32>,
+    to: &mut Vec<u32>,
+) -> Result<(), String> {
+    let mut middle = |a: u32, b: u32| -> Result<u32, String> {
+        let key = (a.min(b), a.max(b));
+        if let Some(&point) = midpoints.get(&key) {
+            return Ok(point);
+        }
+        let ends = [points.get(a as usize), points.get(b as usize)];
+        let [Some(p), Some(q)] = ends else {
+            return Err(format!(
+                "a cell has a node beyond the {} points",
+                points.len()
+            ));
+        };
+        let new = std::array::from_fn(|i| f64::midpoint(p[i], q[i]));
+        let index = u32::try_from(points.len()).ok().filter(|i| *i < u32::MAX);
+        let index = index.ok_or("the refined mesh would have more than 2^32 - 1 points")?;
+        points.push(new);
+        midpoints.insert(key, index);
+        Ok(index)
+    };
+    match *cell {
+        [a] => to.push(a),
+        [a, b] => {
+            let ab = middle(a, b)?;
+            to.extend([a, ab, ab, b]);
+        }
+        [a, b, c] => {
+            let (ab, bc, ca) = (middle(a, b)?, middle(b, c)?, middle(c, a)?);
+            to.extend([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca]);
+        }
+        [a, b, c, d] => {
+            let (ab, ac, ad) = (middle(a, b)?, middle(a, c)?, middle(a, d)?);
+            let (bc, bd, cd) = (middle(b, c)?, middle(b, d)?, middle(c, d)?);
+            // The corners, then the octahedron between them, cut along one diagonal: always the one from ac to bd,
+            // which keeps the number of shapes of repeated refinement finite (Bey 1995).
+            to.extend([a, ab, ac, ad, ab, b, bc, bd, ac, bc, c, cd, ad, bd, cd, d]);
+            to.extend([
+                ab, ac, ad, bd, ab, ac, bd, bc, ac, ad, bd, cd, ac, bc, cd, bd,
+            ]);
+        }
+        _ => return Err(format!("a cell of {} nodes is not refined", cell.len())),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron() -> Mesh {
+        let mut block = CellBlock::new(CellKind::Tetrahedron, vec![0, 1, 2, 3]);
+        block.entities = vec![5];
+        Mesh {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]],
+            point_tags: vec![4, 3, 2, 9],
+            blocks: vec![CellBlock::new(CellKind::Triangle, vec![0, 2, 1]), block],
+            groups: vec![
+                Group {
+                    dim: 2,
+                    tag: 1,
+                    name: Some("floor".into()),
+                    cells: vec![0],
+                },
+                Group {
+                    dim: 3,
+                    tag: 1,
+                    name: None,
+                    cells: vec![1],
+                },
+            ],
+            ..Mesh::default()
+        }
+    }
+
+    fn volume(mesh: &Mesh, nodes: &[u32]) -> f64 {
+        let p: Vec<nalgebra::Vector3<f64>> = nodes
+            .iter()
+            .map(|&n| mesh.points[n as usize].into())
+            .collect();
+        (p[1] - p[0]).cross(&(p[2] - p[0])).dot(&(p[3] - p[0])) / 6.0
+    }
+
+    #[test]
+    fn parts_fill_the_whole_and_keep_its_orientation_and_groups() {
+        let mut mesh = tetrahedron();
+        for level in 1..=2 {
+            mesh = refine(&mesh).expect("simplices").0;
+            assert_eq!(mesh.validate(), Ok(()));
+            assert_eq!(mesh.count(CellKind::Tetrahedron), 8usize.pow(level));
+            let volumes: Vec<f64> = mesh.blocks[1]
+                .cells()
+                .map(|nodes| volume(&mesh, nodes))
+                .collect();
+            let part = 1.0 / 8f64.powi(level as i32);
+            assert!(
+                volumes.iter().all(|v| (v - part).abs() < 1e-15),
+                "{volumes:?}"
+            );
+            assert_eq!(mesh.groups[0].cells.len(), 4usize.pow(level));
+            assert_eq!(mesh.groups[1].cells.len(), 8usize.pow(level));
+            assert!(mesh.blocks[1].entities.iter().all(|&e| e == 5));
+        }
+        // 1 + 3 + ... points of a tetrahedron with four intervals an edge.
+        assert_eq!(mesh.points.len(), 35);
+        assert_eq!(mesh.point_tags[..5], [4, 3, 2, 9, 10]);
+    }
+
+    #[test]
+    fn other_cells_are_refused() {
+        let mesh = Mesh {
+            points: vec![[0.0; 3]; 4],
+            blocks: vec![CellBlock::new(CellKind::Quadrangle, vec![0, 1, 2, 3])],
+            ..Mesh::default()
+        };
+        assert_eq!(
+            refine(&mesh).expect_err("a quadrangle"),
+            "quadrangle cells are not refined"
+        );
     }
 }

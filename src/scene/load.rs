@@ -2,8 +2,8 @@
 
 use super::{MeshSource, Scene};
 use crate::error::{Error, Result};
-use crate::mesh::Triangulation;
 use crate::mesh::generate::union_jack;
+use crate::mesh::{Mesh, Triangulation};
 
 /// No generated mesh is larger than this, so that a slip of the keyboard is not taken for a wish.
 const LARGEST_N: usize = 16_384;
@@ -19,11 +19,20 @@ impl MeshSource {
 }
 
 impl Scene {
-    /// The scene's mesh at refinement `n`; none: as the scene gives it.
+    /// The scene's mesh at refinement `n`, ready for the solver; none: as the scene gives it.
     ///
     /// # Errors
     /// A file that cannot be read or holds no usable mesh, an `n` that the mesh cannot have.
     pub fn triangulation(&self, n: Option<usize>) -> Result<Triangulation> {
+        let (name, mesh) = self.mesh(n)?;
+        Triangulation::new(&name, &mesh)
+    }
+
+    /// The scene's mesh at refinement `n` with its name for messages; none: as the scene gives it.
+    ///
+    /// # Errors
+    /// A file that cannot be read, an `n` that the mesh cannot have.
+    pub fn mesh(&self, n: Option<usize>) -> Result<(String, Mesh)> {
         let refuse = |what: String, remedy: String| Error::Scene {
             scene: self.name.clone(),
             place: "n".into(),
@@ -45,8 +54,7 @@ impl Scene {
         let (name, mesh, base) = match &self.mesh {
             MeshSource::UnionJack { n: own, size } => {
                 let n = n.unwrap_or(*own);
-                let name = format!("union-jack {n}");
-                return Triangulation::new(&name, &union_jack(n, *size));
+                return Ok((format!("union-jack {n}"), union_jack(n, *size)));
             }
             MeshSource::File { path, n } => {
                 (path.display().to_string(), crate::io::read(path)?, *n)
@@ -78,12 +86,17 @@ impl Scene {
         };
         let mut mesh = mesh;
         for _ in 0..times {
-            mesh = crate::mesh::refine::refine(&mesh);
+            // Fields and geometry stay behind: the solver needs neither.
+            (mesh, _) = crate::mesh::refine::refine(&mesh).map_err(|what| Error::Mesh {
+                mesh: name.clone(),
+                what,
+                remedy: "give a mesh of linear triangles".into(),
+            })?;
         }
         let name = match times {
             0 => name,
             _ => format!("{name} refined {times} times"),
         };
-        Triangulation::new(&name, &mesh)
+        Ok((name, mesh))
     }
 }

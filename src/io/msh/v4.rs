@@ -189,13 +189,16 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     builder.finish_cells(scan)
 }
 
+/// The lowest and the highest number of an item.
+type Range = (u64, u64);
+
 /// Numbers of blocks and of items, and in 4.1 the lowest and highest number of an item.
 fn head(
     scan: &mut Scan<'_>,
     layout: Layout,
     of: &str,
     bytes: usize,
-) -> Result<(u64, usize, Option<(u64, u64)>)> {
+) -> Result<(u64, usize, Option<Range>)> {
     let (blocks, count) = (scan.u64()?, scan.u64()?);
     let range = if layout == Layout::V41 {
         Some((scan.u64()?, scan.u64()?))
@@ -271,7 +274,7 @@ fn coordinates(scan: &mut Scan<'_>, count: usize, to: &mut Vec<[f64; 3]>) -> Res
     }
 }
 
-fn warn_range(range: Option<(u64, u64)>, tags: &[u64], of: &str, warnings: &mut Vec<String>) {
+fn warn_range(range: Option<Range>, tags: &[u64], of: &str, warnings: &mut Vec<String>) {
     if let (Some((low, high)), Some(&first), Some(&last)) =
         (range, tags.iter().min(), tags.iter().max())
         && (first, last) != (low, high)

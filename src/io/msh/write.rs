@@ -185,7 +185,7 @@ impl<'a> Writer<'a> {
                 ));
             }
             let name = name.replace(['"', '\n', '\r'], "'");
-            if !name.is_empty() || !(told(group.dim, group.tag) || !group.cells.is_empty()) {
+            if !name.is_empty() || (group.cells.is_empty() && !told(group.dim, group.tag)) {
                 lines.push(format!("{} {} \"{name}\"\n", group.dim, group.tag));
             }
         }

@@ -1,6 +1,7 @@
 //! VTK's cell types, and the order of their nodes against Gmsh's.
 
 use crate::mesh::CellKind;
+use vtkio::model::CellType;
 
 /// VTK's number of a cell type; `None` where VTK has no such cell.
 pub(super) fn vtk_type(kind: CellKind) -> Option<u8> {
@@ -27,6 +28,13 @@ pub(super) fn vtk_type(kind: CellKind) -> Option<u8> {
     })
 }
 
+/// The type that is written with this number of VTK's.
+pub(super) fn written_kind(code: i64) -> Option<CellKind> {
+    let gmsh = (1..=19).filter_map(CellKind::from_gmsh);
+    let mut written = gmsh.filter_map(|kind| Some((kind, vtk_type(kind)?)));
+    written.find_map(|(kind, vtk)| (i64::from(vtk) == code).then_some(kind))
+}
+
 /// Where in Gmsh's order each node of VTK's order stands; `None` where the two orders are the same.
 ///
 /// Corners agree. Gmsh runs through the edges by their lower corner, VTK round the faces; derived edge by edge
@@ -46,4 +54,114 @@ pub(super) fn order(kind: CellKind) -> Option<&'static [usize]> {
         CellKind::Pyramid13 => &[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
         _ => return None,
     })
+}
+
+/// All types that `vtkio`'s model names. A number beyond them is no cell type.
+const TYPES: [CellType; 59] = {
+    use CellType::*;
+    [
+        Vertex,
+        PolyVertex,
+        Line,
+        PolyLine,
+        Triangle,
+        TriangleStrip,
+        Polygon,
+        Pixel,
+        Quad,
+        Tetra,
+        Voxel,
+        Hexahedron,
+        Wedge,
+        Pyramid,
+        QuadraticEdge,
+        QuadraticTriangle,
+        QuadraticQuad,
+        QuadraticTetra,
+        QuadraticHexahedron,
+        QuadraticWedge,
+        QuadraticPyramid,
+        BiquadraticQuad,
+        TriquadraticHexahedron,
+        QuadraticLinearQuad,
+        QuadraticLinearWedge,
+        BiquadraticQuadraticWedge,
+        BiquadraticQuadraticHexahedron,
+        BiquadraticTriangle,
+        CubicLine,
+        ConvexPointSet,
+        Polyhedron,
+        ParametricCurve,
+        ParametricSurface,
+        ParametricTriSurface,
+        ParametricQuadSurface,
+        ParametricTetraRegion,
+        ParametricHexRegion,
+        HigherOrderEdge,
+        HigherOrderTriangle,
+        HigherOrderQuad,
+        HigherOrderPolygon,
+        HigherOrderTetrahedron,
+        HigherOrderWedge,
+        HigherOrderPyramid,
+        HigherOrderHexahedron,
+        LagrangeCurve,
+        LagrangeTriangle,
+        LagrangeQuadrilateral,
+        LagrangeTetrahedron,
+        LagrangeHexahedron,
+        LagrangeWedge,
+        LagrangePyramid,
+        BezierCurve,
+        BezierTriangle,
+        BezierQuadrilateral,
+        BezierTetrahedron,
+        BezierHexahedron,
+        BezierWedge,
+        BezierPyramid,
+    ]
+};
+
+/// The cell type of each number of VTK's.
+pub(super) fn type_table() -> [Option<CellType>; 256] {
+    let mut table = [None; 256];
+    for known in TYPES {
+        table[known as usize] = Some(known);
+    }
+    table
+}
+
+/// The kind of a cell of VTK's and, where they differ from Gmsh's, the places of its nodes in Gmsh's order.
+///
+/// Lagrange cells are what dolfinx writes for meshes of order one and two; VTK's numbering of theirs is that of the
+/// classical cells up to the tetrahedron. Polygons of three or four corners, and the pixels and voxels of images,
+/// are triangles, quadrangles and hexahedra.
+pub(super) fn kind(vtk: CellType, points: usize) -> Option<(CellKind, Option<&'static [usize]>)> {
+    use CellType as T;
+    let kind = match (vtk, points) {
+        (T::Vertex | T::PolyVertex, 1) => CellKind::Vertex,
+        (T::Line | T::PolyLine | T::LagrangeCurve, 2) => CellKind::Line,
+        (T::Triangle | T::Polygon | T::TriangleStrip | T::LagrangeTriangle, 3) => {
+            CellKind::Triangle
+        }
+        (T::Quad | T::Polygon | T::LagrangeQuadrilateral, 4) => CellKind::Quadrangle,
+        (T::Tetra | T::LagrangeTetrahedron, 4) => CellKind::Tetrahedron,
+        (T::Hexahedron | T::LagrangeHexahedron, 8) => CellKind::Hexahedron,
+        (T::Wedge | T::LagrangeWedge, 6) => CellKind::Prism,
+        (T::Pyramid | T::LagrangePyramid, 5) => CellKind::Pyramid,
+        (T::Pixel, 4) => return Some((CellKind::Quadrangle, Some(&[0, 1, 3, 2]))),
+        (T::Voxel, 8) => return Some((CellKind::Hexahedron, Some(&[0, 1, 3, 2, 4, 5, 7, 6]))),
+        (T::QuadraticEdge | T::LagrangeCurve, 3) => CellKind::Line3,
+        (T::QuadraticTriangle | T::LagrangeTriangle, 6) => CellKind::Triangle6,
+        (T::QuadraticQuad, 8) => CellKind::Quadrangle8,
+        (T::BiquadraticQuad | T::LagrangeQuadrilateral, 9) => CellKind::Quadrangle9,
+        (T::QuadraticTetra | T::LagrangeTetrahedron, 10) => CellKind::Tetrahedron10,
+        (T::QuadraticHexahedron, 20) => CellKind::Hexahedron20,
+        (T::TriquadraticHexahedron, 27) => CellKind::Hexahedron27,
+        (T::QuadraticWedge, 15) => CellKind::Prism15,
+        (T::BiquadraticQuadraticWedge, 18) => CellKind::Prism18,
+        (T::QuadraticPyramid, 13) => CellKind::Pyramid13,
+        _ => return None,
+    };
+    Some((kind, order(kind)))
 }

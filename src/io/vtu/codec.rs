@@ -1,6 +1,10 @@
 //! Bytes of one array as VTU packs them: a header of lengths, then the bytes, perhaps in compressed blocks.
 
 use super::Compressor;
+use super::scalar::Scalar;
+use base64::Engine as _;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use std::borrow::Cow;
 use std::io::Read;
 
 /// Bytes that are compressed together. VTK's own default is 32 kB; larger blocks pack better and read as well.
@@ -51,4 +55,258 @@ fn compress(block: &[u8], compressor: Compressor) -> std::io::Result<Vec<u8>> {
         }
     }
     Ok(packed)
+}
+
+/// Bytes that arrays may take in memory, beyond which a file is refused before it gets them: so much for a file of
+/// any size, and [`PER_BYTE`] for each byte it has.
+const ALLOWANCE: u64 = 128 << 20;
+/// Well-packed meshes decode to five times their bytes or less.
+const PER_BYTE: u64 = 8;
+
+/// What is left of the memory that the arrays of one file may take.
+pub(super) struct Budget(u64);
+
+impl Budget {
+    pub fn of_file(bytes: usize) -> Self {
+        Budget(ALLOWANCE.saturating_add(PER_BYTE.saturating_mul(bytes as u64)))
+    }
+
+    /// Takes so many bytes, or says that a file of this size does not get them.
+    pub fn take(&mut self, bytes: u64) -> Result<(), String> {
+        self.0 = self.0.checked_sub(bytes).ok_or_else(|| {
+            format!(
+                "its {bytes} bytes are more than a file of this size may unpack to; store it uncompressed"
+            )
+        })?;
+        Ok(())
+    }
+}
+
+/// The bytes of an array as they stand in a file.
+pub(super) enum Stream<'a> {
+    Raw(&'a [u8]),
+    Base64(Base64<'a>),
+}
+
+impl<'a> Stream<'a> {
+    pub fn base64(text: Cow<'a, [u8]>) -> Self {
+        Stream::Base64(Base64 {
+            text,
+            at: 0,
+            left_over: Vec::new(),
+        })
+    }
+
+    /// The most bytes that can still come.
+    fn remaining(&self) -> u64 {
+        match self {
+            Stream::Raw(bytes) => bytes.len() as u64,
+            Stream::Base64(stream) => {
+                (stream.left_over.len() + (stream.text.len() - stream.at).div_ceil(4) * 3) as u64
+            }
+        }
+    }
+
+    fn take(&mut self, count: u64) -> Result<Cow<'a, [u8]>, String> {
+        let missing = |there| format!("{count} bytes are declared where at most {there} stand");
+        if count > self.remaining() {
+            return Err(missing(self.remaining()));
+        }
+        let count = count as usize;
+        match self {
+            Stream::Raw(bytes) => {
+                let (taken, rest) = bytes.split_at(count);
+                *bytes = rest;
+                Ok(Cow::Borrowed(taken))
+            }
+            Stream::Base64(stream) => {
+                let taken = stream.take(count)?;
+                if taken.len() < count {
+                    return Err(missing(taken.len() as u64));
+                }
+                Ok(Cow::Owned(taken))
+            }
+        }
+    }
+}
+
+/// Base64 in one or several padded runs. `vtkio` takes the header and the data for one run; many writers encode
+/// each for itself.
+pub(super) struct Base64<'a> {
+    text: Cow<'a, [u8]>,
+    at: usize,
+    left_over: Vec<u8>,
+}
+
+const LENIENT: GeneralPurpose = GeneralPurpose::new(
+    &base64::alphabet::STANDARD,
+    GeneralPurposeConfig::new()
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true),
+);
+
+impl Base64<'_> {
+    /// The next `count` bytes, fewer at the end of the text.
+    fn take(&mut self, count: usize) -> Result<Vec<u8>, String> {
+        let mut out = std::mem::take(&mut self.left_over);
+        out.reserve(count.saturating_sub(out.len()) + 3);
+        while out.len() < count {
+            let rest = &self.text[self.at..];
+            let wanted = (count - out.len()).div_ceil(3) * 4;
+            let mut run = &rest[..wanted.min(rest.len())];
+            if let Some(padding) = memchr::memchr(b'=', run) {
+                run = &run[..((padding / 4 + 1) * 4).min(run.len())];
+            }
+            if run.is_empty() {
+                break;
+            }
+            LENIENT
+                .decode_vec(run, &mut out)
+                .map_err(|error| format!("not base64: {error}"))?;
+            self.at += run.len();
+        }
+        self.left_over = out.split_off(count.min(out.len()));
+        Ok(out)
+    }
+}
+
+/// How the arrays of a file are packed.
+#[derive(Clone, Copy)]
+pub(super) struct Packing {
+    pub big_endian: bool,
+    pub wide_headers: bool,
+    pub compressor: Compressor,
+}
+
+impl Packing {
+    /// The bytes of one array, which must be `expected` many where that is known.
+    ///
+    /// `vtkio` loses the last block of an array whose length is a multiple of the block length, and believes the
+    /// number of blocks; here each declared length is held against the bytes that are there before any memory
+    /// is asked for.
+    pub fn unpack<'a>(
+        self,
+        mut stream: Stream<'a>,
+        expected: Option<u64>,
+        budget: &mut Budget,
+    ) -> Result<Cow<'a, [u8]>, String> {
+        let check = |length: u64| match expected {
+            Some(expected) if expected != length => Err(format!(
+                "{length} bytes are declared where its type and the counts make {expected}"
+            )),
+            _ => Ok(()),
+        };
+        if stream.remaining() == 0 {
+            check(0)?;
+            return Ok(Cow::Borrowed(&[]));
+        }
+        let first = self.words(&mut stream, 1)?;
+        let &[first] = first.as_slice() else {
+            return Err("its header is cut off".into());
+        };
+        if self.compressor == Compressor::None {
+            check(first)?;
+            budget.take(first)?;
+            return stream.take(first);
+        }
+        if first == 0 {
+            check(0)?;
+            return Ok(Cow::Borrowed(&[]));
+        }
+        let sizes = self.words(&mut stream, 2)?;
+        let &[block, last] = sizes.as_slice() else {
+            return Err("its header is cut off".into());
+        };
+        if last > block || block == 0 {
+            return Err(format!(
+                "a last block of {last} bytes after blocks of {block} bytes"
+            ));
+        }
+        let packed = self.words(&mut stream, first)?;
+        let whole_blocks = if last == 0 { first } else { first - 1 };
+        let length = whole_blocks
+            .checked_mul(block)
+            .and_then(|length| length.checked_add(last))
+            .ok_or("its blocks add up to more than any memory")?;
+        check(length)?;
+        self.plausible(&packed, &stream, length)?;
+        budget.take(length)?;
+
+        let mut out = vec![0; length as usize];
+        let mut slots = out.chunks_mut(usize::try_from(block).unwrap_or(usize::MAX));
+        for (index, &size) in packed.iter().enumerate() {
+            let bytes = stream.take(size)?;
+            let slot = slots.next().ok_or("it has more blocks than bytes")?;
+            decompress(&bytes, slot, self.compressor)
+                .map_err(|what| format!("block {index}: {what}"))?;
+        }
+        Ok(Cow::Owned(out))
+    }
+
+    /// Refuses blocks that are not there, and lengths that no compressor reaches from their bytes.
+    fn plausible(self, packed: &[u64], stream: &Stream, length: u64) -> Result<(), String> {
+        let total = packed
+            .iter()
+            .try_fold(0u64, |sum, &size| sum.checked_add(size));
+        let total = total.filter(|&total| total <= stream.remaining());
+        let total = total.ok_or("its blocks take more bytes than there are")?;
+        let ratio = match self.compressor {
+            Compressor::None => 1,
+            Compressor::Lz4 => 256,
+            Compressor::Zlib => 1040,
+            Compressor::Lzma => 8192,
+        };
+        if length > total.saturating_mul(ratio) {
+            return Err(format!("{total} bytes cannot unpack to {length}"));
+        }
+        Ok(())
+    }
+
+    fn words(self, stream: &mut Stream, count: u64) -> Result<Vec<u64>, String> {
+        let width = if self.wide_headers { 8 } else { 4 };
+        let bytes = stream.take(count.saturating_mul(width))?;
+        Ok(if self.wide_headers {
+            u64::from_bytes(&bytes, self.big_endian)
+        } else {
+            let words = u32::from_bytes(&bytes, self.big_endian);
+            words.into_iter().map(u64::from).collect()
+        })
+    }
+}
+
+/// Fills `slot` to the last byte, never beyond.
+fn decompress(bytes: &[u8], slot: &mut [u8], compressor: Compressor) -> Result<(), String> {
+    /// What the dictionary of an LZMA block may take; VTK's and meshio's take 8 MB.
+    const LZMA_MEMORY: u64 = 100 << 20;
+    let filled = match compressor {
+        Compressor::None => return Err("it is not compressed".into()),
+        Compressor::Lz4 => {
+            lz4_flex::block::decompress_into(bytes, slot).map_err(|error| error.to_string())?
+        }
+        Compressor::Zlib => {
+            let mut decoder = flate2::Decompress::new(true);
+            let status = decoder
+                .decompress(bytes, slot, flate2::FlushDecompress::Finish)
+                .map_err(|error| error.to_string())?;
+            if status != flate2::Status::StreamEnd {
+                return Err("it unpacks to more than is declared, or is cut off".into());
+            }
+            decoder.total_out() as usize
+        }
+        Compressor::Lzma => {
+            let mut decoder = liblzma::stream::Stream::new_stream_decoder(LZMA_MEMORY, 0)
+                .map_err(|error| error.to_string())?;
+            let status = decoder
+                .process(bytes, slot, liblzma::stream::Action::Finish)
+                .map_err(|error| error.to_string())?;
+            if status != liblzma::stream::Status::StreamEnd {
+                return Err("it unpacks to more than is declared, or is cut off".into());
+            }
+            decoder.total_out() as usize
+        }
+    };
+    if filled != slot.len() {
+        return Err(format!("it unpacks to {filled} bytes, not {}", slot.len()));
+    }
+    Ok(())
 }

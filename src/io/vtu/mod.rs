@@ -10,12 +10,24 @@
 mod cells;
 mod codec;
 mod layout;
+mod merge;
+mod read;
+mod restore;
 mod scalar;
 mod write;
+mod xml;
 
 pub use write::write;
 
+use crate::error::{Error, Place, Result};
+use crate::field::Whole;
 use crate::mesh::{Mesh, Partitions};
+use codec::Budget;
+use read::Decoder;
+use std::collections::HashSet;
+use std::path::{Component, Path};
+use vtkio::model::UnstructuredGridPiece;
+use xml::Document;
 
 /// How a file stores its arrays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,6 +68,128 @@ impl Compressor {
             Compressor::Lzma => Some("vtkLZMADataCompressor"),
         }
     }
+
+    fn of_vtk_name(name: &str) -> Option<Self> {
+        let all = [Compressor::Zlib, Compressor::Lz4, Compressor::Lzma];
+        all.into_iter().find(|known| known.vtk_name() == Some(name))
+    }
+}
+
+/// What a file holds.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Vtu {
+    /// With the fields on its points and cells.
+    pub mesh: Mesh,
+    /// Data about the mesh as a whole.
+    pub whole: Vec<Whole>,
+    /// As the file gives it.
+    pub version: Option<String>,
+    /// `ascii`, `base64`, `appended base64` or `appended raw`, and the compressor.
+    pub encoding: String,
+    pub warnings: Vec<String>,
+}
+
+/// Reads a `.vtu`, or a `.pvtu` with the pieces beside or below it.
+///
+/// # Errors
+/// [`Error::File`] with byte and array where a file is not sound, contradicts itself, holds cells that no mesh here
+/// holds, or would unpack to more than a file of its size may; [`Error::Io`] where it cannot be read.
+pub fn read(path: &Path) -> Result<Vtu> {
+    let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+    from_bytes(path, &bytes)
+}
+
+/// [`read`] for bytes that are there; the path names them in messages and leads to the pieces of a `.pvtu`.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Vtu> {
+    let document = xml::parse(path, bytes)?;
+    let mut file = if document.parallel {
+        read_parallel(path, &document)?
+    } else {
+        read_serial(path, bytes.len(), &document)?
+    };
+    let unsound = |what| Error::file(path, Place::Whole, what, "write the file anew");
+    let merged = merge::merge(std::mem::take(&mut file.pieces)).map_err(unsound)?;
+    let (mesh, whole) = restore::restore(merged, file.whole);
+    mesh.validate().map_err(unsound)?;
+    Ok(Vtu {
+        mesh,
+        whole,
+        version: document.version,
+        encoding: file.encoding,
+        warnings: file.warnings,
+    })
+}
+
+/// What one file, or the files of a `.pvtu` together, decode to.
+#[derive(Default)]
+struct Decoded {
+    pieces: Vec<UnstructuredGridPiece>,
+    whole: Vec<Whole>,
+    encoding: String,
+    warnings: Vec<String>,
+}
+
+fn read_serial(path: &Path, bytes: usize, document: &Document) -> Result<Decoded> {
+    let mut decoder = Decoder {
+        path,
+        document,
+        budget: Budget::of_file(bytes),
+    };
+    let pieces = document.pieces.iter();
+    Ok(Decoded {
+        pieces: pieces
+            .map(|piece| decoder.piece(piece))
+            .collect::<Result<_>>()?,
+        whole: decoder.whole()?,
+        encoding: document.encoding(),
+        warnings: Vec::new(),
+    })
+}
+
+fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
+    let mut all = Decoded::default();
+    let mut seen = HashSet::new();
+    for tag in &document.pieces {
+        let refuse = |what: String| {
+            let place = Place::SectionByte("<Piece>".into(), tag.byte);
+            Error::file(path, place, what, "put the pieces beside the .pvtu file")
+        };
+        let source = tag.source.as_deref().unwrap_or_default();
+        let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+        if source.is_empty() || !Path::new(source).components().all(inside) {
+            return Err(refuse(format!(
+                "the piece {source:?} is not beside or below this file"
+            )));
+        }
+        if !seen.insert(source) {
+            return Err(refuse(format!("the piece {source:?} is listed twice")));
+        }
+        let piece_path = path.with_file_name("").join(source);
+        let bytes = std::fs::read(&piece_path).map_err(Error::io(&piece_path, "read"))?;
+        let piece = xml::parse(&piece_path, &bytes)?;
+        if piece.parallel {
+            return Err(refuse(format!(
+                "the piece {source:?} is a .pvtu file itself"
+            )));
+        }
+        let piece = read_serial(&piece_path, bytes.len(), &piece)?;
+        all.pieces.extend(piece.pieces);
+        all.encoding = piece.encoding;
+        for array in piece.whole {
+            match all.whole.iter().find(|known| known.name == array.name) {
+                None => all.whole.push(array),
+                Some(known) if known.same_bits(&array) => {}
+                Some(_) => all.warnings.push(format!(
+                    "{:?} differs among the pieces; the first is kept, not that of {source:?}",
+                    array.name
+                )),
+            }
+        }
+    }
+    Ok(all)
 }
 
 /// What a mesh knows that VTU has no place for, in words.

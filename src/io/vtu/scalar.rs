@@ -1,6 +1,7 @@
 //! Numbers as VTU stores them: each type's name, width, bytes and decimal form.
 
 use crate::mesh::Values;
+use vtkio::IOBuffer;
 
 /// A number type of VTU.
 pub(super) trait Scalar: Copy + Default {
@@ -18,6 +19,9 @@ pub(super) trait Scalar: Copy + Default {
     /// Appends the shortest decimal form that reads back as the same number.
     fn print(self, out: &mut Vec<u8>);
     fn values(numbers: Vec<Self>) -> Values;
+    /// The numbers, if they are of this type.
+    fn of_values(values: &Values) -> Option<&[Self]>;
+    fn buffer(numbers: Vec<Self>) -> IOBuffer;
 }
 
 macro_rules! scalar {
@@ -55,6 +59,17 @@ macro_rules! scalar {
             fn values(numbers: Vec<Self>) -> Values {
                 Values::$variant(numbers)
             }
+
+            fn of_values(values: &Values) -> Option<&[Self]> {
+                match values {
+                    Values::$variant(numbers) => Some(numbers),
+                    _ => None,
+                }
+            }
+
+            fn buffer(numbers: Vec<Self>) -> IOBuffer {
+                IOBuffer::$variant(numbers)
+            }
         }
     )* };
 }
@@ -87,4 +102,20 @@ fn print_int<T: itoa::Integer>(value: T, out: &mut Vec<u8>) {
 fn print_float<T: zmij::Float>(value: T, out: &mut Vec<u8>) {
     // Gives "NaN", "inf" and "-inf" for the rest, which both sides read.
     out.extend_from_slice(zmij::Buffer::new().format(value).as_bytes());
+}
+
+/// Moves an array of `vtkio`'s model into ours.
+pub(super) fn values(buffer: IOBuffer) -> Values {
+    match buffer {
+        IOBuffer::I8(numbers) => Values::I8(numbers),
+        IOBuffer::Bit(numbers) | IOBuffer::U8(numbers) => Values::U8(numbers),
+        IOBuffer::I16(numbers) => Values::I16(numbers),
+        IOBuffer::U16(numbers) => Values::U16(numbers),
+        IOBuffer::I32(numbers) => Values::I32(numbers),
+        IOBuffer::U32(numbers) => Values::U32(numbers),
+        IOBuffer::I64(numbers) => Values::I64(numbers),
+        IOBuffer::U64(numbers) => Values::U64(numbers),
+        IOBuffer::F32(numbers) => Values::F32(numbers),
+        IOBuffer::F64(numbers) => Values::F64(numbers),
+    }
 }

@@ -1,0 +1,184 @@
+//! `faceoff mesh`: from arguments to files and text.
+
+use std::path::Path;
+
+use super::args::{Form, Mesh, MeshAction};
+use super::{DISAGREE, DONE, mesh};
+use crate::engine::meshio_python;
+use crate::error::{Error, Result};
+use crate::io::{self, Format, Options, msh};
+use crate::mesh::check::{Findings, Report};
+use crate::report::{is_stdout, write_json};
+use crate::scene::Scene;
+
+pub(super) fn run(arguments: &Mesh) -> Result<u8> {
+    let python = meshio_python();
+    match &arguments.action {
+        MeshAction::Info { file, output } => {
+            let info = mesh::info(file, python.as_deref())?;
+            write_json(output.json.as_deref(), &info)?;
+            if !output.quiet && !is_stdout(output.json.as_deref()) {
+                print_info(file, &info);
+            }
+        }
+        MeshAction::Check { file, output } => {
+            let report = mesh::check(file, python.as_deref())?;
+            write_json(output.json.as_deref(), &report)?;
+            if !output.quiet && !is_stdout(output.json.as_deref()) {
+                print_report(&report);
+            }
+            if !report.is_sound() {
+                return Ok(DISAGREE);
+            }
+        }
+        MeshAction::Convert { input, out, form } => {
+            warn(form, mesh::convert(input, out, &options(form, python)?)?);
+        }
+        MeshAction::Refine {
+            input,
+            out,
+            times,
+            form,
+        } => {
+            warn(
+                form,
+                mesh::refine(input, out, *times, &options(form, python)?)?,
+            );
+        }
+        MeshAction::Make {
+            scene,
+            out,
+            n,
+            form,
+        } => {
+            let scene = Scene::find(scene)?;
+            let (_, made) = scene.mesh(n.map(|n| n as usize).or(scene.mesh.n()))?;
+            warn(form, io::write(out, &made, &options(form, python)?)?);
+        }
+    }
+    Ok(DONE)
+}
+
+fn options(form: &Form, python: Option<std::path::PathBuf>) -> Result<Options> {
+    let format = form.format.as_deref().map(|name| {
+        Format::of_name(name).ok_or_else(|| {
+            Error::usage(
+                format!("there is no format `{name}`"),
+                "use msh, vtu, freefem, medit, or a name of meshio's",
+            )
+        })
+    });
+    let msh_version = match form.msh_version.as_str() {
+        "2.2" | "2" => msh::Version::V22,
+        "4.1" | "4" => msh::Version::V41,
+        other => {
+            return Err(Error::usage(
+                format!("MSH {other} is not written"),
+                "use --msh-version 2.2 or 4.1",
+            ));
+        }
+    };
+    Ok(Options {
+        format: format.transpose()?,
+        msh_version,
+        binary: form.binary,
+        lossy: form.lossy,
+        python,
+    })
+}
+
+fn warn(form: &Form, warnings: Vec<String>) {
+    if !form.quiet {
+        for warning in warnings {
+            eprintln!("faceoff: warning: {warning}");
+        }
+    }
+}
+
+fn print_info(file: &Path, info: &mesh::Info) {
+    let version = info.version.as_deref().unwrap_or("");
+    println!(
+        "{}: {} {version}, {}",
+        file.display(),
+        info.format,
+        info.encoding
+    );
+    println!("  points {}", info.points);
+    for (name, count) in [
+        ("vertices", info.vertices),
+        ("lines", info.lines),
+        ("triangles", info.triangles),
+        ("tetrahedra", info.tetrahedra),
+    ] {
+        if count > 0 {
+            println!("  {name} {count}");
+        }
+    }
+    for (name, count) in &info.other_cells {
+        println!("  {name} {count}");
+    }
+    for group in &info.groups {
+        println!(
+            "  group {} {:?} of dimension {}: {} cells",
+            group.tag, group.name, group.dim, group.cells
+        );
+    }
+    for field in &info.fields {
+        println!(
+            "  field {:?} on {}, {} components",
+            field.name, field.on, field.components
+        );
+    }
+    for warning in &info.warnings {
+        println!("  warning: {warning}");
+    }
+}
+
+fn print_report(report: &Report) {
+    let mut clean = true;
+    for (what, findings) in [
+        ("inverted cells", &report.inverted),
+        ("degenerate cells", &report.degenerate),
+        ("duplicate cells", &report.duplicate),
+        ("orphan points", &report.orphans),
+        ("faces with more than two cells", &report.crowded_faces),
+        ("hanging nodes", &report.hanging_nodes),
+        ("boundary faces in no group", &report.ungrouped_boundary),
+    ] {
+        if findings.count > 0 {
+            clean = false;
+            print_findings(what, findings);
+        }
+    }
+    if report.parts.count > 1 {
+        clean = false;
+        print_findings("parts that are not connected", &report.parts);
+    }
+    if clean {
+        println!("nothing is wrong");
+    }
+    for (what, angle) in [
+        ("smallest", &report.smallest_angle),
+        ("largest", &report.largest_angle),
+    ] {
+        if let Some(angle) = angle {
+            println!(
+                "{what} angle {:.3}° in cell {} at {:?}",
+                angle.degrees, angle.cell, angle.at
+            );
+        }
+    }
+}
+
+fn print_findings(what: &str, findings: &Findings) {
+    println!("{what}: {}", findings.count);
+    for finding in &findings.first {
+        println!(
+            "  cells {:?}, points {:?}, at {:?}",
+            finding.cells, finding.points, finding.at
+        );
+    }
+    if findings.count > findings.first.len() {
+        println!("  …");
+    }
+}

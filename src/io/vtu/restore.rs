@@ -1,0 +1,331 @@
+//! The inverse of [`super::layout`]: arrays that hold numbers, groups, blocks and partial fields become those again.
+//!
+//! An array under one of the reserved names that does not hold what it should, because another program made it or
+//! changed the mesh around it, stays an array like any other.
+
+use super::cells::{vtk_type, written_kind};
+use super::layout::{
+    Array, BLOCKS, CELL_TAG, ENTITY, FIELD_ARRAYS, FIELD_AT, FIELD_NAMES, FIELD_TIMES, FIELDS,
+    GROUP, GROUP_NAMES, GROUPS, NO_GROUP, POINT_TAG,
+};
+use super::merge::Merged;
+use super::scalar::Scalar;
+use crate::field::data::{to_i64, with_numbers};
+use crate::field::{Whole, WholeValues};
+use crate::mesh::{CellBlock, Field, Group, Mesh, Support, Values};
+use std::collections::BTreeMap;
+
+/// The mesh that the arrays tell, and the data about the whole that remain.
+pub(super) fn restore(merged: Merged, mut whole: Vec<Whole>) -> (Mesh, Vec<Whole>) {
+    let Merged {
+        points,
+        blocks,
+        mut arrays,
+    } = merged;
+    let mut mesh = Mesh {
+        points,
+        blocks,
+        ..Mesh::default()
+    };
+    let own_tags = |values: &Values| match values {
+        Values::U64(tags) => Some(tags.clone()),
+        other => to_i64(other)?
+            .into_iter()
+            .map(|tag| tag.try_into().ok())
+            .collect(),
+    };
+    if let Some(tags) = take_array(&mut arrays.points, POINT_TAG, 1, own_tags) {
+        mesh.point_tags = tags;
+    }
+    let tags = take_array(&mut arrays.cells, CELL_TAG, 1, own_tags);
+    let entities = take_array(&mut arrays.cells, ENTITY, 1, |values| {
+        let numbers = to_i64(values)?.into_iter();
+        numbers.map(|entity| entity.try_into().ok()).collect()
+    });
+    restore_blocks(&mut mesh.blocks, &mut whole, tags, entities);
+    restore_groups(&mut mesh, &mut arrays.cells, &mut whole);
+
+    let field = |on| {
+        move |array: Array<'static>| {
+            Field::new(array.name, on, array.components, array.values.into_owned())
+        }
+    };
+    mesh.fields = (arrays.points.into_iter().map(field(Support::Points)))
+        .chain(arrays.cells.into_iter().map(field(Support::Cells)))
+        .collect();
+    restore_fields(&mut mesh, &mut whole);
+    (mesh, whole)
+}
+
+/// Takes an array out of a list if it has this name, so many components, and values that `get` understands.
+fn take_array<T>(
+    list: &mut Vec<Array>,
+    name: &str,
+    components: usize,
+    get: impl Fn(&Values) -> Option<T>,
+) -> Option<T> {
+    let fits =
+        |array: &Array| array.name == name && (array.components == components || components == 0);
+    let at = list.iter().position(fits)?;
+    let values = get(&list[at].values)?;
+    list.remove(at);
+    Some(values)
+}
+
+fn find_whole<'a>(whole: &'a [Whole], name: &str) -> Option<&'a WholeValues> {
+    whole
+        .iter()
+        .find(|array| array.name == name)
+        .map(|array| &array.values)
+}
+
+fn find_numbers(whole: &[Whole], name: &str) -> Option<Vec<i64>> {
+    match find_whole(whole, name)? {
+        WholeValues::Numbers(numbers) => to_i64(numbers),
+        WholeValues::Text(_) => None,
+    }
+}
+
+fn find_texts<'a>(whole: &'a [Whole], name: &str) -> Option<&'a [String]> {
+    match find_whole(whole, name)? {
+        WholeValues::Numbers(_) => None,
+        WholeValues::Text(texts) => Some(texts),
+    }
+}
+
+fn remove(whole: &mut Vec<Whole>, names: &[&str]) {
+    whole.retain(|array| !names.contains(&array.name.as_str()));
+}
+
+fn restore_blocks(
+    blocks: &mut Vec<CellBlock>,
+    whole: &mut Vec<Whole>,
+    tags: Option<Vec<u64>>,
+    entities: Option<Vec<i32>>,
+) {
+    let rows = find_numbers(whole, BLOCKS).unwrap_or_default();
+    let rows = rows.as_chunks().0;
+    let split = split_blocks(blocks, rows);
+    let flags = match split {
+        Some(split) => {
+            *blocks = split;
+            remove(whole, &[BLOCKS]);
+            rows.iter()
+                .map(|&[_, _, tags, entities]| (tags != 0, entities != 0))
+                .collect()
+        }
+        None => vec![(true, true); blocks.len()],
+    };
+    let mut start = 0;
+    for (block, (has_tags, has_entities)) in blocks.iter_mut().zip(flags) {
+        let cells = start..start + block.len();
+        start = cells.end;
+        if let Some(tags) = tags.as_ref().filter(|_| has_tags) {
+            block.tags = tags.get(cells.clone()).unwrap_or_default().to_vec();
+        }
+        if let Some(entities) = entities.as_ref().filter(|_| has_entities) {
+            block.entities = entities.get(cells).unwrap_or_default().to_vec();
+        }
+    }
+}
+
+/// Cuts runs of cells into blocks, if type and number of cells agree throughout.
+fn split_blocks(runs: &[CellBlock], rows: &[[i64; 4]]) -> Option<Vec<CellBlock>> {
+    let mut runs = runs
+        .iter()
+        .map(|run| (run.kind, run.nodes.as_slice()))
+        .peekable();
+    let mut blocks = Vec::new();
+    for &[code, cells, _, _] in rows {
+        let kind = written_kind(code)?;
+        let nodes = usize::try_from(cells).ok()?.checked_mul(kind.points())?;
+        if nodes == 0 {
+            blocks.push(CellBlock::new(kind, Vec::new()));
+            continue;
+        }
+        let (found, run) = runs.peek_mut()?;
+        if vtk_type(*found) != vtk_type(kind) || nodes > run.len() {
+            return None;
+        }
+        let (block, rest) = run.split_at(nodes);
+        blocks.push(CellBlock::new(kind, block.to_vec()));
+        *run = rest;
+        if rest.is_empty() {
+            runs.next();
+        }
+    }
+    runs.next().is_none().then_some(blocks)
+}
+
+/// Groups from the tags on the cells; the table adds names, empty groups, and which tag stands for none.
+fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<Array>, whole: &mut Vec<Whole>) {
+    let mut groups = BTreeMap::new();
+    let table = group_table(whole);
+    let none = table.as_ref().map_or(0, |(none, _)| *none);
+    if let Some((_, table)) = table {
+        for group in table {
+            groups.insert((group.dim, group.tag), group);
+        }
+        remove(whole, &[GROUPS, GROUP_NAMES, NO_GROUP]);
+    }
+    let tags = take_array(cells, GROUP, 0, to_i64).unwrap_or_default();
+    if let Some(components) = tags.len().checked_div(mesh.cell_count()).filter(|&c| c > 0) {
+        let dims = mesh
+            .blocks
+            .iter()
+            .flat_map(|block| std::iter::repeat_n(block.kind.dim(), block.len()));
+        for ((cell, tags), dim) in (0u32..).zip(tags.chunks_exact(components)).zip(dims) {
+            for &tag in tags.iter().filter(|&&tag| tag != none) {
+                let group = groups.entry((dim, tag)).or_insert_with(|| Group {
+                    dim,
+                    tag,
+                    name: None,
+                    cells: Vec::new(),
+                });
+                if group.cells.last() != Some(&cell) {
+                    group.cells.push(cell);
+                }
+            }
+        }
+    }
+    mesh.groups = groups.into_values().collect();
+}
+
+fn group_table(whole: &[Whole]) -> Option<(i64, Vec<Group>)> {
+    let none = find_numbers(whole, NO_GROUP)?.first().copied()?;
+    let rows = find_numbers(whole, GROUPS)?;
+    let rows = rows.as_chunks::<3>().0;
+    let names = find_texts(whole, GROUP_NAMES)?;
+    if rows.len() != names.len() {
+        return None;
+    }
+    let groups = rows.iter().zip(names).map(|(&[dim, tag, named], name)| {
+        Some(Group {
+            dim: u8::try_from(dim).ok().filter(|&dim| dim <= 3)?,
+            tag,
+            name: (named != 0).then(|| name.clone()),
+            cells: Vec::new(),
+        })
+    });
+    Some((none, groups.collect::<Option<_>>()?))
+}
+
+/// What one row of the table of fields says.
+struct Row {
+    on: Support,
+    array: String,
+    name: String,
+    time: Option<f64>,
+    step: Option<i32>,
+    at: Vec<u32>,
+}
+
+fn restore_fields(mesh: &mut Mesh, whole: &mut Vec<Whole>) {
+    let Some(rows) = field_table(whole) else {
+        return;
+    };
+    remove(
+        whole,
+        &[FIELDS, FIELD_ARRAYS, FIELD_NAMES, FIELD_TIMES, FIELD_AT],
+    );
+    let mut renamed = Vec::new();
+    for row in rows {
+        if row.on == Support::CellPoints {
+            let Some(at) = whole.iter().position(|array| array.name == row.array) else {
+                continue;
+            };
+            let WholeValues::Numbers(values) = &whole[at].values else {
+                continue;
+            };
+            let field = Field {
+                at: row.at,
+                time: row.time,
+                step: row.step,
+                ..Field::new(row.name, row.on, whole[at].components, values.clone())
+            };
+            if field.expected_len(mesh) == Some(field.values.len()) {
+                whole.remove(at);
+                mesh.fields.push(field);
+            }
+            continue;
+        }
+        let found = |field: &Field| field.on == row.on && field.name == row.array;
+        let Some(index) = mesh.fields.iter().position(found) else {
+            continue;
+        };
+        let field = &mut mesh.fields[index];
+        field.time = row.time;
+        field.step = row.step;
+        if !row.at.is_empty() {
+            if let Some(values) = select(&field.values, field.components, &row.at) {
+                field.values = values;
+                field.at = row.at;
+            }
+        }
+        // Later, so that a new name is not mistaken for the array of another row.
+        renamed.push((index, row.name));
+    }
+    for (index, name) in renamed {
+        mesh.fields[index].name = name;
+    }
+}
+
+fn field_table(whole: &[Whole]) -> Option<Vec<Row>> {
+    let rows = find_numbers(whole, FIELDS)?;
+    let rows = rows.as_chunks::<5>().0;
+    let at = find_numbers(whole, FIELD_AT)?;
+    let at: Vec<u32> = at
+        .into_iter()
+        .map(|at| at.try_into().ok())
+        .collect::<Option<_>>()?;
+    let (arrays, names) = (
+        find_texts(whole, FIELD_ARRAYS)?,
+        find_texts(whole, FIELD_NAMES)?,
+    );
+    let WholeValues::Numbers(Values::F64(times)) = find_whole(whole, FIELD_TIMES)? else {
+        return None;
+    };
+    if [arrays.len(), names.len(), times.len()] != [rows.len(); 3] {
+        return None;
+    }
+    let mut rest = at.as_slice();
+    let mut table = Vec::with_capacity(rows.len());
+    for (index, &[on, timed, stepped, step, count]) in rows.iter().enumerate() {
+        let (at, others) = rest.split_at_checked(usize::try_from(count).ok()?)?;
+        rest = others;
+        if !at.is_sorted_by(|a, b| a < b) {
+            return None;
+        }
+        table.push(Row {
+            on: match on {
+                0 => Support::Points,
+                1 => Support::Cells,
+                2 => Support::CellPoints,
+                _ => return None,
+            },
+            array: arrays[index].clone(),
+            name: names[index].clone(),
+            time: (timed != 0).then_some(times[index]),
+            step: if stepped == 0 {
+                None
+            } else {
+                Some(step.try_into().ok()?)
+            },
+            at: at.to_vec(),
+        });
+    }
+    Some(table)
+}
+
+/// The tuples at these places; `None` when one is beyond the last.
+fn select(values: &Values, components: usize, at: &[u32]) -> Option<Values> {
+    fn pick<T: Scalar>(values: &[T], components: usize, at: &[u32]) -> Option<Values> {
+        let mut picked = Vec::with_capacity(at.len().saturating_mul(components).min(values.len()));
+        for &at in at {
+            let start = (at as usize).checked_mul(components)?;
+            picked.extend_from_slice(values.get(start..start.checked_add(components)?)?);
+        }
+        Some(T::values(picked))
+    }
+    with_numbers!(values, values => pick(values, components, at))
+}

@@ -1,0 +1,479 @@
+//! The XML of a VTU file: which arrays there are and where their data stand. No data are decoded here.
+//!
+//! `vtkio` (0.7.0-rc2) hands the whole file to a deserializer, which fails on raw appended bytes, on counts with
+//! blanks (FreeFEM), on a missing `byte_order` (dolfinx) or `version`, and drops `<FieldData>`. Here the appended
+//! section, which need not be XML, is cut off by its bytes before a tokenizer sees the rest.
+
+use super::Compressor;
+use crate::error::{Error, Place, Result};
+use memchr::memmem;
+use quick_xml::XmlVersion;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::reader::Reader;
+use std::path::Path;
+
+/// A file's elements as far as they matter.
+#[derive(Default)]
+pub(super) struct Document<'a> {
+    /// `.pvtu`: the pieces are files.
+    pub parallel: bool,
+    pub version: Option<String>,
+    pub big_endian: bool,
+    pub wide_headers: bool,
+    pub compressor: Option<Compressor>,
+    pub whole: Vec<ArrayTag<'a>>,
+    pub pieces: Vec<PieceTag<'a>>,
+    pub appended: Option<Appended<'a>>,
+}
+
+#[derive(Default)]
+pub(super) struct PieceTag<'a> {
+    pub byte: u64,
+    pub source: Option<String>,
+    pub points: u64,
+    pub cells: u64,
+    pub point_data: Vec<ArrayTag<'a>>,
+    pub cell_data: Vec<ArrayTag<'a>>,
+    pub coordinates: Vec<ArrayTag<'a>>,
+    pub topology: Vec<ArrayTag<'a>>,
+}
+
+/// A `<DataArray>` or `<Array>`.
+#[derive(Default)]
+pub(super) struct ArrayTag<'a> {
+    pub byte: u64,
+    pub name: String,
+    pub type_name: String,
+    pub components: Option<u64>,
+    pub tuples: Option<u64>,
+    pub format: String,
+    pub offset: Option<u64>,
+    /// What stands between its tags, blanks and child elements such as `<InformationKey>` left out.
+    pub texts: Vec<&'a str>,
+}
+
+/// The bytes from the underscore to the end of `<AppendedData>`.
+pub(super) struct Appended<'a> {
+    pub raw: bool,
+    pub data: &'a [u8],
+}
+
+/// Bounds no honest file comes near: VTK itself nests seven deep.
+const MAX_DEPTH: usize = 64;
+const MAX_ATTRIBUTES: usize = 128;
+const MAX_ARRAYS: usize = 100_000;
+const MAX_ARRAYS_IN_SECTION: usize = 4096;
+
+impl Document<'_> {
+    /// How the arrays are stored, as the first of them is.
+    pub fn encoding(&self) -> String {
+        let pieces = self.pieces.iter();
+        let mut arrays = pieces.flat_map(|piece| piece.coordinates.iter().chain(&piece.topology));
+        let format = arrays.next().map(|array| array.format.as_str());
+        let appended = self.appended.as_ref().map(|appended| appended.raw);
+        let base = match (format, appended) {
+            (Some("appended"), Some(true)) => "appended raw",
+            (Some("appended"), _) => "appended base64",
+            (Some("binary"), _) => "base64",
+            _ => return "ascii".into(),
+        };
+        match self.compressor {
+            None | Some(Compressor::None) => base.into(),
+            Some(Compressor::Zlib) => format!("{base}, zlib"),
+            Some(Compressor::Lz4) => format!("{base}, LZ4"),
+            Some(Compressor::Lzma) => format!("{base}, LZMA"),
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Element {
+    File,
+    Grid,
+    Piece,
+    PointData,
+    CellData,
+    Points,
+    Cells,
+    FieldData,
+    Array,
+    Other,
+}
+
+pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
+    let fail = |byte: u64, what: String| {
+        Error::file(
+            path,
+            Place::Byte(byte),
+            what,
+            "write the file anew: it is not sound VTU",
+        )
+    };
+    let (head, tail) = match memmem::find(bytes, b"<AppendedData") {
+        Some(at) => bytes.split_at(at),
+        None => (bytes, &[][..]),
+    };
+    let text = std::str::from_utf8(head)
+        .map_err(|error| fail(error.valid_up_to() as u64, "the XML is not UTF-8".into()))?;
+    let mut parser = Parser {
+        document: Document::default(),
+        open: Vec::new(),
+        arrays: 0,
+        root_seen: false,
+        grid_seen: false,
+    };
+    let mut reader = Reader::from_str(text);
+    loop {
+        let byte = reader.buffer_position();
+        let event = reader.read_event().map_err(|error| {
+            fail(
+                reader.error_position(),
+                format!("not well-formed XML: {error}"),
+            )
+        })?;
+        if matches!(event, Event::Eof) {
+            break;
+        }
+        parser.event(event, byte).map_err(|what| fail(byte, what))?;
+    }
+    let end = head.len() as u64;
+    let complete = if tail.is_empty() {
+        parser.root_seen && parser.open.is_empty()
+    } else {
+        parser.open == [Element::File]
+    };
+    if !complete {
+        return Err(fail(end, "the file ends before its elements do".into()));
+    }
+    if !parser.grid_seen {
+        return Err(fail(end, "there is no <UnstructuredGrid>".into()));
+    }
+    if !tail.is_empty() {
+        parser.document.appended =
+            Some(appended(tail).map_err(|(byte, what)| fail(end + byte, what))?);
+    }
+    Ok(parser.document)
+}
+
+/// Cuts `<AppendedData encoding="…">_…</AppendedData></VTKFile>`; its place within the bytes and words, otherwise.
+fn appended(tail: &[u8]) -> Result<Appended<'_>, (u64, String)> {
+    let cut_off = || {
+        (
+            tail.len() as u64,
+            "the file ends within <AppendedData>".to_owned(),
+        )
+    };
+    let tag_end = memchr::memchr(b'>', tail).ok_or_else(cut_off)?;
+    let tag = std::str::from_utf8(&tail[1..tag_end])
+        .map_err(|_| (0, "the tag <AppendedData> is not UTF-8".to_owned()))?;
+    let tag = BytesStart::from_content(tag, "AppendedData".len());
+    let mut raw = None;
+    attributes(&tag, |name, value| {
+        if name == "encoding" {
+            raw = match value.as_str() {
+                "raw" => Some(true),
+                "base64" => Some(false),
+                _ => {
+                    return Err(format!(
+                        "the encoding {value:?} of <AppendedData> is unknown"
+                    ));
+                }
+            };
+        }
+        Ok(())
+    })
+    .map_err(|what| (0, what))?;
+    let raw = raw.ok_or((0, "<AppendedData> does not say its encoding".to_owned()))?;
+
+    let body = &tail[tag_end + 1..];
+    let close = memmem::rfind(body, b"</AppendedData").ok_or_else(cut_off)?;
+    let rest: Vec<u8> = (body[close + b"</AppendedData".len()..].iter().copied())
+        .filter(|byte| !byte.is_ascii_whitespace())
+        .take(16)
+        .collect();
+    if rest != b"></VTKFile>" {
+        let at = (tag_end + 1 + close) as u64;
+        return Err((
+            at,
+            "the file does not end with </AppendedData></VTKFile>".into(),
+        ));
+    }
+    let blanks = body
+        .iter()
+        .take_while(|byte| byte.is_ascii_whitespace())
+        .count();
+    if body[blanks..close.max(blanks)].first() != Some(&b'_') {
+        let at = (tag_end + 1 + blanks) as u64;
+        return Err((
+            at,
+            "<AppendedData> does not begin with an underscore".into(),
+        ));
+    }
+    Ok(Appended {
+        raw,
+        data: &body[blanks + 1..close],
+    })
+}
+
+/// Calls `each` with every attribute, references resolved and blanks cut off.
+fn attributes(
+    tag: &BytesStart<'_>,
+    mut each: impl FnMut(&str, String) -> Result<(), String>,
+) -> Result<(), String> {
+    let mut list = tag.attributes();
+    // The check for double attributes compares each with all before; the bound below keeps a long list short.
+    for (count, attribute) in list.with_checks(false).enumerate() {
+        let attribute = attribute.map_err(|error| format!("a broken attribute: {error}"))?;
+        if count >= MAX_ATTRIBUTES {
+            return Err(format!(
+                "an element has more than {MAX_ATTRIBUTES} attributes"
+            ));
+        }
+        let name = attribute.key.into_inner();
+        let value = attribute
+            .normalized_value(XmlVersion::Implicit1_0)
+            .map_err(|error| format!("attribute {name:?}: {error}"))?;
+        each(name, value.into_owned())?;
+    }
+    Ok(())
+}
+
+/// A count; blanks around it are FreeFEM's.
+fn count(name: &str, value: &str) -> Result<u64, String> {
+    let value = value.trim();
+    let parsed = value.parse();
+    parsed.map_err(|_| format!("{name}={value:?} is not a count"))
+}
+
+struct Parser<'a> {
+    document: Document<'a>,
+    open: Vec<Element>,
+    arrays: usize,
+    root_seen: bool,
+    grid_seen: bool,
+}
+
+impl<'a> Parser<'a> {
+    fn event(&mut self, event: Event<'a>, byte: u64) -> Result<(), String> {
+        match event {
+            Event::Start(tag) => {
+                let element = self.begin(&tag, byte)?;
+                if self.open.len() >= MAX_DEPTH {
+                    return Err(format!("elements are nested more than {MAX_DEPTH} deep"));
+                }
+                self.open.push(element);
+            }
+            Event::Empty(tag) => {
+                self.begin(&tag, byte)?;
+            }
+            Event::End(_) => {
+                self.open.pop();
+            }
+            Event::Text(text) => self.text(text.into_inner())?,
+            Event::CData(text) => self.text(text.into_inner())?,
+            Event::GeneralRef(reference) => {
+                let name = reference.into_inner();
+                if self.open.last() == Some(&Element::Array) || !is_predefined(&name) {
+                    return Err(format!("the reference &{name}; is not expanded"));
+                }
+            }
+            // Only a document type declares entities; those that hold no declarations are harmless.
+            Event::DocType(text) => {
+                if text.into_inner().contains('[') {
+                    return Err("a document type that declares entities is not read".into());
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn text(&mut self, text: std::borrow::Cow<'a, str>) -> Result<(), String> {
+        if text.bytes().all(|byte| byte.is_ascii_whitespace()) {
+            return Ok(());
+        }
+        if self.open.is_empty() {
+            return Err("text outside of <VTKFile>".into());
+        }
+        if self.open.last() == Some(&Element::Array) {
+            let std::borrow::Cow::Borrowed(text) = text else {
+                return Err("a text that cannot be taken as it stands".into());
+            };
+            if let Some(array) = self.list(1).and_then(|list| list.last_mut()) {
+                array.texts.push(text);
+            }
+        }
+        Ok(())
+    }
+
+    /// The arrays of the section that is open `above` elements up.
+    fn list(&mut self, above: usize) -> Option<&mut Vec<ArrayTag<'a>>> {
+        let section = *self.open.iter().rev().nth(above)?;
+        if section == Element::FieldData {
+            return Some(&mut self.document.whole);
+        }
+        let piece = self.document.pieces.last_mut()?;
+        match section {
+            Element::PointData => Some(&mut piece.point_data),
+            Element::CellData => Some(&mut piece.cell_data),
+            Element::Points => Some(&mut piece.coordinates),
+            Element::Cells => Some(&mut piece.topology),
+            _ => None,
+        }
+    }
+
+    fn begin(&mut self, tag: &BytesStart<'a>, byte: u64) -> Result<Element, String> {
+        let name = tag.name().into_inner();
+        let parallel = self.document.parallel;
+        let element = match (self.open.last(), name) {
+            (None, "VTKFile") if !self.root_seen => {
+                self.file(tag)?;
+                Element::File
+            }
+            (None, _) => return Err(format!("<{name}> stands where <VTKFile> should, once")),
+            (Some(Element::File), "UnstructuredGrid" | "PUnstructuredGrid") => {
+                if self.grid_seen || parallel != name.starts_with('P') {
+                    return Err(format!("<{name}> stands where it does not belong"));
+                }
+                self.grid_seen = true;
+                Element::Grid
+            }
+            (Some(Element::Grid), "FieldData") => Element::FieldData,
+            (Some(Element::Grid), "Piece") => {
+                self.piece(tag, byte)?;
+                Element::Piece
+            }
+            (Some(Element::Piece), "PointData") => Element::PointData,
+            (Some(Element::Piece), "CellData") => Element::CellData,
+            (Some(Element::Piece), "Points") => Element::Points,
+            (Some(Element::Piece), "Cells") => Element::Cells,
+            (
+                Some(
+                    Element::PointData
+                    | Element::CellData
+                    | Element::Points
+                    | Element::Cells
+                    | Element::FieldData,
+                ),
+                "DataArray" | "Array",
+            ) => {
+                self.arrays += 1;
+                if self.arrays > MAX_ARRAYS {
+                    return Err(format!("there are more than {MAX_ARRAYS} arrays"));
+                }
+                let array = array(tag, byte)?;
+                if let Some(list) = self.list(0) {
+                    if list.len() >= MAX_ARRAYS_IN_SECTION {
+                        return Err(format!(
+                            "more than {MAX_ARRAYS_IN_SECTION} arrays stand together"
+                        ));
+                    }
+                    list.push(array);
+                }
+                Element::Array
+            }
+            _ => Element::Other,
+        };
+        Ok(element)
+    }
+
+    fn file(&mut self, tag: &BytesStart<'a>) -> Result<(), String> {
+        self.root_seen = true;
+        let document = &mut self.document;
+        let mut grid = None;
+        attributes(tag, |name, value| {
+            match name {
+                "type" => grid = Some(value),
+                "version" => document.version = Some(value.trim().to_owned()),
+                "byte_order" => {
+                    document.big_endian = match value.trim() {
+                        "LittleEndian" => false,
+                        "BigEndian" => true,
+                        _ => return Err(format!("the byte order {value:?} is unknown")),
+                    }
+                }
+                "header_type" => {
+                    document.wide_headers = match value.trim() {
+                        "UInt32" => false,
+                        "UInt64" => true,
+                        _ => return Err(format!("the header type {value:?} is unknown")),
+                    }
+                }
+                "compressor" => {
+                    document.compressor = match value.trim() {
+                        "" => None,
+                        known => Some(
+                            Compressor::of_vtk_name(known)
+                                .ok_or_else(|| format!("the compressor {value:?} is unknown"))?,
+                        ),
+                    }
+                }
+                _ => {}
+            }
+            Ok(())
+        })?;
+        match grid.as_deref().map(str::trim) {
+            Some("UnstructuredGrid") => Ok(()),
+            Some("PUnstructuredGrid") => {
+                document.parallel = true;
+                Ok(())
+            }
+            Some(other) => Err(format!("this is VTK's {other}, not an UnstructuredGrid")),
+            None => Err("<VTKFile> does not say its type".into()),
+        }
+    }
+
+    fn piece(&mut self, tag: &BytesStart<'a>, byte: u64) -> Result<(), String> {
+        let parallel = self.document.parallel;
+        let mut piece = PieceTag {
+            byte,
+            ..PieceTag::default()
+        };
+        let (mut points, mut cells) = (None, None);
+        attributes(tag, |name, value| {
+            match name {
+                "Source" => piece.source = Some(value),
+                "NumberOfPoints" => points = Some(count(name, &value)?),
+                "NumberOfCells" => cells = Some(count(name, &value)?),
+                _ => {}
+            }
+            Ok(())
+        })?;
+        if parallel {
+            if piece.source.is_none() {
+                return Err("a piece does not name its file".into());
+            }
+        } else {
+            piece.points = points.ok_or("a piece does not say its NumberOfPoints")?;
+            piece.cells = cells.ok_or("a piece does not say its NumberOfCells")?;
+        }
+        self.document.pieces.push(piece);
+        Ok(())
+    }
+}
+
+fn array<'a>(tag: &BytesStart<'a>, byte: u64) -> Result<ArrayTag<'a>, String> {
+    let mut array = ArrayTag {
+        byte,
+        // What VTK takes an array for that does not say.
+        format: "ascii".into(),
+        ..ArrayTag::default()
+    };
+    attributes(tag, |name, value| {
+        match name {
+            "Name" => array.name = value,
+            "type" => array.type_name = value.trim().to_owned(),
+            "format" => array.format = value.trim().to_owned(),
+            "NumberOfComponents" => array.components = Some(count(name, &value)?),
+            "NumberOfTuples" => array.tuples = Some(count(name, &value)?),
+            "offset" => array.offset = Some(count(name, &value)?),
+            _ => {}
+        }
+        Ok(())
+    })?;
+    Ok(array)
+}
+
+fn is_predefined(name: &str) -> bool {
+    name.starts_with('#') || matches!(name, "lt" | "gt" | "amp" | "apos" | "quot")
+}

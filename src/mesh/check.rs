@@ -1,0 +1,473 @@
+//! What is wrong with a mesh, or may be: found by its topology and its geometry, and located.
+
+use std::collections::HashSet;
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::topology::{FaceKey, Side, all_sides, corners, key};
+use super::{Mesh, Shape};
+
+/// How many findings of a kind are located.
+const SHOWN: usize = 5;
+/// A cell whose measure is less than this times the power of its longest edge is degenerate.
+const FLAT: f64 = 1e-12;
+/// A point this close to a face, in units of the face's size, lies on it.
+const ON: f64 = 1e-9;
+
+/// What [`check`] found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// Cells with a negative measure: clockwise ones of a planar mesh, and solids turned inside out.
+    pub inverted: Findings,
+    /// Cells with a node twice, or with no area or volume to speak of.
+    pub degenerate: Findings,
+    /// Cells with the same corners as an earlier one of the same type.
+    pub duplicate: Findings,
+    /// Points of no cell but vertices.
+    pub orphans: Findings,
+    /// Faces that three or more cells share.
+    pub crowded_faces: Findings,
+    /// Points inside a face or edge of which they are no corner.
+    pub hanging_nodes: Findings,
+    /// Faces of one cell only that are in no group.
+    pub ungrouped_boundary: Findings,
+    /// The parts that share no face, each located by its first cell; one is as it should be.
+    pub parts: Findings,
+    /// Angles of triangles and quadrangles, dihedral angles of tetrahedra.
+    pub smallest_angle: Option<Angle>,
+    pub largest_angle: Option<Angle>,
+}
+
+/// How many there are, and where the first few.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Findings {
+    pub count: usize,
+    pub first: Vec<Finding>,
+}
+
+/// One finding.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// The file's numbers of the cells concerned.
+    pub cells: Vec<u64>,
+    /// The file's numbers of the points concerned.
+    pub points: Vec<u64>,
+    /// A place: the midpoint of the cell or face, or the point.
+    pub at: [f64; 3],
+}
+
+/// An angle in degrees, and the file's number of the cell that has it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Angle {
+    pub degrees: f64,
+    pub cell: u64,
+    pub at: [f64; 3],
+}
+
+impl Report {
+    /// Whether a solver would stumble over something: all but the angles and boundary faces without a group.
+    pub fn is_sound(&self) -> bool {
+        let faults = [
+            &self.inverted,
+            &self.degenerate,
+            &self.duplicate,
+            &self.orphans,
+            &self.crowded_faces,
+            &self.hanging_nodes,
+        ];
+        faults.iter().all(|findings| findings.count == 0) && self.parts.count <= 1
+    }
+}
+
+impl Findings {
+    fn add(&mut self, finding: impl FnOnce() -> Finding) {
+        self.count += 1;
+        if self.first.len() < SHOWN {
+            self.first.push(finding());
+        }
+    }
+}
+
+/// Checks a mesh that is sound by [`Mesh::validate`]. Cells of the highest dimension are what is meshed; those of
+/// one dimension less mark faces. O(N log N).
+pub fn check(mesh: &Mesh) -> Report {
+    let checker = Checker {
+        mesh,
+        dim: mesh.dim(),
+        tags: mesh.cell_tags().collect(),
+    };
+    let sides = all_sides(mesh, checker.dim);
+    let (inverted, degenerate) = checker.measures();
+    let (smallest_angle, largest_angle) = checker.angles();
+    Report {
+        inverted,
+        degenerate,
+        duplicate: checker.duplicates(),
+        orphans: checker.orphans(),
+        crowded_faces: checker.crowded(&sides),
+        hanging_nodes: checker.hanging(&sides),
+        ungrouped_boundary: checker.ungrouped(&sides),
+        parts: checker.parts(&sides),
+        smallest_angle,
+        largest_angle,
+    }
+}
+
+struct Checker<'a> {
+    mesh: &'a Mesh,
+    /// The highest dimension of any cell.
+    dim: u8,
+    tags: Vec<u64>,
+}
+
+impl Checker<'_> {
+    fn point(&self, index: u32) -> Vector3<f64> {
+        self.mesh
+            .points
+            .get(index as usize)
+            .copied()
+            .unwrap_or_default()
+            .into()
+    }
+
+    fn tag(&self, cell: u32) -> u64 {
+        self.tags.get(cell as usize).copied().unwrap_or(0)
+    }
+
+    fn finding(&self, cells: &[u32], points: &[u32]) -> Finding {
+        let sum: Vector3<f64> = points.iter().map(|&point| self.point(point)).sum();
+        Finding {
+            cells: cells.iter().map(|&cell| self.tag(cell)).collect(),
+            points: points
+                .iter()
+                .map(|&point| self.mesh.point_tag(point))
+                .collect(),
+            at: (sum / points.len().max(1) as f64).into(),
+        }
+    }
+
+    fn cells(&self) -> impl Iterator<Item = (u32, Shape, &[u32])> {
+        self.mesh.cells().filter_map(|(cell, kind, nodes)| {
+            let shape = kind.shape();
+            Some((cell, shape, corners(shape, nodes)?))
+        })
+    }
+
+    fn measures(&self) -> (Findings, Findings) {
+        let (mut inverted, mut degenerate) = (Findings::default(), Findings::default());
+        // A planar mesh has a side one looks from: against z, or against the side that most of it shows.
+        let up = match self.mesh.plane().filter(|_| self.dim == 2) {
+            Some(2) => Some(Vector3::z()),
+            Some(axis) => {
+                let axis = Vector3::ith(axis, 1.0);
+                let plane = self.cells().filter(|(_, shape, _)| shape.dim() == 2);
+                let total: f64 = plane.map(|(_, _, nodes)| self.area(nodes).dot(&axis)).sum();
+                Some(axis * total.signum())
+            }
+            None => None,
+        };
+        for (cell, shape, nodes) in self.cells().filter(|(_, shape, _)| shape.dim() > 0) {
+            let longest = self.longest(nodes);
+            let scale = longest.powi(i32::from(shape.dim()));
+            // The least of the measures that the corners span: one for a simplex.
+            let measure = match (shape.dim(), up) {
+                (1, _) => longest,
+                (2, Some(up)) => self.corner_areas(shape, nodes, |area| area.dot(&up)),
+                (2, None) => self.corner_areas(shape, nodes, |area| area.norm()),
+                _ => self.corner_volumes(shape, nodes),
+            };
+            let mut sorted = nodes.to_vec();
+            sorted.sort_unstable();
+            let twice = sorted.windows(2).any(|pair| pair[0] == pair[1]);
+            if twice || measure.abs() <= FLAT * scale || scale == 0.0 {
+                degenerate.add(|| self.finding(&[cell], nodes));
+            } else if measure < 0.0 {
+                inverted.add(|| self.finding(&[cell], nodes));
+            }
+        }
+        (inverted, degenerate)
+    }
+
+    fn longest(&self, nodes: &[u32]) -> f64 {
+        let points: Vec<_> = nodes.iter().map(|&node| self.point(node)).collect();
+        let mut longest = 0.0f64;
+        for (i, a) in points.iter().enumerate() {
+            for b in points.iter().skip(i + 1) {
+                longest = longest.max((b - a).norm());
+            }
+        }
+        longest
+    }
+
+    /// Vector area of a polygon.
+    fn area(&self, nodes: &[u32]) -> Vector3<f64> {
+        let Some(&first) = nodes.first() else {
+            return Vector3::zeros();
+        };
+        let origin = self.point(first);
+        let fan = nodes
+            .windows(2)
+            .map(|edge| (self.point(edge[0]) - origin).cross(&(self.point(edge[1]) - origin)));
+        fan.sum::<Vector3<f64>>() / 2.0
+    }
+
+    fn corner_areas(&self, shape: Shape, nodes: &[u32], of: impl Fn(Vector3<f64>) -> f64) -> f64 {
+        if shape == Shape::Triangle {
+            return of(self.area(nodes));
+        }
+        let n = nodes.len();
+        let corner = |i: usize| [nodes[(i + n - 1) % n], nodes[i], nodes[(i + 1) % n]];
+        (0..n)
+            .map(|i| of(self.area(&corner(i))))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The least volume of the tetrahedra that a corner and its neighbours span.
+    fn corner_volumes(&self, shape: Shape, nodes: &[u32]) -> f64 {
+        let spans: &[[usize; 4]] = match shape {
+            Shape::Tetrahedron => &[[0, 1, 2, 3]],
+            Shape::Hexahedron => &[
+                [0, 1, 3, 4],
+                [1, 2, 0, 5],
+                [2, 3, 1, 6],
+                [3, 0, 2, 7],
+                [4, 7, 5, 0],
+                [5, 4, 6, 1],
+                [6, 5, 7, 2],
+                [7, 6, 4, 3],
+            ],
+            Shape::Prism => &[
+                [0, 1, 2, 3],
+                [1, 2, 0, 4],
+                [2, 0, 1, 5],
+                [3, 5, 4, 0],
+                [4, 3, 5, 1],
+                [5, 4, 3, 2],
+            ],
+            Shape::Pyramid => &[[0, 1, 3, 4], [1, 2, 0, 4], [2, 3, 1, 4], [3, 0, 2, 4]],
+            Shape::Vertex | Shape::Line | Shape::Triangle | Shape::Quadrangle => &[],
+        };
+        let volume = |span: &[usize; 4]| {
+            let [a, b, c, d] = span.map(|i| {
+                nodes
+                    .get(i)
+                    .map_or_else(Vector3::zeros, |&node| self.point(node))
+            });
+            (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
+        };
+        spans.iter().map(volume).fold(f64::INFINITY, f64::min)
+    }
+
+    fn duplicates(&self) -> Findings {
+        let mut findings = Findings::default();
+        let mut all: Vec<(Shape, Vec<u32>, u32)> = Vec::new();
+        // Faces and lines fit the fixed key, and so do tetrahedra; only the larger solids need a list.
+        let mut small: Vec<(Shape, FaceKey, u32)> = Vec::new();
+        for (cell, shape, nodes) in self.cells() {
+            if nodes.len() <= 4 {
+                small.push((shape, key(nodes.iter().copied()), cell));
+            } else {
+                let mut sorted = nodes.to_vec();
+                sorted.sort_unstable();
+                all.push((shape, sorted, cell));
+            }
+        }
+        small.sort_unstable();
+        all.sort_unstable();
+        let mut pairs: Vec<(u32, u32)> = Vec::new();
+        for pair in small
+            .windows(2)
+            .filter(|pair| (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1))
+        {
+            pairs.push((pair[1].2, pair[0].2));
+        }
+        for pair in all
+            .windows(2)
+            .filter(|pair| (pair[0].0, &pair[0].1) == (pair[1].0, &pair[1].1))
+        {
+            pairs.push((pair[1].2, pair[0].2));
+        }
+        pairs.sort_unstable();
+        let shown: HashSet<u32> = pairs.iter().take(SHOWN).map(|pair| pair.0).collect();
+        let nodes_of: Vec<(u32, &[u32])> = self
+            .cells()
+            .filter(|(cell, ..)| shown.contains(cell))
+            .map(|(cell, _, nodes)| (cell, nodes))
+            .collect();
+        for (cell, before) in pairs {
+            let nodes = nodes_of
+                .iter()
+                .find(|(found, _)| *found == cell)
+                .map_or(&[][..], |(_, nodes)| nodes);
+            findings.add(|| self.finding(&[before, cell], nodes));
+        }
+        findings
+    }
+
+    fn orphans(&self) -> Findings {
+        let mut used = vec![false; self.mesh.points.len()];
+        for (_, kind, nodes) in self.mesh.cells() {
+            for &node in nodes {
+                if let Some(used) = used.get_mut(node as usize)
+                    && kind.dim() > 0
+                {
+                    *used = true;
+                }
+            }
+        }
+        let mut findings = Findings::default();
+        for (point, _) in (0u32..).zip(&used).filter(|(_, used)| !**used) {
+            findings.add(|| self.finding(&[], &[point]));
+        }
+        findings
+    }
+
+    fn crowded(&self, sides: &[Side]) -> Findings {
+        let mut findings = Findings::default();
+        for face in sides
+            .chunk_by(|a, b| a.key == b.key)
+            .filter(|face| face.len() > 2)
+        {
+            let cells: Vec<u32> = face.iter().map(|side| side.cell).collect();
+            findings.add(|| self.finding(&cells, &nodes_of(&face[0].key)));
+        }
+        findings
+    }
+
+    fn ungrouped(&self, sides: &[Side]) -> Findings {
+        let mut grouped = vec![false; self.tags.len()];
+        for group in self
+            .mesh
+            .groups
+            .iter()
+            .filter(|group| group.dim + 1 == self.dim)
+        {
+            for &cell in &group.cells {
+                if let Some(grouped) = grouped.get_mut(cell as usize) {
+                    *grouped = true;
+                }
+            }
+        }
+        let marked = self
+            .cells()
+            .filter(|(cell, ..)| grouped.get(*cell as usize) == Some(&true));
+        let marked: HashSet<FaceKey> = marked
+            .map(|(.., nodes)| key(nodes.iter().copied()))
+            .collect();
+        let mut findings = Findings::default();
+        for side in boundary(sides).filter(|side| !marked.contains(&side.key)) {
+            findings.add(|| self.finding(&[side.cell], &nodes_of(&side.key)));
+        }
+        findings
+    }
+
+    fn parts(&self, sides: &[Side]) -> Findings {
+        let mut parent: Vec<u32> = (0..self.tags.len() as u32).collect();
+        for face in sides.chunk_by(|a, b| a.key == b.key) {
+            for pair in face.windows(2) {
+                let (a, b) = (
+                    root(&mut parent, pair[0].cell),
+                    root(&mut parent, pair[1].cell),
+                );
+                // The lowest cell stays the root.
+                if let Some(place) = parent.get_mut(a.max(b) as usize) {
+                    *place = a.min(b);
+                }
+            }
+        }
+        let mut findings = Findings::default();
+        for (cell, shape, nodes) in self.cells() {
+            if shape.dim() == self.dim && root(&mut parent, cell) == cell {
+                findings.add(|| self.finding(&[cell], nodes));
+            }
+        }
+        findings
+    }
+
+    fn angles(&self) -> (Option<Angle>, Option<Angle>) {
+        let mut smallest: Option<(f64, u32, &[u32])> = None;
+        let mut largest: Option<(f64, u32, &[u32])> = None;
+        for (cell, shape, nodes) in self.cells().filter(|(_, shape, _)| shape.dim() == self.dim) {
+            let p: Vec<Vector3<f64>> = nodes.iter().map(|&node| self.point(node)).collect();
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            let mut take = |a: Vector3<f64>, b: Vector3<f64>| {
+                // Unlike the arc cosine this is exact for small and for flat angles too.
+                let angle = a.cross(&b).norm().atan2(a.dot(&b)).to_degrees();
+                (low, high) = (low.min(angle), high.max(angle));
+            };
+            match (shape, p.as_slice()) {
+                (Shape::Triangle | Shape::Quadrangle, p) => {
+                    let n = p.len();
+                    for i in 0..n {
+                        take(p[(i + 1) % n] - p[i], p[(i + n - 1) % n] - p[i]);
+                    }
+                }
+                (Shape::Tetrahedron, &[a, b, c, d]) => {
+                    for [i, j, k, l] in [
+                        [a, b, c, d],
+                        [a, c, b, d],
+                        [a, d, b, c],
+                        [b, c, a, d],
+                        [b, d, a, c],
+                        [c, d, a, b],
+                    ] {
+                        let edge = j - i;
+                        take(edge.cross(&(k - i)), edge.cross(&(l - i)));
+                    }
+                }
+                _ => continue,
+            }
+            if smallest.is_none_or(|(angle, ..)| low < angle) {
+                smallest = Some((low, cell, nodes));
+            }
+            if largest.is_none_or(|(angle, ..)| high > angle) {
+                largest = Some((high, cell, nodes));
+            }
+        }
+        let located = |found: (f64, u32, &[u32])| {
+            let (degrees, cell, nodes) = found;
+            Angle {
+                degrees,
+                cell: self.tag(cell),
+                at: self.finding(&[], nodes).at,
+            }
+        };
+        (smallest.map(located), largest.map(located))
+    }
+}
+
+/// The faces of one cell only.
+fn boundary(sides: &[Side]) -> impl Iterator<Item = Side> {
+    sides
+        .chunk_by(|a, b| a.key == b.key)
+        .filter(|face| face.len() == 1)
+        .map(|face| face[0])
+}
+
+fn nodes_of(key: &FaceKey) -> Vec<u32> {
+    key.iter()
+        .copied()
+        .filter(|&node| node != u32::MAX)
+        .collect()
+}
+
+/// The root of a cell in a union-find forest; paths are halved on the way.
+fn root(parent: &mut [u32], mut cell: u32) -> u32 {
+    loop {
+        let up = parent.get(cell as usize).copied().unwrap_or(cell);
+        if up == cell {
+            return cell;
+        }
+        let top = parent.get(up as usize).copied().unwrap_or(up);
+        if let Some(place) = parent.get_mut(cell as usize) {
+            *place = top;
+        }
+        cell = top;
+    }
+}
+
+mod hanging;
+
+#[cfg(test)]
+mod tests;

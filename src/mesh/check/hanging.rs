@@ -1,0 +1,178 @@
+//! Hanging nodes: where cells do not match, both sides are faces of one cell only, and corners of the finer
+//! side lie on faces of the coarser one.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use super::{Checker, Findings, ON, Side, boundary, nodes_of};
+
+impl Checker<'_> {
+    pub(super) fn hanging(&self, sides: &[Side]) -> Findings {
+        let faces: Vec<(Side, Vec<u32>)> = boundary(sides)
+            .map(|side| (side, nodes_of(&side.key)))
+            .collect();
+        let mut points: Vec<u32> = faces
+            .iter()
+            .flat_map(|(_, nodes)| nodes.iter().copied())
+            .collect();
+        points.sort_unstable();
+        points.dedup();
+        if self.dim < 2 || points.is_empty() {
+            return Findings::default();
+        }
+        let grid = Grid::new(
+            points.iter().map(|&point| (point, self.point(point))),
+            faces.len(),
+        );
+        let mut found: Vec<(u32, Side)> = Vec::new();
+        for (side, nodes) in &faces {
+            let corners: Vec<Vector3<f64>> = nodes.iter().map(|&node| self.point(node)).collect();
+            grid.near(&corners, |point, at| {
+                if !nodes.contains(&point) && lies_on(at, &corners) {
+                    found.push((point, *side));
+                }
+            });
+        }
+        found.sort_unstable();
+        found.dedup_by_key(|(point, _)| *point);
+        let mut findings = Findings::default();
+        for (point, side) in found {
+            findings.add(|| self.finding(&[side.cell], &[point]));
+        }
+        findings
+    }
+}
+
+/// Whether a point lies on a segment or plane polygon, away from its corners.
+fn lies_on(point: Vector3<f64>, corners: &[Vector3<f64>]) -> bool {
+    let size = corners
+        .iter()
+        .flat_map(|a| corners.iter().map(move |b| (b - a).norm()))
+        .fold(0.0, f64::max);
+    let near = ON * size;
+    if corners.iter().any(|corner| (point - corner).norm() <= near) {
+        return false;
+    }
+    match corners {
+        [a, b] => on_segment(point, *a, *b, near),
+        // Keys are sorted, so that the corners of a quadrangle may be crossed: its triangles of any three cover it.
+        [a, b, c] => on_triangle(point, *a, *b, *c, near),
+        [a, b, c, d] => [[a, b, c], [a, b, d], [a, c, d], [b, c, d]]
+            .iter()
+            .any(|[a, b, c]| on_triangle(point, **a, **b, **c, near)),
+        _ => false,
+    }
+}
+
+fn on_segment(point: Vector3<f64>, a: Vector3<f64>, b: Vector3<f64>, near: f64) -> bool {
+    let along = b - a;
+    let t = (point - a).dot(&along) / along.norm_squared();
+    (0.0..=1.0).contains(&t) && (a + along * t - point).norm() <= near
+}
+
+fn on_triangle(
+    point: Vector3<f64>,
+    a: Vector3<f64>,
+    b: Vector3<f64>,
+    c: Vector3<f64>,
+    near: f64,
+) -> bool {
+    let normal = (b - a).cross(&(c - a));
+    let area = normal.norm();
+    if area == 0.0 || ((point - a).dot(&normal) / area).abs() > near {
+        return false;
+    }
+    let inside = [(a, b), (b, c), (c, a)]
+        .iter()
+        .all(|(p, q)| (q - p).cross(&(point - p)).dot(&normal) >= 0.0);
+    inside
+        || on_segment(point, a, b, near)
+        || on_segment(point, b, c, near)
+        || on_segment(point, c, a, near)
+}
+
+/// Points sorted into cubes.
+struct Grid {
+    low: Vector3<f64>,
+    width: f64,
+    cubes: HashMap<[i64; 3], Vec<(u32, Vector3<f64>)>>,
+    points: usize,
+}
+
+impl Grid {
+    fn new(points: impl Iterator<Item = (u32, Vector3<f64>)> + Clone, faces: usize) -> Self {
+        let low = points
+            .clone()
+            .fold(Vector3::repeat(f64::INFINITY), |low, (_, at)| low.inf(&at));
+        let high = points
+            .clone()
+            .fold(Vector3::repeat(f64::NEG_INFINITY), |high, (_, at)| {
+                high.sup(&at)
+            });
+        // About as wide as a face of a boundary that is evenly meshed.
+        let width = (high - low).max() / (faces as f64).sqrt().max(1.0);
+        let width = if width > 0.0 && width.is_finite() {
+            width
+        } else {
+            1.0
+        };
+        let mut grid = Grid {
+            low,
+            width,
+            cubes: HashMap::new(),
+            points: 0,
+        };
+        for (point, at) in points {
+            grid.points += 1;
+            grid.cubes
+                .entry(grid.cube(at))
+                .or_default()
+                .push((point, at));
+        }
+        grid
+    }
+
+    fn cube(&self, at: Vector3<f64>) -> [i64; 3] {
+        let scaled = (at - self.low) / self.width;
+        [
+            scaled.x.floor() as i64,
+            scaled.y.floor() as i64,
+            scaled.z.floor() as i64,
+        ]
+    }
+
+    /// Calls `visit` with every point in the cubes that the box around `corners` touches.
+    fn near(&self, corners: &[Vector3<f64>], mut visit: impl FnMut(u32, Vector3<f64>)) {
+        let margin = Vector3::repeat(self.width * 1e-6);
+        let low = corners
+            .iter()
+            .fold(Vector3::repeat(f64::INFINITY), |low, at| low.inf(at))
+            - margin;
+        let high = corners
+            .iter()
+            .fold(Vector3::repeat(f64::NEG_INFINITY), |high, at| high.sup(at))
+            + margin;
+        let (from, to) = (self.cube(low), self.cube(high));
+        let spans = from
+            .iter()
+            .zip(&to)
+            .map(|(a, b)| (b.saturating_sub(*a) as f64) + 1.0);
+        let inside = |at: &Vector3<f64>| (0..3).all(|i| low[i] <= at[i] && at[i] <= high[i]);
+        // A face across much of the mesh would visit more cubes than there are points.
+        if spans.product::<f64>() > self.cubes.len() as f64 {
+            let all = self.cubes.values().flatten().filter(|(_, at)| inside(at));
+            all.for_each(|&(point, at)| visit(point, at));
+            return;
+        }
+        for x in from[0]..=to[0] {
+            for y in from[1]..=to[1] {
+                for z in from[2]..=to[2] {
+                    let cube = self.cubes.get(&[x, y, z]).into_iter().flatten();
+                    cube.filter(|(_, at)| inside(at))
+                        .for_each(|&(point, at)| visit(point, at));
+                }
+            }
+        }
+    }
+}

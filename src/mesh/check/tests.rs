@@ -1,0 +1,168 @@
+use super::*;
+use crate::mesh::{CellBlock, CellKind, Group};
+
+/// Four triangles around the middle of the unit square, and its sides, in one group.
+fn square() -> Mesh {
+    let sides = vec![0, 1, 1, 2, 2, 3, 3, 0];
+    let triangles = vec![0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4];
+    Mesh {
+        points: vec![
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.5, 0.5, 0.0],
+        ],
+        blocks: vec![
+            CellBlock::new(CellKind::Line, sides),
+            CellBlock::new(CellKind::Triangle, triangles),
+        ],
+        groups: vec![Group {
+            dim: 1,
+            tag: 1,
+            name: None,
+            cells: vec![0, 1, 2, 3],
+        }],
+        ..Mesh::default()
+    }
+}
+
+#[test]
+fn a_good_mesh_is_sound() {
+    let report = check(&square());
+    assert!(report.is_sound(), "{report:?}");
+    assert_eq!(
+        (report.ungrouped_boundary.count, report.parts.count),
+        (0, 1)
+    );
+    let angles = [report.smallest_angle, report.largest_angle]
+        .map(|angle| angle.expect("triangles have angles").degrees);
+    assert!(
+        (angles[0] - 45.0).abs() < 1e-12 && (angles[1] - 90.0).abs() < 1e-12,
+        "{angles:?}"
+    );
+}
+
+#[test]
+fn inverted_degenerate_and_duplicate_cells() {
+    let mut mesh = square();
+    mesh.blocks[1].nodes.swap(0, 1);
+    let inverted = check(&mesh).inverted;
+    assert_eq!(
+        (inverted.count, inverted.first[0].cells.as_slice()),
+        (1, &[5][..])
+    );
+    assert_eq!(inverted.first[0].at, [0.5, 1.0 / 6.0, 0.0]);
+
+    let mut mesh = square();
+    mesh.points[4] = [0.5, 0.0, 0.0];
+    let report = check(&mesh);
+    assert_eq!((report.degenerate.count, report.inverted.count), (1, 0));
+
+    let mut mesh = square();
+    mesh.blocks[1].nodes.extend([4, 0, 1]);
+    let report = check(&mesh);
+    assert_eq!(report.duplicate.count, 1);
+    assert_eq!(report.duplicate.first[0].cells, [5, 9]);
+    assert_eq!(report.crowded_faces.count, 2);
+}
+
+#[test]
+fn orphans_parts_and_open_boundary() {
+    let mut mesh = square();
+    mesh.points.extend([
+        [9.0, 9.0, 0.0],
+        [5.0, 0.0, 0.0],
+        [6.0, 0.0, 0.0],
+        [5.0, 1.0, 0.0],
+    ]);
+    mesh.point_tags = (11..20).collect();
+    mesh.blocks[1].nodes.extend([6, 7, 8]);
+    let report = check(&mesh);
+    assert_eq!(
+        (
+            report.orphans.count,
+            report.orphans.first[0].points.as_slice()
+        ),
+        (1, &[16][..])
+    );
+    assert_eq!(report.orphans.first[0].at, [9.0, 9.0, 0.0]);
+    assert_eq!(report.parts.count, 2);
+    assert_eq!(report.ungrouped_boundary.count, 3);
+    assert!(!report.is_sound());
+}
+
+#[test]
+fn hanging_nodes_in_two_and_three_dimensions() {
+    let mut mesh = square();
+    // The side 1-2 is halved for a neighbour only.
+    mesh.points.extend([[1.0, 0.5, 0.0], [2.0, 0.5, 0.0]]);
+    mesh.blocks[1].nodes.extend([1, 6, 5, 5, 6, 2]);
+    let report = check(&mesh);
+    assert_eq!(
+        (
+            report.hanging_nodes.count,
+            report.hanging_nodes.first[0].points.as_slice()
+        ),
+        (1, &[6][..])
+    );
+
+    // A tetrahedron on a face of another, with a corner in its middle.
+    let solid = Mesh {
+        points: vec![
+            [0.0; 3],
+            [3.0, 0.0, 0.0],
+            [0.0, 3.0, 0.0],
+            [0.0, 0.0, 3.0],
+            [1.0, 1.0, 0.0],
+            [0.0, 0.0, -1.0],
+        ],
+        blocks: vec![CellBlock::new(
+            CellKind::Tetrahedron,
+            vec![0, 1, 2, 3, 0, 4, 1, 5],
+        )],
+        ..Mesh::default()
+    };
+    let report = check(&solid);
+    assert_eq!(
+        (
+            report.hanging_nodes.count,
+            report.hanging_nodes.first[0].points.as_slice()
+        ),
+        (1, &[5][..])
+    );
+    assert_eq!(report.inverted.count, 0);
+}
+
+#[test]
+fn solids_of_all_shapes_are_the_right_way_round() {
+    let cube = |x: [f64; 3]| x;
+    let mesh = Mesh {
+        points: [
+            [0., 0., 0.],
+            [1., 0., 0.],
+            [1., 1., 0.],
+            [0., 1., 0.],
+            [0., 0., 1.],
+            [1., 0., 1.],
+            [1., 1., 1.],
+            [0., 1., 1.],
+            [0.5, 0.5, 2.],
+            [2., 0., 0.],
+            [2., 0., 1.],
+        ]
+        .map(cube)
+        .to_vec(),
+        blocks: vec![
+            CellBlock::new(CellKind::Hexahedron, vec![0, 1, 2, 3, 4, 5, 6, 7]),
+            CellBlock::new(CellKind::Pyramid, vec![4, 5, 6, 7, 8]),
+            CellBlock::new(CellKind::Prism, vec![1, 9, 2, 5, 10, 6]),
+        ],
+        ..Mesh::default()
+    };
+    let report = check(&mesh);
+    assert!(report.is_sound(), "{report:?}");
+    let mut wrong = mesh;
+    wrong.blocks[2].nodes = vec![5, 10, 6, 1, 9, 2];
+    assert_eq!(check(&wrong).inverted.count, 1);
+}
