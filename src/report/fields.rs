@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::contact::{Problem, face_fields};
 use crate::engine::Case;
 use crate::error::{Error, Result};
-use crate::field::{FaceFields, Whole};
+use crate::field::{ColumnKind, FaceFields, Whole};
 use crate::io::vtu::{self, Compressor, Encoding};
 use crate::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 use crate::verify::{CaseOutcome, Outcome, Request};
@@ -304,6 +304,11 @@ fn write_faces(
             }
             Some(values)
         };
+        // The status is judged by the sign of P; what is kept is P itself.
+        let name = match column.kind {
+            ColumnKind::Value => column.name.as_str(),
+            ColumnKind::Status => "P",
+        };
         let reference = spread(first);
         for engine in engines {
             let Some(values) = spread(engine) else {
@@ -312,13 +317,13 @@ fn write_faces(
             if let (Some(reference), true) = (&reference, engine.source != first.source) {
                 let difference = values.iter().zip(reference).map(|(a, b)| a - b);
                 fields.push(on_cells(
-                    format!("{} {} - {}", column.name, engine.source, first.source),
+                    format!("{name} {} - {}", engine.source, first.source),
                     column.components,
                     Values::F64(difference.collect()),
                 ));
             }
             fields.push(on_cells(
-                format!("{} {}", column.name, engine.source),
+                format!("{name} {}", engine.source),
                 column.components,
                 Values::F64(values),
             ));
