@@ -2,6 +2,7 @@
 //!
 //! Imports point one way; the order of the modules below is the order of the layers.
 
+pub mod cli;
 pub mod error;
 pub mod field;
 pub mod io;
