@@ -104,7 +104,7 @@ impl Condensed {
         })
     }
 
-    /// The contact terms of the matrix on K, where the law u-ψ + [P]₊ is replaced by
+    /// The contact terms of the matrix on K, where the law `u-ψ + [P]₊` is replaced by
     /// α (u-ψ) + β γ ∂ₙu with (α, β) chosen at each quadrature point.
     pub fn contact_matrix(
         &self,

@@ -34,9 +34,9 @@ pub enum Iteration {
 /// The splittings that were tried for the paper's fixed point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Splitting {
-    /// [P]₊ lagged as a whole; converges for γ₀ < 1 only.
+    /// `[P]₊` lagged as a whole; converges for γ₀ < 1 only.
     LaggedP,
-    /// [u-ψ-γ∂ₙu]₊ lagged; needs γ above about 0.28.
+    /// `[u-ψ-γ∂ₙu]₊` lagged; needs γ above about 0.28.
     LaggedGap,
     /// The indicator of contact lagged, P new, under-relaxed by 1/6.
     Relaxed,
