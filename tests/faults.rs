@@ -197,6 +197,43 @@ fn output_that_cannot_be_written() {
     );
 }
 
+#[test]
+fn a_folder_that_is_no_job_is_not_replaced() {
+    let folder = folder();
+    write(folder.path(), "freefem/mine.edp", "my work");
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,freefem",
+        "--n",
+        "4",
+        "--keep",
+        ".",
+        "--quiet",
+    ];
+    refused(
+        folder.path(),
+        &words,
+        &["freefem", "no job folder", "--keep"],
+    );
+    assert!(folder.path().join("freefem/mine.edp").exists());
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,freefem",
+        "--n",
+        "4",
+        "--keep",
+        "jobs",
+    ];
+    for _ in 0..2 {
+        assert_eq!(run(folder.path(), &words).code, Some(0));
+    }
+    assert!(folder.path().join("jobs/freefem/job.idp").exists());
+}
+
 /// The plate's mesh with one change to its text.
 fn mesh_refused(from: &str, to: &str, parts: &[&str]) {
     let folder = folder();

@@ -52,6 +52,15 @@ struct Points<'a> {
     weights: &'a [f64],
 }
 
+impl<'a> Points<'a> {
+    fn of(rule: &'a Rule) -> Self {
+        Points {
+            points: &rule.points,
+            weights: &rule.weights,
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct JobCase {
     id: String,
@@ -170,10 +179,6 @@ pub(super) fn write(
             })
         })
         .collect::<Result<_>>()?;
-    let points = |rule: &'_ Rule| -> (Vec<Vec<f64>>, Vec<f64>) {
-        (rule.points.clone(), rule.weights.clone())
-    };
-    let (cell, face) = (points(cell), points(face));
     let job = Job {
         protocol: PROTOCOL,
         faceoff: env!("CARGO_PKG_VERSION"),
@@ -183,14 +188,8 @@ pub(super) fn write(
             max_iterations: settings.stop.max_iterations,
         },
         quadrature: Quadrature {
-            cell: Points {
-                points: &cell.0,
-                weights: &cell.1,
-            },
-            face: Points {
-                points: &face.0,
-                weights: &face.1,
-            },
+            cell: Points::of(cell),
+            face: Points::of(face),
         },
         cases,
     };

@@ -106,8 +106,15 @@ impl Engine for Program {
         let folder = match &settings.keep {
             Some(keep) => {
                 let folder = keep.join(&self.name);
-                // What an earlier run left here must not pass for an answer of this one.
+                // What an earlier run left here must not pass for an answer of this one; what is
+                // no job folder is somebody's work.
                 if folder.exists() {
+                    if !folder.join("job.json").is_file() {
+                        return Err(Error::usage(
+                            format!("{} is there and is no job folder", folder.display()),
+                            "name another folder with --keep",
+                        ));
+                    }
                     std::fs::remove_dir_all(&folder).map_err(Error::io(&folder, "replace"))?;
                 }
                 std::fs::create_dir_all(&folder).map_err(Error::io(&folder, "make"))?;
