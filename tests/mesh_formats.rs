@@ -320,6 +320,25 @@ fn errors_say_where() {
 }
 
 #[test]
+fn signs_and_order_of_physical_tags_are_kept() {
+    let text = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n4 0 0 0 1 1 0 2 8 -3 0\n$EndEntities\n\
+                $Nodes\n1 3 1 3\n2 4 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n$EndNodes\n\
+                $Elements\n1 1 1 1\n2 4 2 1\n1 1 2 3\n$EndElements\n";
+    let mesh = io::parse(Path::new("signs.msh"), text.as_bytes(), None)
+        .expect("a sound mesh")
+        .mesh;
+    assert_eq!(
+        mesh.groups,
+        [group(2, 3, None, &[0]), group(2, 8, None, &[0])]
+    );
+    let options = Options {
+        msh_version: msh::Version::V41,
+        ..Options::default()
+    };
+    assert_eq!(round_trip(&mesh, &options), mesh);
+}
+
+#[test]
 fn crlf_comments_and_unknown_sections_do_no_harm() {
     let text = "$Comments\nmade by hand\n$EndComments\n$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Foo\n1 2 3\n$EndFoo\n\
                 $Nodes\n3\n1 0 0 0 \n2  1 0\t0\n3 0 1 0\n$EndNodes\n$Elements\n1\n1 2 2 -4 1 1 2 3\n$EndElements\n";

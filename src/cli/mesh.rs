@@ -140,7 +140,12 @@ pub fn convert(input: &Path, output: &Path, options: &Options) -> Result<Vec<Str
     let unread = unread(input, &content, options)?;
     let mut warnings = content.warnings;
     warnings.extend(unread);
-    warnings.extend(io::write(output, &content.mesh, options)?);
+    warnings.extend(io::write_with(
+        output,
+        &content.mesh,
+        &content.whole,
+        options,
+    )?);
     Ok(warnings)
 }
 
@@ -153,6 +158,7 @@ pub fn refine(input: &Path, output: &Path, times: u32, options: &Options) -> Res
     let content = io::open(input, options.python.as_deref())?;
     let mut warnings = content.warnings.clone();
     warnings.extend(unread(input, &content, options)?);
+    let whole = content.whole;
     let mut mesh: Mesh = content.mesh;
     for _ in 0..times {
         let refuse = |what| Error::Mesh {
@@ -174,7 +180,7 @@ pub fn refine(input: &Path, output: &Path, times: u32, options: &Options) -> Res
         );
         mesh = fine;
     }
-    warnings.extend(io::write(output, &mesh, options)?);
+    warnings.extend(io::write_with(output, &mesh, &whole, options)?);
     Ok(warnings)
 }
 

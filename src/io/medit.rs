@@ -2,6 +2,7 @@
 //!
 //! Names of groups, which the format has no place for, are kept in comment lines that other readers pass over.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::Content;
@@ -186,26 +187,22 @@ fn skip(scan: &mut Scan<'_>) -> Result<()> {
 
 /// Gives groups the names that comments tell.
 fn name_groups(groups: &mut [Group], bytes: &[u8]) {
+    let mut names: HashMap<(u8, i64), String> = HashMap::new();
     for start in memchr::memmem::find_iter(bytes, NAME) {
         let rest = bytes.get(start + NAME.len()..).unwrap_or_default();
-        let line = rest.split(|&byte| byte == b'\n').next().unwrap_or_default();
-        let Ok(line) = std::str::from_utf8(line) else {
+        let end = memchr::memchr(b'\n', rest).unwrap_or(rest.len());
+        let Some(Ok(line)) = rest.get(..end).map(std::str::from_utf8) else {
             continue;
         };
-        let line = line.strip_suffix('\r').unwrap_or(line);
-        let mut parts = line.splitn(3, ' ');
-        let (dim, tag) = (
-            parts.next().and_then(|s| s.parse().ok()),
-            parts.next().and_then(|s| s.parse().ok()),
-        );
+        let mut parts = line.strip_suffix('\r').unwrap_or(line).splitn(3, ' ');
+        let dim = parts.next().and_then(|word| word.parse().ok());
+        let tag = parts.next().and_then(|word| word.parse().ok());
         if let (Some(dim), Some(tag), Some(name)) = (dim, tag, parts.next()) {
-            let named = groups
-                .iter_mut()
-                .find(|group| (group.dim, group.tag) == (dim, tag));
-            if let Some(group) = named {
-                group.name = Some(name.to_owned());
-            }
+            names.insert((dim, tag), name.to_owned());
         }
+    }
+    for group in groups {
+        group.name = names.remove(&(group.dim, group.tag));
     }
 }
 

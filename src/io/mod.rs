@@ -16,12 +16,16 @@ use std::path::{Path, PathBuf};
 pub use recognise::{Format, recognise};
 
 use crate::error::{Error, Place, Result};
+use crate::field::Whole;
 use crate::mesh::Mesh;
+use loss::Losses;
 
 /// What a file holds.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Content {
     pub mesh: Mesh,
+    /// Data about the mesh as a whole, which only VTU holds.
+    pub whole: Vec<Whole>,
     /// The name of the format: `msh`, `vtu`, `freefem`, `medit`, or as meshio calls it.
     pub format: String,
     /// The format's version as the file gives it.
@@ -82,26 +86,45 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
     Ok(content)
 }
 
-fn read_vtu(path: &Path, _bytes: &[u8]) -> Result<Content> {
-    Err(Error::file(
-        path,
-        Place::Whole,
-        "VTU is not read yet",
-        "convert it to MSH",
-    ))
+fn read_vtu(path: &Path, bytes: &[u8]) -> Result<Content> {
+    let file = vtu::from_bytes(path, bytes)?;
+    Ok(Content {
+        mesh: file.mesh,
+        whole: file.whole,
+        format: "vtu".into(),
+        version: file.version,
+        encoding: file.encoding,
+        warnings: file.warnings,
+        unread: Vec::new(),
+    })
 }
 
 /// How to write a mesh.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Options {
     /// The format; `None` lets the suffix of the path decide.
     pub format: Option<Format>,
     pub msh_version: msh::Version,
     pub binary: bool,
+    /// How a VTU stores its arrays.
+    pub vtu: vtu::Encoding,
     /// What the format cannot hold becomes a warning rather than an error.
     pub lossy: bool,
     /// The interpreter of an environment that has meshio.
     pub python: Option<PathBuf>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            format: None,
+            msh_version: msh::Version::default(),
+            binary: false,
+            vtu: vtu::Encoding::Raw(vtu::Compressor::Zlib),
+            lossy: false,
+            python: None,
+        }
+    }
 }
 
 /// Writes a mesh beside `path` and renames it; the warnings say what could not be taken along.
@@ -109,6 +132,19 @@ pub struct Options {
 /// # Errors
 /// The mesh is not sound, the format cannot hold it, or the file cannot be written.
 pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>> {
+    write_with(path, mesh, &[], options)
+}
+
+/// [`write`] together with data about the mesh as a whole.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_with(
+    path: &Path,
+    mesh: &Mesh,
+    whole: &[Whole],
+    options: &Options,
+) -> Result<Vec<String>> {
     let format = options
         .format
         .or_else(|| Format::of_suffix(path))
@@ -125,24 +161,38 @@ pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>>
             "leave out the binary option",
         ));
     }
-    match format {
-        Format::Msh => {
-            let (version, binary, lossy) = (options.msh_version, options.binary, options.lossy);
-            msh::write(
-                path,
-                mesh,
-                &msh::Options {
-                    version,
-                    binary,
-                    lossy,
-                },
-            )
-        }
-        Format::FreeFem => freefem::write(path, mesh, options.lossy),
-        Format::Medit => medit::write(path, mesh, options.lossy),
-        Format::Vtu => Err(Error::usage("VTU is not written yet", "write MSH")),
-        Format::Meshio(format) => {
-            meshio::write(path, mesh, format, options.lossy, options.python.as_deref())
-        }
+    let mut losses = Losses::default();
+    if format == Format::Vtu {
+        vtu::losses(mesh)
+            .into_iter()
+            .for_each(|what| losses.note(format!("VTU does not hold {what}")));
+    } else {
+        whole.iter().for_each(|data| {
+            losses.lose(format!(
+                "the data {:?} about the mesh as a whole",
+                data.name
+            ))
+        });
     }
+    let mut warnings = losses.settle(path, &format.to_string(), options.lossy)?;
+    let (version, binary, lossy) = (options.msh_version, options.binary, options.lossy);
+    warnings.extend(match format {
+        Format::Msh => msh::write(
+            path,
+            mesh,
+            &msh::Options {
+                version,
+                binary,
+                lossy,
+            },
+        )?,
+        Format::FreeFem => freefem::write(path, mesh, lossy)?,
+        Format::Medit => medit::write(path, mesh, lossy)?,
+        Format::Vtu => {
+            vtu::write(path, mesh, &[], whole, options.vtu)?;
+            Vec::new()
+        }
+        Format::Meshio(name) => meshio::write(path, mesh, name, lossy, options.python.as_deref())?,
+    });
+    Ok(warnings)
 }

@@ -75,6 +75,11 @@ impl<'a> Scan<'a> {
         Error::file(self.path, place, what, remedy)
     }
 
+    /// Number of bytes of the whole file.
+    pub fn len(&self) -> usize {
+        self.data.len()
+    }
+
     pub fn rest(&self) -> &'a [u8] {
         self.data.get(self.pos..).unwrap_or_default()
     }

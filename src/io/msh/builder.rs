@@ -70,6 +70,12 @@ impl Lookup {
     }
 }
 
+/// How to find the cell of a number, and the type of each cell.
+pub struct CellIndex {
+    pub by_tag: Lookup,
+    pub kinds: Vec<CellKind>,
+}
+
 /// A mesh in the making.
 #[derive(Default)]
 pub struct Builder {
@@ -81,6 +87,7 @@ pub struct Builder {
     /// Names by dimension and number; dimension `None` stands for whichever has the number.
     names: Vec<(Option<u8>, i64, String)>,
     pub elements_seen: bool,
+    pub cell_index: Option<CellIndex>,
 }
 
 impl Builder {
@@ -132,6 +139,19 @@ impl Builder {
         self.groups.entry((dim, tag)).or_insert_with(group)
     }
 
+    /// The cells by their numbers; to be asked for once they are complete.
+    pub fn index_cells(&mut self) -> &CellIndex {
+        let mesh = &self.mesh;
+        self.cell_index.get_or_insert_with(|| {
+            let tags: Vec<u64> = mesh.cell_tags().collect();
+            CellIndex {
+                // That they are different was seen to when the cells were complete.
+                by_tag: Lookup::new(&tags).unwrap_or(Lookup::Sparse(HashMap::new())),
+                kinds: mesh.cells().map(|(_, kind, _)| kind).collect(),
+            }
+        })
+    }
+
     pub fn cell_count(&self) -> u32 {
         self.cells
     }
@@ -174,15 +194,22 @@ impl Builder {
 
     /// The mesh, with names given to its groups; a name without cells is a group without cells.
     pub fn finish(mut self) -> Mesh {
+        let mut names_of_any: HashMap<i64, String> = HashMap::new();
         for (dim, tag, name) in std::mem::take(&mut self.names) {
             match dim {
                 // Ours write an empty name for a group that has neither name nor cells.
                 Some(dim) => self.group(dim, tag).name = Some(name).filter(|name| !name.is_empty()),
                 None => {
-                    let named = self.groups.values_mut().filter(|group| group.tag == tag);
-                    named.for_each(|group| group.name = Some(name.clone()));
+                    names_of_any.insert(tag, name);
                 }
             }
+        }
+        for group in self
+            .groups
+            .values_mut()
+            .filter(|group| group.name.is_none())
+        {
+            group.name = names_of_any.get(&group.tag).cloned();
         }
         self.mesh.groups = self.groups.into_values().collect();
         self.mesh

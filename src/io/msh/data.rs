@@ -1,11 +1,9 @@
 //! `$NodeData`, `$ElementData` and `$ElementNodeData`: fields.
 
-use std::collections::HashMap;
-
 use super::read::Reader;
 use crate::error::Result;
 use crate::io::scan::{Numbers, Scan};
-use crate::mesh::{CellKind, Field, Support, Values};
+use crate::mesh::{Field, Support, Values};
 
 /// Reads one section.
 pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
@@ -15,8 +13,20 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         content,
         ..
     } = reader;
-    let Some(points) = builder.points.as_ref().filter(|_| builder.elements_seen) else {
+    if builder.points.is_none() || !builder.elements_seen {
         return Err(scan.error("the values stand before the nodes or elements"));
+    }
+    if on != Support::Points {
+        builder.index_cells();
+    }
+    let index = builder
+        .cell_index
+        .as_ref()
+        .filter(|_| on != Support::Points);
+    let by_tag = index.map_or(builder.points.as_ref(), |index| Some(&index.by_tag));
+    let kinds = match on {
+        Support::CellPoints => index.map_or(&[][..], |index| &index.kinds),
+        Support::Points | Support::Cells => &[],
     };
     let head = head(scan, &mut content.unread)?;
     let ascii = scan.numbers == Numbers::Ascii;
@@ -27,15 +37,6 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
     };
     let rows = scan.believe(head.rows, "rows", width)?;
 
-    let mesh = &builder.mesh;
-    let cells: HashMap<u64, u32> = match on {
-        Support::Points => HashMap::new(),
-        Support::Cells | Support::CellPoints => mesh.cell_tags().zip(0u32..).collect(),
-    };
-    let kinds: Vec<CellKind> = match on {
-        Support::CellPoints => mesh.cells().map(|(_, kind, _)| kind).collect(),
-        Support::Points | Support::Cells => Vec::new(),
-    };
     let mut values = Vec::with_capacity(rows * head.components);
     // Index, and the first value and number of values of its row.
     let mut order: Vec<(u32, usize, usize)> = Vec::with_capacity(rows);
@@ -45,11 +46,7 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         } else {
             u64::from(scan.i32()?.unsigned_abs())
         };
-        let index = if on == Support::Points {
-            points.get(tag)
-        } else {
-            cells.get(&tag).copied()
-        };
+        let index = by_tag.and_then(|by_tag| by_tag.get(tag));
         let index =
             index.ok_or_else(|| scan.error(format!("a value for {tag}, which does not exist")))?;
         let mut len = head.components;
@@ -78,9 +75,9 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         values = rows.copied().collect();
     }
     let all = if on == Support::Points {
-        mesh.points.len()
+        builder.mesh.points.len()
     } else {
-        mesh.cell_count()
+        builder.cell_count() as usize
     };
     let at = if order.len() == all {
         Vec::new()

@@ -176,7 +176,6 @@ fn affine(scan: &mut Scan<'_>, layout: Layout) -> Result<Vec<f64>> {
 
 /// `$GhostElements`: for each cell its owner and the partitions that know it as a ghost.
 pub fn ghosts(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
-    let cells: HashMap<u64, u32> = reader.builder.mesh.cell_tags().zip(0u32..).collect();
     let Reader { scan, builder, .. } = reader;
     let count = scan.count("ghost elements", 6)?;
     for _ in 0..count {
@@ -185,7 +184,7 @@ pub fn ghosts(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         } else {
             short(scan)?
         };
-        let cell = cells.get(&element).copied();
+        let cell = builder.index_cells().by_tag.get(element);
         let cell =
             cell.ok_or_else(|| scan.error(format!("the element {element} does not exist")))?;
         let owners = vec![scan.i32()?];

@@ -95,6 +95,7 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     builder.elements_seen = true;
     let (blocks, count, range) = head(scan, layout, "elements", 4)?;
     let mut left = count;
+    let mut memberships = 0usize;
     let mut raw: Vec<u64> = Vec::new();
     for _ in 0..blocks {
         let (dim, entity, number) = block_head(scan, layout)?;
@@ -162,6 +163,13 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         }
         block.entities.resize(block.tags.len(), entity);
         let groups = physicals.get(&(dim, entity)).map_or(&[][..], Vec::as_slice);
+        // A list of groups that many blocks share would otherwise grow far beyond the file.
+        memberships = memberships.saturating_add(groups.len().saturating_mul(in_block));
+        if memberships > 2 * scan.len() {
+            return Err(scan.error(
+                "the elements are in more groups than a file of this size can be meant to say",
+            ));
+        }
         builder.appended(in_block as u32, dim, groups);
     }
     if left > 0 {

@@ -137,15 +137,17 @@ fn read_serial(path: &Path, bytes: usize, document: &Document) -> Result<Decoded
         path,
         document,
         budget: Budget::of_file(bytes),
+        warnings: Vec::new(),
     };
     let pieces = document.pieces.iter();
+    let pieces = pieces
+        .map(|piece| decoder.piece(piece))
+        .collect::<Result<_>>()?;
     Ok(Decoded {
-        pieces: pieces
-            .map(|piece| decoder.piece(piece))
-            .collect::<Result<_>>()?,
+        pieces,
         whole: decoder.whole()?,
         encoding: document.encoding(),
-        warnings: Vec::new(),
+        warnings: decoder.warnings,
     })
 }
 
@@ -178,6 +180,7 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
         let piece = read_serial(&piece_path, bytes.len(), &piece)?;
         all.pieces.extend(piece.pieces);
         all.encoding = piece.encoding;
+        all.warnings.extend(piece.warnings);
         for array in piece.whole {
             match all.whole.iter().find(|known| known.name == array.name) {
                 None => all.whole.push(array),
@@ -208,5 +211,9 @@ pub fn losses(mesh: &Mesh) -> Vec<String> {
     losses
 }
 
+#[cfg(test)]
+mod hostile_tests;
+#[cfg(test)]
+mod random_tests;
 #[cfg(test)]
 mod tests;

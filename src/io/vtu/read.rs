@@ -20,6 +20,16 @@ pub(super) struct Decoder<'a> {
     pub path: &'a Path,
     pub document: &'a Document<'a>,
     pub budget: Budget,
+    pub warnings: Vec<String>,
+}
+
+/// How many numbers an array must have.
+#[derive(Clone, Copy)]
+enum Count {
+    Exactly(u64),
+    /// VTK takes the first so many; here the rest is warned of.
+    AtLeast(u64),
+    Any,
 }
 
 impl<'a> Decoder<'a> {
@@ -38,6 +48,7 @@ impl<'a> Decoder<'a> {
         let values = if tag.type_name == "String" {
             WholeValues::Text(self.texts(tag, count)?)
         } else {
+            let count = count.map_or(Count::Any, Count::Exactly);
             WholeValues::Numbers(scalar::values(self.array(tag, count)?))
         };
         let whole = Whole {
@@ -78,7 +89,7 @@ impl<'a> Decoder<'a> {
             return Err(self.refuse(tag, "points have three coordinates"));
         }
         let count = self.product(tag, piece.points, 3)?;
-        let points = self.array(tag, Some(count))?;
+        let points = self.array(tag, Count::Exactly(count))?;
         let odd = match &points {
             IOBuffer::F64(numbers) => numbers.iter().position(|x| !x.is_finite()),
             IOBuffer::F32(numbers) => numbers.iter().position(|x| !x.is_finite()),
@@ -104,18 +115,18 @@ impl<'a> Decoder<'a> {
             let what = "<Cells> lacks connectivity, offsets or types".into();
             return Err(self.refuse_piece(piece, what));
         };
-        let ends = self.indices(offsets, Some(piece.cells))?;
+        let ends = self.indices(offsets, piece.cells)?;
         if !ends.is_sorted() {
             return Err(self.refuse(offsets, "the offsets do not ascend"));
         }
-        let nodes = self.indices(connectivity, Some(ends.last().copied().unwrap_or(0)))?;
+        let nodes = self.indices(connectivity, ends.last().copied().unwrap_or(0))?;
         if let Some(cell) = nodes.iter().position(|&node| node >= piece.points) {
             let (node, points) = (nodes[cell], piece.points);
             let what = format!("entry {cell} is point {node}, but there are {points} points");
             return Err(self.refuse(connectivity, what));
         }
         let table = cells::type_table();
-        let codes = self.indices(types, Some(piece.cells))?;
+        let codes = self.indices(types, piece.cells)?;
         let known = |&code: &u64| table.get(code as usize).copied().flatten();
         let Some(types) = codes.iter().map(known).collect::<Option<Vec<_>>>() else {
             let bad = codes
@@ -144,7 +155,7 @@ impl<'a> Decoder<'a> {
             attributes.push(Attribute::DataArray(DataArray {
                 name: tag.name.clone(),
                 elem: ElementType::Generic(components as u32),
-                data: self.array(tag, Some(count))?,
+                data: self.array(tag, Count::AtLeast(count))?,
             }));
         }
         Ok(attributes)
@@ -176,8 +187,8 @@ impl<'a> Decoder<'a> {
     }
 
     /// Whole numbers from 0 on, whatever their width.
-    fn indices(&mut self, tag: &ArrayTag, count: Option<u64>) -> Result<Vec<u64>> {
-        let numbers = self.array(tag, count)?;
+    fn indices(&mut self, tag: &ArrayTag, count: u64) -> Result<Vec<u64>> {
+        let numbers = self.array(tag, Count::Exactly(count))?;
         let indices: Option<Vec<u64>> = match numbers {
             IOBuffer::U64(numbers) => Some(numbers),
             IOBuffer::U8(numbers) => Some(numbers.into_iter().map(u64::from).collect()),
@@ -191,8 +202,7 @@ impl<'a> Decoder<'a> {
         indices.ok_or_else(|| self.refuse(tag, "it holds what is no index"))
     }
 
-    /// The numbers of an array, `count` of them where that is known.
-    fn array(&mut self, tag: &ArrayTag, count: Option<u64>) -> Result<IOBuffer> {
+    fn array(&mut self, tag: &ArrayTag, count: Count) -> Result<IOBuffer> {
         let numbers = match tag.type_name.as_str() {
             "Int8" => self.numbers::<i8>(tag, count),
             "UInt8" => self.numbers::<u8>(tag, count),
@@ -209,23 +219,38 @@ impl<'a> Decoder<'a> {
         numbers.map_err(|what| self.refuse(tag, what))
     }
 
-    fn numbers<T: Scalar>(
-        &mut self,
-        tag: &ArrayTag,
-        count: Option<u64>,
-    ) -> Result<IOBuffer, String> {
-        if tag.format == "ascii" {
-            return self.ascii::<T>(tag, count).map(T::buffer);
+    fn numbers<T: Scalar>(&mut self, tag: &ArrayTag, count: Count) -> Result<IOBuffer, String> {
+        let exact = match count {
+            Count::Exactly(count) => Some(count),
+            Count::AtLeast(_) | Count::Any => None,
+        };
+        let mut numbers = if tag.format == "ascii" {
+            self.ascii::<T>(tag, exact)?
+        } else {
+            let big_endian = self.document.big_endian;
+            let bytes = exact.map(|count| count.saturating_mul(T::WIDTH as u64));
+            let bytes = self.bytes(tag, bytes)?;
+            if !bytes.len().is_multiple_of(T::WIDTH) {
+                return Err("it ends within a number".into());
+            }
+            T::from_bytes(&bytes, big_endian)
+        };
+        if let Count::AtLeast(count) = count {
+            let there = numbers.len() as u64;
+            if there < count {
+                return Err(format!(
+                    "it has {there} numbers where the counts make {count}"
+                ));
+            }
+            if there > count {
+                self.warnings.push(format!(
+                    "array {:?} has {there} numbers where the counts make {count}; the rest is left out",
+                    tag.name
+                ));
+                numbers.truncate(count as usize);
+            }
         }
-        let big_endian = self.document.big_endian;
-        let bytes = self.bytes(
-            tag,
-            count.map(|count| count.saturating_mul(T::WIDTH as u64)),
-        )?;
-        if !bytes.len().is_multiple_of(T::WIDTH) {
-            return Err("it ends within a number".into());
-        }
-        Ok(T::buffer(T::from_bytes(&bytes, big_endian)))
+        Ok(T::buffer(numbers))
     }
 
     fn ascii<T: Scalar>(&mut self, tag: &ArrayTag, count: Option<u64>) -> Result<Vec<T>, String> {

@@ -10,10 +10,11 @@ use super::layout::{
 };
 use super::merge::Merged;
 use super::scalar::Scalar;
+use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::data::{to_i64, with_numbers};
 use crate::field::{Whole, WholeValues};
 use crate::mesh::{CellBlock, Field, Group, Mesh, Support, Values};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// The mesh that the arrays tell, and the data about the whole that remain.
 pub(super) fn restore(merged: Merged, mut whole: Vec<Whole>) -> (Mesh, Vec<Whole>) {
@@ -228,45 +229,47 @@ fn restore_fields(mesh: &mut Mesh, whole: &mut Vec<Whole>) {
         whole,
         &[FIELDS, FIELD_ARRAYS, FIELD_NAMES, FIELD_TIMES, FIELD_AT],
     );
-    let mut renamed = Vec::new();
+    let fields = mesh.fields.iter().enumerate();
+    let places: HashMap<(Support, String), usize> = fields
+        .map(|(place, field)| ((field.on, field.name.clone()), place))
+        .collect();
     for row in rows {
         if row.on == Support::CellPoints {
-            let Some(at) = whole.iter().position(|array| array.name == row.array) else {
-                continue;
-            };
-            let WholeValues::Numbers(values) = &whole[at].values else {
-                continue;
-            };
-            let field = Field {
-                at: row.at,
-                time: row.time,
-                step: row.step,
-                ..Field::new(row.name, row.on, whole[at].components, values.clone())
-            };
-            if field.expected_len(mesh) == Some(field.values.len()) {
-                whole.remove(at);
-                mesh.fields.push(field);
-            }
+            restore_cell_points(mesh, whole, row);
             continue;
         }
-        let found = |field: &Field| field.on == row.on && field.name == row.array;
-        let Some(index) = mesh.fields.iter().position(found) else {
+        let Some(&place) = places.get(&(row.on, row.array)) else {
             continue;
         };
-        let field = &mut mesh.fields[index];
-        field.time = row.time;
-        field.step = row.step;
-        if !row.at.is_empty() {
+        let field = &mut mesh.fields[place];
+        if !row.at.is_empty() && field.at.is_empty() {
             if let Some(values) = select(&field.values, field.components, &row.at) {
                 field.values = values;
                 field.at = row.at;
             }
         }
-        // Later, so that a new name is not mistaken for the array of another row.
-        renamed.push((index, row.name));
+        field.name = row.name;
+        field.time = row.time;
+        field.step = row.step;
     }
-    for (index, name) in renamed {
-        mesh.fields[index].name = name;
+}
+
+fn restore_cell_points(mesh: &mut Mesh, whole: &mut Vec<Whole>, row: Row) {
+    let Some(place) = whole.iter().position(|array| array.name == row.array) else {
+        return;
+    };
+    let array = &whole[place];
+    if let WholeValues::Numbers(values) = &array.values {
+        let field = Field {
+            at: row.at,
+            time: row.time,
+            step: row.step,
+            ..Field::new(row.name, row.on, array.components, values.clone())
+        };
+        if field.expected_len(mesh) == Some(field.values.len()) {
+            whole.remove(place);
+            mesh.fields.push(field);
+        }
     }
 }
 
@@ -285,6 +288,10 @@ fn field_table(whole: &[Whole]) -> Option<Vec<Row>> {
     let WholeValues::Numbers(Values::F64(times)) = find_whole(whole, FIELD_TIMES)? else {
         return None;
     };
+    // Rows of fields on the nodes of cells are looked up one by one: no more of them than there can be arrays.
+    if rows.len() > 3 * MAX_ARRAYS_IN_SECTION {
+        return None;
+    }
     if [arrays.len(), names.len(), times.len()] != [rows.len(); 3] {
         return None;
     }

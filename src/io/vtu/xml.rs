@@ -62,7 +62,7 @@ pub(super) struct Appended<'a> {
 const MAX_DEPTH: usize = 64;
 const MAX_ATTRIBUTES: usize = 128;
 const MAX_ARRAYS: usize = 100_000;
-const MAX_ARRAYS_IN_SECTION: usize = 4096;
+pub(super) const MAX_ARRAYS_IN_SECTION: usize = 4096;
 
 impl Document<'_> {
     /// How the arrays are stored, as the first of them is.

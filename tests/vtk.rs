@@ -1,0 +1,179 @@
+//! VTK's own reader on what is written here. Runs where `FACEOFF_VTK_PYTHON` names a Python with the package `vtk`.
+
+use faceoff::field::{Whole, data::same_bits};
+use faceoff::io::vtu::{self, Compressor, Encoding};
+use faceoff::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const ENCODINGS: [Encoding; 9] = [
+    Encoding::Ascii,
+    Encoding::Base64(Compressor::None),
+    Encoding::Base64(Compressor::Zlib),
+    Encoding::Base64(Compressor::Lz4),
+    Encoding::Base64(Compressor::Lzma),
+    Encoding::Raw(Compressor::None),
+    Encoding::Raw(Compressor::Zlib),
+    Encoding::Raw(Compressor::Lz4),
+    Encoding::Raw(Compressor::Lzma),
+];
+
+/// Two triangles with corners of their own, so that a field may jump between them, and the five faces as lines.
+fn faces() -> (Mesh, Vec<Whole>) {
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0 / 3.0], [0.0, 1.0]];
+    let at = |corner: usize| [corners[corner][0], corners[corner][1], 0.0];
+    // A NaN with a payload, the smallest number, and the largest.
+    let odd = f64::from_bits(0x7ff8_0000_dead_beef);
+    let dofs = vec![0.1, odd, -0.0, 5e-324, f64::MAX];
+    let mesh = Mesh {
+        points: [0, 1, 2, 0, 2, 3].map(at).to_vec(),
+        blocks: vec![
+            CellBlock::new(CellKind::Triangle, (0..6).collect()),
+            CellBlock::new(CellKind::Line, vec![0, 1, 1, 2, 0, 2, 4, 5, 5, 3]),
+        ],
+        groups: vec![Group {
+            dim: 1,
+            tag: 7,
+            name: Some("Γ_C".into()),
+            cells: vec![2, 6],
+        }],
+        fields: vec![
+            Field::new(
+                "u",
+                Support::Points,
+                1,
+                Values::F64((0..6).map(|i| f64::from(i) / 7.0).collect()),
+            ),
+            Field {
+                at: (2..7).collect(),
+                ..Field::new("dof", Support::Cells, 1, Values::F64(dofs))
+            },
+        ],
+        ..Mesh::default()
+    };
+    let whole = vec![
+        Whole::text("engine", "dolfinx 0.5.2"),
+        Whole::text("scene", "Signorini, Ω = (0, 1)²"),
+        Whole::numbers("gamma", Values::F64(vec![10.0])),
+    ];
+    (mesh, whole)
+}
+
+fn hex(bytes: impl IntoIterator<Item = u8>) -> String {
+    bytes
+        .into_iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
+
+fn float_bits(values: &[f64]) -> String {
+    hex(values.iter().flat_map(|value| value.to_le_bytes()))
+}
+
+#[test]
+fn face_fields_come_back_bit_for_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("faces.vtu");
+    let (mesh, whole) = faces();
+    for encoding in ENCODINGS {
+        vtu::write(&path, &mesh, &[], &whole, encoding).expect("written");
+        let read = vtu::read(&path).expect("read");
+        assert_eq!(read.whole, whole);
+        assert_eq!(read.mesh.blocks, mesh.blocks);
+        assert_eq!(read.mesh.groups, mesh.groups);
+        for (read, written) in read.mesh.fields.iter().zip(&mesh.fields) {
+            assert_eq!(read.at, written.at);
+            // A decimal number does not tell one NaN from another.
+            let same = same_bits(&read.values, &written.values);
+            assert!(same || encoding == Encoding::Ascii, "{encoding:?} {read:?}");
+        }
+    }
+    let left: Vec<_> = std::fs::read_dir(folder.path())
+        .expect("a folder")
+        .collect();
+    assert_eq!(left.len(), 1, "nothing half-written stays behind");
+}
+
+#[test]
+fn vtk_reads_the_same() {
+    let Some(python) = std::env::var_os("FACEOFF_VTK_PYTHON") else {
+        eprintln!("FACEOFF_VTK_PYTHON is not set: VTK was not asked");
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mesh, whole) = faces();
+    let paths: Vec<PathBuf> = (0..ENCODINGS.len())
+        .map(|i| folder.path().join(format!("{i}.vtu")))
+        .collect();
+    for (path, encoding) in paths.iter().zip(ENCODINGS) {
+        vtu::write(path, &mesh, &[], &whole, encoding).expect("written");
+    }
+    let empty = folder.path().join("empty.vtu");
+    vtu::write(
+        &empty,
+        &Mesh::default(),
+        &[],
+        &[],
+        Encoding::Raw(Compressor::Zlib),
+    )
+    .expect("written");
+
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/vtk_reads.py");
+    let output = Command::new(python)
+        .arg(script)
+        .args(&paths)
+        .arg(&empty)
+        .output()
+        .expect("Python runs");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let grids: Vec<Value> = serde_json::from_slice(&output.stdout).expect("JSON");
+
+    for (grid, encoding) in grids.iter().zip(ENCODINGS) {
+        let points = float_bits(mesh.points.as_flattened());
+        assert_eq!(
+            grid["points"],
+            json!(["float64", 3, points]),
+            "{encoding:?}"
+        );
+        let cells: Vec<Vec<u32>> = mesh.cells().map(|(_, _, nodes)| nodes.to_vec()).collect();
+        assert_eq!(grid["cells"], json!(cells), "{encoding:?}");
+        assert_eq!(grid["types"], json!([5, 5, 3, 3, 3, 3, 3]), "{encoding:?}");
+        let Values::F64(u) = &mesh.fields[0].values else {
+            unreachable!("made so above")
+        };
+        assert_eq!(
+            grid["point_data"]["u"],
+            json!(["float64", 1, float_bits(u)]),
+            "{encoding:?}"
+        );
+        assert_eq!(
+            grid["field_data"]["engine"],
+            json!(["dolfinx 0.5.2"]),
+            "{encoding:?}"
+        );
+        assert_eq!(
+            grid["field_data"]["scene"],
+            json!(["Signorini, Ω = (0, 1)²"]),
+            "{encoding:?}"
+        );
+        let gamma = json!(["float64", 1, float_bits(&[10.0])]);
+        assert_eq!(grid["field_data"]["gamma"], gamma, "{encoding:?}");
+        if encoding != Encoding::Ascii {
+            let Values::F64(dofs) = &mesh.fields[1].values else {
+                unreachable!("made so above")
+            };
+            let all = [&[f64::NAN, f64::NAN], dofs.as_slice()].concat();
+            assert_eq!(
+                grid["cell_data"]["dof"],
+                json!(["float64", 1, float_bits(&all)]),
+                "{encoding:?}"
+            );
+        }
+    }
+    assert_eq!(grids.last().map(|grid| &grid["types"]), Some(&json!([])));
+}
