@@ -182,9 +182,10 @@ pub(super) struct Form {
     /// Version of MSH: 2.2 or 4.1
     #[arg(long, default_value = "4.1")]
     pub msh_version: String,
-    /// Binary instead of text
+    /// MSH: ascii or binary; VTU: ascii, base64 or raw, the latter two with -zlib, -lz4 or -lzma
+    /// [default: ascii for MSH, raw-zlib for VTU]
     #[arg(long)]
-    pub binary: bool,
+    pub encoding: Option<String>,
     /// What the format cannot hold becomes a warning instead of an error
     #[arg(long)]
     pub lossy: bool,

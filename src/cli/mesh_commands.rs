@@ -6,6 +6,7 @@ use super::args::{Form, Mesh, MeshAction};
 use super::{DISAGREE, DONE, mesh};
 use crate::engine::meshio_python;
 use crate::error::{Error, Result};
+use crate::io::vtu::{Compressor, Encoding};
 use crate::io::{self, Format, Options, msh};
 use crate::mesh::check::{Findings, Report};
 use crate::report::{is_stdout, write_json};
@@ -81,10 +82,34 @@ fn options(form: &Form, python: Option<std::path::PathBuf>) -> Result<Options> {
     Ok(Options {
         format: format.transpose()?,
         msh_version,
-        binary: form.binary,
+        binary: form.encoding.as_deref() == Some("binary"),
+        vtu: vtu_encoding(form.encoding.as_deref())?,
         lossy: form.lossy,
         python,
     })
+}
+
+fn vtu_encoding(name: Option<&str>) -> Result<Encoding> {
+    let Some(name) = name.filter(|name| *name != "binary") else {
+        return Ok(Options::default().vtu);
+    };
+    let (form, compressor) = name.split_once('-').unwrap_or((name, "none"));
+    let compressor = match compressor {
+        "none" => Some(Compressor::None),
+        "zlib" => Some(Compressor::Zlib),
+        "lz4" => Some(Compressor::Lz4),
+        "lzma" => Some(Compressor::Lzma),
+        _ => None,
+    };
+    match (form, compressor) {
+        ("ascii", Some(Compressor::None)) => Ok(Encoding::Ascii),
+        ("base64", Some(compressor)) => Ok(Encoding::Base64(compressor)),
+        ("raw", Some(compressor)) => Ok(Encoding::Raw(compressor)),
+        _ => Err(Error::usage(
+            format!("there is no encoding `{name}`"),
+            "use ascii, binary (MSH), base64 or raw (VTU), the latter two also with -zlib, -lz4 or -lzma",
+        )),
+    }
 }
 
 fn warn(form: &Form, warnings: Vec<String>) {

@@ -190,7 +190,7 @@ proptest! {
         length in 0usize..200,
         noise in vec(any::<u8>(), 0..20),
     ) {
-        let bytes = write::to_bytes(&super::tests::square(), &[], &[], encoding).expect("a sound mesh");
+        let bytes = write::to_bytes(&tests::square(), &[], &[], encoding).expect("a sound mesh");
         let (from, to) = (from.index(bytes.len()), to.index(bytes.len()));
         let mut spliced = bytes[..to].to_vec();
         spliced.extend_from_slice(&noise);
