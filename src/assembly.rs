@@ -3,13 +3,11 @@
 
 use crate::element::{Basis, MAX_DOFS, Space};
 use crate::error::{Error, Result};
+use crate::linear::{Symmetric, SymmetricBuilder};
 use crate::mesh::CellGeometry;
 use crate::quadrature::{self, Rule};
 use crate::scene::Expression;
 use nalgebra::Vector3;
-
-/// (∇φ_j, ∇φ_i)_κ, rows i.
-pub type CellMatrix = [[f64; MAX_DOFS]; MAX_DOFS];
 
 /// A rule that integrates products of gradients exactly: degree 2(k-1).
 fn gradient_rule(space: &Space) -> Rule {
@@ -31,41 +29,62 @@ fn value_rule(space: &Space) -> Rule {
     quadrature::triangle(name).expect("invariant: a rule of the table")
 }
 
-/// The stiffness of every cell in turn: `visit(cell, matrix)`.
-pub fn for_each_stiffness(space: &Space, mut visit: impl FnMut(usize, &CellMatrix)) {
+/// (∇φ_j, ∇φ_i)_h, all dofs.
+pub fn stiffness(space: &Space) -> Symmetric {
     let rule = gradient_rule(space);
-    for cell in 0..space.mesh.cell_count() {
-        let geometry = space.mesh.geometry(cell);
-        let mut matrix = [[0.0; MAX_DOFS]; MAX_DOFS];
+    assemble(space, |geometry, matrix| {
         for (lambda, weight) in rule.iter() {
-            let gradients = space.gradients(&geometry, &lambda);
+            let gradients = space.gradients(geometry, &lambda);
             let weight = weight * geometry.measure();
             for i in 0..space.local_dofs {
-                for j in 0..space.local_dofs {
+                for j in 0..=i {
                     matrix[i][j] += weight * gradients[i].dot(&gradients[j]);
                 }
             }
         }
-        visit(cell, &matrix);
-    }
+    })
 }
 
-/// y_i = (∇u, ∇φ_i)_h, all dofs.
-pub fn stiffness_times(space: &Space, u: &[f64]) -> Vec<f64> {
-    let rule = gradient_rule(space);
-    let mut y = vec![0.0; space.dofs];
-    for cell in 0..space.mesh.cell_count() {
-        let geometry = space.mesh.geometry(cell);
-        let local = space.local(cell, u);
-        for (lambda, weight) in rule.iter() {
-            let gradients = space.gradients(&geometry, &lambda);
-            let flux = weight * geometry.measure() * combine(&gradients, &local);
-            for (gradient, &dof) in gradients.iter().zip(space.cell_dofs(cell)) {
-                y[dof as usize] += flux.dot(gradient);
+/// (φ_j, φ_i), all dofs.
+pub fn mass(space: &Space) -> Symmetric {
+    // One matrix for all cells, up to their measure.
+    let mut reference = [[0.0; MAX_DOFS]; MAX_DOFS];
+    for (lambda, weight) in value_rule(space).iter() {
+        let phi = space.element.values(space.mesh.dim, &lambda);
+        for i in 0..space.local_dofs {
+            for j in 0..=i {
+                reference[i][j] += weight * phi[i] * phi[j];
             }
         }
     }
-    y
+    assemble(space, |geometry, matrix| {
+        for i in 0..space.local_dofs {
+            for j in 0..=i {
+                matrix[i][j] = geometry.measure() * reference[i][j];
+            }
+        }
+    })
+}
+
+/// Sums the lower triangles that `fill` makes of each cell.
+fn assemble(
+    space: &Space,
+    mut fill: impl FnMut(&CellGeometry, &mut [[f64; MAX_DOFS]; MAX_DOFS]),
+) -> Symmetric {
+    let local = space.local_dofs;
+    let cells = space.mesh.cell_count();
+    let mut builder = SymmetricBuilder::new(space.dofs, cells * local * (local + 1) / 2);
+    for cell in 0..cells {
+        let mut matrix = [[0.0; MAX_DOFS]; MAX_DOFS];
+        fill(&space.mesh.geometry(cell), &mut matrix);
+        let dofs = space.cell_dofs(cell);
+        for (i, &dof_i) in dofs.iter().enumerate() {
+            for (j, &dof_j) in dofs.iter().enumerate().take(i + 1) {
+                builder.add(dof_i, dof_j, matrix[i][j]);
+            }
+        }
+    }
+    builder.build()
 }
 
 /// Σ_i u_i ∇φ_i
@@ -211,37 +230,6 @@ impl Iterator for FacePoints<'_> {
     }
 }
 
-/// ‖∇v‖²_h
-pub fn gradient_norm_sq(space: &Space, v: &[f64]) -> f64 {
-    let rule = gradient_rule(space);
-    let mut sum = 0.0;
-    for cell in 0..space.mesh.cell_count() {
-        let geometry = space.mesh.geometry(cell);
-        let local = space.local(cell, v);
-        for (lambda, weight) in rule.iter() {
-            let gradients = space.gradients(&geometry, &lambda);
-            sum += weight * geometry.measure() * combine(&gradients, &local).norm_squared();
-        }
-    }
-    sum
-}
-
-/// ‖v‖²
-pub fn value_norm_sq(space: &Space, v: &[f64]) -> f64 {
-    let rule = value_rule(space);
-    let mut sum = 0.0;
-    for cell in 0..space.mesh.cell_count() {
-        let measure = space.mesh.geometry(cell).measure();
-        let local = space.local(cell, v);
-        for (lambda, weight) in rule.iter() {
-            let phi = space.element.values(space.mesh.dim, &lambda);
-            let value: f64 = phi.iter().zip(&local).map(|(p, u)| p * u).sum();
-            sum += weight * measure * value * value;
-        }
-    }
-    sum
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -259,36 +247,13 @@ mod tests {
         for element in [&CR as &'static dyn Element, &P1, &P2] {
             let space = Space::new(&mesh, element);
             let u = polynomial(&space, |x| 1.0 + 2.0 * x[0] - 3.0 * x[1]);
-            assert!((gradient_norm_sq(&space, &u) - 26.0).abs() < 1e-12);
+            assert!((stiffness(&space).energy(&u) - 26.0).abs() < 1e-12);
             // ∫∫ (1 + 2x - 3y)² over (0,2) × (0,1)
-            assert!((value_norm_sq(&space, &u) - 26.0 / 3.0).abs() < 1e-12);
+            assert!((mass(&space).energy(&u) - 26.0 / 3.0).abs() < 1e-12);
         }
         let space = Space::new(&mesh, &P2);
         let u = polynomial(&space, |x| x[0] * x[1]);
-        assert!((gradient_norm_sq(&space, &u) - (8.0 / 3.0 + 2.0 / 3.0)).abs() < 1e-12);
-        assert!((value_norm_sq(&space, &u) - 8.0 / 9.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn the_stiffness_is_the_energy() {
-        let mesh = Triangulation::new("uj", &union_jack(4, [1.0, 1.0])).unwrap();
-        for element in [&CR as &'static dyn Element, &P1, &P2] {
-            let space = Space::new(&mesh, element);
-            let u = polynomial(&space, |x| (3.0 * x[0]).sin() + x[1] * x[1]);
-            let y = stiffness_times(&space, &u);
-            let energy: f64 = u.iter().zip(&y).map(|(u, y)| u * y).sum();
-            assert!((energy - gradient_norm_sq(&space, &u)).abs() < 1e-12 * energy);
-            let mut by_cells = vec![0.0; space.dofs];
-            for_each_stiffness(&space, |cell, matrix| {
-                let local = space.local(cell, &u);
-                for (row, &dof) in matrix.iter().zip(space.cell_dofs(cell)) {
-                    by_cells[dof as usize] +=
-                        row.iter().zip(&local).map(|(a, u)| a * u).sum::<f64>();
-                }
-            });
-            for (a, b) in y.iter().zip(&by_cells) {
-                assert!((a - b).abs() < 1e-12);
-            }
-        }
+        assert!((stiffness(&space).energy(&u) - (8.0 / 3.0 + 2.0 / 3.0)).abs() < 1e-12);
+        assert!((mass(&space).energy(&u) - 8.0 / 9.0).abs() < 1e-12);
     }
 }

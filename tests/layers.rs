@@ -16,7 +16,10 @@ const LAYERS: [(&str, &[&str]); 18] = [
     ("io", &["mesh", "field"]),
     ("scene", &["mesh", "io", "quadrature"]),
     ("element", &["mesh"]),
-    ("assembly", &["mesh", "scene", "element", "quadrature"]),
+    (
+        "assembly",
+        &["mesh", "scene", "element", "quadrature", "linear"],
+    ),
     (
         "contact",
         &[

@@ -22,6 +22,11 @@ def arrays(data):
     return {values.GetName(): array(values) for values in found}
 
 
+def nodes(cell):
+    """The points of a cell; VTK hands out one and the same object for each."""
+    return [cell.GetPointId(i) for i in range(cell.GetNumberOfPoints())]
+
+
 def look(path):
     """The grid in a file; None where VTK reports an error."""
     reader = vtkXMLUnstructuredGridReader()
@@ -32,12 +37,12 @@ def look(path):
     if errors or reader.GetErrorCode():
         return None
     grid = reader.GetOutput()
-    cells = [grid.GetCell(i) for i in range(grid.GetNumberOfCells())]
+    cells = range(grid.GetNumberOfCells())
     points = grid.GetPoints()
     return {
         "points": array(points.GetData()) if points and points.GetNumberOfPoints() else None,
-        "cells": [[cell.GetPointId(j) for j in range(cell.GetNumberOfPoints())] for cell in cells],
-        "types": [grid.GetCellType(i) for i in range(len(cells))],
+        "cells": [nodes(grid.GetCell(i)) for i in cells],
+        "types": [grid.GetCellType(i) for i in cells],
         "point_data": arrays(grid.GetPointData()),
         "cell_data": arrays(grid.GetCellData()),
         "field_data": arrays(grid.GetFieldData()),

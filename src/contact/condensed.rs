@@ -6,10 +6,11 @@
 //! (A + E N Eᵀ) δ = r  ⇔  (S + N) δ_K = S (A⁻¹ r)_K,  δ = A⁻¹ (r - E N δ_K)
 //! ```
 
+use std::cell::RefCell;
+
 use super::Problem;
-use crate::assembly;
 use crate::error::{Error, Result};
-use crate::linear::{Cholesky, Dense, DenseLu, SymmetricBuilder, nested_dissection};
+use crate::linear::{Cholesky, Dense, DenseLu, gmres, nested_dissection};
 
 pub(super) struct Condensed {
     /// A on the free dofs.
@@ -23,6 +24,8 @@ pub(super) struct Condensed {
     kept: Vec<Option<u32>>,
     /// Free numbers of K, ascending.
     kept_free: Vec<u32>,
+    /// The last dense factorisation: for an earlier contact set, but a good preconditioner.
+    stale: RefCell<Option<DenseLu>>,
 }
 
 impl Condensed {
@@ -63,21 +66,7 @@ impl Condensed {
             }
         }
 
-        let local = space.local_dofs;
-        let mut builder = SymmetricBuilder::new(
-            points.len(),
-            space.mesh.cell_count() * local * (local + 1) / 2,
-        );
-        assembly::for_each_stiffness(space, |cell, matrix| {
-            let dofs = space.cell_dofs(cell);
-            for (i, &dof_i) in dofs.iter().enumerate() {
-                for (j, &dof_j) in dofs.iter().enumerate().take(i + 1) {
-                    if let (Some(p), Some(q)) = (free[dof_i as usize], free[dof_j as usize]) {
-                        builder.add(p, q, matrix[i][j]);
-                    }
-                }
-            }
-        });
+        let mut matrix = problem.stiffness.block(&free, points.len());
         let mut shift = Dense::zeros(kept_free.len());
         if !held_by_dirichlet(problem) {
             for face in &problem.contact {
@@ -91,7 +80,7 @@ impl Condensed {
                             if let (Some(p), Some(q)) = (free[di], free[dj])
                                 && j <= i
                             {
-                                builder.add(p, q, value);
+                                matrix.add(p.max(q) as usize, p.min(q) as usize, value);
                             }
                             if let (Some(p), Some(q)) = (kept[di], kept[dj]) {
                                 shift.add(p as usize, q as usize, value);
@@ -101,7 +90,6 @@ impl Condensed {
                 }
             }
         }
-        let matrix = builder.build();
         let order = nested_dissection(&points, &matrix.graph(), &last);
         let factor = Cholesky::factor(&matrix, &order)?;
         let schur = factor.schur_complement(kept_free.len());
@@ -112,16 +100,17 @@ impl Condensed {
             free,
             kept,
             kept_free,
+            stale: RefCell::new(None),
         })
     }
 
-    /// The contact terms of the matrix on K, where the law u-ψ + [P]₊ is replaced by
+    /// The contact terms of the matrix on K, where the law `u-ψ + [P]₊` is replaced by
     /// α (u-ψ) + β γ ∂ₙu with (α, β) chosen at each quadrature point.
     pub fn contact_matrix(
         &self,
         problem: &Problem,
         choose: &mut dyn FnMut(usize, usize) -> [f64; 2],
-    ) -> ContactMatrix {
+    ) -> Dense {
         let mut terms = Dense::zeros(self.kept_free.len());
         for (f, face) in problem.contact.iter().enumerate() {
             let dofs = problem.space.cell_dofs(face.cell);
@@ -143,16 +132,14 @@ impl Condensed {
                 }
             }
         }
-        let terms = terms.minus(&self.shift);
-        let lu = self.schur.plus(&terms).lu();
-        ContactMatrix { terms, lu }
+        terms.minus(&self.shift)
     }
 
     /// δ with (A + E N Eᵀ) δ = -R on the free dofs and 0 on Γ_D; all dofs.
     ///
     /// # Errors
     /// A singular matrix.
-    pub fn step(&self, contact: &ContactMatrix, residual: &[f64]) -> Result<Vec<f64>> {
+    pub fn step(&self, contact: &Dense, residual: &[f64]) -> Result<Vec<f64>> {
         let mut r = vec![0.0; self.factor.size()];
         for (value, k) in residual.iter().zip(&self.free) {
             if let Some(k) = k {
@@ -163,8 +150,8 @@ impl Condensed {
             let mut y = r.clone();
             self.factor.solve(&mut y);
             let on_kept: Vec<f64> = self.kept_free.iter().map(|&k| y[k as usize]).collect();
-            let delta = contact.lu.solve(&self.schur.times(&on_kept));
-            for (&k, n) in self.kept_free.iter().zip(contact.terms.times(&delta)) {
+            let delta = self.solve_kept(contact, &self.schur.times(&on_kept));
+            for (&k, n) in self.kept_free.iter().zip(contact.times(&delta)) {
                 r[k as usize] -= n;
             }
         }
@@ -184,13 +171,30 @@ impl Condensed {
             .map(|k| k.map_or(0.0, |k| r[k as usize]))
             .collect())
     }
+
+    /// (S + N) δ_K = b: from step to step few faces change their status, so that the factorisation
+    /// of an earlier step and some steps of GMRES do what a new factorisation would.
+    fn solve_kept(&self, contact: &Dense, b: &[f64]) -> Vec<f64> {
+        let mut stale = self.stale.borrow_mut();
+        if let Some(lu) = stale.as_ref().filter(|_| b.len() > SMALL) {
+            let apply = |x: &[f64]| -> Vec<f64> {
+                let mut y = self.schur.times(x);
+                for (y, n) in y.iter_mut().zip(contact.times(x)) {
+                    *y += n;
+                }
+                y
+            };
+            let found = gmres(apply, |x| lu.solve(x), b, 1e-14, b.len() / 40);
+            if let Some(delta) = found {
+                return delta;
+            }
+        }
+        stale.insert(self.schur.plus(contact).lu()).solve(b)
+    }
 }
 
-/// The contact terms N and the factorisation of S + N.
-pub(super) struct ContactMatrix {
-    terms: Dense,
-    lu: DenseLu,
-}
+/// Below this a new factorisation costs less than the search for a way around it.
+const SMALL: usize = 400;
 
 /// Does every connected part touch Γ_D, so that the stiffness alone is definite?
 fn held_by_dirichlet(problem: &Problem) -> bool {

@@ -4,6 +4,7 @@ use super::Method;
 use crate::assembly::{self, FacePoints, value_at};
 use crate::element::{Basis, MAX_DOFS, Space};
 use crate::error::{Error, Result};
+use crate::linear::Symmetric;
 use crate::mesh::Triangulation;
 use crate::quadrature::{self, Rule};
 use crate::scene::{HRule, Part, Scene};
@@ -16,6 +17,8 @@ pub struct Problem<'a> {
     pub parts: Vec<Option<Part>>,
     /// Contact faces, ascending.
     pub contact: Vec<ContactFace>,
+    /// (∇φ_j, ∇φ_i)_h, all dofs.
+    pub stiffness: Symmetric,
     /// L(φ_i) = (f, φ_i) + <t, φ_i>_N, all dofs.
     pub load: Vec<f64>,
     /// The value of g at each dof on Γ_D, none elsewhere.
@@ -130,6 +133,7 @@ impl<'a> Problem<'a> {
             }
         }
         let problem = Problem {
+            stiffness: assembly::stiffness(&space),
             space,
             method,
             parts,
@@ -209,7 +213,7 @@ impl<'a> Problem<'a> {
     ///
     /// With u-ψ + [P(u)]₊ = max(u-ψ, γ∂ₙu): the same number without the cancellation.
     pub fn residual(&self, u: &[f64]) -> Vec<f64> {
-        let mut r = assembly::stiffness_times(&self.space, u);
+        let mut r = self.stiffness.times(u);
         for (r, b) in r.iter_mut().zip(&self.load) {
             *r -= b;
         }
@@ -238,17 +242,7 @@ impl<'a> Problem<'a> {
     /// over the sum of the sizes of that row's terms, and its dof. Rounding leaves about 1e-15.
     pub fn backward_error(&self, u: &[f64]) -> (f64, Option<usize>) {
         let residual = self.residual(u);
-        let mut size = vec![0.0; self.space.dofs];
-        assembly::for_each_stiffness(&self.space, |cell, matrix| {
-            let local = self.space.local(cell, u);
-            for (row, &dof) in matrix.iter().zip(self.space.cell_dofs(cell)) {
-                size[dof as usize] += row
-                    .iter()
-                    .zip(&local)
-                    .map(|(a, u)| (a * u).abs())
-                    .sum::<f64>();
-            }
-        });
+        let mut size = self.stiffness.sizes(u);
         for face in &self.contact {
             let local = self.space.local(face.cell, u);
             let dofs = self.space.cell_dofs(face.cell);

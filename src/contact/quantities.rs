@@ -35,8 +35,8 @@ pub fn quantities(problem: &Problem, u: &[f64]) -> Quantities {
         }
     }
     Quantities {
-        grad_norm_sq: assembly::gradient_norm_sq(&problem.space, u),
-        l2_norm: assembly::value_norm_sq(&problem.space, u).sqrt(),
+        grad_norm_sq: problem.stiffness.energy(u),
+        l2_norm: assembly::mass(&problem.space).energy(u).sqrt(),
         contact_flux: flux,
         contact_residual: residual.sqrt(),
         contact_set: contact_set(problem, u),

@@ -19,6 +19,7 @@ use super::Problem;
 use super::condensed::Condensed;
 use crate::assembly;
 use crate::error::Result;
+use crate::linear::Symmetric;
 
 /// How the nonlinear system is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,9 +34,9 @@ pub enum Iteration {
 /// The splittings that were tried for the paper's fixed point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Splitting {
-    /// [P]₊ lagged as a whole; converges for γ₀ < 1 only.
+    /// `[P]₊` lagged as a whole; converges for γ₀ < 1 only.
     LaggedP,
-    /// [u-ψ-γ∂ₙu]₊ lagged; needs γ above about 0.28.
+    /// `[u-ψ-γ∂ₙu]₊` lagged; needs γ above about 0.28.
     LaggedGap,
     /// The indicator of contact lagged, P new, under-relaxed by 1/6.
     Relaxed,
@@ -170,6 +171,7 @@ pub fn solve(
     mut progress: impl FnMut(usize, f64) -> Result<()>,
 ) -> Result<Solution> {
     let clock = Instant::now();
+    let mass = assembly::mass(&problem.space);
     let condensed = Condensed::new(problem)?;
     let factor = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
@@ -192,7 +194,7 @@ pub fn solve(
         for (u, d) in u.iter_mut().zip(&step) {
             *u += d;
         }
-        let increment = relative_increment(problem, &step, &u);
+        let increment = relative_increment(problem, &mass, &step, &u);
         increments.push(increment);
         progress(increments.len(), increment)?;
         converged = increment < stop.increment;
@@ -212,11 +214,8 @@ pub fn solve(
 }
 
 /// ‖δ‖_{1,h} / ‖u‖_{1,h} with ‖v‖²_{1,h} = ‖∇v‖²_h + ‖v‖²; 0 where both vanish.
-fn relative_increment(problem: &Problem, step: &[f64], u: &[f64]) -> f64 {
-    let norm = |v: &[f64]| {
-        let space = &problem.space;
-        (assembly::gradient_norm_sq(space, v) + assembly::value_norm_sq(space, v)).sqrt()
-    };
+fn relative_increment(problem: &Problem, mass: &Symmetric, step: &[f64], u: &[f64]) -> f64 {
+    let norm = |v: &[f64]| (problem.stiffness.energy(v) + mass.energy(v)).sqrt();
     let increment = norm(step);
     if increment == 0.0 {
         return 0.0;

@@ -31,7 +31,7 @@ fn newton(problem: &Problem) -> Solution {
 ///
 /// (∇u,∇v) + γ⁻¹<[u - γ∂ₙu]₊, v + θ₁γ∂ₙv>_C + θ₁γ<∂ₙu, ∂ₙv>_C = (f,v); `flux_term` is that last θ₁.
 fn form_2_5(problem: &Problem, u: &[f64], flux_term: f64) -> Vec<f64> {
-    let mut r = assembly::stiffness_times(&problem.space, u);
+    let mut r = problem.stiffness.times(u);
     for (r, b) in r.iter_mut().zip(&problem.load) {
         *r -= b;
     }

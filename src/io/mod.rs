@@ -135,10 +135,10 @@ pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>>
     write_with(path, mesh, &[], options)
 }
 
-/// [`write`] together with data about the mesh as a whole.
+/// [`fn@write`] together with data about the mesh as a whole.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`fn@write`].
 pub fn write_with(
     path: &Path,
     mesh: &Mesh,

@@ -2,10 +2,12 @@
 
 mod cholesky;
 mod dense;
+mod gmres;
 mod ordering;
 mod sparse;
 
 pub use cholesky::Cholesky;
 pub use dense::{Dense, DenseLu};
+pub use gmres::gmres;
 pub use ordering::nested_dissection;
 pub use sparse::{Symmetric, SymmetricBuilder};

@@ -99,6 +99,55 @@ impl Symmetric {
         y
     }
 
+    /// xᵀ A x
+    pub fn energy(&self, x: &[f64]) -> f64 {
+        self.times(x).iter().zip(x).map(|(y, x)| x * y).sum()
+    }
+
+    /// Σ_j |A_ij x_j|
+    pub fn sizes(&self, x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; self.n];
+        for j in 0..self.n {
+            for k in self.starts[j]..self.starts[j + 1] {
+                let (i, a) = (self.rows[k], self.values[k].abs());
+                y[i] += a * x[j].abs();
+                if i != j {
+                    y[j] += a * x[i].abs();
+                }
+            }
+        }
+        y
+    }
+
+    /// The block of the indices that have a number in `kept`; the numbers ascend with the indices.
+    pub fn block(&self, kept: &[Option<u32>], n: usize) -> Symmetric {
+        let mut block = Symmetric {
+            n,
+            starts: Vec::with_capacity(n + 1),
+            rows: Vec::with_capacity(self.rows.len()),
+            values: Vec::with_capacity(self.values.len()),
+        };
+        block.starts.push(0);
+        for j in (0..self.n).filter(|&j| kept[j].is_some()) {
+            for k in self.starts[j]..self.starts[j + 1] {
+                if let Some(row) = kept[self.rows[k]] {
+                    block.rows.push(row as usize);
+                    block.values.push(self.values[k]);
+                }
+            }
+            block.starts.push(block.rows.len());
+        }
+        block
+    }
+
+    /// Adds to an entry of the lower triangle that is there.
+    pub fn add(&mut self, i: usize, j: usize, value: f64) {
+        let column = self.starts[j]..self.starts[j + 1];
+        if let Ok(k) = self.rows[column.clone()].binary_search(&i) {
+            self.values[column.start + k] += value;
+        }
+    }
+
     /// Neighbours of each index, without itself: (starts, indices).
     pub fn graph(&self) -> (Vec<usize>, Vec<u32>) {
         let mut starts = vec![0usize; self.n + 1];

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use super::hanging::hanging_nodes;
 use super::topology::{FaceKey, Side, all_sides, corners, key};
 use super::{Mesh, Shape};
 
@@ -12,8 +13,6 @@ use super::{Mesh, Shape};
 const SHOWN: usize = 5;
 /// A cell whose measure is less than this times the power of its longest edge is degenerate.
 const FLAT: f64 = 1e-12;
-/// A point this close to a face, in units of the face's size, lies on it.
-const ON: f64 = 1e-9;
 
 /// What [`check`] found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -122,6 +121,21 @@ struct Checker<'a> {
 }
 
 impl Checker<'_> {
+    fn hanging(&self, sides: &[Side]) -> Findings {
+        let mut findings = Findings::default();
+        if self.dim < 2 {
+            return findings;
+        }
+        let faces: Vec<(Side, Vec<u32>)> = boundary(sides)
+            .map(|side| (side, nodes_of(&side.key)))
+            .collect();
+        let corners: Vec<&[u32]> = faces.iter().map(|(_, nodes)| nodes.as_slice()).collect();
+        for (point, face) in hanging_nodes(&self.mesh.points, &corners) {
+            findings.add(|| self.finding(&[faces[face].0.cell], &[point]));
+        }
+        findings
+    }
+
     fn point(&self, index: u32) -> Vector3<f64> {
         self.mesh
             .points
@@ -466,8 +480,6 @@ fn root(parent: &mut [u32], mut cell: u32) -> u32 {
         cell = top;
     }
 }
-
-mod hanging;
 
 #[cfg(test)]
 mod tests;

@@ -4,6 +4,7 @@ pub mod check;
 mod data;
 pub mod generate;
 mod geometry;
+mod hanging;
 mod kind;
 mod labels;
 pub mod refine;

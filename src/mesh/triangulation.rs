@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use super::hanging::hanging_nodes;
 use super::{CellGeometry, CellKind, Mesh};
 use crate::error::{Error, Result};
 
@@ -374,49 +375,23 @@ impl Triangulation {
         Ok(())
     }
 
-    /// A vertex inside a boundary edge hangs: the mesh does not conform there.
+    /// A vertex inside a boundary face hangs: the mesh does not conform there.
     fn check_hanging(&self, refuse: impl Fn(String, &str) -> Error) -> Result<()> {
-        // A hanging vertex lies on the boundary of the topology, so only boundary vertices and
-        // boundary edges are compared, found through a grid of the boundary's own spacing.
-        let mut edges = Vec::new();
-        for face in (0..self.face_count()).filter(|&f| self.is_boundary(f)) {
-            let vertices = self.face(face);
-            for i in 0..vertices.len() {
-                for j in 0..i {
-                    edges.push([vertices[j], vertices[i]]);
-                }
-            }
+        let boundary: Vec<&[u32]> = (0..self.face_count())
+            .filter(|&face| self.is_boundary(face))
+            .map(|face| self.face(face))
+            .collect();
+        match hanging_nodes(&self.points, &boundary).first() {
+            None => Ok(()),
+            Some(&(vertex, face)) => Err(refuse(
+                format!(
+                    "{} lies inside the face {:?}: the mesh does not conform",
+                    self.vertex_label(vertex),
+                    boundary[face]
+                ),
+                "split the cells at the hanging vertex, or merge duplicate vertices",
+            )),
         }
-        edges.sort_unstable();
-        edges.dedup();
-        let mut vertices: Vec<u32> = edges.iter().flatten().copied().collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        let grid = PointGrid::new(&self.points, &vertices);
-        for &[a, b] in &edges {
-            let (p, q) = (self.points[a as usize], self.points[b as usize]);
-            let (p, q) = (nalgebra::Vector3::from(p), nalgebra::Vector3::from(q));
-            let length = (q - p).norm();
-            let hanging = grid.near_segment(p.into(), q.into()).find(|&v| {
-                if v == a || v == b {
-                    return false;
-                }
-                let x = nalgebra::Vector3::from(self.points[v as usize]) - p;
-                let along = x.dot(&(q - p)) / length;
-                let off = (x - (q - p) * (along / length)).norm();
-                along > 0.0 && along < length && off < 1e-10 * length
-            });
-            if let Some(v) = hanging {
-                return Err(refuse(
-                    format!(
-                        "{} lies inside the edge between vertices {a} and {b}: the mesh does not conform",
-                        self.vertex_label(v)
-                    ),
-                    "split the cells at the hanging vertex, or merge duplicate vertices",
-                ));
-            }
-        }
-        Ok(())
     }
 
     fn take_groups(
@@ -539,71 +514,6 @@ pub fn local_edges(dim: usize) -> &'static [[usize; 2]] {
     match dim {
         2 => &[[1, 2], [0, 2], [0, 1]],
         _ => &[[2, 3], [1, 3], [1, 2], [0, 3], [0, 2], [0, 1]],
-    }
-}
-
-/// Points sorted into boxes, to find those near a segment.
-struct PointGrid<'a> {
-    points: &'a [[f64; 3]],
-    origin: [f64; 3],
-    size: f64,
-    boxes: HashMap<[i64; 3], Vec<u32>>,
-}
-
-impl<'a> PointGrid<'a> {
-    fn new(points: &'a [[f64; 3]], chosen: &[u32]) -> Self {
-        let mut low = [f64::INFINITY; 3];
-        let mut high = [f64::NEG_INFINITY; 3];
-        for &v in chosen {
-            for k in 0..3 {
-                low[k] = low[k].min(points[v as usize][k]);
-                high[k] = high[k].max(points[v as usize][k]);
-            }
-        }
-        let extent = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
-        let size = (extent / (chosen.len() as f64).max(1.0)).max(f64::MIN_POSITIVE);
-        let mut grid = PointGrid {
-            points,
-            origin: low,
-            size,
-            boxes: HashMap::new(),
-        };
-        for &v in chosen {
-            let key = grid.key(grid.points[v as usize]);
-            grid.boxes.entry(key).or_default().push(v);
-        }
-        grid
-    }
-
-    fn key(&self, p: [f64; 3]) -> [i64; 3] {
-        std::array::from_fn(|k| ((p[k] - self.origin[k]) / self.size).floor() as i64)
-    }
-
-    /// Points in the boxes that the segment passes, and in the neighbouring boxes.
-    fn near_segment(&self, p: [f64; 3], q: [f64; 3]) -> impl Iterator<Item = u32> + '_ {
-        let steps = (0..3)
-            .map(|k| ((q[k] - p[k]).abs() / self.size).ceil() as usize)
-            .max()
-            .unwrap_or(0)
-            .max(1);
-        let mut keys: Vec<[i64; 3]> = Vec::new();
-        for s in 0..=steps {
-            let t = s as f64 / steps as f64;
-            let at = self.key(std::array::from_fn(|k| p[k] + t * (q[k] - p[k])));
-            for dx in -1..=1 {
-                for dy in -1..=1 {
-                    for dz in -1..=1 {
-                        keys.push([at[0] + dx, at[1] + dy, at[2] + dz]);
-                    }
-                }
-            }
-        }
-        keys.sort_unstable();
-        keys.dedup();
-        keys.into_iter()
-            .filter_map(|key| self.boxes.get(&key))
-            .flatten()
-            .copied()
     }
 }
 

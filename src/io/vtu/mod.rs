@@ -99,10 +99,10 @@ pub fn read(path: &Path) -> Result<Vtu> {
     from_bytes(path, &bytes)
 }
 
-/// [`read`] for bytes that are there; the path names them in messages and leads to the pieces of a `.pvtu`.
+/// [`fn@read`] for bytes that are there; the path names them in messages and leads to the pieces of a `.pvtu`.
 ///
 /// # Errors
-/// As [`read`].
+/// As [`fn@read`].
 pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Vtu> {
     let document = xml::parse(path, bytes)?;
     let mut file = if document.parallel {

@@ -242,11 +242,12 @@ fn restore_fields(mesh: &mut Mesh, whole: &mut Vec<Whole>) {
             continue;
         };
         let field = &mut mesh.fields[place];
-        if !row.at.is_empty() && field.at.is_empty() {
-            if let Some(values) = select(&field.values, field.components, &row.at) {
-                field.values = values;
-                field.at = row.at;
-            }
+        if !row.at.is_empty()
+            && field.at.is_empty()
+            && let Some(values) = select(&field.values, field.components, &row.at)
+        {
+            field.values = values;
+            field.at = row.at;
         }
         field.name = row.name;
         field.time = row.time;

@@ -135,31 +135,3 @@ fn every_truncation_is_refused() {
         }
     }
 }
-
-/// Files for a look with other readers: `VTU_OUT=folder cargo test --lib vtu -- --ignored`.
-#[test]
-#[ignore = "writes files for other readers where VTU_OUT says"]
-fn files_for_other_readers() {
-    let Some(folder) = std::env::var_os("VTU_OUT") else {
-        return;
-    };
-    for (i, encoding) in ENCODINGS.into_iter().enumerate() {
-        let nan = Field::new(
-            "nan",
-            Support::Cells,
-            1,
-            Values::F64(vec![
-                f64::NAN,
-                1.0,
-                f64::INFINITY,
-                -0.0,
-                1e300,
-                f64::NEG_INFINITY,
-            ]),
-        );
-        let path = Path::new(&folder).join(format!("square{i}.vtu"));
-        write(&path, &square(), &[nan], &provenance(), encoding).expect("written");
-        let empty = Path::new(&folder).join(format!("empty{i}.vtu"));
-        write(&empty, &Mesh::default(), &[], &[], encoding).expect("written");
-    }
-}

@@ -31,7 +31,7 @@ impl Profile {
 /// A function's value, first and second derivative.
 type Jet = [f64; 3];
 
-/// [t]₊^e.
+/// `[t]₊^e`
 fn ramp(t: f64, e: u32) -> Jet {
     if t <= 0.0 {
         return [0.0; 3];

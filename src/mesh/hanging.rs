@@ -5,43 +5,32 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::{Checker, Findings, ON, Side, boundary, nodes_of};
+/// A point this close to a face, in units of the face's size, lies on it.
+const ON: f64 = 1e-9;
 
-impl Checker<'_> {
-    pub(super) fn hanging(&self, sides: &[Side]) -> Findings {
-        let faces: Vec<(Side, Vec<u32>)> = boundary(sides)
-            .map(|side| (side, nodes_of(&side.key)))
-            .collect();
-        let mut points: Vec<u32> = faces
-            .iter()
-            .flat_map(|(_, nodes)| nodes.iter().copied())
-            .collect();
-        points.sort_unstable();
-        points.dedup();
-        if self.dim < 2 || points.is_empty() {
-            return Findings::default();
-        }
-        let grid = Grid::new(
-            points.iter().map(|&point| (point, self.point(point))),
-            faces.len(),
-        );
-        let mut found: Vec<(u32, Side)> = Vec::new();
-        for (side, nodes) in &faces {
-            let corners: Vec<Vector3<f64>> = nodes.iter().map(|&node| self.point(node)).collect();
-            grid.near(&corners, |point, at| {
-                if !nodes.contains(&point) && lies_on(at, &corners) {
-                    found.push((point, *side));
-                }
-            });
-        }
-        found.sort_unstable();
-        found.dedup_by_key(|(point, _)| *point);
-        let mut findings = Findings::default();
-        for (point, side) in found {
-            findings.add(|| self.finding(&[side.cell], &[point]));
-        }
-        findings
+/// Points that lie on one of these boundary faces without being a corner of it, each with the first such face;
+/// ascending in the points. `faces` are corner indices.
+pub(super) fn hanging_nodes(points: &[[f64; 3]], faces: &[&[u32]]) -> Vec<(u32, usize)> {
+    let place = |point: u32| Vector3::from(points[point as usize]);
+    let mut corners: Vec<u32> = faces.iter().flat_map(|face| face.iter().copied()).collect();
+    corners.sort_unstable();
+    corners.dedup();
+    let grid = Grid::new(
+        corners.iter().map(|&point| (point, place(point))),
+        faces.len(),
+    );
+    let mut found = Vec::new();
+    for (index, face) in faces.iter().enumerate() {
+        let at: Vec<Vector3<f64>> = face.iter().map(|&corner| place(corner)).collect();
+        grid.near(&at, |point, x| {
+            if !face.contains(&point) && lies_on(x, &at) {
+                found.push((point, index));
+            }
+        });
     }
+    found.sort_unstable();
+    found.dedup_by_key(|(point, _)| *point);
+    found
 }
 
 /// Whether a point lies on a segment or plane polygon, away from its corners.
