@@ -348,6 +348,10 @@ fn crlf_comments_and_unknown_sections_do_no_harm() {
     let content = io::open(&path, None).expect("a sound mesh");
     assert_eq!(content.unread, ["the section $Foo"]);
     assert_eq!(content.mesh.groups, [group(2, 4, None, &[0])]);
+    let [warning] = content.warnings.as_slice() else {
+        panic!("{:?}", content.warnings)
+    };
+    assert!(warning.contains("1 elements are negative"), "{warning}");
 }
 
 fn round_trip(mesh: &Mesh, options: &Options) -> Mesh {

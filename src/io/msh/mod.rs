@@ -11,4 +11,4 @@ mod write_v2;
 mod write_v4;
 
 pub use read::read;
-pub use write::{Options, Version, write};
+pub use write::{Options, Version, to_bytes, write};

@@ -164,14 +164,23 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
             tags.odd
         ));
     }
+    if tags.negative > 0 {
+        content.warnings.push(format!(
+            "the numbers of the groups of {} elements are negative: the minus sign, which marks reversed elements, is not kept",
+            tags.negative
+        ));
+    }
     builder.finish_cells(scan)
 }
 
-/// The tags of one element, and how many elements had tags that say nothing known.
+/// The tags of one element, and how many elements had tags that are not kept as they are.
 #[derive(Default)]
 struct Tags {
     values: Vec<i32>,
+    /// Elements whose further tags say nothing known.
     odd: usize,
+    /// Elements whose group has a minus sign.
+    negative: usize,
 }
 
 impl Tags {
@@ -237,7 +246,10 @@ fn element(
     // A tag of zero means none. Gmsh marks reversed cells by a negative tag; the group is the same.
     match tags.values.first() {
         None | Some(0) => builder.appended(1, kind.dim(), &[]),
-        Some(physical) => builder.appended(1, kind.dim(), &[i64::from(*physical).abs()]),
+        Some(physical) => {
+            tags.negative += usize::from(*physical < 0);
+            builder.appended(1, kind.dim(), &[i64::from(*physical).abs()]);
+        }
     }
     if tags.values.len() > 2
         && let Some(partitions) = tags.partitions(cell, layout)

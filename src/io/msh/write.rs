@@ -39,8 +39,15 @@ pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>>
     Ok(warnings)
 }
 
-/// The bytes of the file.
-pub fn encode(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Out, Vec<String>)> {
+/// The bytes that [`write`] writes; `path` is named in messages only.
+///
+/// # Errors
+/// The mesh is not sound, or the version cannot hold it.
+pub fn to_bytes(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Vec<u8>, Vec<String>)> {
+    encode(path, mesh, options).map(|(out, warnings)| (out.bytes, warnings))
+}
+
+fn encode(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Out, Vec<String>)> {
     mesh.validate().map_err(|what| {
         Error::file(
             path,

@@ -1,0 +1,102 @@
+"""Measures a program on files: meshes.py (gmsh|meshio|vtk) FILE…; prints seconds as JSON.
+
+Each file that the program reads is read, and what was read is written again in the form that the
+file's name tells; each the best of three, or fewer if they take long.
+"""
+
+import json
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+
+def best(work):
+    begin, seconds = time.perf_counter(), []
+    while len(seconds) < 3 and time.perf_counter() - begin < 20:
+        start = time.perf_counter()
+        work()
+        seconds.append(time.perf_counter() - start)
+    return min(seconds)
+
+
+def with_gmsh(path, out):
+    if path.suffix != ".msh":
+        return None
+    import gmsh
+
+    if not gmsh.isInitialized():
+        gmsh.initialize()
+        gmsh.option.setNumber("General.Terminal", 0)
+
+    def read():
+        gmsh.clear()
+        gmsh.open(str(path))
+
+    def write():
+        gmsh.option.setNumber("Mesh.MshFileVersion", 2.2 if "-22-" in path.name else 4.1)
+        gmsh.option.setNumber("Mesh.Binary", int("binary" in path.name))
+        gmsh.write(str(out))
+
+    return read, write
+
+
+def with_meshio(path, out):
+    import meshio
+
+    held = {}
+
+    def read():
+        held["mesh"] = meshio.read(path)
+
+    def write():
+        mesh = held["mesh"]
+        if path.suffix == ".vtu":
+            meshio.vtu.write(out, mesh, binary=True, compression="zlib" if "zlib" in path.name else None)
+        else:
+            version = "2.2" if "-22-" in path.name else "4.1"
+            meshio.gmsh.write(out, mesh, fmt_version=version, binary="binary" in path.name)
+
+    return read, write
+
+
+def with_vtk(path, out):
+    if path.suffix != ".vtu":
+        return None
+    import vtkmodules.vtkIOXML as xml
+
+    held = {}
+
+    def read():
+        reader = xml.vtkXMLUnstructuredGridReader()
+        reader.SetFileName(str(path))
+        reader.Update()
+        held["grid"] = reader.GetOutput()
+
+    def write():
+        writer = xml.vtkXMLUnstructuredGridWriter()
+        writer.SetDataModeToAppended()
+        writer.EncodeAppendedDataOff()
+        if "zlib" in path.name:
+            writer.SetCompressorTypeToZLib()
+        else:
+            writer.SetCompressorTypeToNone()
+        writer.SetFileName(str(out))
+        writer.SetInputData(held["grid"])
+        writer.Write()
+
+    return read, write
+
+
+if __name__ == "__main__":
+    of = globals()[f"with_{sys.argv[1]}"]
+    times = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for path in map(Path, sys.argv[2:]):
+            out = Path(folder) / path.name
+            for name, work in zip(("read", "write"), of(path, out) or (), strict=False):
+                times[f"{name} {path.name}"] = best(work)
+            if out.exists():
+                os.remove(out)
+    print("\n" + json.dumps(times))

@@ -1,0 +1,189 @@
+//! Reading and writing a million cells beside Gmsh, meshio and VTK, in one run.
+//!
+//! `FACEOFF_READERS=target/readers/bin/python3 cargo bench --bench meshes` (`tests/run` makes that environment).
+//! Times are of the work alone, without the start of an interpreter: the best of three, in seconds.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use faceoff::io::vtu::{Compressor, Encoding};
+use faceoff::io::{self, Options, msh};
+use faceoff::mesh::{CellBlock, CellKind, Group, Mesh};
+
+/// The best of three, or fewer if they take long.
+fn best(mut work: impl FnMut()) -> f64 {
+    let begin = Instant::now();
+    let mut best = f64::INFINITY;
+    for _ in 0..3 {
+        let start = Instant::now();
+        work();
+        best = best.min(start.elapsed().as_secs_f64());
+        if begin.elapsed() > Duration::from_secs(20) {
+            break;
+        }
+    }
+    best
+}
+
+/// Squares cut in two: 2 n² triangles.
+fn triangles(n: u32) -> Mesh {
+    let h = 1.0 / f64::from(n);
+    let point = |i: u32| [f64::from(i % (n + 1)) * h, f64::from(i / (n + 1)) * h, 0.0];
+    let corners = (0..n * n).map(|i| i / n * (n + 1) + i % n);
+    let nodes = corners.flat_map(|a| [a, a + 1, a + n + 2, a, a + n + 2, a + n + 1]);
+    grouped(
+        (0..(n + 1) * (n + 1)).map(point).collect(),
+        CellKind::Triangle,
+        nodes.collect(),
+    )
+}
+
+/// Cubes cut in six: 6 n³ tetrahedra.
+fn tetrahedra(n: u32) -> Mesh {
+    let (h, m) = (1.0 / f64::from(n), n + 1);
+    let point = |i: u32| [i % m, i / m % m, i / (m * m)].map(|x| f64::from(x) * h);
+    let (x, y, z) = (1, m, m * m);
+    let mut nodes = Vec::new();
+    for i in 0..n * n * n {
+        let a = i % n * x + i / n % n * y + i / (n * n) * z;
+        for (p, q) in [(x, y), (y, z), (z, x)] {
+            let r = x + y + z - p - q;
+            debug_assert_eq!(p + q + r, x + y + z);
+            nodes.extend([a, a + p, a + p + q, a + x + y + z]);
+            nodes.extend([a, a + p + q, a + q, a + x + y + z]);
+        }
+    }
+    grouped(
+        (0..m * m * m).map(point).collect(),
+        CellKind::Tetrahedron,
+        nodes,
+    )
+}
+
+fn grouped(points: Vec<[f64; 3]>, kind: CellKind, nodes: Vec<u32>) -> Mesh {
+    let blocks = vec![CellBlock::new(kind, nodes)];
+    let cells = (0..blocks[0].len() as u32).collect();
+    let group = Group {
+        dim: kind.dim(),
+        tag: 1,
+        name: Some("all".into()),
+        cells,
+    };
+    Mesh {
+        points,
+        blocks,
+        groups: vec![group],
+        ..Mesh::default()
+    }
+}
+
+fn forms() -> Vec<(&'static str, Options)> {
+    let msh = |msh_version, binary| Options {
+        msh_version,
+        binary,
+        ..Options::default()
+    };
+    let vtu = |compressor| Options {
+        vtu: Encoding::Raw(compressor),
+        ..Options::default()
+    };
+    vec![
+        ("22-ascii.msh", msh(msh::Version::V22, false)),
+        ("22-binary.msh", msh(msh::Version::V22, true)),
+        ("41-ascii.msh", msh(msh::Version::V41, false)),
+        ("41-binary.msh", msh(msh::Version::V41, true)),
+        ("raw.vtu", vtu(Compressor::None)),
+        ("zlib.vtu", vtu(Compressor::Zlib)),
+    ]
+}
+
+/// Seconds by program and by what was done, as meshes.py measures them.
+fn others(python: &Path, files: &[PathBuf]) -> BTreeMap<String, BTreeMap<String, f64>> {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/meshes.py");
+    let programs = ["gmsh", "meshio", "vtk"].into_iter();
+    let measured = programs.map(|program| {
+        let output = Command::new(python)
+            .arg(&script)
+            .arg(program)
+            .args(files)
+            .output();
+        let output =
+            output.unwrap_or_else(|error| panic!("{}: {error}: run tests/run", python.display()));
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let times = text
+            .lines()
+            .last()
+            .and_then(|line| serde_json::from_str(line).ok());
+        let times = times
+            .unwrap_or_else(|| panic!("{program}: {}", String::from_utf8_lossy(&output.stderr)));
+        (program.to_owned(), times)
+    });
+    measured.collect()
+}
+
+fn main() {
+    let python = std::env::var_os("FACEOFF_READERS").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("target/readers/bin/python3"),
+        PathBuf::from,
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    println!(
+        "| file | MB | | bytes alone | faceoff | gmsh | meshio | VTK | next / faceoff | faceoff / bytes |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+    for (name, mesh) in [
+        ("triangles", triangles(708)),
+        ("tetrahedra", tetrahedra(55)),
+    ] {
+        let mut rows = Vec::new();
+        let mut files = Vec::new();
+        for (form, options) in forms() {
+            let path = folder.path().join(format!("{name}-{form}"));
+            let write = best(|| {
+                io::write(&path, &mesh, &options).expect("written");
+            });
+            let mut bytes = Vec::new();
+            let plain_read = best(|| bytes = std::fs::read(&path).expect("there"));
+            let plain_write =
+                best(|| std::fs::write(folder.path().join("plain"), &bytes).expect("written"));
+            let read = best(|| {
+                assert_eq!(
+                    io::read(&path).expect("sound").cell_count(),
+                    mesh.cell_count()
+                );
+            });
+            rows.push((
+                format!("{name}-{form}"),
+                bytes.len(),
+                [("read", plain_read, read), ("write", plain_write, write)],
+            ));
+            files.push(path);
+        }
+        let others = others(&python, &files);
+        for (file, bytes, measured) in rows {
+            for (action, plain, ours) in measured {
+                let of = |program: &str| {
+                    let times = others.get(program)?;
+                    times.get(&format!("{action} {file}")).copied()
+                };
+                let programs = ["gmsh", "meshio", "vtk"].map(of);
+                let next = programs
+                    .iter()
+                    .flatten()
+                    .copied()
+                    .fold(f64::INFINITY, f64::min);
+                let shown =
+                    programs.map(|time| time.map_or("".into(), |time| format!("{time:.3}")));
+                println!(
+                    "| {file} | {} | {action} | {plain:.3} | {ours:.3} | {} | {:.1} | {:.1} |",
+                    bytes / 1_000_000,
+                    shown.join(" | "),
+                    next / ours,
+                    ours / plain
+                );
+            }
+        }
+    }
+}

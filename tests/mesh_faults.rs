@@ -1,0 +1,365 @@
+//! Mesh files that lie, break off or contradict themselves, given to the program: exit code 2, one sentence that
+//! says where, within two seconds and in little memory, and nothing written.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use common::{folder, run, source};
+use nix::sys::resource::{UsageWho, getrusage};
+
+const LIMIT: Duration = Duration::from_secs(2);
+/// What a refusal may take beyond the size of the file, in kB.
+const MEMORY: u64 = 256 << 10;
+
+/// The program says no to these bytes, in one sentence with these words.
+fn refused(folder: &Path, name: &str, bytes: &[u8], words: &[&str]) {
+    std::fs::write(folder.join(name), bytes).unwrap();
+    for action in [
+        &["info", name, "--json", "-"][..],
+        &["check", name, "--json", "-"],
+        &["convert", name, "out.vtu", "--lossy"],
+    ] {
+        let start = Instant::now();
+        let ran = run(folder, &[&["mesh"], action].concat());
+        let shown = String::from_utf8_lossy(&bytes[..bytes.len().min(300)]);
+        assert_eq!(
+            ran.code,
+            Some(2),
+            "{name}, {action:?}: {shown}\n{}",
+            ran.stderr
+        );
+        assert!(start.elapsed() < LIMIT, "{:?}: {shown}", start.elapsed());
+        assert_eq!(ran.stdout, "", "{shown}");
+        let sentence = ran.stderr.trim_end();
+        assert_eq!(sentence.lines().count(), 1, "{sentence}");
+        assert!(
+            sentence.starts_with(&format!("faceoff: {name}")),
+            "{sentence}"
+        );
+        for word in words {
+            assert!(sentence.contains(word), "{word:?} is not in {sentence:?}");
+        }
+        assert!(!folder.join("out.vtu").exists(), "{shown}");
+    }
+    // The largest of all children so far; those of the other tests are to be as small.
+    let peak = getrusage(UsageWho::RUSAGE_CHILDREN).unwrap().max_rss() as u64;
+    assert!(
+        peak < MEMORY + bytes.len() as u64 / 1024,
+        "{name}: {peak} kB"
+    );
+}
+
+const HUGE: &str = "1000000000000000000";
+const V22: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n";
+const V41: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
+const NODES: &str = "$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n";
+const BLOCKS: &str = "$Nodes\n1 3 1 3\n2 1 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n$EndNodes\n";
+
+#[test]
+fn counts_that_the_file_cannot_hold() {
+    let folder = folder();
+    let cases = [
+        (format!("$NOD\n{HUGE}\n1 0 0 0\n$ENDNOD\n"), ":2, $NOD"),
+        (
+            format!("{V22}$Nodes\n{HUGE}\n1 0 0 0\n$EndNodes\n"),
+            ":5, $Nodes",
+        ),
+        (
+            format!("{V22}{NODES}$Elements\n{HUGE}\n1 2 0 1 2 3\n$EndElements\n"),
+            "$Elements",
+        ),
+        (
+            format!("{V22}{NODES}$Elements\n1\n1 2 {HUGE} 1 2 3\n$EndElements\n"),
+            "$Elements",
+        ),
+        (
+            format!("{V22}$PhysicalNames\n{HUGE}\n1 1 \"a\"\n$EndPhysicalNames\n"),
+            "$PhysicalNames",
+        ),
+        (
+            format!("{V41}$Entities\n0 {HUGE} 0 0\n$EndEntities\n"),
+            "$Entities",
+        ),
+        (
+            format!("{V41}$Entities\n1 0 0 0\n1 0 0 0 {HUGE} 1\n$EndEntities\n"),
+            "$Entities",
+        ),
+        (
+            format!("{V41}$Nodes\n{HUGE} 1 1 1\n2 1 0 1\n1\n0 0 0\n$EndNodes\n"),
+            "$Nodes",
+        ),
+        (
+            format!("{V41}$Nodes\n1 {HUGE} 1 1\n2 1 0 1\n1\n0 0 0\n$EndNodes\n"),
+            "$Nodes",
+        ),
+        (
+            format!("{V41}$Nodes\n1 1 1 1\n2 1 0 {HUGE}\n1\n0 0 0\n$EndNodes\n"),
+            "$Nodes",
+        ),
+        (
+            format!("{V41}{BLOCKS}$Elements\n1 1 1 1\n2 1 2 {HUGE}\n1 1 2 3\n$EndElements\n"),
+            "$Elements",
+        ),
+        (
+            format!("{V41}{BLOCKS}$Elements\n{HUGE} 1 1 1\n2 1 2 1\n1 1 2 3\n$EndElements\n"),
+            "$Elements",
+        ),
+        (
+            format!(
+                "{V22}{NODES}$Elements\n1\n1 2 0 1 2 3\n$EndElements\n$NodeData\n1\n\"u\"\n1\n0\n3\n0\n1\n{HUGE}\n1 0\n$EndNodeData\n"
+            ),
+            "$NodeData",
+        ),
+        (
+            format!(
+                "{V22}{NODES}$Elements\n1\n1 2 0 1 2 3\n$EndElements\n$NodeData\n1\n\"u\"\n1\n0\n3\n0\n1000000000\n1\n1 0\n$EndNodeData\n"
+            ),
+            "$NodeData",
+        ),
+        (
+            format!(
+                "{V22}{NODES}$Elements\n1\n1 2 0 1 2 3\n$EndElements\n$Periodic\n{HUGE}\n1 2 4\n0\n$EndPeriodic\n"
+            ),
+            "$Periodic",
+        ),
+    ];
+    for (text, place) in &cases {
+        refused(folder.path(), "a.msh", text.as_bytes(), &[place]);
+    }
+    let free = format!("3 {HUGE} 0\n0 0 1\n1 0 1\n0 1 1\n1 2 3 0\n");
+    refused(folder.path(), "a.msh", free.as_bytes(), &[]);
+    let medit = format!("MeshVersionFormatted 2\nDimension 3\nVertices\n{HUGE}\n0 0 0 0\nEnd\n");
+    refused(folder.path(), "a.mesh", medit.as_bytes(), &[":4"]);
+}
+
+#[test]
+fn values_that_no_mesh_has() {
+    let folder = folder();
+    let element = "$Elements\n1\n1 2 2 1 1 1 2 3\n$EndElements\n";
+    let cases = [
+        (
+            format!("{V22}{}{element}", NODES.replace("2 1 0 0", "2 nan 0 0")),
+            ":7, $Nodes",
+        ),
+        (
+            format!("{V22}{}{element}", NODES.replace("2 1 0 0", "2 inf 0 0")),
+            ":7, $Nodes",
+        ),
+        (
+            format!("{V22}{}{element}", NODES.replace("2 1 0 0", "2 1e999 0 0")),
+            ":7, $Nodes",
+        ),
+        (
+            format!("{V22}{}{element}", NODES.replace("2 1 0 0", "1 1 0 0")),
+            "node 1 is there twice",
+        ),
+        (
+            format!("{V22}{}{element}", NODES.replace("2 1 0 0", "-2 1 0 0")),
+            "$Nodes",
+        ),
+        (
+            format!("{V22}{NODES}$Elements\n1\n1 2 2 1 1 1 2 4\n$EndElements\n"),
+            "node 4",
+        ),
+        (
+            format!("{V22}{NODES}$Elements\n1\n1 77777 2 1 1 1 2 3\n$EndElements\n"),
+            "77777",
+        ),
+        (
+            format!("{V22}{NODES}$Elements\n2\n1 2 0 1 2 3\n1 2 0 2 3 1\n$EndElements\n"),
+            "element 1 is there twice",
+        ),
+        (
+            format!("{V22}{NODES}$Elements\n1\n1 2 0 1 2 3\n"),
+            "$EndElements is due",
+        ),
+        (format!("{V22}{NODES}"), "no elements"),
+        (format!("{V22}{element}{NODES}"), "before the nodes"),
+        (format!("{V22}{NODES}{NODES}{element}"), "twice"),
+        (V22.replace("2.2 0 8", "7.5 0 8") + NODES, "7.5"),
+        (V22.replace("2.2 0 8", "2.2 3 8") + NODES, "not 3"),
+        (V22.replace("2.2 0 8", "2.2 1 8") + NODES, "byte order"),
+    ];
+    for (text, word) in &cases {
+        refused(folder.path(), "a.msh", text.as_bytes(), &[word]);
+    }
+}
+
+#[test]
+fn binary_blocks_that_lie() {
+    let folder = folder();
+    let sound = std::fs::read(source("tests/data/square-4.1-binary.msh")).unwrap();
+    let nodes = sound.windows(7).position(|w| w == b"$Nodes\n").unwrap() + 7;
+    // Number of blocks, number of nodes, and the number of nodes of the first block.
+    for at in [nodes, nodes + 8, nodes + 32 + 12] {
+        for value in [u64::MAX, 1 << 60, 1 << 33] {
+            let mut bytes = sound.clone();
+            bytes[at..at + 8].copy_from_slice(&value.to_le_bytes());
+            refused(folder.path(), "a.msh", &bytes, &["$Nodes"]);
+        }
+    }
+    let mut bytes = sound;
+    let first_tag = nodes + 32 + 20;
+    let nan = first_tag + 8;
+    bytes[nan..nan + 8].copy_from_slice(&f64::NAN.to_le_bytes());
+    refused(folder.path(), "a.msh", &bytes, &["finite"]);
+}
+
+#[test]
+fn files_that_break_off() {
+    let folder = folder();
+    for name in [
+        "square-2.2.msh",
+        "square-4.1-binary.msh",
+        "square-1.0.msh",
+        "big-endian-4.1.msh",
+    ] {
+        let bytes = std::fs::read(source("tests/data").join(name)).unwrap();
+        for tenth in 0..10 {
+            refused(
+                folder.path(),
+                "a.msh",
+                &bytes[..bytes.len() * tenth / 10],
+                &[],
+            );
+        }
+    }
+    let square = source("tests/data/square-4.1.msh");
+    let square = square.to_str().unwrap();
+    for encoding in ["ascii", "base64-zlib", "raw", "raw-lz4", "raw-lzma"] {
+        let words = [
+            "mesh",
+            "convert",
+            square,
+            "whole.vtu",
+            "--encoding",
+            encoding,
+        ];
+        assert_eq!(run(folder.path(), &words).code, Some(0));
+        let bytes = std::fs::read(folder.path().join("whole.vtu")).unwrap();
+        for tenth in 0..10 {
+            refused(
+                folder.path(),
+                "a.vtu",
+                &bytes[..bytes.len() * tenth / 10],
+                &[],
+            );
+        }
+    }
+}
+
+/// One triangle as VTU; `root` and `array` go where their names say.
+fn vtu(head: &str, root: &str, points: &str, array: &str) -> String {
+    format!(
+        "{head}<VTKFile type=\"UnstructuredGrid\" {root}><UnstructuredGrid>\
+         <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"1\"><PointData>{array}</PointData><Points>\
+         <DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0</DataArray></Points>\
+         <Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray>\
+         <DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">3</DataArray>\
+         <DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">5</DataArray></Cells></Piece>\
+         </UnstructuredGrid></VTKFile>"
+    )
+}
+
+#[test]
+fn bombs() {
+    use base64::Engine as _;
+    let folder = folder();
+    let sound = vtu("", "", "3", "");
+    std::fs::write(folder.path().join("sound.vtu"), &sound).unwrap();
+    assert_eq!(
+        run(folder.path(), &["mesh", "info", "sound.vtu"]).code,
+        Some(0)
+    );
+
+    refused(
+        folder.path(),
+        "a.vtu",
+        vtu("", "", HUGE, "").as_bytes(),
+        &["Points"],
+    );
+    // Each entity ten of the one before: a billion laughs.
+    let mut entities = String::from("<!DOCTYPE x [<!ENTITY e0 \"ha\">");
+    for i in 1..10 {
+        entities += &format!("<!ENTITY e{i} \"{}\">", format!("&e{};", i - 1).repeat(10));
+    }
+    entities += "]>";
+    let array = "<DataArray type=\"Float64\" Name=\"u\" format=\"ascii\">&e9;</DataArray>";
+    refused(
+        folder.path(),
+        "a.vtu",
+        vtu(&entities, "", "3", array).as_bytes(),
+        &[],
+    );
+    refused(
+        folder.path(),
+        "a.vtu",
+        vtu("", "", "3", &"<a>".repeat(1_000_000)).as_bytes(),
+        &[],
+    );
+
+    // Blocks of zeros, 1 GB of them from 1 MB, as the header says.
+    let mut block = Vec::new();
+    let zeros = vec![0u8; 1 << 18];
+    std::io::Read::read_to_end(
+        &mut flate2::read::ZlibEncoder::new(&zeros[..], flate2::Compression::best()),
+        &mut block,
+    )
+    .unwrap();
+    let blocks = 4096u32;
+    let header = [blocks, 1 << 18, 0].into_iter();
+    let header = header.chain(std::iter::repeat_n(block.len() as u32, blocks as usize));
+    let header: Vec<u8> = header.flat_map(u32::to_le_bytes).collect();
+    let base64 = base64::prelude::BASE64_STANDARD;
+    let text = base64.encode(header) + &base64.encode(block.repeat(blocks as usize));
+    let array =
+        format!("<DataArray type=\"UInt8\" Name=\"u\" format=\"binary\">{text}</DataArray>");
+    let root = "compressor=\"vtkZLibDataCompressor\"";
+    refused(
+        folder.path(),
+        "a.vtu",
+        vtu("", root, "3", &array).as_bytes(),
+        &["\"u\""],
+    );
+
+    // One block that says it holds 24 bytes and unpacks to 64 MB.
+    let mut bomb = Vec::new();
+    let zeros = vec![0u8; 64 << 20];
+    std::io::Read::read_to_end(
+        &mut flate2::read::ZlibEncoder::new(&zeros[..], flate2::Compression::best()),
+        &mut bomb,
+    )
+    .unwrap();
+    let header: Vec<u8> = [1u32, 24, 0, bomb.len() as u32]
+        .into_iter()
+        .flat_map(u32::to_le_bytes)
+        .collect();
+    let text = base64.encode(header) + &base64.encode(&bomb);
+    let array =
+        format!("<DataArray type=\"Float64\" Name=\"u\" format=\"binary\">{text}</DataArray>");
+    refused(
+        folder.path(),
+        "a.vtu",
+        vtu("", root, "3", &array).as_bytes(),
+        &["\"u\""],
+    );
+}
+
+#[test]
+fn what_is_no_mesh_is_named() {
+    let folder = folder();
+    let cases: [(&str, &[u8], &str); 6] = [
+        ("a.msh", b"", "empty"),
+        ("a.msh", b"PK\x03\x04", "compressed"),
+        ("a.msh", b"\x7fELF\x02\x01", "starts with"),
+        ("a.msh", b"0.5 0.5\n1 2\n", "table of numbers"),
+        ("a.vtu", b"<?xml version=\"1.0\"?><html></html>", "XML"),
+        ("a.mesh", b"hello\n", "hello"),
+    ];
+    for (name, bytes, word) in cases {
+        refused(folder.path(), name, bytes, &[word]);
+    }
+}
