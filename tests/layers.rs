@@ -6,15 +6,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Module, and what it may use besides itself. Everything may use `error`.
-const LAYERS: [(&str, &[&str]); 18] = [
+const LAYERS: [(&str, &[&str]); 19] = [
     ("error", &[]),
     ("quadrature", &[]),
     ("linear", &[]),
+    ("truth", &[]),
     ("mesh", &[]),
     ("field", &["mesh"]),
     ("compare", &["field"]),
     ("io", &["mesh", "field"]),
-    ("scene", &["mesh", "io", "quadrature"]),
+    ("scene", &["mesh", "io", "quadrature", "truth"]),
     ("element", &["mesh"]),
     ("assembly", &["mesh", "scene", "element", "quadrature"]),
     (
@@ -29,6 +30,7 @@ const LAYERS: [(&str, &[&str]); 18] = [
             "linear",
         ],
     ),
+    ("orders", &["truth", "compare", "scene", "contact"]),
     ("engine", &["scene", "contact", "quadrature"]),
     (
         "verify",
@@ -46,7 +48,6 @@ const LAYERS: [(&str, &[&str]); 18] = [
             "compare", "contact", "engine", "mesh", "io", "report", "scene", "verify",
         ],
     ),
-    ("truth", &[]),
     ("main", &["cli"]),
     ("lib", &[]),
 ];
