@@ -13,6 +13,7 @@ pub mod field;
 pub mod io;
 pub mod linear;
 pub mod mesh;
+pub mod orders;
 pub mod quadrature;
 pub mod report;
 pub mod scene;

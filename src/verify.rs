@@ -123,10 +123,15 @@ pub struct CrossOutcome {
 /// Runs every engine on every case and judges.
 ///
 /// # Errors
-/// Scenes that are not valid on their meshes; an interruption. An engine that fails is no error
+/// Scenes that are not valid on their meshes; a method that an engine does not have; an interruption. An engine that fails is no error
 /// but makes the verdict undetermined.
 pub fn verify(request: &Request, progress: &dyn Progress) -> Result<Outcome> {
     check_names(&request.engines)?;
+    for engine in &request.engines {
+        for method in &request.methods {
+            engine.accepts(method)?;
+        }
+    }
     let meshes = meshes(request)?;
     let cases = cases(request, &meshes)?;
 

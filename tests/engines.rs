@@ -125,6 +125,74 @@ fn every_quadrature_rule_and_h_is_taken_by_every_engine() {
 }
 
 #[test]
+fn exact_scenes_agree_and_their_errors_are_told() {
+    let folder = folder();
+    // Singular, smooth, and with a side that is split.
+    let scenes = [
+        "transition-1.5",
+        "two-sides-contact",
+        "dirichlet-meets-contact",
+    ];
+    let words = ["verify", scenes[0], scenes[1], scenes[2], "--json", "-"];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    assert_eq!(ran.json()["cases"].as_array().unwrap().len(), 3 * 2);
+    let error = |engine: &str, method: &str, n: &str| -> [f64; 2] {
+        let words = [
+            "solve", scenes[0], "--engine", engine, "--method", method, "--n", n, "--json", "-",
+        ];
+        let ran = run(folder.path(), &words);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let error = &ran.json()["error"];
+        ["h1", "l2"].map(|key| error[key].as_f64().unwrap())
+    };
+    let coarse = error("rust", "cr", "16");
+    for engine in ["freefem", "fenicsx"] {
+        for (a, b) in coarse.iter().zip(error(engine, "cr", "16")) {
+            assert!((a - b).abs() < 1e-10 * a, "{engine} {a} {b}");
+        }
+    }
+    for method in ["cr", "p1-vi", "cr-vi", "penalty", "multiplier"] {
+        let ([h, _], [half, _]) = (error("rust", method, "16"), error("rust", method, "32"));
+        assert!((h / half).log2() > 0.9, "{method} {h} {half}");
+    }
+}
+
+#[test]
+fn what_only_the_rust_engine_has_is_refused_elsewhere() {
+    let folder = folder();
+    for words in [
+        &["verify", "one-zone", "--methods", "cr,p1-vi"][..],
+        &[
+            "verify",
+            "one-zone",
+            "--methods",
+            "penalty",
+            "--engines",
+            "rust,freefem",
+        ],
+        &[
+            "solve",
+            "one-zone",
+            "--method",
+            "multiplier",
+            "--engine",
+            "fenicsx",
+        ],
+    ] {
+        let ran = run(folder.path(), words);
+        assert_eq!(ran.code, Some(2), "{words:?}");
+        assert!(ran.stderr.contains("is not of it"), "{}", ran.stderr);
+    }
+    let words = ["solve", "one-zone", "--method", "penalty", "--gamma0", "3"];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.stderr.contains("penalty(0.01)"), "{}", ran.stderr);
+    let ran = run(folder.path(), &["solve", "no-such-scene"]);
+    assert!(ran.stderr.contains("transition-1.5"), "{}", ran.stderr);
+}
+
+#[test]
 fn any_engine_solves_and_says_the_same() {
     let folder = folder();
     let solve = |engine: &str| {

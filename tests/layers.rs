@@ -6,15 +6,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Module, and what it may use besides itself. Everything may use `error`.
-const LAYERS: [(&str, &[&str]); 18] = [
+const LAYERS: [(&str, &[&str]); 19] = [
     ("error", &[]),
     ("quadrature", &[]),
     ("linear", &[]),
+    ("truth", &[]),
     ("mesh", &[]),
     ("field", &["mesh"]),
     ("compare", &["field"]),
     ("io", &["mesh", "field"]),
-    ("scene", &["mesh", "io", "quadrature"]),
+    ("scene", &["mesh", "io", "quadrature", "truth"]),
     ("element", &["mesh"]),
     (
         "assembly",
@@ -32,6 +33,7 @@ const LAYERS: [(&str, &[&str]); 18] = [
             "linear",
         ],
     ),
+    ("orders", &["truth", "compare", "scene", "contact"]),
     ("engine", &["scene", "contact", "quadrature"]),
     (
         "verify",
@@ -49,7 +51,6 @@ const LAYERS: [(&str, &[&str]); 18] = [
             "compare", "contact", "engine", "mesh", "io", "report", "scene", "verify",
         ],
     ),
-    ("truth", &[]),
     ("main", &["cli"]),
     ("lib", &[]),
 ];

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand};
 
 use crate::contact::{Iteration, Method};
+use crate::scene::Scene;
 
 /// Settle whether finite element codes agree, face by face.
 ///
@@ -60,9 +61,20 @@ pub(super) struct Running {
     pub install: bool,
 }
 
+/// The built-in scenes, below the options.
+fn built_in() -> String {
+    let names: Vec<_> = Scene::builtin_names().collect();
+    format!(
+        "Built-in scenes: {}\nWith exact solutions: {}",
+        names.join(", "),
+        Scene::exact_names().join(", ")
+    )
+}
+
 #[derive(Args)]
+#[command(after_help = built_in())]
 pub(super) struct Verify {
-    /// Built-in scenes or TOML files [default: all built-in scenes]
+    /// Built-in scenes or TOML files [default: the four without exact solutions]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
     /// Engines, or TOML files that describe one
@@ -87,12 +99,14 @@ pub(super) struct Verify {
 }
 
 #[derive(Args)]
+#[command(after_help = built_in())]
 pub(super) struct Solve {
     /// A built-in scene or a TOML file
     pub scene: String,
     #[arg(long, default_value = "rust")]
     pub engine: String,
-    /// cr, p1, p2, or a member of the family (2.4) as in "p2(1,0)"
+    /// cr, p1, p2, or a member of the family (2.4) as in "p2(1,0)"; p1-vi, cr-vi, penalty,
+    /// multiplier (Rust engine only)
     #[arg(long, default_value = "cr", value_parser = method)]
     pub method: Method,
     /// Refinement [default: the scene's own]

@@ -8,7 +8,7 @@ use super::args::Solve;
 use super::progress::Bars;
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
-use crate::contact::{Iteration, Problem, quantities};
+use crate::contact::{Errors, Iteration, Problem, errors, quantities};
 use crate::engine::{self, Case, Progress, Silent};
 use crate::error::{Error, Result};
 use crate::report;
@@ -37,6 +37,9 @@ struct Answer {
     contact_flux: f64,
     contact_residual: f64,
     contact_set: Vec<[f64; 2]>,
+    /// Where the scene knows u.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<Errors>,
     seconds: Seconds,
     peak_rss_mb: f64,
 }
@@ -61,6 +64,15 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         };
     }
     if let Some(gamma0) = arguments.gamma0 {
+        if !arguments.method.is_nitsche() {
+            return Err(Error::usage(
+                format!(
+                    "gamma0 belongs to Nitsche's method, not to {}",
+                    arguments.method
+                ),
+                "leave it away; penalty and multiplier take theirs as in \"penalty(0.01)\"",
+            ));
+        }
         if !(gamma0 > 0.0 && gamma0.is_finite()) {
             return Err(Error::usage(
                 format!("gamma0 = {gamma0} is not positive"),
@@ -79,6 +91,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         engines::install(&[arguments.engine.as_str()], quiet)?;
     }
     let engine = engine::find(&arguments.engine)?;
+    engine.accepts(&arguments.method)?;
     if !engine.is_installed() {
         engine.probe()?;
     }
@@ -119,6 +132,11 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     let own = engine.name() == "rust";
     let phase = |name: &str| answer.seconds.iter().find(|(n, _)| n == name).map(|p| p.1);
     let values = quantities(&case.problem, &answer.u);
+    let finite = values.grad_norm_sq.is_finite();
+    let exact = scene.exact.as_ref().filter(|_| finite);
+    let error = exact
+        .map(|exact| errors(&case.problem.space, &answer.u, exact))
+        .transpose()?;
     let told = Answer {
         scene: scene.name.clone(),
         method: arguments.method.to_string(),
@@ -128,7 +146,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         faces: mesh.face_count(),
         cells: mesh.cell_count(),
         dofs: case.problem.space.dofs,
-        gamma0: scene.gamma0,
+        gamma0: arguments.method.gamma0(scene.gamma0),
         iteration: settings.iteration.to_string(),
         iterations: answer.increments.len(),
         increments: answer.increments.clone(),
@@ -139,6 +157,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         contact_flux: values.contact_flux,
         contact_residual: values.contact_residual,
         contact_set: values.contact_set,
+        error,
         seconds: Seconds {
             mesh: seconds_mesh
                 + if own {
@@ -164,7 +183,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     if !quiet && !report::is_stdout(arguments.output.json.as_deref()) {
         print_answer(&told);
     }
-    if !told.grad_norm_sq.is_finite() {
+    if !finite {
         eprintln!("faceoff: the result is not finite");
         return Ok(FAILED);
     }
@@ -206,5 +225,8 @@ fn print_answer(a: &Answer) {
             runs.join(" ")
         }
     );
+    if let Some(Errors { h1, l2 }) = a.error {
+        println!("  relative error  {h1:.3e} in ∇u, {l2:.3e} in u");
+    }
     println!("  {:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
 }

@@ -1,4 +1,5 @@
-//! The Newton matrix is the stiffness A plus terms on the dofs K of the contact cells only.
+//! The Newton matrix is the stiffness A plus terms on the dofs K of the contact cells only,
+//! or wherever else a method's contact conditions reach.
 //! A is symmetric positive definite and factored once, K eliminated last; with S the Schur
 //! complement of A on K and N the contact terms, each step is a small dense system:
 //!
@@ -9,6 +10,7 @@
 use std::cell::RefCell;
 
 use super::Problem;
+use super::conditions::Condition;
 use crate::error::{Error, Result};
 use crate::linear::{Cholesky, Dense, DenseLu, gmres, nested_dissection};
 
@@ -20,7 +22,7 @@ pub(super) struct Condensed {
     shift: Dense,
     /// Free number of each dof, none on Γ_D.
     free: Vec<Option<u32>>,
-    /// Number in K of each dof of a contact cell that is not on Γ_D.
+    /// Number in K of each of its dofs.
     kept: Vec<Option<u32>>,
     /// Free numbers of K, ascending.
     kept_free: Vec<u32>,
@@ -51,6 +53,11 @@ impl Condensed {
                 if let Some(k) = free[dof as usize] {
                     last[k as usize] = true;
                 }
+            }
+        }
+        for &dof in problem.conditions.iter().flat_map(|c| &c.dofs) {
+            if let Some(k) = free[dof as usize] {
+                last[k as usize] = true;
             }
         }
         let kept_free: Vec<u32> = (0..last.len() as u32)
@@ -105,30 +112,28 @@ impl Condensed {
     }
 
     /// The contact terms of the matrix on K, where the law `u-ψ + [P]₊` is replaced by
-    /// α (u-ψ) + β γ ∂ₙu with (α, β) chosen at each quadrature point.
+    /// α (u-ψ) + β γ ∂ₙu with (α, β) chosen for each condition.
     pub fn contact_matrix(
         &self,
         problem: &Problem,
-        choose: &mut dyn FnMut(usize, usize) -> [f64; 2],
+        mut choose: impl FnMut(&Condition) -> [f64; 2],
     ) -> Dense {
         let mut terms = Dense::zeros(self.kept_free.len());
-        for (f, face) in problem.contact.iter().enumerate() {
-            let dofs = problem.space.cell_dofs(face.cell);
-            for (q, point) in face.points.iter().enumerate() {
-                let [alpha, beta] = choose(f, q);
-                for (i, &dof_i) in dofs.iter().enumerate() {
-                    let Some(p) = self.kept[dof_i as usize] else {
+        for condition in &problem.conditions {
+            let [alpha, beta] = choose(condition);
+            for (i, &dof_i) in condition.dofs.iter().enumerate() {
+                let Some(p) = self.kept[dof_i as usize] else {
+                    continue;
+                };
+                let (phi, test) = (condition.displacement[i], condition.test(i));
+                for (j, &dof_j) in condition.dofs.iter().enumerate() {
+                    let Some(q) = self.kept[dof_j as usize] else {
                         continue;
                     };
-                    for (j, &dof_j) in dofs.iter().enumerate() {
-                        let Some(q) = self.kept[dof_j as usize] else {
-                            continue;
-                        };
-                        let law = alpha * point.phi[j] + beta * face.gamma * point.dn[j];
-                        let value = law * point.test(&problem.method, face.gamma, i)
-                            - point.dn[j] * point.phi[i];
-                        terms.add(p as usize, q as usize, point.weight * value);
-                    }
+                    let flux = condition.flux[j];
+                    let law = alpha * condition.displacement[j] + beta * condition.gamma * flux;
+                    let value = law * test - flux * phi;
+                    terms.add(p as usize, q as usize, condition.weight * value);
                 }
             }
         }

@@ -1,13 +1,14 @@
 //! The form (2.4), of which (3.2) is the penalty-free member.
 
-use super::Method;
+use super::conditions::{Condition, conditions};
+use super::method::{Law, Method};
 use crate::assembly::{self, FacePoints, value_at};
 use crate::element::{Basis, MAX_DOFS, Space};
 use crate::error::{Error, Result};
 use crate::linear::Symmetric;
-use crate::mesh::Triangulation;
+use crate::mesh::{CellGeometry, Triangulation};
 use crate::quadrature::{self, Rule};
-use crate::scene::{HRule, Part, Scene};
+use crate::scene::{Expression, HRule, Part, Scene};
 
 /// The discrete problem: find u_h with A_h(u_h; v) = L(v) for all v that vanish on Γ_D, (3.1).
 pub struct Problem<'a> {
@@ -15,10 +16,12 @@ pub struct Problem<'a> {
     pub method: Method,
     /// The part of each boundary face.
     pub parts: Vec<Option<Part>>,
-    /// Contact faces, ascending.
+    /// Contact faces, ascending: what is read off a solution on Γ_C.
     pub contact: Vec<ContactFace>,
     /// (∇φ_j, ∇φ_i)_h, all dofs.
     pub stiffness: Symmetric,
+    /// The contact condition as the method imposes it.
+    pub conditions: Vec<Condition>,
     /// L(φ_i) = (f, φ_i) + <t, φ_i>_N, all dofs.
     pub load: Vec<f64>,
     /// The value of g at each dof on Γ_D, none elsewhere.
@@ -28,11 +31,11 @@ pub struct Problem<'a> {
     pub face_rule: Rule,
 }
 
-/// What the contact terms need of one face F.
+/// A contact face F.
 pub struct ContactFace {
     pub face: usize,
     pub cell: usize,
-    /// γ = γ₀ h, constant on F.
+    /// γ = γ₀ h, constant on F; of the penalty, ε.
     pub gamma: f64,
     /// |F|
     pub measure: f64,
@@ -67,17 +70,17 @@ impl ContactPoint {
     /// The trace of a function with these local dofs; for directions ψ does not count.
     pub fn trace(&self, gamma: f64, local: &Basis) -> Trace {
         let dot = |basis: &Basis| -> f64 { basis.iter().zip(local).map(|(b, u)| b * u).sum() };
-        let (gap, flux) = (dot(&self.phi) - self.psi, dot(&self.dn));
+        Trace::new(dot(&self.phi) - self.psi, dot(&self.dn), gamma)
+    }
+}
+
+impl Trace {
+    pub(super) fn new(gap: f64, flux: f64, gamma: f64) -> Self {
         Trace {
             gap,
             flux,
             p: gamma * flux - gap,
         }
-    }
-
-    /// θ₂ γ⁻¹ φ_j + θ₁ ∂ₙφ_j: what the contact condition is tested with in (2.4).
-    pub fn test(&self, method: &Method, gamma: f64, j: usize) -> f64 {
-        f64::from(method.theta2) / gamma * self.phi[j] + f64::from(method.theta1) * self.dn[j]
     }
 }
 
@@ -128,16 +131,36 @@ impl<'a> Problem<'a> {
                     }
                 }
                 Some(Part::Contact) => {
-                    contact.push(ContactFace::new(&space, face, scene, largest, &face_rule)?);
+                    let gamma = |geometry: &CellGeometry, measure: f64| {
+                        let h = match (method.law, scene.h) {
+                            (Law::Nitsche { .. }, HRule::Local) => geometry.diameter,
+                            (Law::Nitsche { .. }, HRule::Global) => largest,
+                            _ => mesh.dim as f64 * geometry.measure() / measure,
+                        };
+                        method.gamma0(scene.gamma0) * h
+                    };
+                    let psi = &scene.data.psi;
+                    contact.push(ContactFace::new(&space, face, psi, gamma, &face_rule)?);
                 }
             }
         }
+        let stiffness = assembly::stiffness(&space);
+        let conditions = conditions(
+            &method,
+            &space,
+            &contact,
+            &scene.data.psi,
+            &stiffness,
+            &load,
+            &dirichlet,
+        )?;
         let problem = Problem {
-            stiffness: assembly::stiffness(&space),
+            stiffness,
             space,
             method,
             parts,
             contact,
+            conditions,
             load,
             dirichlet,
             cell_rule,
@@ -211,23 +234,19 @@ impl<'a> Problem<'a> {
     /// (2.4)  (∇u,∇v) - <∂ₙu,v>_C + <u-ψ + [P(u)]₊, θ₂γ⁻¹v + θ₁∂ₙv>_C = (f,v) + <t,v>_N
     /// ```
     ///
-    /// With u-ψ + [P(u)]₊ = max(u-ψ, γ∂ₙu): the same number without the cancellation.
+    /// With u-ψ + [P(u)]₊ = max(u-ψ, γ∂ₙu): the same number without the cancellation. Other laws
+    /// have the same form with functionals of their own, [`Condition`].
     pub fn residual(&self, u: &[f64]) -> Vec<f64> {
         let mut r = self.stiffness.times(u);
         for (r, b) in r.iter_mut().zip(&self.load) {
             *r -= b;
         }
-        for face in &self.contact {
-            let local = self.space.local(face.cell, u);
-            let dofs = self.space.cell_dofs(face.cell);
-            for point in &face.points {
-                let trace = point.trace(face.gamma, &local);
-                let law = trace.gap.max(face.gamma * trace.flux);
-                for (j, &dof) in dofs.iter().enumerate() {
-                    r[dof as usize] += point.weight
-                        * (law * point.test(&self.method, face.gamma, j)
-                            - trace.flux * point.phi[j]);
-                }
+        for condition in &self.conditions {
+            let trace = condition.trace(u);
+            let law = trace.gap.max(condition.gamma * trace.flux);
+            for (j, &dof) in condition.dofs.iter().enumerate() {
+                r[dof as usize] += condition.weight
+                    * (law * condition.test(j) - trace.flux * condition.displacement[j]);
             }
         }
         for ((r, u), g) in r.iter_mut().zip(u).zip(&self.dirichlet) {
@@ -243,24 +262,16 @@ impl<'a> Problem<'a> {
     pub fn backward_error(&self, u: &[f64]) -> (f64, Option<usize>) {
         let residual = self.residual(u);
         let mut size = self.stiffness.sizes(u);
-        for face in &self.contact {
-            let local = self.space.local(face.cell, u);
-            let dofs = self.space.cell_dofs(face.cell);
-            for point in &face.points {
-                let sum = |basis: &Basis| -> f64 {
-                    basis.iter().zip(&local).map(|(b, u)| (b * u).abs()).sum()
-                };
-                let (gap, flux) = (sum(&point.phi) + point.psi.abs(), sum(&point.dn));
-                let law = if point.trace(face.gamma, &local).p > 0.0 {
-                    face.gamma * flux
-                } else {
-                    gap
-                };
-                for (j, &dof) in dofs.iter().enumerate() {
-                    size[dof as usize] += point.weight
-                        * (law * point.test(&self.method, face.gamma, j).abs()
-                            + flux * point.phi[j].abs());
-                }
+        for condition in &self.conditions {
+            let [gap, flux] = condition.sizes(u);
+            let law = if condition.trace(u).p > 0.0 {
+                condition.gamma * flux
+            } else {
+                gap
+            };
+            for (j, &dof) in condition.dofs.iter().enumerate() {
+                size[dof as usize] += condition.weight
+                    * (law * condition.test(j).abs() + flux * condition.displacement[j].abs());
             }
         }
         let mut worst = (0.0, None);
@@ -286,17 +297,20 @@ impl<'a> Problem<'a> {
 }
 
 impl ContactFace {
-    fn new(space: &Space, face: usize, scene: &Scene, largest: f64, rule: &Rule) -> Result<Self> {
+    /// `gamma` is told the geometry of the cell and |F|.
+    fn new(
+        space: &Space,
+        face: usize,
+        psi: &Expression,
+        gamma: impl Fn(&CellGeometry, f64) -> f64,
+        rule: &Rule,
+    ) -> Result<Self> {
         let points = FacePoints::new(space, face, rule);
         let mesh = space.mesh;
         let cell = mesh.face_cells(face)[0] as usize;
         let geometry = *points.geometry();
         let normal = geometry.normal(mesh.local_face(cell, face));
         let measure = points.measure();
-        let h = match scene.h {
-            HRule::Local => geometry.diameter,
-            HRule::Global => largest,
-        };
         let points = points
             .map(|point| {
                 let gradients = space.gradients(&geometry, &point.lambda);
@@ -309,14 +323,14 @@ impl ContactFace {
                     x: point.x,
                     phi: space.element.values(mesh.dim, &point.lambda),
                     dn,
-                    psi: value_at(&scene.data.psi, "psi", point.x)?,
+                    psi: value_at(psi, "psi", point.x)?,
                 })
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(ContactFace {
             face,
             cell,
-            gamma: scene.gamma0 * h,
+            gamma: gamma(&geometry, measure),
             measure,
             points,
         })

@@ -1,42 +1,95 @@
-//! The methods by name: an element and two parameters of the family (2.4).
+//! The methods by name: an element, and the law that imposes the contact condition on it.
 
 use std::fmt;
 use std::str::FromStr;
 
 use crate::element::{CR, Element, P1, P2};
 
-/// A member of the family (2.4) on an element.
+/// An element and a contact law.
 #[derive(Clone, Copy)]
 pub struct Method {
     pub element: &'static dyn Element,
-    /// θ₁ ∈ {-1, 0, 1}: weight of <u, ∂ₙv>_C.
-    pub theta1: i8,
-    /// θ₂ ∈ {0, 1}: weight of the penalty <γ⁻¹u, v>_C.
-    pub theta2: i8,
+    pub law: Law,
+}
+
+/// How u ≤ ψ, ∂ₙu ≤ 0, (u-ψ) ∂ₙu = 0 on Γ_C enter the scheme.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Law {
+    /// The family (2.4), with γ = γ₀ h of the scene.
+    Nitsche {
+        /// θ₁ ∈ {-1, 0, 1}: weight of <u, ∂ₙv>_C.
+        theta1: i8,
+        /// θ₂ ∈ {0, 1}: weight of the penalty <γ⁻¹u, v>_C.
+        theta2: i8,
+    },
+    /// The variational inequality over { v ∈ V_h : v ≤ ψ at every dof on Γ_C }: at the vertices
+    /// for P1; for CR the mean on every face (D. Hua, L. Wang, J. Comput. Math. 25, 2007).
+    Variational,
+    /// <ε⁻¹ [u-ψ]₊, v>_C in the place of -<∂ₙu, v>_C, ε = ε₀ h_F (F. Chouly, P. Hild, Comput. Math.
+    /// Appl. 65, 2013). ε ~ h is what keeps the order of the H¹ error; the L² error has order 1.
+    Penalty { epsilon0: f64 },
+    /// A multiplier λ ≤ 0 constant on every contact face, stabilised after Barbosa and Hughes by
+    /// -<γ (λ - ∂ₙu), ∂ₙv>, γ = γ₀ h_F (P. Hild, Y. Renard, Numer. Math. 115, 2010). With
+    /// h_F = d|κ|/|F| it is stable for γ₀ < 1/4 on every mesh.
+    Multiplier { gamma0: f64 },
+}
+
+/// Small, so that the penalty's error stays below that of P1 on usual meshes.
+const EPSILON0: f64 = 0.1;
+/// Below the bound with a margin.
+const MULTIPLIER_GAMMA0: f64 = 0.1;
+
+const ELEMENTS: [(&str, &dyn Element); 3] = [("cr", &CR), ("p1", &P1), ("p2", &P2)];
+
+impl Law {
+    /// θ₁ and θ₂ of what the contact condition is tested with, θ₂γ⁻¹v + θ₁∂ₙv.
+    pub fn thetas(&self) -> [i8; 2] {
+        match *self {
+            Law::Nitsche { theta1, theta2 } => [theta1, theta2],
+            Law::Variational | Law::Penalty { .. } => [0, 1],
+            Law::Multiplier { .. } => [-1, 1],
+        }
+    }
 }
 
 impl Method {
     /// The paper's penalty-free method (3.2).
     pub fn cr() -> Self {
-        Method {
-            element: &CR,
-            theta1: 1,
-            theta2: 0,
-        }
+        Method::nitsche(&CR, 1, 0)
     }
 
     /// Chouly, Hild, Renard's nonsymmetric method on P2: the paper's reference.
     pub fn p2() -> Self {
+        Method::nitsche(&P2, 1, 1)
+    }
+
+    /// A member of the family (2.4).
+    pub fn nitsche(element: &'static dyn Element, theta1: i8, theta2: i8) -> Self {
         Method {
-            element: &P2,
-            theta1: 1,
-            theta2: 1,
+            element,
+            law: Law::Nitsche { theta1, theta2 },
+        }
+    }
+
+    /// Is it of the family (2.4), which all codes have?
+    pub fn is_nitsche(&self) -> bool {
+        matches!(self.law, Law::Nitsche { .. })
+    }
+
+    /// γ₀ of γ = γ₀ h: the scene's, or what the law has of its own.
+    pub fn gamma0(&self, of_scene: f64) -> f64 {
+        match self.law {
+            Law::Nitsche { .. } => of_scene,
+            Law::Variational => 1.0,
+            Law::Penalty { epsilon0 } => epsilon0,
+            Law::Multiplier { gamma0 } => gamma0,
         }
     }
 }
 
 /// `cr` is θ = (1, 0), `p1` and `p2` are θ = (1, 1); other members are named with their
-/// parameters, as in `p2(1,0)`.
+/// parameters, as in `p2(1,0)`. The classical methods are `p1-vi`, `cr-vi`, `penalty` and
+/// `multiplier`, the last two with a parameter of their own as in `penalty(0.01)`.
 impl FromStr for Method {
     type Err = String;
 
@@ -44,48 +97,84 @@ impl FromStr for Method {
         let unknown = || {
             format!(
                 "there is no method `{text}`: use cr, p1, p2, or a member of the family (2.4) \
-                 with its parameters, as in p2(1,0), theta1 in -1, 0, 1 and theta2 in 0, 1"
+                 with its parameters, as in p2(1,0), theta1 in -1, 0, 1 and theta2 in 0, 1; \
+                 or p1-vi, cr-vi, penalty, multiplier"
             )
         };
         let (name, parameters) = match text.split_once('(') {
             Some((name, rest)) => (name, Some(rest.strip_suffix(')').ok_or_else(unknown)?)),
             None => (text, None),
         };
-        let mut method = match name {
-            "cr" => Method::cr(),
-            "p1" => Method {
-                element: &P1,
-                ..Method::p2()
-            },
-            "p2" => Method::p2(),
-            _ => return Err(unknown()),
+        let own = |default: f64| -> Result<f64, String> {
+            let Some(parameter) = parameters else {
+                return Ok(default);
+            };
+            let value = parameter.trim().parse().ok();
+            value
+                .filter(|v: &f64| *v > 0.0 && v.is_finite())
+                .ok_or_else(|| format!("{text}: `{parameter}` is no positive number"))
         };
-        if let Some(parameters) = parameters {
-            let (theta1, theta2) = parameters.split_once(',').ok_or_else(unknown)?;
-            method.theta1 = theta1.trim().parse().map_err(|_| unknown())?;
-            method.theta2 = theta2.trim().parse().map_err(|_| unknown())?;
-            if !(-1..=1).contains(&method.theta1) || !(0..=1).contains(&method.theta2) {
-                return Err(unknown());
-            }
-            if method.theta1 == 0 && method.theta2 == 0 {
-                return Err(format!(
-                    "{text}: with theta1 = theta2 = 0 nothing imposes the contact condition"
-                ));
+        let on_p1 = |law| Ok(Method { element: &P1, law });
+        match (name, parameters) {
+            ("p1-vi", None) => on_p1(Law::Variational),
+            ("cr-vi", None) => Ok(Method {
+                element: &CR,
+                law: Law::Variational,
+            }),
+            ("penalty", _) => on_p1(Law::Penalty {
+                epsilon0: own(EPSILON0)?,
+            }),
+            ("multiplier", _) => on_p1(Law::Multiplier {
+                gamma0: own(MULTIPLIER_GAMMA0)?,
+            }),
+            _ => {
+                let (name, element) = ELEMENTS
+                    .into_iter()
+                    .find(|(known, _)| *known == name)
+                    .ok_or_else(unknown)?;
+                let Some(parameters) = parameters else {
+                    let [theta1, theta2] = usual(name);
+                    return Ok(Method::nitsche(element, theta1, theta2));
+                };
+                let (theta1, theta2) = parameters.split_once(',').ok_or_else(unknown)?;
+                let theta1 = theta1.trim().parse().map_err(|_| unknown())?;
+                let theta2 = theta2.trim().parse().map_err(|_| unknown())?;
+                if !(-1..=1).contains(&theta1) || !(0..=1).contains(&theta2) {
+                    return Err(unknown());
+                }
+                if theta1 == 0 && theta2 == 0 {
+                    return Err(format!(
+                        "{text}: with theta1 = theta2 = 0 nothing imposes the contact condition"
+                    ));
+                }
+                Ok(Method::nitsche(element, theta1, theta2))
             }
         }
-        Ok(method)
     }
+}
+
+/// θ of the member that is meant by an element's name alone.
+fn usual(element: &str) -> [i8; 2] {
+    if element == "cr" { [1, 0] } else { [1, 1] }
 }
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = self.element.name().to_lowercase();
-        let usual = if name == "cr" { (1, 0) } else { (1, 1) };
-        if (self.theta1, self.theta2) == usual {
-            f.pad(&name)
-        } else {
-            f.pad(&format!("{name}({},{})", self.theta1, self.theta2))
-        }
+        let element = self.element.name().to_lowercase();
+        let own = |name: &str, value: f64, default: f64| {
+            if value == default {
+                name.to_owned()
+            } else {
+                format!("{name}({value})")
+            }
+        };
+        f.pad(&match self.law {
+            Law::Nitsche { theta1, theta2 } if [theta1, theta2] == usual(&element) => element,
+            Law::Nitsche { theta1, theta2 } => format!("{element}({theta1},{theta2})"),
+            Law::Variational => format!("{element}-vi"),
+            Law::Penalty { epsilon0 } => own("penalty", epsilon0, EPSILON0),
+            Law::Multiplier { gamma0 } => own("multiplier", gamma0, MULTIPLIER_GAMMA0),
+        })
     }
 }
 
@@ -107,11 +196,42 @@ mod tests {
 
     #[test]
     fn names_and_parameters_round_trip() {
-        for name in ["cr", "p1", "p2", "p2(1,0)", "p1(-1,1)", "cr(0,1)"] {
+        for name in [
+            "cr",
+            "p1",
+            "p2",
+            "p2(1,0)",
+            "p1(-1,1)",
+            "cr(0,1)",
+            "p1-vi",
+            "cr-vi",
+            "penalty",
+            "penalty(0.003)",
+            "multiplier",
+            "multiplier(0.2)",
+        ] {
             assert_eq!(name.parse::<Method>().unwrap().to_string(), name);
         }
         assert_eq!("p2(1,1)".parse::<Method>().unwrap().to_string(), "p2");
-        for name in ["", "p3", "cr(", "cr(2,0)", "cr(1)", "p2(0,0)", "p2(1,0"] {
+        assert_eq!(
+            "penalty(0.1)".parse::<Method>().unwrap().to_string(),
+            "penalty"
+        );
+        for name in [
+            "",
+            "p3",
+            "cr(",
+            "cr(2,0)",
+            "cr(1)",
+            "p2(0,0)",
+            "p2(1,0",
+            "p2-vi",
+            "p1-vi(1)",
+            "penalty()",
+            "penalty(-1)",
+            "penalty(nan)",
+            "multiplier(inf)",
+        ] {
             assert!(name.parse::<Method>().is_err(), "{name}");
         }
     }

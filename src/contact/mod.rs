@@ -10,14 +10,18 @@
 //! g = t = ψ = 0; with ψ, u becomes u-ψ wherever the contact condition is meant.
 
 mod condensed;
+mod conditions;
+mod errors;
 mod form;
 mod method;
 mod quantities;
 mod solve;
 
 pub use crate::assembly::combine as gradient;
+pub use conditions::Condition;
+pub use errors::{Errors, errors};
 pub use form::{ContactFace, Problem};
-pub use method::Method;
+pub use method::{Law, Method};
 pub use quantities::{Quantities, face_fields, quantities};
 pub use solve::{Iteration, Solution, Splitting, Stop, Timings, solve};
 

@@ -1,4 +1,5 @@
-//! Semismooth Newton, and the paper's fixed point.
+//! Semismooth Newton, and the paper's fixed point. For the variational inequalities Newton is the
+//! primal-dual active set strategy (M. Hintermüller, K. Ito, K. Kunisch, SIAM J. Optim. 13, 2002).
 //!
 //! Every iteration here solves (A + N) δ = -R(u) with the exact residual R of (2.4). They differ
 //! only in how the law u-ψ + [P(u)]₊ enters the matrix at each quadrature point, as
@@ -17,8 +18,9 @@ use std::time::Instant;
 
 use super::Problem;
 use super::condensed::Condensed;
+use super::conditions::Condition;
 use crate::assembly;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::linear::Symmetric;
 
 /// How the nonlinear system is solved.
@@ -162,7 +164,7 @@ pub struct Solution {
 /// Solves (3.1). `progress` is told each step and its relative increment, and may end the run.
 ///
 /// # Errors
-/// What `progress` returns; a stiffness that is not positive definite, or a singular Newton matrix. An iteration that does
+/// What `progress` returns; a fixed point for a method that has none; a stiffness that is not positive definite, or a singular Newton matrix. An iteration that does
 /// not reach its tolerance is no error: it says so.
 pub fn solve(
     problem: &Problem,
@@ -170,6 +172,15 @@ pub fn solve(
     stop: Stop,
     mut progress: impl FnMut(usize, f64) -> Result<()>,
 ) -> Result<Solution> {
+    if iteration != Iteration::Newton && !problem.method.is_nitsche() {
+        return Err(Error::usage(
+            format!(
+                "{iteration} is a fixed point of the family (2.4), and {} is not of it",
+                problem.method
+            ),
+            "use newton, which for the variational inequalities is the primal-dual active set",
+        ));
+    }
     let clock = Instant::now();
     let mass = assembly::mass(&problem.space);
     let condensed = Condensed::new(problem)?;
@@ -181,12 +192,8 @@ pub fn solve(
     let mut matrix = None;
     while !converged && increments.len() < stop.max_iterations {
         if matrix.is_none() || !iteration.is_constant() {
-            let mut choose = |f: usize, q: usize| {
-                let face = &problem.contact[f];
-                let local = problem.space.local(face.cell, &u);
-                iteration.law(face.points[q].trace(face.gamma, &local).p)
-            };
-            matrix = Some(condensed.contact_matrix(problem, &mut choose));
+            let choose = |condition: &Condition| iteration.law(condition.trace(&u).p);
+            matrix = Some(condensed.contact_matrix(problem, choose));
         }
         let Some(contact) = &matrix else { break };
         let step = condensed.step(contact, &problem.residual(&u))?;

@@ -35,7 +35,7 @@ fn form_2_5(problem: &Problem, u: &[f64], flux_term: f64) -> Vec<f64> {
     for (r, b) in r.iter_mut().zip(&problem.load) {
         *r -= b;
     }
-    let theta1 = f64::from(problem.method.theta1);
+    let theta1 = f64::from(problem.method.law.thetas()[0]);
     for face in &problem.contact {
         let (gamma, local) = (face.gamma, problem.space.local(face.cell, u));
         for point in &face.points {
@@ -60,7 +60,7 @@ fn proposition_2_1_the_forms_2_4_and_2_5_are_one() {
         let u: Vec<f64> = (0..problem.space.dofs)
             .map(|k| (12.9898 * k as f64).sin())
             .collect();
-        let (a, theta1) = (problem.residual(&u), f64::from(method.theta1));
+        let (a, theta1) = (problem.residual(&u), f64::from(method.law.thetas()[0]));
         // With the other sign of the last term it must fail, or the test would see nothing.
         let same = |sign: f64| {
             let b = form_2_5(&problem, &u, sign * theta1);
@@ -91,7 +91,16 @@ fn linear_solutions_are_exact() {
         s.data.g = formula("-1");
     });
     for name in [
-        "cr", "p1", "p2", "cr(1,1)", "p2(1,0)", "p1(0,1)", "p2(-1,1)",
+        "cr",
+        "p1",
+        "p2",
+        "cr(1,1)",
+        "p2(1,0)",
+        "p1(0,1)",
+        "p2(-1,1)",
+        "p1-vi",
+        "cr-vi",
+        "multiplier",
     ] {
         let method: Method = name.parse().unwrap();
         for (scene, u) in [
@@ -100,7 +109,7 @@ fn linear_solutions_are_exact() {
         ] {
             // The symmetric member needs a small γ to be stable.
             let mut scene = scene.clone();
-            if method.theta1 != 1 {
+            if method.law.thetas()[0] != 1 {
                 scene.gamma0 = 0.01;
             }
             let problem = Problem::new(&scene, &mesh, method).unwrap();
@@ -169,43 +178,39 @@ fn a_transition_from_contact_to_non_contact_converges() {
 #[test]
 fn the_newton_matrix_is_the_derivative_of_the_residual() {
     let mesh = square(4);
-    for element in [&CR as &'static dyn Element, &P1, &P2] {
-        for (theta1, theta2) in [(1, 0), (1, 1), (0, 1), (-1, 1)] {
-            let method = Method {
-                element,
-                theta1,
-                theta2,
-            };
-            let problem = Problem::new(&scene(|_| {}), &mesh, method).unwrap();
-            let u: Vec<f64> = (0..problem.space.dofs)
-                .map(|k| (7.3 * k as f64).sin())
-                .collect();
-            // A step from u along -R is exact where no status changes: R(u + εδ) = (1-ε) R(u).
-            let condensed = condensed::Condensed::new(&problem).unwrap();
-            let mut choose = |f: usize, q: usize| {
-                let face = &problem.contact[f];
-                let local = problem.space.local(face.cell, &u);
-                let p = face.points[q].trace(face.gamma, &local).p;
-                if p > 0.0 { [0.0, 1.0] } else { [1.0, 0.0] }
-            };
-            let matrix = condensed.contact_matrix(&problem, &mut choose);
-            let mut r = problem.residual(&u);
-            for (r, g) in r.iter_mut().zip(&problem.dirichlet) {
-                if g.is_some() {
-                    *r = 0.0;
-                }
+    let family = ["cr", "p1", "p2"].into_iter().flat_map(|element| {
+        ["1,0", "1,1", "0,1", "-1,1"].map(|theta| format!("{element}({theta})"))
+    });
+    let classical = ["p1-vi", "cr-vi", "penalty", "multiplier"].map(String::from);
+    for name in family.chain(classical) {
+        let method: Method = name.parse().unwrap();
+        let problem = Problem::new(&scene(|_| {}), &mesh, method).unwrap();
+        let u: Vec<f64> = (0..problem.space.dofs)
+            .map(|k| (7.3 * k as f64).sin())
+            .collect();
+        // A step from u along -R is exact where no status changes: R(u + εδ) = (1-ε) R(u).
+        let condensed = condensed::Condensed::new(&problem).unwrap();
+        let choose = |condition: &Condition| {
+            let p = condition.trace(&u).p;
+            if p > 0.0 { [0.0, 1.0] } else { [1.0, 0.0] }
+        };
+        let matrix = condensed.contact_matrix(&problem, choose);
+        let mut r = problem.residual(&u);
+        for (r, g) in r.iter_mut().zip(&problem.dirichlet) {
+            if g.is_some() {
+                *r = 0.0;
             }
-            let step = condensed.step(&matrix, &r).unwrap();
-            let size = step.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            let epsilon = 1e-7 / size;
-            let moved: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + epsilon * d).collect();
-            let after = problem.residual(&moved);
-            let scale = r.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            for i in 0..problem.space.dofs {
-                if problem.dirichlet[i].is_none() {
-                    let error = after[i] - (1.0 - epsilon) * r[i];
-                    assert!(error.abs() < 1e-12 * scale, "{method} {i} {error:e}");
-                }
+        }
+        let step = condensed.step(&matrix, &r).unwrap();
+        let size = step.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let epsilon = 1e-7 / size;
+        let moved: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + epsilon * d).collect();
+        let after = problem.residual(&moved);
+        let scale = r.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        for i in 0..problem.space.dofs {
+            if problem.dirichlet[i].is_none() {
+                let error = after[i] - (1.0 - epsilon) * r[i];
+                assert!(error.abs() < 1e-12 * scale, "{method} {i} {error:e}");
             }
         }
     }
@@ -319,5 +324,169 @@ fn dofs_of_faces_are_those_on_the_face() {
                     .1
             );
         }
+    }
+}
+
+/// The conditions of the variational inequality, with the reaction from the stiffness alone.
+#[test]
+fn variational_inequalities_are_complementary() {
+    for scene in ["one-zone", "five-zones", "plate"] {
+        let scene = Scene::find(scene).unwrap();
+        let mesh = scene.triangulation(None).unwrap();
+        for name in ["p1-vi", "cr-vi"] {
+            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let u = newton(&problem).u;
+            let forces = problem.stiffness.times(&u);
+            let psi = |dof: usize| scene.data.psi.value(problem.space.points[dof]);
+            let mut on_contact = vec![false; problem.space.dofs];
+            for face in &problem.contact {
+                let local = mesh.local_face(face.cell, face.face);
+                for dof in problem.space.face_dofs(face.cell, local) {
+                    on_contact[dof as usize] = true;
+                }
+            }
+            let (mut touching, mut free) = (0, 0);
+            for dof in 0..problem.space.dofs {
+                if problem.dirichlet[dof].is_some() {
+                    continue;
+                }
+                let reaction = forces[dof] - problem.load[dof];
+                if !on_contact[dof] {
+                    assert!(reaction.abs() < 1e-12, "{name} {dof} {reaction:e}");
+                    continue;
+                }
+                // For CR the mean of ψ, which is not ψ at the midpoint.
+                let curvature = if name == "cr-vi" { 1e-4 } else { 0.0 };
+                let gap = u[dof] - psi(dof);
+                assert!(reaction < 1e-12 && gap < 1e-12 + curvature, "{name} {dof}");
+                if reaction < -1e-12 {
+                    assert!(gap > -1e-12 - curvature, "{name} {dof} {gap:e}");
+                    touching += 1;
+                } else {
+                    free += 1;
+                }
+            }
+            assert!(touching > 3 && free > 3, "{name} {touching} {free}");
+        }
+    }
+}
+
+/// a(u,φ_i) - L(φ_i) off Γ_D, and terms on the contact faces that `add` puts in for each point.
+fn balance(problem: &Problem, u: &[f64], mut add: impl FnMut(&ContactFace, &mut [f64])) -> f64 {
+    let mut r = problem.stiffness.times(u);
+    for (r, b) in r.iter_mut().zip(&problem.load) {
+        *r -= b;
+    }
+    for face in &problem.contact {
+        add(face, &mut r);
+    }
+    let free = (0..r.len()).filter(|&i| problem.dirichlet[i].is_none());
+    free.fold(0.0, |m: f64, i| m.max(r[i].abs()))
+}
+
+#[test]
+fn the_penalty_is_that_of_chouly_and_hild() {
+    let scene = Scene::find("plate").unwrap();
+    let mesh = scene.triangulation(None).unwrap();
+    let problem = Problem::new(&scene, &mesh, "penalty(0.03)".parse().unwrap()).unwrap();
+    let u = newton(&problem).u;
+    let balance = |epsilon0: f64| {
+        balance(&problem, &u, |face, r| {
+            let measure = mesh.geometry(face.cell).measure();
+            let epsilon = epsilon0 * 2.0 * measure / face.measure;
+            let local = problem.space.local(face.cell, &u);
+            for point in &face.points {
+                let gap = point.trace(1.0, &local).gap.max(0.0);
+                for (j, &dof) in problem.space.cell_dofs(face.cell).iter().enumerate() {
+                    r[dof as usize] += point.weight * gap / epsilon * point.phi[j];
+                }
+            }
+        })
+    };
+    assert!(balance(0.03) < 1e-12);
+    assert!(balance(0.031) > 1e-4);
+}
+
+/// The saddle point itself, with λ as an unknown: both equations and the signs.
+#[test]
+fn the_multiplier_is_that_of_hild_and_renard() {
+    let scene = Scene::find("plate").unwrap();
+    let mesh = scene.triangulation(None).unwrap();
+    let problem = Problem::new(&scene, &mesh, "multiplier".parse().unwrap()).unwrap();
+    let u = newton(&problem).u;
+    let (mut touching, mut free) = (0, 0);
+    let mut balance = |sign: f64| {
+        balance(&problem, &u, |face, r| {
+            let geometry = mesh.geometry(face.cell);
+            let gamma = 0.1 * 2.0 * geometry.measure() / face.measure;
+            let local = problem.space.local(face.cell, &u);
+            // P1: ∂ₙu is constant, and means are values at the midpoint up to ψ.
+            let mean = |value: &dyn Fn(usize) -> f64| -> f64 {
+                let points = face.points.iter().enumerate();
+                points
+                    .map(|(q, p)| p.weight / face.measure * value(q))
+                    .sum()
+            };
+            let gap = mean(&|q| face.points[q].trace(gamma, &local).gap);
+            let flux = mean(&|q| face.points[q].trace(gamma, &local).flux);
+            // <u-ψ + γ(λ-∂ₙu), μ-λ> ≥ 0 for all μ ≤ 0.
+            let lambda = (flux - gap / gamma).min(0.0);
+            let slack = gap + gamma * (lambda - flux);
+            assert!(slack <= 1e-14 && (slack * lambda).abs() < 1e-14);
+            if lambda < 0.0 {
+                touching += 1;
+            } else {
+                free += 1;
+            }
+            for (j, &dof) in problem.space.cell_dofs(face.cell).iter().enumerate() {
+                let phi = mean(&|q| face.points[q].phi[j]);
+                let dn = mean(&|q| face.points[q].dn[j]);
+                r[dof as usize] +=
+                    face.measure * (-lambda * phi + sign * gamma * (lambda - flux) * dn);
+            }
+        })
+    };
+    assert!(balance(1.0) < 1e-12);
+    assert!(balance(-1.0) > 1e-4);
+    assert!(touching > 3 && free > 3, "{touching} {free}");
+}
+
+#[test]
+fn the_classical_methods_give_all_that_is_read_off() {
+    let mesh = square(32);
+    for name in ["p1-vi", "cr-vi", "penalty", "multiplier"] {
+        let method: Method = name.parse().unwrap();
+        for (scene, zones) in [("one-zone", 1), ("three-zones", 4), ("five-zones", 6)] {
+            let scene = Scene::find(scene).unwrap();
+            let problem = Problem::new(&scene, &mesh, method).unwrap();
+            let u = newton(&problem).u;
+            assert!(problem.backward_error(&u).0 < 1e-13, "{name}");
+            let reference = Problem::new(&scene, &mesh, Method::p2()).unwrap();
+            let expected = quantities(&reference, &newton(&reference).u);
+            let q = quantities(&problem, &u);
+            assert_eq!(q.contact_set.len(), zones, "{name} {:?}", q.contact_set);
+            for (a, b) in [
+                (q.grad_norm_sq, expected.grad_norm_sq),
+                (q.l2_norm, expected.l2_norm),
+                (q.contact_flux, expected.contact_flux),
+            ] {
+                assert!((a / b - 1.0).abs() < 0.2, "{name} {a} {b}");
+            }
+            let fields = face_fields(&problem, &u, "rust");
+            assert!(fields.column("mean").is_some() && fields.column("status").is_some());
+            // Another method's solution is none of this one's.
+            let other = if method.element.on().faces {
+                "cr"
+            } else {
+                "p1"
+            };
+            let other = Problem::new(&scene, &mesh, other.parse().unwrap()).unwrap();
+            assert!(problem.backward_error(&newton(&other).u).0 > 1e-9, "{name}");
+        }
+        let scene = scene(|_| {});
+        let problem = Problem::new(&scene, &mesh, method).unwrap();
+        let lagged = "lagged-p".parse().unwrap();
+        let refusal = solve(&problem, lagged, Stop::default(), |_, _| Ok(()));
+        assert!(refusal.unwrap_err().to_string().contains("family (2.4)"));
     }
 }

@@ -218,8 +218,8 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
         list(&|k| format!("\"{}\"", job::case_id(k))),
         list(&|k| format!("\"{}\"", method(k).element.name())),
         list(&|k| numbers[k].to_string()),
-        list(&|k| format!("{}.", method(k).theta1)),
-        list(&|k| format!("{}.", method(k).theta2)),
+        list(&|k| format!("{}.", method(k).law.thetas()[0])),
+        list(&|k| format!("{}.", method(k).law.thetas()[1])),
     );
     text
 }

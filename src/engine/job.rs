@@ -12,7 +12,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Answer, Case, Settings};
+use super::{Answer, Case, Settings, accepts_family};
 use crate::contact::Problem;
 use crate::error::{Error, Place, Result};
 use crate::quadrature::Rule;
@@ -157,6 +157,8 @@ pub(super) fn write(
             let files = write_case(case, &id)?;
             let data = &case.scene.data;
             let method = &case.problem.method;
+            accepts_family(engine, method)?;
+            let [theta1, theta2] = method.law.thetas();
             Ok(JobCase {
                 id,
                 scene: case.scene.name.clone(),
@@ -164,8 +166,8 @@ pub(super) fn write(
                 dimension: case.problem.space.mesh.dim,
                 method: method.to_string(),
                 element: method.element.name(),
-                theta1: method.theta1,
-                theta2: method.theta2,
+                theta1,
+                theta2,
                 mesh: files.mesh,
                 gamma: files.gamma,
                 data: [

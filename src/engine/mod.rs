@@ -16,7 +16,7 @@ use std::time::Duration;
 pub use install::{Installation, install, meshio_python, plan};
 pub use process::{interrupt, interrupted, peak_memory_mb};
 
-use crate::contact::{Iteration, Problem, Stop};
+use crate::contact::{Iteration, Method, Problem, Stop};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 
@@ -90,11 +90,31 @@ pub trait Engine: Sync {
     /// Is the code there? Cheaper than [`Engine::probe`], and no proof that it runs.
     fn is_installed(&self) -> bool;
 
+    /// Does the code have this method? All have the family (2.4).
+    ///
+    /// # Errors
+    /// A method that it does not have.
+    fn accepts(&self, method: &Method) -> Result<()> {
+        accepts_family(self.name(), method)
+    }
+
     /// Solves all cases in one go. An answer counts only with every value there and finite.
     ///
     /// # Errors
     /// A code that is missing, fails, exceeds its time, or answers something that does not count.
     fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run>;
+}
+
+/// Refuses what is not of the family (2.4) for `engine`.
+fn accepts_family(engine: &str, method: &Method) -> Result<()> {
+    if method.is_nitsche() {
+        return Ok(());
+    }
+    Err(Error::engine(
+        engine,
+        format!("it has the family (2.4) of Nitsche's method, and {method} is not of it"),
+        "solve it with --engine rust, which alone has the classical methods",
+    ))
 }
 
 /// The engines' names, in the order of comparison.

@@ -1,7 +1,7 @@
 //! The solver of this crate as an engine.
 
 use super::{Answer, Case, Engine, Progress, Run, Settings, interrupted};
-use crate::contact;
+use crate::contact::{self, Method};
 use crate::error::{Error, Result};
 
 pub(super) struct Rust;
@@ -17,6 +17,10 @@ impl Engine for Rust {
 
     fn is_installed(&self) -> bool {
         true
+    }
+
+    fn accepts(&self, _: &Method) -> Result<()> {
+        Ok(())
     }
 
     fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {

@@ -140,6 +140,15 @@ impl Symmetric {
         block
     }
 
+    /// Visits the entries of the lower triangle: row, column, value.
+    pub fn for_each(&self, mut visit: impl FnMut(u32, u32, f64)) {
+        for j in 0..self.n {
+            for k in self.starts[j]..self.starts[j + 1] {
+                visit(self.rows[k] as u32, j as u32, self.values[k]);
+            }
+        }
+    }
+
     /// Adds to an entry of the lower triangle that is there.
     pub fn add(&mut self, i: usize, j: usize, value: f64) {
         let column = self.starts[j]..self.starts[j + 1];

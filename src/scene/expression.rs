@@ -10,6 +10,8 @@
 //!         | "if" "(" sum ("<" | "<=" | ">" | ">=") sum "," sum "," sum ")"
 //! ```
 
+mod gradient;
+
 use std::fmt::Write as _;
 
 /// Longest text and deepest nesting accepted: far beyond any formula, far below the stack's end.
@@ -50,6 +52,17 @@ enum Comparison {
     LessEqual,
     Greater,
     GreaterEqual,
+}
+
+impl Comparison {
+    fn holds(self, a: f64, b: f64) -> bool {
+        match self {
+            Comparison::Less => a < b,
+            Comparison::LessEqual => a <= b,
+            Comparison::Greater => a > b,
+            Comparison::GreaterEqual => a >= b,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -232,13 +245,7 @@ impl Node {
             Node::If(comparison, parts) => {
                 let [a, b, then, otherwise] = parts.as_ref();
                 let (a, b) = (a.value(point), b.value(point));
-                let holds = match comparison {
-                    Comparison::Less => a < b,
-                    Comparison::LessEqual => a <= b,
-                    Comparison::Greater => a > b,
-                    Comparison::GreaterEqual => a >= b,
-                };
-                if holds {
+                if comparison.holds(a, b) {
                     then.value(point)
                 } else {
                     otherwise.value(point)

@@ -1,5 +1,6 @@
 //! The TOML form of a scene.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -7,10 +8,14 @@ use serde::Deserialize;
 use super::boundary::{Boundary, GroupName};
 use super::{Data, EMBEDDED, Expression, HRule, MeshSource, Scene};
 use crate::error::{Error, Result};
+use crate::mesh::generate::{Rectangle, SIDES};
 use crate::quadrature;
 
 /// The paper asks for γ₀ "large enough"; with f ≠ 0 the error of its law grows as 1/γ₀.
-const GAMMA0: f64 = 100.0;
+pub(super) const GAMMA0: f64 = 100.0;
+
+/// The refinement of a scene that names none.
+pub(super) const N: usize = 16;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -25,6 +30,8 @@ struct SceneFile {
     method: MethodFile,
     #[serde(default)]
     cross: CrossFile,
+    #[serde(default)]
+    exact: ExactFile,
 }
 
 #[derive(Deserialize)]
@@ -33,7 +40,11 @@ struct MeshFile {
     generator: Option<String>,
     file: Option<String>,
     n: Option<usize>,
+    origin: Option<[f64; 2]>,
     size: Option<[f64; 2]>,
+    /// Side and the coordinate along it at which its group ends and another begins.
+    #[serde(default)]
+    split: BTreeMap<String, f64>,
 }
 
 #[derive(Deserialize, Default)]
@@ -79,6 +90,12 @@ struct CrossFile {
     order: Option<f64>,
 }
 
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct ExactFile {
+    u: Option<Formula>,
+}
+
 /// Parses a scene; `folder` is where its relative paths start, none for built-in scenes.
 pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<Scene> {
     let refuse = |place: &str, what: String, remedy: &str| Error::Scene {
@@ -111,30 +128,33 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
         ));
     }
 
-    let formula = |key: &str, given: Option<Formula>| -> Result<Expression> {
+    let formula = |key: &str, given: Formula| -> Result<Expression> {
         match given {
-            None => Ok(Expression::constant(0.0)),
-            Some(Formula::Number(value)) if value.is_finite() => Ok(Expression::constant(value)),
-            Some(Formula::Number(value)) => Err(refuse(
-                &format!("data.{key}"),
+            Formula::Number(value) if value.is_finite() => Ok(Expression::constant(value)),
+            Formula::Number(value) => Err(refuse(
+                key,
                 format!("{value} is not finite"),
                 "give a finite number",
             )),
-            Some(Formula::Text(text)) => Expression::parse(&text).map_err(|e| {
+            Formula::Text(text) => Expression::parse(&text).map_err(|e| {
                 refuse(
-                    &format!("data.{key}, character {}", e.column),
+                    &format!("{key}, character {}", e.column),
                     format!("{} in `{text}`", e.what),
                     "the README lists what an expression may hold",
                 )
             }),
         }
     };
-    let data = Data {
-        f: formula("f", file.data.f)?,
-        g: formula("g", file.data.g)?,
-        t: formula("t", file.data.t)?,
-        psi: formula("psi", file.data.psi)?,
+    let or_zero = |key: &str, given: Option<Formula>| -> Result<Expression> {
+        formula(key, given.unwrap_or(Formula::Number(0.0)))
     };
+    let data = Data {
+        f: or_zero("data.f", file.data.f)?,
+        g: or_zero("data.g", file.data.g)?,
+        t: or_zero("data.t", file.data.t)?,
+        psi: or_zero("data.psi", file.data.psi)?,
+    };
+    let exact = file.exact.u.map(|u| formula("exact.u", u)).transpose()?;
 
     if file.mesh.n == Some(0) {
         return Err(refuse(
@@ -153,9 +173,37 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
                     "give two positive lengths",
                 ));
             }
+            let origin = file.mesh.origin.unwrap_or([0.0, 0.0]);
+            if !origin.iter().all(|x| x.is_finite()) {
+                return Err(refuse(
+                    "mesh.origin",
+                    format!("{origin:?} is no corner of a rectangle"),
+                    "give two finite coordinates",
+                ));
+            }
+            let mut rectangle = Rectangle::new(origin, size);
+            for (side, at) in &file.mesh.split {
+                let place = format!("mesh.split.{side}");
+                let Some(k) = SIDES.iter().position(|name| name == side) else {
+                    return Err(refuse(
+                        &place,
+                        "a rectangle has no such side".into(),
+                        "use bottom, right, top or left",
+                    ));
+                };
+                let (low, length) = (origin[k % 2], size[k % 2]);
+                if !(*at > low && *at < low + length) {
+                    return Err(refuse(
+                        &place,
+                        format!("{at} does not lie inside the side"),
+                        &format!("give a coordinate between {low} and {}", low + length),
+                    ));
+                }
+                rectangle.splits[k] = Some(*at);
+            }
             MeshSource::UnionJack {
-                n: file.mesh.n.unwrap_or(16),
-                size,
+                n: file.mesh.n.unwrap_or(N),
+                rectangle,
             }
         }
         (Some(generator), None) => {
@@ -166,10 +214,15 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
             ));
         }
         (None, Some(name)) => {
-            if file.mesh.size.is_some() {
+            let given = [
+                ("mesh.size", file.mesh.size.is_some()),
+                ("mesh.origin", file.mesh.origin.is_some()),
+                ("mesh.split", !file.mesh.split.is_empty()),
+            ];
+            if let Some((key, _)) = given.iter().find(|(_, given)| *given) {
                 return Err(refuse(
-                    "mesh.size",
-                    "a mesh file has its own size".into(),
+                    key,
+                    "a mesh file has its own geometry and groups".into(),
                     "remove the key",
                 ));
             }
@@ -265,6 +318,7 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
             &quadrature::FACE_RULES,
         )?,
         cross_order: file.cross.order,
+        exact,
     })
 }
 
@@ -309,6 +363,11 @@ f = "x"
         assert!(with("[method]\nh = \"tiny\"").contains("method.h"));
         assert!(with("[method]\ncontact_quadrature = \"q\"").contains("gauss-5"));
         assert!(refusal(&GOOD.replace("union-jack", "cross")).contains("mesh.generator"));
+        assert!(with("[exact]\nu = \"sin(\"").contains("exact.u, character 5"));
+        let mesh = |line: &str| refusal(&GOOD.replace("n = 4", line));
+        assert!(mesh("origin = [0, inf]").contains("mesh.origin"));
+        assert!(mesh("split = { lid = 0.5 }").contains("no such side"));
+        assert!(mesh("split = { left = 1 }").contains("between 0 and 1"));
         assert!(refusal(&GOOD.replace("n = 4", "file = \"m.msh\"")).contains("exactly one"));
         assert!(refusal(&GOOD.replace("n = 4", "n = 0")).contains("mesh.n"));
         assert!(refusal(&GOOD.replace("n = 4", "n = -4")).contains("line 5"));

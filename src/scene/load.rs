@@ -2,7 +2,7 @@
 
 use super::{MeshSource, Scene};
 use crate::error::{Error, Result};
-use crate::mesh::generate::union_jack;
+use crate::mesh::generate::{Rectangle, SIDES, union_jack_on};
 use crate::mesh::{Mesh, Triangulation};
 
 /// No generated mesh is larger than this, so that a slip of the keyboard is not taken for a wish.
@@ -52,9 +52,13 @@ impl Scene {
             ));
         }
         let (name, mesh, base) = match &self.mesh {
-            MeshSource::UnionJack { n: own, size } => {
+            MeshSource::UnionJack { n: own, rectangle } => {
                 let n = n.unwrap_or(*own);
-                return Ok((format!("union-jack {n}"), union_jack(n, *size)));
+                if let Some(what) = split_misses(rectangle, n) {
+                    let remedy = "give an n that puts a vertex there";
+                    return Err(refuse(what, remedy.into()));
+                }
+                return Ok((format!("union-jack {n}"), union_jack_on(n, rectangle)));
             }
             MeshSource::File { path, n } => {
                 (path.display().to_string(), crate::io::read(path)?, *n)
@@ -98,5 +102,34 @@ impl Scene {
             _ => format!("{name} refined {times} times"),
         };
         Ok((name, mesh))
+    }
+}
+
+/// What is wrong with the splits of a rectangle's sides at refinement `n`, if anything.
+fn split_misses(rectangle: &Rectangle, n: usize) -> Option<String> {
+    SIDES.iter().enumerate().find_map(|(side, name)| {
+        let at = rectangle.splits[side]?;
+        if rectangle.split_after(side, n).is_some() {
+            return None;
+        }
+        Some(format!(
+            "with n = {n} the {name} side has no vertex inside it at {} = {at}, where it is split",
+            ["x", "y"][side % 2]
+        ))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_split_side_needs_a_vertex_where_it_is_split() {
+        let scene = Scene::find("dirichlet-meets-contact").unwrap();
+        assert!(scene.triangulation(Some(6)).is_ok());
+        for n in [1, 7] {
+            let refusal = scene.triangulation(Some(n)).unwrap_err().to_string();
+            assert!(refusal.contains("at x = 0, where it is split"), "{refusal}");
+        }
     }
 }

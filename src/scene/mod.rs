@@ -1,6 +1,7 @@
 //! Scenes: a TOML file, or a built-in's name, made once into a valid [`Scene`].
 
 mod boundary;
+mod exact;
 pub mod expression;
 mod file;
 mod load;
@@ -11,6 +12,7 @@ pub use boundary::{Boundary, GroupName, Part};
 pub use expression::Expression;
 
 use crate::error::{Error, Result};
+use crate::mesh::generate::Rectangle;
 
 /// The problem (1.1) with its data, its mesh, and what the scene fixes of the method.
 #[derive(Debug, Clone)]
@@ -26,13 +28,15 @@ pub struct Scene {
     pub contact_quadrature: String,
     /// Smallest order in h at which the face means of `cr` and `p2` must approach each other.
     pub cross_order: Option<f64>,
+    /// u, where it is known.
+    pub exact: Option<Expression>,
 }
 
 /// Where the mesh comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MeshSource {
-    /// n × n squares of a rectangle, cut Union-Jack style.
-    UnionJack { n: usize, size: [f64; 2] },
+    /// n × n cells of a rectangle, cut Union-Jack style.
+    UnionJack { n: usize, rectangle: Rectangle },
     /// A mesh file. `n` says what refinement the file counts as; `2^k n` refines it k times.
     File { path: PathBuf, n: Option<usize> },
     /// A mesh that the program carries with it.
@@ -65,7 +69,7 @@ pub enum HRule {
     Global,
 }
 
-/// The built-in scenes, in the order in which `verify` runs them.
+/// The built-in scenes without a known solution, in the order in which `verify` runs them.
 const BUILTIN: [(&str, &str); 4] = [
     ("one-zone", include_str!("builtin/one-zone.toml")),
     ("three-zones", include_str!("builtin/three-zones.toml")),
@@ -77,9 +81,14 @@ const BUILTIN: [(&str, &str); 4] = [
 const EMBEDDED: [(&str, &[u8]); 1] = [("plate.msh", include_bytes!("../../meshes/plate.msh"))];
 
 impl Scene {
-    /// The built-in scenes' names.
+    /// The names of the scenes that `verify` runs when none is named.
     pub fn builtin_names() -> impl Iterator<Item = &'static str> {
         BUILTIN.iter().map(|(name, _)| *name)
+    }
+
+    /// The names of the built-in scenes whose solution is known.
+    pub fn exact_names() -> Vec<&'static str> {
+        exact::names()
     }
 
     /// Finds a scene by a built-in's name or by the path of a TOML file.
@@ -90,6 +99,9 @@ impl Scene {
         if let Some((name, text)) = BUILTIN.iter().find(|(builtin, _)| *builtin == name) {
             return file::parse(name, text, None);
         }
+        if let Some(scene) = exact::find(name) {
+            return scene;
+        }
         let path = Path::new(name);
         if path.extension().is_some_and(|e| e == "toml") {
             let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
@@ -99,8 +111,9 @@ impl Scene {
         Err(Error::usage(
             format!("there is no scene `{name}`"),
             format!(
-                "give a TOML file or one of the built-in scenes: {}",
-                names.join(", ")
+                "give a TOML file or one of the built-in scenes: {}; with exact solutions: {}",
+                names.join(", "),
+                Scene::exact_names().join(", ")
             ),
         ))
     }

@@ -2,7 +2,7 @@
 
 use super::{
     CutOff, Elementary, Exact, Extruded, Gap, Hertz, HertzSphere, Kind, ManyZones, Monomial,
-    Periodic, Point, Profile, Selector, Separated, Side, Solution, Text,
+    Periodic, Point, Profile, Regularity, Selector, Separated, Side, Solution, Text,
 };
 use Kind::{Contact, Dirichlet, Neumann};
 
@@ -29,6 +29,7 @@ const OPEN: [Kind; 4] = [Dirichlet, Dirichlet, Contact, Dirichlet];
 fn unit_square(
     name: &'static str,
     purpose: &'static str,
+    regularity: Regularity,
     kinds: [Kind; 4],
     solution: impl Solution + 'static,
     text: Text,
@@ -36,6 +37,7 @@ fn unit_square(
     Exact {
         name,
         purpose,
+        regularity,
         dimension: 2,
         lower: [0.0; 3],
         upper: [1.0, 1.0, 0.0],
@@ -49,18 +51,20 @@ fn unit_square(
 fn wide(
     name: &'static str,
     purpose: &'static str,
+    regularity: Regularity,
     solution: impl Solution + 'static,
     text: Text,
 ) -> Exact {
     Exact {
         lower: [-1.0, 0.0, 0.0],
-        ..unit_square(name, purpose, OPEN, solution, text)
+        ..unit_square(name, purpose, regularity, OPEN, solution, text)
     }
 }
 
 fn solid(
     name: &'static str,
     purpose: &'static str,
+    regularity: Regularity,
     lower: Point,
     around: Kind,
     solution: impl Solution + 'static,
@@ -80,6 +84,7 @@ fn solid(
     Exact {
         name,
         purpose,
+        regularity,
         dimension: 3,
         lower,
         upper: [1.0; 3],
@@ -92,33 +97,30 @@ fn solid(
 /// All of them, each with parameters that put its transitions off the lines of usual meshes.
 pub fn catalogue() -> Vec<Exact> {
     let mut all = Vec::new();
+    // r^e has its trace in H^(e+1/2-ε) of a side and itself lies in H^(e+1-ε).
+    let general = Regularity::transition(2.5);
     for (name, purpose, exponent) in [
-        (
-            "transition-3/2",
-            "one transition as in general, H^(5/2-ε)",
-            1.5,
-        ),
-        ("transition-7/2", "one transition, smoother, H^(9/2-ε)", 3.5),
-        (
-            "transition-11/2",
-            "one transition, still smoother, H^(13/2-ε)",
-            5.5,
-        ),
+        ("transition-1.5", "one transition as in general", 1.5),
+        ("transition-3.5", "one transition, smoother", 3.5),
+        ("transition-5.5", "one transition, still smoother", 5.5),
     ] {
         let m = Monomial::transition(exponent, 0.1);
-        all.push(wide(name, purpose, m, m.text()));
+        let regularity = Regularity::transition(exponent + 1.0);
+        all.push(wide(name, purpose, regularity, m, m.text()));
     }
     let gap = Gap { a: 0.45 };
     all.push(wide(
         "gap",
-        "contact outside a gap, two transitions, H^(5/2-ε)",
+        "contact outside a gap, two transitions",
+        general,
         gap,
         gap.text(),
     ));
     let hertz = Hertz { a: 0.45 };
     all.push(wide(
         "hertz",
-        "contact inside a strip, two transitions, H^(5/2-ε)",
+        "contact inside a strip, two transitions",
+        general,
         hertz,
         hertz.text(),
     ));
@@ -127,6 +129,7 @@ pub fn catalogue() -> Vec<Exact> {
         all.push(unit_square(
             name,
             "periodic zones between Neumann sides",
+            general,
             PAPER,
             periodic,
             periodic.text(),
@@ -137,33 +140,38 @@ pub fn catalogue() -> Vec<Exact> {
         all.push(unit_square(
             name,
             "the paper's 6.2 in closed form",
+            general,
             PAPER,
             zones,
             zones.text(),
         ));
     }
-    for (name, purpose, n, profile) in [
+    for (name, purpose, sobolev, n, profile) in [
         (
             "manufactured-2",
-            "homogeneous data, f jumps, H^(5/2-ε)",
+            "homogeneous data, f jumps",
+            2.5,
             1,
             Profile::power(2, 2, 0.0),
         ),
         (
             "manufactured-3",
             "homogeneous data, f continuous",
+            3.5,
             2,
             Profile::power(3, 3, 0.0),
         ),
         (
             "manufactured-grazing",
             "grazing on sets of positive length",
+            2.5,
             1,
             Profile::power(2, 2, 0.4),
         ),
         (
             "manufactured-smooth",
             "a transition of class C^∞",
+            f64::INFINITY,
             1,
             Profile::Smooth,
         ),
@@ -173,6 +181,7 @@ pub fn catalogue() -> Vec<Exact> {
         all.push(unit_square(
             name,
             purpose,
+            Regularity::transition(sobolev),
             PAPER,
             separated,
             separated.text(),
@@ -184,7 +193,8 @@ pub fn catalogue() -> Vec<Exact> {
     };
     all.push(unit_square(
         "cut-off",
-        "r^(3/2) with homogeneous data, H^(5/2-ε)",
+        "r^(3/2) with homogeneous data",
+        general,
         PAPER,
         cut_off,
         cut_off.text(),
@@ -221,12 +231,14 @@ pub fn catalogue() -> Vec<Exact> {
             Elementary::TwoSidesFree,
         ),
     ] {
-        all.push(unit_square(name, purpose, kinds, e, e.text()));
+        let smooth = Regularity::SMOOTH;
+        all.push(unit_square(name, purpose, smooth, kinds, e, e.text()));
     }
     let touch = Monomial::touch();
     all.push(wide(
         "grazing-touch",
         "free, touching in one point",
+        Regularity::SMOOTH,
         touch,
         touch.text(),
     ));
@@ -234,13 +246,15 @@ pub fn catalogue() -> Vec<Exact> {
     all.push(wide(
         "grazing-lift",
         "in contact, without pressure in one point",
+        Regularity::SMOOTH,
         lift,
         lift.text(),
     ));
     let meeting = Monomial::meeting();
     let mut mixed = wide(
         "dirichlet-meets-contact",
-        "Γ_D and Γ_C share a flat side, H^(3/2-ε): outside the theory",
+        "Γ_D and Γ_C share a flat side: outside the theory",
+        Regularity::transition(1.5),
         meeting,
         meeting.text(),
     );
@@ -254,14 +268,16 @@ pub fn catalogue() -> Vec<Exact> {
     all.push(solid(
         "solid-checker",
         "homogeneous data, a checkerboard of zones",
+        general,
         [0.0; 3],
         Neumann,
         checker,
     ));
     let extruded = Extruded(Monomial::transition(1.5, 0.1));
     all.push(solid(
-        "solid-transition-3/2",
+        "solid-transition-1.5",
         "r^(3/2) along an edge",
+        general,
         [-1.0, -1.0, 0.0],
         Dirichlet,
         extruded,
@@ -269,6 +285,7 @@ pub fn catalogue() -> Vec<Exact> {
     all.push(solid(
         "solid-hertz",
         "contact on a disc",
+        general,
         [-1.0, -1.0, 0.0],
         Dirichlet,
         HertzSphere { a: 0.45 },

@@ -73,11 +73,39 @@ impl Text {
     }
 }
 
+/// What limits the order at which any method can approach a solution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Regularity {
+    /// s with u in H^(s-ε) for every ε > 0 and not in H^s; infinite where u is smooth.
+    pub sobolev: f64,
+    /// Does Γ_C change between contact and not, or meet Γ_D, inside a flat side? The linearised
+    /// problem then has solutions in H^(3/2-ε) only, else in H².
+    pub changes: bool,
+}
+
+impl Regularity {
+    /// Smooth, and nothing changes along Γ_C.
+    pub const SMOOTH: Self = Regularity {
+        sobolev: f64::INFINITY,
+        changes: false,
+    };
+
+    /// In H^(s-ε), with a transition on Γ_C.
+    pub const fn transition(sobolev: f64) -> Self {
+        Regularity {
+            sobolev,
+            changes: true,
+        }
+    }
+}
+
 /// A solution on a box, with its boundary parts.
 pub struct Exact {
+    /// Usable as a file name.
     pub name: &'static str,
-    /// What it is for, and the Sobolev space it just misses.
+    /// What it is for.
     pub purpose: &'static str,
+    pub regularity: Regularity,
     pub dimension: usize,
     pub lower: Point,
     pub upper: Point,

@@ -214,7 +214,7 @@ fn solutions_are_finite_everywhere_on_the_closed_box() {
 fn contact_and_free_parts_are_as_the_names_say() {
     // Share of the contact sides that is in contact (flux < 0), free (u < 0), and neither.
     for (name, contact, grazing) in [
-        ("transition-3/2", 0.45, 0.0),
+        ("transition-1.5", 0.45, 0.0),
         ("gap", 0.55, 0.0),
         ("hertz", 0.45, 0.0),
         ("periodic-1", 0.6, 0.0),

@@ -1,0 +1,211 @@
+//! The contact condition as each law imposes it. All of them are one form,
+//!
+//! ```text
+//! (∇u,∇v) - Σ_k w_k q_k(u) g_k(v) + Σ_k w_k max(g_k(u)-ψ_k, γ_k q_k(u)) (θ₂γ_k⁻¹ g_k(v) + θ₁ q_k'(v)) = L(v)
+//! ```
+//!
+//! and differ in the functionals of displacement g_k and flux q_k, and in θ:
+//!
+//! ```text
+//!              g_k                      q_k                                   θ
+//! Nitsche      values at the rule's     ∂ₙ there                              any: this is (2.4)
+//!              points on Γ_C
+//! Penalty      the same                 0                                     (0, 1)
+//! Multiplier   means on faces           means of ∂ₙ                           (-1, 1): λ eliminated by
+//!                                                                             λ = min(0, q - γ⁻¹(g-ψ))
+//! Variational  dofs on Γ_C              ((∇u,∇φ_k) - L(φ_k)) / ∫_C φ_k,       (0, 1): row k becomes
+//!                                       the flux that balances row k          max(g-ψ, γq) = 0
+//! ```
+
+use std::collections::BTreeMap;
+
+use super::form::{ContactFace, Trace};
+use super::method::{Law, Method};
+use crate::assembly::value_at;
+use crate::element::Space;
+use crate::error::Result;
+use crate::linear::Symmetric;
+use crate::scene::Expression;
+
+/// One k of the form above.
+pub struct Condition {
+    pub weight: f64,
+    pub gamma: f64,
+    /// The dofs that the functionals see.
+    pub dofs: Vec<u32>,
+    /// g_k of each of those basis functions.
+    pub displacement: Vec<f64>,
+    /// q_k' of each.
+    pub flux: Vec<f64>,
+    /// q_k(0)
+    pub flux_at_rest: f64,
+    /// ψ_k
+    pub psi: f64,
+    /// θ₁ and θ₂
+    thetas: [i8; 2],
+}
+
+impl Condition {
+    pub fn trace(&self, u: &[f64]) -> Trace {
+        let (mut gap, mut flux) = (-self.psi, self.flux_at_rest);
+        for (k, &dof) in self.dofs.iter().enumerate() {
+            gap += self.displacement[k] * u[dof as usize];
+            flux += self.flux[k] * u[dof as usize];
+        }
+        Trace::new(gap, flux, self.gamma)
+    }
+
+    /// Sums of the sizes of the terms of gap and flux.
+    pub fn sizes(&self, u: &[f64]) -> [f64; 2] {
+        let (mut gap, mut flux) = (self.psi.abs(), self.flux_at_rest.abs());
+        for (k, &dof) in self.dofs.iter().enumerate() {
+            gap += (self.displacement[k] * u[dof as usize]).abs();
+            flux += (self.flux[k] * u[dof as usize]).abs();
+        }
+        [gap, flux]
+    }
+
+    /// θ₂ γ⁻¹ g(φ_j) + θ₁ q'(φ_j), j counted in `dofs`.
+    pub fn test(&self, j: usize) -> f64 {
+        let [theta1, theta2] = self.thetas.map(f64::from);
+        theta2 / self.gamma * self.displacement[j] + theta1 * self.flux[j]
+    }
+}
+
+/// The conditions of a method on its contact faces; `load` is L, `dirichlet` marks dofs on Γ_D.
+///
+/// # Errors
+/// A value of ψ that is not finite.
+pub(super) fn conditions(
+    method: &Method,
+    space: &Space,
+    contact: &[ContactFace],
+    psi: &Expression,
+    stiffness: &Symmetric,
+    load: &[f64],
+    dirichlet: &[Option<f64>],
+) -> Result<Vec<Condition>> {
+    let thetas = method.law.thetas();
+    Ok(match method.law {
+        Law::Nitsche { .. } => at_points(space, contact, thetas, 1.0),
+        Law::Penalty { .. } => at_points(space, contact, thetas, 0.0),
+        Law::Multiplier { .. } => contact
+            .iter()
+            .map(|face| on_average(space, face, thetas))
+            .collect(),
+        Law::Variational => at_dofs(space, contact, thetas, psi, stiffness, load, dirichlet)?,
+    })
+}
+
+/// The traces at the rule's points, with the flux counted `times`.
+fn at_points(
+    space: &Space,
+    contact: &[ContactFace],
+    thetas: [i8; 2],
+    times: f64,
+) -> Vec<Condition> {
+    let mut conditions = Vec::new();
+    for face in contact {
+        let dofs = space.cell_dofs(face.cell);
+        conditions.extend(face.points.iter().map(|point| Condition {
+            weight: point.weight,
+            gamma: face.gamma,
+            dofs: dofs.to_vec(),
+            displacement: point.phi[..dofs.len()].to_vec(),
+            flux: point.dn[..dofs.len()].iter().map(|dn| times * dn).collect(),
+            flux_at_rest: 0.0,
+            psi: point.psi,
+            thetas,
+        }));
+    }
+    conditions
+}
+
+/// The means on a face.
+fn on_average(space: &Space, face: &ContactFace, thetas: [i8; 2]) -> Condition {
+    let dofs = space.cell_dofs(face.cell);
+    let mut condition = Condition {
+        weight: face.measure,
+        gamma: face.gamma,
+        dofs: dofs.to_vec(),
+        displacement: vec![0.0; dofs.len()],
+        flux: vec![0.0; dofs.len()],
+        flux_at_rest: 0.0,
+        psi: 0.0,
+        thetas,
+    };
+    for point in &face.points {
+        let share = point.weight / face.measure;
+        for k in 0..dofs.len() {
+            condition.displacement[k] += share * point.phi[k];
+            condition.flux[k] += share * point.dn[k];
+        }
+        condition.psi += share * point.psi;
+    }
+    condition
+}
+
+/// A dof of degree 1 on Γ_C while its condition is put together.
+#[derive(Default)]
+struct Constraint {
+    /// ∫_C φ
+    mass: f64,
+    /// Σ_F γ_F ∫_F φ
+    gamma: f64,
+    /// Its row of the stiffness matrix.
+    row: BTreeMap<u32, f64>,
+    psi: f64,
+}
+
+fn at_dofs(
+    space: &Space,
+    contact: &[ContactFace],
+    thetas: [i8; 2],
+    psi: &Expression,
+    stiffness: &Symmetric,
+    load: &[f64],
+    dirichlet: &[Option<f64>],
+) -> Result<Vec<Condition>> {
+    let mut constraints: BTreeMap<u32, Constraint> = BTreeMap::new();
+    for face in contact {
+        let local = space.mesh.local_face(face.cell, face.face);
+        let dofs: Vec<u32> = space.face_dofs(face.cell, local).collect();
+        let mass = face.measure / dofs.len() as f64;
+        for &dof in dofs
+            .iter()
+            .filter(|&&dof| dirichlet[dof as usize].is_none())
+        {
+            let constraint = constraints.entry(dof).or_default();
+            constraint.mass += mass;
+            constraint.gamma += mass * face.gamma;
+            constraint.psi = if space.element.on().faces {
+                let terms = face.points.iter().map(|p| p.weight * p.psi);
+                terms.sum::<f64>() / face.measure
+            } else {
+                value_at(psi, "psi", space.points[dof as usize])?
+            };
+        }
+    }
+    stiffness.for_each(|i, j, value| {
+        for (row, column) in [(i, j), (j, i)].into_iter().take(1 + usize::from(i != j)) {
+            if let Some(constraint) = constraints.get_mut(&row) {
+                constraint.row.insert(column, value);
+            }
+        }
+    });
+    let condition = |(dof, c): (u32, Constraint)| Condition {
+        weight: c.mass,
+        gamma: c.gamma / c.mass,
+        displacement: c
+            .row
+            .keys()
+            .map(|&d| f64::from(u8::from(d == dof)))
+            .collect(),
+        flux: c.row.values().map(|a| a / c.mass).collect(),
+        flux_at_rest: -load[dof as usize] / c.mass,
+        dofs: c.row.into_keys().collect(),
+        psi: c.psi,
+        thetas,
+    };
+    Ok(constraints.into_iter().map(condition).collect())
+}

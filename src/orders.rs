@@ -1,0 +1,292 @@
+//! Observed orders of convergence where u is known, beside what theory promises.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use crate::compare::observed_orders;
+use crate::contact::{Errors, Iteration, Law, Method, Problem, Stop, errors, solve};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use crate::truth::exact::{Regularity, catalogue};
+
+/// One method on one scene over several meshes.
+#[derive(Debug, Clone, Serialize)]
+pub struct Orders {
+    pub scene: String,
+    pub method: String,
+    /// None where nothing is stated of the solution's regularity.
+    pub theory: Option<Theory>,
+    /// By ascending n.
+    pub levels: Vec<Level>,
+    pub h1: Observed,
+    pub l2: Observed,
+}
+
+/// Orders that were observed.
+#[derive(Debug, Clone, Serialize)]
+pub struct Observed {
+    /// Between each mesh and the next. Where a transition lies in its cell changes from mesh to
+    /// mesh, and these with it.
+    pub steps: Vec<f64>,
+    /// By least squares over all meshes; none of fewer than two.
+    pub fit: Option<f64>,
+}
+
+impl Observed {
+    fn new(levels: &[Level], error: fn(&Errors) -> f64) -> Self {
+        let pairs: Vec<_> = levels.iter().map(|l| (l.n, error(&l.errors))).collect();
+        let logs = pairs.iter().map(|&(n, e)| ((n as f64).ln(), e.ln()));
+        let count = pairs.len() as f64;
+        let (x, y) = logs.clone().fold((0.0, 0.0), |s, l| (s.0 + l.0, s.1 + l.1));
+        let (x, y) = (x / count, y / count);
+        let (xy, xx) = logs.fold((0.0, 0.0), |s, l| {
+            (s.0 + (l.0 - x) * (l.1 - y), s.1 + (l.0 - x).powi(2))
+        });
+        Observed {
+            steps: observed_orders(&pairs),
+            fit: (pairs.len() > 1).then_some(-xy / xx),
+        }
+    }
+}
+
+/// One mesh.
+#[derive(Debug, Clone, Serialize)]
+pub struct Level {
+    pub n: usize,
+    pub dofs: usize,
+    /// Steps of Newton, or of the active set.
+    pub steps: usize,
+    pub converged: bool,
+    #[serde(flatten)]
+    pub errors: Errors,
+}
+
+/// What is known of the orders.
+///
+/// H¹: with u just not in H^s an element of degree k has min(k, s-1). L²: duality adds what the
+/// dual problem has of regularity: 1 on the convex domains here, and 1/2 where Γ_C changes between
+/// contact and not, or meets Γ_D, on a straight side. That is a lower bound, usually exceeded.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Theory {
+    pub h1: f64,
+    pub h1_limited_by: Limit,
+    /// At least this.
+    pub l2: f64,
+    pub l2_limited_by: Limit,
+}
+
+/// What keeps an order from being higher.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Limit {
+    /// u is not smoother, or the dual solution is not.
+    Regularity,
+    /// The element's degree, or the method's consistency.
+    Method,
+}
+
+impl Theory {
+    /// For a method, a solution, and whether f vanishes everywhere.
+    pub fn new(method: &Method, regularity: Regularity, load_free: bool) -> Self {
+        let degree = method.element.degree() as f64;
+        let smooth = regularity.sobolev - 1.0;
+        let (h1, h1_limited_by) = if smooth < degree {
+            (smooth, Limit::Regularity)
+        } else {
+            (degree, Limit::Method)
+        };
+        let (gain, dual) = if regularity.changes {
+            (0.5, Limit::Regularity)
+        } else {
+            (1.0, h1_limited_by)
+        };
+        let consistency = consistency(method, load_free);
+        let (l2, l2_limited_by) = if h1 + gain > consistency {
+            (consistency, Limit::Method)
+        } else {
+            (h1 + gain, dual)
+        };
+        Theory {
+            h1,
+            h1_limited_by,
+            l2,
+            l2_limited_by,
+        }
+    }
+}
+
+/// The order in L² that a method cannot exceed, whatever u.
+///
+/// The penalty errs by ε = ε₀ h. The penalty-free law on CR leaves the flux (f, φ_F)/(γ|F|) on a
+/// free face, of order h where γ = γ₀ h. The members with θ₁ ≠ -1 are not adjoint consistent,
+/// which costs 1/2 on a boundary condition.
+fn consistency(method: &Method, load_free: bool) -> f64 {
+    let degree = method.element.degree() as f64;
+    match method.law {
+        Law::Penalty { .. } => 1.0,
+        Law::Nitsche { .. } if method.element.on().faces && !load_free => 1.0,
+        Law::Nitsche { theta1, .. } if theta1 != -1 => degree + 0.5,
+        _ => degree + 1.0,
+    }
+}
+
+/// The errors and orders of every method on every scene, on meshes `n`, ascending.
+///
+/// `progress` is told each scene, method and n before it is solved, and may end the run.
+///
+/// # Errors
+/// A scene without an exact solution; what solving or `progress` refuses; a Newton iteration that
+/// does not converge is told in its level and is no error.
+pub fn orders(
+    scenes: &[Scene],
+    methods: &[Method],
+    n: &[usize],
+    mut progress: impl FnMut(&Scene, &Method, usize) -> Result<()>,
+) -> Result<Vec<Orders>> {
+    let mut n = n.to_vec();
+    n.sort_unstable();
+    n.dedup();
+    let catalogue = catalogue();
+    let mut all = Vec::new();
+    for scene in scenes {
+        let Some(exact) = &scene.exact else {
+            return Err(Error::Scene {
+                scene: scene.name.clone(),
+                place: "exact".into(),
+                what: "its solution is not known, so there are no errors to take orders of".into(),
+                remedy: "give u under [exact], or one of the built-in scenes that have it".into(),
+            });
+        };
+        let known = catalogue.iter().find(|e| e.name == scene.name);
+        let meshes = n
+            .iter()
+            .map(|&n| Ok((n, scene.triangulation(Some(n))?)))
+            .collect::<Result<Vec<_>>>()?;
+        for method in methods {
+            let mut levels = Vec::with_capacity(meshes.len());
+            for (n, mesh) in &meshes {
+                progress(scene, method, *n)?;
+                let problem = Problem::new(scene, mesh, *method)?;
+                let solution = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()))?;
+                levels.push(Level {
+                    n: *n,
+                    dofs: problem.space.dofs,
+                    steps: solution.increments.len(),
+                    converged: solution.converged,
+                    errors: errors(&problem.space, &solution.u, exact)?,
+                });
+            }
+            all.push(Orders {
+                scene: scene.name.clone(),
+                method: method.to_string(),
+                theory: known.map(|k| Theory::new(method, k.regularity, scene.data.f.is_zero())),
+                h1: Observed::new(&levels, |e| e.h1),
+                l2: Observed::new(&levels, |e| e.l2),
+                levels,
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// The orders as a table in Markdown, one line a scene and method.
+pub fn table(all: &[Orders]) -> String {
+    let mut text = String::from(
+        "| scene | method | n | H¹ error | orders | fit | theory | L² error | orders | fit | theory |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    let join = |items: &[f64]| -> String {
+        let words: Vec<String> = items.iter().map(|o| format!("{o:.2}")).collect();
+        words.join(" ")
+    };
+    let fit = |o: &Observed| o.fit.map_or(String::new(), |fit| format!("{fit:.2}"));
+    for o in all {
+        let n: Vec<String> = o.levels.iter().map(|l| l.n.to_string()).collect();
+        let last = |error: fn(&Errors) -> f64| match o.levels.last() {
+            Some(level) if !level.converged => "not converged".to_owned(),
+            Some(level) => format!("{:.2e}", error(&level.errors)),
+            None => String::new(),
+        };
+        let theory = |order: fn(&Theory) -> (&'static str, f64, Limit)| {
+            o.theory.as_ref().map_or("unknown".to_owned(), |t| {
+                let (at_least, order, limit) = order(t);
+                format!("{at_least}{order}, {limit}")
+            })
+        };
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+            o.scene,
+            o.method,
+            n.join(" "),
+            last(|e| e.h1),
+            join(&o.h1.steps),
+            fit(&o.h1),
+            theory(|t| ("", t.h1, t.h1_limited_by)),
+            last(|e| e.l2),
+            join(&o.l2.steps),
+            fit(&o.l2),
+            theory(|t| ("≥ ", t.l2, t.l2_limited_by)),
+        );
+    }
+    text
+}
+
+impl std::fmt::Display for Limit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Limit::Regularity => "regularity",
+            Limit::Method => "method",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const METHODS: [&str; 7] = ["cr", "p1", "p2", "p1-vi", "cr-vi", "penalty", "multiplier"];
+
+    fn study(scenes: &[&str], n: &[usize]) -> Vec<Orders> {
+        let scenes: Vec<Scene> = scenes.iter().map(|s| Scene::find(s).unwrap()).collect();
+        let methods = METHODS.map(|m| m.parse().unwrap());
+        orders(&scenes, &methods, n, |_, _, _| Ok(())).unwrap()
+    }
+
+    #[test]
+    fn observed_orders_are_those_of_theory() {
+        let all = study(&["transition-1.5", "contact-nowhere"], &[8, 16, 32]);
+        let text = table(&all);
+        println!("{text}");
+        for o in &all {
+            let name = format!("{} {}\n{text}", o.scene, o.method);
+            let theory = o.theory.unwrap();
+            assert!(o.levels.iter().all(|l| l.converged), "{name}");
+            let (h1, l2) = (o.h1.fit.unwrap(), o.l2.fit.unwrap());
+            assert!((h1 - theory.h1).abs() < 0.12, "{name}");
+            assert!(l2 > theory.l2 - 0.12, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_exact_scene_converges_with_every_method() {
+        let all = study(&Scene::exact_names(), &[8, 16, 32]);
+        let text = table(&all);
+        println!("{text}");
+        for o in &all {
+            let name = format!("{} {}\n{text}", o.scene, o.method);
+            let theory = o.theory.unwrap();
+            assert!(o.levels.iter().all(|l| l.converged), "{name}");
+            assert!(o.h1.fit.unwrap() > theory.h1 - 0.25, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_scene_without_a_solution_is_refused() {
+        let scenes = [Scene::find("one-zone").unwrap()];
+        let refusal = orders(&scenes, &[Method::cr()], &[4], |_, _, _| Ok(()));
+        let refusal = refusal.unwrap_err().to_string();
+        assert!(refusal.contains("its solution is not known"), "{refusal}");
+    }
+}
