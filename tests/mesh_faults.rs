@@ -256,7 +256,7 @@ fn vtu(head: &str, root: &str, points: &str, array: &str) -> String {
     format!(
         "{head}<VTKFile type=\"UnstructuredGrid\" {root}><UnstructuredGrid>\
          <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"1\"><PointData>{array}</PointData><Points>\
-         <DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0</DataArray></Points>\
+         <DataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0</DataArray></Points>\
          <Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray>\
          <DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">3</DataArray>\
          <DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">5</DataArray></Cells></Piece>\

@@ -68,6 +68,8 @@ def with_meshio(path):
     for i, block in enumerate(mesh.cells):
         kind = {"tetra": "tetrahedron"}.get(block.type, block.type)
         tags = [none] * len(block.data) if labels is None else labels[i].tolist()
+        if path.endswith(".msh"):
+            tags = [abs(tag) for tag in tags]  # a minus sign marks reversed entities
         cells += [(kind, row, [tag][tag == none :]) for row, tag in zip(block.data.tolist(), tags, strict=True)]
     pairs = {name: data for name, data in mesh.field_data.items() if not name.startswith("faceoff:")}
     return told(points, cells, {(int(dim), int(tag)): name for name, (tag, dim) in pairs.items()})

@@ -110,10 +110,10 @@ impl Seen {
         self
     }
 
-    /// Points and cells alone, the points of a cell in any order.
-    fn shape(mut self) -> Seen {
-        self.groups.clear();
-        for cell in self.cells.values_mut().flatten() {
+    /// The points of a cell in any order, as some readers turn them.
+    fn unordered(mut self) -> Seen {
+        let groups = self.groups.values_mut().map(|(_, cells)| cells);
+        for cell in self.cells.values_mut().chain(groups).flatten() {
             let mut points: Vec<&str> = cell.split(' ').collect();
             points.sort_unstable();
             *cell = points.join(" ");
@@ -261,7 +261,7 @@ fn every_pair_of_formats() {
     let of = |path: &Path| Seen::of_mesh(&io::read(path).unwrap());
     let (mut gmsh, mut meshio, mut vtk) = (Vec::new(), Vec::new(), Vec::new());
     // What is written first is then a source itself: VTU, FreeFEM's and Medit's files among them.
-    let mut sources: Vec<PathBuf> = SOURCES.iter().map(source).collect();
+    let mut sources: Vec<PathBuf> = SOURCES.map(source).to_vec();
     gmsh.extend(sources.iter().map(|path| (path.clone(), of(path))));
     for (to, words) in TARGETS {
         let path = folder.path().join(format!("from-{to}"));
@@ -274,42 +274,45 @@ fn every_pair_of_formats() {
         sources.push(path);
     }
     for (i, from) in sources.iter().enumerate() {
-        let seen = of(from);
+        let mesh = io::read(from).unwrap();
+        let seen = Seen::of_mesh(&mesh);
         let flat = !from.ends_with("box.msh");
         for (to, words) in TARGETS.iter().filter(|(to, _)| flat || *to != "free.msh") {
             let path = folder.path().join(format!("{i}-{to}"));
             convert(folder.path(), from, &path, words);
             let labels = seen.clone().nameless().without_vertices();
+            // FreeFEM turns the edges of the border so that the domain lies on their left.
+            let by_freefem = |path: &Path| {
+                let turned = freefem(path).unordered() == labels.clone().unordered();
+                assert!(turned, "FreeFEM on {} -> {to}", from.display());
+            };
             match *to {
-                "free.msh" => assert_eq!(freefem(&path), labels, "{} -> {to}", from.display()),
+                "free.msh" => by_freefem(&path),
                 "medit.mesh" => {
                     if flat {
-                        assert_eq!(freefem(&path), labels, "{} -> {to}", from.display());
+                        by_freefem(&path);
                     }
                     meshio.push((path, labels));
                 }
                 _ if to.ends_with(".vtu") => {
-                    // meshio has no lz4.
-                    if *to != "lz4.vtu" {
-                        meshio.push((path.clone(), seen.clone().nameless()));
-                    }
+                    // meshio reads no array of texts, as which the names of groups travel.
                     vtk.push((path, seen.clone()));
                 }
                 _ => {
                     gmsh.push((path.clone(), seen.clone()));
-                    meshio.push((path, seen.clone()));
+                    // Of binary 2.2, meshio reads only nodes that are numbered 1, 2, 3, …; of 4.1, it takes
+                    // memory for every number up to the highest.
+                    let highest = mesh.point_tags.iter().max().copied().unwrap_or(0);
+                    if highest < 1 << 32 && (*to != "22b.msh" || highest == 0) {
+                        meshio.push((path, seen.clone()));
+                    }
                 }
             }
         }
     }
     compare("gmsh", &gmsh, |seen| seen);
     compare("vtk", &vtk, |seen| seen);
-    // Where a format has no names, or meshio no place for them, there are none to compare.
-    let (named, nameless) = meshio
-        .into_iter()
-        .partition(|(path, _)| path.extension().unwrap() == "msh");
-    compare("meshio", &named, |seen| seen);
-    compare("meshio", &nameless, Seen::nameless);
+    compare("meshio", &meshio, |seen| seen);
 }
 
 #[test]
@@ -339,8 +342,8 @@ fn dolfinx_reads_what_meshio_is_asked_to_write() {
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let seen = see(Path::new("/usr/bin/python3"), "dolfinx", &[out]);
     assert_eq!(
-        Seen::of_json(&seen[0]).shape(),
-        Seen::of_mesh(&mesh).shape()
+        Seen::of_json(&seen[0]).unordered(),
+        Seen::of_mesh(&mesh).unordered()
     );
 }
 

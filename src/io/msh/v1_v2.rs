@@ -151,6 +151,10 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
                 )));
             }
             left -= in_block;
+            if tag_count <= 2 {
+                plain_block(scan, builder, kind, in_block, tag_count, &mut tags)?;
+                continue;
+            }
             for _ in 0..in_block {
                 let number = tag(scan)?;
                 tags.read(scan, tag_count)?;
@@ -268,6 +272,77 @@ fn element(
     Ok(())
 }
 
+/// [`element`] for a binary block of elements with no more tags than group and entity, which is what large files have.
+fn plain_block(
+    scan: &mut Scan<'_>,
+    builder: &mut Builder,
+    kind: CellKind,
+    count: usize,
+    tag_count: usize,
+    tags: &mut Tags,
+) -> Result<()> {
+    let Some(points) = builder.points.take() else {
+        return Err(scan.error("the elements stand before the nodes"));
+    };
+    let block = builder.block(kind);
+    block.nodes.reserve(count * kind.points());
+    block.tags.reserve(count);
+    block.entities.reserve(count);
+    let little = scan.numbers == Numbers::Little;
+    let int = |word: [u8; 4]| {
+        if little {
+            i32::from_le_bytes(word)
+        } else {
+            i32::from_be_bytes(word)
+        }
+    };
+    // Runs of elements in the same group.
+    let mut runs: Vec<(i32, u32)> = Vec::new();
+    let row = 1 + tag_count + kind.points();
+    let mut left = count;
+    while left > 0 {
+        // In pieces, so that an error is not far from its place.
+        let rows = left.min(256);
+        left -= rows;
+        let here = scan.clone();
+        let (words, _) = scan.bytes(rows, 4 * row)?.as_chunks::<4>();
+        for words in words.chunks_exact(row) {
+            let (head, nodes) = words.split_at(1 + tag_count);
+            let [number, head @ ..] = head else { continue };
+            let number = number_of(&here, int(*number))?;
+            for &node in nodes {
+                let node = number_of(&here, int(node))?;
+                block.nodes.push(points.get(node).ok_or_else(|| {
+                    here.error(format!(
+                        "element {number} has the node {node}, which does not exist"
+                    ))
+                })?);
+            }
+            block.tags.push(number);
+            block
+                .entities
+                .push(head.get(1).map_or(0, |&word| int(word)));
+            let physical = head.first().map_or(0, |&word| int(word));
+            tags.negative += usize::from(physical < 0);
+            match runs.last_mut() {
+                Some((last, count)) if *last == physical => *count += 1,
+                _ => runs.push((physical, 1)),
+            }
+        }
+    }
+    builder.points = Some(points);
+    for (physical, count) in runs {
+        let group = [i64::from(physical).abs()];
+        builder.appended(count, kind.dim(), &group[usize::from(physical == 0)..]);
+    }
+    Ok(())
+}
+
+fn number_of(scan: &Scan<'_>, value: i32) -> Result<u64> {
+    u64::try_from(value)
+        .map_err(|_| scan.error(format!("{value} is no number of a node or element")))
+}
+
 /// The number of a node or element, which is at least 1... in ASCII of up to 64 bits.
 #[inline]
 fn tag(scan: &mut Scan<'_>) -> Result<u64> {
@@ -275,8 +350,7 @@ fn tag(scan: &mut Scan<'_>) -> Result<u64> {
         return scan.u64();
     }
     let value = scan.i32()?;
-    u64::try_from(value)
-        .map_err(|_| scan.error(format!("{value} is no number of a node or element")))
+    number_of(scan, value)
 }
 
 #[inline]
