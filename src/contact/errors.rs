@@ -18,8 +18,8 @@ pub struct Errors {
     pub l2: f64,
 }
 
-/// Relative accuracy of the squares of the errors.
-const ACCURACY: f64 = 1e-4;
+/// Relative accuracy of the squares of the errors: an observed order is off by 1e-3 at most.
+const ACCURACY: f64 = 1e-3;
 /// Squares of errors below this, relative to the square of the norm, are not looked into.
 const ROUNDING: f64 = 1e-24;
 /// A triangle is cut into four at most so often: r^{-1}, the most singular square here, then
@@ -28,9 +28,9 @@ const DEEPEST: usize = 30;
 
 /// The errors of u_h (values at all dofs of a plane space) against `exact`.
 ///
-/// The rule of degree 5 on a triangle is believed where its four quarters give the same to 1e-4,
+/// The rule of degree 5 on a triangle is believed where its four quarters give the same to 1e-3,
 /// relative or as a share of the whole sum; elsewhere the quarters are looked at in turn. So the
-/// integrals are right to 1e-4 also where ∇u is singular or jumps inside a cell, at any order.
+/// integrals are right to 1e-3, and mostly far better, also where ∇u is singular or jumps inside a cell, at any order.
 ///
 /// # Errors
 /// A value or slope of `exact` that is not finite.
@@ -241,7 +241,7 @@ mod tests {
         }
         // |∇u|² = 1/(4r); ∫∫ 1/r over [-1,1] × [0,1] = 4 ln(1+√2), each triangle of four ln(1+√2).
         let closed = (1.0 + 2.0_f64.sqrt()).ln();
-        assert!((adapted / closed - 1.0).abs() < 1e-4, "{adapted} {closed}");
+        assert!((adapted / closed - 1.0).abs() < 2e-4, "{adapted} {closed}");
         assert!((plain / closed - 1.0).abs() > 1e-3, "{plain} {closed}");
         assert_eq!(
             errors(&space, &vec![0.0; space.dofs], &exact).unwrap().h1,

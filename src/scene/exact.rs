@@ -99,7 +99,7 @@ mod tests {
     fn points(e: &Exact) -> impl Iterator<Item = [f64; 3]> + '_ {
         (1..=600).map(|i: u32| {
             let fraction = |g: f64| (g * f64::from(i)).fract();
-            let on_bottom = i % 5 == 0;
+            let on_bottom = i.is_multiple_of(5);
             let y = if on_bottom {
                 0.0
             } else {
