@@ -1,4 +1,5 @@
-//! VTK's own reader on what is written here. Runs where `FACEOFF_VTK_PYTHON` names a Python with the package `vtk`.
+//! VTK's own reader on what is written here. `FACEOFF_READERS` names a Python with the package `vtk`; `tests/run`
+//! makes one and sets it.
 
 use faceoff::field::{Whole, data::same_bits};
 use faceoff::io::vtu::{self, Compressor, Encoding};
@@ -97,10 +98,15 @@ fn face_fields_come_back_bit_for_bit() {
 
 #[test]
 fn vtk_reads_the_same() {
-    let Some(python) = std::env::var_os("FACEOFF_VTK_PYTHON") else {
-        eprintln!("FACEOFF_VTK_PYTHON is not set: VTK was not asked");
-        return;
-    };
+    let python = std::env::var_os("FACEOFF_READERS").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("target/readers/bin/python3"),
+        PathBuf::from,
+    );
+    assert!(
+        python.exists(),
+        "{} is not there: run tests/run",
+        python.display()
+    );
     let folder = tempfile::tempdir().expect("a folder");
     let (mesh, whole) = faces();
     let paths: Vec<PathBuf> = (0..ENCODINGS.len())

@@ -39,7 +39,7 @@ pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>>
     Ok(warnings)
 }
 
-/// The bytes that [`write`] writes; `path` is named in messages only.
+/// The bytes that [`fn@write`] writes; `path` is named in messages only.
 ///
 /// # Errors
 /// The mesh is not sound, or the version cannot hold it.
