@@ -242,11 +242,11 @@ fn restore_fields(mesh: &mut Mesh, whole: &mut Vec<Whole>) {
             continue;
         };
         let field = &mut mesh.fields[place];
-        if !row.at.is_empty() && field.at.is_empty() {
-            if let Some(values) = select(&field.values, field.components, &row.at) {
-                field.values = values;
-                field.at = row.at;
-            }
+        let partial = !row.at.is_empty() && field.at.is_empty();
+        let values = partial.then(|| select(&field.values, field.components, &row.at));
+        if let Some(values) = values.flatten() {
+            field.values = values;
+            field.at = row.at;
         }
         field.name = row.name;
         field.time = row.time;
