@@ -165,3 +165,121 @@ pub(super) fn kind(vtk: CellType, points: usize) -> Option<(CellKind, Option<&'s
     };
     Some((kind, order(kind)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ends of the edges in the order of their nodes, after the figures of VTK's and of Gmsh's manual.
+    type Edges = &'static [[usize; 2]];
+    const CELLS: [(CellKind, Edges, Edges); 4] = [
+        (
+            CellKind::Tetrahedron10,
+            &[[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]],
+            &[[0, 1], [1, 2], [0, 2], [0, 3], [2, 3], [1, 3]],
+        ),
+        (
+            CellKind::Hexahedron20,
+            &[
+                [0, 1],
+                [1, 2],
+                [2, 3],
+                [0, 3],
+                [4, 5],
+                [5, 6],
+                [6, 7],
+                [4, 7],
+                [0, 4],
+                [1, 5],
+                [2, 6],
+                [3, 7],
+            ],
+            &[
+                [0, 1],
+                [0, 3],
+                [0, 4],
+                [1, 2],
+                [1, 5],
+                [2, 3],
+                [2, 6],
+                [3, 7],
+                [4, 5],
+                [4, 7],
+                [5, 6],
+                [6, 7],
+            ],
+        ),
+        (
+            CellKind::Prism15,
+            &[
+                [0, 1],
+                [1, 2],
+                [0, 2],
+                [3, 4],
+                [4, 5],
+                [3, 5],
+                [0, 3],
+                [1, 4],
+                [2, 5],
+            ],
+            &[
+                [0, 1],
+                [0, 2],
+                [0, 3],
+                [1, 2],
+                [1, 4],
+                [2, 5],
+                [3, 4],
+                [3, 5],
+                [4, 5],
+            ],
+        ),
+        (
+            CellKind::Pyramid13,
+            &[
+                [0, 1],
+                [1, 2],
+                [2, 3],
+                [0, 3],
+                [0, 4],
+                [1, 4],
+                [2, 4],
+                [3, 4],
+            ],
+            &[
+                [0, 1],
+                [0, 3],
+                [0, 4],
+                [1, 2],
+                [1, 4],
+                [2, 3],
+                [2, 4],
+                [3, 4],
+            ],
+        ),
+    ];
+
+    #[test]
+    fn edge_nodes_stay_on_their_edges() {
+        for (kind, vtk, gmsh) in CELLS {
+            let order = order(kind).expect("the orders differ");
+            let corners = kind.shape().corners();
+            assert!(order[..corners].iter().copied().eq(0..corners));
+            for (edge, &place) in vtk.iter().zip(&order[corners..]) {
+                assert_eq!(edge, &gmsh[place - corners], "{kind}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_as_the_same_kind() {
+        let table = type_table();
+        for kind in (1..=19).filter_map(CellKind::from_gmsh) {
+            if let Some(code) = vtk_type(kind) {
+                let vtk = table[usize::from(code)].expect("a type of VTK's");
+                assert_eq!(super::kind(vtk, kind.points()), Some((kind, order(kind))));
+                assert_eq!(written_kind(code.into()), Some(kind));
+            }
+        }
+    }
+}

@@ -7,8 +7,11 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use std::borrow::Cow;
 use std::io::Read;
 
-/// Bytes that are compressed together. VTK's own default is 32 kB; larger blocks pack better and read as well.
-const BLOCK: usize = 1 << 18;
+/// Bytes that are compressed together.
+const BLOCK: usize = 1 << 16;
+/// Meshes pack at this level as well as at the highest, within a few percent, in a fifth of the time.
+const ZLIB_LEVEL: u32 = 1;
+const LZMA_LEVEL: u32 = 3;
 
 /// An array's header and its body, ready to be written in either encoding.
 pub(super) struct Packed {
@@ -47,11 +50,11 @@ fn compress(block: &[u8], compressor: Compressor) -> std::io::Result<Vec<u8>> {
         Compressor::None => packed.extend_from_slice(block),
         Compressor::Lz4 => packed = lz4_flex::block::compress(block),
         Compressor::Zlib => {
-            flate2::read::ZlibEncoder::new(block, flate2::Compression::new(4))
+            flate2::read::ZlibEncoder::new(block, flate2::Compression::new(ZLIB_LEVEL))
                 .read_to_end(&mut packed)?;
         }
         Compressor::Lzma => {
-            liblzma::read::XzEncoder::new(block, 3).read_to_end(&mut packed)?;
+            liblzma::read::XzEncoder::new(block, LZMA_LEVEL).read_to_end(&mut packed)?;
         }
     }
     Ok(packed)
@@ -309,4 +312,47 @@ fn decompress(bytes: &[u8], slot: &mut [u8], compressor: Compressor) -> Result<(
         return Err(format!("it unpacks to {filled} bytes, not {}", slot.len()));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_length_around_a_block_comes_back() {
+        for length in [0, 1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK] {
+            let bytes: Vec<u8> = (0..length).map(|i| (i * i / 7) as u8).collect();
+            for compressor in [
+                Compressor::None,
+                Compressor::Zlib,
+                Compressor::Lz4,
+                Compressor::Lzma,
+            ] {
+                let Packed { header, body } = pack(bytes.clone(), compressor).expect("packed");
+                let packing = Packing {
+                    big_endian: false,
+                    wide_headers: true,
+                    compressor,
+                };
+                let file = [header, body].concat();
+                let mut budget = Budget::of_file(file.len());
+                let expected = Some(length as u64);
+                let back = packing.unpack(Stream::Raw(&file), expected, &mut budget);
+                assert!(back.expect("sound") == bytes, "{compressor:?} {length}");
+            }
+        }
+    }
+
+    /// One byte of zlib's end missing, or one byte of data more than declared.
+    #[test]
+    fn blocks_end_where_they_say() {
+        let block = compress(&[7; 100], Compressor::Zlib).expect("packed");
+        let unpack = |bytes: &[u8], length: usize| {
+            decompress(bytes, &mut vec![0; length], Compressor::Zlib).is_ok()
+        };
+        assert!(unpack(&block, 100));
+        assert!(!unpack(&block[..block.len() - 1], 100));
+        assert!(!unpack(&block, 99));
+        assert!(!unpack(&block, 101));
+    }
 }
