@@ -119,7 +119,7 @@ impl Theory {
 /// The order in L² that a method cannot exceed, whatever u.
 ///
 /// The penalty errs by ε = ε₀ h. The penalty-free law on CR leaves the flux (f, φ_F)/(γ|F|) on a
-/// free face, of order h where γ = γ₀ h. The members with θ₁ ≠ -1 are not adjoint consistent,
+/// free face, of order h where γ = γ₀ h; corrected, it has no such bound. The members with θ₁ ≠ -1 are not adjoint consistent,
 /// which costs 1/2 on a boundary condition.
 fn consistency(method: &Method, load_free: bool) -> f64 {
     let degree = method.element.degree() as f64;
@@ -246,7 +246,7 @@ impl std::fmt::Display for Limit {
 mod tests {
     use super::*;
 
-    const METHODS: [&str; 7] = ["cr", "p1", "p2", "p1-vi", "cr-vi", "penalty", "multiplier"];
+    const METHODS: [&str; 8] = ["cr", "cr-fc", "p1", "p2", "p1-vi", "cr-vi", "penalty", "multiplier"];
 
     fn study(scenes: &[&str], n: &[usize]) -> Vec<Orders> {
         let scenes: Vec<Scene> = scenes.iter().map(|s| Scene::find(s).unwrap()).collect();

@@ -80,7 +80,7 @@ pub(super) struct Verify {
     /// Engines, or TOML files that describe one
     #[arg(long, value_delimiter = ',', default_values = ["rust", "freefem", "fenicsx"])]
     pub engines: Vec<String>,
-    /// Methods: cr, p1, p2, or a member of the family (2.4) as in "p2(1,0)"
+    /// Methods: cr, cr-fc, p1, p2, or a member of the family (2.4) as in "p2(1,0)"
     #[arg(long, default_value = "cr,p2", value_parser = methods)]
     pub methods: Methods,
     /// Refinements [default: each scene's own]
@@ -105,7 +105,7 @@ pub(super) struct Solve {
     pub scene: String,
     #[arg(long, default_value = "rust")]
     pub engine: String,
-    /// cr, p1, p2, or a member of the family (2.4) as in "p2(1,0)"; p1-vi, cr-vi, penalty,
+    /// cr, cr-fc, p1, p2, or a member of the family (2.4) as in "p2(1,0)"; p1-vi, cr-vi, penalty,
     /// multiplier (Rust engine only)
     #[arg(long, default_value = "cr", value_parser = method)]
     pub method: Method,

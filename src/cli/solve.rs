@@ -8,7 +8,7 @@ use super::args::Solve;
 use super::progress::Bars;
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
-use crate::contact::{Errors, Iteration, Problem, errors, quantities};
+use crate::contact::{Ended, Errors, Iteration, Problem, errors, quantities};
 use crate::engine::{self, Case, Progress, Silent};
 use crate::error::{Error, Result};
 use crate::report;
@@ -29,7 +29,18 @@ struct Answer {
     iteration: String,
     iterations: usize,
     increments: Vec<f64>,
+    /// Contact conditions that changed their status after each step; where the engine tells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    active_set_changes: Option<Vec<usize>>,
+    /// The scheme's residual after each step, relative to its largest terms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    residuals: Option<Vec<f64>>,
     converged: bool,
+    /// increment, rounding or not-reached
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ended: Option<Ended>,
+    /// The step that the answer comes from.
+    step: usize,
     /// Backward error of the scheme.
     residual: f64,
     grad_norm_sq: f64,
@@ -150,7 +161,11 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         iteration: settings.iteration.to_string(),
         iterations: answer.increments.len(),
         increments: answer.increments.clone(),
+        active_set_changes: answer.history.as_ref().map(|h| h.changes.clone()),
+        residuals: answer.history.as_ref().map(|h| h.residuals.clone()),
         converged: answer.converged,
+        ended: answer.history.as_ref().map(|h| h.ended),
+        step: answer.step,
         residual: answer.residual,
         grad_norm_sq: values.grad_norm_sq,
         l2_norm: values.l2_norm,
@@ -188,8 +203,12 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         return Ok(FAILED);
     }
     if !told.converged {
+        let which = match &told.residuals {
+            Some(_) => format!("the best iterate by residual, that of step {}", told.step),
+            None => "its last iterate".to_owned(),
+        };
         eprintln!(
-            "faceoff: {} did not reach the tolerance {:e} in {} iterations; this is its last iterate, not a solution",
+            "faceoff: {} did not reach the tolerance {:e} in {} iterations; this is {which}, not a solution",
             told.engine, settings.stop.increment, told.iterations
         );
         return Ok(DISAGREE);
@@ -204,8 +223,12 @@ fn print_answer(a: &Answer) {
         a.scene, a.engine, a.version, a.method
     );
     println!("  cells {}, faces {}, dofs {}", a.cells, a.faces, a.dofs);
+    let rounding = match a.ended {
+        Some(Ended::Rounding) => ", to rounding: no smaller increments are to be had",
+        _ => "",
+    };
     println!(
-        "  {} iterations, backward error {:.1e}",
+        "  {} iterations, backward error {:.1e}{rounding}",
         a.iterations, a.residual
     );
     println!("  ‖∇u‖²           {:.15e}", a.grad_norm_sq);

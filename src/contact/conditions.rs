@@ -10,12 +10,36 @@
 //!              g_k                      q_k                                   θ
 //! Nitsche      values at the rule's     ∂ₙ there                              any: this is (2.4)
 //!              points on Γ_C
+//! Corrected    the same                 ∂ₙ - L(φ_F)/|F| on F                  (1, 0)
 //! Penalty      the same                 0                                     (0, 1)
 //! Multiplier   means on faces           means of ∂ₙ                           (-1, 1): λ eliminated by
 //!                                                                             λ = min(0, q - γ⁻¹(g-ψ))
 //! Variational  dofs on Γ_C              ((∇u,∇φ_k) - L(φ_k)) / ∫_C φ_k,       (0, 1): row k becomes
 //!                                       the flux that balances row k          max(g-ψ, γq) = 0
 //! ```
+//!
+//! # Why the flux is corrected
+//!
+//! Take (3.2) on CR, and a cell κ with the set C of faces on Γ_C. ∇u is constant on κ, and φ_F has
+//! the mean 1 on F and 0 on the other faces, so that (∇u,∇φ_F)_κ = |F| ∂ₙu, which the term
+//! <∂ₙu,φ_F> takes away again. With M_G the mean of max(u-ψ, γ∂ₙu) on G what is left of row F is
+//!
+//! ```text
+//! Σ_{G ∈ C} |G| M_G ∂ₙφ_F|_G = Σ_{G ∈ C} (∇φ_G,∇φ_F)_κ M_G = L(φ_F),   F ∈ C
+//! ```
+//!
+//! and the Gram matrix of the ∇φ_G gives M_F = m_F of order h²f instead of 0. A free face so
+//! carries the flux m_F/γ, which is of order h where γ = γ₀ h: first order in L², and no better.
+//! What F carries in balance with its load is (after L. D. Marini, SIAM J. Numer. Anal. 22, 1985)
+//!
+//! ```text
+//! λ_F = ((∇u,∇φ_F)_κ - L(φ_F)) / |F| = ∂ₙu - L(φ_F)/|F|,   L(φ_F) = (f,φ_F) + <t,φ_F>_N
+//! ```
+//!
+//! With λ in the place of ∂ₙu the right-hand side of row F is L(φ_F) - L(φ_F) = 0. So M_F = 0:
+//! at the midpoint u ≤ ψ, λ ≤ 0, (u-ψ)λ = 0, in which γ has no part; and in the rows of all other
+//! faces G, where the terms on Γ_C are Σ_F |F| M_F ∂ₙφ_G|_F = 0, the plain (∇u,∇φ_G) = L(φ_G). The
+//! equilibrated flux of Marini, in H(div), has the normal components λ_F on Γ_C without any change.
 
 use std::collections::BTreeMap;
 
@@ -87,7 +111,7 @@ pub(super) fn conditions(
 ) -> Result<Vec<Condition>> {
     let thetas = method.law.thetas();
     Ok(match method.law {
-        Law::Nitsche { .. } => at_points(space, contact, thetas, 1.0),
+        Law::Nitsche { .. } | Law::FluxCorrected => at_points(space, contact, thetas, 1.0),
         Law::Penalty { .. } => at_points(space, contact, thetas, 0.0),
         Law::Multiplier { .. } => contact
             .iter()
@@ -113,7 +137,7 @@ fn at_points(
             dofs: dofs.to_vec(),
             displacement: point.phi[..dofs.len()].to_vec(),
             flux: point.dn[..dofs.len()].iter().map(|dn| times * dn).collect(),
-            flux_at_rest: 0.0,
+            flux_at_rest: times * point.flux_at_rest,
             psi: point.psi,
             thetas,
         }));

@@ -26,6 +26,8 @@ pub struct Problem<'a> {
     pub load: Vec<f64>,
     /// The value of g at each dof on Γ_D, none elsewhere.
     pub dirichlet: Vec<Option<f64>>,
+    /// Where there are parts of the domain that Γ_D does not hold: that part, of each dof.
+    pub floating: Option<Vec<Option<u32>>>,
     /// The rules that the scheme is defined by.
     pub cell_rule: Rule,
     pub face_rule: Rule,
@@ -51,6 +53,8 @@ pub struct ContactPoint {
     pub phi: Basis,
     /// ∂ₙφ_i
     pub dn: Basis,
+    /// The flux of u = 0: -L(φ_F)/|F| where the flux is corrected by the load, else 0.
+    pub flux_at_rest: f64,
     /// ψ
     pub psi: f64,
 }
@@ -60,17 +64,18 @@ pub struct ContactPoint {
 pub struct Trace {
     /// u - ψ
     pub gap: f64,
-    /// ∂ₙu
+    /// ∂ₙu, or λ where the flux is corrected
     pub flux: f64,
     /// P(u) = γ ∂ₙu - (u - ψ)
     pub p: f64,
 }
 
 impl ContactPoint {
-    /// The trace of a function with these local dofs; for directions ψ does not count.
+    /// The trace of a function with these local dofs.
     pub fn trace(&self, gamma: f64, local: &Basis) -> Trace {
         let dot = |basis: &Basis| -> f64 { basis.iter().zip(local).map(|(b, u)| b * u).sum() };
-        Trace::new(dot(&self.phi) - self.psi, dot(&self.dn), gamma)
+        let flux = dot(&self.dn) + self.flux_at_rest;
+        Trace::new(dot(&self.phi) - self.psi, flux, gamma)
     }
 }
 
@@ -132,16 +137,23 @@ impl<'a> Problem<'a> {
                 }
                 Some(Part::Contact) => {
                     let gamma = |geometry: &CellGeometry, measure: f64| {
-                        let h = match (method.law, scene.h) {
-                            (Law::Nitsche { .. }, HRule::Local) => geometry.diameter,
-                            (Law::Nitsche { .. }, HRule::Global) => largest,
-                            _ => mesh.dim as f64 * geometry.measure() / measure,
+                        let h = match scene.h {
+                            _ if !method.is_nitsche() => {
+                                mesh.dim as f64 * geometry.measure() / measure
+                            }
+                            HRule::Local => geometry.diameter,
+                            HRule::Global => largest,
                         };
                         method.gamma0(scene.gamma0) * h
                     };
                     let psi = &scene.data.psi;
                     contact.push(ContactFace::new(&space, face, psi, gamma, &face_rule)?);
                 }
+            }
+        }
+        if method.law == Law::FluxCorrected {
+            for face in &mut contact {
+                face.correct_flux(&space, &load);
             }
         }
         let stiffness = assembly::stiffness(&space);
@@ -154,7 +166,7 @@ impl<'a> Problem<'a> {
             &load,
             &dirichlet,
         )?;
-        let problem = Problem {
+        let mut problem = Problem {
             stiffness,
             space,
             method,
@@ -163,15 +175,17 @@ impl<'a> Problem<'a> {
             conditions,
             load,
             dirichlet,
+            floating: None,
             cell_rule,
             face_rule,
         };
-        problem.check_held(&scene.name)?;
+        problem.floating = problem.check_held(&scene.name)?;
         Ok(problem)
     }
 
-    /// Every connected part needs Γ_D, or contact and a total load that presses it on.
-    fn check_held(&self, scene: &str) -> Result<()> {
+    /// Every connected part needs Γ_D, or contact and a total load that presses it on; what
+    /// [`Problem::floating`] is.
+    fn check_held(&self, scene: &str) -> Result<Option<Vec<Option<u32>>>> {
         let mesh = self.space.mesh;
         let (part_of, count) = mesh.components();
         let mut held = vec![false; count];
@@ -220,7 +234,17 @@ impl<'a> Problem<'a> {
                 remedy: "name a group of that part under dirichlet".into(),
             });
         }
-        Ok(())
+        if held.iter().all(|h| *h) {
+            return Ok(None);
+        }
+        let mut floating = vec![None; self.space.dofs];
+        for cell in 0..mesh.cell_count() {
+            let part = part_of[cell];
+            for &dof in self.space.cell_dofs(cell) {
+                floating[dof as usize] = Some(part).filter(|p| !held[*p as usize]);
+            }
+        }
+        Ok(Some(floating))
     }
 
     /// u = 0 but for g on Γ_D: where every engine starts.
@@ -323,6 +347,7 @@ impl ContactFace {
                     x: point.x,
                     phi: space.element.values(mesh.dim, &point.lambda),
                     dn,
+                    flux_at_rest: 0.0,
                     psi: value_at(psi, "psi", point.x)?,
                 })
             })
@@ -334,5 +359,17 @@ impl ContactFace {
             measure,
             points,
         })
+    }
+
+    /// ∂ₙu becomes λ_F = ∂ₙu - L(φ_F)/|F|, φ_F the one basis function with a mean on F.
+    fn correct_flux(&mut self, space: &Space, load: &[f64]) {
+        let local = space.mesh.local_face(self.cell, self.face);
+        let on_face: f64 = space
+            .face_dofs(self.cell, local)
+            .map(|dof| load[dof as usize])
+            .sum();
+        for point in &mut self.points {
+            point.flux_at_rest = -on_face / self.measure;
+        }
     }
 }

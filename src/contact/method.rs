@@ -22,6 +22,9 @@ pub enum Law {
         /// θ₂ ∈ {0, 1}: weight of the penalty <γ⁻¹u, v>_C.
         theta2: i8,
     },
+    /// The penalty-free law on CR with the flux that balances the load, λ = ∂ₙu - L(φ_F)/|F| on F,
+    /// in the place of ∂ₙu: its error in L² has order 2 whatever γ. See `conditions` for why.
+    FluxCorrected,
     /// The variational inequality over { v ∈ V_h : v ≤ ψ at every dof on Γ_C }: at the vertices
     /// for P1; for CR the mean on every face (D. Hua, L. Wang, J. Comput. Math. 25, 2007).
     Variational,
@@ -46,6 +49,7 @@ impl Law {
     pub fn thetas(&self) -> [i8; 2] {
         match *self {
             Law::Nitsche { theta1, theta2 } => [theta1, theta2],
+            Law::FluxCorrected => [1, 0],
             Law::Variational | Law::Penalty { .. } => [0, 1],
             Law::Multiplier { .. } => [-1, 1],
         }
@@ -71,15 +75,23 @@ impl Method {
         }
     }
 
-    /// Is it of the family (2.4), which all codes have?
+    /// The paper's penalty-free method with the flux corrected by the load.
+    pub fn cr_fc() -> Self {
+        Method {
+            element: &CR,
+            law: Law::FluxCorrected,
+        }
+    }
+
+    /// Is it Nitsche's method, of the family (2.4) or with the flux corrected? All codes have it.
     pub fn is_nitsche(&self) -> bool {
-        matches!(self.law, Law::Nitsche { .. })
+        matches!(self.law, Law::Nitsche { .. } | Law::FluxCorrected)
     }
 
     /// γ₀ of γ = γ₀ h: the scene's, or what the law has of its own.
     pub fn gamma0(&self, of_scene: f64) -> f64 {
         match self.law {
-            Law::Nitsche { .. } => of_scene,
+            Law::Nitsche { .. } | Law::FluxCorrected => of_scene,
             Law::Variational => 1.0,
             Law::Penalty { epsilon0 } => epsilon0,
             Law::Multiplier { gamma0 } => gamma0,
@@ -88,7 +100,7 @@ impl Method {
 }
 
 /// `cr` is θ = (1, 0), `p1` and `p2` are θ = (1, 1); other members are named with their
-/// parameters, as in `p2(1,0)`. The classical methods are `p1-vi`, `cr-vi`, `penalty` and
+/// parameters, as in `p2(1,0)`. `cr-fc` is `cr` with the flux corrected. The classical methods are `p1-vi`, `cr-vi`, `penalty` and
 /// `multiplier`, the last two with a parameter of their own as in `penalty(0.01)`.
 impl FromStr for Method {
     type Err = String;
@@ -96,7 +108,7 @@ impl FromStr for Method {
     fn from_str(text: &str) -> Result<Self, String> {
         let unknown = || {
             format!(
-                "there is no method `{text}`: use cr, p1, p2, or a member of the family (2.4) \
+                "there is no method `{text}`: use cr, cr-fc, p1, p2, or a member of the family (2.4) \
                  with its parameters, as in p2(1,0), theta1 in -1, 0, 1 and theta2 in 0, 1; \
                  or p1-vi, cr-vi, penalty, multiplier"
             )
@@ -116,6 +128,7 @@ impl FromStr for Method {
         };
         let on_p1 = |law| Ok(Method { element: &P1, law });
         match (name, parameters) {
+            ("cr-fc", None) => Ok(Method::cr_fc()),
             ("p1-vi", None) => on_p1(Law::Variational),
             ("cr-vi", None) => Ok(Method {
                 element: &CR,
@@ -171,6 +184,7 @@ impl fmt::Display for Method {
         f.pad(&match self.law {
             Law::Nitsche { theta1, theta2 } if [theta1, theta2] == usual(&element) => element,
             Law::Nitsche { theta1, theta2 } => format!("{element}({theta1},{theta2})"),
+            Law::FluxCorrected => format!("{element}-fc"),
             Law::Variational => format!("{element}-vi"),
             Law::Penalty { epsilon0 } => own("penalty", epsilon0, EPSILON0),
             Law::Multiplier { gamma0 } => own("multiplier", gamma0, MULTIPLIER_GAMMA0),
@@ -198,6 +212,7 @@ mod tests {
     fn names_and_parameters_round_trip() {
         for name in [
             "cr",
+            "cr-fc",
             "p1",
             "p2",
             "p2(1,0)",
@@ -225,6 +240,8 @@ mod tests {
             "cr(1)",
             "p2(0,0)",
             "p2(1,0",
+            "p2-fc",
+            "cr-fc(1,0)",
             "p2-vi",
             "p1-vi(1)",
             "penalty()",

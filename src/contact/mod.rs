@@ -9,10 +9,12 @@
 //! elements for the Signorini problem, SIAM J. Numer. Anal. 55 (2017). The paper has
 //! g = t = ψ = 0; with ψ, u becomes u-ψ wherever the contact condition is meant.
 
+mod active_set;
 mod condensed;
 mod conditions;
 mod errors;
 mod form;
+mod iteration;
 mod method;
 mod quantities;
 mod solve;
@@ -21,9 +23,10 @@ pub use crate::assembly::combine as gradient;
 pub use conditions::Condition;
 pub use errors::{Errors, errors};
 pub use form::{ContactFace, Problem};
+pub use iteration::{Iteration, Splitting};
 pub use method::{Law, Method};
 pub use quantities::{Quantities, face_fields, quantities};
-pub use solve::{Iteration, Solution, Splitting, Stop, Timings, solve};
+pub use solve::{Ended, Solution, Stop, Timings, solve};
 
 #[cfg(test)]
 mod tests;

@@ -1,132 +1,18 @@
-//! Semismooth Newton, and the paper's fixed point. For the variational inequalities Newton is the
-//! primal-dual active set strategy (M. Hintermüller, K. Ito, K. Kunisch, SIAM J. Optim. 13, 2002).
-//!
-//! Every iteration here solves (A + N) δ = -R(u) with the exact residual R of (2.4). They differ
-//! only in how the law u-ψ + [P(u)]₊ enters the matrix at each quadrature point, as
-//! α (u-ψ) + β γ ∂ₙu:
-//!
-//! ```text
-//! Newton                       (α, β) = (0, 1) where P > 0, (1, 0) where P ≤ 0
-//! [P]₊ lagged as a whole       (1, 0)
-//! [u-ψ-γ∂ₙu]₊ lagged           (0, 1)
-//! flux new, displacement old   (1, 1) where P > 0, (1, 0) where P ≤ 0
-//! ```
+//! Solves (3.1): Newton as the primal-dual active set strategy, which always ends, and the paper's
+//! fixed points.
 
-use std::fmt;
-use std::str::FromStr;
 use std::time::Instant;
 
-use super::Problem;
+use super::active_set::{ActiveSet, Per};
 use super::condensed::Condensed;
-use super::conditions::Condition;
+use super::iteration::Iteration;
+use super::{Law, Problem};
 use crate::assembly;
 use crate::error::{Error, Result};
 use crate::linear::Symmetric;
 
-/// How the nonlinear system is solved.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Iteration {
-    /// Semismooth Newton.
-    #[default]
-    Newton,
-    /// The paper's fixed point. Its splitting is not stated there.
-    FixedPoint(Splitting),
-}
-
-/// The splittings that were tried for the paper's fixed point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Splitting {
-    /// `[P]₊` lagged as a whole; converges for γ₀ < 1 only.
-    LaggedP,
-    /// `[u-ψ-γ∂ₙu]₊` lagged; needs γ above about 0.28.
-    LaggedGap,
-    /// The indicator of contact lagged, P new, under-relaxed by 1/6.
-    Relaxed,
-    /// In P the flux new, the displacement lagged.
-    FluxNew,
-}
-
-const SPLITTINGS: [(&str, Splitting); 4] = [
-    ("lagged-p", Splitting::LaggedP),
-    ("lagged-gap", Splitting::LaggedGap),
-    ("relaxed", Splitting::Relaxed),
-    ("flux-new", Splitting::FluxNew),
-];
-
-impl FromStr for Iteration {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "newton" {
-            return Ok(Iteration::Newton);
-        }
-        SPLITTINGS
-            .iter()
-            .find(|(name, _)| *name == text)
-            .map(|(_, splitting)| Iteration::FixedPoint(*splitting))
-            .ok_or_else(|| {
-                let names: Vec<_> = SPLITTINGS.iter().map(|(name, _)| *name).collect();
-                format!(
-                    "there is no iteration `{text}`: use newton, or a splitting of the fixed point: {}",
-                    names.join(", ")
-                )
-            })
-    }
-}
-
-impl fmt::Display for Iteration {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Iteration::Newton => f.pad("newton"),
-            Iteration::FixedPoint(splitting) => {
-                let name = SPLITTINGS.iter().find(|(_, s)| s == splitting);
-                f.pad(name.map_or("fixed-point", |(name, _)| name))
-            }
-        }
-    }
-}
-
-impl Iteration {
-    /// (α, β) at a quadrature point.
-    fn law(self, p: f64) -> [f64; 2] {
-        let separated = p > 0.0;
-        match self {
-            Iteration::Newton | Iteration::FixedPoint(Splitting::Relaxed) => {
-                if separated {
-                    [0.0, 1.0]
-                } else {
-                    [1.0, 0.0]
-                }
-            }
-            Iteration::FixedPoint(Splitting::LaggedP) => [1.0, 0.0],
-            Iteration::FixedPoint(Splitting::LaggedGap) => [0.0, 1.0],
-            Iteration::FixedPoint(Splitting::FluxNew) => {
-                if separated {
-                    [1.0, 1.0]
-                } else {
-                    [1.0, 0.0]
-                }
-            }
-        }
-    }
-
-    /// Does the matrix stay the same from step to step?
-    fn is_constant(self) -> bool {
-        matches!(
-            self,
-            Iteration::FixedPoint(Splitting::LaggedP | Splitting::LaggedGap)
-        )
-    }
-
-    fn relaxation(self) -> f64 {
-        match self {
-            Iteration::FixedPoint(Splitting::Relaxed) => 1.0 / 6.0,
-            _ => 1.0,
-        }
-    }
-}
-
-/// When to stop: the relative broken H¹ norm of the increment, as in section 6.
+/// When to stop: the relative broken H¹ norm of the increment, as in section 6; or where rounding
+/// leaves nothing to gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
     /// ‖δ‖_{1,h} < increment · ‖u‖_{1,h}
@@ -143,6 +29,22 @@ impl Default for Stop {
     }
 }
 
+/// A residual is rounding when two steps in a row leave not more than this, relative to the
+/// largest terms.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// Why an iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ended {
+    /// The increment is below the tolerance.
+    Increment,
+    /// The residual is at rounding, so that the increments cannot get smaller.
+    Rounding,
+    /// The steps allowed are done, or an overflow.
+    NotReached,
+}
+
 /// Seconds spent.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Timings {
@@ -153,10 +55,19 @@ pub struct Timings {
 /// What an iteration ended with.
 #[derive(Debug, Clone)]
 pub struct Solution {
-    /// u at all dofs.
+    /// u at all dofs: of the last step, or where nothing was reached of the step with the smallest
+    /// residual.
     pub u: Vec<f64>,
+    /// The step that u comes from, from 1; 0 is the start.
+    pub step: usize,
     /// The relative increment of each step.
     pub increments: Vec<f64>,
+    /// How many contact conditions changed their status after each step.
+    pub changes: Vec<usize>,
+    /// ‖R(u)‖ after each step, relative to ‖A‖ ‖u‖ and the contact terms, all in the maximum norm.
+    pub residuals: Vec<f64>,
+    pub ended: Ended,
+    /// Did it end by increment or rounding?
     pub converged: bool,
     pub seconds: Timings,
 }
@@ -164,8 +75,9 @@ pub struct Solution {
 /// Solves (3.1). `progress` is told each step and its relative increment, and may end the run.
 ///
 /// # Errors
-/// What `progress` returns; a fixed point for a method that has none; a stiffness that is not positive definite, or a singular Newton matrix. An iteration that does
-/// not reach its tolerance is no error: it says so.
+/// What `progress` returns; a fixed point for a method that has none; a stiffness that is not
+/// positive definite, or a singular Newton matrix. An iteration that does not reach its tolerance is
+/// no error: it says so.
 pub fn solve(
     problem: &Problem,
     iteration: Iteration,
@@ -175,7 +87,7 @@ pub fn solve(
     if iteration != Iteration::Newton && !problem.method.is_nitsche() {
         return Err(Error::usage(
             format!(
-                "{iteration} is a fixed point of the family (2.4), and {} is not of it",
+                "{iteration} is a fixed point of the family (2.4) and of cr-fc, and {} is neither",
                 problem.method
             ),
             "use newton, which for the variational inequalities is the primal-dual active set",
@@ -184,34 +96,81 @@ pub fn solve(
     let clock = Instant::now();
     let mass = assembly::mass(&problem.space);
     let condensed = Condensed::new(problem)?;
+    let scale = Scale::new(problem);
     let factor = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
+
+    let is_newton = iteration == Iteration::Newton;
+    let mut per = if is_newton && has_face_means(problem) {
+        Per::Face
+    } else {
+        Per::Condition
+    };
     let mut u = problem.start();
-    let mut increments = Vec::new();
-    let mut converged = false;
+    let mut r = problem.residual(&u);
+    let mut set = ActiveSet::new(problem, &u, per);
+    let (mut increments, mut changes, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
+    let mut best = (f64::INFINITY, 0, Vec::new());
     let mut matrix = None;
-    while !converged && increments.len() < stop.max_iterations {
+    let mut ended = Ended::NotReached;
+    while ended == Ended::NotReached && increments.len() < stop.max_iterations {
+        if is_newton {
+            set.linear_residual(problem, &u, &mut r);
+        }
         if matrix.is_none() || !iteration.is_constant() {
-            let choose = |condition: &Condition| iteration.law(condition.trace(&u).p);
+            let mut contact = set.contact().iter();
+            let choose = |_: &_| iteration.law(contact.next().is_some_and(|c| *c));
             matrix = Some(condensed.contact_matrix(problem, choose));
         }
         let Some(contact) = &matrix else { break };
-        let step = condensed.step(contact, &problem.residual(&u))?;
-        let step: Vec<f64> = step.iter().map(|d| iteration.relaxation() * d).collect();
-        for (u, d) in u.iter_mut().zip(&step) {
-            *u += d;
+        let mut step = condensed.step(contact, &r)?;
+        step.iter_mut().for_each(|d| *d *= iteration.relaxation());
+        let next: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + d).collect();
+        let increment = relative_increment(problem, &mass, &step, &next);
+        if let Some(residual) = residuals.last().filter(|r| **r < best.0) {
+            best = (*residual, increments.len(), u);
         }
-        let increment = relative_increment(problem, &mass, &step, &u);
+        u = next;
+        r = problem.residual(&u);
+        let before = residuals.last().copied();
+        let residual = scale.relative(problem, &u, &r);
+        // A small increment says nothing of violations that were left standing.
+        let arrived = increment < stop.increment && !set.is_partial();
+        let mut changed = if is_newton {
+            set.pivot(problem, &u)
+        } else {
+            set.follow(problem, &u)
+        };
+        if per == Per::Face && (changed == 0 || arrived) {
+            per = Per::Condition;
+            let by_face = std::mem::replace(&mut set, ActiveSet::new(problem, &u, per));
+            changed = set.differs(&by_face);
+        }
         increments.push(increment);
+        changes.push(changed);
+        residuals.push(residual);
         progress(increments.len(), increment)?;
-        converged = increment < stop.increment;
         if !increment.is_finite() {
             break;
         }
+        if per == Per::Condition && arrived {
+            ended = Ended::Increment;
+        } else if residual <= ROUNDING && before.is_some_and(|r| r <= ROUNDING) {
+            ended = Ended::Rounding;
+        }
+    }
+    let mut step = increments.len();
+    let converged = ended != Ended::NotReached;
+    if !converged && !residuals.last().is_some_and(|r| *r <= best.0) && !best.2.is_empty() {
+        (_, step, u) = best;
     }
     Ok(Solution {
         u,
+        step,
         increments,
+        changes,
+        residuals,
+        ended,
         converged,
         seconds: Timings {
             factor,
@@ -220,9 +179,72 @@ pub fn solve(
     })
 }
 
+/// Is the law one of face means where each face has one status? See `active_set`.
+fn has_face_means(problem: &Problem) -> bool {
+    let penalty_free = match problem.method.law {
+        Law::Nitsche { .. } | Law::FluxCorrected => problem.method.law.thetas() == [1, 0],
+        _ => false,
+    };
+    penalty_free && problem.space.element.on().faces && problem.space.element.degree() == 1
+}
+
+/// What residuals are relative to.
+struct Scale {
+    /// ‖A‖ in the maximum norm, max |L|.
+    stiffness: f64,
+    load: f64,
+}
+
+impl Scale {
+    fn new(problem: &Problem) -> Self {
+        let rows = problem.stiffness.sizes(&vec![1.0; problem.space.dofs]);
+        Scale {
+            stiffness: largest(&rows),
+            load: largest(&problem.load),
+        }
+    }
+
+    /// max |R_i| over ‖A‖ max |u|, max |L| and the largest contact term; 0 where all vanish.
+    fn relative(&self, problem: &Problem, u: &[f64], r: &[f64]) -> f64 {
+        let size = largest(r);
+        if size == 0.0 {
+            return 0.0;
+        }
+        let mut terms = self.stiffness * largest(u) + self.load;
+        for condition in &problem.conditions {
+            let [gap, flux] = condition.sizes(u);
+            let law = if condition.trace(u).p > 0.0 {
+                condition.gamma * flux
+            } else {
+                gap
+            };
+            for j in 0..condition.dofs.len() {
+                let (test, g) = (condition.test(j), condition.displacement[j]);
+                terms = terms.max(condition.weight * (law * test.abs() + flux * g.abs()));
+            }
+        }
+        size / terms
+    }
+}
+
+/// The largest |v_i|; NaN where there is one.
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m: f64, v| {
+        if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
+    })
+}
+
 /// ‖δ‖_{1,h} / ‖u‖_{1,h} with ‖v‖²_{1,h} = ‖∇v‖²_h + ‖v‖²; 0 where both vanish.
 fn relative_increment(problem: &Problem, mass: &Symmetric, step: &[f64], u: &[f64]) -> f64 {
     let norm = |v: &[f64]| (problem.stiffness.energy(v) + mass.energy(v)).sqrt();
+    // Squares of what is not near 1 would overflow, or vanish.
+    let norm = |v: &[f64]| {
+        let unit = largest(v);
+        if unit == 0.0 || (1e-100..1e100).contains(&unit) {
+            return norm(v);
+        }
+        unit * norm(&v.iter().map(|x| x / unit).collect::<Vec<_>>())
+    };
     let increment = norm(step);
     if increment == 0.0 {
         return 0.0;

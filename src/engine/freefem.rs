@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use super::job::{self, Files};
 use super::{Case, Settings, process};
+use crate::contact::Law;
 use crate::error::{Error, Result};
 use crate::quadrature::Rule;
 use crate::scene::{Expression, Scene};
@@ -212,7 +213,8 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
          string[int] caseElement = {};\n\
          int[int] caseScene = {};\n\
          real[int] caseTheta1 = {};\n\
-         real[int] caseTheta2 = {};\n",
+         real[int] caseTheta2 = {};\n\
+         int[int] caseCorrected = {};\n",
         cases.len(),
         list(&|k| format!("\"{}\"", job::case_id(k))),
         list(&|k| format!("\"{}\"", job::case_id(k))),
@@ -220,6 +222,7 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
         list(&|k| numbers[k].to_string()),
         list(&|k| format!("{}.", method(k).law.thetas()[0])),
         list(&|k| format!("{}.", method(k).law.thetas()[1])),
+        list(&|k| u8::from(method(k).law == Law::FluxCorrected).to_string()),
     );
     text
 }

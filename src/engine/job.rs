@@ -13,7 +13,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{Answer, Case, Settings, accepts_family};
-use crate::contact::Problem;
+use crate::contact::{Law, Problem};
 use crate::error::{Error, Place, Result};
 use crate::quadrature::Rule;
 use crate::scene::Expression;
@@ -71,6 +71,8 @@ struct JobCase {
     element: &'static str,
     theta1: i8,
     theta2: i8,
+    /// Is ∂ₙu on a contact face F to be λ = ∂ₙu - L(φ_F)/|F|?
+    flux_corrected: bool,
     mesh: serde_json::Value,
     gamma: serde_json::Value,
     data: BTreeMap<&'static str, String>,
@@ -168,6 +170,7 @@ pub(super) fn write(
                 element: method.element.name(),
                 theta1,
                 theta2,
+                flux_corrected: method.law == Law::FluxCorrected,
                 mesh: files.mesh,
                 gamma: files.gamma,
                 data: [
@@ -288,6 +291,8 @@ pub(super) fn read(engine: &str, folder: &Path, cases: &[Case]) -> Result<(Strin
                     .map(|i| i.unwrap_or(f64::NAN))
                     .collect(),
                 converged: told.converged,
+                step: told.iterations,
+                history: None,
                 seconds: told.seconds.clone().into_iter().collect(),
             })
         })

@@ -16,7 +16,7 @@ use std::time::Duration;
 pub use install::{Installation, install, meshio_python, plan};
 pub use process::{interrupt, interrupted, peak_memory_mb};
 
-use crate::contact::{Iteration, Method, Problem, Stop};
+use crate::contact::{Ended, Iteration, Method, Problem, Stop};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 
@@ -48,10 +48,23 @@ pub struct Answer {
     /// The relative increment of each step.
     pub increments: Vec<f64>,
     pub converged: bool,
+    /// The step that u comes from; not the last where nothing was reached and another was better.
+    pub step: usize,
+    /// Why it ended, what changed and what was left after each step: of the Rust engine.
+    pub history: Option<History>,
     /// Seconds by phase, as the engine tells them: read or mesh, assembly, factor, iterate, …
     pub seconds: Vec<(String, f64)>,
     /// How far u is from solving the scheme, recomputed here; see [`Problem::backward_error`].
     pub residual: f64,
+}
+
+/// What the Rust engine tells of its iteration beside the increments.
+#[derive(Debug, Clone)]
+pub struct History {
+    pub ended: Ended,
+    /// See [`crate::contact::Solution`].
+    pub changes: Vec<usize>,
+    pub residuals: Vec<f64>,
 }
 
 /// An engine's answers to all cases.
@@ -112,7 +125,7 @@ fn accepts_family(engine: &str, method: &Method) -> Result<()> {
     }
     Err(Error::engine(
         engine,
-        format!("it has the family (2.4) of Nitsche's method, and {method} is not of it"),
+        format!("it has Nitsche's method, the family (2.4) and cr-fc, and {method} is not of it"),
         "solve it with --engine rust, which alone has the classical methods",
     ))
 }

@@ -1,6 +1,6 @@
 //! The solver of this crate as an engine.
 
-use super::{Answer, Case, Engine, Progress, Run, Settings, interrupted};
+use super::{Answer, Case, Engine, History, Progress, Run, Settings, interrupted};
 use crate::contact::{self, Method};
 use crate::error::{Error, Result};
 
@@ -42,6 +42,12 @@ impl Engine for Rust {
                     u: solution.u,
                     increments: solution.increments,
                     converged: solution.converged,
+                    step: solution.step,
+                    history: Some(History {
+                        ended: solution.ended,
+                        changes: solution.changes,
+                        residuals: solution.residuals,
+                    }),
                     seconds: vec![
                         ("factor".into(), solution.seconds.factor),
                         ("iterate".into(), solution.seconds.iterate),
