@@ -21,7 +21,7 @@
 
 use std::ops::Range;
 
-use super::Problem;
+use super::condensed::Condensed;
 use super::conditions::Condition;
 
 /// How often all violations are turned over without their number going down.
@@ -52,11 +52,11 @@ pub(super) struct ActiveSet {
 
 impl ActiveSet {
     /// Contact where P(u) ≤ 0, and on all of a part of the domain that nothing else holds.
-    pub fn new(problem: &Problem, u: &[f64], per: Per) -> Self {
-        let conditions = &problem.conditions;
+    pub fn new(scheme: &Condensed, u: &[f64], per: Per) -> Self {
+        let conditions = &scheme.conditions;
         let sizes: Vec<usize> = match per {
             Per::Condition => vec![1; conditions.len()],
-            Per::Face => problem.contact.iter().map(|f| f.points.len()).collect(),
+            Per::Face => scheme.points().collect(),
         };
         let groups = sizes
             .iter()
@@ -73,12 +73,12 @@ impl ActiveSet {
             groups,
         };
         for k in 0..set.groups.len() {
-            let (p, _) = set.p(problem, u, k);
+            let (p, _) = set.p(scheme, u, k);
             set.turn(k, p <= 0.0);
         }
-        for part in set.floating(problem) {
+        for part in set.floating(scheme) {
             for k in 0..conditions.len() {
-                set.contact[k] |= part_of(problem, &conditions[k]) == Some(part);
+                set.contact[k] |= part_of(scheme, &conditions[k]) == Some(part);
             }
         }
         set
@@ -100,9 +100,9 @@ impl ActiveSet {
     }
 
     /// Takes the sign of P(u) as it is; the number of conditions that change.
-    pub fn follow(&mut self, problem: &Problem, u: &[f64]) -> usize {
+    pub fn follow(&mut self, scheme: &Condensed, u: &[f64]) -> usize {
         let mut changes = 0;
-        for (contact, condition) in self.contact.iter_mut().zip(&problem.conditions) {
+        for (contact, condition) in self.contact.iter_mut().zip(&scheme.conditions) {
             let now = condition.trace(u).p <= 0.0;
             changes += usize::from(std::mem::replace(contact, now) != now);
         }
@@ -111,11 +111,11 @@ impl ActiveSet {
 
     /// Turns over what u, the solution for this set, violates beyond rounding: all of it, or by the
     /// least-index rule the first. The number of conditions that change.
-    pub fn pivot(&mut self, problem: &Problem, u: &[f64]) -> usize {
+    pub fn pivot(&mut self, scheme: &Condensed, u: &[f64]) -> usize {
         let before = self.contact.clone();
         let violated: Vec<usize> = (0..self.groups.len())
             .filter(|&k| {
-                let (p, rounding) = self.p(problem, u, k);
+                let (p, rounding) = self.p(scheme, u, k);
                 if self.contact[self.groups[k].start] {
                     p > rounding
                 } else {
@@ -137,12 +137,12 @@ impl ActiveSet {
             self.turn(k, !self.contact[self.groups[k].start]);
         }
         // Without contact such a part would have no solution: what is nearest to it stays.
-        for part in self.floating(problem) {
+        for part in self.floating(scheme) {
             let gaps = (0..self.groups.len())
                 .filter(|&k| {
-                    part_of(problem, &problem.conditions[self.groups[k].start]) == Some(part)
+                    part_of(scheme, &scheme.conditions[self.groups[k].start]) == Some(part)
                 })
-                .map(|k| (k, self.p(problem, u, k).0));
+                .map(|k| (k, self.p(scheme, u, k).0));
             if let Some((k, _)) = gaps.min_by(|a, b| a.1.total_cmp(&b.1)) {
                 self.turn(k, true);
             }
@@ -152,8 +152,8 @@ impl ActiveSet {
     }
 
     /// Makes the residual of the scheme, R(u), that of the linear scheme with this set.
-    pub fn linear_residual(&self, problem: &Problem, u: &[f64], r: &mut [f64]) {
-        for (&contact, condition) in self.contact.iter().zip(&problem.conditions) {
+    pub fn linear_residual(&self, scheme: &Condensed, u: &[f64], r: &mut [f64]) {
+        for (&contact, condition) in self.contact.iter().zip(&scheme.conditions) {
             let trace = condition.trace(u);
             if contact == (trace.p <= 0.0) {
                 continue;
@@ -170,9 +170,9 @@ impl ActiveSet {
     }
 
     /// The mean of P(u) over a group, and what of it is rounding.
-    fn p(&self, problem: &Problem, u: &[f64], group: usize) -> (f64, f64) {
+    fn p(&self, scheme: &Condensed, u: &[f64], group: usize) -> (f64, f64) {
         let (mut p, mut rounding, mut weight) = (0.0, 0.0, 0.0);
-        for condition in &problem.conditions[self.groups[group].clone()] {
+        for condition in &scheme.conditions[self.groups[group].clone()] {
             let [gap, flux] = condition.sizes(u);
             p += condition.weight * condition.trace(u).p;
             rounding += condition.weight * ROUNDING * (gap + condition.gamma * flux);
@@ -182,15 +182,15 @@ impl ActiveSet {
     }
 
     /// The parts that neither Γ_D nor a contact of this set holds.
-    fn floating(&self, problem: &Problem) -> Vec<u32> {
-        let Some(parts) = &problem.floating else {
+    fn floating(&self, scheme: &Condensed) -> Vec<u32> {
+        let Some(parts) = &scheme.floating else {
             return Vec::new();
         };
         let mut floating: Vec<u32> = parts.iter().flatten().copied().collect();
         floating.sort_unstable();
         floating.dedup();
-        for (_, condition) in self.contact.iter().zip(&problem.conditions).filter(|c| *c.0) {
-            if let Some(part) = part_of(problem, condition) {
+        for (_, condition) in self.contact.iter().zip(&scheme.conditions).filter(|c| *c.0) {
+            if let Some(part) = part_of(scheme, condition) {
                 floating.retain(|p| *p != part);
             }
         }
@@ -199,6 +199,6 @@ impl ActiveSet {
 }
 
 /// The floating part of the domain that a condition belongs to.
-fn part_of(problem: &Problem, condition: &Condition) -> Option<u32> {
-    problem.floating.as_ref()?[condition.dofs[0] as usize]
+fn part_of(scheme: &Condensed, condition: &Condition) -> Option<u32> {
+    scheme.floating.as_ref()?[condition.dofs[0] as usize]
 }

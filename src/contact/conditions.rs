@@ -45,10 +45,9 @@ use std::collections::BTreeMap;
 
 use super::form::{ContactFace, Trace};
 use super::method::{Law, Method};
-use crate::assembly::value_at;
+use crate::assembly::{Stiffness, value_at};
 use crate::element::Space;
 use crate::error::Result;
-use crate::linear::Symmetric;
 use crate::scene::Expression;
 
 /// One k of the form above.
@@ -89,6 +88,67 @@ impl Condition {
         [gap, flux]
     }
 
+    /// The same condition where dofs have other numbers.
+    pub(super) fn with_dofs(&self, number: impl Fn(u32) -> u32) -> Condition {
+        Condition {
+            dofs: self.dofs.iter().map(|&dof| number(dof)).collect(),
+            displacement: self.displacement.clone(),
+            flux: self.flux.clone(),
+            ..*self
+        }
+    }
+
+    /// Adds its terms of the scheme at u to a residual.
+    pub(super) fn add_to(&self, u: &[f64], r: &mut [f64]) {
+        let trace = self.trace(u);
+        let law = trace.gap.max(self.gamma * trace.flux);
+        for (j, &dof) in self.dofs.iter().enumerate() {
+            r[dof as usize] +=
+                self.weight * (law * self.test(j) - trace.flux * self.displacement[j]);
+        }
+    }
+
+    /// Adds its terms of the linear scheme with the law α (u-ψ) + β γ ∂ₙu, at a direction.
+    pub(super) fn add_linear_to(&self, [alpha, beta]: [f64; 2], delta: &[f64], r: &mut [f64]) {
+        let (mut gap, mut flux) = (0.0, 0.0);
+        for (k, &dof) in self.dofs.iter().enumerate() {
+            gap += self.displacement[k] * delta[dof as usize];
+            flux += self.flux[k] * delta[dof as usize];
+        }
+        let law = alpha * gap + beta * self.gamma * flux;
+        for (j, &dof) in self.dofs.iter().enumerate() {
+            r[dof as usize] += self.weight * (law * self.test(j) - flux * self.displacement[j]);
+        }
+    }
+
+    /// The entries of that linear scheme: row, column, value.
+    pub(super) fn for_each_entry(
+        &self,
+        [alpha, beta]: [f64; 2],
+        mut visit: impl FnMut(u32, u32, f64),
+    ) {
+        for (j, &column) in self.dofs.iter().enumerate() {
+            let law = alpha * self.displacement[j] + beta * self.gamma * self.flux[j];
+            for (i, &row) in self.dofs.iter().enumerate() {
+                let value = law * self.test(i) - self.flux[j] * self.displacement[i];
+                visit(row, column, self.weight * value);
+            }
+        }
+    }
+
+    /// The functional that the law is tested with, by (dof, value).
+    pub(super) fn test_row(&self) -> Vec<(u32, f64)> {
+        let dofs = self.dofs.iter().enumerate();
+        dofs.map(|(j, &dof)| (dof, self.test(j))).collect()
+    }
+
+    /// w (α g + β γ q'), by (dof, value).
+    pub(super) fn law_row(&self, [alpha, beta]: [f64; 2]) -> Vec<(u32, f64)> {
+        let value = |j: usize| alpha * self.displacement[j] + beta * self.gamma * self.flux[j];
+        let dofs = self.dofs.iter().enumerate();
+        dofs.map(|(j, &dof)| (dof, self.weight * value(j))).collect()
+    }
+
     /// θ₂ γ⁻¹ g(φ_j) + θ₁ q'(φ_j), j counted in `dofs`.
     pub fn test(&self, j: usize) -> f64 {
         let [theta1, theta2] = self.thetas.map(f64::from);
@@ -105,7 +165,7 @@ pub(super) fn conditions(
     space: &Space,
     contact: &[ContactFace],
     psi: &Expression,
-    stiffness: &Symmetric,
+    stiffness: &Stiffness,
     load: &[f64],
     dirichlet: &[Option<f64>],
 ) -> Result<Vec<Condition>> {
@@ -186,7 +246,7 @@ fn at_dofs(
     contact: &[ContactFace],
     thetas: [i8; 2],
     psi: &Expression,
-    stiffness: &Symmetric,
+    stiffness: &Stiffness,
     load: &[f64],
     dirichlet: &[Option<f64>],
 ) -> Result<Vec<Condition>> {
@@ -206,15 +266,13 @@ fn at_dofs(
                 let terms = face.points.iter().map(|p| p.weight * p.psi);
                 terms.sum::<f64>() / face.measure
             } else {
-                value_at(psi, "psi", space.points[dof as usize])?
+                value_at(psi, "psi", space.point(dof as usize))?
             };
         }
     }
-    stiffness.for_each(|i, j, value| {
-        for (row, column) in [(i, j), (j, i)].into_iter().take(1 + usize::from(i != j)) {
-            if let Some(constraint) = constraints.get_mut(&row) {
-                constraint.row.insert(column, value);
-            }
+    stiffness.for_each(0..space.mesh.cell_count(), |row, column, value| {
+        if let Some(constraint) = constraints.get_mut(&row) {
+            *constraint.row.entry(column).or_default() += value;
         }
     });
     let condition = |(dof, c): (u32, Constraint)| Condition {
