@@ -21,8 +21,8 @@
 
 use std::ops::Range;
 
-use super::condensed::Condensed;
 use super::conditions::Condition;
+use super::scheme::Scheme;
 
 /// How often all violations are turned over without their number going down.
 const TRIALS: usize = 10;
@@ -52,11 +52,11 @@ pub(super) struct ActiveSet {
 
 impl ActiveSet {
     /// Contact where P(u) ≤ 0, and on all of a part of the domain that nothing else holds.
-    pub fn new(scheme: &Condensed, u: &[f64], per: Per) -> Self {
-        let conditions = &scheme.conditions;
+    pub fn new(scheme: &dyn Scheme, u: &[f64], per: Per) -> Self {
+        let conditions = scheme.conditions();
         let sizes: Vec<usize> = match per {
             Per::Condition => vec![1; conditions.len()],
-            Per::Face => scheme.points().collect(),
+            Per::Face => scheme.points(),
         };
         let groups = sizes
             .iter()
@@ -100,9 +100,9 @@ impl ActiveSet {
     }
 
     /// Takes the sign of P(u) as it is; the number of conditions that change.
-    pub fn follow(&mut self, scheme: &Condensed, u: &[f64]) -> usize {
+    pub fn follow(&mut self, scheme: &dyn Scheme, u: &[f64]) -> usize {
         let mut changes = 0;
-        for (contact, condition) in self.contact.iter_mut().zip(&scheme.conditions) {
+        for (contact, condition) in self.contact.iter_mut().zip(scheme.conditions()) {
             let now = condition.trace(u).p <= 0.0;
             changes += usize::from(std::mem::replace(contact, now) != now);
         }
@@ -111,7 +111,7 @@ impl ActiveSet {
 
     /// Turns over what u, the solution for this set, violates beyond rounding: all of it, or by the
     /// least-index rule the first. The number of conditions that change.
-    pub fn pivot(&mut self, scheme: &Condensed, u: &[f64]) -> usize {
+    pub fn pivot(&mut self, scheme: &dyn Scheme, u: &[f64]) -> usize {
         let before = self.contact.clone();
         let violated: Vec<usize> = (0..self.groups.len())
             .filter(|&k| {
@@ -140,7 +140,7 @@ impl ActiveSet {
         for part in self.floating(scheme) {
             let gaps = (0..self.groups.len())
                 .filter(|&k| {
-                    part_of(scheme, &scheme.conditions[self.groups[k].start]) == Some(part)
+                    part_of(scheme, &scheme.conditions()[self.groups[k].start]) == Some(part)
                 })
                 .map(|k| (k, self.p(scheme, u, k).0));
             if let Some((k, _)) = gaps.min_by(|a, b| a.1.total_cmp(&b.1)) {
@@ -152,8 +152,8 @@ impl ActiveSet {
     }
 
     /// Makes the residual of the scheme, R(u), that of the linear scheme with this set.
-    pub fn linear_residual(&self, scheme: &Condensed, u: &[f64], r: &mut [f64]) {
-        for (&contact, condition) in self.contact.iter().zip(&scheme.conditions) {
+    pub fn linear_residual(&self, scheme: &dyn Scheme, u: &[f64], r: &mut [f64]) {
+        for (&contact, condition) in self.contact.iter().zip(scheme.conditions()) {
             let trace = condition.trace(u);
             if contact == (trace.p <= 0.0) {
                 continue;
@@ -170,9 +170,9 @@ impl ActiveSet {
     }
 
     /// The mean of P(u) over a group, and what of it is rounding.
-    fn p(&self, scheme: &Condensed, u: &[f64], group: usize) -> (f64, f64) {
+    fn p(&self, scheme: &dyn Scheme, u: &[f64], group: usize) -> (f64, f64) {
         let (mut p, mut rounding, mut weight) = (0.0, 0.0, 0.0);
-        for condition in &scheme.conditions[self.groups[group].clone()] {
+        for condition in &scheme.conditions()[self.groups[group].clone()] {
             let [gap, flux] = condition.sizes(u);
             p += condition.weight * condition.trace(u).p;
             rounding += condition.weight * ROUNDING * (gap + condition.gamma * flux);
@@ -182,14 +182,19 @@ impl ActiveSet {
     }
 
     /// The parts that neither Γ_D nor a contact of this set holds.
-    fn floating(&self, scheme: &Condensed) -> Vec<u32> {
-        let Some(parts) = &scheme.floating else {
+    fn floating(&self, scheme: &dyn Scheme) -> Vec<u32> {
+        let Some(parts) = scheme.floating() else {
             return Vec::new();
         };
         let mut floating: Vec<u32> = parts.iter().flatten().copied().collect();
         floating.sort_unstable();
         floating.dedup();
-        for (_, condition) in self.contact.iter().zip(&scheme.conditions).filter(|c| *c.0) {
+        for (_, condition) in self
+            .contact
+            .iter()
+            .zip(scheme.conditions())
+            .filter(|c| *c.0)
+        {
             if let Some(part) = part_of(scheme, condition) {
                 floating.retain(|p| *p != part);
             }
@@ -199,6 +204,6 @@ impl ActiveSet {
 }
 
 /// The floating part of the domain that a condition belongs to.
-fn part_of(scheme: &Condensed, condition: &Condition) -> Option<u32> {
-    scheme.floating.as_ref()?[condition.dofs[0] as usize]
+fn part_of(scheme: &dyn Scheme, condition: &Condition) -> Option<u32> {
+    scheme.floating()?[condition.dofs[0] as usize]
 }

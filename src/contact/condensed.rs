@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 
 use super::Problem;
 use super::conditions::Condition;
+use super::scheme::{Scheme, Weights};
 use crate::error::{Error, Result};
 use crate::linear::{
     Choice, Dense, DenseLu, Elements, Factor, LowRank, Reduced, Role, Settings, condense,
@@ -24,10 +25,10 @@ use crate::linear::{
 pub(super) struct Condensed<'a> {
     problem: &'a Problem<'a>,
     /// The problem's conditions with the numbers of K.
-    pub conditions: Vec<Condition>,
+    conditions: Vec<Condition>,
     /// The part of the domain of each of K, where it is one that Γ_D does not hold.
-    pub floating: Option<Vec<Option<u32>>>,
-    pub choice: Choice,
+    floating: Option<Vec<Option<u32>>>,
+    choice: Choice,
     factor: Factor,
     reduced: Reduced,
     /// S with the shift, and the shift by (row, column, value).
@@ -42,9 +43,6 @@ pub(super) struct Condensed<'a> {
     stale: RefCell<Option<(DenseLu, Vec<Weights>)>>,
 }
 
-/// What the law u-ψ + [P]₊ of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
-pub(super) type Weights = [f64; 2];
-
 /// The stiffness by cells, and where Γ_D does not hold all of the domain the mass of Γ_C on top,
 /// so that the matrix is definite.
 struct Cells<'a> {
@@ -54,29 +52,27 @@ struct Cells<'a> {
 
 impl Elements for Cells<'_> {
     fn unknowns(&self) -> usize {
-        self.problem.space.dofs
+        self.problem.stiffness.unknowns()
     }
 
     fn count(&self) -> usize {
-        self.problem.space.mesh.cell_count()
+        self.problem.stiffness.count()
     }
 
     fn size(&self) -> usize {
-        self.problem.space.local_dofs
+        self.problem.stiffness.size()
     }
 
     fn of(&self, cell: usize) -> &[u32] {
-        self.problem.space.cell_dofs(cell)
+        self.problem.stiffness.of(cell)
     }
 
     fn centre(&self, cell: usize) -> [f64; 3] {
-        let mesh = self.problem.space.mesh;
-        let vertices = mesh.vertices(cell);
-        std::array::from_fn(|k| vertices.iter().map(|x| x[k]).sum::<f64>() / (mesh.dim + 1) as f64)
+        self.problem.stiffness.centre(cell)
     }
 
     fn matrix(&self, cell: usize, matrix: &mut [f64]) {
-        self.problem.stiffness.cell_matrix(cell, matrix);
+        self.problem.stiffness.matrix(cell, matrix);
         if let Some(shift) = self.shift.get(&cell) {
             for (value, shift) in matrix.iter_mut().zip(shift) {
                 *value += shift;
@@ -107,9 +103,15 @@ impl<'a> Cells<'a> {
 }
 
 impl<'a> Condensed<'a> {
+    /// None where what is predicted of iterating is better.
+    ///
     /// # Errors
     /// Nothing to solve for; a stiffness that is not positive definite; memory that is not there.
-    pub fn new(problem: &'a Problem<'a>, settings: Settings) -> Result<Self> {
+    pub fn new(
+        problem: &'a Problem<'a>,
+        settings: Settings,
+        instead: Option<Choice>,
+    ) -> Result<Option<Self>> {
         let space = &problem.space;
         let mut roles: Vec<Role> = problem
             .dirichlet
@@ -165,8 +167,12 @@ impl<'a> Condensed<'a> {
             }
         }
         let b = linear_residual(problem, &problem.start());
-        let (factor, reduced, schur, choice) = condense(&cells, &roles, &b, settings)?;
-        Ok(Condensed {
+        let Some((factor, reduced, schur, choice)) =
+            condense(&cells, &roles, &b, settings, instead)?
+        else {
+            return Ok(None);
+        };
+        Ok(Some(Condensed {
             problem,
             conditions,
             floating,
@@ -179,34 +185,7 @@ impl<'a> Condensed<'a> {
             fixed,
             roles,
             stale: RefCell::new(None),
-        })
-    }
-
-    /// u on K: 0 but for g on Γ_D.
-    pub fn start(&self) -> Vec<f64> {
-        let dirichlet = &self.problem.dirichlet;
-        let fixed = self.fixed.iter();
-        let g = fixed.map(|&dof| dirichlet[dof as usize].unwrap_or(0.0));
-        std::iter::repeat_n(0.0, self.load.len()).chain(g).collect()
-    }
-
-    /// Numbers of the points of the contact faces, in the order of the conditions.
-    pub fn points(&self) -> impl Iterator<Item = usize> + '_ {
-        self.problem.contact.iter().map(|face| face.points.len())
-    }
-
-    /// The residual of the scheme on the free dofs of K, 0 on the others.
-    pub fn residual(&self, u: &[f64]) -> Vec<f64> {
-        let mut r = self.times(u);
-        for (r, g) in r.iter_mut().zip(&self.load) {
-            *r -= g;
-        }
-        r.resize(u.len(), 0.0);
-        for condition in &self.conditions {
-            condition.add_to(u, &mut r);
-        }
-        r[self.load.len()..].fill(0.0);
-        r
+        }))
     }
 
     /// S u of the free dofs, without the shift.
@@ -216,51 +195,6 @@ impl<'a> Condensed<'a> {
             y[i as usize] -= value * u[j as usize];
         }
         y
-    }
-
-    /// What residuals are relative to: ‖S‖ in the maximum norm, and max |g|.
-    pub fn scale(&self) -> [f64; 2] {
-        let load = self.load.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
-        [self.schur.norm(), load]
-    }
-
-    /// ‖∇v‖_h of the v that is δ on K, 0 on Γ_D, and solves the rows of all other dofs without
-    /// load; with the shift added that holds what Γ_D does not.
-    pub fn norm(&self, delta: &[f64]) -> f64 {
-        let delta = &delta[..self.load.len()];
-        // Squares of what is not near 1 would overflow, or vanish.
-        let unit = delta.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-        if unit == 0.0 || !unit.is_finite() {
-            return unit;
-        }
-        let scaled: Vec<f64> = delta.iter().map(|d| d / unit).collect();
-        let products = self.schur.times(&scaled);
-        unit * dot(&products, &scaled).max(0.0).sqrt()
-    }
-
-    /// The same norm of u less what it is where the iteration starts, the load included.
-    pub fn size(&self, u: &[f64]) -> f64 {
-        self.reduced.energy().max(0.0).sqrt().hypot(self.norm(u))
-    }
-
-    /// δ on K with (S + N) δ = -r, where N is of the conditions with these laws.
-    ///
-    /// # Errors
-    /// A singular matrix.
-    pub fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
-        let minus: Vec<f64> = r[..self.load.len()].iter().map(|r| -r).collect();
-        let mut delta = self.solve_kept(laws, &minus);
-        if let Some(k) = delta.iter().position(|d| !d.is_finite()) {
-            return Err(Error::Solver {
-                what: format!(
-                    "the Newton matrix is singular (contact dof {k} of the step is {})",
-                    delta[k]
-                ),
-                remedy: "check gamma0, the data, and what holds the domain".into(),
-            });
-        }
-        delta.resize(r.len(), 0.0);
-        Ok(delta)
     }
 
     /// From step to step few conditions change their law, so that an earlier factorisation and a
@@ -347,9 +281,95 @@ impl<'a> Condensed<'a> {
         }
         change
     }
+}
+
+impl Scheme for Condensed<'_> {
+    fn conditions(&self) -> &[Condition] {
+        &self.conditions
+    }
+
+    fn floating(&self) -> Option<&[Option<u32>]> {
+        self.floating.as_deref()
+    }
+
+    fn choice(&self) -> Choice {
+        self.choice
+    }
+
+    fn points(&self) -> Vec<usize> {
+        let faces = self.problem.contact.iter();
+        faces.map(|face| face.points.len()).collect()
+    }
+
+    /// u on K: 0 but for g on Γ_D.
+    fn start(&self) -> Vec<f64> {
+        let dirichlet = &self.problem.dirichlet;
+        let fixed = self.fixed.iter();
+        let g = fixed.map(|&dof| dirichlet[dof as usize].unwrap_or(0.0));
+        std::iter::repeat_n(0.0, self.load.len()).chain(g).collect()
+    }
+
+    /// The residual of the scheme on the free dofs of K, 0 on the others.
+    fn residual(&self, u: &[f64]) -> Vec<f64> {
+        let mut r = self.times(u);
+        for (r, g) in r.iter_mut().zip(&self.load) {
+            *r -= g;
+        }
+        r.resize(u.len(), 0.0);
+        for condition in &self.conditions {
+            condition.add_to(u, &mut r);
+        }
+        r[self.load.len()..].fill(0.0);
+        r
+    }
+
+    /// What residuals are relative to: ‖S‖ in the maximum norm, and max |g|.
+    fn scale(&self) -> [f64; 2] {
+        let load = self.load.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
+        [self.schur.norm(), load]
+    }
+
+    /// ‖∇v‖_h of the v that is δ on K, 0 on Γ_D, and solves the rows of all other dofs without
+    /// load; with the shift added that holds what Γ_D does not.
+    fn norm(&self, delta: &[f64]) -> f64 {
+        let delta = &delta[..self.load.len()];
+        // Squares of what is not near 1 would overflow, or vanish.
+        let unit = delta.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        if unit == 0.0 || !unit.is_finite() {
+            return unit;
+        }
+        let scaled: Vec<f64> = delta.iter().map(|d| d / unit).collect();
+        let products = self.schur.times(&scaled);
+        unit * dot(&products, &scaled).max(0.0).sqrt()
+    }
+
+    /// The same norm of u less what it is where the iteration starts, the load included.
+    fn size(&self, u: &[f64]) -> f64 {
+        self.reduced.energy().max(0.0).sqrt().hypot(self.norm(u))
+    }
+
+    /// δ on K with (S + N) δ = -r, where N is of the conditions with these laws.
+    ///
+    /// # Errors
+    /// A singular matrix.
+    fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+        let minus: Vec<f64> = r[..self.load.len()].iter().map(|r| -r).collect();
+        let mut delta = self.solve_kept(laws, &minus);
+        if let Some(k) = delta.iter().position(|d| !d.is_finite()) {
+            return Err(Error::Solver {
+                what: format!(
+                    "the Newton matrix is singular (contact dof {k} of the step is {})",
+                    delta[k]
+                ),
+                remedy: "check gamma0, the data, and what holds the domain".into(),
+            });
+        }
+        delta.resize(r.len(), 0.0);
+        Ok(delta)
+    }
 
     /// u at all dofs from u on K.
-    pub fn complete(&self, on_kept: &[f64]) -> Vec<f64> {
+    fn complete(&self, on_kept: &[f64]) -> Vec<f64> {
         let mut u = self.problem.start();
         let kept = &on_kept[..self.load.len()];
         self.factor.expand(&self.reduced, kept, &mut u);
@@ -363,7 +383,7 @@ impl<'a> Condensed<'a> {
     ///
     /// # Errors
     /// A singular matrix.
-    pub fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
+    fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
         let mut r = self.problem.residual(u);
         for (r, role) in r.iter_mut().zip(&self.roles) {
             *r = if *role == Role::Fixed { 0.0 } else { -*r };
@@ -373,13 +393,18 @@ impl<'a> Condensed<'a> {
         on_kept.resize(self.load.len() + self.fixed.len(), 0.0);
         let delta = self.step(laws, &on_kept)?;
         let mut step = vec![0.0; u.len()];
-        self.factor.expand(&reduced, &delta[..self.load.len()], &mut step);
+        self.factor
+            .expand(&reduced, &delta[..self.load.len()], &mut step);
         let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         for (u, d) in u.iter_mut().zip(&step) {
             *u += d;
         }
         let size = largest(u);
-        Ok(if size > 0.0 { largest(&step) / size } else { 0.0 })
+        Ok(if size > 0.0 {
+            largest(&step) / size
+        } else {
+            0.0
+        })
     }
 }
 

@@ -15,8 +15,10 @@ mod conditions;
 mod errors;
 mod form;
 mod iteration;
+mod krylov;
 mod method;
 mod quantities;
+mod scheme;
 mod solve;
 
 pub use crate::assembly::combine as gradient;

@@ -4,8 +4,8 @@
 use std::time::Instant;
 
 use super::active_set::{ActiveSet, Per};
-use super::condensed::{Condensed, Weights};
 use super::iteration::Iteration;
+use super::scheme::{Scheme, Weights, scheme};
 use super::{Law, Problem};
 use crate::error::{Error, Result};
 use crate::linear::{Choice, Precision, Settings};
@@ -111,8 +111,9 @@ pub fn solve_by(
         ));
     }
     let clock = Instant::now();
-    let scheme = Condensed::new(problem, settings)?;
-    let scale = Scale::new(&scheme);
+    let scheme = scheme(problem, settings)?;
+    let scheme = &*scheme;
+    let scale = Scale::new(scheme);
     let factor = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
 
@@ -124,14 +125,14 @@ pub fn solve_by(
     };
     let mut u = scheme.start();
     let mut r = scheme.residual(&u);
-    let mut set = ActiveSet::new(&scheme, &u, per);
+    let mut set = ActiveSet::new(scheme, &u, per);
     let (mut increments, mut changes, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
     let mut best = (f64::INFINITY, 0, Vec::new());
     let mut laws: Vec<Weights> = Vec::new();
     let mut ended = Ended::NotReached;
     while ended == Ended::NotReached && increments.len() < stop.max_iterations {
         if is_newton {
-            set.linear_residual(&scheme, &u, &mut r);
+            set.linear_residual(scheme, &u, &mut r);
         }
         if laws.is_empty() || !iteration.is_constant() {
             laws = set.contact().iter().map(|c| iteration.law(*c)).collect();
@@ -139,24 +140,24 @@ pub fn solve_by(
         let mut step = scheme.step(&laws, &r)?;
         step.iter_mut().for_each(|d| *d *= iteration.relaxation());
         let next: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + d).collect();
-        let increment = relative_increment(&scheme, &step, &next);
+        let increment = relative_increment(scheme, &step, &next);
         if let Some(residual) = residuals.last().filter(|r| **r < best.0) {
             best = (*residual, increments.len(), u);
         }
         u = next;
         r = scheme.residual(&u);
         let before = residuals.last().copied();
-        let residual = scale.relative(&scheme, &u, &r);
+        let residual = scale.relative(scheme, &u, &r);
         // A small increment says nothing of violations that were left standing.
         let arrived = increment < stop.increment && !set.is_partial();
         let mut changed = if is_newton {
-            set.pivot(&scheme, &u)
+            set.pivot(scheme, &u)
         } else {
-            set.follow(&scheme, &u)
+            set.follow(scheme, &u)
         };
         if per == Per::Face && (changed == 0 || arrived) {
             per = Per::Condition;
-            let by_face = std::mem::replace(&mut set, ActiveSet::new(&scheme, &u, per));
+            let by_face = std::mem::replace(&mut set, ActiveSet::new(scheme, &u, per));
             changed = set.differs(&by_face);
         }
         increments.push(increment);
@@ -180,8 +181,8 @@ pub fn solve_by(
     let iterate = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let mut u = scheme.complete(&u);
-    if scheme.choice.precision == Precision::F32Refined && converged {
-        converged = refine(&scheme, &set, &mut u)?;
+    if scheme.choice().precision == Precision::F32Refined && converged {
+        converged = refine(scheme, &set, &mut u)?;
     }
     Ok(Solution {
         u,
@@ -196,7 +197,7 @@ pub fn solve_by(
             iterate,
             expand: clock.elapsed().as_secs_f64(),
         },
-        linear: scheme.choice,
+        linear: scheme.choice(),
     })
 }
 
@@ -204,7 +205,7 @@ pub fn solve_by(
 const REFINEMENTS: usize = 12;
 
 /// Steps at all dofs until they are at rounding; whether they came there.
-fn refine(scheme: &Condensed, set: &ActiveSet, u: &mut [f64]) -> Result<bool> {
+fn refine(scheme: &dyn Scheme, set: &ActiveSet, u: &mut [f64]) -> Result<bool> {
     let newton = |contact: &bool| Iteration::Newton.law(*contact);
     let laws: Vec<Weights> = set.contact().iter().map(newton).collect();
     let mut last = f64::INFINITY;
@@ -236,19 +237,19 @@ struct Scale {
 }
 
 impl Scale {
-    fn new(scheme: &Condensed) -> Self {
+    fn new(scheme: &dyn Scheme) -> Self {
         let [stiffness, load] = scheme.scale();
         Scale { stiffness, load }
     }
 
     /// max |R_i| over ‖S‖ max |u|, max |g| and the largest contact term; 0 where all vanish.
-    fn relative(&self, scheme: &Condensed, u: &[f64], r: &[f64]) -> f64 {
+    fn relative(&self, scheme: &dyn Scheme, u: &[f64], r: &[f64]) -> f64 {
         let size = largest(r);
         if size == 0.0 {
             return 0.0;
         }
         let mut terms = self.stiffness * largest(u) + self.load;
-        for condition in &scheme.conditions {
+        for condition in scheme.conditions() {
             let [gap, flux] = condition.sizes(u);
             let law = if condition.trace(u).p > 0.0 {
                 condition.gamma * flux
@@ -266,13 +267,16 @@ impl Scale {
 
 /// The largest |v_i|; NaN where there is one.
 fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m: f64, v| {
-        if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
-    })
+    v.iter().fold(
+        0.0,
+        |m: f64, v| {
+            if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
+        },
+    )
 }
 
 /// The energy norm of δ, in the norm of u; 0 where both vanish.
-fn relative_increment(scheme: &Condensed, step: &[f64], u: &[f64]) -> f64 {
+fn relative_increment(scheme: &dyn Scheme, step: &[f64], u: &[f64]) -> f64 {
     let increment = scheme.norm(step);
     if increment == 0.0 {
         return 0.0;

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::assembly;
-use crate::linear::{Precision, Settings, Solver};
 use crate::element::{CR, Element, MAX_DOFS, P1, P2};
+use crate::linear::{Precision, Settings, Solver};
 use crate::mesh::Triangulation;
 use crate::mesh::generate::union_jack;
 use crate::scene::{Expression, Scene};

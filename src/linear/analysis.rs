@@ -121,7 +121,11 @@ impl Analysis {
             firsts: &firsts,
             grain: (tree.order.len() / TASKS).max(256),
         };
-        let whole = tree.parts.len().checked_sub(1).map(|root| numbering.plan(root));
+        let whole = tree
+            .parts
+            .len()
+            .checked_sub(1)
+            .map(|root| numbering.plan(root));
         let (plan, mut border) = whole.map_or((None, Vec::new()), |(p, b)| (Some(p), b));
         for place in &mut border {
             *place -= order.len() as u32;
@@ -202,7 +206,11 @@ fn eliminate(owners: &[u32], parts: usize) -> (Vec<u32>, Vec<u32>) {
     }
     let mut next = firsts.clone();
     let mut order = vec![0; firsts[parts] as usize];
-    for (k, &owner) in owners.iter().enumerate().filter(|(_, owner)| **owner != NONE) {
+    for (k, &owner) in owners
+        .iter()
+        .enumerate()
+        .filter(|(_, owner)| **owner != NONE)
+    {
         let slot = &mut next[owner as usize];
         order[*slot as usize] = k as u32;
         *slot += 1;
@@ -248,7 +256,8 @@ impl<E: Elements> Numbering<'_, E> {
                 plan.pivots += a.0.pivots + b.0.pivots;
                 plan.flops += a.0.flops + b.0.flops;
                 let below = a.0.waiting + b.0.waiting;
-                plan.waiting = below.max(a.0.border.pow(2) + b.0.border.pow(2) + front.len().pow(2));
+                plan.waiting =
+                    below.max(a.0.border.pow(2) + b.0.border.pow(2) + front.len().pow(2));
                 plan.halves = Some(Box::new([a.0, b.0]));
                 border
             }
@@ -318,7 +327,12 @@ impl<E: Elements> Numbering<'_, E> {
         front: &[u32],
     ) -> Vec<u32> {
         let pivots = (self.firsts[part + 1] - self.firsts[part]) as usize;
-        debug_assert!(front[..pivots].iter().copied().eq(self.firsts[part]..self.firsts[part + 1]));
+        debug_assert!(
+            front[..pivots]
+                .iter()
+                .copied()
+                .eq(self.firsts[part]..self.firsts[part + 1])
+        );
         let border = front[pivots..].to_vec();
         let front = Front {
             pivots: pivots as u32,

@@ -117,7 +117,9 @@ impl Cholesky {
 fn factor(matrix: &Symmetric, order: Vec<u32>) -> Result<(SymbolicCholesky<u32>, Vec<f64>)> {
     let refuse = |what: String| Error::Solver {
         what,
-        remedy: "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate".into(),
+        remedy:
+            "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate"
+                .into(),
     };
     let mut inverse = vec![0; order.len()];
     for (position, &row) in order.iter().enumerate() {

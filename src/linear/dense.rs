@@ -76,7 +76,10 @@ impl LowRank {
         let mut product = Mat::zeros(self.rank(), x.ncols());
         for j in 0..x.ncols() {
             for (r, [_, right]) in self.terms.iter().enumerate() {
-                product[(r, j)] = right.iter().map(|&(i, value)| value * x[(i as usize, j)]).sum();
+                product[(r, j)] = right
+                    .iter()
+                    .map(|&(i, value)| value * x[(i as usize, j)])
+                    .sum();
             }
         }
         product
@@ -124,7 +127,11 @@ mod tests {
         let mut a = Dense::zeros(n);
         for i in 0..n {
             for j in 0..n {
-                a.add(i, j, (7.1 * (i * n + j) as f64).sin() + if i == j { 9.0 } else { 0.0 });
+                a.add(
+                    i,
+                    j,
+                    (7.1 * (i * n + j) as f64).sin() + if i == j { 9.0 } else { 0.0 },
+                );
             }
         }
         let lu = a.lu();

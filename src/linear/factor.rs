@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 pub struct Choice {
     pub solver: Solver,
     pub precision: Precision,
-    /// Entries of the factor.
+    /// Entries of the factor; of the matrix where iterations solve.
     pub entries: usize,
     /// Multiplications and additions.
     pub flops: f64,
@@ -58,7 +58,8 @@ impl Reduced {
     }
 }
 
-/// A factor, b condensed, S, and how it was done. The kept unknowns stand in ascending order.
+/// A factor, b condensed, S, and how it was done. The kept unknowns stand in ascending order. None
+/// where the solver is to be chosen, and what is predicted of `instead` is better.
 ///
 /// # Errors
 /// A matrix that is not positive definite; more memory needed than there is.
@@ -67,9 +68,12 @@ pub fn condense(
     roles: &[Role],
     b: &[f64],
     settings: Settings,
-) -> Result<(Factor, Reduced, Dense, Choice)> {
+    instead: Option<Choice>,
+) -> Result<Option<(Factor, Reduced, Dense, Choice)>> {
     let analysis = Analysis::new(elements, roles);
-    let choice = choose(&analysis, elements, settings)?;
+    let Some(choice) = choose(&analysis, elements, settings, instead)? else {
+        return Ok(None);
+    };
     tracing::info!(
         solver = %choice.solver,
         precision = %choice.precision,
@@ -80,13 +84,20 @@ pub fn condense(
     );
     let refuse = |NotPositive(unknown): NotPositive| Error::Solver {
         what: format!("the stiffness matrix is not positive definite (at dof {unknown})"),
-        remedy: "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate".into(),
+        remedy:
+            "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate"
+                .into(),
     };
-    Ok(match (choice.solver, choice.precision) {
+    Ok(Some(match (choice.solver, choice.precision) {
         (Solver::Faer, _) => {
             let factor = Cholesky::new(elements, roles, analysis)?;
             let (solved, schur) = (factor.forward(b), factor.schur_complement().clone());
-            (Factor::Faer(Box::new(factor)), Reduced(Kind::Faer(solved)), schur, choice)
+            (
+                Factor::Faer(Box::new(factor)),
+                Reduced(Kind::Faer(solved)),
+                schur,
+                choice,
+            )
         }
         (_, Precision::F64) => {
             let (factor, forward, schur) =
@@ -100,12 +111,17 @@ pub fn condense(
             let reduced = Reduced(Kind::Multifrontal(forward));
             (Factor::F32(Box::new(factor)), reduced, schur, choice)
         }
-    })
+    }))
 }
 
 /// Our own factorisation is faster than faer's at every size that was measured, and takes less
-/// memory; what decides is whether the factor fits, if need be in f32.
-fn choose(analysis: &Analysis, elements: &impl Elements, settings: Settings) -> Result<Choice> {
+/// memory. What decides for iterations instead, or for f32, is time, and whether the factor fits.
+fn choose(
+    analysis: &Analysis,
+    elements: &impl Elements,
+    settings: Settings,
+    instead: Option<Choice>,
+) -> Result<Option<Choice>> {
     let bytes = |solver: Solver, precision: Precision| match (solver, precision) {
         // faer stores whole supernodes, and the matrix with its entries before they are summed.
         (Solver::Faer, _) => {
@@ -141,8 +157,22 @@ fn choose(analysis: &Analysis, elements: &impl Elements, settings: Settings) -> 
         flops: analysis.flops(),
         predicted_mb: needed as f64 / 1e6,
     };
+    if let Some(other) = instead.filter(|other| fits((other.predicted_mb * 1e6) as usize)) {
+        let faster = other.flops * ITERATED_FLOP < choice.flops;
+        tracing::info!(
+            factor_gigaflops = choice.flops / 1e9,
+            iterations_gigaflops = other.flops / 1e9,
+            factor_mb = choice.predicted_mb,
+            iterations_mb = other.predicted_mb,
+            faster,
+            "iterations instead?"
+        );
+        if faster || !fits(needed) {
+            return Ok(None);
+        }
+    }
     if fits(needed) {
-        return Ok(choice);
+        return Ok(Some(choice));
     }
     Err(Error::Solver {
         what: format!(
@@ -150,9 +180,12 @@ fn choose(analysis: &Analysis, elements: &impl Elements, settings: Settings) -> 
             choice.predicted_mb,
             there.unwrap_or(0) as f64 / 1e6
         ),
-        remedy: "take a coarser mesh, --precision f32-refined, or a machine with more memory".into(),
+        remedy: "take a coarser mesh, --precision f32-refined, --linear iterative with cr, or a machine with more memory".into(),
     })
 }
+
+/// An operation on sparse vectors takes as long as so many in dense blocks, as measured in 2D and 3D.
+const ITERATED_FLOP: f64 = 12.0;
 
 impl Factor {
     /// Condenses a further right-hand side.

@@ -1,15 +1,18 @@
 //! Linear algebra: the one wrapper of faer. It knows matrices, not meshes.
 
+mod aggregation;
 mod analysis;
 mod bisection;
 mod cholesky;
 mod dense;
 mod elements;
+mod embedded;
 mod factor;
-mod gmres;
 mod kernels;
+mod krylov;
 mod memory;
 mod multifrontal;
+mod rows;
 mod settings;
 mod sparse;
 
@@ -17,9 +20,11 @@ pub use analysis::Analysis;
 pub use cholesky::Cholesky;
 pub use dense::{Dense, DenseLu, LowRank};
 pub use elements::{Elements, Role};
+pub use embedded::Embedded;
 pub use factor::{Choice, Factor, Reduced, condense};
-pub use gmres::gmres;
+pub use krylov::{KrylovStop, conjugate_gradients, gmres, norm};
 pub use multifrontal::Multifrontal;
+pub use rows::Rows;
 pub use settings::{Precision, Settings, Solver};
 pub use sparse::Symmetric;
 

@@ -193,7 +193,12 @@ impl<E: Elements> Work<'_, E> {
         eliminate(&mut panel, size, pivots, &mut update)
             .map_err(|k| NotPositive(self.unknowns[own + k]))?;
         store(&panel, size, &mut blocks.columns);
-        let rest = forward_front(&front, &blocks.columns, y_own, [(in_a, &a_rest), (in_b, &b_rest)]);
+        let rest = forward_front(
+            &front,
+            &blocks.columns,
+            y_own,
+            [(in_a, &a_rest), (in_b, &b_rest)],
+        );
         blocks.halves = Some(Box::new([a, b]));
         Ok((blocks, update, rest))
     }
@@ -225,7 +230,8 @@ impl<E: Elements> Work<'_, E> {
             let mut target = Target::new(front, &mut panel, &mut update);
             if front.elements > 0 {
                 for place in places.by_ref().take(front.elements as usize) {
-                    self.elements.matrix(self.order[element] as usize, &mut matrix);
+                    self.elements
+                        .matrix(self.order[element] as usize, &mut matrix);
                     target.add_element(&matrix, place);
                     element += 1;
                 }
@@ -326,9 +332,8 @@ fn runs(places: &[u32], pivots: usize) -> Vec<(usize, usize)> {
     let mut runs = Vec::with_capacity(8);
     let mut from = 0;
     for k in 1..=places.len() {
-        let goes_on = k < places.len()
-            && places[k] == places[k - 1] + 1
-            && places[k] as usize != pivots;
+        let goes_on =
+            k < places.len() && places[k] == places[k - 1] + 1 && places[k] as usize != pivots;
         if !goes_on {
             runs.push((from, k));
             from = k;
@@ -414,7 +419,12 @@ impl<T: Number> Blocks<T> {
             || halves[1].forward(&plans[1], y_right),
         );
         let (in_a, in_b) = plan.maps.split_at(plans[0].border);
-        forward_front(&plan.fronts[0], &self.columns, y_own, [(in_a, &a), (in_b, &b)])
+        forward_front(
+            &plan.fronts[0],
+            &self.columns,
+            y_own,
+            [(in_a, &a), (in_b, &b)],
+        )
     }
 
     fn forward_all(&self, plan: &Plan, mut y: &mut [f64]) -> Vec<f64> {

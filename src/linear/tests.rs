@@ -100,8 +100,15 @@ fn settings(solver: Solver, precision: Precision) -> Settings {
 }
 
 /// Solves with the Schur complement, and returns x with S and g.
-fn solve(network: &Network, roles: &[Role], b: &[f64], settings: Settings) -> (Vec<f64>, Dense, Vec<f64>, f64) {
-    let (factor, reduced, schur, _) = condense(network, roles, b, settings).unwrap();
+fn solve(
+    network: &Network,
+    roles: &[Role],
+    b: &[f64],
+    settings: Settings,
+) -> (Vec<f64>, Dense, Vec<f64>, f64) {
+    let (factor, reduced, schur, _) = condense(network, roles, b, settings, None)
+        .unwrap()
+        .unwrap();
     let kept = schur.lu().solve(reduced.kept());
     let mut x = vec![0.0; b.len()];
     factor.expand(&reduced, &kept, &mut x);
@@ -159,12 +166,19 @@ proptest! {
 fn the_number_of_threads_changes_no_bit() {
     let network = Network::scattered(150, 3);
     let roles = roles(&network, 2, 1, 5);
-    let b: Vec<f64> = (0..network.points.len()).map(|k| (k as f64).sin()).collect();
+    let b: Vec<f64> = (0..network.points.len())
+        .map(|k| (k as f64).sin())
+        .collect();
     let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| {
             let settings = settings(Solver::Multifrontal, Precision::F64);
-            let (factor, reduced, schur, _) = condense(&network, &roles, &b, settings).unwrap();
+            let (factor, reduced, schur, _) = condense(&network, &roles, &b, settings, None)
+                .unwrap()
+                .unwrap();
             let kept = schur.times(reduced.kept());
             let mut x = vec![0.0; b.len()];
             factor.expand(&reduced, &kept, &mut x);
@@ -181,7 +195,13 @@ fn an_indefinite_matrix_is_refused_with_the_dof() {
     network.springs[20].1 = -5.0;
     let b = vec![1.0; 50];
     for solver in [Solver::Multifrontal, Solver::Faer] {
-        let refusal = condense(&network, &[Role::Eliminated; 50], &b, settings(solver, Precision::F64));
+        let refusal = condense(
+            &network,
+            &[Role::Eliminated; 50],
+            &b,
+            settings(solver, Precision::F64),
+            None,
+        );
         let refusal = refusal.err().unwrap().to_string();
         assert!(refusal.contains("not positive definite"), "{refusal}");
     }
@@ -193,7 +213,13 @@ fn more_memory_than_there_is_is_refused_in_words() {
     let n = 4_000_000;
     let network = Network::path(n);
     let roles = vec![Role::Kept; n as usize];
-    let refusal = condense(&network, &roles, &vec![0.0; n as usize], Settings::default());
+    let refusal = condense(
+        &network,
+        &roles,
+        &vec![0.0; n as usize],
+        Settings::default(),
+        None,
+    );
     let refusal = refusal.err().unwrap().to_string();
     assert!(refusal.contains("MB of memory are available"), "{refusal}");
 }

@@ -150,7 +150,10 @@ mod tests {
                 for j in 0..=dim {
                     let slopes = geometry.gradients[i].dot(&geometry.gradients[j]);
                     let product = geometry.measure() * slopes;
-                    assert!((metric.products[i][j] - product).abs() < 1e-14, "{dim} {i} {j}");
+                    assert!(
+                        (metric.products[i][j] - product).abs() < 1e-14,
+                        "{dim} {i} {j}"
+                    );
                 }
             }
         }

@@ -1,0 +1,44 @@
+//! A preconditioner for a space that contains a smaller one, whose matrix coarsens well.
+//!
+//! P1 lies in CR (and in P2): with E the values of a P1 function at the dofs, EᵀAE is the P1
+//! matrix exactly. So
+//!
+//! ```text
+//! forward sweep on the dofs,  V-cycle on Eᵀ(b - A x),  backward sweep
+//! ```
+//!
+//! contracts whatever the size of the mesh: the sweeps reduce what P1 does not see.
+
+use super::aggregation::Aggregation;
+use super::rows::{Rows, Sweep};
+
+/// The embedding and the hierarchy below.
+pub struct Embedded {
+    embedding: Rows,
+    restriction: Rows,
+    coarse: Aggregation,
+    residual: Vec<f64>,
+}
+
+impl Embedded {
+    /// `embedding`: dofs × coarse unknowns; `coarse`: the coarse matrix, EᵀAE. None if it does not
+    /// coarsen or is not positive.
+    pub fn new(embedding: Rows, coarse: Rows) -> Option<Self> {
+        Some(Embedded {
+            residual: vec![0.0; embedding.height()],
+            restriction: embedding.transpose(),
+            coarse: Aggregation::new(coarse)?,
+            embedding,
+        })
+    }
+
+    /// x ≈ A⁻¹ b
+    pub fn apply(&mut self, matrix: &Rows, inverse_diagonal: &[f64], b: &[f64], x: &mut [f64]) {
+        matrix.gauss_seidel_from_zero(inverse_diagonal, b, x);
+        matrix.residual(b, x, &mut self.residual);
+        self.restriction.times(&self.residual, self.coarse.rhs());
+        self.coarse.cycle();
+        self.embedding.add_times(self.coarse.solution(), x);
+        matrix.gauss_seidel(inverse_diagonal, b, x, Sweep::Backward);
+    }
+}
