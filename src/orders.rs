@@ -246,7 +246,16 @@ impl std::fmt::Display for Limit {
 mod tests {
     use super::*;
 
-    const METHODS: [&str; 8] = ["cr", "cr-fc", "p1", "p2", "p1-vi", "cr-vi", "penalty", "multiplier"];
+    const METHODS: [&str; 8] = [
+        "cr",
+        "cr-fc",
+        "p1",
+        "p2",
+        "p1-vi",
+        "cr-vi",
+        "penalty",
+        "multiplier",
+    ];
 
     fn study(scenes: &[&str], n: &[usize]) -> Vec<Orders> {
         let scenes: Vec<Scene> = scenes.iter().map(|s| Scene::find(s).unwrap()).collect();
@@ -286,6 +295,23 @@ mod tests {
             // transition in its cell moves single steps by 0.5 and the fit of three by 0.35.
             let observed = o.h1.fit.unwrap().max(o.h1.steps[1]);
             assert!(observed > theory.h1 - 0.4, "{name}");
+        }
+    }
+
+    /// Where nothing touches, the penalty-free law leaves a flux of order h/γ₀ on Γ_C, and the order
+    /// in L² falls to 1; with the corrected flux it stays 2 whatever γ₀.
+    #[test]
+    fn the_corrected_flux_has_second_order_for_every_gamma() {
+        let methods = [Method::cr(), Method::cr_fc()];
+        for gamma0 in [0.1, 1.0, 10.0, 100.0] {
+            let mut scene = Scene::find("contact-nowhere").unwrap();
+            scene.gamma0 = gamma0;
+            let all = orders(&[scene], &methods, &[16, 32, 64], |_, _, _| Ok(())).unwrap();
+            let [cr, fc] = [0, 1].map(|k| all[k].l2.steps[1]);
+            assert!((fc - 2.0).abs() < 0.05, "{gamma0}: {fc}");
+            assert!(gamma0 > 1.0 || (cr - 1.0).abs() < 0.1, "{gamma0}: {cr}");
+            assert_eq!(all[1].theory.map(|t| t.l2), Some(2.0));
+            assert_eq!(all[0].theory.map(|t| t.l2), Some(1.0));
         }
     }
 

@@ -115,17 +115,17 @@ impl Condensed {
     /// α (u-ψ) + β γ ∂ₙu with (α, β) chosen for each condition.
     pub fn contact_matrix(
         &self,
-        problem: &Problem,
+        conditions: &[Condition],
         mut choose: impl FnMut(&Condition) -> [f64; 2],
     ) -> Dense {
         let mut terms = Dense::zeros(self.kept_free.len());
-        for condition in &problem.conditions {
+        for condition in conditions {
             let [alpha, beta] = choose(condition);
             for (i, &dof_i) in condition.dofs.iter().enumerate() {
                 let Some(p) = self.kept[dof_i as usize] else {
                     continue;
                 };
-                let (phi, test) = (condition.displacement[i], condition.test(i));
+                let (phi, test) = (condition.flux_test(i), condition.test(i));
                 for (j, &dof_j) in condition.dofs.iter().enumerate() {
                     let Some(q) = self.kept[dof_j as usize] else {
                         continue;

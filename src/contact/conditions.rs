@@ -52,6 +52,7 @@ use crate::linear::Symmetric;
 use crate::scene::Expression;
 
 /// One k of the form above.
+#[derive(Clone)]
 pub struct Condition {
     pub weight: f64,
     pub gamma: f64,
@@ -67,6 +68,19 @@ pub struct Condition {
     pub psi: f64,
     /// θ₁ and θ₂
     thetas: [i8; 2],
+    /// The one row that has it all, where the scheme is solved by faces.
+    pub(super) row: Option<Row>,
+}
+
+/// A row that has the whole law of a contact face; see `scheme`.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    /// Of which of the condition's dofs.
+    pub local: usize,
+    /// h_F
+    pub height: f64,
+    /// How many conditions share the row.
+    pub points: usize,
 }
 
 impl Condition {
@@ -89,8 +103,32 @@ impl Condition {
         [gap, flux]
     }
 
-    /// θ₂ γ⁻¹ g(φ_j) + θ₁ q'(φ_j), j counted in `dofs`.
+    /// r += w (max(g-ψ, γq) (θ₂γ⁻¹ g_j + θ₁ q_j') - q g_j); a row that has it all is nothing but the
+    /// law, since -q only takes away what else there is.
+    pub(super) fn add_to(&self, u: &[f64], r: &mut [f64]) {
+        let mut trace = self.trace(u);
+        let law = trace.gap.max(self.gamma * trace.flux);
+        if self.row.is_some() {
+            trace.flux = 0.0;
+        }
+        for (j, &dof) in self.dofs.iter().enumerate() {
+            r[dof as usize] += self.weight * (law * self.test(j) - trace.flux * self.flux_test(j));
+        }
+    }
+
+    /// What -q is tested with: g(φ_j), j counted in `dofs`.
+    pub fn flux_test(&self, j: usize) -> f64 {
+        match self.row {
+            Some(row) => f64::from(u8::from(row.local == j)),
+            None => self.displacement[j],
+        }
+    }
+
+    /// What the law is tested with: θ₂ γ⁻¹ g(φ_j) + θ₁ q'(φ_j), j counted in `dofs`.
     pub fn test(&self, j: usize) -> f64 {
+        if self.row.is_some() {
+            return self.flux_test(j);
+        }
         let [theta1, theta2] = self.thetas.map(f64::from);
         theta2 / self.gamma * self.displacement[j] + theta1 * self.flux[j]
     }
@@ -140,6 +178,7 @@ fn at_points(
             flux_at_rest: times * point.flux_at_rest,
             psi: point.psi,
             thetas,
+            row: None,
         }));
     }
     conditions
@@ -157,6 +196,7 @@ fn on_average(space: &Space, face: &ContactFace, thetas: [i8; 2]) -> Condition {
         flux_at_rest: 0.0,
         psi: 0.0,
         thetas,
+        row: None,
     };
     for point in &face.points {
         let share = point.weight / face.measure;
@@ -230,6 +270,7 @@ fn at_dofs(
         dofs: c.row.into_keys().collect(),
         psi: c.psi,
         thetas,
+        row: None,
     };
     Ok(constraints.into_iter().map(condition).collect())
 }

@@ -266,12 +266,7 @@ impl<'a> Problem<'a> {
             *r -= b;
         }
         for condition in &self.conditions {
-            let trace = condition.trace(u);
-            let law = trace.gap.max(condition.gamma * trace.flux);
-            for (j, &dof) in condition.dofs.iter().enumerate() {
-                r[dof as usize] += condition.weight
-                    * (law * condition.test(j) - trace.flux * condition.displacement[j]);
-            }
+            condition.add_to(u, &mut r);
         }
         for ((r, u), g) in r.iter_mut().zip(u).zip(&self.dirichlet) {
             if let Some(g) = g {
@@ -295,7 +290,7 @@ impl<'a> Problem<'a> {
             };
             for (j, &dof) in condition.dofs.iter().enumerate() {
                 size[dof as usize] += condition.weight
-                    * (law * condition.test(j).abs() + flux * condition.displacement[j].abs());
+                    * (law * condition.test(j).abs() + flux * condition.flux_test(j).abs());
             }
         }
         let mut worst = (0.0, None);

@@ -3,10 +3,11 @@
 
 use std::time::Instant;
 
+use super::Problem;
 use super::active_set::{ActiveSet, Per};
 use super::condensed::Condensed;
 use super::iteration::Iteration;
-use super::{Law, Problem};
+use super::scheme::Scheme;
 use crate::assembly;
 use crate::error::{Error, Result};
 use crate::linear::Symmetric;
@@ -101,26 +102,32 @@ pub fn solve(
     let clock = Instant::now();
 
     let is_newton = iteration == Iteration::Newton;
-    let mut per = if is_newton && has_face_means(problem) {
+    let scheme = if is_newton {
+        Scheme::new(problem)
+    } else {
+        Scheme::as_it_stands(problem)
+    };
+    let mut per = if scheme.is_by_faces() {
         Per::Face
     } else {
         Per::Condition
     };
     let mut u = problem.start();
-    let mut r = problem.residual(&u);
-    let mut set = ActiveSet::new(problem, &u, per);
+    let mut r = scheme.residual(&u);
+    let mut set = ActiveSet::new(&scheme, &u, per);
+    set.scale_rows(&scheme, &mut r);
     let (mut increments, mut changes, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
     let mut best = (f64::INFINITY, 0, Vec::new());
     let mut matrix = None;
     let mut ended = Ended::NotReached;
     while ended == Ended::NotReached && increments.len() < stop.max_iterations {
         if is_newton {
-            set.linear_residual(problem, &u, &mut r);
+            set.linear_residual(&scheme, &u, &mut r);
         }
         if matrix.is_none() || !iteration.is_constant() {
-            let mut contact = set.contact().iter();
-            let choose = |_: &_| iteration.law(contact.next().is_some_and(|c| *c));
-            matrix = Some(condensed.contact_matrix(problem, choose));
+            let mut laws = set.laws(&scheme, iteration).into_iter();
+            let choose = |_: &_| laws.next().unwrap_or_default();
+            matrix = Some(condensed.contact_matrix(&scheme.conditions, choose));
         }
         let Some(contact) = &matrix else { break };
         let mut step = condensed.step(contact, &r)?;
@@ -131,21 +138,22 @@ pub fn solve(
             best = (*residual, increments.len(), u);
         }
         u = next;
-        r = problem.residual(&u);
-        let before = residuals.last().copied();
-        let residual = scale.relative(problem, &u, &r);
         // A small increment says nothing of violations that were left standing.
         let arrived = increment < stop.increment && !set.is_partial();
         let mut changed = if is_newton {
-            set.pivot(problem, &u)
+            set.pivot(&scheme, &u)
         } else {
-            set.follow(problem, &u)
+            set.follow(&scheme, &u)
         };
         if per == Per::Face && (changed == 0 || arrived) {
             per = Per::Condition;
-            let by_face = std::mem::replace(&mut set, ActiveSet::new(problem, &u, per));
+            let by_face = std::mem::replace(&mut set, ActiveSet::new(&scheme, &u, per));
             changed = set.differs(&by_face);
         }
+        r = scheme.residual(&u);
+        set.scale_rows(&scheme, &mut r);
+        let before = residuals.last().copied();
+        let residual = scale.relative(&scheme, &set, &u, &r);
         increments.push(increment);
         changes.push(changed);
         residuals.push(residual);
@@ -179,15 +187,6 @@ pub fn solve(
     })
 }
 
-/// Is the law one of face means where each face has one status? See `active_set`.
-fn has_face_means(problem: &Problem) -> bool {
-    let penalty_free = match problem.method.law {
-        Law::Nitsche { .. } | Law::FluxCorrected => problem.method.law.thetas() == [1, 0],
-        _ => false,
-    };
-    penalty_free && problem.space.element.on().faces && problem.space.element.degree() == 1
-}
-
 /// What residuals are relative to.
 struct Scale {
     /// ‖A‖ in the maximum norm, max |L|.
@@ -204,22 +203,23 @@ impl Scale {
         }
     }
 
-    /// max |R_i| over ‖A‖ max |u|, max |L| and the largest contact term; 0 where all vanish.
-    fn relative(&self, problem: &Problem, u: &[f64], r: &[f64]) -> f64 {
+    /// max |R_i| over ‖A‖ max |u|, max |L| and the largest contact term; 0 where all vanish. Rows
+    /// are scaled as `set` has them.
+    fn relative(&self, scheme: &Scheme, set: &ActiveSet, u: &[f64], r: &[f64]) -> f64 {
         let size = largest(r);
         if size == 0.0 {
             return 0.0;
         }
         let mut terms = self.stiffness * largest(u) + self.load;
-        for condition in &problem.conditions {
+        for (condition, law) in scheme
+            .conditions
+            .iter()
+            .zip(set.laws(scheme, Iteration::Newton))
+        {
             let [gap, flux] = condition.sizes(u);
-            let law = if condition.trace(u).p > 0.0 {
-                condition.gamma * flux
-            } else {
-                gap
-            };
+            let law = law[0] * gap + law[1] * condition.gamma * flux;
             for j in 0..condition.dofs.len() {
-                let (test, g) = (condition.test(j), condition.displacement[j]);
+                let (test, g) = (condition.test(j), condition.flux_test(j));
                 terms = terms.max(condition.weight * (law * test.abs() + flux * g.abs()));
             }
         }
@@ -229,9 +229,12 @@ impl Scale {
 
 /// The largest |v_i|; NaN where there is one.
 fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m: f64, v| {
-        if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
-    })
+    v.iter().fold(
+        0.0,
+        |m: f64, v| {
+            if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
+        },
+    )
 }
 
 /// ‖δ‖_{1,h} / ‖u‖_{1,h} with ‖v‖²_{1,h} = ‖∇v‖²_h + ‖v‖²; 0 where both vanish.
