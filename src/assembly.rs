@@ -1,13 +1,19 @@
 //! The linear parts of the method on any of the elements: (∇u, ∇v)_h, (f, v), <t, v>_N, and the
-//! norms of the broken spaces.
+//! norms of the broken spaces. No matrix is put together: its products are sums over the cells,
+//! which all cores form and one adds up in the cells' order, so that no bit depends on their number.
+
+use rayon::prelude::*;
 
 use crate::element::{Basis, MAX_DOFS, Space};
 use crate::error::{Error, Result};
-use crate::linear::{Symmetric, SymmetricBuilder};
-use crate::mesh::CellGeometry;
+use crate::mesh::{CellGeometry, Metric};
 use crate::quadrature::{self, Rule};
 use crate::scene::Expression;
 use nalgebra::Vector3;
+
+/// Cells whose contributions wait to be added, and how many of them one task forms.
+const WAITING: usize = 1 << 15;
+const TASK: usize = 256;
 
 /// A rule that integrates products of gradients exactly: degree 2(k-1).
 fn gradient_rule(space: &Space) -> Rule {
@@ -29,62 +35,179 @@ fn value_rule(space: &Space) -> Rule {
     quadrature::triangle(name).expect("invariant: a rule of the table")
 }
 
+/// Σ over the cells of vectors on their dofs. `form` is told a range of cells and writes the
+/// local vectors one after the other.
+fn sum_over_cells(
+    space: &Space,
+    form: impl Fn(std::ops::Range<usize>, &mut [f64]) + Sync,
+) -> Vec<f64> {
+    let (cells, local) = (space.mesh.cell_count(), space.local_dofs);
+    let mut sum = vec![0.0; space.dofs];
+    let mut waiting = vec![0.0; cells.min(WAITING) * local];
+    for first in (0..cells).step_by(WAITING) {
+        let count = (cells - first).min(WAITING);
+        let waiting = &mut waiting[..count * local];
+        waiting
+            .par_chunks_mut(TASK * local)
+            .enumerate()
+            .for_each(|(k, vectors)| {
+                let from = first + k * TASK;
+                form(from..from + vectors.len() / local, vectors);
+            });
+        for (cell, vector) in (first..first + count).zip(waiting.chunks_exact(local)) {
+            for (&dof, value) in space.cell_dofs(cell).iter().zip(vector) {
+                sum[dof as usize] += value;
+            }
+        }
+    }
+    sum
+}
+
+/// Σ over the cells of numbers, always in the same order.
+fn total_over_cells(space: &Space, value: impl Fn(usize) -> f64 + Sync) -> f64 {
+    let cells: Vec<usize> = (0..space.mesh.cell_count()).step_by(TASK).collect();
+    let parts: Vec<f64> = cells
+        .into_par_iter()
+        .map(|from| {
+            let to = (from + TASK).min(space.mesh.cell_count());
+            (from..to).map(&value).sum()
+        })
+        .collect();
+    parts.iter().sum()
+}
+
 /// (∇φ_j, ∇φ_i)_h, all dofs.
-pub fn stiffness(space: &Space) -> Symmetric {
-    let rule = gradient_rule(space);
-    assemble(space, |geometry, matrix| {
-        for (lambda, weight) in rule.iter() {
-            let gradients = space.gradients(geometry, &lambda);
-            let weight = weight * geometry.measure();
-            for i in 0..space.local_dofs {
-                for j in 0..=i {
-                    matrix[i][j] += weight * gradients[i].dot(&gradients[j]);
+///
+/// As Σ_i ∇λ_i = 0, a cell's matrix is -Σ_{i<j} |κ| ∇λ_i·∇λ_j R_ij with matrices R_ij that are the
+/// same for all cells: R_ij[a, b] is the mean of (∂_i - ∂_j)φ_a (∂_i - ∂_j)φ_b, ∂_i = ∂/∂λ_i. Its
+/// rows sum to 0 whatever the shape of the cell.
+pub struct Stiffness<'a> {
+    space: Space<'a>,
+    /// i, j and R_ij.
+    pairs: Vec<(usize, usize, Vec<f64>)>,
+}
+
+impl<'a> Stiffness<'a> {
+    pub fn new(space: &Space<'a>) -> Self {
+        let (rule, dim, local) = (gradient_rule(space), space.mesh.dim, space.local_dofs);
+        let mut pairs = Vec::new();
+        for j in 0..=dim {
+            for i in 0..j {
+                let mut reference = vec![0.0; local * local];
+                for (lambda, weight) in rule.iter() {
+                    let slopes = space.element.derivatives(dim, &lambda);
+                    for a in 0..local {
+                        for b in 0..local {
+                            reference[a * local + b] += weight
+                                * (slopes[a][i] - slopes[a][j])
+                                * (slopes[b][i] - slopes[b][j]);
+                        }
+                    }
+                }
+                pairs.push((i, j, reference));
+            }
+        }
+        Stiffness {
+            space: space.clone(),
+            pairs,
+        }
+    }
+
+    /// The matrix of one cell, `local_dofs`² places, symmetric.
+    pub fn cell_matrix(&self, cell: usize, matrix: &mut [f64]) {
+        let mesh = self.space.mesh;
+        let metric = Metric::new(mesh.dim, &mesh.vertices(cell));
+        matrix.fill(0.0);
+        for (i, j, reference) in &self.pairs {
+            let weight = -metric.products[*i][*j];
+            for (value, r) in matrix.iter_mut().zip(reference) {
+                *value += weight * r;
+            }
+        }
+    }
+
+    /// y_i = Σ_j product(A_ij, u_j) on one cell.
+    fn cell_times(&self, cell: usize, u: &[f64], y: &mut [f64], product: impl Fn(f64, f64) -> f64) {
+        let local = self.space.local_dofs;
+        let mut storage = [0.0; MAX_DOFS * MAX_DOFS];
+        let matrix = &mut storage[..local * local];
+        self.cell_matrix(cell, matrix);
+        let u = self.space.local(cell, u);
+        for (y, row) in y.iter_mut().zip(matrix.chunks_exact(local)) {
+            *y = row.iter().zip(&u).map(|(a, u)| product(*a, *u)).sum();
+        }
+    }
+
+    fn products(&self, u: &[f64], product: impl Fn(f64, f64) -> f64 + Sync + Copy) -> Vec<f64> {
+        let local = self.space.local_dofs;
+        sum_over_cells(&self.space, |cells, vectors| {
+            for (cell, y) in cells.zip(vectors.chunks_exact_mut(local)) {
+                self.cell_times(cell, u, y, product);
+            }
+        })
+    }
+
+    /// A u
+    pub fn times(&self, u: &[f64]) -> Vec<f64> {
+        self.products(u, |a, u| a * u)
+    }
+
+    /// Σ_j |A_ij u_j|, the entries of each cell counted for themselves.
+    pub fn sizes(&self, u: &[f64]) -> Vec<f64> {
+        self.products(u, |a, u| (a * u).abs())
+    }
+
+    /// uᵀ A u = ‖∇u‖²_h
+    pub fn energy(&self, u: &[f64]) -> f64 {
+        total_over_cells(&self.space, |cell| {
+            let mut y = [0.0; MAX_DOFS];
+            self.cell_times(cell, u, &mut y, |a, u| a * u);
+            let local = self.space.local(cell, u);
+            y.iter().zip(&local).map(|(y, u)| y * u).sum()
+        })
+    }
+
+    /// Visits the entries of the cells' matrices: row, column, value. An entry of the whole is
+    /// the sum of what is told of it.
+    pub fn for_each(
+        &self,
+        cells: impl Iterator<Item = usize>,
+        mut visit: impl FnMut(u32, u32, f64),
+    ) {
+        let local = self.space.local_dofs;
+        let mut matrix = vec![0.0; local * local];
+        for cell in cells {
+            self.cell_matrix(cell, &mut matrix);
+            let dofs = self.space.cell_dofs(cell);
+            for (&i, row) in dofs.iter().zip(matrix.chunks_exact(local)) {
+                for (&j, value) in dofs.iter().zip(row) {
+                    visit(i, j, *value);
                 }
             }
         }
-    })
+    }
 }
 
-/// (φ_j, φ_i), all dofs.
-pub fn mass(space: &Space) -> Symmetric {
+/// ‖u‖²
+pub fn norm_squared(space: &Space, u: &[f64]) -> f64 {
     // One matrix for all cells, up to their measure.
     let mut reference = [[0.0; MAX_DOFS]; MAX_DOFS];
     for (lambda, weight) in value_rule(space).iter() {
         let phi = space.element.values(space.mesh.dim, &lambda);
         for i in 0..space.local_dofs {
-            for j in 0..=i {
+            for j in 0..space.local_dofs {
                 reference[i][j] += weight * phi[i] * phi[j];
             }
         }
     }
-    assemble(space, |geometry, matrix| {
-        for i in 0..space.local_dofs {
-            for j in 0..=i {
-                matrix[i][j] = geometry.measure() * reference[i][j];
-            }
-        }
+    total_over_cells(space, |cell| {
+        let u = space.local(cell, u);
+        let rows = reference.iter().zip(&u);
+        let sum: f64 = rows
+            .map(|(row, ui)| ui * row.iter().zip(&u).map(|(m, uj)| m * uj).sum::<f64>())
+            .sum();
+        Metric::new(space.mesh.dim, &space.mesh.vertices(cell)).measure * sum
     })
-}
-
-/// Sums the lower triangles that `fill` makes of each cell.
-fn assemble(
-    space: &Space,
-    mut fill: impl FnMut(&CellGeometry, &mut [[f64; MAX_DOFS]; MAX_DOFS]),
-) -> Symmetric {
-    let local = space.local_dofs;
-    let cells = space.mesh.cell_count();
-    let mut builder = SymmetricBuilder::new(space.dofs, cells * local * (local + 1) / 2);
-    for cell in 0..cells {
-        let mut matrix = [[0.0; MAX_DOFS]; MAX_DOFS];
-        fill(&space.mesh.geometry(cell), &mut matrix);
-        let dofs = space.cell_dofs(cell);
-        for (i, &dof_i) in dofs.iter().enumerate() {
-            for (j, &dof_j) in dofs.iter().enumerate().take(i + 1) {
-                builder.add(dof_i, dof_j, matrix[i][j]);
-            }
-        }
-    }
-    builder.build()
 }
 
 /// Σ_i u_i ∇φ_i
@@ -103,15 +226,42 @@ pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Re
     if f.is_zero() {
         return Ok(());
     }
-    for cell in 0..space.mesh.cell_count() {
-        let geometry = space.mesh.geometry(cell);
-        for (lambda, weight) in rule.iter() {
-            let value = value_at(f, "f", geometry.point(&lambda))?;
-            let phi = space.element.values(space.mesh.dim, &lambda);
-            for (phi, &dof) in phi.iter().zip(space.cell_dofs(cell)) {
-                b[dof as usize] += weight * geometry.measure() * value * phi;
+    let (mesh, local) = (space.mesh, space.local_dofs);
+    let rule: Vec<([f64; 4], f64, Basis)> = rule
+        .iter()
+        .map(|(lambda, weight)| (lambda, weight, space.element.values(mesh.dim, &lambda)))
+        .collect();
+    let load = sum_over_cells(space, |cells, vectors| {
+        let mut points = Vec::with_capacity(cells.len() * rule.len());
+        for cell in cells.clone() {
+            let vertices = mesh.vertices(cell);
+            points.extend(rule.iter().map(|(lambda, ..)| -> [f64; 3] {
+                std::array::from_fn(|k| (0..=mesh.dim).map(|i| lambda[i] * vertices[i][k]).sum())
+            }));
+        }
+        let mut values = vec![0.0; points.len()];
+        f.values(&points, &mut values);
+        let of_cells = values.chunks_exact(rule.len());
+        for ((cell, vector), values) in cells.zip(vectors.chunks_exact_mut(local)).zip(of_cells) {
+            let measure = Metric::new(mesh.dim, &mesh.vertices(cell)).measure;
+            vector.fill(0.0);
+            for ((_, weight, phi), value) in rule.iter().zip(values) {
+                for (sum, phi) in vector.iter_mut().zip(phi) {
+                    *sum += weight * measure * value * phi;
+                }
             }
         }
+    });
+    if load.iter().any(|value| !value.is_finite()) {
+        for cell in 0..mesh.cell_count() {
+            let geometry = mesh.geometry(cell);
+            for (lambda, ..) in &rule {
+                value_at(f, "f", geometry.point(lambda))?;
+            }
+        }
+    }
+    for (b, load) in b.iter_mut().zip(load) {
+        *b += load;
     }
     Ok(())
 }
@@ -238,7 +388,38 @@ mod tests {
     use crate::mesh::generate::union_jack;
 
     fn polynomial(space: &Space, p: impl Fn([f64; 3]) -> f64) -> Vec<f64> {
-        space.points.iter().map(|&x| p(x)).collect()
+        space.points().map(p).collect()
+    }
+
+    /// Against the integral of the gradients' products, formed in the plainest way.
+    #[test]
+    fn cells_matrices_are_integrals_of_gradients() {
+        let points = [[0.1, 0.0, 0.0], [2.0, 0.3, 0.0], [0.4, 0.9, 0.0]];
+        let mesh = crate::mesh::Mesh {
+            points: points.to_vec(),
+            blocks: vec![crate::mesh::CellBlock::new(
+                crate::mesh::CellKind::Triangle,
+                vec![0, 1, 2],
+            )],
+            ..Default::default()
+        };
+        let mesh = Triangulation::new("one", &mesh).unwrap();
+        for element in [&CR as &'static dyn Element, &P1, &P2] {
+            let space = Space::new(&mesh, element);
+            let (local, geometry) = (space.local_dofs, mesh.geometry(0));
+            let mut matrix = vec![0.0; local * local];
+            Stiffness::new(&space).cell_matrix(0, &mut matrix);
+            for (lambda, weight) in gradient_rule(&space).iter() {
+                let gradients = space.gradients(&geometry, &lambda);
+                for i in 0..local {
+                    for j in 0..local {
+                        let product = gradients[i].dot(&gradients[j]);
+                        matrix[i * local + j] -= weight * geometry.measure() * product;
+                    }
+                }
+            }
+            assert!(matrix.iter().all(|rest| rest.abs() < 1e-14), "{matrix:?}");
+        }
     }
 
     #[test]
@@ -247,13 +428,16 @@ mod tests {
         for element in [&CR as &'static dyn Element, &P1, &P2] {
             let space = Space::new(&mesh, element);
             let u = polynomial(&space, |x| 1.0 + 2.0 * x[0] - 3.0 * x[1]);
-            assert!((stiffness(&space).energy(&u) - 26.0).abs() < 1e-12);
+            let stiffness = Stiffness::new(&space);
+            assert!((stiffness.energy(&u) - 26.0).abs() < 1e-12);
+            let products = stiffness.times(&u).into_iter().zip(&u);
+            assert!((products.map(|(y, u)| y * u).sum::<f64>() - 26.0).abs() < 1e-12);
             // ∫∫ (1 + 2x - 3y)² over (0,2) × (0,1)
-            assert!((mass(&space).energy(&u) - 26.0 / 3.0).abs() < 1e-12);
+            assert!((norm_squared(&space, &u) - 26.0 / 3.0).abs() < 1e-12);
         }
         let space = Space::new(&mesh, &P2);
         let u = polynomial(&space, |x| x[0] * x[1]);
-        assert!((stiffness(&space).energy(&u) - (8.0 / 3.0 + 2.0 / 3.0)).abs() < 1e-12);
-        assert!((mass(&space).energy(&u) - 8.0 / 9.0).abs() < 1e-12);
+        assert!((Stiffness::new(&space).energy(&u) - (8.0 / 3.0 + 2.0 / 3.0)).abs() < 1e-12);
+        assert!((norm_squared(&space, &u) - 8.0 / 9.0).abs() < 1e-12);
     }
 }

@@ -259,7 +259,7 @@ fn judge_case(index: usize, case: &Case, answered: &[(&str, Run)]) -> Result<Cas
                 residual_at: problem
                     .backward_error(&answer.u)
                     .1
-                    .map(|dof| problem.space.points[dof][..mesh.dim].to_vec()),
+                    .map(|dof| problem.space.point(dof)[..mesh.dim].to_vec()),
                 finite: answer.u.iter().all(|v| v.is_finite()),
                 verdict: if solves {
                     Verdict::Agree

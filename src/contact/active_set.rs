@@ -21,10 +21,9 @@
 
 use std::ops::Range;
 
-use super::Problem;
+use super::condensed::{Condensed, Weights};
 use super::conditions::Condition;
 use super::iteration::Iteration;
-use super::scheme::Scheme;
 
 /// How often all violations are turned over without their number going down.
 const TRIALS: usize = 10;
@@ -80,11 +79,11 @@ impl BlockPivot {
 
 impl ActiveSet {
     /// Contact where P(u) ≤ 0, and on all of a part of the domain that nothing else holds.
-    pub fn new(scheme: &Scheme, u: &[f64], per: Per) -> Self {
+    pub fn new(scheme: &Condensed, u: &[f64], per: Per) -> Self {
         let conditions = &scheme.conditions;
         let groups = match per {
             Per::Condition => (0..conditions.len()).map(|k| k..k + 1).collect(),
-            Per::Face => faces(scheme.problem),
+            Per::Face => faces(conditions),
         };
         let mut set = ActiveSet {
             contact: vec![false; conditions.len()],
@@ -97,7 +96,7 @@ impl ActiveSet {
             set.turn(k, p <= 0.0);
         }
         for part in set.floating(scheme) {
-            for (contact, condition) in set.contact.iter_mut().zip(&**conditions) {
+            for (contact, condition) in set.contact.iter_mut().zip(conditions) {
                 *contact |= part_of(scheme, condition) == Some(part);
             }
         }
@@ -116,9 +115,9 @@ impl ActiveSet {
     }
 
     /// Takes the sign of P(u) as it is; the number of conditions that change.
-    pub fn follow(&mut self, scheme: &Scheme, u: &[f64]) -> usize {
+    pub fn follow(&mut self, scheme: &Condensed, u: &[f64]) -> usize {
         let mut changes = 0;
-        for (contact, condition) in self.contact.iter_mut().zip(&*scheme.conditions) {
+        for (contact, condition) in self.contact.iter_mut().zip(&scheme.conditions) {
             let now = condition.trace(u).p <= 0.0;
             changes += usize::from(std::mem::replace(contact, now) != now);
         }
@@ -127,7 +126,7 @@ impl ActiveSet {
 
     /// Turns over what u, the solution for this set, violates beyond rounding: all of it, or by the
     /// least-index rule the first. The number of conditions that change.
-    pub fn pivot(&mut self, scheme: &Scheme, u: &[f64]) -> usize {
+    pub fn pivot(&mut self, scheme: &Condensed, u: &[f64]) -> usize {
         let before = self.contact.clone();
         let violated: Vec<usize> = (0..self.groups.len())
             .filter(|&k| {
@@ -161,19 +160,16 @@ impl ActiveSet {
 
     /// (α, β) of each condition: the law of its status. A row that has a whole face is divided by
     /// h_F in contact, by γ where separated, so that it is of the size of the stiffness.
-    pub fn laws(&self, scheme: &Scheme, iteration: Iteration) -> Vec<[f64; 2]> {
+    pub fn laws(&self, scheme: &Condensed, iteration: Iteration) -> Vec<Weights> {
         let laws = self.contact.iter().zip(self.scales(scheme));
         laws.map(|(&contact, scale)| iteration.law(contact).map(|weight| scale * weight))
             .collect()
     }
 
-    /// Makes the residual of the scheme, R(u), that of the rows that [`ActiveSet::laws`] belong to.
-    pub fn scale_rows(&self, scheme: &Scheme, r: &mut [f64]) {
+    /// Makes the residual of the scheme that of the rows that [`ActiveSet::laws`] belong to.
+    pub fn scale_rows(&self, scheme: &Condensed, r: &mut [f64]) {
         let scales = self.scales(scheme);
-        if !scheme.is_by_faces() {
-            return;
-        }
-        for points in faces(scheme.problem) {
+        for points in faces(&scheme.conditions) {
             let condition = &scheme.conditions[points.start];
             if let Some(row) = condition.row {
                 r[condition.dofs[row.local] as usize] *= scales[points.start];
@@ -181,41 +177,20 @@ impl ActiveSet {
         }
     }
 
-    /// Makes the scaled residual that of the linear scheme with the status of this set.
-    pub fn linear_residual(&self, scheme: &Scheme, u: &[f64], r: &mut [f64]) {
-        let scales = self.scales(scheme);
-        for (k, condition) in scheme.conditions.iter().enumerate() {
-            let trace = condition.trace(u);
-            if self.contact[k] == (trace.p <= 0.0) {
-                continue;
-            }
-            // Here the law takes the lesser of u-ψ and γ∂ₙu, and the scheme the greater.
-            let weight = condition.weight * scales[k];
-            for (j, &dof) in condition.dofs.iter().enumerate() {
-                r[dof as usize] -= weight * trace.p.abs() * condition.test(j);
-            }
-        }
-    }
-
     /// 1/(a h_F + (1-a) γ) with the part a of F in contact; 1 for rows that are as they stand.
-    fn scales(&self, scheme: &Scheme) -> Vec<f64> {
+    fn scales(&self, scheme: &Condensed) -> Vec<f64> {
         let mut scales = vec![1.0; self.contact.len()];
-        if !scheme.is_by_faces() {
-            return scales;
-        }
-        for (points, face) in faces(scheme.problem)
-            .into_iter()
-            .zip(&scheme.problem.contact)
-        {
-            let row = scheme.conditions[points.start].row;
-            let height = row.map_or(face.gamma, |row| row.height);
+        for points in faces(&scheme.conditions) {
+            let Condition { gamma, row, .. } = scheme.conditions[points.start];
+            let Some(row) = row else { continue };
+            let weight = |k: &usize| scheme.conditions[*k].weight;
             let contact: f64 = points
                 .clone()
                 .filter(|&k| self.contact[k])
-                .map(|k| scheme.conditions[k].weight / face.measure)
+                .map(|k| weight(&k))
                 .sum();
-            let contact = contact.min(1.0);
-            scales[points].fill(1.0 / (contact * height + (1.0 - contact) * face.gamma));
+            let part = contact / points.clone().map(|k| weight(&k)).sum::<f64>();
+            scales[points].fill(1.0 / (part * row.height + (1.0 - part) * gamma));
         }
         scales
     }
@@ -226,7 +201,7 @@ impl ActiveSet {
 
     /// The mean of P(u) over a group, and what of it is rounding. Where a face has one status h_F
     /// does for γ.
-    fn p(&self, scheme: &Scheme, u: &[f64], group: usize) -> (f64, f64) {
+    fn p(&self, scheme: &Condensed, u: &[f64], group: usize) -> (f64, f64) {
         let (mut p, mut rounding, mut weight) = (0.0, 0.0, 0.0);
         for condition in &scheme.conditions[self.groups[group].clone()] {
             let gamma = match condition.row {
@@ -242,14 +217,14 @@ impl ActiveSet {
     }
 
     /// The parts that neither Γ_D nor a contact of this set holds.
-    fn floating(&self, scheme: &Scheme) -> Vec<u32> {
-        let Some(parts) = &scheme.problem.floating else {
+    fn floating(&self, scheme: &Condensed) -> Vec<u32> {
+        let Some(parts) = &scheme.floating else {
             return Vec::new();
         };
         let mut floating: Vec<u32> = parts.iter().flatten().copied().collect();
         floating.sort_unstable();
         floating.dedup();
-        let conditions = self.contact.iter().zip(&*scheme.conditions);
+        let conditions = self.contact.iter().zip(&scheme.conditions);
         for (_, condition) in conditions.filter(|(contact, _)| **contact) {
             if let Some(part) = part_of(scheme, condition) {
                 floating.retain(|p| *p != part);
@@ -260,17 +235,20 @@ impl ActiveSet {
 }
 
 /// The floating part of the domain that a condition belongs to.
-fn part_of(scheme: &Scheme, condition: &Condition) -> Option<u32> {
-    scheme.problem.floating.as_ref()?[condition.dofs[0] as usize]
+fn part_of(scheme: &Condensed, condition: &Condition) -> Option<u32> {
+    scheme.floating.as_ref()?[condition.dofs[0] as usize]
 }
 
-/// The conditions of each contact face, where they are its points.
-fn faces(problem: &Problem) -> Vec<Range<usize>> {
-    let points = problem.contact.iter().scan(0, |end, face| {
-        *end += face.points.len();
-        Some(*end - face.points.len()..*end)
-    });
-    points.collect()
+/// The conditions that share a row, one after the other.
+fn faces(conditions: &[Condition]) -> Vec<Range<usize>> {
+    let mut faces = Vec::new();
+    let mut start = 0;
+    while let Some(condition) = conditions.get(start) {
+        let end = start + condition.row.map_or(1, |row| row.points);
+        faces.push(start..end);
+        start = end;
+    }
+    faces
 }
 
 #[cfg(test)]

@@ -1,215 +1,420 @@
-//! The Newton matrix is the stiffness A plus terms on the dofs K of the contact cells only,
-//! or wherever else a method's contact conditions reach.
-//! A is symmetric positive definite and factored once, K eliminated last; with S the Schur
-//! complement of A on K and N the contact terms, each step is a small dense system:
+//! The scheme condensed onto the dofs K that its contact conditions see.
+//!
+//! Only the conditions are nonlinear. The other rows say A_II u_I + A_IK u_K = b_I, which is solved
+//! once for all u_K; what is left is a scheme of the same form on K,
 //!
 //! ```text
-//! (A + E N Eᵀ) δ = r  ⇔  (S + N) δ_K = S (A⁻¹ r)_K,  δ = A⁻¹ (r - E N δ_K)
+//! S u_K - Σ_k w_k q_k g_k + Σ_k w_k max(g_k-ψ_k, γ_k q_k) (θ₂γ_k⁻¹ g_k + θ₁ q_k') = g,
+//! S = A_KK - A_KI A_II⁻¹ A_IK,   g = b_K - A_KI A_II⁻¹ b_I
 //! ```
+//!
+//! whose steps cost nothing that grows with the number of cells. u_I follows at the end.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 
 use super::Problem;
 use super::conditions::Condition;
+use super::scheme::{Scheme, clear_rows};
 use crate::error::{Error, Result};
-use crate::linear::{Cholesky, Dense, DenseLu, gmres, nested_dissection};
+use crate::linear::{
+    Choice, Dense, DenseLu, Elements, Factor, LowRank, Reduced, Role, Settings, condense,
+};
 
-pub(super) struct Condensed {
-    /// A on the free dofs.
-    factor: Cholesky,
-    /// S, and what was added to A to hold parts that Γ_D does not hold.
+/// Vectors of this scheme hold the free dofs of K, ascending, and then those of K on Γ_D.
+pub(super) struct Condensed<'a> {
+    problem: &'a Problem<'a>,
+    scheme: Scheme<'a>,
+    /// The scheme's conditions with the numbers of K.
+    pub conditions: Vec<Condition>,
+    /// The part of the domain of each of K, where it is one that Γ_D does not hold.
+    pub floating: Option<Vec<Option<u32>>>,
+    pub choice: Choice,
+    factor: Factor,
+    reduced: Reduced,
+    /// S with the shift, and the shift by (row, column, value).
     schur: Dense,
-    shift: Dense,
-    /// Free number of each dof, none on Γ_D.
-    free: Vec<Option<u32>>,
-    /// Number in K of each of its dofs.
-    kept: Vec<Option<u32>>,
-    /// Free numbers of K, ascending.
-    kept_free: Vec<u32>,
-    /// The last dense factorisation: for an earlier contact set, but a good preconditioner.
-    stale: RefCell<Option<DenseLu>>,
+    shift: Vec<(u32, u32, f64)>,
+    /// g
+    load: Vec<f64>,
+    /// Dofs of K on Γ_D.
+    fixed: Vec<u32>,
+    roles: Vec<Role>,
+    /// The last dense factorisation, and the laws that it is for.
+    stale: RefCell<Option<(DenseLu, Vec<Weights>)>>,
 }
 
-impl Condensed {
-    pub fn new(problem: &Problem) -> Result<Self> {
-        let space = &problem.space;
-        let mut free = vec![None; space.dofs];
-        let mut points = Vec::with_capacity(space.dofs);
-        for (dof, g) in problem.dirichlet.iter().enumerate() {
-            if g.is_none() {
-                free[dof] = Some(points.len() as u32);
-                points.push(space.points[dof]);
-            }
-        }
-        if points.is_empty() {
-            return Err(Error::Solver {
-                what: "Γ_D holds every dof, so there is nothing to solve".into(),
-                remedy: "refine the mesh".into(),
-            });
-        }
-        let mut last = vec![false; points.len()];
-        for face in &problem.contact {
-            for &dof in space.cell_dofs(face.cell) {
-                if let Some(k) = free[dof as usize] {
-                    last[k as usize] = true;
-                }
-            }
-        }
-        for &dof in problem.conditions.iter().flat_map(|c| &c.dofs) {
-            if let Some(k) = free[dof as usize] {
-                last[k as usize] = true;
-            }
-        }
-        let kept_free: Vec<u32> = (0..last.len() as u32)
-            .filter(|&k| last[k as usize])
-            .collect();
-        let mut kept = vec![None; space.dofs];
-        for (dof, k) in free.iter().enumerate() {
-            if let Some(k) = k
-                && last[*k as usize]
-            {
-                let position = kept_free.partition_point(|f| f < k);
-                kept[dof] = Some(position as u32);
-            }
-        }
+/// What the law u-ψ + [P]₊ of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
+pub(super) type Weights = [f64; 2];
 
-        let mut matrix = problem.stiffness.block(&free, points.len());
-        let mut shift = Dense::zeros(kept_free.len());
-        if !held_by_dirichlet(problem) {
+/// The stiffness by cells, and where Γ_D does not hold all of the domain the mass of Γ_C on top,
+/// so that the matrix is definite.
+struct Cells<'a> {
+    problem: &'a Problem<'a>,
+    shift: BTreeMap<usize, Vec<f64>>,
+}
+
+impl Elements for Cells<'_> {
+    fn unknowns(&self) -> usize {
+        self.problem.space.dofs
+    }
+
+    fn count(&self) -> usize {
+        self.problem.space.mesh.cell_count()
+    }
+
+    fn size(&self) -> usize {
+        self.problem.space.local_dofs
+    }
+
+    fn of(&self, cell: usize) -> &[u32] {
+        self.problem.space.cell_dofs(cell)
+    }
+
+    fn centre(&self, cell: usize) -> [f64; 3] {
+        let mesh = self.problem.space.mesh;
+        let vertices = mesh.vertices(cell);
+        std::array::from_fn(|k| vertices.iter().map(|x| x[k]).sum::<f64>() / (mesh.dim + 1) as f64)
+    }
+
+    fn matrix(&self, cell: usize, matrix: &mut [f64]) {
+        self.problem.stiffness.cell_matrix(cell, matrix);
+        if let Some(shift) = self.shift.get(&cell) {
+            for (value, shift) in matrix.iter_mut().zip(shift) {
+                *value += shift;
+            }
+        }
+    }
+}
+
+impl<'a> Cells<'a> {
+    fn new(problem: &'a Problem<'a>) -> Self {
+        let mut shift = BTreeMap::new();
+        if problem.floating.is_some() {
+            let local = problem.space.local_dofs;
             for face in &problem.contact {
-                let dofs = space.cell_dofs(face.cell);
+                let mass = shift.entry(face.cell).or_insert(vec![0.0; local * local]);
                 for point in &face.points {
                     let weight = point.weight / face.measure;
-                    for (i, &dof_i) in dofs.iter().enumerate() {
-                        for (j, &dof_j) in dofs.iter().enumerate() {
-                            let value = weight * point.phi[i] * point.phi[j];
-                            let (di, dj) = (dof_i as usize, dof_j as usize);
-                            if let (Some(p), Some(q)) = (free[di], free[dj])
-                                && j <= i
-                            {
-                                matrix.add(p.max(q) as usize, p.min(q) as usize, value);
-                            }
-                            if let (Some(p), Some(q)) = (kept[di], kept[dj]) {
-                                shift.add(p as usize, q as usize, value);
-                            }
+                    for i in 0..local {
+                        for j in 0..local {
+                            mass[i * local + j] += weight * point.phi[i] * point.phi[j];
                         }
                     }
                 }
             }
         }
-        let order = nested_dissection(&points, &matrix.graph(), &last);
-        let factor = Cholesky::factor(&matrix, &order)?;
-        let schur = factor.schur_complement(kept_free.len());
+        Cells { problem, shift }
+    }
+}
+
+impl<'a> Condensed<'a> {
+    /// # Errors
+    /// Nothing to solve for; a stiffness that is not positive definite; memory that is not there.
+    pub fn new(scheme: Scheme<'a>, settings: Settings) -> Result<Self> {
+        let problem = scheme.problem;
+        let space = &problem.space;
+        let mut roles: Vec<Role> = problem
+            .dirichlet
+            .iter()
+            .map(|g| g.map_or(Role::Eliminated, |_| Role::Fixed))
+            .collect();
+        if !roles.contains(&Role::Eliminated) {
+            return Err(Error::Solver {
+                what: "Γ_D holds every dof, so there is nothing to solve".into(),
+                remedy: "refine the mesh".into(),
+            });
+        }
+        let mut seen: Vec<u32> = problem
+            .contact
+            .iter()
+            .flat_map(|face| space.cell_dofs(face.cell))
+            .chain(problem.conditions.iter().flat_map(|c| &c.dofs))
+            .copied()
+            .collect();
+        seen.sort_unstable();
+        seen.dedup();
+        let (fixed, kept): (Vec<u32>, Vec<u32>) = seen
+            .iter()
+            .partition(|&&dof| roles[dof as usize] == Role::Fixed);
+        for &dof in &kept {
+            roles[dof as usize] = Role::Kept;
+        }
+        let number = |dof: u32| match kept.binary_search(&dof) {
+            Ok(k) => k as u32,
+            Err(_) => (kept.len() + fixed.partition_point(|other| *other < dof)) as u32,
+        };
+        let conditions = scheme
+            .conditions
+            .iter()
+            .map(|condition| condition.with_dofs(number))
+            .collect();
+        let floating = problem.floating.as_ref().map(|floating| {
+            let dofs = kept.iter().chain(&fixed);
+            dofs.map(|&dof| floating[dof as usize]).collect()
+        });
+
+        let cells = Cells::new(problem);
+        let mut shift = Vec::new();
+        for (&cell, matrix) in &cells.shift {
+            let dofs = space.cell_dofs(cell);
+            for (&i, row) in dofs.iter().zip(matrix.chunks_exact(dofs.len())) {
+                for (&j, value) in dofs.iter().zip(row) {
+                    let free = |dof: u32| roles[dof as usize] == Role::Kept;
+                    if free(i) && free(j) {
+                        shift.push((number(i), number(j), *value));
+                    }
+                }
+            }
+        }
+        let b = right_side(&scheme, &problem.start());
+        let (factor, reduced, schur, choice) = condense(&cells, &roles, &b, settings)?;
         Ok(Condensed {
+            problem,
+            scheme,
+            conditions,
+            floating,
+            choice,
+            load: reduced.kept().to_vec(),
             factor,
+            reduced,
             schur,
             shift,
-            free,
-            kept,
-            kept_free,
+            fixed,
+            roles,
             stale: RefCell::new(None),
         })
     }
 
-    /// The contact terms of the matrix on K, where the law `u-ψ + [P]₊` is replaced by
-    /// α (u-ψ) + β γ ∂ₙu with (α, β) chosen for each condition.
-    pub fn contact_matrix(
-        &self,
-        conditions: &[Condition],
-        mut choose: impl FnMut(&Condition) -> [f64; 2],
-    ) -> Dense {
-        let mut terms = Dense::zeros(self.kept_free.len());
-        for condition in conditions {
-            let [alpha, beta] = choose(condition);
-            for (i, &dof_i) in condition.dofs.iter().enumerate() {
-                let Some(p) = self.kept[dof_i as usize] else {
-                    continue;
-                };
-                let (phi, test) = (condition.flux_test(i), condition.test(i));
-                for (j, &dof_j) in condition.dofs.iter().enumerate() {
-                    let Some(q) = self.kept[dof_j as usize] else {
-                        continue;
-                    };
-                    let flux = condition.flux[j];
-                    let law = alpha * condition.displacement[j] + beta * condition.gamma * flux;
-                    let value = law * test - flux * phi;
-                    terms.add(p as usize, q as usize, condition.weight * value);
-                }
-            }
-        }
-        terms.minus(&self.shift)
+    /// u on K: 0 but for g on Γ_D.
+    pub fn start(&self) -> Vec<f64> {
+        let dirichlet = &self.problem.dirichlet;
+        let fixed = self.fixed.iter();
+        let g = fixed.map(|&dof| dirichlet[dof as usize].unwrap_or(0.0));
+        std::iter::repeat_n(0.0, self.load.len()).chain(g).collect()
     }
 
-    /// δ with (A + E N Eᵀ) δ = -R on the free dofs and 0 on Γ_D; all dofs.
+    /// The residual of the scheme on the free dofs of K, 0 on the others.
+    pub fn residual(&self, u: &[f64]) -> Vec<f64> {
+        self.residual_with(u, |_, condition, r| condition.add_to(u, r))
+    }
+
+    /// The same of the linear scheme with these laws.
+    pub fn linear_residual(&self, laws: &[Weights], u: &[f64]) -> Vec<f64> {
+        self.residual_with(u, |k, condition, r| condition.add_law_to(laws[k], u, r))
+    }
+
+    fn residual_with(&self, u: &[f64], add: impl Fn(usize, &Condition, &mut [f64])) -> Vec<f64> {
+        let mut r = self.times(u);
+        for (r, g) in r.iter_mut().zip(&self.load) {
+            *r -= g;
+        }
+        r.resize(u.len(), 0.0);
+        clear_rows(&self.conditions, &mut r);
+        for (k, condition) in self.conditions.iter().enumerate() {
+            add(k, condition, &mut r);
+        }
+        r[self.load.len()..].fill(0.0);
+        r
+    }
+
+    /// S u of the free dofs, without the shift.
+    fn times(&self, u: &[f64]) -> Vec<f64> {
+        let mut y = self.schur.times(&u[..self.load.len()]);
+        for &(i, j, value) in &self.shift {
+            y[i as usize] -= value * u[j as usize];
+        }
+        y
+    }
+
+    /// What residuals are relative to: ‖S‖ in the maximum norm, and max |g|.
+    pub fn scale(&self) -> [f64; 2] {
+        let load = self.load.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
+        [self.schur.norm(), load]
+    }
+
+    /// ‖∇v‖_h of the v that is δ on K, 0 on Γ_D, and solves the rows of all other dofs without
+    /// load; with the shift added that holds what Γ_D does not.
+    pub fn norm(&self, delta: &[f64]) -> f64 {
+        let delta = &delta[..self.load.len()];
+        // Squares of what is not near 1 would overflow, or vanish.
+        let unit = delta.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        if unit == 0.0 || !unit.is_finite() {
+            return unit;
+        }
+        let scaled: Vec<f64> = delta.iter().map(|d| d / unit).collect();
+        let products = self.schur.times(&scaled);
+        unit * dot(&products, &scaled).max(0.0).sqrt()
+    }
+
+    /// The same norm of u less what it is where the iteration starts, the load included.
+    pub fn size(&self, u: &[f64]) -> f64 {
+        self.reduced.energy().max(0.0).sqrt().hypot(self.norm(u))
+    }
+
+    /// δ on K with (S + N) δ = -r, where N is of the conditions with these laws.
     ///
     /// # Errors
     /// A singular matrix.
-    pub fn step(&self, contact: &Dense, residual: &[f64]) -> Result<Vec<f64>> {
-        let mut r = vec![0.0; self.factor.size()];
-        for (value, k) in residual.iter().zip(&self.free) {
-            if let Some(k) = k {
-                r[*k as usize] = -value;
-            }
-        }
-        if !self.kept_free.is_empty() {
-            let mut y = r.clone();
-            self.factor.solve(&mut y);
-            let on_kept: Vec<f64> = self.kept_free.iter().map(|&k| y[k as usize]).collect();
-            let delta = self.solve_kept(contact, &self.schur.times(&on_kept));
-            for (&k, n) in self.kept_free.iter().zip(contact.times(&delta)) {
-                r[k as usize] -= n;
-            }
-        }
-        self.factor.solve(&mut r);
-        if let Some(k) = r.iter().position(|d| !d.is_finite()) {
+    pub fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+        let minus: Vec<f64> = r[..self.load.len()].iter().map(|r| -r).collect();
+        let mut delta = self.solve_kept(laws, &minus);
+        if let Some(k) = delta.iter().position(|d| !d.is_finite()) {
             return Err(Error::Solver {
                 what: format!(
-                    "the Newton matrix is singular (free dof {k} of the step is {})",
-                    r[k]
+                    "the Newton matrix is singular (contact dof {k} of the step is {})",
+                    delta[k]
                 ),
                 remedy: "check gamma0, the data, and what holds the domain".into(),
             });
         }
-        Ok(self
-            .free
-            .iter()
-            .map(|k| k.map_or(0.0, |k| r[k as usize]))
-            .collect())
+        delta.resize(r.len(), 0.0);
+        Ok(delta)
     }
 
-    /// (S + N) δ_K = b: from step to step few faces change their status, so that the factorisation
-    /// of an earlier step and some steps of GMRES do what a new factorisation would.
-    fn solve_kept(&self, contact: &Dense, b: &[f64]) -> Vec<f64> {
+    /// From step to step few conditions change their law, so that an earlier factorisation and a
+    /// correction of low rank do what a new one would.
+    fn solve_kept(&self, laws: &[Weights], b: &[f64]) -> Vec<f64> {
+        if b.is_empty() {
+            return Vec::new();
+        }
         let mut stale = self.stale.borrow_mut();
-        if let Some(lu) = stale.as_ref().filter(|_| b.len() > SMALL) {
-            let apply = |x: &[f64]| -> Vec<f64> {
-                let mut y = self.schur.times(x);
-                for (y, n) in y.iter_mut().zip(contact.times(x)) {
-                    *y += n;
+        let mut change = LowRank::default();
+        if let Some((_, old)) = stale.as_ref() {
+            change = self.change(old, laws);
+        }
+        if stale.is_none() || change.rank() * REFACTOR > b.len() {
+            change = LowRank::default();
+            *stale = Some((self.matrix(laws).lu(), laws.to_vec()));
+        }
+        let Some((lu, _)) = stale.as_ref() else {
+            return Vec::new();
+        };
+        let solve = lu.changed(&change, b.len());
+        let mut delta = solve(b);
+        // One step of refinement takes away what the correction, or small pivots, left.
+        let mut rest = self.times(&delta);
+        rest.resize(delta.len() + self.fixed.len(), 0.0);
+        let mut whole = delta.clone();
+        whole.resize(rest.len(), 0.0);
+        for (condition, law) in self.conditions.iter().zip(laws) {
+            condition.add_linear_to(*law, &whole, &mut rest);
+        }
+        let rest: Vec<f64> = b.iter().zip(&rest).map(|(b, r)| b - r).collect();
+        for (delta, correction) in delta.iter_mut().zip(solve(&rest)) {
+            *delta += correction;
+        }
+        delta
+    }
+
+    /// S + N
+    fn matrix(&self, laws: &[Weights]) -> Dense {
+        let mut matrix = self.schur.clone();
+        let free = self.load.len() as u32;
+        for &(i, j, value) in &self.shift {
+            matrix.add(i as usize, j as usize, -value);
+        }
+        for (condition, law) in self.conditions.iter().zip(laws) {
+            condition.for_each_entry(*law, |i, j, value| {
+                if i < free && j < free {
+                    matrix.add(i as usize, j as usize, value);
                 }
-                y
-            };
-            let found = gmres(apply, |x| lu.solve(x), b, 1e-14, b.len() / 40);
-            if let Some(delta) = found {
-                return delta;
+            });
+        }
+        matrix
+    }
+
+    /// N of `new` less N of `old`: conditions with the same test functional share a term.
+    fn change(&self, old: &[Weights], new: &[Weights]) -> LowRank {
+        let free = self.load.len() as u32;
+        let only_free = |row: Vec<(u32, f64)>| -> Vec<(u32, f64)> {
+            row.into_iter().filter(|(k, _)| *k < free).collect()
+        };
+        let mut change = LowRank::default();
+        let mut last: Option<(Vec<(u32, f64)>, Vec<(u32, f64)>)> = None;
+        for ((condition, old), new) in self.conditions.iter().zip(old).zip(new) {
+            if old == new {
+                continue;
+            }
+            let test = only_free(condition.test_row());
+            let row = only_free(condition.law_row([new[0] - old[0], new[1] - old[1]]));
+            match &mut last {
+                Some((left, right)) if *left == test && same_places(right, &row) => {
+                    for (sum, (_, value)) in right.iter_mut().zip(row) {
+                        sum.1 += value;
+                    }
+                }
+                _ => {
+                    if let Some((left, right)) = last.replace((test, row)) {
+                        change.push(left, right);
+                    }
+                }
             }
         }
-        stale.insert(self.schur.plus(contact).lu()).solve(b)
+        if let Some((left, right)) = last {
+            change.push(left, right);
+        }
+        change
+    }
+
+    /// u at all dofs from u on K.
+    pub fn complete(&self, on_kept: &[f64]) -> Vec<f64> {
+        let mut u = self.problem.start();
+        let kept = &on_kept[..self.load.len()];
+        self.factor.expand(&self.reduced, kept, &mut u);
+        u
+    }
+
+    /// A step of Newton at all dofs from u, with these laws: what is left of u by rounding, or by
+    /// a factor in f32, goes down with it.
+    ///
+    /// max |δ| over max |u|.
+    ///
+    /// # Errors
+    /// A singular matrix.
+    pub fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
+        let mut r = self.scheme.linear_residual(laws, u);
+        for (r, role) in r.iter_mut().zip(&self.roles) {
+            *r = if *role == Role::Fixed { 0.0 } else { -*r };
+        }
+        let reduced = self.factor.reduce(&r);
+        let mut on_kept: Vec<f64> = reduced.kept().iter().map(|g| -g).collect();
+        on_kept.resize(self.load.len() + self.fixed.len(), 0.0);
+        let delta = self.step(laws, &on_kept)?;
+        let mut step = vec![0.0; u.len()];
+        self.factor
+            .expand(&reduced, &delta[..self.load.len()], &mut step);
+        let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        for (u, d) in u.iter_mut().zip(&step) {
+            *u += d;
+        }
+        let size = largest(u);
+        Ok(if size > 0.0 {
+            largest(&step) / size
+        } else {
+            0.0
+        })
     }
 }
 
-/// Below this a new factorisation costs less than the search for a way around it.
-const SMALL: usize = 400;
+/// A new factorisation costs less than a correction of more than this part of the rank.
+const REFACTOR: usize = 5;
 
-/// Does every connected part touch Γ_D, so that the stiffness alone is definite?
-fn held_by_dirichlet(problem: &Problem) -> bool {
-    let mesh = problem.space.mesh;
-    let (part_of, count) = mesh.components();
-    let mut held = vec![false; count];
-    for (face, part) in problem.parts.iter().enumerate() {
-        if *part == Some(crate::scene::Part::Dirichlet) {
-            held[part_of[mesh.face_cells(face)[0] as usize] as usize] = true;
+/// L(φ_i) - (∇u, ∇φ_i), all dofs.
+fn right_side(scheme: &Scheme, u: &[f64]) -> Vec<f64> {
+    let mut b = scheme.load.to_vec();
+    if u.iter().any(|u| *u != 0.0) {
+        for (b, r) in b.iter_mut().zip(scheme.problem.stiffness.times(u)) {
+            *b -= r;
         }
     }
-    held.iter().all(|h| *h)
+    b
+}
+
+fn same_places(a: &[(u32, f64)], b: &[(u32, f64)]) -> bool {
+    a.iter().map(|a| a.0).eq(b.iter().map(|b| b.0))
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -45,10 +45,9 @@ use std::collections::BTreeMap;
 
 use super::form::{ContactFace, Trace};
 use super::method::{Law, Method};
-use crate::assembly::value_at;
+use crate::assembly::{Stiffness, value_at};
 use crate::element::Space;
 use crate::error::Result;
-use crate::linear::Symmetric;
 use crate::scene::Expression;
 
 /// One k of the form above.
@@ -103,17 +102,76 @@ impl Condition {
         [gap, flux]
     }
 
-    /// r += w (max(g-ψ, γq) (θ₂γ⁻¹ g_j + θ₁ q_j') - q g_j); a row that has it all is nothing but the
-    /// law, since -q only takes away what else there is.
+    /// The same condition where dofs have other numbers.
+    pub(super) fn with_dofs(&self, number: impl Fn(u32) -> u32) -> Condition {
+        Condition {
+            dofs: self.dofs.iter().map(|&dof| number(dof)).collect(),
+            displacement: self.displacement.clone(),
+            flux: self.flux.clone(),
+            ..*self
+        }
+    }
+
+    /// Adds its terms of the scheme at u to a residual.
     pub(super) fn add_to(&self, u: &[f64], r: &mut [f64]) {
-        let mut trace = self.trace(u);
-        let law = trace.gap.max(self.gamma * trace.flux);
-        if self.row.is_some() {
-            trace.flux = 0.0;
-        }
+        let trace = self.trace(u);
+        self.add(trace, trace.gap.max(self.gamma * trace.flux), r);
+    }
+
+    /// Adds its terms of the linear scheme with the law α (u-ψ) + β γ ∂ₙu at u to a residual.
+    pub(super) fn add_law_to(&self, [alpha, beta]: [f64; 2], u: &[f64], r: &mut [f64]) {
+        let trace = self.trace(u);
+        self.add(trace, alpha * trace.gap + beta * self.gamma * trace.flux, r);
+    }
+
+    /// A row that has it all is nothing but the law, since -q only takes away what else there is.
+    fn add(&self, trace: Trace, law: f64, r: &mut [f64]) {
+        let flux = if self.row.is_some() { 0.0 } else { trace.flux };
         for (j, &dof) in self.dofs.iter().enumerate() {
-            r[dof as usize] += self.weight * (law * self.test(j) - trace.flux * self.flux_test(j));
+            r[dof as usize] += self.weight * (law * self.test(j) - flux * self.flux_test(j));
         }
+    }
+
+    /// Adds its terms of that linear scheme at a direction.
+    pub(super) fn add_linear_to(&self, [alpha, beta]: [f64; 2], delta: &[f64], r: &mut [f64]) {
+        let (mut gap, mut flux) = (0.0, 0.0);
+        for (k, &dof) in self.dofs.iter().enumerate() {
+            gap += self.displacement[k] * delta[dof as usize];
+            flux += self.flux[k] * delta[dof as usize];
+        }
+        let law = alpha * gap + beta * self.gamma * flux;
+        for (j, &dof) in self.dofs.iter().enumerate() {
+            r[dof as usize] += self.weight * (law * self.test(j) - flux * self.flux_test(j));
+        }
+    }
+
+    /// The entries of that linear scheme: row, column, value.
+    pub(super) fn for_each_entry(
+        &self,
+        [alpha, beta]: [f64; 2],
+        mut visit: impl FnMut(u32, u32, f64),
+    ) {
+        for (j, &column) in self.dofs.iter().enumerate() {
+            let law = alpha * self.displacement[j] + beta * self.gamma * self.flux[j];
+            for (i, &row) in self.dofs.iter().enumerate() {
+                let value = law * self.test(i) - self.flux[j] * self.flux_test(i);
+                visit(row, column, self.weight * value);
+            }
+        }
+    }
+
+    /// The functional that the law is tested with, by (dof, value).
+    pub(super) fn test_row(&self) -> Vec<(u32, f64)> {
+        let dofs = self.dofs.iter().enumerate();
+        dofs.map(|(j, &dof)| (dof, self.test(j))).collect()
+    }
+
+    /// w (α g + β γ q'), by (dof, value).
+    pub(super) fn law_row(&self, [alpha, beta]: [f64; 2]) -> Vec<(u32, f64)> {
+        let value = |j: usize| alpha * self.displacement[j] + beta * self.gamma * self.flux[j];
+        let dofs = self.dofs.iter().enumerate();
+        dofs.map(|(j, &dof)| (dof, self.weight * value(j)))
+            .collect()
     }
 
     /// What -q is tested with: g(φ_j), j counted in `dofs`.
@@ -143,7 +201,7 @@ pub(super) fn conditions(
     space: &Space,
     contact: &[ContactFace],
     psi: &Expression,
-    stiffness: &Symmetric,
+    stiffness: &Stiffness,
     load: &[f64],
     dirichlet: &[Option<f64>],
 ) -> Result<Vec<Condition>> {
@@ -226,7 +284,7 @@ fn at_dofs(
     contact: &[ContactFace],
     thetas: [i8; 2],
     psi: &Expression,
-    stiffness: &Symmetric,
+    stiffness: &Stiffness,
     load: &[f64],
     dirichlet: &[Option<f64>],
 ) -> Result<Vec<Condition>> {
@@ -246,15 +304,13 @@ fn at_dofs(
                 let terms = face.points.iter().map(|p| p.weight * p.psi);
                 terms.sum::<f64>() / face.measure
             } else {
-                value_at(psi, "psi", space.points[dof as usize])?
+                value_at(psi, "psi", space.point(dof as usize))?
             };
         }
     }
-    stiffness.for_each(|i, j, value| {
-        for (row, column) in [(i, j), (j, i)].into_iter().take(1 + usize::from(i != j)) {
-            if let Some(constraint) = constraints.get_mut(&row) {
-                constraint.row.insert(column, value);
-            }
+    stiffness.for_each(0..space.mesh.cell_count(), |row, column, value| {
+        if let Some(constraint) = constraints.get_mut(&row) {
+            *constraint.row.entry(column).or_default() += value;
         }
     });
     let condition = |(dof, c): (u32, Constraint)| Condition {

@@ -2,10 +2,9 @@
 
 use super::conditions::{Condition, conditions};
 use super::method::{Law, Method};
-use crate::assembly::{self, FacePoints, value_at};
+use crate::assembly::{self, FacePoints, Stiffness, value_at};
 use crate::element::{Basis, MAX_DOFS, Space};
 use crate::error::{Error, Result};
-use crate::linear::Symmetric;
 use crate::mesh::{CellGeometry, Triangulation};
 use crate::quadrature::{self, Rule};
 use crate::scene::{Expression, HRule, Part, Scene};
@@ -19,7 +18,7 @@ pub struct Problem<'a> {
     /// Contact faces, ascending: what is read off a solution on Γ_C.
     pub contact: Vec<ContactFace>,
     /// (∇φ_j, ∇φ_i)_h, all dofs.
-    pub stiffness: Symmetric,
+    pub stiffness: Stiffness<'a>,
     /// The contact condition as the method imposes it.
     pub conditions: Vec<Condition>,
     /// L(φ_i) = (f, φ_i) + <t, φ_i>_N, all dofs.
@@ -131,7 +130,7 @@ impl<'a> Problem<'a> {
                     let dofs: Vec<u32> =
                         space.face_dofs(cell, mesh.local_face(cell, face)).collect();
                     for dof in dofs {
-                        let x = space.points[dof as usize];
+                        let x = space.point(dof as usize);
                         dirichlet[dof as usize] = Some(value_at(&scene.data.g, "g", x)?);
                     }
                 }
@@ -156,7 +155,7 @@ impl<'a> Problem<'a> {
                 face.correct_flux(&space, &load);
             }
         }
-        let stiffness = assembly::stiffness(&space);
+        let stiffness = Stiffness::new(&space);
         let conditions = conditions(
             &method,
             &space,

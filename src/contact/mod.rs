@@ -27,7 +27,7 @@ pub use form::{ContactFace, Problem};
 pub use iteration::{Iteration, Splitting};
 pub use method::{Law, Method};
 pub use quantities::{Quantities, face_fields, quantities};
-pub use solve::{Ended, Solution, Stop, Timings, solve};
+pub use solve::{Ended, Solution, Stop, Timings, solve, solve_by};
 
 #[cfg(test)]
 mod random_tests;

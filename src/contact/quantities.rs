@@ -36,7 +36,7 @@ pub fn quantities(problem: &Problem, u: &[f64]) -> Quantities {
     }
     Quantities {
         grad_norm_sq: problem.stiffness.energy(u),
-        l2_norm: assembly::mass(&problem.space).energy(u).sqrt(),
+        l2_norm: assembly::norm_squared(&problem.space, u).sqrt(),
         contact_flux: flux,
         contact_residual: residual.sqrt(),
         contact_set: contact_set(problem, u),

@@ -41,24 +41,15 @@ impl<'a> Scheme<'a> {
         }
     }
 
-    /// Has each contact face a row of its own, which has the whole law?
-    pub fn is_by_faces(&self) -> bool {
-        self.conditions.first().is_some_and(|c| c.row.is_some())
-    }
-
-    /// The residual of all rows; those of Γ_D are 0.
-    pub fn residual(&self, u: &[f64]) -> Vec<f64> {
+    /// The residual of all rows with these laws, see [`Condition::add_law_to`]; those of Γ_D are 0.
+    pub fn linear_residual(&self, laws: &[[f64; 2]], u: &[f64]) -> Vec<f64> {
         let mut r = self.problem.stiffness.times(u);
         for (r, b) in r.iter_mut().zip(&*self.load) {
             *r -= b;
         }
-        for condition in &*self.conditions {
-            if let Some(row) = condition.row {
-                r[condition.dofs[row.local] as usize] = 0.0;
-            }
-        }
-        for condition in &*self.conditions {
-            condition.add_to(u, &mut r);
+        clear_rows(&self.conditions, &mut r);
+        for (condition, law) in self.conditions.iter().zip(laws) {
+            condition.add_law_to(*law, u, &mut r);
         }
         for (r, g) in r.iter_mut().zip(&self.problem.dirichlet) {
             if g.is_some() {
@@ -66,6 +57,15 @@ impl<'a> Scheme<'a> {
             }
         }
         r
+    }
+}
+
+/// Rows that have the whole law of a face have nothing else, but for rounding.
+pub(super) fn clear_rows(conditions: &[Condition], r: &mut [f64]) {
+    for condition in conditions {
+        if let Some(row) = condition.row {
+            r[condition.dofs[row.local] as usize] = 0.0;
+        }
     }
 }
 

@@ -5,12 +5,11 @@ use std::time::Instant;
 
 use super::Problem;
 use super::active_set::{ActiveSet, Per};
-use super::condensed::Condensed;
+use super::condensed::{Condensed, Weights};
 use super::iteration::Iteration;
 use super::scheme::Scheme;
-use crate::assembly;
 use crate::error::{Error, Result};
-use crate::linear::Symmetric;
+use crate::linear::{Choice, Precision, Settings};
 
 /// When to stop: the relative broken H¹ norm of the increment, as in section 6; or where rounding
 /// leaves nothing to gain.
@@ -51,6 +50,8 @@ pub enum Ended {
 pub struct Timings {
     pub factor: f64,
     pub iterate: f64,
+    /// From u on the contact cells to u everywhere.
+    pub expand: f64,
 }
 
 /// What an iteration ended with.
@@ -71,6 +72,8 @@ pub struct Solution {
     /// Did it end by increment or rounding?
     pub converged: bool,
     pub seconds: Timings,
+    /// What solved the linear systems.
+    pub linear: Choice,
 }
 
 /// Solves (3.1). `progress` is told each step and its relative increment, and may end the run.
@@ -83,6 +86,20 @@ pub fn solve(
     problem: &Problem,
     iteration: Iteration,
     stop: Stop,
+    progress: impl FnMut(usize, f64) -> Result<()>,
+) -> Result<Solution> {
+    solve_by(problem, iteration, stop, Settings::default(), progress)
+}
+
+/// [`solve`] with a linear solver of one's choice.
+///
+/// # Errors
+/// Those of [`solve`]; more memory needed than there is.
+pub fn solve_by(
+    problem: &Problem,
+    iteration: Iteration,
+    stop: Stop,
+    settings: Settings,
     mut progress: impl FnMut(usize, f64) -> Result<()>,
 ) -> Result<Solution> {
     if iteration != Iteration::Newton && !problem.method.is_nitsche() {
@@ -95,51 +112,47 @@ pub fn solve(
         ));
     }
     let clock = Instant::now();
-    let mass = assembly::mass(&problem.space);
-    let condensed = Condensed::new(problem)?;
-    let scale = Scale::new(problem);
-    let factor = clock.elapsed().as_secs_f64();
-    let clock = Instant::now();
-
     let is_newton = iteration == Iteration::Newton;
-    let scheme = if is_newton {
+    let rows = if is_newton {
         Scheme::new(problem)
     } else {
         Scheme::as_it_stands(problem)
     };
-    let mut per = if scheme.is_by_faces() {
+    let scheme = Condensed::new(rows, settings)?;
+    let scale = Scale::new(&scheme);
+    let factor = clock.elapsed().as_secs_f64();
+    let clock = Instant::now();
+
+    let mut per = if scheme.conditions.iter().any(|c| c.row.is_some()) {
         Per::Face
     } else {
         Per::Condition
     };
-    let mut u = problem.start();
-    let mut r = scheme.residual(&u);
+    let mut u = scheme.start();
     let mut set = ActiveSet::new(&scheme, &u, per);
-    set.scale_rows(&scheme, &mut r);
     let (mut increments, mut changes, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
     let mut best = (f64::INFINITY, 0, Vec::new());
-    let mut matrix = None;
+    let mut laws: Vec<Weights> = Vec::new();
     let mut ended = Ended::NotReached;
     while ended == Ended::NotReached && increments.len() < stop.max_iterations {
-        if is_newton {
-            set.linear_residual(&scheme, &u, &mut r);
+        if laws.is_empty() || !iteration.is_constant() {
+            laws = set.laws(&scheme, iteration);
         }
-        if matrix.is_none() || !iteration.is_constant() {
-            let mut laws = set.laws(&scheme, iteration).into_iter();
-            let choose = |_: &_| laws.next().unwrap_or_default();
-            matrix = Some(condensed.contact_matrix(&scheme.conditions, choose));
-        }
-        let Some(contact) = &matrix else { break };
-        let mut step = condensed.step(contact, &r)?;
+        let r = if is_newton {
+            scheme.linear_residual(&laws, &u)
+        } else {
+            scheme.residual(&u)
+        };
+        let mut step = scheme.step(&laws, &r)?;
         step.iter_mut().for_each(|d| *d *= iteration.relaxation());
         let next: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + d).collect();
-        let increment = relative_increment(problem, &mass, &step, &next);
+        let increment = relative_increment(&scheme, &step, &next);
         if let Some(residual) = residuals.last().filter(|r| **r < best.0) {
             best = (*residual, increments.len(), u);
         }
         u = next;
         // A small increment says nothing of violations that were left standing.
-        let arrived = increment < stop.increment && !set.is_partial();
+        let mut arrived = increment < stop.increment && !set.is_partial();
         let mut changed = if is_newton {
             set.pivot(&scheme, &u)
         } else {
@@ -149,8 +162,9 @@ pub fn solve(
             per = Per::Condition;
             let by_face = std::mem::replace(&mut set, ActiveSet::new(&scheme, &u, per));
             changed = set.differs(&by_face);
+            arrived &= changed == 0;
         }
-        r = scheme.residual(&u);
+        let mut r = scheme.residual(&u);
         set.scale_rows(&scheme, &mut r);
         let before = residuals.last().copied();
         let residual = scale.relative(&scheme, &set, &u, &r);
@@ -168,9 +182,15 @@ pub fn solve(
         }
     }
     let mut step = increments.len();
-    let converged = ended != Ended::NotReached;
+    let mut converged = ended != Ended::NotReached;
     if !converged && !residuals.last().is_some_and(|r| *r <= best.0) && !best.2.is_empty() {
         (_, step, u) = best;
+    }
+    let iterate = clock.elapsed().as_secs_f64();
+    let clock = Instant::now();
+    let mut u = scheme.complete(&u);
+    if scheme.choice.precision == Precision::F32Refined && converged {
+        converged = refine(&scheme, &set, &mut u)?;
     }
     Ok(Solution {
         u,
@@ -182,42 +202,56 @@ pub fn solve(
         converged,
         seconds: Timings {
             factor,
-            iterate: clock.elapsed().as_secs_f64(),
+            iterate,
+            expand: clock.elapsed().as_secs_f64(),
         },
+        linear: scheme.choice,
     })
+}
+
+/// Most steps of refinement: each brings three digits or more where a factor in f32 has any.
+const REFINEMENTS: usize = 12;
+
+/// Steps at all dofs until they are at rounding; whether they came there.
+fn refine(scheme: &Condensed, set: &ActiveSet, u: &mut [f64]) -> Result<bool> {
+    let laws = set.laws(scheme, Iteration::Newton);
+    let mut last = f64::INFINITY;
+    for step in 0..REFINEMENTS {
+        let size = scheme.refine(&laws, u)?;
+        tracing::debug!(step, size, "refinement");
+        if size <= ROUNDING || (size < 1e-10 && size > 0.5 * last) {
+            return Ok(true);
+        }
+        last = size;
+    }
+    Ok(false)
 }
 
 /// What residuals are relative to.
 struct Scale {
-    /// ‖A‖ in the maximum norm, max |L|.
+    /// ‖S‖ in the maximum norm, max |g|.
     stiffness: f64,
     load: f64,
 }
 
 impl Scale {
-    fn new(problem: &Problem) -> Self {
-        let rows = problem.stiffness.sizes(&vec![1.0; problem.space.dofs]);
-        Scale {
-            stiffness: largest(&rows),
-            load: largest(&problem.load),
-        }
+    fn new(scheme: &Condensed) -> Self {
+        let [stiffness, load] = scheme.scale();
+        Scale { stiffness, load }
     }
 
-    /// max |R_i| over ‖A‖ max |u|, max |L| and the largest contact term; 0 where all vanish. Rows
+    /// max |R_i| over ‖S‖ max |u|, max |g| and the largest contact term; 0 where all vanish. Rows
     /// are scaled as `set` has them.
-    fn relative(&self, scheme: &Scheme, set: &ActiveSet, u: &[f64], r: &[f64]) -> f64 {
+    fn relative(&self, scheme: &Condensed, set: &ActiveSet, u: &[f64], r: &[f64]) -> f64 {
         let size = largest(r);
         if size == 0.0 {
             return 0.0;
         }
         let mut terms = self.stiffness * largest(u) + self.load;
-        for (condition, law) in scheme
-            .conditions
-            .iter()
-            .zip(set.laws(scheme, Iteration::Newton))
-        {
+        let laws = set.laws(scheme, Iteration::Newton);
+        for (condition, [alpha, beta]) in scheme.conditions.iter().zip(laws) {
             let [gap, flux] = condition.sizes(u);
-            let law = law[0] * gap + law[1] * condition.gamma * flux;
+            let law = alpha * gap + beta * condition.gamma * flux;
             for j in 0..condition.dofs.len() {
                 let (test, g) = (condition.test(j), condition.flux_test(j));
                 terms = terms.max(condition.weight * (law * test.abs() + flux * g.abs()));
@@ -237,20 +271,11 @@ fn largest(v: &[f64]) -> f64 {
     )
 }
 
-/// ‖δ‖_{1,h} / ‖u‖_{1,h} with ‖v‖²_{1,h} = ‖∇v‖²_h + ‖v‖²; 0 where both vanish.
-fn relative_increment(problem: &Problem, mass: &Symmetric, step: &[f64], u: &[f64]) -> f64 {
-    let norm = |v: &[f64]| (problem.stiffness.energy(v) + mass.energy(v)).sqrt();
-    // Squares of what is not near 1 would overflow, or vanish.
-    let norm = |v: &[f64]| {
-        let unit = largest(v);
-        if unit == 0.0 || (1e-100..1e100).contains(&unit) {
-            return norm(v);
-        }
-        unit * norm(&v.iter().map(|x| x / unit).collect::<Vec<_>>())
-    };
-    let increment = norm(step);
+/// The energy norm of δ, in the norm of u; 0 where both vanish.
+fn relative_increment(scheme: &Condensed, step: &[f64], u: &[f64]) -> f64 {
+    let increment = scheme.norm(step);
     if increment == 0.0 {
         return 0.0;
     }
-    increment / norm(u)
+    increment / scheme.size(u)
 }

@@ -1,79 +1,85 @@
 //! A finite element space: an element's dofs numbered on a mesh.
 
-use super::{Element, MAX_DOFS};
+use std::sync::Arc;
+
+use super::{DofEntities, Element, MAX_DOFS};
 use crate::mesh::{CellGeometry, Triangulation, local_edges};
 use nalgebra::Vector3;
 
-/// V_h before boundary conditions.
+/// V_h before boundary conditions. Copies share the numbering.
+#[derive(Clone)]
 pub struct Space<'a> {
     pub mesh: &'a Triangulation,
     pub element: &'static dyn Element,
-    /// Dofs of the cells, `local_dofs` each: vertices, then edges, then faces.
-    cell_dofs: Vec<u32>,
+    numbering: Numbering<'a>,
     /// Dofs on one cell.
     pub local_dofs: usize,
     /// Number of dofs.
     pub dofs: usize,
-    /// Where each dof is the value of the function.
-    pub points: Vec<[f64; 3]>,
     /// Barycentric coordinates of the local nodes.
     pub nodes: Vec<[f64; 4]>,
 }
 
+/// Dofs of the cells, `local_dofs` each: vertices, then edges, then faces.
+#[derive(Clone)]
+enum Numbering<'a> {
+    /// The mesh's own.
+    Mesh(&'a [u32]),
+    /// Vertices and edges, and the vertices of each edge.
+    Own(Arc<[u32]>, Arc<[[u32; 2]]>),
+}
+
 impl<'a> Space<'a> {
     pub fn new(mesh: &'a Triangulation, element: &'static dyn Element) -> Self {
-        let dim = mesh.dim;
         let on = element.on();
-        let nodes = nodes(element, dim);
-        let local_dofs = nodes.len();
-        let (edges, cell_edges) = if on.edges {
-            mesh.edges()
-        } else {
-            (Vec::new(), Vec::new())
+        let nodes = nodes(element, mesh.dim);
+        let (numbering, dofs) = match (on.vertices, on.edges, on.faces) {
+            (true, false, false) => (Numbering::Mesh(mesh.all_cells()), mesh.points.len()),
+            (false, false, true) => (Numbering::Mesh(mesh.all_cell_faces()), mesh.face_count()),
+            _ => number(mesh, on),
         };
-        let per_cell = local_edges(dim).len();
-        let first_edge = if on.vertices { mesh.points.len() } else { 0 };
-        let first_face = first_edge + edges.len();
-        let dofs = first_face + if on.faces { mesh.face_count() } else { 0 };
-        let mut cell_dofs = Vec::with_capacity(local_dofs * mesh.cell_count());
-        for cell in 0..mesh.cell_count() {
-            if on.vertices {
-                cell_dofs.extend_from_slice(mesh.cell(cell));
-            }
-            if on.edges {
-                let numbers = &cell_edges[per_cell * cell..per_cell * (cell + 1)];
-                cell_dofs.extend(numbers.iter().map(|&e| e + first_edge as u32));
-            }
-            if on.faces {
-                let numbers = mesh.cell_faces(cell).iter();
-                cell_dofs.extend(numbers.map(|&f| f + first_face as u32));
-            }
-        }
-        let mut points = Vec::with_capacity(dofs);
-        if on.vertices {
-            points.extend_from_slice(&mesh.points);
-        }
-        for &[a, b] in &edges {
-            let (p, q) = (mesh.points[a as usize], mesh.points[b as usize]);
-            points.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
-        }
-        if on.faces {
-            points.extend((0..mesh.face_count()).map(|f| mesh.face_midpoint(f)));
-        }
         Space {
             mesh,
             element,
-            cell_dofs,
-            local_dofs,
+            numbering,
+            local_dofs: nodes.len(),
             dofs,
-            points,
             nodes,
         }
     }
 
     /// Dofs of a cell in the order of the local nodes.
     pub fn cell_dofs(&self, cell: usize) -> &[u32] {
-        &self.cell_dofs[self.local_dofs * cell..self.local_dofs * (cell + 1)]
+        let all = match &self.numbering {
+            Numbering::Mesh(all) => all,
+            Numbering::Own(all, _) => &all[..],
+        };
+        &all[self.local_dofs * cell..self.local_dofs * (cell + 1)]
+    }
+
+    /// Where a dof is the value of the function.
+    pub fn point(&self, dof: usize) -> [f64; 3] {
+        let on = self.element.on();
+        let mut first = 0;
+        if on.vertices {
+            if let Some(point) = self.mesh.points.get(dof) {
+                return *point;
+            }
+            first += self.mesh.points.len();
+        }
+        if let Numbering::Own(_, edges) = &self.numbering {
+            if let Some(&[a, b]) = edges.get(dof - first) {
+                let (p, q) = (self.mesh.points[a as usize], self.mesh.points[b as usize]);
+                return std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
+            }
+            first += edges.len();
+        }
+        self.mesh.face_midpoint(dof - first)
+    }
+
+    /// The points of all dofs.
+    pub fn points(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        (0..self.dofs).map(|dof| self.point(dof))
     }
 
     /// Dofs whose nodes lie on a face of a cell.
@@ -109,6 +115,34 @@ impl<'a> Space<'a> {
         }
         gradients
     }
+}
+
+/// Numbers what the mesh has no numbering of its own for.
+fn number<'a>(mesh: &Triangulation, on: DofEntities) -> (Numbering<'a>, usize) {
+    let (edges, cell_edges) = if on.edges {
+        mesh.edges()
+    } else {
+        (Vec::new(), Vec::new())
+    };
+    let per_cell = local_edges(mesh.dim).len();
+    let first_edge = if on.vertices { mesh.points.len() } else { 0 };
+    let first_face = first_edge + edges.len();
+    let dofs = first_face + if on.faces { mesh.face_count() } else { 0 };
+    let mut all = Vec::new();
+    for cell in 0..mesh.cell_count() {
+        if on.vertices {
+            all.extend_from_slice(mesh.cell(cell));
+        }
+        if on.edges {
+            let numbers = &cell_edges[per_cell * cell..per_cell * (cell + 1)];
+            all.extend(numbers.iter().map(|&e| e + first_edge as u32));
+        }
+        if on.faces {
+            let numbers = mesh.cell_faces(cell).iter();
+            all.extend(numbers.map(|&f| f + first_face as u32));
+        }
+    }
+    (Numbering::Own(all.into(), edges.into()), dofs)
 }
 
 /// Barycentric coordinates of the local nodes: vertices, edge midpoints, face centroids.

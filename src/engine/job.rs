@@ -367,7 +367,7 @@ fn to_dofs(problem: &Problem, values: &[f64]) -> Result<Vec<f64>, String> {
         let told = &values[cell * space.local_dofs..(cell + 1) * space.local_dofs];
         for (local, (&dof, &value)) in space.cell_dofs(cell).iter().zip(told).enumerate() {
             let place = || {
-                let x = space.points[dof as usize];
+                let x = space.point(dof as usize);
                 format!(
                     "dof {local} of cell {cell} (vertices {:?}), at ({}, {})",
                     space.mesh.cell(cell),

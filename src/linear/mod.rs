@@ -1,13 +1,27 @@
 //! Linear algebra: the one wrapper of faer. It knows matrices, not meshes.
 
+mod analysis;
+mod bisection;
 mod cholesky;
 mod dense;
+mod elements;
+mod factor;
 mod gmres;
-mod ordering;
+mod kernels;
+mod memory;
+mod multifrontal;
+mod settings;
 mod sparse;
 
+pub use analysis::Analysis;
 pub use cholesky::Cholesky;
-pub use dense::{Dense, DenseLu};
+pub use dense::{Dense, DenseLu, LowRank};
+pub use elements::{Elements, Role};
+pub use factor::{Choice, Factor, Reduced, condense};
 pub use gmres::gmres;
-pub use ordering::nested_dissection;
-pub use sparse::{Symmetric, SymmetricBuilder};
+pub use multifrontal::Multifrontal;
+pub use settings::{Precision, Settings, Solver};
+pub use sparse::Symmetric;
+
+#[cfg(test)]
+mod tests;

@@ -16,7 +16,7 @@ pub use data::{Field, Support, Values};
 pub use geometry::{CellPartitions, Entity, Geometry, Partitions, Periodic, PointRun};
 pub use kind::{CellKind, OtherKind, Shape};
 pub use labels::CellGroups;
-pub use simplex::CellGeometry;
+pub use simplex::{CellGeometry, Metric};
 pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges};
 
 /// A mesh as a file holds it: points, cells of any type, named groups of cells, and fields.

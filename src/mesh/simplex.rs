@@ -90,9 +90,74 @@ impl CellGeometry {
     }
 }
 
+/// What the stiffness of a simplex is made of, without the rest of its geometry.
+#[derive(Debug, Clone, Copy)]
+pub struct Metric {
+    /// |κ|
+    pub measure: f64,
+    /// |κ| ∇λ_i·∇λ_j, i, j = 0..=dim
+    pub products: [[f64; 4]; 4],
+}
+
+impl Metric {
+    /// In the plane |κ| ∇λ_i·∇λ_j = e_i·e_j / 4|κ| with e_i the edge opposite vertex i; in space
+    /// the same with the faces' normals in the place of edges.
+    ///
+    /// The products of a cell of measure zero are not finite.
+    pub fn new(dim: usize, points: &[[f64; 3]; 4]) -> Self {
+        let [p, q, r, s] = points.map(Vector3::from);
+        let (normals, determinant) = if dim == 2 {
+            let edges = [r - q, p - r, q - p, Vector3::zeros()];
+            (edges, edges[2].x * -edges[1].y + edges[2].y * edges[1].x)
+        } else {
+            let (a, b, c) = (q - p, r - p, s - p);
+            let [m, n, o] = [b.cross(&c), c.cross(&a), a.cross(&b)];
+            ([-(m + n + o), m, n, o], a.dot(&m))
+        };
+        let factorial = if dim == 2 { 2.0 } else { 6.0 };
+        let scale = 1.0 / (factorial * determinant.abs());
+        let mut products = [[0.0; 4]; 4];
+        for i in 0..=dim {
+            for j in 0..=i {
+                products[i][j] = normals[i].dot(&normals[j]) * scale;
+                products[j][i] = products[i][j];
+            }
+        }
+        Metric {
+            measure: determinant.abs() / factorial,
+            products,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_metric_is_that_of_the_geometry() {
+        let points = [
+            [0.1, -0.3, 0.0],
+            [1.2, 0.4, 0.0],
+            [0.3, 2.0, 0.0],
+            [-0.2, 0.5, 1.7],
+        ];
+        for dim in [2, 3] {
+            let geometry = CellGeometry::new(dim, &points);
+            let metric = Metric::new(dim, &points);
+            assert!((metric.measure - geometry.measure()).abs() < 1e-15);
+            for i in 0..=dim {
+                for j in 0..=dim {
+                    let slopes = geometry.gradients[i].dot(&geometry.gradients[j]);
+                    let product = geometry.measure() * slopes;
+                    assert!(
+                        (metric.products[i][j] - product).abs() < 1e-14,
+                        "{dim} {i} {j}"
+                    );
+                }
+            }
+        }
+    }
 
     #[test]
     fn triangle_and_tetrahedron_by_one_formula() {

@@ -67,6 +67,16 @@ impl Triangulation {
         &self.cells[k * cell..k * (cell + 1)]
     }
 
+    /// Vertices of all cells, `dim + 1` each.
+    pub fn all_cells(&self) -> &[u32] {
+        &self.cells
+    }
+
+    /// Faces of all cells, `dim + 1` each.
+    pub fn all_cell_faces(&self) -> &[u32] {
+        &self.cell_faces
+    }
+
     /// Faces of a cell; face i lies opposite vertex i.
     pub fn cell_faces(&self, cell: usize) -> &[u32] {
         let k = self.dim + 1;
@@ -95,12 +105,17 @@ impl Triangulation {
             .expect("invariant: the face belongs to the cell")
     }
 
-    pub fn geometry(&self, cell: usize) -> CellGeometry {
+    /// Coordinates of a cell's vertices, `dim + 1` of the four places.
+    pub fn vertices(&self, cell: usize) -> [[f64; 3]; 4] {
         let mut points = [[0.0; 3]; 4];
         for (point, &vertex) in points.iter_mut().zip(self.cell(cell)) {
             *point = self.points[vertex as usize];
         }
-        CellGeometry::new(self.dim, &points)
+        points
+    }
+
+    pub fn geometry(&self, cell: usize) -> CellGeometry {
+        CellGeometry::new(self.dim, &self.vertices(cell))
     }
 
     /// Centroid of a face.

@@ -11,6 +11,7 @@
 //! ```
 
 mod gradient;
+mod many;
 
 use std::fmt::Write as _;
 
@@ -44,6 +45,19 @@ enum Operator {
     Multiply,
     Divide,
     Power,
+}
+
+impl Operator {
+    #[inline(always)]
+    fn apply(self, a: f64, b: f64) -> f64 {
+        match self {
+            Operator::Add => a + b,
+            Operator::Subtract => a - b,
+            Operator::Multiply => a * b,
+            Operator::Divide => a / b,
+            Operator::Power => a.powf(b),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,6 +97,43 @@ enum Function {
     Abs,
     Min,
     Max,
+}
+
+impl Function {
+    /// The value; `b` counts for those of two arguments only.
+    #[inline(always)]
+    fn apply(self, a: f64, b: f64) -> f64 {
+        match self {
+            Function::Sin => a.sin(),
+            Function::Cos => a.cos(),
+            Function::Tan => a.tan(),
+            Function::Asin => a.asin(),
+            Function::Acos => a.acos(),
+            Function::Atan => a.atan(),
+            Function::Atan2 => a.atan2(b),
+            Function::Sinh => a.sinh(),
+            Function::Cosh => a.cosh(),
+            Function::Tanh => a.tanh(),
+            Function::Exp => a.exp(),
+            Function::Log => a.ln(),
+            Function::Sqrt => a.sqrt(),
+            Function::Abs => a.abs(),
+            Function::Min => {
+                if a < b {
+                    a
+                } else {
+                    b
+                }
+            }
+            Function::Max => {
+                if a > b {
+                    a
+                } else {
+                    b
+                }
+            }
+        }
+    }
 }
 
 /// Name in a scene, number of arguments, name in FreeFEM, name in UFL.
@@ -204,43 +255,10 @@ impl Node {
             Node::Pi => std::f64::consts::PI,
             Node::Coordinate(axis) => point[*axis],
             Node::Negative(a) => -a.value(point),
-            Node::Binary(operator, a, b) => {
-                let (a, b) = (a.value(point), b.value(point));
-                match operator {
-                    Operator::Add => a + b,
-                    Operator::Subtract => a - b,
-                    Operator::Multiply => a * b,
-                    Operator::Divide => a / b,
-                    Operator::Power => a.powf(b),
-                }
-            }
+            Node::Binary(operator, a, b) => operator.apply(a.value(point), b.value(point)),
             Node::Call(function, arguments) => {
-                let a = arguments[0].value(point);
-                let second = || arguments[1].value(point);
-                match function {
-                    Function::Sin => a.sin(),
-                    Function::Cos => a.cos(),
-                    Function::Tan => a.tan(),
-                    Function::Asin => a.asin(),
-                    Function::Acos => a.acos(),
-                    Function::Atan => a.atan(),
-                    Function::Atan2 => a.atan2(second()),
-                    Function::Sinh => a.sinh(),
-                    Function::Cosh => a.cosh(),
-                    Function::Tanh => a.tanh(),
-                    Function::Exp => a.exp(),
-                    Function::Log => a.ln(),
-                    Function::Sqrt => a.sqrt(),
-                    Function::Abs => a.abs(),
-                    Function::Min => {
-                        let b = second();
-                        if a < b { a } else { b }
-                    }
-                    Function::Max => {
-                        let b = second();
-                        if a > b { a } else { b }
-                    }
-                }
+                let second = arguments.get(1).map_or(0.0, |b| b.value(point));
+                function.apply(arguments[0].value(point), second)
             }
             Node::If(comparison, parts) => {
                 let [a, b, then, otherwise] = parts.as_ref();

@@ -1,0 +1,373 @@
+//! Which unknown is eliminated when, and what the fronts look like (J. Liu, SIAM Review 34, 1992):
+//! everything about the factorisation that does not depend on values.
+//!
+//! The tree of [`super::bisection`] cuts the elements. A front belongs to each of its parts: the
+//! unknowns that are complete there, having all their elements in the part but not in either half,
+//! are its *pivots* and are eliminated; the others that the part shares with the rest are its
+//! *border*. Kept unknowns are never complete, so that they arrive in the border of the whole.
+
+use rayon::prelude::*;
+
+use super::bisection::Tree;
+use super::{Elements, Role};
+
+const NONE: u32 = u32::MAX;
+
+/// The tree is walked by at most about twice so many tasks, whatever the number of threads.
+const TASKS: usize = 64;
+
+/// A front of the tree: a dense matrix of its pivots and its border.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Front {
+    pub pivots: u32,
+    pub border: u32,
+    /// Elements of a leaf, 0 otherwise.
+    pub elements: u32,
+    /// Where its maps start: of a leaf, the places of its elements' unknowns; otherwise the
+    /// places of the borders of its two halves, one after the other.
+    pub map: u32,
+}
+
+impl Front {
+    pub fn size(&self) -> usize {
+        (self.pivots + self.border) as usize
+    }
+
+    /// Entries of its columns of the factor.
+    pub fn entries(&self) -> usize {
+        let (p, b) = (self.pivots as usize, self.border as usize);
+        p * (p + 1) / 2 + p * b
+    }
+
+    /// Multiplications and additions of its elimination.
+    fn flops(&self) -> f64 {
+        let (p, b) = (f64::from(self.pivots), f64::from(self.border));
+        p * p * p / 3.0 + p * p * b + p * b * b
+    }
+}
+
+/// The fronts of a part of the tree: those of a small part in postorder, or one front above two
+/// parts that are independent of each other.
+#[derive(Debug)]
+pub(super) struct Plan {
+    pub halves: Option<Box<[Plan; 2]>>,
+    pub fronts: Vec<Front>,
+    /// Places in a front, of the borders below it.
+    pub maps: Vec<u32>,
+    /// Places in the front of a leaf, of the unknowns of its elements; [`Plan::FIXED`] for none.
+    pub places: Vec<u8>,
+    /// The part's first element in the order of elements.
+    pub from: usize,
+    /// Pivots and entries of the factor, of this part with its halves.
+    pub pivots: usize,
+    pub entries: usize,
+    pub flops: f64,
+    /// Border of the last front.
+    pub border: usize,
+    /// Most entries that updates of fronts wait in at one time.
+    pub waiting: usize,
+}
+
+impl Plan {
+    pub const FIXED: u8 = u8::MAX;
+
+    /// Entries of its own fronts' columns, without those of its halves.
+    pub fn own_entries(&self) -> usize {
+        self.fronts.iter().map(Front::entries).sum()
+    }
+}
+
+/// The order of elimination and the fronts.
+#[derive(Debug)]
+pub struct Analysis {
+    /// The kept unknowns, ascending: the order of the Schur complement.
+    pub kept: Vec<u32>,
+    /// The eliminated unknowns in their order.
+    pub order: Vec<u32>,
+    /// The elements in the order of the tree.
+    pub(super) elements: Vec<u32>,
+    /// Elements without an eliminated unknown: they are part of the Schur complement as they are.
+    pub(super) aside: Vec<u32>,
+    /// None where nothing is eliminated.
+    pub(super) plan: Option<Plan>,
+    /// Places in `kept` of the border of the whole.
+    pub(super) border: Vec<u32>,
+}
+
+impl Analysis {
+    /// `roles` of all unknowns.
+    pub fn new(elements: &impl Elements, roles: &[Role]) -> Self {
+        let kept: Vec<u32> = (0..roles.len() as u32)
+            .filter(|&k| roles[k as usize] == Role::Kept)
+            .collect();
+        let has = |e: u32, role: Role| {
+            let unknowns = elements.of(e as usize).iter();
+            unknowns.clone().any(|&k| roles[k as usize] == role)
+        };
+        let (inside, aside): (Vec<u32>, Vec<u32>) =
+            (0..elements.count() as u32).partition(|&e| has(e, Role::Eliminated));
+        let aside: Vec<u32> = aside.into_iter().filter(|&e| has(e, Role::Kept)).collect();
+        let tree = Tree::new(&inside, |e| elements.centre(e as usize));
+        let owners = owners(elements, &tree, roles);
+        let (firsts, order) = eliminate(&owners, tree.parts.len());
+        let mut numbers = vec![NONE; roles.len()];
+        for (number, &k) in order.iter().chain(&kept).enumerate() {
+            numbers[k as usize] = number as u32;
+        }
+        let numbering = Numbering {
+            elements,
+            tree: &tree,
+            numbers: &numbers,
+            firsts: &firsts,
+            grain: (tree.order.len() / TASKS).max(256),
+        };
+        let whole = tree
+            .parts
+            .len()
+            .checked_sub(1)
+            .map(|root| numbering.plan(root));
+        let (plan, mut border) = whole.map_or((None, Vec::new()), |(p, b)| (Some(p), b));
+        for place in &mut border {
+            *place -= order.len() as u32;
+        }
+        Analysis {
+            kept,
+            order,
+            elements: tree.order,
+            aside,
+            plan,
+            border,
+        }
+    }
+
+    /// Entries of the factor.
+    pub fn entries(&self) -> usize {
+        self.plan.as_ref().map_or(0, |plan| plan.entries)
+    }
+
+    /// Multiplications and additions of the factorisation.
+    pub fn flops(&self) -> f64 {
+        self.plan.as_ref().map_or(0.0, |plan| plan.flops)
+    }
+
+    /// Bytes that factor, updates and Schur complement take with numbers of `size` bytes.
+    pub fn bytes(&self, size: usize) -> usize {
+        let waiting = self.plan.as_ref().map_or(0, |plan| plan.waiting);
+        (self.entries() + waiting) * size + self.kept.len().pow(2) * 8
+    }
+}
+
+/// The part in which each unknown is complete: the smallest that holds all its elements.
+fn owners(elements: &impl Elements, tree: &Tree, roles: &[Role]) -> Vec<u32> {
+    let mut spans = vec![[NONE, 0]; roles.len()];
+    for (position, &e) in tree.order.iter().enumerate() {
+        for &k in elements.of(e as usize) {
+            let [first, last] = &mut spans[k as usize];
+            *first = (*first).min(position as u32);
+            *last = position as u32;
+        }
+    }
+    let mut leaf_at = vec![0u32; tree.order.len()];
+    let mut above = vec![NONE; tree.parts.len()];
+    for (k, part) in tree.parts.iter().enumerate() {
+        match part.left() {
+            None => leaf_at[part.from as usize..part.to as usize].fill(k as u32),
+            Some(left) => {
+                above[left] = k as u32;
+                above[k - 1] = k as u32;
+            }
+        }
+    }
+    spans
+        .par_iter()
+        .zip(roles)
+        .with_min_len(4096)
+        .map(|(&[first, last], &role)| {
+            if role != Role::Eliminated || first == NONE {
+                return NONE;
+            }
+            let mut part = leaf_at[first as usize];
+            while tree.parts[part as usize].to <= last {
+                part = above[part as usize];
+            }
+            part
+        })
+        .collect()
+}
+
+/// The unknowns sorted by owner, and where those of each owner start.
+fn eliminate(owners: &[u32], parts: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut firsts = vec![0u32; parts + 1];
+    for &owner in owners.iter().filter(|&&owner| owner != NONE) {
+        firsts[owner as usize + 1] += 1;
+    }
+    for k in 0..parts {
+        firsts[k + 1] += firsts[k];
+    }
+    let mut next = firsts.clone();
+    let mut order = vec![0; firsts[parts] as usize];
+    for (k, &owner) in owners
+        .iter()
+        .enumerate()
+        .filter(|(_, owner)| **owner != NONE)
+    {
+        let slot = &mut next[owner as usize];
+        order[*slot as usize] = k as u32;
+        *slot += 1;
+    }
+    (firsts, order)
+}
+
+/// Numbers of elimination, from which the fronts are merged.
+struct Numbering<'a, E> {
+    elements: &'a E,
+    tree: &'a Tree,
+    /// Of each unknown; the kept ones have the last.
+    numbers: &'a [u32],
+    /// The first pivot of each part.
+    firsts: &'a [u32],
+    /// Parts up to this size are planned as one.
+    grain: usize,
+}
+
+impl<E: Elements> Numbering<'_, E> {
+    /// The plan of a part, and the numbers on its border, ascending.
+    fn plan(&self, root: usize) -> (Plan, Vec<u32>) {
+        let part = self.tree.parts[root];
+        let mut plan = Plan {
+            halves: None,
+            fronts: Vec::new(),
+            maps: Vec::new(),
+            places: Vec::new(),
+            from: part.from as usize,
+            pivots: 0,
+            entries: 0,
+            flops: 0.0,
+            border: 0,
+            waiting: 0,
+        };
+        let border = match part.left() {
+            Some(left) if part.len() > self.grain => {
+                let (a, b) = rayon::join(|| self.plan(left), || self.plan(root - 1));
+                let mut front = Vec::new();
+                merge(&a.1, &b.1, &mut front, &mut plan.maps);
+                let border = self.close(&mut plan, root, 0, 0, &front);
+                plan.entries += a.0.entries + b.0.entries;
+                plan.pivots += a.0.pivots + b.0.pivots;
+                plan.flops += a.0.flops + b.0.flops;
+                let below = a.0.waiting + b.0.waiting;
+                plan.waiting =
+                    below.max(a.0.border.pow(2) + b.0.border.pow(2) + front.len().pow(2));
+                plan.halves = Some(Box::new([a.0, b.0]));
+                border
+            }
+            _ => self.plan_all(&mut plan, root),
+        };
+        plan.border = border.len();
+        (plan, border)
+    }
+
+    /// Plans all fronts below and including `root` one after the other.
+    fn plan_all(&self, plan: &mut Plan, root: usize) -> Vec<u32> {
+        let mut first = root;
+        while let Some(left) = self.tree.parts[first].left() {
+            first = left;
+        }
+        // Borders of parts that wait for their other half.
+        let mut borders: Vec<Vec<u32>> = Vec::new();
+        let (mut front, mut waiting) = (Vec::new(), 0);
+        for k in first..=root {
+            front.clear();
+            let map = if self.tree.parts[k].left().is_none() {
+                let map = plan.places.len();
+                self.gather(k, &mut front, &mut plan.places);
+                map
+            } else {
+                let (b, a) = (borders.pop(), borders.pop());
+                let (a, b) = (a.unwrap_or_default(), b.unwrap_or_default());
+                let map = plan.maps.len();
+                merge(&a, &b, &mut front, &mut plan.maps);
+                waiting -= a.len().pow(2) + b.len().pow(2);
+                map
+            };
+            let part = self.tree.parts[k];
+            let elements = if part.left().is_none() { part.len() } else { 0 };
+            let border = self.close(plan, k, map, elements, &front);
+            waiting += border.len().pow(2);
+            plan.waiting = plan.waiting.max(waiting + front.len().pow(2));
+            borders.push(border);
+        }
+        borders.pop().unwrap_or_default()
+    }
+
+    /// The unknowns of a leaf's elements, and their places.
+    fn gather(&self, leaf: usize, front: &mut Vec<u32>, places: &mut Vec<u8>) {
+        let part = self.tree.parts[leaf];
+        let elements = &self.tree.order[part.from as usize..part.to as usize];
+        let numbers = || {
+            let unknowns = elements.iter().flat_map(|&e| self.elements.of(e as usize));
+            unknowns.map(|&k| self.numbers[k as usize])
+        };
+        front.extend(numbers().filter(|&number| number != NONE));
+        front.sort_unstable();
+        front.dedup();
+        places.extend(numbers().map(|number| {
+            let place = front.iter().position(|&other| other == number);
+            place.map_or(Plan::FIXED, |place| place as u8)
+        }));
+    }
+
+    /// Adds the front of a part and returns its border.
+    fn close(
+        &self,
+        plan: &mut Plan,
+        part: usize,
+        map: usize,
+        elements: usize,
+        front: &[u32],
+    ) -> Vec<u32> {
+        let pivots = (self.firsts[part + 1] - self.firsts[part]) as usize;
+        debug_assert!(
+            front[..pivots]
+                .iter()
+                .copied()
+                .eq(self.firsts[part]..self.firsts[part + 1])
+        );
+        let border = front[pivots..].to_vec();
+        let front = Front {
+            pivots: pivots as u32,
+            border: border.len() as u32,
+            elements: elements as u32,
+            map: map as u32,
+        };
+        plan.pivots += pivots;
+        plan.entries += front.entries();
+        plan.flops += front.flops();
+        plan.fronts.push(front);
+        border
+    }
+}
+
+/// The union of two ascending lists, and the places of both in it.
+fn merge(a: &[u32], b: &[u32], union: &mut Vec<u32>, places: &mut Vec<u32>) {
+    let start = places.len();
+    places.resize(start + a.len() + b.len(), 0);
+    let (in_a, in_b) = places[start..].split_at_mut(a.len());
+    let (mut i, mut j) = (0, 0);
+    while i < a.len() || j < b.len() {
+        let next = match (a.get(i), b.get(j)) {
+            (Some(&x), Some(&y)) => x.min(y),
+            (Some(&x), None) | (None, Some(&x)) => x,
+            (None, None) => break,
+        };
+        if a.get(i) == Some(&next) {
+            in_a[i] = union.len() as u32;
+            i += 1;
+        }
+        if b.get(j) == Some(&next) {
+            in_b[j] = union.len() as u32;
+            j += 1;
+        }
+        union.push(next);
+    }
+}

@@ -1,0 +1,361 @@
+//! Recursive coordinate bisection of points: the binary tree that elimination follows
+//! (George 1973 on grids; M. Berger, S. Bokhari, IEEE Trans. Comput. 36, 1987).
+
+use rayon::prelude::*;
+
+/// A part with at most so many points is not cut further.
+const LEAF: usize = 4;
+/// Parts from this size on are cut by several threads; the result does not depend on how many.
+const PARALLEL: usize = 1 << 14;
+/// Parts up to this size are sorted, larger ones are counted into bins.
+const SORTED: usize = 256;
+const BINS: usize = 1024;
+/// How far a cut may move off the median to fall into a gap, in points of a row across.
+const ROWS: f64 = 8.0;
+
+const NONE: u32 = u32::MAX;
+
+/// A part of the points: a leaf, or two parts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Part {
+    /// Its points are `order[from..to]`.
+    pub from: u32,
+    pub to: u32,
+    /// The first of the two parts, none in a leaf; the second is the node just before this one.
+    left: u32,
+}
+
+impl Part {
+    pub fn left(&self) -> Option<usize> {
+        (self.left != NONE).then_some(self.left as usize)
+    }
+
+    pub fn len(&self) -> usize {
+        (self.to - self.from) as usize
+    }
+}
+
+/// The tree, its parts in postorder: a part stands behind the two that it was cut into.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Tree {
+    /// Indices of the points, those of a part side by side.
+    pub order: Vec<u32>,
+    pub parts: Vec<Part>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    at: [f32; 3],
+    index: u32,
+}
+
+impl Tree {
+    /// Cuts the points across their longest extent near the median, where a gap between the
+    /// points is widest, so that on a regular mesh the cuts follow its lines.
+    ///
+    /// `members` are the numbers of the points, `place` their coordinates.
+    pub fn new(members: &[u32], place: impl Fn(u32) -> [f64; 3] + Sync) -> Self {
+        let nothing = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        let (low, high) = members
+            .par_iter()
+            .fold(
+                || nothing,
+                |(low, high), &member| {
+                    let at = place(member);
+                    (
+                        std::array::from_fn(|k| at[k].min(low[k])),
+                        std::array::from_fn(|k| at[k].max(high[k])),
+                    )
+                },
+            )
+            .reduce(
+                || nothing,
+                |a, b| {
+                    (
+                        std::array::from_fn(|k| a.0[k].min(b.0[k])),
+                        std::array::from_fn(|k| a.1[k].max(b.1[k])),
+                    )
+                },
+            );
+        let extent = (0..3).fold(0.0, |e: f64, k| e.max(high[k] - low[k]));
+        let scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
+        let mut points: Vec<Point> = members
+            .par_iter()
+            .map(|&index| {
+                let at = place(index);
+                Point {
+                    at: std::array::from_fn(|k| ((at[k] - low[k]) * scale) as f32),
+                    index,
+                }
+            })
+            .collect();
+        let mut spare = points.clone();
+        let parts = if points.is_empty() {
+            Vec::new()
+        } else {
+            cut(&mut points, &mut spare, 0)
+        };
+        Tree {
+            order: points.iter().map(|p| p.index).collect(),
+            parts,
+        }
+    }
+}
+
+/// Cuts `points`, which start at `from` in the order; `spare` is room for as many. The depth is
+/// bounded by the logarithm of their number: no part is larger than 7/8 of the whole.
+fn cut(points: &mut [Point], spare: &mut [Point], from: usize) -> Vec<Part> {
+    let mut parts = Vec::with_capacity(4 * points.len() / LEAF + 1);
+    if points.len() < PARALLEL {
+        cut_into(points, spare, from, &mut parts);
+        return parts;
+    }
+    let middle = split(points, spare);
+    let (low, high) = points.split_at_mut(middle);
+    let (low_spare, high_spare) = spare.split_at_mut(middle);
+    let (first, second) = rayon::join(
+        || cut(low, low_spare, from),
+        || cut(high, high_spare, from + middle),
+    );
+    let left = first.len();
+    parts.extend(first);
+    parts.extend(second.into_iter().map(|mut part| {
+        if part.left != NONE {
+            part.left += left as u32;
+        }
+        part
+    }));
+    parts.push(Part {
+        from: from as u32,
+        to: (from + points.len()) as u32,
+        left: left as u32 - 1,
+    });
+    parts
+}
+
+fn cut_into(points: &mut [Point], spare: &mut [Point], from: usize, parts: &mut Vec<Part>) {
+    let mut left = NONE;
+    if points.len() > LEAF {
+        let middle = split(points, spare);
+        let (low, high) = points.split_at_mut(middle);
+        let (low_spare, high_spare) = spare.split_at_mut(middle);
+        cut_into(low, low_spare, from, parts);
+        left = parts.len() as u32 - 1;
+        cut_into(high, high_spare, from + middle, parts);
+    }
+    parts.push(Part {
+        from: from as u32,
+        to: (from + points.len()) as u32,
+        left,
+    });
+}
+
+/// Puts the lower part first and returns its length, which is neither nothing nor all.
+fn split(points: &mut [Point], spare: &mut [Point]) -> usize {
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for point in points.iter() {
+        for k in 0..3 {
+            low[k] = low[k].min(point.at[k]);
+            high[k] = high[k].max(point.at[k]);
+        }
+    }
+    // A tie, as on a square, is decided for the higher axis whatever the rounding.
+    let extent = |k: usize| high[k] - low[k];
+    let axis = (0..2).rev().fold(2, |best, k| {
+        if extent(k) > 1.0001 * extent(best) {
+            k
+        } else {
+            best
+        }
+    });
+    let count = points.len();
+    let rows = ROWS / (count as f64).powf(if extent(2) > 0.0 { 1.0 / 3.0 } else { 0.5 });
+    let slack = ((rows * count as f64) as usize).clamp(1, count / 4 + 1);
+    if count <= SORTED || !(extent(axis) > 0.0) {
+        points.sort_unstable_by(|a, b| {
+            let order = a.at[axis].total_cmp(&b.at[axis]);
+            order.then(a.index.cmp(&b.index))
+        });
+        let from = (count / 2).saturating_sub(slack).max(1);
+        let to = (count / 2 + slack).min(count - 1);
+        return (from..=to)
+            .map(|k| {
+                let gap = points[k].at[axis] - points[k - 1].at[axis];
+                (k, score(gap, k.abs_diff(count / 2), slack))
+            })
+            .fold(
+                (count / 2, 0.0),
+                |best, next| {
+                    if next.1 > best.1 { next } else { best }
+                },
+            )
+            .0;
+    }
+    let at = place(points, axis, low[axis], high[axis], slack);
+    let (mut below, mut above) = (0, 0);
+    // Stable, so that the result is the same however the points came to stand here.
+    for k in 0..count {
+        let point = points[k];
+        let is_above = point.at[axis] >= at;
+        points[below] = point;
+        spare[above] = point;
+        above += usize::from(is_above);
+        below += usize::from(!is_above);
+    }
+    points[below..].copy_from_slice(&spare[..above]);
+    if below < count / 8 || above < count / 8 {
+        // More points on one spot than bins can tell apart.
+        points.sort_unstable_by(|a, b| a.at[axis].total_cmp(&b.at[axis]));
+        return count / 2;
+    }
+    below
+}
+
+/// Wide gaps near the median are good.
+fn score(gap: f32, off: usize, slack: usize) -> f32 {
+    gap * (1.0 - 0.5 * off as f32 / slack as f32)
+}
+
+/// Where to cut, from counts in bins: first of all points, then of those around the median.
+fn place(points: &[Point], axis: usize, low: f32, high: f32, slack: usize) -> f32 {
+    let half = points.len() / 2;
+    let all = Bins::new(points, axis, low, high);
+    let (from, to) = all.around(half, 2 * slack);
+    if !(to > from) {
+        return from;
+    }
+    Bins::new(points, axis, from, to).gap(half, slack)
+}
+
+/// Numbers of points by coordinate.
+struct Bins {
+    low: f32,
+    width: f32,
+    /// Bin 0 counts what lies below all bins, the last what lies above.
+    counts: [u32; BINS + 2],
+}
+
+impl Bins {
+    fn new(points: &[Point], axis: usize, low: f32, high: f32) -> Self {
+        let scale = BINS as f32 / (high - low);
+        let mut counts = [0; BINS + 2];
+        for point in points {
+            let bin = (point.at[axis] - low) * scale + 1.0;
+            counts[bin.clamp(0.0, BINS as f32 + 1.0) as usize] += 1;
+        }
+        Bins {
+            low,
+            width: (high - low) / BINS as f32,
+            counts,
+        }
+    }
+
+    /// The lower edge of a bin.
+    fn edge(&self, bin: usize) -> f32 {
+        self.low + (bin as f32 - 1.0) * self.width
+    }
+
+    /// An interval with `count` points and `margin` more on either side of it, if there are.
+    fn around(&self, count: usize, margin: usize) -> (f32, f32) {
+        let (mut from, mut to, mut sum) = (1, BINS + 1, 0);
+        for bin in 0..=BINS + 1 {
+            if sum + margin <= count {
+                from = bin.max(1);
+            }
+            sum += self.counts[bin] as usize;
+            if sum >= count + margin {
+                to = (bin + 1).min(BINS + 1);
+                break;
+            }
+        }
+        (self.edge(from), self.edge(to))
+    }
+
+    /// The middle of the widest run of empty bins near the point number `half`; without any, the
+    /// edge next to that point.
+    fn gap(&self, half: usize, slack: usize) -> f32 {
+        let (mut best, mut nearest) = ((0.0, self.low), usize::MAX);
+        let (mut sum, mut empty) = (self.counts[0] as usize, 0);
+        for bin in 1..=BINS {
+            let off = sum.abs_diff(half);
+            if best.0 == 0.0 && off < nearest {
+                (nearest, best.1) = (off, self.edge(bin));
+            }
+            if self.counts[bin] == 0 {
+                empty += 1;
+                continue;
+            }
+            if empty > 0 && off <= slack {
+                let value = score(empty as f32, off, slack);
+                if value > best.0 {
+                    best = (value, 0.5 * (self.edge(bin - empty) + self.edge(bin)));
+                }
+            }
+            empty = 0;
+            sum += self.counts[bin] as usize;
+        }
+        best.1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tree(points: &[[f64; 3]]) -> Tree {
+        let members: Vec<u32> = (0..points.len() as u32).collect();
+        Tree::new(&members, |k| points[k as usize])
+    }
+
+    #[test]
+    fn parts_are_cut_in_two_down_to_leaves() {
+        let random = |k: usize| (12.9898 * k as f64).sin() * 43_758.5453 % 1.0;
+        let scattered: Vec<_> = (0..40_000)
+            .map(|k| [random(3 * k), random(3 * k + 1), random(3 * k + 2)])
+            .collect();
+        let on_one_spot = vec![[1e6, -3.0, 0.0]; 5000];
+        let mut half = scattered.clone();
+        half[..30_000].fill([0.5; 3]);
+        for points in [&scattered[..], &scattered[..1], &on_one_spot, &half, &[]] {
+            let tree = tree(points);
+            let mut sorted = tree.order.clone();
+            sorted.sort_unstable();
+            assert!(sorted.iter().enumerate().all(|(k, i)| k == *i as usize));
+            for (k, part) in tree.parts.iter().enumerate() {
+                let Some(left) = part.left() else {
+                    assert!(part.len() <= LEAF);
+                    continue;
+                };
+                let (a, b) = (tree.parts[left], tree.parts[k - 1]);
+                assert_eq!((a.from, a.to, b.to), (part.from, b.from, part.to));
+                assert!(8 * a.len() + 8 >= part.len() && 8 * b.len() + 8 >= part.len());
+            }
+        }
+    }
+
+    /// On a grid whose columns are 1 and 2 apart in turn, every cut of a larger part goes through
+    /// a wide gap: no column is torn.
+    #[test]
+    fn cuts_follow_the_lines_of_a_grid() {
+        let n = 300;
+        let place = |i: usize| (3 * (i / 2) + i % 2) as f64;
+        let points: Vec<_> = (0..n * n)
+            .map(|k| [place(k % n), 0.1 + place(k / n), 0.0])
+            .collect();
+        let tree = tree(&points);
+        for (k, part) in tree.parts.iter().enumerate() {
+            let Some(left) = part.left().filter(|_| part.len() > 64) else {
+                continue;
+            };
+            let bounds = |part: &Part, axis: usize| {
+                let at = |i: &u32| points[*i as usize][axis];
+                let all = tree.order[part.from as usize..part.to as usize].iter();
+                let low = all.clone().map(at).fold(f64::INFINITY, f64::min);
+                (low, all.map(at).fold(f64::NEG_INFINITY, f64::max))
+            };
+            let (a, b) = (&tree.parts[left], &tree.parts[k - 1]);
+            let gap = (0..2).map(|axis| bounds(b, axis).0 - bounds(a, axis).1);
+            assert_eq!(gap.fold(0.0, f64::max), 2.0, "{part:?}");
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! A symmetric matrix as the sum of small dense ones: what finite elements give, without the sum.
+
+/// A symmetric positive definite matrix Σ_e E_e A_e E_eᵀ.
+pub trait Elements: Sync {
+    /// Number of rows.
+    fn unknowns(&self) -> usize;
+
+    /// Number of elements.
+    fn count(&self) -> usize;
+
+    /// Unknowns of every element.
+    fn size(&self) -> usize;
+
+    /// The unknowns of an element.
+    fn of(&self, element: usize) -> &[u32];
+
+    /// A point inside an element: elements near each other are eliminated together.
+    fn centre(&self, element: usize) -> [f64; 3];
+
+    /// A_e by columns, both triangles; `matrix` has size² places, all of which are written.
+    fn matrix(&self, element: usize, matrix: &mut [f64]);
+}
+
+/// What becomes of an unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// It is eliminated.
+    Eliminated,
+    /// The matrix is condensed onto it: it is in the Schur complement.
+    Kept,
+    /// Its value is given: its row and column are left out.
+    Fixed,
+}

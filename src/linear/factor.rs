@@ -1,0 +1,185 @@
+//! A symmetric positive definite system condensed onto the unknowns that are kept.
+//!
+//! With I the eliminated and K the kept unknowns, A x = b is
+//!
+//! ```text
+//! S x_K = g,   x_I = A_II⁻¹ (b_I - A_IK x_K),
+//! S = A_KK - A_KI A_II⁻¹ A_IK,   g = b_K - A_KI A_II⁻¹ b_I
+//! ```
+
+use super::cholesky::{Cholesky, Solved};
+use super::multifrontal::{Forward, Multifrontal, NotPositive};
+use super::{Analysis, Dense, Elements, Precision, Role, Settings, Solver, memory};
+use crate::error::{Error, Result};
+
+/// What was chosen, and what it was predicted to take.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Choice {
+    pub solver: Solver,
+    pub precision: Precision,
+    /// Entries of the factor.
+    pub entries: usize,
+    /// Multiplications and additions.
+    pub flops: f64,
+    /// Memory predicted, in MB.
+    pub predicted_mb: f64,
+}
+
+/// A factorisation of the eliminated unknowns.
+pub enum Factor {
+    Faer(Box<Cholesky>),
+    F64(Box<Multifrontal<f64>>),
+    F32(Box<Multifrontal<f32>>),
+}
+
+/// A right-hand side condensed.
+pub struct Reduced(Kind);
+
+enum Kind {
+    Faer(Solved),
+    Multifrontal(Forward),
+}
+
+impl Reduced {
+    /// g
+    pub fn kept(&self) -> &[f64] {
+        match &self.0 {
+            Kind::Faer(solved) => &solved.kept,
+            Kind::Multifrontal(forward) => &forward.kept,
+        }
+    }
+
+    /// b_Iᵀ A_II⁻¹ b_I: with x_Kᵀ S x_K it makes xᵀ A x.
+    pub fn energy(&self) -> f64 {
+        match &self.0 {
+            Kind::Faer(solved) => solved.energy,
+            Kind::Multifrontal(forward) => forward.energy(),
+        }
+    }
+}
+
+/// A factor, b condensed, S, and how it was done. The kept unknowns stand in ascending order.
+///
+/// # Errors
+/// A matrix that is not positive definite; more memory needed than there is.
+pub fn condense(
+    elements: &impl Elements,
+    roles: &[Role],
+    b: &[f64],
+    settings: Settings,
+) -> Result<(Factor, Reduced, Dense, Choice)> {
+    let analysis = Analysis::new(elements, roles);
+    let choice = choose(&analysis, elements, settings)?;
+    tracing::info!(
+        solver = %choice.solver,
+        precision = %choice.precision,
+        entries = choice.entries,
+        gigaflops = choice.flops / 1e9,
+        predicted_mb = choice.predicted_mb,
+        "direct factorisation"
+    );
+    let refuse = |NotPositive(unknown): NotPositive| Error::Solver {
+        what: format!("the stiffness matrix is not positive definite (at dof {unknown})"),
+        remedy:
+            "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate"
+                .into(),
+    };
+    Ok(match (choice.solver, choice.precision) {
+        (Solver::Faer, _) => {
+            let factor = Cholesky::new(elements, roles, analysis)?;
+            let (solved, schur) = (factor.forward(b), factor.schur_complement().clone());
+            (
+                Factor::Faer(Box::new(factor)),
+                Reduced(Kind::Faer(solved)),
+                schur,
+                choice,
+            )
+        }
+        (_, Precision::F64) => {
+            let (factor, forward, schur) =
+                Multifrontal::new(elements, analysis, b).map_err(refuse)?;
+            let reduced = Reduced(Kind::Multifrontal(forward));
+            (Factor::F64(Box::new(factor)), reduced, schur, choice)
+        }
+        (_, Precision::F32Refined) => {
+            let (factor, forward, schur) =
+                Multifrontal::new(elements, analysis, b).map_err(refuse)?;
+            let reduced = Reduced(Kind::Multifrontal(forward));
+            (Factor::F32(Box::new(factor)), reduced, schur, choice)
+        }
+    })
+}
+
+/// Our own factorisation is faster than faer's at every size that was measured, and takes less
+/// memory; what decides is whether the factor fits, if need be in f32.
+fn choose(analysis: &Analysis, elements: &impl Elements, settings: Settings) -> Result<Choice> {
+    let bytes = |solver: Solver, precision: Precision| match (solver, precision) {
+        // faer stores whole supernodes, and the matrix with its entries before they are summed.
+        (Solver::Faer, _) => {
+            let entries = elements.count() * elements.size() * (elements.size() + 1) / 2;
+            analysis.bytes(8) * 5 / 4 + entries * 28
+        }
+        (_, Precision::F64) => analysis.bytes(8),
+        (_, Precision::F32Refined) => analysis.bytes(4),
+    };
+    let there = memory::available();
+    let fits = |bytes: usize| there.is_none_or(|there| (bytes as u64) < there);
+    let mut precision = settings.precision;
+    let solver = match settings.solver {
+        Solver::Auto => {
+            if !fits(bytes(Solver::Multifrontal, precision)) {
+                precision = Precision::F32Refined;
+            }
+            Solver::Multifrontal
+        }
+        Solver::Faer if precision == Precision::F32Refined => {
+            return Err(Error::usage(
+                "faer's factorisation is in f64",
+                "use --linear multifrontal with --precision f32-refined",
+            ));
+        }
+        named => named,
+    };
+    let needed = bytes(solver, precision);
+    let choice = Choice {
+        solver,
+        precision,
+        entries: analysis.entries(),
+        flops: analysis.flops(),
+        predicted_mb: needed as f64 / 1e6,
+    };
+    if fits(needed) {
+        return Ok(choice);
+    }
+    Err(Error::Solver {
+        what: format!(
+            "the factor needs about {:.0} MB, and {:.0} MB of memory are available",
+            choice.predicted_mb,
+            there.unwrap_or(0) as f64 / 1e6
+        ),
+        remedy: "take a coarser mesh, --precision f32-refined, or a machine with more memory"
+            .into(),
+    })
+}
+
+impl Factor {
+    /// Condenses a further right-hand side.
+    pub fn reduce(&self, b: &[f64]) -> Reduced {
+        Reduced(match self {
+            Factor::Faer(factor) => Kind::Faer(factor.forward(b)),
+            Factor::F64(factor) => Kind::Multifrontal(factor.forward(b)),
+            Factor::F32(factor) => Kind::Multifrontal(factor.forward(b)),
+        })
+    }
+
+    /// Writes all unknowns into `x`, where the kept ones are `kept`; fixed ones stay as they are.
+    pub fn expand(&self, reduced: &Reduced, kept: &[f64], x: &mut [f64]) {
+        match (self, &reduced.0) {
+            (Factor::Faer(factor), Kind::Faer(solved)) => factor.backward(solved, kept, x),
+            (Factor::F64(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),
+            (Factor::F32(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),
+            // A right-hand side that another factor reduced says nothing here.
+            _ => x.fill(f64::NAN),
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! Elimination in one front: own loops for the many small fronts, faer for the few large ones.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::traits::RealField;
+use faer::{Accum, MatMut, Par};
+
+/// What a factor is made of: f64 or f32.
+pub trait Number:
+    RealField
+    + Copy
+    + Debug
+    + Send
+    + Sync
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    const ZERO: Self;
+    const ONE: Self;
+    fn of(value: f64) -> Self;
+    fn wide(self) -> f64;
+    fn root(self) -> Self;
+}
+
+impl Number for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+
+    fn of(value: f64) -> Self {
+        value
+    }
+
+    fn wide(self) -> f64 {
+        self
+    }
+
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+impl Number for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
+
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+/// Up to so many pivots faer's way into its kernels takes longer than the arithmetic.
+const SMALL: usize = 24;
+/// The same for the update, in multiplications and additions.
+const SMALL_UPDATE: usize = 200_000;
+/// From so many on, several threads are worth it.
+const PARALLEL: usize = 20_000_000;
+
+/// Eliminates the pivots of a front.
+///
+/// `panel` has size × pivots entries by columns, the lower triangle of the pivots' block on top of
+/// their rows of the border; it becomes the columns of L. `update` is border × border, and its
+/// lower triangle becomes the Schur complement.
+///
+/// # Errors
+/// The first pivot that is not positive.
+pub(super) fn eliminate<T: Number>(
+    panel: &mut [T],
+    size: usize,
+    pivots: usize,
+    update: &mut [T],
+) -> Result<(), usize> {
+    let border = size - pivots;
+    let work = pivots * border * border;
+    let threads = if work + pivots * pivots * size > PARALLEL {
+        faer::get_global_parallelism()
+    } else {
+        Par::Seq
+    };
+    if pivots <= SMALL {
+        factor_small(panel, size)?;
+    } else {
+        let (mut top, bottom) =
+            MatMut::from_column_major_slice_mut(panel, size, pivots).split_at_row_mut(pivots);
+        let scratch = factor::cholesky_in_place_scratch::<T>(pivots, threads, Default::default());
+        factor::cholesky_in_place(
+            top.as_mut(),
+            Default::default(),
+            threads,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+            Default::default(),
+        )
+        .map_err(|error| match error {
+            factor::LltError::NonPositivePivot { index } => index,
+        })?;
+        solve_lower_triangular_in_place(top.as_ref(), bottom.transpose_mut(), threads);
+    }
+    if pivots <= SMALL && work <= SMALL_UPDATE {
+        update_small(update, border, panel, size);
+    } else if border > 0 {
+        let bottom = MatMut::from_column_major_slice_mut(panel, size, pivots)
+            .split_at_row_mut(pivots)
+            .1;
+        let bottom = bottom.as_ref();
+        triangular::matmul(
+            MatMut::from_column_major_slice_mut(update, border, border),
+            BlockStructure::TriangularLower,
+            Accum::Add,
+            bottom,
+            BlockStructure::Rectangular,
+            bottom.transpose(),
+            BlockStructure::Rectangular,
+            T::ZERO - T::ONE,
+            threads,
+        );
+    }
+    Ok(())
+}
+
+/// L of the panel, column by column, each with four earlier ones at a time.
+fn factor_small<T: Number>(panel: &mut [T], size: usize) -> Result<(), usize> {
+    let pivots = panel.len() / size.max(1);
+    for j in 0..pivots {
+        let (done, rest) = panel.split_at_mut(j * size);
+        let column = &mut rest[j..size];
+        let mut fours = done.chunks_exact(4 * size);
+        for four in &mut fours {
+            let (a, b) = four.split_at(2 * size);
+            let ((a, b), (c, d)) = (a.split_at(size), b.split_at(size));
+            let [a, b, c, d] = [&a[j..], &b[j..], &c[j..], &d[j..]];
+            let factors = [a[0], b[0], c[0], d[0]];
+            for ((((x, a), b), c), d) in column.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+                *x -= (*a * factors[0] + *b * factors[1]) + (*c * factors[2] + *d * factors[3]);
+            }
+        }
+        for earlier in fours.remainder().chunks_exact(size) {
+            let factor = earlier[j];
+            for (x, a) in column.iter_mut().zip(&earlier[j..]) {
+                *x -= *a * factor;
+            }
+        }
+        // Negated so that what is not a number is refused as well.
+        if !(column[0] > T::ZERO) {
+            return Err(j);
+        }
+        column[0] = column[0].root();
+        let inverse = T::ONE / column[0];
+        for x in &mut column[1..] {
+            *x = *x * inverse;
+        }
+    }
+    Ok(())
+}
+
+/// Side of the tiles that are summed in registers.
+const TILE: usize = 4;
+
+/// `update` -= B Bᵀ on its lower triangle, B the rows of the panel below the pivots.
+fn update_small<T: Number>(update: &mut [T], border: usize, panel: &[T], size: usize) {
+    let pivots = size - border;
+    let whole = border - border % TILE;
+    for j in (0..whole).step_by(TILE) {
+        for i in (j..whole).step_by(TILE) {
+            let mut sums = [[T::ZERO; TILE]; TILE];
+            for column in panel.chunks_exact(size) {
+                let column = &column[pivots..];
+                let (Some(rows), Some(columns)) =
+                    (column[i..].first_chunk(), column[j..].first_chunk())
+                else {
+                    continue;
+                };
+                add_product(&mut sums, rows, columns);
+            }
+            for (sums, target) in sums
+                .iter()
+                .zip(update[j * border..].chunks_exact_mut(border))
+            {
+                for (x, sum) in target[i..].iter_mut().zip(sums) {
+                    *x -= *sum;
+                }
+            }
+        }
+    }
+    for i in whole..border {
+        let mut sums = [T::ZERO; 64];
+        for start in (0..=i).step_by(64) {
+            let width = (i + 1 - start).min(64);
+            let sums = &mut sums[..width];
+            sums.fill(T::ZERO);
+            for column in panel.chunks_exact(size) {
+                let column = &column[pivots..];
+                let factor = column[i];
+                for (sum, x) in sums.iter_mut().zip(&column[start..]) {
+                    *sum += *x * factor;
+                }
+            }
+            for (k, sum) in sums.iter().enumerate() {
+                update[(start + k) * border + i] -= *sum;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add_product<T: Number>(sums: &mut [[T; TILE]; TILE], rows: &[T; TILE], columns: &[T; TILE]) {
+    for (sums, factor) in sums.iter_mut().zip(columns) {
+        for (sum, x) in sums.iter_mut().zip(rows) {
+            *sum += *x * *factor;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// B Bᵀ + n I of a full B: well conditioned.
+    fn positive(n: usize) -> Vec<f64> {
+        let b = |i: usize, j: usize| (12.9898 * (i * n + j) as f64).sin();
+        let mut a = vec![0.0; n * n];
+        for i in 0..n {
+            for j in 0..n {
+                let sum: f64 = (0..n).map(|k| b(i, k) * b(j, k)).sum();
+                a[j * n + i] = sum + if i == j { n as f64 } else { 0.0 };
+            }
+        }
+        a
+    }
+
+    /// L Lᵀ + (0, S) = A, for fronts on all ways through the kernels.
+    fn check<T: Number>(tolerance: f64) {
+        let sizes = [
+            (1, 0),
+            (1, 1),
+            (3, 7),
+            (8, 8),
+            (5, 70),
+            (24, 140),
+            (25, 30),
+            (40, 0),
+            (90, 260),
+        ];
+        for (pivots, border) in sizes {
+            let size = pivots + border;
+            let a = positive(size);
+            let mut panel: Vec<T> = a[..size * pivots].iter().map(|&x| T::of(x)).collect();
+            let mut update = vec![T::ZERO; border * border];
+            for j in 0..border {
+                for i in j..border {
+                    update[j * border + i] = T::of(a[(pivots + j) * size + pivots + i]);
+                }
+            }
+            eliminate(&mut panel, size, pivots, &mut update).unwrap();
+            for j in 0..size {
+                for i in j..size {
+                    let product: f64 = (0..=j.min(pivots - 1))
+                        .map(|k| panel[k * size + i].wide() * panel[k * size + j].wide())
+                        .sum();
+                    let rest = if j >= pivots {
+                        update[(j - pivots) * border + i - pivots].wide()
+                    } else {
+                        0.0
+                    };
+                    let error = product + rest - a[j * size + i];
+                    assert!(
+                        error.abs() < tolerance * size as f64,
+                        "{pivots} {border} {i} {j}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn fronts_of_all_sizes_are_factored() {
+        check::<f64>(1e-14);
+        check::<f32>(1e-5);
+    }
+
+    #[test]
+    fn a_pivot_that_is_not_positive_is_told() {
+        for pivots in [3, 60] {
+            let size = pivots + 2;
+            let mut panel = positive(size)[..size * pivots].to_vec();
+            panel[2 * size + 2] = -1e3;
+            assert_eq!(eliminate(&mut panel, size, pivots, &mut [0.0; 4]), Err(2));
+            panel[0] = f64::NAN;
+            assert!(eliminate(&mut panel, size, pivots, &mut [0.0; 4]).is_err());
+        }
+    }
+}

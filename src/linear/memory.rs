@@ -1,0 +1,92 @@
+//! How much memory there is.
+
+use std::fs;
+
+/// Bytes that can be had: what the system says is available, or less where a control group sets
+/// a limit. None where the system does not tell.
+pub fn available() -> Option<u64> {
+    let system = fs::read_to_string("/proc/meminfo")
+        .ok()
+        .as_deref()
+        .and_then(from_meminfo);
+    let group = fs::read_to_string("/proc/self/cgroup")
+        .ok()
+        .and_then(|text| left_in_group(&text, |path| fs::read_to_string(path).ok()));
+    match (system, group) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        (a, b) => a.or(b),
+    }
+}
+
+fn from_meminfo(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
+    let kilobytes: u64 = line.split_whitespace().next()?.parse().ok()?;
+    kilobytes.checked_mul(1024)
+}
+
+/// What the process's control groups (version 2, or 1) leave, the tightest counting.
+fn left_in_group(groups: &str, read: impl Fn(&str) -> Option<String>) -> Option<u64> {
+    let number = |path: String| -> Option<u64> { read(&path)?.trim().parse().ok() };
+    let left = |folder: &str, limit: &str, usage: &str| {
+        let limit = number(format!("{folder}/{limit}"))?;
+        Some(limit.saturating_sub(number(format!("{folder}/{usage}")).unwrap_or(0)))
+    };
+    let mut least: Option<u64> = None;
+    for line in groups.lines() {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (Some(controllers), Some(path)) = (parts.next(), parts.next()) else {
+            continue;
+        };
+        let (root, names) = match controllers {
+            "" => ("/sys/fs/cgroup", ("memory.max", "memory.current")),
+            "memory" => (
+                "/sys/fs/cgroup/memory",
+                ("memory.limit_in_bytes", "memory.usage_in_bytes"),
+            ),
+            _ => continue,
+        };
+        // A group is bound by those above it as well.
+        let mut path = path.trim_end_matches('/');
+        loop {
+            if let Some(here) = left(&format!("{root}{path}"), names.0, names.1) {
+                least = Some(least.map_or(here, |other| other.min(here)));
+            }
+            match path.rfind('/') {
+                Some(end) => path = &path[..end],
+                None => break,
+            }
+        }
+    }
+    least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tightest_limit_counts() {
+        assert_eq!(
+            from_meminfo("MemTotal: 9 kB\nMemAvailable:     123 kB\n"),
+            Some(123 * 1024)
+        );
+        assert_eq!(from_meminfo("MemTotal: 9 kB\n"), None);
+        let files = |path: &str| {
+            let text = match path {
+                "/sys/fs/cgroup/memory.max" => "max",
+                "/sys/fs/cgroup/a/memory.max" => "1000\n",
+                "/sys/fs/cgroup/a/memory.current" => "300\n",
+                "/sys/fs/cgroup/a/b/memory.max" => "900\n",
+                "/sys/fs/cgroup/a/b/memory.current" => "100\n",
+                "/sys/fs/cgroup/memory/memory.limit_in_bytes" => "50\n",
+                _ => return None,
+            };
+            Some(text.to_owned())
+        };
+        assert_eq!(left_in_group("0::/a/b\n", files), Some(700));
+        assert_eq!(left_in_group("0::/\n", files), None);
+        assert_eq!(left_in_group("3:cpu:/\n2:memory:/x\n", files), Some(50));
+        assert_eq!(left_in_group("rubbish", files), None);
+        assert!(available().is_none_or(|bytes| bytes > 0));
+    }
+}

@@ -1,0 +1,219 @@
+//! The factorisations against each other and against the matrix itself.
+
+use super::*;
+use proptest::prelude::*;
+
+/// Springs between points of the plane, each end also held by a spring of stiffness `ground`.
+pub(super) struct Network {
+    pub points: Vec<[f64; 3]>,
+    pub springs: Vec<([u32; 2], f64)>,
+    pub ground: f64,
+}
+
+impl Network {
+    /// Springs of stiffness 1, 2, … along a line.
+    pub fn path(n: u32) -> Self {
+        Network {
+            points: (0..n).map(|k| [f64::from(k), 0.0, 0.0]).collect(),
+            springs: (1..n).map(|k| ([k - 1, k], f64::from(k))).collect(),
+            ground: 1.0,
+        }
+    }
+
+    /// Points scattered in a square by `seed`, each joined to some near it in a grid's order.
+    fn scattered(side: u32, seed: u64) -> Self {
+        let random = |k: u32| (f64::from(k) * 12.9898 + seed as f64).sin().abs();
+        let n = side * side;
+        let points = (0..n)
+            .map(|k| {
+                let (x, y) = (f64::from(k % side), f64::from(k / side));
+                [x + 0.8 * random(2 * k), y + 0.8 * random(2 * k + 1), 0.0]
+            })
+            .collect();
+        let mut springs = Vec::new();
+        for k in 0..n {
+            for (step, inside) in [
+                (1, k % side + 1 < side),
+                (side, true),
+                (side + 1, k % side + 1 < side),
+                (side - 1, k % side > 0),
+            ] {
+                if inside && k + step < n && random(7 * k + step) > 0.2 {
+                    springs.push(([k, k + step], 0.1 + random(k + step)));
+                }
+            }
+        }
+        Network {
+            points,
+            springs,
+            ground: 0.01,
+        }
+    }
+}
+
+impl Elements for Network {
+    fn unknowns(&self) -> usize {
+        self.points.len()
+    }
+
+    fn count(&self) -> usize {
+        self.springs.len()
+    }
+
+    fn size(&self) -> usize {
+        2
+    }
+
+    fn of(&self, element: usize) -> &[u32] {
+        &self.springs[element].0
+    }
+
+    fn centre(&self, element: usize) -> [f64; 3] {
+        let [p, q] = self.springs[element].0.map(|k| self.points[k as usize]);
+        std::array::from_fn(|k| 0.5 * (p[k] + q[k]))
+    }
+
+    fn matrix(&self, element: usize, matrix: &mut [f64]) {
+        let stiffness = self.springs[element].1;
+        let diagonal = stiffness + self.ground;
+        matrix.copy_from_slice(&[diagonal, -stiffness, -stiffness, diagonal]);
+    }
+}
+
+/// Unknowns that no spring touches have no equation: they are fixed.
+fn roles(network: &Network, kept: u32, fixed: u32, seed: u64) -> Vec<Role> {
+    let mut roles = vec![Role::Fixed; network.points.len()];
+    for (ends, _) in &network.springs {
+        for &k in ends {
+            roles[k as usize] = match (u64::from(k) * 7919 + seed) % 100 {
+                r if r < u64::from(kept) => Role::Kept,
+                r if r < u64::from(kept + fixed) => Role::Fixed,
+                _ => Role::Eliminated,
+            };
+        }
+    }
+    roles
+}
+
+fn settings(solver: Solver, precision: Precision) -> Settings {
+    Settings { solver, precision }
+}
+
+/// Solves with the Schur complement, and returns x with S and g.
+fn solve(
+    network: &Network,
+    roles: &[Role],
+    b: &[f64],
+    settings: Settings,
+) -> (Vec<f64>, Dense, Vec<f64>, f64) {
+    let (factor, reduced, schur, _) = condense(network, roles, b, settings).unwrap();
+    let kept = schur.lu().solve(reduced.kept());
+    let mut x = vec![0.0; b.len()];
+    factor.expand(&reduced, &kept, &mut x);
+    // A right-hand side that comes later gives the same as the one that was eliminated along.
+    let later = factor.reduce(b);
+    let mut again = vec![0.0; b.len()];
+    factor.expand(&later, &kept, &mut again);
+    for (a, b) in x.iter().zip(&again) {
+        assert!((a - b).abs() <= 1e-13 * a.abs().max(1.0));
+    }
+    (x, schur, reduced.kept().to_vec(), reduced.energy())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+    #[test]
+    fn both_factorisations_solve_the_system(
+        side in 2u32..40, seed in 0u64..1000, kept in 0u32..30, fixed in 0u32..30,
+    ) {
+        let network = Network::scattered(side, seed);
+        let roles = roles(&network, kept, fixed, seed);
+        let b: Vec<f64> = (0..network.points.len()).map(|k| (k as f64 + seed as f64).cos()).collect();
+        let (x, schur, g, energy) = solve(&network, &roles, &b, settings(Solver::Multifrontal, Precision::F64));
+        let (y, other, h, faer) = solve(&network, &roles, &b, settings(Solver::Faer, Precision::F64));
+        let size = x.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        for (a, b) in x.iter().zip(&y) {
+            prop_assert!((a - b).abs() <= 1e-13 * size, "{a} {b}");
+        }
+        for (a, b) in g.iter().zip(&h) {
+            prop_assert!((a - b).abs() <= 1e-12 * (1.0 + size), "{a} {b}");
+        }
+        prop_assert!((energy - faer).abs() <= 1e-11 * (1.0 + energy.abs()), "{energy} {faer}");
+        let ones = vec![1.0; schur.size()];
+        for (a, b) in schur.times(&ones).iter().zip(other.times(&ones)) {
+            prop_assert!((a - b).abs() <= 1e-12, "{a} {b}");
+        }
+        // And the matrix, put together, takes the answer to the right-hand side.
+        let matrix = Symmetric::new(&network, &roles).unwrap();
+        let free = |v: &[f64]| -> Vec<f64> {
+            v.iter().zip(&roles).filter(|(_, r)| **r != Role::Fixed).map(|(v, _)| *v).collect()
+        };
+        for (a, b) in matrix.times(&free(&x)).iter().zip(free(&b)) {
+            prop_assert!((a - b).abs() <= 1e-12 * (1.0 + size), "{a} {b}");
+        }
+        // f32 has its own digits.
+        let (z, ..) = solve(&network, &roles, &b, settings(Solver::Multifrontal, Precision::F32Refined));
+        for (a, b) in x.iter().zip(&z) {
+            prop_assert!((a - b).abs() <= 1e-3 * size, "{a} {b}");
+        }
+    }
+}
+
+/// The tree of tasks does not depend on the number of threads, nor does any sum.
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let network = Network::scattered(150, 3);
+    let roles = roles(&network, 2, 1, 5);
+    let b: Vec<f64> = (0..network.points.len())
+        .map(|k| (k as f64).sin())
+        .collect();
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let settings = settings(Solver::Multifrontal, Precision::F64);
+            let (factor, reduced, schur, _) = condense(&network, &roles, &b, settings).unwrap();
+            let kept = schur.times(reduced.kept());
+            let mut x = vec![0.0; b.len()];
+            factor.expand(&reduced, &kept, &mut x);
+            x.iter().map(|v| v.to_bits()).collect::<Vec<_>>()
+        })
+    };
+    let one = run(1);
+    assert!(one == run(1) && one == run(2) && one == run(3));
+}
+
+#[test]
+fn an_indefinite_matrix_is_refused_with_the_dof() {
+    let mut network = Network::path(50);
+    network.springs[20].1 = -5.0;
+    let b = vec![1.0; 50];
+    for solver in [Solver::Multifrontal, Solver::Faer] {
+        let refusal = condense(
+            &network,
+            &[Role::Eliminated; 50],
+            &b,
+            settings(solver, Precision::F64),
+        );
+        let refusal = refusal.err().unwrap().to_string();
+        assert!(refusal.contains("not positive definite"), "{refusal}");
+    }
+}
+
+#[test]
+fn more_memory_than_there_is_is_refused_in_words() {
+    // Kept unknowns make a dense matrix: 4 million of them one of 128 TB.
+    let n = 4_000_000;
+    let network = Network::path(n);
+    let roles = vec![Role::Kept; n as usize];
+    let refusal = condense(
+        &network,
+        &roles,
+        &vec![0.0; n as usize],
+        Settings::default(),
+    );
+    let refusal = refusal.err().unwrap().to_string();
+    assert!(refusal.contains("MB of memory are available"), "{refusal}");
+}
