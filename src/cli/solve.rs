@@ -178,12 +178,12 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
                 + if own {
                     0.0
                 } else {
-                    phase("read").unwrap_or(0.0)
+                    phase("read").unwrap_or(0.0) + phase("mesh").unwrap_or(0.0)
                 },
             assembly: if own {
                 Some(seconds_problem)
             } else {
-                phase("assemble")
+                phase("assemble").map(|s| s + phase("space").unwrap_or(0.0))
             },
             factor: phase("factor"),
             iterate: phase("iterate").or(phase("solve")),

@@ -15,7 +15,8 @@ use std::collections::BTreeMap;
 
 use super::Problem;
 use super::conditions::Condition;
-use super::scheme::{Scheme, Weights};
+use super::scheme::{Scheme, clear_rows};
+use super::system::{System, Weights};
 use crate::error::{Error, Result};
 use crate::linear::{
     Choice, Dense, DenseLu, Elements, Factor, LowRank, Reduced, Role, Settings, condense,
@@ -24,7 +25,8 @@ use crate::linear::{
 /// Vectors of this scheme hold the free dofs of K, ascending, and then those of K on Γ_D.
 pub(super) struct Condensed<'a> {
     problem: &'a Problem<'a>,
-    /// The problem's conditions with the numbers of K.
+    scheme: Scheme<'a>,
+    /// The scheme's conditions with the numbers of K.
     conditions: Vec<Condition>,
     /// The part of the domain of each of K, where it is one that Γ_D does not hold.
     floating: Option<Vec<Option<u32>>>,
@@ -103,15 +105,16 @@ impl<'a> Cells<'a> {
 }
 
 impl<'a> Condensed<'a> {
-    /// None where what is predicted of iterating is better.
+    /// The scheme back where what is predicted of iterating is better.
     ///
     /// # Errors
     /// Nothing to solve for; a stiffness that is not positive definite; memory that is not there.
     pub fn new(
-        problem: &'a Problem<'a>,
+        scheme: Scheme<'a>,
         settings: Settings,
         instead: Option<Choice>,
-    ) -> Result<Option<Self>> {
+    ) -> Result<Result<Self, Scheme<'a>>> {
+        let problem = scheme.problem;
         let space = &problem.space;
         let mut roles: Vec<Role> = problem
             .dirichlet
@@ -143,7 +146,7 @@ impl<'a> Condensed<'a> {
             Ok(k) => k as u32,
             Err(_) => (kept.len() + fixed.partition_point(|other| *other < dof)) as u32,
         };
-        let conditions = problem
+        let conditions = scheme
             .conditions
             .iter()
             .map(|condition| condition.with_dofs(number))
@@ -166,14 +169,15 @@ impl<'a> Condensed<'a> {
                 }
             }
         }
-        let b = linear_residual(problem, &problem.start());
+        let b = right_side(&scheme, &problem.start());
         let Some((factor, reduced, schur, choice)) =
             condense(&cells, &roles, &b, settings, instead)?
         else {
-            return Ok(None);
+            return Ok(Err(scheme));
         };
-        Ok(Some(Condensed {
+        Ok(Ok(Condensed {
             problem,
+            scheme,
             conditions,
             floating,
             choice,
@@ -186,6 +190,20 @@ impl<'a> Condensed<'a> {
             roles,
             stale: RefCell::new(None),
         }))
+    }
+
+    fn residual_with(&self, u: &[f64], add: impl Fn(usize, &Condition, &mut [f64])) -> Vec<f64> {
+        let mut r = self.times(u);
+        for (r, g) in r.iter_mut().zip(&self.load) {
+            *r -= g;
+        }
+        r.resize(u.len(), 0.0);
+        clear_rows(&self.conditions, &mut r);
+        for (k, condition) in self.conditions.iter().enumerate() {
+            add(k, condition, &mut r);
+        }
+        r[self.load.len()..].fill(0.0);
+        r
     }
 
     /// S u of the free dofs, without the shift.
@@ -283,7 +301,7 @@ impl<'a> Condensed<'a> {
     }
 }
 
-impl Scheme for Condensed<'_> {
+impl System for Condensed<'_> {
     fn conditions(&self) -> &[Condition] {
         &self.conditions
     }
@@ -296,11 +314,6 @@ impl Scheme for Condensed<'_> {
         self.choice
     }
 
-    fn points(&self) -> Vec<usize> {
-        let faces = self.problem.contact.iter();
-        faces.map(|face| face.points.len()).collect()
-    }
-
     /// u on K: 0 but for g on Γ_D.
     fn start(&self) -> Vec<f64> {
         let dirichlet = &self.problem.dirichlet;
@@ -311,16 +324,12 @@ impl Scheme for Condensed<'_> {
 
     /// The residual of the scheme on the free dofs of K, 0 on the others.
     fn residual(&self, u: &[f64]) -> Vec<f64> {
-        let mut r = self.times(u);
-        for (r, g) in r.iter_mut().zip(&self.load) {
-            *r -= g;
-        }
-        r.resize(u.len(), 0.0);
-        for condition in &self.conditions {
-            condition.add_to(u, &mut r);
-        }
-        r[self.load.len()..].fill(0.0);
-        r
+        self.residual_with(u, |_, condition, r| condition.add_to(u, r))
+    }
+
+    /// The same of the linear scheme with these laws.
+    fn linear_residual(&self, laws: &[Weights], u: &[f64]) -> Vec<f64> {
+        self.residual_with(u, |k, condition, r| condition.add_law_to(laws[k], u, r))
     }
 
     /// What residuals are relative to: ‖S‖ in the maximum norm, and max |g|.
@@ -384,7 +393,7 @@ impl Scheme for Condensed<'_> {
     /// # Errors
     /// A singular matrix.
     fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
-        let mut r = self.problem.residual(u);
+        let mut r = self.scheme.linear_residual(laws, u);
         for (r, role) in r.iter_mut().zip(&self.roles) {
             *r = if *role == Role::Fixed { 0.0 } else { -*r };
         }
@@ -412,10 +421,10 @@ impl Scheme for Condensed<'_> {
 const REFACTOR: usize = 5;
 
 /// L(φ_i) - (∇u, ∇φ_i), all dofs.
-fn linear_residual(problem: &Problem, u: &[f64]) -> Vec<f64> {
-    let mut b = problem.load.clone();
+fn right_side(scheme: &Scheme, u: &[f64]) -> Vec<f64> {
+    let mut b = scheme.load.to_vec();
     if u.iter().any(|u| *u != 0.0) {
-        for (b, r) in b.iter_mut().zip(problem.stiffness.times(u)) {
+        for (b, r) in b.iter_mut().zip(scheme.problem.stiffness.times(u)) {
             *b -= r;
         }
     }

@@ -1,26 +1,17 @@
 //! Newton's steps without a factorisation, for meshes beyond it.
 //!
-//! For Crouzeix–Raviart with θ₂ = 0, and for the variational inequality, the contact terms of all
-//! rows of a contact cell are multiples of one functional X_F, and what is left of the row of F
-//! itself cancels: (∇u, ∇φ_F) = <∂ₙu, φ_F>_F. With t_i = θ₂γ⁻¹g(φ_i) + θ₁q'(φ_i), taking t_G/t_F
-//! times the row of F from the rows of the other faces G leaves
-//!
-//! ```text
-//! rows G:  (∇δ, ∇φ_G) = -R_G + (t_G/t_F) R_F
-//! row F:   s X_F'(δ) = -s R_F / t_F,   X_F' = Σ_k w_k (α_k g_k + β_k γ q_k')
-//! ```
-//!
-//! which with the scale s = (γ Σ wβ/|F| + Σ wα/A_FF)⁻¹ is the symmetric stiffness matrix, with
-//! Dirichlet values on faces wholly in contact, but for the faces partly in contact. P1 ⊂ CR
-//! preconditions it, P1 functions being held at the vertices of faces wholly in contact. The hierarchy
-//! is built anew only when the set of these changes.
+//! In the form of `scheme` the rows of contact faces hold nothing but their law, scaled to the size of
+//! the stiffness: in contact a Dirichlet condition, separated the row of the stiffness itself, and in
+//! between only on faces partly in contact. The matrix so is the stiffness with Dirichlet conditions on the
+//! faces wholly in contact, up to little; P1 ⊂ CR preconditions it, with functions that vanish at
+//! the vertices of these faces. The hierarchy is built anew only when their set changes.
 
 use std::cell::{Cell, RefCell};
 
-use super::Problem;
 use super::conditions::Condition;
 use super::method::Law;
-use super::scheme::{Scheme, Weights};
+use super::scheme::Scheme;
+use super::system::{System, Weights};
 use crate::assembly::Stiffness;
 use crate::element::{P1, Space};
 use crate::error::{Error, Result};
@@ -28,7 +19,6 @@ use crate::linear::{
     Choice, Elements, Embedded, KrylovStop, Precision, Role, Rows, Solver, Symmetric,
     conjugate_gradients, gmres, norm,
 };
-use crate::scene::Part;
 
 /// Most iterations for one step of Newton's method.
 const STEPS: usize = 400;
@@ -37,46 +27,48 @@ const COARSE: f64 = 1e-2;
 const MEDIUM: f64 = 1e-4;
 const FINE: f64 = 1e-10;
 
-/// Vectors of this scheme hold all dofs.
+/// Vectors of this system hold all dofs.
 pub(super) struct Krylov<'a> {
-    problem: &'a Problem<'a>,
+    scheme: Scheme<'a>,
     /// Free number of each dof, none on Γ_D, and the dof of each free number.
     free: Vec<Option<u32>>,
     dof_of: Vec<u32>,
-    /// P1 by cells; which vertices are on Γ_D.
+    /// The rows that the conditions change, as A has them: free number and values.
+    stiff: Vec<(u32, Vec<f64>)>,
+    /// P1 by cells, and the vertices where P1 functions vanish because u is given on Γ_D.
     coarse: Stiffness<'a>,
     held: Vec<bool>,
     state: RefCell<State>,
-    /// ‖u‖₂ of the last residual.
+    /// ‖u‖₂ of the last residual, and the norm of the matrix.
     size: Cell<f64>,
+    scale: f64,
 }
 
 /// What is kept from step to step.
 struct State {
-    /// A on the free dofs, with the rows of contact faces as the last step had them.
     matrix: Rows,
     laws: Vec<Weights>,
-    /// The contact faces wholly in contact, and the preconditioner for them.
-    closed: Vec<bool>,
+    /// The dofs that are in contact, and the preconditioner for these.
+    closed: Vec<u32>,
     embedded: Option<Embedded>,
 }
 
 impl<'a> Krylov<'a> {
-    /// What iterating is predicted to take; none for what it does not do.
-    pub fn predicted(problem: &Problem) -> Option<Choice> {
-        is_reducible(problem).then(|| choice(problem))
+    /// What iterating is predicted to take; none for what it does not solve.
+    pub fn predicted(scheme: &Scheme) -> Option<Choice> {
+        is_nearly_symmetric(scheme).then(|| choice(scheme))
     }
 
     /// # Errors
-    /// A method whose contact rows cannot be reduced as above; nothing free; a part of the domain that Γ_D
-    /// does not hold.
-    pub fn new(problem: &'a Problem<'a>) -> Result<Self> {
+    /// A scheme that is not of this kind; nothing free; a matrix too large to be summed.
+    pub fn new(scheme: Scheme<'a>) -> Result<Self> {
+        let problem = scheme.problem;
         let space = &problem.space;
-        if !is_reducible(problem) {
+        if !is_nearly_symmetric(&scheme) {
             return Err(Error::usage(
                 format!(
-                    "iterations do not solve {} on this scene: they take Crouzeix–Raviart with θ₂ = 0, cr-fc and cr-vi, \
-                     methods without contact faces, and domains that Γ_D holds",
+                    "iterations do not solve {} on this scene: they take Newton's method for cr, cr-fc, cr-vi and \
+                     p1-vi, and scenes without contact, on domains that Γ_D holds",
                     problem.method
                 ),
                 "use --linear auto",
@@ -85,10 +77,18 @@ impl<'a> Krylov<'a> {
         let mut free = vec![None; space.dofs];
         let mut dof_of = Vec::with_capacity(space.dofs);
         let mut roles = vec![Role::Fixed; space.dofs];
-        for (dof, _) in (0..).zip(&problem.dirichlet).filter(|(_, g)| g.is_none()) {
-            free[dof] = Some(dof_of.len() as u32);
-            dof_of.push(dof as u32);
-            roles[dof] = Role::Eliminated;
+        let mut held = vec![false; space.mesh.points.len()];
+        let values = VertexValues::new(space);
+        for (dof, g) in problem.dirichlet.iter().enumerate() {
+            if g.is_none() {
+                free[dof] = Some(dof_of.len() as u32);
+                dof_of.push(dof as u32);
+                roles[dof] = Role::Eliminated;
+            } else {
+                for (vertex, _) in values.of(dof as u32) {
+                    held[vertex as usize] = true;
+                }
+            }
         }
         if dof_of.is_empty() {
             return Err(Error::Solver {
@@ -96,89 +96,76 @@ impl<'a> Krylov<'a> {
                 remedy: "refine the mesh".into(),
             });
         }
-        let mesh = space.mesh;
-        let mut held = vec![false; mesh.points.len()];
-        for (face, part) in problem.parts.iter().enumerate() {
-            if *part == Some(Part::Dirichlet) {
-                for &vertex in mesh.face(face) {
-                    held[vertex as usize] = true;
-                }
-            }
-        }
+        let mut matrix = Rows::from(&Symmetric::new(&problem.stiffness, &roles)?);
+        let mut seen: Vec<u32> = scheme
+            .conditions
+            .iter()
+            .flat_map(|c| &c.dofs)
+            .filter_map(|&dof| free[dof as usize])
+            .collect();
+        seen.sort_unstable();
+        seen.dedup();
+        let stiff = seen
+            .into_iter()
+            .map(|row| (row, matrix.row_values_mut(row as usize).to_vec()))
+            .collect();
         Ok(Krylov {
-            coarse: Stiffness::new(&Space::new(mesh, &P1)),
+            coarse: Stiffness::new(&Space::new(space.mesh, &P1)),
+            scale: matrix.norm(),
             state: RefCell::new(State {
-                matrix: Rows::from(&Symmetric::new(&problem.stiffness, &roles)?),
+                matrix,
                 laws: Vec::new(),
                 closed: Vec::new(),
                 embedded: None,
             }),
-            problem,
+            scheme,
             free,
             dof_of,
+            stiff,
             held,
             size: Cell::new(0.0),
         })
     }
 
-    /// Writes the row of a contact face and takes it out of the right-hand side of the others.
-    /// Is the face wholly in contact?
-    fn reduce(
-        &self,
-        face: usize,
-        conditions: &[Condition],
-        laws: &[Weights],
-        matrix: &mut Rows,
-        b: &mut [f64],
-    ) -> bool {
-        let (mut functional, mut stiff) = (Vec::new(), 0.0);
-        let (mut open, mut shut) = (0.0, 0.0);
-        let Some(row) = self.free[face] else {
-            return true;
-        };
-        let first = &conditions[0];
-        let local = |c: &Condition| c.dofs.iter().position(|&d| d as usize == face);
-        let own = local(first).expect("invariant: a condition sees the dof of its face");
-        for (condition, &[alpha, beta]) in conditions.iter().zip(laws) {
-            open += condition.weight * beta;
-            shut += condition.weight * alpha;
-            stiff += condition.weight * condition.flux[own];
-            for (i, &dof) in condition.dofs.iter().enumerate() {
-                let flux = condition.gamma * condition.flux[i];
-                let value = alpha * condition.displacement[i] + beta * flux;
-                functional.push((dof, condition.weight * value));
-            }
+    /// The matrix of the linear scheme with these laws; the dofs wholly in contact.
+    fn put(&self, laws: &[Weights], matrix: &mut Rows) -> Vec<u32> {
+        for (row, values) in &self.stiff {
+            matrix.row_values_mut(*row as usize).copy_from_slice(values);
         }
-        let measure: f64 = conditions.iter().map(|c| c.weight).sum();
-        let scale = 1.0 / (first.gamma * open / measure + shut / stiff);
-        let right = b[row as usize] / first.test(own);
-        for (i, &dof) in first.dofs.iter().enumerate() {
-            if let Some(other) = self.free[dof as usize].filter(|&other| other != row) {
-                b[other as usize] -= first.test(i) * right;
+        let mut closed = Vec::new();
+        let mut open = Vec::new();
+        for (condition, law) in self.scheme.conditions.iter().zip(laws) {
+            condition.for_each_entry(*law, |i, j, value| {
+                let (Some(i), Some(j)) = (self.free[i as usize], self.free[j as usize]) else {
+                    return;
+                };
+                let place = matrix.row_columns(i as usize).iter().position(|&c| c == j);
+                if let Some(k) = place {
+                    matrix.row_values_mut(i as usize)[k] += value;
+                }
+            });
+            let dof = own_dof(condition);
+            if law[1] == 0.0 {
+                &mut closed
+            } else {
+                &mut open
             }
+            .push(dof);
         }
-        b[row as usize] = scale * right;
-        let columns = matrix.row_columns(row as usize).to_vec();
-        let values = matrix.row_values_mut(row as usize);
-        values.fill(0.0);
-        for (dof, value) in functional {
-            let column = self.free[dof as usize].and_then(|c| columns.iter().position(|&k| k == c));
-            if let Some(k) = column {
-                values[k] += scale * value;
-            }
-        }
-        open == 0.0
+        // A face partly in contact is open.
+        closed.dedup();
+        open.sort_unstable();
+        closed.retain(|dof| open.binary_search(dof).is_err());
+        closed
     }
 
-    /// P1 functions that vanish on Γ_D and on the faces wholly in contact.
-    fn embedded(&self, closed: &[bool]) -> Result<Embedded> {
-        let problem = self.problem;
-        let mesh = problem.space.mesh;
+    /// P1 functions that vanish on Γ_D and where there is contact.
+    fn embedded(&self, closed: &[u32]) -> Result<Embedded> {
+        let space = &self.scheme.problem.space;
+        let values = VertexValues::new(space);
         let mut held = self.held.clone();
-        for (face, _) in problem.contact.iter().zip(closed).filter(|(_, c)| **c) {
-            for &vertex in mesh.face(face.face) {
-                held[vertex as usize] = true;
-            }
+        for (vertex, _) in closed.iter().flat_map(|&dof| values.of(dof)) {
+            held[vertex as usize] = true;
         }
         let mut number = vec![None; held.len()];
         let mut roles = vec![Role::Fixed; held.len()];
@@ -189,24 +176,22 @@ impl<'a> Krylov<'a> {
             count += 1;
         }
         let mut embedding = Rows::empty(count as usize);
-        let values = VertexValues::new(&problem.space);
         for &dof in &self.dof_of {
-            let of_dof = values.of(dof).filter_map(|(vertex, value)| {
+            embedding.push(values.of(dof).filter_map(|(vertex, value)| {
                 number[vertex as usize].map(|column| (column, value))
-            });
-            embedding.push(of_dof);
+            }));
         }
         let coarse = Rows::from(&Symmetric::new(&self.coarse, &roles)?);
         Embedded::new(embedding, coarse).ok_or_else(|| Error::Solver {
-            what: "the P1 matrix on this mesh does not coarsen (cells of extreme shape, or a part that nothing holds)".into(),
+            what: "the P1 matrix on this mesh does not coarsen (cells of extreme shape?)".into(),
             remedy: "use --linear multifrontal".into(),
         })
     }
 }
 
-impl Scheme for Krylov<'_> {
+impl System for Krylov<'_> {
     fn conditions(&self) -> &[Condition] {
-        &self.problem.conditions
+        &self.scheme.conditions
     }
 
     fn floating(&self) -> Option<&[Option<u32>]> {
@@ -214,37 +199,42 @@ impl Scheme for Krylov<'_> {
     }
 
     fn choice(&self) -> Choice {
-        choice(self.problem)
-    }
-
-    fn points(&self) -> Vec<usize> {
-        let faces = self.problem.contact.iter();
-        faces.map(|face| face.points.len()).collect()
+        choice(&self.scheme)
     }
 
     fn start(&self) -> Vec<f64> {
-        self.problem.start()
+        self.scheme.problem.start()
     }
 
     fn residual(&self, u: &[f64]) -> Vec<f64> {
         self.size.set(norm(u));
-        let mut r = self.problem.residual(u);
-        for (r, free) in r.iter_mut().zip(&self.free) {
-            if free.is_none() {
-                *r = 0.0;
-            }
-        }
-        r
+        self.scheme.residual(u)
+    }
+
+    fn linear_residual(&self, laws: &[Weights], u: &[f64]) -> Vec<f64> {
+        self.size.set(norm(u));
+        self.scheme.linear_residual(laws, u)
     }
 
     fn scale(&self) -> [f64; 2] {
-        let load = self.problem.load.iter();
-        let load = load.fold(0.0, |m: f64, b| m.max(b.abs()));
-        [self.state.borrow().matrix.norm(), load]
+        let load = self.scheme.load.iter();
+        [self.scale, load.fold(0.0, |m: f64, b| m.max(b.abs()))]
     }
 
     fn norm(&self, delta: &[f64]) -> f64 {
-        self.problem.stiffness.energy(delta).max(0.0).sqrt()
+        // Squares of what is not near 1 would overflow, or vanish.
+        let unit = delta.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        if unit == 0.0 || !unit.is_finite() {
+            return unit;
+        }
+        let scaled: Vec<f64> = delta.iter().map(|d| d / unit).collect();
+        unit * self
+            .scheme
+            .problem
+            .stiffness
+            .energy(&scaled)
+            .max(0.0)
+            .sqrt()
     }
 
     fn size(&self, u: &[f64]) -> f64 {
@@ -253,37 +243,29 @@ impl Scheme for Krylov<'_> {
 
     /// While conditions change, δ is only as exact as that deserves.
     fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
-        let problem = self.problem;
         let mut state = self.state.borrow_mut();
         let state = &mut *state;
-        let mut b: Vec<f64> = self.dof_of.iter().map(|&d| -r[d as usize]).collect();
-        // Below this lies the rounding of A u: no step is worth it.
-        let rounding = 2.0 * f64::EPSILON * state.matrix.norm() * self.size.get();
-        let each = match problem.contact.len() {
-            0 => 0,
-            faces => problem.conditions.len() / faces,
-        };
-        let mut closed = vec![false; problem.contact.len()];
-        for (k, face) in problem.contact.iter().enumerate() {
-            let own = each * k..each * (k + 1);
-            let conditions = &problem.conditions[own.clone()];
-            closed[k] = self.reduce(face.face, conditions, &laws[own], &mut state.matrix, &mut b);
-        }
+        let closed = self.put(laws, &mut state.matrix);
         let changes = if state.laws.is_empty() {
             laws.len()
         } else {
-            laws.iter().zip(&state.laws).filter(|(a, b)| a != b).count()
+            let pairs = laws.iter().zip(&state.laws);
+            pairs.filter(|(a, b)| a != b).count()
         };
         if state.embedded.is_none() || state.closed != closed {
             state.embedded = Some(self.embedded(&closed)?);
         }
         state.laws = laws.to_vec();
         state.closed = closed;
+
+        let b: Vec<f64> = self.dof_of.iter().map(|&d| -r[d as usize]).collect();
         let wanted = match changes {
             0 => FINE,
-            few if few <= problem.conditions.len() / 50 + each => MEDIUM,
+            few if few <= laws.len() / 50 + 8 => MEDIUM,
             _ => COARSE,
         };
+        // Below this lies the rounding of A u: no step is worth it.
+        let rounding = f64::EPSILON * self.scale * self.size.get();
         let stop = KrylovStop {
             residual: (wanted * norm(&b)).max(rounding),
             steps: STEPS,
@@ -298,7 +280,7 @@ impl Scheme for Krylov<'_> {
         let mut delta = vec![0.0; b.len()];
         let apply = |x: &[f64], y: &mut [f64]| matrix.times(x, y);
         let precondition = |r: &[f64], z: &mut [f64]| embedded.apply(matrix, &inverse, r, z);
-        let ended = if problem.contact.is_empty() {
+        let ended = if laws.is_empty() {
             conjugate_gradients(apply, precondition, &b, &mut delta, stop)
         } else {
             gmres(apply, precondition, &b, &mut delta, stop)
@@ -307,7 +289,7 @@ impl Scheme for Krylov<'_> {
         if ended.steps == STEPS || delta.iter().any(|d| !d.is_finite()) {
             return Err(not_converged(ended.steps));
         }
-        let mut all = vec![0.0; problem.space.dofs];
+        let mut all = vec![0.0; self.free.len()];
         for (&dof, d) in self.dof_of.iter().zip(&delta) {
             all[dof as usize] = *d;
         }
@@ -319,7 +301,7 @@ impl Scheme for Krylov<'_> {
     }
 
     fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
-        let delta = self.step(laws, &self.residual(u))?;
+        let delta = self.step(laws, &self.linear_residual(laws, u))?;
         let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         for (u, d) in u.iter_mut().zip(&delta) {
             *u += d;
@@ -331,6 +313,13 @@ impl Scheme for Krylov<'_> {
             0.0
         })
     }
+}
+
+/// The dof that a condition holds where it is in contact.
+fn own_dof(condition: &Condition) -> u32 {
+    let of_variational = || condition.displacement.iter().position(|g| *g != 0.0);
+    let local = condition.row.map(|row| row.local).or_else(of_variational);
+    condition.dofs[local.unwrap_or(0)]
 }
 
 /// The values of P1's basis functions at the dofs.
@@ -360,15 +349,11 @@ impl<'a> VertexValues<'a> {
     }
 }
 
-/// Does the reduction above hold?
-fn is_reducible(problem: &Problem) -> bool {
-    let on_faces = problem.space.element.on().faces;
-    let law = match problem.method.law {
-        Law::Nitsche { theta1, theta2 } => theta1 != 0 && theta2 == 0,
-        Law::Variational | Law::FluxCorrected => true,
-        Law::Penalty { .. } | Law::Multiplier { .. } => false,
-    };
-    problem.floating.is_none() && (problem.contact.is_empty() || (on_faces && law))
+/// Is the matrix symmetric but for few rows, whatever is in contact, and definite?
+fn is_nearly_symmetric(scheme: &Scheme) -> bool {
+    let problem = scheme.problem;
+    let by_faces = scheme.conditions.iter().all(|c| c.row.is_some());
+    problem.floating.is_none() && (by_faces || problem.method.law == Law::Variational)
 }
 
 /// Iterations of Newton's method times those of each step, and of its last one, as measured: they
@@ -377,7 +362,8 @@ const ITERATIONS: f64 = 60.0;
 /// Vectors that an iteration holds.
 const VECTORS: usize = 30;
 
-fn choice(problem: &Problem) -> Choice {
+fn choice(scheme: &Scheme) -> Choice {
+    let problem = scheme.problem;
     let (dofs, cells) = (problem.space.dofs, problem.stiffness.count());
     let local = problem.stiffness.size();
     // Each cell ties each of its dofs to each other; on the diagonal they meet.
@@ -405,7 +391,7 @@ fn not_converged(steps: usize) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{Iteration, Method, Stop, solve_by};
+    use crate::contact::{Iteration, Method, Problem, Stop, solve_by};
     use crate::linear::Settings;
     use crate::scene::Scene;
 
@@ -426,7 +412,7 @@ mod tests {
         ] {
             let scene = Scene::find(scene).unwrap();
             let mesh = scene.triangulation(Some(n)).unwrap();
-            for method in ["cr", "cr(-1,0)", "cr-vi", "cr-fc"] {
+            for method in ["cr", "cr-vi", "cr-fc", "p1-vi"] {
                 let method: Method = method.parse().unwrap();
                 let problem = Problem::new(&scene, &mesh, method).unwrap();
                 let solve = |solver| {
@@ -488,12 +474,15 @@ mod tests {
         let mesh = scene.triangulation(Some(4)).unwrap();
         for method in ["p2", "cr(1,1)", "penalty"] {
             let problem = Problem::new(&scene, &mesh, method.parse().unwrap()).unwrap();
-            let refused = Krylov::new(&problem).err().unwrap().to_string();
+            let refused = Krylov::new(Scheme::new(&problem))
+                .err()
+                .unwrap()
+                .to_string();
             assert!(
                 refused.contains(method) && refused.contains("--linear"),
                 "{refused}"
             );
-            assert!(Krylov::predicted(&problem).is_none());
+            assert!(Krylov::predicted(&Scheme::new(&problem)).is_none());
         }
     }
 }

@@ -20,6 +20,7 @@ mod method;
 mod quantities;
 mod scheme;
 mod solve;
+mod system;
 
 pub use crate::assembly::combine as gradient;
 pub use conditions::Condition;
@@ -30,5 +31,7 @@ pub use method::{Law, Method};
 pub use quantities::{Quantities, face_fields, quantities};
 pub use solve::{Ended, Solution, Stop, Timings, solve, solve_by};
 
+#[cfg(test)]
+mod random_tests;
 #[cfg(test)]
 mod tests;

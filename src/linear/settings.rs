@@ -16,7 +16,7 @@ pub enum Solver {
     Faer,
     /// Our own, which sums no matrix and uses all cores.
     Multifrontal,
-    /// Krylov's method with P1 as preconditioner; for Crouzeix–Raviart. Memory as the mesh.
+    /// Krylov's methods with P1 as preconditioner, for Crouzeix–Raviart: memory as the mesh takes.
     Iterative,
 }
 

@@ -1,0 +1,74 @@
+//! What the iterations of `solve` need of a scheme, condensed or whole.
+
+use super::condensed::Condensed;
+use super::conditions::Condition;
+use super::krylov::Krylov;
+use super::scheme::Scheme;
+use crate::error::Result;
+use crate::linear::{Choice, Settings, Solver};
+
+/// What the law u-ψ + [P]₊ of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
+pub(super) type Weights = [f64; 2];
+
+/// A scheme R(u) = 0 in the unknowns that an iteration works on.
+pub(super) trait System {
+    /// The conditions, in these unknowns.
+    fn conditions(&self) -> &[Condition];
+
+    /// The part of the domain of each unknown, where it is one that Γ_D does not hold.
+    fn floating(&self) -> Option<&[Option<u32>]>;
+
+    /// What solves the linear systems.
+    fn choice(&self) -> Choice;
+
+    /// 0 but for g on Γ_D.
+    fn start(&self) -> Vec<f64>;
+
+    /// R(u), 0 on Γ_D.
+    fn residual(&self, u: &[f64]) -> Vec<f64>;
+
+    /// The same of the linear scheme with these laws.
+    fn linear_residual(&self, laws: &[Weights], u: &[f64]) -> Vec<f64>;
+
+    /// What residuals are relative to: the matrix in the maximum norm, and the largest load.
+    fn scale(&self) -> [f64; 2];
+
+    /// The energy norm of an increment.
+    fn norm(&self, delta: &[f64]) -> f64;
+
+    /// The energy norm of u.
+    fn size(&self, u: &[f64]) -> f64;
+
+    /// δ, 0 on Γ_D, that solves the linear scheme with these laws and the right-hand side -r.
+    ///
+    /// # Errors
+    /// A singular matrix; an iteration that does not converge.
+    fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>>;
+
+    /// u at all dofs of the space.
+    fn complete(&self, u: &[f64]) -> Vec<f64>;
+
+    /// A step at all dofs, where steps are less exact than the scheme: max |δ| over max |u|.
+    ///
+    /// # Errors
+    /// Those of [`System::step`].
+    fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64>;
+}
+
+/// A scheme for a linear solver. `auto` condenses it, unless iterating is predicted to be faster, or
+/// the factor does not fit into memory.
+///
+/// # Errors
+/// Nothing to solve for; a stiffness that is not positive definite; a method that the solver does
+/// not take; memory that is not there.
+pub(super) fn system<'a>(scheme: Scheme<'a>, settings: Settings) -> Result<Box<dyn System + 'a>> {
+    let instead = match settings.solver {
+        Solver::Iterative => return Ok(Box::new(Krylov::new(scheme)?)),
+        Solver::Auto => Krylov::predicted(&scheme),
+        _ => None,
+    };
+    Ok(match Condensed::new(scheme, settings, instead)? {
+        Ok(condensed) => Box::new(condensed),
+        Err(scheme) => Box::new(Krylov::new(scheme)?),
+    })
+}
