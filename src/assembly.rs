@@ -127,13 +127,7 @@ impl<'a> Stiffness<'a> {
     }
 
     /// y_i = Σ_j product(A_ij, u_j) on one cell.
-    fn cell_times(
-        &self,
-        cell: usize,
-        u: &[f64],
-        y: &mut [f64],
-        product: impl Fn(f64, f64) -> f64,
-    ) {
+    fn cell_times(&self, cell: usize, u: &[f64], y: &mut [f64], product: impl Fn(f64, f64) -> f64) {
         let local = self.space.local_dofs;
         let mut storage = [0.0; MAX_DOFS * MAX_DOFS];
         let matrix = &mut storage[..local * local];
@@ -175,7 +169,11 @@ impl<'a> Stiffness<'a> {
 
     /// Visits the entries of the cells' matrices: row, column, value. An entry of the whole is
     /// the sum of what is told of it.
-    pub fn for_each(&self, cells: impl Iterator<Item = usize>, mut visit: impl FnMut(u32, u32, f64)) {
+    pub fn for_each(
+        &self,
+        cells: impl Iterator<Item = usize>,
+        mut visit: impl FnMut(u32, u32, f64),
+    ) {
         let local = self.space.local_dofs;
         let mut matrix = vec![0.0; local * local];
         for cell in cells {
@@ -205,7 +203,9 @@ pub fn norm_squared(space: &Space, u: &[f64]) -> f64 {
     total_over_cells(space, |cell| {
         let u = space.local(cell, u);
         let rows = reference.iter().zip(&u);
-        let sum: f64 = rows.map(|(row, ui)| ui * row.iter().zip(&u).map(|(m, uj)| m * uj).sum::<f64>()).sum();
+        let sum: f64 = rows
+            .map(|(row, ui)| ui * row.iter().zip(&u).map(|(m, uj)| m * uj).sum::<f64>())
+            .sum();
         Metric::new(space.mesh.dim, &space.mesh.vertices(cell)).measure * sum
     })
 }
@@ -397,7 +397,10 @@ mod tests {
         let points = [[0.1, 0.0, 0.0], [2.0, 0.3, 0.0], [0.4, 0.9, 0.0]];
         let mesh = crate::mesh::Mesh {
             points: points.to_vec(),
-            blocks: vec![crate::mesh::CellBlock::new(crate::mesh::CellKind::Triangle, vec![0, 1, 2])],
+            blocks: vec![crate::mesh::CellBlock::new(
+                crate::mesh::CellKind::Triangle,
+                vec![0, 1, 2],
+            )],
             ..Default::default()
         };
         let mesh = Triangulation::new("one", &mesh).unwrap();

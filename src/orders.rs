@@ -246,7 +246,16 @@ impl std::fmt::Display for Limit {
 mod tests {
     use super::*;
 
-    const METHODS: [&str; 8] = ["cr", "cr-fc", "p1", "p2", "p1-vi", "cr-vi", "penalty", "multiplier"];
+    const METHODS: [&str; 8] = [
+        "cr",
+        "cr-fc",
+        "p1",
+        "p2",
+        "p1-vi",
+        "cr-vi",
+        "penalty",
+        "multiplier",
+    ];
 
     fn study(scenes: &[&str], n: &[usize]) -> Vec<Orders> {
         let scenes: Vec<Scene> = scenes.iter().map(|s| Scene::find(s).unwrap()).collect();

@@ -146,7 +146,8 @@ impl Condition {
     pub(super) fn law_row(&self, [alpha, beta]: [f64; 2]) -> Vec<(u32, f64)> {
         let value = |j: usize| alpha * self.displacement[j] + beta * self.gamma * self.flux[j];
         let dofs = self.dofs.iter().enumerate();
-        dofs.map(|(j, &dof)| (dof, self.weight * value(j))).collect()
+        dofs.map(|(j, &dof)| (dof, self.weight * value(j)))
+            .collect()
     }
 
     /// θ₂ γ⁻¹ g(φ_j) + θ₁ q'(φ_j), j counted in `dofs`.

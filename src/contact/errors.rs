@@ -188,10 +188,7 @@ mod tests {
         for element in [&CR as &'static dyn Element, &P1, &P2] {
             let space = Space::new(&mesh, element);
             // u_h = u/2 + 1/10: the errors are half the slopes, and u/2 - 1/10.
-            let half: Vec<f64> = space
-                .points()
-                .map(|x| 0.5 * exact.value(x) + 0.1)
-                .collect();
+            let half: Vec<f64> = space.points().map(|x| 0.5 * exact.value(x) + 0.1).collect();
             let Errors { h1, l2 } = errors(&space, &half, &exact).unwrap();
             assert!((h1 - 0.5).abs() < 1e-13);
             // ∫u² = 3 + 16/3 - 6, ∫u = -1/2

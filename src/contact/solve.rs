@@ -129,6 +129,13 @@ pub fn solve_by(
     let mut best = (f64::INFINITY, 0, Vec::new());
     let mut laws: Vec<Weights> = Vec::new();
     let mut ended = Ended::NotReached;
+    if scheme.conditions.is_empty() {
+        // Linear: the whole of u is one increment, and there is nothing to iterate.
+        let increment = f64::from(u8::from(scheme.size(&u) > 0.0));
+        (increments, changes, residuals) = (vec![increment], vec![0], vec![0.0]);
+        progress(1, increment)?;
+        ended = Ended::Rounding;
+    }
     while ended == Ended::NotReached && increments.len() < stop.max_iterations {
         if is_newton {
             set.linear_residual(&scheme, &u, &mut r);
@@ -266,9 +273,12 @@ impl Scale {
 
 /// The largest |v_i|; NaN where there is one.
 fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m: f64, v| {
-        if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
-    })
+    v.iter().fold(
+        0.0,
+        |m: f64, v| {
+            if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
+        },
+    )
 }
 
 /// The energy norm of δ, in the norm of u; 0 where both vanish.

@@ -9,6 +9,7 @@
 use rayon::prelude::*;
 
 use super::bisection::Tree;
+use super::schur::Entry;
 use super::{Elements, Role};
 
 const NONE: u32 = u32::MAX;
@@ -121,7 +122,11 @@ impl Analysis {
             firsts: &firsts,
             grain: (tree.order.len() / TASKS).max(256),
         };
-        let whole = tree.parts.len().checked_sub(1).map(|root| numbering.plan(root));
+        let whole = tree
+            .parts
+            .len()
+            .checked_sub(1)
+            .map(|root| numbering.plan(root));
         let (plan, mut border) = whole.map_or((None, Vec::new()), |(p, b)| (Some(p), b));
         for place in &mut border {
             *place -= order.len() as u32;
@@ -136,6 +141,26 @@ impl Analysis {
         }
     }
 
+    /// The elements without an eliminated unknown, as entries of the Schur complement.
+    pub(super) fn aside(&self, elements: &impl Elements) -> Vec<Entry> {
+        let size = elements.size();
+        let mut matrix = vec![0.0; size * size];
+        let mut entries = Vec::with_capacity(self.aside.len() * size * size);
+        for &e in &self.aside {
+            elements.matrix(e as usize, &mut matrix);
+            let place = |k: &u32| self.kept.binary_search(k).ok();
+            let places: Vec<_> = elements.of(e as usize).iter().map(place).collect();
+            for (column, &j) in matrix.chunks_exact(size).zip(&places) {
+                for (value, &i) in column.iter().zip(&places) {
+                    if let (Some(i), Some(j)) = (i, j) {
+                        entries.push((i as u32, j as u32, *value));
+                    }
+                }
+            }
+        }
+        entries
+    }
+
     /// Entries of the factor.
     pub fn entries(&self) -> usize {
         self.plan.as_ref().map_or(0, |plan| plan.entries)
@@ -146,10 +171,10 @@ impl Analysis {
         self.plan.as_ref().map_or(0.0, |plan| plan.flops)
     }
 
-    /// Bytes that factor, updates and Schur complement take with numbers of `size` bytes.
+    /// Bytes that factor, updates, Schur complement and its factorisation take with numbers of `size` bytes.
     pub fn bytes(&self, size: usize) -> usize {
         let waiting = self.plan.as_ref().map_or(0, |plan| plan.waiting);
-        (self.entries() + waiting) * size + self.kept.len().pow(2) * 8
+        (self.entries() + waiting) * size + 3 * self.border.len().pow(2) * 8
     }
 }
 
@@ -202,7 +227,11 @@ fn eliminate(owners: &[u32], parts: usize) -> (Vec<u32>, Vec<u32>) {
     }
     let mut next = firsts.clone();
     let mut order = vec![0; firsts[parts] as usize];
-    for (k, &owner) in owners.iter().enumerate().filter(|(_, owner)| **owner != NONE) {
+    for (k, &owner) in owners
+        .iter()
+        .enumerate()
+        .filter(|(_, owner)| **owner != NONE)
+    {
         let slot = &mut next[owner as usize];
         order[*slot as usize] = k as u32;
         *slot += 1;
@@ -248,7 +277,8 @@ impl<E: Elements> Numbering<'_, E> {
                 plan.pivots += a.0.pivots + b.0.pivots;
                 plan.flops += a.0.flops + b.0.flops;
                 let below = a.0.waiting + b.0.waiting;
-                plan.waiting = below.max(a.0.border.pow(2) + b.0.border.pow(2) + front.len().pow(2));
+                plan.waiting =
+                    below.max(a.0.border.pow(2) + b.0.border.pow(2) + front.len().pow(2));
                 plan.halves = Some(Box::new([a.0, b.0]));
                 border
             }
@@ -318,7 +348,12 @@ impl<E: Elements> Numbering<'_, E> {
         front: &[u32],
     ) -> Vec<u32> {
         let pivots = (self.firsts[part + 1] - self.firsts[part]) as usize;
-        debug_assert!(front[..pivots].iter().copied().eq(self.firsts[part]..self.firsts[part + 1]));
+        debug_assert!(
+            front[..pivots]
+                .iter()
+                .copied()
+                .eq(self.firsts[part]..self.firsts[part + 1])
+        );
         let border = front[pivots..].to_vec();
         let front = Front {
             pivots: pivots as u32,

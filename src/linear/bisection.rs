@@ -162,7 +162,11 @@ fn split(points: &mut [Point], spare: &mut [Point]) -> usize {
     // A tie, as on a square, is decided for the higher axis whatever the rounding.
     let extent = |k: usize| high[k] - low[k];
     let axis = (0..2).rev().fold(2, |best, k| {
-        if extent(k) > 1.0001 * extent(best) { k } else { best }
+        if extent(k) > 1.0001 * extent(best) {
+            k
+        } else {
+            best
+        }
     });
     let count = points.len();
     let rows = ROWS / (count as f64).powf(if extent(2) > 0.0 { 1.0 / 3.0 } else { 0.5 });
@@ -179,9 +183,12 @@ fn split(points: &mut [Point], spare: &mut [Point]) -> usize {
                 let gap = points[k].at[axis] - points[k - 1].at[axis];
                 (k, score(gap, k.abs_diff(count / 2), slack))
             })
-            .fold((count / 2, 0.0), |best, next| {
-                if next.1 > best.1 { next } else { best }
-            })
+            .fold(
+                (count / 2, 0.0),
+                |best, next| {
+                    if next.1 > best.1 { next } else { best }
+                },
+            )
             .0;
     }
     let at = place(points, axis, low[axis], high[axis], slack);

@@ -9,7 +9,7 @@
 
 use super::cholesky::{Cholesky, Solved};
 use super::multifrontal::{Forward, Multifrontal, NotPositive};
-use super::{Analysis, Dense, Elements, Precision, Role, Settings, Solver, memory};
+use super::{Analysis, Elements, Precision, Role, Schur, Settings, Solver, memory};
 use crate::error::{Error, Result};
 
 /// What was chosen, and what it was predicted to take.
@@ -67,7 +67,7 @@ pub fn condense(
     roles: &[Role],
     b: &[f64],
     settings: Settings,
-) -> Result<(Factor, Reduced, Dense, Choice)> {
+) -> Result<(Factor, Reduced, Schur, Choice)> {
     let analysis = Analysis::new(elements, roles);
     let choice = choose(&analysis, elements, settings)?;
     tracing::info!(
@@ -80,13 +80,20 @@ pub fn condense(
     );
     let refuse = |NotPositive(unknown): NotPositive| Error::Solver {
         what: format!("the stiffness matrix is not positive definite (at dof {unknown})"),
-        remedy: "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate".into(),
+        remedy:
+            "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate"
+                .into(),
     };
     Ok(match (choice.solver, choice.precision) {
         (Solver::Faer, _) => {
             let factor = Cholesky::new(elements, roles, analysis)?;
             let (solved, schur) = (factor.forward(b), factor.schur_complement().clone());
-            (Factor::Faer(Box::new(factor)), Reduced(Kind::Faer(solved)), schur, choice)
+            (
+                Factor::Faer(Box::new(factor)),
+                Reduced(Kind::Faer(solved)),
+                schur,
+                choice,
+            )
         }
         (_, Precision::F64) => {
             let (factor, forward, schur) =
@@ -150,7 +157,8 @@ fn choose(analysis: &Analysis, elements: &impl Elements, settings: Settings) -> 
             choice.predicted_mb,
             there.unwrap_or(0) as f64 / 1e6
         ),
-        remedy: "take a coarser mesh, --precision f32-refined, or a machine with more memory".into(),
+        remedy: "take a coarser mesh, --precision f32-refined, or a machine with more memory"
+            .into(),
     })
 }
 

@@ -188,7 +188,10 @@ fn update_small<T: Number>(update: &mut [T], border: usize, panel: &[T], size: u
                 };
                 add_product(&mut sums, rows, columns);
             }
-            for (sums, target) in sums.iter().zip(update[j * border..].chunks_exact_mut(border)) {
+            for (sums, target) in sums
+                .iter()
+                .zip(update[j * border..].chunks_exact_mut(border))
+            {
                 for (x, sum) in target[i..].iter_mut().zip(sums) {
                     *x -= *sum;
                 }
@@ -216,11 +219,7 @@ fn update_small<T: Number>(update: &mut [T], border: usize, panel: &[T], size: u
 }
 
 #[inline(always)]
-fn add_product<T: Number>(
-    sums: &mut [[T; TILE]; TILE],
-    rows: &[T; TILE],
-    columns: &[T; TILE],
-) {
+fn add_product<T: Number>(sums: &mut [[T; TILE]; TILE], rows: &[T; TILE], columns: &[T; TILE]) {
     for (sums, factor) in sums.iter_mut().zip(columns) {
         for (sum, x) in sums.iter_mut().zip(rows) {
             *sum += *x * *factor;
@@ -247,7 +246,17 @@ mod tests {
 
     /// L Lᵀ + (0, S) = A, for fronts on all ways through the kernels.
     fn check<T: Number>(tolerance: f64) {
-        let sizes = [(1, 0), (1, 1), (3, 7), (8, 8), (5, 70), (24, 140), (25, 30), (40, 0), (90, 260)];
+        let sizes = [
+            (1, 0),
+            (1, 1),
+            (3, 7),
+            (8, 8),
+            (5, 70),
+            (24, 140),
+            (25, 30),
+            (40, 0),
+            (90, 260),
+        ];
         for (pivots, border) in sizes {
             let size = pivots + border;
             let a = positive(size);
@@ -270,7 +279,10 @@ mod tests {
                         0.0
                     };
                     let error = product + rest - a[j * size + i];
-                    assert!(error.abs() < tolerance * size as f64, "{pivots} {border} {i} {j}");
+                    assert!(
+                        error.abs() < tolerance * size as f64,
+                        "{pivots} {border} {i} {j}"
+                    );
                 }
             }
         }

@@ -5,7 +5,10 @@ use std::fs;
 /// Bytes that can be had: what the system says is available, or less where a control group sets
 /// a limit. None where the system does not tell.
 pub fn available() -> Option<u64> {
-    let system = fs::read_to_string("/proc/meminfo").ok().as_deref().and_then(from_meminfo);
+    let system = fs::read_to_string("/proc/meminfo")
+        .ok()
+        .as_deref()
+        .and_then(from_meminfo);
     let group = fs::read_to_string("/proc/self/cgroup")
         .ok()
         .and_then(|text| left_in_group(&text, |path| fs::read_to_string(path).ok()));
@@ -63,7 +66,10 @@ mod tests {
 
     #[test]
     fn the_tightest_limit_counts() {
-        assert_eq!(from_meminfo("MemTotal: 9 kB\nMemAvailable:     123 kB\n"), Some(123 * 1024));
+        assert_eq!(
+            from_meminfo("MemTotal: 9 kB\nMemAvailable:     123 kB\n"),
+            Some(123 * 1024)
+        );
         assert_eq!(from_meminfo("MemTotal: 9 kB\n"), None);
         let files = |path: &str| {
             let text = match path {

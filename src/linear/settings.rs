@@ -100,12 +100,28 @@ mod tests {
     #[test]
     fn names_round_trip() {
         for (name, solver) in SOLVERS {
-            assert_eq!((name.parse(), solver.to_string()), (Ok(solver), name.to_owned()));
+            assert_eq!(
+                (name.parse(), solver.to_string()),
+                (Ok(solver), name.to_owned())
+            );
         }
         for (name, precision) in PRECISIONS {
-            assert_eq!((name.parse(), precision.to_string()), (Ok(precision), name.to_owned()));
+            assert_eq!(
+                (name.parse(), precision.to_string()),
+                (Ok(precision), name.to_owned())
+            );
         }
-        assert!("iterative".parse::<Solver>().unwrap_err().contains("no iterative solver yet"));
-        assert!("f16".parse::<Precision>().unwrap_err().contains("f32-refined"));
+        assert!(
+            "iterative"
+                .parse::<Solver>()
+                .unwrap_err()
+                .contains("no iterative solver yet")
+        );
+        assert!(
+            "f16"
+                .parse::<Precision>()
+                .unwrap_err()
+                .contains("f32-refined")
+        );
     }
 }

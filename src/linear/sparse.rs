@@ -25,7 +25,10 @@ impl Symmetric {
         let size = elements.size();
         if elements.count() as u64 * (size * (size + 1) / 2) as u64 > u64::from(u32::MAX) {
             return Err(Error::Solver {
-                what: format!("a matrix of {} elements has too many entries", elements.count()),
+                what: format!(
+                    "a matrix of {} elements has too many entries",
+                    elements.count()
+                ),
                 remedy: "use --linear multifrontal, which never puts it together".into(),
             });
         }
@@ -125,7 +128,10 @@ mod tests {
         let mut roles = vec![Role::Eliminated; 4];
         let matrix = Symmetric::new(&network, &roles).unwrap();
         assert_eq!(matrix.rows, [0, 1, 1, 2, 2, 3, 3]);
-        assert_eq!(matrix.times(&[1.0, 10.0, 100.0, 0.0]), [-8.0, -151.0, 680.0, -300.0]);
+        assert_eq!(
+            matrix.times(&[1.0, 10.0, 100.0, 0.0]),
+            [-8.0, -151.0, 680.0, -300.0]
+        );
         roles[1] = Role::Fixed;
         let matrix = Symmetric::new(&network, &roles).unwrap();
         assert_eq!(matrix.rows, [0, 1, 2, 2]);

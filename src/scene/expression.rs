@@ -255,9 +255,7 @@ impl Node {
             Node::Pi => std::f64::consts::PI,
             Node::Coordinate(axis) => point[*axis],
             Node::Negative(a) => -a.value(point),
-            Node::Binary(operator, a, b) => {
-                operator.apply(a.value(point), b.value(point))
-            }
+            Node::Binary(operator, a, b) => operator.apply(a.value(point), b.value(point)),
             Node::Call(function, arguments) => {
                 let second = arguments.get(1).map_or(0.0, |b| b.value(point));
                 function.apply(arguments[0].value(point), second)

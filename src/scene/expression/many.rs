@@ -109,7 +109,11 @@ mod tests {
             let mut values = vec![f64::NAN; points.len()];
             f.values(&points, &mut values);
             for (value, point) in values.iter().zip(&points) {
-                assert_eq!(value.to_bits(), f.value(*point).to_bits(), "{text} {point:?}");
+                assert_eq!(
+                    value.to_bits(),
+                    f.value(*point).to_bits(),
+                    "{text} {point:?}"
+                );
             }
         }
     }
