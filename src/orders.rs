@@ -298,6 +298,23 @@ mod tests {
         }
     }
 
+    /// Where nothing touches, the penalty-free law leaves a flux of order h/γ₀ on Γ_C, and the order
+    /// in L² falls to 1; with the corrected flux it stays 2 whatever γ₀.
+    #[test]
+    fn the_corrected_flux_has_second_order_for_every_gamma() {
+        let methods = [Method::cr(), Method::cr_fc()];
+        for gamma0 in [0.1, 1.0, 10.0, 100.0] {
+            let mut scene = Scene::find("contact-nowhere").unwrap();
+            scene.gamma0 = gamma0;
+            let all = orders(&[scene], &methods, &[16, 32, 64], |_, _, _| Ok(())).unwrap();
+            let [cr, fc] = [0, 1].map(|k| all[k].l2.steps[1]);
+            assert!((fc - 2.0).abs() < 0.05, "{gamma0}: {fc}");
+            assert!(gamma0 > 1.0 || (cr - 1.0).abs() < 0.1, "{gamma0}: {cr}");
+            assert_eq!(all[1].theory.map(|t| t.l2), Some(2.0));
+            assert_eq!(all[0].theory.map(|t| t.l2), Some(1.0));
+        }
+    }
+
     #[test]
     fn a_scene_without_a_solution_is_refused() {
         let scenes = [Scene::find("one-zone").unwrap()];

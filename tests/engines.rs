@@ -83,6 +83,26 @@ fn the_whole_family_agrees() {
 }
 
 #[test]
+fn the_corrected_flux_agrees_in_all_engines() {
+    let folder = folder();
+    // Zones; every datum inhomogeneous; cells with two contact faces.
+    for scene in ["five-zones", "plate", "two-sides-contact"] {
+        let words = ["verify", scene, "--methods", "cr,cr-fc,p2", "--json", "-"];
+        let ran = run(folder.path(), &words);
+        assert_eq!(ran.code, Some(0), "{scene}: {}{}", ran.stdout, ran.stderr);
+        let outcome = ran.json();
+        let cases = outcome["cases"].as_array().unwrap();
+        let case = cases.iter().find(|c| c["method"] == "cr-fc").unwrap();
+        let pairs = case["pairs"].as_array().unwrap();
+        assert_eq!(pairs.len(), 3 * 4, "pairs of engines, fields");
+        for pair in pairs.iter().filter(|p| p["field"] == "mean") {
+            assert_eq!(pair["tolerance"], 1e-12);
+            assert!(pair["max_rel"].as_f64().unwrap() <= 1e-12, "{pair}");
+        }
+    }
+}
+
+#[test]
 fn every_function_of_expressions_means_the_same_in_every_engine() {
     let folder = folder();
     let f = "sin(x)+cos(y)+tan(0.5*x)+asin(0.5*x)+acos(0.5*y)+atan(x)+atan2(y+0.1,x-0.3)+sinh(x)\
@@ -113,7 +133,8 @@ fn every_quadrature_rule_and_h_is_taken_by_every_engine() {
             folder.path().join("plate.msh"),
         )
         .unwrap();
-        let ran = run(folder.path(), &["verify", &scene, "--json", "-"]);
+        let words = ["verify", &scene, "--methods", "cr,cr-fc,p2", "--json", "-"];
+        let ran = run(folder.path(), &words);
         assert_eq!(
             ran.code,
             Some(0),
@@ -239,6 +260,69 @@ fn any_engine_solves_and_says_the_same() {
             assert!((a - b).abs() < 1e-12 * a.abs(), "{engine} {key}: {a} {b}");
         }
     }
+}
+
+#[test]
+fn the_history_of_the_iteration_is_told() {
+    let folder = folder();
+    let solve = |words: &[&str]| {
+        let all = [&["solve", "five-zones", "--n", "16", "--json", "-"], words].concat();
+        run(folder.path(), &all)
+    };
+    let lengths = |told: &serde_json::Value| {
+        ["increments", "active_set_changes", "residuals"]
+            .map(|key| told[key].as_array().unwrap().len() as u64)
+    };
+    let ran = solve(&["--method", "cr-fc"]);
+    let told = ran.json();
+    let steps = told["iterations"].as_u64().unwrap();
+    assert_eq!(lengths(&told), [steps; 3]);
+    assert_eq!(told["ended"], "increment");
+    assert_eq!(told["step"], steps);
+    assert_eq!(
+        told["active_set_changes"]
+            .as_array()
+            .unwrap()
+            .last()
+            .unwrap(),
+        0
+    );
+    assert!(
+        told["residuals"]
+            .as_array()
+            .unwrap()
+            .last()
+            .unwrap()
+            .as_f64()
+            .unwrap()
+            < 1e-14
+    );
+
+    // Beyond binary64: at rounding, and no failure.
+    let ran = solve(&["--tolerance", "1e-40"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert_eq!(ran.json()["ended"], "rounding");
+
+    // Not reached: code 1, and the best iterate is named.
+    let ran = solve(&["--iteration", "lagged-p", "--max-iterations", "30"]);
+    assert_eq!(ran.code, Some(1));
+    let told = ran.json();
+    assert_eq!(told["ended"], "not-reached");
+    assert_eq!(told["converged"], false);
+    let step = told["step"].as_u64().unwrap();
+    assert!(
+        step < 30,
+        "the iteration diverges, and its best iterate is an early one"
+    );
+    assert!(
+        ran.stderr
+            .contains(&format!("best iterate by residual, that of step {step},")),
+        "{}",
+        ran.stderr
+    );
+    let ran = solve(&["--engine", "freefem", "--max-iterations", "1"]);
+    assert_eq!(ran.code, Some(1));
+    assert!(ran.stderr.contains("its last iterate"), "{}", ran.stderr);
 }
 
 #[test]

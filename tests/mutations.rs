@@ -6,8 +6,12 @@ mod common;
 
 use common::{changed_companion, folder, run};
 
-/// Runs Rust against a changed companion on both methods.
+/// Runs Rust against a changed companion on the paper's two methods.
 fn caught(companion: &str, from: &str, to: &str) {
+    caught_with("cr,p2", companion, from, to);
+}
+
+fn caught_with(methods: &str, companion: &str, from: &str, to: &str) {
     let folder = folder();
     let engine = changed_companion(folder.path(), companion, from, to);
     let engines = format!("rust,{engine}");
@@ -17,6 +21,8 @@ fn caught(companion: &str, from: &str, to: &str) {
         "one-zone",
         "--engines",
         &engines,
+        "--methods",
+        methods,
         "--n",
         "10",
         "--json",
@@ -64,8 +70,8 @@ fn freefem_unchanged_agrees() {
 fn freefem_sign() {
     caught(
         "freefem",
-        "* contactTest(v) - dn(u)*v)",
-        "* contactTest(v) + dn(u)*v)",
+        "* contactTest(v) - flux(u)*v)",
+        "* contactTest(v) + flux(u)*v)",
     );
 }
 
@@ -77,6 +83,41 @@ fn freefem_contact_term_dropped() {
 #[test]
 fn freefem_positive_part_dropped() {
     caught("freefem", "(u - psi + max(Pgamma(u), 0.))", "(u - psi)");
+}
+
+#[test]
+fn freefem_correction_of_the_flux_dropped() {
+    caught_with(
+        "cr-fc",
+        "freefem",
+        "ofLoad[][Fh(k, i)] = b[Vh(k, i)] / Th.be(e).length;",
+        "ofLoad[][Fh(k, i)] = 0.;",
+    );
+}
+
+#[test]
+fn freefem_correction_of_the_flux_off_by_a_millionth() {
+    caught_with(
+        "cr-fc",
+        "freefem",
+        "ofLoad[][Fh(k, i)] = b[Vh(k, i)] /",
+        "ofLoad[][Fh(k, i)] = (1 + 1e-6)*b[Vh(k, i)] /",
+    );
+}
+
+#[test]
+fn fenicsx_correction_of_the_flux_dropped() {
+    caught_with("cr-fc", "fenicsx", "dn(u) - dot(n, sigma)", "dn(u)");
+}
+
+#[test]
+fn fenicsx_correction_of_the_flux_with_the_other_sign() {
+    caught_with(
+        "cr-fc",
+        "fenicsx",
+        "dn(u) - dot(n, sigma)",
+        "dn(u) + dot(n, sigma)",
+    );
 }
 
 #[test]
@@ -129,8 +170,8 @@ fn freefem_one_value_off_in_the_twelfth_digit() {
 fn fenicsx_sign() {
     caught(
         "fenicsx",
-        "* ufl.dx(degree=2) - dn(u) * v * ds_C",
-        "* ufl.dx(degree=2) + dn(u) * v * ds_C",
+        "* ufl.dx(degree=2) - flux(u) * v * ds_C",
+        "* ufl.dx(degree=2) + flux(u) * v * ds_C",
     );
 }
 
@@ -156,8 +197,8 @@ fn fenicsx_gamma_off_by_a_millionth() {
 fn fenicsx_other_rule_for_the_load() {
     caught(
         "fenicsx",
-        "    L = f * v * dx +",
-        "    L = f * v * ufl.dx(degree=3) +",
+        "data[\"f\"] * v * dx +",
+        "data[\"f\"] * v * ufl.dx(degree=3) +",
     );
 }
 

@@ -10,8 +10,8 @@
 //!
 //! - θ = (1, 1) on every element: a point adds γ⁻¹uv + u∂ₙv - v∂ₙu in contact, γ∂ₙu∂ₙv separated;
 //! - penalty, multiplier (γ₀ < 1/4) and variational inequality, which are symmetric;
-//! - θ = (1, 0) on CR with one status a face: by the rows of `conditions` it is equivalent to the
-//!   complementarity of face means on the stiffness condensed onto Γ_C, which is SPD.
+//! - θ = (1, 0) on CR with one status a face: by the rows of `scheme` it is the complementarity of
+//!   face means and fluxes on the stiffness condensed onto Γ_C, which is SPD.
 //!
 //! For a P-matrix the least-index rule ends whatever the start (K. G. Murty, Opsearch 11, 1974), and
 //! it stays finite where it only steps in when turning all over has not lowered the number of
@@ -21,8 +21,9 @@
 
 use std::ops::Range;
 
-use super::condensed::Condensed;
+use super::condensed::{Condensed, Weights};
 use super::conditions::Condition;
+use super::iteration::Iteration;
 
 /// How often all violations are turned over without their number going down.
 const TRIALS: usize = 10;
@@ -43,32 +44,50 @@ pub(super) struct ActiveSet {
     groups: Vec<Range<usize>>,
     /// In contact? Of each condition.
     contact: Vec<bool>,
+    rule: BlockPivot,
+    /// Did the last change leave violations standing?
+    partial: bool,
+}
+
+/// How many of the violations are turned over, the first ones of an order that never changes.
+struct BlockPivot {
     /// The smallest number of violations so far.
     fewest: usize,
     trials: usize,
-    /// Did the last change leave violations standing?
-    partial: bool,
+}
+
+impl BlockPivot {
+    fn new() -> Self {
+        BlockPivot {
+            fewest: usize::MAX,
+            trials: TRIALS,
+        }
+    }
+
+    /// All, as long as that helps; then the first alone, until there are fewer than ever before.
+    fn count(&mut self, violations: usize) -> usize {
+        if violations < self.fewest {
+            (self.fewest, self.trials) = (violations, TRIALS);
+        } else if self.trials > 0 {
+            self.trials -= 1;
+        } else {
+            return violations.min(1);
+        }
+        violations
+    }
 }
 
 impl ActiveSet {
     /// Contact where P(u) ≤ 0, and on all of a part of the domain that nothing else holds.
     pub fn new(scheme: &Condensed, u: &[f64], per: Per) -> Self {
         let conditions = &scheme.conditions;
-        let sizes: Vec<usize> = match per {
-            Per::Condition => vec![1; conditions.len()],
-            Per::Face => scheme.points().collect(),
+        let groups = match per {
+            Per::Condition => (0..conditions.len()).map(|k| k..k + 1).collect(),
+            Per::Face => faces(conditions),
         };
-        let groups = sizes
-            .iter()
-            .scan(0, |end, size| {
-                *end += size;
-                Some(*end - size..*end)
-            })
-            .collect::<Vec<Range<usize>>>();
         let mut set = ActiveSet {
             contact: vec![false; conditions.len()],
-            fewest: usize::MAX,
-            trials: TRIALS,
+            rule: BlockPivot::new(),
             partial: false,
             groups,
         };
@@ -77,15 +96,11 @@ impl ActiveSet {
             set.turn(k, p <= 0.0);
         }
         for part in set.floating(scheme) {
-            for k in 0..conditions.len() {
-                set.contact[k] |= part_of(scheme, &conditions[k]) == Some(part);
+            for (contact, condition) in set.contact.iter_mut().zip(conditions) {
+                *contact |= part_of(scheme, condition) == Some(part);
             }
         }
         set
-    }
-
-    pub fn contact(&self) -> &[bool] {
-        &self.contact
     }
 
     /// Are there violations that the last change left standing, so that a small step means little?
@@ -123,16 +138,8 @@ impl ActiveSet {
                 }
             })
             .collect();
-        let all = if violated.len() < self.fewest {
-            (self.fewest, self.trials) = (violated.len(), TRIALS);
-            true
-        } else {
-            let left = self.trials > 0;
-            self.trials = self.trials.saturating_sub(1);
-            left
-        };
-        self.partial = !all && violated.len() > 1;
-        let turned = if all { violated.len() } else { 1 };
+        let turned = self.rule.count(violated.len());
+        self.partial = turned < violated.len();
         for &k in violated.iter().take(turned) {
             self.turn(k, !self.contact[self.groups[k].start]);
         }
@@ -151,31 +158,59 @@ impl ActiveSet {
         pairs.filter(|(a, b)| a != b).count()
     }
 
-    /// Makes the residual of the scheme, R(u), that of the linear scheme with this set.
-    pub fn linear_residual(&self, scheme: &Condensed, u: &[f64], r: &mut [f64]) {
-        for (&contact, condition) in self.contact.iter().zip(&scheme.conditions) {
-            let trace = condition.trace(u);
-            if contact == (trace.p <= 0.0) {
-                continue;
-            }
-            // Here the law takes the lesser of u-ψ and γ∂ₙu, and the scheme the greater.
-            for (j, &dof) in condition.dofs.iter().enumerate() {
-                r[dof as usize] -= condition.weight * trace.p.abs() * condition.test(j);
+    /// (α, β) of each condition: the law of its status. A row that has a whole face is divided by
+    /// h_F in contact, by γ where separated, so that it is of the size of the stiffness.
+    pub fn laws(&self, scheme: &Condensed, iteration: Iteration) -> Vec<Weights> {
+        let laws = self.contact.iter().zip(self.scales(scheme));
+        laws.map(|(&contact, scale)| iteration.law(contact).map(|weight| scale * weight))
+            .collect()
+    }
+
+    /// Makes the residual of the scheme that of the rows that [`ActiveSet::laws`] belong to.
+    pub fn scale_rows(&self, scheme: &Condensed, r: &mut [f64]) {
+        let scales = self.scales(scheme);
+        for points in faces(&scheme.conditions) {
+            let condition = &scheme.conditions[points.start];
+            if let Some(row) = condition.row {
+                r[condition.dofs[row.local] as usize] *= scales[points.start];
             }
         }
+    }
+
+    /// 1/(a h_F + (1-a) γ) with the part a of F in contact; 1 for rows that are as they stand.
+    fn scales(&self, scheme: &Condensed) -> Vec<f64> {
+        let mut scales = vec![1.0; self.contact.len()];
+        for points in faces(&scheme.conditions) {
+            let Condition { gamma, row, .. } = scheme.conditions[points.start];
+            let Some(row) = row else { continue };
+            let weight = |k: &usize| scheme.conditions[*k].weight;
+            let contact: f64 = points
+                .clone()
+                .filter(|&k| self.contact[k])
+                .map(|k| weight(&k))
+                .sum();
+            let part = contact / points.clone().map(|k| weight(&k)).sum::<f64>();
+            scales[points].fill(1.0 / (part * row.height + (1.0 - part) * gamma));
+        }
+        scales
     }
 
     fn turn(&mut self, group: usize, contact: bool) {
         self.contact[self.groups[group].clone()].fill(contact);
     }
 
-    /// The mean of P(u) over a group, and what of it is rounding.
+    /// The mean of P(u) over a group, and what of it is rounding. Where a face has one status h_F
+    /// does for γ.
     fn p(&self, scheme: &Condensed, u: &[f64], group: usize) -> (f64, f64) {
         let (mut p, mut rounding, mut weight) = (0.0, 0.0, 0.0);
         for condition in &scheme.conditions[self.groups[group].clone()] {
-            let [gap, flux] = condition.sizes(u);
-            p += condition.weight * condition.trace(u).p;
-            rounding += condition.weight * ROUNDING * (gap + condition.gamma * flux);
+            let gamma = match condition.row {
+                Some(row) if row.points == self.groups[group].len() => row.height,
+                _ => condition.gamma,
+            };
+            let ([gap, flux], trace) = (condition.sizes(u), condition.trace(u));
+            p += condition.weight * (gamma * trace.flux - trace.gap);
+            rounding += condition.weight * ROUNDING * (gap + gamma * flux);
             weight += condition.weight;
         }
         (p / weight, rounding / weight)
@@ -189,7 +224,8 @@ impl ActiveSet {
         let mut floating: Vec<u32> = parts.iter().flatten().copied().collect();
         floating.sort_unstable();
         floating.dedup();
-        for (_, condition) in self.contact.iter().zip(&scheme.conditions).filter(|c| *c.0) {
+        let conditions = self.contact.iter().zip(&scheme.conditions);
+        for (_, condition) in conditions.filter(|(contact, _)| **contact) {
             if let Some(part) = part_of(scheme, condition) {
                 floating.retain(|p| *p != part);
             }
@@ -201,4 +237,79 @@ impl ActiveSet {
 /// The floating part of the domain that a condition belongs to.
 fn part_of(scheme: &Condensed, condition: &Condition) -> Option<u32> {
     scheme.floating.as_ref()?[condition.dofs[0] as usize]
+}
+
+/// The conditions that share a row, one after the other.
+fn faces(conditions: &[Condition]) -> Vec<Range<usize>> {
+    let mut faces = Vec::new();
+    let mut start = 0;
+    while let Some(condition) = conditions.get(start) {
+        let end = start + condition.row.map_or(1, |row| row.points);
+        faces.push(start..end);
+        start = end;
+    }
+    faces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Violations of y = Mx + c ≥ 0, x ≥ 0, x·y = 0 where `basic` says which x are not 0; n = 3.
+    fn violations(basic: [bool; 3], c: [f64; 3]) -> Vec<usize> {
+        // Murty's circulant, a P-matrix; rows of what is not basic say x = 0.
+        let m = [[1.0, 2.0, 0.0], [0.0, 1.0, 2.0], [2.0, 0.0, 1.0]];
+        let row = |i: usize, j: usize| {
+            if basic[i] {
+                m[i][j]
+            } else {
+                f64::from(u8::from(i == j))
+            }
+        };
+        let matrix = nalgebra::Matrix3::from_fn(row);
+        let rhs = nalgebra::Vector3::from_fn(|i, _| if basic[i] { -c[i] } else { 0.0 });
+        let x = matrix.lu().solve(&rhs).unwrap();
+        let y = |i: usize| (0..3).map(|j| m[i][j] * x[j]).sum::<f64>() + c[i];
+        let violated = |&i: &usize| {
+            if basic[i] {
+                x[i] < -1e-12
+            } else {
+                y(i) < -1e-12
+            }
+        };
+        (0..3).filter(violated).collect()
+    }
+
+    fn turned(mut basic: [bool; 3], which: &[usize]) -> [bool; 3] {
+        which.iter().for_each(|&i| basic[i] = !basic[i]);
+        basic
+    }
+
+    #[test]
+    fn the_rule_ends_where_turning_all_over_cycles() {
+        let c = [-1.0; 3];
+        let starts: Vec<[bool; 3]> = (0..8)
+            .map(|bits: u8| [0, 1, 2].map(|i| bits >> i & 1 == 1))
+            .collect();
+        let cycles = |start: &[bool; 3]| {
+            let end = (0..64).fold(*start, |basic, _| turned(basic, &violations(basic, c)));
+            !violations(end, c).is_empty()
+        };
+        assert!(
+            starts.iter().any(cycles),
+            "nothing cycles: nothing is tested"
+        );
+        for start in starts {
+            let (mut basic, mut rule, mut steps) = (start, BlockPivot::new(), 0);
+            loop {
+                let violated = violations(basic, c);
+                if violated.is_empty() {
+                    break;
+                }
+                basic = turned(basic, &violated[..rule.count(violated.len())]);
+                steps += 1;
+                assert!(steps < 40, "{start:?}");
+            }
+        }
+    }
 }

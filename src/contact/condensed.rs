@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 
 use super::Problem;
 use super::conditions::Condition;
+use super::scheme::{Scheme, clear_rows};
 use crate::error::{Error, Result};
 use crate::linear::{
     Choice, Elements, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings,
@@ -24,7 +25,8 @@ use crate::linear::{
 /// Vectors of this scheme hold the free dofs of K, ascending, and then those of K on Γ_D.
 pub(super) struct Condensed<'a> {
     problem: &'a Problem<'a>,
-    /// The problem's conditions with the numbers of K.
+    scheme: Scheme<'a>,
+    /// The scheme's conditions with the numbers of K.
     pub conditions: Vec<Condition>,
     /// The part of the domain of each of K, where it is one that Γ_D does not hold.
     pub floating: Option<Vec<Option<u32>>>,
@@ -110,7 +112,8 @@ impl<'a> Cells<'a> {
 impl<'a> Condensed<'a> {
     /// # Errors
     /// Nothing to solve for; a stiffness that is not positive definite; memory that is not there.
-    pub fn new(problem: &'a Problem<'a>, settings: Settings) -> Result<Self> {
+    pub fn new(scheme: Scheme<'a>, settings: Settings) -> Result<Self> {
+        let problem = scheme.problem;
         let space = &problem.space;
         let mut roles: Vec<Role> = problem
             .dirichlet
@@ -142,7 +145,7 @@ impl<'a> Condensed<'a> {
             Ok(k) => k as u32,
             Err(_) => (kept.len() + fixed.partition_point(|other| *other < dof)) as u32,
         };
-        let conditions = problem
+        let conditions = scheme
             .conditions
             .iter()
             .map(|condition| condition.with_dofs(number))
@@ -165,10 +168,11 @@ impl<'a> Condensed<'a> {
                 }
             }
         }
-        let b = linear_residual(problem, &problem.start());
+        let b = right_side(&scheme, &problem.start());
         let (factor, reduced, schur, choice) = condense(&cells, &roles, &b, settings)?;
         Ok(Condensed {
             problem,
+            scheme,
             conditions,
             floating,
             choice,
@@ -191,20 +195,25 @@ impl<'a> Condensed<'a> {
         std::iter::repeat_n(0.0, self.load.len()).chain(g).collect()
     }
 
-    /// Numbers of the points of the contact faces, in the order of the conditions.
-    pub fn points(&self) -> impl Iterator<Item = usize> + '_ {
-        self.problem.contact.iter().map(|face| face.points.len())
-    }
-
     /// The residual of the scheme on the free dofs of K, 0 on the others.
     pub fn residual(&self, u: &[f64]) -> Vec<f64> {
+        self.residual_with(u, |_, condition, r| condition.add_to(u, r))
+    }
+
+    /// The same of the linear scheme with these laws.
+    pub fn linear_residual(&self, laws: &[Weights], u: &[f64]) -> Vec<f64> {
+        self.residual_with(u, |k, condition, r| condition.add_law_to(laws[k], u, r))
+    }
+
+    fn residual_with(&self, u: &[f64], add: impl Fn(usize, &Condition, &mut [f64])) -> Vec<f64> {
         let mut r = self.times(u);
         for (r, g) in r.iter_mut().zip(&self.load) {
             *r -= g;
         }
         r.resize(u.len(), 0.0);
-        for condition in &self.conditions {
-            condition.add_to(u, &mut r);
+        clear_rows(&self.conditions, &mut r);
+        for (k, condition) in self.conditions.iter().enumerate() {
+            add(k, condition, &mut r);
         }
         r[self.load.len()..].fill(0.0);
         r
@@ -361,7 +370,7 @@ impl<'a> Condensed<'a> {
     /// # Errors
     /// A singular matrix.
     pub fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
-        let mut r = self.problem.residual(u);
+        let mut r = self.scheme.linear_residual(laws, u);
         for (r, role) in r.iter_mut().zip(&self.roles) {
             *r = if *role == Role::Fixed { 0.0 } else { -*r };
         }
@@ -389,10 +398,10 @@ impl<'a> Condensed<'a> {
 const REFACTOR: usize = 5;
 
 /// L(φ_i) - (∇u, ∇φ_i), all dofs.
-fn linear_residual(problem: &Problem, u: &[f64]) -> Vec<f64> {
-    let mut b = problem.load.clone();
+fn right_side(scheme: &Scheme, u: &[f64]) -> Vec<f64> {
+    let mut b = scheme.load.to_vec();
     if u.iter().any(|u| *u != 0.0) {
-        for (b, r) in b.iter_mut().zip(problem.stiffness.times(u)) {
+        for (b, r) in b.iter_mut().zip(scheme.problem.stiffness.times(u)) {
             *b -= r;
         }
     }

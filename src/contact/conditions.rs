@@ -51,6 +51,7 @@ use crate::error::Result;
 use crate::scene::Expression;
 
 /// One k of the form above.
+#[derive(Clone)]
 pub struct Condition {
     pub weight: f64,
     pub gamma: f64,
@@ -66,6 +67,19 @@ pub struct Condition {
     pub psi: f64,
     /// θ₁ and θ₂
     thetas: [i8; 2],
+    /// The one row that has it all, where the scheme is solved by faces.
+    pub(super) row: Option<Row>,
+}
+
+/// A row that has the whole law of a contact face; see `scheme`.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    /// Of which of the condition's dofs.
+    pub local: usize,
+    /// h_F
+    pub height: f64,
+    /// How many conditions share the row.
+    pub points: usize,
 }
 
 impl Condition {
@@ -101,14 +115,24 @@ impl Condition {
     /// Adds its terms of the scheme at u to a residual.
     pub(super) fn add_to(&self, u: &[f64], r: &mut [f64]) {
         let trace = self.trace(u);
-        let law = trace.gap.max(self.gamma * trace.flux);
+        self.add(trace, trace.gap.max(self.gamma * trace.flux), r);
+    }
+
+    /// Adds its terms of the linear scheme with the law α (u-ψ) + β γ ∂ₙu at u to a residual.
+    pub(super) fn add_law_to(&self, [alpha, beta]: [f64; 2], u: &[f64], r: &mut [f64]) {
+        let trace = self.trace(u);
+        self.add(trace, alpha * trace.gap + beta * self.gamma * trace.flux, r);
+    }
+
+    /// A row that has it all is nothing but the law, since -q only takes away what else there is.
+    fn add(&self, trace: Trace, law: f64, r: &mut [f64]) {
+        let flux = if self.row.is_some() { 0.0 } else { trace.flux };
         for (j, &dof) in self.dofs.iter().enumerate() {
-            r[dof as usize] +=
-                self.weight * (law * self.test(j) - trace.flux * self.displacement[j]);
+            r[dof as usize] += self.weight * (law * self.test(j) - flux * self.flux_test(j));
         }
     }
 
-    /// Adds its terms of the linear scheme with the law α (u-ψ) + β γ ∂ₙu, at a direction.
+    /// Adds its terms of that linear scheme at a direction.
     pub(super) fn add_linear_to(&self, [alpha, beta]: [f64; 2], delta: &[f64], r: &mut [f64]) {
         let (mut gap, mut flux) = (0.0, 0.0);
         for (k, &dof) in self.dofs.iter().enumerate() {
@@ -117,7 +141,7 @@ impl Condition {
         }
         let law = alpha * gap + beta * self.gamma * flux;
         for (j, &dof) in self.dofs.iter().enumerate() {
-            r[dof as usize] += self.weight * (law * self.test(j) - flux * self.displacement[j]);
+            r[dof as usize] += self.weight * (law * self.test(j) - flux * self.flux_test(j));
         }
     }
 
@@ -130,7 +154,7 @@ impl Condition {
         for (j, &column) in self.dofs.iter().enumerate() {
             let law = alpha * self.displacement[j] + beta * self.gamma * self.flux[j];
             for (i, &row) in self.dofs.iter().enumerate() {
-                let value = law * self.test(i) - self.flux[j] * self.displacement[i];
+                let value = law * self.test(i) - self.flux[j] * self.flux_test(i);
                 visit(row, column, self.weight * value);
             }
         }
@@ -150,8 +174,19 @@ impl Condition {
             .collect()
     }
 
-    /// θ₂ γ⁻¹ g(φ_j) + θ₁ q'(φ_j), j counted in `dofs`.
+    /// What -q is tested with: g(φ_j), j counted in `dofs`.
+    pub fn flux_test(&self, j: usize) -> f64 {
+        match self.row {
+            Some(row) => f64::from(u8::from(row.local == j)),
+            None => self.displacement[j],
+        }
+    }
+
+    /// What the law is tested with: θ₂ γ⁻¹ g(φ_j) + θ₁ q'(φ_j), j counted in `dofs`.
     pub fn test(&self, j: usize) -> f64 {
+        if self.row.is_some() {
+            return self.flux_test(j);
+        }
         let [theta1, theta2] = self.thetas.map(f64::from);
         theta2 / self.gamma * self.displacement[j] + theta1 * self.flux[j]
     }
@@ -201,6 +236,7 @@ fn at_points(
             flux_at_rest: times * point.flux_at_rest,
             psi: point.psi,
             thetas,
+            row: None,
         }));
     }
     conditions
@@ -218,6 +254,7 @@ fn on_average(space: &Space, face: &ContactFace, thetas: [i8; 2]) -> Condition {
         flux_at_rest: 0.0,
         psi: 0.0,
         thetas,
+        row: None,
     };
     for point in &face.points {
         let share = point.weight / face.measure;
@@ -289,6 +326,7 @@ fn at_dofs(
         dofs: c.row.into_keys().collect(),
         psi: c.psi,
         thetas,
+        row: None,
     };
     Ok(constraints.into_iter().map(condition).collect())
 }

@@ -289,7 +289,7 @@ impl<'a> Problem<'a> {
             };
             for (j, &dof) in condition.dofs.iter().enumerate() {
                 size[dof as usize] += condition.weight
-                    * (law * condition.test(j).abs() + flux * condition.displacement[j].abs());
+                    * (law * condition.test(j).abs() + flux * condition.flux_test(j).abs());
             }
         }
         let mut worst = (0.0, None);

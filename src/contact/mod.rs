@@ -17,6 +17,7 @@ mod form;
 mod iteration;
 mod method;
 mod quantities;
+mod scheme;
 mod solve;
 
 pub use crate::assembly::combine as gradient;
@@ -28,5 +29,7 @@ pub use method::{Law, Method};
 pub use quantities::{Quantities, face_fields, quantities};
 pub use solve::{Ended, Solution, Stop, Timings, solve, solve_by};
 
+#[cfg(test)]
+mod random_tests;
 #[cfg(test)]
 mod tests;

@@ -3,10 +3,11 @@
 
 use std::time::Instant;
 
+use super::Problem;
 use super::active_set::{ActiveSet, Per};
 use super::condensed::{Condensed, Weights};
 use super::iteration::Iteration;
-use super::{Law, Problem};
+use super::scheme::Scheme;
 use crate::error::{Error, Result};
 use crate::linear::{Choice, Precision, Settings};
 
@@ -111,19 +112,23 @@ pub fn solve_by(
         ));
     }
     let clock = Instant::now();
-    let scheme = Condensed::new(problem, settings)?;
+    let is_newton = iteration == Iteration::Newton;
+    let rows = if is_newton {
+        Scheme::new(problem)
+    } else {
+        Scheme::as_it_stands(problem)
+    };
+    let scheme = Condensed::new(rows, settings)?;
     let scale = Scale::new(&scheme);
     let factor = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
 
-    let is_newton = iteration == Iteration::Newton;
-    let mut per = if is_newton && has_face_means(problem) {
+    let mut per = if scheme.conditions.iter().any(|c| c.row.is_some()) {
         Per::Face
     } else {
         Per::Condition
     };
     let mut u = scheme.start();
-    let mut r = scheme.residual(&u);
     let mut set = ActiveSet::new(&scheme, &u, per);
     let (mut increments, mut changes, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
     let mut best = (f64::INFINITY, 0, Vec::new());
@@ -137,12 +142,14 @@ pub fn solve_by(
         ended = Ended::Rounding;
     }
     while ended == Ended::NotReached && increments.len() < stop.max_iterations {
-        if is_newton {
-            set.linear_residual(&scheme, &u, &mut r);
-        }
         if laws.is_empty() || !iteration.is_constant() {
-            laws = set.contact().iter().map(|c| iteration.law(*c)).collect();
+            laws = set.laws(&scheme, iteration);
         }
+        let r = if is_newton {
+            scheme.linear_residual(&laws, &u)
+        } else {
+            scheme.residual(&u)
+        };
         let mut step = scheme.step(&laws, &r)?;
         step.iter_mut().for_each(|d| *d *= iteration.relaxation());
         let next: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + d).collect();
@@ -151,11 +158,8 @@ pub fn solve_by(
             best = (*residual, increments.len(), u);
         }
         u = next;
-        r = scheme.residual(&u);
-        let before = residuals.last().copied();
-        let residual = scale.relative(&scheme, &u, &r);
         // A small increment says nothing of violations that were left standing.
-        let arrived = increment < stop.increment && !set.is_partial();
+        let mut arrived = increment < stop.increment && !set.is_partial();
         let mut changed = if is_newton {
             set.pivot(&scheme, &u)
         } else {
@@ -165,7 +169,12 @@ pub fn solve_by(
             per = Per::Condition;
             let by_face = std::mem::replace(&mut set, ActiveSet::new(&scheme, &u, per));
             changed = set.differs(&by_face);
+            arrived &= changed == 0;
         }
+        let mut r = scheme.residual(&u);
+        set.scale_rows(&scheme, &mut r);
+        let before = residuals.last().copied();
+        let residual = scale.relative(&scheme, &set, &u, &r);
         increments.push(increment);
         changes.push(changed);
         residuals.push(residual);
@@ -212,8 +221,7 @@ const REFINEMENTS: usize = 12;
 
 /// Steps at all dofs until they are at rounding; whether they came there.
 fn refine(scheme: &Condensed, set: &ActiveSet, u: &mut [f64]) -> Result<bool> {
-    let newton = |contact: &bool| Iteration::Newton.law(*contact);
-    let laws: Vec<Weights> = set.contact().iter().map(newton).collect();
+    let laws = set.laws(scheme, Iteration::Newton);
     let mut last = f64::INFINITY;
     for step in 0..REFINEMENTS {
         let size = scheme.refine(&laws, u)?;
@@ -224,15 +232,6 @@ fn refine(scheme: &Condensed, set: &ActiveSet, u: &mut [f64]) -> Result<bool> {
         last = size;
     }
     Ok(false)
-}
-
-/// Is the law one of face means where each face has one status? See `active_set`.
-fn has_face_means(problem: &Problem) -> bool {
-    let penalty_free = match problem.method.law {
-        Law::Nitsche { .. } | Law::FluxCorrected => problem.method.law.thetas() == [1, 0],
-        _ => false,
-    };
-    penalty_free && problem.space.element.on().faces && problem.space.element.degree() == 1
 }
 
 /// What residuals are relative to.
@@ -248,22 +247,20 @@ impl Scale {
         Scale { stiffness, load }
     }
 
-    /// max |R_i| over ‖S‖ max |u|, max |g| and the largest contact term; 0 where all vanish.
-    fn relative(&self, scheme: &Condensed, u: &[f64], r: &[f64]) -> f64 {
+    /// max |R_i| over ‖S‖ max |u|, max |g| and the largest contact term; 0 where all vanish. Rows
+    /// are scaled as `set` has them.
+    fn relative(&self, scheme: &Condensed, set: &ActiveSet, u: &[f64], r: &[f64]) -> f64 {
         let size = largest(r);
         if size == 0.0 {
             return 0.0;
         }
         let mut terms = self.stiffness * largest(u) + self.load;
-        for condition in &scheme.conditions {
+        let laws = set.laws(scheme, Iteration::Newton);
+        for (condition, [alpha, beta]) in scheme.conditions.iter().zip(laws) {
             let [gap, flux] = condition.sizes(u);
-            let law = if condition.trace(u).p > 0.0 {
-                condition.gamma * flux
-            } else {
-                gap
-            };
+            let law = alpha * gap + beta * condition.gamma * flux;
             for j in 0..condition.dofs.len() {
-                let (test, g) = (condition.test(j), condition.displacement[j]);
+                let (test, g) = (condition.test(j), condition.flux_test(j));
                 terms = terms.max(condition.weight * (law * test.abs() + flux * g.abs()));
             }
         }

@@ -225,6 +225,9 @@ impl<E: Elements> Work<'_, E> {
     }
 }
 
+/// An update up to this size is added entry by entry, larger ones by runs of them.
+const SHORT: usize = 16;
+
 /// A front while it is summed.
 struct Target<'a, T> {
     panel: &'a mut [T],
@@ -272,7 +275,14 @@ impl<'a, T: Number> Target<'a, T> {
     /// Adds the lower triangle of an update; `places` ascend.
     fn add(&mut self, update: &[T], places: &[u32]) {
         let border = places.len();
-        if border == 0 {
+        if border <= SHORT {
+            for (j, &place) in places.iter().enumerate() {
+                let (column, first) = self.column(place as usize);
+                let values = &update[j * border + j..(j + 1) * border];
+                for (value, &i) in values.iter().zip(&places[j..]) {
+                    column[i as usize - first] += *value;
+                }
+            }
             return;
         }
         let runs = runs(places, self.pivots);

@@ -257,8 +257,9 @@ impl Block {
         let mut inverse = Mat::identity(inner.len(), inner.len());
         lu.solve_in_place(inverse.as_mut());
         let across = &inverse * &row;
-        // Negated so that what is not a number is refused as well.
-        if !(inverse.norm_max() * largest <= LARGEST_GROWTH) {
+        // What is not a number is refused as well.
+        let grows = |x: &f64| !(x.abs() * largest <= LARGEST_GROWTH);
+        if inverse.col_iter().any(|column| column.iter().any(grows)) {
             return None;
         }
         Some(Block {

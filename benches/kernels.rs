@@ -1,0 +1,180 @@
+//! The kernels one by one on the Union-Jack mesh of the unit square: `cargo bench --bench kernels`.
+//! The argument is n; times are per call.
+
+use divan::{Bencher, black_box};
+use faceoff::assembly::Stiffness;
+use faceoff::contact::{Method, Problem, face_fields};
+use faceoff::element::{CR, P2, Space};
+use faceoff::linear::{Analysis, Elements, Role, Settings, condense};
+use faceoff::mesh::Triangulation;
+use faceoff::mesh::generate::union_jack;
+use faceoff::scene::Scene;
+use faceoff::{assembly, compare};
+
+const N: [usize; 3] = [32, 128, 256];
+
+fn main() {
+    divan::main();
+}
+
+fn mesh(n: usize) -> Triangulation {
+    Triangulation::new("union-jack", &union_jack(n, [1.0, 1.0])).expect("a sound mesh")
+}
+
+/// The problem of section 6.1, and a function that no kernel knows.
+fn problem<'a>(scene: &Scene, mesh: &'a Triangulation, method: &str) -> (Problem<'a>, Vec<f64>) {
+    let method: Method = method.parse().expect("a method");
+    let problem = Problem::new(scene, mesh, method).expect("a sound problem");
+    let u = (0..problem.space.dofs).map(|k| (7.3 * k as f64).sin());
+    let u = u.collect();
+    (problem, u)
+}
+
+fn scene() -> Scene {
+    Scene::find("one-zone").expect("a built-in scene")
+}
+
+#[divan::bench(args = N)]
+fn topology(bencher: Bencher, n: usize) {
+    let mesh = union_jack(n, [1.0, 1.0]);
+    bencher.bench(|| Triangulation::new("union-jack", black_box(&mesh)));
+}
+
+#[divan::bench(args = N)]
+fn dofs_p2(bencher: Bencher, n: usize) {
+    let mesh = mesh(n);
+    bencher.bench(|| Space::new(black_box(&mesh), &P2).dofs);
+}
+
+#[divan::bench(args = N)]
+fn stiffness_cr(bencher: Bencher, n: usize) {
+    let mesh = mesh(n);
+    let space = Space::new(&mesh, &CR);
+    bencher.bench(|| Stiffness::new(black_box(&space)));
+}
+
+#[divan::bench(args = N)]
+fn stiffness_p2(bencher: Bencher, n: usize) {
+    let mesh = mesh(n);
+    let space = Space::new(&mesh, &P2);
+    bencher.bench(|| Stiffness::new(black_box(&space)));
+}
+
+#[divan::bench(args = N)]
+fn load_cr(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, _) = problem(&scene, &mesh, "cr");
+    bencher.bench(|| {
+        let mut b = vec![0.0; problem.space.dofs];
+        assembly::add_load(&problem.space, &scene.data.f, &problem.cell_rule, &mut b).map(|()| b)
+    });
+}
+
+#[divan::bench(args = N)]
+fn ordering_cr(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, _) = problem(&scene, &mesh, "cr");
+    let roles = roles(&problem);
+    bencher.bench(|| Analysis::new(black_box(&Cells(&problem)), &roles).entries());
+}
+
+#[divan::bench(args = N)]
+fn factor_cr(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, _) = problem(&scene, &mesh, "cr");
+    factor(bencher, &problem);
+}
+
+#[divan::bench(args = N)]
+fn factor_p2(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, _) = problem(&scene, &mesh, "p2");
+    factor(bencher, &problem);
+}
+
+/// Ordering, factorisation and the Schur complement on the contact cells.
+fn factor(bencher: Bencher, problem: &Problem) {
+    let roles = roles(problem);
+    bencher.bench(|| {
+        let settings = Settings::default();
+        condense(black_box(&Cells(problem)), &roles, &problem.load, settings).map(|c| c.3)
+    });
+}
+
+#[divan::bench(args = N)]
+fn residual_cr(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, u) = problem(&scene, &mesh, "cr");
+    bencher.bench(|| problem.residual(black_box(&u)));
+}
+
+#[divan::bench(args = N)]
+fn residual_p2(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, u) = problem(&scene, &mesh, "p2");
+    bencher.bench(|| problem.residual(black_box(&u)));
+}
+
+#[divan::bench(args = N)]
+fn fields_of_faces_cr(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, u) = problem(&scene, &mesh, "cr");
+    bencher.bench(|| face_fields(black_box(&problem), &u, "a"));
+}
+
+#[divan::bench(args = N)]
+fn comparison_cr(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, u) = problem(&scene, &mesh, "cr");
+    let (a, b) = (
+        face_fields(&problem, &u, "a"),
+        face_fields(&problem, &u, "b"),
+    );
+    bencher.bench(|| compare::judge(black_box(&a), &b, 1e-12));
+}
+
+/// The stiffness by cells.
+struct Cells<'a>(&'a Problem<'a>);
+
+impl Elements for Cells<'_> {
+    fn unknowns(&self) -> usize {
+        self.0.space.dofs
+    }
+
+    fn count(&self) -> usize {
+        self.0.space.mesh.cell_count()
+    }
+
+    fn size(&self) -> usize {
+        self.0.space.local_dofs
+    }
+
+    fn of(&self, cell: usize) -> &[u32] {
+        self.0.space.cell_dofs(cell)
+    }
+
+    fn centre(&self, cell: usize) -> [f64; 3] {
+        let vertices = &self.0.space.mesh.vertices(cell)[..3];
+        std::array::from_fn(|k| vertices.iter().map(|x| x[k]).sum::<f64>() / 3.0)
+    }
+
+    fn matrix(&self, cell: usize, matrix: &mut [f64]) {
+        self.0.stiffness.cell_matrix(cell, matrix);
+    }
+}
+
+/// Γ_D is fixed, the contact cells are kept.
+fn roles(problem: &Problem) -> Vec<Role> {
+    let mut roles = vec![Role::Eliminated; problem.space.dofs];
+    for face in &problem.contact {
+        for &dof in problem.space.cell_dofs(face.cell) {
+            roles[dof as usize] = Role::Kept;
+        }
+    }
+    for (role, g) in roles.iter_mut().zip(&problem.dirichlet) {
+        if g.is_some() {
+            *role = Role::Fixed;
+        }
+    }
+    roles
+}

@@ -1,0 +1,154 @@
+//! The scheme in the form in which it is solved.
+//!
+//! The rows of the penalty-free law on CR, as (3.2) has them, all hold γ∂ₙu ∂ₙφ: beside γ far from
+//! h the stiffness drowns in it, or it in the stiffness. Combined within each contact cell they say
+//! the same without that (the derivation is in `conditions`; C are the contact faces of the cell κ):
+//!
+//! ```text
+//! F in C      mean_F max(u-ψ, γ∂ₙu) = m_F,   Σ_{G ∈ C} (∇φ_G,∇φ_F)_κ m_G = L(φ_F)
+//! G not in C  (∇u,∇φ_G) = L(φ_G) - Σ_{F ∈ C} |F| m_F ∂ₙφ_G|_F
+//! ```
+//!
+//! With ψ + m and ∂ₙu - m/γ for ψ and ∂ₙu the right-hand side m_F becomes 0. Where all of F has one
+//! status γ is no part of it any more, and h_F, the height of κ over F, serves as well. The
+//! corrected flux has m = 0 from the beginning. Every other law is solved as it stands.
+
+use std::borrow::Cow;
+
+use super::conditions::{Condition, Row};
+use super::{ContactFace, Law, Problem};
+
+pub(super) struct Scheme<'a> {
+    pub problem: &'a Problem<'a>,
+    pub conditions: Cow<'a, [Condition]>,
+    pub load: Cow<'a, [f64]>,
+}
+
+impl<'a> Scheme<'a> {
+    pub fn new(problem: &'a Problem<'a>) -> Self {
+        let by_faces = is_face_law(problem).then(|| by_faces(problem));
+        by_faces
+            .flatten()
+            .unwrap_or_else(|| Scheme::as_it_stands(problem))
+    }
+
+    /// The same scheme as it stands, for iterations that are defined by its rows.
+    pub fn as_it_stands(problem: &'a Problem<'a>) -> Self {
+        Scheme {
+            problem,
+            conditions: Cow::Borrowed(&problem.conditions),
+            load: Cow::Borrowed(&problem.load),
+        }
+    }
+
+    /// The residual of all rows with these laws, see [`Condition::add_law_to`]; those of Γ_D are 0.
+    pub fn linear_residual(&self, laws: &[[f64; 2]], u: &[f64]) -> Vec<f64> {
+        let mut r = self.problem.stiffness.times(u);
+        for (r, b) in r.iter_mut().zip(&*self.load) {
+            *r -= b;
+        }
+        clear_rows(&self.conditions, &mut r);
+        for (condition, law) in self.conditions.iter().zip(laws) {
+            condition.add_law_to(*law, u, &mut r);
+        }
+        for (r, g) in r.iter_mut().zip(&self.problem.dirichlet) {
+            if g.is_some() {
+                *r = 0.0;
+            }
+        }
+        r
+    }
+}
+
+/// Rows that have the whole law of a face have nothing else, but for rounding.
+pub(super) fn clear_rows(conditions: &[Condition], r: &mut [f64]) {
+    for condition in conditions {
+        if let Some(row) = condition.row {
+            r[condition.dofs[row.local] as usize] = 0.0;
+        }
+    }
+}
+
+/// The penalty-free law, on CR.
+fn is_face_law(problem: &Problem) -> bool {
+    let penalty_free = match problem.method.law {
+        Law::Nitsche { .. } | Law::FluxCorrected => problem.method.law.thetas() == [1, 0],
+        _ => false,
+    };
+    let element = problem.space.element;
+    penalty_free && element.on().faces && element.degree() == 1
+}
+
+/// None where all faces of a cell are contact faces: then the m of its faces do not exist.
+fn by_faces<'a>(problem: &'a Problem<'a>) -> Option<Scheme<'a>> {
+    let mut conditions = problem.conditions.clone();
+    let mut load = Cow::Borrowed(&problem.load[..]);
+    let mut points = 0..0;
+    for face in &problem.contact {
+        let siblings: Vec<&ContactFace> = siblings(problem, face).collect();
+        if siblings.len() > problem.space.mesh.dim {
+            return None;
+        }
+        let local = own_dof(problem, face);
+        points = points.end..points.end + face.points.len();
+        let geometry = problem.space.mesh.geometry(face.cell);
+        for condition in &mut conditions[points.clone()] {
+            condition.row = Some(Row {
+                local,
+                height: problem.space.mesh.dim as f64 * geometry.measure() / face.measure,
+                points: face.points.len(),
+            });
+        }
+        if problem.method.law == Law::FluxCorrected {
+            continue;
+        }
+        let m = right_side(problem, face, &siblings)?;
+        for condition in &mut conditions[points.clone()] {
+            condition.psi += m;
+            condition.flux_at_rest = -m / face.gamma;
+        }
+        let on_contact: Vec<usize> = siblings.iter().map(|f| own_dof(problem, f)).collect();
+        for (j, &dof) in problem.space.cell_dofs(face.cell).iter().enumerate() {
+            if !on_contact.contains(&j) {
+                load.to_mut()[dof as usize] -= face.measure * m * face.points[0].dn[j];
+            }
+        }
+    }
+    Some(Scheme {
+        problem,
+        conditions: Cow::Owned(conditions),
+        load,
+    })
+}
+
+/// The contact faces of the cell of `face`, itself included.
+fn siblings<'a>(problem: &'a Problem, face: &ContactFace) -> impl Iterator<Item = &'a ContactFace> {
+    let mut faces = problem.space.mesh.cell_faces(face.cell).to_vec();
+    faces.sort_unstable();
+    faces.into_iter().filter_map(|f| {
+        let place = problem
+            .contact
+            .binary_search_by_key(&(f as usize), |c| c.face);
+        place.ok().map(|k| &problem.contact[k])
+    })
+}
+
+/// The local number of a face's own dof.
+fn own_dof(problem: &Problem, face: &ContactFace) -> usize {
+    problem.space.mesh.local_face(face.cell, face.face)
+}
+
+/// m_F; none where the system is singular.
+fn right_side(problem: &Problem, face: &ContactFace, siblings: &[&ContactFace]) -> Option<f64> {
+    let size = siblings.len();
+    // (∇φ_G,∇φ_F)_κ = |F| ∂ₙφ_G|_F
+    let gram = nalgebra::DMatrix::from_fn(size, size, |i, j| {
+        siblings[i].measure * siblings[i].points[0].dn[own_dof(problem, siblings[j])]
+    });
+    let dofs = problem.space.cell_dofs(face.cell);
+    let load = nalgebra::DVector::from_fn(size, |i, _| {
+        problem.load[dofs[own_dof(problem, siblings[i])] as usize]
+    });
+    let place = siblings.iter().position(|f| f.face == face.face)?;
+    gram.lu().solve(&load).map(|m| m[place])
+}
