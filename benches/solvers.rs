@@ -132,6 +132,7 @@ fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
     let settings = Settings {
         stop: STOP,
         iteration: Iteration::Newton,
+        linear: Default::default(),
         time_limit: Duration::from_secs(7200),
         keep: None,
     };

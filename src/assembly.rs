@@ -264,8 +264,10 @@ pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Re
         let mut points = Vec::with_capacity(cells.len() * rule.len());
         for cell in cells.clone() {
             let vertices = mesh.vertices(cell);
-            points.extend(rule.iter().map(|(lambda, ..)| -> [f64; 3] {
-                std::array::from_fn(|k| (0..=mesh.dim).map(|i| lambda[i] * vertices[i][k]).sum())
+            points.extend(rule.iter().map(|([a, b, c, d], ..)| -> [f64; 3] {
+                // In the plane d and the fourth vertex are 0.
+                let [p, q, r, s] = &vertices;
+                std::array::from_fn(|k| a * p[k] + b * q[k] + c * r[k] + d * s[k])
             }));
         }
         let mut values = vec![0.0; points.len()];

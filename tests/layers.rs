@@ -34,7 +34,7 @@ const LAYERS: [(&str, &[&str]); 19] = [
         ],
     ),
     ("orders", &["truth", "compare", "scene", "contact"]),
-    ("engine", &["scene", "contact", "quadrature"]),
+    ("engine", &["scene", "contact", "quadrature", "linear"]),
     (
         "verify",
         &["mesh", "field", "scene", "contact", "engine", "compare"],
@@ -48,7 +48,7 @@ const LAYERS: [(&str, &[&str]); 19] = [
     (
         "cli",
         &[
-            "compare", "contact", "engine", "mesh", "io", "report", "scene", "verify",
+            "compare", "contact", "engine", "linear", "mesh", "io", "report", "scene", "verify",
         ],
     ),
     ("main", &["cli"]),

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand};
 
 use crate::contact::{Iteration, Method};
+use crate::linear::{Precision, Solver};
 use crate::scene::Scene;
 
 /// Settle whether finite element codes agree, face by face.
@@ -122,6 +123,13 @@ pub(super) struct Solve {
     /// (Rust engine only)
     #[arg(long, default_value = "newton")]
     pub iteration: Iteration,
+    /// What solves linear systems: auto, multifrontal, faer or iterative (Rust engine only)
+    #[arg(long, value_name = "SOLVER", default_value = "auto")]
+    pub linear: Solver,
+    /// Numbers of the factor: f64, or f32-refined, which takes half the memory and is refined to
+    /// the same digits (Rust engine only)
+    #[arg(long, default_value = "f64")]
+    pub precision: Precision,
     /// Write the solution as FILE.vtu, and its faces as FILE-faces.vtu
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,

@@ -11,6 +11,7 @@ use super::{DISAGREE, DONE, FAILED, engines};
 use crate::contact::{Ended, Errors, Iteration, Problem, errors, quantities};
 use crate::engine::{self, Case, Progress, Silent};
 use crate::error::{Error, Result};
+use crate::linear::{Choice, Settings};
 use crate::report;
 use crate::scene::{MeshSource, Scene};
 
@@ -51,6 +52,9 @@ struct Answer {
     /// Where the scene knows u.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Errors>,
+    /// What solved the linear systems, and what it was predicted to take; of the Rust engine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    linear: Option<Choice>,
     seconds: Seconds,
     peak_rss_mb: f64,
 }
@@ -62,6 +66,8 @@ struct Seconds {
     assembly: Option<f64>,
     factor: Option<f64>,
     iterate: Option<f64>,
+    /// From u on the contact cells to u everywhere.
+    expand: Option<f64>,
     total: f64,
 }
 
@@ -98,6 +104,16 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
             "use --engine rust for the fixed points",
         ));
     }
+    let linear = Settings {
+        solver: arguments.linear,
+        precision: arguments.precision,
+    };
+    if linear != Settings::default() && arguments.engine != "rust" {
+        return Err(Error::usage(
+            format!("engine {} has a linear solver of its own", arguments.engine),
+            "use --linear and --precision with --engine rust only",
+        ));
+    }
     if arguments.running.install {
         engines::install(&[arguments.engine.as_str()], quiet)?;
     }
@@ -125,7 +141,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     let name = format!("{} {}", scene.name, arguments.method);
     let bars = Bars::new(&[engine.name()], vec![(name, 1)], quiet);
     let listener: &dyn Progress = bars.as_ref().map_or(&Silent, |bars| bars);
-    let settings = settings(&arguments.running, arguments.iteration);
+    let settings = settings(&arguments.running, arguments.iteration, linear);
     let run = engine.run(std::slice::from_ref(&case), &settings, listener);
     if let Some(bars) = &bars {
         bars.clear();
@@ -166,6 +182,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         converged: answer.converged,
         ended: answer.history.as_ref().map(|h| h.ended),
         step: answer.step,
+        linear: answer.history.as_ref().map(|h| h.linear),
         residual: answer.residual,
         grad_norm_sq: values.grad_norm_sq,
         l2_norm: values.l2_norm,
@@ -187,6 +204,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
             },
             factor: phase("factor"),
             iterate: phase("iterate").or(phase("solve")),
+            expand: phase("expand"),
             total,
         },
         peak_rss_mb: engine::peak_memory_mb(!own),

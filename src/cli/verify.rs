@@ -7,6 +7,7 @@ use crate::compare::Verdict;
 use crate::contact::{Iteration, Stop};
 use crate::engine::{self, Engine, Progress, Settings, Silent};
 use crate::error::{Error, Result};
+use crate::linear;
 use crate::report;
 use crate::scene::Scene;
 use crate::verify::{Request, verify};
@@ -37,7 +38,7 @@ pub(super) fn run(arguments: &Verify) -> Result<u8> {
         methods: arguments.methods.0.clone(),
         n: distinct(&arguments.n)?,
         engines: present(arguments)?,
-        settings: settings(&arguments.running, Iteration::Newton),
+        settings: settings(&arguments.running, Iteration::Newton, Default::default()),
     };
     if let Some(folder) = &arguments.report {
         report::prepare_folder(folder)?;
@@ -93,13 +94,18 @@ fn present(arguments: &Verify) -> Result<Vec<Box<dyn Engine>>> {
     Ok(present)
 }
 
-pub(super) fn settings(running: &Running, iteration: Iteration) -> Settings {
+pub(super) fn settings(
+    running: &Running,
+    iteration: Iteration,
+    linear: linear::Settings,
+) -> Settings {
     Settings {
         stop: Stop {
             increment: running.tolerance,
             max_iterations: running.max_iterations as usize,
         },
         iteration,
+        linear,
         time_limit: running.time_limit,
         keep: running.keep.clone(),
     }

@@ -18,6 +18,7 @@ pub use process::{interrupt, interrupted, peak_memory_mb};
 
 use crate::contact::{Ended, Iteration, Method, Problem, Stop};
 use crate::error::{Error, Result};
+use crate::linear::{self, Choice};
 use crate::scene::Scene;
 
 /// One problem for the engines.
@@ -34,6 +35,8 @@ pub struct Settings {
     pub stop: Stop,
     /// Of the Rust engine; the companions are Newton's.
     pub iteration: Iteration,
+    /// Of the Rust engine; the companions have their own.
+    pub linear: linear::Settings,
     /// Longest time one process may take.
     pub time_limit: Duration,
     /// Where job folders are kept; none: they are removed.
@@ -65,6 +68,7 @@ pub struct History {
     /// See [`crate::contact::Solution`].
     pub changes: Vec<usize>,
     pub residuals: Vec<f64>,
+    pub linear: Choice,
 }
 
 /// An engine's answers to all cases.

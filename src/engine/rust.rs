@@ -35,8 +35,13 @@ impl Engine for Rust {
                     }
                     Ok(())
                 };
-                let solution =
-                    contact::solve(&case.problem, settings.iteration, settings.stop, told)?;
+                let solution = contact::solve_by(
+                    &case.problem,
+                    settings.iteration,
+                    settings.stop,
+                    settings.linear,
+                    told,
+                )?;
                 Ok(Answer {
                     residual: case.problem.backward_error(&solution.u).0,
                     u: solution.u,
@@ -47,10 +52,12 @@ impl Engine for Rust {
                         ended: solution.ended,
                         changes: solution.changes,
                         residuals: solution.residuals,
+                        linear: solution.linear,
                     }),
                     seconds: vec![
                         ("factor".into(), solution.seconds.factor),
                         ("iterate".into(), solution.seconds.iterate),
+                        ("expand".into(), solution.seconds.expand),
                     ],
                 })
             })

@@ -9,7 +9,9 @@
 //! T is 1 on each aggregate; A_F is A with the weak entries lumped to the diagonal; ω = 2/3 for a
 //! spectral radius of D⁻¹A_F up to 2.
 
-use super::dense::{Dense, DenseLu};
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{Mat, MatMut};
+
 use super::rows::{Rows, Sweep};
 
 const STRONG: f64 = 0.08;
@@ -22,7 +24,7 @@ const LEAST_PROGRESS: f64 = 0.9;
 /// The hierarchy.
 pub struct Aggregation {
     levels: Vec<Level>,
-    coarsest: DenseLu,
+    coarsest: PartialPivLu<f64>,
     /// Right-hand side and solution on the coarsest level.
     bottom: [Vec<f64>; 2],
 }
@@ -77,15 +79,15 @@ impl Aggregation {
             threshold *= 0.5;
         }
         let n = matrix.height();
-        let mut dense = Dense::zeros(n);
+        let mut dense = Mat::<f64>::zeros(n, n);
         for i in 0..n {
             for (j, a) in matrix.row(i) {
-                dense.add(i, j as usize, a);
+                dense[(i, j as usize)] += a;
             }
         }
         Some(Aggregation {
             levels,
-            coarsest: dense.lu(),
+            coarsest: dense.partial_piv_lu(),
             bottom: [vec![0.0; n], vec![0.0; n]],
         })
     }
@@ -120,7 +122,11 @@ impl Aggregation {
             let coarse = below.first_mut().map_or(&mut self.bottom[0], |c| &mut c.b);
             level.restriction.times(r, coarse);
         }
-        self.bottom[1] = self.coarsest.solve(&self.bottom[0]);
+        let [b, x] = &mut self.bottom;
+        x.copy_from_slice(b);
+        let n = x.len();
+        let x = MatMut::from_column_major_slice_mut(x, n, 1);
+        self.coarsest.solve_in_place(x);
         for l in (0..self.levels.len()).rev() {
             let (above, below) = self.levels.split_at_mut(l + 1);
             let level = &mut above[l];

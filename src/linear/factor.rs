@@ -9,7 +9,7 @@
 
 use super::cholesky::{Cholesky, Solved};
 use super::multifrontal::{Forward, Multifrontal, NotPositive};
-use super::{Analysis, Dense, Elements, Precision, Role, Settings, Solver, memory};
+use super::{Analysis, Elements, Precision, Role, Schur, Settings, Solver, memory};
 use crate::error::{Error, Result};
 
 /// What was chosen, and what it was predicted to take.
@@ -69,7 +69,7 @@ pub fn condense(
     b: &[f64],
     settings: Settings,
     instead: Option<Choice>,
-) -> Result<Option<(Factor, Reduced, Dense, Choice)>> {
+) -> Result<Option<(Factor, Reduced, Schur, Choice)>> {
     let analysis = Analysis::new(elements, roles);
     let Some(choice) = choose(&analysis, elements, settings, instead)? else {
         return Ok(None);

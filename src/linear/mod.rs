@@ -4,7 +4,6 @@ mod aggregation;
 mod analysis;
 mod bisection;
 mod cholesky;
-mod dense;
 mod elements;
 mod embedded;
 mod factor;
@@ -13,18 +12,19 @@ mod krylov;
 mod memory;
 mod multifrontal;
 mod rows;
+mod schur;
 mod settings;
 mod sparse;
 
 pub use analysis::Analysis;
 pub use cholesky::Cholesky;
-pub use dense::{Dense, DenseLu, LowRank};
 pub use elements::{Elements, Role};
 pub use embedded::Embedded;
 pub use factor::{Choice, Factor, Reduced, condense};
 pub use krylov::{KrylovStop, conjugate_gradients, gmres, norm};
 pub use multifrontal::Multifrontal;
 pub use rows::Rows;
+pub use schur::{Entry, LowRank, Row, Schur, SchurLu};
 pub use settings::{Precision, Settings, Solver};
 pub use sparse::Symmetric;
 
