@@ -2,9 +2,10 @@
 //! The argument is n; times are per call.
 
 use divan::{Bencher, black_box};
+use faceoff::assembly::Stiffness;
 use faceoff::contact::{Method, Problem, face_fields};
 use faceoff::element::{CR, P2, Space};
-use faceoff::linear::{Cholesky, nested_dissection};
+use faceoff::linear::{Analysis, Elements, Role, Settings, condense};
 use faceoff::mesh::Triangulation;
 use faceoff::mesh::generate::union_jack;
 use faceoff::scene::Scene;
@@ -49,14 +50,14 @@ fn dofs_p2(bencher: Bencher, n: usize) {
 fn stiffness_cr(bencher: Bencher, n: usize) {
     let mesh = mesh(n);
     let space = Space::new(&mesh, &CR);
-    bencher.bench(|| assembly::stiffness(black_box(&space)));
+    bencher.bench(|| Stiffness::new(black_box(&space)));
 }
 
 #[divan::bench(args = N)]
 fn stiffness_p2(bencher: Bencher, n: usize) {
     let mesh = mesh(n);
     let space = Space::new(&mesh, &P2);
-    bencher.bench(|| assembly::stiffness(black_box(&space)));
+    bencher.bench(|| Stiffness::new(black_box(&space)));
 }
 
 #[divan::bench(args = N)]
@@ -73,18 +74,31 @@ fn load_cr(bencher: Bencher, n: usize) {
 fn ordering_cr(bencher: Bencher, n: usize) {
     let (scene, mesh) = (scene(), mesh(n));
     let (problem, _) = problem(&scene, &mesh, "cr");
-    let (points, graph, last) = graph(&problem);
-    bencher.bench(|| nested_dissection(black_box(&points), &graph, &last));
+    let roles = roles(&problem);
+    bencher.bench(|| Analysis::new(black_box(&Cells(&problem)), &roles).entries());
 }
 
 #[divan::bench(args = N)]
 fn factor_cr(bencher: Bencher, n: usize) {
     let (scene, mesh) = (scene(), mesh(n));
     let (problem, _) = problem(&scene, &mesh, "cr");
-    let (points, graph, last) = graph(&problem);
-    let order = nested_dissection(&points, &graph, &last);
-    let matrix = problem.stiffness.block(&free(&problem), points.len());
-    bencher.bench(|| Cholesky::factor(black_box(&matrix), &order).map(|f| f.entries()));
+    factor(bencher, &problem);
+}
+
+#[divan::bench(args = N)]
+fn factor_p2(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, _) = problem(&scene, &mesh, "p2");
+    factor(bencher, &problem);
+}
+
+/// Ordering, factorisation and the Schur complement on the contact cells.
+fn factor(bencher: Bencher, problem: &Problem) {
+    let roles = roles(problem);
+    bencher.bench(|| {
+        let settings = Settings::default();
+        condense(black_box(&Cells(problem)), &roles, &problem.load, settings).map(|c| c.3)
+    });
 }
 
 #[divan::bench(args = N)]
@@ -119,21 +133,48 @@ fn comparison_cr(bencher: Bencher, n: usize) {
     bencher.bench(|| compare::judge(black_box(&a), &b, 1e-12));
 }
 
-/// Number of each free dof.
-fn free(problem: &Problem) -> Vec<Option<u32>> {
-    let mut next = 0..;
-    let numbers = problem.dirichlet.iter();
-    numbers
-        .map(|g| if g.is_none() { next.next() } else { None })
-        .collect()
+/// The stiffness by cells.
+struct Cells<'a>(&'a Problem<'a>);
+
+impl Elements for Cells<'_> {
+    fn unknowns(&self) -> usize {
+        self.0.space.dofs
+    }
+
+    fn count(&self) -> usize {
+        self.0.space.mesh.cell_count()
+    }
+
+    fn size(&self) -> usize {
+        self.0.space.local_dofs
+    }
+
+    fn of(&self, cell: usize) -> &[u32] {
+        self.0.space.cell_dofs(cell)
+    }
+
+    fn centre(&self, cell: usize) -> [f64; 3] {
+        let vertices = &self.0.space.mesh.vertices(cell)[..3];
+        std::array::from_fn(|k| vertices.iter().map(|x| x[k]).sum::<f64>() / 3.0)
+    }
+
+    fn matrix(&self, cell: usize, matrix: &mut [f64]) {
+        self.0.stiffness.cell_matrix(cell, matrix);
+    }
 }
 
-/// Points and graph of the free dofs, and none that must come last.
-fn graph(problem: &Problem) -> (Vec<[f64; 3]>, (Vec<usize>, Vec<u32>), Vec<bool>) {
-    let free = free(problem);
-    let dofs = free.iter().zip(&problem.space.points);
-    let points: Vec<[f64; 3]> = dofs.filter(|(k, _)| k.is_some()).map(|(_, p)| *p).collect();
-    let graph = problem.stiffness.block(&free, points.len()).graph();
-    let last = vec![false; points.len()];
-    (points, graph, last)
+/// Γ_D is fixed, the contact cells are kept.
+fn roles(problem: &Problem) -> Vec<Role> {
+    let mut roles = vec![Role::Eliminated; problem.space.dofs];
+    for face in &problem.contact {
+        for &dof in problem.space.cell_dofs(face.cell) {
+            roles[dof as usize] = Role::Kept;
+        }
+    }
+    for (role, g) in roles.iter_mut().zip(&problem.dirichlet) {
+        if g.is_some() {
+            *role = Role::Fixed;
+        }
+    }
+    roles
 }
