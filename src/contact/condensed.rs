@@ -18,7 +18,8 @@ use super::conditions::Condition;
 use super::scheme::{Scheme, clear_rows};
 use crate::error::{Error, Result};
 use crate::linear::{
-    Choice, Dense, DenseLu, Elements, Factor, LowRank, Reduced, Role, Settings, condense,
+    Choice, Elements, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings,
+    condense,
 };
 
 /// Vectors of this scheme hold the free dofs of K, ascending, and then those of K on Γ_D.
@@ -32,16 +33,16 @@ pub(super) struct Condensed<'a> {
     pub choice: Choice,
     factor: Factor,
     reduced: Reduced,
-    /// S with the shift, and the shift by (row, column, value).
-    schur: Dense,
-    shift: Vec<(u32, u32, f64)>,
+    /// S with the shift, and the shift with the other sign.
+    schur: Schur,
+    shift: Vec<Entry>,
     /// g
     load: Vec<f64>,
     /// Dofs of K on Γ_D.
     fixed: Vec<u32>,
     roles: Vec<Role>,
     /// The last dense factorisation, and the laws that it is for.
-    stale: RefCell<Option<(DenseLu, Vec<Weights>)>>,
+    stale: RefCell<Option<(SchurLu, Vec<Weights>)>>,
 }
 
 /// What the law u-ψ + [P]₊ of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
@@ -162,7 +163,7 @@ impl<'a> Condensed<'a> {
                 for (&j, value) in dofs.iter().zip(row) {
                     let free = |dof: u32| roles[dof as usize] == Role::Kept;
                     if free(i) && free(j) {
-                        shift.push((number(i), number(j), *value));
+                        shift.push((number(i), number(j), -value));
                     }
                 }
             }
@@ -222,7 +223,7 @@ impl<'a> Condensed<'a> {
     fn times(&self, u: &[f64]) -> Vec<f64> {
         let mut y = self.schur.times(&u[..self.load.len()]);
         for &(i, j, value) in &self.shift {
-            y[i as usize] -= value * u[j as usize];
+            y[i as usize] += value * u[j as usize];
         }
         y
     }
@@ -283,14 +284,15 @@ impl<'a> Condensed<'a> {
         if let Some((_, old)) = stale.as_ref() {
             change = self.change(old, laws);
         }
-        if stale.is_none() || change.rank() * REFACTOR > b.len() {
+        let refactor = |lu: &SchurLu| change.rank() * REFACTOR > lu.dense_size();
+        if stale.as_ref().is_none_or(|(lu, _)| refactor(lu)) {
             change = LowRank::default();
-            *stale = Some((self.matrix(laws).lu(), laws.to_vec()));
+            *stale = Some((self.schur.lu(&self.entries(laws)), laws.to_vec()));
         }
         let Some((lu, _)) = stale.as_ref() else {
             return Vec::new();
         };
-        let solve = lu.changed(&change, b.len());
+        let solve = lu.changed(&change);
         let mut delta = solve(b);
         // One step of refinement takes away what the correction, or small pivots, left.
         let mut rest = self.times(&delta);
@@ -307,31 +309,26 @@ impl<'a> Condensed<'a> {
         delta
     }
 
-    /// S + N
-    fn matrix(&self, laws: &[Weights]) -> Dense {
-        let mut matrix = self.schur.clone();
+    /// N less the shift.
+    fn entries(&self, laws: &[Weights]) -> Vec<Entry> {
         let free = self.load.len() as u32;
-        for &(i, j, value) in &self.shift {
-            matrix.add(i as usize, j as usize, -value);
-        }
+        let mut entries = self.shift.clone();
         for (condition, law) in self.conditions.iter().zip(laws) {
             condition.for_each_entry(*law, |i, j, value| {
                 if i < free && j < free {
-                    matrix.add(i as usize, j as usize, value);
+                    entries.push((i, j, value));
                 }
             });
         }
-        matrix
+        entries
     }
 
     /// N of `new` less N of `old`: conditions with the same test functional share a term.
     fn change(&self, old: &[Weights], new: &[Weights]) -> LowRank {
         let free = self.load.len() as u32;
-        let only_free = |row: Vec<(u32, f64)>| -> Vec<(u32, f64)> {
-            row.into_iter().filter(|(k, _)| *k < free).collect()
-        };
+        let only_free = |row: Row| -> Row { row.into_iter().filter(|(k, _)| *k < free).collect() };
         let mut change = LowRank::default();
-        let mut last: Option<(Vec<(u32, f64)>, Vec<(u32, f64)>)> = None;
+        let mut last: Option<(Row, Row)> = None;
         for ((condition, old), new) in self.conditions.iter().zip(old).zip(new) {
             if old == new {
                 continue;

@@ -197,6 +197,9 @@ impl<'a> Problem<'a> {
                 _ => {}
             }
         }
+        if held.iter().all(|h| *h) {
+            return Ok(None);
+        }
         // Each dof belongs to one component, and the φ_i of a component sum to 1.
         let mut total = vec![0.0; count];
         let mut counted = vec![false; self.space.dofs];
@@ -232,9 +235,6 @@ impl<'a> Problem<'a> {
                 what,
                 remedy: "name a group of that part under dirichlet".into(),
             });
-        }
-        if held.iter().all(|h| *h) {
-            return Ok(None);
         }
         let mut floating = vec![None; self.space.dofs];
         for cell in 0..mesh.cell_count() {

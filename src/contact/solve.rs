@@ -134,6 +134,13 @@ pub fn solve_by(
     let mut best = (f64::INFINITY, 0, Vec::new());
     let mut laws: Vec<Weights> = Vec::new();
     let mut ended = Ended::NotReached;
+    if scheme.conditions.is_empty() {
+        // Linear: the whole of u is one increment, and there is nothing to iterate.
+        let increment = f64::from(u8::from(scheme.size(&u) > 0.0));
+        (increments, changes, residuals) = (vec![increment], vec![0], vec![0.0]);
+        progress(1, increment)?;
+        ended = Ended::Rounding;
+    }
     while ended == Ended::NotReached && increments.len() < stop.max_iterations {
         if laws.is_empty() || !iteration.is_constant() {
             laws = set.laws(&scheme, iteration);

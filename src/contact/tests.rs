@@ -3,7 +3,7 @@
 use super::*;
 use crate::assembly;
 use crate::element::{CR, Element, MAX_DOFS, P1, P2};
-use crate::linear::Settings;
+use crate::linear::{Precision, Settings, Solver};
 use crate::mesh::Triangulation;
 use crate::mesh::generate::union_jack;
 use crate::scene::{Expression, Scene};
@@ -586,5 +586,76 @@ fn data_far_from_one_have_the_same_solution() {
                 assert!((a - b / scale).abs() < 1e-14, "{name} {text} {a} {b}");
             }
         }
+    }
+}
+
+/// Whatever solves the linear systems, and in whatever precision, the answer is the same.
+#[test]
+fn linear_solvers_agree_on_all_methods() {
+    let pressed = scene(|s| {
+        s.boundary.neumann.append(&mut s.boundary.dirichlet);
+        s.data.f = formula("1 + x");
+    });
+    let scenes = [
+        Scene::find("one-zone").unwrap(),
+        Scene::find("plate").unwrap(),
+        pressed,
+    ];
+    for scene in scenes {
+        let mesh = scene.triangulation(None).unwrap();
+        for name in [
+            "cr",
+            "cr-fc",
+            "p1",
+            "p2",
+            "p2(1,0)",
+            "p1-vi",
+            "cr-vi",
+            "penalty",
+            "multiplier",
+        ] {
+            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let by = |solver, precision| {
+                let settings = Settings { solver, precision };
+                let told = |_, _| Ok(());
+                let solution =
+                    solve_by(&problem, Iteration::Newton, Stop::default(), settings, told);
+                let solution = solution.unwrap();
+                assert!(solution.converged, "{name} {solver} {precision}");
+                assert!(
+                    problem.backward_error(&solution.u).0 < 1e-12,
+                    "{name} {solver}"
+                );
+                solution.u
+            };
+            let u = by(Solver::Multifrontal, Precision::F64);
+            let size = u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+            for (solver, precision) in [
+                (Solver::Faer, Precision::F64),
+                (Solver::Auto, Precision::F32Refined),
+            ] {
+                let other = by(solver, precision);
+                for (a, b) in u.iter().zip(&other) {
+                    let error = (a - b).abs();
+                    assert!(
+                        error < 1e-12 * size,
+                        "{} {name} {solver} {precision} {error:e}",
+                        scene.name
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn without_contact_one_solve_is_all() {
+    let scene = scene(|s| s.boundary.neumann.append(&mut s.boundary.contact));
+    let mesh = square(8);
+    for method in [Method::cr(), Method::p2()] {
+        let problem = Problem::new(&scene, &mesh, method).unwrap();
+        let solution = newton(&problem);
+        assert_eq!(solution.increments.len(), 1);
+        assert!(problem.backward_error(&solution.u).0 < 1e-14);
     }
 }

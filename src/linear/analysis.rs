@@ -9,6 +9,7 @@
 use rayon::prelude::*;
 
 use super::bisection::Tree;
+use super::schur::Entry;
 use super::{Elements, Role};
 
 const NONE: u32 = u32::MAX;
@@ -140,6 +141,26 @@ impl Analysis {
         }
     }
 
+    /// The elements without an eliminated unknown, as entries of the Schur complement.
+    pub(super) fn aside(&self, elements: &impl Elements) -> Vec<Entry> {
+        let size = elements.size();
+        let mut matrix = vec![0.0; size * size];
+        let mut entries = Vec::with_capacity(self.aside.len() * size * size);
+        for &e in &self.aside {
+            elements.matrix(e as usize, &mut matrix);
+            let place = |k: &u32| self.kept.binary_search(k).ok();
+            let places: Vec<_> = elements.of(e as usize).iter().map(place).collect();
+            for (column, &j) in matrix.chunks_exact(size).zip(&places) {
+                for (value, &i) in column.iter().zip(&places) {
+                    if let (Some(i), Some(j)) = (i, j) {
+                        entries.push((i as u32, j as u32, *value));
+                    }
+                }
+            }
+        }
+        entries
+    }
+
     /// Entries of the factor.
     pub fn entries(&self) -> usize {
         self.plan.as_ref().map_or(0, |plan| plan.entries)
@@ -150,10 +171,10 @@ impl Analysis {
         self.plan.as_ref().map_or(0.0, |plan| plan.flops)
     }
 
-    /// Bytes that factor, updates and Schur complement take with numbers of `size` bytes.
+    /// Bytes that factor, updates, Schur complement and its factorisation take with numbers of `size` bytes.
     pub fn bytes(&self, size: usize) -> usize {
         let waiting = self.plan.as_ref().map_or(0, |plan| plan.waiting);
-        (self.entries() + waiting) * size + self.kept.len().pow(2) * 8
+        (self.entries() + waiting) * size + 3 * self.border.len().pow(2) * 8
     }
 }
 

@@ -11,7 +11,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Mat, MatMut, Par, Side};
 
-use super::{Analysis, Dense, Elements, Role, Symmetric};
+use super::{Analysis, Elements, Role, Schur, Symmetric};
 use crate::error::{Error, Result};
 
 /// P A Pᵀ = L Lᵀ of a symmetric positive definite matrix, the kept unknowns last.
@@ -22,7 +22,7 @@ pub struct Cholesky {
     unknowns: Vec<u32>,
     /// Rows of the kept unknowns.
     kept: Vec<u32>,
-    schur: Dense,
+    schur: Schur,
 }
 
 /// A right-hand side and the solution with it.
@@ -53,9 +53,18 @@ impl Cholesky {
         let order = analysis.order.iter().chain(&analysis.kept);
         let kept: Vec<u32> = analysis.kept.iter().map(row_of).collect();
         let order: Vec<u32> = order.map(row_of).collect();
-        drop(analysis);
         let (symbolic, values) = factor(&matrix, order)?;
-        let schur = schur_complement(&symbolic, &values, kept.len());
+        let mut dense = schur_complement(&symbolic, &values, kept.len());
+        // What the elements aside give is sparse; where there is more, S is dense.
+        let aside = analysis.aside(elements);
+        for &(i, j, value) in &aside {
+            dense[(i as usize, j as usize)] -= value;
+        }
+        let border = &analysis.border;
+        let dense = Mat::from_fn(border.len(), border.len(), |i, j| {
+            dense[(border[i] as usize, border[j] as usize)]
+        });
+        let schur = Schur::new(kept.len(), border.clone(), dense, aside);
         Ok(Cholesky {
             symbolic,
             values,
@@ -66,7 +75,7 @@ impl Cholesky {
     }
 
     /// S of the kept unknowns.
-    pub fn schur_complement(&self) -> &Dense {
+    pub fn schur_complement(&self) -> &Schur {
         &self.schur
     }
 
@@ -167,7 +176,7 @@ fn factor(matrix: &Symmetric, order: Vec<u32>) -> Result<(SymbolicCholesky<u32>,
 }
 
 /// S = L₂₂ L₂₂ᵀ, where L₂₂ is the trailing block of the factor with `last` rows.
-fn schur_complement(symbolic: &SymbolicCholesky<u32>, values: &[f64], last: usize) -> Dense {
+fn schur_complement(symbolic: &SymbolicCholesky<u32>, values: &[f64], last: usize) -> Mat<f64> {
     let first = symbolic.nrows() - last;
     let mut factor = Mat::<f64>::zeros(last, last);
     match symbolic.raw() {
@@ -199,5 +208,5 @@ fn schur_complement(symbolic: &SymbolicCholesky<u32>, values: &[f64], last: usiz
             }
         }
     }
-    Dense(&factor * factor.transpose())
+    &factor * factor.transpose()
 }

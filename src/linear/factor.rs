@@ -9,7 +9,7 @@
 
 use super::cholesky::{Cholesky, Solved};
 use super::multifrontal::{Forward, Multifrontal, NotPositive};
-use super::{Analysis, Dense, Elements, Precision, Role, Settings, Solver, memory};
+use super::{Analysis, Elements, Precision, Role, Schur, Settings, Solver, memory};
 use crate::error::{Error, Result};
 
 /// What was chosen, and what it was predicted to take.
@@ -67,7 +67,7 @@ pub fn condense(
     roles: &[Role],
     b: &[f64],
     settings: Settings,
-) -> Result<(Factor, Reduced, Dense, Choice)> {
+) -> Result<(Factor, Reduced, Schur, Choice)> {
     let analysis = Analysis::new(elements, roles);
     let choice = choose(&analysis, elements, settings)?;
     tracing::info!(

@@ -3,23 +3,23 @@
 mod analysis;
 mod bisection;
 mod cholesky;
-mod dense;
 mod elements;
 mod factor;
 mod gmres;
 mod kernels;
 mod memory;
 mod multifrontal;
+mod schur;
 mod settings;
 mod sparse;
 
 pub use analysis::Analysis;
 pub use cholesky::Cholesky;
-pub use dense::{Dense, DenseLu, LowRank};
 pub use elements::{Elements, Role};
 pub use factor::{Choice, Factor, Reduced, condense};
 pub use gmres::gmres;
 pub use multifrontal::Multifrontal;
+pub use schur::{Entry, LowRank, Row, Schur, SchurLu};
 pub use settings::{Precision, Settings, Solver};
 pub use sparse::Symmetric;
 

@@ -10,7 +10,7 @@ use faer::Mat;
 
 use super::analysis::{Analysis, Front, Plan};
 use super::kernels::{Number, eliminate};
-use super::{Dense, Elements};
+use super::{Elements, Schur};
 
 /// P A Pᵀ = L Lᵀ of the eliminated unknowns, and the rows of L that belong to the kept ones.
 pub struct Multifrontal<T> {
@@ -53,9 +53,8 @@ impl<T: Number> Multifrontal<T> {
         elements: &impl Elements,
         analysis: Analysis,
         b: &[f64],
-    ) -> Result<(Self, Forward, Dense), NotPositive> {
-        let size = analysis.kept.len();
-        let mut schur = Mat::<f64>::zeros(size, size);
+    ) -> Result<(Self, Forward, Schur), NotPositive> {
+        let mut dense = Mat::<f64>::zeros(analysis.border.len(), analysis.border.len());
         let mut y: Vec<f64> = analysis.order.iter().map(|&k| b[k as usize]).collect();
         let mut kept: Vec<f64> = analysis.kept.iter().map(|&k| b[k as usize]).collect();
         let mut blocks: Option<Blocks<T>> = None;
@@ -67,24 +66,20 @@ impl<T: Number> Multifrontal<T> {
             };
             let (columns, update, rest) = work.factor(plan, &mut y, 0)?;
             blocks = Some(columns);
-            let border = &analysis.border;
-            for (j, &q) in border.iter().enumerate() {
-                for (i, &p) in border.iter().enumerate().skip(j) {
-                    schur[(p as usize, q as usize)] += update[j * border.len() + i].wide();
+            for (j, column) in update.chunks_exact(rest.len().max(1)).enumerate() {
+                for (i, value) in column.iter().enumerate().skip(j) {
+                    dense[(i, j)] = value.wide();
+                    dense[(j, i)] = value.wide();
                 }
             }
-            for (value, &p) in rest.iter().zip(border) {
+            for (value, &p) in rest.iter().zip(&analysis.border) {
                 kept[p as usize] += value;
             }
         }
-        add_aside(elements, &analysis, &mut schur);
-        for j in 0..size {
-            for i in 0..j {
-                schur[(i, j)] = schur[(j, i)];
-            }
-        }
+        let aside = analysis.aside(elements);
+        let schur = Schur::new(analysis.kept.len(), analysis.border.clone(), dense, aside);
         let factor = Multifrontal { analysis, blocks };
-        Ok((factor, Forward { y, kept }, Dense(schur)))
+        Ok((factor, Forward { y, kept }, schur))
     }
 
     /// Forward elimination of a further right-hand side.
@@ -115,33 +110,6 @@ impl<T: Number> Multifrontal<T> {
         }
         for (&k, value) in analysis.kept.iter().zip(kept) {
             x[k as usize] = *value;
-        }
-    }
-
-    pub fn analysis(&self) -> &Analysis {
-        &self.analysis
-    }
-}
-
-/// Elements without eliminated unknowns are part of the Schur complement.
-fn add_aside(elements: &impl Elements, analysis: &Analysis, schur: &mut Mat<f64>) {
-    let size = elements.size();
-    let mut matrix = vec![0.0; size * size];
-    for &e in &analysis.aside {
-        elements.matrix(e as usize, &mut matrix);
-        let places: Vec<Option<usize>> = elements
-            .of(e as usize)
-            .iter()
-            .map(|k| analysis.kept.binary_search(k).ok())
-            .collect();
-        for (column, &q) in matrix.chunks_exact(size).zip(&places) {
-            for (value, &p) in column.iter().zip(&places) {
-                if let (Some(p), Some(q)) = (p, q)
-                    && p >= q
-                {
-                    schur[(p, q)] += value;
-                }
-            }
         }
     }
 }
@@ -257,6 +225,9 @@ impl<E: Elements> Work<'_, E> {
     }
 }
 
+/// An update up to this size is added entry by entry, larger ones by runs of them.
+const SHORT: usize = 16;
+
 /// A front while it is summed.
 struct Target<'a, T> {
     panel: &'a mut [T],
@@ -304,7 +275,14 @@ impl<'a, T: Number> Target<'a, T> {
     /// Adds the lower triangle of an update; `places` ascend.
     fn add(&mut self, update: &[T], places: &[u32]) {
         let border = places.len();
-        if border == 0 {
+        if border <= SHORT {
+            for (j, &place) in places.iter().enumerate() {
+                let (column, first) = self.column(place as usize);
+                let values = &update[j * border + j..(j + 1) * border];
+                for (value, &i) in values.iter().zip(&places[j..]) {
+                    column[i as usize - first] += *value;
+                }
+            }
             return;
         }
         let runs = runs(places, self.pivots);

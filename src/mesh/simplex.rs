@@ -90,6 +90,29 @@ impl CellGeometry {
     }
 }
 
+/// |κ| with the sign of its orientation.
+pub(super) fn signed_measure(dim: usize, points: &[[f64; 3]; 4]) -> f64 {
+    let [p, q, r, s] = points.map(Vector3::from);
+    let (a, b) = (q - p, r - p);
+    if dim == 2 {
+        0.5 * (a.x * b.y - a.y * b.x)
+    } else {
+        a.dot(&b.cross(&(s - p))) / 6.0
+    }
+}
+
+/// Length of the longest edge.
+pub(super) fn diameter(dim: usize, points: &[[f64; 3]; 4]) -> f64 {
+    let mut largest = 0.0_f64;
+    for i in 0..=dim {
+        for j in 0..i {
+            let edge = Vector3::from(points[i]) - Vector3::from(points[j]);
+            largest = largest.max(edge.norm_squared());
+        }
+    }
+    largest.sqrt()
+}
+
 /// What the stiffness of a simplex is made of, without the rest of its geometry.
 #[derive(Debug, Clone, Copy)]
 pub struct Metric {
@@ -146,6 +169,8 @@ mod tests {
             let geometry = CellGeometry::new(dim, &points);
             let metric = Metric::new(dim, &points);
             assert!((metric.measure - geometry.measure()).abs() < 1e-15);
+            assert!((signed_measure(dim, &points) - geometry.signed_measure).abs() < 1e-15);
+            assert!((diameter(dim, &points) - geometry.diameter).abs() < 1e-15);
             for i in 0..=dim {
                 for j in 0..=dim {
                     let slopes = geometry.gradients[i].dot(&geometry.gradients[j]);

@@ -3,7 +3,10 @@
 
 use std::collections::HashMap;
 
+use rayon::prelude::*;
+
 use super::hanging::hanging_nodes;
+use super::simplex::{diameter, signed_measure};
 use super::{CellGeometry, CellKind, Mesh};
 use crate::error::{Error, Result};
 
@@ -215,7 +218,6 @@ impl Triangulation {
         };
         triangulation.take_cells(mesh, cell_kind, refuse)?;
         triangulation.number_faces(refuse)?;
-        triangulation.check_sides(refuse)?;
         triangulation.check_hanging(refuse)?;
         triangulation.take_groups(mesh, face_kind, refuse)?;
         Ok(triangulation)
@@ -251,40 +253,35 @@ impl Triangulation {
         cell_kind: CellKind,
         refuse: impl Fn(String, &str) -> Error,
     ) -> Result<()> {
-        let dim = self.dim;
+        let blocks = || mesh.blocks.iter().filter(|b| b.kind == cell_kind);
+        self.cells
+            .reserve_exact(blocks().map(|b| b.nodes.len()).sum());
+        for block in blocks() {
+            self.cells.extend_from_slice(&block.nodes);
+        }
         let mut used = vec![false; self.points.len()];
-        for block in mesh.blocks.iter().filter(|b| b.kind == cell_kind) {
-            for nodes in block.cells() {
-                if let Some(&node) = nodes.iter().find(|&&n| n as usize >= used.len()) {
+        for &node in &self.cells {
+            match used.get_mut(node as usize) {
+                Some(used) => *used = true,
+                None => {
                     return Err(refuse(
                         format!("a cell names vertex {node}, and there are {}", used.len()),
                         "repair the file",
                     ));
                 }
-                for &node in nodes {
-                    used[node as usize] = true;
-                }
-                self.cells.extend_from_slice(nodes);
-                let cell = self.cell_count() - 1;
-                let geometry = self.geometry(cell);
-                let flat = DEGENERATE * geometry.diameter.powi(dim as i32);
-                // Negated so that NaN is refused as well.
-                if !(geometry.measure() > flat && geometry.measure().is_finite()) {
-                    return Err(refuse(
-                        format!(
-                            "cell {cell} (vertices {nodes:?}) is degenerate: measure {:e} at diameter {:e}",
-                            geometry.measure(),
-                            geometry.diameter
-                        ),
-                        "remove the cell or move its vertices",
-                    ));
-                }
-                // The order of a cell's vertices carries no meaning: make it positive.
-                if geometry.signed_measure < 0.0 {
-                    let end = self.cells.len();
-                    self.cells.swap(end - 2, end - 1);
-                }
             }
+        }
+        if let Some(cell) = self.orient_cells() {
+            let geometry = self.geometry(cell);
+            return Err(refuse(
+                format!(
+                    "cell {cell} (vertices {:?}) is degenerate: measure {:e} at diameter {:e}",
+                    self.cell(cell),
+                    geometry.measure(),
+                    geometry.diameter
+                ),
+                "remove the cell or move its vertices",
+            ));
         }
         if let Some(vertex) = used.iter().position(|used| !used) {
             let orphans = used.iter().filter(|used| !**used).count();
@@ -299,95 +296,121 @@ impl Triangulation {
         Ok(())
     }
 
+    /// The order of a cell's vertices carries no meaning: makes all positive. The first cell that
+    /// is degenerate, if any.
+    fn orient_cells(&mut self) -> Option<usize> {
+        let (dim, local) = (self.dim, self.dim + 1);
+        let points = &self.points;
+        let degenerate = |(cell, nodes): (usize, &mut [u32])| {
+            let mut vertices = [[0.0; 3]; 4];
+            for (vertex, &node) in vertices.iter_mut().zip(nodes.iter()) {
+                *vertex = points[node as usize];
+            }
+            let measure = signed_measure(dim, &vertices);
+            let flat = DEGENERATE * diameter(dim, &vertices).powi(dim as i32);
+            if measure < 0.0 {
+                nodes.swap(dim - 1, dim);
+            }
+            // Negated so that NaN is refused as well.
+            let sound = measure.abs() > flat && measure.is_finite();
+            (!sound).then_some(cell)
+        };
+        self.cells
+            .par_chunks_exact_mut(local)
+            .enumerate()
+            .with_min_len(4096)
+            .filter_map(degenerate)
+            .min()
+    }
+
     /// Faces are found by bucketing local faces by their smallest vertex.
     fn number_faces(&mut self, refuse: impl Fn(String, &str) -> Error) -> Result<()> {
-        let (dim, local) = (self.dim, self.dim + 1);
-        let cells = self.cell_count();
-        let sorted = |cells: &[u32], cell: usize, i: usize| {
-            let mut key = [NONE; 3];
-            let mut k = 0;
-            for (j, &v) in cells[local * cell..local * (cell + 1)].iter().enumerate() {
-                if j != i {
-                    key[k] = v;
-                    k += 1;
-                }
-            }
-            key[..dim].sort_unstable();
-            key
-        };
-        let mut start = vec![0u32; self.points.len() + 1];
-        for cell in 0..cells {
+        match self.dim {
+            2 => self.number_faces_of::<2>(refuse),
+            _ => self.number_faces_of::<3>(refuse),
+        }
+    }
+
+    /// D is the dimension: faces have as many vertices.
+    fn number_faces_of<const D: usize>(
+        &mut self,
+        refuse: impl Fn(String, &str) -> Error,
+    ) -> Result<()> {
+        let local = D + 1;
+        let mut starts = vec![0u32; self.points.len() + 1];
+        for cell in self.cells.chunks_exact(local) {
             for i in 0..local {
-                start[sorted(&self.cells, cell, i)[0] as usize + 1] += 1;
+                starts[sorted_face::<D>(cell, i).0[0] as usize + 1] += 1;
             }
         }
         for v in 0..self.points.len() {
-            start[v + 1] += start[v];
+            starts[v + 1] += starts[v];
         }
-        let mut next = start.clone();
-        let mut entries = vec![([NONE; 3], 0u32); cells * local];
-        for cell in 0..cells {
+        // Of each local face the vertices but the smallest, and its number.
+        let mut next = starts.clone();
+        let mut entries = vec![[0u32; D]; self.cells.len()];
+        for (cell, vertices) in self.cells.chunks_exact(local).enumerate() {
             for i in 0..local {
-                let key = sorted(&self.cells, cell, i);
-                let slot = &mut next[key[0] as usize];
-                entries[*slot as usize] = (key, (cell * local + i) as u32);
+                let (face, _) = sorted_face::<D>(vertices, i);
+                let slot = &mut next[face[0] as usize];
+                let entry = &mut entries[*slot as usize];
+                entry[..D - 1].copy_from_slice(&face[1..]);
+                entry[D - 1] = (cell * local + i) as u32;
                 *slot += 1;
             }
         }
-        self.cell_faces = vec![NONE; cells * local];
+        drop(next);
+        let guess = self.cells.len() / 2 + self.cells.len() / 16;
+        self.faces = Vec::with_capacity(D * guess);
+        self.face_cells = Vec::with_capacity(guess);
+        self.cell_faces = vec![NONE; self.cells.len()];
+        let mut folded = None;
         for v in 0..self.points.len() {
-            let bucket = &mut entries[start[v] as usize..start[v + 1] as usize];
+            let bucket = &mut entries[starts[v] as usize..starts[v + 1] as usize];
             bucket.sort_unstable();
-            let mut k = 0;
-            while k < bucket.len() {
-                let key = bucket[k].0;
-                let same = bucket[k..].iter().take_while(|e| e.0 == key).count();
-                if same > 2 {
-                    let owners: Vec<_> = bucket[k..k + same]
-                        .iter()
-                        .map(|e| e.1 as usize / local)
-                        .collect();
+            for same in bucket.chunk_by(|a, b| a[..D - 1] == b[..D - 1]) {
+                let number = |entry: &[u32; D]| entry[D - 1] as usize;
+                let face = self.face_cells.len();
+                let start = self.faces.len();
+                self.faces.push(v as u32);
+                self.faces.extend_from_slice(&same[0][..D - 1]);
+                if same.len() > 2 {
+                    let owners: Vec<_> = same.iter().map(|e| number(e) / local).collect();
                     return Err(refuse(
-                        format!("face {:?} belongs to {same} cells: {owners:?}", &key[..dim]),
+                        format!(
+                            "face {:?} belongs to {} cells: {owners:?}",
+                            &self.faces[start..],
+                            same.len()
+                        ),
                         "a face has one or two cells; remove duplicate or overlapping cells",
                     ));
                 }
-                let face = self.face_cells.len() as u32;
-                self.faces.extend_from_slice(&key[..dim]);
                 let mut owners = [NONE; 2];
-                for (owner, entry) in owners.iter_mut().zip(&bucket[k..k + same]) {
-                    *owner = entry.1 / local as u32;
-                    self.cell_faces[entry.1 as usize] = face;
+                let mut sides = [false, true];
+                for ((owner, side), entry) in owners.iter_mut().zip(&mut sides).zip(same) {
+                    let (cell, i) = (number(entry) / local, number(entry) % local);
+                    *owner = cell as u32;
+                    *side = sorted_face::<D>(self.cell(cell), i).1;
+                    self.cell_faces[number(entry)] = face as u32;
                 }
                 self.face_cells.push(owners);
-                k += same;
+                // As all cells are positive, two on different sides of a face see it turned.
+                if same.len() == 2 && sides[0] == sides[1] {
+                    folded.get_or_insert(face);
+                }
             }
         }
-        Ok(())
-    }
-
-    /// Two cells that share a face must lie on different sides of it, or one is inverted.
-    fn check_sides(&self, refuse: impl Fn(String, &str) -> Error) -> Result<()> {
-        for face in 0..self.face_count() {
-            let [a, b] = self.face_cells(face);
-            if b == NONE {
-                continue;
-            }
-            let normal = |cell: u32| {
-                self.geometry(cell as usize)
-                    .normal(self.local_face(cell as usize, face))
-            };
-            if normal(a).dot(&normal(b)) >= 0.0 {
-                return Err(refuse(
-                    format!(
-                        "cells {a} and {b} lie on the same side of {}: one of them is inverted",
-                        self.face_label(face)
-                    ),
-                    "untangle the mesh",
-                ));
-            }
-        }
-        Ok(())
+        let Some(face) = folded else {
+            return Ok(());
+        };
+        let [a, b] = self.face_cells(face);
+        Err(refuse(
+            format!(
+                "cells {a} and {b} lie on the same side of {}: one of them is inverted",
+                self.face_label(face)
+            ),
+            "untangle the mesh",
+        ))
     }
 
     /// A vertex inside a boundary face hangs: the mesh does not conform there.
@@ -522,6 +545,27 @@ impl Triangulation {
         }
         hasher.finalize().to_hex()[..16].to_owned()
     }
+}
+
+/// The vertices of local face i of a cell, ascending, and whether a positive cell sees them turned.
+fn sorted_face<const D: usize>(cell: &[u32], i: usize) -> ([u32; D], bool) {
+    let mut face = [0; D];
+    for (k, vertex) in face.iter_mut().enumerate() {
+        *vertex = cell[k + usize::from(k >= i)];
+    }
+    let mut turned = i % 2 == 1;
+    let mut order = |a: usize, b: usize| {
+        if face[a] > face[b] {
+            face.swap(a, b);
+            turned = !turned;
+        }
+    };
+    order(0, 1);
+    if D == 3 {
+        order(1, 2);
+        order(0, 1);
+    }
+    (face, turned)
 }
 
 /// Local vertices of the local edges of a simplex: in 2D edge i lies opposite vertex i.
