@@ -311,6 +311,10 @@ impl System for Condensed<'_> {
         self.choice
     }
 
+    fn is_solved_but_for_conditions(&self) -> bool {
+        true
+    }
+
     /// u on K: 0 but for g on Γ_D.
     fn start(&self) -> Vec<f64> {
         let dirichlet = &self.problem.dirichlet;

@@ -202,6 +202,10 @@ impl System for Krylov<'_> {
         choice(&self.scheme)
     }
 
+    fn is_solved_but_for_conditions(&self) -> bool {
+        false
+    }
+
     fn start(&self) -> Vec<f64> {
         self.scheme.problem.start()
     }

@@ -21,6 +21,9 @@ pub(super) trait System {
     /// What solves the linear systems.
     fn choice(&self) -> Choice;
 
+    /// Does [`System::complete`] solve all that the conditions leave open?
+    fn is_solved_but_for_conditions(&self) -> bool;
+
     /// 0 but for g on Γ_D.
     fn start(&self) -> Vec<f64>;
 
