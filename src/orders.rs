@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::compare::observed_orders;
 use crate::contact::{Errors, Iteration, Law, Method, Problem, Stop, errors, solve};
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{Expression, Scene};
 use crate::truth::exact::{Regularity, catalogue};
 
 /// One method on one scene over several meshes.
@@ -29,25 +30,47 @@ pub struct Observed {
     /// Between each mesh and the next. Where a transition lies in its cell changes from mesh to
     /// mesh, and these with it.
     pub steps: Vec<f64>,
-    /// By least squares over all meshes; none of fewer than two.
+    /// By least squares over the last three meshes, or two; none of fewer.
     pub fit: Option<f64>,
 }
 
 impl Observed {
-    fn new(levels: &[Level], error: fn(&Errors) -> f64) -> Self {
-        let pairs: Vec<_> = levels.iter().map(|l| (l.n, error(&l.errors))).collect();
-        let logs = pairs.iter().map(|&(n, e)| ((n as f64).ln(), e.ln()));
-        let count = pairs.len() as f64;
+    /// From the errors at ascending n.
+    pub fn new(errors: &[(usize, f64)]) -> Self {
+        let last = &errors[errors.len().saturating_sub(3)..];
+        let logs = last.iter().map(|&(n, e)| ((n as f64).ln(), e.ln()));
+        let count = last.len() as f64;
         let (x, y) = logs.clone().fold((0.0, 0.0), |s, l| (s.0 + l.0, s.1 + l.1));
         let (x, y) = (x / count, y / count);
         let (xy, xx) = logs.fold((0.0, 0.0), |s, l| {
             (s.0 + (l.0 - x) * (l.1 - y), s.1 + (l.0 - x).powi(2))
         });
         Observed {
-            steps: observed_orders(&pairs),
-            fit: (pairs.len() > 1).then_some(-xy / xx),
+            steps: observed_orders(errors),
+            fit: (last.len() > 1).then_some(-xy / xx),
         }
     }
+}
+
+/// Refuses meshes that give no order.
+///
+/// # Errors
+/// One mesh alone, or meshes that do not rise.
+pub fn check_meshes(n: &[usize]) -> Result<()> {
+    if n.len() < 2 {
+        return Err(Error::usage(
+            "one mesh alone has no order of convergence",
+            "give at least two, three for a fit, as in --n 16,32,64",
+        ));
+    }
+    if !n.windows(2).all(|pair| pair[0] < pair[1]) {
+        let list: Vec<String> = n.iter().map(ToString::to_string).collect();
+        return Err(Error::usage(
+            format!("the meshes n = {} do not rise", list.join(", ")),
+            "give each once, the coarsest first",
+        ));
+    }
+    Ok(())
 }
 
 /// One mesh.
@@ -131,24 +154,23 @@ fn consistency(method: &Method, load_free: bool) -> f64 {
     }
 }
 
-/// The errors and orders of every method on every scene, on meshes `n`, ascending.
+/// The errors and orders of every method on every scene, on meshes `n`, rising.
 ///
-/// `progress` is told each scene, method and n before it is solved, and may end the run.
+/// `progress` is told each scene, method and n before it is solved, from several threads, and may
+/// end the run.
 ///
 /// # Errors
-/// A scene without an exact solution; what solving or `progress` refuses; a Newton iteration that
-/// does not converge is told in its level and is no error.
+/// Meshes that give no order; a scene without an exact solution; what solving or `progress`
+/// refuses; a Newton iteration that does not converge is told in its level and is no error.
 pub fn orders(
     scenes: &[Scene],
     methods: &[Method],
     n: &[usize],
-    mut progress: impl FnMut(&Scene, &Method, usize) -> Result<()>,
+    progress: impl Fn(&Scene, &Method, usize) -> Result<()> + Sync,
 ) -> Result<Vec<Orders>> {
-    let mut n = n.to_vec();
-    n.sort_unstable();
-    n.dedup();
+    check_meshes(n)?;
     let catalogue = catalogue();
-    let mut all = Vec::new();
+    let mut studies = Vec::new();
     for scene in scenes {
         let Some(exact) = &scene.exact else {
             return Err(Error::Scene {
@@ -158,36 +180,46 @@ pub fn orders(
                 remedy: "give u under [exact], or one of the built-in scenes that have it".into(),
             });
         };
-        let known = catalogue.iter().find(|e| e.name == scene.name);
-        let meshes = n
-            .iter()
-            .map(|&n| Ok((n, scene.triangulation(Some(n))?)))
-            .collect::<Result<Vec<_>>>()?;
-        for method in methods {
-            let mut levels = Vec::with_capacity(meshes.len());
-            for (n, mesh) in &meshes {
-                progress(scene, method, *n)?;
-                let problem = Problem::new(scene, mesh, *method)?;
-                let solution = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()))?;
-                levels.push(Level {
-                    n: *n,
-                    dofs: problem.space.dofs,
-                    steps: solution.increments.len(),
-                    converged: solution.converged,
-                    errors: errors(&problem.space, &solution.u, exact)?,
-                });
-            }
-            all.push(Orders {
+        studies.extend(methods.iter().map(|method| (scene, exact, method)));
+    }
+    studies
+        .into_par_iter()
+        .map(|(scene, exact, method)| {
+            let levels = n
+                .iter()
+                .map(|&n| {
+                    progress(scene, method, n)?;
+                    level(scene, exact, method, n)
+                })
+                .collect::<Result<Vec<_>>>()?;
+            let known = catalogue.iter().find(|e| e.name == scene.name);
+            let of = |error: fn(&Errors) -> f64| {
+                let errors: Vec<_> = levels.iter().map(|l| (l.n, error(&l.errors))).collect();
+                Observed::new(&errors)
+            };
+            Ok(Orders {
                 scene: scene.name.clone(),
                 method: method.to_string(),
                 theory: known.map(|k| Theory::new(method, k.regularity, scene.data.f.is_zero())),
-                h1: Observed::new(&levels, |e| e.h1),
-                l2: Observed::new(&levels, |e| e.l2),
+                h1: of(|e| e.h1),
+                l2: of(|e| e.l2),
                 levels,
-            });
-        }
-    }
-    Ok(all)
+            })
+        })
+        .collect()
+}
+
+fn level(scene: &Scene, exact: &Expression, method: &Method, n: usize) -> Result<Level> {
+    let mesh = scene.triangulation(Some(n))?;
+    let problem = Problem::new(scene, &mesh, *method)?;
+    let solution = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()))?;
+    Ok(Level {
+        n,
+        dofs: problem.space.dofs,
+        steps: solution.increments.len(),
+        converged: solution.converged,
+        errors: errors(&problem.space, &solution.u, exact)?,
+    })
 }
 
 /// The orders as a table in Markdown, one line a scene and method.
@@ -292,7 +324,7 @@ mod tests {
     #[test]
     fn a_scene_without_a_solution_is_refused() {
         let scenes = [Scene::find("one-zone").unwrap()];
-        let refusal = orders(&scenes, &[Method::cr()], &[4], |_, _, _| Ok(()));
+        let refusal = orders(&scenes, &[Method::cr()], &[4, 8], |_, _, _| Ok(()));
         let refusal = refusal.unwrap_err().to_string();
         assert!(refusal.contains("its solution is not known"), "{refusal}");
     }

@@ -1,4 +1,4 @@
-//! JSON to a file or to standard output.
+//! JSON to a file or to standard output, and text to a file.
 
 use std::io::Write;
 use std::path::Path;
@@ -34,6 +34,14 @@ pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
             .and_then(|()| out.flush())
             .map_err(Error::io(path, "write"));
     }
+    replace(path, text.as_bytes())
+}
+
+/// Writes a text to `path`, beside and then renamed.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
     replace(path, text.as_bytes())
 }
 
