@@ -19,7 +19,10 @@ pub(super) fn run(arguments: &Orders) -> Result<u8> {
     } else {
         arguments.scenes.iter().map(String::as_str).collect()
     };
-    let scenes = names.iter().map(|name| Scene::find(name)).collect::<Result<Vec<_>>>()?;
+    let scenes = names
+        .iter()
+        .map(|name| Scene::find(name))
+        .collect::<Result<Vec<_>>>()?;
     let n: Vec<usize> = arguments.n.iter().map(|&n| n as usize).collect();
     let methods = &arguments.methods.0;
     let bar = Bar::new(quiet);

@@ -83,7 +83,13 @@ fn examples(zones: &[u32]) -> Result<Vec<Example>> {
 /// The Rust engine, and those asked for.
 fn codes(arguments: &Paper) -> Result<Vec<Box<dyn Engine>>> {
     let mut names = vec!["rust"];
-    names.extend(arguments.engines.iter().map(String::as_str).filter(|n| *n != "rust"));
+    names.extend(
+        arguments
+            .engines
+            .iter()
+            .map(String::as_str)
+            .filter(|n| *n != "rust"),
+    );
     if arguments.running.install {
         engines::install(&names, arguments.output.quiet)?;
     }

@@ -169,10 +169,16 @@ mod tests {
             let u = newton.unwrap().u;
             let here = distance(&problem.space, &u, &truth);
             let there = errors(&problem.space, &u, scene.exact.as_ref().unwrap()).unwrap();
-            assert!((here.h1 / there.h1 - 1.0).abs() < 1e-3, "{here:?} {there:?}");
+            assert!(
+                (here.h1 / there.h1 - 1.0).abs() < 1e-3,
+                "{here:?} {there:?}"
+            );
             // On the coarse mesh the square of the error is no polynomial of degree 5.
             let room = if n == 8 { 3e-2 } else { 3e-3 };
-            assert!((here.l2 / there.l2 - 1.0).abs() < room, "{here:?} {there:?}");
+            assert!(
+                (here.l2 / there.l2 - 1.0).abs() < room,
+                "{here:?} {there:?}"
+            );
         }
     }
 }

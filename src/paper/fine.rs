@@ -86,11 +86,7 @@ fn cell_at(n: usize, x: f64, y: f64) -> usize {
         (square, scaled - square as f64)
     };
     let ((i, s), (j, t)) = (place(x), place(y));
-    let upper = if (i + j) % 2 == 0 {
-        t > s
-    } else {
-        s + t > 1.0
-    };
+    let upper = if (i + j) % 2 == 0 { t > s } else { s + t > 1.0 };
     2 * (j * n + i) + usize::from(upper)
 }
 
@@ -279,8 +275,14 @@ mod tests {
             h1: (h1 / fine.grad_norm_sq).sqrt(),
             l2: l2.sqrt() / fine.l2_norm,
         };
-        assert!((here.h1 / expected.h1 - 1.0).abs() < 1e-9, "{here:?} {expected:?}");
-        assert!((here.l2 / expected.l2 - 1.0).abs() < 1e-3, "{here:?} {expected:?}");
+        assert!(
+            (here.h1 / expected.h1 - 1.0).abs() < 1e-9,
+            "{here:?} {expected:?}"
+        );
+        assert!(
+            (here.l2 / expected.l2 - 1.0).abs() < 1e-3,
+            "{here:?} {expected:?}"
+        );
     }
 
     /// The errors of P2 against adaptive quadrature with the closed form, and against what P2 says of itself.
@@ -309,8 +311,14 @@ mod tests {
         let (problem, u) = &solved[1];
         let here = of(1);
         let there = errors(&problem.space, u, scene.exact.as_ref().unwrap()).unwrap();
-        assert!((here.h1 / there.h1 - 1.0).abs() < 1e-2, "{here:?} {there:?}");
-        assert!((here.l2 / there.l2 - 1.0).abs() < 1e-2, "{here:?} {there:?}");
+        assert!(
+            (here.h1 / there.h1 - 1.0).abs() < 1e-2,
+            "{here:?} {there:?}"
+        );
+        assert!(
+            (here.l2 / there.l2 - 1.0).abs() < 1e-2,
+            "{here:?} {there:?}"
+        );
         // P2 is nearly orthogonal: e₁² ≈ e₂² + step².
         let coarse = Fine::new(&solved[0].0.space, &solved[0].1, 24, &norms([1.0, 1.0]));
         let step = step_between(problem, u, &coarse);

@@ -11,7 +11,8 @@ use crate::contact::{Errors, Iteration, Method, Problem, Quantities, Stop, quant
 use crate::element::Space;
 use crate::error::{Error, Result};
 use crate::mesh::Triangulation;
-use crate::orders::Observed;
+use crate::orders::{Observed, Theory};
+use crate::truth::exact::Regularity;
 
 /// P2 on the fine mesh and on those of half and a quarter of its n.
 #[derive(Debug, Serialize)]
@@ -27,8 +28,8 @@ pub struct FineOutcome {
     pub l2: Observed,
     /// ‖∇(U-V)‖/‖∇U‖ of each mesh's U and the V before it.
     pub steps_between: Vec<f64>,
-    /// Between which H¹ errors P2's own steps put that of the fine mesh; none where they do not shrink.
-    pub predicted: Option<[f64; 2]>,
+    /// Between which H¹ errors P2's last step puts that of the fine mesh, with the order of theory.
+    pub predicted: [f64; 2],
     /// Where Γ_C carries contact, by the fine solution itself.
     pub contact_set: Vec<[f64; 2]>,
     /// u on a grid, for its elevation.
@@ -114,7 +115,10 @@ pub fn run_fine<'a>(
         steps,
         converged,
         errors,
-        predicted: predicted(&between),
+        predicted: predicted(
+            between.last().copied().unwrap_or(f64::NAN),
+            order_of_theory(),
+        ),
         steps_between: between,
         contact_set: solved.norms.contact_set.clone(),
         elevation: solved.elevation(),
@@ -122,21 +126,18 @@ pub fn run_fine<'a>(
     Ok((solved, outcome))
 }
 
-/// The H¹ errors that P2's own steps d₁, d₂ predict: with order p, from d₁/d₂ = 2^p.
+/// The H¹ error that is left after a step from a mesh to that of half its h, where errors shrink like h^order.
 ///
-/// The errors before and after the step d₂ are e₁ = 2^p e₂. Where they are parallel, d₂ = e₁ - e₂; where the new error is orthogonal to
-/// the step, as for Galerkin's method, d₂² = e₁² - e₂². Nitsche's method lies between.
-fn predicted(between: &[f64]) -> Option<[f64; 2]> {
-    let &[first, second] = between else {
-        return None;
-    };
-    let ratio = first / second;
-    (ratio > 1.0).then(|| {
-        [
-            second / (ratio * ratio - 1.0).sqrt(),
-            second / (ratio - 1.0),
-        ]
-    })
+/// The errors before and after are e₁ = 2^order e₂. Where the new error is orthogonal to the step d, as for Galerkin's method, d² = e₁² - e₂²;
+/// where it is parallel, d = e₁ - e₂. Nitsche's method lies between.
+fn predicted(step: f64, order: f64) -> [f64; 2] {
+    let ratio = order.exp2();
+    [step / (ratio * ratio - 1.0).sqrt(), step / (ratio - 1.0)]
+}
+
+/// Both examples have transitions as in general, u ∈ H^(5/2-ε).
+fn order_of_theory() -> f64 {
+    Theory::new(&Method::p2(), Regularity::transition(2.5), false).h1
 }
 
 #[cfg(test)]
@@ -145,11 +146,10 @@ mod tests {
 
     #[test]
     fn steps_predict_errors() {
-        // Errors 1, 1/4, 1/16 that are parallel, and such that are orthogonal to the steps.
-        let [_, parallel] = predicted(&[0.75, 0.1875]).unwrap();
+        // Errors 1/4 and 1/16 that are parallel, and such that the second is orthogonal to the step.
+        let [orthogonal, parallel] = predicted(0.1875, 2.0);
         assert!((parallel - 0.0625).abs() < 1e-15);
-        let [orthogonal, _] = predicted(&[0.9375_f64.sqrt(), 0.9375_f64.sqrt() / 4.0]).unwrap();
-        assert!((orthogonal - 0.0625).abs() < 1e-15);
-        assert!(predicted(&[1.0, 1.0]).is_none() && predicted(&[1.0]).is_none());
+        assert!((orthogonal.hypot(0.1875) - 4.0 * orthogonal).abs() < 1e-15);
+        assert_eq!(order_of_theory(), 1.5);
     }
 }

@@ -12,7 +12,7 @@ use crate::mesh::Triangulation;
 use crate::scene::Scene;
 
 /// Iterations end here without a result; the paper's longest took 127.
-pub const CAP: usize = 400;
+pub const CAP: usize = 300;
 
 /// γ on Γ_C.
 #[derive(Debug, Clone, Copy, PartialEq)]

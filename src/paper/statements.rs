@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::iterations::Count;
 use super::study::{ExampleOutcome, Request};
+use super::text::intervals;
 use super::{FINE, FINE_ITERATIONS, ITERATIONS, MESHES};
 use crate::contact::Iteration;
 use crate::orders::Observed;
@@ -59,14 +60,9 @@ fn statement(
 /// "contact condition is active in one-half of the boundary": for 6.2 no share is stated.
 fn contact(e: &ExampleOutcome) -> Statement {
     let share: f64 = e.contact_set.iter().map(|[a, b]| b - a).sum();
-    let intervals: Vec<String> = e
-        .contact_set
-        .iter()
-        .map(|[a, b]| format!("[{a:.6}, {b:.6}]"))
-        .collect();
     let found = format!(
         "contact on {}, {:.2} % of the side",
-        intervals.join(" ∪ "),
+        intervals(&e.contact_set, 6),
         100.0 * share
     );
     match e.zones {
@@ -77,7 +73,12 @@ fn contact(e: &ExampleOutcome) -> Statement {
         }
         Some(n) => {
             let holds = e.contact_set.len() > 1;
-            statement(e, format!("several contact zones for N = {n}"), holds, found)
+            statement(
+                e,
+                format!("several contact zones for N = {n}"),
+                holds,
+                found,
+            )
         }
     }
 }
@@ -85,9 +86,8 @@ fn contact(e: &ExampleOutcome) -> Statement {
 fn changes(e: &ExampleOutcome) -> Statement {
     let (points, zones) = (e.transitions.len(), e.contact_set.len());
     let stated = e.zones.map_or(1, |n| n as usize + 1);
-    let plural = |count: usize, word: &str| {
-        format!("{count} {word}{}", if count == 1 { "" } else { "s" })
-    };
+    let plural =
+        |count: usize, word: &str| format!("{count} {word}{}", if count == 1 { "" } else { "s" });
     statement(
         e,
         format!(
@@ -95,7 +95,11 @@ fn changes(e: &ExampleOutcome) -> Statement {
             plural(stated, "point")
         ),
         points == stated,
-        format!("{} with {}", plural(zones, "zone"), plural(points, "change")),
+        format!(
+            "{} with {}",
+            plural(zones, "zone"),
+            plural(points, "change")
+        ),
     )
 }
 
@@ -104,7 +108,10 @@ fn orders(e: &ExampleOutcome) -> Vec<Statement> {
     let Some(series) = e.series.first() else {
         return Vec::new();
     };
-    let told = |of: &Observed| of.fit.map_or("no fit".to_owned(), |fit| format!("{fit:.3}"));
+    let told = |of: &Observed| {
+        of.fit
+            .map_or("no fit".to_owned(), |fit| format!("{fit:.3}"))
+    };
     let near = |of: &Observed, order: f64| of.fit.is_some_and(|fit| (fit - order).abs() <= NEAR);
     let both = |fine: &Observed, exact: &Observed| {
         format!(
@@ -131,8 +138,13 @@ fn orders(e: &ExampleOutcome) -> Vec<Statement> {
             "‖u_h + [P(u_h)]₊‖ on Γ_C has an order close to 3/2",
             near(&series.residual, 1.5),
             format!(
-                "fit {}; (5.12) promises 3/2, as γ^(-1/2) times it is O(h)",
-                told(&series.residual)
+                "fit {}{}; (5.12) promises at least 3/2, for it bounds γ^(-1/2) times this by O(h)",
+                told(&series.residual),
+                match series.residual.fit {
+                    Some(fit) if fit > 1.5 + NEAR => ", higher",
+                    Some(fit) if fit < 1.5 - NEAR => ", lower",
+                    _ => "",
+                }
             ),
         ),
     ]
@@ -145,16 +157,15 @@ fn reference(e: &ExampleOutcome) -> Statement {
     let (share_h1, share_l2, found) = match (last, cr) {
         (Some(p2), Some(cr)) => {
             let (h1, l2) = (p2.h1 / cr.errors.h1, p2.l2 / cr.errors.l2);
+            let [low, high] = e.fine.predicted;
             let found = format!(
-                "its errors are {:.1e} in H¹ and {:.1e} in L²: {:.2} % and {:.2} % of those of CR at n = {}{}",
+                "its errors are {:.1e} in H¹ and {:.1e} in L²: {:.2} % and {:.2} % of those of CR at n = {}; its own last step predicts \
+                 {low:.1e} to {high:.1e} in H¹",
                 p2.h1,
                 p2.l2,
                 100.0 * h1,
                 100.0 * l2,
                 cr.n,
-                e.fine.predicted.map_or(String::new(), |[low, high]| format!(
-                    "; its own steps predict {low:.1e} to {high:.1e} in H¹"
-                ))
             );
             (h1, l2, found)
         }
@@ -170,11 +181,7 @@ fn reference(e: &ExampleOutcome) -> Statement {
 }
 
 /// The counts of 6.1, where the meshes are the paper's.
-fn iterations(
-    examples: &[ExampleOutcome],
-    counts: &[Count],
-    request: &Request,
-) -> Vec<Statement> {
+fn iterations(examples: &[ExampleOutcome], counts: &[Count], request: &Request) -> Vec<Statement> {
     let Some(example) = examples.first().filter(|e| e.zones.is_none()) else {
         return Vec::new();
     };
@@ -188,7 +195,10 @@ fn iterations(
             .collect();
         let same = fixed.iter().find(|c| c.iterations == stated);
         let found = match same {
-            Some(count) => format!("{} with γ = {} gives just these", count.iteration, count.gamma),
+            Some(count) => format!(
+                "{} with γ = {} gives just these",
+                count.iteration, count.gamma
+            ),
             None => format!(
                 "none of {} splittings gives them (γ₀, splitting and start are not stated); see the table",
                 fixed.len()

@@ -114,7 +114,12 @@ pub fn study(request: &Request, watch: &Watch) -> Result<Outcome> {
     // All examples have one domain with one boundary.
     let square = |n: usize| Ok((n, request.examples[0].scene.triangulation(Some(n))?));
     let (fine_meshes, meshes) = rayon::join(
-        || [4, 2, 1].map(|part| square(request.fine / part)).into_iter().collect(),
+        || {
+            [4, 2, 1]
+                .map(|part| square(request.fine / part))
+                .into_iter()
+                .collect()
+        },
         || request.n.iter().map(|&n| square(n)).collect(),
     );
     let (fine_meshes, meshes): (Result<Vec<_>>, Result<Vec<_>>) = (fine_meshes, meshes);
@@ -132,10 +137,18 @@ pub fn study(request: &Request, watch: &Watch) -> Result<Outcome> {
     }
     let (fines, (runs, counts)) = rayon::join(
         || {
-            let fines = request.examples.iter().map(|e| run_fine(e, &fine_meshes, &work));
+            let fines = request
+                .examples
+                .iter()
+                .map(|e| run_fine(e, &fine_meshes, &work));
             fines.collect::<Result<Vec<_>>>()
         },
-        || (run_engines(request, &cases, &work), run_counts(request, &meshes, gamma0, &work)),
+        || {
+            (
+                run_engines(request, &cases, &work),
+                run_counts(request, &meshes, gamma0, &work),
+            )
+        },
     );
     let (fines, counts) = (fines?, counts?);
     let (runs, failures) = runs?;
@@ -236,7 +249,10 @@ fn run_counts(
         let mut iterations = Vec::new();
         for (n, mesh) in meshes {
             let tell = |step: usize, _| {
-                work.tell(&format!("{}, {iteration}, n = {n}, step {step}", example.title()))
+                work.tell(&format!(
+                    "{}, {iteration}, n = {n}, step {step}",
+                    example.title()
+                ))
             };
             iterations.push(count(&example.scene, mesh, Method::cr(), scheme, tell)?);
             work.finish(cost::count(*n));

@@ -34,13 +34,18 @@ pub struct Work<'a> {
 impl<'a> Work<'a> {
     pub fn new(request: &Request, watch: &'a Watch<'a>) -> Self {
         let examples = request.examples.len() as f64;
-        let fine: f64 = [4, 2, 1].map(|part| cost::fine(request.fine / part)).iter().sum();
+        let fine: f64 = [4, 2, 1]
+            .map(|part| cost::fine(request.fine / part))
+            .iter()
+            .sum();
         let cr: f64 = request
             .n
             .iter()
             .map(|&n| {
                 let engines = request.engines.iter();
-                let solving: f64 = engines.map(|e| cost::engine(e.name(), n) + cost::errors(n)).sum();
+                let solving: f64 = engines
+                    .map(|e| cost::engine(e.name(), n) + cost::errors(n))
+                    .sum();
                 examples * solving + schemes(1.0).len() as f64 * cost::count(n)
             })
             .sum();
@@ -52,7 +57,9 @@ impl<'a> Work<'a> {
     }
 
     fn done(&self) -> std::sync::MutexGuard<'_, f64> {
-        self.done.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+        self.done
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
     pub fn tell(&self, what: &str) -> Result<()> {
@@ -77,7 +84,10 @@ impl Progress for Listener<'_> {
             return;
         };
         let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
-        let _ = self.work.tell(&format!("{}, {engine}{n}, step {iteration}", case.scene.name));
+        let _ = self.work.tell(&format!(
+            "{}, {engine}{n}, step {iteration}",
+            case.scene.name
+        ));
     }
 
     fn done(&self, _: &str) {}

@@ -1,6 +1,7 @@
 //! JSON to a file or to standard output, and text to a file.
 
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use serde::Serialize;
@@ -51,7 +52,11 @@ fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(Error::io(path, "write"))?;
+    // As readable as any file that a program makes; a temporary one is for its owner only.
+    let mut file = tempfile::Builder::new()
+        .permissions(PermissionsExt::from_mode(0o666))
+        .tempfile_in(folder)
+        .map_err(Error::io(path, "write"))?;
     file.write_all(bytes).map_err(Error::io(path, "write"))?;
     file.persist(path)
         .map_err(|e| Error::io(path, "write")(e.error))?;

@@ -28,7 +28,7 @@ type Shown = (Marker, &'static str, fn(&Level) -> f64);
 const SHOWN: [Shown; 3] = [
     (Marker::Square, "H¹ error", |l| l.errors_to_fine.h1),
     (Marker::Circle, "L² error", |l| l.errors_to_fine.l2),
-    (Marker::Triangle, "‖u_h + [P(u_h)]₊‖ on Γ_C", |l| l.residual),
+    (Marker::Triangle, "‖uₕ + [P(uₕ)]₊‖ on y = 0", |l| l.residual),
 ];
 
 pub fn caption(outcome: &Outcome) -> String {
@@ -98,16 +98,21 @@ fn draw_panel<DB: DrawingBackend>(
     let lower = reference(&series(examples[0], SHOWN[1].2), 2, 0.35);
     let line = |at: f64, order: i32| [finest, coarsest].map(|h| (h, at * h.powi(order)));
     let ends = [line(upper, 1), line(lower, 2)].concat();
-    let all = SHOWN.iter().flat_map(|s| examples.iter().flat_map(|e| series(e, s.2)));
-    let logs: Vec<f64> = all.chain(ends).map(|p| p.1.log10()).collect();
-    let low = logs.iter().copied().fold(f64::INFINITY, f64::min).floor() as i32;
-    let high = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max).ceil() as i32;
+    let all = SHOWN
+        .iter()
+        .flat_map(|s| examples.iter().flat_map(|e| series(e, s.2)));
+    let all: Vec<f64> = all.chain(ends).map(|p| p.1).collect();
+    let low = 0.5 * all.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = 2.0 * all.iter().copied().fold(0.0, f64::max);
 
     // Half a mesh of room on either side.
     let room = 2.0_f64.sqrt();
-    let x = (finest / room..coarsest * room).log_scale().with_key_points(h.clone());
-    let powers: Vec<f64> = (low..=high).map(|k| 10.0_f64.powi(k)).collect();
-    let y = (10.0_f64.powi(low)..10.0_f64.powi(high)).log_scale().with_key_points(powers);
+    let x = (finest / room..coarsest * room)
+        .log_scale()
+        .with_key_points(h.clone());
+    let exponents = low.log10().ceil() as i32..=high.log10().floor() as i32;
+    let powers = exponents.map(|k| 10.0_f64.powi(k)).collect();
+    let y = (low..high).log_scale().with_key_points(powers);
     let mut chart = ChartBuilder::on(area)
         .margin(24)
         .x_label_area_size(66)
@@ -121,7 +126,7 @@ fn draw_panel<DB: DrawingBackend>(
         .label_style(font(17))
         .axis_desc_style(font(19))
         .x_desc("h")
-        .y_desc("relative error; residual on Γ_C")
+        .y_desc("relative error, residual")
         .x_label_formatter(&|h| format!("√2/{:.0}", 2.0_f64.sqrt() / h))
         .y_label_formatter(&|y| format!("10{}", superscript(y.log10().round() as i32)))
         .draw()?;
@@ -196,10 +201,10 @@ where
 fn heading(examples: &[&ExampleOutcome]) -> String {
     let zones: Vec<String> = examples
         .iter()
-        .filter_map(|e| e.zones.map(|n| n.to_string()))
+        .filter_map(|e| Some(e.zones?.to_string()))
         .collect();
     if zones.is_empty() {
-        format!("6.1: f = {}", examples[0].f)
+        "6.1: f = -2π sin 2πx".to_owned()
     } else {
         format!("6.2: f = (2πN)² cos 2πNx, N = {}", zones.join(", "))
     }

@@ -35,10 +35,11 @@ pub fn draw<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, outcome: &Outcome
     let (bottom, top) = (low - room, high + room);
     let (plot, below) = area.split_vertically(area.dim_in_pixel().1 as i32 - 50);
 
-    // x to the right, y into the depth, u upwards; plotters' second axis is the vertical one.
-    let mut chart = ChartBuilder::on(&plot)
-        .margin(30)
-        .build_cartesian_3d(0.0..1.0, bottom..top, 0.0..1.0)?;
+    // x to the right, u upwards (plotters' second axis), -y towards the reader: Γ_C lies in front.
+    let mut chart =
+        ChartBuilder::on(&plot)
+            .margin(30)
+            .build_cartesian_3d(0.0..1.0, bottom..top, -1.0..0.0)?;
     chart.with_projection(|mut projection| {
         projection.yaw = YAW;
         projection.pitch = PITCH;
@@ -56,8 +57,15 @@ pub fn draw<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, outcome: &Outcome
         .z_labels(6)
         .tick_size(6)
         .x_formatter(&|x| format!("{x:.1}"))
-        .y_formatter(&|u| format!("{u:.1}"))
-        .z_formatter(&|y| format!("{y:.1}"))
+        .y_formatter(&|u| format!("{:.1}", unsigned_zero(*u)))
+        // x = 1 and y = 0 share a corner, which x labels.
+        .z_formatter(&|z| {
+            if unsigned_zero(*z) == 0.0 {
+                String::new()
+            } else {
+                format!("{:.1}", -z)
+            }
+        })
         .draw()?;
 
     let last = heights.len() - 1;
@@ -65,7 +73,7 @@ pub fn draw<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, outcome: &Outcome
     let mut tiles: Vec<(i32, f64, Vec<(f64, f64, f64)>)> = Vec::with_capacity(last * last);
     for j in 0..last {
         for i in 0..last {
-            let corner = |i: usize, j: usize| (at(i), heights[j][i], at(j));
+            let corner = |i: usize, j: usize| (at(i), heights[j][i], -at(j));
             let corners = vec![
                 corner(i, j),
                 corner(i + 1, j),
@@ -73,9 +81,9 @@ pub fn draw<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, outcome: &Outcome
                 corner(i, j + 1),
             ];
             let mean = corners.iter().map(|c| c.1).sum::<f64>() / 4.0;
-            let (x, y) = (0.5 * (at(i) + at(i + 1)), 0.5 * (at(j) + at(j + 1)));
+            let (x, z) = (0.5 * (at(i) + at(i + 1)), -0.5 * (at(j) + at(j + 1)));
             let depth = chart.plotting_area().as_coord_spec();
-            tiles.push((depth.projected_depth(&x, &mean, &y), mean, corners));
+            tiles.push((depth.projected_depth(&x, &mean, &z), mean, corners));
         }
     }
     // The far ones first; what is nearer covers them.
@@ -93,11 +101,16 @@ pub fn draw<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, outcome: &Outcome
     }
     let name = |text: &'static str, at: (f64, f64, f64)| Text::new(text, at, font(20));
     chart.draw_series([
-        name("x", (0.5, bottom, -0.16)),
-        name("y", (1.16, bottom, 0.5)),
-        name("u", (-0.14, 0.5 * (bottom + top), 1.0)),
+        name("x", (0.42, bottom, 0.16)),
+        name("y", (1.16, bottom, -0.44)),
+        name("u", (-0.14, 0.5 * (bottom + top), 0.0)),
     ])?;
-    below.draw(&Text::new(caption(outcome), (30, 12), font(17)))
+    below.draw(&Text::new(caption(outcome), (30, 12), font(18)))
+}
+
+/// Rounding must not print as -0.0.
+fn unsigned_zero(value: f64) -> f64 {
+    if value.abs() < 1e-9 { 0.0 } else { value }
 }
 
 /// From deep blue below to pale yellow at the top.
