@@ -71,7 +71,7 @@ impl Observed {
 /// A fit this much below theory still reaches it.
 const ROOM: f64 = 0.1;
 /// Two steps in turn that differ by less have settled.
-const SETTLED: f64 = 0.05;
+const SETTLED: f64 = 0.02;
 
 impl Verdict {
     /// None without a fit; errors at rounding level have no order.
@@ -364,33 +364,35 @@ mod tests {
         }
     }
 
-    /// Each on meshes fine enough for it: those whose orders have not settled are told by finer ones.
+    /// Each on meshes fine enough for it: those that do not show their order yet are told by finer ones.
     #[test]
     fn every_exact_scene_converges_with_every_method() {
-        let pairs = |scene: &str, methods: &[Method], n: &[usize]| {
-            orders(&[Scene::find(scene).unwrap()], methods, n, |_, _, _| Ok(())).unwrap()
-        };
         for scene in Scene::exact_names() {
             let mut left: Vec<Method> = METHODS.map(|m| m.parse().unwrap()).to_vec();
             for n in [[8, 16, 32], [16, 32, 64], [32, 64, 128]] {
-                let all = pairs(scene, &left, &n);
-                let text = table(&all);
+                let scenes = [Scene::find(scene).unwrap()];
+                let all = orders(&scenes, &left, &n, |_, _, _| Ok(())).unwrap();
+                println!("{}", table(&all));
+                left.clear();
                 for o in &all {
-                    let name = format!("{} {}\n{text}", o.scene, o.method);
+                    let name = format!("{} {}\n{}", o.scene, o.method, table(&all));
                     assert!(o.levels.iter().all(|l| l.converged), "{name}");
-                    assert!(o.h1_verdict != Some(Verdict::Below), "{name}");
-                    assert!(o.l2_verdict != Some(Verdict::Below), "{name}");
+                    // Where the method is exact there is only rounding to see.
+                    match o.h1_verdict {
+                        Some(Verdict::AsTheory) | None => {
+                            assert!(o.l2_verdict != Some(Verdict::Below), "{name}");
+                        }
+                        _ => left.push(o.method.parse().unwrap()),
+                    }
                 }
-                left.retain(|method| {
-                    let of = all.iter().find(|o| o.method == method.to_string()).unwrap();
-                    of.h1_verdict == Some(Verdict::NotSettled)
-                });
                 if left.is_empty() {
                     break;
                 }
-                println!("{scene} is not settled on {n:?} for {left:?}");
             }
-            assert!(left.is_empty(), "{scene} does not settle for {left:?}");
+            assert!(
+                left.is_empty(),
+                "{scene} does not reach its order with {left:?}"
+            );
         }
     }
 

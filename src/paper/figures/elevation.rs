@@ -70,7 +70,7 @@ pub fn draw<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, outcome: &Outcome
 
     let last = heights.len() - 1;
     let at = |k: usize| k as f64 / last as f64;
-    let mut tiles: Vec<(i32, f64, Vec<(f64, f64, f64)>)> = Vec::with_capacity(last * last);
+    let mut tiles = Vec::with_capacity(last * last);
     for j in 0..last {
         for i in 0..last {
             let corner = |i: usize, j: usize| (at(i), heights[j][i], -at(j));
