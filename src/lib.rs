@@ -14,6 +14,7 @@ pub mod io;
 pub mod linear;
 pub mod mesh;
 pub mod orders;
+pub mod paper;
 pub mod quadrature;
 pub mod report;
 pub mod scene;

@@ -190,9 +190,81 @@ fn exact_scenes_agree_and_their_errors_are_told() {
             assert!((a - b).abs() < 1e-10 * a, "{engine} {a} {b}");
         }
     }
+    // A singular and a smooth one converge as theory says, with every engine.
+    for scene in ["transition-1.5", "contact-everywhere"] {
+        let words = [
+            "orders",
+            scene,
+            "--methods",
+            "cr",
+            "--n",
+            "8,16",
+            "--json",
+            "-",
+        ];
+        let theory = run(folder.path(), &words).json()[0]["theory"].clone();
+        for engine in ["rust", "freefem", "fenicsx"] {
+            let of = |n: &str| -> [f64; 2] {
+                let words = ["solve", scene, "--engine", engine, "--n", n, "--json", "-"];
+                let error = &run(folder.path(), &words).json()["error"];
+                ["h1", "l2"].map(|key| error[key].as_f64().unwrap())
+            };
+            let (coarse, fine) = (of("16"), of("32"));
+            for (k, key) in ["h1", "l2"].iter().enumerate() {
+                let order = (coarse[k] / fine[k]).log2();
+                let expected = theory[key].as_f64().unwrap();
+                assert!(order > expected - 0.1, "{engine} {scene} {key}: {order}");
+            }
+        }
+    }
     for method in ["cr", "p1-vi", "cr-vi", "penalty", "multiplier"] {
         let ([h, _], [half, _]) = (error("rust", method, "16"), error("rust", method, "32"));
         assert!((h / half).log2() > 0.9, "{method} {h} {half}");
+    }
+}
+
+#[test]
+fn section_6_is_the_same_by_every_engine() {
+    let folder = folder();
+    let words = [
+        "paper",
+        "--engines",
+        "freefem,fenicsx",
+        "--n",
+        "8,16",
+        "--fine",
+        "16",
+        "--json",
+        "-",
+    ];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    for example in ran.json()["examples"].as_array().unwrap() {
+        let series = example["series"].as_array().unwrap();
+        let engines: Vec<_> = series
+            .iter()
+            .map(|s| s["engine"].as_str().unwrap())
+            .collect();
+        assert_eq!(engines, ["rust", "freefem", "fenicsx"]);
+        for other in &series[1..] {
+            for k in 0..2 {
+                let (a, b) = (&series[0]["levels"][k], &other["levels"][k]);
+                for key in ["errors", "errors_to_fine"] {
+                    for norm in ["h1", "l2"] {
+                        let (a, b) = (
+                            a[key][norm].as_f64().unwrap(),
+                            b[key][norm].as_f64().unwrap(),
+                        );
+                        assert!(
+                            (a - b).abs() < 1e-10 * a,
+                            "{} {key} {norm}: {a} {b}",
+                            other["engine"]
+                        );
+                    }
+                }
+                assert!(b["steps"].as_u64().unwrap() <= 12);
+            }
+        }
     }
 }
 

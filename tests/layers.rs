@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Module, and what it may use besides itself. Everything may use `error`.
-const LAYERS: [(&str, &[&str]); 19] = [
+const LAYERS: [(&str, &[&str]); 20] = [
     ("error", &[]),
     ("quadrature", &[]),
     ("linear", &[]),
@@ -40,6 +40,20 @@ const LAYERS: [(&str, &[&str]); 19] = [
         &["mesh", "field", "scene", "contact", "engine", "compare"],
     ),
     (
+        "paper",
+        &[
+            "truth",
+            "quadrature",
+            "mesh",
+            "scene",
+            "element",
+            "contact",
+            "orders",
+            "engine",
+            "verify",
+        ],
+    ),
+    (
         "report",
         &[
             "mesh", "field", "io", "contact", "engine", "compare", "verify", "scene",
@@ -48,7 +62,8 @@ const LAYERS: [(&str, &[&str]); 19] = [
     (
         "cli",
         &[
-            "compare", "contact", "engine", "linear", "mesh", "io", "report", "scene", "verify",
+            "compare", "contact", "engine", "linear", "mesh", "io", "orders", "paper", "report",
+            "scene", "verify",
         ],
     ),
     ("main", &["cli"]),

@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::contact::{Iteration, Method};
 use crate::linear::{Precision, Solver};
+use crate::paper;
 use crate::scene::Scene;
 
 /// Settle whether finite element codes agree, face by face.
@@ -25,6 +26,10 @@ pub(super) enum Command {
     Verify(Verify),
     /// Solve one scene with one engine
     Solve(Solve),
+    /// Observed orders of convergence beside theory, where the solution is known
+    Orders(Orders),
+    /// Section 6 of the paper again: its tables, figures and statements
+    Paper(Paper),
     /// Look at, check, convert, make or refine meshes
     Mesh(Mesh),
     /// Show which codes are here, their versions, and what is missing
@@ -133,6 +138,48 @@ pub(super) struct Solve {
     /// Write the solution as FILE.vtu, and its faces as FILE-faces.vtu
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub running: Running,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Args)]
+#[command(after_help = built_in())]
+pub(super) struct Orders {
+    /// Scenes with a known solution [default: all that are built in]
+    #[arg(value_name = "SCENE")]
+    pub scenes: Vec<String>,
+    /// cr, p1, p2, a member of the family (2.4) as in "p2(1,0)", p1-vi, cr-vi, penalty, multiplier
+    #[arg(long, default_value = "cr,p1,p2", value_parser = methods)]
+    pub methods: Methods,
+    /// Refinements, rising
+    #[arg(long, value_delimiter = ',', default_values = ["16", "32", "64"], value_parser = clap::value_parser!(u32).range(1..))]
+    pub n: Vec<u32>,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Args)]
+pub(super) struct Paper {
+    /// The mesh-free solutions only: contact set, norms, flux and samples
+    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "report", "time_limit", "keep", "tolerance", "max_iterations", "install"])]
+    pub reference: bool,
+    /// N of (6.2) besides the paper's 3 and 5
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    pub zones: Vec<u32>,
+    /// Codes besides the Rust engine that solve the same: freefem, fenicsx, or a TOML file
+    #[arg(long, value_delimiter = ',')]
+    pub engines: Vec<String>,
+    /// Meshes, rising
+    #[arg(long, value_delimiter = ',', default_values_t = paper::MESHES.map(|n| n as u32), value_parser = clap::value_parser!(u32).range(1..))]
+    pub n: Vec<u32>,
+    /// Mesh of the P2 reference, a multiple of 4
+    #[arg(long, value_name = "N", default_value_t = paper::FINE as u32, value_parser = clap::value_parser!(u32).range(4..))]
+    pub fine: u32,
+    /// Write report.md, paper.json and the figures into DIR [default: tables to standard output only]
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]

@@ -4,6 +4,8 @@ mod args;
 mod engines;
 pub mod mesh;
 mod mesh_commands;
+mod orders;
+mod paper;
 mod progress;
 mod solve;
 mod verify;
@@ -42,6 +44,8 @@ fn run(arguments: Arguments) -> Result<u8> {
     match arguments.command {
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Solve(arguments) => solve::run(&arguments),
+        Command::Orders(arguments) => orders::run(&arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
         Command::Mesh(arguments) => mesh_commands::run(&arguments),
         Command::Engines(arguments) => engines::run(&arguments),
     }

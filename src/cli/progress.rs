@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar for each engine, with the time left, on a terminal only.
+//! Progress on stderr, with the time left, on a terminal only: a bar for each engine, or one for everything.
 
 use std::collections::HashMap;
 use std::io::IsTerminal;
@@ -85,5 +85,39 @@ impl Progress for Bars {
             bar.set_position(self.total);
             bar.finish_with_message("done");
         });
+    }
+}
+
+/// One bar for everything.
+pub(super) struct Bar(Option<ProgressBar>);
+
+const FINE: f64 = 10_000.0;
+
+impl Bar {
+    pub fn new(quiet: bool) -> Self {
+        if quiet || !std::io::stderr().is_terminal() {
+            return Bar(None);
+        }
+        let bar = ProgressBar::new(FINE as u64);
+        let style = ProgressStyle::with_template(
+            "{bar:24} {percent:>3}% {elapsed:>4}, left {eta:<4} {msg}",
+        );
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.enable_steady_tick(std::time::Duration::from_millis(200));
+        Bar(Some(bar))
+    }
+
+    /// `share` of everything is done, and `what` comes now.
+    pub fn tell(&self, what: &str, share: f64) {
+        if let Some(bar) = &self.0 {
+            bar.set_position((FINE * share.clamp(0.0, 1.0)) as u64);
+            bar.set_message(what.to_owned());
+        }
+    }
+
+    pub fn clear(&self) {
+        if let Some(bar) = &self.0 {
+            bar.finish_and_clear();
+        }
     }
 }

@@ -1,6 +1,7 @@
-//! JSON to a file or to standard output.
+//! JSON to a file or to standard output, and text to a file.
 
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use serde::Serialize;
@@ -37,13 +38,25 @@ pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
     replace(path, text.as_bytes())
 }
 
+/// Writes a text to `path`, beside and then renamed.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
+    replace(path, text.as_bytes())
+}
+
 /// Writes a file whole or not at all.
 fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(Error::io(path, "write"))?;
+    // As readable as any file that a program makes; a temporary one is for its owner only.
+    let mut file = tempfile::Builder::new()
+        .permissions(PermissionsExt::from_mode(0o666))
+        .tempfile_in(folder)
+        .map_err(Error::io(path, "write"))?;
     file.write_all(bytes).map_err(Error::io(path, "write"))?;
     file.persist(path)
         .map_err(|e| Error::io(path, "write")(e.error))?;

@@ -1,0 +1,46 @@
+//! `faceoff orders`.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::args::Orders;
+use super::progress::Bar;
+use super::{DISAGREE, DONE};
+use crate::engine;
+use crate::error::{Error, Result};
+use crate::orders::{orders, table};
+use crate::report;
+use crate::scene::Scene;
+
+pub(super) fn run(arguments: &Orders) -> Result<u8> {
+    let quiet = arguments.output.quiet;
+    let json = arguments.output.json.as_deref();
+    let names: Vec<&str> = if arguments.scenes.is_empty() {
+        Scene::exact_names()
+    } else {
+        arguments.scenes.iter().map(String::as_str).collect()
+    };
+    let scenes = names
+        .iter()
+        .map(|name| Scene::find(name))
+        .collect::<Result<Vec<_>>>()?;
+    let n: Vec<usize> = arguments.n.iter().map(|&n| n as usize).collect();
+    let methods = &arguments.methods.0;
+    let bar = Bar::new(quiet);
+    let (started, total) = (AtomicUsize::new(0), scenes.len() * methods.len() * n.len());
+    let all = orders(&scenes, methods, &n, |scene, method, n| {
+        let share = started.fetch_add(1, Ordering::Relaxed) as f64 / total as f64;
+        bar.tell(&format!("{}, {method}, n = {n}", scene.name), share);
+        if engine::interrupted() {
+            return Err(Error::Interrupted);
+        }
+        Ok(())
+    });
+    bar.clear();
+    let all = all?;
+    report::write_json(json, &all)?;
+    if !quiet && !report::is_stdout(json) {
+        print!("{}", table(&all));
+    }
+    let converged = all.iter().all(|o| o.levels.iter().all(|l| l.converged));
+    Ok(if converged { DONE } else { DISAGREE })
+}

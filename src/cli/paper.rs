@@ -1,0 +1,106 @@
+//! `faceoff paper`.
+
+use super::args::Paper;
+use super::progress::Bar;
+use super::verify::settings;
+use super::{DISAGREE, DONE, FAILED, engines};
+use crate::contact::Iteration;
+use crate::engine::{self, Engine};
+use crate::error::{Error, Result};
+use crate::paper::{self, Example, References, Request};
+use crate::report;
+
+/// The file by which an earlier report is known.
+const RESULT: &str = "paper.json";
+
+pub(super) fn run(arguments: &Paper) -> Result<u8> {
+    let quiet = arguments.output.quiet;
+    let json = arguments.output.json.as_deref();
+    let shown = !quiet && !report::is_stdout(json);
+    if arguments.reference {
+        let references = References::new(&arguments.zones)?;
+        report::write_json(json, &references)?;
+        if shown {
+            print!("{}", paper::references_text(&references));
+        }
+        return Ok(DONE);
+    }
+    let request = Request {
+        examples: examples(&arguments.zones)?,
+        n: arguments.n.iter().map(|&n| n as usize).collect(),
+        fine: arguments.fine as usize,
+        engines: codes(arguments)?,
+        settings: settings(&arguments.running, Iteration::Newton),
+    };
+    if let Some(folder) = &arguments.report {
+        report::check_report_folder(folder, RESULT)?;
+    }
+    let bar = Bar::new(quiet);
+    let outcome = paper::study(&request, &|what, share| {
+        bar.tell(what, share);
+        if engine::interrupted() {
+            return Err(Error::Interrupted);
+        }
+        Ok(())
+    });
+    bar.clear();
+    let outcome = outcome?;
+    if let Some(folder) = &arguments.report {
+        report::write_report_folder(folder, |folder| {
+            for figure in paper::FIGURES {
+                paper::draw(figure, &outcome, folder)?;
+            }
+            report::write_text(&folder.join("report.md"), &paper::report(&outcome))?;
+            report::write_json(Some(&folder.join(RESULT)), &outcome)
+        })?;
+    }
+    report::write_json(json, &outcome)?;
+    if shown {
+        print!("{}", paper::tables(&outcome));
+    }
+    for failure in &outcome.failures {
+        eprintln!("faceoff: {}", failure.message);
+    }
+    Ok(if !outcome.failures.is_empty() {
+        FAILED
+    } else if outcome.converged {
+        DONE
+    } else {
+        eprintln!("faceoff: not every iteration of Newton reached its tolerance");
+        DISAGREE
+    })
+}
+
+/// 6.1, then 6.2 with the paper's N and those asked for, rising.
+fn examples(zones: &[u32]) -> Result<Vec<Example>> {
+    let mut all: Vec<u32> = paper::ZONES.iter().chain(zones).copied().collect();
+    all.sort_unstable();
+    all.dedup();
+    let many = all.into_iter().map(Example::zones);
+    std::iter::once(Example::one_zone()).chain(many).collect()
+}
+
+/// The Rust engine, and those asked for.
+fn codes(arguments: &Paper) -> Result<Vec<Box<dyn Engine>>> {
+    let mut names = vec!["rust"];
+    names.extend(
+        arguments
+            .engines
+            .iter()
+            .map(String::as_str)
+            .filter(|n| *n != "rust"),
+    );
+    if arguments.running.install {
+        engines::install(&names, arguments.output.quiet)?;
+    }
+    let mut codes = Vec::new();
+    for name in names {
+        let engine = engine::find(name)?;
+        if !engine.is_installed() {
+            // The probe knows what is missing and the command that brings it.
+            engine.probe()?;
+        }
+        codes.push(engine);
+    }
+    Ok(codes)
+}

@@ -1,0 +1,337 @@
+//! `faceoff paper` and `faceoff orders` as a user runs them.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use common::{faceoff, folder, run, told, write};
+use serde_json::Value;
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+#[test]
+fn the_mesh_free_references_are_told() {
+    let folder = folder();
+    let words = ["paper", "--reference", "--zones", "7,3", "--json", "-"];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let all = ran.json();
+    let names: Vec<&str> = all
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "five-zones",
+            "one-zone",
+            "three-zones",
+            "zones-3",
+            "zones-7"
+        ]
+    );
+    for (name, zones) in [
+        ("one-zone", 1),
+        ("three-zones", 4),
+        ("five-zones", 6),
+        ("zones-7", 8),
+    ] {
+        let known = &all[name];
+        let mut keys: Vec<&str> = known
+            .as_object()
+            .unwrap()
+            .keys()
+            .map(String::as_str)
+            .collect();
+        keys.sort_unstable();
+        assert_eq!(
+            keys,
+            [
+                "contact_flux",
+                "contact_set",
+                "grad_norm_sq",
+                "l2_norm",
+                "samples"
+            ]
+        );
+        assert_eq!(
+            known["contact_set"].as_array().unwrap().len(),
+            zones,
+            "{name}"
+        );
+        let samples = known["samples"].as_array().unwrap();
+        assert!(samples.len() > 100);
+        for sample in samples {
+            let [x, y, u] = ["x", "y", "u"].map(|key| number(&sample[key]));
+            assert!(x.is_finite() && u.is_finite());
+            assert!(y != 1.0 || u.abs() < 1e-12, "{name}: u({x}, 1) = {u}");
+            assert!(y != 0.0 || u < 1e-12, "{name}: u({x}, 0) = {u}");
+        }
+    }
+    assert_eq!(all["zones-3"], all["three-zones"]);
+    // From a program of another hand (cosine series, collocation).
+    let one = &all["one-zone"];
+    for (found, known) in [
+        (&one["contact_set"][0][0], 0.697_679_979_121_5),
+        (&one["contact_set"][0][1], 1.0),
+        (&one["grad_norm_sq"], 0.923_508_077_876),
+        (&one["l2_norm"], 0.288_438_344_507),
+        (&one["contact_flux"], -0.265_830_951_984),
+    ] {
+        assert!((number(found) - known).abs() < 1e-11, "{found} {known}");
+    }
+    let shown = run(folder.path(), &["paper", "--reference"]);
+    assert!(shown.stdout.contains("0.6976799791215"), "{}", shown.stdout);
+}
+
+/// The order of all errors of a series, and that they are within `room` of what the paper says.
+fn check_orders(example: &Value, room: f64) {
+    for series in example["series"].as_array().unwrap() {
+        let fit = |key: &str| number(&series[key]["fit"]);
+        for key in ["h1", "h1_to_fine"] {
+            assert!((fit(key) - 1.0).abs() < room, "{key}: {series}");
+        }
+        for key in ["l2", "l2_to_fine"] {
+            assert!((fit(key) - 2.0).abs() < room, "{key}: {series}");
+        }
+        assert!(fit("residual") > 1.4, "{series}");
+    }
+}
+
+#[test]
+fn section_6_again() {
+    let folder = folder();
+    let words = [
+        "paper", "--n", "16,32,64", "--fine", "128", "--report", "out", "--json", "-",
+    ];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let outcome = ran.json();
+    let examples = outcome["examples"].as_array().unwrap();
+    assert_eq!(examples.len(), 3);
+    for example in examples {
+        // For N = 5 a cell of n = 16 is a third of a wave.
+        check_orders(
+            example,
+            if example["zones"].is_null() {
+                0.1
+            } else {
+                0.15
+            },
+        );
+        let fine = &example["fine"];
+        let error = number(&fine["errors"][2]["h1"]);
+        let [low, high] = [0, 1].map(|k| number(&fine["predicted"][k]));
+        assert!(low / 2.0 < error && error < 1.2 * high, "{fine}");
+    }
+    let statements = outcome["statements"].as_array().unwrap();
+    let of = |words: &str| {
+        let said = |s: &&Value| s["says"].as_str().unwrap().contains(words);
+        statements.iter().find(said).unwrap()
+    };
+    let half = of("one half of the side");
+    assert_eq!(half["holds"], false);
+    assert!(
+        half["found"].as_str().unwrap().contains("30.23 %"),
+        "{half}"
+    );
+    assert_eq!(of("4 points")["holds"], false);
+    assert_eq!(of("in 1 point")["holds"], true);
+
+    let out = folder.path().join("out");
+    let kept: Value = serde_json::from_slice(&fs::read(out.join("paper.json")).unwrap()).unwrap();
+    assert_eq!(kept, outcome);
+    let text = fs::read_to_string(out.join("report.md")).unwrap();
+    for part in [
+        "## 6.1",
+        "## 6.2, N = 5",
+        "79",
+        "30.23 %",
+        "figure-2.svg",
+        "not stated",
+    ] {
+        assert!(text.contains(part), "{part}");
+    }
+    check_figures(&out, 3);
+
+    // An earlier report is replaced, and nothing is left beside it.
+    let again = [
+        "paper", "--n", "4,8", "--fine", "8", "--report", "out", "--quiet",
+    ];
+    let ran = run(folder.path(), &again);
+    assert_eq!(
+        (ran.code, ran.stdout.as_str()),
+        (Some(0), ""),
+        "{}",
+        ran.stderr
+    );
+    check_figures(&out, 2);
+    let mut names: Vec<_> = fs::read_dir(&out)
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let expected = [
+        "figure-1.png",
+        "figure-1.svg",
+        "figure-2.png",
+        "figure-2.svg",
+    ];
+    assert_eq!(names[..4], expected);
+    assert_eq!(names[4..], ["paper.json", "report.md"]);
+}
+
+/// SVG is XML with a marker for each mesh; PNG has its size where the format has it, and is not blank.
+fn check_figures(folder: &Path, meshes: usize) {
+    for name in ["figure-1", "figure-2"] {
+        let png = fs::read(folder.join(name).with_extension("png")).unwrap();
+        assert_eq!(
+            png[..8],
+            [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1a, b'\n']
+        );
+        let size = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap());
+        assert!(size(16) >= 800 && size(20) >= 600);
+        assert!(png.len() > 20_000, "{} bytes", png.len());
+        assert!(png.ends_with(&[b'I', b'E', b'N', b'D', 0xae, 0x42, 0x60, 0x82]));
+    }
+    let svg = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    let text = svg("figure-2.svg");
+    let mut reader = quick_xml::Reader::from_str(&text);
+    while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
+    let count = |what: &str| text.matches(what).count();
+    // Three series: 6.1, N = 3, N = 5; one marker in the legend. Inside and edge are shapes of their own.
+    let markers = 3 * meshes + 1;
+    assert_eq!(count("<circle"), 2 * markers);
+    assert_eq!(count("<polygon"), markers);
+    // The ground is a rectangle as well.
+    assert_eq!(count("<rect"), 2 * markers + 1);
+    assert_eq!(
+        count("r=\"7\" opacity=\"1\" fill=\"#FFFFFF\""),
+        meshes,
+        "white circles"
+    );
+    for part in [
+        "O(h)",
+        "O(h²)",
+        "√2/",
+        "N = 3, 5",
+        "font-family=\"DejaVu Sans, sans-serif\"",
+    ] {
+        assert!(text.contains(part), "{part}");
+    }
+    // Every tile of the elevation, and the red line of contact.
+    let text = svg("figure-1.svg");
+    assert!(text.matches("<polygon").count() > 48 * 48);
+    assert!(text.contains("#FF0000"));
+}
+
+#[test]
+fn bad_requests_are_refused_in_words() {
+    let folder = folder();
+    write(folder.path(), "work/thesis.txt", "years");
+    write(folder.path(), "file", "a file");
+    for (words, part) in [
+        (&["paper", "--zones", "0"][..], "0 is not in"),
+        (
+            &["paper", "--reference", "--zones", "4000000000"],
+            "at most",
+        ),
+        (
+            &["paper", "--reference", "--n", "8,16"],
+            "cannot be used with",
+        ),
+        (
+            &["paper", "--engines", "comsol"],
+            "there is no engine `comsol`",
+        ),
+        (&["paper", "--n", "32,16"], "do not rise"),
+        (&["paper", "--n", "16,16"], "do not rise"),
+        (&["paper", "--n", "16"], "one mesh alone"),
+        (&["paper", "--fine", "250"], "multiple of 4"),
+        (
+            &["paper", "--n", "4,8", "--fine", "8", "--report", "work"],
+            "holds no earlier report",
+        ),
+        (
+            &["paper", "--n", "4,8", "--fine", "8", "--report", "file"],
+            "no folder",
+        ),
+        (&["orders", "one-zone"], "its solution is not known"),
+        (&["orders", "no-such-scene"], "there is no scene"),
+        (&["orders", "--n", "16"], "one mesh alone"),
+        (&["orders", "--n", "32,16"], "do not rise"),
+    ] {
+        let ran = run(folder.path(), words);
+        assert_eq!(ran.code, Some(2), "{words:?}: {}", ran.stderr);
+        assert!(ran.stderr.contains(part), "{words:?}: {}", ran.stderr);
+        assert_eq!(ran.stdout, "");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    assert_eq!(fs::read_dir(folder.path().join("work")).unwrap().count(), 1);
+}
+
+#[test]
+fn an_interrupted_run_leaves_no_report() {
+    let folder = folder();
+    let words = [
+        "paper",
+        "--n",
+        "64,128,256",
+        "--report",
+        "out",
+        "--json",
+        "out.json",
+    ];
+    let mut child = faceoff(folder.path());
+    let child = child
+        .args(words)
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(800));
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(killed.unwrap().success());
+    let ran = told(child.wait_with_output().unwrap());
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    assert!(ran.stderr.contains("interrupted"), "{}", ran.stderr);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn orders_stand_beside_theory() {
+    let folder = folder();
+    let words = [
+        "orders",
+        "transition-1.5",
+        "dirichlet-meets-contact",
+        "contact-everywhere",
+        "--methods",
+        "cr,p1,p2",
+        "--n",
+        "8,16,32",
+        "--json",
+        "orders.json",
+    ];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stdout.contains("1.5, regularity"), "{}", ran.stdout);
+    assert!(ran.stdout.contains("1, method"), "{}", ran.stdout);
+    let text = fs::read(folder.path().join("orders.json")).unwrap();
+    let all: Value = serde_json::from_slice(&text).unwrap();
+    let all = all.as_array().unwrap();
+    assert_eq!(all.len(), 9);
+    for o in all {
+        let (fit, theory) = (number(&o["h1"]["fit"]), number(&o["theory"]["h1"]));
+        assert!(fit > theory - 0.1, "{o}");
+    }
+}
