@@ -7,6 +7,7 @@ use super::{DISAGREE, DONE, FAILED, engines};
 use crate::contact::Iteration;
 use crate::engine::{self, Engine};
 use crate::error::{Error, Result};
+use crate::linear;
 use crate::paper::{self, Example, References, Request};
 use crate::report;
 
@@ -30,7 +31,11 @@ pub(super) fn run(arguments: &Paper) -> Result<u8> {
         n: arguments.n.iter().map(|&n| n as usize).collect(),
         fine: arguments.fine as usize,
         engines: codes(arguments)?,
-        settings: settings(&arguments.running, Iteration::Newton),
+        settings: settings(
+            &arguments.running,
+            Iteration::Newton,
+            linear::Settings::default(),
+        ),
     };
     if let Some(folder) = &arguments.report {
         report::check_report_folder(folder, RESULT)?;

@@ -9,7 +9,7 @@ use super::iteration::Iteration;
 use super::scheme::Scheme;
 use super::system::{System, Weights, system};
 use crate::error::{Error, Result};
-use crate::linear::{Choice, Settings};
+use crate::linear::{Choice, Precision, Settings};
 
 /// When to stop: the relative broken H¹ norm of the increment, as in section 6; or where rounding
 /// leaves nothing to gain.
@@ -228,7 +228,7 @@ fn refine(scheme: &dyn System, set: &ActiveSet, u: &mut [f64]) -> Result<bool> {
     for step in 0..REFINEMENTS {
         let size = scheme.refine(&laws, u)?;
         tracing::debug!(step, size, "refinement");
-        if scheme.choice.precision == Precision::F64 {
+        if scheme.choice().precision == Precision::F64 {
             return Ok(true);
         }
         if size <= ROUNDING || (size < 1e-10 && size > 0.5 * last) {

@@ -150,8 +150,7 @@ pub fn fine_errors(problem: &Problem, u: &[f64], norms: &Quantities, truth: &Ref
 pub fn step_between(problem: &Problem, u: &[f64], coarse: &Fine) -> f64 {
     let difference: Vec<f64> = problem
         .space
-        .points
-        .iter()
+        .points()
         .zip(u)
         .map(|(p, u)| u - coarse.value(p[0], p[1]))
         .collect();
