@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn parts_are_cut_in_two_down_to_leaves() {
-        let random = |k: usize| (12.9898 * k as f64).sin() * 43_758.5453 % 1.0;
+        let random = |k: usize| (12.9898 * k as f64).sin() * 43758.5 % 1.0;
         let scattered: Vec<_> = (0..40_000)
             .map(|k| [random(3 * k), random(3 * k + 1), random(3 * k + 2)])
             .collect();

@@ -1,7 +1,7 @@
 //! Elimination in one front: own loops for the many small fronts, faer for the few large ones.
 
 use std::fmt::Debug;
-use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub, SubAssign};
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor;
@@ -24,6 +24,7 @@ pub trait Number:
     + Div<Output = Self>
     + AddAssign
     + SubAssign
+    + MulAssign
 {
     const ZERO: Self;
     const ONE: Self;
@@ -163,7 +164,7 @@ fn factor_small<T: Number>(panel: &mut [T], size: usize) -> Result<(), usize> {
         column[0] = column[0].root();
         let inverse = T::ONE / column[0];
         for x in &mut column[1..] {
-            *x = *x * inverse;
+            *x *= inverse;
         }
     }
     Ok(())

@@ -114,6 +114,10 @@ impl<T: Number> Multifrontal<T> {
     }
 }
 
+/// The columns of a part, the lower triangle of the Schur complement on its border, and the
+/// right-hand side there.
+type Factored<T> = (Blocks<T>, Vec<T>, Vec<f64>);
+
 struct Work<'a, E> {
     elements: &'a E,
     /// The elements and the unknowns in their orders.
@@ -129,7 +133,7 @@ impl<E: Elements> Work<'_, E> {
         plan: &Plan,
         y: &mut [f64],
         first: usize,
-    ) -> Result<(Blocks<T>, Vec<T>, Vec<f64>), NotPositive> {
+    ) -> Result<Factored<T>, NotPositive> {
         let mut blocks = Blocks {
             halves: None,
             columns: Vec::with_capacity(plan.own_entries()),

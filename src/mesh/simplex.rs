@@ -128,26 +128,36 @@ impl Metric {
     ///
     /// The products of a cell of measure zero are not finite.
     pub fn new(dim: usize, points: &[[f64; 3]; 4]) -> Self {
-        let [p, q, r, s] = points.map(Vector3::from);
-        let (normals, determinant) = if dim == 2 {
-            let edges = [r - q, p - r, q - p, Vector3::zeros()];
-            (edges, edges[2].x * -edges[1].y + edges[2].y * edges[1].x)
-        } else {
-            let (a, b, c) = (q - p, r - p, s - p);
-            let [m, n, o] = [b.cross(&c), c.cross(&a), a.cross(&b)];
-            ([-(m + n + o), m, n, o], a.dot(&m))
-        };
-        let factorial = if dim == 2 { 2.0 } else { 6.0 };
-        let scale = 1.0 / (factorial * determinant.abs());
         let mut products = [[0.0; 4]; 4];
+        if dim == 2 {
+            // Most of the time: with as little as it takes.
+            let [p, q, r, _] = points;
+            let edge = |a: &[f64; 3], b: &[f64; 3]| [b[0] - a[0], b[1] - a[1]];
+            let [a, b, c] = [edge(q, r), edge(r, p), edge(p, q)];
+            let determinant = (a[0] * b[1] - a[1] * b[0]).abs();
+            let scale = 0.5 / determinant;
+            let dot = |a: [f64; 2], b: [f64; 2]| (a[0] * b[0] + a[1] * b[1]) * scale;
+            let (ab, bc, ca) = (dot(a, b), dot(b, c), dot(c, a));
+            products[0] = [dot(a, a), ab, ca, 0.0];
+            products[1] = [ab, dot(b, b), bc, 0.0];
+            products[2] = [ca, bc, dot(c, c), 0.0];
+            return Metric {
+                measure: 0.5 * determinant,
+                products,
+            };
+        }
+        let [p, q, r, s] = points.map(Vector3::from);
+        let (a, b, c) = (q - p, r - p, s - p);
+        let [m, n, o] = [b.cross(&c), c.cross(&a), a.cross(&b)];
+        let normals = [-(m + n + o), m, n, o];
+        let determinant = a.dot(&m).abs();
         for i in 0..=dim {
-            for j in 0..=i {
-                products[i][j] = normals[i].dot(&normals[j]) * scale;
-                products[j][i] = products[i][j];
+            for j in 0..=dim {
+                products[i][j] = normals[i].dot(&normals[j]) / (6.0 * determinant);
             }
         }
         Metric {
-            measure: determinant.abs() / factorial,
+            measure: determinant / 6.0,
             products,
         }
     }
