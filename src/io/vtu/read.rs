@@ -4,11 +4,14 @@
 
 use super::cells;
 use super::codec::{Budget, Packing, Stream};
+use super::layout::TEXTS;
 use super::scalar::{self, Scalar};
 use super::xml::{ArrayTag, Document, PieceTag};
 use crate::error::{Error, Place, Result};
 use crate::field::{Whole, WholeValues, data::to_i64};
+use crate::mesh::Values;
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::path::Path;
 use vtkio::IOBuffer;
 use vtkio::model::{
@@ -36,7 +39,33 @@ impl<'a> Decoder<'a> {
     pub fn whole(&mut self) -> Result<Vec<Whole>> {
         let document = self.document;
         let arrays = document.whole.iter();
-        arrays.map(|tag| self.whole_array(tag)).collect()
+        let whole = arrays.map(|tag| self.whole_array(tag));
+        let mut whole = whole.collect::<Result<Vec<_>>>()?;
+        self.restore_texts(&mut whole);
+        Ok(whole)
+    }
+
+    /// Bytes become texts where the table of texts says so. What is no text stays as it is.
+    fn restore_texts(&mut self, whole: &mut Vec<Whole>) {
+        let mut texts = |array: &Whole| match &array.values {
+            WholeValues::Numbers(Values::U8(bytes)) if bytes.last().is_none_or(|&end| end == 0) => {
+                split_texts(bytes, &mut self.budget).ok()
+            }
+            _ => None,
+        };
+        let Some(table) = whole.iter().position(|array| array.name == TEXTS) else {
+            return;
+        };
+        let Some(names) = texts(&whole[table]) else {
+            return;
+        };
+        let names: HashSet<String> = names.into_iter().collect();
+        whole.remove(table);
+        for array in whole.iter_mut().filter(|array| names.contains(&array.name)) {
+            if let Some(texts) = texts(array) {
+                array.values = WholeValues::Text(texts);
+            }
+        }
     }
 
     fn whole_array(&mut self, tag: &ArrayTag) -> Result<Whole> {
@@ -358,16 +387,7 @@ impl<'a> Decoder<'a> {
             self.bytes(tag, None)
         };
         let bytes = bytes.map_err(|what| self.refuse(tag, what))?;
-        let mut texts = Vec::new();
-        for text in bytes.split_inclusive(|&byte| byte == 0) {
-            let text = text.strip_suffix(b"\0").unwrap_or(text);
-            let text = std::str::from_utf8(text);
-            let text = text.map_err(|_| self.refuse(tag, "a text is not UTF-8"))?;
-            self.budget
-                .take(size_of::<String>() as u64)
-                .map_err(|what| self.refuse(tag, what))?;
-            texts.push(text.to_owned());
-        }
+        let texts = split_texts(&bytes, &mut self.budget).map_err(|what| self.refuse(tag, what))?;
         if count.is_some_and(|count| count != texts.len() as u64) {
             let there = texts.len();
             return Err(self.refuse(
@@ -377,6 +397,18 @@ impl<'a> Decoder<'a> {
         }
         Ok(texts)
     }
+}
+
+/// Texts, each of which ends with a NUL; the last may lack it.
+fn split_texts(bytes: &[u8], budget: &mut Budget) -> Result<Vec<String>, String> {
+    let mut texts = Vec::new();
+    for text in bytes.split_inclusive(|&byte| byte == 0) {
+        let text = text.strip_suffix(b"\0").unwrap_or(text);
+        let text = std::str::from_utf8(text).map_err(|_| "a text is not UTF-8")?;
+        budget.take(size_of::<String>() as u64)?;
+        texts.push(text.to_owned());
+    }
+    Ok(texts)
 }
 
 fn has_blanks(text: &str) -> bool {
