@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::error::{Error, Place, Result};
+use crate::io::save;
 
 /// Does `-` mean that the result itself goes to standard output?
 pub fn is_stdout(path: Option<&Path>) -> bool {
@@ -34,18 +35,5 @@ pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
             .and_then(|()| out.flush())
             .map_err(Error::io(path, "write"));
     }
-    replace(path, text.as_bytes())
-}
-
-/// Writes a file whole or not at all.
-fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(Error::io(path, "write"))?;
-    file.write_all(bytes).map_err(Error::io(path, "write"))?;
-    file.persist(path)
-        .map_err(|e| Error::io(path, "write")(e.error))?;
-    Ok(())
+    save(path, [text.as_bytes()])
 }

@@ -85,8 +85,8 @@ fn compress(
     }
 }
 
-/// Bytes that arrays may take in memory, beyond which a file is refused before it gets them: so much for a file of
-/// any size, and [`PER_BYTE`] for each byte it has.
+/// Bytes that arrays may take in memory. A file whose arrays say that they take more together is refused before any of
+/// them is unpacked. So much for a file of any size, and [`PER_BYTE`] for each byte it has.
 const ALLOWANCE: u64 = 128 << 20;
 /// Well-packed meshes decode to five times their bytes or less.
 const PER_BYTE: u64 = 8;
@@ -206,6 +206,14 @@ pub(super) struct Packing {
     pub compressor: Compressor,
 }
 
+/// Number of blocks, bytes of each but the last, and bytes of the whole array; no blocks where nothing is compressed.
+#[derive(Default)]
+struct Extent {
+    blocks: u64,
+    block: u64,
+    length: u64,
+}
+
 impl Packing {
     /// The bytes of one array, which must be `expected` many where that is known.
     ///
@@ -216,7 +224,6 @@ impl Packing {
         self,
         mut stream: Stream<'a>,
         expected: Option<u64>,
-        budget: &mut Budget,
     ) -> Result<Cow<'a, [u8]>, String> {
         let check = |length: u64| match expected {
             Some(expected) if expected != length => Err(format!(
@@ -224,42 +231,20 @@ impl Packing {
             )),
             _ => Ok(()),
         };
-        if stream.remaining() == 0 {
-            check(0)?;
-            return Ok(Cow::Borrowed(&[]));
-        }
-        let first = self.words(&mut stream, 1)?;
-        let &[first] = first.as_slice() else {
-            return Err("its header is cut off".into());
-        };
-        if self.compressor == Compressor::None {
-            check(first)?;
-            budget.take(first)?;
-            return stream.take(first);
-        }
-        if first == 0 {
-            check(0)?;
-            return Ok(Cow::Borrowed(&[]));
-        }
-        let sizes = self.words(&mut stream, 2)?;
-        let &[block, last] = sizes.as_slice() else {
-            return Err("its header is cut off".into());
-        };
-        if last > block || block == 0 {
-            return Err(format!(
-                "a last block of {last} bytes after blocks of {block} bytes"
-            ));
-        }
-        let packed = self.words(&mut stream, first)?;
-        let whole_blocks = if last == 0 { first } else { first - 1 };
-        let length = whole_blocks
-            .checked_mul(block)
-            .and_then(|length| length.checked_add(last))
-            .ok_or("its blocks add up to more than any memory")?;
+        let Extent {
+            blocks,
+            block,
+            length,
+        } = self.extent(&mut stream)?;
         check(length)?;
+        if length == 0 {
+            return Ok(Cow::Borrowed(&[]));
+        }
+        if self.compressor == Compressor::None {
+            return stream.take(length);
+        }
+        let packed = self.words(&mut stream, blocks)?;
         self.plausible(&packed, &stream, length)?;
-        budget.take(length)?;
-
         let blocks = packed.iter().map(|&size| stream.take(size));
         let blocks = blocks.collect::<Result<Vec<_>, _>>()?;
         let mut out = vec![0; length as usize];
@@ -269,6 +254,42 @@ impl Packing {
             usize::try_from(block).unwrap_or(usize::MAX),
         )?;
         Ok(Cow::Owned(out))
+    }
+
+    /// The bytes that an array says it unpacks to.
+    pub fn declared(self, mut stream: Stream) -> Result<u64, String> {
+        self.extent(&mut stream).map(|extent| extent.length)
+    }
+
+    /// What the header says before the lengths of the blocks.
+    fn extent(self, stream: &mut Stream) -> Result<Extent, String> {
+        if stream.remaining() == 0 {
+            return Ok(Extent::default());
+        }
+        let cut_off = "its header is cut off";
+        let [first] = self.words(stream, 1)?.try_into().map_err(|_| cut_off)?;
+        if self.compressor == Compressor::None || first == 0 {
+            return Ok(Extent {
+                length: first,
+                ..Extent::default()
+            });
+        }
+        let [block, last] = self.words(stream, 2)?.try_into().map_err(|_| cut_off)?;
+        if last > block || block == 0 {
+            return Err(format!(
+                "a last block of {last} bytes after blocks of {block} bytes"
+            ));
+        }
+        let whole_blocks = if last == 0 { first } else { first - 1 };
+        let length = whole_blocks
+            .checked_mul(block)
+            .and_then(|length| length.checked_add(last))
+            .ok_or("its blocks add up to more than any memory")?;
+        Ok(Extent {
+            blocks: first,
+            block,
+            length,
+        })
     }
 
     /// Fills `out` with the blocks, each of `size` bytes but the last, which may be shorter.
@@ -392,9 +413,9 @@ mod tests {
                     compressor,
                 };
                 let file = [header, body].concat();
-                let mut budget = Budget::of_file(file.len());
                 let expected = Some(length as u64);
-                let back = packing.unpack(Stream::Raw(&file), expected, &mut budget);
+                assert_eq!(packing.declared(Stream::Raw(&file)).ok(), expected);
+                let back = packing.unpack(Stream::Raw(&file), expected);
                 assert!(back.expect("sound") == bytes, "{compressor:?} {length}");
             }
         }

@@ -9,6 +9,7 @@ use super::scalar::Scalar;
 use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::{Whole, WholeValues, data::with_numbers};
 use crate::mesh::{Field, Group, Mesh, Support, Values};
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashSet;
 
@@ -100,8 +101,8 @@ pub(super) fn lay_out<'a>(
 }
 
 fn topology(mesh: &Mesh) -> Result<[Array<'static>; 3], String> {
-    let mut connectivity = Vec::with_capacity(mesh.blocks.iter().map(|b| b.nodes.len()).sum());
-    let mut offsets = Vec::with_capacity(mesh.cell_count());
+    let length = mesh.blocks.iter().map(|block| block.nodes.len()).sum();
+    let mut connectivity: Vec<u32> = Vec::with_capacity(length);
     let mut types = Vec::with_capacity(mesh.cell_count());
     for block in &mesh.blocks {
         let kind = block.kind;
@@ -113,21 +114,26 @@ fn topology(mesh: &Mesh) -> Result<[Array<'static>; 3], String> {
                 connectivity.extend(cells.flat_map(|cell| order.iter().map(|&at| cell[at])));
             }
         }
-        let before = offsets.last().copied().unwrap_or(0);
-        offsets.extend((1..=block.len()).map(|i| before + i * kind.points()));
-        types.resize(offsets.len(), code);
+        types.resize(types.len() + block.len(), code);
     }
+    let widths = mesh.blocks.iter();
+    let widths = widths.flat_map(|block| std::iter::repeat_n(block.kind.points(), block.len()));
+    let offsets = widths.scan(0, |end, width| {
+        *end += width;
+        Some(*end)
+    });
     // VTK wants connectivity and offsets in one and the same width.
-    let narrow = connectivity.len().max(mesh.points.len()) <= i32::MAX as usize;
+    let narrow = length.max(mesh.points.len()) <= i32::MAX as usize;
+    let nodes = connectivity.into_par_iter().with_min_len(1 << 14);
     let (connectivity, offsets) = if narrow {
         (
-            Values::I32(connectivity.iter().map(|&node| node as i32).collect()),
-            Values::I32(offsets.iter().map(|&end| end as i32).collect()),
+            Values::I32(nodes.map(|node| node as i32).collect()),
+            Values::I32(offsets.map(|end| end as i32).collect()),
         )
     } else {
         (
-            Values::I64(connectivity.iter().map(|&node| node.into()).collect()),
-            Values::I64(offsets.iter().map(|&end| end as i64).collect()),
+            Values::I64(nodes.map(i64::from).collect()),
+            Values::I64(offsets.map(|end| end as i64).collect()),
         )
     };
     Ok([

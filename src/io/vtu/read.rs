@@ -10,6 +10,7 @@ use super::xml::{ArrayTag, Document, PieceTag};
 use crate::error::{Error, Place, Result};
 use crate::field::{Whole, WholeValues, data::to_i64};
 use crate::mesh::Values;
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashSet;
 use std::path::Path;
@@ -36,6 +37,25 @@ enum Count {
 }
 
 impl<'a> Decoder<'a> {
+    /// Takes the memory of all packed arrays from the budget, before any is unpacked.
+    pub fn survey(&mut self) -> Result<()> {
+        let document = self.document;
+        let pieces = document.pieces.iter().flat_map(|piece| {
+            let data = piece.point_data.iter().chain(&piece.cell_data);
+            data.chain(&piece.coordinates).chain(&piece.topology)
+        });
+        for tag in document.whole.iter().chain(pieces) {
+            if tag.format != "ascii" {
+                let stream = self.stream(tag).map_err(|what| self.refuse(tag, what))?;
+                let declared = self.packing().declared(stream);
+                declared
+                    .and_then(|bytes| self.budget.take(bytes))
+                    .map_err(|what| self.refuse(tag, what))?;
+            }
+        }
+        Ok(())
+    }
+
     pub fn whole(&mut self) -> Result<Vec<Whole>> {
         let document = self.document;
         let arrays = document.whole.iter();
@@ -221,8 +241,16 @@ impl<'a> Decoder<'a> {
         let indices: Option<Vec<u64>> = match numbers {
             IOBuffer::U64(numbers) => Some(numbers),
             IOBuffer::U8(numbers) => Some(numbers.into_iter().map(u64::from).collect()),
-            IOBuffer::I32(numbers) => numbers.into_iter().map(|x| x.try_into().ok()).collect(),
-            IOBuffer::I64(numbers) => numbers.into_iter().map(|x| x.try_into().ok()).collect(),
+            IOBuffer::I32(numbers) => {
+                let numbers = numbers.par_iter().with_min_len(1 << 14);
+                let negative = numbers.clone().any(|&x| x < 0);
+                (!negative).then(|| numbers.map(|&x| x as u64).collect())
+            }
+            IOBuffer::I64(numbers) => {
+                let numbers = numbers.par_iter().with_min_len(1 << 14);
+                let negative = numbers.clone().any(|&x| x < 0);
+                (!negative).then(|| numbers.map(|&x| x as u64).collect())
+            }
             other => to_i64(&scalar::values(other)).and_then(|numbers| {
                 let numbers = numbers.into_iter().map(|x| x.try_into().ok());
                 numbers.collect()
@@ -325,14 +353,30 @@ impl<'a> Decoder<'a> {
 
     /// The unpacked bytes of an array that is not ascii.
     fn bytes<'b>(
-        &mut self,
+        &self,
         tag: &'b ArrayTag<'_>,
         expected: Option<u64>,
     ) -> Result<Cow<'b, [u8]>, String>
     where
         'a: 'b,
     {
-        let stream = match tag.format.as_str() {
+        self.packing().unpack(self.stream(tag)?, expected)
+    }
+
+    fn packing(&self) -> Packing {
+        Packing {
+            big_endian: self.document.big_endian,
+            wide_headers: self.document.wide_headers,
+            compressor: self.document.compressor.unwrap_or(super::Compressor::None),
+        }
+    }
+
+    /// The packed bytes of an array that is not ascii.
+    fn stream<'b>(&self, tag: &'b ArrayTag<'_>) -> Result<Stream<'b>, String>
+    where
+        'a: 'b,
+    {
+        Ok(match tag.format.as_str() {
             "binary" => {
                 let texts = tag.texts.iter().flat_map(|text| text.bytes());
                 match tag.texts.as_slice() {
@@ -362,13 +406,7 @@ impl<'a> Decoder<'a> {
                 }
             }
             other => return Err(format!("the format {other:?} is unknown")),
-        };
-        let packing = Packing {
-            big_endian: self.document.big_endian,
-            wide_headers: self.document.wide_headers,
-            compressor: self.document.compressor.unwrap_or(super::Compressor::None),
-        };
-        packing.unpack(stream, expected, &mut self.budget)
+        })
     }
 
     /// Texts, each of which ends with a NUL.

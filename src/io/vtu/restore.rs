@@ -183,19 +183,31 @@ fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<Array>, whole: &mut Vec<Whole
             .blocks
             .iter()
             .flat_map(|block| std::iter::repeat_n(block.kind.dim(), block.len()));
+        let mut flush = |(dim, tag): (u8, i64), cells: &mut Vec<u32>| {
+            let group = groups.entry((dim, tag)).or_insert_with(|| Group {
+                dim,
+                tag,
+                name: None,
+                cells: Vec::new(),
+            });
+            let twice = !cells.is_empty() && group.cells.last() == cells.first();
+            group.cells.extend(cells.drain(..).skip(usize::from(twice)));
+        };
+        // Cells of one group mostly stand together.
+        let mut run = None;
+        let mut cells = Vec::new();
         for ((cell, tags), dim) in (0u32..).zip(tags.chunks_exact(components)).zip(dims) {
             for &tag in tags.iter().filter(|&&tag| tag != none) {
-                let group = groups.entry((dim, tag)).or_insert_with(|| Group {
-                    dim,
-                    tag,
-                    name: None,
-                    cells: Vec::new(),
-                });
-                if group.cells.last() != Some(&cell) {
-                    group.cells.push(cell);
+                if run != Some((dim, tag)) {
+                    run.into_iter().for_each(|run| flush(run, &mut cells));
+                    run = Some((dim, tag));
+                }
+                if cells.last() != Some(&cell) {
+                    cells.push(cell);
                 }
             }
         }
+        run.into_iter().for_each(|run| flush(run, &mut cells));
     }
     mesh.groups = groups.into_values().collect();
 }

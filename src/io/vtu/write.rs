@@ -11,7 +11,7 @@ use super::{Compressor, Encoding};
 use crate::error::{Error, Place, Result};
 use crate::field::Whole;
 use crate::field::data::with_numbers;
-use crate::io::out;
+use crate::io::out::Out;
 use crate::mesh::{Field, Mesh, Values};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
@@ -31,7 +31,7 @@ pub fn write(
     whole: &[Whole],
     encoding: Encoding,
 ) -> Result<()> {
-    let bytes = to_bytes(mesh, fields, whole, encoding).map_err(|what| {
+    let out = encode(mesh, fields, whole, encoding).map_err(|what| {
         Error::file(
             path,
             Place::Whole,
@@ -39,16 +39,16 @@ pub fn write(
             "VTU cannot hold it: correct it before writing",
         )
     })?;
-    out::save(path, &bytes)
+    out.save(path)
 }
 
-/// The bytes of a file; in words why there is none, otherwise.
-pub(super) fn to_bytes(
+/// A file; in words why there is none, otherwise.
+pub(super) fn encode(
     mesh: &Mesh,
     fields: &[Field],
     whole: &[Whole],
     encoding: Encoding,
-) -> Result<Vec<u8>, String> {
+) -> Result<Out, String> {
     mesh.validate()?;
     let layout = layout::lay_out(mesh, fields, whole)?;
     check_arrays(&layout)?;
@@ -74,7 +74,7 @@ fn check_names<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), String
     Ok(())
 }
 
-fn document(mesh: &Mesh, layout: &Layout, encoding: Encoding) -> std::io::Result<Vec<u8>> {
+fn document(mesh: &Mesh, layout: &Layout, encoding: Encoding) -> std::io::Result<Out> {
     let points = Values::F64(mesh.points.as_flattened().to_vec());
     let mut file = File {
         out: Vec::new(),
@@ -103,9 +103,9 @@ fn document(mesh: &Mesh, layout: &Layout, encoding: Encoding) -> std::io::Result
     file.text("</Points>\n");
     file.section("Cells", &layout.topology)?;
     file.text("</Piece>\n</UnstructuredGrid>\n");
-    file.append();
-    file.text("</VTKFile>\n");
-    Ok(file.out)
+    let mut out = file.append();
+    out.text("</VTKFile>\n");
+    Ok(out)
 }
 
 /// A file in the making; arrays of raw encoding come after the XML.
@@ -130,15 +130,16 @@ impl Appended<'_> {
         }
     }
 
-    fn append(&self, out: &mut Vec<u8>) {
+    fn append(self, out: &mut Out) {
         match self {
             Appended::Plain(values) => {
-                out.extend_from_slice(&(byte_length(values) as u64).to_le_bytes());
+                let length = byte_length(values) as u64;
+                out.bytes.extend_from_slice(&length.to_le_bytes());
                 append_bytes(values, out);
             }
             Appended::Packed(Packed { header, blocks }) => {
-                out.extend_from_slice(header);
-                blocks.iter().for_each(|block| out.extend_from_slice(block));
+                out.part(header);
+                blocks.into_iter().for_each(|block| out.part(block));
             }
         }
     }
@@ -208,25 +209,24 @@ impl<'a> File<'a> {
         Ok(())
     }
 
-    /// The arrays of raw encoding, in the reverse order of their elements: meshio looks for the first element with the
+    /// The XML and the arrays of raw encoding, these in the reverse order of their elements: meshio looks for the first element with the
     /// offset of each array in turn, and gives the element another then, which could be that of an array to come.
-    fn append(&mut self) {
-        if !matches!(self.encoding, Encoding::Raw(_)) {
-            return;
-        }
-        let arrays = std::mem::take(&mut self.appended);
+    fn append(mut self) -> Out {
         let mut offset = 0;
-        for (place, array) in arrays.iter().rev() {
+        for (place, array) in self.appended.iter().rev() {
             let text = offset.to_string();
             self.out.splice(*place..*place, text.bytes());
             offset += array.len();
         }
-        self.text("<AppendedData encoding=\"raw\">\n_");
-        self.out.reserve_exact(offset + 64);
-        for (_, array) in arrays.iter().rev() {
-            array.append(&mut self.out);
+        let mut out = Out::default();
+        out.part(self.out);
+        if matches!(self.encoding, Encoding::Raw(_)) {
+            out.text("<AppendedData encoding=\"raw\">\n_");
+            let arrays = self.appended.into_iter().rev();
+            arrays.for_each(|(_, array)| array.append(&mut out));
+            out.text("\n</AppendedData>\n");
         }
-        self.text("\n</AppendedData>\n");
+        out
     }
 }
 
@@ -245,14 +245,14 @@ fn byte_length(values: &Values) -> usize {
 }
 
 /// Little-endian.
-fn append_bytes(values: &Values, out: &mut Vec<u8>) {
+fn append_bytes(values: &Values, out: &mut Out) {
     with_numbers!(values, numbers => Scalar::append_le(numbers, out));
 }
 
 fn bytes(values: &Values) -> Vec<u8> {
-    let mut out = Vec::new();
+    let mut out = Out::default();
     append_bytes(values, &mut out);
-    out
+    out.into_bytes()
 }
 
 /// Decimal numbers, one tuple a line.
