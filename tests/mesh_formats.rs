@@ -348,10 +348,62 @@ fn crlf_comments_and_unknown_sections_do_no_harm() {
     let content = io::open(&path, None).expect("a sound mesh");
     assert_eq!(content.unread, ["the section $Foo"]);
     assert_eq!(content.mesh.groups, [group(2, 4, None, &[0])]);
-    let [warning] = content.warnings.as_slice() else {
-        panic!("{:?}", content.warnings)
+    assert_eq!(content.warnings, [""; 0]);
+}
+
+/// In MSH 1 and 2 the sign stands at each element, in 4 at each entity.
+#[test]
+fn signs_of_elements_are_kept() {
+    let text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 1 1 0\n$EndNodes\n\
+                $Elements\n4\n1 2 2 -4 1 1 2 3\n2 2 2 -4 1 2 4 3\n3 1 2 4 1 1 2\n4 1 2 4 2 2 4\n$EndElements\n";
+    let parse = |text: &str| {
+        io::parse(Path::new("signs.msh"), text.as_bytes(), None).expect("a sound mesh")
     };
-    assert!(warning.contains("1 elements are negative"), "{warning}");
+    let content = parse(text);
+    let mesh = content.mesh;
+    assert_eq!(content.unread, [""; 0]);
+    assert_eq!(
+        mesh.groups,
+        [group(1, 4, None, &[2, 3]), group(2, 4, None, &[0, 1])]
+    );
+    assert_eq!(
+        mesh.geometry.entities,
+        [Entity {
+            dim: 2,
+            tag: 1,
+            bounds: [[0.0; 3], [1.0, 1.0, 0.0]],
+            physicals: vec![-4],
+            ..Entity::default()
+        }]
+    );
+    for (msh_version, binary) in [
+        (msh::Version::V22, false),
+        (msh::Version::V22, true),
+        (msh::Version::V41, false),
+        (msh::Version::V41, true),
+    ] {
+        let options = Options {
+            msh_version,
+            binary,
+            ..Options::default()
+        };
+        let mut again = round_trip(&mesh, &options);
+        again.geometry.entities.retain(Entity::is_reversed);
+        again.geometry.point_runs.clear();
+        assert_eq!(again, mesh, "{msh_version:?} {binary}");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let warnings = io::write(&folder.path().join("m.mesh"), &mesh, &Options::default());
+    let warnings = warnings.expect("labels").join("\n");
+    assert!(warnings.contains("1 entities are reversed"), "{warnings}");
+
+    // An entity of which only a part is reversed is beyond 4, and told.
+    let mixed = parse(&text.replace("2 2 2 -4", "2 2 2 4"));
+    let [lost] = mixed.unread.as_slice() else {
+        panic!("{:?}", mixed.unread)
+    };
+    assert!(lost.contains("the groups of 1 elements"), "{lost}");
+    assert_eq!(mixed.mesh.groups, mesh.groups);
 }
 
 fn round_trip(mesh: &Mesh, options: &Options) -> Mesh {

@@ -67,11 +67,13 @@ def with_meshio(path):
     cells = []
     for i, block in enumerate(mesh.cells):
         kind = {"tetra": "tetrahedron"}.get(block.type, block.type)
-        tags = [none] * len(block.data) if labels is None else labels[i].tolist()
+        rows = block.data.tolist()
+        tags = [[none]] * len(rows) if labels is None else labels[i].reshape(len(rows), -1).tolist()
         if path.endswith(".msh"):
-            tags = [abs(tag) for tag in tags]  # a minus sign marks reversed entities
-        cells += [(kind, row, [tag][tag == none :]) for row, tag in zip(block.data.tolist(), tags, strict=True)]
-    pairs = {name: data for name, data in mesh.field_data.items() if not name.startswith("faceoff:")}
+            tags = [[abs(tag) for tag in each] for each in tags]  # a minus sign marks reversed entities
+        cells += [(kind, row, [tag for tag in each if tag != none]) for row, each in zip(rows, tags, strict=True)]
+    # Where meshio looks for names of groups: number and dimension under the name.
+    pairs = {name: data for name, data in mesh.field_data.items() if data.shape == (2,) and data.dtype != "u1"}
     return told(points, cells, {(int(dim), int(tag)): name for name, (tag, dim) in pairs.items()})
 
 
@@ -95,10 +97,12 @@ def with_vtk(path):
         tags = [int(tag) for tag in labels.GetTuple(i) if tag != none] if labels else []
         cells.append((kinds[grid.GetCellType(i)], [ids.GetId(j) for j in range(ids.GetNumberOfIds())], tags))
     names = {}
-    groups, texts = whole.GetArray("faceoff:groups"), whole.GetAbstractArray("faceoff:group_names")
+    groups, texts = whole.GetArray("faceoff:groups"), whole.GetArray("faceoff:group_names")
+    if groups:
+        texts = vtk_to_numpy(texts).tobytes().decode().split("\0")
     for i in range(groups.GetNumberOfTuples() if groups else 0):
         dim, tag, _ = groups.GetTuple(i)
-        names[int(dim), int(tag)] = texts.GetValue(i)
+        names[int(dim), int(tag)] = texts[i]
     seen = told(vtk_to_numpy(grid.GetPoints().GetData()).tolist(), cells, names)
     data = grid.GetCellData()
     arrays = [data.GetArray(i) for i in range(data.GetNumberOfArrays()) if data.GetArray(i)]

@@ -157,16 +157,15 @@ fn vtk_reads_the_same() {
             json!(["float64", 1, float_bits(u)]),
             "{encoding:?}"
         );
-        assert_eq!(
-            grid["field_data"]["engine"],
-            json!(["dolfinx 0.5.2"]),
-            "{encoding:?}"
-        );
-        assert_eq!(
-            grid["field_data"]["scene"],
-            json!(["Signorini, Ω = (0, 1)²"]),
-            "{encoding:?}"
-        );
+        // Texts are bytes, each with a NUL at its end.
+        for (name, text) in [
+            ("engine", "dolfinx 0.5.2\0"),
+            ("scene", "Signorini, Ω = (0, 1)²\0"),
+            ("faceoff:group_names", "Γ_C\0"),
+        ] {
+            let bytes = json!(["uint8", 1, hex(text.bytes())]);
+            assert_eq!(grid["field_data"][name], bytes, "{encoding:?}");
+        }
         let gamma = json!(["float64", 1, float_bits(&[10.0])]);
         assert_eq!(grid["field_data"]["gamma"], gamma, "{encoding:?}");
         if encoding != Encoding::Ascii {

@@ -33,7 +33,10 @@ pub(super) fn run(arguments: &Mesh) -> Result<u8> {
             }
         }
         MeshAction::Convert { input, out, form } => {
-            warn(form, mesh::convert(input, out, &options(form, python)?)?);
+            warn(
+                form,
+                mesh::convert(input, out, &options(form, out, python)?)?,
+            );
         }
         MeshAction::Refine {
             input,
@@ -43,7 +46,7 @@ pub(super) fn run(arguments: &Mesh) -> Result<u8> {
         } => {
             warn(
                 form,
-                mesh::refine(input, out, *times, &options(form, python)?)?,
+                mesh::refine(input, out, *times, &options(form, out, python)?)?,
             );
         }
         MeshAction::Make {
@@ -54,13 +57,13 @@ pub(super) fn run(arguments: &Mesh) -> Result<u8> {
         } => {
             let scene = Scene::find(scene)?;
             let (_, made) = scene.mesh(n.map(|n| n as usize).or(scene.mesh.n()))?;
-            warn(form, io::write(out, &made, &options(form, python)?)?);
+            warn(form, io::write(out, &made, &options(form, out, python)?)?);
         }
     }
     Ok(DONE)
 }
 
-fn options(form: &Form, python: Option<std::path::PathBuf>) -> Result<Options> {
+fn options(form: &Form, out: &Path, python: Option<std::path::PathBuf>) -> Result<Options> {
     let format = form.format.as_deref().map(|name| {
         Format::of_name(name).ok_or_else(|| {
             Error::usage(
@@ -79,11 +82,24 @@ fn options(form: &Form, python: Option<std::path::PathBuf>) -> Result<Options> {
             ));
         }
     };
+    let format = format.transpose()?;
+    let encoding = form.encoding.as_deref();
+    let for_vtu = encoding.filter(|name| !["ascii", "binary"].contains(name));
+    let target = format.or_else(|| Format::of_suffix(out));
+    if let (Some(name), Some(target)) = (for_vtu, target)
+        && target != Format::Vtu
+    {
+        vtu_encoding(encoding)?;
+        return Err(Error::usage(
+            format!("{target} has no encoding `{name}`"),
+            "use ascii or binary",
+        ));
+    }
     Ok(Options {
-        format: format.transpose()?,
+        format,
         msh_version,
-        binary: form.encoding.as_deref() == Some("binary"),
-        vtu: vtu_encoding(form.encoding.as_deref())?,
+        binary: encoding == Some("binary"),
+        vtu: vtu_encoding(encoding)?,
         lossy: form.lossy,
         python,
     })

@@ -38,6 +38,13 @@ impl Losses {
         if mesh.blocks.iter().any(|block| !block.tags.is_empty()) {
             self.note("cells are numbered anew");
         }
+        let reversed = mesh.geometry.entities.iter();
+        let reversed = reversed.filter(|entity| entity.is_reversed()).count();
+        if reversed > 0 {
+            self.note(format!(
+                "that {reversed} entities are reversed in their groups is not written"
+            ));
+        }
         let links = mesh.geometry.periodic.len();
         if links > 0 {
             self.note(format!("{links} periodic links are not written"));

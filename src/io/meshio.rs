@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Content;
 use super::loss::Losses;
+use super::out::is_special;
 use crate::error::{Error, Place, Result};
 use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Group, Mesh, Support, Values};
 
@@ -101,6 +102,12 @@ pub fn write(
         )
     };
     mesh.validate().map_err(refuse)?;
+    if is_special(path) {
+        return Err(Error::usage(
+            format!("{} is no file, and meshio writes files", path.display()),
+            "give the name of a file",
+        ));
+    }
     let parent = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty())

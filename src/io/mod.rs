@@ -13,6 +13,7 @@ pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
+pub use out::save;
 pub use recognise::{Format, recognise};
 
 use crate::error::{Error, Place, Result};
@@ -154,6 +155,16 @@ pub fn write_with(
                 "use .msh, .vtu, .mesh or another suffix that meshio knows, or name the format",
             )
         })?;
+    let suffix = path.extension().unwrap_or_default();
+    if format == Format::Vtu && suffix.eq_ignore_ascii_case("pvtu") {
+        return Err(Error::usage(
+            format!(
+                "{} would be a list of pieces, which is not written",
+                path.display()
+            ),
+            "write one .vtu file",
+        ));
+    }
     let ascii_only = matches!(format, Format::FreeFem | Format::Medit);
     if options.binary && ascii_only {
         return Err(Error::usage(

@@ -3,18 +3,54 @@
 use std::io::Write;
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 
 /// A file in the making.
 #[derive(Default)]
 pub struct Out {
+    /// What comes before `bytes`.
+    parts: Vec<Vec<u8>>,
     pub bytes: Vec<u8>,
 }
+
+/// Rows that one thread fills in one go.
+const ROWS: usize = 1 << 12;
 
 impl Out {
     pub fn with_capacity(bytes: usize) -> Self {
         Out {
+            parts: Vec::new(),
             bytes: Vec::with_capacity(bytes),
+        }
+    }
+
+    /// Rows of `size` bytes, each of which `fill` makes of zeros, on all cores.
+    pub fn rows(&mut self, count: usize, size: usize, fill: impl Fn(usize, &mut [u8]) + Sync) {
+        let mut rows = vec![0; count * size];
+        let chunks = rows.par_chunks_mut(ROWS * size).enumerate();
+        chunks.for_each(|(chunk, rows)| {
+            for (index, row) in (ROWS * chunk..).zip(rows.chunks_exact_mut(size)) {
+                fill(index, row);
+            }
+        });
+        self.part(rows);
+    }
+
+    /// Bytes that need not be copied.
+    pub fn part(&mut self, part: Vec<u8>) {
+        self.parts.push(std::mem::take(&mut self.bytes));
+        self.parts.push(part);
+    }
+
+    /// All bytes in one piece.
+    pub fn into_bytes(mut self) -> Vec<u8> {
+        self.parts.push(self.bytes);
+        self.parts.retain(|part| !part.is_empty());
+        match self.parts.as_mut_slice() {
+            [part] => std::mem::take(part),
+            parts => parts.concat(),
         }
     }
 
@@ -69,16 +105,29 @@ impl Out {
     /// # Errors
     /// [`Error::Io`]; the old file is then still there.
     pub fn save(&self, path: &Path) -> Result<()> {
-        save(path, &self.bytes)
+        let last = std::iter::once(self.bytes.as_slice());
+        save(path, self.parts.iter().map(Vec::as_slice).chain(last))
     }
 }
 
-/// Writes beside `path`, then renames.
+/// Writes the parts, one after the other, beside `path`, then renames. A link stays, and what it leads to is replaced;
+/// a device or a pipe is written to.
 ///
 /// # Errors
 /// [`Error::Io`]; the old file is then still there.
-pub fn save(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = path
+pub fn save<'a>(path: &Path, parts: impl IntoIterator<Item = &'a [u8]>) -> Result<()> {
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    if is_special(&target) {
+        let mut file = std::fs::OpenOptions::new()
+            .write(true)
+            .open(&target)
+            .map_err(Error::io(path, "write"))?;
+        for part in parts {
+            file.write_all(part).map_err(Error::io(path, "write"))?;
+        }
+        return Ok(());
+    }
+    let folder = target
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
@@ -93,15 +142,47 @@ pub fn save(path: &Path, bytes: &[u8]) -> Result<()> {
         .prefix(".faceoff-")
         .tempfile_in(folder)
         .map_err(Error::io(path, "create"))?;
-    file.write_all(bytes).map_err(Error::io(path, "write"))?;
-    file.persist(path)
+    for part in parts {
+        file.write_all(part).map_err(Error::io(path, "write"))?;
+    }
+    file.persist(&target)
         .map_err(|error| Error::io(path, "replace")(error.error))?;
     Ok(())
+}
+
+/// Whether something is there that is no file, which a rename must not replace.
+pub fn is_special(path: &Path) -> bool {
+    path.metadata().is_ok_and(|found| !found.is_file())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pipes_and_links_are_not_replaced() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.expect("mkfifo runs").success());
+        let other_end = pipe.clone();
+        let reader = std::thread::spawn(move || std::fs::read(other_end));
+        save(&pipe, [b"through ".as_slice(), b"it"]).expect("written");
+        assert!(is_special(&pipe));
+        let read = reader.join().expect("no panic").expect("read");
+        assert_eq!(read, b"through it");
+        assert!(save(folder.path(), [b"".as_slice()]).is_err());
+
+        #[cfg(unix)]
+        {
+            let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+            std::fs::write(&file, "old").expect("written");
+            std::os::unix::fs::symlink("file", &link).expect("a link");
+            save(&link, [b"new".as_slice()]).expect("written");
+            assert!(link.is_symlink());
+            assert_eq!(std::fs::read(&file).expect("read"), b"new");
+        }
+    }
 
     #[test]
     fn numbers_read_back() {

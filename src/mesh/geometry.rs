@@ -27,6 +27,22 @@ pub struct Entity {
     pub partitions: Vec<i32>,
 }
 
+impl Entity {
+    /// Makes the bounding box large enough for a point.
+    pub fn extend(&mut self, point: &[f64; 3]) {
+        let [low, high] = &mut self.bounds;
+        for (axis, &x) in point.iter().enumerate() {
+            low[axis] = low[axis].min(x);
+            high[axis] = high[axis].max(x);
+        }
+    }
+
+    /// Whether a group holds this entity reversed.
+    pub fn is_reversed(&self) -> bool {
+        self.physicals.iter().any(|&tag| tag < 0)
+    }
+}
+
 /// Consecutive points on one entity.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PointRun {

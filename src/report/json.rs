@@ -1,12 +1,12 @@
 //! JSON to a file or to standard output, and text to a file.
 
 use std::io::Write;
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use serde::Serialize;
 
 use crate::error::{Error, Place, Result};
+use crate::io::save;
 
 /// Does `-` mean that the result itself goes to standard output?
 pub fn is_stdout(path: Option<&Path>) -> bool {
@@ -35,7 +35,7 @@ pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
             .and_then(|()| out.flush())
             .map_err(Error::io(path, "write"));
     }
-    replace(path, text.as_bytes())
+    save(path, [text.as_bytes()])
 }
 
 /// Writes a text to `path`, beside and then renamed.
@@ -43,22 +43,5 @@ pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
 /// # Errors
 /// A file that cannot be written.
 pub fn write_text(path: &Path, text: &str) -> Result<()> {
-    replace(path, text.as_bytes())
-}
-
-/// Writes a file whole or not at all.
-fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    // As readable as any file that a program makes; a temporary one is for its owner only.
-    let mut file = tempfile::Builder::new()
-        .permissions(PermissionsExt::from_mode(0o666))
-        .tempfile_in(folder)
-        .map_err(Error::io(path, "write"))?;
-    file.write_all(bytes).map_err(Error::io(path, "write"))?;
-    file.persist(path)
-        .map_err(|e| Error::io(path, "write")(e.error))?;
-    Ok(())
+    save(path, [text.as_bytes()])
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::error::Result;
 use crate::io::scan::Scan;
-use crate::mesh::{CellBlock, CellKind, Group, Mesh};
+use crate::mesh::{CellBlock, CellKind, Entity, Group, Mesh};
 
 /// From the file's numbers of points or cells to indices from 0.
 pub enum Lookup {
@@ -69,6 +69,9 @@ impl Lookup {
         }
     }
 }
+
+/// Dimension and number of an entity, and the number of a group that cells of it are in.
+pub type EntityGroup = (u8, i32, i64);
 
 /// How to find the cell of a number, and the type of each cell.
 pub struct CellIndex {
@@ -158,6 +161,50 @@ impl Builder {
 
     pub fn name(&mut self, dim: Option<u8>, tag: i64, name: String) {
         self.names.push((dim, tag, name));
+    }
+
+    /// MSH 1 and 2 mark elements that are reversed by a minus sign before the number of their group, 4 does so once for
+    /// an entity. `reversed` counts the former; where they are all cells of an entity, it becomes the latter. Returns
+    /// how many of them are not.
+    pub fn reverse_groups(&mut self, reversed: &HashMap<EntityGroup, usize>) -> usize {
+        if reversed.is_empty() {
+            return 0;
+        }
+        let mesh = &mut self.mesh;
+        let mut entities: BTreeMap<(u8, i32), (usize, Entity)> = BTreeMap::new();
+        for &(dim, tag, group) in reversed.keys() {
+            let entity = || Entity {
+                dim,
+                tag,
+                bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
+                ..Entity::default()
+            };
+            let (_, entity) = entities.entry((dim, tag)).or_insert_with(|| (0, entity()));
+            // The number is that of a 32-bit tag.
+            entity.physicals.push(-group as i32);
+        }
+        for block in &mesh.blocks {
+            for (cell, &entity) in block.cells().zip(&block.entities) {
+                let Some((cells, entity)) = entities.get_mut(&(block.kind.dim(), entity)) else {
+                    continue;
+                };
+                *cells += 1;
+                let points = cell
+                    .iter()
+                    .filter_map(|&node| mesh.points.get(node as usize));
+                points.for_each(|point| entity.extend(point));
+            }
+        }
+        let mut mixed = reversed.values().sum();
+        for (cells, entity) in entities.into_values() {
+            if let &[group] = entity.physicals.as_slice()
+                && reversed.get(&(entity.dim, entity.tag, -i64::from(group))) == Some(&cells)
+            {
+                mixed -= cells;
+                mesh.geometry.entities.push(entity);
+            }
+        }
+        mixed
     }
 
     /// Takes the numbers of all cells, which must be different.

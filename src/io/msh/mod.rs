@@ -1,6 +1,7 @@
 //! Gmsh's MSH format: 1.0, 2.x, 4.0 and 4.1, ASCII and binary.
 
 mod builder;
+mod bulk;
 mod data;
 mod entities;
 mod read;

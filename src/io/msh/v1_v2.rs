@@ -1,6 +1,11 @@
 //! Nodes and elements of MSH 1.0 and 2.x.
 
-use super::builder::Builder;
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::builder::{Builder, EntityGroup};
+use super::bulk;
 use super::read::{Layout, Reader};
 use crate::error::Result;
 use crate::io::scan::{Numbers, Scan};
@@ -21,6 +26,10 @@ pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
             28
         },
     )?;
+    if scan.numbers != Numbers::Ascii {
+        let tags = binary_nodes(scan, builder, count)?;
+        return builder.finish_points(scan, tags);
+    }
     let mut tags = Vec::with_capacity(count);
     builder.mesh.points.reserve_exact(count);
     for _ in 0..count {
@@ -29,6 +38,33 @@ pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
         builder.mesh.points.push(point);
     }
     builder.finish_points(scan, tags)
+}
+
+/// [`nodes`] of a binary file, all at once; their numbers.
+fn binary_nodes(scan: &mut Scan<'_>, builder: &mut Builder, count: usize) -> Result<Vec<u64>> {
+    let numbers = scan.numbers;
+    let start = scan.clone();
+    let (rows, _) = scan.bytes(count, 28)?.as_chunks::<28>();
+    let parts = |row: &[u8; 28]| {
+        let (number, rest) = row.split_first_chunk::<4>()?;
+        let words = rest.as_chunks::<8>().0.first_chunk::<3>()?;
+        Some((*number, *words))
+    };
+    let tags: Vec<i32> = (rows.par_iter().with_min_len(1024))
+        .map(|row| parts(row).map_or(0, |(number, _)| bulk::signed(number, numbers)))
+        .collect();
+    let points: Vec<[f64; 3]> = (rows.par_iter().with_min_len(1024))
+        .map(|row| parts(row).map_or([0.0; 3], |(_, words)| bulk::coordinates(words, numbers)))
+        .collect();
+    let is_bad = |(&tag, point): (&i32, &[f64; 3])| tag < 0 || !point.iter().all(|x| x.is_finite());
+    if let Some(bad) = tags.iter().zip(&points).position(is_bad) {
+        let mut place = start;
+        place.advance(28 * bad);
+        tag(&mut place)?;
+        place.xyz()?;
+    }
+    builder.mesh.points = points;
+    Ok(tags.into_iter().map(|tag| tag as u64).collect())
 }
 
 /// `$ParametricNodes`: nodes that also tell the entity they lie on and their coordinates on it.
@@ -168,10 +204,10 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
             tags.odd
         ));
     }
-    if tags.negative > 0 {
-        content.warnings.push(format!(
-            "the numbers of the groups of {} elements are negative: the minus sign, which marks reversed elements, is not kept",
-            tags.negative
+    let mixed = builder.reverse_groups(&tags.reversed);
+    if mixed > 0 {
+        content.unread.push(format!(
+            "the minus signs, which mark reversed elements, of the groups of {mixed} elements on entities whose other elements have none"
         ));
     }
     builder.finish_cells(scan)
@@ -183,8 +219,8 @@ struct Tags {
     values: Vec<i32>,
     /// Elements whose further tags say nothing known.
     odd: usize,
-    /// Elements whose group has a minus sign.
-    negative: usize,
+    /// How many elements of each entity have a minus sign before the number of their group.
+    reversed: HashMap<EntityGroup, usize>,
 }
 
 impl Tags {
@@ -195,6 +231,16 @@ impl Tags {
             self.values.push(scan.i32()?);
         }
         Ok(())
+    }
+
+    /// The group of a physical tag, which a minus sign may stand before; 0 means none.
+    #[inline]
+    fn group(&mut self, dim: u8, entity: i32, physical: i32) -> i64 {
+        let group = i64::from(physical).abs();
+        if physical < 0 {
+            *self.reversed.entry((dim, entity, group)).or_insert(0) += 1;
+        }
+        group
     }
 
     /// The partitions among the tags: in 2.2 their number and they, a negative one being a ghost's.
@@ -242,19 +288,13 @@ fn element(
         block.nodes.push(index);
     }
     block.tags.push(number);
-    block
-        .entities
-        .push(tags.values.get(1).copied().unwrap_or(0));
+    let entity = tags.values.get(1).copied().unwrap_or(0);
+    block.entities.push(entity);
     builder.points = Some(points);
     let cell = builder.cell_count();
-    // A tag of zero means none. Gmsh marks reversed cells by a negative tag; the group is the same.
-    match tags.values.first() {
-        None | Some(0) => builder.appended(1, kind.dim(), &[]),
-        Some(physical) => {
-            tags.negative += usize::from(*physical < 0);
-            builder.appended(1, kind.dim(), &[i64::from(*physical).abs()]);
-        }
-    }
+    let physical = tags.values.first().copied().unwrap_or(0);
+    let group = tags.group(kind.dim(), entity, physical);
+    builder.appended(1, kind.dim(), &[group][usize::from(group == 0)..]);
     if tags.values.len() > 2
         && let Some(partitions) = tags.partitions(cell, layout)
     {
@@ -284,58 +324,72 @@ fn plain_block(
     let Some(points) = builder.points.take() else {
         return Err(scan.error("the elements stand before the nodes"));
     };
-    let block = builder.block(kind);
-    block.nodes.reserve(count * kind.points());
-    block.tags.reserve(count);
-    block.entities.reserve(count);
-    let little = scan.numbers == Numbers::Little;
-    let int = |word: [u8; 4]| {
-        if little {
-            i32::from_le_bytes(word)
-        } else {
-            i32::from_be_bytes(word)
-        }
-    };
-    // Runs of elements in the same group.
-    let mut runs: Vec<(i32, u32)> = Vec::new();
+    let numbers = scan.numbers;
     let row = 1 + tag_count + kind.points();
-    let mut left = count;
-    while left > 0 {
-        // In pieces, so that an error is not far from its place.
-        let rows = left.min(256);
-        left -= rows;
-        let here = scan.clone();
-        let (words, _) = scan.bytes(rows, 4 * row)?.as_chunks::<4>();
-        for words in words.chunks_exact(row) {
-            let (head, nodes) = words.split_at(1 + tag_count);
-            let [number, head @ ..] = head else { continue };
-            let number = number_of(&here, int(*number))?;
-            for &node in nodes {
-                let node = number_of(&here, int(node))?;
-                block.nodes.push(points.get(node).ok_or_else(|| {
-                    here.error(format!(
-                        "element {number} has the node {node}, which does not exist"
-                    ))
-                })?);
-            }
-            block.tags.push(number);
-            block
-                .entities
-                .push(head.get(1).map_or(0, |&word| int(word)));
-            let physical = head.first().map_or(0, |&word| int(word));
-            tags.negative += usize::from(physical < 0);
-            match runs.last_mut() {
-                Some((last, count)) if *last == physical => *count += 1,
-                _ => runs.push((physical, 1)),
-            }
+    let start = scan.clone();
+    let (words, _) = scan.bytes(count, 4 * row)?.as_chunks::<4>();
+    // The error at a word of these.
+    let refuse = |word: usize, what: String| {
+        let mut place = start.clone();
+        place.advance(4 * word);
+        place.error(what)
+    };
+    let numbers_of_cells = bulk::first_words(words, row, numbers);
+    if let Some(bad) = numbers_of_cells
+        .iter()
+        .position(|&number| number > i32::MAX as u64)
+    {
+        let number = numbers_of_cells.get(bad).map_or(0, |&number| number as i64);
+        return Err(refuse(
+            bad * row,
+            format!("{number} is no number of an element"),
+        ));
+    }
+    let nodes = bulk::nodes(words, row, 1 + tag_count, &points, numbers).map_err(|word| {
+        let node = words
+            .get(word)
+            .map_or(0, |&node| bulk::signed(node, numbers));
+        let number = numbers_of_cells.get(word / row).copied().unwrap_or(0);
+        refuse(
+            word,
+            format!("element {number} has the node {node}, which does not exist"),
+        )
+    })?;
+    let block = builder.block(kind);
+    append(&mut block.nodes, nodes);
+    append(&mut block.tags, numbers_of_cells);
+    block.entities.reserve(count);
+    // Runs of elements in the same group.
+    let mut runs: Vec<(i64, u32)> = Vec::new();
+    for words in words.chunks_exact(row) {
+        let head = |place: usize| {
+            words
+                .get(place)
+                .map_or(0, |&word| bulk::signed(word, numbers))
+        };
+        let physical = if tag_count > 0 { head(1) } else { 0 };
+        let entity = if tag_count > 1 { head(2) } else { 0 };
+        block.entities.push(entity);
+        let group = tags.group(kind.dim(), entity, physical);
+        match runs.last_mut() {
+            Some((last, count)) if *last == group => *count += 1,
+            _ => runs.push((group, 1)),
         }
     }
     builder.points = Some(points);
-    for (physical, count) in runs {
-        let group = [i64::from(physical).abs()];
-        builder.appended(count, kind.dim(), &group[usize::from(physical == 0)..]);
+    for (group, count) in runs {
+        builder.appended(count, kind.dim(), &[group][usize::from(group == 0)..]);
     }
     Ok(())
+}
+
+/// Appends what is new; where there is nothing yet it is not copied.
+pub fn append<T>(all: &mut Vec<T>, mut new: Vec<T>) {
+    if all.is_empty() {
+        *all = new;
+    } else {
+        all.append(&mut new);
+    }
 }
 
 fn number_of(scan: &Scan<'_>, value: i32) -> Result<u64> {

@@ -1,7 +1,10 @@
 //! Nodes and elements of MSH 4.0 and 4.1: blocks, each on one entity.
 
+use rayon::prelude::*;
+
+use super::bulk::{self, Word};
 use super::read::{Layout, Reader};
-use super::v1_v2::unknown_type;
+use super::v1_v2::{append, unknown_type};
 use crate::error::Result;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{CellKind, PointRun};
@@ -19,9 +22,8 @@ pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         return Err(scan.error("the nodes are there twice"));
     }
     let (blocks, count, range) = head(scan, layout, "nodes", 8)?;
-    let mut tags: Vec<u64> = Vec::with_capacity(count);
+    let mut tags: Vec<u64> = Vec::new();
     let mut runs: Vec<PointRun> = Vec::new();
-    builder.mesh.points.reserve_exact(count);
     for _ in 0..blocks {
         let (dim, entity, parametric) = block_head(scan, layout)?;
         if !matches!(parametric, 0 | 1) {
@@ -96,7 +98,6 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     let (blocks, count, range) = head(scan, layout, "elements", 4)?;
     let mut left = count;
     let mut memberships = 0usize;
-    let mut raw: Vec<u64> = Vec::new();
     for _ in 0..blocks {
         let (dim, entity, number) = block_head(scan, layout)?;
         let kind = CellKind::from_gmsh(number).ok_or_else(|| unknown_type(scan, number))?;
@@ -120,32 +121,24 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
             continue;
         }
         let block = builder.block(kind);
-        block.nodes.reserve(in_block * kind.points());
-        block.tags.reserve(in_block);
         let unknown = |scan: &Scan<'_>, element: u64, node: u64| {
             scan.error(format!(
                 "element {element} has the node {node}, which does not exist"
             ))
         };
         if layout == Layout::V41 && scan.numbers != Numbers::Ascii {
-            // In chunks, so that the numbers are still in the cache when they are looked up.
-            let mut rows_left = in_block;
-            while rows_left > 0 {
-                let rows = rows_left.min(1024);
-                rows_left -= rows;
-                raw.clear();
-                sizes(scan, rows * row, &mut raw)?;
-                for element in raw.chunks_exact(row) {
-                    block.tags.push(element[0]);
-                    for &node in &element[1..] {
-                        block.nodes.push(
-                            points
-                                .get(node)
-                                .ok_or_else(|| unknown(scan, element[0], node))?,
-                        );
-                    }
-                }
-            }
+            let start = scan.clone();
+            let (words, _) = scan.bytes(in_block, 8 * row)?.as_chunks::<8>();
+            let tags = bulk::first_words(words, row, scan.numbers);
+            let nodes = bulk::nodes(words, row, 1, &points, scan.numbers);
+            let nodes = nodes.map_err(|word| {
+                let mut place = start;
+                place.advance(8 * word);
+                let node = words.get(word).map_or(0, |node| node.number(place.numbers));
+                unknown(&place, tags.get(word / row).copied().unwrap_or(0), node)
+            })?;
+            append(&mut block.tags, tags);
+            append(&mut block.nodes, nodes);
         } else {
             for _ in 0..in_block {
                 let wide = layout == Layout::V41;
@@ -249,13 +242,9 @@ fn sizes(scan: &mut Scan<'_>, count: usize, to: &mut Vec<u64>) -> Result<()> {
                 to.push(scan.u64()?);
             }
         }
-        Numbers::Little => {
+        numbers => {
             let (words, _) = scan.bytes(count, 8)?.as_chunks::<8>();
-            to.extend(words.iter().map(|word| u64::from_le_bytes(*word)));
-        }
-        Numbers::Big => {
-            let (words, _) = scan.bytes(count, 8)?.as_chunks::<8>();
-            to.extend(words.iter().map(|word| u64::from_be_bytes(*word)));
+            append(to, bulk::first_words(words, 1, numbers));
         }
     }
     Ok(())
@@ -263,23 +252,18 @@ fn sizes(scan: &mut Scan<'_>, count: usize, to: &mut Vec<u64>) -> Result<()> {
 
 /// Appends the coordinates of `count` points of a binary file.
 fn coordinates(scan: &mut Scan<'_>, count: usize, to: &mut Vec<[f64; 3]>) -> Result<()> {
-    let start = to.len();
-    let little = scan.numbers == Numbers::Little;
+    let numbers = scan.numbers;
     let (words, _) = scan.bytes(count, 24)?.as_chunks::<8>();
     let (points, _) = words.as_chunks::<3>();
-    let number = |word: [u8; 8]| {
-        if little {
-            f64::from_le_bytes(word)
-        } else {
-            f64::from_be_bytes(word)
-        }
-    };
-    to.extend(points.iter().map(|point| point.map(number)));
-    let new = to.get(start..).unwrap_or_default();
-    match new.as_flattened().iter().find(|x| !x.is_finite()) {
-        None => Ok(()),
-        Some(x) => Err(scan.error(format!("a finite coordinate is due, not {x}"))),
+    let points = points.par_iter().with_min_len(1024);
+    let new: Vec<[f64; 3]> = points
+        .map(|&point| bulk::coordinates(point, numbers))
+        .collect();
+    if let Some(x) = new.as_flattened().iter().find(|x| !x.is_finite()) {
+        return Err(scan.error(format!("a finite coordinate is due, not {x}")));
     }
+    append(to, new);
+    Ok(())
 }
 
 fn warn_range(range: Option<Range>, tags: &[u64], of: &str, warnings: &mut Vec<String>) {

@@ -44,7 +44,7 @@ pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>>
 /// # Errors
 /// The mesh is not sound, or the version cannot hold it.
 pub fn to_bytes(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Vec<u8>, Vec<String>)> {
-    encode(path, mesh, options).map(|(out, warnings)| (out.bytes, warnings))
+    encode(path, mesh, options).map(|(out, warnings)| (out.into_bytes(), warnings))
 }
 
 fn encode(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Out, Vec<String>)> {
@@ -146,19 +146,11 @@ impl<'a> Writer<'a> {
                 entity_of.push(number);
             }
         }
-        let points = mesh.points.len();
-        let nodes: usize = mesh
-            .blocks
-            .iter()
-            .map(|block| block.nodes.len() + 4 * block.len())
-            .sum();
-        let out = Out::with_capacity(
-            if binary {
-                40 * points + 8 * nodes
-            } else {
-                64 * points + 8 * nodes
-            } + 4096,
-        );
+        // What is binary grows in blocks.
+        let text = if binary { 0 } else { 1 };
+        let nodes = mesh.blocks.iter();
+        let nodes: usize = nodes.map(|block| block.nodes.len() + 4 * block.len()).sum();
+        let out = Out::with_capacity(text * (64 * mesh.points.len() + 8 * nodes) + 4096);
         Writer {
             mesh,
             binary,
@@ -232,6 +224,19 @@ impl<'a> Writer<'a> {
         } else {
             self.out.float(value);
         }
+    }
+
+    /// Rows of binary64, three a point.
+    pub fn binary_points(&mut self, points: &[[f64; 3]]) {
+        self.out.rows(points.len(), 24, |index, row| {
+            let (places, _) = row.as_chunks_mut::<8>();
+            if let Some(point) = points.get(index) {
+                places
+                    .iter_mut()
+                    .zip(point)
+                    .for_each(|(place, x)| *place = x.to_le_bytes());
+            }
+        });
     }
 
     /// The end of a line, which binary has not.

@@ -1,6 +1,6 @@
 //! MSH 2.2: the version that most codes read.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::write::Writer;
 use crate::io::loss::Losses;
@@ -40,15 +40,23 @@ pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
     writer.header("2.2");
     writer.names(|_, _| false, losses);
     writer.out.text(&format!("$Nodes\n{}\n", mesh.points.len()));
-    for (point, index) in mesh.points.iter().zip(0u32..) {
-        let tag = point_tag(index);
-        if writer.binary {
-            writer.i32(tag as i32)
-        } else {
-            writer.u64(tag)
+    if writer.binary {
+        writer.out.rows(mesh.points.len(), 28, |index, row| {
+            let (number, coordinates) = row.split_at_mut(4);
+            number.copy_from_slice(&(point_tag(index as u32) as i32).to_le_bytes());
+            let (places, _) = coordinates.as_chunks_mut::<8>();
+            let point = mesh.points.get(index).into_iter().flatten();
+            places
+                .iter_mut()
+                .zip(point)
+                .for_each(|(place, x)| *place = x.to_le_bytes());
+        });
+    } else {
+        for (point, index) in mesh.points.iter().zip(0u32..) {
+            writer.u64(point_tag(index));
+            point.iter().for_each(|&x| writer.f64(x));
+            writer.end();
         }
-        point.iter().for_each(|&x| writer.f64(x));
-        writer.end();
     }
     writer.end_section("Nodes");
 
@@ -104,67 +112,107 @@ fn physicals(writer: &Writer<'_>, losses: &mut Losses) -> Vec<i32> {
 fn elements(
     writer: &mut Writer<'_>,
     cell_tags: &[u64],
-    point_tag: &impl Fn(u32) -> u64,
+    point_tag: &(impl Fn(u32) -> u64 + Sync),
     physical_of_set: &[i32],
 ) {
     let mesh = writer.mesh;
     let partitions = partitions(mesh);
-    let mut cell = 0usize;
-    let mut tags = Vec::new();
+    let reversed = reversed(mesh);
+    let set_of = std::mem::take(&mut writer.groups.set_of);
+    let entity_of = std::mem::take(&mut writer.entity_of);
+    let mut first = 0usize;
     for block in &mesh.blocks {
         let number = i32::from(block.kind.gmsh());
-        let rows: Vec<&[u32]> = block.cells().collect();
+        let width = block.kind.points();
+        // Number, group and entity of a cell of this block.
+        let head = |index: usize| {
+            let cell = first + index;
+            let set = set_of.get(cell).copied().unwrap_or(0);
+            let physical = physical_of_set.get(set as usize).copied().unwrap_or(0);
+            let is_reversed = !reversed.is_empty()
+                && block.entities.get(index).is_some_and(|&entity| {
+                    reversed.contains(&(block.kind.dim(), entity, physical))
+                });
+            let tag = cell_tags.get(cell).copied().unwrap_or(0);
+            let physical = if is_reversed { -physical } else { physical };
+            (tag, [physical, entity_of.get(cell).copied().unwrap_or(0)])
+        };
+        let nodes = |index: usize| {
+            let nodes = block.nodes.iter().skip(width * index).take(width);
+            nodes.map(|&node| point_tag(node))
+        };
+        if writer.binary && partitions.is_empty() && !block.is_empty() {
+            let head_of_block = [number, block.len() as i32, 2];
+            let out = &mut writer.out;
+            out.bytes
+                .extend(head_of_block.map(i32::to_le_bytes).as_flattened());
+            out.rows(block.len(), 4 * (3 + width), |index, row| {
+                let (tag, [physical, entity]) = head(index);
+                let nodes = nodes(index).map(|node| node as i32);
+                let words = [tag as i32, physical, entity].into_iter().chain(nodes);
+                let (places, _) = row.as_chunks_mut::<4>();
+                places
+                    .iter_mut()
+                    .zip(words)
+                    .for_each(|(place, word)| *place = word.to_le_bytes());
+            });
+            first += block.len();
+            continue;
+        }
         let mut start = 0;
-        while start < rows.len() {
+        while start < block.len() {
             // In binary a block of elements shares the number of tags.
-            let same = |i: usize| {
-                partitions
-                    .get(&((cell + i) as u32))
-                    .map_or(0, |ids| ids.len() + 1)
-            };
-            let tag_count = same(0);
+            let parts_of = |index: usize| partitions.get(&((first + index) as u32));
+            let tags_of = |index: usize| parts_of(index).map_or(0, |ids| ids.len() + 1);
+            let tag_count = tags_of(start);
             let run = if partitions.is_empty() {
-                rows.len() - start
+                block.len() - start
             } else {
-                (0..rows.len() - start)
-                    .take_while(|&i| same(i) == tag_count)
+                let rest = start..block.len();
+                rest.take_while(|&index| tags_of(index) == tag_count)
                     .count()
             };
             if writer.binary {
-                [number, run as i32, 2 + tag_count as i32]
+                let head_of_block = [number, run as i32, 2 + tag_count as i32];
+                head_of_block
                     .into_iter()
                     .for_each(|value| writer.i32(value));
             }
-            for nodes in rows.iter().skip(start).take(run) {
-                let set = writer.groups.set_of.get(cell).copied().unwrap_or(0);
-                tags.clear();
-                tags.push(physical_of_set.get(set as usize).copied().unwrap_or(0));
-                tags.push(writer.entity_of.get(cell).copied().unwrap_or(0));
-                if let Some(ids) = partitions.get(&(cell as u32)) {
-                    tags.push(ids.len() as i32);
-                    tags.extend(ids);
-                }
-                let tag = cell_tags.get(cell).copied().unwrap_or(0);
+            for index in start..start + run {
+                let (tag, groups) = head(index);
                 if writer.binary {
                     writer.i32(tag as i32);
                 } else {
-                    writer.out.int(tag).int(number).int(tags.len());
+                    writer.out.int(tag).int(number).int(2 + tag_count);
                 }
-                tags.iter().for_each(|&tag| writer.i32(tag));
-                for &node in *nodes {
-                    let tag = point_tag(node);
+                groups.into_iter().for_each(|tag| writer.i32(tag));
+                if let Some(ids) = parts_of(index) {
+                    writer.i32(ids.len() as i32);
+                    ids.iter().for_each(|&id| writer.i32(id));
+                }
+                for node in nodes(index) {
                     if writer.binary {
-                        writer.i32(tag as i32)
+                        writer.i32(node as i32)
                     } else {
-                        writer.u64(tag)
+                        writer.u64(node)
                     }
                 }
                 writer.end();
-                cell += 1;
             }
             start += run;
         }
+        first += block.len();
     }
+}
+
+/// Dimension and number of each entity that a group holds reversed, and the number of the group.
+fn reversed(mesh: &Mesh) -> HashSet<(u8, i32, i32)> {
+    let entities = mesh.geometry.entities.iter();
+    let reversed = entities.flat_map(|entity| {
+        let groups = entity.physicals.iter().filter(|&&tag| tag < 0);
+        groups.map(|tag| (entity.dim, entity.tag, tag.wrapping_neg()))
+    });
+    reversed.collect()
 }
 
 /// The partitions of each cell that has some: those that own it, and with a minus sign those it is a ghost in.

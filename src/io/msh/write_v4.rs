@@ -152,10 +152,7 @@ fn bound(
             .iter()
             .filter_map(|&node| writer.mesh.points.get(node as usize))
         {
-            for (axis, &x) in point.iter().enumerate() {
-                entity.bounds[0][axis] = entity.bounds[0][axis].min(x);
-                entity.bounds[1][axis] = entity.bounds[1][axis].max(x);
-            }
+            entity.extend(point);
         }
     }
 }
@@ -241,23 +238,27 @@ fn nodes(writer: &mut Writer<'_>, wholes: &[Entity]) {
         writer.i32(i32::from(run.parameters.is_some()));
         writer.u64(run.count as u64);
         writer.end();
+        let extra = usize::from(run.dim);
+        let points = mesh.points.get(first..first + run.count);
+        let points = points.unwrap_or_default();
+        if writer.binary && run.parameters.is_none() {
+            writer.out.rows(run.count, 8, |index, row| {
+                let tag = mesh.point_tag((first + index) as u32);
+                row.copy_from_slice(&tag.to_le_bytes());
+            });
+            writer.binary_points(points);
+            first += run.count;
+            continue;
+        }
         for point in first..first + run.count {
             writer.u64(mesh.point_tag(point as u32));
             writer.end();
         }
-        let extra = usize::from(run.dim);
-        let points = mesh
-            .points
-            .get(first..first + run.count)
-            .unwrap_or_default();
         for (i, point) in points.iter().enumerate() {
             point.iter().for_each(|&x| writer.f64(x));
             if let Some(parameters) = &run.parameters {
-                parameters
-                    .iter()
-                    .skip(i * extra)
-                    .take(extra)
-                    .for_each(|&x| writer.f64(x));
+                let parameters = parameters.iter().skip(i * extra).take(extra);
+                parameters.for_each(|&x| writer.f64(x));
             }
             writer.end();
         }
@@ -294,29 +295,43 @@ fn elements(writer: &mut Writer<'_>, cell_tags: &[u64]) {
         .into_iter()
         .for_each(|value| writer.u64(value));
     writer.end();
-    let plain = mesh.point_tags.is_empty();
-    let mut tags = cell_tags.iter();
-    let mut rows = mesh.blocks.iter().flat_map(|block| block.cells());
+    let mut first = 0;
+    let mut block_start = 0;
+    let mut last_block = 0;
     for (index, count, entity) in runs {
         let Some(block) = mesh.blocks.get(index) else {
             continue;
         };
+        if index != last_block {
+            (last_block, block_start) = (index, first);
+        }
         writer.i32(i32::from(block.kind.dim()));
         writer.i32(entity);
         writer.i32(i32::from(block.kind.gmsh()));
         writer.u64(count as u64);
         writer.end();
-        for (&tag, nodes) in tags.by_ref().zip(rows.by_ref()).take(count) {
-            writer.u64(tag);
-            for &node in nodes {
-                writer.u64(if plain {
-                    u64::from(node) + 1
-                } else {
-                    mesh.point_tag(node)
-                });
+        let width = block.kind.points();
+        let words = |index: usize| {
+            let cell = first + index;
+            let nodes = block.nodes.iter().skip(width * (cell - block_start));
+            let nodes = nodes.take(width).map(|&node| mesh.point_tag(node));
+            let tag = cell_tags.get(cell).copied().unwrap_or(0);
+            std::iter::once(tag).chain(nodes)
+        };
+        if writer.binary {
+            writer.out.rows(count, 8 * (1 + width), |index, row| {
+                let places = row.as_chunks_mut::<8>().0.iter_mut();
+                places
+                    .zip(words(index))
+                    .for_each(|(place, word)| *place = word.to_le_bytes());
+            });
+        } else {
+            for index in 0..count {
+                words(index).for_each(|word| writer.u64(word));
+                writer.end();
             }
-            writer.end();
         }
+        first += count;
     }
     writer.end_section("Elements");
 }

@@ -4,6 +4,7 @@ use super::Compressor;
 use super::scalar::Scalar;
 use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::io::Read;
 
@@ -17,20 +18,32 @@ const LZMA_LEVEL: u32 = 3;
 pub(super) struct Packed {
     /// Lengths, as little-endian 64-bit words.
     pub header: Vec<u8>,
-    pub body: Vec<u8>,
+    /// One after the other, the body.
+    pub blocks: Vec<Vec<u8>>,
 }
 
-/// Packs the bytes of one array with 64-bit headers.
+impl Packed {
+    pub fn len(&self) -> usize {
+        self.header.len() + self.blocks.iter().map(Vec::len).sum::<usize>()
+    }
+}
+
+/// Packs the bytes of one array with 64-bit headers. Blocks are packed each for itself, so that the number of
+/// threads changes nothing.
 pub(super) fn pack(bytes: Vec<u8>, compressor: Compressor) -> std::io::Result<Packed> {
     if compressor == Compressor::None {
         return Ok(Packed {
             header: (bytes.len() as u64).to_le_bytes().to_vec(),
-            body: bytes,
+            blocks: vec![bytes],
         });
     }
+    let level = flate2::Compression::new(ZLIB_LEVEL);
     let blocks = bytes
-        .chunks(BLOCK)
-        .map(|block| compress(block, compressor))
+        .par_chunks(BLOCK)
+        .map_init(
+            || flate2::Compress::new(level, true),
+            |zlib, block| compress(block, compressor, zlib),
+        )
         .collect::<std::io::Result<Vec<_>>>()?;
     let words = [blocks.len(), BLOCK, bytes.len() % BLOCK];
     let lengths = blocks.iter().map(Vec::len);
@@ -40,28 +53,40 @@ pub(super) fn pack(bytes: Vec<u8>, compressor: Compressor) -> std::io::Result<Pa
             .chain(lengths)
             .flat_map(|word| (word as u64).to_le_bytes())
             .collect(),
-        body: blocks.concat(),
+        blocks,
     })
 }
 
-fn compress(block: &[u8], compressor: Compressor) -> std::io::Result<Vec<u8>> {
-    let mut packed = Vec::new();
+/// `zlib` is there to be used again, as its tables take longer to make than a block to compress.
+fn compress(
+    block: &[u8],
+    compressor: Compressor,
+    zlib: &mut flate2::Compress,
+) -> std::io::Result<Vec<u8>> {
     match compressor {
-        Compressor::None => packed.extend_from_slice(block),
-        Compressor::Lz4 => packed = lz4_flex::block::compress(block),
+        Compressor::None => Ok(block.to_vec()),
+        Compressor::Lz4 => Ok(lz4_flex::block::compress(block)),
         Compressor::Zlib => {
-            flate2::read::ZlibEncoder::new(block, flate2::Compression::new(ZLIB_LEVEL))
-                .read_to_end(&mut packed)?;
+            zlib.reset();
+            // What does not compress grows, by less than this.
+            let mut packed = Vec::with_capacity(block.len() + block.len() / 8 + 128);
+            let status = zlib.compress_vec(block, &mut packed, flate2::FlushCompress::Finish)?;
+            if status != flate2::Status::StreamEnd {
+                return Err(std::io::Error::other("zlib did not finish a block"));
+            }
+            packed.shrink_to_fit();
+            Ok(packed)
         }
         Compressor::Lzma => {
+            let mut packed = Vec::new();
             liblzma::read::XzEncoder::new(block, LZMA_LEVEL).read_to_end(&mut packed)?;
+            Ok(packed)
         }
     }
-    Ok(packed)
 }
 
-/// Bytes that arrays may take in memory, beyond which a file is refused before it gets them: so much for a file of
-/// any size, and [`PER_BYTE`] for each byte it has.
+/// Bytes that arrays may take in memory. A file whose arrays say that they take more together is refused before any of
+/// them is unpacked. So much for a file of any size, and [`PER_BYTE`] for each byte it has.
 const ALLOWANCE: u64 = 128 << 20;
 /// Well-packed meshes decode to five times their bytes or less.
 const PER_BYTE: u64 = 8;
@@ -181,6 +206,14 @@ pub(super) struct Packing {
     pub compressor: Compressor,
 }
 
+/// Number of blocks, bytes of each but the last, and bytes of the whole array; no blocks where nothing is compressed.
+#[derive(Default)]
+struct Extent {
+    blocks: u64,
+    block: u64,
+    length: u64,
+}
+
 impl Packing {
     /// The bytes of one array, which must be `expected` many where that is known.
     ///
@@ -191,7 +224,6 @@ impl Packing {
         self,
         mut stream: Stream<'a>,
         expected: Option<u64>,
-        budget: &mut Budget,
     ) -> Result<Cow<'a, [u8]>, String> {
         let check = |length: u64| match expected {
             Some(expected) if expected != length => Err(format!(
@@ -199,51 +231,91 @@ impl Packing {
             )),
             _ => Ok(()),
         };
-        if stream.remaining() == 0 {
-            check(0)?;
+        let Extent {
+            blocks,
+            block,
+            length,
+        } = self.extent(&mut stream)?;
+        check(length)?;
+        if length == 0 {
             return Ok(Cow::Borrowed(&[]));
         }
-        let first = self.words(&mut stream, 1)?;
-        let &[first] = first.as_slice() else {
-            return Err("its header is cut off".into());
-        };
         if self.compressor == Compressor::None {
-            check(first)?;
-            budget.take(first)?;
-            return stream.take(first);
+            return stream.take(length);
         }
-        if first == 0 {
-            check(0)?;
-            return Ok(Cow::Borrowed(&[]));
+        let packed = self.words(&mut stream, blocks)?;
+        self.plausible(&packed, &stream, length)?;
+        let blocks = packed.iter().map(|&size| stream.take(size));
+        let blocks = blocks.collect::<Result<Vec<_>, _>>()?;
+        let mut out = vec![0; length as usize];
+        self.unpack_blocks(
+            &blocks,
+            &mut out,
+            usize::try_from(block).unwrap_or(usize::MAX),
+        )?;
+        Ok(Cow::Owned(out))
+    }
+
+    /// The bytes that an array says it unpacks to.
+    pub fn declared(self, mut stream: Stream) -> Result<u64, String> {
+        self.extent(&mut stream).map(|extent| extent.length)
+    }
+
+    /// What the header says before the lengths of the blocks.
+    fn extent(self, stream: &mut Stream) -> Result<Extent, String> {
+        if stream.remaining() == 0 {
+            return Ok(Extent::default());
         }
-        let sizes = self.words(&mut stream, 2)?;
-        let &[block, last] = sizes.as_slice() else {
-            return Err("its header is cut off".into());
-        };
+        let cut_off = "its header is cut off";
+        let [first] = self.words(stream, 1)?.try_into().map_err(|_| cut_off)?;
+        if self.compressor == Compressor::None || first == 0 {
+            return Ok(Extent {
+                length: first,
+                ..Extent::default()
+            });
+        }
+        let [block, last] = self.words(stream, 2)?.try_into().map_err(|_| cut_off)?;
         if last > block || block == 0 {
             return Err(format!(
                 "a last block of {last} bytes after blocks of {block} bytes"
             ));
         }
-        let packed = self.words(&mut stream, first)?;
         let whole_blocks = if last == 0 { first } else { first - 1 };
         let length = whole_blocks
             .checked_mul(block)
             .and_then(|length| length.checked_add(last))
             .ok_or("its blocks add up to more than any memory")?;
-        check(length)?;
-        self.plausible(&packed, &stream, length)?;
-        budget.take(length)?;
+        Ok(Extent {
+            blocks: first,
+            block,
+            length,
+        })
+    }
 
-        let mut out = vec![0; length as usize];
-        let mut slots = out.chunks_mut(usize::try_from(block).unwrap_or(usize::MAX));
-        for (index, &size) in packed.iter().enumerate() {
-            let bytes = stream.take(size)?;
-            let slot = slots.next().ok_or("it has more blocks than bytes")?;
-            decompress(&bytes, slot, self.compressor)
-                .map_err(|what| format!("block {index}: {what}"))?;
+    /// Fills `out` with the blocks, each of `size` bytes but the last, which may be shorter.
+    fn unpack_blocks(
+        self,
+        blocks: &[Cow<[u8]>],
+        out: &mut [u8],
+        size: usize,
+    ) -> Result<(), String> {
+        if out.len().div_ceil(size) != blocks.len() {
+            return Err("it has more blocks than bytes".into());
         }
-        Ok(Cow::Owned(out))
+        let unpack = |zlib: &mut flate2::Decompress, index: usize, slot: &mut [u8]| {
+            let unpacked = decompress(&blocks[index], slot, self.compressor, zlib);
+            unpacked.map_err(|what| format!("block {index}: {what}"))
+        };
+        let zlib = || flate2::Decompress::new(true);
+        let slots = out.par_chunks_mut(size).enumerate();
+        // LZMA asks for much memory for each block: one at a time.
+        let slots = if self.compressor == Compressor::Lzma {
+            slots.with_min_len(blocks.len())
+        } else {
+            slots.with_min_len(1)
+        };
+        let errors = slots.map_init(zlib, |zlib, (index, slot)| unpack(zlib, index, slot));
+        errors.find_first(Result::is_err).unwrap_or(Ok(()))
     }
 
     /// Refuses blocks that are not there, and lengths that no compressor reaches from their bytes.
@@ -277,8 +349,13 @@ impl Packing {
     }
 }
 
-/// Fills `slot` to the last byte, never beyond.
-fn decompress(bytes: &[u8], slot: &mut [u8], compressor: Compressor) -> Result<(), String> {
+/// Fills `slot` to the last byte, never beyond. `zlib` is there to be used again.
+fn decompress(
+    bytes: &[u8],
+    slot: &mut [u8],
+    compressor: Compressor,
+    zlib: &mut flate2::Decompress,
+) -> Result<(), String> {
     /// What the dictionary of an LZMA block may take; VTK's and meshio's take 8 MB.
     const LZMA_MEMORY: u64 = 100 << 20;
     let filled = match compressor {
@@ -287,14 +364,14 @@ fn decompress(bytes: &[u8], slot: &mut [u8], compressor: Compressor) -> Result<(
             lz4_flex::block::decompress_into(bytes, slot).map_err(|error| error.to_string())?
         }
         Compressor::Zlib => {
-            let mut decoder = flate2::Decompress::new(true);
-            let status = decoder
+            zlib.reset(true);
+            let status = zlib
                 .decompress(bytes, slot, flate2::FlushDecompress::Finish)
                 .map_err(|error| error.to_string())?;
             if status != flate2::Status::StreamEnd {
                 return Err("it unpacks to more than is declared, or is cut off".into());
             }
-            decoder.total_out() as usize
+            zlib.total_out() as usize
         }
         Compressor::Lzma => {
             let mut decoder = liblzma::stream::Stream::new_stream_decoder(LZMA_MEMORY, 0)
@@ -328,16 +405,17 @@ mod tests {
                 Compressor::Lz4,
                 Compressor::Lzma,
             ] {
-                let Packed { header, body } = pack(bytes.clone(), compressor).expect("packed");
+                let Packed { header, blocks } = pack(bytes.clone(), compressor).expect("packed");
+                let body = blocks.concat();
                 let packing = Packing {
                     big_endian: false,
                     wide_headers: true,
                     compressor,
                 };
                 let file = [header, body].concat();
-                let mut budget = Budget::of_file(file.len());
                 let expected = Some(length as u64);
-                let back = packing.unpack(Stream::Raw(&file), expected, &mut budget);
+                assert_eq!(packing.declared(Stream::Raw(&file)).ok(), expected);
+                let back = packing.unpack(Stream::Raw(&file), expected);
                 assert!(back.expect("sound") == bytes, "{compressor:?} {length}");
             }
         }
@@ -346,13 +424,33 @@ mod tests {
     /// One byte of zlib's end missing, or one byte of data more than declared.
     #[test]
     fn blocks_end_where_they_say() {
-        let block = compress(&[7; 100], Compressor::Zlib).expect("packed");
-        let unpack = |bytes: &[u8], length: usize| {
-            decompress(bytes, &mut vec![0; length], Compressor::Zlib).is_ok()
+        let Packed { blocks, .. } = pack(vec![7; 100], Compressor::Zlib).expect("packed");
+        let block = &blocks[0];
+        let mut zlib = flate2::Decompress::new(true);
+        let mut unpack = |bytes: &[u8], length: usize| {
+            decompress(bytes, &mut vec![0; length], Compressor::Zlib, &mut zlib).is_ok()
         };
-        assert!(unpack(&block, 100));
+        assert!(unpack(block, 100));
         assert!(!unpack(&block[..block.len() - 1], 100));
-        assert!(!unpack(&block, 99));
-        assert!(!unpack(&block, 101));
+        assert!(!unpack(block, 99));
+        assert!(!unpack(block, 101));
+    }
+
+    /// The bytes of a file do not depend on the machine that writes it.
+    #[test]
+    fn threads_change_nothing() {
+        let bytes: Vec<u8> = (0..20 * BLOCK).map(|i| (i * i / 977) as u8).collect();
+        let packed = |threads, compressor| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let pool = pool.build().expect("threads");
+            pool.install(|| pack(bytes.clone(), compressor).expect("packed").blocks)
+        };
+        for compressor in [Compressor::Zlib, Compressor::Lz4] {
+            let alone = packed(1, compressor);
+            assert!(packed(7, compressor) == alone);
+            // Nor on what was packed before.
+            let last = pack(bytes[19 * BLOCK..].to_vec(), compressor).expect("packed");
+            assert!(last.blocks == alone[19..]);
+        }
     }
 }

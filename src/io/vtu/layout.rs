@@ -6,11 +6,15 @@
 
 use super::cells::{order, vtk_type};
 use super::scalar::Scalar;
+use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::{Whole, WholeValues, data::with_numbers};
 use crate::mesh::{Field, Group, Mesh, Support, Values};
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashSet;
 
+/// What the names of all arrays below but meshio's start with.
+const RESERVED: &str = "faceoff:";
 /// Own numbers of points, on points.
 pub(super) const POINT_TAG: &str = "faceoff:point_tag";
 /// Own numbers of cells, on cells.
@@ -21,7 +25,8 @@ pub(super) const ENTITY: &str = "gmsh:geometrical";
 pub(super) const GROUP: &str = "gmsh:physical";
 /// What [`GROUP`] holds where there is no (further) group; one value; 0 unless a group has the tag 0.
 pub(super) const NO_GROUP: &str = "faceoff:no_group";
-/// Dimension, tag, and 1 for a name or 0 for none, of each group.
+/// Dimension, tag, and name of each group: 0 for none, 1 for one in [`GROUP_NAMES`], 2 if besides an array about
+/// the whole has that name and holds tag and dimension, which is where meshio looks for it.
 pub(super) const GROUPS: &str = "faceoff:groups";
 /// Name of each group of [`GROUPS`].
 pub(super) const GROUP_NAMES: &str = "faceoff:group_names";
@@ -38,6 +43,9 @@ pub(super) const FIELD_NAMES: &str = "faceoff:field_names";
 pub(super) const FIELD_TIMES: &str = "faceoff:field_times";
 /// One after the other, the indices of points or cells that the fields of [`FIELDS`] have values on.
 pub(super) const FIELD_AT: &str = "faceoff:field_at";
+/// The arrays about the whole that hold texts: of each text the bytes in UTF-8 and a NUL, as numbers. VTK has a type
+/// for texts, but meshio reads no file in which it occurs.
+pub(super) const TEXTS: &str = "faceoff:texts";
 
 /// One array of a file.
 pub(super) struct Array<'a> {
@@ -51,9 +59,11 @@ pub(super) struct Array<'a> {
 pub(super) struct Layout<'a> {
     pub points: Vec<Array<'a>>,
     pub cells: Vec<Array<'a>>,
-    pub whole: Vec<Cow<'a, Whole>>,
+    pub whole: Vec<Array<'a>>,
     /// Connectivity, offsets and types.
     pub topology: Vec<Array<'a>>,
+    /// Names of the arrays of `whole` that hold texts.
+    texts: Vec<String>,
 }
 
 impl<'a> Array<'a> {
@@ -81,17 +91,18 @@ pub(super) fn lay_out<'a>(
         ..Layout::default()
     };
     layout.mesh(mesh);
+    layout.fields(mesh, mesh.fields.iter().chain(fields))?;
+    layout.whole(whole)?;
     if !mesh.groups.is_empty() {
         layout.groups(mesh);
     }
-    layout.fields(mesh, mesh.fields.iter().chain(fields))?;
-    layout.whole.extend(whole.iter().map(Cow::Borrowed));
+    layout.text_names();
     Ok(layout)
 }
 
 fn topology(mesh: &Mesh) -> Result<[Array<'static>; 3], String> {
-    let mut connectivity = Vec::with_capacity(mesh.blocks.iter().map(|b| b.nodes.len()).sum());
-    let mut offsets = Vec::with_capacity(mesh.cell_count());
+    let length = mesh.blocks.iter().map(|block| block.nodes.len()).sum();
+    let mut connectivity: Vec<u32> = Vec::with_capacity(length);
     let mut types = Vec::with_capacity(mesh.cell_count());
     for block in &mesh.blocks {
         let kind = block.kind;
@@ -103,21 +114,26 @@ fn topology(mesh: &Mesh) -> Result<[Array<'static>; 3], String> {
                 connectivity.extend(cells.flat_map(|cell| order.iter().map(|&at| cell[at])));
             }
         }
-        let before = offsets.last().copied().unwrap_or(0);
-        offsets.extend((1..=block.len()).map(|i| before + i * kind.points()));
-        types.resize(offsets.len(), code);
+        types.resize(types.len() + block.len(), code);
     }
+    let widths = mesh.blocks.iter();
+    let widths = widths.flat_map(|block| std::iter::repeat_n(block.kind.points(), block.len()));
+    let offsets = widths.scan(0, |end, width| {
+        *end += width;
+        Some(*end)
+    });
     // VTK wants connectivity and offsets in one and the same width.
-    let narrow = connectivity.len().max(mesh.points.len()) <= i32::MAX as usize;
+    let narrow = length.max(mesh.points.len()) <= i32::MAX as usize;
+    let nodes = connectivity.into_par_iter().with_min_len(1 << 14);
     let (connectivity, offsets) = if narrow {
         (
-            Values::I32(connectivity.iter().map(|&node| node as i32).collect()),
-            Values::I32(offsets.iter().map(|&end| end as i32).collect()),
+            Values::I32(nodes.map(|node| node as i32).collect()),
+            Values::I32(offsets.map(|end| end as i32).collect()),
         )
     } else {
         (
-            Values::I64(connectivity.iter().map(|&node| node.into()).collect()),
-            Values::I64(offsets.iter().map(|&end| end as i64).collect()),
+            Values::I64(nodes.map(i64::from).collect()),
+            Values::I64(offsets.map(|end| end as i64).collect()),
         )
     };
     Ok([
@@ -129,15 +145,46 @@ fn topology(mesh: &Mesh) -> Result<[Array<'static>; 3], String> {
 
 impl<'a> Layout<'a> {
     fn push_whole(&mut self, name: &str, components: usize, values: Values) {
-        self.whole.push(Cow::Owned(Whole {
-            name: name.into(),
-            components,
-            values: WholeValues::Numbers(values),
-        }));
+        let values = Cow::Owned(values);
+        self.whole.push(Array::new(name, components, values));
     }
 
-    fn push_texts(&mut self, name: &str, texts: Vec<String>) {
-        self.whole.push(Cow::Owned(Whole::texts(name, texts)));
+    fn push_texts<T: AsRef<str>>(&mut self, name: &str, texts: impl IntoIterator<Item = T>) {
+        self.push_whole(name, 1, Values::U8(text_bytes(texts)));
+        self.texts.push(name.into());
+    }
+
+    /// Data about the whole as they are, texts as their bytes.
+    fn whole(&mut self, whole: &'a [Whole]) -> Result<(), String> {
+        for array in whole {
+            let (name, components) = (&array.name, array.components);
+            match &array.values {
+                WholeValues::Numbers(numbers) => {
+                    if components == 0 || !numbers.len().is_multiple_of(components) {
+                        return Err(format!("array {name:?} ends within a tuple"));
+                    }
+                    let values = Cow::Borrowed(numbers);
+                    self.whole.push(Array::new(name, components, values));
+                }
+                WholeValues::Text(texts) => {
+                    if components != 1 || texts.iter().any(|text| text.contains('\0')) {
+                        return Err(format!(
+                            "text {name:?} holds a NUL or has several components"
+                        ));
+                    }
+                    self.push_texts(name, texts);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Which arrays hold texts.
+    fn text_names(&mut self) {
+        if !self.texts.is_empty() {
+            let names = text_bytes(&self.texts);
+            self.push_whole(TEXTS, 1, Values::U8(names));
+        }
     }
 
     /// Numbers of the file's own, entities, and blocks.
@@ -194,12 +241,35 @@ impl<'a> Layout<'a> {
         self.cells
             .push(Array::new(GROUP, components, Cow::Owned(values)));
 
-        let row = |group: &Group| [group.dim.into(), group.tag, group.name.is_some().into()];
-        let rows = mesh.groups.iter().flat_map(row).collect();
-        let name = |group: &Group| group.name.clone().unwrap_or_default();
+        let shown = self.show_names(mesh);
+        let named = |group: &Group| i64::from(group.name.is_some());
+        let rows = mesh.groups.iter().zip(shown).flat_map(|(group, shown)| {
+            [group.dim.into(), group.tag, named(group) + i64::from(shown)]
+        });
         self.push_whole(NO_GROUP, 1, Values::I64(vec![none]));
-        self.push_whole(GROUPS, 3, Values::I64(rows));
-        self.push_texts(GROUP_NAMES, mesh.groups.iter().map(name).collect());
+        self.push_whole(GROUPS, 3, Values::I64(rows.collect()));
+        let names = mesh.groups.iter().map(|group| group.name.as_deref());
+        self.push_texts(GROUP_NAMES, names.map(Option::unwrap_or_default));
+    }
+
+    /// Arrays that tell meshio the names of groups; for each group whether it has one. A name that another array has,
+    /// that XML cannot hold, or that comes after very many is told by the table alone.
+    fn show_names(&mut self, mesh: &Mesh) -> Vec<bool> {
+        let mut taken: HashSet<String> =
+            self.whole.iter().map(|array| array.name.clone()).collect();
+        let mut left = MAX_ARRAYS_IN_SECTION / 4;
+        let mut show = |group: &Group| {
+            let name = group.name.as_deref().unwrap_or_default();
+            let fits = !name.is_empty() && !name.starts_with(RESERVED) && is_in_xml(name);
+            if !fits || left == 0 || !taken.insert(name.to_owned()) {
+                return false;
+            }
+            left -= 1;
+            let values = Values::I64(vec![group.tag, group.dim.into()]);
+            self.push_whole(name, 1, values);
+            true
+        };
+        mesh.groups.iter().map(&mut show).collect()
     }
 
     /// Fields; those that are partial, timed, of one name, or on the nodes of each cell, with a row of [`FIELDS`].
@@ -246,12 +316,32 @@ impl<'a> Layout<'a> {
         if !names.is_empty() {
             self.push_whole(FIELDS, 5, Values::I64(rows));
             self.push_whole(FIELD_TIMES, 1, Values::F64(times));
-            self.push_whole(FIELD_AT, 1, Values::U32(at));
+            // meshio reads no empty array that is compressed.
+            if !at.is_empty() {
+                self.push_whole(FIELD_AT, 1, Values::U32(at));
+            }
             self.push_texts(FIELD_NAMES, names);
             self.push_texts(FIELD_ARRAYS, arrays);
         }
         Ok(())
     }
+}
+
+/// Texts as bytes, each with a NUL at its end.
+fn text_bytes<T: AsRef<str>>(texts: impl IntoIterator<Item = T>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for text in texts {
+        bytes.extend_from_slice(text.as_ref().as_bytes());
+        bytes.push(0);
+    }
+    bytes
+}
+
+/// Whether an XML attribute can hold a name.
+pub(super) fn is_in_xml(name: &str) -> bool {
+    name.chars().all(|c| {
+        matches!(c, '\t' | '\n' | '\r') || !(c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}'))
+    })
 }
 
 /// The field's name, or that name with a number where an array of the same section has it already.

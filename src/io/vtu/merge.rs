@@ -5,6 +5,7 @@ use super::layout::{Array, Layout};
 use super::scalar;
 use crate::field::data::with_numbers;
 use crate::mesh::{CellBlock, CellKind, Values};
+use rayon::prelude::*;
 use std::borrow::Cow;
 use vtkio::IOBuffer;
 use vtkio::model::{Attribute, Cells, UnstructuredGridPiece};
@@ -106,7 +107,8 @@ fn append_nodes(
     base: u32,
 ) {
     let Some(order) = order else {
-        run.extend(nodes.iter().map(|&node| node as u32 + base));
+        let nodes = nodes.par_iter().with_min_len(1 << 14);
+        run.par_extend(nodes.map(|&node| node as u32 + base));
         return;
     };
     for cell in nodes.chunks_exact(width) {

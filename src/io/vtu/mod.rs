@@ -139,6 +139,7 @@ fn read_serial(path: &Path, bytes: usize, document: &Document) -> Result<Decoded
         budget: Budget::of_file(bytes),
         warnings: Vec::new(),
     };
+    decoder.survey()?;
     let pieces = document.pieces.iter();
     let pieces = pieces
         .map(|piece| decoder.piece(piece))
@@ -157,7 +158,8 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
     for tag in &document.pieces {
         let refuse = |what: String| {
             let place = Place::SectionByte("<Piece>".into(), tag.byte);
-            Error::file(path, place, what, "put the pieces beside the .pvtu file")
+            let remedy = "a .pvtu file only lists pieces: put them beside it, or read a piece, which is a .vtu file, by itself";
+            Error::file(path, place, what, remedy)
         };
         let source = tag.source.as_deref().unwrap_or_default();
         let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
@@ -170,7 +172,8 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
             return Err(refuse(format!("the piece {source:?} is listed twice")));
         }
         let piece_path = path.with_file_name("").join(source);
-        let bytes = std::fs::read(&piece_path).map_err(Error::io(&piece_path, "read"))?;
+        let bytes = std::fs::read(&piece_path)
+            .map_err(|error| refuse(format!("the piece {source:?} cannot be read: {error}")))?;
         let piece = xml::parse(&piece_path, &bytes)?;
         if piece.parallel {
             return Err(refuse(format!(

@@ -4,11 +4,15 @@
 
 use super::cells;
 use super::codec::{Budget, Packing, Stream};
+use super::layout::TEXTS;
 use super::scalar::{self, Scalar};
 use super::xml::{ArrayTag, Document, PieceTag};
 use crate::error::{Error, Place, Result};
 use crate::field::{Whole, WholeValues, data::to_i64};
+use crate::mesh::Values;
+use rayon::prelude::*;
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::path::Path;
 use vtkio::IOBuffer;
 use vtkio::model::{
@@ -33,10 +37,55 @@ enum Count {
 }
 
 impl<'a> Decoder<'a> {
+    /// Takes the memory of all packed arrays from the budget, before any is unpacked.
+    pub fn survey(&mut self) -> Result<()> {
+        let document = self.document;
+        let pieces = document.pieces.iter().flat_map(|piece| {
+            let data = piece.point_data.iter().chain(&piece.cell_data);
+            data.chain(&piece.coordinates).chain(&piece.topology)
+        });
+        for tag in document.whole.iter().chain(pieces) {
+            if tag.format != "ascii" {
+                let stream = self.stream(tag).map_err(|what| self.refuse(tag, what))?;
+                let declared = self.packing().declared(stream);
+                declared
+                    .and_then(|bytes| self.budget.take(bytes))
+                    .map_err(|what| self.refuse(tag, what))?;
+            }
+        }
+        Ok(())
+    }
+
     pub fn whole(&mut self) -> Result<Vec<Whole>> {
         let document = self.document;
         let arrays = document.whole.iter();
-        arrays.map(|tag| self.whole_array(tag)).collect()
+        let whole = arrays.map(|tag| self.whole_array(tag));
+        let mut whole = whole.collect::<Result<Vec<_>>>()?;
+        self.restore_texts(&mut whole);
+        Ok(whole)
+    }
+
+    /// Bytes become texts where the table of texts says so. What is no text stays as it is.
+    fn restore_texts(&mut self, whole: &mut Vec<Whole>) {
+        let mut texts = |array: &Whole| match &array.values {
+            WholeValues::Numbers(Values::U8(bytes)) if bytes.last().is_none_or(|&end| end == 0) => {
+                split_texts(bytes, &mut self.budget).ok()
+            }
+            _ => None,
+        };
+        let Some(table) = whole.iter().position(|array| array.name == TEXTS) else {
+            return;
+        };
+        let Some(names) = texts(&whole[table]) else {
+            return;
+        };
+        let names: HashSet<String> = names.into_iter().collect();
+        whole.remove(table);
+        for array in whole.iter_mut().filter(|array| names.contains(&array.name)) {
+            if let Some(texts) = texts(array) {
+                array.values = WholeValues::Text(texts);
+            }
+        }
     }
 
     fn whole_array(&mut self, tag: &ArrayTag) -> Result<Whole> {
@@ -192,8 +241,16 @@ impl<'a> Decoder<'a> {
         let indices: Option<Vec<u64>> = match numbers {
             IOBuffer::U64(numbers) => Some(numbers),
             IOBuffer::U8(numbers) => Some(numbers.into_iter().map(u64::from).collect()),
-            IOBuffer::I32(numbers) => numbers.into_iter().map(|x| x.try_into().ok()).collect(),
-            IOBuffer::I64(numbers) => numbers.into_iter().map(|x| x.try_into().ok()).collect(),
+            IOBuffer::I32(numbers) => {
+                let numbers = numbers.par_iter().with_min_len(1 << 14);
+                let negative = numbers.clone().any(|&x| x < 0);
+                (!negative).then(|| numbers.map(|&x| x as u64).collect())
+            }
+            IOBuffer::I64(numbers) => {
+                let numbers = numbers.par_iter().with_min_len(1 << 14);
+                let negative = numbers.clone().any(|&x| x < 0);
+                (!negative).then(|| numbers.map(|&x| x as u64).collect())
+            }
             other => to_i64(&scalar::values(other)).and_then(|numbers| {
                 let numbers = numbers.into_iter().map(|x| x.try_into().ok());
                 numbers.collect()
@@ -296,14 +353,30 @@ impl<'a> Decoder<'a> {
 
     /// The unpacked bytes of an array that is not ascii.
     fn bytes<'b>(
-        &mut self,
+        &self,
         tag: &'b ArrayTag<'_>,
         expected: Option<u64>,
     ) -> Result<Cow<'b, [u8]>, String>
     where
         'a: 'b,
     {
-        let stream = match tag.format.as_str() {
+        self.packing().unpack(self.stream(tag)?, expected)
+    }
+
+    fn packing(&self) -> Packing {
+        Packing {
+            big_endian: self.document.big_endian,
+            wide_headers: self.document.wide_headers,
+            compressor: self.document.compressor.unwrap_or(super::Compressor::None),
+        }
+    }
+
+    /// The packed bytes of an array that is not ascii.
+    fn stream<'b>(&self, tag: &'b ArrayTag<'_>) -> Result<Stream<'b>, String>
+    where
+        'a: 'b,
+    {
+        Ok(match tag.format.as_str() {
             "binary" => {
                 let texts = tag.texts.iter().flat_map(|text| text.bytes());
                 match tag.texts.as_slice() {
@@ -333,13 +406,7 @@ impl<'a> Decoder<'a> {
                 }
             }
             other => return Err(format!("the format {other:?} is unknown")),
-        };
-        let packing = Packing {
-            big_endian: self.document.big_endian,
-            wide_headers: self.document.wide_headers,
-            compressor: self.document.compressor.unwrap_or(super::Compressor::None),
-        };
-        packing.unpack(stream, expected, &mut self.budget)
+        })
     }
 
     /// Texts, each of which ends with a NUL.
@@ -358,16 +425,7 @@ impl<'a> Decoder<'a> {
             self.bytes(tag, None)
         };
         let bytes = bytes.map_err(|what| self.refuse(tag, what))?;
-        let mut texts = Vec::new();
-        for text in bytes.split_inclusive(|&byte| byte == 0) {
-            let text = text.strip_suffix(b"\0").unwrap_or(text);
-            let text = std::str::from_utf8(text);
-            let text = text.map_err(|_| self.refuse(tag, "a text is not UTF-8"))?;
-            self.budget
-                .take(size_of::<String>() as u64)
-                .map_err(|what| self.refuse(tag, what))?;
-            texts.push(text.to_owned());
-        }
+        let texts = split_texts(&bytes, &mut self.budget).map_err(|what| self.refuse(tag, what))?;
         if count.is_some_and(|count| count != texts.len() as u64) {
             let there = texts.len();
             return Err(self.refuse(
@@ -377,6 +435,18 @@ impl<'a> Decoder<'a> {
         }
         Ok(texts)
     }
+}
+
+/// Texts, each of which ends with a NUL; the last may lack it.
+fn split_texts(bytes: &[u8], budget: &mut Budget) -> Result<Vec<String>, String> {
+    let mut texts = Vec::new();
+    for text in bytes.split_inclusive(|&byte| byte == 0) {
+        let text = text.strip_suffix(b"\0").unwrap_or(text);
+        let text = std::str::from_utf8(text).map_err(|_| "a text is not UTF-8")?;
+        budget.take(size_of::<String>() as u64)?;
+        texts.push(text.to_owned());
+    }
+    Ok(texts)
 }
 
 fn has_blanks(text: &str) -> bool {

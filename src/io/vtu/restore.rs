@@ -164,10 +164,18 @@ fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<Array>, whole: &mut Vec<Whole
     let table = group_table(whole);
     let none = table.as_ref().map_or(0, |(none, _)| *none);
     if let Some((_, table)) = table {
-        for group in table {
+        let mut shown = HashMap::new();
+        for (group, has_array) in table {
+            if let Some(name) = group.name.as_ref().filter(|_| has_array) {
+                shown.insert(name.clone(), vec![group.tag, group.dim.into()]);
+            }
             groups.insert((group.dim, group.tag), group);
         }
         remove(whole, &[GROUPS, GROUP_NAMES, NO_GROUP]);
+        whole.retain(|array| match (&array.values, shown.get(&array.name)) {
+            (WholeValues::Numbers(Values::I64(numbers)), Some(of_group)) => numbers != of_group,
+            _ => true,
+        });
     }
     let tags = take_array(cells, GROUP, 0, to_i64).unwrap_or_default();
     if let Some(components) = tags.len().checked_div(mesh.cell_count()).filter(|&c| c > 0) {
@@ -175,24 +183,37 @@ fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<Array>, whole: &mut Vec<Whole
             .blocks
             .iter()
             .flat_map(|block| std::iter::repeat_n(block.kind.dim(), block.len()));
+        let mut flush = |(dim, tag): (u8, i64), cells: &mut Vec<u32>| {
+            let group = groups.entry((dim, tag)).or_insert_with(|| Group {
+                dim,
+                tag,
+                name: None,
+                cells: Vec::new(),
+            });
+            let twice = !cells.is_empty() && group.cells.last() == cells.first();
+            group.cells.extend(cells.drain(..).skip(usize::from(twice)));
+        };
+        // Cells of one group mostly stand together.
+        let mut run = None;
+        let mut cells = Vec::new();
         for ((cell, tags), dim) in (0u32..).zip(tags.chunks_exact(components)).zip(dims) {
             for &tag in tags.iter().filter(|&&tag| tag != none) {
-                let group = groups.entry((dim, tag)).or_insert_with(|| Group {
-                    dim,
-                    tag,
-                    name: None,
-                    cells: Vec::new(),
-                });
-                if group.cells.last() != Some(&cell) {
-                    group.cells.push(cell);
+                if run != Some((dim, tag)) {
+                    run.into_iter().for_each(|run| flush(run, &mut cells));
+                    run = Some((dim, tag));
+                }
+                if cells.last() != Some(&cell) {
+                    cells.push(cell);
                 }
             }
         }
+        run.into_iter().for_each(|run| flush(run, &mut cells));
     }
     mesh.groups = groups.into_values().collect();
 }
 
-fn group_table(whole: &[Whole]) -> Option<(i64, Vec<Group>)> {
+/// The tag that stands for none; and groups without cells, with whether an array has the name of each.
+fn group_table(whole: &[Whole]) -> Option<(i64, Vec<(Group, bool)>)> {
     let none = find_numbers(whole, NO_GROUP)?.first().copied()?;
     let rows = find_numbers(whole, GROUPS)?;
     let rows = rows.as_chunks::<3>().0;
@@ -201,12 +222,13 @@ fn group_table(whole: &[Whole]) -> Option<(i64, Vec<Group>)> {
         return None;
     }
     let groups = rows.iter().zip(names).map(|(&[dim, tag, named], name)| {
-        Some(Group {
+        let group = Group {
             dim: u8::try_from(dim).ok().filter(|&dim| dim <= 3)?,
             tag,
             name: (named != 0).then(|| name.clone()),
             cells: Vec::new(),
-        })
+        };
+        Some((group, named == 2))
     });
     Some((none, groups.collect::<Option<_>>()?))
 }
@@ -277,7 +299,7 @@ fn restore_cell_points(mesh: &mut Mesh, whole: &mut Vec<Whole>, row: Row) {
 fn field_table(whole: &[Whole]) -> Option<Vec<Row>> {
     let rows = find_numbers(whole, FIELDS)?;
     let rows = rows.as_chunks::<5>().0;
-    let at = find_numbers(whole, FIELD_AT)?;
+    let at = find_numbers(whole, FIELD_AT).unwrap_or_default();
     let at: Vec<u32> = at
         .into_iter()
         .map(|at| at.try_into().ok())

@@ -1,10 +1,12 @@
 //! Numbers as VTU stores them: each type's name, width, bytes and decimal form.
 
+use crate::io::out::Out;
 use crate::mesh::Values;
+use rayon::prelude::*;
 use vtkio::IOBuffer;
 
 /// A number type of VTU.
-pub(super) trait Scalar: Copy + Default {
+pub(super) trait Scalar: Copy + Default + Send + Sync {
     /// The `type` attribute.
     const NAME: &'static str;
     /// Bytes of one value.
@@ -13,7 +15,7 @@ pub(super) trait Scalar: Copy + Default {
     const MISSING: Self;
 
     fn from_bytes(bytes: &[u8], big_endian: bool) -> Vec<Self>;
-    fn append_le(values: &[Self], out: &mut Vec<u8>);
+    fn append_le(values: &[Self], out: &mut Out);
     /// Reads the decimal form; floats also `nan` and `inf` in any case.
     fn parse(word: &[u8]) -> Option<Self>;
     /// Appends the shortest decimal form that reads back as the same number.
@@ -33,19 +35,20 @@ macro_rules! scalar {
 
             fn from_bytes(bytes: &[u8], big_endian: bool) -> Vec<Self> {
                 let (words, _) = bytes.as_chunks();
+                let words = words.par_iter().with_min_len(1 << 14);
                 if big_endian {
-                    words.iter().map(|&word| <$type>::from_be_bytes(word)).collect()
+                    words.map(|&word| <$type>::from_be_bytes(word)).collect()
                 } else {
-                    words.iter().map(|&word| <$type>::from_le_bytes(word)).collect()
+                    words.map(|&word| <$type>::from_le_bytes(word)).collect()
                 }
             }
 
-            fn append_le(values: &[Self], out: &mut Vec<u8>) {
-                let start = out.len();
-                out.resize(start + values.len() * Self::WIDTH, 0);
-                for (slot, value) in out[start..].chunks_exact_mut(Self::WIDTH).zip(values) {
-                    slot.copy_from_slice(&value.to_le_bytes());
-                }
+            fn append_le(values: &[Self], out: &mut Out) {
+                out.rows(values.len(), Self::WIDTH, |index, row| {
+                    if let Some(value) = values.get(index) {
+                        row.copy_from_slice(&value.to_le_bytes());
+                    }
+                });
             }
 
             fn parse(word: &[u8]) -> Option<Self> {

@@ -107,7 +107,9 @@ pub(super) fn assert_same(read: &Mesh, written: &Mesh) {
 }
 
 fn bytes_of(mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
-    write::to_bytes(mesh, &[], &provenance(), encoding).expect("a sound mesh")
+    write::encode(mesh, &[], &provenance(), encoding)
+        .expect("a sound mesh")
+        .into_bytes()
 }
 
 fn reads(bytes: &[u8]) -> Result<Vtu> {

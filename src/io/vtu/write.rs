@@ -5,13 +5,13 @@
 //! So every encoding is written here.
 
 use super::codec::{self, Packed};
-use super::layout::{self, Array, Layout};
+use super::layout::{self, Array, Layout, is_in_xml};
 use super::scalar::Scalar;
 use super::{Compressor, Encoding};
 use crate::error::{Error, Place, Result};
+use crate::field::Whole;
 use crate::field::data::with_numbers;
-use crate::field::{Whole, WholeValues};
-use crate::io::out;
+use crate::io::out::Out;
 use crate::mesh::{Field, Mesh, Values};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
@@ -31,7 +31,7 @@ pub fn write(
     whole: &[Whole],
     encoding: Encoding,
 ) -> Result<()> {
-    let bytes = to_bytes(mesh, fields, whole, encoding).map_err(|what| {
+    let out = encode(mesh, fields, whole, encoding).map_err(|what| {
         Error::file(
             path,
             Place::Whole,
@@ -39,16 +39,16 @@ pub fn write(
             "VTU cannot hold it: correct it before writing",
         )
     })?;
-    out::save(path, &bytes)
+    out.save(path)
 }
 
-/// The bytes of a file; in words why there is none, otherwise.
-pub(super) fn to_bytes(
+/// A file; in words why there is none, otherwise.
+pub(super) fn encode(
     mesh: &Mesh,
     fields: &[Field],
     whole: &[Whole],
     encoding: Encoding,
-) -> Result<Vec<u8>, String> {
+) -> Result<Out, String> {
     mesh.validate()?;
     let layout = layout::lay_out(mesh, fields, whole)?;
     check_arrays(&layout)?;
@@ -58,25 +58,7 @@ pub(super) fn to_bytes(
 fn check_arrays(layout: &Layout) -> Result<(), String> {
     check_names(layout.points.iter().map(|array| &array.name))?;
     check_names(layout.cells.iter().map(|array| &array.name))?;
-    check_names(layout.whole.iter().map(|array| &array.name))?;
-    for array in &layout.whole {
-        let name = &array.name;
-        match &array.values {
-            WholeValues::Numbers(numbers) => {
-                if array.components == 0 || !numbers.len().is_multiple_of(array.components) {
-                    return Err(format!("array {name:?} ends within a tuple"));
-                }
-            }
-            WholeValues::Text(texts) => {
-                if array.components != 1 || texts.iter().any(|text| text.contains('\0')) {
-                    return Err(format!(
-                        "text {name:?} holds a NUL or has several components"
-                    ));
-                }
-            }
-        }
-    }
-    Ok(())
+    check_names(layout.whole.iter().map(|array| &array.name))
 }
 
 fn check_names<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), String> {
@@ -85,18 +67,14 @@ fn check_names<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), String
         if !seen.insert(name) {
             return Err(format!("two arrays are called {name:?}"));
         }
-        let in_xml = |c: char| {
-            matches!(c, '\t' | '\n' | '\r')
-                || !(c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}'))
-        };
-        if !name.chars().all(in_xml) {
+        if !is_in_xml(name) {
             return Err(format!("the name {name:?} holds a control character"));
         }
     }
     Ok(())
 }
 
-fn document(mesh: &Mesh, layout: &Layout, encoding: Encoding) -> std::io::Result<Vec<u8>> {
+fn document(mesh: &Mesh, layout: &Layout, encoding: Encoding) -> std::io::Result<Out> {
     let points = Values::F64(mesh.points.as_flattened().to_vec());
     let mut file = File {
         out: Vec::new(),
@@ -110,11 +88,8 @@ fn document(mesh: &Mesh, layout: &Layout, encoding: Encoding) -> std::io::Result
     }
     file.text(">\n<UnstructuredGrid>\n<FieldData>\n");
     for array in &layout.whole {
-        let values = match &array.values {
-            WholeValues::Numbers(numbers) => Data::Numbers(numbers),
-            WholeValues::Text(texts) => Data::Texts(texts),
-        };
-        file.array(&array.name, array.components, Some(array.tuples()), values)?;
+        let tuples = array.values.len() / array.components;
+        file.array(&array.name, array.components, Some(tuples), &array.values)?;
     }
     file.text(&format!(
         "</FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
@@ -124,38 +99,61 @@ fn document(mesh: &Mesh, layout: &Layout, encoding: Encoding) -> std::io::Result
     file.section("PointData", &layout.points)?;
     file.section("CellData", &layout.cells)?;
     file.text("<Points>\n");
-    file.array("Points", 3, None, Data::Numbers(&points))?;
+    file.array("Points", 3, None, &points)?;
     file.text("</Points>\n");
     file.section("Cells", &layout.topology)?;
     file.text("</Piece>\n</UnstructuredGrid>\n");
-    file.append();
-    file.text("</VTKFile>\n");
-    Ok(file.out)
+    let mut out = file.append();
+    out.text("</VTKFile>\n");
+    Ok(out)
 }
 
 /// A file in the making; arrays of raw encoding come after the XML.
-struct File {
+struct File<'a> {
     out: Vec<u8>,
     encoding: Encoding,
-    appended: Vec<u8>,
+    /// With the place in the XML where its offset belongs.
+    appended: Vec<(usize, Appended<'a>)>,
 }
 
-#[derive(Clone, Copy)]
-enum Data<'a> {
-    Numbers(&'a Values),
-    Texts(&'a [String]),
+/// An array after the XML. Plain numbers become bytes only there.
+enum Appended<'a> {
+    Plain(&'a Values),
+    Packed(Packed),
 }
 
-impl File {
+impl Appended<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Appended::Plain(values) => size_of::<u64>() + byte_length(values),
+            Appended::Packed(packed) => packed.len(),
+        }
+    }
+
+    fn append(self, out: &mut Out) {
+        match self {
+            Appended::Plain(values) => {
+                let length = byte_length(values) as u64;
+                out.bytes.extend_from_slice(&length.to_le_bytes());
+                append_bytes(values, out);
+            }
+            Appended::Packed(Packed { header, blocks }) => {
+                out.part(header);
+                blocks.into_iter().for_each(|block| out.part(block));
+            }
+        }
+    }
+}
+
+impl<'a> File<'a> {
     fn text(&mut self, text: &str) {
         self.out.extend_from_slice(text.as_bytes());
     }
 
-    fn section(&mut self, name: &str, arrays: &[Array]) -> std::io::Result<()> {
+    fn section(&mut self, name: &str, arrays: &'a [Array]) -> std::io::Result<()> {
         self.text(&format!("<{name}>\n"));
         for array in arrays {
-            let values = Data::Numbers(&array.values);
-            self.array(&array.name, array.components, None, values)?;
+            self.array(&array.name, array.components, None, &array.values)?;
         }
         self.text(&format!("</{name}>\n"));
         Ok(())
@@ -166,105 +164,109 @@ impl File {
         name: &str,
         components: usize,
         tuples: Option<usize>,
-        data: Data,
+        values: &'a Values,
     ) -> std::io::Result<()> {
-        // VTK reads and writes text in an element of its own.
-        let element = match data {
-            Data::Numbers(_) => "DataArray",
-            Data::Texts(_) => "Array",
-        };
         self.text(&format!(
-            "<{element} type=\"{}\" Name=\"{}\" NumberOfComponents=\"{components}\"",
-            data.type_name(),
+            "<DataArray type=\"{}\" Name=\"{}\"",
+            type_name(values),
             escape(name)
         ));
+        // One component goes without saying: meshio makes a table of one column of an array that says so.
+        if components != 1 {
+            self.text(&format!(" NumberOfComponents=\"{components}\""));
+        }
         if let Some(tuples) = tuples {
             self.text(&format!(" NumberOfTuples=\"{tuples}\""));
         }
         match self.encoding {
             Encoding::Ascii => {
                 self.text(" format=\"ascii\">\n");
-                data.print(components, &mut self.out);
-                self.text(&format!("</{element}>\n"));
+                print(values, components, &mut self.out);
+                self.text("</DataArray>\n");
             }
             Encoding::Base64(compressor) => {
-                let Packed { header, body } = codec::pack(data.bytes(), compressor)?;
                 self.text(" format=\"binary\">\n");
+                let Packed { header, blocks } = codec::pack(bytes(values), compressor)?;
                 // Plain bytes continue the header's base64; compressed ones start afresh.
                 let text = if compressor == Compressor::None {
-                    BASE64_STANDARD.encode([header, body].concat())
+                    BASE64_STANDARD.encode([header, blocks.concat()].concat())
                 } else {
-                    BASE64_STANDARD.encode(header) + &BASE64_STANDARD.encode(body)
+                    BASE64_STANDARD.encode(header) + &BASE64_STANDARD.encode(blocks.concat())
                 };
                 self.text(&text);
-                self.text(&format!("\n</{element}>\n"));
+                self.text("\n</DataArray>\n");
             }
             Encoding::Raw(compressor) => {
-                let offset = self.appended.len();
-                let Packed { header, body } = codec::pack(data.bytes(), compressor)?;
-                self.text(&format!(" format=\"appended\" offset=\"{offset}\"/>\n"));
-                self.appended.extend_from_slice(&header);
-                self.appended.extend_from_slice(&body);
+                let array = match compressor {
+                    Compressor::None => Appended::Plain(values),
+                    _ => Appended::Packed(codec::pack(bytes(values), compressor)?),
+                };
+                self.text(" format=\"appended\" offset=\"");
+                self.appended.push((self.out.len(), array));
+                self.text("\"/>\n");
             }
         }
         Ok(())
     }
 
-    fn append(&mut self) {
+    /// The XML and the arrays of raw encoding, these in the reverse order of their elements: meshio looks for the first element with the
+    /// offset of each array in turn, and gives the element another then, which could be that of an array to come.
+    fn append(mut self) -> Out {
+        let mut offset = 0;
+        for (place, array) in self.appended.iter().rev() {
+            let text = offset.to_string();
+            self.out.splice(*place..*place, text.bytes());
+            offset += array.len();
+        }
+        let mut out = Out::default();
+        out.part(self.out);
         if matches!(self.encoding, Encoding::Raw(_)) {
-            self.text("<AppendedData encoding=\"raw\">\n_");
-            self.out.append(&mut self.appended);
-            self.text("\n</AppendedData>\n");
-        }
-    }
-}
-
-impl Data<'_> {
-    fn type_name(self) -> &'static str {
-        fn name<T: Scalar>(_: &[T]) -> &'static str {
-            T::NAME
-        }
-        match self {
-            Data::Numbers(values) => with_numbers!(values, numbers => name(numbers)),
-            Data::Texts(_) => "String",
-        }
-    }
-
-    /// Little-endian bytes; each text ends with a NUL.
-    fn bytes(self) -> Vec<u8> {
-        let mut out = Vec::new();
-        match self {
-            Data::Numbers(values) => {
-                with_numbers!(values, numbers => Scalar::append_le(numbers, &mut out));
-            }
-            Data::Texts(texts) => {
-                for text in texts {
-                    out.extend_from_slice(text.as_bytes());
-                    out.push(0);
-                }
-            }
+            out.text("<AppendedData encoding=\"raw\">\n_");
+            let arrays = self.appended.into_iter().rev();
+            arrays.for_each(|(_, array)| array.append(&mut out));
+            out.text("\n</AppendedData>\n");
         }
         out
     }
+}
 
-    /// Decimal numbers, one tuple a line; text as the numbers of its bytes.
-    fn print(self, components: usize, out: &mut Vec<u8>) {
-        fn rows<T: Scalar>(values: &[T], width: usize, out: &mut Vec<u8>) {
-            for row in values.chunks(width) {
-                for value in row {
-                    value.print(out);
-                    out.push(b' ');
-                }
-                out.push(b'\n');
+fn type_name(values: &Values) -> &'static str {
+    fn name<T: Scalar>(_: &[T]) -> &'static str {
+        T::NAME
+    }
+    with_numbers!(values, numbers => name(numbers))
+}
+
+fn byte_length(values: &Values) -> usize {
+    fn width<T: Scalar>(_: &[T]) -> usize {
+        T::WIDTH
+    }
+    values.len() * with_numbers!(values, numbers => width(numbers))
+}
+
+/// Little-endian.
+fn append_bytes(values: &Values, out: &mut Out) {
+    with_numbers!(values, numbers => Scalar::append_le(numbers, out));
+}
+
+fn bytes(values: &Values) -> Vec<u8> {
+    let mut out = Out::default();
+    append_bytes(values, &mut out);
+    out.into_bytes()
+}
+
+/// Decimal numbers, one tuple a line.
+fn print(values: &Values, components: usize, out: &mut Vec<u8>) {
+    fn rows<T: Scalar>(values: &[T], width: usize, out: &mut Vec<u8>) {
+        for row in values.chunks(width) {
+            for value in row {
+                value.print(out);
+                out.push(b' ');
             }
-        }
-        match self {
-            Data::Numbers(values) => {
-                with_numbers!(values, numbers => rows(numbers, components, out))
-            }
-            Data::Texts(_) => rows(&self.bytes(), 32, out),
+            out.push(b'\n');
         }
     }
+    with_numbers!(values, numbers => rows(numbers, components, out));
 }
 
 /// An attribute's value; blanks other than a space would be read back as spaces.
