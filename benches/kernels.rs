@@ -47,17 +47,26 @@ fn dofs_p2(bencher: Bencher, n: usize) {
 }
 
 #[divan::bench(args = N)]
-fn stiffness_cr(bencher: Bencher, n: usize) {
+fn element_matrices_cr(bencher: Bencher, n: usize) {
     let mesh = mesh(n);
-    let space = Space::new(&mesh, &CR);
-    bencher.bench(|| Stiffness::new(black_box(&space)));
+    element_matrices(bencher, &Space::new(&mesh, &CR));
 }
 
 #[divan::bench(args = N)]
-fn stiffness_p2(bencher: Bencher, n: usize) {
+fn element_matrices_p2(bencher: Bencher, n: usize) {
     let mesh = mesh(n);
-    let space = Space::new(&mesh, &P2);
-    bencher.bench(|| Stiffness::new(black_box(&space)));
+    element_matrices(bencher, &Space::new(&mesh, &P2));
+}
+
+/// Those of the stiffness, all cells one after the other.
+fn element_matrices(bencher: Bencher, space: &Space) {
+    let stiffness = Stiffness::new(space);
+    let mut matrix = vec![0.0; space.local_dofs * space.local_dofs];
+    bencher.bench_local(|| {
+        for cell in 0..space.mesh.cell_count() {
+            stiffness.cell_matrix(cell, black_box(&mut matrix));
+        }
+    });
 }
 
 #[divan::bench(args = N)]

@@ -305,7 +305,10 @@ impl System for Krylov<'_> {
     }
 
     fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
-        let delta = self.step(laws, &self.linear_residual(laws, u))?;
+        let r = self.linear_residual(laws, u);
+        // Here the last digits are wanted.
+        self.size.set(0.0);
+        let delta = self.step(laws, &r)?;
         let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         for (u, d) in u.iter_mut().zip(&delta) {
             *u += d;

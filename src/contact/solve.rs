@@ -154,7 +154,7 @@ pub fn solve_by(
         let mut step = scheme.step(&laws, &r)?;
         step.iter_mut().for_each(|d| *d *= iteration.relaxation());
         let next: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + d).collect();
-        let increment = relative_increment(scheme, &step, &next);
+        let increment = relative_increment(scheme, &scale, &step, &next);
         if let Some(residual) = residuals.last().filter(|r| **r < best.0) {
             best = (*residual, increments.len(), u);
         }
@@ -284,10 +284,12 @@ fn largest(v: &[f64]) -> f64 {
 }
 
 /// The energy norm of δ, in the norm of u; 0 where both vanish.
-fn relative_increment(scheme: &dyn System, step: &[f64], u: &[f64]) -> f64 {
+fn relative_increment(scheme: &dyn System, scale: &Scale, step: &[f64], u: &[f64]) -> f64 {
     let increment = scheme.norm(step);
     if increment == 0.0 {
         return 0.0;
     }
-    increment / scheme.size(u)
+    // Where u hardly leaves the start its own size is rounding.
+    let least = 1e-3 * scale.stiffness.sqrt() * largest(u);
+    increment / scheme.size(u).max(least)
 }

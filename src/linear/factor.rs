@@ -185,7 +185,7 @@ fn choose(
 }
 
 /// An operation on sparse vectors takes as long as so many in dense blocks, as measured in 2D and 3D.
-const ITERATED_FLOP: f64 = 12.0;
+const ITERATED_FLOP: f64 = 25.0;
 
 impl Factor {
     /// Condenses a further right-hand side.
