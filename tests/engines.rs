@@ -38,6 +38,23 @@ fn three_engines_agree_on_all_scenes_with_both_methods() {
 }
 
 #[test]
+fn fine_meshes_agree_to_the_same_digits() {
+    let folder = folder();
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,freefem",
+        "--methods",
+        "cr,cr-fc",
+        "--n",
+        "128",
+    ];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+}
+
+#[test]
 fn the_methods_approach_each_other_with_second_order() {
     let folder = folder();
     let ran = run(

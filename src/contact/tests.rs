@@ -499,65 +499,6 @@ fn the_classical_methods_give_all_that_is_read_off() {
     }
 }
 
-/// Whatever solves the linear systems, and in whatever precision, the answer is the same.
-#[test]
-fn linear_solvers_agree_on_all_methods() {
-    let pressed = scene(|s| {
-        s.boundary.neumann.append(&mut s.boundary.dirichlet);
-        s.data.f = formula("1 + x");
-    });
-    let scenes = [
-        Scene::find("one-zone").unwrap(),
-        Scene::find("plate").unwrap(),
-        pressed,
-    ];
-    for scene in scenes {
-        let mesh = scene.triangulation(None).unwrap();
-        for name in [
-            "cr",
-            "cr-fc",
-            "p1",
-            "p2",
-            "p2(1,0)",
-            "p1-vi",
-            "cr-vi",
-            "penalty",
-            "multiplier",
-        ] {
-            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
-            let by = |solver, precision| {
-                let settings = Settings { solver, precision };
-                let told = |_, _| Ok(());
-                let solution =
-                    solve_by(&problem, Iteration::Newton, Stop::default(), settings, told);
-                let solution = solution.unwrap();
-                assert!(solution.converged, "{name} {solver} {precision}");
-                assert!(
-                    problem.backward_error(&solution.u).0 < 1e-12,
-                    "{name} {solver}"
-                );
-                solution.u
-            };
-            let u = by(Solver::Multifrontal, Precision::F64);
-            let size = u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
-            for (solver, precision) in [
-                (Solver::Faer, Precision::F64),
-                (Solver::Auto, Precision::F32Refined),
-            ] {
-                let other = by(solver, precision);
-                for (a, b) in u.iter().zip(&other) {
-                    let error = (a - b).abs();
-                    assert!(
-                        error < 1e-12 * size,
-                        "{} {name} {solver} {precision} {error:e}",
-                        scene.name
-                    );
-                }
-            }
-        }
-    }
-}
-
 /// With one point on each face `cr-fc` has the faces' means under the obstacle and fluxes in
 /// balance with the load, which is the variational inequality on CR: another formulation, other
 /// code. So γ has no part in it.
@@ -648,6 +589,65 @@ fn data_far_from_one_have_the_same_solution() {
     }
 }
 
+/// Whatever solves the linear systems, and in whatever precision, the answer is the same.
+#[test]
+fn linear_solvers_agree_on_all_methods() {
+    let pressed = scene(|s| {
+        s.boundary.neumann.append(&mut s.boundary.dirichlet);
+        s.data.f = formula("1 + x");
+    });
+    let scenes = [
+        Scene::find("one-zone").unwrap(),
+        Scene::find("plate").unwrap(),
+        pressed,
+    ];
+    for scene in scenes {
+        let mesh = scene.triangulation(None).unwrap();
+        for name in [
+            "cr",
+            "cr-fc",
+            "p1",
+            "p2",
+            "p2(1,0)",
+            "p1-vi",
+            "cr-vi",
+            "penalty",
+            "multiplier",
+        ] {
+            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let by = |solver, precision| {
+                let settings = Settings { solver, precision };
+                let told = |_, _| Ok(());
+                let solution =
+                    solve_by(&problem, Iteration::Newton, Stop::default(), settings, told);
+                let solution = solution.unwrap();
+                assert!(solution.converged, "{name} {solver} {precision}");
+                assert!(
+                    problem.backward_error(&solution.u).0 < 1e-12,
+                    "{name} {solver}"
+                );
+                solution.u
+            };
+            let u = by(Solver::Multifrontal, Precision::F64);
+            let size = u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+            for (solver, precision) in [
+                (Solver::Faer, Precision::F64),
+                (Solver::Auto, Precision::F32Refined),
+            ] {
+                let other = by(solver, precision);
+                for (a, b) in u.iter().zip(&other) {
+                    let error = (a - b).abs();
+                    assert!(
+                        error < 1e-12 * size,
+                        "{} {name} {solver} {precision} {error:e}",
+                        scene.name
+                    );
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn without_contact_one_solve_is_all() {
     let scene = scene(|s| s.boundary.neumann.append(&mut s.boundary.contact));
@@ -657,5 +657,26 @@ fn without_contact_one_solve_is_all() {
         let solution = newton(&problem);
         assert_eq!(solution.increments.len(), 1);
         assert!(problem.backward_error(&solution.u).0 < 1e-14);
+    }
+}
+
+/// The same number of threads gives the same bits; another number differs by rounding at most.
+#[test]
+fn two_runs_are_the_same_and_threads_differ_by_rounding() {
+    let scene = Scene::find("five-zones").unwrap();
+    let run = |threads: usize, name: &str| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let mesh = scene.triangulation(Some(60)).unwrap();
+            newton(&Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap()).u
+        })
+    };
+    for name in ["cr", "p2"] {
+        let (one, two) = (run(1, name), run(2, name));
+        assert!(one == run(1, name) && two == run(2, name), "{name}");
+        let size = one.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+        for (a, b) in one.iter().zip(&two) {
+            assert!((a - b).abs() < 1e-13 * size, "{name} {a} {b}");
+        }
     }
 }
