@@ -39,7 +39,8 @@ pub(super) struct Condensed<'a> {
     shift: Vec<Entry>,
     /// g
     load: Vec<f64>,
-    /// Dofs of K on Γ_D.
+    /// Dofs of K: the free ones, and those on Γ_D.
+    kept: Vec<u32>,
     fixed: Vec<u32>,
     roles: Vec<Role>,
     /// The last dense factorisation, and the laws that it is for.
@@ -187,6 +188,7 @@ impl<'a> Condensed<'a> {
             reduced,
             schur,
             shift,
+            kept,
             fixed,
             roles,
             stale: RefCell::new(None),
@@ -376,6 +378,12 @@ impl System for Condensed<'_> {
         }
         delta.resize(r.len(), 0.0);
         Ok(delta)
+    }
+
+    /// u on K from u at all dofs.
+    fn restrict(&self, u: &[f64]) -> Vec<f64> {
+        let dofs = self.kept.iter().chain(&self.fixed);
+        dofs.map(|&dof| u[dof as usize]).collect()
     }
 
     /// u at all dofs from u on K.

@@ -300,6 +300,10 @@ impl System for Krylov<'_> {
         Ok(all)
     }
 
+    fn restrict(&self, u: &[f64]) -> Vec<f64> {
+        u.to_vec()
+    }
+
     fn complete(&self, u: &[f64]) -> Vec<f64> {
         u.to_vec()
     }

@@ -48,6 +48,9 @@ pub(super) trait System {
     /// A singular matrix; an iteration that does not converge.
     fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>>;
 
+    /// These unknowns of a u at all dofs of the space.
+    fn restrict(&self, u: &[f64]) -> Vec<f64>;
+
     /// u at all dofs of the space.
     fn complete(&self, u: &[f64]) -> Vec<f64>;
 

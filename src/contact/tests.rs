@@ -658,3 +658,24 @@ fn without_contact_one_solve_is_all() {
         assert!(problem.backward_error(&solution.u).0 < 1e-14);
     }
 }
+
+/// The same number of threads gives the same bits; another number differs by rounding at most.
+#[test]
+fn two_runs_are_the_same_and_threads_differ_by_rounding() {
+    let scene = Scene::find("five-zones").unwrap();
+    let run = |threads: usize, name: &str| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let mesh = scene.triangulation(Some(60)).unwrap();
+            newton(&Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap()).u
+        })
+    };
+    for name in ["cr", "p2"] {
+        let (one, two) = (run(1, name), run(2, name));
+        assert!(one == run(1, name) && two == run(2, name), "{name}");
+        let size = one.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+        for (a, b) in one.iter().zip(&two) {
+            assert!((a - b).abs() < 1e-13 * size, "{name} {a} {b}");
+        }
+    }
+}
