@@ -187,8 +187,8 @@ mod tests {
     }
 
     fn fine<'a>(space: &'a Space<'a>, u: &'a [f64], n: usize) -> Fine<'a> {
-        let energy = crate::assembly::stiffness(space).energy(u);
-        let mass = crate::assembly::mass(space).energy(u);
+        let energy = crate::assembly::Stiffness::new(space).energy(u);
+        let mass = crate::assembly::norm_squared(space, u);
         Fine::new(space, u, n, &norms([energy, mass.sqrt()]))
     }
 
@@ -199,7 +199,7 @@ mod tests {
             let space = Space::new(&mesh, &P2);
             let u = wavy(&space);
             let fine = fine(&space, &u, n);
-            for (p, u) in space.points.iter().zip(&u) {
+            for (p, u) in space.points().zip(&u) {
                 assert!((fine.value(p[0], p[1]) - u).abs() < 1e-12, "n = {n}: {p:?}");
             }
         }
@@ -236,13 +236,12 @@ mod tests {
         let (coarse_mesh, fine_mesh) = (mesh(3), mesh(12));
         let space = Space::new(&fine_mesh, &P2);
         let smooth: Vec<f64> = space
-            .points
-            .iter()
+            .points()
             .map(|p| (2.0 * p[0]).sin() * (1.0 - p[1] * p[1]))
             .collect();
         let fine = fine(&space, &smooth, 12);
         let coarse = Space::new(&coarse_mesh, &CR);
-        let u_h: Vec<f64> = coarse.points.iter().map(|p| p[0] - p[1] * p[0]).collect();
+        let u_h: Vec<f64> = coarse.points().map(|p| p[0] - p[1] * p[0]).collect();
         let here = distance(&coarse, &u_h, &fine);
 
         let rule = quadrature::triangle("radon-7").unwrap();
