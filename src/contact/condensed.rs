@@ -46,7 +46,7 @@ pub(super) struct Condensed<'a> {
     stale: RefCell<Option<(SchurLu, Vec<Weights>)>>,
 }
 
-/// What the law u-ψ + [P]₊ of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
+/// What the law `u-ψ + [P]₊` of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
 pub(super) type Weights = [f64; 2];
 
 /// The stiffness by cells, and where Γ_D does not hold all of the domain the mass of Γ_C on top,
