@@ -273,7 +273,11 @@ proptest! {
         prop_assert_eq!(solution.converged, solution.ended != Ended::NotReached);
         if solution.converged {
             let error = problem.backward_error(&solution.u).0;
-            prop_assert!(error < 1e-12, "{:?}: {:e}", solution.ended, error);
+            // Where u vanishes with all its neighbours, the terms of a row are rounding themselves.
+            let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            let terms = largest(&problem.stiffness.sizes(&solution.u)) + largest(&problem.load);
+            let vanishes = largest(&problem.residual(&solution.u)) <= 1e-14 * terms;
+            prop_assert!(vanishes || error < 1e-12, "{:?}: {:e}", solution.ended, error);
         } else {
             prop_assert!(!proven, "{:?} {:?}", solution.increments, solution.changes);
             let least = solution.residuals.iter().fold(f64::INFINITY, |m: f64, r| m.min(*r));
