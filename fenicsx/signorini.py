@@ -66,7 +66,7 @@ def flux_of_load(V, L, facets, ds, clock):
         forms = compat.compiled(L, through_C)
     vectors = [dolfinx.fem.petsc.create_vector(form) for form in forms]
     with clock("assemble"):
-        for vector, form in zip(vectors, forms):
+        for vector, form in zip(vectors, forms, strict=True):
             assemble(vector, form)
             vector.ghostUpdate(addv=PETSc.InsertMode.INSERT, mode=PETSc.ScatterMode.FORWARD)
 

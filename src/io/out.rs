@@ -141,7 +141,8 @@ pub fn save<'a>(path: &Path, parts: impl IntoIterator<Item = &'a [u8]>) -> Resul
     let mut file = builder
         .prefix(".faceoff-")
         .tempfile_in(folder)
-        .map_err(Error::io(path, "create"))?;
+        // The kind alone: the whole names the temporary file, which is nobody's business.
+        .map_err(|error| Error::io(path, "write")(error.kind().into()))?;
     for part in parts {
         file.write_all(part).map_err(Error::io(path, "write"))?;
     }
