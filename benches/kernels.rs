@@ -5,7 +5,7 @@ use divan::{Bencher, black_box};
 use faceoff::assembly::Stiffness;
 use faceoff::contact::{Method, Problem, face_fields};
 use faceoff::element::{CR, P2, Space};
-use faceoff::linear::{Analysis, Elements, Role, Settings, condense};
+use faceoff::linear::{Analysis, Role, Settings, condense};
 use faceoff::mesh::Triangulation;
 use faceoff::mesh::generate::union_jack;
 use faceoff::scene::Scene;
@@ -84,7 +84,7 @@ fn ordering_cr(bencher: Bencher, n: usize) {
     let (scene, mesh) = (scene(), mesh(n));
     let (problem, _) = problem(&scene, &mesh, "cr");
     let roles = roles(&problem);
-    bencher.bench(|| Analysis::new(black_box(&Cells(&problem)), &roles).entries());
+    bencher.bench(|| Analysis::new(black_box(&problem.stiffness), &roles).entries());
 }
 
 #[divan::bench(args = N)]
@@ -106,7 +106,8 @@ fn factor(bencher: Bencher, problem: &Problem) {
     let roles = roles(problem);
     bencher.bench(|| {
         let settings = Settings::default();
-        condense(black_box(&Cells(problem)), &roles, &problem.load, settings).map(|c| c.3)
+        let cells = black_box(&problem.stiffness);
+        condense(cells, &roles, &problem.load, settings, None).map(|done| done.map(|d| d.3))
     });
 }
 
@@ -140,36 +141,6 @@ fn comparison_cr(bencher: Bencher, n: usize) {
         face_fields(&problem, &u, "b"),
     );
     bencher.bench(|| compare::judge(black_box(&a), &b, 1e-12));
-}
-
-/// The stiffness by cells.
-struct Cells<'a>(&'a Problem<'a>);
-
-impl Elements for Cells<'_> {
-    fn unknowns(&self) -> usize {
-        self.0.space.dofs
-    }
-
-    fn count(&self) -> usize {
-        self.0.space.mesh.cell_count()
-    }
-
-    fn size(&self) -> usize {
-        self.0.space.local_dofs
-    }
-
-    fn of(&self, cell: usize) -> &[u32] {
-        self.0.space.cell_dofs(cell)
-    }
-
-    fn centre(&self, cell: usize) -> [f64; 3] {
-        let vertices = &self.0.space.mesh.vertices(cell)[..3];
-        std::array::from_fn(|k| vertices.iter().map(|x| x[k]).sum::<f64>() / 3.0)
-    }
-
-    fn matrix(&self, cell: usize, matrix: &mut [f64]) {
-        self.0.stiffness.cell_matrix(cell, matrix);
-    }
 }
 
 /// Γ_D is fixed, the contact cells are kept.
