@@ -7,7 +7,7 @@ use super::scheme::Scheme;
 use crate::error::Result;
 use crate::linear::{Choice, Settings, Solver};
 
-/// What the law u-ψ + [P]₊ of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
+/// What the law `u-ψ + [P]₊` of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
 pub(super) type Weights = [f64; 2];
 
 /// A scheme R(u) = 0 in the unknowns that an iteration works on.
