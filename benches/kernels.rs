@@ -97,7 +97,14 @@ fn factor(bencher: Bencher, problem: &Problem) {
     let roles = roles(problem);
     bencher.bench(|| {
         let settings = Settings::default();
-        condense(black_box(&Cells(problem)), &roles, &problem.load, settings).map(|c| c.3)
+        condense(
+            black_box(&Cells(problem)),
+            &roles,
+            &problem.load,
+            settings,
+            None,
+        )
+        .map(|done| done.map(|c| c.3))
     });
 }
 
