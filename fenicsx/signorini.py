@@ -141,14 +141,15 @@ def assemble(b, form):
     b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
 
 
-def direct_solver(A):
-    """MUMPS' sparse LU; a failed factorisation raises."""
+def linear_solver(A):
+    """MUMPS' sparse LU, or what PETSC_OPTIONS says, as in "-ksp_type gmres -pc_type hypre"; a failure raises."""
     solver = PETSc.KSP().create(A.comm)
     solver.setOperators(A)
     solver.setType(PETSc.KSP.Type.PREONLY)
     solver.getPC().setType(PETSc.PC.Type.LU)
     solver.getPC().setFactorSolverType("mumps")
     solver.setErrorIfNotConverged(True)
+    solver.setFromOptions()
     return solver
 
 
@@ -166,7 +167,7 @@ def newton(u, A_h, L, J, bc, degree, stop, clock, progress):
     A = dolfinx.fem.petsc.create_matrix(J)
     load, b = dolfinx.fem.petsc.create_vector(L), dolfinx.fem.petsc.create_vector(L)
     step = compat.petsc_vector(delta)
-    solver = direct_solver(A)
+    solver = linear_solver(A)
     with clock("assemble"):
         assemble(load, L)
 

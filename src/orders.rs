@@ -405,6 +405,40 @@ mod tests {
         }
     }
 
+    /// In space, on meshes that the debug build can have. The checkerboard needs finer ones, and p2
+    /// sees the place of a transition in its cell.
+    #[test]
+    fn observed_orders_in_space_are_those_of_theory() {
+        let scenes = Scene::exact_solid_names();
+        let scenes: Vec<Scene> = scenes.iter().map(|s| Scene::find(s).unwrap()).collect();
+        let methods = [Method::cr(), Method::cr_fc(), Method::p2()];
+        let all = orders(&scenes, &methods, &[4, 8], |_, _, _| Ok(())).unwrap();
+        let text = table(&all);
+        println!("{text}");
+        for o in &all {
+            let name = format!("{} {}\n{text}", o.scene, o.method);
+            assert!(o.levels.iter().all(|l| l.converged), "{name}");
+            let theory = o.theory.unwrap();
+            let room = match (o.scene.as_str(), o.method.as_str()) {
+                ("checkerboard", _) => 0.5,
+                ("transition-1.5-3d" | "hertz-sphere", "p2") => 0.3,
+                _ => 0.1,
+            };
+            assert!(o.h1.fit.unwrap() > theory.h1 - room, "{name}");
+        }
+        let smooth = all
+            .iter()
+            .filter(|o| o.theory.unwrap().h1_limited_by == Limit::Method);
+        for o in smooth.filter(|o| o.scene != "checkerboard") {
+            assert!(
+                o.l2.fit.unwrap() > o.theory.unwrap().l2 - 0.1,
+                "{} {}\n{text}",
+                o.scene,
+                o.method
+            );
+        }
+    }
+
     /// Where nothing touches, the penalty-free law leaves a flux of order h/γ₀ on Γ_C, and the order
     /// in L² falls to 1; with the corrected flux it stays 2 whatever γ₀.
     #[test]

@@ -5,17 +5,42 @@
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rule {
     pub name: &'static str,
+    /// Polynomials of this degree are integrated exactly.
+    pub degree: usize,
     /// Reference coordinates, `dim` a point.
     pub points: Vec<Vec<f64>>,
     /// Sum to 1.
     pub weights: Vec<f64>,
 }
 
-/// Rules for (f, v) on triangles; the first is the default.
-pub const CELL_RULES: [&str; 3] = ["radon-7", "edges-3", "centroid"];
+/// The rules on simplices of dimension 1 to 3, the default first. Those of the cells' dimension
+/// are for (f, v), those of one less for Γ_C and Γ_N.
+pub fn names(dim: usize) -> &'static [&'static str] {
+    match dim {
+        1 => &["gauss-5", "gauss-3", "gauss-2", "midpoint"],
+        2 => &["radon-7", "edges-3", "centroid"],
+        _ => &["walkington-14", "hammer-4", "centroid"],
+    }
+}
 
-/// Rules on Γ_C and Γ_N in 2D; the first is the default.
-pub const FACE_RULES: [&str; 4] = ["gauss-5", "gauss-3", "gauss-2", "midpoint"];
+/// The rule of this name on the simplex of dimension `dim`.
+pub fn rule(dim: usize, name: &str) -> Option<Rule> {
+    match dim {
+        1 => interval(name),
+        2 => triangle(name),
+        _ => tetrahedron(name),
+    }
+}
+
+/// The rule with the fewest points that integrates polynomials of this degree exactly: at most 5, on edges 9.
+pub fn exact(dim: usize, degree: usize) -> Rule {
+    names(dim)
+        .iter()
+        .rev()
+        .filter_map(|name| rule(dim, name))
+        .find(|rule| rule.degree >= degree)
+        .expect("invariant: no product here has a degree beyond 9")
+}
 
 impl Rule {
     /// Barycentric coordinates of point q: λ₀ = 1 - Σ x_k, then the reference coordinates.
@@ -38,48 +63,73 @@ impl Rule {
 ///
 /// `radon-7`: degree 5 (Radon 1948), the same points as FreeFEM's `qf5pT` and UFL's degree 5;
 /// `edges-3`: the edges' midpoints, degree 2; `centroid`: degree 1. All three are built into FreeFEM.
-pub fn triangle(name: &str) -> Option<Rule> {
-    let (name, orbits): (_, &[(f64, f64)]) = match name {
-        "radon-7" => {
-            let r = 15.0_f64.sqrt();
-            return Some(symmetric(
-                "radon-7",
-                Some(9.0 / 40.0),
-                &[
-                    ((6.0 - r) / 21.0, (155.0 - r) / 1200.0),
-                    ((6.0 + r) / 21.0, (155.0 + r) / 1200.0),
-                ],
-            ));
-        }
-        "edges-3" => ("edges-3", &[(0.5, 1.0 / 3.0)]),
-        "centroid" => return Some(symmetric("centroid", Some(1.0), &[])),
+fn triangle(name: &str) -> Option<Rule> {
+    let r = 15.0_f64.sqrt();
+    Some(match name {
+        "radon-7" => Rule::symmetric("radon-7", 5)
+            .centroid(2, 9.0 / 40.0)
+            .orbit([1, 2], (6.0 - r) / 21.0, (155.0 - r) / 1200.0)
+            .orbit([1, 2], (6.0 + r) / 21.0, (155.0 + r) / 1200.0),
+        "edges-3" => Rule::symmetric("edges-3", 2).orbit([1, 2], 0.5, 1.0 / 3.0),
+        "centroid" => Rule::symmetric("centroid", 1).centroid(2, 1.0),
         _ => return None,
-    };
-    Some(symmetric(name, None, orbits))
+    })
 }
 
-/// The centroid, and orbits (a, a), (1-2a, a), (a, 1-2a).
-fn symmetric(name: &'static str, centroid: Option<f64>, orbits: &[(f64, f64)]) -> Rule {
-    let mut rule = Rule {
-        name,
-        points: Vec::new(),
-        weights: Vec::new(),
-    };
-    if let Some(weight) = centroid {
-        rule.points.push(vec![1.0 / 3.0; 2]);
-        rule.weights.push(weight);
+/// A rule on the reference tetrahedron by name.
+///
+/// `walkington-14`: degree 5 (N. J. Walkington, Quadrature on simplices of arbitrary dimension,
+/// 2000), FreeFEM's `qfV5`; `hammer-4`: degree 2 (P. C. Hammer, A. H. Stroud 1956), FreeFEM's
+/// `qfV2`; `centroid`: degree 1.
+fn tetrahedron(name: &str) -> Option<Rule> {
+    Some(match name {
+        "walkington-14" => Rule::symmetric("walkington-14", 5)
+            .orbit([1, 3], 0.310_885_919_263_300_6, 0.112_687_925_718_015_85)
+            .orbit([1, 3], 0.092_735_250_310_891_23, 0.073_493_043_116_361_95)
+            .orbit([2, 2], 0.045_503_704_125_649_65, 0.042_546_020_777_081_466),
+        "hammer-4" => {
+            Rule::symmetric("hammer-4", 2).orbit([1, 3], (5.0 - 5.0_f64.sqrt()) / 20.0, 0.25)
+        }
+        "centroid" => Rule::symmetric("centroid", 1).centroid(3, 1.0),
+        _ => return None,
+    })
+}
+
+impl Rule {
+    fn symmetric(name: &'static str, degree: usize) -> Self {
+        Rule {
+            name,
+            degree,
+            points: Vec::new(),
+            weights: Vec::new(),
+        }
     }
-    for &(a, weight) in orbits {
-        let b = 1.0 - 2.0 * a;
-        rule.points.extend([vec![a, a], vec![b, a], vec![a, b]]);
-        rule.weights.extend([weight; 3]);
+
+    fn centroid(mut self, dim: usize, weight: f64) -> Self {
+        self.points.push(vec![1.0 / (dim + 1) as f64; dim]);
+        self.weights.push(weight);
+        self
     }
-    rule
+
+    /// All points with `counts[1]` barycentric coordinates `a` and `counts[0]` equal others, each of this weight.
+    fn orbit(mut self, counts: [usize; 2], a: f64, weight: f64) -> Self {
+        let [others, of_a] = counts;
+        let b = (1.0 - of_a as f64 * a) / others as f64;
+        for places in 0..1_usize << (others + of_a) {
+            if places.count_ones() as usize != others {
+                continue;
+            }
+            let lambda = |i: usize| if places >> i & 1 == 1 { b } else { a };
+            self.points.push((1..others + of_a).map(lambda).collect());
+            self.weights.push(weight);
+        }
+        self
+    }
 }
 
 /// A rule on the unit interval by name: Gauss–Legendre with 5, 3 or 2 points, or the midpoint.
-pub fn interval(name: &str) -> Option<Rule> {
-    let (name, count) = match name {
+fn interval(name: &str) -> Option<Rule> {
+    let (name, count): (_, usize) = match name {
         "gauss-5" => ("gauss-5", 5),
         "gauss-3" => ("gauss-3", 3),
         "gauss-2" => ("gauss-2", 2),
@@ -107,6 +157,7 @@ pub fn interval(name: &str) -> Option<Rule> {
     };
     Some(Rule {
         name,
+        degree: 2 * count - 1,
         points: nodes.iter().map(|x| vec![0.5 * (1.0 + x)]).collect(),
         weights: weights.iter().map(|w| 0.5 * w).collect(),
     })
@@ -120,39 +171,58 @@ mod tests {
         (1..=n).map(f64::from).product()
     }
 
+    /// ∫ x^a y^b z^c over the reference simplex as a fraction of its measure.
+    fn moment(powers: &[u32]) -> f64 {
+        let dim = powers.len() as u32;
+        let numerator: f64 = powers.iter().map(|&p| factorial(p)).product();
+        factorial(dim) * numerator / factorial(powers.iter().sum::<u32>() + dim)
+    }
+
+    /// All exponents of monomials of this degree.
+    fn monomials(dim: usize, degree: u32) -> Vec<Vec<u32>> {
+        if dim == 1 {
+            return vec![vec![degree]];
+        }
+        let with_first = |first| {
+            let rest = monomials(dim - 1, degree - first);
+            rest.into_iter().map(move |r| [vec![first], r].concat())
+        };
+        (0..=degree).flat_map(with_first).collect()
+    }
+
     #[test]
-    fn triangle_rules_are_exact_to_their_degree_and_no_further() {
-        for (name, degree) in CELL_RULES.iter().zip([5u32, 2, 1]) {
-            let rule = triangle(name).unwrap();
-            let worst = |degree: u32| {
-                (0..=degree)
-                    .map(|a| {
-                        let b = degree - a;
-                        // ∫ x^a y^b over the unit triangle, as a fraction of its area 1/2.
-                        let exact = 2.0 * factorial(a) * factorial(b) / factorial(a + b + 2);
+    fn rules_are_exact_to_their_degree_and_no_further() {
+        for dim in 1..=3 {
+            for name in names(dim) {
+                let rule = rule(dim, name).unwrap();
+                assert_eq!(rule.points.len(), rule.weights.len());
+                let worst = |degree: usize| {
+                    let error = |powers: Vec<u32>| {
+                        let value = |point: &Vec<f64>| -> f64 {
+                            let pairs = point.iter().zip(&powers);
+                            pairs.map(|(x, &p)| x.powi(p as i32)).product()
+                        };
                         let sum: f64 = rule
+                            .points
                             .iter()
-                            .map(|(l, w)| w * l[1].powi(a as i32) * l[2].powi(b as i32))
+                            .zip(&rule.weights)
+                            .map(|(p, w)| w * value(p))
                             .sum();
-                        (sum - exact).abs()
-                    })
-                    .fold(0.0, f64::max)
-            };
-            assert!((0..=degree).all(|d| worst(d) < 1e-15), "{name}");
-            assert!(worst(degree + 1) > 1e-5, "{name}");
+                        (sum - moment(&powers)).abs()
+                    };
+                    let all = monomials(dim, degree as u32).into_iter();
+                    all.map(error).fold(0.0, f64::max)
+                };
+                assert!((0..=rule.degree).all(|d| worst(d) < 1e-15), "{dim}D {name}");
+                assert!(worst(rule.degree + 1) > 1e-7, "{dim}D {name}");
+            }
         }
     }
 
     #[test]
-    fn interval_rules_are_exact_to_their_degree_and_no_further() {
-        for (name, degree) in FACE_RULES.iter().zip([9, 5, 3, 1]) {
-            let rule = interval(name).unwrap();
-            let error = |p: i32| {
-                let sum: f64 = rule.iter().map(|(l, w)| w * l[1].powi(p)).sum();
-                (sum - 1.0 / f64::from(p + 1)).abs()
-            };
-            assert!((0..=degree).all(|p| error(p) < 1e-15), "{name}");
-            assert!(error(degree + 1) > 1e-7, "{name}");
-        }
+    fn the_cheapest_exact_rule_is_taken() {
+        let points = |dim, degree| exact(dim, degree).weights.len();
+        assert_eq!([0, 2, 4].map(|degree| points(2, degree)), [1, 3, 7]);
+        assert_eq!([0, 2, 4].map(|degree| points(3, degree)), [1, 4, 14]);
     }
 }

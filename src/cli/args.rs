@@ -69,18 +69,21 @@ pub(super) struct Running {
 
 /// The built-in scenes, below the options.
 fn built_in() -> String {
-    let names: Vec<_> = Scene::builtin_names().collect();
+    let plane: Vec<_> = Scene::builtin_names().collect();
+    let solid: Vec<_> = Scene::solid_names().collect();
     format!(
-        "Built-in scenes: {}\nWith exact solutions: {}",
-        names.join(", "),
-        Scene::exact_names().join(", ")
+        "Built-in scenes: {}\nWith exact solutions: {}\nIn space: {}\nWith exact solutions: {}",
+        plane.join(", "),
+        Scene::exact_names().join(", "),
+        solid.join(", "),
+        Scene::exact_solid_names().join(", ")
     )
 }
 
 #[derive(Args)]
 #[command(after_help = built_in())]
 pub(super) struct Verify {
-    /// Built-in scenes or TOML files [default: the four without exact solutions]
+    /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
     /// Engines, or TOML files that describe one

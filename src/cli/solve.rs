@@ -8,12 +8,12 @@ use super::args::Solve;
 use super::progress::Bars;
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
-use crate::contact::{Ended, Errors, Iteration, Problem, errors, quantities};
+use crate::contact::{ContactSet, Ended, Errors, Iteration, Problem, errors, quantities};
 use crate::engine::{self, Case, Progress, Silent};
 use crate::error::{Error, Result};
 use crate::linear::{Choice, Settings};
 use crate::report;
-use crate::scene::{MeshSource, Scene};
+use crate::scene::Scene;
 
 /// The answer, as scripts read it.
 #[derive(Serialize)]
@@ -48,7 +48,7 @@ struct Answer {
     l2_norm: f64,
     contact_flux: f64,
     contact_residual: f64,
-    contact_set: Vec<[f64; 2]>,
+    contact_set: ContactSet,
     /// Where the scene knows u.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Errors>,
@@ -75,10 +75,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     let quiet = arguments.output.quiet;
     let mut scene = Scene::find(&arguments.scene)?;
     if let Some(path) = &arguments.mesh {
-        scene.mesh = MeshSource::File {
-            path: path.clone(),
-            n: None,
-        };
+        scene.use_mesh(path);
     }
     if let Some(gamma0) = arguments.gamma0 {
         if !arguments.method.is_nitsche() {
@@ -253,21 +250,25 @@ fn print_answer(a: &Answer) {
     println!("  ‖u‖             {:.15e}", a.l2_norm);
     println!("  flux on Γ_C     {:.15e}", a.contact_flux);
     println!("  ‖u-ψ+[P]₊‖_C    {:.15e}", a.contact_residual);
-    let runs: Vec<String> = a
-        .contact_set
-        .iter()
-        .map(|[from, to]| format!("[{from:.6}, {to:.6}]"))
-        .collect();
-    println!(
-        "  contact on      {}",
-        if runs.is_empty() {
-            "nothing".into()
-        } else {
-            runs.join(" ")
-        }
-    );
+    println!("  contact on      {}", contact(&a.contact_set));
     if let Some(Errors { h1, l2 }) = a.error {
         println!("  relative error  {h1:.3e} in ∇u, {l2:.3e} in u");
     }
     println!("  {:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
+}
+
+fn contact(set: &ContactSet) -> String {
+    match set {
+        ContactSet::Zones(zones) if !zones.faces.is_empty() => format!(
+            "an area of {:.6} in {} zones on {} faces",
+            zones.area,
+            zones.zones,
+            zones.faces.len()
+        ),
+        ContactSet::Runs(runs) if !runs.is_empty() => {
+            let run = |[from, to]: &[f64; 2]| format!("[{from:.6}, {to:.6}]");
+            runs.iter().map(run).collect::<Vec<_>>().join(" ")
+        }
+        _ => "nothing".into(),
+    }
 }

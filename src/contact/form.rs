@@ -6,7 +6,7 @@ use crate::assembly::{self, FacePoints, Stiffness, value_at};
 use crate::element::{Basis, MAX_DOFS, Space};
 use crate::error::{Error, Result};
 use crate::mesh::{CellGeometry, Triangulation};
-use crate::quadrature::{self, Rule};
+use crate::quadrature::Rule;
 use crate::scene::{Expression, HRule, Part, Scene};
 
 /// The discrete problem: find u_h with A_h(u_h; v) = L(v) for all v that vanish on Γ_D, (3.1).
@@ -95,19 +95,9 @@ impl<'a> Problem<'a> {
     /// Boundary parts that do not fit the mesh, data that are not finite, a connected part of the
     /// domain that nothing holds.
     pub fn new(scene: &Scene, mesh: &'a Triangulation, method: Method) -> Result<Self> {
-        if mesh.dim != 2 {
-            return Err(Error::Mesh {
-                mesh: mesh.name.clone(),
-                what: "it has tetrahedra, and only plane domains are solved so far".into(),
-                remedy: "give a mesh of triangles".into(),
-            });
-        }
         let parts = scene.parts(mesh)?;
         let space = Space::new(mesh, method.element);
-        let cell_rule = quadrature::triangle(&scene.load_quadrature)
-            .expect("invariant: a scene's rules are of the table");
-        let face_rule = quadrature::interval(&scene.contact_quadrature)
-            .expect("invariant: a scene's rules are of the table");
+        let [cell_rule, face_rule] = scene.rules(mesh.dim)?;
 
         let mut load = vec![0.0; space.dofs];
         assembly::add_load(&space, &scene.data.f, &cell_rule, &mut load)?;

@@ -12,6 +12,7 @@
 mod active_set;
 mod condensed;
 mod conditions;
+mod contact_set;
 mod errors;
 mod form;
 mod iteration;
@@ -24,6 +25,7 @@ mod system;
 
 pub use crate::assembly::combine as gradient;
 pub use conditions::Condition;
+pub use contact_set::{ContactSet, ZoneFace, Zones};
 pub use errors::{Errors, errors};
 pub use form::{ContactFace, Problem};
 pub use iteration::{Iteration, Splitting};

@@ -1,7 +1,7 @@
 //! What is read off a discrete solution, whichever engine it came from: fields on the faces for
 //! the comparison, and the numbers that section 6 of the paper reports.
 
-use super::Problem;
+use super::{ContactSet, Problem};
 use crate::assembly::{self, FacePoints};
 use crate::element::{Basis, Space};
 use crate::field::{ColumnKind, FaceColumn, FaceFields};
@@ -19,8 +19,7 @@ pub struct Quantities {
     pub contact_flux: f64,
     /// ‖u_h - ψ + [P(u_h)]₊‖ on Γ_C, by the scheme's own rule.
     pub contact_residual: f64,
-    /// Maximal runs of contact along Γ_C.
-    pub contact_set: Vec<[f64; 2]>,
+    pub contact_set: ContactSet,
 }
 
 /// The numbers of u (values at all dofs).
@@ -39,7 +38,7 @@ pub fn quantities(problem: &Problem, u: &[f64]) -> Quantities {
         l2_norm: assembly::norm_squared(&problem.space, u).sqrt(),
         contact_flux: flux,
         contact_residual: residual.sqrt(),
-        contact_set: contact_set(problem, u),
+        contact_set: ContactSet::new(problem, u),
     }
 }
 
@@ -54,7 +53,8 @@ pub fn quantities(problem: &Problem, u: &[f64]) -> Quantities {
 pub fn face_fields(problem: &Problem, u: &[f64], source: &str) -> FaceFields {
     let space = &problem.space;
     let mesh = space.mesh;
-    let rule = quadrature::interval("gauss-5").expect("invariant: a rule of the table");
+    // Second moments of functions, squares of jumps.
+    let rule = quadrature::exact(mesh.dim - 1, 2 * space.element.degree());
     let faces = mesh.face_count();
     let mut mean = column("mean", 1, faces);
     let mut moments = column("moments", mesh.dim * (mesh.dim + 1) / 2, faces);
@@ -180,122 +180,4 @@ fn traces(space: &Space, face: usize, rule: &Rule, u: &[f64]) -> Vec<(Trace, f64
             (trace, point.weight)
         })
         .collect()
-}
-
-/// Maximal runs of contact along Γ_C in the plane. Positions are coordinates where Γ_C lies on
-/// one line parallel to an axis; else arc length, connected pieces one after the other. Inside a
-/// face the end of a run is where P, linear between quadrature points, vanishes.
-fn contact_set(problem: &Problem, u: &[f64]) -> Vec<[f64; 2]> {
-    let mut runs: Vec<[f64; 2]> = Vec::new();
-    let mut offset = 0.0;
-    for chain in chains(problem) {
-        let straight = chain.axis;
-        let mut from = straight.map_or(offset, |_| chain.start);
-        for &(index, reversed) in &chain.faces {
-            let face = &problem.contact[index];
-            let to = from + face.measure;
-            let local = problem.space.local(face.cell, u);
-            let mut samples: Vec<(f64, f64)> = face
-                .points
-                .iter()
-                .enumerate()
-                .map(|(q, point)| {
-                    let s = problem.face_rule.barycentric(q)[1];
-                    let s = if reversed { 1.0 - s } else { s };
-                    (from + s * face.measure, point.trace(face.gamma, &local).p)
-                })
-                .collect();
-            samples.sort_by(|a, b| a.0.total_cmp(&b.0));
-            for (k, &(s, p)) in samples.iter().enumerate() {
-                if p > 0.0 {
-                    continue;
-                }
-                let meet = |other: Option<&(f64, f64)>, end: f64| match other {
-                    None => end,
-                    Some(&(_, q)) if q <= 0.0 => end,
-                    Some(&(t, q)) => s + (t - s) * p / (p - q),
-                };
-                let before = if k > 0 { samples.get(k - 1) } else { None };
-                let after = samples.get(k + 1);
-                let low = meet(before, before.map_or(from, |b| b.0));
-                let high = meet(after, after.map_or(to, |a| a.0));
-                let joins = 1e-9 * face.measure;
-                match runs.last_mut() {
-                    Some(run) if low <= run[1] + joins && low >= run[0] => {
-                        run[1] = run[1].max(high);
-                    }
-                    _ => runs.push([low, high]),
-                }
-            }
-            from = to;
-        }
-        offset = from;
-    }
-    runs
-}
-
-/// Contact faces one after the other.
-struct Chain {
-    /// Indices into the contact faces, and whether the face is passed against its vertices' order.
-    faces: Vec<(usize, bool)>,
-    /// The axis that all of Γ_C is parallel to.
-    axis: Option<usize>,
-    /// The coordinate along that axis where the chain starts.
-    start: f64,
-}
-
-fn chains(problem: &Problem) -> Vec<Chain> {
-    let mesh = problem.space.mesh;
-    let vertices = |k: usize| {
-        let face = mesh.face(problem.contact[k].face);
-        [face[0], face[1]]
-    };
-    let at = |vertex: u32| mesh.points[vertex as usize];
-    let count = problem.contact.len();
-    let mut touching: std::collections::BTreeMap<u32, Vec<usize>> = Default::default();
-    for k in 0..count {
-        for vertex in vertices(k) {
-            touching.entry(vertex).or_default().push(k);
-        }
-    }
-    let axis = (0..2).find(|&axis| {
-        let level = |v: u32| at(v)[1 - axis];
-        count > 0 && touching.keys().all(|&v| level(v) == level(vertices(0)[0]))
-    });
-    let key = |vertex: u32| {
-        let p = at(vertex);
-        (p[0], p[1], vertex)
-    };
-    let order = |a: &u32, b: &u32| {
-        let (a, b) = (key(*a), key(*b));
-        a.0.total_cmp(&b.0)
-            .then(a.1.total_cmp(&b.1))
-            .then(a.2.cmp(&b.2))
-    };
-    // Chains start at loose ends; what is left over is closed and starts anywhere.
-    let mut starts: Vec<u32> = touching.keys().copied().collect();
-    starts.sort_by(|a, b| {
-        let loose = |v: &u32| touching[v].len() != 1;
-        loose(a).cmp(&loose(b)).then(order(a, b))
-    });
-    let mut used = vec![false; count];
-    let mut chains = Vec::new();
-    for start in starts {
-        let mut vertex = start;
-        let mut faces = Vec::new();
-        while let Some(&k) = touching[&vertex].iter().find(|&&k| !used[k]) {
-            used[k] = true;
-            let [a, b] = vertices(k);
-            faces.push((k, vertex == b));
-            vertex = if vertex == a { b } else { a };
-        }
-        if !faces.is_empty() {
-            chains.push(Chain {
-                faces,
-                axis,
-                start: axis.map_or(0.0, |axis| at(start)[axis]),
-            });
-        }
-    }
-    chains
 }

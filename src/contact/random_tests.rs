@@ -4,7 +4,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::*;
-use crate::mesh::generate::{Rectangle, SIDES, union_jack_on};
+use crate::mesh::generate::{Cuboid, sides, union_mesh};
 use crate::mesh::{Mesh, Triangulation};
 use crate::scene::{Boundary, Expression, GroupName, HRule, Scene};
 
@@ -171,10 +171,10 @@ fn shuffled(mesh: &mut Mesh, seed: u64) {
 
 impl Random {
     fn mesh(&self) -> Mesh {
-        let mut rectangle = Rectangle::new([0.0; 2], self.size);
+        let mut rectangle = Cuboid::new([0.0; 2], self.size);
         let at = self.size[0] * (self.cut as f64 / self.n as f64);
         rectangle.splits = [Some(at), None, Some(at), None];
-        let mut mesh = union_jack_on(self.n, &rectangle);
+        let mut mesh = union_mesh(self.n, &rectangle);
         match self.change {
             Change::None => {}
             Change::Perturbed(by, seed) => {
@@ -214,12 +214,12 @@ impl Random {
         } else {
             HRule::Local
         };
-        scene.load_quadrature = self.rules.0.into();
-        scene.contact_quadrature = self.rules.1.into();
+        scene.load_quadrature = Some(self.rules.0.into());
+        scene.contact_quadrature = Some(self.rules.1.into());
         let [mut contact, mut dirichlet, mut neumann] = [Vec::new(), Vec::new(), Vec::new()];
         for (k, group) in mesh.groups.iter().enumerate() {
             let name = group.name.clone().unwrap_or_default();
-            assert!(SIDES.iter().any(|side| name.starts_with(side)));
+            assert!(sides(2).iter().any(|side| name.starts_with(side)));
             let part = match self.parts[k % 6] {
                 0 => &mut contact,
                 1 => &mut dirichlet,

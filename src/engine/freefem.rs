@@ -114,7 +114,7 @@ pub(super) fn write_job(
             let path = folder.join(id).join(name);
             fs::write(&path, text).map_err(Error::io(&path, "write"))
         };
-        write("mesh.msh", mesh(case))?;
+        write("mesh.mesh", mesh(case))?;
         let gamma = job::gamma_by_cell(&case.problem)?;
         let mut text = format!("{}\n", gamma.len());
         for (cell, value) in gamma {
@@ -122,7 +122,7 @@ pub(super) fn write_job(
         }
         write("gamma.txt", text)?;
         Ok(Files {
-            mesh: format!("{id}/mesh.msh").into(),
+            mesh: format!("{id}/mesh.mesh").into(),
             gamma: format!("{id}/gamma.txt").into(),
         })
     })?;
@@ -130,33 +130,43 @@ pub(super) fn write_job(
     fs::write(&path, job_idp(cases, settings)).map_err(Error::io(&path, "write"))
 }
 
-/// FreeFEM's own format, numbers from 1: vertices, triangles, boundary edges with the part's label.
+/// Medit's format, numbers from 1: vertices, cells, boundary faces with the part's label.
 fn mesh(case: &Case) -> String {
     let problem = &case.problem;
     let mesh = problem.space.mesh;
-    let boundary: Vec<_> = problem
-        .parts
-        .iter()
-        .enumerate()
-        .filter_map(|(face, part)| part.map(|part| (face, part as i64)))
-        .collect();
+    let (of_cells, of_faces) = match mesh.dim {
+        2 => ("Triangles", "Edges"),
+        _ => ("Tetrahedra", "Triangles"),
+    };
     let mut text = format!(
-        "{} {} {}\n",
-        mesh.points.len(),
-        mesh.cell_count(),
-        boundary.len()
+        "MeshVersionFormatted 2\nDimension {}\nVertices\n{}\n",
+        mesh.dim,
+        mesh.points.len()
     );
-    for p in &mesh.points {
-        let _ = writeln!(text, "{:e} {:e} 0", p[0], p[1]);
+    for point in &mesh.points {
+        for x in &point[..mesh.dim] {
+            let _ = write!(text, "{x:e} ");
+        }
+        text.push_str("0\n");
     }
+    let row = |text: &mut String, vertices: &[u32], label: i64| {
+        for v in vertices {
+            let _ = write!(text, "{} ", v + 1);
+        }
+        let _ = writeln!(text, "{label}");
+    };
+    let _ = writeln!(text, "{of_cells}\n{}", mesh.cell_count());
     for cell in 0..mesh.cell_count() {
-        let v = mesh.cell(cell);
-        let _ = writeln!(text, "{} {} {} 0", v[0] + 1, v[1] + 1, v[2] + 1);
+        row(&mut text, mesh.cell(cell), 0);
     }
-    for (face, label) in boundary {
-        let v = mesh.face(face);
-        let _ = writeln!(text, "{} {} {label}", v[0] + 1, v[1] + 1);
+    let labelled = problem.parts.iter().flatten().count();
+    let _ = writeln!(text, "{of_faces}\n{labelled}");
+    for (face, part) in problem.parts.iter().enumerate() {
+        if let Some(part) = part {
+            row(&mut text, mesh.face(face), *part as i64);
+        }
     }
+    text.push_str("End\n");
     text
 }
 
@@ -167,6 +177,9 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
         settings.stop.increment, settings.stop.max_iterations
     );
     if let Some(case) = cases.first() {
+        // FreeFEM decides by it what it compiles.
+        let dim = case.problem.space.mesh.dim;
+        let _ = writeln!(text, "macro dimension() {dim} //");
         write_rule(&mut text, "cellRule", &case.problem.cell_rule);
         write_rule(&mut text, "faceRule", &case.problem.face_rule);
     }

@@ -95,26 +95,15 @@ pub(super) fn case_label(case: &Case) -> String {
     format!("{}, {}{n}", case.scene.name, case.problem.method)
 }
 
-/// All cases of a job share one stopping rule and one pair of rules.
-fn rules<'a>(engine: &str, cases: &'a [Case]) -> Result<(&'a Rule, &'a Rule)> {
-    let Some(first) = cases.first() else {
-        return Err(Error::usage("there is no case to run", "name a scene"));
+/// The cases by jobs: those of a job stand together and have one dimension and one pair of rules.
+pub(super) fn jobs<'a, 'm>(cases: &'a [Case<'m>]) -> Vec<&'a [Case<'m>]> {
+    let kind = |case: &Case| {
+        (
+            case.problem.cell_rule.clone(),
+            case.problem.face_rule.clone(),
+        )
     };
-    let rules = (&first.problem.cell_rule, &first.problem.face_rule);
-    match cases
-        .iter()
-        .find(|c| (&c.problem.cell_rule, &c.problem.face_rule) != rules)
-    {
-        None => Ok(rules),
-        Some(other) => Err(Error::engine(
-            engine,
-            format!(
-                "scenes {} and {} use different quadrature rules",
-                first.scene.name, other.scene.name
-            ),
-            "verify them one at a time",
-        )),
-    }
+    cases.chunk_by(|a, b| kind(a) == kind(b)).collect()
 }
 
 /// γ of each cell behind a contact face, by ascending cell.
@@ -146,7 +135,10 @@ pub(super) fn write(
     syntax: impl Fn(&Expression) -> String,
     write_case: impl Fn(&Case, &str) -> Result<Files>,
 ) -> Result<()> {
-    let (cell, face) = rules(engine, cases)?;
+    let Some(Case { problem, .. }) = cases.first() else {
+        return Err(Error::usage("there is no case to run", "name a scene"));
+    };
+    let (cell, face) = (&problem.cell_rule, &problem.face_rule);
     let out = folder.join("out");
     fs::create_dir_all(&out).map_err(Error::io(&out, "make"))?;
     let cases = cases

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::{Case, Engine, Progress, Run, Settings, fenicsx, freefem, job, process};
+use super::{Answer, Case, Engine, Progress, Run, Settings, fenicsx, freefem, job, process};
 use crate::error::{Error, Result};
 
 /// A program and how it is spoken to.
@@ -102,46 +102,88 @@ impl Engine for Program {
     }
 
     fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {
-        let temporary;
-        let folder = match &settings.keep {
-            Some(keep) => {
-                let folder = keep.join(&self.name);
-                // What an earlier run left here must not pass for an answer of this one; what is
-                // no job folder is somebody's work.
-                if folder.exists() {
-                    if !folder.join("job.json").is_file() {
-                        return Err(Error::usage(
-                            format!("{} is there and is no job folder", folder.display()),
-                            "name another folder with --keep",
-                        ));
-                    }
-                    std::fs::remove_dir_all(&folder).map_err(Error::io(&folder, "replace"))?;
-                }
-                std::fs::create_dir_all(&folder).map_err(Error::io(&folder, "make"))?;
-                std::path::absolute(&folder).map_err(Error::io(&folder, "find"))?
-            }
-            None => {
-                temporary = tempfile::Builder::new()
-                    .prefix("faceoff-")
-                    .tempdir()
-                    .map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
-                temporary.path().to_owned()
-            }
+        let jobs = job::jobs(cases);
+        let mut run = Run {
+            version: String::new(),
+            answers: Vec::with_capacity(cases.len()),
         };
-        let command = self.prepare(&folder, cases, settings)?;
-        process::run(&self.name, command, &folder, settings.time_limit, |line| {
+        for (number, job) in jobs.iter().enumerate() {
+            let kept = match number {
+                0 => self.name.clone(),
+                _ => format!("{}-{}", self.name, number + 1),
+            };
+            let folder = Folder::new(settings.keep.as_deref(), &kept)?;
+            let (version, answers) =
+                self.run_job(&folder.path, job, settings, progress, run.answers.len())?;
+            run.version = version;
+            run.answers.extend(answers);
+        }
+        progress.done(&self.name);
+        Ok(run)
+    }
+}
+
+impl Program {
+    /// Runs one job; `first` cases came before it.
+    fn run_job(
+        &self,
+        folder: &Path,
+        cases: &[Case],
+        settings: &Settings,
+        progress: &dyn Progress,
+        first: usize,
+    ) -> Result<(String, Vec<Answer>)> {
+        let command = self.prepare(folder, cases, settings)?;
+        process::run(&self.name, command, folder, settings.time_limit, |line| {
             if let Some((case, step, increment)) = parse_progress(line) {
-                progress.step(&self.name, case, step, increment);
+                progress.step(&self.name, first + case, step, increment);
             }
         })?;
-        let (told, answers) = job::read(&self.name, &folder, cases)?;
+        let (told, answers) = job::read(&self.name, folder, cases)?;
         let version = match self.kind {
             // What FreeFEM tells of itself is older than what Debian ships: 4.9 for 4.11.
             Kind::FreeFem { .. } => freefem::package_version("freefem++").unwrap_or(told),
             _ => told,
         };
-        progress.done(&self.name);
-        Ok(Run { version, answers })
+        Ok((version, answers))
+    }
+}
+
+/// A job's folder, which ends with the job unless it is to be kept.
+struct Folder {
+    path: PathBuf,
+    _temporary: Option<tempfile::TempDir>,
+}
+
+impl Folder {
+    fn new(keep: Option<&Path>, name: &str) -> Result<Self> {
+        let Some(keep) = keep else {
+            let temporary = tempfile::Builder::new()
+                .prefix("faceoff-")
+                .tempdir()
+                .map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
+            return Ok(Folder {
+                path: temporary.path().to_owned(),
+                _temporary: Some(temporary),
+            });
+        };
+        let folder = keep.join(name);
+        // What an earlier run left here must not pass for an answer of this one; what is no job
+        // folder is somebody's work.
+        if folder.exists() {
+            if !folder.join("job.json").is_file() {
+                return Err(Error::usage(
+                    format!("{} is there and is no job folder", folder.display()),
+                    "name another folder with --keep",
+                ));
+            }
+            std::fs::remove_dir_all(&folder).map_err(Error::io(&folder, "replace"))?;
+        }
+        std::fs::create_dir_all(&folder).map_err(Error::io(&folder, "make"))?;
+        Ok(Folder {
+            path: std::path::absolute(&folder).map_err(Error::io(&folder, "find"))?,
+            _temporary: None,
+        })
     }
 }
 

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::hanging::hanging_nodes;
+use super::simplex::{angle, dihedral_angles};
 use super::topology::{FaceKey, Side, all_sides, corners, key};
 use super::{Mesh, Shape};
 
@@ -405,30 +406,17 @@ impl Checker<'_> {
         for (cell, shape, nodes) in self.cells().filter(|(_, shape, _)| shape.dim() == self.dim) {
             let p: Vec<Vector3<f64>> = nodes.iter().map(|&node| self.point(node)).collect();
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            let mut take = |a: Vector3<f64>, b: Vector3<f64>| {
-                // Unlike the arc cosine this is exact for small and for flat angles too.
-                let angle = a.cross(&b).norm().atan2(a.dot(&b)).to_degrees();
-                (low, high) = (low.min(angle), high.max(angle));
-            };
+            let mut take = |angle: f64| (low, high) = (low.min(angle), high.max(angle));
             match (shape, p.as_slice()) {
                 (Shape::Triangle | Shape::Quadrangle, p) => {
                     let n = p.len();
                     for i in 0..n {
-                        take(p[(i + 1) % n] - p[i], p[(i + n - 1) % n] - p[i]);
+                        take(angle(p[(i + 1) % n] - p[i], p[(i + n - 1) % n] - p[i]));
                     }
                 }
                 (Shape::Tetrahedron, &[a, b, c, d]) => {
-                    for [i, j, k, l] in [
-                        [a, b, c, d],
-                        [a, c, b, d],
-                        [a, d, b, c],
-                        [b, c, a, d],
-                        [b, d, a, c],
-                        [c, d, a, b],
-                    ] {
-                        let edge = j - i;
-                        take(edge.cross(&(k - i)), edge.cross(&(l - i)));
-                    }
+                    let corners = [a, b, c, d].map(Into::into);
+                    dihedral_angles(&corners).into_iter().for_each(take);
                 }
                 _ => continue,
             }

@@ -1,127 +1,222 @@
-//! Generated meshes.
+//! Generated meshes: one rule for rectangles and boxes.
 
 use super::{CellBlock, CellKind, Group, Mesh};
 
-/// The sides of a rectangle, in the order of their groups' tags, which start at 1.
-pub const SIDES: [&str; 4] = ["bottom", "right", "top", "left"];
+/// The sides of a rectangle and of a box in the order of their groups' tags, which start at 1. The
+/// last coordinate points up.
+pub fn sides(dim: usize) -> &'static [&'static str] {
+    const SIDES: [&str; 6] = ["bottom", "right", "top", "left", "front", "back"];
+    &SIDES[..2 * dim]
+}
 
-/// A rectangle with sides parallel to the axes.
+/// The coordinate that is constant on a side, and whether it is there at its upper end.
+pub fn place(side: usize, dim: usize) -> (usize, bool) {
+    match side {
+        0 => (dim - 1, false),
+        1 => (0, true),
+        2 => (dim - 1, true),
+        3 => (0, false),
+        _ => (1, side == 5),
+    }
+}
+
+/// A rectangle or a box with sides parallel to the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rectangle {
-    /// The lower left corner.
-    pub origin: [f64; 2],
-    pub size: [f64; 2],
-    /// Where each of [`SIDES`] is split into two groups: the coordinate along it.
+pub struct Cuboid {
+    /// 2 or 3; in 2D the third coordinates are 0.
+    pub dim: usize,
+    /// The corner of the lowest coordinates.
+    pub origin: [f64; 3],
+    pub size: [f64; 3],
+    /// Where each side of a rectangle is split into two groups: the coordinate along it.
     pub splits: [Option<f64>; 4],
 }
 
-impl Rectangle {
-    pub fn new(origin: [f64; 2], size: [f64; 2]) -> Self {
-        Rectangle {
-            origin,
-            size,
+impl Cuboid {
+    /// A rectangle or a box, as the number of coordinates says (2 or 3).
+    pub fn new<const D: usize>(origin: [f64; D], size: [f64; D]) -> Self {
+        let padded = |v: [f64; D]| std::array::from_fn(|k| v.get(k).copied().unwrap_or(0.0));
+        Cuboid {
+            dim: D,
+            origin: padded(origin),
+            size: padded(size),
             splits: [None; 4],
         }
     }
 
-    /// Number of the `n` edges of a side that come before its split, by ascending coordinate.
+    /// Number of the `n` edges of a rectangle's side that come before its split, by ascending
+    /// coordinate.
     ///
     /// None where the split falls inside an edge or leaves one part empty.
     pub fn split_after(&self, side: usize, n: usize) -> Option<usize> {
         let axis = side % 2;
-        let position = n as f64 * (self.splits[side]? - self.origin[axis]) / self.size[axis];
+        let at = self.splits.get(side).copied().flatten()?;
+        let position = n as f64 * (at - self.origin[axis]) / self.size[axis];
         let edges = position.round();
         let fits = (position - edges).abs() < 1e-9 && edges >= 1.0 && edges < n as f64;
         fits.then_some(edges as usize)
     }
 }
 
-/// The Union-Jack mesh of (0, Lx) × (0, Ly); see [`union_jack_on`].
+/// The Union-Jack mesh of (0, Lx) × (0, Ly); see [`union_mesh`].
 pub fn union_jack(n: usize, size: [f64; 2]) -> Mesh {
-    union_jack_on(n, &Rectangle::new([0.0; 2], size))
+    union_mesh(n, &Cuboid::new([0.0; 2], size))
 }
 
-/// The Union-Jack mesh of a rectangle: n × n rectangles, each cut along the diagonal that makes
+/// The mesh of (0, Lx) × (0, Ly) × (0, Lz) of 6n³ tetrahedra; see [`union_mesh`].
+pub fn union_cube(n: usize, size: [f64; 3]) -> Mesh {
+    union_mesh(n, &Cuboid::new([0.0; 3], size))
+}
+
+/// The Union-Jack mesh of a rectangle or box: n^d small ones, each cut into d! simplices so that
 /// neighbours mirror each other (section 6 of the paper: h = √2/n on the unit square).
 ///
-/// Groups: bottom 1, right 2, top 3, left 4. A side that is split has two groups: that of the
-/// lower coordinates keeps the tag, the other's is larger by 4, and the names say where each lies,
-/// as in `bottom-left` and `bottom-right`. A split that falls on no vertex is not made.
-pub fn union_jack_on(n: usize, rectangle: &Rectangle) -> Mesh {
+/// Each small cuboid is cut as by Kuhn (1960): a simplex is a path along d edges, one of each
+/// direction in any order, from the corner with even lattice coordinates to the opposite one.
+///
+/// The small cuboids are numbered with the first coordinate running fastest; in the plane the lower
+/// triangle of each comes first.
+///
+/// Groups: bottom 1, right 2, top 3, left 4, front 5, back 6. A side of a rectangle that is split
+/// has two groups: that of the lower coordinates keeps the tag, the other's is larger by 4, and the
+/// names say where each lies, as in `bottom-left` and `bottom-right`. A split that falls on no
+/// vertex is not made. Boundary faces are oriented outwards.
+pub fn union_mesh(n: usize, cuboid: &Cuboid) -> Mesh {
+    let dim = cuboid.dim;
     let row = n + 1;
-    let at = |k: usize, axis: usize| {
-        rectangle.origin[axis] + rectangle.size[axis] * (k as f64 / n as f64)
-    };
-    let points = (0..row * row)
-        .map(|v| [at(v % row, 0), at(v / row, 1), 0.0])
+    let at =
+        |k: usize, axis: usize| cuboid.origin[axis] + cuboid.size[axis] * (k as f64 / n as f64);
+    let points = (0..row.pow(dim as u32))
+        .map(|v| {
+            let lattice = digits(v, row, dim);
+            std::array::from_fn(|k| if k < dim { at(lattice[k], k) } else { 0.0 })
+        })
         .collect();
-    let mut cells = Vec::with_capacity(6 * n * n);
-    for j in 0..n {
-        for i in 0..n {
-            let a = (j * row + i) as u32;
-            let (b, c) = (a + 1, a + row as u32);
-            let d = c + 1;
-            if (i + j) % 2 == 0 {
-                cells.extend([a, b, d, a, d, c]);
+    let orders = orders(dim);
+    let count = n.pow(dim as u32);
+    let mut cells = Vec::with_capacity(count * orders.len() * (dim + 1));
+    let mut faces: Vec<Vec<u32>> = vec![Vec::new(); 2 * dim];
+    for index in 0..count {
+        let corner = digits(index, n, dim);
+        for number in 0..orders.len() {
+            // Of paths upwards those that rise last run along the bottom, of paths downwards those that fall first.
+            let downwards = corner[dim - 1] % 2 == 1;
+            let order = orders[if downwards {
+                orders.len() - 1 - number
             } else {
-                cells.extend([a, b, c, b, d, c]);
+                number
+            }];
+            let (path, positive) = path(corner, order, row);
+            let simplex = &path[..=dim];
+            push_oriented(&mut cells, simplex, positive);
+            for (side, of_side) in faces.iter_mut().enumerate() {
+                let (axis, upper) = place(side, dim);
+                if corner[axis] != if upper { n - 1 } else { 0 } {
+                    continue;
+                }
+                // Paths start on even coordinates: there on this side, or at the end.
+                let starts_here = (corner[axis] % 2 == 1) == upper;
+                if starts_here && order[dim - 1] == axis {
+                    push_oriented(of_side, &simplex[..dim], positive == (dim == 2));
+                } else if !starts_here && order[0] == axis {
+                    push_oriented(of_side, &simplex[1..], positive);
+                }
             }
         }
     }
-    let vertex = |i: usize, j: usize| (j * row + i) as u32;
-    let mut lines = Vec::with_capacity(8 * n);
-    for k in 0..n {
-        lines.extend([vertex(k, 0), vertex(k + 1, 0)]);
-    }
-    for k in 0..n {
-        lines.extend([vertex(n, k), vertex(n, k + 1)]);
-    }
-    for k in 0..n {
-        lines.extend([vertex(n - k, n), vertex(n - k - 1, n)]);
-    }
-    for k in 0..n {
-        lines.extend([vertex(0, n - k), vertex(0, n - k - 1)]);
-    }
+    let (cell_kind, face_kind) = match dim {
+        2 => (CellKind::Triangle, CellKind::Line),
+        _ => (CellKind::Tetrahedron, CellKind::Triangle),
+    };
+    let counts: Vec<usize> = faces.iter().map(|f| f.len() / dim).collect();
     Mesh {
         points,
+        groups: groups(n, cuboid, &counts),
         blocks: vec![
-            CellBlock::new(CellKind::Line, lines),
-            CellBlock::new(CellKind::Triangle, cells),
+            CellBlock::new(face_kind, faces.concat()),
+            CellBlock::new(cell_kind, cells),
         ],
-        groups: groups(n, rectangle),
         ..Mesh::default()
     }
 }
 
-/// The groups of the lines, which go around the rectangle from its lower left corner.
-fn groups(n: usize, rectangle: &Rectangle) -> Vec<Group> {
-    let mut groups = Vec::new();
-    for (side, name) in SIDES.into_iter().enumerate() {
-        let (first, end) = ((side * n) as u32, ((side + 1) * n) as u32);
-        let mut group = |name: String, tag: usize, cells: std::ops::Range<u32>| {
-            groups.push(Group {
-                dim: 1,
-                tag: tag as i64,
-                name: Some(name),
-                cells: cells.collect(),
-            });
-        };
-        let Some(edges) = rectangle.split_after(side, n) else {
-            group(name.to_owned(), side + 1, first..end);
-            continue;
-        };
-        // Top and left are passed against their coordinate.
-        let (lower, upper) = if side < 2 {
-            let split = first + edges as u32;
-            (first..split, split..end)
-        } else {
-            let split = end - edges as u32;
-            (split..end, first..split)
-        };
-        let [low, high] = [["left", "right"], ["bottom", "top"]][side % 2];
-        group(format!("{name}-{low}"), side + 1, lower);
-        group(format!("{name}-{high}"), side + 5, upper);
+/// Lattice coordinates of the `index`th of `base`^dim places, the first coordinate running fastest.
+fn digits(index: usize, base: usize, dim: usize) -> [usize; 3] {
+    let mut rest = index;
+    let mut digits = [0; 3];
+    for digit in &mut digits[..dim] {
+        *digit = rest % base;
+        rest /= base;
     }
+    digits
+}
+
+/// All orders of the axes.
+fn orders(dim: usize) -> &'static [&'static [usize]] {
+    match dim {
+        2 => &[&[0, 1], &[1, 0]],
+        _ => &[
+            &[0, 1, 2],
+            &[0, 2, 1],
+            &[1, 0, 2],
+            &[1, 2, 0],
+            &[2, 0, 1],
+            &[2, 1, 0],
+        ],
+    }
+}
+
+/// The vertices of the path through a small cuboid that steps along the axes in this order, and
+/// whether that simplex is positively oriented. `row` vertices lie on a line of the lattice.
+fn path(corner: [usize; 3], order: &[usize], row: usize) -> ([u32; 4], bool) {
+    let mut vertex = corner.map(|c| c + c % 2);
+    let number = |vertex: &[usize; 3]| vertex.iter().rev().fold(0, |sum, v| sum * row + v) as u32;
+    let mut path = [number(&vertex); 4];
+    let mut positive = true;
+    for (k, &axis) in order.iter().enumerate() {
+        let backwards = corner[axis] % 2 == 1;
+        vertex[axis] = corner[axis] + usize::from(!backwards);
+        path[k + 1] = number(&vertex);
+        positive ^= backwards;
+        positive ^= order[..k].iter().filter(|before| **before > axis).count() % 2 == 1;
+    }
+    (path, positive)
+}
+
+/// Appends a simplex, its last two vertices exchanged where it is not positive.
+fn push_oriented(to: &mut Vec<u32>, simplex: &[u32], positive: bool) {
+    to.extend_from_slice(simplex);
+    if !positive {
+        let end = to.len();
+        to.swap(end - 2, end - 1);
+    }
+}
+
+/// The groups of the boundary faces, which come side by side, `counts` of each.
+fn groups(n: usize, cuboid: &Cuboid, counts: &[usize]) -> Vec<Group> {
+    let mut groups = Vec::new();
+    let mut group = |name: String, tag: usize, cells: std::ops::Range<usize>| {
+        groups.push(Group {
+            dim: cuboid.dim as u8 - 1,
+            tag: tag as i64,
+            name: Some(name),
+            cells: cells.map(|cell| cell as u32).collect(),
+        });
+    };
+    let mut first = 0;
+    for (side, name) in sides(cuboid.dim).iter().enumerate() {
+        let end = first + counts[side];
+        match cuboid.split_after(side, n) {
+            None => group((*name).to_owned(), side + 1, first..end),
+            Some(edges) => {
+                let [low, high] = [["left", "right"], ["bottom", "top"]][side % 2];
+                group(format!("{name}-{low}"), side + 1, first..first + edges);
+                group(format!("{name}-{high}"), side + 5, first + edges..end);
+            }
+        }
+        first = end;
+    }
+    groups.sort_by_key(|group| group.tag);
     groups
 }
 
@@ -129,17 +224,89 @@ fn groups(n: usize, rectangle: &Rectangle) -> Vec<Group> {
 mod tests {
     use super::*;
     use crate::mesh::Triangulation;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn neighbours_mirror_each_other() {
+        for dim in [2, 3] {
+            let n = 4;
+            let mesh = match dim {
+                2 => union_jack(n, [1.0; 2]),
+                _ => union_cube(n, [1.0; 3]),
+            };
+            let mesh = Triangulation::new("union", &mesh).unwrap();
+            let simplices = if dim == 2 { 2 } else { 6 };
+            assert_eq!(mesh.cell_count(), simplices * n.pow(dim as u32));
+            // Reflected in a plane between two layers of small cubes, every face is a face again.
+            let place = |v: u32| mesh.points[v as usize].map(|x| (x * n as f64).round() as i64);
+            let mut found = std::collections::HashMap::new();
+            for vertex in 0..mesh.points.len() as u32 {
+                found.insert(place(vertex), vertex);
+            }
+            for axis in 0..dim {
+                for level in 1..n as i64 {
+                    let mut seen = 0;
+                    for face in 0..mesh.face_count() {
+                        let reflected = mesh.face(face).iter().map(|&v| {
+                            let mut p = place(v);
+                            p[axis] = 2 * level - p[axis];
+                            found.get(&p).copied()
+                        });
+                        let Some(mut reflected) = reflected.collect::<Option<Vec<u32>>>() else {
+                            continue;
+                        };
+                        reflected.sort_unstable();
+                        assert!(
+                            mesh.find_face(&reflected).is_some(),
+                            "{dim}D, {axis} {level}"
+                        );
+                        seen += 1;
+                    }
+                    assert!(seen > 0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sides_are_named_whole_and_look_outwards() {
+        let cuboid = Cuboid::new([-1.0, 2.0, 0.5], [3.0, 1.0, 2.0]);
+        for n in [1, 2, 3] {
+            let mesh = union_mesh(n, &cuboid);
+            assert_eq!(mesh.validate(), Ok(()));
+            assert_eq!(mesh.groups.len(), 6);
+            for group in &mesh.groups {
+                let (axis, upper) = place(group.tag as usize - 1, 3);
+                let level = cuboid.origin[axis] + if upper { cuboid.size[axis] } else { 0.0 };
+                let mut area = 0.0;
+                for &cell in &group.cells {
+                    let (_, nodes) = mesh.cell(cell).unwrap();
+                    let p = [0, 1, 2].map(|i| Vector3::from(mesh.points[nodes[i] as usize]));
+                    let normal = 0.5 * (p[1] - p[0]).cross(&(p[2] - p[0]));
+                    assert!(p.iter().all(|p| (p[axis] - level).abs() < 1e-12));
+                    assert_eq!(normal[axis] > 0.0, upper, "{:?}", group.name);
+                    area += normal.norm();
+                }
+                let whole: f64 = (0..3)
+                    .filter(|a| *a != axis)
+                    .map(|a| cuboid.size[a])
+                    .product();
+                assert!((area - whole).abs() < 1e-12, "{:?}", group.name);
+            }
+            Triangulation::new("box", &mesh).unwrap();
+        }
+    }
 
     #[test]
     fn a_split_side_has_a_group_on_either_part() {
-        let mut rectangle = Rectangle::new([-1.0, 2.0], [3.0, 1.0]);
+        let mut rectangle = Cuboid::new([-1.0, 2.0], [3.0, 1.0]);
         rectangle.splits = [Some(0.0), Some(2.5), Some(1.0), Some(2.25)];
-        let mesh = Triangulation::new("split", &union_jack_on(12, &rectangle)).unwrap();
+        let mesh = Triangulation::new("split", &union_mesh(12, &rectangle)).unwrap();
         assert_eq!(mesh.groups.len(), 8);
         for group in &mesh.groups {
             let name = group.name.as_deref().unwrap();
             let (side, part) = name.split_once('-').unwrap();
-            let k = SIDES.iter().position(|s| *s == side).unwrap();
+            let k = sides(2).iter().position(|s| *s == side).unwrap();
             let split = rectangle.splits[k].unwrap();
             let mut length = 0.0;
             for &face in &group.faces {

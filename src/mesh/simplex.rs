@@ -101,6 +101,44 @@ pub(super) fn signed_measure(dim: usize, points: &[[f64; 3]; 4]) -> f64 {
     }
 }
 
+/// The smallest height of a tetrahedron over its shortest edge: a sliver has four vertices near one
+/// plane and yet no short edge, so that this is small. A flat cell of a thin layer is no sliver.
+pub(super) fn thickness(points: &[[f64; 3]; 4]) -> f64 {
+    let p = points.map(Vector3::from);
+    let mut shortest = f64::INFINITY;
+    let mut largest = 0.0_f64;
+    for i in 0..4 {
+        let [a, b, c] = [1, 2, 3].map(|k| p[(i + k) % 4]);
+        largest = largest.max(0.5 * (b - a).cross(&(c - a)).norm());
+        for j in 0..i {
+            shortest = shortest.min((p[i] - p[j]).norm());
+        }
+    }
+    3.0 * signed_measure(3, points).abs() / (largest * shortest)
+}
+
+/// The angles between the faces of a tetrahedron, in degrees, at the edges 01, 02, 03, 12, 13, 23.
+pub(super) fn dihedral_angles(points: &[[f64; 3]; 4]) -> [f64; 6] {
+    let p = points.map(Vector3::from);
+    [
+        [0, 1, 2, 3],
+        [0, 2, 1, 3],
+        [0, 3, 1, 2],
+        [1, 2, 0, 3],
+        [1, 3, 0, 2],
+        [2, 3, 0, 1],
+    ]
+    .map(|[i, j, k, l]| {
+        let edge = p[j] - p[i];
+        angle(edge.cross(&(p[k] - p[i])), edge.cross(&(p[l] - p[i])))
+    })
+}
+
+/// Between two vectors, in degrees; unlike the arc cosine exact for small and for flat angles too.
+pub(super) fn angle(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
+    a.cross(&b).norm().atan2(a.dot(&b)).to_degrees()
+}
+
 /// Length of the longest edge.
 pub(super) fn diameter(dim: usize, points: &[[f64; 3]; 4]) -> f64 {
     let mut largest = 0.0_f64;

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::hanging::hanging_nodes;
-use super::simplex::{diameter, signed_measure};
+use super::simplex::{diameter, dihedral_angles, signed_measure, thickness};
 use super::{CellGeometry, CellKind, Mesh};
 use crate::error::{Error, Result};
 
@@ -15,6 +15,8 @@ pub const NONE: u32 = u32::MAX;
 
 /// A cell flatter than this (measure over diameter^dim) has no usable gradients.
 const DEGENERATE: f64 = 1e-14;
+/// In a tetrahedron thinner than this, see `thickness`, half of the digits of a gradient are lost.
+const SLIVER: f64 = 1e-8;
 
 /// A conforming simplicial mesh. Local face i of a cell lies opposite its local vertex i.
 #[derive(Debug, Clone)]
@@ -272,14 +274,8 @@ impl Triangulation {
             }
         }
         if let Some(cell) = self.orient_cells() {
-            let geometry = self.geometry(cell);
             return Err(refuse(
-                format!(
-                    "cell {cell} (vertices {:?}) is degenerate: measure {:e} at diameter {:e}",
-                    self.cell(cell),
-                    geometry.measure(),
-                    geometry.diameter
-                ),
+                self.what_is_flat(cell),
                 "remove the cell or move its vertices",
             ));
         }
@@ -296,8 +292,33 @@ impl Triangulation {
         Ok(())
     }
 
+    /// What is wrong with a cell that is degenerate or a sliver.
+    fn what_is_flat(&self, cell: usize) -> String {
+        let geometry = self.geometry(cell);
+        let mut what = format!("cell {cell} (vertices {:?}) is ", self.cell(cell));
+        let vertices = self.vertices(cell);
+        let is_sliver = geometry.measure() > DEGENERATE * geometry.diameter.powi(self.dim as i32);
+        what += &if self.dim == 3 && is_sliver {
+            let thickness = thickness(&vertices);
+            format!("a sliver: its height is {thickness:.1e} of its shortest edge")
+        } else {
+            format!(
+                "degenerate: measure {:e} at diameter {:e}",
+                geometry.measure(),
+                geometry.diameter
+            )
+        };
+        if self.dim == 3 {
+            let angles = dihedral_angles(&vertices);
+            let low = angles.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = angles.iter().copied().fold(0.0, f64::max);
+            what += &format!(", dihedral angles from {low:.2e}° to {high:.6}°");
+        }
+        what
+    }
+
     /// The order of a cell's vertices carries no meaning: makes all positive. The first cell that
-    /// is degenerate, if any.
+    /// is degenerate or a sliver, if any.
     fn orient_cells(&mut self) -> Option<usize> {
         let (dim, local) = (self.dim, self.dim + 1);
         let points = &self.points;
@@ -312,7 +333,9 @@ impl Triangulation {
                 nodes.swap(dim - 1, dim);
             }
             // Negated so that NaN is refused as well.
-            let sound = measure.abs() > flat && measure.is_finite();
+            let sound = measure.abs() > flat
+                && measure.is_finite()
+                && (dim == 2 || thickness(&vertices) > SLIVER);
             (!sound).then_some(cell)
         };
         self.cells

@@ -122,7 +122,7 @@ pub fn fine_errors(problem: &Problem, u: &[f64], norms: &Quantities, truth: &Ref
         product += face.measure * integral;
     }
     let square = truth.grad_norm_sq + norms.grad_norm_sq - 2.0 * product;
-    let rule = quadrature::triangle("radon-7").expect("invariant: a rule of the table");
+    let rule = quadrature::exact(2, 5);
     let squares: Vec<f64> = (0..mesh.cell_count())
         .into_par_iter()
         .map(|cell| {
@@ -161,6 +161,7 @@ pub fn step_between(problem: &Problem, u: &[f64], coarse: &Fine) -> f64 {
 mod tests {
     use super::super::distance::distance;
     use super::*;
+    use crate::contact::ContactSet;
     use crate::contact::{Iteration, Method, Stop, errors, quantities, solve};
     use crate::element::{CR, P2};
     use crate::mesh::Triangulation;
@@ -182,7 +183,7 @@ mod tests {
             l2_norm: problem_norms[1],
             contact_flux: 0.0,
             contact_residual: 0.0,
-            contact_set: vec![],
+            contact_set: ContactSet::Runs(vec![]),
         }
     }
 
@@ -244,7 +245,7 @@ mod tests {
         let u_h: Vec<f64> = coarse.points().map(|p| p[0] - p[1] * p[0]).collect();
         let here = distance(&coarse, &u_h, &fine);
 
-        let rule = quadrature::triangle("radon-7").unwrap();
+        let rule = quadrature::exact(2, 5);
         let (mut h1, mut l2) = (0.0, 0.0);
         for cell in 0..fine_mesh.cell_count() {
             let geometry = fine_mesh.geometry(cell);

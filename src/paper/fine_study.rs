@@ -120,7 +120,7 @@ pub fn run_fine<'a>(
             order_of_theory(),
         ),
         steps_between: between,
-        contact_set: solved.norms.contact_set.clone(),
+        contact_set: solved.norms.contact_set.runs().to_vec(),
         elevation: solved.elevation(),
     };
     Ok((solved, outcome))

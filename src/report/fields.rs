@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::contact::{Problem, face_fields};
+use crate::contact::{ContactSet, Problem, face_fields};
 use crate::engine::Case;
 use crate::error::{Error, Result};
 use crate::field::{ColumnKind, FaceFields, Whole};
@@ -234,7 +234,8 @@ fn write_cells(
 }
 
 /// The faces as cells, on the mesh's own vertices: exact dofs, every compared field of every
-/// engine, and the differences to the first. What a face does not carry is NaN.
+/// engine, and the differences to the first. What a face does not carry is NaN. In space also the
+/// part of each contact face that is in contact, and the number of its zone, -1 where there is none.
 fn write_faces(
     path: &Path,
     problem: &Problem,
@@ -290,6 +291,23 @@ fn write_faces(
             components,
             Values::F64(values),
         ));
+        if let ContactSet::Zones(zones) = ContactSet::new(problem, u) {
+            let mut shares = vec![f64::NAN; faces];
+            let mut numbers = vec![-1; faces];
+            for face in &problem.contact {
+                shares[face.face] = 0.0;
+            }
+            for face in &zones.faces {
+                shares[face.face] = face.share;
+                numbers[face.face] = face.zone as i32;
+            }
+            fields.push(on_cells(
+                format!("contact {engine}"),
+                1,
+                Values::F64(shares),
+            ));
+            fields.push(on_cells(format!("zone {engine}"), 1, Values::I32(numbers)));
+        }
     }
     let Some(first) = engines.first() else {
         return vtu::write(path, &mesh, &fields, whole, ENCODING);

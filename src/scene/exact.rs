@@ -1,26 +1,25 @@
-//! Built-in scenes whose solution is known: one for every planar entry of the catalogue.
+//! Built-in scenes whose solution is known: one for every entry of the catalogue.
 
 use super::boundary::GroupName;
-use super::file::{GAMMA0, N};
+use super::file::{GAMMA0, N, N_SOLID};
 use super::{Boundary, Data, Expression, HRule, MeshSource, Scene};
 use crate::error::{Error, Result};
-use crate::mesh::generate::{Rectangle, SIDES};
-use crate::quadrature;
-use crate::truth::exact::{Exact, Kind, Side, Text, catalogue};
+use crate::mesh::generate::{Cuboid, place, sides};
+use crate::truth::exact::{Exact, Kind, Side, catalogue};
 
-pub(super) fn names() -> Vec<&'static str> {
-    let planar = catalogue().into_iter().filter(|e| e.text.is_some());
-    planar.map(|e| e.name).collect()
+pub(super) fn names(dim: usize) -> Vec<&'static str> {
+    let all = catalogue().into_iter();
+    all.filter(|e| e.dimension == dim).map(|e| e.name).collect()
 }
 
-/// The scene of this name; none where the catalogue has no planar solution of that name.
+/// The scene of this name; none where the catalogue has no solution of that name.
 pub(super) fn find(name: &str) -> Option<Result<Scene>> {
     let exact = catalogue().into_iter().find(|e| e.name == name)?;
-    let text = exact.text.as_ref()?;
-    Some(scene(&exact, text))
+    Some(scene(&exact))
 }
 
-fn scene(exact: &Exact, text: &Text) -> Result<Scene> {
+fn scene(exact: &Exact) -> Result<Scene> {
+    let text = &exact.text;
     let formula = |key: &str, text: &str| {
         Expression::parse(text).map_err(|e| Error::Scene {
             scene: exact.name.to_owned(),
@@ -29,10 +28,11 @@ fn scene(exact: &Exact, text: &Text) -> Result<Scene> {
             remedy: "report this: a built-in scene is at fault".into(),
         })
     };
-    let (rectangle, boundary) = geometry(exact);
+    let (cuboid, boundary) = geometry(exact);
+    let n = if cuboid.dim == 2 { N } else { N_SOLID };
     Ok(Scene {
         name: exact.name.to_owned(),
-        mesh: MeshSource::UnionJack { n: N, rectangle },
+        mesh: MeshSource::Union { n, cuboid },
         boundary,
         data: Data {
             f: formula("data.f", &text.f)?,
@@ -42,30 +42,33 @@ fn scene(exact: &Exact, text: &Text) -> Result<Scene> {
         },
         gamma0: GAMMA0,
         h: HRule::Local,
-        load_quadrature: quadrature::CELL_RULES[0].to_owned(),
-        contact_quadrature: quadrature::FACE_RULES[0].to_owned(),
+        load_quadrature: None,
+        contact_quadrature: None,
         cross_order: None,
         exact: Some(formula("exact.u", &text.u)?),
     })
 }
 
-/// The rectangle, split where two parts of a side meet, and the groups of each part.
-fn geometry(exact: &Exact) -> (Rectangle, Boundary) {
-    let [x0, y0, _] = exact.lower;
-    let [x1, y1, _] = exact.upper;
-    let mut rectangle = Rectangle::new([x0, y0], [x1 - x0, y1 - y0]);
+/// The rectangle or box, split where two parts of a side meet, and the groups of each part.
+fn geometry(exact: &Exact) -> (Cuboid, Boundary) {
+    let dim = exact.dimension;
+    let mut cuboid = Cuboid::new(
+        exact.lower,
+        std::array::from_fn(|k| exact.upper[k] - exact.lower[k]),
+    );
+    cuboid.dim = dim;
     let mut boundary = Boundary::default();
     for side in &exact.sides {
         // A catalogue's range is that of x: of bottom or top.
-        let (number, name) = number(side);
+        let (number, name) = number(side, dim);
         let group = match side.range {
             None => name.to_owned(),
-            Some([low, _]) if low > x0 => {
-                rectangle.splits[number] = Some(low);
+            Some([low, _]) if low > exact.lower[0] => {
+                cuboid.splits[number] = Some(low);
                 format!("{name}-right")
             }
             Some([_, high]) => {
-                rectangle.splits[number] = Some(high);
+                cuboid.splits[number] = Some(high);
                 format!("{name}-left")
             }
         };
@@ -76,18 +79,16 @@ fn geometry(exact: &Exact) -> (Rectangle, Boundary) {
         };
         part.push(GroupName::Name(group));
     }
-    (rectangle, boundary)
+    (cuboid, boundary)
 }
 
 /// A side's number and name in the mesh.
-fn number(side: &Side) -> (usize, &'static str) {
-    let number = match (side.axis, side.upper) {
-        (0, false) => 3,
-        (0, true) => 1,
-        (_, false) => 0,
-        (_, true) => 2,
-    };
-    (number, SIDES[number])
+fn number(side: &Side, dim: usize) -> (usize, &'static str) {
+    let names = sides(dim);
+    (0..names.len())
+        .find(|&k| place(k, dim) == (side.axis, side.upper))
+        .map(|k| (k, names[k]))
+        .expect("invariant: a catalogue's sides are those of a rectangle or a box")
 }
 
 #[cfg(test)]
@@ -95,24 +96,23 @@ mod tests {
     use super::*;
     use crate::scene::Part;
 
-    /// Points of the closed rectangle without pattern, every fifth on y = 0.
+    /// Points of the closed rectangle or box without pattern, every fifth on the bottom.
     fn points(e: &Exact) -> impl Iterator<Item = [f64; 3]> + '_ {
         (1..=600).map(|i: u32| {
-            let fraction = |g: f64| (g * f64::from(i)).fract();
-            let on_bottom = i.is_multiple_of(5);
-            let y = if on_bottom {
-                0.0
-            } else {
-                fraction(0.671_043_606_704)
-            };
-            let [x0, x1] = [e.lower[0], e.upper[0]];
-            [x0 + (x1 - x0) * fraction(0.819_172_513_396), y, 0.0]
+            let fractions = [0.819_172_513_396, 0.671_043_606_704, 0.549_700_477_902]
+                .map(|g| (g * f64::from(i)).fract());
+            std::array::from_fn(|k| {
+                if k + 1 == e.dimension && i.is_multiple_of(5) {
+                    return e.lower[k];
+                }
+                e.lower[k] + (e.upper[k] - e.lower[k]) * fractions[k]
+            })
         })
     }
 
     #[test]
     fn text_and_numbers_of_every_solution_agree() {
-        for name in names() {
+        for name in [names(2), names(3)].concat() {
             let exact = catalogue().into_iter().find(|e| e.name == name).unwrap();
             let scene = Scene::find(name).unwrap();
             let u = scene.exact.as_ref().unwrap();
@@ -129,9 +129,9 @@ mod tests {
                 near("t", scene.data.t.value(p), exact.t(p), 1.0);
                 near("psi", scene.data.psi.value(p), exact.psi(p), 1.0);
                 let (slope, expected) = (u.gradient(p), exact.grad(p));
-                // On y = 0 itself abs and atan2 leave the text a choice of sides.
-                for axis in 0..2 {
-                    if p[1] > 0.0 {
+                // On the bottom itself abs and atan2 leave the text a choice of sides.
+                for axis in 0..exact.dimension {
+                    if p[exact.dimension - 1] > 0.0 {
                         let size = 100.0 * (1.0 + expected[axis].abs());
                         near("a slope of u", slope[axis], expected[axis], size);
                     }
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn every_face_lies_on_the_side_of_its_part_and_has_its_data() {
-        for name in names() {
+        for name in [names(2), names(3)].concat() {
             let exact = catalogue().into_iter().find(|e| e.name == name).unwrap();
             let scene = Scene::find(name).unwrap();
             let mesh = scene.triangulation(None).unwrap();
@@ -168,7 +168,11 @@ mod tests {
                 }
                 seen += 1;
             }
-            assert_eq!(seen, 4 * N);
+            let expected = match exact.dimension {
+                2 => 4 * N,
+                _ => 12 * N_SOLID * N_SOLID,
+            };
+            assert_eq!(seen, expected);
         }
     }
 }

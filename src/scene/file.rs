@@ -8,14 +8,15 @@ use serde::Deserialize;
 use super::boundary::{Boundary, GroupName};
 use super::{Data, EMBEDDED, Expression, HRule, MeshSource, Scene};
 use crate::error::{Error, Result};
-use crate::mesh::generate::{Rectangle, SIDES};
+use crate::mesh::generate::{Cuboid, sides};
 use crate::quadrature;
 
 /// The paper asks for γ₀ "large enough"; with f ≠ 0 the error of its law grows as 1/γ₀.
 pub(super) const GAMMA0: f64 = 100.0;
 
-/// The refinement of a scene that names none.
+/// The refinement of a plane scene that names none, and of a solid one.
 pub(super) const N: usize = 16;
+pub(super) const N_SOLID: usize = 8;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -40,8 +41,8 @@ struct MeshFile {
     generator: Option<String>,
     file: Option<String>,
     n: Option<usize>,
-    origin: Option<[f64; 2]>,
-    size: Option<[f64; 2]>,
+    origin: Option<Vec<f64>>,
+    size: Option<Vec<f64>>,
     /// Side and the coordinate along it at which its group ends and another begins.
     #[serde(default)]
     split: BTreeMap<String, f64>,
@@ -164,54 +165,25 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
         ));
     }
     let mesh = match (&file.mesh.generator, &file.mesh.file) {
-        (Some(generator), None) if generator == "union-jack" => {
-            let size = file.mesh.size.unwrap_or([1.0, 1.0]);
-            if !size.iter().all(|s| *s > 0.0 && s.is_finite()) {
-                return Err(refuse(
-                    "mesh.size",
-                    format!("{size:?} is no size of a rectangle"),
-                    "give two positive lengths",
-                ));
-            }
-            let origin = file.mesh.origin.unwrap_or([0.0, 0.0]);
-            if !origin.iter().all(|x| x.is_finite()) {
-                return Err(refuse(
-                    "mesh.origin",
-                    format!("{origin:?} is no corner of a rectangle"),
-                    "give two finite coordinates",
-                ));
-            }
-            let mut rectangle = Rectangle::new(origin, size);
-            for (side, at) in &file.mesh.split {
-                let place = format!("mesh.split.{side}");
-                let Some(k) = SIDES.iter().position(|name| name == side) else {
+        (Some(generator), None) => {
+            let cuboid = match generator.as_str() {
+                "union-jack" => cuboid::<2>(&file.mesh, &refuse)?,
+                "union-cube" => cuboid::<3>(&file.mesh, &refuse)?,
+                _ => {
                     return Err(refuse(
-                        &place,
-                        "a rectangle has no such side".into(),
-                        "use bottom, right, top or left",
-                    ));
-                };
-                let (low, length) = (origin[k % 2], size[k % 2]);
-                if !(*at > low && *at < low + length) {
-                    return Err(refuse(
-                        &place,
-                        format!("{at} does not lie inside the side"),
-                        &format!("give a coordinate between {low} and {}", low + length),
+                        "mesh.generator",
+                        format!("`{generator}` is not known"),
+                        "use \"union-jack\" for a rectangle, \"union-cube\" for a box, or `file = …`",
                     ));
                 }
-                rectangle.splits[k] = Some(*at);
+            };
+            MeshSource::Union {
+                n: file
+                    .mesh
+                    .n
+                    .unwrap_or(if cuboid.dim == 2 { N } else { N_SOLID }),
+                cuboid,
             }
-            MeshSource::UnionJack {
-                n: file.mesh.n.unwrap_or(N),
-                rectangle,
-            }
-        }
-        (Some(generator), None) => {
-            return Err(refuse(
-                "mesh.generator",
-                format!("`{generator}` is not known"),
-                "use \"union-jack\", or `file = …`",
-            ));
         }
         (None, Some(name)) => {
             let given = [
@@ -230,6 +202,7 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
                 Some(folder) => MeshSource::File {
                     path: folder.join(name),
                     n: file.mesh.n,
+                    dim: None,
                 },
                 None => EMBEDDED
                     .iter()
@@ -276,16 +249,25 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
             ));
         }
     };
-    let rule = |key: &str, given: Option<String>, known: &[&str]| -> Result<String> {
-        let name = given.unwrap_or_else(|| known[0].to_owned());
-        if known.contains(&name.as_str()) {
-            return Ok(name);
+    // Whether a rule is of the mesh's dimension is seen when the mesh is.
+    let dim = match &mesh {
+        MeshSource::Union { cuboid, .. } => Some(cuboid.dim),
+        _ => None,
+    };
+    let rule = |key: &str, given: Option<String>, below: usize| -> Result<Option<String>> {
+        let dims = dim.map_or(2..=3, |dim| dim..=dim);
+        let known: Vec<&str> = dims
+            .flat_map(|dim| quadrature::names(dim - below))
+            .copied()
+            .collect();
+        match given {
+            Some(name) if !known.contains(&name.as_str()) => Err(refuse(
+                &format!("method.{key}"),
+                format!("the rule `{name}` is not known"),
+                &format!("use one of {}", known.join(", ")),
+            )),
+            given => Ok(given),
         }
-        Err(refuse(
-            &format!("method.{key}"),
-            format!("the rule `{name}` is not known"),
-            &format!("use one of {}", known.join(", ")),
-        ))
     };
     if let Some(order) = file.cross.order
         && !(order > 0.0 && order.is_finite())
@@ -307,19 +289,70 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
         data,
         gamma0,
         h,
-        load_quadrature: rule(
-            "load_quadrature",
-            file.method.load_quadrature,
-            &quadrature::CELL_RULES,
-        )?,
-        contact_quadrature: rule(
-            "contact_quadrature",
-            file.method.contact_quadrature,
-            &quadrature::FACE_RULES,
-        )?,
+        load_quadrature: rule("load_quadrature", file.method.load_quadrature, 0)?,
+        contact_quadrature: rule("contact_quadrature", file.method.contact_quadrature, 1)?,
         cross_order: file.cross.order,
         exact,
     })
+}
+
+/// The rectangle (D = 2) or box (D = 3) of a generator.
+fn cuboid<const D: usize>(
+    given: &MeshFile,
+    refuse: &impl Fn(&str, String, &str) -> Error,
+) -> Result<Cuboid> {
+    let lengths = |key: &str, value: &Option<Vec<f64>>, default: f64| -> Result<[f64; D]> {
+        let Some(value) = value else {
+            return Ok([default; D]);
+        };
+        let exact = <[f64; D]>::try_from(value.as_slice()).ok();
+        exact
+            .filter(|v| v.iter().all(|x| x.is_finite()))
+            .ok_or_else(|| {
+                refuse(
+                    key,
+                    format!("{value:?} is not {D} finite numbers"),
+                    "give one number a dimension: two for union-jack, three for union-cube",
+                )
+            })
+    };
+    let size = lengths("mesh.size", &given.size, 1.0)?;
+    if !size.iter().all(|s| *s > 0.0) {
+        return Err(refuse(
+            "mesh.size",
+            format!("{size:?} has a length that is not positive"),
+            "give positive lengths",
+        ));
+    }
+    let origin = lengths("mesh.origin", &given.origin, 0.0)?;
+    let mut cuboid = Cuboid::new(origin, size);
+    for (side, at) in &given.split {
+        let place = format!("mesh.split.{side}");
+        if D != 2 {
+            return Err(refuse(
+                &place,
+                "only the sides of a rectangle are split".into(),
+                "give a mesh file with groups as you need them",
+            ));
+        }
+        let Some(k) = sides(D).iter().position(|name| name == side) else {
+            return Err(refuse(
+                &place,
+                "a rectangle has no such side".into(),
+                "use bottom, right, top or left",
+            ));
+        };
+        let (low, length) = (origin[k % 2], size[k % 2]);
+        if !(*at > low && *at < low + length) {
+            return Err(refuse(
+                &place,
+                format!("{at} does not lie inside the side"),
+                &format!("give a coordinate between {low} and {}", low + length),
+            ));
+        }
+        cuboid.splits[k] = Some(*at);
+    }
+    Ok(cuboid)
 }
 
 #[cfg(test)]
@@ -346,7 +379,7 @@ f = "x"
 
     #[test]
     fn every_builtin_is_valid() {
-        for name in Scene::builtin_names() {
+        for name in Scene::builtin_names().chain(Scene::solid_names()) {
             assert_eq!(Scene::find(name).unwrap().name, name);
         }
     }
@@ -364,7 +397,19 @@ f = "x"
         assert!(with("[method]\ncontact_quadrature = \"q\"").contains("gauss-5"));
         assert!(refusal(&GOOD.replace("union-jack", "cross")).contains("mesh.generator"));
         assert!(with("[exact]\nu = \"sin(\"").contains("exact.u, character 5"));
+        assert!(with("[method]\nload_quadrature = \"hammer-4\"").contains("radon-7"));
         let mesh = |line: &str| refusal(&GOOD.replace("n = 4", line));
+        let solid = |line: &str| {
+            refusal(
+                &GOOD
+                    .replace("union-jack", "union-cube")
+                    .replace("n = 4", line),
+            )
+        };
+        assert!(solid("size = [1, 1]").contains("is not 3 finite numbers"));
+        assert!(solid("size = [1, 0, 1]").contains("not positive"));
+        assert!(solid("split = { top = 0.5 }").contains("only the sides of a rectangle"));
+        assert!(mesh("size = [1, 1, 1]").contains("is not 2 finite numbers"));
         assert!(mesh("origin = [0, inf]").contains("mesh.origin"));
         assert!(mesh("split = { lid = 0.5 }").contains("no such side"));
         assert!(mesh("split = { left = 1 }").contains("between 0 and 1"));

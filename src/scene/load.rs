@@ -1,30 +1,76 @@
 //! From a scene to its mesh.
 
+use std::path::Path;
+
 use super::{MeshSource, Scene};
 use crate::error::{Error, Result};
-use crate::mesh::generate::{Rectangle, SIDES, union_jack_on};
+use crate::mesh::generate::{Cuboid, sides, union_mesh};
 use crate::mesh::{Mesh, Triangulation};
 
-/// No generated mesh is larger than this, so that a slip of the keyboard is not taken for a wish.
+/// No generated mesh is larger than this, so that a slip of the keyboard is not taken for a wish:
+/// 5e8 triangles, 8e8 tetrahedra.
 const LARGEST_N: usize = 16_384;
+const LARGEST_SOLID_N: usize = 512;
 
 impl MeshSource {
     /// The refinement that the scene itself gives; none where a file has no such number.
     pub fn n(&self) -> Option<usize> {
         match self {
-            MeshSource::UnionJack { n, .. } => Some(*n),
+            MeshSource::Union { n, .. } => Some(*n),
             MeshSource::File { n, .. } | MeshSource::Embedded { n, .. } => *n,
+        }
+    }
+
+    /// The dimension of what the scene is made for; none where that cannot be told.
+    fn dim(&self) -> Option<usize> {
+        let of = |mesh: Result<Mesh>| mesh.ok().map(|mesh| mesh.dim().into());
+        match self {
+            MeshSource::Union { cuboid, .. } => Some(cuboid.dim),
+            MeshSource::File { dim: Some(dim), .. } => Some(*dim),
+            MeshSource::File { path, .. } => of(crate::io::read(path)),
+            MeshSource::Embedded { name, bytes, .. } => {
+                of(crate::io::parse(name.as_ref(), bytes, None).map(|content| content.mesh))
+            }
         }
     }
 }
 
 impl Scene {
+    /// Puts a mesh file in the place of the scene's own mesh; it must be of the same dimension.
+    pub fn use_mesh(&mut self, path: &Path) {
+        self.mesh = MeshSource::File {
+            path: path.to_owned(),
+            n: None,
+            dim: self.mesh.dim(),
+        };
+    }
+
     /// The scene's mesh at refinement `n`, ready for the solver; none: as the scene gives it.
     ///
     /// # Errors
     /// A file that cannot be read or holds no usable mesh, an `n` that the mesh cannot have.
     pub fn triangulation(&self, n: Option<usize>) -> Result<Triangulation> {
         let (name, mesh) = self.mesh(n)?;
+        if let MeshSource::File { dim: Some(dim), .. } = self.mesh
+            && dim != usize::from(mesh.dim())
+        {
+            let (what, remedy) = match dim {
+                2 => (
+                    format!("the scene is plane, and mesh {name} is one of a body"),
+                    "give a mesh of triangles, or a scene that is made for bodies",
+                ),
+                _ => (
+                    format!("the scene is solid, and mesh {name} has no tetrahedra"),
+                    "mesh the volume: a surface alone does not do",
+                ),
+            };
+            return Err(Error::Scene {
+                scene: self.name.clone(),
+                place: "mesh".into(),
+                what,
+                remedy: remedy.into(),
+            });
+        }
         Triangulation::new(&name, &mesh)
     }
 
@@ -45,22 +91,27 @@ impl Scene {
                 "give n of at least 1".into(),
             ));
         }
-        if let Some(n) = n.filter(|n| *n > LARGEST_N) {
+        let largest = match &self.mesh {
+            MeshSource::Union { cuboid, .. } if cuboid.dim == 3 => LARGEST_SOLID_N,
+            _ => LARGEST_N,
+        };
+        if let Some(n) = n.filter(|n| *n > largest) {
             return Err(refuse(
-                format!("n = {n} is beyond the largest mesh, {LARGEST_N}"),
+                format!("n = {n} is beyond the largest mesh, {largest}"),
                 "give a smaller n".into(),
             ));
         }
         let (name, mesh, base) = match &self.mesh {
-            MeshSource::UnionJack { n: own, rectangle } => {
+            MeshSource::Union { n: own, cuboid } => {
                 let n = n.unwrap_or(*own);
-                if let Some(what) = split_misses(rectangle, n) {
+                if let Some(what) = split_misses(cuboid, n) {
                     let remedy = "give an n that puts a vertex there";
                     return Err(refuse(what, remedy.into()));
                 }
-                return Ok((format!("union-jack {n}"), union_jack_on(n, rectangle)));
+                let name = ["union-jack", "union-cube"][cuboid.dim - 2];
+                return Ok((format!("{name} {n}"), union_mesh(n, cuboid)));
             }
-            MeshSource::File { path, n } => {
+            MeshSource::File { path, n, .. } => {
                 (path.display().to_string(), crate::io::read(path)?, *n)
             }
             MeshSource::Embedded { name, bytes, n } => {
@@ -94,7 +145,7 @@ impl Scene {
             (mesh, _) = crate::mesh::refine::refine(&mesh).map_err(|what| Error::Mesh {
                 mesh: name.clone(),
                 what,
-                remedy: "give a mesh of linear triangles".into(),
+                remedy: "give a mesh of linear triangles or tetrahedra".into(),
             })?;
         }
         let name = match times {
@@ -106,14 +157,15 @@ impl Scene {
 }
 
 /// What is wrong with the splits of a rectangle's sides at refinement `n`, if anything.
-fn split_misses(rectangle: &Rectangle, n: usize) -> Option<String> {
-    SIDES.iter().enumerate().find_map(|(side, name)| {
-        let at = rectangle.splits[side]?;
-        if rectangle.split_after(side, n).is_some() {
+fn split_misses(cuboid: &Cuboid, n: usize) -> Option<String> {
+    cuboid.splits.iter().enumerate().find_map(|(side, at)| {
+        let at = (*at)?;
+        if cuboid.split_after(side, n).is_some() {
             return None;
         }
         Some(format!(
-            "with n = {n} the {name} side has no vertex inside it at {} = {at}, where it is split",
+            "with n = {n} the {} side has no vertex inside it at {} = {at}, where it is split",
+            sides(2)[side],
             ["x", "y"][side % 2]
         ))
     })

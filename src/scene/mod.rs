@@ -12,7 +12,8 @@ pub use boundary::{Boundary, GroupName, Part};
 pub use expression::Expression;
 
 use crate::error::{Error, Result};
-use crate::mesh::generate::Rectangle;
+use crate::mesh::generate::Cuboid;
+use crate::quadrature::{self, Rule};
 
 /// The problem (1.1) with its data, its mesh, and what the scene fixes of the method.
 #[derive(Debug, Clone)]
@@ -24,8 +25,9 @@ pub struct Scene {
     /// γ = γ₀ h
     pub gamma0: f64,
     pub h: HRule,
-    pub load_quadrature: String,
-    pub contact_quadrature: String,
+    /// Names of rules for (f, v) and on Γ_C and Γ_N; none: the default of the dimension.
+    pub load_quadrature: Option<String>,
+    pub contact_quadrature: Option<String>,
     /// Smallest order in h at which the face means of `cr` and `p2` must approach each other.
     pub cross_order: Option<f64>,
     /// u, where it is known.
@@ -35,10 +37,15 @@ pub struct Scene {
 /// Where the mesh comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MeshSource {
-    /// n × n cells of a rectangle, cut Union-Jack style.
-    UnionJack { n: usize, rectangle: Rectangle },
-    /// A mesh file. `n` says what refinement the file counts as; `2^k n` refines it k times.
-    File { path: PathBuf, n: Option<usize> },
+    /// n × n cells of a rectangle or n × n × n of a box, cut Union-Jack style.
+    Union { n: usize, cuboid: Cuboid },
+    /// A mesh file. `n` says what refinement the file counts as; `2^k n` refines it k times. `dim`
+    /// is the dimension that the scene is made for, where that is known.
+    File {
+        path: PathBuf,
+        n: Option<usize>,
+        dim: Option<usize>,
+    },
     /// A mesh that the program carries with it.
     Embedded {
         name: &'static str,
@@ -69,7 +76,7 @@ pub enum HRule {
     Global,
 }
 
-/// The built-in scenes without a known solution, in the order in which `verify` runs them.
+/// The plane built-in scenes without a known solution, in the order in which `verify` runs them.
 const BUILTIN: [(&str, &str); 4] = [
     ("one-zone", include_str!("builtin/one-zone.toml")),
     ("three-zones", include_str!("builtin/three-zones.toml")),
@@ -77,18 +84,58 @@ const BUILTIN: [(&str, &str); 4] = [
     ("plate", include_str!("builtin/plate.toml")),
 ];
 
+/// The solid ones, which take longer and are run when they are named.
+const SOLID: [(&str, &str); 2] = [
+    ("one-zone-3d", include_str!("builtin/one-zone-3d.toml")),
+    ("block", include_str!("builtin/block.toml")),
+];
+
 /// Meshes that built-in scenes name.
-const EMBEDDED: [(&str, &[u8]); 1] = [("plate.msh", include_bytes!("../../meshes/plate.msh"))];
+const EMBEDDED: [(&str, &[u8]); 2] = [
+    ("plate.msh", include_bytes!("../../meshes/plate.msh")),
+    ("block.msh", include_bytes!("../../meshes/block.msh")),
+];
 
 impl Scene {
+    /// The rules for (f, v), and for Γ_C and Γ_N, on a mesh of this dimension.
+    ///
+    /// # Errors
+    /// A rule that the scene names and that is not of this dimension.
+    pub fn rules(&self, dim: usize) -> Result<[Rule; 2]> {
+        let find = |key: &str, name: &Option<String>, dim: usize| {
+            let known = quadrature::names(dim);
+            let name = name.as_deref().unwrap_or(known[0]);
+            quadrature::rule(dim, name).ok_or_else(|| Error::Scene {
+                scene: self.name.clone(),
+                place: format!("method.{key}"),
+                what: format!("the rule `{name}` is not one for simplices of dimension {dim}"),
+                remedy: format!("use one of {}", known.join(", ")),
+            })
+        };
+        Ok([
+            find("load_quadrature", &self.load_quadrature, dim)?,
+            find("contact_quadrature", &self.contact_quadrature, dim - 1)?,
+        ])
+    }
+
     /// The names of the scenes that `verify` runs when none is named.
     pub fn builtin_names() -> impl Iterator<Item = &'static str> {
         BUILTIN.iter().map(|(name, _)| *name)
     }
 
-    /// The names of the built-in scenes whose solution is known.
+    /// The names of the solid built-in scenes without a known solution.
+    pub fn solid_names() -> impl Iterator<Item = &'static str> {
+        SOLID.iter().map(|(name, _)| *name)
+    }
+
+    /// The names of the plane built-in scenes whose solution is known.
     pub fn exact_names() -> Vec<&'static str> {
-        exact::names()
+        exact::names(2)
+    }
+
+    /// The names of the solid ones.
+    pub fn exact_solid_names() -> Vec<&'static str> {
+        exact::names(3)
     }
 
     /// Finds a scene by a built-in's name or by the path of a TOML file.
@@ -96,7 +143,8 @@ impl Scene {
     /// # Errors
     /// A name that is neither, or a scene that is not valid.
     pub fn find(name: &str) -> Result<Self> {
-        if let Some((name, text)) = BUILTIN.iter().find(|(builtin, _)| *builtin == name) {
+        let mut builtin = BUILTIN.iter().chain(&SOLID);
+        if let Some((name, text)) = builtin.find(|(builtin, _)| *builtin == name) {
             return file::parse(name, text, None);
         }
         if let Some(scene) = exact::find(name) {
@@ -107,13 +155,15 @@ impl Scene {
             let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
             return file::parse(name, &text, path.parent());
         }
-        let names: Vec<_> = Scene::builtin_names().collect();
+        let names: Vec<_> = Scene::builtin_names().chain(Scene::solid_names()).collect();
         Err(Error::usage(
             format!("there is no scene `{name}`"),
             format!(
                 "give a TOML file or one of the built-in scenes: {}; with exact solutions: {}",
                 names.join(", "),
-                Scene::exact_names().join(", ")
+                [Scene::exact_names(), Scene::exact_solid_names()]
+                    .concat()
+                    .join(", ")
             ),
         ))
     }

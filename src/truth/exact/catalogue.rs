@@ -43,7 +43,7 @@ fn unit_square(
         upper: [1.0, 1.0, 0.0],
         sides: planar(kinds),
         solution: Box::new(solution),
-        text: Some(text),
+        text,
     }
 }
 
@@ -61,21 +61,19 @@ fn wide(
     }
 }
 
+/// In space, with `upper` = (1, 1, 1). The kinds are those of x = lower, x = upper, y = lower, …
 fn solid(
     name: &'static str,
     purpose: &'static str,
     regularity: Regularity,
     lower: Point,
-    around: Kind,
+    kinds: [Kind; 6],
     solution: impl Solution + 'static,
+    text: Text,
 ) -> Exact {
     let sides = (0..6)
         .map(|i| Side {
-            kind: match i {
-                4 => Contact,
-                5 => Dirichlet,
-                _ => around,
-            },
+            kind: kinds[i],
             axis: i / 2,
             upper: i % 2 == 1,
             range: None,
@@ -90,7 +88,7 @@ fn solid(
         upper: [1.0; 3],
         sides,
         solution: Box::new(solution),
-        text: None,
+        text,
     }
 }
 
@@ -265,31 +263,65 @@ pub fn catalogue() -> Vec<Exact> {
         selector: Selector::Checker,
         profile: Profile::power(2, 2, 0.0),
     };
+    let sealed = [Neumann, Neumann, Neumann, Neumann, Contact, Dirichlet];
+    let open = [
+        Dirichlet, Dirichlet, Dirichlet, Dirichlet, Contact, Dirichlet,
+    ];
     all.push(solid(
-        "solid-checker",
+        "checkerboard",
         "homogeneous data, a checkerboard of zones",
         general,
         [0.0; 3],
-        Neumann,
+        sealed,
         checker,
+        checker.text(),
     ));
-    let extruded = Extruded(Monomial::transition(1.5, 0.1));
+    let corner = [-1.0, -1.0, 0.0];
+    let edge = Monomial::transition(1.5, 0.1);
     all.push(solid(
-        "solid-transition-1.5",
+        "transition-1.5-3d",
         "r^(3/2) along an edge",
         general,
-        [-1.0, -1.0, 0.0],
-        Dirichlet,
-        extruded,
+        corner,
+        open,
+        Extruded(edge),
+        edge.text().extruded(),
     ));
+    let sphere = HertzSphere { a: 0.45 };
     all.push(solid(
-        "solid-hertz",
+        "hertz-sphere",
         "contact on a disc",
         general,
-        [-1.0, -1.0, 0.0],
-        Dirichlet,
-        HertzSphere { a: 0.45 },
+        corner,
+        open,
+        sphere,
+        sphere.text(),
     ));
+    for (name, purpose, kinds, e) in [
+        (
+            "contact-everywhere-3d",
+            "no transition",
+            sealed,
+            Elementary::ContactEverywhere,
+        ),
+        (
+            "two-sides-free-3d",
+            "two free contact sides meet in cells with two contact faces",
+            [Dirichlet, Contact, Neumann, Neumann, Contact, Dirichlet],
+            Elementary::TwoSidesFree,
+        ),
+    ] {
+        let smooth = Regularity::SMOOTH;
+        all.push(solid(
+            name,
+            purpose,
+            smooth,
+            [0.0; 3],
+            kinds,
+            Extruded(e),
+            e.text().extruded(),
+        ));
+    }
     all
 }
 

@@ -90,14 +90,22 @@ impl Separated {
         }
     }
 
-    /// Expressions for planar solutions; those in space have the same with another s.
     pub fn text(&self) -> Text {
-        let n = match self.selector {
-            Selector::Waves { n } => n,
-            Selector::Checker => 1,
+        // s, |∇s|², -Δs, and the normal coordinate.
+        let (s, gradient, curvature, y) = match self.selector {
+            Selector::Waves { n } => {
+                let w = format!("(2*pi*{n})");
+                let s = format!("cos({w}*x)");
+                let curvature = format!("{w}^2*{s}");
+                (s, format!("({w}*sin({w}*x))^2"), curvature, "y")
+            }
+            Selector::Checker => {
+                let s = "(cos(2*pi*x)*cos(2*pi*y))".to_owned();
+                let gradient = "(2*pi)^2*((sin(2*pi*x)*cos(2*pi*y))^2+(cos(2*pi*x)*sin(2*pi*y))^2)";
+                let curvature = format!("2*(2*pi)^2*{s}");
+                (s, gradient.to_owned(), curvature, "z")
+            }
         };
-        let w = format!("(2*pi*{n})");
-        let s = format!("cos({w}*x)");
         let jet = |t: String, e: u32| match self.profile {
             Profile::Power { delta, .. } => {
                 let t = if delta == 0.0 {
@@ -128,14 +136,12 @@ impl Separated {
         };
         let [a, a1, a2] = jet(s.clone(), p);
         let [b, b1, b2] = jet(format!("-{s}"), q);
-        let gradient = format!("({w}*sin({w}*x))^2");
-        let curvature = format!("{w}^2*{s}");
-        let u = format!("(-{a}+{b}*y)*(1-y)^2*(1+2*y)");
-        // Δs = -w² s.
+        let fade = format!("(1-{y})^2*(1+2*{y})");
+        let u = format!("(-{a}+{b}*{y})*{fade}");
         let across = format!(
-            "({a1}*{curvature}-{a2}*{gradient}+({b2}*{gradient}+{b1}*{curvature})*y)*(1-y)^2*(1+2*y)"
+            "({a1}*{curvature}-{a2}*{gradient}+({b2}*{gradient}+{b1}*{curvature})*{y})*{fade}"
         );
-        let f = format!("-({across}-12*{b}*y*(1-y)+(-{a}+{b}*y)*(12*y-6))");
+        let f = format!("-({across}-12*{b}*{y}*(1-{y})+(-{a}+{b}*{y})*(12*{y}-6))");
         Text {
             g: "0".into(),
             ..Text::new(u, f)

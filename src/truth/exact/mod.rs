@@ -49,7 +49,7 @@ pub struct Side {
     pub range: Option<[f64; 2]>,
 }
 
-/// The data of a planar solution as expressions in x and y: + - * / ^, pi, the elementary functions, min, max, and
+/// The data of a solution as expressions in x, y and, in space, z: + - * / ^, pi, the elementary functions, min, max, and
 /// `if(a < b, c, d)`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Text {
@@ -69,6 +69,19 @@ impl Text {
             f: f.into(),
             t: "0".into(),
             psi: "0".into(),
+        }
+    }
+
+    /// A planar solution's data in space, where z takes the place of y.
+    fn extruded(self) -> Self {
+        // No function's name has a y.
+        let raise = |text: String| text.replace('y', "z");
+        Text {
+            u: raise(self.u),
+            f: raise(self.f),
+            g: raise(self.g),
+            t: raise(self.t),
+            psi: raise(self.psi),
         }
     }
 }
@@ -112,8 +125,7 @@ pub struct Exact {
     /// Every side of the box, in the order of the axes, lower before upper.
     pub sides: Vec<Side>,
     pub solution: Box<dyn Solution>,
-    /// None in three dimensions.
-    pub text: Option<Text>,
+    pub text: Text,
 }
 
 impl Exact {

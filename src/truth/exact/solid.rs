@@ -4,13 +4,13 @@ use std::f64::consts::FRAC_PI_8;
 
 use num_complex::Complex64;
 
-use super::{Monomial, Point, Solution};
+use super::{Point, Solution, Text};
 
 /// A planar solution in x and z.
 #[derive(Debug, Clone, Copy)]
-pub struct Extruded(pub Monomial);
+pub struct Extruded<S>(pub S);
 
-impl Solution for Extruded {
+impl<S: Solution> Solution for Extruded<S> {
     fn u(&self, [x, _, z]: Point) -> f64 {
         self.0.u([x, z, 0.0])
     }
@@ -18,6 +18,14 @@ impl Solution for Extruded {
     fn grad(&self, [x, _, z]: Point) -> [f64; 3] {
         let [gx, gz, _] = self.0.grad([x, z, 0.0]);
         [gx, 0.0, gz]
+    }
+
+    fn f(&self, [x, _, z]: Point) -> f64 {
+        self.0.f([x, z, 0.0])
+    }
+
+    fn is_piecewise(&self) -> bool {
+        self.0.is_piecewise()
     }
 }
 
@@ -37,6 +45,24 @@ impl HertzSphere {
         let r2 = Complex64::new(square + z * z - self.a * self.a, (2.0 * z * self.a).abs());
         let r = r2.sqrt();
         (square, z.abs(), depth, r, (r + depth).ln())
+    }
+
+    /// The same in real numbers, R = p + iq: Z²/2-zZ is real, so that the imaginary part above is
+    /// (r²/4-(z²+a²)/2) arg(R+Z) + ¾zq - ¼ap.
+    pub fn text(&self) -> Text {
+        let a = self.a;
+        // R² = A + iB. The larger of p and q is the root, the other B over twice that: no digits cancel.
+        let (real, imaginary) = (format!("(x^2+y^2+z^2-{a}^2)"), format!("(2*{a}*z)"));
+        let root = format!("sqrt(0.5*(sqrt({real}^2+{imaginary}^2)+abs({real})))");
+        let other = format!("{imaginary}/(2*max({root},1e-300))");
+        let p = format!("if({real}>0,{root},{other})");
+        let q = format!("if({real}>0,{other},{root})");
+        Text::new(
+            format!(
+                "pi/8*(2*{a}^2-x^2-y^2+2*z^2)+(0.25*(x^2+y^2)-0.5*(z^2+{a}^2))*atan2({q}+{a},{p}+z)+0.75*z*{q}-0.25*{a}*{p}"
+            ),
+            "0",
+        )
     }
 }
 
