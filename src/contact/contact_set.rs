@@ -59,13 +59,13 @@ impl ContactSet {
 }
 
 /// Zones of contact. On each face P is taken as affine, by least squares from the quadrature points;
-/// two faces that are at least partly in contact are connected if they share an edge.
+/// two faces are connected if they share a vertex at which both are in contact.
 fn zones(problem: &Problem, u: &[f64]) -> Zones {
     let mesh = problem.space.mesh;
     let mut faces = Vec::new();
     let mut area = 0.0;
-    // The first place in `faces` with each edge.
-    let mut reached: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    // Vertices in contact, and the first place in `faces` where each is.
+    let mut reached: BTreeMap<u32, usize> = BTreeMap::new();
     let mut joined: Vec<usize> = Vec::new();
     for face in &problem.contact {
         let corners = corner_values(problem, face, u);
@@ -77,12 +77,10 @@ fn zones(problem: &Problem, u: &[f64]) -> Zones {
         let place = faces.len();
         joined.push(place);
         let vertices = mesh.face(face.face).to_vec();
-        for i in 0..3 {
-            for j in 0..i {
-                let first = *reached.entry([vertices[j], vertices[i]]).or_insert(place);
-                let (a, b) = (root(&joined, first), root(&joined, place));
-                joined[a.max(b)] = a.min(b);
-            }
+        for (&vertex, _) in vertices.iter().zip(corners).filter(|(_, p)| *p <= 0.0) {
+            let first = *reached.entry(vertex).or_insert(place);
+            let (a, b) = (root(&joined, first), root(&joined, place));
+            joined[a.max(b)] = a.min(b);
         }
         faces.push(ZoneFace {
             face: face.face,
