@@ -17,8 +17,9 @@
 //! it stays finite where it only steps in when turning all over has not lowered the number of
 //! violations for a while (J. J. Júdice, F. M. Pires, Comput. Oper. Res. 21, 1994). On CR with
 //! θ = (1, 0) and several points on a face there is no proof: the status by faces comes first, so
-//! that Newton starts from its solution. Finite is not short: where γ < h asks for u = ψ at more
-//! points than a face has dofs, the steps allowed may not do, and the best iterate is told.
+//! that Newton starts from its solution. Finite is not short: where γ is far from h, or data meet at
+//! a corner, a law at more points than a face has dofs may need more steps than are allowed, and the
+//! best iterate is told as such.
 
 use std::ops::Range;
 
@@ -97,6 +98,7 @@ impl ActiveSet {
             set.turn(k, p <= 0.0);
         }
         for part in set.floating(scheme) {
+            set.partial = true;
             for (contact, condition) in set.contact.iter_mut().zip(conditions) {
                 *contact |= part_of(scheme, condition) == Some(part);
             }
@@ -144,7 +146,8 @@ impl ActiveSet {
         for &k in violated.iter().take(turned) {
             self.turn(k, !self.contact[self.groups[k].start]);
         }
-        // Without contact such a part would have no solution: what is nearest to it stays.
+        // Without contact such a part would have no solution: what is nearest to it stays, and u is
+        // none either as long as that is against the sign of P.
         for part in self.floating(scheme) {
             let gaps = (0..self.groups.len())
                 .filter(|&k| {
@@ -152,6 +155,8 @@ impl ActiveSet {
                 })
                 .map(|k| (k, self.p(scheme, u, k).0));
             if let Some((k, _)) = gaps.min_by(|a, b| a.1.total_cmp(&b.1)) {
+                let (p, rounding) = self.p(scheme, u, k);
+                self.partial |= p > rounding;
                 self.turn(k, true);
             }
         }

@@ -191,17 +191,20 @@ impl<'a> Problem<'a> {
             return Ok(None);
         }
         // Each dof belongs to one component, and the φ_i of a component sum to 1.
-        let mut total = vec![0.0; count];
+        let (mut total, mut sizes) = (vec![0.0; count], vec![0.0; count]);
         let mut counted = vec![false; self.space.dofs];
         for cell in 0..mesh.cell_count() {
             for &dof in self.space.cell_dofs(cell) {
                 if !std::mem::replace(&mut counted[dof as usize], true) {
                     total[part_of[cell] as usize] += self.load[dof as usize];
+                    sizes[part_of[cell] as usize] += self.load[dof as usize].abs();
                 }
             }
         }
         for component in 0..count {
-            if held[component] || (touching[component] && total[component] > 0.0) {
+            // A total that is rounding presses nothing.
+            let presses = total[component] > 64.0 * f64::EPSILON * sizes[component];
+            if held[component] || (touching[component] && presses) {
                 continue;
             }
             let cell = part_of

@@ -41,7 +41,7 @@ pub enum Ended {
     Increment,
     /// The residual is at rounding, so that the increments cannot get smaller.
     Rounding,
-    /// The steps allowed are done, or an overflow.
+    /// The steps allowed are done, or an overflow; or refinement at all dofs finds no rest.
     NotReached,
 }
 
@@ -183,7 +183,7 @@ pub fn solve_by(
         if !increment.is_finite() {
             break;
         }
-        if per == Per::Condition && arrived {
+        if per == Per::Condition && arrived && !set.is_partial() {
             ended = Ended::Increment;
         } else if residual <= ROUNDING && before.is_some_and(|r| r <= ROUNDING) {
             ended = Ended::Rounding;
@@ -199,6 +199,9 @@ pub fn solve_by(
     let mut u = scheme.complete(&u);
     if converged {
         converged = refine(scheme, &mut set, &mut u)?;
+        if !converged {
+            ended = Ended::NotReached;
+        }
     }
     Ok(Solution {
         u,
