@@ -302,7 +302,7 @@ fn engine_refused(from: &str, to: &str, parts: &[&str]) {
 
 #[test]
 fn engines_whose_answer_does_not_count() {
-    let rows = "      dofs << k << \" \" << i << \" \" << u[][Vh(k, i)] << \"\\n\";";
+    let rows = "      dofs << k << \" \" << i << \" \" << coefficients[Wh(k, protocolOrder(i))] << \"\\n\";";
     engine_refused(
         "if (cases < 1) fail(",
         "exit(7); if (cases < 1) fail(",
@@ -310,22 +310,22 @@ fn engines_whose_answer_does_not_count() {
     );
     engine_refused(
         rows,
-        "      if (k > 0) dofs << k << \" \" << i << \" \" << u[][Vh(k, i)] << \"\\n\";",
+        "      if (k > 0) dofs << k << \" \" << i << \" \" << coefficients[Wh(k, protocolOrder(i))] << \"\\n\";",
         &["3 of 96 rows are missing", "case-0"],
     );
     engine_refused(
-        "rows = Th.nt*Vh.ndofK;",
-        "rows = Th.nt*Vh.ndofK - 1;",
+        "rows = Th.nt*Wh.ndofK;",
+        "rows = Th.nt*Wh.ndofK - 1;",
         &["95 values", "there are 96"],
     );
     engine_refused(
-        "rows = Th.nt*Vh.ndofK;",
-        "rows = Th.nt*Vh.ndofK; u[][Vh(2, 1)] = sqrt(-1.);",
+        "rows = Th.nt*Wh.ndofK;",
+        "rows = Th.nt*Wh.ndofK; coefficients[Wh(2, 1)] = sqrt(-1.);",
         &["case-0 (one-zone, cr, n = 4)", "(vertices [", "is NaN"],
     );
     engine_refused(
-        "rows = Th.nt*Vh.ndofK;",
-        "rows = Th.nt*Vh.ndofK; u[][Vh(2, 1)] = 1/tiny;",
+        "rows = Th.nt*Wh.ndofK;",
+        "rows = Th.nt*Wh.ndofK; coefficients[Wh(2, 1)] = 1/tiny;",
         &["engine changed"],
     );
     engine_refused(

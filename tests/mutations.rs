@@ -43,13 +43,20 @@ fn caught_with(methods: &str, companion: &str, from: &str, to: &str) {
             let label = format!("{scene}, {}: {from} -> {to}", case["method"]);
             assert_eq!(case["verdict"], "disagree", "{label}");
             let pairs = case["pairs"].as_array().unwrap();
-            let mean = pairs.iter().find(|p| p["field"] == "mean").unwrap();
-            assert_eq!(mean["verdict"], "disagree", "{label}");
+            // Vertices have no part in the means of P2 on triangles: there the moments tell, or for the
+            // twelfth digit the flux or the residual alone.
+            let told = |p: &&serde_json::Value| p["field"] == "mean" || p["field"] == "moments";
+            let mut told = pairs.iter().filter(told);
+            let worst = told.find(|p| p["verdict"] == "disagree");
+            let Some(worst) = worst else {
+                assert!(vertices == 3 && case["method"] == "p2", "{label}");
+                continue;
+            };
             assert_eq!(
-                mean["worst"]["vertices"].as_array().unwrap().len(),
+                worst["worst"]["vertices"].as_array().unwrap().len(),
                 vertices
             );
-            assert!(mean["max_rel"].as_f64().unwrap() > mean["tolerance"].as_f64().unwrap());
+            assert!(worst["max_rel"].as_f64().unwrap() > worst["tolerance"].as_f64().unwrap());
         }
     }
 }
@@ -212,7 +219,7 @@ fn fenicsx_other_rule_on_the_contact_side() {
     caught(
         "fenicsx",
         "metadata=job.quadrature_rule(quadrature[\"face\"], d - 1)",
-        "metadata={\"quadrature_degree\": 4}",
+        "metadata={\"quadrature_degree\": 2}",
     );
 }
 
