@@ -84,9 +84,10 @@ struct Solve {
 }
 
 /// Columns of the table, and the phases of the engines that they sum up.
-const COLUMNS: [(&str, &[&str]); 4] = [
+const COLUMNS: [(&str, &[&str]); 5] = [
     ("mesh", &["mesh"]),
-    ("assembly", &["space", "assemble"]),
+    ("space", &["space"]),
+    ("assembly", &["assemble"]),
     ("factor", &["factor"]),
     ("iterate", &["iterate", "solve"]),
 ];
