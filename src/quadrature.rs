@@ -1,6 +1,10 @@
 //! Quadrature rules on the reference simplices. The penalty-free scheme is defined at the
 //! quadrature points of Γ_C, so a rule is part of the method, and every engine gets its points.
 
+mod parts;
+
+pub use parts::{Part, Sample, WHOLE, parts, samples};
+
 /// A rule on the reference simplex: the weights are fractions of its measure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rule {

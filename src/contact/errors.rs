@@ -7,7 +7,7 @@ use crate::assembly::combine;
 use crate::element::Space;
 use crate::error::{Error, Result};
 use crate::mesh::CellGeometry;
-use crate::quadrature::{self, Rule};
+use crate::quadrature::{self, Part, Rule, WHOLE, parts};
 use crate::scene::Expression;
 
 /// Errors relative to the norms of u.
@@ -85,16 +85,6 @@ fn relative(error: f64, norm: f64) -> f64 {
     }
 }
 
-/// Corners of a part of a cell in the cell's barycentric coordinates, `dim + 1` of them.
-type Part = [[f64; 4]; 4];
-
-const WHOLE: Part = [
-    [1.0, 0.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0, 0.0],
-    [0.0, 0.0, 1.0, 0.0],
-    [0.0, 0.0, 0.0, 1.0],
-];
-
 /// ∫|∇(u-u_h)|², ∫(u-u_h)², ∫|∇u|², ∫u².
 type Squares = [f64; 4];
 
@@ -165,29 +155,6 @@ impl Integrand<'_> {
     }
 }
 
-/// 2^d parts of equal measure, cut between the edges' midpoints: the corners, and in space the
-/// octahedron between them along one of its diagonals.
-fn parts(&[a, b, c, d]: &Part, dim: usize) -> Vec<Part> {
-    let middle = |p: [f64; 4], q: [f64; 4]| std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
-    let (ab, ac, bc) = (middle(a, b), middle(a, c), middle(b, c));
-    if dim == 2 {
-        return [[a, ab, ac], [ab, b, bc], [ac, bc, c], [ab, bc, ac]]
-            .map(|[p, q, r]| [p, q, r, d])
-            .to_vec();
-    }
-    let (ad, bd, cd) = (middle(a, d), middle(b, d), middle(c, d));
-    vec![
-        [a, ab, ac, ad],
-        [ab, b, bc, bd],
-        [ac, bc, c, cd],
-        [ad, bd, cd, d],
-        [ab, ac, ad, bd],
-        [ab, ac, bd, bc],
-        [ac, ad, bd, cd],
-        [ac, bc, cd, bd],
-    ]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -232,14 +199,6 @@ mod tests {
             let error = 0.25 * square - 0.1 * mean + 0.01;
             assert!((l2 - (error / square).sqrt()).abs() < 1e-13, "{l2}");
         }
-        // The parts fill the whole.
-        let volume = |p: &Part| {
-            let edge = |k: usize| Vector3::from_fn(|i, _| p[k][i + 1] - p[0][i + 1]);
-            edge(1).cross(&edge(2)).dot(&edge(3)).abs()
-        };
-        let parts = parts(&WHOLE, 3);
-        assert_eq!(parts.len(), 8);
-        assert!(parts.iter().all(|p| (volume(p) - 0.125).abs() < 1e-15));
     }
 
     #[test]
