@@ -3,7 +3,7 @@
 
 use super::{ContactSet, Problem};
 use crate::assembly::{self, FacePoints};
-use crate::element::{Basis, Space};
+use crate::element::{Basis, MAX_DOFS, Space};
 use crate::field::{ColumnKind, FaceColumn, FaceFields};
 use crate::mesh::NONE;
 use crate::quadrature::{self, Rule};
@@ -60,6 +60,7 @@ pub fn face_fields(problem: &Problem, u: &[f64], source: &str) -> FaceFields {
     let mut moments = column("moments", mesh.dim * (mesh.dim + 1) / 2, faces);
     let mut jump = column("jump", 1, faces);
     let (quadratic, broken) = (space.element.degree() == 2, space.element.on().faces);
+    let of_moments = moment_sensitivity(space, &rule);
     for face in 0..faces {
         let points: Vec<(Trace, f64)> = traces(space, face, &rule, u);
         let measure: f64 = points.iter().map(|(_, weight)| weight).sum();
@@ -74,7 +75,7 @@ pub fn face_fields(problem: &Problem, u: &[f64], source: &str) -> FaceFields {
                     values.push(average(&|t| t.first * t.on_face[a] * t.on_face[b]));
                 }
             }
-            push(&mut moments, face, &values, 1.0);
+            push(&mut moments, face, &values, of_moments);
         }
         if broken && !mesh.is_boundary(face) {
             let value = average(&|t| (t.first - t.second).powi(2)).sqrt();
@@ -137,6 +138,27 @@ fn push(column: &mut FaceColumn, face: usize, values: &[f64], sensitivity: f64) 
     column.faces.push(face as u32);
     column.values.extend_from_slice(values);
     column.sensitivity.push(sensitivity);
+}
+
+/// How much a moment moves when the dofs move by 1: the largest Σ_i |F|⁻¹ |∫_F φ_i λ_a λ_b| over a, b, the
+/// same for every face of an affine element.
+fn moment_sensitivity(space: &Space, rule: &Rule) -> f64 {
+    let dim = space.mesh.dim;
+    let mut largest = 0.0_f64;
+    for a in 0..dim {
+        for b in a..dim {
+            let mut means: Basis = [0.0; MAX_DOFS];
+            for (on_face, weight) in rule.iter() {
+                // The face opposite the last vertex of a cell.
+                let phi = space.element.values(dim, &on_face);
+                for (mean, phi) in means.iter_mut().zip(phi) {
+                    *mean += weight * phi * on_face[a] * on_face[b];
+                }
+            }
+            largest = largest.max(means.iter().map(|mean| mean.abs()).sum());
+        }
+    }
+    largest
 }
 
 /// u_h at one point of a face, from both sides.

@@ -197,7 +197,8 @@ pub fn solve_by(
     let iterate = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let mut u = scheme.complete(&u);
-    if converged {
+    // A fixed point is what it is: Newton's step would replace it.
+    if converged && is_newton {
         converged = refine(scheme, &mut set, &mut u)?;
         if !converged {
             ended = Ended::NotReached;
