@@ -46,6 +46,10 @@ pub enum Error {
     #[error("solver: {what}; {remedy}")]
     Solver { what: String, remedy: String },
 
+    /// An error that cannot be bounded.
+    #[error("no certificate, because {because}; {remedy}")]
+    Certificate { because: String, remedy: String },
+
     /// An engine that is missing, failed, or answered something that does not count.
     #[error("engine {engine}: {what}; {remedy}")]
     Engine {
