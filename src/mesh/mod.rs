@@ -1,5 +1,6 @@
 //! Meshes: as a file holds them ([`Mesh`]), and as the solver needs them.
 
+pub mod bisect;
 pub mod check;
 mod data;
 pub mod generate;
