@@ -2,7 +2,9 @@
 //!
 //! Imports point one way; the order of the modules below is the order of the layers.
 
+pub mod adapt;
 pub mod assembly;
+pub mod certify;
 pub mod cli;
 pub mod compare;
 pub mod contact;

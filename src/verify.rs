@@ -1,16 +1,20 @@
 //! The main job: all engines on all scenes, every pair judged.
 
+mod cross;
+
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::compare::{FieldVerdict, Verdict, judge, observed_orders, rms_difference};
+use crate::compare::{FieldVerdict, Verdict, judge};
 use crate::contact::{Method, Problem, face_fields};
 use crate::engine::{Case, Engine, Progress, Run, Settings};
 use crate::error::{Error, Result};
 use crate::field::FaceFields;
 use crate::mesh::Triangulation;
 use crate::scene::Scene;
+
+pub use cross::{CrossOutcome, Judged, STANDS_OUT, Source};
 
 /// A result whose backward error exceeds this solves another scheme: rounding leaves 1e-15,
 /// and γ off by 1e-6 gives 3e-11 or more.
@@ -41,7 +45,7 @@ pub struct Request {
 pub struct Outcome {
     pub verdict: Verdict,
     pub cases: Vec<CaseOutcome>,
-    /// The two methods against each other.
+    /// Methods against each other, by certified bounds.
     pub cross: Vec<CrossOutcome>,
     /// Engines that gave no answer that counts, and why.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -103,23 +107,6 @@ pub struct PairOutcome {
     pub field: FieldVerdict,
 }
 
-/// Two methods of one engine on one scene: until error bounds are certified, the distance of
-/// their face means and its observed order.
-#[derive(Debug, Serialize)]
-pub struct CrossOutcome {
-    pub scene: String,
-    pub engine: String,
-    pub a: String,
-    pub b: String,
-    pub n: Vec<usize>,
-    /// Root mean square of the difference of face means over max|u|.
-    pub difference: Vec<f64>,
-    pub orders: Vec<f64>,
-    /// The order that the scene asks for, of the two finest of at least three meshes.
-    pub required: Option<f64>,
-    pub verdict: Verdict,
-}
-
 /// Runs every engine on every case and judges.
 ///
 /// # Errors
@@ -173,11 +160,11 @@ pub fn verify(request: &Request, progress: &dyn Progress) -> Result<Outcome> {
     for (index, case) in cases.iter().enumerate() {
         outcomes.push(judge_case(index, case, &answered)?);
     }
-    let cross = judge_methods(request, &outcomes)?;
+    let cross = cross::judge_methods(&cases, &outcomes)?;
     let verdicts = outcomes
         .iter()
         .map(|c| c.verdict)
-        .chain(cross.iter().map(|c| c.verdict))
+        .chain(cross.iter().filter_map(|c| Some(c.judged?.verdict)))
         .chain(failures.iter().map(|_| Verdict::Undetermined));
     Ok(Outcome {
         verdict: verdicts.max().unwrap_or(Verdict::Undetermined),
@@ -310,73 +297,4 @@ fn judge_case(index: usize, case: &Case, answered: &[(&str, Run)]) -> Result<Cas
         pairs,
         fields,
     })
-}
-
-/// Each pair of methods, engine by engine, over the meshes of a scene.
-fn judge_methods(request: &Request, outcomes: &[CaseOutcome]) -> Result<Vec<CrossOutcome>> {
-    let mut cross = Vec::new();
-    for scene in &request.scenes {
-        for (k, a) in request.methods.iter().enumerate() {
-            for b in &request.methods[k + 1..] {
-                for engine in &request.engines {
-                    let engine = engine.name();
-                    let outcome = judge_two_methods(scene, a, b, engine, outcomes)?;
-                    cross.extend(outcome);
-                }
-            }
-        }
-    }
-    Ok(cross)
-}
-
-fn judge_two_methods(
-    scene: &Scene,
-    a: &Method,
-    b: &Method,
-    engine: &str,
-    outcomes: &[CaseOutcome],
-) -> Result<Option<CrossOutcome>> {
-    let of = |method: &Method| -> Vec<(Option<usize>, &FaceFields)> {
-        outcomes
-            .iter()
-            .filter(|c| c.scene == scene.name && c.method == method.to_string())
-            .filter_map(|c| Some((c.n, c.fields.iter().find(|f| f.source == engine)?)))
-            .collect()
-    };
-    let mut levels: Vec<(usize, f64)> = Vec::new();
-    for ((n, of_a), (_, of_b)) in of(a).into_iter().zip(of(b)) {
-        let size = of_b
-            .column("mean")
-            .map_or(&[][..], |c| &c.values)
-            .iter()
-            .fold(0.0, |m: f64, v| m.max(v.abs()));
-        if let (Some(n), Some(rms)) = (n, rms_difference(of_a, of_b, "mean")?) {
-            levels.push((n, if rms == 0.0 { 0.0 } else { rms / size }));
-        }
-    }
-    if levels.is_empty() {
-        return Ok(None);
-    }
-    levels.sort_by_key(|(n, _)| *n);
-    let orders = observed_orders(&levels);
-    // Two meshes give one number and no sign that it is asymptotic; methods that agree to
-    // rounding have no order left to observe.
-    let telling = levels.len() > 2 && levels.iter().all(|(_, d)| !(*d < 1e-12));
-    let known_pair = (a.to_string().as_str(), b.to_string().as_str()) == ("cr", "p2");
-    let required = scene.cross_order.filter(|_| known_pair && telling);
-    let verdict = match (required, orders.last()) {
-        (Some(required), Some(finest)) if !(*finest >= required) => Verdict::Disagree,
-        _ => Verdict::Agree,
-    };
-    Ok(Some(CrossOutcome {
-        scene: scene.name.clone(),
-        engine: engine.to_owned(),
-        a: a.to_string(),
-        b: b.to_string(),
-        n: levels.iter().map(|l| l.0).collect(),
-        difference: levels.iter().map(|l| l.1).collect(),
-        orders,
-        required,
-        verdict,
-    }))
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{faceoff, folder, run, scene, told, write};
+use common::{changed_companion, faceoff, folder, run, scene, told, write};
 
 #[test]
 fn three_engines_agree_on_all_scenes_with_both_methods() {
@@ -55,33 +55,77 @@ fn fine_meshes_agree_to_the_same_digits() {
 }
 
 #[test]
-fn the_methods_approach_each_other_with_second_order() {
+fn methods_agree_within_certified_bounds() {
     let folder = folder();
     let ran = run(
         folder.path(),
-        &["verify", "one-zone", "--n", "16,32,64", "--json", "-"],
+        &[
+            "verify",
+            "one-zone",
+            "plate",
+            "--n",
+            "8,16",
+            "--methods",
+            "cr,cr-fc,p2",
+            "--json",
+            "-",
+        ],
     );
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let outcome = ran.json();
     let cross = outcome["cross"].as_array().unwrap();
-    assert_eq!(cross.len(), 3);
-    for engine in cross {
-        let orders = engine["orders"].as_array().unwrap();
-        assert!(orders.last().unwrap().as_f64().unwrap() >= 1.8, "{engine}");
-        assert_eq!(engine["required"], 1.8);
+    // Scenes, meshes, pairs of methods, pairs of engines.
+    assert_eq!(cross.len(), 2 * 2 * 3 * 9);
+    let number = |v: &serde_json::Value| v.as_f64().unwrap();
+    for pair in cross {
+        let judged = &pair["judged"];
+        assert_eq!(judged["verdict"], "agree", "{pair}");
+        let sum = number(&judged["bounds"][0]) + number(&judged["bounds"][1]);
+        assert!(number(&judged["distance"]) <= sum, "{pair}");
+        assert!((sum - number(&judged["distance"]) - number(&judged["slack"])).abs() < 1e-12 * sum);
+        assert!(
+            sum < number(&judged["gradient"]),
+            "the bounds say nothing: {pair}"
+        );
     }
-    // A scene may ask for more than there is, and then fails.
-    let greedy = scene(folder.path(), "one-zone", "order = 1.8", "order = 2.5");
+    // Half the mesh size, half the bounds.
+    let bound = |n: u32| {
+        let pair = cross
+            .iter()
+            .find(|p| p["n"] == n && p["scene"] == "one-zone")
+            .unwrap();
+        number(&pair["judged"]["best"])
+    };
+    assert!(bound(8) / bound(16) > 1.8, "{} {}", bound(8), bound(16));
+}
+
+/// A tenth of the load is forgotten in one method of one code: its own scheme tells, and so does the bound.
+#[test]
+fn a_wrong_field_stands_out() {
+    let folder = folder();
+    let engine = changed_companion(folder.path(), "freefem", "(f*v)", "(0.*f*v)");
+    let engines = format!("rust,{engine}");
     let words = [
         "verify",
-        &greedy,
+        "one-zone",
         "--engines",
-        "rust,freefem",
+        &engines,
         "--n",
-        "8,16,32",
-        "--quiet",
+        "16",
+        "--json",
+        "-",
     ];
-    assert_eq!(run(folder.path(), &words).code, Some(1));
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(1), "{}", ran.stderr);
+    let outcome = ran.json();
+    let cross = outcome["cross"].as_array().unwrap();
+    for pair in cross {
+        let wrong = [&pair["a"], &pair["b"]]
+            .iter()
+            .any(|s| s["engine"] != "rust");
+        let expected = if wrong { "disagree" } else { "agree" };
+        assert_eq!(pair["judged"]["verdict"], expected, "{pair}");
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Module, and what it may use besides itself. Everything may use `error`.
-const LAYERS: [(&str, &[&str]); 20] = [
+const LAYERS: [(&str, &[&str]); 22] = [
     ("error", &[]),
     ("quadrature", &[]),
     ("linear", &[]),
@@ -33,11 +33,26 @@ const LAYERS: [(&str, &[&str]); 20] = [
             "linear",
         ],
     ),
+    (
+        "certify",
+        &[
+            "mesh",
+            "scene",
+            "element",
+            "quadrature",
+            "assembly",
+            "linear",
+            "contact",
+        ],
+    ),
+    ("adapt", &["mesh", "scene", "contact", "linear", "certify"]),
     ("orders", &["truth", "compare", "scene", "contact"]),
     ("engine", &["scene", "contact", "quadrature", "linear"]),
     (
         "verify",
-        &["mesh", "field", "scene", "contact", "engine", "compare"],
+        &[
+            "mesh", "field", "scene", "contact", "certify", "engine", "compare",
+        ],
     ),
     (
         "paper",
@@ -56,14 +71,14 @@ const LAYERS: [(&str, &[&str]); 20] = [
     (
         "report",
         &[
-            "mesh", "field", "io", "contact", "engine", "compare", "verify", "scene",
+            "mesh", "field", "io", "contact", "certify", "engine", "compare", "verify", "scene",
         ],
     ),
     (
         "cli",
         &[
-            "compare", "contact", "engine", "linear", "mesh", "io", "orders", "paper", "report",
-            "scene", "verify",
+            "adapt", "certify", "compare", "contact", "engine", "linear", "mesh", "io", "orders",
+            "paper", "report", "scene", "verify",
         ],
     ),
     ("main", &["cli"]),

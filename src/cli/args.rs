@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::adapt::Way;
+use crate::certify::Target;
 use crate::contact::{Iteration, Method};
 use crate::linear::{Precision, Solver};
 use crate::paper;
@@ -70,12 +72,12 @@ pub(super) struct Running {
 /// The built-in scenes, below the options.
 fn built_in() -> String {
     let plane: Vec<_> = Scene::builtin_names().collect();
-    let solid: Vec<_> = Scene::solid_names().collect();
+    let further: Vec<_> = Scene::further_names().collect();
     format!(
-        "Built-in scenes: {}\nWith exact solutions: {}\nIn space: {}\nWith exact solutions: {}",
+        "Built-in scenes: {}\nWith exact solutions: {}\nBy name: {}\nIn space with exact solutions: {}",
         plane.join(", "),
         Scene::exact_names().join(", "),
-        solid.join(", "),
+        further.join(", "),
         Scene::exact_solid_names().join(", ")
     )
 }
@@ -115,9 +117,9 @@ pub(super) struct Solve {
     #[arg(long, default_value = "rust")]
     pub engine: String,
     /// cr, cr-fc, p1, p2, or a member of the family (2.4) as in "p2(1,0)"; p1-vi, cr-vi, penalty,
-    /// multiplier (Rust engine only)
-    #[arg(long, default_value = "cr", value_parser = method)]
-    pub method: Method,
+    /// multiplier (Rust engine only) [default: cr; with --accuracy cr-fc]
+    #[arg(long, value_parser = method)]
+    pub method: Option<Method>,
     /// Refinement [default: the scene's own]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Option<u32>,
@@ -138,6 +140,15 @@ pub(super) struct Solve {
     /// the same digits (Rust engine only)
     #[arg(long, default_value = "f64")]
     pub precision: Precision,
+    /// Refine until the certified relative error in the energy norm is below TOL (Rust engine only)
+    #[arg(long, value_name = "TOL", value_parser = accuracy, allow_negative_numbers = true, conflicts_with_all = ["n", "mesh", "engine", "iteration"])]
+    pub accuracy: Option<f64>,
+    /// With --accuracy: uniform or adaptive meshes only [default: what is predicted to be cheaper]
+    #[arg(long, value_enum, requires = "accuracy")]
+    pub way: Option<Way>,
+    /// Bound the error of the averaged gradient (g), of an admissible function (v) or of u_h
+    #[arg(long, value_name = "TARGET", value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "g")]
+    pub certify: Option<Target>,
     /// Write the solution as FILE.vtu, and its faces as FILE-faces.vtu
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
@@ -313,6 +324,13 @@ fn seconds(text: &str) -> Result<Duration, String> {
         .and_then(|s| Duration::try_from_secs_f64(s).ok())
         .filter(|d| !d.is_zero())
         .ok_or_else(|| format!("`{text}` is no positive number of seconds"))
+}
+
+fn accuracy(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|t| *t > 0.0 && *t < 1.0)
+        .ok_or_else(|| format!("`{text}` is no relative accuracy between 0 and 1, as 1e-2 for 1 %"))
 }
 
 fn increment(text: &str) -> Result<f64, String> {

@@ -1,5 +1,7 @@
 //! The command line: raw arguments become one valid request, and the request an exit code.
 
+mod accuracy;
+mod answer;
 mod args;
 mod engines;
 pub mod mesh;

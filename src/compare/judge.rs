@@ -237,21 +237,6 @@ fn place(fields: &FaceFields, face: u32, a: f64, b: f64) -> Worst {
     }
 }
 
-/// ‖a - b‖ of one field over the faces, each weighted by its measure and the local mesh size:
-/// the discrete L² norm of the difference of face means (for `mean`).
-///
-/// # Errors
-/// Faces that cannot be matched.
-pub fn rms_difference(a: &FaceFields, b: &FaceFields, field: &str) -> Result<Option<f64>> {
-    let partner = align(a, b)?;
-    let (Some(of_a), Some(of_b)) = (a.column(field), b.column(field)) else {
-        return Ok(None);
-    };
-    Ok(Some(
-        judge_column(a, of_a, of_b, &partner, 1.0, f64::INFINITY).rms,
-    ))
-}
-
 /// Observed orders of consecutive (n, difference) pairs: log(d₁/d₂) / log(n₂/n₁).
 pub fn observed_orders(levels: &[(usize, f64)]) -> Vec<f64> {
     levels

@@ -4,4 +4,4 @@ mod align;
 mod judge;
 
 pub use align::align;
-pub use judge::{FieldVerdict, Verdict, Worst, judge, observed_orders, rms_difference};
+pub use judge::{FieldVerdict, Verdict, Worst, judge, observed_orders};

@@ -16,7 +16,7 @@ use std::time::Duration;
 pub use install::{Installation, install, meshio_python, plan};
 pub use process::{interrupt, interrupted, peak_memory_mb};
 
-use crate::contact::{Ended, Iteration, Method, Problem, Stop};
+use crate::contact::{Ended, Iteration, Method, Problem, Solution, Stop};
 use crate::error::{Error, Result};
 use crate::linear::{self, Choice};
 use crate::scene::Scene;
@@ -59,6 +59,30 @@ pub struct Answer {
     pub seconds: Vec<(String, f64)>,
     /// How far u is from solving the scheme, recomputed here; see [`Problem::backward_error`].
     pub residual: f64,
+}
+
+impl Answer {
+    /// The answer of the Rust engine.
+    pub fn new(problem: &Problem, solution: Solution) -> Self {
+        Answer {
+            residual: problem.backward_error(&solution.u).0,
+            u: solution.u,
+            increments: solution.increments,
+            converged: solution.converged,
+            step: solution.step,
+            history: Some(History {
+                ended: solution.ended,
+                changes: solution.changes,
+                residuals: solution.residuals,
+                linear: solution.linear,
+            }),
+            seconds: vec![
+                ("factor".into(), solution.seconds.factor),
+                ("iterate".into(), solution.seconds.iterate),
+                ("expand".into(), solution.seconds.expand),
+            ],
+        }
+    }
 }
 
 /// What the Rust engine tells of its iteration beside the increments.

@@ -1,6 +1,6 @@
 //! The solver of this crate as an engine.
 
-use super::{Answer, Case, Engine, History, Progress, Run, Settings, interrupted};
+use super::{Answer, Case, Engine, Progress, Run, Settings, interrupted};
 use crate::contact::{self, Method};
 use crate::error::{Error, Result};
 
@@ -42,24 +42,7 @@ impl Engine for Rust {
                     settings.linear,
                     told,
                 )?;
-                Ok(Answer {
-                    residual: case.problem.backward_error(&solution.u).0,
-                    u: solution.u,
-                    increments: solution.increments,
-                    converged: solution.converged,
-                    step: solution.step,
-                    history: Some(History {
-                        ended: solution.ended,
-                        changes: solution.changes,
-                        residuals: solution.residuals,
-                        linear: solution.linear,
-                    }),
-                    seconds: vec![
-                        ("factor".into(), solution.seconds.factor),
-                        ("iterate".into(), solution.seconds.iterate),
-                        ("expand".into(), solution.seconds.expand),
-                    ],
-                })
+                Ok(Answer::new(&case.problem, solution))
             })
             .collect::<Result<_>>()?;
         progress.done(self.name());

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::certify::Certificate;
 use crate::contact::{ContactSet, Problem, face_fields};
 use crate::engine::Case;
 use crate::error::{Error, Result};
@@ -45,7 +46,8 @@ pub fn check_vtu_path(path: &Path) -> Result<()> {
     ))
 }
 
-/// Writes one solution: its cells to `path`, its faces beside it as `…-faces.vtu`.
+/// Writes one solution: its cells to `path`, with what a certificate knows of them, its faces beside it
+/// as `…-faces.vtu`.
 ///
 /// # Errors
 /// Files that cannot be written.
@@ -55,10 +57,13 @@ pub fn write_solution(
     u: &[f64],
     engine: &str,
     version: &str,
+    certificate: Option<&Certificate>,
 ) -> Result<()> {
     let fields = face_fields(&case.problem, u, engine);
     let whole = provenance(case, &[(engine, version)]);
-    write_cells(path, &case.problem, &[(engine, u)], &whole)?;
+    let certified = certificate.map(|c| certified_fields(&case.problem, c));
+    let certified = certified.unwrap_or_default();
+    write_cells(path, &case.problem, &[(engine, u)], certified, &whole)?;
     write_faces(
         &faces_path(path),
         &case.problem,
@@ -103,7 +108,7 @@ pub fn write_fields(folder: &Path, request: &Request, outcome: &Outcome) -> Resu
             .map(|e| (e.engine.as_str(), e.u.as_slice()))
             .collect();
         let whole = provenance(&again, &engines);
-        write_cells(&path, &again.problem, &solutions, &whole)?;
+        write_cells(&path, &again.problem, &solutions, Vec::new(), &whole)?;
         let fields: Vec<&FaceFields> = case.fields.iter().collect();
         write_faces(
             &faces_path(&path),
@@ -153,6 +158,7 @@ fn write_cells(
     path: &Path,
     problem: &Problem,
     solutions: &[(&str, &[f64])],
+    mut fields: Vec<Field>,
     whole: &[Whole],
 ) -> Result<()> {
     let space = &problem.space;
@@ -175,7 +181,6 @@ fn write_cells(
         )],
         ..Mesh::default()
     };
-    let mut fields = Vec::new();
     let mut first: Option<(&str, Vec<f64>)> = None;
     for (engine, u) in solutions {
         let (mut values, mut means, mut gradients) = (Vec::new(), Vec::new(), Vec::new());
@@ -231,6 +236,28 @@ fn write_cells(
         ));
     }
     vtu::write(path, &mesh, &fields, whole, ENCODING)
+}
+
+/// v on the cells' own vertices; on the cells the averaged gradient, the most accurate that is known, and
+/// the root of what each adds to the square of the bound.
+fn certified_fields(problem: &Problem, certificate: &Certificate) -> Vec<Field> {
+    let vertices = problem.space.mesh.all_cells().iter();
+    let v = vertices.map(|&vertex| certificate.fields.v[vertex as usize]);
+    let gradients = certificate.fields.gradient.iter().flatten();
+    let local = certificate.local.iter().map(|part| part.sqrt());
+    let field = |name: &str, on, components, values| {
+        Field::new(name.to_owned(), on, components, Values::F64(values))
+    };
+    vec![
+        field("admissible v", Support::Points, 1, v.collect()),
+        field(
+            "averaged gradient",
+            Support::Cells,
+            3,
+            gradients.copied().collect(),
+        ),
+        field("bound", Support::Cells, 1, local.collect()),
+    ]
 }
 
 /// The faces as cells, on the mesh's own vertices: exact dofs, every compared field of every

@@ -44,7 +44,6 @@ fn scene(exact: &Exact) -> Result<Scene> {
         h: HRule::Local,
         load_quadrature: None,
         contact_quadrature: None,
-        cross_order: None,
         exact: Some(formula("exact.u", &text.u)?),
     })
 }

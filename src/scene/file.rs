@@ -30,8 +30,6 @@ struct SceneFile {
     #[serde(default)]
     method: MethodFile,
     #[serde(default)]
-    cross: CrossFile,
-    #[serde(default)]
     exact: ExactFile,
 }
 
@@ -83,12 +81,6 @@ struct MethodFile {
     h: Option<String>,
     load_quadrature: Option<String>,
     contact_quadrature: Option<String>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct CrossFile {
-    order: Option<f64>,
 }
 
 #[derive(Deserialize, Default)]
@@ -269,15 +261,6 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
             given => Ok(given),
         }
     };
-    if let Some(order) = file.cross.order
-        && !(order > 0.0 && order.is_finite())
-    {
-        return Err(refuse(
-            "cross.order",
-            format!("{order} is no order of convergence"),
-            "give a positive number",
-        ));
-    }
     Ok(Scene {
         name: file.name,
         mesh,
@@ -291,7 +274,6 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
         h,
         load_quadrature: rule("load_quadrature", file.method.load_quadrature, 0)?,
         contact_quadrature: rule("contact_quadrature", file.method.contact_quadrature, 1)?,
-        cross_order: file.cross.order,
         exact,
     })
 }
@@ -379,7 +361,7 @@ f = "x"
 
     #[test]
     fn every_builtin_is_valid() {
-        for name in Scene::builtin_names().chain(Scene::solid_names()) {
+        for name in Scene::builtin_names().chain(Scene::further_names()) {
             assert_eq!(Scene::find(name).unwrap().name, name);
         }
     }

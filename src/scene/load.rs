@@ -74,6 +74,14 @@ impl Scene {
         Triangulation::new(&name, &mesh)
     }
 
+    /// Does the generator have a mesh for this n? Split sides need a vertex where they are split.
+    pub fn has_mesh(&self, n: usize) -> bool {
+        match &self.mesh {
+            MeshSource::Union { cuboid, .. } => split_misses(cuboid, n).is_none(),
+            _ => self.mesh(Some(n)).is_ok(),
+        }
+    }
+
     /// The scene's mesh at refinement `n` with its name for messages; none: as the scene gives it.
     ///
     /// # Errors

@@ -28,8 +28,6 @@ pub struct Scene {
     /// Names of rules for (f, v) and on Γ_C and Γ_N; none: the default of the dimension.
     pub load_quadrature: Option<String>,
     pub contact_quadrature: Option<String>,
-    /// Smallest order in h at which the face means of `cr` and `p2` must approach each other.
-    pub cross_order: Option<f64>,
     /// u, where it is known.
     pub exact: Option<Expression>,
 }
@@ -84,14 +82,16 @@ const BUILTIN: [(&str, &str); 4] = [
     ("plate", include_str!("builtin/plate.toml")),
 ];
 
-/// The solid ones, which take longer and are run when they are named.
-const SOLID: [(&str, &str); 2] = [
+/// Ones that are run when they are named: the solid ones take longer, and what the corner of an L is for is adapting.
+const NAMED: [(&str, &str); 3] = [
+    ("l-shape", include_str!("builtin/l-shape.toml")),
     ("one-zone-3d", include_str!("builtin/one-zone-3d.toml")),
     ("block", include_str!("builtin/block.toml")),
 ];
 
 /// Meshes that built-in scenes name.
-const EMBEDDED: [(&str, &[u8]); 2] = [
+const EMBEDDED: [(&str, &[u8]); 3] = [
+    ("l-shape.msh", include_bytes!("../../meshes/l-shape.msh")),
     ("plate.msh", include_bytes!("../../meshes/plate.msh")),
     ("block.msh", include_bytes!("../../meshes/block.msh")),
 ];
@@ -123,9 +123,9 @@ impl Scene {
         BUILTIN.iter().map(|(name, _)| *name)
     }
 
-    /// The names of the solid built-in scenes without a known solution.
-    pub fn solid_names() -> impl Iterator<Item = &'static str> {
-        SOLID.iter().map(|(name, _)| *name)
+    /// The names of the further built-in scenes without a known solution.
+    pub fn further_names() -> impl Iterator<Item = &'static str> {
+        NAMED.iter().map(|(name, _)| *name)
     }
 
     /// The names of the plane built-in scenes whose solution is known.
@@ -143,7 +143,7 @@ impl Scene {
     /// # Errors
     /// A name that is neither, or a scene that is not valid.
     pub fn find(name: &str) -> Result<Self> {
-        let mut builtin = BUILTIN.iter().chain(&SOLID);
+        let mut builtin = BUILTIN.iter().chain(&NAMED);
         if let Some((name, text)) = builtin.find(|(builtin, _)| *builtin == name) {
             return file::parse(name, text, None);
         }
@@ -155,7 +155,9 @@ impl Scene {
             let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
             return file::parse(name, &text, path.parent());
         }
-        let names: Vec<_> = Scene::builtin_names().chain(Scene::solid_names()).collect();
+        let names: Vec<_> = Scene::builtin_names()
+            .chain(Scene::further_names())
+            .collect();
         Err(Error::usage(
             format!("there is no scene `{name}`"),
             format!(

@@ -1,0 +1,95 @@
+//! `faceoff solve --accuracy`.
+
+use std::time::Instant;
+
+use super::DISAGREE;
+use super::answer::Answer;
+use super::args::Solve;
+use super::solve::finish;
+use super::verify::settings;
+use crate::adapt::{Ended, Next, Step, Way, Wish, reach};
+use crate::certify::Target;
+use crate::contact::{Method, Problem};
+use crate::engine::{self, Case, interrupted};
+use crate::error::{Error, Result};
+use crate::linear::Settings;
+use crate::report::{self, Certified};
+use crate::scene::Scene;
+
+/// Refines until the bound is below the accuracy, telling each mesh and what is to come.
+pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f64) -> Result<u8> {
+    let linear = Settings {
+        solver: arguments.linear,
+        precision: arguments.precision,
+    };
+    let settings = settings(&arguments.running, arguments.iteration, linear);
+    let target = arguments.certify.unwrap_or(Target::G);
+    let wish = Wish {
+        method,
+        target,
+        accuracy,
+        stop: settings.stop,
+        linear,
+        way: arguments.way,
+    };
+    let clock = Instant::now();
+    let quiet = arguments.output.quiet;
+    let reached = reach(scene, &wish, |step, next| {
+        if !quiet {
+            eprintln!("{}", line(step, next));
+        }
+        if interrupted() {
+            return Err(Error::Interrupted);
+        }
+        Ok(())
+    })?;
+    let total = clock.elapsed().as_secs_f64();
+    let case = Case {
+        scene,
+        n: reached.n,
+        problem: Problem::new(scene, &reached.mesh, method)?,
+    };
+    let answer = engine::Answer::new(&case.problem, reached.solution);
+    let version = env!("CARGO_PKG_VERSION");
+    let own = ("rust", version);
+    let mut told = Answer::new(&case, arguments.iteration, own, &answer, (0.0, 0.0, total))?;
+    told.certificate = Some(Certified::new(target, &reached.certificate));
+    told.meshes = Some(reached.steps);
+    if let Some(out) = &arguments.out {
+        let certificate = Some(&reached.certificate);
+        report::write_solution(out, &case, &answer.u, "rust", version, certificate)?;
+    }
+    let code = finish(arguments, &told)?;
+    if let Ended::NotReached(why) = reached.ended {
+        eprintln!(
+            "faceoff: the accuracy {accuracy:e} was not reached, and this is the best that was certified: {why}"
+        );
+        return Ok(code.max(DISAGREE));
+    }
+    Ok(code)
+}
+
+fn line(step: &Step, next: Option<&Next>) -> String {
+    let mesh = match (step.way, step.n) {
+        (Way::Uniform, Some(n)) => format!("n = {n}"),
+        (Way::Uniform, None) => "the mesh itself".into(),
+        (Way::Adaptive, _) => "adapted".into(),
+    };
+    let mut line = format!(
+        "{mesh}: {} cells, certified to {:.3} %, {:.2} s",
+        step.cells,
+        100.0 * step.relative,
+        step.seconds
+    );
+    if let Some(next) = next {
+        let way = match next.way {
+            Way::Uniform => "uniform",
+            Way::Adaptive => "adaptive",
+        };
+        line += &format!(
+            "; about {:.0} cells to come, {way}, {:.1} s",
+            next.cells, next.seconds
+        );
+    }
+    line
+}

@@ -1,0 +1,165 @@
+//! Other scheme, same problem: methods judged by certified bounds of their errors.
+//!
+//! ‖∇(u_a - u_b)‖ ≤ bound_a + bound_b holds for any two fields whose bounds are guaranteed, right or wrong
+//! ones: a distance beyond the sum would prove the bounds wrong. What tells a wrong field is that its bound
+//! is large. So it is held against the best that any field on the mesh proves: the bound of the averaged gradient,
+//! which an honest field of these methods exceeds by no more than 3 on the scenes whose solution is known.
+
+use serde::Serialize;
+
+use crate::certify::{Certificate, Target, certify, distance};
+use crate::compare::Verdict;
+use crate::engine::Case;
+use crate::error::{Error, Result};
+
+use super::CaseOutcome;
+
+/// A bound beyond this many of the best one on the mesh says that the field is not as good as its mesh.
+pub const STANDS_OUT: f64 = 6.0;
+
+/// Two methods, each by some engine, on one scene and mesh.
+#[derive(Debug, Serialize)]
+pub struct CrossOutcome {
+    pub scene: String,
+    pub n: Option<usize>,
+    pub a: Source,
+    pub b: Source,
+    /// None where there is no certificate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub judged: Option<Judged>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub no_certificate: Option<String>,
+}
+
+/// Who solved it how.
+#[derive(Debug, Clone, Serialize)]
+pub struct Source {
+    pub engine: String,
+    pub method: String,
+}
+
+/// Energy norms, broken over the cells.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Judged {
+    /// ‖∇(u_a - u_b)‖
+    pub distance: f64,
+    /// ‖∇(u - u_a)‖ and ‖∇(u - u_b)‖ are at most these.
+    pub bounds: [f64; 2],
+    /// Their sum less the distance.
+    pub slack: f64,
+    /// The bound of the best averaged gradient that any field on this mesh gives.
+    pub best: f64,
+    /// ‖∇u‖ is at least this.
+    pub gradient: f64,
+    pub verdict: Verdict,
+}
+
+/// A case with a certificate, or the reason why not, for each engine.
+struct Certified<'a> {
+    case: &'a Case<'a>,
+    of_engines: Vec<(&'a str, &'a [f64], Result<Certificate, String>)>,
+}
+
+/// All pairs of different methods on the same scene and mesh, over all engines.
+///
+/// # Errors
+/// Those of the linear solver. Where there is no certificate the outcome says why.
+pub(super) fn judge_methods(cases: &[Case], outcomes: &[CaseOutcome]) -> Result<Vec<CrossOutcome>> {
+    let mut cross = Vec::new();
+    let same_mesh = |a: &Case, b: &Case| a.scene.name == b.scene.name && a.n == b.n;
+    let mut from = 0;
+    while from < cases.len() {
+        let of_mesh = cases[from..]
+            .iter()
+            .take_while(|case| same_mesh(case, &cases[from]))
+            .count();
+        if of_mesh > 1 {
+            let certified = cases[from..from + of_mesh]
+                .iter()
+                .zip(&outcomes[from..])
+                .map(|(case, outcome)| certified(case, outcome))
+                .collect::<Result<Vec<_>>>()?;
+            for (k, a) in certified.iter().enumerate() {
+                for b in &certified[k + 1..] {
+                    cross.extend(pairs(a, b, &certified));
+                }
+            }
+        }
+        from += of_mesh;
+    }
+    Ok(cross)
+}
+
+fn certified<'a>(case: &'a Case<'a>, outcome: &'a CaseOutcome) -> Result<Certified<'a>> {
+    let of_engines = outcome
+        .engines
+        .iter()
+        .map(|engine| {
+            let certificate = match certify(case.scene, &case.problem, &engine.u) {
+                Ok(certificate) => Ok(certificate),
+                Err(Error::Certificate { because, .. }) => Err(because),
+                Err(other) => return Err(other),
+            };
+            Ok((engine.engine.as_str(), engine.u.as_slice(), certificate))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(Certified { case, of_engines })
+}
+
+fn pairs(a: &Certified, b: &Certified, all: &[Certified]) -> Vec<CrossOutcome> {
+    let certificates = all.iter().flat_map(|c| &c.of_engines);
+    let best = certificates
+        .filter_map(|(.., certificate)| certificate.as_ref().ok())
+        .fold((f64::INFINITY, 0.0_f64), |(bound, gradient), c| {
+            (bound.min(c.g), gradient.max(c.gradient[0]))
+        });
+    let mut outcomes = Vec::new();
+    for (engine_a, u_a, of_a) in &a.of_engines {
+        for (engine_b, u_b, of_b) in &b.of_engines {
+            let source = |engine: &str, of: &Certified| Source {
+                engine: engine.to_owned(),
+                method: of.case.problem.method.to_string(),
+            };
+            let (judged, no_certificate) = match (of_a, of_b) {
+                (Ok(of_a), Ok(of_b)) => {
+                    let spaces = [&a.case.problem.space, &b.case.problem.space];
+                    let distance = distance(spaces, [u_a, u_b]);
+                    let bounds = [of_a, of_b].map(|c| c.of(Target::UH)[1]);
+                    (Some(judge(distance, bounds, best)), None)
+                }
+                (Err(because), _) | (_, Err(because)) => (None, Some(because.clone())),
+            };
+            outcomes.push(CrossOutcome {
+                scene: a.case.scene.name.clone(),
+                n: a.case.n,
+                a: source(engine_a, a),
+                b: source(engine_b, b),
+                judged,
+                no_certificate,
+            });
+        }
+    }
+    outcomes
+}
+
+fn judge(distance: f64, bounds: [f64; 2], (best, gradient): (f64, f64)) -> Judged {
+    let slack = bounds[0] + bounds[1] - distance;
+    // Rounding of two equal fields on a mesh that holds the solution.
+    let rounding = 1e-10 * gradient;
+    let as_good = bounds
+        .iter()
+        .all(|bound| *bound <= STANDS_OUT * best + rounding);
+    Judged {
+        distance,
+        bounds,
+        slack,
+        best,
+        gradient,
+        verdict: if slack >= -rounding && as_good {
+            Verdict::Agree
+        } else {
+            Verdict::Disagree
+        },
+    }
+}
