@@ -411,13 +411,15 @@ fn encode(mesh: &Mesh, losses: &mut Losses) -> Vec<u8> {
     if !mesh.groups.is_empty() {
         let groups = CellGroups::new(mesh);
         let (first, _) = groups.single();
-        let tag = |set: &u32| {
-            let group = first.get(*set as usize).copied().flatten();
+        let tag = |set: u32| {
+            let group = first.get(set as usize).copied().flatten();
             group
                 .and_then(|group| mesh.groups.get(group as usize))
                 .map_or(0, |group| group.tag)
         };
-        let at = place(&mut groups.set_of.iter().map(|set| tag(set).to_le_bytes()));
+        let runs = groups.runs_from(0);
+        let tags = runs.flat_map(|(cells, set)| std::iter::repeat_n(tag(set), cells.len()));
+        let at = place(&mut tags.map(i64::to_le_bytes));
         head.cell_data.push(Data {
             name: PHYSICAL.into(),
             integer: true,
