@@ -1,23 +1,23 @@
-//! The bytes of a file, in memory as a whole.
+//! Many bytes in memory: those of a whole file, or of an array of one.
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::ops::Deref;
+use std::ops::{Deref, DerefMut};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 
 use memmap2::{Advice, MmapMut};
 use rayon::prelude::*;
 
-/// A file's bytes. Those of a large file are in pages of 2 MB where the system has them: it takes longer to be given
-/// a file's size of small pages than to read the file.
+/// Bytes, in pages of 2 MB where they are many and the system has such: it takes longer to be given a file's size of
+/// small pages than to read the file.
 pub enum Bytes {
     Small(Vec<u8>),
     Large(MmapMut),
 }
 
-/// From how many bytes on a file is large.
-const LARGE: u64 = 8 << 20;
+/// How many bytes are many.
+const LARGE: u64 = 4 << 20;
 /// Bytes that one thread reads in one go.
 const SHARE: usize = 2 << 20;
 
@@ -30,6 +30,31 @@ impl Deref for Bytes {
             Bytes::Large(bytes) => bytes,
         }
     }
+}
+
+impl DerefMut for Bytes {
+    fn deref_mut(&mut self) -> &mut [u8] {
+        match self {
+            Bytes::Small(bytes) => bytes,
+            Bytes::Large(bytes) => bytes,
+        }
+    }
+}
+
+/// So many zeros.
+pub fn zeros(length: usize) -> Bytes {
+    let large = (length as u64 >= LARGE).then(|| large(length));
+    match large {
+        Some(Ok(large)) => Bytes::Large(large),
+        _ => Bytes::Small(vec![0; length]),
+    }
+}
+
+fn large(length: usize) -> io::Result<MmapMut> {
+    let bytes = MmapMut::map_anon(length)?;
+    // Without large pages it takes longer, and nothing else.
+    let _ = bytes.advise(Advice::HugePage);
+    Ok(bytes)
 }
 
 /// Reads a file, or whatever else there is to read at `path`, to its end.
@@ -55,9 +80,7 @@ pub fn read(path: &Path) -> io::Result<Bytes> {
 fn read_large(file: &File, length: u64) -> io::Result<MmapMut> {
     let length = usize::try_from(length).map_err(io::Error::other)?;
     // This memory is nobody else's, unlike the file itself, which others may change under our eyes.
-    let mut bytes = MmapMut::map_anon(length)?;
-    // Without large pages it takes longer, and nothing else.
-    let _ = bytes.advise(Advice::HugePage);
+    let mut bytes = large(length)?;
     let shares = bytes.par_chunks_mut(SHARE).enumerate();
     shares.try_for_each(|(index, share)| file.read_exact_at(share, (index * SHARE) as u64))?;
     if file.read_at(&mut [0], length as u64)? > 0 {

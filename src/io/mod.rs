@@ -8,6 +8,7 @@ pub mod medit;
 pub mod meshio;
 pub mod msh;
 mod out;
+mod plain;
 mod recognise;
 mod rows;
 mod scan;

@@ -244,7 +244,10 @@ mod tests {
     fn all_bytes_arrive_in_order() {
         let fill = |out: &mut Out| {
             let mut expected = Vec::new();
-            for (turn, count) in [1, SHARE / 12 + 1, 3, 5 * BATCH / 12 + 7, 0, BATCH].into_iter().enumerate() {
+            for (turn, count) in [1, SHARE / 12 + 1, 3, 5 * BATCH / 12 + 7, 0, BATCH]
+                .into_iter()
+                .enumerate()
+            {
                 let row = |index: usize| [(turn * 31 + index * 7) as u8; 12];
                 out.text("begin").append(&[turn as u8; 40]);
                 out.rows(count, 12, |first, rows| {
@@ -270,7 +273,10 @@ mod tests {
         assert!(out.bytes == expected);
         // What is not saved leaves nothing.
         drop(Out::to(&path).map(|mut out| fill(&mut out)));
-        assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 1);
+        assert_eq!(
+            std::fs::read_dir(folder.path()).expect("a folder").count(),
+            1
+        );
         assert!(std::fs::read(&path).expect("there") == expected);
     }
 

@@ -101,7 +101,11 @@ fn consecutive(cells: &[u32]) -> impl Iterator<Item = Range<u32>> {
         let (mut inside, mut outside) = (step / 2, step.min(rest.len()));
         while outside - inside > 1 {
             let middle = inside.midpoint(outside);
-            *if reaches(middle) { &mut inside } else { &mut outside } = middle;
+            *if reaches(middle) {
+                &mut inside
+            } else {
+                &mut outside
+            } = middle;
         }
         rest = rest.split_at(outside).1;
         Some(first..first + outside as u32)
@@ -144,7 +148,8 @@ mod tests {
                 })
                 .collect();
             let plain = cells.chunk_by(|a, b| a + 1 == *b);
-            let plain: Vec<Range<u32>> = plain.map(|run| run[0]..run[0] + run.len() as u32).collect();
+            let plain: Vec<Range<u32>> =
+                plain.map(|run| run[0]..run[0] + run.len() as u32).collect();
             assert_eq!(consecutive(&cells).collect::<Vec<_>>(), plain);
         }
     }

@@ -62,9 +62,8 @@ impl Mesh {
         });
         let ends: Vec<usize> = ends.collect();
         for group in &self.groups {
-            self.validate_group(group, &ends).map_err(|what| {
-                format!("group {} of dimension {} {what}", group.tag, group.dim)
-            })?;
+            self.validate_group(group, &ends)
+                .map_err(|what| format!("group {} of dimension {} {what}", group.tag, group.dim))?;
         }
         Ok(())
     }
@@ -193,7 +192,10 @@ mod tests {
         Mesh {
             points: (0..=lines).map(|i| [f64::from(i), 0.0, 0.0]).collect(),
             blocks: vec![
-                CellBlock::new(CellKind::Line, (0..lines).flat_map(|i| [i, i + 1]).collect()),
+                CellBlock::new(
+                    CellKind::Line,
+                    (0..lines).flat_map(|i| [i, i + 1]).collect(),
+                ),
                 CellBlock::new(CellKind::Vertex, (0..=lines).collect()),
             ],
             groups: vec![
@@ -231,7 +233,13 @@ mod tests {
         }
         let cells = sound.cell_count() as u32;
         refused(&|mesh| mesh.groups[0].cells.push(cells), "beyond the last");
-        refused(&|mesh| mesh.groups[1].cells.push(cells - 1), "of another dimension");
-        refused(&|mesh| mesh.groups[0].cells.insert(0, 7), "of another dimension");
+        refused(
+            &|mesh| mesh.groups[1].cells.push(cells - 1),
+            "of another dimension",
+        );
+        refused(
+            &|mesh| mesh.groups[0].cells.insert(0, 7),
+            "of another dimension",
+        );
     }
 }

@@ -166,8 +166,7 @@ impl Builder {
         self.points = Some(if own.is_empty() {
             Lookup::Dense { first: 1, count }
         } else {
-            Lookup::new(&own)
-                .map_err(|tag| scan.error(format!("node {tag} is there twice")))?
+            Lookup::new(&own).map_err(|tag| scan.error(format!("node {tag} is there twice")))?
         });
         self.mesh.point_tags = own;
         Ok(())

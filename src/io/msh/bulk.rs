@@ -67,7 +67,9 @@ pub fn count_on<W: Word>(words: &[W], width: usize, first: u64, numbers: Numbers
     let share = |(index, words): (usize, &[W])| {
         let expected = first.wrapping_add((index * ROWS) as u64)..;
         let rows = words.chunks_exact(width).zip(expected);
-        rows.fold(true, |so_far, (row, expected)| so_far & (row[0].number(numbers) == expected))
+        rows.fold(true, |so_far, (row, expected)| {
+            so_far & (row[0].number(numbers) == expected)
+        })
     };
     if words.len() <= ROWS * width {
         return share((0, words));
@@ -100,7 +102,9 @@ pub fn elements<W: Word>(
     let tags_of_first = words.get(1..head).unwrap_or_default();
     let share = |first: usize, words: &[W], nodes: &mut [u32]| {
         let (mut known, mut count_on, mut alike) = (true, true, true);
-        let rows = words.chunks_exact(width).zip(nodes.chunks_exact_mut(node_count));
+        let rows = words
+            .chunks_exact(width)
+            .zip(nodes.chunks_exact_mut(node_count));
         for ((row, nodes), expected) in rows.zip(expected.wrapping_add(first as u64)..) {
             let (head, row) = row.split_at(head);
             count_on &= head[0].number(numbers) == expected;
@@ -125,13 +129,11 @@ pub fn elements<W: Word>(
         }
         (known, count_on, alike)
     };
-    let (known, count_on, alike) = rows::convert(
-        (words, width),
-        (&mut nodes, node_count),
-        share,
-        |a, b| (a.0 & b.0, a.1 & b.1, a.2 & b.2),
-    )
-    .unwrap_or((true, true, true));
+    let (known, count_on, alike) =
+        rows::convert((words, width), (&mut nodes, node_count), share, |a, b| {
+            (a.0 & b.0, a.1 & b.1, a.2 & b.2)
+        })
+        .unwrap_or((true, true, true));
     if known {
         return Ok(Elements {
             nodes,

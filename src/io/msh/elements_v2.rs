@@ -218,7 +218,11 @@ fn plain_block(
     }
     for ((physical, entity), count) in runs {
         let group = tags.group(kind.dim(), entity, physical, count);
-        builder.appended(count as u32, kind.dim(), &[group][usize::from(group == 0)..]);
+        builder.appended(
+            count as u32,
+            kind.dim(),
+            &[group][usize::from(group == 0)..],
+        );
     }
     Ok(())
 }

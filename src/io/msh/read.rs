@@ -92,7 +92,9 @@ impl Reader<'_> {
             ("$Elements", Some(layout @ (Layout::V2 | Layout::V22))) => {
                 elements_v2::elements(self, layout)?
             }
-            ("$ParametricNodes", Some(Layout::V2 | Layout::V22)) => nodes_v2::parametric_nodes(self)?,
+            ("$ParametricNodes", Some(Layout::V2 | Layout::V22)) => {
+                nodes_v2::parametric_nodes(self)?
+            }
             ("$Entities", Some(layout)) if layout >= Layout::V40 => {
                 entities::entities(self, layout)?
             }

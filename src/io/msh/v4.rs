@@ -2,8 +2,8 @@
 
 use super::builder::Numbering;
 use super::bulk::{self, Word};
-use super::read::{Layout, Reader};
 use super::elements_v2::unknown_type;
+use super::read::{Layout, Reader};
 use crate::error::Result;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{CellKind, PointRun, all_finite};

@@ -99,7 +99,11 @@ impl<'a> Writer<'a> {
         let mut taken: HashSet<(u8, i32)> = HashSet::new();
         let mut next = 1;
         for block in &mesh.blocks {
-            for &entity in block.entities.chunk_by(|a, b| a == b).filter_map(|run| run.first()) {
+            for &entity in block
+                .entities
+                .chunk_by(|a, b| a == b)
+                .filter_map(|run| run.first())
+            {
                 taken.insert((block.kind.dim(), entity));
                 next = next.max(entity.saturating_add(1));
             }
@@ -118,7 +122,10 @@ impl<'a> Writer<'a> {
         let mut runs: Vec<Run> = Vec::new();
         let mut split = 0;
         for (block_index, cells, own, set) in plain_runs(mesh, &groups) {
-            let dim = mesh.blocks.get(block_index).map_or(0, |block| block.kind.dim());
+            let dim = mesh
+                .blocks
+                .get(block_index)
+                .map_or(0, |block| block.kind.dim());
             let entity = *numbers.entry((dim, own, set)).or_insert_with(|| {
                 let kept = own.filter(|entity| !given.contains(&(dim, *entity)));
                 split += usize::from(kept.is_none() && own.is_some());

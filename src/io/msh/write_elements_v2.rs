@@ -119,7 +119,9 @@ impl<P: Fn(u32) -> u64 + Sync> Context<'_, P> {
             if writer.binary && same_count == 0 {
                 // Elements that share the number of tags make a block.
                 let rest = place..block.len();
-                same_count = rest.take_while(|&place| tags_of(place) == tag_count).count();
+                same_count = rest
+                    .take_while(|&place| tags_of(place) == tag_count)
+                    .count();
                 let head = [kind, same_count as i32, 2 + tag_count as i32];
                 head.into_iter().for_each(|value| writer.i32(value));
             }

@@ -65,7 +65,7 @@ impl Writer<'_> {
             Support::Points => point_tag(index),
             Support::Cells | Support::CellPoints => {
                 cell_tags.get(index as usize).copied().unwrap_or(0)
-            },
+            }
         };
         // Here a number is 32 bits wide in every version.
         if self.binary && at.iter().any(|&index| i32::try_from(tag(index)).is_err()) {

@@ -16,7 +16,11 @@ pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
     );
     let point_tag = |point: u32| {
         let anew = u64::from(point) + 1;
-        if keep_points { mesh.point_tag(point) } else { anew }
+        if keep_points {
+            mesh.point_tag(point)
+        } else {
+            anew
+        }
     };
     let physical_of_set = physicals(&writer, losses);
     let geometry = &mesh.geometry;

@@ -154,10 +154,16 @@ fn bound(
         };
         let width = block.kind.points();
         let nodes = width * (run.cells.start - first)..width * (run.cells.end - first);
-        let nodes = block.nodes.get(nodes).unwrap_or_default().par_chunks(1 << 16);
+        let nodes = block
+            .nodes
+            .get(nodes)
+            .unwrap_or_default()
+            .par_chunks(1 << 16);
         let points = |nodes: &[u32]| {
             let mut part = entity_without_points();
-            let points = nodes.iter().filter_map(|&node| mesh.points.get(node as usize));
+            let points = nodes
+                .iter()
+                .filter_map(|&node| mesh.points.get(node as usize));
             points.for_each(|point| part.extend(point));
             part
         };
@@ -321,9 +327,14 @@ fn elements(writer: &mut Writer<'_>) {
     let mesh = writer.mesh;
     let (low, high) = range_of_cells(mesh);
     writer.out.text("$Elements\n");
-    [writer.runs.len() as u64, mesh.cell_count() as u64, low, high]
-        .into_iter()
-        .for_each(|value| writer.u64(value));
+    [
+        writer.runs.len() as u64,
+        mesh.cell_count() as u64,
+        low,
+        high,
+    ]
+    .into_iter()
+    .for_each(|value| writer.u64(value));
     writer.end();
     let mut before = 0;
     let mut last_block = 0;
@@ -351,20 +362,24 @@ fn elements(writer: &mut Writer<'_>) {
             })
         };
         if writer.binary {
-            writer.out.rows(run.cells.len(), 8 * (1 + width), |first, rows| {
-                let rows = rows.as_chunks_mut::<8>().0.chunks_exact_mut(1 + width);
-                for (row, (number, nodes)) in rows.zip(from(first)) {
-                    let words = nodes.iter().map(|&node| mesh.point_tag(node));
-                    let words = std::iter::once(number).chain(words);
-                    for (place, word) in row.iter_mut().zip(words) {
-                        *place = word.to_le_bytes();
+            writer
+                .out
+                .rows(run.cells.len(), 8 * (1 + width), |first, rows| {
+                    let rows = rows.as_chunks_mut::<8>().0.chunks_exact_mut(1 + width);
+                    for (row, (number, nodes)) in rows.zip(from(first)) {
+                        let words = nodes.iter().map(|&node| mesh.point_tag(node));
+                        let words = std::iter::once(number).chain(words);
+                        for (place, word) in row.iter_mut().zip(words) {
+                            *place = word.to_le_bytes();
+                        }
                     }
-                }
-            });
+                });
         } else {
             for (number, nodes) in from(0) {
                 writer.u64(number);
-                nodes.iter().for_each(|&node| writer.u64(mesh.point_tag(node)));
+                nodes
+                    .iter()
+                    .for_each(|&node| writer.u64(mesh.point_tag(node)));
                 writer.end();
             }
         }

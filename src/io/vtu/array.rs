@@ -6,7 +6,7 @@ use super::Compressor;
 use super::read::Decoder;
 use super::scalar::{Scalar, with_type};
 use super::stream::Stream;
-use super::unpack::{Budget, Packing};
+use super::unpack::{Budget, Packing, Unpacked};
 use super::xml::ArrayTag;
 use crate::error::Result;
 use crate::mesh::Values;
@@ -23,13 +23,14 @@ pub(super) enum Count {
 
 /// The bytes of numbers of one type, as a file has them or, where it is text, as they would be.
 pub(super) struct Numbers<'b> {
-    pub bytes: Cow<'b, [u8]>,
+    pub bytes: Unpacked<'b>,
     pub big_endian: bool,
 }
 
 impl<'a> Decoder<'a> {
     pub fn array(&mut self, tag: &ArrayTag, count: Count) -> Result<Values> {
-        let numbers = with_type!(tag.type_name.as_str(), T => self.values::<T>(tag, count), unknown(tag));
+        let numbers =
+            with_type!(tag.type_name.as_str(), T => self.values::<T>(tag, count), unknown(tag));
         numbers.map_err(|what| self.refuse(tag, what))
     }
 
@@ -85,7 +86,7 @@ impl<'a> Decoder<'a> {
             let mut bytes = vec![0; numbers.len() * T::WIDTH];
             T::put_le(&numbers, &mut bytes);
             return Ok(Numbers {
-                bytes: Cow::Owned(bytes),
+                bytes: bytes.into(),
                 big_endian: false,
             });
         }
@@ -146,7 +147,7 @@ impl<'a> Decoder<'a> {
         &self,
         tag: &'b ArrayTag<'_>,
         expected: Option<u64>,
-    ) -> Result<Cow<'b, [u8]>, String>
+    ) -> Result<Unpacked<'b>, String>
     where
         'a: 'b,
     {
@@ -216,7 +217,7 @@ impl<'a> Decoder<'a> {
             codes.and_then(|codes| {
                 let bytes = codes.into_iter().map(byte).collect::<Result<Vec<u8>, _>>();
                 bytes
-                    .map(Cow::Owned)
+                    .map(Unpacked::from)
                     .map_err(|_| "a text holds what is no byte".into())
             })
         } else {

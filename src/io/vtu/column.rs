@@ -152,11 +152,15 @@ impl Width {
         match self {
             Width::Narrow => {
                 let words = front.as_chunks_mut::<4>().0.iter_mut();
-                words.zip(numbers).for_each(|(word, x)| *word = (x as i32).to_le_bytes());
+                words
+                    .zip(numbers)
+                    .for_each(|(word, x)| *word = (x as i32).to_le_bytes());
             }
             Width::Wide => {
                 let words = front.as_chunks_mut::<8>().0.iter_mut();
-                words.zip(numbers).for_each(|(word, x)| *word = x.to_le_bytes());
+                words
+                    .zip(numbers)
+                    .for_each(|(word, x)| *word = x.to_le_bytes());
             }
         }
         rest
@@ -236,7 +240,9 @@ impl GroupTags {
             let places = start..cells.end as usize * components;
             bytes = match row.as_slice() {
                 &[tag] => self.width.put(bytes, places.map(|_| tag)),
-                row => self.width.put(bytes, places.map(|place| row[place % components])),
+                row => self
+                    .width
+                    .put(bytes, places.map(|place| row[place % components])),
             };
             if bytes.is_empty() {
                 return;
@@ -283,10 +289,16 @@ mod tests {
             })
         };
         let narrow = [
-            (Column::Connectivity(&mesh, Width::Narrow), vec![
-                3, 4, 4, 5, 0, 1, 2, 3, 4, 5, 6, 7, 9, 8, 1, 2, 3, 4, 5, 6, 7, 8, 10, 9, 7,
-            ]),
-            (Column::Offsets(&mesh, Width::Narrow), vec![2, 4, 14, 24, 25]),
+            (
+                Column::Connectivity(&mesh, Width::Narrow),
+                vec![
+                    3, 4, 4, 5, 0, 1, 2, 3, 4, 5, 6, 7, 9, 8, 1, 2, 3, 4, 5, 6, 7, 8, 10, 9, 7,
+                ],
+            ),
+            (
+                Column::Offsets(&mesh, Width::Narrow),
+                vec![2, 4, 14, 24, 25],
+            ),
             (groups(Width::Narrow), vec![0, 0, 5, 0, -2, 0, 9, -2, 0, 0]),
         ];
         let wide = [
@@ -302,7 +314,11 @@ mod tests {
         let types = Column::Types(&mesh);
         assert_eq!(*types.values(), Values::U8(vec![3, 3, 24, 24, 1]));
         let coordinates = Column::Coordinates(&mesh.points);
-        for column in narrow.iter().map(|(column, _)| column).chain([&types, &coordinates]) {
+        for column in narrow
+            .iter()
+            .map(|(column, _)| column)
+            .chain([&types, &coordinates])
+        {
             let mut whole = vec![0; column.len() * column.width()];
             column.fill(0, &mut whole);
             for first in 0..column.len() {

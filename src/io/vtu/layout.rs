@@ -202,11 +202,20 @@ impl<'a> Layout<'a> {
         let none = none.expect("invariant: there are fewer groups than whole numbers");
         let groups = CellGroups::new(mesh);
         let components = groups.sets.iter().map(Vec::len).max().unwrap_or(0).max(1);
-        let tag = |group: &u32| mesh.groups.get(*group as usize).map_or(none, |group| group.tag);
+        let tag = |group: &u32| {
+            mesh.groups
+                .get(*group as usize)
+                .map_or(none, |group| group.tag)
+        };
         // The last group first, and what is free behind.
         let row = |set: &Vec<u32>| {
             let free = std::iter::repeat(none);
-            set.iter().rev().map(tag).chain(free).take(components).collect()
+            set.iter()
+                .rev()
+                .map(tag)
+                .chain(free)
+                .take(components)
+                .collect()
         };
         let rows: Vec<Vec<i64>> = groups.sets.iter().map(row).collect();
         let fits = |tag: &i64| i32::try_from(*tag).is_ok();

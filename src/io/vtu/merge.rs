@@ -44,7 +44,9 @@ pub(super) fn merge(pieces: Vec<Piece>) -> Result<Merged, String> {
         append_blocks(&mut merged.blocks, piece.blocks, before.0 as u32);
         append(&mut merged.points, piece.points);
         let misfit = |on: &str, name: String| {
-            format!("not all pieces have the array {name:?} on {on}, or have it in another type: see piece {index}")
+            format!(
+                "not all pieces have the array {name:?} on {on}, or have it in another type: see piece {index}"
+            )
         };
         append_arrays(&mut merged.on_points, piece.on_points, new.0, before.0)
             .map_err(|name| misfit("points", name))?;

@@ -173,13 +173,20 @@ impl<'a> Decoder<'a> {
 
 /// Three coordinates a point.
 fn points<T: Scalar>(numbers: &Numbers) -> Vec<[f64; 3]> {
-    let bytes = numbers.bytes.as_ref();
+    let bytes = &*numbers.bytes;
     let mut points = vec![[0.0; 3]; bytes.len() / T::WIDTH / 3];
     let convert = |_, bytes: &[u8], points: &mut [[f64; 3]]| {
         let numbers = T::each(bytes, numbers.big_endian);
         let places = points.as_flattened_mut().iter_mut();
-        places.zip(numbers).for_each(|(place, x)| *place = x.float());
+        places
+            .zip(numbers)
+            .for_each(|(place, x)| *place = x.float());
     };
-    rows::convert((bytes, 3 * T::WIDTH), (&mut points, 1), convert, |(), ()| ());
+    rows::convert(
+        (bytes, 3 * T::WIDTH),
+        (&mut points, 1),
+        convert,
+        |(), ()| (),
+    );
     points
 }

@@ -5,8 +5,8 @@
 
 use super::cells::{vtk_type, written_kind};
 use super::layout::{
-    BLOCKS, CELL_TAG, ENTITY, FIELD_ARRAYS, FIELD_AT, FIELD_NAMES, FIELD_TIMES, FIELDS,
-    GROUP, GROUP_NAMES, GROUPS, NO_GROUP, POINT_TAG,
+    BLOCKS, CELL_TAG, ENTITY, FIELD_ARRAYS, FIELD_AT, FIELD_NAMES, FIELD_TIMES, FIELDS, GROUP,
+    GROUP_NAMES, GROUPS, NO_GROUP, POINT_TAG,
 };
 use super::merge::{Array, Merged};
 use super::scalar::Scalar;
@@ -48,9 +48,7 @@ pub(super) fn restore(merged: Merged, mut whole: Vec<Whole>) -> (Mesh, Vec<Whole
     restore_blocks(&mut mesh.blocks, &mut whole, tags, entities);
     restore_groups(&mut mesh, &mut on_cells, &mut whole);
 
-    let field = |on| {
-        move |array: Array| Field::new(array.name, on, array.components, array.values)
-    };
+    let field = |on| move |array: Array| Field::new(array.name, on, array.components, array.values);
     mesh.fields = (on_points.into_iter().map(field(Support::Points)))
         .chain(on_cells.into_iter().map(field(Support::Cells)))
         .collect();

@@ -1,8 +1,8 @@
 //! What is written is read back, bit for bit; what is broken is refused.
 
 use super::*;
-use crate::io::out::Out;
 use crate::field::{Whole, data::same_bits};
+use crate::io::out::Out;
 use crate::mesh::{CellBlock, CellKind, Field, Group, Support, Values};
 use std::path::Path;
 

@@ -7,11 +7,11 @@ use super::array::Numbers;
 use super::cells;
 use super::read::Decoder;
 use super::scalar::{Scalar, with_type};
+use super::unpack::Unpacked;
 use super::xml::{ArrayTag, PieceTag};
 use crate::error::Result;
 use crate::io::rows;
 use crate::mesh::CellBlock;
-use std::borrow::Cow;
 
 /// Cells that are looked at together.
 const CELLS: usize = 1 << 12;
@@ -38,7 +38,8 @@ impl<'a> Decoder<'a> {
         };
         let ends = self.numbers(offsets, piece.cells)?;
         let codes = self.numbers(types, piece.cells)?;
-        let codes = with_type!(types.type_name.as_str(), T => codes_of::<T>(codes), Ok(codes.bytes));
+        let codes =
+            with_type!(types.type_name.as_str(), T => codes_of::<T>(codes), Ok(codes.bytes));
         let codes = codes.map_err(|what| self.refuse(types, what))?;
         let runs = with_type!(offsets.type_name.as_str(), T => runs_of::<T>(&ends, &codes), Ok(Vec::new()));
         let runs = runs.map_err(|what| self.refuse(offsets, what))?;
@@ -59,12 +60,11 @@ impl<'a> Decoder<'a> {
     ) -> Result<Vec<CellBlock>> {
         let table = cells::type_table();
         let mut blocks: Vec<CellBlock> = Vec::new();
-        let mut rest = nodes.bytes.as_ref();
+        let mut rest = &*nodes.bytes;
         let mut cell = 0;
         for run in runs {
-            let vtk = table[usize::from(run.code)].ok_or_else(|| {
-                self.refuse(types, format!("VTK has no cell type {}", run.code))
-            })?;
+            let vtk = table[usize::from(run.code)]
+                .ok_or_else(|| self.refuse(types, format!("VTK has no cell type {}", run.code)))?;
             let (kind, order) = cells::kind(vtk, run.width).ok_or_else(|| {
                 let width = run.width;
                 let what = format!("cell {cell} is a {vtk:?} of {width} points, which is not read");
@@ -77,7 +77,14 @@ impl<'a> Decoder<'a> {
             rest = others;
             let block = blocks.last_mut().map(|block| &mut block.nodes);
             let all_there = block.is_none_or(|block| {
-                append::<T>(block, words, nodes.big_endian, piece.points, run.width, order)
+                append::<T>(
+                    block,
+                    words,
+                    nodes.big_endian,
+                    piece.points,
+                    run.width,
+                    order,
+                )
             });
             if !all_there {
                 return Err(self.refuse(connectivity, beyond::<T>(nodes, piece.points)));
@@ -91,7 +98,7 @@ impl<'a> Decoder<'a> {
 const NO_INDEX: &str = "it holds what is no index";
 
 /// Codes of cell types as bytes, which they mostly are.
-fn codes_of<T: Scalar>(codes: Numbers) -> Result<Cow<[u8]>, String> {
+fn codes_of<T: Scalar>(codes: Numbers) -> Result<Unpacked, String> {
     if T::NAME == u8::NAME {
         return Ok(codes.bytes);
     }
@@ -100,7 +107,7 @@ fn codes_of<T: Scalar>(codes: Numbers) -> Result<Cow<[u8]>, String> {
         u8::try_from(code).map_err(|_| format!("VTK has no cell type {code}"))
     };
     let codes = T::each(&codes.bytes, codes.big_endian).map(narrow);
-    codes.collect::<Result<_, _>>().map(Cow::Owned)
+    codes.collect::<Result<Vec<u8>, _>>().map(Unpacked::from)
 }
 
 /// Puts cells of the same type and width together.
@@ -189,7 +196,9 @@ fn append<T: Scalar>(
 /// Says which entry of the connectivity is no point.
 #[cold]
 fn beyond<T: Scalar>(nodes: &Numbers, points: u64) -> String {
-    let mut nodes = T::each(&nodes.bytes, nodes.big_endian).map(Scalar::index).enumerate();
+    let mut nodes = T::each(&nodes.bytes, nodes.big_endian)
+        .map(Scalar::index)
+        .enumerate();
     let bad = nodes.find(|(_, node)| node.is_none_or(|node| node >= points));
     match bad {
         Some((entry, Some(node))) => {

@@ -3,8 +3,10 @@
 use super::Compressor;
 use super::scalar::Scalar;
 use super::stream::Stream;
+use crate::io::bytes::{self, Bytes};
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::ops::Deref;
 
 /// Bytes that arrays may take in memory. A file whose arrays say that they take more together is refused before any of
 /// them is unpacked. So much for a file of any size, and [`PER_BYTE`] for each byte it has.
@@ -28,6 +30,38 @@ impl Budget {
             )
         })?;
         Ok(())
+    }
+}
+
+/// The bytes of an array, which the file holds as they are or which were unpacked.
+pub(super) enum Unpacked<'a> {
+    Borrowed(&'a [u8]),
+    Owned(Bytes),
+}
+
+impl Deref for Unpacked<'_> {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Unpacked::Borrowed(bytes) => bytes,
+            Unpacked::Owned(bytes) => bytes,
+        }
+    }
+}
+
+impl From<Vec<u8>> for Unpacked<'_> {
+    fn from(bytes: Vec<u8>) -> Self {
+        Unpacked::Owned(Bytes::Small(bytes))
+    }
+}
+
+impl<'a> From<Cow<'a, [u8]>> for Unpacked<'a> {
+    fn from(bytes: Cow<'a, [u8]>) -> Self {
+        match bytes {
+            Cow::Borrowed(bytes) => Unpacked::Borrowed(bytes),
+            Cow::Owned(bytes) => bytes.into(),
+        }
     }
 }
 
@@ -57,7 +91,7 @@ impl Packing {
         self,
         mut stream: Stream<'a>,
         expected: Option<u64>,
-    ) -> Result<Cow<'a, [u8]>, String> {
+    ) -> Result<Unpacked<'a>, String> {
         let check = |length: u64| match expected {
             Some(expected) if expected != length => Err(format!(
                 "{length} bytes are declared where its type and the counts make {expected}"
@@ -71,22 +105,22 @@ impl Packing {
         } = self.extent(&mut stream)?;
         check(length)?;
         if length == 0 {
-            return Ok(Cow::Borrowed(&[]));
+            return Ok(Unpacked::Borrowed(&[]));
         }
         if self.compressor == Compressor::None {
-            return stream.take(length);
+            return stream.take(length).map(Unpacked::from);
         }
         let packed = self.words(&mut stream, blocks)?;
         self.plausible(&packed, &stream, length)?;
         let blocks = packed.iter().map(|&size| stream.take(size));
         let blocks = blocks.collect::<Result<Vec<_>, _>>()?;
-        let mut out = vec![0; length as usize];
+        let mut out = bytes::zeros(length as usize);
         self.unpack_blocks(
             &blocks,
             &mut out,
             usize::try_from(block).unwrap_or(usize::MAX),
         )?;
-        Ok(Cow::Owned(out))
+        Ok(Unpacked::Owned(out))
     }
 
     /// The bytes that an array says it unpacks to.
@@ -232,7 +266,8 @@ mod tests {
     /// One byte of zlib's end missing, or one byte of data more than declared.
     #[test]
     fn blocks_end_where_they_say() {
-        let Packed { blocks, .. } = pack(100, |_, bytes| bytes.fill(7), Compressor::Zlib).expect("packed");
+        let Packed { blocks, .. } =
+            pack(100, |_, bytes| bytes.fill(7), Compressor::Zlib).expect("packed");
         let block = &blocks[0];
         let mut zlib = flate2::Decompress::new(true);
         let mut unpack = |bytes: &[u8], length: usize| {

@@ -54,7 +54,8 @@ pub(super) fn encode(
     mesh.validate()?;
     let layout = layout::lay_out(mesh, fields, whole)?;
     check_arrays(&layout)?;
-    document(mesh, &layout, encoding, out).map_err(|error| format!("an array was not packed: {error}"))
+    document(mesh, &layout, encoding, out)
+        .map_err(|error| format!("an array was not packed: {error}"))
 }
 
 fn check_arrays(layout: &Layout) -> Result<(), String> {
