@@ -11,6 +11,7 @@ mod tags_v2;
 mod v4;
 mod write;
 mod write_elements_v2;
+mod write_entities_v4;
 mod write_fields;
 mod write_v2;
 mod write_v4;
