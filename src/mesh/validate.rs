@@ -138,7 +138,7 @@ impl Mesh {
 
 fn validate_block(block: &CellBlock, points: usize) -> Result<(), String> {
     let (kind, len) = (block.kind, block.len());
-    if block.nodes.len() % kind.points() != 0 {
+    if !block.nodes.len().is_multiple_of(kind.points()) {
         return Err(format!(
             "{} nodes do not make {kind} cells",
             block.nodes.len()

@@ -125,7 +125,7 @@ mod tests {
                 let expected = Some(length as u64);
                 assert_eq!(packing.declared(Stream::Raw(&file)).ok(), expected);
                 let back = packing.unpack(Stream::Raw(&file), expected);
-                assert!(back.expect("sound") == bytes, "{compressor:?} {length}");
+                assert!(*back.expect("sound") == *bytes, "{compressor:?} {length}");
             }
         }
     }
