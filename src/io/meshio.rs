@@ -1,6 +1,6 @@
 //! Every other format, by way of meshio: one process of a Python environment that has it.
 //!
-//! Between the process and us goes a [`plain`] file. meshio drops in silence what a format cannot hold, so what was
+//! Between the process and us goes a plain file (`io::plain`). meshio drops in silence what a format cannot hold, so what was
 //! written is read back and compared before it counts.
 
 use std::path::Path;

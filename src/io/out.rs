@@ -195,7 +195,7 @@ impl Out {
     }
 }
 
-/// Writes the parts, one after the other, as [`Out`] does.
+/// Writes the parts, one after the other, beside `path`, then renames.
 ///
 /// # Errors
 /// [`Error::Io`]; the old file is then still there.

@@ -97,14 +97,10 @@ impl Numbering {
         }
     }
 
-    /// So many numbers that count on.
+    /// So many numbers that count on from [`Numbering::next`], which is there.
     pub fn count_on(&mut self, count: usize) {
-        let first = self.count as u64 + 1;
-        if self.own.is_empty() {
-            self.count += count;
-        } else {
-            self.append((first..first + count as u64).collect());
-        }
+        debug_assert!(self.own.is_empty());
+        self.count += count;
     }
 
     pub fn append(&mut self, mut numbers: Vec<u64>) {

@@ -181,7 +181,7 @@ fn plain_block(
             format!("element {number} has the node {node}, which does not exist"),
         )
     })?;
-    if new.count_on {
+    if new.count_on && builder.numbers.next().is_some() {
         builder.numbers.count_on(count);
     } else {
         let own = bulk::first_words(words, row, numbers);

@@ -137,7 +137,7 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
                 let number = |word: usize| words.get(word).map_or(0, |it| it.number(place.numbers));
                 unknown(&place, number(word / row * row), number(word))
             })?;
-            if new.count_on {
+            if new.count_on && numbers.next().is_some() {
                 numbers.count_on(in_block);
             } else {
                 numbers.append(bulk::first_words(words, row, scan.numbers));

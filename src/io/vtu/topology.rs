@@ -207,3 +207,38 @@ fn beyond<T: Scalar>(nodes: &Numbers, points: u64) -> String {
         _ => NO_INDEX.into(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Compressor, Encoding, from_bytes, write};
+    use super::*;
+    use crate::io::out::Out;
+    use crate::mesh::{CellKind, Mesh};
+    use std::path::Path;
+
+    /// Where the type or the width changes, whether within or between the cells that are looked at together.
+    #[test]
+    fn runs_end_where_type_or_width_changes() {
+        for first in [1, CELLS - 1, CELLS, CELLS + 1, 2 * CELLS] {
+            let kinds = [
+                CellKind::Quadrangle,
+                CellKind::Tetrahedron,
+                CellKind::Triangle,
+            ];
+            let block = |kind: CellKind| {
+                let width = kind.points() as u32;
+                CellBlock::new(kind, (0..first as u32 * width).map(|i| i % 9).collect())
+            };
+            let mesh = Mesh {
+                points: vec![[1.0; 3]; 9],
+                blocks: kinds.into_iter().map(block).collect(),
+                ..Mesh::default()
+            };
+            let encoding = Encoding::Raw(Compressor::None);
+            let out = write::encode(&mesh, &[], &[], encoding, Out::default());
+            let bytes = out.expect("a sound mesh").bytes;
+            let read = from_bytes(Path::new("test.vtu"), &bytes).expect("a sound file");
+            assert!(read.mesh.blocks == mesh.blocks, "{first}");
+        }
+    }
+}
