@@ -5,8 +5,11 @@
 mod common;
 
 use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
+use ::faceoff::io;
+use ::faceoff::mesh::{CellBlock, CellKind, Mesh};
 use common::{folder, run, source};
 use nix::sys::resource::{UsageWho, getrusage};
 
@@ -361,5 +364,91 @@ fn what_is_no_mesh_is_named() {
     ];
     for (name, bytes, word) in cases {
         refused(folder.path(), name, bytes, &[word]);
+    }
+}
+
+/// Words for an encoding go with the format they are of.
+#[test]
+fn encodings_of_another_format() {
+    let folder = folder();
+    let square = source("tests/data/square-4.1.msh");
+    let square = square.to_str().unwrap();
+    let cases = [
+        (
+            "out.msh",
+            "raw",
+            "Gmsh's MSH has no encoding `raw`; use ascii or binary",
+        ),
+        (
+            "out.msh",
+            "base64-zlib",
+            "Gmsh's MSH has no encoding `base64-zlib`",
+        ),
+        ("out.mesh", "raw-lz4", "Medit has no encoding `raw-lz4`"),
+        ("out.mesh", "binary", "Medit has no binary form here"),
+        ("out.vtu", "raw-gzip", "there is no encoding `raw-gzip`"),
+        ("out.msh", "raw-gzip", "there is no encoding `raw-gzip`"),
+    ];
+    for (out, encoding, words) in cases {
+        let ran = run(
+            folder.path(),
+            &[
+                "mesh",
+                "convert",
+                square,
+                out,
+                "--encoding",
+                encoding,
+                "--lossy",
+            ],
+        );
+        assert_eq!(ran.code, Some(2), "{encoding}: {}", ran.stderr);
+        assert!(ran.stderr.contains(words), "{}", ran.stderr);
+        let left = std::fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(left, 0, "{out} {encoding}");
+    }
+}
+
+/// Whenever a conversion is interrupted, even by force, the target is the old file or the new one, never a part.
+#[test]
+fn interrupted_conversions() {
+    let folder = folder();
+    let lines: Vec<u32> = (0..400_000).flat_map(|i| [i, i + 1]).collect();
+    let mesh = Mesh {
+        points: (0..=400_000)
+            .map(|i| [f64::from(i).sin(), 0.0, 0.0])
+            .collect(),
+        blocks: vec![CellBlock::new(CellKind::Line, lines)],
+        ..Mesh::default()
+    };
+    io::write(
+        &folder.path().join("in.vtu"),
+        &mesh,
+        &io::Options::default(),
+    )
+    .unwrap();
+    for out in ["out.msh", "out.vtu"] {
+        let words = ["mesh", "convert", "in.vtu", out];
+        assert_eq!(run(folder.path(), &words).code, Some(0));
+        let target = folder.path().join(out);
+        let whole = std::fs::read(&target).unwrap();
+        let mut old = 0;
+        for signal in ["-INT", "-TERM", "-KILL"] {
+            for delay in [0, 30, 60, 120, 250] {
+                std::fs::write(&target, "old").unwrap();
+                let mut child = common::faceoff(folder.path()).args(words).spawn().unwrap();
+                std::thread::sleep(Duration::from_millis(delay));
+                // Twice, as the first one is a wish and the second an order.
+                for _ in 0..2 {
+                    let pid = child.id().to_string();
+                    Command::new("kill").args([signal, &pid]).status().unwrap();
+                }
+                child.wait().unwrap();
+                let found = std::fs::read(&target).unwrap();
+                assert!(found == b"old" || found == whole, "{out} {signal} {delay}");
+                old += usize::from(found == b"old");
+            }
+        }
+        assert!(old > 0, "nothing was interrupted");
     }
 }

@@ -568,3 +568,82 @@ fn what_a_format_cannot_hold_is_an_error_or_a_warning() {
     io::write(&path, &twice, &options).expect("4.1 holds cells of two groups");
     assert_eq!(io::read(&path).expect("sound").groups, twice.groups);
 }
+
+/// Numbers that go on as they should in one block need not have done so before.
+#[test]
+fn own_numbers_of_cells_stay_when_later_blocks_count_from_nought() {
+    for (first, second) in [
+        ([5, 6], [0, 1]),
+        ([5, 6], [3, 4]),
+        ([1, 2], [3, 4]),
+        ([1, 2], [4, 3]),
+    ] {
+        let block = |kind, nodes: &[u32], tags: [u64; 2]| CellBlock {
+            tags: tags.to_vec(),
+            entities: vec![7; 2],
+            ..CellBlock::new(kind, nodes.to_vec())
+        };
+        let mesh = Mesh {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            blocks: vec![
+                block(CellKind::Line, &[0, 1, 1, 2], first),
+                block(CellKind::Triangle, &[0, 1, 2, 1, 2, 0], second),
+            ],
+            ..Mesh::default()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.msh");
+        for msh_version in [msh::Version::V22, msh::Version::V41] {
+            for binary in [false, true] {
+                let options = Options {
+                    msh_version,
+                    binary,
+                    ..Options::default()
+                };
+                io::write(&path, &mesh, &options).unwrap();
+                let read = io::read(&path).unwrap();
+                let tags: Vec<u64> = read.cell_tags().collect();
+                assert_eq!(tags, [first, second].concat(), "{options:?}");
+            }
+        }
+    }
+}
+
+/// What is declared of numbers is true, and those that 2.2 has no room for are given anew.
+#[test]
+fn ranges_of_numbers_are_told_and_wide_ones_given_anew() {
+    let mut mesh = Mesh {
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        blocks: vec![
+            CellBlock::new(CellKind::Line, vec![0, 1, 1, 2]),
+            CellBlock::new(CellKind::Triangle, vec![0, 1, 2]),
+        ],
+        ..Mesh::default()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.msh");
+    let options = |msh_version, binary| Options {
+        msh_version,
+        binary,
+        ..Options::default()
+    };
+    for binary in [false, true] {
+        io::write(&path, &mesh, &options(msh::Version::V41, binary)).unwrap();
+        let read = io::open(&path, None).unwrap();
+        assert_eq!(read.warnings, Vec::<String>::new());
+        assert!(read.mesh.cell_tags().eq(1..=3));
+    }
+    mesh.point_tags = vec![1, 2, 1 << 40];
+    mesh.blocks[1].tags = vec![1 << 40];
+    for binary in [false, true] {
+        let warnings = io::write(&path, &mesh, &options(msh::Version::V22, binary)).unwrap();
+        let anew = |of: &str| {
+            warnings
+                .iter()
+                .any(|told| told.contains(&format!("the {of} are numbered anew")))
+        };
+        assert!(anew("points") && anew("cells"), "{warnings:?}");
+        let read = io::read(&path).unwrap();
+        assert!(read.point_tags.is_empty() && read.cell_tags().eq(1..=3));
+    }
+}

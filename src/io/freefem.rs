@@ -123,7 +123,7 @@ pub fn write(path: &Path, mesh: &Mesh, lossy: bool) -> Result<Vec<String>> {
     let point_labels = point_labels(mesh, &labels, &mut losses);
     losses.note_gmsh(mesh);
 
-    let mut out = Out::with_capacity(48 * mesh.points.len() + 32 * mesh.cell_count());
+    let mut out = Out::to(path)?;
     out.int(mesh.points.len())
         .int(mesh.count(CellKind::Triangle))
         .int(mesh.count(CellKind::Line))

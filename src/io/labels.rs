@@ -87,7 +87,7 @@ impl<'a> CellLabels<'a> {
     }
 
     pub fn of(&self, cell: u32) -> i32 {
-        let set = self.groups.set_of.get(cell as usize).copied().unwrap_or(0);
+        let set = self.groups.set_of(cell);
         self.of_set.get(set as usize).copied().unwrap_or(0)
     }
 

@@ -232,7 +232,7 @@ pub fn write(path: &Path, mesh: &Mesh, lossy: bool) -> Result<Vec<String>> {
     // A mesh in the plane z = 0 is written as one of two dimensions, which FreeFEM and dolfinx want it to be.
     let flat = mesh.dim() <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
     let dimension = if flat { 2 } else { 3 };
-    let mut out = Out::with_capacity(80 * mesh.points.len() + 40 * mesh.cell_count());
+    let mut out = Out::to(path)?;
     out.text("MeshVersionFormatted 2\n");
     for group in &mesh.groups {
         if let Some(name) = &group.name {

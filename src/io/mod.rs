@@ -1,5 +1,6 @@
 //! Bytes to meshes and fields, and back.
 
+mod bytes;
 pub mod freefem;
 mod labels;
 mod loss;
@@ -7,7 +8,9 @@ pub mod medit;
 pub mod meshio;
 pub mod msh;
 mod out;
+mod plain;
 mod recognise;
+mod rows;
 mod scan;
 pub mod vtu;
 
@@ -53,7 +56,7 @@ pub fn read(path: &Path) -> Result<Mesh> {
 /// # Errors
 /// The file cannot be read, is not known, or is not as its format demands.
 pub fn open(path: &Path, python: Option<&Path>) -> Result<Content> {
-    let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+    let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
     parse(path, &bytes, python)
 }
 
@@ -66,7 +69,8 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
         Some(Format::Msh) => msh::read(path, bytes),
         Some(Format::FreeFem) => freefem::read(path, bytes),
         Some(Format::Medit) => medit::read(path, bytes),
-        Some(Format::Vtu) => read_vtu(path, bytes),
+        // Which has been asked already whether it is sound.
+        Some(Format::Vtu) => return read_vtu(path, bytes),
         Some(Format::Meshio(format)) => meshio::read(path, format, python),
         None => Err(Error::file(
             path,

@@ -1,57 +1,128 @@
-//! Bytes of a file in the making, and how they get to the disk: beside, then by rename, so that no file is ever half there.
+//! Bytes of a file in the making, and how they get to the disk: beside, then by rename, so that no file is ever half
+//! there. They go while the next are made, since memory that a file passes through once costs more than the file.
 
-use std::io::Write;
-use std::path::Path;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
 
 /// A file in the making.
 #[derive(Default)]
 pub struct Out {
-    /// What comes before `bytes`.
-    parts: Vec<Vec<u8>>,
+    /// What has not gone to the file yet; everything, where there is no file.
     pub bytes: Vec<u8>,
+    file: Option<Beside>,
+    /// The first thing that went wrong with the file, after which nothing more is written.
+    failed: Option<io::Error>,
 }
 
-/// Rows that one thread fills in one go.
-const ROWS: usize = 1 << 12;
+/// A file that will be another.
+struct Beside {
+    file: NamedTempFile,
+    target: PathBuf,
+}
+
+/// Bytes that are gathered before they go to the file.
+const BATCH: usize = 1 << 20;
+/// Bytes that one thread makes in one go.
+const SHARE: usize = 1 << 16;
 
 impl Out {
-    pub fn with_capacity(bytes: usize) -> Self {
-        Out {
-            parts: Vec::new(),
-            bytes: Vec::with_capacity(bytes),
+    /// A file that [`Out::save`] puts at `path`. A link stays, and what it leads to is replaced; a device or a pipe is
+    /// written to, but only when all is there.
+    ///
+    /// # Errors
+    /// [`Error::Io`]: there is no place beside.
+    pub fn to(path: &Path) -> Result<Self> {
+        let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        if is_special(&target) {
+            return Ok(Out::default());
         }
+        let folder = target
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty())
+            .unwrap_or(Path::new("."));
+        let mut builder = tempfile::Builder::new();
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // As any new file has them: the user's mask takes away what is too much.
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let file = builder
+            .prefix(".faceoff-")
+            .tempfile_in(folder)
+            // The kind alone: the whole names the temporary file, which is nobody's business.
+            .map_err(|error| Error::io(path, "write")(error.kind().into()))?;
+        Ok(Out {
+            bytes: Vec::with_capacity(BATCH + SHARE),
+            file: Some(Beside { file, target }),
+            failed: None,
+        })
     }
 
-    /// Rows of `size` bytes, each of which `fill` makes of zeros, on all cores.
+    /// Rows of `size` bytes, made on all cores: `fill` makes those from the row of this index on, of zeros.
     pub fn rows(&mut self, count: usize, size: usize, fill: impl Fn(usize, &mut [u8]) + Sync) {
-        let mut rows = vec![0; count * size];
-        let chunks = rows.par_chunks_mut(ROWS * size).enumerate();
-        chunks.for_each(|(chunk, rows)| {
-            for (index, row) in (ROWS * chunk..).zip(rows.chunks_exact_mut(size)) {
-                fill(index, row);
+        let share = (SHARE / size.max(1)).max(1);
+        let make = |first: usize, rows: &mut [u8]| {
+            // Waking the other cores takes longer than a few rows.
+            if rows.len() <= SHARE {
+                return fill(first, rows);
             }
-        });
-        self.part(rows);
-    }
-
-    /// Bytes that need not be copied.
-    pub fn part(&mut self, part: Vec<u8>) {
-        self.parts.push(std::mem::take(&mut self.bytes));
-        self.parts.push(part);
-    }
-
-    /// All bytes in one piece.
-    pub fn into_bytes(mut self) -> Vec<u8> {
-        self.parts.push(self.bytes);
-        self.parts.retain(|part| !part.is_empty());
-        match self.parts.as_mut_slice() {
-            [part] => std::mem::take(part),
-            parts => parts.concat(),
+            let shares = rows.par_chunks_mut(share * size).enumerate();
+            shares.for_each(|(index, rows)| fill(first + index * share, rows));
+        };
+        if self.file.is_none() || count * size <= SHARE {
+            let start = self.bytes.len();
+            self.bytes.resize(start + count * size, 0);
+            make(0, self.bytes.split_at_mut(start).1);
+            return self.pass_on();
         }
+        // While one batch is written the next is made.
+        let batch = share * rayon::current_num_threads().max(4);
+        let mut next = Vec::new();
+        for first in (0..count).step_by(batch) {
+            let rows = batch.min(count - first);
+            let ((), made) = rayon::join(
+                || self.flush(),
+                || {
+                    let mut bytes = std::mem::take(&mut next);
+                    bytes.clear();
+                    bytes.resize(rows * size, 0);
+                    make(first, &mut bytes);
+                    bytes
+                },
+            );
+            next = std::mem::replace(&mut self.bytes, made);
+        }
+        self.pass_on();
+    }
+
+    /// Bytes that are there already.
+    pub fn append(&mut self, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+        self.pass_on();
+    }
+
+    /// Lets a batch go.
+    #[inline]
+    pub fn pass_on(&mut self) {
+        if self.bytes.len() >= BATCH {
+            self.flush();
+        }
+    }
+
+    fn flush(&mut self) {
+        let Some(Beside { file, .. }) = &mut self.file else {
+            return;
+        };
+        if self.failed.is_none() {
+            self.failed = file.write_all(&self.bytes).err();
+        }
+        self.bytes.clear();
     }
 
     pub fn text(&mut self, text: &str) -> &mut Self {
@@ -97,58 +168,41 @@ impl Out {
             Some(last) if *last == b' ' => *last = b'\n',
             _ => self.bytes.push(b'\n'),
         }
+        self.pass_on();
         self
     }
 
-    /// Writes beside `path`, then renames.
+    /// Ends the file and puts it at `path`, which is the one it was begun for.
     ///
     /// # Errors
     /// [`Error::Io`]; the old file is then still there.
-    pub fn save(&self, path: &Path) -> Result<()> {
-        let last = std::iter::once(self.bytes.as_slice());
-        save(path, self.parts.iter().map(Vec::as_slice).chain(last))
+    pub fn save(mut self, path: &Path) -> Result<()> {
+        self.flush();
+        if let Some(error) = self.failed {
+            return Err(Error::io(path, "write")(error));
+        }
+        match self.file {
+            Some(Beside { file, target }) => file
+                .persist(&target)
+                .map(drop)
+                .map_err(|error| Error::io(path, "replace")(error.error)),
+            None => {
+                let file = std::fs::OpenOptions::new().write(true).open(path);
+                file.and_then(|mut file| file.write_all(&self.bytes))
+                    .map_err(Error::io(path, "write"))
+            }
+        }
     }
 }
 
-/// Writes the parts, one after the other, beside `path`, then renames. A link stays, and what it leads to is replaced;
-/// a device or a pipe is written to.
+/// Writes the parts, one after the other, beside `path`, then renames.
 ///
 /// # Errors
 /// [`Error::Io`]; the old file is then still there.
 pub fn save<'a>(path: &Path, parts: impl IntoIterator<Item = &'a [u8]>) -> Result<()> {
-    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    if is_special(&target) {
-        let mut file = std::fs::OpenOptions::new()
-            .write(true)
-            .open(&target)
-            .map_err(Error::io(path, "write"))?;
-        for part in parts {
-            file.write_all(part).map_err(Error::io(path, "write"))?;
-        }
-        return Ok(());
-    }
-    let folder = target
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // As any new file has them: the user's mask takes away what is too much.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder
-        .prefix(".faceoff-")
-        .tempfile_in(folder)
-        // The kind alone: the whole names the temporary file, which is nobody's business.
-        .map_err(|error| Error::io(path, "write")(error.kind().into()))?;
-    for part in parts {
-        file.write_all(part).map_err(Error::io(path, "write"))?;
-    }
-    file.persist(&target)
-        .map_err(|error| Error::io(path, "replace")(error.error))?;
-    Ok(())
+    let mut out = Out::to(path)?;
+    parts.into_iter().for_each(|part| out.append(part));
+    out.save(path)
 }
 
 /// Whether something is there that is no file, which a rename must not replace.
@@ -183,6 +237,47 @@ mod tests {
             assert!(link.is_symlink());
             assert_eq!(std::fs::read(&file).expect("read"), b"new");
         }
+    }
+
+    /// Bytes, texts and rows, each in small and in large, come out in their order, with a file or without one.
+    #[test]
+    fn all_bytes_arrive_in_order() {
+        let fill = |out: &mut Out| {
+            let mut expected = Vec::new();
+            for (turn, count) in [1, SHARE / 12 + 1, 3, 5 * BATCH / 12 + 7, 0, BATCH]
+                .into_iter()
+                .enumerate()
+            {
+                let row = |index: usize| [(turn * 31 + index * 7) as u8; 12];
+                out.text("begin").append(&[turn as u8; 40]);
+                out.rows(count, 12, |first, rows| {
+                    for (index, bytes) in (first..).zip(rows.chunks_exact_mut(12)) {
+                        bytes.copy_from_slice(&row(index));
+                    }
+                });
+                expected.extend(b"begin");
+                expected.extend([turn as u8; 40]);
+                expected.extend((0..count).flat_map(row));
+            }
+            expected
+        };
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
+        let mut out = Out::to(&path).expect("begun");
+        let expected = fill(&mut out);
+        assert!(!path.exists());
+        out.save(&path).expect("saved");
+        assert!(std::fs::read(&path).expect("there") == expected);
+        let mut out = Out::default();
+        fill(&mut out);
+        assert!(out.bytes == expected);
+        // What is not saved leaves nothing.
+        drop(Out::to(&path).map(|mut out| fill(&mut out)));
+        assert_eq!(
+            std::fs::read_dir(folder.path()).expect("a folder").count(),
+            1
+        );
+        assert!(std::fs::read(&path).expect("there") == expected);
     }
 
     #[test]

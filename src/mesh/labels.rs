@@ -1,61 +1,115 @@
 //! From groups, which list their cells, to cells, which list their groups.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use super::Mesh;
 
 /// The set of groups that each cell is in, each different set once.
 pub struct CellGroups {
-    /// Index into `sets`, for each cell; 0 is the empty set.
-    pub set_of: Vec<u32>,
-    /// Indices into [`Mesh::groups`], ascending.
+    /// Cells in the same groups that follow each other, without gaps: the end of each run, and an index into `sets`.
+    pub runs: Vec<(u32, u32)>,
+    /// Indices into [`Mesh::groups`], ascending. The first is the empty set.
     pub sets: Vec<Vec<u32>>,
 }
 
 impl CellGroups {
+    /// The groups of a valid mesh.
     pub fn new(mesh: &Mesh) -> Self {
-        let mut set_of = vec![0u32; mesh.cell_count()];
-        let mut sets: Vec<Vec<u32>> = vec![Vec::new()];
+        // Where groups begin and end to hold cells, from the first cell to the last.
+        let mut changes: Vec<(u32, u32)> = Vec::new();
         for (group, index) in mesh.groups.iter().zip(0u32..) {
-            // What adding this group makes of each set.
-            let mut with: HashMap<u32, u32> = HashMap::new();
-            let mut last = None;
-            for &cell in &group.cells {
-                let Some(set) = set_of.get_mut(cell as usize) else {
-                    continue;
-                };
-                let next = match last {
-                    Some((from, to)) if from == *set => to,
-                    _ => *with.entry(*set).or_insert_with(|| {
-                        let mut grown = sets.get(*set as usize).cloned().unwrap_or_default();
-                        grown.push(index);
-                        sets.push(grown);
-                        sets.len() as u32 - 1
-                    }),
-                };
-                last = Some((*set, next));
-                *set = next;
+            for cells in consecutive(&group.cells) {
+                changes.extend([(cells.start, index), (cells.end, index)]);
             }
         }
-        CellGroups { set_of, sets }
+        changes.sort_unstable();
+        let mut groups = CellGroups {
+            runs: Vec::new(),
+            sets: vec![Vec::new()],
+        };
+        let mut known: HashMap<Vec<u32>, u32> = HashMap::from([(Vec::new(), 0)]);
+        let mut active: Vec<u32> = Vec::new();
+        let mut set = 0;
+        for changes in changes.chunk_by(|a, b| a.0 == b.0) {
+            let cell = changes.first().map_or(0, |change| change.0);
+            groups.end_run(cell, set);
+            for &(_, group) in changes {
+                match active.binary_search(&group) {
+                    Ok(place) => drop(active.remove(place)),
+                    Err(place) => active.insert(place, group),
+                }
+            }
+            set = *known.entry(active.clone()).or_insert_with(|| {
+                groups.sets.push(active.clone());
+                groups.sets.len() as u32 - 1
+            });
+        }
+        groups.end_run(mesh.cell_count() as u32, set);
+        groups
+    }
+
+    fn end_run(&mut self, end: u32, set: u32) {
+        if end > self.runs.last().map_or(0, |run| run.0) {
+            self.runs.push((end, set));
+        }
+    }
+
+    /// The runs from this cell on: each with its cells and the index of its set.
+    pub fn runs_from(&self, cell: u32) -> impl Iterator<Item = (Range<u32>, u32)> {
+        let first = self.runs.partition_point(|run| run.0 <= cell);
+        let runs = self.runs.get(first..).unwrap_or_default().iter();
+        runs.scan(cell, |start, &(end, set)| {
+            Some((std::mem::replace(start, end)..end, set))
+        })
+    }
+
+    /// The index of the set of a cell.
+    pub fn set_of(&self, cell: u32) -> u32 {
+        self.runs_from(cell).next().map_or(0, |(_, set)| set)
     }
 
     /// The groups of a cell.
     pub fn of(&self, cell: usize) -> &[u32] {
-        let set = self.set_of.get(cell).copied().unwrap_or(0);
-        self.sets.get(set as usize).map_or(&[], Vec::as_slice)
+        let set = self.set_of(cell as u32) as usize;
+        self.sets.get(set).map_or(&[], Vec::as_slice)
     }
 
     /// The first group of each set, as formats want it that give a cell one label; and how many cells have more.
     pub fn single(&self) -> (Vec<Option<u32>>, usize) {
         let first = self.sets.iter().map(|set| set.first().copied()).collect();
-        let many = |set: &u32| {
-            self.sets
-                .get(*set as usize)
-                .is_some_and(|set| set.len() > 1)
-        };
-        (first, self.set_of.iter().filter(|set| many(set)).count())
+        let many = |set: u32| self.sets.get(set as usize).is_some_and(|set| set.len() > 1);
+        let runs = self.runs_from(0).filter(|(_, set)| many(*set));
+        (first, runs.map(|(cells, _)| cells.len()).sum())
     }
+}
+
+/// Runs of whole numbers, each one more than the one before, in an ascending list.
+fn consecutive(cells: &[u32]) -> impl Iterator<Item = Range<u32>> {
+    let mut rest = cells;
+    std::iter::from_fn(move || {
+        let &first = rest.first()?;
+        // Whether the run reaches so far: ascending numbers that end where they would without a gap have none.
+        let reaches = |place: usize| {
+            let cell = rest.get(place).copied();
+            cell.is_some_and(|cell| (cell - first) as usize == place)
+        };
+        let mut step = 1;
+        while reaches(step) {
+            step *= 2;
+        }
+        let (mut inside, mut outside) = (step / 2, step.min(rest.len()));
+        while outside - inside > 1 {
+            let middle = inside.midpoint(outside);
+            *if reaches(middle) {
+                &mut inside
+            } else {
+                &mut outside
+            } = middle;
+        }
+        rest = rest.split_at(outside).1;
+        Some(first..first + outside as u32)
+    })
 }
 
 #[cfg(test)]
@@ -81,5 +135,22 @@ mod tests {
         let sets: Vec<&[u32]> = (0..4).map(|cell| groups.of(cell)).collect();
         assert_eq!(sets, [&[0][..], &[0, 1], &[1], &[]]);
         assert_eq!(groups.single().1, 1);
+    }
+
+    #[test]
+    fn runs_end_where_numbers_are_left_out() {
+        let mut random = 1u32;
+        for length in (0..70).chain([1000]) {
+            let cells: Vec<u32> = (0..length)
+                .filter(|_| {
+                    random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    random >> 29 != 0
+                })
+                .collect();
+            let plain = cells.chunk_by(|a, b| a + 1 == *b);
+            let plain: Vec<Range<u32>> =
+                plain.map(|run| run[0]..run[0] + run.len() as u32).collect();
+            assert_eq!(consecutive(&cells).collect::<Vec<_>>(), plain);
+        }
     }
 }

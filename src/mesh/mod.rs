@@ -12,6 +12,7 @@ pub mod refine;
 mod simplex;
 mod topology;
 mod triangulation;
+mod validate;
 
 pub use data::{Field, Support, Values};
 pub use geometry::{CellPartitions, Entity, Geometry, Partitions, Periodic, PointRun};
@@ -19,6 +20,7 @@ pub use kind::{CellKind, OtherKind, Shape};
 pub use labels::CellGroups;
 pub use simplex::{CellGeometry, Metric};
 pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges};
+pub(crate) use validate::all_finite;
 
 /// A mesh as a file holds it: points, cells of any type, named groups of cells, and fields.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -155,140 +157,5 @@ impl Mesh {
         (0..3)
             .rev()
             .find(|&axis| self.points.iter().all(|point| point[axis] == first[axis]))
-    }
-
-    /// Checks what the types cannot: that indices, lengths and orders are as the fields' comments say.
-    /// Every reader answers with a mesh that passes, and every writer asks before it writes.
-    ///
-    /// # Errors
-    /// What is wrong, in words.
-    pub fn validate(&self) -> Result<(), String> {
-        let (points, cells) = (self.points.len(), self.cell_count());
-        if u32::try_from(points).is_err() || u32::try_from(cells).is_err() {
-            return Err("more than 2^32 - 1 points or cells".into());
-        }
-        if let Some(i) = self
-            .points
-            .iter()
-            .position(|p| !p.iter().all(|x| x.is_finite()))
-        {
-            return Err(format!(
-                "point {} has a coordinate that is not finite",
-                self.point_tag(i as u32)
-            ));
-        }
-        if !self.point_tags.is_empty() && self.point_tags.len() != points {
-            return Err(format!(
-                "{} point tags for {points} points",
-                self.point_tags.len()
-            ));
-        }
-        for block in &self.blocks {
-            let (kind, len) = (block.kind, block.len());
-            if block.nodes.len() % kind.points() != 0 {
-                return Err(format!(
-                    "{} nodes do not make {kind} cells",
-                    block.nodes.len()
-                ));
-            }
-            if block.nodes.iter().any(|&node| node as usize >= points) {
-                return Err(format!("a {kind} has a node beyond the {points} points"));
-            }
-            if (!block.tags.is_empty() && block.tags.len() != len)
-                || (!block.entities.is_empty() && block.entities.len() != len)
-            {
-                return Err(format!(
-                    "tags or entities of the {kind} cells are not one a cell"
-                ));
-            }
-        }
-        self.validate_groups()?;
-        for field in &self.fields {
-            if field.expected_len(self) != Some(field.values.len())
-                || !field.at.is_sorted_by(|a, b| a < b)
-            {
-                return Err(format!("field {:?} does not fit the mesh", field.name));
-            }
-        }
-        self.validate_geometry()
-    }
-
-    fn validate_groups(&self) -> Result<(), String> {
-        if !self
-            .groups
-            .is_sorted_by(|a, b| (a.dim, a.tag) < (b.dim, b.tag))
-        {
-            return Err(
-                "groups are not in ascending order of dimension and tag, or one is there twice"
-                    .into(),
-            );
-        }
-        let mut ends = Vec::with_capacity(self.blocks.len());
-        let mut end = 0;
-        for block in &self.blocks {
-            end += block.len();
-            ends.push(end);
-        }
-        for group in &self.groups {
-            let bad = |what| {
-                Err(format!(
-                    "group {} of dimension {} {what}",
-                    group.tag, group.dim
-                ))
-            };
-            if !group.cells.is_sorted_by(|a, b| a < b) {
-                return bad("has cells twice or not in ascending order");
-            }
-            // Both the cells and the blocks ascend, so that one pass along the two finds each cell's block.
-            let mut block = 0;
-            for &cell in &group.cells {
-                while ends.get(block).is_some_and(|&end| end <= cell as usize) {
-                    block += 1;
-                }
-                match self.blocks.get(block) {
-                    None => return bad("has a cell beyond the last"),
-                    Some(found) if found.kind.dim() != group.dim => {
-                        return bad("has a cell of another dimension");
-                    }
-                    Some(_) => {}
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn validate_geometry(&self) -> Result<(), String> {
-        let (points, cells) = (self.points.len(), self.cell_count());
-        let runs = &self.geometry.point_runs;
-        if !runs.is_empty() && runs.iter().map(|run| run.count).sum::<usize>() != points {
-            return Err("the runs of points on entities do not add up to all points".into());
-        }
-        let misfit = |run: &PointRun| {
-            run.parameters
-                .as_ref()
-                .is_some_and(|p| p.len() != run.count * usize::from(run.dim))
-                || run.dim > 3
-        };
-        if runs.iter().any(misfit) {
-            return Err("the parameters of points on entities are not one a dimension".into());
-        }
-        let mut pairs = self
-            .geometry
-            .periodic
-            .iter()
-            .flat_map(|link| link.pairs.iter().flatten());
-        if pairs.any(|&point| point as usize >= points) {
-            return Err("a periodic link names a point beyond the last".into());
-        }
-        if self
-            .geometry
-            .partitions
-            .cells
-            .iter()
-            .any(|c| c.cell as usize >= cells)
-        {
-            return Err("a partition names a cell beyond the last".into());
-        }
-        Ok(())
     }
 }

@@ -70,6 +70,65 @@ impl Lookup {
     }
 }
 
+/// Numbers of points or cells, which are kept only if they are not 1, 2, 3, ….
+#[derive(Default)]
+pub struct Numbering {
+    count: usize,
+    /// All numbers, once one of them is not what it would be.
+    own: Vec<u64>,
+}
+
+impl Numbering {
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// The number with which counting goes on; `None` where it has been left.
+    pub fn next(&self) -> Option<u64> {
+        self.own.is_empty().then_some(self.count as u64 + 1)
+    }
+
+    #[inline]
+    pub fn push(&mut self, number: u64) {
+        if self.next() == Some(number) {
+            self.count += 1;
+        } else {
+            self.append(vec![number]);
+        }
+    }
+
+    /// So many numbers that count on from [`Numbering::next`], which is there.
+    pub fn count_on(&mut self, count: usize) {
+        debug_assert!(self.own.is_empty());
+        self.count += count;
+    }
+
+    pub fn append(&mut self, mut numbers: Vec<u64>) {
+        if self.own.is_empty() {
+            self.own = (1..=self.count as u64).collect();
+        }
+        self.count += numbers.len();
+        if self.own.is_empty() {
+            self.own = numbers;
+        } else {
+            self.own.append(&mut numbers);
+        }
+    }
+
+    /// The lowest and the highest number; `None` where there are none.
+    pub fn range(&self) -> Option<(u64, u64)> {
+        match (self.own.iter().min(), self.own.iter().max()) {
+            (Some(&low), Some(&high)) => Some((low, high)),
+            _ => (self.count > 0).then_some((1, self.count as u64)),
+        }
+    }
+
+    /// The numbers, if they are not 1, 2, 3, ….
+    fn into_own(self) -> Vec<u64> {
+        self.own
+    }
+}
+
 /// Dimension and number of an entity, and the number of a group that cells of it are in.
 pub type EntityGroup = (u8, i32, i64);
 
@@ -85,6 +144,8 @@ pub struct Builder {
     pub mesh: Mesh,
     /// There once the points are complete.
     pub points: Option<Lookup>,
+    /// Numbers of the cells so far.
+    pub numbers: Numbering,
     cells: u32,
     groups: BTreeMap<(u8, i64), Group>,
     /// Names by dimension and number; dimension `None` stands for whichever has the number.
@@ -95,13 +156,15 @@ pub struct Builder {
 
 impl Builder {
     /// Takes the numbers of all points, which must be different.
-    pub fn finish_points(&mut self, scan: &Scan<'_>, tags: Vec<u64>) -> Result<()> {
-        let lookup =
-            Lookup::new(&tags).map_err(|tag| scan.error(format!("node {tag} is there twice")))?;
-        if !matches!(lookup, Lookup::Dense { first: 1, .. }) {
-            self.mesh.point_tags = tags;
-        }
-        self.points = Some(lookup);
+    pub fn finish_points(&mut self, scan: &Scan<'_>, numbers: Numbering) -> Result<()> {
+        let count = numbers.len() as u32;
+        let own = numbers.into_own();
+        self.points = Some(if own.is_empty() {
+            Lookup::Dense { first: 1, count }
+        } else {
+            Lookup::new(&own).map_err(|tag| scan.error(format!("node {tag} is there twice")))?
+        });
+        self.mesh.point_tags = own;
         Ok(())
     }
 
@@ -209,32 +272,16 @@ impl Builder {
 
     /// Takes the numbers of all cells, which must be different.
     pub fn finish_cells(&mut self, scan: &Scan<'_>) -> Result<()> {
-        let mut next = 1u64;
-        let dense = self
-            .mesh
-            .blocks
-            .iter()
-            .flat_map(|block| &block.tags)
-            .all(|&tag| {
-                next += 1;
-                tag == next - 1
-            });
-        if dense {
-            for block in &mut self.mesh.blocks {
-                block.tags = Vec::new();
-            }
+        let mut tags = std::mem::take(&mut self.numbers).into_own();
+        if tags.is_empty() {
             return Ok(());
         }
-        let tags: Vec<u64> = self
-            .mesh
-            .blocks
-            .iter()
-            .flat_map(|block| &block.tags)
-            .copied()
-            .collect();
         if !tags.is_sorted_by(|a, b| a < b) {
             Lookup::new(&tags)
                 .map_err(|tag| scan.error(format!("element {tag} is there twice")))?;
+        }
+        for block in self.mesh.blocks.iter_mut().rev() {
+            block.tags = tags.split_off(tags.len().saturating_sub(block.len()));
         }
         Ok(())
     }

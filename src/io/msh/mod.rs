@@ -3,11 +3,16 @@
 mod builder;
 mod bulk;
 mod data;
+mod elements_v2;
 mod entities;
+mod nodes_v2;
 mod read;
-mod v1_v2;
+mod tags_v2;
 mod v4;
 mod write;
+mod write_elements_v2;
+mod write_entities_v4;
+mod write_fields;
 mod write_v2;
 mod write_v4;
 

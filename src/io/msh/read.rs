@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::builder::Builder;
-use super::{data, entities, v1_v2, v4};
+use super::{data, elements_v2, entities, nodes_v2, v4};
 use crate::error::Result;
 use crate::io::Content;
 use crate::io::scan::{Numbers, Scan};
@@ -83,16 +83,18 @@ impl Reader<'_> {
             }
             ("$NOD", None | Some(Layout::V1)) => {
                 self.layout = Some(Layout::V1);
-                v1_v2::nodes(self)?;
+                nodes_v2::nodes(self)?;
             }
-            ("$ELM", Some(Layout::V1)) => v1_v2::elements(self, Layout::V1)?,
+            ("$ELM", Some(Layout::V1)) => elements_v2::elements(self, Layout::V1)?,
             (_, None) => return Err(self.scan.error(format!("{name} stands before $MeshFormat"))),
             ("$PhysicalNames", Some(_)) => self.physical_names()?,
-            ("$Nodes", Some(Layout::V2 | Layout::V22)) => v1_v2::nodes(self)?,
+            ("$Nodes", Some(Layout::V2 | Layout::V22)) => nodes_v2::nodes(self)?,
             ("$Elements", Some(layout @ (Layout::V2 | Layout::V22))) => {
-                v1_v2::elements(self, layout)?
+                elements_v2::elements(self, layout)?
             }
-            ("$ParametricNodes", Some(Layout::V2 | Layout::V22)) => v1_v2::parametric_nodes(self)?,
+            ("$ParametricNodes", Some(Layout::V2 | Layout::V22)) => {
+                nodes_v2::parametric_nodes(self)?
+            }
             ("$Entities", Some(layout)) if layout >= Layout::V40 => {
                 entities::entities(self, layout)?
             }

@@ -1,13 +1,12 @@
 //! Nodes and elements of MSH 4.0 and 4.1: blocks, each on one entity.
 
-use rayon::prelude::*;
-
+use super::builder::Numbering;
 use super::bulk::{self, Word};
+use super::elements_v2::unknown_type;
 use super::read::{Layout, Reader};
-use super::v1_v2::{append, unknown_type};
 use crate::error::Result;
 use crate::io::scan::{Numbers, Scan};
-use crate::mesh::{CellKind, PointRun};
+use crate::mesh::{CellKind, PointRun, all_finite};
 
 /// `$Nodes`. A block has, in 4.1, the numbers of its nodes before their coordinates; in 4.0 each number
 /// stands before its coordinates and is 32 bits wide.
@@ -22,7 +21,7 @@ pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         return Err(scan.error("the nodes are there twice"));
     }
     let (blocks, count, range) = head(scan, layout, "nodes", 8)?;
-    let mut tags: Vec<u64> = Vec::new();
+    let mut tags = Numbering::default();
     let mut runs: Vec<PointRun> = Vec::new();
     for _ in 0..blocks {
         let (dim, entity, parametric) = block_head(scan, layout)?;
@@ -74,7 +73,7 @@ pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
             tags.len()
         )));
     }
-    warn_range(range, &tags, "node", &mut content.warnings);
+    warn_range(range, &tags, &mut content.warnings);
     builder.mesh.geometry.point_runs = runs;
     builder.finish_points(scan, tags)
 }
@@ -96,6 +95,7 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     };
     builder.elements_seen = true;
     let (blocks, count, range) = head(scan, layout, "elements", 4)?;
+    let mut numbers = Numbering::default();
     let mut left = count;
     let mut memberships = 0usize;
     for _ in 0..blocks {
@@ -129,21 +129,25 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         if layout == Layout::V41 && scan.numbers != Numbers::Ascii {
             let start = scan.clone();
             let (words, _) = scan.bytes(in_block, 8 * row)?.as_chunks::<8>();
-            let tags = bulk::first_words(words, row, scan.numbers);
-            let nodes = bulk::nodes(words, row, 1, &points, scan.numbers);
-            let nodes = nodes.map_err(|word| {
+            let expected = numbers.next().unwrap_or(0);
+            let new = bulk::elements(words, row, 1, &points, expected, scan.numbers);
+            let new = new.map_err(|word| {
                 let mut place = start;
                 place.advance(8 * word);
-                let node = words.get(word).map_or(0, |node| node.number(place.numbers));
-                unknown(&place, tags.get(word / row).copied().unwrap_or(0), node)
+                let number = |word: usize| words.get(word).map_or(0, |it| it.number(place.numbers));
+                unknown(&place, number(word / row * row), number(word))
             })?;
-            append(&mut block.tags, tags);
-            append(&mut block.nodes, nodes);
+            if new.count_on && numbers.next().is_some() {
+                numbers.count_on(in_block);
+            } else {
+                numbers.append(bulk::first_words(words, row, scan.numbers));
+            }
+            append(&mut block.nodes, new.nodes);
         } else {
             for _ in 0..in_block {
                 let wide = layout == Layout::V41;
                 let element = if wide { scan.u64()? } else { short(scan)? };
-                block.tags.push(element);
+                numbers.push(element);
                 for _ in 1..row {
                     let node = if wide { scan.u64()? } else { short(scan)? };
                     block.nodes.push(
@@ -154,7 +158,7 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
                 }
             }
         }
-        block.entities.resize(block.tags.len(), entity);
+        block.entities.resize(block.len(), entity);
         let groups = physicals.get(&(dim, entity)).map_or(&[][..], Vec::as_slice);
         // A list of groups that many blocks share would otherwise grow far beyond the file.
         memberships = memberships.saturating_add(groups.len().saturating_mul(in_block));
@@ -171,22 +175,15 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         )));
     }
     builder.points = Some(points);
-    if let Some((low, high)) = range {
-        let tags = builder
-            .mesh
-            .blocks
-            .iter()
-            .flat_map(|block| block.tags.iter().copied());
-        let found = tags.fold((u64::MAX, 0), |(low, high), tag| {
-            (low.min(tag), high.max(tag))
-        });
-        if count > 0 && found != (low, high) {
-            content.warnings.push(format!(
-                "$Elements declares element numbers from {low} to {high}, but they go from {} to {}",
-                found.0, found.1
-            ));
-        }
+    if let (Some((low, high)), Some(found)) = (range, numbers.range())
+        && found != (low, high)
+    {
+        content.warnings.push(format!(
+            "$Elements declares element numbers from {low} to {high}, but they go from {} to {}",
+            found.0, found.1
+        ));
     }
+    builder.numbers = numbers;
     builder.finish_cells(scan)
 }
 
@@ -235,7 +232,7 @@ pub fn short(scan: &mut Scan<'_>) -> Result<u64> {
 }
 
 /// Appends `count` numbers of 64 bits.
-fn sizes(scan: &mut Scan<'_>, count: usize, to: &mut Vec<u64>) -> Result<()> {
+fn sizes(scan: &mut Scan<'_>, count: usize, to: &mut Numbering) -> Result<()> {
     match scan.numbers {
         Numbers::Ascii => {
             for _ in 0..count {
@@ -244,7 +241,10 @@ fn sizes(scan: &mut Scan<'_>, count: usize, to: &mut Vec<u64>) -> Result<()> {
         }
         numbers => {
             let (words, _) = scan.bytes(count, 8)?.as_chunks::<8>();
-            append(to, bulk::first_words(words, 1, numbers));
+            match to.next() {
+                Some(first) if bulk::count_on(words, 1, first, numbers) => to.count_on(count),
+                _ => to.append(bulk::first_words(words, 1, numbers)),
+            }
         }
     }
     Ok(())
@@ -253,26 +253,31 @@ fn sizes(scan: &mut Scan<'_>, count: usize, to: &mut Vec<u64>) -> Result<()> {
 /// Appends the coordinates of `count` points of a binary file.
 fn coordinates(scan: &mut Scan<'_>, count: usize, to: &mut Vec<[f64; 3]>) -> Result<()> {
     let numbers = scan.numbers;
-    let (words, _) = scan.bytes(count, 24)?.as_chunks::<8>();
-    let (points, _) = words.as_chunks::<3>();
-    let points = points.par_iter().with_min_len(1024);
-    let new: Vec<[f64; 3]> = points
-        .map(|&point| bulk::coordinates(point, numbers))
-        .collect();
-    if let Some(x) = new.as_flattened().iter().find(|x| !x.is_finite()) {
-        return Err(scan.error(format!("a finite coordinate is due, not {x}")));
+    let new = bulk::points(scan.bytes(count, 24)?, 0, numbers);
+    if !all_finite(new.as_flattened()) {
+        let odd = new.as_flattened().iter().find(|x| !x.is_finite());
+        let odd = odd.copied().unwrap_or(f64::NAN);
+        return Err(scan.error(format!("a finite coordinate is due, not {odd}")));
     }
     append(to, new);
     Ok(())
 }
 
-fn warn_range(range: Option<Range>, tags: &[u64], of: &str, warnings: &mut Vec<String>) {
-    if let (Some((low, high)), Some(&first), Some(&last)) =
-        (range, tags.iter().min(), tags.iter().max())
+/// Appends what is new; where there is nothing yet it is not copied.
+pub fn append<T>(all: &mut Vec<T>, mut new: Vec<T>) {
+    if all.is_empty() {
+        *all = new;
+    } else {
+        all.append(&mut new);
+    }
+}
+
+fn warn_range(range: Option<Range>, tags: &Numbering, warnings: &mut Vec<String>) {
+    if let (Some((low, high)), Some((first, last))) = (range, tags.range())
         && (first, last) != (low, high)
     {
         warnings.push(format!(
-            "$Nodes declares {of} numbers from {low} to {high}, but they go from {first} to {last}"
+            "$Nodes declares node numbers from {low} to {high}, but they go from {first} to {last}"
         ));
     }
 }

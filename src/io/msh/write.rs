@@ -1,13 +1,14 @@
 //! What the writers of all MSH versions share.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 use std::path::Path;
 
 use super::{write_v2, write_v4};
 use crate::error::{Error, Place, Result};
 use crate::io::loss::Losses;
 use crate::io::out::Out;
-use crate::mesh::{CellGroups, Field, Mesh, Support, Values};
+use crate::mesh::{CellGroups, Mesh};
 
 /// The versions that are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -34,7 +35,7 @@ pub struct Options {
 /// # Errors
 /// The mesh is not sound, the version cannot hold it, or the file cannot be written.
 pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>> {
-    let (out, warnings) = encode(path, mesh, options)?;
+    let (out, warnings) = encode(path, mesh, options, Out::to(path)?)?;
     out.save(path)?;
     Ok(warnings)
 }
@@ -44,10 +45,10 @@ pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>>
 /// # Errors
 /// The mesh is not sound, or the version cannot hold it.
 pub fn to_bytes(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Vec<u8>, Vec<String>)> {
-    encode(path, mesh, options).map(|(out, warnings)| (out.into_bytes(), warnings))
+    encode(path, mesh, options, Out::default()).map(|(out, warnings)| (out.bytes, warnings))
 }
 
-fn encode(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Out, Vec<String>)> {
+fn encode(path: &Path, mesh: &Mesh, options: &Options, out: Out) -> Result<(Out, Vec<String>)> {
     mesh.validate().map_err(|what| {
         Error::file(
             path,
@@ -57,7 +58,7 @@ fn encode(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Out, Vec<Strin
         )
     })?;
     let mut losses = Losses::default();
-    let writer = Writer::new(mesh, options.binary);
+    let writer = Writer::new(mesh, options.binary, out);
     let out = match options.version {
         Version::V22 => write_v2::encode(writer, &mut losses),
         Version::V41 => write_v4::encode(writer, &mut losses),
@@ -74,27 +75,37 @@ pub struct Writer<'a> {
     pub binary: bool,
     pub out: Out,
     pub groups: CellGroups,
-    /// The entity of each cell, such that the cells of one are in the same groups: Gmsh hangs groups on entities.
-    pub entity_of: Vec<i32>,
+    /// All cells. The cells of an entity are in the same groups: Gmsh hangs groups on entities.
+    pub runs: Vec<Run>,
     /// Each entity that has cells, with its set of groups; in the order of their first cells.
     pub entities: Vec<(u8, i32, u32)>,
     /// Entities whose cells were not all in the same groups.
     pub split: usize,
 }
 
+/// Cells of one block and one entity that follow each other.
+pub struct Run {
+    pub block: usize,
+    /// Counted through all blocks.
+    pub cells: Range<usize>,
+    pub entity: i32,
+    /// Index into the sets of groups.
+    pub set: u32,
+}
+
 impl<'a> Writer<'a> {
-    fn new(mesh: &'a Mesh, binary: bool) -> Self {
+    fn new(mesh: &'a Mesh, binary: bool, out: Out) -> Self {
         let groups = CellGroups::new(mesh);
         let mut taken: HashSet<(u8, i32)> = HashSet::new();
         let mut next = 1;
         for block in &mesh.blocks {
-            let mut last = None;
-            for &entity in &block.entities {
-                if last != Some(entity) {
-                    taken.insert((block.kind.dim(), entity));
-                    next = next.max(entity.saturating_add(1));
-                    last = Some(entity);
-                }
+            for &entity in block
+                .entities
+                .chunk_by(|a, b| a == b)
+                .filter_map(|run| run.first())
+            {
+                taken.insert((block.kind.dim(), entity));
+                next = next.max(entity.saturating_add(1));
             }
         }
         for entity in &mesh.geometry.entities {
@@ -108,58 +119,56 @@ impl<'a> Writer<'a> {
         let mut numbers: HashMap<(u8, Option<i32>, u32), i32> = HashMap::new();
         let mut given: HashSet<(u8, i32)> = HashSet::new();
         let mut entities = Vec::new();
-        let mut entity_of = Vec::with_capacity(groups.set_of.len());
+        let mut runs: Vec<Run> = Vec::new();
         let mut split = 0;
-        for block in &mesh.blocks {
-            let dim = block.kind.dim();
-            let mut last = None;
-            for cell in 0..block.len() {
-                let set = groups.set_of.get(entity_of.len()).copied().unwrap_or(0);
-                let key = (dim, block.entities.get(cell).copied(), set);
-                if let Some((last_key, number)) = last
-                    && last_key == key
-                {
-                    entity_of.push(number);
-                    continue;
-                }
-                let number = *numbers.entry(key).or_insert_with(|| {
-                    let own = key.1.filter(|entity| !given.contains(&(dim, *entity)));
-                    split += usize::from(own.is_none() && key.1.is_some());
-                    // Cells that lie on no entity get the number of their group: most codes want the two alike.
-                    let first = groups
-                        .sets
-                        .get(set as usize)
-                        .and_then(|set| mesh.groups.get(*set.first()? as usize));
-                    let like = first.and_then(|group| i32::try_from(group.tag).ok());
-                    let like = like
-                        .filter(|tag| *tag > 0 && key.1.is_none() && !taken.contains(&(dim, *tag)));
-                    let number = own.or(like).unwrap_or_else(|| {
-                        next = next.saturating_add(1);
-                        next - 1
-                    });
-                    given.insert((dim, number));
-                    taken.insert((dim, number));
-                    entities.push((dim, number, set));
-                    number
+        for (block_index, cells, own, set) in plain_runs(mesh, &groups) {
+            let dim = mesh
+                .blocks
+                .get(block_index)
+                .map_or(0, |block| block.kind.dim());
+            let entity = *numbers.entry((dim, own, set)).or_insert_with(|| {
+                let kept = own.filter(|entity| !given.contains(&(dim, *entity)));
+                split += usize::from(kept.is_none() && own.is_some());
+                // Cells that lie on no entity get the number of their group: most codes want the two alike.
+                let first = groups
+                    .sets
+                    .get(set as usize)
+                    .and_then(|set| mesh.groups.get(*set.first()? as usize));
+                let like = first.and_then(|group| i32::try_from(group.tag).ok());
+                let like =
+                    like.filter(|tag| *tag > 0 && own.is_none() && !taken.contains(&(dim, *tag)));
+                let number = kept.or(like).unwrap_or_else(|| {
+                    next = next.saturating_add(1);
+                    next - 1
                 });
-                last = Some((key, number));
-                entity_of.push(number);
-            }
+                given.insert((dim, number));
+                taken.insert((dim, number));
+                entities.push((dim, number, set));
+                number
+            });
+            runs.push(Run {
+                block: block_index,
+                cells,
+                entity,
+                set,
+            });
         }
-        // What is binary grows in blocks.
-        let text = if binary { 0 } else { 1 };
-        let nodes = mesh.blocks.iter();
-        let nodes: usize = nodes.map(|block| block.nodes.len() + 4 * block.len()).sum();
-        let out = Out::with_capacity(text * (64 * mesh.points.len() + 8 * nodes) + 4096);
         Writer {
             mesh,
             binary,
             out,
             groups,
-            entity_of,
+            runs,
             entities,
             split,
         }
+    }
+
+    /// The runs from this cell on, with the cells that are meant: all but those of the first run before it.
+    pub fn runs_from(&self, cell: usize) -> impl Iterator<Item = (Range<usize>, &Run)> {
+        let first = self.runs.partition_point(|run| run.cells.end <= cell);
+        let runs = self.runs.get(first..).unwrap_or_default().iter();
+        runs.map(move |run| (run.cells.start.max(cell)..run.cells.end, run))
     }
 
     pub fn header(&mut self, version: &str) {
@@ -228,13 +237,11 @@ impl<'a> Writer<'a> {
 
     /// Rows of binary64, three a point.
     pub fn binary_points(&mut self, points: &[[f64; 3]]) {
-        self.out.rows(points.len(), 24, |index, row| {
-            let (places, _) = row.as_chunks_mut::<8>();
-            if let Some(point) = points.get(index) {
-                places
-                    .iter_mut()
-                    .zip(point)
-                    .for_each(|(place, x)| *place = x.to_le_bytes());
+        self.out.rows(points.len(), 24, |first, rows| {
+            let (places, _) = rows.as_chunks_mut::<8>();
+            let numbers = points.get(first..).unwrap_or_default().as_flattened();
+            for (place, x) in places.iter_mut().zip(numbers) {
+                *place = x.to_le_bytes();
             }
         });
     }
@@ -254,103 +261,31 @@ impl<'a> Writer<'a> {
         }
         self.out.text(&format!("$End{name}\n"));
     }
+}
 
-    /// The fields; `point_tag` and `cell_tags` are the numbers that the file gives points and cells.
-    pub fn fields(
-        &mut self,
-        point_tag: impl Fn(u32) -> u64,
-        cell_tags: &[u64],
-        losses: &mut Losses,
-    ) {
-        let mesh = self.mesh;
-        for field in &mesh.fields {
-            if field.name.contains(['"', '\n', '\r']) || field.name != field.name.trim_ascii() {
-                losses.lose(format!(
-                    "the field name {:?}, which has a quote, a line end or outer blanks",
-                    field.name
-                ));
+/// Runs of cells that share block, entity and set of groups.
+fn plain_runs(mesh: &Mesh, groups: &CellGroups) -> Vec<(usize, Range<usize>, Option<i32>, u32)> {
+    let mut runs = Vec::new();
+    let mut first = 0;
+    for (index, block) in mesh.blocks.iter().enumerate() {
+        let end = first + block.len();
+        let sets = groups.runs_from(first as u32);
+        let sets = sets.take_while(|(cells, _)| (cells.start as usize) < end);
+        for (cells, set) in sets {
+            let cells = cells.start as usize..end.min(cells.end as usize);
+            let entities = block.entities.get(cells.start - first..cells.end - first);
+            let Some(entities) = entities else {
+                runs.push((index, cells, None, set));
                 continue;
+            };
+            let mut start = cells.start;
+            for same in entities.chunk_by(|a, b| a == b) {
+                let cells = start..start + same.len();
+                start = cells.end;
+                runs.push((index, cells, same.first().copied(), set));
             }
-            self.field(field, &point_tag, cell_tags, losses);
         }
+        first = end;
     }
-
-    fn field(
-        &mut self,
-        field: &Field,
-        point_tag: &impl Fn(u32) -> u64,
-        cell_tags: &[u64],
-        losses: &mut Losses,
-    ) {
-        let inexact = match &field.values {
-            Values::I64(values) => values.iter().any(|v| v.unsigned_abs() > 1 << 53),
-            Values::U64(values) => values.iter().any(|v| *v > 1 << 53),
-            _ => false,
-        };
-        if inexact {
-            losses.lose(format!(
-                "the 64-bit whole numbers of field {:?} exactly",
-                field.name
-            ));
-        }
-        let (section, rows) = match field.on {
-            Support::Points => ("NodeData", self.mesh.points.len()),
-            Support::Cells => ("ElementData", cell_tags.len()),
-            Support::CellPoints => ("ElementNodeData", cell_tags.len()),
-        };
-        let all: Vec<u32>;
-        let at = if field.at.is_empty() {
-            all = (0..rows as u32).collect();
-            &all
-        } else {
-            &field.at
-        };
-        let tag = |index: u32| match field.on {
-            Support::Points => point_tag(index),
-            Support::Cells | Support::CellPoints => {
-                cell_tags.get(index as usize).copied().unwrap_or(0)
-            }
-        };
-        // Here a number is 32 bits wide in every version.
-        if self.binary && at.iter().any(|&index| i32::try_from(tag(index)).is_err()) {
-            losses.lose(format!(
-                "the field {:?}, as numbers of its points or cells exceed 32 bits",
-                field.name
-            ));
-            return;
-        }
-        let kinds: Vec<usize> = match field.on {
-            Support::CellPoints => self
-                .mesh
-                .cells()
-                .map(|(_, kind, _)| kind.points())
-                .collect(),
-            Support::Points | Support::Cells => Vec::new(),
-        };
-        let (time, step) = (field.time.unwrap_or(0.0), field.step.unwrap_or(0));
-        self.out
-            .text(&format!("${section}\n1\n\"{}\"\n1\n", field.name));
-        self.out.float(time).end();
-        self.out
-            .text(&format!("3\n{step}\n{}\n{}\n", field.components, at.len()));
-        let values = field.values.to_f64();
-        let mut next = values.iter();
-        for &index in at {
-            let tag = tag(index);
-            if self.binary {
-                self.i32(tag as i32)
-            } else {
-                self.u64(tag)
-            }
-            let points = kinds.get(index as usize).copied();
-            if let Some(points) = points {
-                self.i32(points as i32);
-            }
-            for &value in next.by_ref().take(points.unwrap_or(1) * field.components) {
-                self.f64(value);
-            }
-            self.end();
-        }
-        self.end_section(section);
-    }
+    runs
 }

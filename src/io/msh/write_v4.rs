@@ -3,14 +3,14 @@
 use std::collections::HashSet;
 
 use super::write::Writer;
+use super::write_entities_v4::{all_entities, entities, list};
 use crate::io::loss::Losses;
 use crate::io::out::Out;
-use crate::mesh::{Entity, Mesh, PointRun};
+use crate::mesh::{CellBlock, Entity, Mesh, PointRun};
 
 pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
     let mesh = writer.mesh;
     let geometry = &mesh.geometry;
-    let cell_tags: Vec<u64> = mesh.cell_tags().collect();
     for group in mesh
         .groups
         .iter()
@@ -52,157 +52,15 @@ pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
         entities(&mut writer, "PartitionedEntities", &parts);
     }
     nodes(&mut writer, &wholes);
-    elements(&mut writer, &cell_tags);
+    elements(&mut writer);
     if !geometry.periodic.is_empty() {
         periodic(&mut writer);
     }
     if partitioned {
-        ghosts(&mut writer, &cell_tags);
+        ghosts(&mut writer);
     }
-    writer.fields(|point| mesh.point_tag(point), &cell_tags, losses);
+    writer.fields(|point| mesh.point_tag(point), true, losses);
     writer.out
-}
-
-/// The entities of the file that was read, and those that cells need beyond them; with the groups as they are now.
-fn all_entities(writer: &Writer<'_>) -> Vec<Entity> {
-    let mesh = writer.mesh;
-    let mut entities = mesh.geometry.entities.clone();
-    let index: std::collections::HashMap<(u8, i32), usize> = entities
-        .iter()
-        .enumerate()
-        .map(|(i, e)| ((e.dim, e.tag), i))
-        .collect();
-    let ghosts: HashSet<i32> = mesh
-        .geometry
-        .partitions
-        .ghost_entities
-        .iter()
-        .map(|ghost| ghost[0])
-        .collect();
-    let mut boxes = std::collections::HashMap::new();
-    for &(dim, tag, set) in &writer.entities {
-        let set = writer
-            .groups
-            .sets
-            .get(set as usize)
-            .map_or(&[][..], Vec::as_slice);
-        let groups = set
-            .iter()
-            .filter_map(|&group| mesh.groups.get(group as usize));
-        let tags = groups.filter_map(|group| i32::try_from(group.tag).ok().filter(|tag| *tag >= 0));
-        match index.get(&(dim, tag)).and_then(|&i| entities.get_mut(i)) {
-            Some(entity) => {
-                let old = std::mem::take(&mut entity.physicals);
-                let mut new: Vec<i32> = tags.collect();
-                // As they were, signs and order included, where they are still the same groups.
-                let mut before: Vec<i32> = old.iter().map(|tag| tag.wrapping_abs()).collect();
-                before.sort_unstable();
-                before.dedup();
-                let same = before == new;
-                for tag in &mut new {
-                    if old.contains(&tag.wrapping_neg()) && !old.contains(tag) {
-                        *tag = tag.wrapping_neg();
-                    }
-                }
-                entity.physicals = if same { old } else { new };
-            }
-            // Cells on ghost entities are in no group, and the ghost entity is declared elsewhere.
-            None if ghosts.contains(&tag) => {}
-            None => {
-                boxes.insert((dim, tag), entities.len());
-                entities.push(Entity {
-                    dim,
-                    tag,
-                    physicals: tags.collect(),
-                    ..Entity::default()
-                });
-            }
-        }
-    }
-    bound(writer, &boxes, &mut entities);
-    entities
-}
-
-/// Bounding boxes of entities that had none.
-fn bound(
-    writer: &Writer<'_>,
-    boxes: &std::collections::HashMap<(u8, i32), usize>,
-    entities: &mut [Entity],
-) {
-    if boxes.is_empty() {
-        return;
-    }
-    for &i in boxes.values() {
-        if let Some(entity) = entities.get_mut(i) {
-            entity.bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        }
-    }
-    let mut last: Option<((u8, i32), Option<usize>)> = None;
-    for ((_, kind, nodes), &tag) in writer.mesh.cells().zip(&writer.entity_of) {
-        let key = (kind.dim(), tag);
-        let found = match last {
-            Some((last_key, found)) if last_key == key => found,
-            _ => boxes.get(&key).copied(),
-        };
-        last = Some((key, found));
-        let Some(entity) = found.and_then(|i| entities.get_mut(i)) else {
-            continue;
-        };
-        for point in nodes
-            .iter()
-            .filter_map(|&node| writer.mesh.points.get(node as usize))
-        {
-            entity.extend(point);
-        }
-    }
-}
-
-fn entities(writer: &mut Writer<'_>, section: &str, entities: &[Entity]) {
-    writer.out.text(&format!("${section}\n"));
-    let parts = section == "PartitionedEntities";
-    if parts {
-        let partitions = &writer.mesh.geometry.partitions;
-        writer.u64(partitions.count);
-        writer.end();
-        writer.u64(partitions.ghost_entities.len() as u64);
-        writer.end();
-        for ghost in &partitions.ghost_entities {
-            ghost.iter().for_each(|&value| writer.i32(value));
-            writer.end();
-        }
-    }
-    for dim in 0..4 {
-        writer.u64(entities.iter().filter(|entity| entity.dim == dim).count() as u64);
-    }
-    writer.end();
-    for dim in 0..4u8 {
-        for entity in entities.iter().filter(|entity| entity.dim == dim) {
-            writer.i32(entity.tag);
-            if let Some((parent_dim, parent)) = entity.parent {
-                writer.i32(parent_dim);
-                writer.i32(parent);
-                list(writer, &entity.partitions);
-            }
-            let corners = if dim == 0 { 1 } else { 2 };
-            entity
-                .bounds
-                .iter()
-                .take(corners)
-                .flatten()
-                .for_each(|&x| writer.f64(x));
-            list(writer, &entity.physicals);
-            if dim > 0 {
-                list(writer, &entity.boundary);
-            }
-            writer.end();
-        }
-    }
-    writer.end_section(section);
-}
-
-fn list(writer: &mut Writer<'_>, values: &[i32]) {
-    writer.u64(values.len() as u64);
-    values.iter().for_each(|&value| writer.i32(value));
 }
 
 fn nodes(writer: &mut Writer<'_>, wholes: &[Entity]) {
@@ -242,9 +100,11 @@ fn nodes(writer: &mut Writer<'_>, wholes: &[Entity]) {
         let points = mesh.points.get(first..first + run.count);
         let points = points.unwrap_or_default();
         if writer.binary && run.parameters.is_none() {
-            writer.out.rows(run.count, 8, |index, row| {
-                let tag = mesh.point_tag((first + index) as u32);
-                row.copy_from_slice(&tag.to_le_bytes());
+            writer.out.rows(run.count, 8, |row, rows| {
+                let places = rows.as_chunks_mut::<8>().0.iter_mut();
+                for (place, point) in places.zip((first + row) as u32..) {
+                    *place = mesh.point_tag(point).to_le_bytes();
+                }
             });
             writer.binary_points(points);
             first += run.count;
@@ -274,64 +134,89 @@ fn range(tags: &[u64], count: usize) -> (u64, u64) {
     }
 }
 
-fn elements(writer: &mut Writer<'_>, cell_tags: &[u64]) {
-    let mesh = writer.mesh;
-    // Runs of cells of one block on one entity.
-    let mut runs: Vec<(usize, usize, i32)> = Vec::new();
-    let mut entities = writer.entity_of.iter();
-    for (index, block) in mesh.blocks.iter().enumerate() {
-        let mut fresh = true;
-        for &entity in entities.by_ref().take(block.len()) {
-            match runs.last_mut() {
-                Some((_, count, last)) if !fresh && *last == entity => *count += 1,
-                _ => runs.push((index, 1, entity)),
-            }
-            fresh = false;
+/// The lowest and the highest number of a cell; 0 where there are none.
+fn range_of_cells(mesh: &Mesh) -> (u64, u64) {
+    let mut before = 0;
+    let mut range: Option<(u64, u64)> = None;
+    for block in mesh.blocks.iter().filter(|block| !block.is_empty()) {
+        let (mut low, mut high) = range_of_block(block, before);
+        if let Some(so_far) = range {
+            (low, high) = (low.min(so_far.0), high.max(so_far.1));
         }
+        range = Some((low, high));
+        before += block.len() as u64;
     }
-    let (low, high) = range(cell_tags, 0);
+    range.unwrap_or((0, 0))
+}
+
+/// [`range_of_cells`] of one block, which so many cells come before.
+fn range_of_block(block: &CellBlock, before: u64) -> (u64, u64) {
+    match (block.tags.iter().min(), block.tags.iter().max()) {
+        (Some(&low), Some(&high)) => (low, high),
+        _ => (before + 1, before + block.len() as u64),
+    }
+}
+
+fn elements(writer: &mut Writer<'_>) {
+    let mesh = writer.mesh;
+    let (low, high) = range_of_cells(mesh);
     writer.out.text("$Elements\n");
-    [runs.len() as u64, cell_tags.len() as u64, low, high]
-        .into_iter()
-        .for_each(|value| writer.u64(value));
+    [
+        writer.runs.len() as u64,
+        mesh.cell_count() as u64,
+        low,
+        high,
+    ]
+    .into_iter()
+    .for_each(|value| writer.u64(value));
     writer.end();
-    let mut first = 0;
-    let mut block_start = 0;
+    let mut before = 0;
     let mut last_block = 0;
-    for (index, count, entity) in runs {
-        let Some(block) = mesh.blocks.get(index) else {
+    for run in std::mem::take(&mut writer.runs) {
+        let Some(block) = mesh.blocks.get(run.block) else {
             continue;
         };
-        if index != last_block {
-            (last_block, block_start) = (index, first);
+        if run.block != last_block {
+            (last_block, before) = (run.block, run.cells.start);
         }
         writer.i32(i32::from(block.kind.dim()));
-        writer.i32(entity);
+        writer.i32(run.entity);
         writer.i32(i32::from(block.kind.gmsh()));
-        writer.u64(count as u64);
+        writer.u64(run.cells.len() as u64);
         writer.end();
         let width = block.kind.points();
-        let words = |index: usize| {
-            let cell = first + index;
-            let nodes = block.nodes.iter().skip(width * (cell - block_start));
-            let nodes = nodes.take(width).map(|&node| mesh.point_tag(node));
-            let tag = cell_tags.get(cell).copied().unwrap_or(0);
-            std::iter::once(tag).chain(nodes)
+        // The elements from the place of one in the run on: number and nodes of each.
+        let from = |place: usize| {
+            let cells = run.cells.start + place..run.cells.end;
+            let nodes = block.nodes.get(width * (cells.start - before)..);
+            let nodes = nodes.unwrap_or_default().chunks_exact(width);
+            cells.zip(nodes).map(|(cell, nodes)| {
+                let own = block.tags.get(cell - before).copied();
+                (own.unwrap_or(cell as u64 + 1), nodes)
+            })
         };
         if writer.binary {
-            writer.out.rows(count, 8 * (1 + width), |index, row| {
-                let places = row.as_chunks_mut::<8>().0.iter_mut();
-                places
-                    .zip(words(index))
-                    .for_each(|(place, word)| *place = word.to_le_bytes());
-            });
+            writer
+                .out
+                .rows(run.cells.len(), 8 * (1 + width), |first, rows| {
+                    let rows = rows.as_chunks_mut::<8>().0.chunks_exact_mut(1 + width);
+                    for (row, (number, nodes)) in rows.zip(from(first)) {
+                        let words = nodes.iter().map(|&node| mesh.point_tag(node));
+                        let words = std::iter::once(number).chain(words);
+                        for (place, word) in row.iter_mut().zip(words) {
+                            *place = word.to_le_bytes();
+                        }
+                    }
+                });
         } else {
-            for index in 0..count {
-                words(index).for_each(|word| writer.u64(word));
+            for (number, nodes) in from(0) {
+                writer.u64(number);
+                nodes
+                    .iter()
+                    .for_each(|&node| writer.u64(mesh.point_tag(node)));
                 writer.end();
             }
         }
-        first += count;
     }
     writer.end_section("Elements");
 }
@@ -360,7 +245,8 @@ fn periodic(writer: &mut Writer<'_>) {
     writer.end_section("Periodic");
 }
 
-fn ghosts(writer: &mut Writer<'_>, cell_tags: &[u64]) {
+fn ghosts(writer: &mut Writer<'_>) {
+    let cell_tags: Vec<u64> = writer.mesh.cell_tags().collect();
     let cells = &writer.mesh.geometry.partitions.cells;
     writer.out.text("$GhostElements\n");
     writer.u64(cells.len() as u64);

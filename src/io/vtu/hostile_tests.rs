@@ -2,6 +2,7 @@
 
 use super::tests::{ENCODINGS, provenance, square};
 use super::*;
+use crate::io::out::Out;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 
@@ -244,7 +245,7 @@ fn lying_blocks_are_refused() {
 /// Blocks of zeros that unpack to 1 GB from 1 MB, as their headers say.
 #[test]
 fn bombs_are_refused_before_they_unpack() {
-    let block = codec::pack(vec![0; 1 << 16], Compressor::Zlib).expect("packed");
+    let block = pack::pack(1 << 16, |_, _| (), Compressor::Zlib).expect("packed");
     let block = block.blocks.concat();
     let blocks = 1 << 14;
     let lengths = std::iter::repeat_n(block.len() as u32, blocks);
@@ -317,9 +318,9 @@ fn xml_tricks_are_refused() {
 #[test]
 fn changed_bytes_never_panic() {
     for encoding in ENCODINGS {
-        let bytes = write::encode(&square(), &[], &provenance(), encoding)
+        let bytes = write::encode(&square(), &[], &provenance(), encoding, Out::default())
             .expect("sound")
-            .into_bytes();
+            .bytes;
         for at in 0..bytes.len() {
             for flip in [0x01, 0x80] {
                 let mut changed = bytes.clone();

@@ -4,12 +4,12 @@
 //! part of the points or cells. They travel as arrays; where meshio has a name for one, that name is used, so
 //! that its users find their groups.
 
-use super::cells::{order, vtk_type};
+use super::cells::vtk_type;
+use super::column::{Column, GroupTags, Width};
 use super::scalar::Scalar;
 use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::{Whole, WholeValues, data::with_numbers};
-use crate::mesh::{Field, Group, Mesh, Support, Values};
-use rayon::prelude::*;
+use crate::mesh::{CellGroups, Field, Group, Mesh, Support, Values};
 use std::borrow::Cow;
 use std::collections::HashSet;
 
@@ -51,7 +51,7 @@ pub(super) const TEXTS: &str = "faceoff:texts";
 pub(super) struct Array<'a> {
     pub name: String,
     pub components: usize,
-    pub values: Cow<'a, Values>,
+    pub values: Column<'a>,
 }
 
 /// A mesh and its fields as the arrays of a file.
@@ -60,6 +60,8 @@ pub(super) struct Layout<'a> {
     pub points: Vec<Array<'a>>,
     pub cells: Vec<Array<'a>>,
     pub whole: Vec<Array<'a>>,
+    /// Coordinates.
+    pub geometry: Vec<Array<'a>>,
     /// Connectivity, offsets and types.
     pub topology: Vec<Array<'a>>,
     /// Names of the arrays of `whole` that hold texts.
@@ -67,11 +69,11 @@ pub(super) struct Layout<'a> {
 }
 
 impl<'a> Array<'a> {
-    fn new(name: impl Into<String>, components: usize, values: Cow<'a, Values>) -> Self {
+    fn new(name: impl Into<String>, components: usize, values: impl Into<Column<'a>>) -> Self {
         Array {
             name: name.into(),
             components,
-            values,
+            values: values.into(),
         }
     }
 
@@ -87,6 +89,7 @@ pub(super) fn lay_out<'a>(
     whole: &'a [Whole],
 ) -> Result<Layout<'a>, String> {
     let mut layout = Layout {
+        geometry: vec![Array::new("Points", 3, Column::Coordinates(&mesh.points))],
         topology: topology(mesh)?.into(),
         ..Layout::default()
     };
@@ -100,46 +103,21 @@ pub(super) fn lay_out<'a>(
     Ok(layout)
 }
 
-fn topology(mesh: &Mesh) -> Result<[Array<'static>; 3], String> {
-    let length = mesh.blocks.iter().map(|block| block.nodes.len()).sum();
-    let mut connectivity: Vec<u32> = Vec::with_capacity(length);
-    let mut types = Vec::with_capacity(mesh.cell_count());
-    for block in &mesh.blocks {
-        let kind = block.kind;
-        let code = vtk_type(kind).ok_or_else(|| format!("{kind} cells have no type in VTK"))?;
-        match order(kind) {
-            None => connectivity.extend_from_slice(&block.nodes),
-            Some(order) => {
-                let cells = block.cells();
-                connectivity.extend(cells.flat_map(|cell| order.iter().map(|&at| cell[at])));
-            }
-        }
-        types.resize(types.len() + block.len(), code);
+fn topology(mesh: &Mesh) -> Result<[Array<'_>; 3], String> {
+    let kinds = mesh.blocks.iter().map(|block| block.kind);
+    if let Some(kind) = kinds.into_iter().find(|&kind| vtk_type(kind).is_none()) {
+        return Err(format!("{kind} cells have no type in VTK"));
     }
-    let widths = mesh.blocks.iter();
-    let widths = widths.flat_map(|block| std::iter::repeat_n(block.kind.points(), block.len()));
-    let offsets = widths.scan(0, |end, width| {
-        *end += width;
-        Some(*end)
-    });
+    let length: usize = mesh.blocks.iter().map(|block| block.nodes.len()).sum();
     // VTK wants connectivity and offsets in one and the same width.
-    let narrow = length.max(mesh.points.len()) <= i32::MAX as usize;
-    let nodes = connectivity.into_par_iter().with_min_len(1 << 14);
-    let (connectivity, offsets) = if narrow {
-        (
-            Values::I32(nodes.map(|node| node as i32).collect()),
-            Values::I32(offsets.map(|end| end as i32).collect()),
-        )
-    } else {
-        (
-            Values::I64(nodes.map(i64::from).collect()),
-            Values::I64(offsets.map(|end| end as i64).collect()),
-        )
+    let width = match length.max(mesh.points.len()) <= i32::MAX as usize {
+        true => Width::Narrow,
+        false => Width::Wide,
     };
     Ok([
-        Array::scalar("connectivity", connectivity),
-        Array::scalar("offsets", offsets),
-        Array::scalar("types", Values::U8(types)),
+        Array::new("connectivity", 1, Column::Connectivity(mesh, width)),
+        Array::new("offsets", 1, Column::Offsets(mesh, width)),
+        Array::new("types", 1, Column::Types(mesh)),
     ])
 }
 
@@ -219,27 +197,40 @@ impl<'a> Layout<'a> {
     }
 
     fn groups(&mut self, mesh: &Mesh) {
-        let mut overlap = vec![0usize; mesh.cell_count()];
-        for &cell in mesh.groups.iter().flat_map(|group| &group.cells) {
-            overlap[cell as usize] += 1;
-        }
-        let components = overlap.iter().copied().max().unwrap_or(0).max(1);
-
         let used: HashSet<i64> = mesh.groups.iter().map(|group| group.tag).collect();
         let none = (0..).map(|i: i64| -i).find(|tag| !used.contains(tag));
         let none = none.expect("invariant: there are fewer groups than whole numbers");
-        let mut tags = vec![none; overlap.len() * components];
-        for group in &mesh.groups {
-            for &cell in &group.cells {
-                let cell = cell as usize;
-                overlap[cell] -= 1;
-                tags[cell * components + overlap[cell]] = group.tag;
-            }
-        }
-        let narrow: Option<Vec<i32>> = tags.iter().map(|&tag| tag.try_into().ok()).collect();
-        let values = narrow.map_or(Values::I64(tags), Values::I32);
+        let groups = CellGroups::new(mesh);
+        let components = groups.sets.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        let tag = |group: &u32| {
+            mesh.groups
+                .get(*group as usize)
+                .map_or(none, |group| group.tag)
+        };
+        // The last group first, and what is free behind.
+        let row = |set: &Vec<u32>| {
+            let free = std::iter::repeat(none);
+            set.iter()
+                .rev()
+                .map(tag)
+                .chain(free)
+                .take(components)
+                .collect()
+        };
+        let rows: Vec<Vec<i64>> = groups.sets.iter().map(row).collect();
+        let fits = |tag: &i64| i32::try_from(*tag).is_ok();
+        let width = match rows.iter().flatten().all(fits) {
+            true => Width::Narrow,
+            false => Width::Wide,
+        };
+        let tags = GroupTags {
+            groups,
+            cells: mesh.cell_count(),
+            rows,
+            width,
+        };
         self.cells
-            .push(Array::new(GROUP, components, Cow::Owned(values)));
+            .push(Array::new(GROUP, components, Column::Groups(tags)));
 
         let shown = self.show_names(mesh);
         let named = |group: &Group| i64::from(group.name.is_some());

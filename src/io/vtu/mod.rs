@@ -4,16 +4,21 @@
 //! zlib, LZ4 or LZMA; headers of 32 or 64 bits; either byte order; any number of pieces. Writing gives
 //! ascii, base64 inline or raw appended, each of the latter two compressed or not.
 //!
-//! The model in memory between bytes and mesh is `vtkio`'s. What `vtkio` reads or writes wrongly is
-//! done here instead; the comment at each such place names the defect it answers.
+//! `vtkio` names the types of cells. What it reads or writes wrongly is done here instead; the comment at each such
+//! place names the defect it answers.
 
+mod array;
 mod cells;
-mod codec;
+mod column;
 mod layout;
 mod merge;
+mod pack;
 mod read;
 mod restore;
 mod scalar;
+mod stream;
+mod topology;
+mod unpack;
 mod write;
 mod xml;
 
@@ -21,12 +26,13 @@ pub use write::write;
 
 use crate::error::{Error, Place, Result};
 use crate::field::Whole;
+use crate::io::bytes;
 use crate::mesh::{Mesh, Partitions};
-use codec::Budget;
+use merge::Piece;
 use read::Decoder;
 use std::collections::HashSet;
 use std::path::{Component, Path};
-use vtkio::model::UnstructuredGridPiece;
+use unpack::Budget;
 use xml::Document;
 
 /// How a file stores its arrays.
@@ -95,7 +101,7 @@ pub struct Vtu {
 /// [`Error::File`] with byte and array where a file is not sound, contradicts itself, holds cells that no mesh here
 /// holds, or would unpack to more than a file of its size may; [`Error::Io`] where it cannot be read.
 pub fn read(path: &Path) -> Result<Vtu> {
-    let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+    let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
     from_bytes(path, &bytes)
 }
 
@@ -126,7 +132,7 @@ pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Vtu> {
 /// What one file, or the files of a `.pvtu` together, decode to.
 #[derive(Default)]
 struct Decoded {
-    pieces: Vec<UnstructuredGridPiece>,
+    pieces: Vec<Piece>,
     whole: Vec<Whole>,
     encoding: String,
     warnings: Vec<String>,
@@ -172,7 +178,7 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
             return Err(refuse(format!("the piece {source:?} is listed twice")));
         }
         let piece_path = path.with_file_name("").join(source);
-        let bytes = std::fs::read(&piece_path)
+        let bytes = bytes::read(&piece_path)
             .map_err(|error| refuse(format!("the piece {source:?} cannot be read: {error}")))?;
         let piece = xml::parse(&piece_path, &bytes)?;
         if piece.parallel {

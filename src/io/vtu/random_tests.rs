@@ -2,6 +2,7 @@
 
 use super::tests::{ENCODINGS, assert_same};
 use super::*;
+use crate::io::out::Out;
 use crate::mesh::{CellBlock, CellKind, Field, Group, Support, Values};
 use proptest::collection::{btree_map, btree_set, vec};
 use proptest::prelude::*;
@@ -172,7 +173,7 @@ proptest! {
     #[test]
     fn any_mesh_comes_back(mut mesh in mesh(), encoding in prop::sample::select(&ENCODINGS[..])) {
         prop_assert_eq!(mesh.validate(), Ok(()));
-        let bytes = write::encode(&mesh, &[], &[], encoding).expect("a sound mesh").into_bytes();
+        let bytes = write::encode(&mesh, &[], &[], encoding, Out::default()).expect("a sound mesh").bytes;
         let mut read = from_bytes(Path::new("test.vtu"), &bytes).expect("a sound file");
         if encoding == Encoding::Ascii {
             forget_payloads(&mut mesh);
@@ -190,7 +191,7 @@ proptest! {
         length in 0usize..200,
         noise in vec(any::<u8>(), 0..20),
     ) {
-        let bytes = write::encode(&tests::square(), &[], &[], encoding).expect("a sound mesh").into_bytes();
+        let bytes = write::encode(&tests::square(), &[], &[], encoding, Out::default()).expect("a sound mesh").bytes;
         let (from, to) = (from.index(bytes.len()), to.index(bytes.len()));
         let mut spliced = bytes[..to].to_vec();
         spliced.extend_from_slice(&noise);

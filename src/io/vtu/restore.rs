@@ -5,23 +5,25 @@
 
 use super::cells::{vtk_type, written_kind};
 use super::layout::{
-    Array, BLOCKS, CELL_TAG, ENTITY, FIELD_ARRAYS, FIELD_AT, FIELD_NAMES, FIELD_TIMES, FIELDS,
-    GROUP, GROUP_NAMES, GROUPS, NO_GROUP, POINT_TAG,
+    BLOCKS, CELL_TAG, ENTITY, FIELD_ARRAYS, FIELD_AT, FIELD_NAMES, FIELD_TIMES, FIELDS, GROUP,
+    GROUP_NAMES, GROUPS, NO_GROUP, POINT_TAG,
 };
-use super::merge::Merged;
+use super::merge::{Array, Merged};
 use super::scalar::Scalar;
 use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::data::{to_i64, with_numbers};
 use crate::field::{Whole, WholeValues};
 use crate::mesh::{CellBlock, Field, Group, Mesh, Support, Values};
 use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 
 /// The mesh that the arrays tell, and the data about the whole that remain.
 pub(super) fn restore(merged: Merged, mut whole: Vec<Whole>) -> (Mesh, Vec<Whole>) {
     let Merged {
         points,
         blocks,
-        mut arrays,
+        mut on_points,
+        mut on_cells,
     } = merged;
     let mut mesh = Mesh {
         points,
@@ -35,24 +37,20 @@ pub(super) fn restore(merged: Merged, mut whole: Vec<Whole>) -> (Mesh, Vec<Whole
             .map(|tag| tag.try_into().ok())
             .collect(),
     };
-    if let Some(tags) = take_array(&mut arrays.points, POINT_TAG, 1, own_tags) {
+    if let Some(tags) = take_array(&mut on_points, POINT_TAG, 1, own_tags) {
         mesh.point_tags = tags;
     }
-    let tags = take_array(&mut arrays.cells, CELL_TAG, 1, own_tags);
-    let entities = take_array(&mut arrays.cells, ENTITY, 1, |values| {
+    let tags = take_array(&mut on_cells, CELL_TAG, 1, own_tags);
+    let entities = take_array(&mut on_cells, ENTITY, 1, |values| {
         let numbers = to_i64(values)?.into_iter();
         numbers.map(|entity| entity.try_into().ok()).collect()
     });
     restore_blocks(&mut mesh.blocks, &mut whole, tags, entities);
-    restore_groups(&mut mesh, &mut arrays.cells, &mut whole);
+    restore_groups(&mut mesh, &mut on_cells, &mut whole);
 
-    let field = |on| {
-        move |array: Array<'static>| {
-            Field::new(array.name, on, array.components, array.values.into_owned())
-        }
-    };
-    mesh.fields = (arrays.points.into_iter().map(field(Support::Points)))
-        .chain(arrays.cells.into_iter().map(field(Support::Cells)))
+    let field = |on| move |array: Array| Field::new(array.name, on, array.components, array.values);
+    mesh.fields = (on_points.into_iter().map(field(Support::Points)))
+        .chain(on_cells.into_iter().map(field(Support::Cells)))
         .collect();
     restore_fields(&mut mesh, &mut whole);
     (mesh, whole)
@@ -106,16 +104,14 @@ fn restore_blocks(
 ) {
     let rows = find_numbers(whole, BLOCKS).unwrap_or_default();
     let rows = rows.as_chunks().0;
-    let split = split_blocks(blocks, rows);
-    let flags = match split {
-        Some(split) => {
-            *blocks = split;
-            remove(whole, &[BLOCKS]);
-            rows.iter()
-                .map(|&[_, _, tags, entities]| (tags != 0, entities != 0))
-                .collect()
-        }
-        None => vec![(true, true); blocks.len()],
+    let flags = if are_runs(rows, blocks) {
+        *blocks = split_blocks(std::mem::take(blocks), rows);
+        remove(whole, &[BLOCKS]);
+        rows.iter()
+            .map(|&[_, _, tags, entities]| (tags != 0, entities != 0))
+            .collect()
+    } else {
+        vec![(true, true); blocks.len()]
     };
     let mut start = 0;
     for (block, (has_tags, has_entities)) in blocks.iter_mut().zip(flags) {
@@ -130,32 +126,53 @@ fn restore_blocks(
     }
 }
 
-/// Cuts runs of cells into blocks, if type and number of cells agree throughout.
-fn split_blocks(runs: &[CellBlock], rows: &[[i64; 4]]) -> Option<Vec<CellBlock>> {
-    let mut runs = runs
-        .iter()
-        .map(|run| (run.kind, run.nodes.as_slice()))
-        .peekable();
-    let mut blocks = Vec::new();
+/// Whether type and number of cells of the rows agree with runs of cells throughout.
+fn are_runs(rows: &[[i64; 4]], runs: &[CellBlock]) -> bool {
+    let mut runs = runs.iter().map(|run| (run.kind, run.len())).peekable();
     for &[code, cells, _, _] in rows {
-        let kind = written_kind(code)?;
-        let nodes = usize::try_from(cells).ok()?.checked_mul(kind.points())?;
-        if nodes == 0 {
-            blocks.push(CellBlock::new(kind, Vec::new()));
+        let (Some(kind), Ok(cells)) = (written_kind(code), usize::try_from(cells)) else {
+            return false;
+        };
+        if cells == 0 {
             continue;
         }
-        let (found, run) = runs.peek_mut()?;
-        if vtk_type(*found) != vtk_type(kind) || nodes > run.len() {
-            return None;
-        }
-        let (block, rest) = run.split_at(nodes);
-        blocks.push(CellBlock::new(kind, block.to_vec()));
-        *run = rest;
-        if rest.is_empty() {
-            runs.next();
+        match runs.peek_mut() {
+            Some((found, left)) if vtk_type(*found) == vtk_type(kind) && cells <= *left => {
+                *left -= cells;
+                if *left == 0 {
+                    runs.next();
+                }
+            }
+            _ => return false,
         }
     }
-    runs.next().is_none().then_some(blocks)
+    runs.next().is_none()
+}
+
+/// Cuts runs of cells into the blocks of the rows, which agree with them.
+fn split_blocks(runs: Vec<CellBlock>, rows: &[[i64; 4]]) -> Vec<CellBlock> {
+    let mut runs = runs.into_iter();
+    let mut left = Vec::new();
+    let mut at = 0;
+    let mut blocks = Vec::with_capacity(rows.len());
+    for &[code, cells, _, _] in rows {
+        let Some(kind) = written_kind(code) else {
+            continue;
+        };
+        let count = cells as usize * kind.points();
+        if count > 0 && at == left.len() {
+            (left, at) = (runs.next().map(|run| run.nodes).unwrap_or_default(), 0);
+        }
+        // A whole run is a block without being copied.
+        let nodes = if at == 0 && count == left.len() {
+            std::mem::take(&mut left)
+        } else {
+            at += count;
+            left.get(at - count..at).unwrap_or_default().to_vec()
+        };
+        blocks.push(CellBlock::new(kind, nodes));
+    }
+    blocks
 }
 
 /// Groups from the tags on the cells; the table adds names, empty groups, and which tag stands for none.
@@ -177,39 +194,60 @@ fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<Array>, whole: &mut Vec<Whole
             _ => true,
         });
     }
-    let tags = take_array(cells, GROUP, 0, to_i64).unwrap_or_default();
-    if let Some(components) = tags.len().checked_div(mesh.cell_count()).filter(|&c| c > 0) {
-        let dims = mesh
-            .blocks
-            .iter()
-            .flat_map(|block| std::iter::repeat_n(block.kind.dim(), block.len()));
-        let mut flush = |(dim, tag): (u8, i64), cells: &mut Vec<u32>| {
-            let group = groups.entry((dim, tag)).or_insert_with(|| Group {
-                dim,
-                tag,
-                name: None,
-                cells: Vec::new(),
-            });
-            let twice = !cells.is_empty() && group.cells.last() == cells.first();
-            group.cells.extend(cells.drain(..).skip(usize::from(twice)));
-        };
-        // Cells of one group mostly stand together.
-        let mut run = None;
-        let mut cells = Vec::new();
-        for ((cell, tags), dim) in (0u32..).zip(tags.chunks_exact(components)).zip(dims) {
-            for &tag in tags.iter().filter(|&&tag| tag != none) {
-                if run != Some((dim, tag)) {
-                    run.into_iter().for_each(|run| flush(run, &mut cells));
-                    run = Some((dim, tag));
-                }
-                if cells.last() != Some(&cell) {
-                    cells.push(cell);
-                }
-            }
+    if let Some(place) = cells.iter().position(|array| array.name == GROUP) {
+        let array = cells.remove(place);
+        if let Values::I32(tags) = &array.values {
+            group_cells(&mesh.blocks, tags, none, &mut groups);
+        } else if let Some(tags) = to_i64(&array.values) {
+            group_cells(&mesh.blocks, &tags, none, &mut groups);
+        } else {
+            // What are no tags is a field.
+            cells.insert(place, array);
         }
-        run.into_iter().for_each(|run| flush(run, &mut cells));
     }
     mesh.groups = groups.into_values().collect();
+}
+
+/// Puts cells into the groups whose tags each has in its row; the tag `none` stands for none.
+fn group_cells<T: Copy + PartialEq + Into<i64>>(
+    blocks: &[CellBlock],
+    tags: &[T],
+    none: i64,
+    groups: &mut BTreeMap<(u8, i64), Group>,
+) {
+    let all = blocks.iter().map(CellBlock::len).sum::<usize>();
+    let Some(components) = tags.len().checked_div(all).filter(|&count| count > 0) else {
+        return;
+    };
+    let mut join = |dim: u8, tag: i64, cells: Range<u32>| {
+        let group = groups.entry((dim, tag)).or_insert_with(|| Group {
+            dim,
+            tag,
+            name: None,
+            cells: Vec::new(),
+        });
+        // A row may name a group twice.
+        if group.cells.last().is_none_or(|&last| last < cells.start) {
+            group.cells.extend(cells);
+        }
+    };
+    let mut rest = tags;
+    let mut cell = 0;
+    for block in blocks {
+        let (mut mine, others) = rest.split_at(block.len() * components);
+        rest = others;
+        while let (Some(row), Some(next)) = (mine.get(..components), mine.get(components..)) {
+            // A row is the same as the one before as far as each number is that of a row before.
+            let same = next.iter().zip(mine).position(|(a, b)| a != b);
+            let count = 1 + same.unwrap_or(next.len()) / components;
+            let cells = cell..cell + count as u32;
+            let tags = row.iter().map(|&tag| tag.into());
+            tags.filter(|&tag| tag != none)
+                .for_each(|tag| join(block.kind.dim(), tag, cells.clone()));
+            cell = cells.end;
+            mine = mine.split_at(count * components).1;
+        }
+    }
 }
 
 /// The tag that stands for none; and groups without cells, with whether an array has the name of each.

@@ -1,9 +1,7 @@
 //! Numbers as VTU stores them: each type's name, width, bytes and decimal form.
 
-use crate::io::out::Out;
 use crate::mesh::Values;
 use rayon::prelude::*;
-use vtkio::IOBuffer;
 
 /// A number type of VTU.
 pub(super) trait Scalar: Copy + Default + Send + Sync {
@@ -15,7 +13,14 @@ pub(super) trait Scalar: Copy + Default + Send + Sync {
     const MISSING: Self;
 
     fn from_bytes(bytes: &[u8], big_endian: bool) -> Vec<Self>;
-    fn append_le(values: &[Self], out: &mut Out);
+    /// [`Scalar::from_bytes`], one after the other.
+    fn each(bytes: &[u8], big_endian: bool) -> impl ExactSizeIterator<Item = Self>;
+    /// As a coordinate.
+    fn float(self) -> f64;
+    /// Fills little-endian bytes with as many numbers as there are of both.
+    fn put_le(values: &[Self], bytes: &mut [u8]);
+    /// A whole number from 0 on; `None` for others.
+    fn index(self) -> Option<u64>;
     /// Reads the decimal form; floats also `nan` and `inf` in any case.
     fn parse(word: &[u8]) -> Option<Self>;
     /// Appends the shortest decimal form that reads back as the same number.
@@ -23,11 +28,10 @@ pub(super) trait Scalar: Copy + Default + Send + Sync {
     fn values(numbers: Vec<Self>) -> Values;
     /// The numbers, if they are of this type.
     fn of_values(values: &Values) -> Option<&[Self]>;
-    fn buffer(numbers: Vec<Self>) -> IOBuffer;
 }
 
 macro_rules! scalar {
-    ($($type:ident $variant:ident $name:literal $missing:expr, $parse:expr, $print:expr;)*) => { $(
+    ($($type:ident $variant:ident $name:literal $missing:expr, $parse:expr, $print:expr, $index:expr;)*) => { $(
         impl Scalar for $type {
             const NAME: &'static str = $name;
             const WIDTH: usize = size_of::<$type>();
@@ -43,12 +47,32 @@ macro_rules! scalar {
                 }
             }
 
-            fn append_le(values: &[Self], out: &mut Out) {
-                out.rows(values.len(), Self::WIDTH, |index, row| {
-                    if let Some(value) = values.get(index) {
-                        row.copy_from_slice(&value.to_le_bytes());
+            #[inline]
+            fn each(bytes: &[u8], big_endian: bool) -> impl ExactSizeIterator<Item = Self> {
+                let words = bytes.as_chunks().0.iter();
+                words.map(move |&word| {
+                    if big_endian {
+                        <$type>::from_be_bytes(word)
+                    } else {
+                        <$type>::from_le_bytes(word)
                     }
-                });
+                })
+            }
+
+            #[inline]
+            fn float(self) -> f64 {
+                self as f64
+            }
+
+            fn put_le(values: &[Self], bytes: &mut [u8]) {
+                for (word, value) in bytes.as_chunks_mut().0.iter_mut().zip(values) {
+                    *word = value.to_le_bytes();
+                }
+            }
+
+            #[inline]
+            fn index(self) -> Option<u64> {
+                $index(self)
             }
 
             fn parse(word: &[u8]) -> Option<Self> {
@@ -69,25 +93,21 @@ macro_rules! scalar {
                     _ => None,
                 }
             }
-
-            fn buffer(numbers: Vec<Self>) -> IOBuffer {
-                IOBuffer::$variant(numbers)
-            }
         }
     )* };
 }
 
 scalar! {
-    i8 I8 "Int8" 0, parse_int, print_int;
-    u8 U8 "UInt8" 0, parse_int, print_int;
-    i16 I16 "Int16" 0, parse_int, print_int;
-    u16 U16 "UInt16" 0, parse_int, print_int;
-    i32 I32 "Int32" 0, parse_int, print_int;
-    u32 U32 "UInt32" 0, parse_int, print_int;
-    i64 I64 "Int64" 0, parse_int, print_int;
-    u64 U64 "UInt64" 0, parse_int, print_int;
-    f32 F32 "Float32" f32::NAN, parse_float, print_float;
-    f64 F64 "Float64" f64::NAN, parse_float, print_float;
+    i8 I8 "Int8" 0, parse_int, print_int, index_of;
+    u8 U8 "UInt8" 0, parse_int, print_int, index_of;
+    i16 I16 "Int16" 0, parse_int, print_int, index_of;
+    u16 U16 "UInt16" 0, parse_int, print_int, index_of;
+    i32 I32 "Int32" 0, parse_int, print_int, index_of;
+    u32 U32 "UInt32" 0, parse_int, print_int, index_of;
+    i64 I64 "Int64" 0, parse_int, print_int, index_of;
+    u64 U64 "UInt64" 0, parse_int, print_int, index_of;
+    f32 F32 "Float32" f32::NAN, parse_float, print_float, |_| None;
+    f64 F64 "Float64" f64::NAN, parse_float, print_float, |_| None;
 }
 
 fn parse_int<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
@@ -107,18 +127,57 @@ fn print_float<T: zmij::Float>(value: T, out: &mut Vec<u8>) {
     out.extend_from_slice(zmij::Buffer::new().format(value).as_bytes());
 }
 
-/// Moves an array of `vtkio`'s model into ours.
-pub(super) fn values(buffer: IOBuffer) -> Values {
-    match buffer {
-        IOBuffer::I8(numbers) => Values::I8(numbers),
-        IOBuffer::Bit(numbers) | IOBuffer::U8(numbers) => Values::U8(numbers),
-        IOBuffer::I16(numbers) => Values::I16(numbers),
-        IOBuffer::U16(numbers) => Values::U16(numbers),
-        IOBuffer::I32(numbers) => Values::I32(numbers),
-        IOBuffer::U32(numbers) => Values::U32(numbers),
-        IOBuffer::I64(numbers) => Values::I64(numbers),
-        IOBuffer::U64(numbers) => Values::U64(numbers),
-        IOBuffer::F32(numbers) => Values::F32(numbers),
-        IOBuffer::F64(numbers) => Values::F64(numbers),
-    }
+#[inline]
+fn index_of<T: TryInto<u64>>(value: T) -> Option<u64> {
+    value.try_into().ok()
 }
+
+/// Runs one expression for whichever type `$name` names, or `$otherwise`.
+macro_rules! with_type {
+    ($name:expr, $type:ident => $run:expr, $otherwise:expr) => {
+        match $name {
+            "Int8" => {
+                type $type = i8;
+                $run
+            }
+            "UInt8" => {
+                type $type = u8;
+                $run
+            }
+            "Int16" => {
+                type $type = i16;
+                $run
+            }
+            "UInt16" => {
+                type $type = u16;
+                $run
+            }
+            "Int32" => {
+                type $type = i32;
+                $run
+            }
+            "UInt32" => {
+                type $type = u32;
+                $run
+            }
+            "Int64" => {
+                type $type = i64;
+                $run
+            }
+            "UInt64" => {
+                type $type = u64;
+                $run
+            }
+            "Float32" => {
+                type $type = f32;
+                $run
+            }
+            "Float64" => {
+                type $type = f64;
+                $run
+            }
+            _ => $otherwise,
+        }
+    };
+}
+pub(super) use with_type;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::field::{Whole, data::same_bits};
+use crate::io::out::Out;
 use crate::mesh::{CellBlock, CellKind, Field, Group, Support, Values};
 use std::path::Path;
 
@@ -107,9 +108,9 @@ pub(super) fn assert_same(read: &Mesh, written: &Mesh) {
 }
 
 fn bytes_of(mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
-    write::encode(mesh, &[], &provenance(), encoding)
+    write::encode(mesh, &[], &provenance(), encoding, Out::default())
         .expect("a sound mesh")
-        .into_bytes()
+        .bytes
 }
 
 fn reads(bytes: &[u8]) -> Result<Vtu> {

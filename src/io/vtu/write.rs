@@ -4,8 +4,9 @@
 //! empty mesh out, which VTK refuses; its `export_ascii` and `export_le` write another format under a `.vtu` name.
 //! So every encoding is written here.
 
-use super::codec::{self, Packed};
+use super::column::Column;
 use super::layout::{self, Array, Layout, is_in_xml};
+use super::pack::{Packed, pack};
 use super::scalar::Scalar;
 use super::{Compressor, Encoding};
 use crate::error::{Error, Place, Result};
@@ -31,7 +32,7 @@ pub fn write(
     whole: &[Whole],
     encoding: Encoding,
 ) -> Result<()> {
-    let out = encode(mesh, fields, whole, encoding).map_err(|what| {
+    let out = encode(mesh, fields, whole, encoding, Out::to(path)?).map_err(|what| {
         Error::file(
             path,
             Place::Whole,
@@ -42,17 +43,19 @@ pub fn write(
     out.save(path)
 }
 
-/// A file; in words why there is none, otherwise.
+/// A file, after what there is; in words why there is none, otherwise.
 pub(super) fn encode(
     mesh: &Mesh,
     fields: &[Field],
     whole: &[Whole],
     encoding: Encoding,
+    out: Out,
 ) -> Result<Out, String> {
     mesh.validate()?;
     let layout = layout::lay_out(mesh, fields, whole)?;
     check_arrays(&layout)?;
-    document(mesh, &layout, encoding).map_err(|error| format!("an array was not packed: {error}"))
+    document(mesh, &layout, encoding, out)
+        .map_err(|error| format!("an array was not packed: {error}"))
 }
 
 fn check_arrays(layout: &Layout) -> Result<(), String> {
@@ -74,8 +77,12 @@ fn check_names<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), String
     Ok(())
 }
 
-fn document(mesh: &Mesh, layout: &Layout, encoding: Encoding) -> std::io::Result<Out> {
-    let points = Values::F64(mesh.points.as_flattened().to_vec());
+fn document(
+    mesh: &Mesh,
+    layout: &Layout,
+    encoding: Encoding,
+    mut out: Out,
+) -> std::io::Result<Out> {
     let mut file = File {
         out: Vec::new(),
         encoding,
@@ -98,12 +105,10 @@ fn document(mesh: &Mesh, layout: &Layout, encoding: Encoding) -> std::io::Result
     ));
     file.section("PointData", &layout.points)?;
     file.section("CellData", &layout.cells)?;
-    file.text("<Points>\n");
-    file.array("Points", 3, None, &points)?;
-    file.text("</Points>\n");
+    file.section("Points", &layout.geometry)?;
     file.section("Cells", &layout.topology)?;
     file.text("</Piece>\n</UnstructuredGrid>\n");
-    let mut out = file.append();
+    file.append(&mut out);
     out.text("</VTKFile>\n");
     Ok(out)
 }
@@ -118,28 +123,28 @@ struct File<'a> {
 
 /// An array after the XML. Plain numbers become bytes only there.
 enum Appended<'a> {
-    Plain(&'a Values),
+    Plain(&'a Column<'a>),
     Packed(Packed),
 }
 
 impl Appended<'_> {
     fn len(&self) -> usize {
         match self {
-            Appended::Plain(values) => size_of::<u64>() + byte_length(values),
+            Appended::Plain(column) => size_of::<u64>() + column.len() * column.width(),
             Appended::Packed(packed) => packed.len(),
         }
     }
 
     fn append(self, out: &mut Out) {
         match self {
-            Appended::Plain(values) => {
-                let length = byte_length(values) as u64;
-                out.bytes.extend_from_slice(&length.to_le_bytes());
-                append_bytes(values, out);
+            Appended::Plain(column) => {
+                let (count, width) = (column.len(), column.width());
+                out.append(&((count * width) as u64).to_le_bytes());
+                out.rows(count, width, |first, bytes| column.fill(first, bytes));
             }
             Appended::Packed(Packed { header, blocks }) => {
-                out.part(header);
-                blocks.into_iter().for_each(|block| out.part(block));
+                out.append(&header);
+                blocks.iter().for_each(|block| out.append(block));
             }
         }
     }
@@ -150,7 +155,7 @@ impl<'a> File<'a> {
         self.out.extend_from_slice(text.as_bytes());
     }
 
-    fn section(&mut self, name: &str, arrays: &'a [Array]) -> std::io::Result<()> {
+    fn section(&mut self, name: &str, arrays: &'a [Array<'a>]) -> std::io::Result<()> {
         self.text(&format!("<{name}>\n"));
         for array in arrays {
             self.array(&array.name, array.components, None, &array.values)?;
@@ -164,11 +169,11 @@ impl<'a> File<'a> {
         name: &str,
         components: usize,
         tuples: Option<usize>,
-        values: &'a Values,
+        values: &'a Column<'a>,
     ) -> std::io::Result<()> {
         self.text(&format!(
             "<DataArray type=\"{}\" Name=\"{}\"",
-            type_name(values),
+            values.type_name(),
             escape(name)
         ));
         // One component goes without saying: meshio makes a table of one column of an array that says so.
@@ -181,12 +186,12 @@ impl<'a> File<'a> {
         match self.encoding {
             Encoding::Ascii => {
                 self.text(" format=\"ascii\">\n");
-                print(values, components, &mut self.out);
+                print(&values.values(), components, &mut self.out);
                 self.text("</DataArray>\n");
             }
             Encoding::Base64(compressor) => {
                 self.text(" format=\"binary\">\n");
-                let Packed { header, blocks } = codec::pack(bytes(values), compressor)?;
+                let Packed { header, blocks } = packed(values, compressor)?;
                 // Plain bytes continue the header's base64; compressed ones start afresh.
                 let text = if compressor == Compressor::None {
                     BASE64_STANDARD.encode([header, blocks.concat()].concat())
@@ -199,7 +204,7 @@ impl<'a> File<'a> {
             Encoding::Raw(compressor) => {
                 let array = match compressor {
                     Compressor::None => Appended::Plain(values),
-                    _ => Appended::Packed(codec::pack(bytes(values), compressor)?),
+                    _ => Appended::Packed(packed(values, compressor)?),
                 };
                 self.text(" format=\"appended\" offset=\"");
                 self.appended.push((self.out.len(), array));
@@ -211,48 +216,27 @@ impl<'a> File<'a> {
 
     /// The XML and the arrays of raw encoding, these in the reverse order of their elements: meshio looks for the first element with the
     /// offset of each array in turn, and gives the element another then, which could be that of an array to come.
-    fn append(mut self) -> Out {
+    fn append(mut self, out: &mut Out) {
         let mut offset = 0;
         for (place, array) in self.appended.iter().rev() {
             let text = offset.to_string();
             self.out.splice(*place..*place, text.bytes());
             offset += array.len();
         }
-        let mut out = Out::default();
-        out.part(self.out);
+        out.append(&self.out);
         if matches!(self.encoding, Encoding::Raw(_)) {
             out.text("<AppendedData encoding=\"raw\">\n_");
             let arrays = self.appended.into_iter().rev();
-            arrays.for_each(|(_, array)| array.append(&mut out));
+            arrays.for_each(|(_, array)| array.append(out));
             out.text("\n</AppendedData>\n");
         }
-        out
     }
 }
 
-fn type_name(values: &Values) -> &'static str {
-    fn name<T: Scalar>(_: &[T]) -> &'static str {
-        T::NAME
-    }
-    with_numbers!(values, numbers => name(numbers))
-}
-
-fn byte_length(values: &Values) -> usize {
-    fn width<T: Scalar>(_: &[T]) -> usize {
-        T::WIDTH
-    }
-    values.len() * with_numbers!(values, numbers => width(numbers))
-}
-
-/// Little-endian.
-fn append_bytes(values: &Values, out: &mut Out) {
-    with_numbers!(values, numbers => Scalar::append_le(numbers, out));
-}
-
-fn bytes(values: &Values) -> Vec<u8> {
-    let mut out = Out::default();
-    append_bytes(values, &mut out);
-    out.into_bytes()
+fn packed(column: &Column, compressor: Compressor) -> std::io::Result<Packed> {
+    let width = column.width();
+    let fill = |place: usize, bytes: &mut [u8]| column.fill(place / width, bytes);
+    pack(column.len() * width, fill, compressor)
 }
 
 /// Decimal numbers, one tuple a line.

@@ -1,89 +1,12 @@
-//! Bytes of one array as VTU packs them: a header of lengths, then the bytes, perhaps in compressed blocks.
+//! Bytes of one array as VTU packs them, unpacked: a header of lengths, then the bytes, perhaps in compressed blocks.
 
 use super::Compressor;
 use super::scalar::Scalar;
-use base64::Engine as _;
-use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use super::stream::Stream;
+use crate::io::bytes::{self, Bytes};
 use rayon::prelude::*;
 use std::borrow::Cow;
-use std::io::Read;
-
-/// Bytes that are compressed together.
-const BLOCK: usize = 1 << 16;
-/// Meshes pack at this level as well as at the highest, within a few percent, in a fifth of the time.
-const ZLIB_LEVEL: u32 = 1;
-const LZMA_LEVEL: u32 = 3;
-
-/// An array's header and its body, ready to be written in either encoding.
-pub(super) struct Packed {
-    /// Lengths, as little-endian 64-bit words.
-    pub header: Vec<u8>,
-    /// One after the other, the body.
-    pub blocks: Vec<Vec<u8>>,
-}
-
-impl Packed {
-    pub fn len(&self) -> usize {
-        self.header.len() + self.blocks.iter().map(Vec::len).sum::<usize>()
-    }
-}
-
-/// Packs the bytes of one array with 64-bit headers. Blocks are packed each for itself, so that the number of
-/// threads changes nothing.
-pub(super) fn pack(bytes: Vec<u8>, compressor: Compressor) -> std::io::Result<Packed> {
-    if compressor == Compressor::None {
-        return Ok(Packed {
-            header: (bytes.len() as u64).to_le_bytes().to_vec(),
-            blocks: vec![bytes],
-        });
-    }
-    let level = flate2::Compression::new(ZLIB_LEVEL);
-    let blocks = bytes
-        .par_chunks(BLOCK)
-        .map_init(
-            || flate2::Compress::new(level, true),
-            |zlib, block| compress(block, compressor, zlib),
-        )
-        .collect::<std::io::Result<Vec<_>>>()?;
-    let words = [blocks.len(), BLOCK, bytes.len() % BLOCK];
-    let lengths = blocks.iter().map(Vec::len);
-    Ok(Packed {
-        header: words
-            .into_iter()
-            .chain(lengths)
-            .flat_map(|word| (word as u64).to_le_bytes())
-            .collect(),
-        blocks,
-    })
-}
-
-/// `zlib` is there to be used again, as its tables take longer to make than a block to compress.
-fn compress(
-    block: &[u8],
-    compressor: Compressor,
-    zlib: &mut flate2::Compress,
-) -> std::io::Result<Vec<u8>> {
-    match compressor {
-        Compressor::None => Ok(block.to_vec()),
-        Compressor::Lz4 => Ok(lz4_flex::block::compress(block)),
-        Compressor::Zlib => {
-            zlib.reset();
-            // What does not compress grows, by less than this.
-            let mut packed = Vec::with_capacity(block.len() + block.len() / 8 + 128);
-            let status = zlib.compress_vec(block, &mut packed, flate2::FlushCompress::Finish)?;
-            if status != flate2::Status::StreamEnd {
-                return Err(std::io::Error::other("zlib did not finish a block"));
-            }
-            packed.shrink_to_fit();
-            Ok(packed)
-        }
-        Compressor::Lzma => {
-            let mut packed = Vec::new();
-            liblzma::read::XzEncoder::new(block, LZMA_LEVEL).read_to_end(&mut packed)?;
-            Ok(packed)
-        }
-    }
-}
+use std::ops::Deref;
 
 /// Bytes that arrays may take in memory. A file whose arrays say that they take more together is refused before any of
 /// them is unpacked. So much for a file of any size, and [`PER_BYTE`] for each byte it has.
@@ -110,91 +33,35 @@ impl Budget {
     }
 }
 
-/// The bytes of an array as they stand in a file.
-pub(super) enum Stream<'a> {
-    Raw(&'a [u8]),
-    Base64(Base64<'a>),
+/// The bytes of an array, which the file holds as they are or which were unpacked.
+pub(super) enum Unpacked<'a> {
+    Borrowed(&'a [u8]),
+    Owned(Bytes),
 }
 
-impl<'a> Stream<'a> {
-    pub fn base64(text: Cow<'a, [u8]>) -> Self {
-        Stream::Base64(Base64 {
-            text,
-            at: 0,
-            left_over: Vec::new(),
-        })
-    }
+impl Deref for Unpacked<'_> {
+    type Target = [u8];
 
-    /// The most bytes that can still come.
-    fn remaining(&self) -> u64 {
+    fn deref(&self) -> &[u8] {
         match self {
-            Stream::Raw(bytes) => bytes.len() as u64,
-            Stream::Base64(stream) => {
-                (stream.left_over.len() + (stream.text.len() - stream.at).div_ceil(4) * 3) as u64
-            }
-        }
-    }
-
-    fn take(&mut self, count: u64) -> Result<Cow<'a, [u8]>, String> {
-        let missing = |there| format!("{count} bytes are declared where at most {there} stand");
-        if count > self.remaining() {
-            return Err(missing(self.remaining()));
-        }
-        let count = count as usize;
-        match self {
-            Stream::Raw(bytes) => {
-                let (taken, rest) = bytes.split_at(count);
-                *bytes = rest;
-                Ok(Cow::Borrowed(taken))
-            }
-            Stream::Base64(stream) => {
-                let taken = stream.take(count)?;
-                if taken.len() < count {
-                    return Err(missing(taken.len() as u64));
-                }
-                Ok(Cow::Owned(taken))
-            }
+            Unpacked::Borrowed(bytes) => bytes,
+            Unpacked::Owned(bytes) => bytes,
         }
     }
 }
 
-/// Base64 in one or several padded runs. `vtkio` takes the header and the data for one run; many writers encode
-/// each for itself.
-pub(super) struct Base64<'a> {
-    text: Cow<'a, [u8]>,
-    at: usize,
-    left_over: Vec<u8>,
+impl From<Vec<u8>> for Unpacked<'_> {
+    fn from(bytes: Vec<u8>) -> Self {
+        Unpacked::Owned(Bytes::Small(bytes))
+    }
 }
 
-const LENIENT: GeneralPurpose = GeneralPurpose::new(
-    &base64::alphabet::STANDARD,
-    GeneralPurposeConfig::new()
-        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
-        .with_decode_allow_trailing_bits(true),
-);
-
-impl Base64<'_> {
-    /// The next `count` bytes, fewer at the end of the text.
-    fn take(&mut self, count: usize) -> Result<Vec<u8>, String> {
-        let mut out = std::mem::take(&mut self.left_over);
-        out.reserve(count.saturating_sub(out.len()) + 3);
-        while out.len() < count {
-            let rest = &self.text[self.at..];
-            let wanted = (count - out.len()).div_ceil(3) * 4;
-            let mut run = &rest[..wanted.min(rest.len())];
-            if let Some(padding) = memchr::memchr(b'=', run) {
-                run = &run[..((padding / 4 + 1) * 4).min(run.len())];
-            }
-            if run.is_empty() {
-                break;
-            }
-            LENIENT
-                .decode_vec(run, &mut out)
-                .map_err(|error| format!("not base64: {error}"))?;
-            self.at += run.len();
+impl<'a> From<Cow<'a, [u8]>> for Unpacked<'a> {
+    fn from(bytes: Cow<'a, [u8]>) -> Self {
+        match bytes {
+            Cow::Borrowed(bytes) => Unpacked::Borrowed(bytes),
+            Cow::Owned(bytes) => bytes.into(),
         }
-        self.left_over = out.split_off(count.min(out.len()));
-        Ok(out)
     }
 }
 
@@ -224,7 +91,7 @@ impl Packing {
         self,
         mut stream: Stream<'a>,
         expected: Option<u64>,
-    ) -> Result<Cow<'a, [u8]>, String> {
+    ) -> Result<Unpacked<'a>, String> {
         let check = |length: u64| match expected {
             Some(expected) if expected != length => Err(format!(
                 "{length} bytes are declared where its type and the counts make {expected}"
@@ -238,22 +105,22 @@ impl Packing {
         } = self.extent(&mut stream)?;
         check(length)?;
         if length == 0 {
-            return Ok(Cow::Borrowed(&[]));
+            return Ok(Unpacked::Borrowed(&[]));
         }
         if self.compressor == Compressor::None {
-            return stream.take(length);
+            return stream.take(length).map(Unpacked::from);
         }
         let packed = self.words(&mut stream, blocks)?;
         self.plausible(&packed, &stream, length)?;
         let blocks = packed.iter().map(|&size| stream.take(size));
         let blocks = blocks.collect::<Result<Vec<_>, _>>()?;
-        let mut out = vec![0; length as usize];
+        let mut out = bytes::zeros(length as usize);
         self.unpack_blocks(
             &blocks,
             &mut out,
             usize::try_from(block).unwrap_or(usize::MAX),
         )?;
-        Ok(Cow::Owned(out))
+        Ok(Unpacked::Owned(out))
     }
 
     /// The bytes that an array says it unpacks to.
@@ -393,38 +260,14 @@ fn decompress(
 
 #[cfg(test)]
 mod tests {
+    use super::super::pack::{Packed, pack};
     use super::*;
-
-    #[test]
-    fn every_length_around_a_block_comes_back() {
-        for length in [0, 1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK] {
-            let bytes: Vec<u8> = (0..length).map(|i| (i * i / 7) as u8).collect();
-            for compressor in [
-                Compressor::None,
-                Compressor::Zlib,
-                Compressor::Lz4,
-                Compressor::Lzma,
-            ] {
-                let Packed { header, blocks } = pack(bytes.clone(), compressor).expect("packed");
-                let body = blocks.concat();
-                let packing = Packing {
-                    big_endian: false,
-                    wide_headers: true,
-                    compressor,
-                };
-                let file = [header, body].concat();
-                let expected = Some(length as u64);
-                assert_eq!(packing.declared(Stream::Raw(&file)).ok(), expected);
-                let back = packing.unpack(Stream::Raw(&file), expected);
-                assert!(back.expect("sound") == bytes, "{compressor:?} {length}");
-            }
-        }
-    }
 
     /// One byte of zlib's end missing, or one byte of data more than declared.
     #[test]
     fn blocks_end_where_they_say() {
-        let Packed { blocks, .. } = pack(vec![7; 100], Compressor::Zlib).expect("packed");
+        let Packed { blocks, .. } =
+            pack(100, |_, bytes| bytes.fill(7), Compressor::Zlib).expect("packed");
         let block = &blocks[0];
         let mut zlib = flate2::Decompress::new(true);
         let mut unpack = |bytes: &[u8], length: usize| {
@@ -434,23 +277,5 @@ mod tests {
         assert!(!unpack(&block[..block.len() - 1], 100));
         assert!(!unpack(block, 99));
         assert!(!unpack(block, 101));
-    }
-
-    /// The bytes of a file do not depend on the machine that writes it.
-    #[test]
-    fn threads_change_nothing() {
-        let bytes: Vec<u8> = (0..20 * BLOCK).map(|i| (i * i / 977) as u8).collect();
-        let packed = |threads, compressor| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            let pool = pool.build().expect("threads");
-            pool.install(|| pack(bytes.clone(), compressor).expect("packed").blocks)
-        };
-        for compressor in [Compressor::Zlib, Compressor::Lz4] {
-            let alone = packed(1, compressor);
-            assert!(packed(7, compressor) == alone);
-            // Nor on what was packed before.
-            let last = pack(bytes[19 * BLOCK..].to_vec(), compressor).expect("packed");
-            assert!(last.blocks == alone[19..]);
-        }
     }
 }

@@ -1,0 +1,115 @@
+//! Many bytes in memory: those of a whole file, or of an array of one.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::ops::{Deref, DerefMut};
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+
+use memmap2::{Advice, MmapMut};
+use rayon::prelude::*;
+
+/// Bytes, in pages of 2 MB where they are many and the system has such: it takes longer to be given a file's size of
+/// small pages than to read the file.
+pub enum Bytes {
+    Small(Vec<u8>),
+    Large(MmapMut),
+}
+
+/// How many bytes are many.
+const LARGE: u64 = 4 << 20;
+/// Bytes that one thread reads in one go.
+const SHARE: usize = 2 << 20;
+
+impl Deref for Bytes {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Bytes::Small(bytes) => bytes,
+            Bytes::Large(bytes) => bytes,
+        }
+    }
+}
+
+impl DerefMut for Bytes {
+    fn deref_mut(&mut self) -> &mut [u8] {
+        match self {
+            Bytes::Small(bytes) => bytes,
+            Bytes::Large(bytes) => bytes,
+        }
+    }
+}
+
+/// So many zeros.
+pub fn zeros(length: usize) -> Bytes {
+    let large = (length as u64 >= LARGE).then(|| large(length));
+    match large {
+        Some(Ok(large)) => Bytes::Large(large),
+        _ => Bytes::Small(vec![0; length]),
+    }
+}
+
+fn large(length: usize) -> io::Result<MmapMut> {
+    let bytes = MmapMut::map_anon(length)?;
+    // Without large pages it takes longer, and nothing else.
+    let _ = bytes.advise(Advice::HugePage);
+    Ok(bytes)
+}
+
+/// Reads a file, or whatever else there is to read at `path`, to its end.
+///
+/// # Errors
+/// As the file system answers.
+pub fn read(path: &Path) -> io::Result<Bytes> {
+    let mut file = File::open(path)?;
+    let found = file.metadata()?;
+    if found.is_file()
+        && found.len() >= LARGE
+        && let Ok(large) = read_large(&file, found.len())
+    {
+        return Ok(Bytes::Large(large));
+    }
+    // Also a file that grows or shrinks meanwhile.
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes)?;
+    Ok(Bytes::Small(bytes))
+}
+
+/// Reads a file that has so many bytes.
+fn read_large(file: &File, length: u64) -> io::Result<MmapMut> {
+    let length = usize::try_from(length).map_err(io::Error::other)?;
+    // This memory is nobody else's, unlike the file itself, which others may change under our eyes.
+    let mut bytes = large(length)?;
+    let shares = bytes.par_chunks_mut(SHARE).enumerate();
+    shares.try_for_each(|(index, share)| file.read_exact_at(share, (index * SHARE) as u64))?;
+    if file.read_at(&mut [0], length as u64)? > 0 {
+        return Err(io::Error::other("the file has grown"));
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_any_size_are_read_whole() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
+        for length in [0, 1, LARGE - 1, LARGE, LARGE + 4097] {
+            let written: Vec<u8> = (0..length).map(|i| (i * 31 / 4096 + i) as u8).collect();
+            std::fs::write(&path, &written).expect("written");
+            let read = read(&path).expect("read");
+            assert_eq!(matches!(read, Bytes::Large(_)), length >= LARGE);
+            assert!(*read == *written);
+        }
+        assert!(read(folder.path()).is_err());
+        assert!(read(&folder.path().join("none")).is_err());
+        // A file that has not the bytes it is taken for.
+        let file = File::open(&path).expect("there");
+        for wrong in [LARGE, LARGE + 4096, LARGE + 4098] {
+            assert!(read_large(&file, wrong).is_err(), "{wrong}");
+        }
+    }
+}

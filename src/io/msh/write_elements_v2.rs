@@ -1,0 +1,198 @@
+//! `$Elements` of MSH 2.2.
+
+use std::collections::{HashMap, HashSet};
+
+use super::write::Writer;
+use crate::mesh::{CellBlock, Mesh};
+
+/// What all elements need to know of the mesh.
+struct Context<'a, P> {
+    /// Whether elements keep their numbers.
+    keep_numbers: bool,
+    point_tag: &'a P,
+    /// The physical tag of each set of groups.
+    physical_of_set: &'a [i32],
+    reversed: HashSet<(u8, i32, i32)>,
+}
+
+pub fn elements<P: Fn(u32) -> u64 + Sync>(
+    writer: &mut Writer<'_>,
+    keep_numbers: bool,
+    point_tag: &P,
+    physical_of_set: &[i32],
+) {
+    let mesh = writer.mesh;
+    let partitions = partitions(mesh);
+    let context = Context {
+        keep_numbers,
+        point_tag,
+        physical_of_set,
+        reversed: reversed(mesh),
+    };
+    let mut before = 0;
+    for block in mesh.blocks.iter().filter(|block| !block.is_empty()) {
+        if writer.binary && partitions.is_empty() {
+            context.binary(writer, block, before);
+        } else {
+            context.one_by_one(writer, block, before, &partitions);
+        }
+        before += block.len();
+    }
+}
+
+impl<P: Fn(u32) -> u64 + Sync> Context<'_, P> {
+    /// The number of a cell of a block that so many cells come before.
+    #[inline]
+    fn number(&self, block: &CellBlock, before: usize, place: usize) -> u64 {
+        let own = block.tags.get(place).filter(|_| self.keep_numbers);
+        own.copied().unwrap_or((before + place) as u64 + 1)
+    }
+
+    /// The physical tag, with a minus sign where the group holds the entity reversed.
+    fn physical(&self, block: &CellBlock, place: usize, set: u32) -> i32 {
+        let physical = self.physical_of_set.get(set as usize).copied().unwrap_or(0);
+        let is_reversed = !self.reversed.is_empty()
+            && block.entities.get(place).is_some_and(|&entity| {
+                let key = (block.kind.dim(), entity, physical);
+                self.reversed.contains(&key)
+            });
+        if is_reversed { -physical } else { physical }
+    }
+
+    /// A binary block of elements, each with its group and its entity.
+    fn binary(&self, writer: &mut Writer<'_>, block: &CellBlock, before: usize) {
+        let width = block.kind.points();
+        let head = [i32::from(block.kind.gmsh()), block.len() as i32, 2];
+        let mut out = std::mem::take(&mut writer.out);
+        out.append(head.map(i32::to_le_bytes).as_flattened());
+        let writer_of_runs = &*writer;
+        out.rows(block.len(), 4 * (3 + width), |first, rows| {
+            let mut rows = rows.as_chunks_mut::<4>().0.chunks_exact_mut(3 + width);
+            let count = rows.len();
+            let nodes = block.nodes.get(first * width..).unwrap_or_default();
+            let mut nodes = nodes.chunks_exact(width);
+            let end = before + first + count;
+            for (cells, run) in writer_of_runs.runs_from(before + first) {
+                if cells.start >= end {
+                    break;
+                }
+                let physical = self.physical(block, cells.start - before, run.set);
+                for cell in cells.start..cells.end.min(end) {
+                    let (Some(row), Some(nodes)) = (rows.next(), nodes.next()) else {
+                        return;
+                    };
+                    let number = self.number(block, before, cell - before) as i32;
+                    let (head, places) = row.split_at_mut(3);
+                    head.copy_from_slice(&[number, physical, run.entity].map(i32::to_le_bytes));
+                    for (place, &node) in places.iter_mut().zip(nodes) {
+                        *place = ((self.point_tag)(node) as i32).to_le_bytes();
+                    }
+                }
+            }
+        });
+        writer.out = out;
+    }
+
+    /// Elements as text, or in binary with their partitions.
+    fn one_by_one(
+        &self,
+        writer: &mut Writer<'_>,
+        block: &CellBlock,
+        before: usize,
+        partitions: &HashMap<u32, Vec<i32>>,
+    ) {
+        let kind = i32::from(block.kind.gmsh());
+        let parts_of = |place: usize| partitions.get(&((before + place) as u32));
+        let tags_of = |place: usize| parts_of(place).map_or(0, |ids| ids.len() + 1);
+        let runs: Vec<(usize, i32, u32)> = (writer.runs_from(before))
+            .take_while(|(cells, _)| cells.start < before + block.len())
+            .map(|(cells, run)| (cells.end - before, run.entity, run.set))
+            .collect();
+        let mut run = 0;
+        let mut same_count = 0;
+        for (place, nodes) in block.cells().enumerate() {
+            while runs.get(run).is_some_and(|(end, _, _)| *end <= place) {
+                run += 1;
+            }
+            let (_, entity, set) = runs.get(run).copied().unwrap_or_default();
+            let tag_count = tags_of(place);
+            if writer.binary && same_count == 0 {
+                // Elements that share the number of tags make a block.
+                let rest = place..block.len();
+                same_count = rest
+                    .take_while(|&place| tags_of(place) == tag_count)
+                    .count();
+                let head = [kind, same_count as i32, 2 + tag_count as i32];
+                head.into_iter().for_each(|value| writer.i32(value));
+            }
+            let number = self.number(block, before, place);
+            if writer.binary {
+                same_count -= 1;
+                writer.i32(number as i32);
+            } else {
+                writer.out.int(number).int(kind).int(2 + tag_count);
+            }
+            writer.i32(self.physical(block, place, set));
+            writer.i32(entity);
+            if let Some(ids) = parts_of(place) {
+                writer.i32(ids.len() as i32);
+                ids.iter().for_each(|&id| writer.i32(id));
+            }
+            for &node in nodes {
+                let node = (self.point_tag)(node);
+                if writer.binary {
+                    writer.i32(node as i32);
+                } else {
+                    writer.u64(node);
+                }
+            }
+            writer.end();
+        }
+    }
+}
+
+/// Dimension and number of each entity that a group holds reversed, and the number of the group.
+fn reversed(mesh: &Mesh) -> HashSet<(u8, i32, i32)> {
+    let entities = mesh.geometry.entities.iter();
+    let reversed = entities.flat_map(|entity| {
+        let groups = entity.physicals.iter().filter(|&&tag| tag < 0);
+        groups.map(|tag| (entity.dim, entity.tag, tag.wrapping_neg()))
+    });
+    reversed.collect()
+}
+
+/// The partitions of each cell that has some: those that own it, and with a minus sign those it is a ghost in.
+fn partitions(mesh: &Mesh) -> HashMap<u32, Vec<i32>> {
+    let mut of_cell: HashMap<u32, Vec<i32>> = HashMap::new();
+    let parts = mesh
+        .geometry
+        .entities
+        .iter()
+        .filter(|entity| !entity.partitions.is_empty());
+    let parts: HashMap<(u8, i32), &[i32]> = parts
+        .map(|e| ((e.dim, e.tag), e.partitions.as_slice()))
+        .collect();
+    if !parts.is_empty() {
+        let entities = mesh.blocks.iter().flat_map(|block| {
+            (0..block.len()).map(|i| {
+                (
+                    block.kind.dim(),
+                    block.entities.get(i).copied().unwrap_or(0),
+                )
+            })
+        });
+        for (cell, entity) in (0u32..).zip(entities) {
+            if let Some(ids) = parts.get(&entity) {
+                of_cell.insert(cell, ids.to_vec());
+            }
+        }
+    }
+    for cell in &mesh.geometry.partitions.cells {
+        let ghosts = cell.ghosts.iter().map(|id| id.wrapping_neg());
+        of_cell.insert(
+            cell.cell,
+            cell.owners.iter().copied().chain(ghosts).collect(),
+        );
+    }
+    of_cell
+}

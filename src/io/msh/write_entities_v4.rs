@@ -1,0 +1,169 @@
+//! `$Entities` and `$PartitionedEntities` of MSH 4.1: what cells lie on, and what hangs on it.
+
+use std::collections::{HashMap, HashSet};
+
+use rayon::prelude::*;
+
+use super::write::Writer;
+use crate::mesh::Entity;
+
+/// The entities of the file that was read, and those that cells need beyond them; with the groups as they are now.
+pub fn all_entities(writer: &Writer<'_>) -> Vec<Entity> {
+    let mesh = writer.mesh;
+    let mut entities = mesh.geometry.entities.clone();
+    let index: HashMap<(u8, i32), usize> = entities
+        .iter()
+        .enumerate()
+        .map(|(i, e)| ((e.dim, e.tag), i))
+        .collect();
+    let ghosts: HashSet<i32> = mesh
+        .geometry
+        .partitions
+        .ghost_entities
+        .iter()
+        .map(|ghost| ghost[0])
+        .collect();
+    let mut boxes = HashMap::new();
+    for &(dim, tag, set) in &writer.entities {
+        let set = writer
+            .groups
+            .sets
+            .get(set as usize)
+            .map_or(&[][..], Vec::as_slice);
+        let groups = set
+            .iter()
+            .filter_map(|&group| mesh.groups.get(group as usize));
+        let tags = groups.filter_map(|group| i32::try_from(group.tag).ok().filter(|tag| *tag >= 0));
+        match index.get(&(dim, tag)).and_then(|&i| entities.get_mut(i)) {
+            Some(entity) => {
+                let old = std::mem::take(&mut entity.physicals);
+                let mut new: Vec<i32> = tags.collect();
+                // As they were, signs and order included, where they are still the same groups.
+                let mut before: Vec<i32> = old.iter().map(|tag| tag.wrapping_abs()).collect();
+                before.sort_unstable();
+                before.dedup();
+                let same = before == new;
+                for tag in &mut new {
+                    if old.contains(&tag.wrapping_neg()) && !old.contains(tag) {
+                        *tag = tag.wrapping_neg();
+                    }
+                }
+                entity.physicals = if same { old } else { new };
+            }
+            // Cells on ghost entities are in no group, and the ghost entity is declared elsewhere.
+            None if ghosts.contains(&tag) => {}
+            None => {
+                boxes.insert((dim, tag), entities.len());
+                entities.push(Entity {
+                    dim,
+                    tag,
+                    physicals: tags.collect(),
+                    ..Entity::default()
+                });
+            }
+        }
+    }
+    bound(writer, &boxes, &mut entities);
+    entities
+}
+
+/// Bounding boxes of entities that had none.
+fn bound(writer: &Writer<'_>, boxes: &HashMap<(u8, i32), usize>, entities: &mut [Entity]) {
+    if boxes.is_empty() {
+        return;
+    }
+    for &i in boxes.values() {
+        if let Some(entity) = entities.get_mut(i) {
+            entity.bounds = entity_without_points().bounds;
+        }
+    }
+    let mut first = 0;
+    let mut last_block = 0;
+    let mesh = writer.mesh;
+    for run in &writer.runs {
+        if run.block != last_block {
+            (first, last_block) = (run.cells.start, run.block);
+        }
+        let Some(block) = mesh.blocks.get(run.block) else {
+            continue;
+        };
+        let place = boxes.get(&(block.kind.dim(), run.entity));
+        let Some(entity) = place.and_then(|&place| entities.get_mut(place)) else {
+            continue;
+        };
+        let width = block.kind.points();
+        let nodes = width * (run.cells.start - first)..width * (run.cells.end - first);
+        let nodes = block
+            .nodes
+            .get(nodes)
+            .unwrap_or_default()
+            .par_chunks(1 << 16);
+        let points = |nodes: &[u32]| {
+            let mut part = entity_without_points();
+            let points = nodes
+                .iter()
+                .filter_map(|&node| mesh.points.get(node as usize));
+            points.for_each(|point| part.extend(point));
+            part
+        };
+        let parts: Vec<Entity> = nodes.map(points).collect();
+        let corners = parts.iter().flat_map(|part| &part.bounds);
+        corners.for_each(|corner| entity.extend(corner));
+    }
+}
+
+/// An entity that the first point is all of.
+fn entity_without_points() -> Entity {
+    Entity {
+        bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
+        ..Entity::default()
+    }
+}
+
+pub fn entities(writer: &mut Writer<'_>, section: &str, entities: &[Entity]) {
+    writer.out.text(&format!("${section}\n"));
+    let parts = section == "PartitionedEntities";
+    if parts {
+        let partitions = &writer.mesh.geometry.partitions;
+        writer.u64(partitions.count);
+        writer.end();
+        writer.u64(partitions.ghost_entities.len() as u64);
+        writer.end();
+        for ghost in &partitions.ghost_entities {
+            ghost.iter().for_each(|&value| writer.i32(value));
+            writer.end();
+        }
+    }
+    for dim in 0..4 {
+        writer.u64(entities.iter().filter(|entity| entity.dim == dim).count() as u64);
+    }
+    writer.end();
+    for dim in 0..4u8 {
+        for entity in entities.iter().filter(|entity| entity.dim == dim) {
+            writer.i32(entity.tag);
+            if let Some((parent_dim, parent)) = entity.parent {
+                writer.i32(parent_dim);
+                writer.i32(parent);
+                list(writer, &entity.partitions);
+            }
+            let corners = if dim == 0 { 1 } else { 2 };
+            entity
+                .bounds
+                .iter()
+                .take(corners)
+                .flatten()
+                .for_each(|&x| writer.f64(x));
+            list(writer, &entity.physicals);
+            if dim > 0 {
+                list(writer, &entity.boundary);
+            }
+            writer.end();
+        }
+    }
+    writer.end_section(section);
+}
+
+pub fn list(writer: &mut Writer<'_>, values: &[i32]) {
+    writer.u64(values.len() as u64);
+    values.iter().for_each(|&value| writer.i32(value));
+}

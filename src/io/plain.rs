@@ -1,0 +1,292 @@
+//! The plain file between meshio and us: a line of JSON, then arrays of binary64 and 64-bit integers, little-endian.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::Content;
+use super::loss::Losses;
+use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Group, Mesh, Support, Values};
+
+/// Cell data that meshio's readers and writers take for the physical tag and the elementary entity.
+pub const PHYSICAL: &str = "gmsh:physical";
+pub const ENTITY: &str = "gmsh:geometrical";
+
+#[derive(Serialize, Deserialize, Default)]
+struct Head {
+    points: [usize; 2],
+    cells: Vec<Block>,
+    point_data: Vec<Data>,
+    cell_data: Vec<Data>,
+    sets: Vec<Set>,
+    names: Vec<Name>,
+    #[serde(default)]
+    unread: Vec<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Block {
+    kind: i32,
+    nodes: [usize; 2],
+}
+
+#[derive(Serialize, Deserialize)]
+struct Data {
+    name: String,
+    integer: bool,
+    components: usize,
+    at: [usize; 2],
+}
+
+#[derive(Serialize, Deserialize)]
+struct Set {
+    name: String,
+    cells: [usize; 2],
+}
+
+#[derive(Serialize, Deserialize)]
+struct Name {
+    name: String,
+    tag: i64,
+    dim: u8,
+}
+
+/// The mesh in a plain file; `None` where it is not sound.
+pub fn decode(bytes: &[u8], format: &str) -> Option<Content> {
+    let end = memchr::memchr(b'\n', bytes)?;
+    let head: Head = serde_json::from_slice(bytes.get(..end)?).ok()?;
+    let data = bytes.get(end + 1..)?;
+    let words = |at: [usize; 2]| {
+        Some(
+            data.get(at[0]..at[0].checked_add(at[1])?)?
+                .as_chunks::<8>()
+                .0,
+        )
+    };
+    let floats = |at| {
+        Some(
+            words(at)?
+                .iter()
+                .map(|word| f64::from_le_bytes(*word))
+                .collect::<Vec<f64>>(),
+        )
+    };
+    let ints = |at| {
+        Some(
+            words(at)?
+                .iter()
+                .map(|word| i64::from_le_bytes(*word))
+                .collect::<Vec<i64>>(),
+        )
+    };
+    let indices = |at| {
+        ints(at)?
+            .into_iter()
+            .map(|value| u32::try_from(value).ok())
+            .collect::<Option<Vec<u32>>>()
+    };
+
+    let mut content = Content {
+        format: format.to_owned(),
+        encoding: "read by meshio".into(),
+        ..Content::default()
+    };
+    content.unread = head.unread;
+    let mesh = &mut content.mesh;
+    mesh.points = floats(head.points)?.as_chunks::<3>().0.to_vec();
+    for block in head.cells {
+        let nodes = indices(block.nodes)?;
+        if !nodes.is_empty() {
+            mesh.blocks
+                .push(CellBlock::new(CellKind::from_gmsh(block.kind)?, nodes));
+        }
+    }
+    let dims: Vec<u8> = mesh.cells().map(|(_, kind, _)| kind.dim()).collect();
+    let mut groups: BTreeMap<(u8, i64), Group> = BTreeMap::new();
+    let mut add = |dim: u8, tag: i64, cell: u32| {
+        let group = || Group {
+            dim,
+            tag,
+            name: None,
+            cells: Vec::new(),
+        };
+        groups
+            .entry((dim, tag))
+            .or_insert_with(group)
+            .cells
+            .push(cell);
+    };
+    for entry in head
+        .point_data
+        .into_iter()
+        .map(|d| (Support::Points, d))
+        .chain(head.cell_data.into_iter().map(|d| (Support::Cells, d)))
+    {
+        let (
+            on,
+            Data {
+                name,
+                integer,
+                components,
+                at,
+            },
+        ) = entry;
+        let tags = on == Support::Cells && integer && components == 1;
+        if tags && name == PHYSICAL {
+            for ((cell, &dim), tag) in (0u32..).zip(&dims).zip(ints(at)?) {
+                if tag != 0 {
+                    add(dim, tag, cell);
+                }
+            }
+        } else if tags && name == ENTITY {
+            let mut entities = ints(at)?
+                .into_iter()
+                .map(|tag| i32::try_from(tag).unwrap_or(0));
+            for block in &mut mesh.blocks {
+                let len = block.len();
+                block.entities = entities.by_ref().take(len).collect();
+            }
+        } else {
+            let values = if integer {
+                Values::I64(ints(at)?)
+            } else {
+                Values::F64(floats(at)?)
+            };
+            mesh.fields.push(Field::new(name, on, components, values));
+        }
+    }
+    for name in head.names {
+        let Name { name, tag, dim } = name;
+        let group = || Group {
+            dim,
+            tag,
+            name: None,
+            cells: Vec::new(),
+        };
+        groups.entry((dim, tag)).or_insert_with(group).name = Some(name);
+    }
+    for set in head.sets {
+        let mut by_dim: BTreeMap<u8, Vec<u32>> = BTreeMap::new();
+        for cell in indices(set.cells)? {
+            by_dim
+                .entry(*dims.get(cell as usize)?)
+                .or_default()
+                .push(cell);
+        }
+        for (dim, cells) in by_dim {
+            let of_dim = || groups.values().filter(|group| group.dim == dim);
+            let known = of_dim()
+                .find(|group| group.name.as_ref() == Some(&set.name))
+                .map(|group| group.tag);
+            let tag = known
+                .unwrap_or_else(|| of_dim().map(|group| group.tag).max().unwrap_or(0).max(0) + 1);
+            groups.insert(
+                (dim, tag),
+                Group {
+                    dim,
+                    tag,
+                    name: Some(set.name.clone()),
+                    cells,
+                },
+            );
+        }
+    }
+    mesh.groups = groups.into_values().collect();
+    mesh.validate().ok()?;
+    Some(content)
+}
+
+pub fn encode(mesh: &Mesh, losses: &mut Losses) -> Vec<u8> {
+    let mut data: Vec<u8> = Vec::new();
+    let mut place = |words: &mut dyn Iterator<Item = [u8; 8]>| {
+        let start = data.len();
+        words.for_each(|word| data.extend(word));
+        [start, data.len() - start]
+    };
+    let mut head = Head {
+        points: place(&mut mesh.points.as_flattened().iter().map(|x| x.to_le_bytes())),
+        ..Head::default()
+    };
+    for block in &mesh.blocks {
+        let nodes = place(
+            &mut block
+                .nodes
+                .iter()
+                .map(|&node| i64::from(node).to_le_bytes()),
+        );
+        head.cells.push(Block {
+            kind: i32::from(block.kind.gmsh()),
+            nodes,
+        });
+    }
+    for field in &mesh.fields {
+        if !field.at.is_empty() || field.on == Support::CellPoints {
+            losses.lose(format!(
+                "the field {:?}, which has not one value a point or cell",
+                field.name
+            ));
+            continue;
+        }
+        let floating = matches!(field.values, Values::F32(_) | Values::F64(_));
+        let values = field.values.to_f64();
+        let at = if floating {
+            place(&mut values.iter().map(|x| x.to_le_bytes()))
+        } else {
+            place(&mut values.iter().map(|&x| (x as i64).to_le_bytes()))
+        };
+        let entry = Data {
+            name: field.name.clone(),
+            integer: !floating,
+            components: field.components,
+            at,
+        };
+        if field.on == Support::Points {
+            head.point_data.push(entry)
+        } else {
+            head.cell_data.push(entry)
+        }
+    }
+    if !mesh.groups.is_empty() {
+        let groups = CellGroups::new(mesh);
+        let (first, _) = groups.single();
+        let tag = |set: u32| {
+            let group = first.get(set as usize).copied().flatten();
+            group
+                .and_then(|group| mesh.groups.get(group as usize))
+                .map_or(0, |group| group.tag)
+        };
+        let runs = groups.runs_from(0);
+        let tags = runs.flat_map(|(cells, set)| std::iter::repeat_n(tag(set), cells.len()));
+        let at = place(&mut tags.map(i64::to_le_bytes));
+        head.cell_data.push(Data {
+            name: PHYSICAL.into(),
+            integer: true,
+            components: 1,
+            at,
+        });
+    }
+    for group in &mesh.groups {
+        if let Some(name) = &group.name {
+            let cells = place(
+                &mut group
+                    .cells
+                    .iter()
+                    .map(|&cell| i64::from(cell).to_le_bytes()),
+            );
+            head.sets.push(Set {
+                name: name.clone(),
+                cells,
+            });
+            head.names.push(Name {
+                name: name.clone(),
+                tag: group.tag,
+                dim: group.dim,
+            });
+        }
+    }
+    // Serialising numbers and strings into memory does not fail.
+    let mut bytes = serde_json::to_vec(&head).unwrap_or_default();
+    bytes.push(b'\n');
+    bytes.extend(data);
+    bytes
+}

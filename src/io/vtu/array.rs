@@ -1,0 +1,257 @@
+//! The numbers of one array of a file, in whichever of the four ways it holds them.
+//!
+//! `vtkio` (0.7.0-rc2) silently drops an array that does not decode; here it is an error that names the array.
+
+use super::Compressor;
+use super::read::Decoder;
+use super::scalar::{Scalar, with_type};
+use super::stream::Stream;
+use super::unpack::{Budget, Packing, Unpacked};
+use super::xml::ArrayTag;
+use crate::error::Result;
+use crate::mesh::Values;
+use std::borrow::Cow;
+
+/// How many numbers an array must have.
+#[derive(Clone, Copy)]
+pub(super) enum Count {
+    Exactly(u64),
+    /// VTK takes the first so many; here the rest is warned of.
+    AtLeast(u64),
+    Any,
+}
+
+/// The bytes of numbers of one type, as a file has them or, where it is text, as they would be.
+pub(super) struct Numbers<'b> {
+    pub bytes: Unpacked<'b>,
+    pub big_endian: bool,
+}
+
+impl<'a> Decoder<'a> {
+    pub fn array(&mut self, tag: &ArrayTag, count: Count) -> Result<Values> {
+        let numbers =
+            with_type!(tag.type_name.as_str(), T => self.values::<T>(tag, count), unknown(tag));
+        numbers.map_err(|what| self.refuse(tag, what))
+    }
+
+    /// The numbers of an array that must have so many.
+    pub fn numbers<'b>(&mut self, tag: &'b ArrayTag<'_>, count: u64) -> Result<Numbers<'b>>
+    where
+        'a: 'b,
+    {
+        let type_name = tag.type_name.as_str();
+        let numbers = with_type!(type_name, T => self.raw::<T>(tag, Some(count)), unknown(tag));
+        numbers.map_err(|what| self.refuse(tag, what))
+    }
+
+    fn values<T: Scalar>(&mut self, tag: &ArrayTag, count: Count) -> Result<Values, String> {
+        let exact = match count {
+            Count::Exactly(count) => Some(count),
+            Count::AtLeast(_) | Count::Any => None,
+        };
+        let mut numbers = if tag.format == "ascii" {
+            self.ascii::<T>(tag, exact)?
+        } else {
+            let Numbers { bytes, big_endian } = self.raw::<T>(tag, exact)?;
+            T::from_bytes(&bytes, big_endian)
+        };
+        if let Count::AtLeast(count) = count {
+            let there = numbers.len() as u64;
+            if there < count {
+                return Err(format!(
+                    "it has {there} numbers where the counts make {count}"
+                ));
+            }
+            if there > count {
+                self.warnings.push(format!(
+                    "array {:?} has {there} numbers where the counts make {count}; the rest is left out",
+                    tag.name
+                ));
+                numbers.truncate(count as usize);
+            }
+        }
+        Ok(T::values(numbers))
+    }
+
+    fn raw<'b, T: Scalar>(
+        &mut self,
+        tag: &'b ArrayTag<'_>,
+        count: Option<u64>,
+    ) -> Result<Numbers<'b>, String>
+    where
+        'a: 'b,
+    {
+        if tag.format == "ascii" {
+            let numbers = self.ascii::<T>(tag, count)?;
+            let mut bytes = vec![0; numbers.len() * T::WIDTH];
+            T::put_le(&numbers, &mut bytes);
+            return Ok(Numbers {
+                bytes: bytes.into(),
+                big_endian: false,
+            });
+        }
+        let expected = count.map(|count| count.saturating_mul(T::WIDTH as u64));
+        let bytes = self.bytes(tag, expected)?;
+        if !bytes.len().is_multiple_of(T::WIDTH) {
+            return Err("it ends within a number".into());
+        }
+        Ok(Numbers {
+            bytes,
+            big_endian: self.document.big_endian,
+        })
+    }
+
+    fn ascii<T: Scalar>(&mut self, tag: &ArrayTag, count: Option<u64>) -> Result<Vec<T>, String> {
+        // Each number takes a byte and a blank at least, so that the text bounds them.
+        let most = tag
+            .texts
+            .iter()
+            .map(|text| text.len().div_ceil(2))
+            .sum::<usize>();
+        let expected = count.map_or(most, |count| usize::try_from(count).unwrap_or(usize::MAX));
+        if expected > most {
+            return Err(format!(
+                "{expected} numbers are declared where at most {most} stand"
+            ));
+        }
+        self.budget.take((expected * T::WIDTH) as u64)?;
+        let mut numbers = Vec::with_capacity(if count.is_some() { expected } else { 0 });
+        let blank = |byte: &u8| byte.is_ascii_whitespace();
+        let words = tag
+            .texts
+            .iter()
+            .flat_map(|text| text.as_bytes().split(blank));
+        for word in words.filter(|word| !word.is_empty()) {
+            if numbers.len() == expected {
+                return Err(format!("it has more than {expected} numbers"));
+            }
+            let number = T::parse(word).ok_or_else(|| {
+                let word = String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned();
+                format!("{word:?} is no {}", T::NAME)
+            })?;
+            numbers.push(number);
+        }
+        match count {
+            Some(_) if numbers.len() < expected => {
+                let there = numbers.len();
+                Err(format!(
+                    "it has {there} numbers where the counts make {expected}"
+                ))
+            }
+            _ => Ok(numbers),
+        }
+    }
+
+    /// The unpacked bytes of an array that is not ascii.
+    fn bytes<'b>(
+        &self,
+        tag: &'b ArrayTag<'_>,
+        expected: Option<u64>,
+    ) -> Result<Unpacked<'b>, String>
+    where
+        'a: 'b,
+    {
+        self.packing().unpack(self.stream(tag)?, expected)
+    }
+
+    /// The bytes that an array takes in memory, as far as it says so before it is unpacked.
+    pub fn declared(&self, tag: &ArrayTag) -> Result<u64, String> {
+        if tag.format == "ascii" {
+            return Ok(0);
+        }
+        self.packing().declared(self.stream(tag)?)
+    }
+
+    fn packing(&self) -> Packing {
+        Packing {
+            big_endian: self.document.big_endian,
+            wide_headers: self.document.wide_headers,
+            compressor: self.document.compressor.unwrap_or(Compressor::None),
+        }
+    }
+
+    /// The packed bytes of an array that is not ascii.
+    fn stream<'b>(&self, tag: &'b ArrayTag<'_>) -> Result<Stream<'b>, String>
+    where
+        'a: 'b,
+    {
+        Ok(match tag.format.as_str() {
+            "binary" => {
+                let texts = tag.texts.iter().flat_map(|text| text.bytes());
+                match tag.texts.as_slice() {
+                    [text] if !has_blanks(text.trim_ascii()) => {
+                        Stream::base64(Cow::Borrowed(text.trim_ascii().as_bytes()))
+                    }
+                    _ => Stream::base64(Cow::Owned(
+                        texts.filter(|byte| !byte.is_ascii_whitespace()).collect(),
+                    )),
+                }
+            }
+            "appended" => {
+                let appended = self.document.appended.as_ref();
+                let appended = appended.ok_or("there is no <AppendedData>")?;
+                let offset = tag.offset.ok_or("it does not say its offset")?;
+                let data = usize::try_from(offset)
+                    .ok()
+                    .and_then(|at| appended.data.get(at..));
+                let data = data.ok_or_else(|| {
+                    let length = appended.data.len();
+                    format!("its offset {offset} is beyond the {length} appended bytes")
+                })?;
+                if appended.raw {
+                    Stream::Raw(data)
+                } else {
+                    Stream::base64(Cow::Borrowed(data.trim_ascii_end()))
+                }
+            }
+            other => return Err(format!("the format {other:?} is unknown")),
+        })
+    }
+
+    /// Texts, each of which ends with a NUL.
+    pub fn texts(&mut self, tag: &ArrayTag, count: Option<u64>) -> Result<Vec<String>> {
+        let bytes = if tag.format == "ascii" {
+            // VTK itself writes bytes beyond 127 as negative numbers.
+            let codes = self.ascii::<i16>(tag, None);
+            let byte = |code: i16| u8::try_from(code).or(i8::try_from(code).map(|code| code as u8));
+            codes.and_then(|codes| {
+                let bytes = codes.into_iter().map(byte).collect::<Result<Vec<u8>, _>>();
+                bytes
+                    .map(Unpacked::from)
+                    .map_err(|_| "a text holds what is no byte".into())
+            })
+        } else {
+            self.bytes(tag, None)
+        };
+        let bytes = bytes.map_err(|what| self.refuse(tag, what))?;
+        let texts = split_texts(&bytes, &mut self.budget).map_err(|what| self.refuse(tag, what))?;
+        if count.is_some_and(|count| count != texts.len() as u64) {
+            let there = texts.len();
+            return Err(self.refuse(
+                tag,
+                format!("it has {there} texts, not as many as declared"),
+            ));
+        }
+        Ok(texts)
+    }
+}
+
+fn unknown<T>(tag: &ArrayTag) -> Result<T, String> {
+    Err(format!("arrays of type {:?} are not read", tag.type_name))
+}
+
+/// Texts, each of which ends with a NUL; the last may lack it.
+pub(super) fn split_texts(bytes: &[u8], budget: &mut Budget) -> Result<Vec<String>, String> {
+    let mut texts = Vec::new();
+    for text in bytes.split_inclusive(|&byte| byte == 0) {
+        let text = text.strip_suffix(b"\0").unwrap_or(text);
+        let text = std::str::from_utf8(text).map_err(|_| "a text is not UTF-8")?;
+        budget.take(size_of::<String>() as u64)?;
+        texts.push(text.to_owned());
+    }
+    Ok(texts)
+}
+
+fn has_blanks(text: &str) -> bool {
+    text.bytes().any(|byte| byte.is_ascii_whitespace())
+}
