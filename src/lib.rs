@@ -6,6 +6,7 @@ pub mod assembly;
 pub mod cli;
 pub mod compare;
 pub mod contact;
+pub mod diagnose;
 pub mod element;
 pub mod engine;
 pub mod error;

@@ -80,6 +80,8 @@ pub struct EngineOutcome {
     pub engine: String,
     pub version: String,
     pub iterations: usize,
+    /// The relative increment of each step.
+    pub increments: Vec<f64>,
     pub converged: bool,
     /// Seconds that the engine spent on the case, all phases together.
     pub seconds: f64,
@@ -252,6 +254,7 @@ fn judge_case(index: usize, case: &Case, answered: &[(&str, Run)]) -> Result<Cas
                 engine: (*name).to_owned(),
                 version: run.version.clone(),
                 iterations: answer.increments.len(),
+                increments: answer.increments.clone(),
                 converged: answer.converged,
                 seconds: answer.seconds.iter().map(|(_, s)| s).sum(),
                 phases: answer.seconds.iter().cloned().collect(),

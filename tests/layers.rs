@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Module, and what it may use besides itself. Everything may use `error`.
-const LAYERS: [(&str, &[&str]); 20] = [
+const LAYERS: [(&str, &[&str]); 21] = [
     ("error", &[]),
     ("quadrature", &[]),
     ("linear", &[]),
@@ -62,8 +62,8 @@ const LAYERS: [(&str, &[&str]); 20] = [
     (
         "cli",
         &[
-            "compare", "contact", "engine", "linear", "mesh", "io", "orders", "paper", "report",
-            "scene", "verify",
+            "compare", "contact", "engine", "field", "linear", "mesh", "io", "orders", "paper",
+            "report", "diagnose", "scene", "verify",
         ],
     ),
     ("main", &["cli"]),

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::compare::{Map, Tolerance};
 use crate::contact::{Iteration, Method};
 use crate::linear::{Precision, Solver};
 use crate::paper;
@@ -24,6 +25,8 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Run scenes through all engines and judge every pair
     Verify(Verify),
+    /// Judge two files of any codes against each other, field by field
+    Compare(Compare),
     /// Solve one scene with one engine
     Solve(Solve),
     /// Observed orders of convergence beside theory, where the solution is known
@@ -45,6 +48,17 @@ pub(super) struct Output {
     /// Say nothing but errors
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// What pipelines read.
+#[derive(Args)]
+pub(super) struct Told {
+    /// Write a JUnit XML file: a case for each scene, method, pair and field
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Write the verdict as a badge
+    #[arg(long, value_name = "FILE.svg")]
+    pub badge: Option<PathBuf>,
 }
 
 /// How engines are run.
@@ -104,7 +118,77 @@ pub(super) struct Verify {
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]
+    pub told: Told,
+    #[command(flatten)]
     pub output: Output,
+}
+
+/// VTU, PVTU, and what else `faceoff mesh info` shows fields of; CSV with the columns `vertex`, `v0,v1[,v2]` or
+/// `x,y[,z]` as keys.
+#[derive(Args)]
+pub(super) struct Compare {
+    pub a: PathBuf,
+    pub b: PathBuf,
+    /// A field agrees where |a-b| <= max(rtol * its largest value, atol)
+    #[arg(long, value_name = "R", default_value = "1e-9", value_parser = bound, allow_negative_numbers = true)]
+    pub rtol: f64,
+    #[arg(long, value_name = "A", default_value = "0", value_parser = bound, allow_negative_numbers = true)]
+    pub atol: f64,
+    /// Tolerances of one field, as in "u:rtol=1e-6,atol=1e-12"; what is left out is that of all
+    #[arg(long = "field", value_name = "NAME:rtol=R,atol=A", value_parser = field_bounds)]
+    field: Vec<FieldBounds>,
+    /// Match points and cells by their numbers or by their places [default: by numbers where the points of both files
+    /// are the same]
+    #[arg(long, value_enum)]
+    pub map: Option<MapBy>,
+    /// Write the differences of all fields on the mesh of A
+    #[arg(long, value_name = "FILE.vtu")]
+    pub out: Option<PathBuf>,
+    /// Two files that are the same byte for byte are two results, and no copy
+    #[arg(long)]
+    pub allow_identical: bool,
+    #[command(flatten)]
+    pub told: Told,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub(super) enum MapBy {
+    Vertices,
+    Coordinates,
+}
+
+impl From<MapBy> for Map {
+    fn from(map: MapBy) -> Self {
+        match map {
+            MapBy::Vertices => Map::Vertices,
+            MapBy::Coordinates => Map::Coordinates,
+        }
+    }
+}
+
+/// A field's name and what is given of its tolerance.
+#[derive(Clone, Debug, PartialEq)]
+struct FieldBounds(String, Option<f64>, Option<f64>);
+
+impl Compare {
+    /// The tolerance of fields without their own.
+    pub fn tolerance(&self) -> Tolerance {
+        Tolerance {
+            rtol: self.rtol,
+            atol: self.atol,
+        }
+    }
+
+    /// The tolerances of fields with their own.
+    pub fn fields(&self) -> Vec<(String, Tolerance)> {
+        let of = |FieldBounds(name, rtol, atol): &FieldBounds| {
+            let (rtol, atol) = (rtol.unwrap_or(self.rtol), atol.unwrap_or(self.atol));
+            (name.clone(), Tolerance { rtol, atol })
+        };
+        self.field.iter().map(of).collect()
+    }
 }
 
 #[derive(Args)]
@@ -315,6 +399,32 @@ fn seconds(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| format!("`{text}` is no positive number of seconds"))
 }
 
+fn bound(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|t: &f64| *t >= 0.0 && t.is_finite())
+        .ok_or_else(|| format!("`{text}` is no tolerance: give a finite number of at least 0"))
+}
+
+/// The name may hold colons and spaces; what follows the last colon are the bounds.
+fn field_bounds(text: &str) -> Result<FieldBounds, String> {
+    let form = || format!("`{text}` is not NAME:rtol=R,atol=A");
+    let (name, bounds) = text.rsplit_once(':').ok_or_else(form)?;
+    let mut found = FieldBounds(name.to_owned(), None, None);
+    for word in bounds.split(',') {
+        let (key, value) = word.split_once('=').ok_or_else(form)?;
+        let place = match key.trim() {
+            "rtol" => &mut found.1,
+            "atol" => &mut found.2,
+            _ => return Err(form()),
+        };
+        if place.replace(bound(value.trim())?).is_some() {
+            return Err(form());
+        }
+    }
+    Ok(found)
+}
+
 fn increment(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -330,6 +440,30 @@ mod tests {
     fn the_command_line_is_consistent() {
         use clap::CommandFactory;
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn tolerances_of_fields_are_read_from_behind() {
+        let read = field_bounds("u: mean:rtol=1e-6,atol=0");
+        assert_eq!(
+            read,
+            Ok(FieldBounds("u: mean".into(), Some(1e-6), Some(0.0)))
+        );
+        assert_eq!(
+            field_bounds("u:atol=2"),
+            Ok(FieldBounds("u".into(), None, Some(2.0)))
+        );
+        for wrong in [
+            "u",
+            "u:",
+            "u:1e-6",
+            "u:tol=1",
+            "u:rtol=-1",
+            "u:rtol=nan",
+            "u:rtol=1,rtol=2",
+        ] {
+            assert!(field_bounds(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The command line: raw arguments become one valid request, and the request an exit code.
 
 mod args;
+mod compare;
 mod engines;
 pub mod mesh;
 mod mesh_commands;
@@ -43,6 +44,7 @@ pub fn main() -> ExitCode {
 fn run(arguments: Arguments) -> Result<u8> {
     match arguments.command {
         Command::Verify(arguments) => verify::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Orders(arguments) => orders::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),

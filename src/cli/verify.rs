@@ -10,9 +10,20 @@ use crate::error::{Error, Result};
 use crate::linear;
 use crate::report;
 use crate::scene::Scene;
-use crate::verify::{Request, verify};
+use crate::verify::{Failure, Request, verify};
 
 pub(super) fn run(arguments: &Verify) -> Result<u8> {
+    let code = judge(arguments);
+    if let Err(e) = &code
+        && !matches!(e, Error::Interrupted)
+    {
+        report::write_failed_junit(arguments.told.junit.as_deref(), "verify", e)?;
+        report::write_badge(arguments.told.badge.as_deref(), Verdict::Undetermined)?;
+    }
+    code
+}
+
+fn judge(arguments: &Verify) -> Result<u8> {
     let quiet = arguments.output.quiet;
     let scenes = if arguments.scenes.is_empty() {
         Scene::builtin_names()
@@ -33,11 +44,12 @@ pub(super) fn run(arguments: &Verify) -> Result<u8> {
             ));
         }
     }
+    let (engines, missing) = present(arguments)?;
     let request = Request {
         scenes,
         methods: arguments.methods.0.clone(),
         n: distinct(&arguments.n)?,
-        engines: present(arguments)?,
+        engines,
         settings: settings(&arguments.running, Iteration::Newton, Default::default()),
     };
     if let Some(folder) = &arguments.report {
@@ -57,11 +69,17 @@ pub(super) fn run(arguments: &Verify) -> Result<u8> {
 
     if let Some(folder) = &arguments.report {
         report::write_fields(folder, &request, &outcome)?;
+        report::write_html(folder, &request, &outcome, &[], &missing)?;
     }
-    report::write_json(arguments.output.json.as_deref(), &outcome)?;
-    if !quiet && !report::is_stdout(arguments.output.json.as_deref()) {
+    let json = arguments.output.json.as_deref();
+    report::write_json(json, &report::document("verify", &outcome))?;
+    report::write_junit(arguments.told.junit.as_deref(), &outcome, &missing)?;
+    report::write_badge(arguments.told.badge.as_deref(), outcome.verdict)?;
+    if !quiet && !report::is_stdout(json) {
         print!("{}", report::table(&outcome));
     }
+    let folder = arguments.report.as_deref();
+    report::annotate(&outcome, &missing, folder, report::is_stdout(json))?;
     for failure in &outcome.failures {
         eprintln!("faceoff: {}", failure.message);
     }
@@ -72,26 +90,30 @@ pub(super) fn run(arguments: &Verify) -> Result<u8> {
     })
 }
 
-/// The engines asked for; what is missing is installed, left out or refused, as the user says.
-fn present(arguments: &Verify) -> Result<Vec<Box<dyn Engine>>> {
+/// The engines asked for, and those left out; what is missing is installed, left out or refused, as the user says.
+fn present(arguments: &Verify) -> Result<(Vec<Box<dyn Engine>>, Vec<Failure>)> {
     let names: Vec<&str> = arguments.engines.iter().map(String::as_str).collect();
     if arguments.running.install {
         engines::install(&names, arguments.output.quiet)?;
     }
-    let mut present = Vec::new();
+    let (mut present, mut missing) = (Vec::new(), Vec::new());
     for name in names {
         let engine = engine::find(name)?;
         if engine.is_installed() {
             present.push(engine);
         } else if arguments.allow_missing {
             eprintln!("faceoff: engine {name} is missing and left out");
+            missing.push(Failure {
+                engine: name.to_owned(),
+                message: format!("engine {name} is missing and was left out"),
+            });
         } else {
             // The probe knows what is missing and the command that brings it.
             engine.probe()?;
             present.push(engine);
         }
     }
-    Ok(present)
+    Ok((present, missing))
 }
 
 pub(super) fn settings(

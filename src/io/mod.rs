@@ -8,13 +8,16 @@ pub mod meshio;
 pub mod msh;
 mod out;
 mod recognise;
+mod results;
 mod scan;
+mod table;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
 pub use out::save;
 pub use recognise::{Format, recognise};
+pub use results::read_results;
 
 use crate::error::{Error, Place, Result};
 use crate::field::Whole;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use comfy_table::{CellAlignment, Table, presets};
 
-use crate::compare::{FieldVerdict, Verdict};
+use crate::compare::{Comparison, FieldVerdict, Map, Verdict};
 use crate::verify::Outcome;
 
 /// The whole outcome as text.
@@ -53,7 +53,7 @@ pub fn table(outcome: &Outcome) -> String {
                 format!("{:.1e}", field.max_rel),
                 format!("{:.0e}", field.tolerance),
                 place(field),
-                remark(field),
+                remark(field, "faces"),
             ]);
         }
         let _ = writeln!(text, "{pairs}\n");
@@ -98,6 +98,46 @@ pub fn table(outcome: &Outcome) -> String {
     text
 }
 
+/// A comparison of two files as text: one line a field.
+pub fn comparison_table(comparison: &Comparison) -> String {
+    let mut fields = new(&[
+        "field",
+        "on",
+        "max |a-b|",
+        "relative",
+        "scale",
+        "rtol",
+        "atol",
+        "worst",
+        "verdict",
+    ]);
+    for compared in &comparison.fields {
+        let field = &compared.field;
+        let on = format!("{:?}", compared.on).to_lowercase();
+        fields.add_row([
+            field.field.clone(),
+            on.clone(),
+            format!("{:.1e}", field.max_abs),
+            format!("{:.1e}", field.max_rel),
+            compared.scale.map_or(String::new(), |s| format!("{s:.1e}")),
+            format!("{:.0e}", compared.rtol),
+            format!("{:.0e}", compared.atol),
+            place(field),
+            remark(field, &on),
+        ]);
+    }
+    let map = match comparison.map {
+        Map::Vertices => "vertices",
+        Map::Coordinates => "coordinates",
+    };
+    format!(
+        "a: {}\nb: {}\nmatched by {map}\n{fields}\n{}\n",
+        comparison.a,
+        comparison.b,
+        word(comparison.verdict)
+    )
+}
+
 fn new(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
@@ -108,7 +148,7 @@ fn new(header: &[&str]) -> Table {
     table
 }
 
-fn word(verdict: Verdict) -> &'static str {
+pub(super) fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Agree => "agree",
         Verdict::Disagree => "disagree",
@@ -123,12 +163,12 @@ fn place(field: &FieldVerdict) -> String {
     })
 }
 
-fn remark(field: &FieldVerdict) -> String {
+fn remark(field: &FieldVerdict, carriers: &str) -> String {
     let mut text = word(field.verdict).to_owned();
     if let Some(reason) = &field.reason {
         let _ = write!(text, ": {reason}");
     } else if field.beyond > 0 {
-        let _ = write!(text, ": {} of {} faces", field.beyond, field.faces);
+        let _ = write!(text, ": {} of {} {carriers}", field.beyond, field.faces);
     }
     if let Some(flips @ 1..) = field.rounding_flips {
         let _ = write!(text, " ({flips} status flips at rounding level)");
