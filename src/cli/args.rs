@@ -100,8 +100,8 @@ pub(super) struct Verify {
     /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
-    /// Engines, or TOML files that describe one
-    #[arg(long, value_delimiter = ',', default_values = ["rust", "freefem", "fenicsx"])]
+    /// Engines, or TOML files that describe one [default: rust,freefem,fenicsx; with --against: rust]
+    #[arg(long, value_delimiter = ',')]
     pub engines: Vec<String>,
     /// Methods: cr, cr-fc, p1, p2, or a member of the family (2.4) as in "p2(1,0)"
     #[arg(long, default_value = "cr,p2", value_parser = methods)]
@@ -112,9 +112,18 @@ pub(super) struct Verify {
     /// Judge without the engines that are missing
     #[arg(long)]
     pub allow_missing: bool,
-    /// Write the fields of every case and engine as VTU into DIR
+    /// Write index.html into DIR, and the fields of every case and engine as VTU
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    /// Where codes differ, match one ingredient at a time and name those that account for it
+    #[arg(long)]
+    pub diagnose: bool,
+    /// Keep in DIR what the other engines answered, if all agree
+    #[arg(long, value_name = "DIR", conflicts_with = "against")]
+    pub record: Option<PathBuf>,
+    /// Judge against the answers that --record kept in DIR
+    #[arg(long, value_name = "DIR")]
+    pub against: Option<PathBuf>,
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]

@@ -1,16 +1,19 @@
 //! `faceoff verify`.
 
+use serde::Serialize;
+
 use super::args::{Running, Verify};
 use super::progress::Bars;
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::compare::Verdict;
 use crate::contact::{Iteration, Stop};
-use crate::engine::{self, Engine, Progress, Settings, Silent};
+use crate::diagnose::{Diagnosis, diagnose};
+use crate::engine::{self, Baseline, Engine, Progress, Settings, Silent};
 use crate::error::{Error, Result};
 use crate::linear;
 use crate::report;
 use crate::scene::Scene;
-use crate::verify::{Failure, Request, verify};
+use crate::verify::{Failure, Outcome, Request, verify};
 
 pub(super) fn run(arguments: &Verify) -> Result<u8> {
     let code = judge(arguments);
@@ -44,7 +47,13 @@ fn judge(arguments: &Verify) -> Result<u8> {
             ));
         }
     }
-    let (engines, missing) = present(arguments)?;
+    let (mut engines, missing) = present(arguments)?;
+    if let Some(folder) = &arguments.against {
+        engines.extend(Baseline::read(folder)?.engines(folder));
+    }
+    if let Some(folder) = &arguments.record {
+        report::check_baseline_folder(folder)?;
+    }
     let request = Request {
         scenes,
         methods: arguments.methods.0.clone(),
@@ -67,16 +76,38 @@ fn judge(arguments: &Verify) -> Result<u8> {
         outcome?
     };
 
+    let diagnoses = if arguments.diagnose {
+        diagnose(&request, &outcome)?
+    } else {
+        Vec::new()
+    };
+    if let Some(folder) = &arguments.record {
+        report::write_baseline(folder, &recipe(), &request, &outcome)?;
+    }
     if let Some(folder) = &arguments.report {
         report::write_fields(folder, &request, &outcome)?;
-        report::write_html(folder, &request, &outcome, &[], &missing)?;
+        report::write_html(folder, &request, &outcome, &diagnoses, &missing)?;
     }
     let json = arguments.output.json.as_deref();
-    report::write_json(json, &report::document("verify", &outcome))?;
+    let found = Found {
+        outcome: &outcome,
+        diagnoses: &diagnoses,
+    };
+    report::write_json(json, &report::document("verify", &found))?;
     report::write_junit(arguments.told.junit.as_deref(), &outcome, &missing)?;
     report::write_badge(arguments.told.badge.as_deref(), outcome.verdict)?;
     if !quiet && !report::is_stdout(json) {
         print!("{}", report::table(&outcome));
+        for found in &diagnoses {
+            let n = found.n.map_or(String::new(), |n| format!(", n = {n}"));
+            let (scene, method) = (&found.scene, &found.method);
+            println!(
+                "{scene}, {method}{n}: {} – {}: {}",
+                found.a,
+                found.b,
+                found.sentence()
+            );
+        }
     }
     let folder = arguments.report.as_deref();
     report::annotate(&outcome, &missing, folder, report::is_stdout(json))?;
@@ -90,9 +121,40 @@ fn judge(arguments: &Verify) -> Result<u8> {
     })
 }
 
+/// What was found, as JSON has it.
+#[derive(Serialize)]
+struct Found<'a> {
+    #[serde(flatten)]
+    outcome: &'a Outcome,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    diagnoses: &'a [Diagnosis],
+}
+
+/// The command that this is, as one would type it.
+fn recipe() -> String {
+    let quoted = std::env::args().skip(1).map(|word| {
+        let plain = |c: char| c.is_alphanumeric() || "-_.,/=".contains(c);
+        if !word.is_empty() && word.chars().all(plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', "'\\''"))
+        }
+    });
+    let words: Vec<String> = quoted.collect();
+    format!("faceoff {}", words.join(" "))
+}
+
 /// The engines asked for, and those left out; what is missing is installed, left out or refused, as the user says.
 fn present(arguments: &Verify) -> Result<(Vec<Box<dyn Engine>>, Vec<Failure>)> {
-    let names: Vec<&str> = arguments.engines.iter().map(String::as_str).collect();
+    let mut names: Vec<&str> = arguments.engines.iter().map(String::as_str).collect();
+    if names.is_empty() {
+        let all = if arguments.against.is_some() {
+            &engine::NAMES[..1]
+        } else {
+            &engine::NAMES
+        };
+        names.extend(all);
+    }
     if arguments.running.install {
         engines::install(&names, arguments.output.quiet)?;
     }

@@ -15,4 +15,6 @@ pub use results::{
 };
 
 #[cfg(test)]
+mod face_fault_tests;
+#[cfg(test)]
 mod fault_tests;

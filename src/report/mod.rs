@@ -2,6 +2,7 @@
 
 mod annotations;
 mod badge;
+mod baseline;
 mod difference;
 mod fields;
 mod folder;
@@ -12,6 +13,7 @@ mod table;
 
 pub use annotations::{annotate, annotate_comparison};
 pub use badge::write_badge;
+pub use baseline::{check_baseline_folder, write_baseline};
 pub use difference::write_differences;
 pub use fields::{check_vtu_path, prepare_folder, write_fields, write_solution};
 pub use folder::{check_report_folder, write_report_folder};

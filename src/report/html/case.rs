@@ -164,17 +164,23 @@ pub(super) fn section(
     let scene = request.scenes.iter().find(|s| s.name == case.scene);
     let mesh = scene.map(|scene| scene.triangulation(case.n)).transpose()?;
     for pair in pairs(case) {
-        parts.push(leaf(
-            "h3",
-            &[],
-            format!("{} in {}", pair.name(), label(case)),
-        ));
-        let of_pair = diagnoses.iter().filter(|d| d.is_of(case, pair.a, pair.b));
-        parts.extend(of_pair.map(diagnosis));
-        parts.push(fields(case, &pair));
+        let name = text(format!("{} in {}: ", pair.name(), label(case)));
+        let mut of_pair = vec![element("summary", &[], [name, word(pair.verdict())])];
+        let found = diagnoses.iter().filter(|d| d.is_of(case, pair.a, pair.b));
+        of_pair.extend(found.map(diagnosis));
+        of_pair.push(fields(case, &pair));
         if let Some(mesh) = &mesh {
-            parts.push(pictures(case, &pair, mesh)?);
+            of_pair.push(pictures(case, &pair, mesh)?);
         }
+        let open: &[(&str, &str)] = match pair.verdict() {
+            Verdict::Agree => &[],
+            _ => &[("open", "")],
+        };
+        parts.push(element(
+            "details",
+            open,
+            of_pair.into_iter().collect::<Html>(),
+        ));
     }
     parts.push(contact(case)?);
     parts.push(provenance(case, scene, request));
@@ -190,7 +196,7 @@ pub(super) fn section(
     let details = element(
         "details",
         &attributes,
-        [summary, parts.into_iter().collect()],
+        [summary, parts.into_iter().collect::<Html>()],
     );
     let id = format!("case-{index}");
     Ok(element(
@@ -245,7 +251,7 @@ fn diagnosis(found: &Diagnosis) -> Html {
                 "One ingredient matched at a time; the difference to begin with is {:.1e} of max|u|",
                 found.difference
             ),
-            &["ingredient", "matched", "difference left", ""],
+            &["ingredient", "matched", "difference left", "found"],
             rows.collect(),
         ),
     ])
@@ -363,10 +369,8 @@ fn pictures(case: &CaseOutcome, pair: &Pair, mesh: &Triangulation) -> Result<Htm
 /// Trace and flux along Γ_C, and the histories.
 fn contact(case: &CaseOutcome) -> Result<Html> {
     let names: Vec<&str> = case.engines.iter().map(|e| e.engine.as_str()).collect();
+    let curves = along(case)?.unwrap_or_default();
     let mut pictures = Vec::new();
-    if let Some(curves) = along(case)? {
-        pictures.push(curves);
-    }
     let histories: Vec<(&str, &[f64])> = case
         .engines
         .iter()
@@ -388,6 +392,7 @@ fn contact(case: &CaseOutcome) -> Result<Html> {
             format!("Along Γ_C and step by step, {}", label(case)),
         ),
         engines_key(&names),
+        curves,
         element(
             "div",
             &[("class", "row")],

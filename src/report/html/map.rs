@@ -173,7 +173,15 @@ pub(super) fn zoom(label: &str, shown: &Shown) -> Option<Html> {
         .map(|p| (p[0] - at[0]).abs().max((p[1] - at[1]).abs()))
         .fold(0.0, f64::max);
     let half = 7.0 * reach;
-    let view = View::new(at.map(|x| x - half), at.map(|x| x + half));
+    // Not beyond the mesh, where there is nothing to see.
+    let all = shown
+        .differences
+        .iter()
+        .flat_map(|(f, _)| corners(*f as usize));
+    let all = View::of(all);
+    let low = [0, 1].map(|k| (at[k] - half).min(all.high[k] - 2.0 * half).max(all.low[k]));
+    let high = [0, 1].map(|k| (low[k] + 2.0 * half).min(all.high[k]));
+    let view = View::new(low, high);
     let mut paths: [String; 7] = Default::default();
     for &(face, difference) in shown.differences {
         let face = face as usize;

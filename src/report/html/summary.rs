@@ -149,13 +149,14 @@ fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnos
                 text("Which face: "),
                 leaf("b", &[], format!("{:?}", worst.vertices)),
                 text(format!(
-                    " at {}, in `{}`: {} has {:.6e}, {} has {:.6e}.",
+                    " at {}, in `{}`: {} has {:e}, {} has {:e}, which is {:.2e} apart.",
                     case::place(&worst.midpoint),
                     field.field,
                     pair.a,
                     worst.a,
                     pair.b,
-                    worst.b
+                    worst.b,
+                    (worst.a - worst.b).abs()
                 )),
             ]));
         }
