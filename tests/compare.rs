@@ -233,6 +233,66 @@ fn a_table_of_face_means_is_held_against_faces_by_their_midpoints() {
 }
 
 #[test]
+fn fields_are_left_out_only_by_name() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "a.csv", "vertex,u,label\n0,1,7\n1,2,7\n");
+    write(at, "b.csv", "vertex,u\n0,1\n1,2\n");
+    assert_eq!(compare(at, &["a.csv", "b.csv"]).code, Some(2));
+    let ran = compare(at, &["a.csv", "b.csv", "--only", "u"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("a.csv: left out label"),
+        "{}",
+        ran.stderr
+    );
+    refused(at, &["a.csv", "b.csv", "--only", "w"], "has no field");
+    refused(
+        at,
+        &["a.csv", "b.csv", "--only", "label"],
+        "b.csv has no field",
+    );
+}
+
+/// The function that dolfinx writes here as continuous and as discontinuous data, each through its own writer.
+#[test]
+fn what_dolfinx_writes_is_compared_as_it_is() {
+    let folder = folder();
+    let at = folder.path();
+    let script = r#"
+import numpy as np
+from dolfinx import fem, io, mesh
+from mpi4py import MPI
+m = mesh.create_unit_square(MPI.COMM_WORLD, 4, 4)
+for element, name, shift in [("Lagrange", "cg", 0), ("DG", "dg", 0), ("DG", "off", 1e-6)]:
+    u = fem.Function(fem.FunctionSpace(m, (element, 1)), name="u")
+    u.interpolate(lambda x: np.sin(3 * x[0]) + x[1] ** 2)
+    u.x.array[5] += shift
+    with io.VTKFile(m.comm, name + ".pvd", "w") as file:
+        file.write_function(u)
+"#;
+    let script = write(at, "write.py", script);
+    let mut python = std::process::Command::new("/usr/bin/python3");
+    let ran = common::told(python.arg(script).current_dir(at).output().unwrap());
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let ran = compare(at, &["cg000000.pvtu", "dg_p0_000000.vtu"]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let told = ran.json();
+    assert_eq!(
+        (&told["map"], &told["fields"][0]["faces"]),
+        (&"coordinates".into(), &96.into())
+    );
+    let ran = compare(at, &["dg000000.pvtu", "off000000.pvtu"]);
+    assert_eq!(ran.code, Some(1));
+    let field = &ran.json()["fields"][0];
+    assert_eq!(field["beyond"], 1);
+    assert!(
+        (field["max_abs"].as_f64().unwrap() - 1e-6).abs() < 1e-12,
+        "{field}"
+    );
+}
+
+#[test]
 fn what_is_told_is_valid() {
     let folder = folder();
     let at = folder.path();

@@ -40,6 +40,20 @@ const LAYERS: [(&str, &[&str]); 21] = [
         &["mesh", "field", "scene", "contact", "engine", "compare"],
     ),
     (
+        "diagnose",
+        &[
+            "mesh",
+            "field",
+            "scene",
+            "contact",
+            "engine",
+            "compare",
+            "linear",
+            "quadrature",
+            "verify",
+        ],
+    ),
+    (
         "paper",
         &[
             "truth",
@@ -56,7 +70,7 @@ const LAYERS: [(&str, &[&str]); 21] = [
     (
         "report",
         &[
-            "mesh", "field", "io", "contact", "engine", "compare", "verify", "scene",
+            "mesh", "field", "io", "contact", "engine", "compare", "verify", "scene", "diagnose",
         ],
     ),
     (

@@ -146,6 +146,9 @@ pub(super) struct Compare {
     /// Tolerances of one field, as in "u:rtol=1e-6,atol=1e-12"; what is left out is that of all
     #[arg(long = "field", value_name = "NAME:rtol=R,atol=A", value_parser = field_bounds)]
     field: Vec<FieldBounds>,
+    /// Judge this field alone; may be given several times [default: every field of either file]
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
     /// Match points and cells by their numbers or by their places [default: by numbers where the points of both files
     /// are the same]
     #[arg(long, value_enum)]

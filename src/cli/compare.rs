@@ -69,6 +69,14 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
     } else if is_table(&of_b) && of_a.on_points.is_empty() && of_a.width > 0 {
         of_a = of_a.centroids();
     }
+    if !arguments.only.is_empty() {
+        for side in [&mut of_a, &mut of_b] {
+            let others = side.keep_only(&arguments.only);
+            if !others.is_empty() && !arguments.output.quiet {
+                eprintln!("faceoff: {}: left out {}", side.source, others.join(", "));
+            }
+        }
+    }
     let tolerances = Tolerances {
         of_all: arguments.tolerance(),
         of_field: arguments.fields(),

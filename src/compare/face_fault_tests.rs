@@ -48,9 +48,7 @@ const FAULTS: [Fault; 20] = [
             .iter_mut()
             .for_each(|v| *v *= 1.0 + 1e-10)
     }),
-    ("faces off by one", |f| {
-        f.columns[0].values.rotate_left(1)
-    }),
+    ("faces off by one", |f| f.columns[0].values.rotate_left(1)),
     ("contact faces off by one", |f| {
         f.columns[2].faces.iter_mut().for_each(|face| *face -= 1)
     }),
@@ -62,9 +60,7 @@ const FAULTS: [Fault; 20] = [
     ("the answer of another code in one field", |f| {
         f.columns[2].values.iter_mut().for_each(|v| *v = 0.3 - *v)
     }),
-    ("a stale status", |f| {
-        f.columns[3].values.rotate_right(5)
-    }),
+    ("a stale status", |f| f.columns[3].values.rotate_right(5)),
     ("a status turned over", |f| {
         f.columns[3].values.iter_mut().for_each(|p| *p *= -1.0)
     }),

@@ -64,6 +64,25 @@ impl Results {
         all.iter().copied().filter(|p| *p != PADDING)
     }
 
+    /// Keeps the fields of these names; the names of the others.
+    pub fn keep_only(&mut self, names: &[String]) -> Vec<String> {
+        let mut others = Vec::new();
+        for fields in [
+            &mut self.on_points,
+            &mut self.on_cells,
+            &mut self.on_corners,
+        ] {
+            fields.retain(|field| {
+                let kept = names.contains(&field.name);
+                if !kept {
+                    others.push(field.name.clone());
+                }
+                kept
+            });
+        }
+        others
+    }
+
     /// Is there any field at all?
     pub fn is_empty(&self) -> bool {
         [&self.on_points, &self.on_cells, &self.on_corners]

@@ -10,6 +10,9 @@ use crate::mesh::{Field, Mesh, Support};
 /// Fields that faceoff writes on all faces although only some carry them; the others have NaN.
 const PARTIAL: [&str; 5] = ["gamma", "contact", "jump", "flux", "P"];
 
+/// What VTK's own writers say of their numbering, and no result.
+const BOOKKEEPING: [&str; 3] = ["vtkOriginalPointIds", "vtkOriginalCellIds", "vtkGhostType"];
+
 /// Reads the fields of a file. `python` is the interpreter of an environment that has meshio, for the formats that are
 /// left to it.
 ///
@@ -57,7 +60,8 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[Whole]) -> Results {
             Some((start, size))
         })
     };
-    for field in &mesh.fields {
+    let told = |field: &&Field| !BOOKKEEPING.contains(&field.name.as_str());
+    for field in mesh.fields.iter().filter(told) {
         let mut carried = carry(field, ours);
         match field.on {
             Support::Points => results.on_points.push(carried),

@@ -138,7 +138,11 @@ fn differences(
 }
 
 pub(super) fn key() -> Html {
-    let items = CLASSES.iter().enumerate().map(|(k, name)| {
+    key_of(&CLASSES)
+}
+
+fn key_of(names: &[&str]) -> Html {
+    let items = names.iter().enumerate().map(|(k, name)| {
         let swatch = leaf("i", &[("class", &format!("k{k}"))], "");
         element("li", &[], [swatch, text(name)])
     });
@@ -182,7 +186,7 @@ pub(super) fn section(
             of_pair.into_iter().collect::<Html>(),
         ));
     }
-    parts.push(contact(case)?);
+    parts.push(contact(case, mesh.as_ref())?);
     parts.push(provenance(case, scene, request));
     let summary = element(
         "summary",
@@ -367,9 +371,12 @@ fn pictures(case: &CaseOutcome, pair: &Pair, mesh: &Triangulation) -> Result<Htm
 }
 
 /// Trace and flux along Γ_C, and the histories.
-fn contact(case: &CaseOutcome) -> Result<Html> {
+fn contact(case: &CaseOutcome, mesh: Option<&Triangulation>) -> Result<Html> {
     let names: Vec<&str> = case.engines.iter().map(|e| e.engine.as_str()).collect();
-    let curves = along(case)?.unwrap_or_default();
+    let curves = match mesh.filter(|mesh| mesh.dim == 3) {
+        Some(mesh) => zones(case, mesh),
+        None => along(case)?.unwrap_or_default(),
+    };
     let mut pictures = Vec::new();
     let histories: Vec<(&str, &[f64])> = case
         .engines
@@ -399,6 +406,47 @@ fn contact(case: &CaseOutcome) -> Result<Html> {
             pictures.into_iter().collect::<Html>(),
         ),
     ]))
+}
+
+/// The contact status on a surface.
+fn zones(case: &CaseOutcome, mesh: &Triangulation) -> Html {
+    let columns: Vec<_> = case
+        .fields
+        .iter()
+        .filter_map(|f| f.column("status"))
+        .collect();
+    let Some(first) = columns.first() else {
+        return Html::default();
+    };
+    let statuses = |k: usize| columns.iter().map(move |c| c.row(k));
+    let of = |k: usize| {
+        let in_contact = |row: &[f64]| row.iter().filter(|p| **p <= 0.0).count();
+        let same = |row: &[f64]| {
+            row.iter()
+                .zip(first.row(k))
+                .all(|(p, q)| (*p <= 0.0) == (*q <= 0.0))
+        };
+        match in_contact(first.row(k)) {
+            _ if !statuses(k).all(same) => 3,
+            0 => 0,
+            count if count == first.components => 1,
+            _ => 2,
+        }
+    };
+    let faces: Vec<(u32, usize)> = first
+        .faces
+        .iter()
+        .enumerate()
+        .map(|(k, f)| (*f, of(k)))
+        .collect();
+    let differ = faces.iter().filter(|(_, status)| *status == 3).count();
+    let picture = map::status(
+        &format!("contact status on Γ_C, {}", label(case)),
+        mesh,
+        &faces,
+    );
+    let caption = format!("The faces of Γ_C by their contact status; codes differ on {differ}.");
+    Html::from([figure(picture, caption), key_of(&map::STATUS)])
 }
 
 fn along(case: &CaseOutcome) -> Result<Option<Html>> {

@@ -150,11 +150,13 @@ pub(super) fn overview(label: &str, shown: &Shown) -> Html {
             );
         }
     }
-    let mark = shown
-        .worst
-        .map(|face| view.pixel(flat(shown.mesh.face_midpoint(face as usize))));
     let filled = coarse || shown.mesh.dim == 3;
-    svg(label, &view, &paths, filled, mark, 9.0)
+    let mark = shown.worst.map(|face| Mark {
+        at: view.pixel(flat(shown.mesh.face_midpoint(face as usize))),
+        radius: 9.0,
+        face: String::new(),
+    });
+    svg(label, &view, &paths, &CLASSES, filled, mark)
 }
 
 /// The worst face and some faces around it.
@@ -190,13 +192,24 @@ pub(super) fn zoom(label: &str, shown: &Shown) -> Option<Html> {
             add_shape(path, corners(face).map(|p| view.pixel(p)), mesh.dim == 3);
         }
     }
+    let mut face = String::new();
+    add_shape(
+        &mut face,
+        corners(worst).map(|p| view.pixel(p)),
+        mesh.dim == 3,
+    );
+    let mark = Mark {
+        at: view.pixel(at),
+        radius: 16.0,
+        face,
+    };
     Some(svg(
         label,
         &view,
         &paths,
+        &CLASSES,
         mesh.dim == 3,
-        Some(view.pixel(at)),
-        16.0,
+        Some(mark),
     ))
 }
 
@@ -236,13 +249,54 @@ fn squares(
     drawn.collect()
 }
 
+/// A circle with a cross around it, and the outline of what it is about.
+struct Mark {
+    at: [f64; 2],
+    radius: f64,
+    face: String,
+}
+
+/// The kinds of faces that [`status`] shows.
+pub(super) const STATUS: [&str; 4] = [
+    "separated",
+    "in contact",
+    "in contact at some quadrature points",
+    "codes differ",
+];
+
+/// A surface by the contact status of its faces, each an index into [`STATUS`].
+pub(super) fn status(label: &str, mesh: &Triangulation, faces: &[(u32, usize)]) -> Html {
+    let differences: Vec<(u32, f64)> = faces.iter().map(|(face, _)| (*face, 0.0)).collect();
+    let axes = axes(&Shown {
+        mesh,
+        differences: &differences,
+        tolerance: 1.0,
+        disagrees: false,
+        worst: None,
+    });
+    let corners = |face: u32| {
+        let vertices = mesh.face(face as usize).iter();
+        vertices.map(|v| axes.map(|axis| mesh.points[*v as usize][axis]))
+    };
+    let view = View::of(faces.iter().flat_map(|(face, _)| corners(*face)));
+    let mut paths: [String; 7] = Default::default();
+    for &(face, status) in faces {
+        add_shape(
+            &mut paths[status],
+            corners(face).map(|p| view.pixel(p)),
+            true,
+        );
+    }
+    svg(label, &view, &paths, &STATUS, true, None)
+}
+
 fn svg(
     label: &str,
     view: &View,
     paths: &[String; 7],
+    names: &[&str],
     filled: bool,
-    mark: Option<[f64; 2]>,
-    radius: f64,
+    mark: Option<Mark>,
 ) -> Html {
     let [width, height] = view.size();
     let label = escape(label);
@@ -256,17 +310,18 @@ fn svg(
         .enumerate()
         .filter(|(_, path)| !path.is_empty())
     {
-        let name = CLASSES[k];
+        let name = names[k];
         let _ = write!(
             svg,
             "<path class=\"d{k}\" d=\"{path}\"><title>{name}</title></path>"
         );
     }
-    if let Some([x, y]) = mark {
+    if let Some(mark) = mark {
+        let ([x, y], radius, face) = (mark.at, mark.radius, mark.face);
         let (inner, outer) = (radius + 2.0, radius + 12.0);
         let _ = write!(
             svg,
-            "<g class=\"mark\"><circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\"/>\
+            "<g class=\"mark\"><path class=\"face\" d=\"{face}\"/><circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\"/>\
              <path d=\"M{x:.1} {y:.1}m{inner} 0h10m-{outer} {inner}v10m-{inner} -{outer}h-10m{outer} -{inner}v-10\"/>\
              <title>the worst face</title></g>"
         );

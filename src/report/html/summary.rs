@@ -20,9 +20,9 @@ pub(super) fn verdict(
     let failed = outcome.cases.iter().flat_map(|c| &c.pairs);
     let failed = failed.filter(|p| p.field.verdict != Verdict::Agree).count();
     lines.push(text(format!(
-        "{failed} of {pairs} fields of pairs differ beyond rounding, in {} cases on {} scenes.",
-        outcome.cases.len(),
-        request.scenes.len()
+        "{failed} of {pairs} fields of pairs differ beyond rounding, in {} on {}.",
+        count(outcome.cases.len(), "case"),
+        count(request.scenes.len(), "scene")
     )));
     for failure in outcome.failures.iter().chain(missing) {
         lines.push(text(&failure.message));
@@ -74,6 +74,12 @@ pub(super) fn verdict(
             ],
         ),
     ))
+}
+
+/// `1 case`, `2 cases`
+fn count(number: usize, noun: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {noun}{plural}")
 }
 
 /// The pair and field that lies farthest beyond its tolerance; with the engine that is at fault, where that is told.
