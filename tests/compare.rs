@@ -226,7 +226,7 @@ fn a_table_of_face_means_is_held_against_faces_by_their_midpoints() {
     }
     rows.swap(3, 4);
     let last = rows.len() - 1;
-    rows[last] = rows[last].replace("e-", "1e-");
+    rows[last].push('1');
     write(at, "means.csv", &(rows.join("\n") + "\n"));
     let ran = compare(at, &["mean.vtu", "means.csv"]);
     assert_ne!(ran.code, Some(0));

@@ -3,6 +3,7 @@
 mod align;
 mod column;
 mod judge;
+mod keyed;
 mod places;
 mod results;
 

@@ -1,158 +1,25 @@
 //! One case: its engines, its pairs field by field, and the pictures.
 
-use super::chain::chain;
-use super::map::{self, CLASSES, Shown};
+use super::contact::contact;
+use super::map::{self, CLASSES};
 use super::markup::{Html, element, figure, leaf, table, text};
-use super::plots::{self, Curves};
+use super::pair::{Pair, differences, pairs, place};
+use super::plots;
 use super::{label, number, word};
-use crate::compare::{FieldVerdict, Verdict, relative_differences};
+use crate::compare::{Verdict, relative_differences};
 use crate::diagnose::Diagnosis;
 use crate::error::Result;
-use crate::field::FaceFields;
 use crate::mesh::Triangulation;
 use crate::scene::{HRule, Scene};
 use crate::verify::{CaseOutcome, Request};
-
-/// Two engines and every field of theirs.
-pub(super) struct Pair<'a> {
-    pub a: &'a str,
-    pub b: &'a str,
-    pub fields: Vec<&'a FieldVerdict>,
-}
-
-pub(super) fn pairs(case: &CaseOutcome) -> Vec<Pair<'_>> {
-    let mut pairs: Vec<Pair> = Vec::new();
-    for outcome in &case.pairs {
-        let (a, b) = (outcome.a.as_str(), outcome.b.as_str());
-        match pairs.iter_mut().find(|p| (p.a, p.b) == (a, b)) {
-            Some(pair) => pair.fields.push(&outcome.field),
-            None => pairs.push(Pair {
-                a,
-                b,
-                fields: vec![&outcome.field],
-            }),
-        }
-    }
-    pairs
-}
-
-impl<'a> Pair<'a> {
-    pub fn name(&self) -> String {
-        format!("{} – {}", self.a, self.b)
-    }
-
-    pub fn verdict(&self) -> Verdict {
-        let all = self.fields.iter().map(|f| f.verdict);
-        all.max().unwrap_or(Verdict::Undetermined)
-    }
-
-    /// The field that is shown: the means where they differ, which every face has; else what lies farthest beyond its
-    /// tolerance.
-    pub fn worst(&self) -> Option<&'a FieldVerdict> {
-        let means = self.fields.iter().find(|f| f.field == "mean");
-        let farthest = self
-            .fields
-            .iter()
-            .filter(|f| f.field != "status")
-            .max_by(|f, g| {
-                let factor = |f: &FieldVerdict| match (f.verdict, f.max_rel / f.tolerance) {
-                    (Verdict::Agree, factor) => factor,
-                    (_, factor) if factor.is_nan() => f64::INFINITY,
-                    (_, factor) => factor,
-                };
-                factor(f).total_cmp(&factor(g))
-            });
-        match (means, farthest) {
-            (Some(means), _) if means.verdict != Verdict::Agree => Some(means),
-            (Some(means), Some(farthest)) if farthest.verdict == Verdict::Agree => Some(means),
-            (_, farthest) => farthest.copied(),
-        }
-    }
-}
-
-/// `(0.5000, 0.2500)`
-pub(super) fn place(x: &[f64]) -> String {
-    let x: Vec<String> = x.iter().map(|x| format!("{x:.4}")).collect();
-    format!("({})", x.join(", "))
-}
-
-/// What a map shows, without the mesh.
-pub(super) struct Differences {
-    differences: Vec<(u32, f64)>,
-    tolerance: f64,
-    disagrees: bool,
-    worst: Option<u32>,
-}
-
-impl Differences {
-    pub fn on<'a>(&'a self, mesh: &'a Triangulation) -> Shown<'a> {
-        Shown {
-            mesh,
-            differences: &self.differences,
-            tolerance: self.tolerance,
-            disagrees: self.disagrees,
-            worst: self.worst,
-        }
-    }
-}
-
-/// The mesh of a case, made again, and what the map of a pair shows on it: in space only Γ_C.
-pub(super) fn shown(
-    case: &CaseOutcome,
-    pair: &Pair,
-    request: &Request,
-) -> Result<Option<(Triangulation, Differences)>> {
-    let Some(scene) = request.scenes.iter().find(|s| s.name == case.scene) else {
-        return Ok(None);
-    };
-    let mesh = scene.triangulation(case.n)?;
-    Ok(differences(case, pair, &mesh)?.map(|differences| (mesh, differences)))
-}
-
-fn differences(
-    case: &CaseOutcome,
-    pair: &Pair,
-    mesh: &Triangulation,
-) -> Result<Option<Differences>> {
-    let find = |name: &str| case.fields.iter().find(|f| f.source == name);
-    let (Some(a), Some(b), Some(field)) = (find(pair.a), find(pair.b), pair.worst()) else {
-        return Ok(None);
-    };
-    let mut differences = relative_differences(a, b, &field.field)?;
-    if mesh.dim == 3 {
-        let contact = a.column("flux").map_or(&[][..], |c| &c.faces);
-        differences.retain(|(face, _)| contact.binary_search(face).is_ok());
-    }
-    let worst = field
-        .worst
-        .as_ref()
-        .and_then(|w| mesh.find_face(&w.vertices));
-    let worst = worst.map(|face| face as u32);
-    let worst = worst.filter(|face| differences.iter().any(|(f, _)| f == face));
-    Ok(Some(Differences {
-        differences,
-        tolerance: field.tolerance,
-        disagrees: field.verdict != Verdict::Agree,
-        worst,
-    }))
-}
 
 pub(super) fn key() -> Html {
     key_of(&CLASSES)
 }
 
-fn key_of(names: &[&str]) -> Html {
+pub(super) fn key_of(names: &[&str]) -> Html {
     let items = names.iter().enumerate().map(|(k, name)| {
         let swatch = leaf("i", &[("class", &format!("k{k}"))], "");
-        element("li", &[], [swatch, text(name)])
-    });
-    element("ul", &[("class", "key")], items.collect::<Html>())
-}
-
-/// Colours of the engines.
-fn engines_key(names: &[&str]) -> Html {
-    let items = names.iter().enumerate().map(|(k, name)| {
-        let swatch = leaf("i", &[("class", &format!("e{}", k % 4))], "");
         element("li", &[], [swatch, text(name)])
     });
     element("ul", &[("class", "key")], items.collect::<Html>())
@@ -368,158 +235,6 @@ fn pictures(case: &CaseOutcome, pair: &Pair, mesh: &Triangulation) -> Result<Htm
         pictures.into_iter().collect::<Html>(),
     );
     Ok(Html::from([row, key()]))
-}
-
-/// Trace and flux along Γ_C, and the histories.
-fn contact(case: &CaseOutcome, mesh: Option<&Triangulation>) -> Result<Html> {
-    let names: Vec<&str> = case.engines.iter().map(|e| e.engine.as_str()).collect();
-    let curves = match mesh.filter(|mesh| mesh.dim == 3) {
-        Some(mesh) => zones(case, mesh),
-        None => along(case)?.unwrap_or_default(),
-    };
-    let mut pictures = Vec::new();
-    let histories: Vec<(&str, &[f64])> = case
-        .engines
-        .iter()
-        .map(|e| (e.engine.as_str(), e.increments.as_slice()))
-        .collect();
-    if histories
-        .iter()
-        .any(|(_, increments)| !increments.is_empty())
-    {
-        pictures.push(figure(
-            plots::histories(&format!("iterations, {}", label(case)), &histories)?,
-            "Relative broken H¹ norm of the increment of each step.",
-        ));
-    }
-    Ok(Html::from([
-        leaf(
-            "h3",
-            &[],
-            format!("Along Γ_C and step by step, {}", label(case)),
-        ),
-        engines_key(&names),
-        curves,
-        element(
-            "div",
-            &[("class", "row")],
-            pictures.into_iter().collect::<Html>(),
-        ),
-    ]))
-}
-
-/// The contact status on a surface.
-fn zones(case: &CaseOutcome, mesh: &Triangulation) -> Html {
-    let columns: Vec<_> = case
-        .fields
-        .iter()
-        .filter_map(|f| f.column("status"))
-        .collect();
-    let Some(first) = columns.first() else {
-        return Html::default();
-    };
-    let statuses = |k: usize| columns.iter().map(move |c| c.row(k));
-    let of = |k: usize| {
-        let in_contact = |row: &[f64]| row.iter().filter(|p| **p <= 0.0).count();
-        let same = |row: &[f64]| {
-            row.iter()
-                .zip(first.row(k))
-                .all(|(p, q)| (*p <= 0.0) == (*q <= 0.0))
-        };
-        match in_contact(first.row(k)) {
-            _ if !statuses(k).all(same) => 3,
-            0 => 0,
-            count if count == first.components => 1,
-            _ => 2,
-        }
-    };
-    let faces: Vec<(u32, usize)> = first
-        .faces
-        .iter()
-        .enumerate()
-        .map(|(k, f)| (*f, of(k)))
-        .collect();
-    let differ = faces.iter().filter(|(_, status)| *status == 3).count();
-    let picture = map::status(
-        &format!("contact status on Γ_C, {}", label(case)),
-        mesh,
-        &faces,
-    );
-    let caption = format!("The faces of Γ_C by their contact status; codes differ on {differ}.");
-    Html::from([figure(picture, caption), key_of(&map::STATUS)])
-}
-
-fn along(case: &CaseOutcome) -> Result<Option<Html>> {
-    let Some(first) = case.fields.first().filter(|f| f.dim == 2) else {
-        return Ok(None);
-    };
-    let (Some(flux), Some(status)) = (first.column("flux"), first.column("status")) else {
-        return Ok(None);
-    };
-    let chain = chain(first, &flux.faces);
-    let of = |fields: &FaceFields, name: &str| -> Vec<f64> {
-        let Some(column) = fields.column(name) else {
-            return Vec::new();
-        };
-        let value = |row: &usize| {
-            let place = column.faces.binary_search(&flux.faces[*row]);
-            place.map_or(f64::NAN, |k| column.row(k)[0])
-        };
-        chain.rows.iter().map(value).collect()
-    };
-    let values = |name: &str| -> Vec<(&str, Vec<f64>)> {
-        case.fields
-            .iter()
-            .map(|f| (f.source.as_str(), of(f, name)))
-            .collect()
-    };
-    let in_contact = |fields: &FaceFields, row: usize, q: usize| {
-        let column = fields.column("status");
-        column.is_some_and(|c| c.row(row).get(q).is_some_and(|p| *p <= 0.0))
-    };
-    let points = status.components;
-    // Neighbours in contact are one zone.
-    let mut zones: Vec<(f64, f64)> = Vec::new();
-    let mut flips = Vec::new();
-    for (k, &row) in chain.rows.iter().enumerate() {
-        if (0..points).any(|q| in_contact(first, row, q)) {
-            let (from, to) = chain.ends[k];
-            match zones.last_mut() {
-                Some(zone) if (zone.1 - from).abs() <= 1e-9 * (to - from) => zone.1 = to,
-                _ => zones.push((from, to)),
-            }
-        }
-        let differs = |other: &FaceFields| {
-            (0..points).any(|q| in_contact(first, row, q) != in_contact(other, row, q))
-        };
-        if case.fields[1..].iter().any(differs) {
-            flips.push(chain.s[k]);
-        }
-    }
-    let curves = |name: &'static str, values| Curves {
-        s: &chain.s,
-        values,
-        zones: &zones,
-        flips: &flips,
-        name,
-    };
-    let panels = [
-        curves("mean of u", values("mean")),
-        curves("mean of ∂ₙu", values("flux")),
-    ];
-    let picture = plots::along_contact(
-        &format!("trace and flux along Γ_C, {}", label(case)),
-        chain.axis,
-        &panels,
-    )?;
-    let caption = format!(
-        "Means over the contact faces, in the scene's units; what coincides lies under the thinner line. Shaded: faces at least \
-         partly in contact by {}. Crosses: faces where the contact status differs at a quadrature point ({}).",
-        first.source,
-        flips.len()
-    );
-    let wide = figure(picture, caption);
-    Ok(Some(wide))
 }
 
 fn provenance(case: &CaseOutcome, scene: Option<&Scene>, request: &Request) -> Html {

@@ -3,8 +3,10 @@
 
 mod case;
 mod chain;
+mod contact;
 mod map;
 mod markup;
+mod pair;
 mod plots;
 mod summary;
 

@@ -1,7 +1,8 @@
 //! What stands first: the verdict, which code, which face, how much, and why; then the matrix.
 
-use super::case::{self, Pair};
+use super::case;
 use super::markup::{Html, element, figure, leaf, table, text};
+use super::pair::{self, Pair};
 use super::{label, map, number, word};
 use crate::compare::Verdict;
 use crate::diagnose::Diagnosis;
@@ -86,7 +87,7 @@ fn count(number: usize, noun: &str) -> String {
 fn most_telling(outcome: &Outcome) -> Option<(usize, Pair<'_>)> {
     let mut worst: Option<(f64, usize, Pair)> = None;
     for (index, case) in outcome.cases.iter().enumerate() {
-        for pair in case::pairs(case) {
+        for pair in pair::pairs(case) {
             let Some(field) = pair.worst() else { continue };
             if field.verdict == Verdict::Agree {
                 continue;
@@ -156,7 +157,7 @@ fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnos
                 leaf("b", &[], format!("{:?}", worst.vertices)),
                 text(format!(
                     " at {}, in `{}`: {} has {:e}, {} has {:e}, which is {:.2e} apart.",
-                    case::place(&worst.midpoint),
+                    pair::place(&worst.midpoint),
                     field.field,
                     pair.a,
                     worst.a,
@@ -210,7 +211,7 @@ fn why(case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> String {
                  than {:.0e}: it solves another scheme. `faceoff verify --diagnose` names the ingredient.",
                 engine.engine,
                 engine.residual,
-                place.map_or(String::new(), |x| format!(", most at {}", case::place(x))),
+                place.map_or(String::new(), |x| format!(", most at {}", pair::place(x))),
                 RESIDUAL_TOLERANCE
             );
         }
@@ -221,7 +222,7 @@ fn why(case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> String {
 }
 
 fn picture(case: &CaseOutcome, pair: &Pair, request: &Request) -> Result<Html> {
-    let Some((mesh, shown)) = case::shown(case, pair, request)? else {
+    let Some((mesh, shown)) = pair::shown(case, pair, request)? else {
         return Ok(Html::default());
     };
     let shown = shown.on(&mesh);
@@ -240,7 +241,7 @@ fn picture(case: &CaseOutcome, pair: &Pair, request: &Request) -> Result<Html> {
 pub(super) fn matrix(outcome: &Outcome) -> Html {
     let mut names: Vec<String> = Vec::new();
     for case in &outcome.cases {
-        for pair in case::pairs(case) {
+        for pair in pair::pairs(case) {
             if !names.contains(&pair.name()) {
                 names.push(pair.name());
             }
@@ -263,7 +264,7 @@ pub(super) fn matrix(outcome: &Outcome) -> Html {
             text(case.n.map_or(String::new(), |n| n.to_string())),
         ];
         for name in &names {
-            let found = case::pairs(case).into_iter().find(|p| p.name() == *name);
+            let found = pair::pairs(case).into_iter().find(|p| p.name() == *name);
             cells.push(found.map_or(text("no answer"), |pair| {
                 let largest = pair.fields.iter().map(|f| f.max_rel).fold(0.0, f64::max);
                 Html::from([word(pair.verdict()), text(" "), number(largest)])
