@@ -144,8 +144,11 @@ fn recipe() -> String {
     format!("faceoff {}", words.join(" "))
 }
 
+/// Engines that are there, and those that are not.
+type Present = (Vec<Box<dyn Engine>>, Vec<Failure>);
+
 /// The engines asked for, and those left out; what is missing is installed, left out or refused, as the user says.
-fn present(arguments: &Verify) -> Result<(Vec<Box<dyn Engine>>, Vec<Failure>)> {
+fn present(arguments: &Verify) -> Result<Present> {
     let mut names: Vec<&str> = arguments.engines.iter().map(String::as_str).collect();
     if names.is_empty() {
         let all = if arguments.against.is_some() {

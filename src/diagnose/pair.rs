@@ -12,6 +12,9 @@ use crate::quadrature;
 use crate::scene::{Expression, HRule, Scene};
 use crate::verify::{CaseOutcome, RESIDUAL_TOLERANCE, Request, tolerance};
 
+/// Matches one ingredient and adds what is left.
+type Step<'p> = fn(&Pair<'p>, &mut Vec<Ingredient>) -> Result<()>;
+
 /// Two engines, and the case in which they differ.
 pub(super) struct Pair<'a> {
     settings: &'a Settings,
@@ -59,7 +62,7 @@ impl<'a> Pair<'a> {
 
     pub fn diagnose(&self) -> Result<Diagnosis> {
         let mut ingredients = Vec::new();
-        let steps: [fn(&Self, &mut Vec<Ingredient>) -> Result<()>; 7] = [
+        let steps: [Step<'a>; 7] = [
             Self::load,
             Self::contact_quadrature,
             Self::gamma,
@@ -74,7 +77,7 @@ impl<'a> Pair<'a> {
             }
             step(self, &mut ingredients)?;
         }
-        ingredients.sort_by(|i, j| (!i.accounts).cmp(&!j.accounts));
+        ingredients.sort_by_key(|i| !i.accounts);
         let [a, b] = self.answers;
         Ok(Diagnosis {
             scene: self.case.scene.clone(),
