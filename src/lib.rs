@@ -8,6 +8,7 @@ pub mod certify;
 pub mod cli;
 pub mod compare;
 pub mod contact;
+pub mod diagnose;
 pub mod element;
 pub mod engine;
 pub mod error;

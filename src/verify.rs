@@ -14,7 +14,7 @@ use crate::field::FaceFields;
 use crate::mesh::Triangulation;
 use crate::scene::Scene;
 
-pub use cross::{CrossOutcome, Judged, STANDS_OUT, Source};
+pub use cross::{CrossOutcome, Judged, STANDS_OUT, Source, telling};
 
 /// A result whose backward error exceeds this solves another scheme: rounding leaves 1e-15,
 /// and γ off by 1e-6 gives 3e-11 or more.
@@ -84,6 +84,8 @@ pub struct EngineOutcome {
     pub engine: String,
     pub version: String,
     pub iterations: usize,
+    /// The relative increment of each step.
+    pub increments: Vec<f64>,
     pub converged: bool,
     /// Seconds that the engine spent on the case, all phases together.
     pub seconds: f64,
@@ -239,6 +241,7 @@ fn judge_case(index: usize, case: &Case, answered: &[(&str, Run)]) -> Result<Cas
                 engine: (*name).to_owned(),
                 version: run.version.clone(),
                 iterations: answer.increments.len(),
+                increments: answer.increments.clone(),
                 converged: answer.converged,
                 seconds: answer.seconds.iter().map(|(_, s)| s).sum(),
                 phases: answer.seconds.iter().cloned().collect(),

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Module, and what it may use besides itself. Everything may use `error`.
-const LAYERS: [(&str, &[&str]); 22] = [
+const LAYERS: [(&str, &[&str]); 23] = [
     ("error", &[]),
     ("quadrature", &[]),
     ("linear", &[]),
@@ -55,6 +55,20 @@ const LAYERS: [(&str, &[&str]); 22] = [
         ],
     ),
     (
+        "diagnose",
+        &[
+            "mesh",
+            "field",
+            "scene",
+            "contact",
+            "engine",
+            "compare",
+            "linear",
+            "quadrature",
+            "verify",
+        ],
+    ),
+    (
         "paper",
         &[
             "truth",
@@ -72,13 +86,14 @@ const LAYERS: [(&str, &[&str]); 22] = [
         "report",
         &[
             "mesh", "field", "io", "contact", "certify", "engine", "compare", "verify", "scene",
+            "diagnose",
         ],
     ),
     (
         "cli",
         &[
-            "adapt", "certify", "compare", "contact", "engine", "linear", "mesh", "io", "orders",
-            "paper", "report", "scene", "verify",
+            "adapt", "certify", "compare", "contact", "engine", "field", "linear", "mesh", "io",
+            "orders", "paper", "report", "diagnose", "scene", "verify",
         ],
     ),
     ("main", &["cli"]),

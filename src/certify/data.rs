@@ -17,7 +17,7 @@ use crate::scene::{Expression, Part, Scene};
 const J11: f64 = 3.831_705_970_207_512;
 
 /// Data are integrated until the moments of a cell are right to this part of their size.
-const ACCURACY: f64 = 1e-11;
+const ACCURACY: f64 = 1e-8;
 /// A cell is cut in 2^d at most so often for a jump or a singularity of the data, by dimension.
 const DEEPEST: [usize; 4] = [0, 12, 7, 3];
 

@@ -97,7 +97,10 @@ fn ratios(name: &str, method: &str, n: usize) -> Result<[f64; 3]> {
         truth.gradient
     );
     // What `verify` builds on: a field that solves its scheme is not much worse than the best that it proves.
-    assert!(certificate.u_h[1] <= 3.5 * certificate.g, "{name} {method} {n}");
+    assert!(
+        certificate.u_h[1] <= 3.5 * certificate.g,
+        "{name} {method} {n}"
+    );
     assert!(
         certificate.u_h[0] <= truth.u_h * (1.0 + 1e-3),
         "{name} {method} {n}"

@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::adapt::Way;
 use crate::certify::Target;
+use crate::compare::{Map, Tolerance};
 use crate::contact::{Iteration, Method};
 use crate::linear::{Precision, Solver};
 use crate::paper;
@@ -26,6 +27,8 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Run scenes through all engines and judge every pair
     Verify(Verify),
+    /// Judge two files of any codes against each other, field by field
+    Compare(Compare),
     /// Solve one scene with one engine
     Solve(Solve),
     /// Observed orders of convergence beside theory, where the solution is known
@@ -47,6 +50,17 @@ pub(super) struct Output {
     /// Say nothing but errors
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// What pipelines read.
+#[derive(Args)]
+pub(super) struct Told {
+    /// Write a JUnit XML file: a case for each scene, method, pair and field
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Write the verdict as a badge
+    #[arg(long, value_name = "FILE.svg")]
+    pub badge: Option<PathBuf>,
 }
 
 /// How engines are run.
@@ -88,8 +102,8 @@ pub(super) struct Verify {
     /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
-    /// Engines, or TOML files that describe one
-    #[arg(long, value_delimiter = ',', default_values = ["rust", "freefem", "fenicsx"])]
+    /// Engines, or TOML files that describe one [default: rust,freefem,fenicsx; with --against: rust]
+    #[arg(long, value_delimiter = ',')]
     pub engines: Vec<String>,
     /// Methods: cr, cr-fc, p1, p2, or a member of the family (2.4) as in "p2(1,0)"
     #[arg(long, default_value = "cr,p2", value_parser = methods)]
@@ -100,13 +114,95 @@ pub(super) struct Verify {
     /// Judge without the engines that are missing
     #[arg(long)]
     pub allow_missing: bool,
-    /// Write the fields of every case and engine as VTU into DIR
+    /// Write index.html into DIR, and the fields of every case and engine as VTU
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    /// Where codes differ, match one ingredient at a time and name those that account for it
+    #[arg(long)]
+    pub diagnose: bool,
+    /// Keep in DIR what the other engines answered, if all agree
+    #[arg(long, value_name = "DIR", conflicts_with = "against")]
+    pub record: Option<PathBuf>,
+    /// Judge against the answers that --record kept in DIR
+    #[arg(long, value_name = "DIR")]
+    pub against: Option<PathBuf>,
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]
+    pub told: Told,
+    #[command(flatten)]
     pub output: Output,
+}
+
+/// VTU, PVTU, and what else `faceoff mesh info` shows fields of; CSV with the columns `vertex`, `v0,v1[,v2]` or
+/// `x,y[,z]` as keys.
+#[derive(Args)]
+pub(super) struct Compare {
+    pub a: PathBuf,
+    pub b: PathBuf,
+    /// A field agrees where |a-b| <= max(rtol * its largest value, atol)
+    #[arg(long, value_name = "R", default_value = "1e-9", value_parser = bound, allow_negative_numbers = true)]
+    pub rtol: f64,
+    #[arg(long, value_name = "A", default_value = "0", value_parser = bound, allow_negative_numbers = true)]
+    pub atol: f64,
+    /// Tolerances of one field, as in "u:rtol=1e-6,atol=1e-12"; what is left out is that of all
+    #[arg(long = "field", value_name = "NAME:rtol=R,atol=A", value_parser = field_bounds)]
+    field: Vec<FieldBounds>,
+    /// Judge this field alone; may be given several times [default: every field of either file]
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+    /// Match points and cells by their numbers or by their places [default: by numbers where the points of both files
+    /// are the same]
+    #[arg(long, value_enum)]
+    pub map: Option<MapBy>,
+    /// Write the differences of all fields on the mesh of A
+    #[arg(long, value_name = "FILE.vtu")]
+    pub out: Option<PathBuf>,
+    /// Two files that are the same byte for byte are two results, and no copy
+    #[arg(long)]
+    pub allow_identical: bool,
+    #[command(flatten)]
+    pub told: Told,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub(super) enum MapBy {
+    Vertices,
+    Coordinates,
+}
+
+impl From<MapBy> for Map {
+    fn from(map: MapBy) -> Self {
+        match map {
+            MapBy::Vertices => Map::Vertices,
+            MapBy::Coordinates => Map::Coordinates,
+        }
+    }
+}
+
+/// A field's name and what is given of its tolerance.
+#[derive(Clone, Debug, PartialEq)]
+struct FieldBounds(String, Option<f64>, Option<f64>);
+
+impl Compare {
+    /// The tolerance of fields without their own.
+    pub fn tolerance(&self) -> Tolerance {
+        Tolerance {
+            rtol: self.rtol,
+            atol: self.atol,
+        }
+    }
+
+    /// The tolerances of fields with their own.
+    pub fn fields(&self) -> Vec<(String, Tolerance)> {
+        let of = |FieldBounds(name, rtol, atol): &FieldBounds| {
+            let (rtol, atol) = (rtol.unwrap_or(self.rtol), atol.unwrap_or(self.atol));
+            (name.clone(), Tolerance { rtol, atol })
+        };
+        self.field.iter().map(of).collect()
+    }
 }
 
 #[derive(Args)]
@@ -333,6 +429,32 @@ fn accuracy(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("`{text}` is no relative accuracy between 0 and 1, as 1e-2 for 1 %"))
 }
 
+fn bound(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|t: &f64| *t >= 0.0 && t.is_finite())
+        .ok_or_else(|| format!("`{text}` is no tolerance: give a finite number of at least 0"))
+}
+
+/// The name may hold colons and spaces; what follows the last colon are the bounds.
+fn field_bounds(text: &str) -> Result<FieldBounds, String> {
+    let form = || format!("`{text}` is not NAME:rtol=R,atol=A");
+    let (name, bounds) = text.rsplit_once(':').ok_or_else(form)?;
+    let mut found = FieldBounds(name.to_owned(), None, None);
+    for word in bounds.split(',') {
+        let (key, value) = word.split_once('=').ok_or_else(form)?;
+        let place = match key.trim() {
+            "rtol" => &mut found.1,
+            "atol" => &mut found.2,
+            _ => return Err(form()),
+        };
+        if place.replace(bound(value.trim())?).is_some() {
+            return Err(form());
+        }
+    }
+    Ok(found)
+}
+
 fn increment(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -348,6 +470,30 @@ mod tests {
     fn the_command_line_is_consistent() {
         use clap::CommandFactory;
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn tolerances_of_fields_are_read_from_behind() {
+        let read = field_bounds("u: mean:rtol=1e-6,atol=0");
+        assert_eq!(
+            read,
+            Ok(FieldBounds("u: mean".into(), Some(1e-6), Some(0.0)))
+        );
+        assert_eq!(
+            field_bounds("u:atol=2"),
+            Ok(FieldBounds("u".into(), None, Some(2.0)))
+        );
+        for wrong in [
+            "u",
+            "u:",
+            "u:1e-6",
+            "u:tol=1",
+            "u:rtol=-1",
+            "u:rtol=nan",
+            "u:rtol=1,rtol=2",
+        ] {
+            assert!(field_bounds(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod accuracy;
 mod answer;
 mod args;
+mod compare;
 mod engines;
 pub mod mesh;
 mod mesh_commands;
@@ -45,6 +46,7 @@ pub fn main() -> ExitCode {
 fn run(arguments: Arguments) -> Result<u8> {
     match arguments.command {
         Command::Verify(arguments) => verify::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Orders(arguments) => orders::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),

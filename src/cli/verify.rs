@@ -1,18 +1,32 @@
 //! `faceoff verify`.
 
+use serde::Serialize;
+
 use super::args::{Running, Verify};
 use super::progress::Bars;
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::compare::Verdict;
 use crate::contact::{Iteration, Stop};
-use crate::engine::{self, Engine, Progress, Settings, Silent};
+use crate::diagnose::{Diagnosis, diagnose};
+use crate::engine::{self, Baseline, Engine, Progress, Settings, Silent};
 use crate::error::{Error, Result};
 use crate::linear;
 use crate::report;
 use crate::scene::Scene;
-use crate::verify::{Request, verify};
+use crate::verify::{Failure, Outcome, Request, verify};
 
 pub(super) fn run(arguments: &Verify) -> Result<u8> {
+    let code = judge(arguments);
+    if let Err(e) = &code
+        && !matches!(e, Error::Interrupted)
+    {
+        report::write_failed_junit(arguments.told.junit.as_deref(), "verify", e)?;
+        report::write_badge(arguments.told.badge.as_deref(), Verdict::Undetermined)?;
+    }
+    code
+}
+
+fn judge(arguments: &Verify) -> Result<u8> {
     let quiet = arguments.output.quiet;
     let scenes = if arguments.scenes.is_empty() {
         Scene::builtin_names()
@@ -33,11 +47,18 @@ pub(super) fn run(arguments: &Verify) -> Result<u8> {
             ));
         }
     }
+    let (mut engines, missing) = present(arguments)?;
+    if let Some(folder) = &arguments.against {
+        engines.extend(Baseline::read(folder)?.engines(folder));
+    }
+    if let Some(folder) = &arguments.record {
+        report::check_baseline_folder(folder)?;
+    }
     let request = Request {
         scenes,
         methods: arguments.methods.0.clone(),
         n: distinct(&arguments.n)?,
-        engines: present(arguments)?,
+        engines,
         settings: settings(&arguments.running, Iteration::Newton, Default::default()),
     };
     if let Some(folder) = &arguments.report {
@@ -55,13 +76,41 @@ pub(super) fn run(arguments: &Verify) -> Result<u8> {
         outcome?
     };
 
+    let diagnoses = if arguments.diagnose {
+        diagnose(&request, &outcome)?
+    } else {
+        Vec::new()
+    };
+    if let Some(folder) = &arguments.record {
+        report::write_baseline(folder, &recipe(), &request, &outcome)?;
+    }
     if let Some(folder) = &arguments.report {
         report::write_fields(folder, &request, &outcome)?;
+        report::write_html(folder, &request, &outcome, &diagnoses, &missing)?;
     }
-    report::write_json(arguments.output.json.as_deref(), &outcome)?;
-    if !quiet && !report::is_stdout(arguments.output.json.as_deref()) {
+    let json = arguments.output.json.as_deref();
+    let found = Found {
+        outcome: &outcome,
+        diagnoses: &diagnoses,
+    };
+    report::write_json(json, &report::document("verify", &found))?;
+    report::write_junit(arguments.told.junit.as_deref(), &outcome, &missing)?;
+    report::write_badge(arguments.told.badge.as_deref(), outcome.verdict)?;
+    if !quiet && !report::is_stdout(json) {
         print!("{}", report::table(&outcome));
+        for found in &diagnoses {
+            let n = found.n.map_or(String::new(), |n| format!(", n = {n}"));
+            let (scene, method) = (&found.scene, &found.method);
+            println!(
+                "{scene}, {method}{n}: {} – {}: {}",
+                found.a,
+                found.b,
+                found.sentence()
+            );
+        }
     }
+    let folder = arguments.report.as_deref();
+    report::annotate(&outcome, &missing, folder, report::is_stdout(json))?;
     for failure in &outcome.failures {
         eprintln!("faceoff: {}", failure.message);
     }
@@ -72,26 +121,64 @@ pub(super) fn run(arguments: &Verify) -> Result<u8> {
     })
 }
 
-/// The engines asked for; what is missing is installed, left out or refused, as the user says.
-fn present(arguments: &Verify) -> Result<Vec<Box<dyn Engine>>> {
-    let names: Vec<&str> = arguments.engines.iter().map(String::as_str).collect();
+/// What was found, as JSON has it.
+#[derive(Serialize)]
+struct Found<'a> {
+    #[serde(flatten)]
+    outcome: &'a Outcome,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    diagnoses: &'a [Diagnosis],
+}
+
+/// The command that this is, as one would type it.
+fn recipe() -> String {
+    let quoted = std::env::args().skip(1).map(|word| {
+        let plain = |c: char| c.is_alphanumeric() || "-_.,/=".contains(c);
+        if !word.is_empty() && word.chars().all(plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', "'\\''"))
+        }
+    });
+    let words: Vec<String> = quoted.collect();
+    format!("faceoff {}", words.join(" "))
+}
+
+/// Engines that are there, and those that are not.
+type Present = (Vec<Box<dyn Engine>>, Vec<Failure>);
+
+/// The engines asked for, and those left out; what is missing is installed, left out or refused, as the user says.
+fn present(arguments: &Verify) -> Result<Present> {
+    let mut names: Vec<&str> = arguments.engines.iter().map(String::as_str).collect();
+    if names.is_empty() {
+        let all = if arguments.against.is_some() {
+            &engine::NAMES[..1]
+        } else {
+            &engine::NAMES
+        };
+        names.extend(all);
+    }
     if arguments.running.install {
         engines::install(&names, arguments.output.quiet)?;
     }
-    let mut present = Vec::new();
+    let (mut present, mut missing) = (Vec::new(), Vec::new());
     for name in names {
         let engine = engine::find(name)?;
         if engine.is_installed() {
             present.push(engine);
         } else if arguments.allow_missing {
             eprintln!("faceoff: engine {name} is missing and left out");
+            missing.push(Failure {
+                engine: name.to_owned(),
+                message: format!("engine {name} is missing and was left out"),
+            });
         } else {
             // The probe knows what is missing and the command that brings it.
             engine.probe()?;
             present.push(engine);
         }
     }
-    Ok(present)
+    Ok((present, missing))
 }
 
 pub(super) fn settings(

@@ -4,13 +4,12 @@
 //! solution, s how much the field can change when the dofs change by 1. What is not finite,
 //! empty, missing on one side, or there on one side only, is never a pass.
 
-use std::collections::HashMap;
-
 use serde::Serialize;
 
 use super::align;
+use super::column::{NOWHERE, difference, judge_column, rows_of};
 use crate::error::Result;
-use crate::field::{ColumnKind, FaceColumn, FaceFields};
+use crate::field::FaceFields;
 
 /// The outcome of a comparison, of a case, of a whole run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -76,7 +75,10 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
     Ok(names
         .into_iter()
         .map(|name| match (a.column(name), b.column(name)) {
-            (Some(of_a), Some(of_b)) => judge_column(a, of_a, of_b, &partner, size, tolerance),
+            (Some(of_a), Some(of_b)) => {
+                let unit = |k: usize| size * of_a.sensitivity[k];
+                judge_column(a, of_a, of_b, &partner, unit, tolerance)
+            }
             (one, _) => {
                 let without = if one.is_some() { &b.source } else { &a.source };
                 FieldVerdict::failed(name, tolerance, format!("{without} does not have it"))
@@ -97,144 +99,35 @@ fn size(fields: &FaceFields) -> f64 {
     })
 }
 
-impl FieldVerdict {
-    fn failed(name: &str, tolerance: f64, reason: String) -> Self {
-        FieldVerdict {
-            field: name.to_owned(),
-            max_abs: f64::NAN,
-            max_rel: f64::NAN,
-            tolerance,
-            verdict: Verdict::Undetermined,
-            worst: None,
-            faces: 0,
-            beyond: 0,
-            rms: f64::NAN,
-            flips: None,
-            rounding_flips: None,
-            reason: Some(reason),
-        }
-    }
-}
-
-fn judge_column(
-    fields: &FaceFields,
-    a: &FaceColumn,
-    b: &FaceColumn,
-    partner: &[u32],
-    size: f64,
-    tolerance: f64,
-) -> FieldVerdict {
-    let failed = |reason: String| FieldVerdict::failed(&a.name, tolerance, reason);
-    if a.kind != b.kind || a.components != b.components {
-        return failed("the two sides have it in different form".into());
-    }
-    if a.faces.is_empty() && b.faces.is_empty() && a.name == "jump" {
-        // A mesh of one cell has no interior face, hence no jump to compare.
-        return FieldVerdict {
-            max_abs: 0.0,
-            max_rel: 0.0,
-            rms: 0.0,
-            verdict: Verdict::Agree,
-            ..failed("the mesh has no interior face".into())
-        };
-    }
-    if a.faces.is_empty() || a.faces.len() != b.faces.len() {
-        return failed(format!(
-            "one side has it on {} faces, the other on {}",
-            a.faces.len(),
-            b.faces.len()
-        ));
-    }
-    let rows: HashMap<u32, usize> = b.faces.iter().copied().zip(0..).collect();
-    let mut result = FieldVerdict {
-        verdict: Verdict::Agree,
-        faces: a.faces.len(),
-        max_abs: 0.0,
-        max_rel: 0.0,
-        rms: 0.0,
-        reason: None,
-        ..failed(String::new())
+/// |a - b| / (max|u| s) on each face that carries `field` on both sides, as [`judge`] holds it against the tolerance:
+/// faces of `a`, and one number each, the largest of its values. NaN where one is not finite.
+///
+/// # Errors
+/// Faces that cannot be matched.
+pub fn relative_differences(
+    a: &FaceFields,
+    b: &FaceFields,
+    field: &str,
+) -> Result<Vec<(u32, f64)>> {
+    let partner = align(a, b)?;
+    let size = size(a).max(size(b));
+    let (Some(of_a), Some(of_b)) = (a.column(field), b.column(field)) else {
+        return Ok(Vec::new());
     };
-    let (mut sum, mut weights, mut flips, mut rounding) = (0.0, 0.0, 0, 0);
-    let mut worst = (-1.0, 0, 0.0, 0.0);
-    for (k, &face) in a.faces.iter().enumerate() {
-        let Some(&other) = rows.get(&partner[face as usize]) else {
-            return failed(format!(
-                "only one side has it on face {:?}",
-                fields.face(face as usize)
-            ));
-        };
-        let unit = size * a.sensitivity[k];
-        let mut here: f64 = 0.0;
-        for (&x, &y) in a.row(k).iter().zip(b.row(other)) {
-            if !x.is_finite() || !y.is_finite() {
-                let mut verdict = failed(format!(
-                    "face {:?} has {x} against {y}",
-                    fields.face(face as usize)
-                ));
-                verdict.verdict = Verdict::Disagree;
-                verdict.worst = Some(place(fields, face, x, y));
-                return verdict;
-            }
-            let (absolute, relative) = match a.kind {
-                ColumnKind::Value => {
-                    let difference = (x - y).abs();
-                    (difference, relative(difference, unit))
-                }
-                ColumnKind::Status if (x <= 0.0) == (y <= 0.0) => (0.0, 0.0),
-                ColumnKind::Status => {
-                    // The flip weighs as much as the larger P is away from 0.
-                    let relative = relative(x.abs().max(y.abs()), unit);
-                    if relative <= tolerance {
-                        rounding += 1;
-                        (0.0, 0.0)
-                    } else {
-                        flips += 1;
-                        (1.0, relative)
-                    }
-                }
-            };
-            result.max_abs = result.max_abs.max(absolute);
-            here = here.max(relative);
-            sum += fields.measures[face as usize] * absolute * absolute;
-            if relative > worst.0 {
-                worst = (relative, face, x, y);
-            }
-        }
-        weights += fields.measures[face as usize] * a.components as f64;
-        result.max_rel = result.max_rel.max(here);
-        // Negated, so that a size that is not a number cannot agree.
-        if !(here <= tolerance) {
-            result.beyond += 1;
-        }
-    }
-    if a.kind == ColumnKind::Status {
-        result.flips = Some(flips);
-        result.rounding_flips = Some(rounding);
-    }
-    result.rms = (sum / weights).sqrt();
-    result.worst = Some(place(fields, worst.1, worst.2, worst.3));
-    if result.beyond > 0 {
-        result.verdict = Verdict::Disagree;
-    }
-    result
-}
-
-fn relative(difference: f64, unit: f64) -> f64 {
-    if difference == 0.0 && unit.is_finite() {
-        0.0
-    } else {
-        difference / unit
-    }
-}
-
-fn place(fields: &FaceFields, face: u32, a: f64, b: f64) -> Worst {
-    Worst {
-        vertices: fields.face(face as usize).to_vec(),
-        midpoint: fields.midpoints[face as usize][..fields.dim].to_vec(),
-        a,
-        b,
-    }
+    let rows = rows_of(of_b, b.face_count());
+    let on = |k: usize, face: u32| -> Option<(u32, f64)> {
+        let row = rows[partner[face as usize] as usize];
+        (row != NOWHERE).then(|| {
+            let values = of_a.row(k).iter().zip(of_b.row(row as usize));
+            let unit = size * of_a.sensitivity[k];
+            let largest = values
+                .map(|(&x, &y)| difference(of_a.kind, x, y, unit).1)
+                .fold(0.0, |m: f64, d| if d.is_nan() { d } else { m.max(d) });
+            (face, largest)
+        })
+    };
+    let faces = of_a.faces.iter().enumerate();
+    Ok(faces.filter_map(|(k, &face)| on(k, face)).collect())
 }
 
 /// Observed orders of consecutive (n, difference) pairs: log(d₁/d₂) / log(n₂/n₁).
@@ -248,6 +141,7 @@ pub fn observed_orders(levels: &[(usize, f64)]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::{ColumnKind, FaceColumn};
 
     fn fields(source: &str) -> FaceFields {
         let faces = 6;
@@ -264,6 +158,7 @@ mod tests {
         FaceFields {
             source: source.into(),
             dim: 2,
+            space: 2,
             vertices: (0..faces).flat_map(|f| [f, f + 10]).collect(),
             midpoints: (0..faces).map(|f| [f64::from(f), 0.5, 0.0]).collect(),
             measures: vec![1.0; faces as usize],
@@ -323,6 +218,7 @@ mod tests {
             let b = change(&|b| b.columns[0].values[2] = bad);
             assert_eq!(verdicts(&a, &b)[0], Verdict::Disagree);
             assert_ne!(verdicts(&b, &b.clone())[0], Verdict::Agree);
+            assert_eq!(judge(&a, &b, 1e-12).unwrap()[0].beyond, 1);
             let b = change(&|b| b.columns[1].values[2] = bad);
             assert_eq!(verdicts(&a, &b)[1], Verdict::Disagree);
         }

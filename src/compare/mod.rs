@@ -1,7 +1,19 @@
 //! The judge: are two results the same? It sees fields on faces and nothing else.
 
 mod align;
+mod column;
 mod judge;
+mod keyed;
+mod places;
+mod results;
 
 pub use align::align;
-pub use judge::{FieldVerdict, Verdict, Worst, judge, observed_orders};
+pub use judge::{FieldVerdict, Verdict, Worst, judge, observed_orders, relative_differences};
+pub use results::{
+    ComparedField, Comparison, Differences, Map, On, Tolerance, Tolerances, compare_results,
+};
+
+#[cfg(test)]
+mod face_fault_tests;
+#[cfg(test)]
+mod fault_tests;

@@ -114,6 +114,7 @@ pub fn face_fields(problem: &Problem, u: &[f64], source: &str) -> FaceFields {
     FaceFields {
         source: source.to_owned(),
         dim: mesh.dim,
+        space: mesh.dim,
         vertices: (0..faces).flat_map(|f| mesh.face(f)).copied().collect(),
         midpoints: (0..faces).map(|f| mesh.face_midpoint(f)).collect(),
         measures: (0..faces)

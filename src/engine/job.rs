@@ -293,7 +293,7 @@ pub(super) fn read(engine: &str, folder: &Path, cases: &[Case]) -> Result<(Strin
 }
 
 /// Values of all local dofs of all cells, from rows of text or raw little-endian binary64.
-fn read_values(
+pub(super) fn read_values(
     folder: &Path,
     name: &str,
     expected: usize,
@@ -351,7 +351,7 @@ fn read_values(
 }
 
 /// One value a dof, after every cell that has it told the same.
-fn to_dofs(problem: &Problem, values: &[f64]) -> Result<Vec<f64>, String> {
+pub(super) fn to_dofs(problem: &Problem, values: &[f64]) -> Result<Vec<f64>, String> {
     let space = &problem.space;
     let size = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let mut u: Vec<Option<(f64, usize)>> = vec![None; space.dofs];

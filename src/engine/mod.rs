@@ -8,6 +8,7 @@ mod install;
 mod job;
 mod process;
 mod program;
+mod recorded;
 mod rust;
 
 use std::path::PathBuf;
@@ -15,6 +16,7 @@ use std::time::Duration;
 
 pub use install::{Installation, install, meshio_python, plan};
 pub use process::{interrupt, interrupted, peak_memory_mb};
+pub use recorded::{BASELINE, Baseline, Kept, record};
 
 use crate::contact::{Ended, Iteration, Method, Problem, Solution, Stop};
 use crate::error::{Error, Result};

@@ -1,17 +1,23 @@
 //! Fields on faces: what codes are compared by.
 
-/// Fields of one result, keyed by faces.
+/// In place of a vertex where a face has fewer than others.
+pub const PADDING: u32 = u32::MAX;
+
+/// Fields of one result, keyed by faces. Where files of other codes are compared, a face is whatever carries values:
+/// a cell, a point, or a corner of a cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceFields {
     /// Whose they are, as the comparison names it.
     pub source: String,
     /// Number of vertices of a face: 2 in the plane, 3 in space.
     pub dim: usize,
+    /// Number of coordinates of a point: 2 or 3.
+    pub space: usize,
     /// Vertices of the faces, `dim` each, ascending.
     pub vertices: Vec<u32>,
-    /// Centroids of the faces.
+    /// Centroids of the faces; none where nothing is known of places.
     pub midpoints: Vec<[f64; 3]>,
-    /// |F|
+    /// |F|; none where all weigh the same.
     pub measures: Vec<f64>,
     pub columns: Vec<FaceColumn>,
 }
@@ -28,7 +34,7 @@ pub struct FaceColumn {
     /// `components` values a face of `faces`.
     pub values: Vec<f64>,
     /// By how much a value on that face can change when no dof changes by more than 1; this makes
-    /// a tolerance for dofs one for every field.
+    /// a tolerance for dofs one for every field. Empty where a field is judged by its own scale.
     pub sensitivity: Vec<f64>,
 }
 
@@ -43,7 +49,7 @@ pub enum ColumnKind {
 
 impl FaceFields {
     pub fn face_count(&self) -> usize {
-        self.measures.len()
+        self.vertices.len() / self.dim
     }
 
     /// Vertices of a face, ascending.

@@ -2,6 +2,8 @@
 
 pub mod data;
 mod faces;
+mod results;
 
 pub use data::{Whole, WholeValues};
-pub use faces::{ColumnKind, FaceColumn, FaceFields};
+pub use faces::{ColumnKind, FaceColumn, FaceFields, PADDING};
+pub use results::{Carried, Results};

@@ -10,14 +10,17 @@ pub mod msh;
 mod out;
 mod plain;
 mod recognise;
+mod results;
 mod rows;
 mod scan;
+mod table;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
 pub use out::save;
 pub use recognise::{Format, recognise};
+pub use results::read_results;
 
 use crate::error::{Error, Place, Result};
 use crate::field::Whole;

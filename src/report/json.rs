@@ -8,6 +8,29 @@ use serde::Serialize;
 use crate::error::{Error, Place, Result};
 use crate::io::save;
 
+/// The version of the JSON that `verify` and `compare` write; `schema/` beside this file has its schemas.
+const VERSION: u32 = 1;
+
+/// A result with what it is and who made it.
+#[derive(Serialize)]
+pub struct Document<'a, T> {
+    /// `faceoff/verify/1`: the name of the schema.
+    schema: String,
+    /// The program's version.
+    faceoff: &'static str,
+    #[serde(flatten)]
+    result: &'a T,
+}
+
+/// The result of a command as its JSON.
+pub fn document<'a, T: Serialize>(command: &str, result: &'a T) -> Document<'a, T> {
+    Document {
+        schema: format!("faceoff/{command}/{VERSION}"),
+        faceoff: env!("CARGO_PKG_VERSION"),
+        result,
+    }
+}
+
 /// Does `-` mean that the result itself goes to standard output?
 pub fn is_stdout(path: Option<&Path>) -> bool {
     path.is_some_and(|path| path.as_os_str() == "-")

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use comfy_table::{CellAlignment, Table, presets};
 
-use crate::compare::{FieldVerdict, Verdict};
-use crate::verify::{CrossOutcome, Outcome, Source};
+use crate::compare::{Comparison, FieldVerdict, Map, Verdict};
+use crate::verify::{Outcome, Source, telling};
 
 /// The whole outcome as text.
 pub fn table(outcome: &Outcome) -> String {
@@ -53,7 +53,7 @@ pub fn table(outcome: &Outcome) -> String {
                 format!("{:.1e}", field.max_rel),
                 format!("{:.0e}", field.tolerance),
                 place(field),
-                remark(field),
+                remark(field, "faces"),
             ]);
         }
         let _ = writeln!(text, "{pairs}\n");
@@ -66,10 +66,7 @@ pub fn table(outcome: &Outcome) -> String {
         let mut cross = new(&[
             "scene", "n", "a", "b", "pairs", "distance", "bound a", "bound b", "slack", "verdict",
         ]);
-        // Codes with the same scheme give the same to many digits: the pair with the worst verdict, or the least slack.
-        for pairs in outcome.cross.chunk_by(same_methods) {
-            let worst = pairs.iter().max_by(|a, b| worse(a).total_cmp(&worse(b)));
-            let Some(c) = worst else { continue };
+        for (c, pairs) in telling(&outcome.cross) {
             let source = |s: &Source| format!("{} {}", s.engine, s.method);
             let n = c.n.map_or(String::new(), |n| n.to_string());
             let mut row = vec![
@@ -77,7 +74,7 @@ pub fn table(outcome: &Outcome) -> String {
                 n,
                 source(&c.a),
                 source(&c.b),
-                pairs.len().to_string(),
+                pairs.to_string(),
             ];
             match &c.judged {
                 Some(j) => {
@@ -102,6 +99,46 @@ pub fn table(outcome: &Outcome) -> String {
     text
 }
 
+/// A comparison of two files as text: one line a field.
+pub fn comparison_table(comparison: &Comparison) -> String {
+    let mut fields = new(&[
+        "field",
+        "on",
+        "max |a-b|",
+        "relative",
+        "scale",
+        "rtol",
+        "atol",
+        "worst",
+        "verdict",
+    ]);
+    for compared in &comparison.fields {
+        let field = &compared.field;
+        let on = format!("{:?}", compared.on).to_lowercase();
+        fields.add_row([
+            field.field.clone(),
+            on.clone(),
+            format!("{:.1e}", field.max_abs),
+            format!("{:.1e}", field.max_rel),
+            compared.scale.map_or(String::new(), |s| format!("{s:.1e}")),
+            format!("{:.0e}", compared.rtol),
+            format!("{:.0e}", compared.atol),
+            place(field),
+            remark(field, &on),
+        ]);
+    }
+    let map = match comparison.map {
+        Map::Vertices => "vertices",
+        Map::Coordinates => "coordinates",
+    };
+    format!(
+        "a: {}\nb: {}\nmatched by {map}\n{fields}\n{}\n",
+        comparison.a,
+        comparison.b,
+        word(comparison.verdict)
+    )
+}
+
 fn new(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
@@ -112,7 +149,7 @@ fn new(header: &[&str]) -> Table {
     table
 }
 
-fn word(verdict: Verdict) -> &'static str {
+pub(super) fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Agree => "agree",
         Verdict::Disagree => "disagree",
@@ -127,29 +164,15 @@ fn place(field: &FieldVerdict) -> String {
     })
 }
 
-fn remark(field: &FieldVerdict) -> String {
+fn remark(field: &FieldVerdict, carriers: &str) -> String {
     let mut text = word(field.verdict).to_owned();
     if let Some(reason) = &field.reason {
         let _ = write!(text, ": {reason}");
     } else if field.beyond > 0 {
-        let _ = write!(text, ": {} of {} faces", field.beyond, field.faces);
+        let _ = write!(text, ": {} of {} {carriers}", field.beyond, field.faces);
     }
     if let Some(flips @ 1..) = field.rounding_flips {
         let _ = write!(text, " ({flips} status flips at rounding level)");
     }
     text
-}
-
-fn same_methods(a: &CrossOutcome, b: &CrossOutcome) -> bool {
-    let key = |c: &CrossOutcome| (c.scene.clone(), c.n, c.a.method.clone(), c.b.method.clone());
-    key(a) == key(b)
-}
-
-/// Larger for what a reader must see first.
-fn worse(c: &CrossOutcome) -> f64 {
-    match &c.judged {
-        Some(j) if j.verdict == Verdict::Disagree => f64::INFINITY,
-        Some(j) => -j.slack,
-        None => f64::MAX,
-    }
 }

@@ -55,6 +55,27 @@ pub struct Judged {
     pub verdict: Verdict,
 }
 
+/// For each scene, mesh and pair of methods the pair of engines that a reader must see first, and how many there
+/// are: codes with the same scheme give the same to many digits.
+pub fn telling(cross: &[CrossOutcome]) -> Vec<(&CrossOutcome, usize)> {
+    let same = |a: &CrossOutcome, b: &CrossOutcome| {
+        let methods = |c: &CrossOutcome| [c.a.method.clone(), c.b.method.clone()];
+        a.scene == b.scene && a.n == b.n && methods(a) == methods(b)
+    };
+    let worse = |c: &CrossOutcome| match &c.judged {
+        Some(j) if j.verdict == Verdict::Disagree => f64::INFINITY,
+        Some(j) => -j.slack,
+        None => f64::MAX,
+    };
+    let worst = |pairs: &'_ [CrossOutcome]| -> Option<usize> {
+        (0..pairs.len()).max_by(|&a, &b| worse(&pairs[a]).total_cmp(&worse(&pairs[b])))
+    };
+    cross
+        .chunk_by(same)
+        .filter_map(|pairs| Some((&pairs[worst(pairs)?], pairs.len())))
+        .collect()
+}
+
 /// A case with a certificate, or the reason why not, for each engine.
 struct Certified<'a> {
     case: &'a Case<'a>,

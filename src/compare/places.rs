@@ -1,0 +1,105 @@
+//! Which point of one file is which of the other by its place, in O(N log N).
+//!
+//! Along each axis the coordinates of both files are sorted, and those that follow each other within the tolerance get
+//! one number. Points with the same numbers on all axes are one place. No grid is laid over the points, so that none
+//! of its lines can separate what belongs together.
+
+use rayon::prelude::*;
+
+/// What binary64 leaves of coordinates that two codes compute, relative to the extent of the mesh.
+const NEAR: f64 = 1e-9;
+/// What binary32 leaves of them.
+const NEAR_SINGLE: f64 = 1e-6;
+
+/// How far apart two points may be along an axis and still be one: of binary32 where one of the files holds no more.
+pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let mut extent: f64 = 0.0;
+    for axis in 0..3 {
+        let of = |points: &[[f64; 3]]| {
+            let ends = (f64::INFINITY, f64::NEG_INFINITY);
+            points
+                .iter()
+                .fold(ends, |e, p| (e.0.min(p[axis]), e.1.max(p[axis])))
+        };
+        let ((low, high), (other_low, other_high)) = (of(a), of(b));
+        extent = extent.max(high.max(other_high) - low.min(other_low));
+    }
+    let is_single = |points: &[[f64; 3]]| {
+        let mut all = points.iter().flatten();
+        all.all(|x| f64::from(*x as f32) == *x)
+    };
+    let near = if is_single(a) || is_single(b) {
+        NEAR_SINGLE
+    } else {
+        NEAR
+    };
+    near * extent
+}
+
+/// The number of each point's place, of the points of `a` and then of those of `b`.
+pub(super) fn numbers(a: &[[f64; 3]], b: &[[f64; 3]], near: f64) -> Vec<u32> {
+    let count = a.len() + b.len();
+    let mut place = vec![0u32; count];
+    let mut keyed: Vec<(u64, u32)> = Vec::new();
+    for axis in 0..3 {
+        let on_axis = numbers_on_axis(a, b, axis, near);
+        if on_axis.iter().all(|n| *n == 0) {
+            continue;
+        }
+        // Together with the axes before: first which pairs there are, then their numbers.
+        keyed.clear();
+        let pairs = place.iter().zip(&on_axis).zip(0..);
+        keyed.extend(pairs.map(|((&p, &n), k)| (u64::from(p) << 32 | u64::from(n), k)));
+        keyed.par_sort_unstable();
+        let mut number = 0;
+        for k in 0..keyed.len() {
+            if k > 0 && keyed[k].0 != keyed[k - 1].0 {
+                number += 1;
+            }
+            place[keyed[k].1 as usize] = number;
+        }
+    }
+    place
+}
+
+fn numbers_on_axis(a: &[[f64; 3]], b: &[[f64; 3]], axis: usize, near: f64) -> Vec<u32> {
+    let points = a.iter().chain(b).map(|p| p[axis]);
+    let mut sorted: Vec<(f64, u32)> = points.zip(0..).collect();
+    sorted.par_sort_unstable_by(|p, q| p.0.total_cmp(&q.0));
+    let mut numbers = vec![0; sorted.len()];
+    let mut number = 0;
+    for k in 0..sorted.len() {
+        if k > 0 && sorted[k].0 - sorted[k - 1].0 > near {
+            number += 1;
+        }
+        numbers[sorted[k].1 as usize] = number;
+    }
+    numbers
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_one_place_within_the_tolerance_on_every_axis() {
+        let a = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+        let b = [[1.0, 1.0 - 1e-12, 0.0], [1e-12, 0.0, 0.0], [1.0, 0.0, 1.0]];
+        let n = numbers(&a, &b, tolerance(&[[0.1; 3]], &a));
+        assert_eq!((n[0], n[2]), (n[4], n[3]));
+        let mut distinct = n.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        assert_eq!(distinct.len(), 4);
+    }
+
+    #[test]
+    fn the_tolerance_is_that_of_the_coarser_file() {
+        let third = [[1.0 / 3.0, 1.0, 0.0], [0.0, 0.0, 0.0]];
+        let single = third.map(|p| p.map(|x| f64::from(x as f32)));
+        assert_eq!(tolerance(&third, &third), 1e-9);
+        assert_eq!(tolerance(&third, &single), 1e-6);
+        let n = numbers(&third, &single, tolerance(&third, &single));
+        assert_eq!(n[..2], n[2..]);
+    }
+}

@@ -1,0 +1,145 @@
+//! Any file's fields, for the comparison: tables as CSV, and every format of meshes that holds fields.
+
+use std::path::Path;
+
+use super::table;
+use crate::error::Result;
+use crate::field::{Carried, PADDING, Results, Whole};
+use crate::mesh::{Field, Mesh, Support};
+
+/// Fields that faceoff writes on all faces although only some carry them; the others have NaN.
+const PARTIAL: [&str; 5] = ["gamma", "contact", "jump", "flux", "P"];
+
+/// What VTK's own writers say of their numbering, and no result.
+const BOOKKEEPING: [&str; 3] = ["vtkOriginalPointIds", "vtkOriginalCellIds", "vtkGhostType"];
+
+/// Reads the fields of a file. `python` is the interpreter of an environment that has meshio, for the formats that are
+/// left to it.
+///
+/// # Errors
+/// The file cannot be read, is not known, or is not as its format demands.
+pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Results> {
+    let source = path.display().to_string();
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+    {
+        return table::read(path, bytes);
+    }
+    let content = super::parse(path, bytes, python)?;
+    Ok(of_mesh(source, content.mesh, &content.whole))
+}
+
+fn of_mesh(source: String, mesh: Mesh, whole: &[Whole]) -> Results {
+    let ours = whole.iter().any(|data| data.name == "faceoff");
+    let kinds = mesh.blocks.iter().map(|block| block.kind.points());
+    let width = kinds.max().unwrap_or(0);
+    let mut cells = Vec::with_capacity(width * mesh.cell_count());
+    for block in &mesh.blocks {
+        for cell in block.cells() {
+            cells.extend_from_slice(cell);
+            cells.extend(std::iter::repeat_n(PADDING, width - cell.len()));
+        }
+    }
+    let planar = mesh.points.iter().all(|p| p[2] == 0.0);
+    let mut results = Results {
+        source,
+        space: if planar { 2 } else { 3 },
+        width,
+        cells,
+        kinds: mesh.blocks.iter().map(|b| (b.kind, b.len())).collect(),
+        ..Results::default()
+    };
+    let corners: Vec<usize> = mesh.blocks.iter().map(|b| b.kind.points()).collect();
+    let starts = || {
+        let sizes = mesh.blocks.iter().zip(&corners);
+        let sizes = sizes.flat_map(|(block, k)| std::iter::repeat_n(*k as u32, block.len()));
+        sizes.scan(0, |next, size| {
+            let start = *next;
+            *next += size;
+            Some((start, size))
+        })
+    };
+    let told = |field: &&Field| !BOOKKEEPING.contains(&field.name.as_str());
+    for field in mesh.fields.iter().filter(told) {
+        let mut carried = carry(field, ours);
+        match field.on {
+            Support::Points => results.on_points.push(carried),
+            Support::Cells => results.on_cells.push(carried),
+            Support::CellPoints => {
+                // Values are told cell by cell, and are carried corner by corner.
+                if let Some(cells) = carried.at.take() {
+                    let starts: Vec<(u32, u32)> = starts().collect();
+                    let corners = cells.iter().flat_map(|cell| {
+                        let (start, size) = starts[*cell as usize];
+                        start..start + size
+                    });
+                    carried.at = Some(corners.collect());
+                }
+                results.on_corners.push(carried);
+            }
+        }
+    }
+    results.points = mesh.points;
+    results
+}
+
+fn carry(field: &Field, ours: bool) -> Carried {
+    let mut carried = Carried {
+        name: field.name.clone(),
+        components: field.components,
+        values: field.values.to_f64(),
+        at: (!field.at.is_empty()).then(|| field.at.clone()),
+        scaled_by: None,
+    };
+    if !ours {
+        return carried;
+    }
+    let (quantity, engines) = field.name.split_once(' ').unwrap_or((&field.name, ""));
+    if let Some((_, of)) = engines.split_once(" - ") {
+        carried.scaled_by = Some(format!("{quantity} {of}"));
+    }
+    if PARTIAL.contains(&quantity) {
+        let rows = carried.values.chunks_exact(carried.components);
+        let there = |row: &[f64]| !row.iter().all(|v| v.is_nan());
+        let at = rows.zip(0..).filter(|(row, _)| there(row)).map(|(_, k)| k);
+        carried.at = Some(at.collect());
+        let rows = carried.values.chunks_exact(carried.components);
+        carried.values = rows.filter(|row| there(row)).flatten().copied().collect();
+    }
+    carried
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{CellBlock, CellKind, Values};
+
+    #[test]
+    fn what_a_face_does_not_carry_is_not_there_and_only_in_files_of_ours() {
+        let on_cells =
+            |name: &str, values: Vec<f64>| Field::new(name, Support::Cells, 1, Values::F64(values));
+        let mesh = Mesh {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            blocks: vec![CellBlock::new(CellKind::Line, vec![0, 1, 1, 2])],
+            fields: vec![
+                on_cells("flux rust", vec![f64::NAN, 2.0]),
+                on_cells("mean rust", vec![f64::NAN, 2.0]),
+                on_cells("mean freefem - rust", vec![0.0, 1.0]),
+            ],
+            ..Mesh::default()
+        };
+        let ours = of_mesh("a".into(), mesh.clone(), &[Whole::text("faceoff", "1")]);
+        assert_eq!(ours.on_cells[0].at, Some(vec![1]));
+        assert_eq!(ours.on_cells[0].values, [2.0]);
+        assert_eq!(ours.on_cells[1].at, None);
+        assert_eq!(ours.on_cells[2].scaled_by.as_deref(), Some("mean rust"));
+        let theirs = of_mesh("a".into(), mesh, &[]);
+        assert!(
+            theirs
+                .on_cells
+                .iter()
+                .all(|f| f.at.is_none() && f.scaled_by.is_none())
+        );
+    }
+}

@@ -1,0 +1,207 @@
+//! Tables of values as CSV, with one line of names above them.
+//!
+//! The names say what a row is: `vertex`, a point by its number from 0; `v0,v1[,v2…]`, a face or cell by the numbers
+//! of its vertices; `x,y[,z]`, a point by its coordinates. Every other column is a field, which a row carries where its
+//! entry is not empty.
+
+use std::path::Path;
+
+use crate::error::{Error, Place, Result};
+use crate::field::{Carried, Results};
+
+/// Reads a table.
+///
+/// # Errors
+/// Rows without key or of another length, entries that are no number.
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
+    let refuse = |line: usize, what: String| {
+        let remedy =
+            "write one line of names, then numbers; the keys are `vertex`, `v0,v1,…`, or `x,y[,z]`";
+        Error::file(path, Place::Line(line), what, remedy)
+    };
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
+    let names = match reader.headers() {
+        Ok(names) => names.clone(),
+        Err(e) => return Err(refuse(1, e.to_string())),
+    };
+    let columns = Columns::new(&names).map_err(|what| refuse(1, what))?;
+    let mut results = Results {
+        source: path.display().to_string(),
+        space: if columns.place.len() == 3 { 3 } else { 2 },
+        width: if columns.vertices.len() > 1 {
+            columns.vertices.len()
+        } else {
+            0
+        },
+        ..Results::default()
+    };
+    let mut fields: Vec<Carried> = columns
+        .fields
+        .iter()
+        .map(|&column| Carried {
+            name: names[column].to_owned(),
+            components: 1,
+            values: Vec::new(),
+            at: Some(Vec::new()),
+            scaled_by: None,
+        })
+        .collect();
+    let mut row = csv::StringRecord::new();
+    let mut count = 0u32;
+    loop {
+        let line = reader.position().line() as usize;
+        match reader.read_record(&mut row) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(e) => return Err(refuse(line, e.to_string())),
+        }
+        let entry = |column: usize| (&names[column], &row[column]);
+        for &column in &columns.vertices {
+            let (name, text) = entry(column);
+            let id: u32 = text
+                .parse()
+                .ok()
+                .filter(|id| *id < u32::MAX)
+                .ok_or_else(|| {
+                    refuse(
+                        line,
+                        format!("`{text}` in column `{name}` is no number of a vertex"),
+                    )
+                })?;
+            let ids = if results.width == 0 {
+                &mut results.ids
+            } else {
+                &mut results.cells
+            };
+            ids.push(id);
+        }
+        let number = |column: usize| {
+            let (name, text) = entry(column);
+            text.parse::<f64>()
+                .map_err(|_| refuse(line, format!("`{text}` in column `{name}` is no number")))
+        };
+        if !columns.place.is_empty() {
+            let mut place = [0.0; 3];
+            for (x, &column) in place.iter_mut().zip(&columns.place) {
+                *x = number(column)?;
+                if !x.is_finite() {
+                    return Err(refuse(line, format!("the coordinate {x} is no place")));
+                }
+            }
+            results.points.push(place);
+        }
+        for (field, &column) in fields.iter_mut().zip(&columns.fields) {
+            if !row[column].is_empty() {
+                field.values.push(number(column)?);
+                field.at.get_or_insert_default().push(count);
+            }
+        }
+        count += 1;
+    }
+    for field in &mut fields {
+        if field.values.len() == count as usize {
+            field.at = None;
+        }
+    }
+    if results.width > 0 {
+        results.on_cells = fields;
+    } else {
+        results.on_points = fields;
+    }
+    Ok(results)
+}
+
+/// Which column is what.
+struct Columns {
+    /// `vertex`, or `v0`, `v1`, … in their order.
+    vertices: Vec<usize>,
+    /// `x`, `y`, `z`
+    place: Vec<usize>,
+    fields: Vec<usize>,
+}
+
+impl Columns {
+    fn new(names: &csv::StringRecord) -> Result<Self, String> {
+        let find = |name: &str| names.iter().position(|n| n == name);
+        for (k, name) in names.iter().enumerate() {
+            if name.is_empty() || names.iter().take(k).any(|n| n == name) {
+                return Err(format!("column {} has no name of its own", k + 1));
+            }
+        }
+        let mut vertices: Vec<usize> = (0..).map_while(|k| find(&format!("v{k}"))).collect();
+        if let Some(vertex) = find("vertex") {
+            if !vertices.is_empty() {
+                return Err("it has `vertex` and `v0`, which are keys of different things".into());
+            }
+            vertices.push(vertex);
+        }
+        let place: Vec<usize> = ["x", "y", "z"]
+            .iter()
+            .map_while(|name| find(name))
+            .collect();
+        // Of faces the vertices are the key, and places would be told twice.
+        let place = match (place.len(), vertices.len()) {
+            (2.., 0 | 1) => place,
+            (0, 1..) => place,
+            (2.., _) => {
+                return Err(
+                    "it has vertices of faces and coordinates: leave out one of them".into(),
+                );
+            }
+            _ => return Err("no column is a key".into()),
+        };
+        let fields = (0..names.len()).filter(|k| !vertices.contains(k) && !place.contains(k));
+        let fields = fields.collect();
+        Ok(Columns {
+            vertices,
+            place,
+            fields,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Result<Results> {
+        read(Path::new("t.csv"), text.as_bytes())
+    }
+
+    #[test]
+    fn rows_are_points_or_faces_by_the_names_above() {
+        let points = table("vertex, u\n7, 1.5\n3, -2e-3\n").unwrap();
+        assert_eq!(
+            (points.ids, points.on_points[0].values.clone()),
+            (vec![7, 3], vec![1.5, -2e-3])
+        );
+        let faces = table("v0,v1,mean,flux\n0,1,2,\n1,2,3,4\n").unwrap();
+        assert_eq!((faces.width, faces.cells), (2, vec![0, 1, 1, 2]));
+        assert_eq!(faces.on_cells[0].at, None);
+        assert_eq!(faces.on_cells[1].at, Some(vec![1]));
+        let places = table("x,y,u\n0,1,2\n0.5,1,3\n").unwrap();
+        assert_eq!(places.points, [[0.0, 1.0, 0.0], [0.5, 1.0, 0.0]]);
+    }
+
+    #[test]
+    fn what_is_no_table_is_refused_with_its_line() {
+        for (text, part) in [
+            ("u\n1\n", ":1: no column is a key"),
+            ("x,u\n1,2\n", "no column is a key"),
+            ("vertex,u\n1\n", ":2"),
+            ("vertex,u\n1,2\n-1,2\n", ":3: `-1`"),
+            ("vertex,u\n1.5,2\n", "no number of a vertex"),
+            ("vertex,u\n1,two\n", "`two` in column `u`"),
+            ("x,y,u\n1,nan,2\n", "no place"),
+            ("vertex,u,u\n1,2,3\n", "column 3"),
+            ("vertex,v0,u\n1,2,3\n", "different things"),
+            ("v0,v1,x,y,u\n1,2,3,4,5\n", "leave out"),
+            ("", "no column is a key"),
+        ] {
+            let told = table(text).unwrap_err().to_string();
+            assert!(told.contains(part), "{text:?}: {told}");
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! What CI servers show beside a run: GitHub's workflow commands and its summary, GitLab's report of annotations. Each
+//! is made where the environment says that the server is there.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use super::json::write_json;
+use super::junit::why;
+use crate::compare::{Comparison, FieldVerdict, Verdict};
+use crate::error::{Error, Result};
+use crate::verify::{Failure, Outcome};
+
+/// Most annotations of one run; GitHub shows ten of a step.
+const MOST: usize = 10;
+
+/// What is wrong, and what it is about.
+struct Note {
+    title: String,
+    message: String,
+}
+
+/// Tells of a run of [`crate::verify::verify`]. `folder` is the report's, where there is one; commands go to standard
+/// error where standard output is taken.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn annotate(
+    outcome: &Outcome,
+    missing: &[Failure],
+    folder: Option<&Path>,
+    stdout_is_taken: bool,
+) -> Result<()> {
+    let mut notes = Vec::new();
+    for case in &outcome.cases {
+        let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
+        let about = format!("{}, {}{n}", case.scene, case.method);
+        for engine in case.engines.iter().filter(|e| e.verdict != Verdict::Agree) {
+            notes.push(Note {
+                title: format!("{about}: {} does not solve the scheme", engine.engine),
+                message: format!("its backward error is {:.1e}", engine.residual),
+            });
+        }
+        for pair in case
+            .pairs
+            .iter()
+            .filter(|p| p.field.verdict != Verdict::Agree)
+        {
+            notes.push(note(
+                &format!("{about}: {} – {}", pair.a, pair.b),
+                &pair.field,
+            ));
+        }
+    }
+    for failure in outcome.failures.iter().chain(missing) {
+        notes.push(Note {
+            title: format!("no answer from {}", failure.engine),
+            message: failure.message.clone(),
+        });
+    }
+    tell(outcome.verdict, &notes, folder, stdout_is_taken)
+}
+
+/// Tells of a comparison of two files.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn annotate_comparison(comparison: &Comparison, stdout_is_taken: bool) -> Result<()> {
+    let about = format!("{} – {}", comparison.a, comparison.b);
+    let failed = comparison.fields.iter().map(|f| &f.field);
+    let failed = failed.filter(|f| f.verdict != Verdict::Agree);
+    let notes: Vec<Note> = failed.map(|field| note(&about, field)).collect();
+    tell(comparison.verdict, &notes, None, stdout_is_taken)
+}
+
+fn note(about: &str, field: &FieldVerdict) -> Note {
+    Note {
+        title: format!("{about}: {}", field.field),
+        message: why(field),
+    }
+}
+
+fn tell(
+    verdict: Verdict,
+    notes: &[Note],
+    folder: Option<&Path>,
+    stdout_is_taken: bool,
+) -> Result<()> {
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|v| v == "true");
+    if is_set("GITHUB_ACTIONS") {
+        let commands = github_commands(notes);
+        let written = if stdout_is_taken {
+            std::io::stderr().lock().write_all(commands.as_bytes())
+        } else {
+            std::io::stdout().lock().write_all(commands.as_bytes())
+        };
+        written.map_err(Error::io(Path::new("-"), "write"))?;
+        if let Some(summary) = std::env::var_os("GITHUB_STEP_SUMMARY").map(PathBuf::from) {
+            std::fs::OpenOptions::new()
+                .append(true)
+                .create(true)
+                .open(&summary)
+                .and_then(|mut file| file.write_all(github_summary(verdict, notes).as_bytes()))
+                .map_err(Error::io(&summary, "write"))?;
+        }
+    }
+    if is_set("GITLAB_CI")
+        && let Some(folder) = folder
+    {
+        let job = std::env::var("CI_JOB_URL").unwrap_or_default();
+        let told = gitlab_annotations(verdict, notes, &job, folder);
+        write_json(Some(&folder.join("gitlab-annotations.json")), &told)?;
+    }
+    Ok(())
+}
+
+/// `::error title=…::…`, one line each.
+fn github_commands(notes: &[Note]) -> String {
+    let escape = |text: &str| {
+        text.replace('%', "%25")
+            .replace('\r', "%0D")
+            .replace('\n', "%0A")
+    };
+    let mut text = String::new();
+    for note in notes.iter().take(MOST) {
+        let title = escape(&note.title).replace(':', "%3A").replace(',', "%2C");
+        let _ = writeln!(text, "::error title={title}::{}", escape(&note.message));
+    }
+    if notes.len() > MOST {
+        let _ = writeln!(
+            text,
+            "::error title=faceoff::and {} more",
+            notes.len() - MOST
+        );
+    }
+    text
+}
+
+fn github_summary(verdict: Verdict, notes: &[Note]) -> String {
+    let mut text = format!("### faceoff: {}\n\n", super::word(verdict));
+    if !notes.is_empty() {
+        text.push_str("| what | how much and where |\n| --- | --- |\n");
+    }
+    let cell = |text: &str| {
+        text.replace('|', "\\|")
+            .replace('\n', " ")
+            .replace('<', "&lt;")
+    };
+    for note in notes {
+        let _ = writeln!(text, "| {} | {} |", cell(&note.title), cell(&note.message));
+    }
+    text
+}
+
+/// Links from the job's page to the report among its artifacts.
+fn gitlab_annotations(
+    verdict: Verdict,
+    notes: &[Note],
+    job: &str,
+    folder: &Path,
+) -> serde_json::Value {
+    let url = format!("{job}/artifacts/file/{}/index.html", folder.display());
+    let link = |label: String| json!({ "external_link": { "label": label, "url": url } });
+    let mut links = vec![link(format!("faceoff: {}", super::word(verdict)))];
+    links.extend(notes.iter().take(MOST).map(|note| link(note.title.clone())));
+    json!({ "faceoff": links })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn notes() -> Vec<Note> {
+        let note = |k: usize| Note {
+            title: format!("a, b: {k}"),
+            message: "50 % | 1\n2 <script>".into(),
+        };
+        (0..12).map(note).collect()
+    }
+
+    #[test]
+    fn nothing_breaks_out_of_a_command_or_a_table() {
+        let commands = github_commands(&notes());
+        assert_eq!(commands.lines().count(), MOST + 1);
+        assert_eq!(
+            commands.lines().next(),
+            Some("::error title=a%2C b%3A 0::50 %25 | 1%0A2 <script>")
+        );
+        assert!(commands.ends_with("and 2 more\n"));
+        let summary = github_summary(Verdict::Disagree, &notes());
+        assert_eq!(summary.lines().count(), 2 + 2 + 12);
+        assert!(summary.contains("50 % \\| 1 2 &lt;script>"));
+    }
+
+    #[test]
+    fn annotations_lead_to_the_report() {
+        let told = gitlab_annotations(
+            Verdict::Disagree,
+            &notes(),
+            "https://ci/jobs/1",
+            Path::new("r"),
+        );
+        let first = &told["faceoff"][0]["external_link"];
+        assert_eq!(first["label"], "faceoff: disagree");
+        assert_eq!(
+            first["url"],
+            "https://ci/jobs/1/artifacts/file/r/index.html"
+        );
+        assert_eq!(told["faceoff"].as_array().unwrap().len(), 1 + MOST);
+    }
+}

@@ -1,0 +1,55 @@
+//! A badge: the verdict as a small SVG that READMEs and pipelines show.
+
+use std::path::Path;
+
+use super::json::write_text;
+use crate::compare::Verdict;
+use crate::error::Result;
+
+/// Writes the badge of a verdict to `path`.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_badge(path: Option<&Path>, verdict: Verdict) -> Result<()> {
+    path.map_or(Ok(()), |path| write_text(path, &badge(verdict)))
+}
+
+/// The verdict in words and colour; contrast with white is at least 4.5.
+fn badge(verdict: Verdict) -> String {
+    let (word, colour) = match verdict {
+        Verdict::Agree => ("agree", "#1a6e3c"),
+        Verdict::Disagree => ("disagree", "#b3261e"),
+        Verdict::Undetermined => ("undetermined", "#5f5f5f"),
+    };
+    // Widths of 11 px text, about 6.5 px a letter, are fixed by textLength whatever the font.
+    let (left, right) = (52, 16 + 13 * word.len() / 2);
+    let (width, text) = (left + right, right - 14);
+    let middle = left + right / 2;
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"20\" role=\"img\" aria-label=\"faceoff: {word}\">\
+         <title>faceoff: {word}</title>\
+         <rect width=\"{width}\" height=\"20\" rx=\"3\" fill=\"#333\"/>\
+         <path d=\"M{left} 0h{}a3 3 0 0 1 3 3v14a3 3 0 0 1-3 3h-{}z\" fill=\"{colour}\"/>\
+         <g fill=\"#fff\" font-family=\"DejaVu Sans,Verdana,sans-serif\" font-size=\"11\" text-anchor=\"middle\">\
+         <text x=\"26\" y=\"14\" textLength=\"40\" lengthAdjust=\"spacingAndGlyphs\">faceoff</text>\
+         <text x=\"{middle}\" y=\"14\" textLength=\"{text}\" lengthAdjust=\"spacingAndGlyphs\">{word}</text></g></svg>\n",
+        right - 3,
+        right - 3,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_badge_says_the_verdict_in_words() {
+        for (verdict, word) in [
+            (Verdict::Agree, ">agree<"),
+            (Verdict::Disagree, ">disagree<"),
+            (Verdict::Undetermined, ">undetermined<"),
+        ] {
+            assert!(badge(verdict).contains(word));
+        }
+    }
+}

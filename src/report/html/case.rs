@@ -1,0 +1,301 @@
+//! One case: its engines, its pairs field by field, and the pictures.
+
+use super::contact::contact;
+use super::map::{self, CLASSES};
+use super::markup::{Html, element, figure, leaf, table, text};
+use super::pair::{Pair, differences, pairs, place};
+use super::plots;
+use super::{label, number, word};
+use crate::compare::{Verdict, relative_differences};
+use crate::diagnose::Diagnosis;
+use crate::error::Result;
+use crate::mesh::Triangulation;
+use crate::scene::{HRule, Scene};
+use crate::verify::{CaseOutcome, Request};
+
+pub(super) fn key() -> Html {
+    key_of(&CLASSES)
+}
+
+pub(super) fn key_of(names: &[&str]) -> Html {
+    let items = names.iter().enumerate().map(|(k, name)| {
+        let swatch = leaf("i", &[("class", &format!("k{k}"))], "");
+        element("li", &[], [swatch, text(name)])
+    });
+    element("ul", &[("class", "key")], items.collect::<Html>())
+}
+
+pub(super) fn section(
+    index: usize,
+    case: &CaseOutcome,
+    request: &Request,
+    diagnoses: &[Diagnosis],
+) -> Result<Html> {
+    let mut parts = vec![engines(case)];
+    let scene = request.scenes.iter().find(|s| s.name == case.scene);
+    let mesh = scene.map(|scene| scene.triangulation(case.n)).transpose()?;
+    for pair in pairs(case) {
+        let name = text(format!("{} in {}: ", pair.name(), label(case)));
+        let mut of_pair = vec![element("summary", &[], [name, word(pair.verdict())])];
+        let found = diagnoses.iter().filter(|d| d.is_of(case, pair.a, pair.b));
+        of_pair.extend(found.map(diagnosis));
+        of_pair.push(fields(case, &pair));
+        if let Some(mesh) = &mesh {
+            of_pair.push(pictures(case, &pair, mesh)?);
+        }
+        let open: &[(&str, &str)] = match pair.verdict() {
+            Verdict::Agree => &[],
+            _ => &[("open", "")],
+        };
+        parts.push(element(
+            "details",
+            open,
+            of_pair.into_iter().collect::<Html>(),
+        ));
+    }
+    parts.push(contact(case, mesh.as_ref())?);
+    parts.push(provenance(case, scene, request));
+    let summary = element(
+        "summary",
+        &[],
+        [text(format!("{}: ", label(case))), word(case.verdict)],
+    );
+    let mut attributes = vec![];
+    if case.verdict != Verdict::Agree || request.scenes.len() == 1 {
+        attributes.push(("open", ""));
+    }
+    let details = element(
+        "details",
+        &attributes,
+        [summary, parts.into_iter().collect::<Html>()],
+    );
+    let id = format!("case-{index}");
+    Ok(element(
+        "section",
+        &[("id", &id), ("aria-label", &label(case))],
+        [leaf("h2", &[], label(case)), details],
+    ))
+}
+
+fn engines(case: &CaseOutcome) -> Html {
+    let rows = case.engines.iter().map(|e| {
+        let steps = if e.converged { "" } else { " (not converged)" };
+        let cells = vec![
+            text(&e.engine),
+            text(&e.version),
+            text(format!("{}{steps}", e.iterations)),
+            text(format!("{:.3}", e.seconds)),
+            number(e.residual),
+            text(e.residual_at.as_ref().map_or(String::new(), |x| place(x))),
+            word(e.verdict),
+        ];
+        (crate::report::word(e.verdict), cells)
+    });
+    table(
+        "Answers; the residual is the backward error of an answer put into the scheme again",
+        &[
+            "engine", "version", "steps", "seconds", "residual", "most at", "verdict",
+        ],
+        rows.collect(),
+    )
+}
+
+fn diagnosis(found: &Diagnosis) -> Html {
+    let rows = found.ingredients.iter().map(|i| {
+        let accounts = if i.accounts {
+            "accounts for it"
+        } else {
+            "does not"
+        };
+        let cells = vec![
+            text(&i.ingredient),
+            text(&i.matched),
+            number(i.left),
+            text(accounts),
+        ];
+        (if i.accounts { "disagree" } else { "" }, cells)
+    });
+    Html::from([
+        leaf("p", &[], found.sentence()),
+        table(
+            &format!(
+                "One ingredient matched at a time; the difference to begin with is {:.1e} of max|u|",
+                found.difference
+            ),
+            &["ingredient", "matched", "difference left", "found"],
+            rows.collect(),
+        ),
+    ])
+}
+
+fn fields(case: &CaseOutcome, pair: &Pair) -> Html {
+    let rows = pair.fields.iter().map(|f| {
+        let worst = f.worst.as_ref();
+        let flips = match (f.flips, f.rounding_flips) {
+            (Some(flips), Some(rounding)) => format!("{flips} ({rounding} at rounding level)"),
+            _ => String::new(),
+        };
+        let cells = vec![
+            text(&f.field),
+            number(f.max_abs),
+            number(f.max_rel),
+            number(f.tolerance),
+            number(f.rms),
+            text(format!("{} of {}", f.beyond, f.faces)),
+            text(worst.map_or(String::new(), |w| {
+                format!("{:?} at {}", w.vertices, place(&w.midpoint))
+            })),
+            text(worst.map_or(String::new(), |w| format!("{:e}", w.a))),
+            text(worst.map_or(String::new(), |w| format!("{:e}", w.b))),
+            text(flips),
+            Html::from([
+                word(f.verdict),
+                text(
+                    f.reason
+                        .as_ref()
+                        .map_or(String::new(), |r| format!(": {r}")),
+                ),
+            ]),
+        ];
+        (crate::report::word(f.verdict), cells)
+    });
+    let of_a = format!("{} there", pair.a);
+    let of_b = format!("{} there", pair.b);
+    table(
+        &format!(
+            "Every field of {} in {}; relative to max|u| s, s being how much a field changes with the dofs",
+            pair.name(),
+            label(case)
+        ),
+        &[
+            "field",
+            "max |a-b|",
+            "relative",
+            "tolerance",
+            "rms",
+            "faces beyond",
+            "worst face",
+            &of_a,
+            &of_b,
+            "status flips",
+            "verdict",
+        ],
+        rows.collect(),
+    )
+}
+
+fn pictures(case: &CaseOutcome, pair: &Pair, mesh: &Triangulation) -> Result<Html> {
+    let find = |name: &str| case.fields.iter().find(|f| f.source == name);
+    let (Some(a), Some(b)) = (find(pair.a), find(pair.b)) else {
+        return Ok(Html::default());
+    };
+    let about = format!("{} in {}", pair.name(), label(case));
+    let mut pictures = Vec::new();
+    let mut all = Vec::new();
+    for field in pair.fields.iter().filter(|f| f.field != "status") {
+        let of_field = relative_differences(a, b, &field.field)?;
+        all.extend(of_field.into_iter().map(|(_, d)| d));
+    }
+    let tolerance = pair.fields.first().map_or(1e-12, |f| f.tolerance);
+    pictures.push(figure(
+        plots::histogram(
+            &format!("histogram of differences, {about}"),
+            &all,
+            tolerance,
+        )?,
+        "How many values of all fields differ by how much; what is equal stands at 0.",
+    ));
+    if let Some(differences) = differences(case, pair, mesh)? {
+        let shown = differences.on(mesh);
+        let field = pair.worst().map_or("", |f| f.field.as_str());
+        let what = if mesh.dim == 2 {
+            "Faces"
+        } else {
+            "The faces of Γ_C"
+        };
+        pictures.push(figure(
+            map::overview(&format!("map of differences, {about}"), &shown),
+            format!(
+                "{what} by |a-b| of `{field}` in units of the tolerance, the worst in a circle; {}.",
+                map::orientation(&shown)
+            ),
+        ));
+        if differences.disagrees
+            && let Some(zoom) = map::zoom(&format!("the worst face, {about}"), &shown)
+        {
+            pictures.push(figure(
+                zoom,
+                format!("The same around the worst face of `{field}`."),
+            ));
+        }
+    }
+    let row = element(
+        "div",
+        &[("class", "row")],
+        pictures.into_iter().collect::<Html>(),
+    );
+    Ok(Html::from([row, key()]))
+}
+
+fn provenance(case: &CaseOutcome, scene: Option<&Scene>, request: &Request) -> Html {
+    let mut facts: Vec<(&str, String)> = vec![
+        ("faceoff", env!("CARGO_PKG_VERSION").into()),
+        (
+            "codes",
+            case.engines
+                .iter()
+                .map(|e| format!("{} {}", e.engine, e.version))
+                .collect::<Vec<_>>()
+                .join(", "),
+        ),
+        (
+            "mesh",
+            format!(
+                "{} cells, {} faces, {} of them contact, {} dofs; digest {}",
+                case.cells, case.faces, case.contact_faces, case.dofs, case.mesh_digest
+            ),
+        ),
+    ];
+    if let Some(scene) = scene {
+        let h = match scene.h {
+            HRule::Local => "h the diameter of the cell behind the contact face",
+            HRule::Global => "h the largest diameter of all cells",
+        };
+        facts.push(("γ", format!("{} h, {h}", scene.gamma0)));
+        let dim = case.fields.first().map_or(2, |f| f.dim);
+        if let Ok([cell, face]) = scene.rules(dim) {
+            facts.push((
+                "quadrature",
+                format!("{} for the load, {} on Γ_C and Γ_N", cell.name, face.name),
+            ));
+        }
+        let data = &scene.data;
+        facts.push((
+            "data",
+            format!(
+                "f = {}; g = {}; ∂ₙu = {}; ψ = {}",
+                data.f.text(),
+                data.g.text(),
+                data.t.text(),
+                data.psi.text()
+            ),
+        ));
+    }
+    let stop = request.settings.stop;
+    facts.push((
+        "stopping rule",
+        format!(
+            "relative broken H¹ norm of the increment at most {:e}, or {} steps",
+            stop.increment, stop.max_iterations
+        ),
+    ));
+    facts.push(("start", "u = 0, and g on Γ_D".into()));
+    let items: Html = facts
+        .into_iter()
+        .map(|(name, fact)| Html::from([leaf("dt", &[], name), leaf("dd", &[], fact)]))
+        .collect();
+    Html::from([
+        leaf("h3", &[], format!("Provenance, {}", label(case))),
+        element("dl", &[], items),
+    ])
+}

@@ -1,0 +1,173 @@
+//! What happens on Γ_C: curves in the plane, a map on a surface; and how the iterations went.
+
+use super::case::key_of;
+use super::chain::chain;
+use super::label;
+use super::map;
+use super::markup::{Html, element, figure, leaf, text};
+use super::plots::{self, Curves};
+use crate::error::Result;
+use crate::field::FaceFields;
+use crate::mesh::Triangulation;
+use crate::verify::CaseOutcome;
+
+/// Trace and flux along Γ_C, and the histories.
+pub(super) fn contact(case: &CaseOutcome, mesh: Option<&Triangulation>) -> Result<Html> {
+    let names: Vec<&str> = case.engines.iter().map(|e| e.engine.as_str()).collect();
+    let curves = match mesh.filter(|mesh| mesh.dim == 3) {
+        Some(mesh) => zones(case, mesh),
+        None => along(case)?.unwrap_or_default(),
+    };
+    let mut pictures = Vec::new();
+    let histories: Vec<(&str, &[f64])> = case
+        .engines
+        .iter()
+        .map(|e| (e.engine.as_str(), e.increments.as_slice()))
+        .collect();
+    if histories
+        .iter()
+        .any(|(_, increments)| !increments.is_empty())
+    {
+        pictures.push(figure(
+            plots::histories(&format!("iterations, {}", label(case)), &histories)?,
+            "Relative broken H¹ norm of the increment of each step.",
+        ));
+    }
+    Ok(Html::from([
+        leaf(
+            "h3",
+            &[],
+            format!("Along Γ_C and step by step, {}", label(case)),
+        ),
+        engines_key(&names),
+        curves,
+        element(
+            "div",
+            &[("class", "row")],
+            pictures.into_iter().collect::<Html>(),
+        ),
+    ]))
+}
+
+/// The contact status on a surface.
+fn zones(case: &CaseOutcome, mesh: &Triangulation) -> Html {
+    let columns: Vec<_> = case
+        .fields
+        .iter()
+        .filter_map(|f| f.column("status"))
+        .collect();
+    let Some(first) = columns.first() else {
+        return Html::default();
+    };
+    let statuses = |k: usize| columns.iter().map(move |c| c.row(k));
+    let of = |k: usize| {
+        let in_contact = |row: &[f64]| row.iter().filter(|p| **p <= 0.0).count();
+        let same = |row: &[f64]| {
+            row.iter()
+                .zip(first.row(k))
+                .all(|(p, q)| (*p <= 0.0) == (*q <= 0.0))
+        };
+        match in_contact(first.row(k)) {
+            _ if !statuses(k).all(same) => 3,
+            0 => 0,
+            count if count == first.components => 1,
+            _ => 2,
+        }
+    };
+    let faces: Vec<(u32, usize)> = first
+        .faces
+        .iter()
+        .enumerate()
+        .map(|(k, f)| (*f, of(k)))
+        .collect();
+    let differ = faces.iter().filter(|(_, status)| *status == 3).count();
+    let picture = map::status(
+        &format!("contact status on Γ_C, {}", label(case)),
+        mesh,
+        &faces,
+    );
+    let caption = format!("The faces of Γ_C by their contact status; codes differ on {differ}.");
+    Html::from([figure(picture, caption), key_of(&map::STATUS)])
+}
+
+fn along(case: &CaseOutcome) -> Result<Option<Html>> {
+    let Some(first) = case.fields.first().filter(|f| f.dim == 2) else {
+        return Ok(None);
+    };
+    let (Some(flux), Some(status)) = (first.column("flux"), first.column("status")) else {
+        return Ok(None);
+    };
+    let chain = chain(first, &flux.faces);
+    let of = |fields: &FaceFields, name: &str| -> Vec<f64> {
+        let Some(column) = fields.column(name) else {
+            return Vec::new();
+        };
+        let value = |row: &usize| {
+            let place = column.faces.binary_search(&flux.faces[*row]);
+            place.map_or(f64::NAN, |k| column.row(k)[0])
+        };
+        chain.rows.iter().map(value).collect()
+    };
+    let values = |name: &str| -> Vec<(&str, Vec<f64>)> {
+        case.fields
+            .iter()
+            .map(|f| (f.source.as_str(), of(f, name)))
+            .collect()
+    };
+    let in_contact = |fields: &FaceFields, row: usize, q: usize| {
+        let column = fields.column("status");
+        column.is_some_and(|c| c.row(row).get(q).is_some_and(|p| *p <= 0.0))
+    };
+    let points = status.components;
+    // Neighbours in contact are one zone.
+    let mut zones: Vec<(f64, f64)> = Vec::new();
+    let mut flips = Vec::new();
+    for (k, &row) in chain.rows.iter().enumerate() {
+        if (0..points).any(|q| in_contact(first, row, q)) {
+            let (from, to) = chain.ends[k];
+            match zones.last_mut() {
+                Some(zone) if (zone.1 - from).abs() <= 1e-9 * (to - from) => zone.1 = to,
+                _ => zones.push((from, to)),
+            }
+        }
+        let differs = |other: &FaceFields| {
+            (0..points).any(|q| in_contact(first, row, q) != in_contact(other, row, q))
+        };
+        if case.fields[1..].iter().any(differs) {
+            flips.push(chain.s[k]);
+        }
+    }
+    let curves = |name: &'static str, values| Curves {
+        s: &chain.s,
+        values,
+        zones: &zones,
+        flips: &flips,
+        name,
+    };
+    let panels = [
+        curves("mean of u", values("mean")),
+        curves("mean of ∂ₙu", values("flux")),
+    ];
+    let picture = plots::along_contact(
+        &format!("trace and flux along Γ_C, {}", label(case)),
+        chain.axis,
+        &panels,
+    )?;
+    let caption = format!(
+        "Means over the contact faces, in the scene's units; what coincides lies under the thinner line. Shaded: faces at least \
+         partly in contact by {}. Crosses: faces where the contact status differs at a quadrature point ({}).",
+        first.source,
+        flips.len()
+    );
+    let wide = figure(picture, caption);
+    Ok(Some(wide))
+}
+
+/// Colours of the engines.
+fn engines_key(names: &[&str]) -> Html {
+    let items = names.iter().enumerate().map(|(k, name)| {
+        let swatch = leaf("i", &[("class", &format!("e{}", k % 4))], "");
+        element("li", &[], [swatch, text(name)])
+    });
+    element("ul", &[("class", "key")], items.collect::<Html>())
+}
