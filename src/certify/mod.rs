@@ -138,8 +138,11 @@ fn refusal(because: impl Into<String>, remedy: impl Into<String>) -> Error {
 /// integrate. Data that are not finite; those of the linear solver.
 pub fn certify(scene: &Scene, problem: &Problem, u: &[f64]) -> Result<Certificate> {
     check(problem, u)?;
+    bounds(scene, problem, &CellFields::new(scene, problem, u)?)
+}
+
+fn bounds(scene: &Scene, problem: &Problem, fields: &CellFields) -> Result<Certificate> {
     let mesh = problem.space.mesh;
-    let fields = CellFields::new(scene, problem, u)?;
     let Ingredients {
         loads,
         tractions,
@@ -204,7 +207,7 @@ pub fn certify(scene: &Scene, problem: &Problem, u: &[f64]) -> Result<Certificat
             gradient: (0..mesh.cell_count())
                 .map(|cell| fields.gradient(cell))
                 .collect(),
-            v: fields.ingredients.v,
+            v: v.clone(),
         },
     })
 }

@@ -86,8 +86,8 @@ fn ratios(name: &str, method: &str, n: usize) -> Result<[f64; 3]> {
     let mesh = scene.triangulation(Some(n))?;
     let problem = Problem::new(&scene, &mesh, method.parse::<Method>().expect("a method"))?;
     let u = solved(&problem);
-    let certificate = certify(&scene, &problem, &u)?;
     let fields = CellFields::new(&scene, &problem, &u)?;
+    let certificate = bounds(&scene, &problem, &fields)?;
     let exact = scene.exact.as_ref().expect("an exact scene");
     let truth = errors(&problem, &fields, &u, exact);
     let [low, high] = certificate.gradient;
