@@ -26,7 +26,7 @@ impl FieldVerdict {
     }
 }
 
-/// Judges |a - b| ≤ tolerance · unit(k) on the k-th face that carries `a`; `partner` is [`super::align`]'s.
+/// Judges |a - b| ≤ tolerance · unit(k) on the k-th face that carries `a`; `partner` is [`super::align()`]'s.
 pub(super) fn judge_column(
     fields: &FaceFields,
     a: &FaceColumn,

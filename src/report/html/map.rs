@@ -11,7 +11,7 @@ const MOST: usize = 5000;
 const ACROSS: [f64; 2] = [80.0, 48.0];
 /// Size in pixels of the longer side.
 const SIZE: f64 = 440.0;
-const MARGIN: f64 = 14.0;
+const MARGIN: f64 = 30.0;
 
 /// The classes of differences, in words.
 pub(super) const CLASSES: [&str; 7] = [

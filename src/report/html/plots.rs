@@ -21,6 +21,9 @@ pub(super) const COLOURS: [RGBColor; 4] = [
 /// Where differences begin: rounding.
 const SMALLEST: i32 = -18;
 
+/// What is larger is no answer, and beyond what axes can be drawn for.
+const MOST: f64 = 1e100;
+
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
@@ -126,11 +129,9 @@ pub(super) fn along_contact(label: &str, axis: &str, panels: &[Curves]) -> Resul
         for (part, curves) in area.split_evenly((panels.len(), 1)).iter().zip(panels) {
             let all = || curves.values.iter().flat_map(|(_, v)| v.iter().copied());
             let (low, high) = padded(all());
-            let ends = (curves.s.first(), curves.s.last());
-            let (Some(&from), Some(&to)) = ends else {
-                continue;
-            };
-            let (from, to) = padded([from, to].into_iter());
+            // With all of the zones, which end where faces do.
+            let zones = curves.zones.iter().flat_map(|&(a, b)| [a, b]);
+            let (from, to) = padded(curves.s.iter().copied().chain(zones));
             let mut chart = ChartBuilder::on(part)
                 .margin(6)
                 .margin_right(16)
@@ -158,7 +159,7 @@ pub(super) fn along_contact(label: &str, axis: &str, panels: &[Curves]) -> Resul
             let thickest = 1 + 2 * curves.values.len() as u32;
             for (k, (_, values)) in curves.values.iter().enumerate() {
                 let points = curves.s.iter().copied().zip(values.iter().copied());
-                let points = points.filter(|p| p.1.is_finite());
+                let points = points.filter(|p| low <= p.1 && p.1 <= high);
                 let style = COLOURS[k % 4].stroke_width(thickest - 2 * k as u32 - 1);
                 chart.draw_series(LineSeries::new(points, style))?;
             }
@@ -174,7 +175,7 @@ pub(super) fn along_contact(label: &str, axis: &str, panels: &[Curves]) -> Resul
 
 /// The relative increment of each step, of each engine.
 pub(super) fn histories(label: &str, engines: &[(&str, &[f64])]) -> Result<Html> {
-    let shown = |v: f64| v.is_finite() && v > 0.0;
+    let shown = |v: f64| v > 0.0 && v < MOST;
     let all = || {
         engines
             .iter()
@@ -219,7 +220,7 @@ pub(super) fn histories(label: &str, engines: &[(&str, &[f64])]) -> Result<Html>
                         .copied()
                         .map(|v| if v > 0.0 { v } else { low }),
                 )
-                .filter(|p| p.1.is_finite())
+                .filter(|p| p.1 >= low && p.1 < MOST)
                 .collect();
             let colour = COLOURS[k % 4];
             let width = (2 * (engines.len() - k) - 1) as u32;
@@ -234,15 +235,20 @@ pub(super) fn histories(label: &str, engines: &[(&str, &[f64])]) -> Result<Html>
     })
 }
 
-/// The ends of what is shown, with some room; never empty.
+/// The ends of what is shown, with some room; never empty, and wide enough that rounding is no mountain.
 fn padded(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let ends = (f64::INFINITY, f64::NEG_INFINITY);
-    let finite = values.filter(|v| v.is_finite());
+    let finite = values.filter(|v| v.abs() < MOST);
     let (low, high) = finite.fold(ends, |e, v| (e.0.min(v), e.1.max(v)));
     if !(low <= high) {
         return (0.0, 1.0);
     }
-    let room = 0.04 * (high - low).max(1e-12 * high.abs()).max(1e-300);
+    let size = low.abs().max(high.abs());
+    let room = match high - low {
+        _ if size < 1.0 / MOST => 1.0,
+        spread if spread < 1e-9 * size => 0.1 * size,
+        spread => 0.04 * spread,
+    };
     (low - room, high + room)
 }
 
@@ -264,17 +270,27 @@ mod tests {
                     .starts_with("<svg role=\"img\" aria-label=\"h &quot;1&quot;\"")
             );
         }
-        for values in [&[][..], &[0.0], &[f64::NAN, 1.0, 0.0]] {
+        let odd = [
+            &[][..],
+            &[0.0],
+            &[1e-300, -1e-300],
+            &[1e300, -1e300],
+            &[f64::NAN, 1.0, 0.0],
+            &[1.0, 1.0 + 1e-15],
+            &[f64::INFINITY],
+        ];
+        for values in odd {
             assert!(histories("h", &[("a", values)]).is_ok());
+            let s: Vec<f64> = (0..values.len()).map(|k| 0.5 + k as f64).collect();
+            let zones = [(0.0, 1.0)];
+            let curves = Curves {
+                s: &s,
+                values: vec![("a", values.to_vec())],
+                zones: &zones[..s.len().min(1)],
+                flips: &s,
+                name: "u",
+            };
+            assert!(along_contact("c", "x", &[curves]).is_ok());
         }
-        let s = [0.5];
-        let curves = Curves {
-            s: &s,
-            values: vec![("a", vec![0.0])],
-            zones: &[(0.0, 1.0)],
-            flips: &[0.5],
-            name: "u",
-        };
-        assert!(along_contact("c", "x", &[curves]).is_ok());
     }
 }
