@@ -8,6 +8,7 @@ pub mod certify;
 pub mod cli;
 pub mod compare;
 pub mod contact;
+pub mod drawing;
 pub mod element;
 pub mod engine;
 pub mod error;
@@ -20,6 +21,8 @@ pub mod paper;
 pub mod quadrature;
 pub mod report;
 pub mod scene;
+pub mod stress;
+pub mod study;
 pub mod truth;
 pub mod verify;
 

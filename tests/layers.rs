@@ -6,8 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Module, and what it may use besides itself. Everything may use `error`.
-const LAYERS: [(&str, &[&str]); 22] = [
+const LAYERS: [(&str, &[&str]); 25] = [
     ("error", &[]),
+    ("drawing", &[]),
     ("quadrature", &[]),
     ("linear", &[]),
     ("truth", &[]),
@@ -57,6 +58,7 @@ const LAYERS: [(&str, &[&str]); 22] = [
     (
         "paper",
         &[
+            "drawing",
             "truth",
             "quadrature",
             "mesh",
@@ -69,6 +71,28 @@ const LAYERS: [(&str, &[&str]); 22] = [
         ],
     ),
     (
+        "study",
+        &[
+            "drawing",
+            "truth",
+            "quadrature",
+            "linear",
+            "mesh",
+            "scene",
+            "contact",
+            "certify",
+            "adapt",
+            "engine",
+            "paper",
+        ],
+    ),
+    (
+        "stress",
+        &[
+            "drawing", "truth", "mesh", "scene", "element", "contact", "engine",
+        ],
+    ),
+    (
         "report",
         &[
             "mesh", "field", "io", "contact", "certify", "engine", "compare", "verify", "scene",
@@ -78,7 +102,7 @@ const LAYERS: [(&str, &[&str]); 22] = [
         "cli",
         &[
             "adapt", "certify", "compare", "contact", "engine", "linear", "mesh", "io", "orders",
-            "paper", "report", "scene", "verify",
+            "paper", "report", "scene", "stress", "study", "verify",
         ],
     ),
     ("main", &["cli"]),

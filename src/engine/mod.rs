@@ -6,6 +6,7 @@ mod file;
 mod freefem;
 mod install;
 mod job;
+mod machine;
 mod process;
 mod program;
 mod rust;
@@ -14,6 +15,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 pub use install::{Installation, install, meshio_python, plan};
+pub use machine::{HighWater, Machine};
 pub use process::{interrupt, interrupted, peak_memory_mb};
 
 use crate::contact::{Ended, Iteration, Method, Problem, Solution, Stop};
