@@ -153,6 +153,9 @@ pub(super) struct Solve {
     /// Bound the error of the averaged gradient (g), of an admissible function (v) or of u_h
     #[arg(long, value_name = "TARGET", value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "g")]
     pub certify: Option<Target>,
+    /// Tell which model was chosen, what was left out, and what was built for it
+    #[arg(long)]
+    pub explain: bool,
     /// Write the solution as FILE.vtu, and its faces as FILE-faces.vtu
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,

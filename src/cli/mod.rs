@@ -4,6 +4,7 @@ mod accuracy;
 mod answer;
 mod args;
 mod engines;
+mod explain;
 pub mod mesh;
 mod mesh_commands;
 mod orders;

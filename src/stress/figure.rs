@@ -84,7 +84,11 @@ fn colour(verdict: &Verdict) -> RGBColor {
         Verdict::Holds => RGBColor(200, 230, 201),
         Verdict::Degrades { factor } => {
             let share = (factor.log10() / 6.0).clamp(0.0, 1.0);
-            RGBColor(255, (240.0 - 110.0 * share) as u8, (180.0 - 140.0 * share) as u8)
+            RGBColor(
+                255,
+                (240.0 - 110.0 * share) as u8,
+                (180.0 - 140.0 * share) as u8,
+            )
         }
         Verdict::Refuses { .. } => RGBColor(207, 216, 220),
         Verdict::Wrong { .. } => RGBColor(229, 57, 53),

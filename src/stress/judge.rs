@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::trial::{Place, Trial};
 use crate::contact::{Method, Problem, errors};
+use crate::element::Space;
 use crate::engine::{Case, Engine, Settings, Silent};
 use crate::error::{Error, Result};
 
@@ -134,10 +135,7 @@ pub fn judge(
     let factor = error / reference.max(NEGLIGIBLE);
     cell.verdict = if error <= (trial.room * reference).max(NEGLIGIBLE) {
         Verdict::Holds
-    } else if !trial.is_parameter
-        && !(error <= NOTHING_LEFT)
-        && reference < 0.1 * NOTHING_LEFT
-    {
+    } else if !trial.is_parameter && !(error <= NOTHING_LEFT) && reference < 0.1 * NOTHING_LEFT {
         wrong(format!(
             "the relative error is {error:.1e}, and at moderate values {reference:.1e}"
         ))
@@ -153,15 +151,18 @@ fn solve(
     method: Method,
     settings: &Settings,
 ) -> Result<Answered> {
+    let mesh = place.triangulation()?;
     let case = Case {
         scene: &place.scene,
         n: None,
-        problem: Problem::new(&place.scene, &place.mesh, method)?,
+        problem: Problem::new(&place.scene, &mesh, method)?,
     };
     let run = engine.run(std::slice::from_ref(&case), settings, &Silent)?;
-    let answer = run.answers.into_iter().next().ok_or_else(|| {
-        Error::engine(engine.name(), "it gave no answer", "report this")
-    })?;
+    let answer = run
+        .answers
+        .into_iter()
+        .next()
+        .ok_or_else(|| Error::engine(engine.name(), "it gave no answer", "report this"))?;
     Ok(Answered {
         u: answer.u,
         steps: answer.increments.len(),
@@ -175,7 +176,8 @@ fn error(place: &Place, method: Method, u: &[f64]) -> Result<f64> {
     let Some(exact) = &place.scene.exact else {
         return Ok(0.0);
     };
-    let space = crate::element::Space::new(&place.mesh, method.element);
+    let mesh = place.triangulation()?;
+    let space = Space::new(&mesh, method.element);
     let found = errors(&space, u, exact)?;
     Ok(found.h1.max(found.l2))
 }
@@ -217,7 +219,14 @@ mod tests {
     #[test]
     fn nothing_is_wrong_in_rust() {
         let methods = [
-            "cr", "cr-fc", "p1", "p2", "p1-vi", "cr-vi", "penalty", "multiplier",
+            "cr",
+            "cr-fc",
+            "p1",
+            "p2",
+            "p1-vi",
+            "cr-vi",
+            "penalty",
+            "multiplier",
         ];
         let request = Request {
             scenes: vec![Scene::find("manufactured-3").unwrap()],
@@ -229,7 +238,8 @@ mod tests {
         };
         let outcome = stress(&request, &|_, _| Ok(())).unwrap();
         println!("{}", crate::stress::table(&outcome));
-        let of = |want: fn(&Verdict) -> bool| outcome.cells.iter().filter(move |c| want(&c.verdict));
+        let of =
+            |want: fn(&Verdict) -> bool| outcome.cells.iter().filter(move |c| want(&c.verdict));
         let wrong: Vec<_> = of(Verdict::is_wrong).collect();
         assert!(wrong.is_empty(), "{wrong:#?}");
         // Units are no extreme.
@@ -270,7 +280,7 @@ mod tests {
 
     #[test]
     fn lies_are_seen() {
-        let home = Place::of(&Scene::find("transition-1.5").unwrap(), 16).unwrap();
+        let home = Place::of(&Scene::find("transition-1.5").unwrap(), Some(16)).unwrap();
         let mut extreme = home.clone();
         extreme.scene.name = "extreme".into();
         let mut trial = Trial::new("lie", "1", extreme);

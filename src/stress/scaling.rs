@@ -2,7 +2,6 @@
 
 use super::trial::{Place, Trial, rewritten};
 use crate::error::Result;
-use crate::mesh::Mesh;
 use crate::scene::{Data, Expression, MeshSource, Scene};
 
 /// Fine enough that a discretisation error is seen, coarse enough that hundreds of them take seconds.
@@ -23,8 +22,7 @@ pub fn trials(scene: &Scene) -> Result<Vec<Trial>> {
         MeshSource::Union { .. } => N,
         other => other.n().unwrap_or(N),
     };
-    let (name, mesh) = scene.mesh(Some(n).filter(|_| scene.mesh.n().is_some()))?;
-    let home = Place::on(scene.clone(), &name, &mesh)?;
+    let home = Place::of(scene, Some(n).filter(|_| scene.mesh.n().is_some()))?;
     let named = |value: String| format!("{value} ({})", scene.name);
     let mut all = Vec::new();
     let mut add = |family, value: String, extreme: Place, scale: f64| {
@@ -47,11 +45,11 @@ pub fn trials(scene: &Scene) -> Result<Vec<Trial>> {
         add("data", named(format!("× 1e{k}")), extreme, scale);
     }
     for k in DOMAINS {
-        let extreme = moved(&home, &mesh, 10.0_f64.powi(k), 0.0)?;
+        let extreme = moved(&home, 10.0_f64.powi(k), 0.0)?;
         add("domain", named(format!("× 1e{k}")), extreme, 1.0);
     }
     for k in SHIFTS {
-        let extreme = moved(&home, &mesh, 1.0, 10.0_f64.powi(k))?;
+        let extreme = moved(&home, 1.0, 10.0_f64.powi(k))?;
         add("shift", named(format!("+ 1e{k}")), extreme, 1.0);
     }
     Ok(all)
@@ -68,8 +66,8 @@ pub fn scaled_data(data: &Data, s: f64) -> Result<Data> {
     })
 }
 
-/// The domain, and the mesh of home, scaled by s and shifted along the diagonal, with data so that u at a point is what it was.
-pub fn moved(home: &Place, mesh: &Mesh, s: f64, shift: f64) -> Result<Place> {
+/// The domain scaled by s and shifted along the diagonal, with data so that u at a point is what it was.
+pub fn moved(home: &Place, s: f64, shift: f64) -> Result<Place> {
     let back = |text: &str| {
         coordinates(text, |name| {
             if shift == 0.0 {
@@ -89,14 +87,15 @@ pub fn moved(home: &Place, mesh: &Mesh, s: f64, shift: f64) -> Result<Place> {
         psi: rewritten(&data.psi, back)?,
     };
     scene.exact = None;
-    let dim = home.mesh.dim;
-    let mut moved = mesh.clone();
-    for point in &mut moved.points {
+    let dim = usize::from(home.mesh.dim());
+    let mut moved = home.clone();
+    for point in &mut moved.mesh.points {
         for x in &mut point[..dim] {
             *x = s * *x + shift;
         }
     }
-    Place::on(scene, &home.mesh.name, &moved)
+    moved.scene = scene;
+    Ok(moved)
 }
 
 /// The text with other words for x, y and z.
@@ -130,9 +129,8 @@ mod tests {
     #[test]
     fn moved_data_are_those_of_home() {
         let scene = Scene::find("manufactured-3").unwrap();
-        let (name, mesh) = scene.mesh(Some(4)).unwrap();
-        let home = Place::on(scene, &name, &mesh).unwrap();
-        let moved = moved(&home, &mesh, 4.0, 8.0).unwrap();
+        let home = Place::of(&scene, Some(4)).unwrap();
+        let moved = moved(&home, 4.0, 8.0).unwrap();
         for (p, q) in home.mesh.points.iter().zip(&moved.mesh.points) {
             let [here, there] = [(&home, p), (&moved, q)].map(|(place, p)| {
                 let data = &place.scene.data;

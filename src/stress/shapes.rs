@@ -57,34 +57,41 @@ pub fn trials() -> Result<Vec<Trial>> {
     let mut all = Vec::new();
     for text in [PRESSED, FREE] {
         let scene = Scene::parse(text)?;
-        let square = Place::on(scene.clone(), "square", &union_jack(N, [1.0; 2]))?;
-        let mut add = |family, value: String, mesh: &Mesh| -> Result<()> {
+        let square = Place::on(scene.clone(), "square", union_jack(N, [1.0; 2]));
+        let mut add = |family, value: String, mesh: Mesh| {
             let value = format!("{value} ({})", scene.name);
-            let mut trial = Trial::new(family, value, Place::on(scene.clone(), family, mesh)?);
+            let mut trial = Trial::new(family, value, Place::on(scene.clone(), family, mesh));
             trial.reference = Some(square.clone());
             all.push(trial);
-            Ok(())
         };
         for k in [2, 4, 6, 8] {
             let small = 10.0_f64.powi(-k);
             let one_in = format!("1:1e{k}");
-            add("flat", one_in.clone(), &union_jack(N, [1.0, small]))?;
-            add("tall", one_in.clone(), &union_jack(N, [small, 1.0]))?;
-            add("first layer", one_in.clone(), &layer(1, small))?;
-            add("thin column", one_in.clone(), &layer(0, small))?;
-            add("sheared", one_in.clone(), &sheared(10.0_f64.powi(k)))?;
-            add("sliver inside", one_in.clone(), &sliver([4, 4], [1.0, 0.5], small))?;
-            add("sliver on contact", one_in, &sliver([5, 1], [-0.5, -1.0], small))?;
+            add("flat", one_in.clone(), union_jack(N, [1.0, small]));
+            add("tall", one_in.clone(), union_jack(N, [small, 1.0]));
+            add("first layer", one_in.clone(), layer(1, small));
+            add("thin column", one_in.clone(), layer(0, small));
+            add("sheared", one_in.clone(), sheared(10.0_f64.powi(k)));
+            add(
+                "sliver inside",
+                one_in.clone(),
+                sliver([4, 4], [1.0, 0.5], small),
+            );
+            add(
+                "sliver on contact",
+                one_in,
+                sliver([5, 1], [-0.5, -1.0], small),
+            );
         }
     }
     let scene = Scene::parse(HUNG)?;
-    let square = Place::on(scene.clone(), "square", &union_jack(N, [1.0; 2]))?;
+    let square = Place::on(scene.clone(), "square", union_jack(N, [1.0; 2]));
     let mut coarse: Vec<(String, Mesh)> = [1, 2, 3]
         .map(|n| (format!("n = {n}"), union_jack(n, [1.0; 2])))
         .into();
     coarse.push(("one cell".into(), one_cell()));
     for (value, mesh) in coarse {
-        let mut trial = Trial::new("coarse", value, Place::on(scene.clone(), "coarse", &mesh)?);
+        let mut trial = Trial::new("coarse", value, Place::on(scene.clone(), "coarse", mesh));
         trial.reference = Some(square.clone());
         all.push(trial);
     }
@@ -125,7 +132,11 @@ fn sliver([i, j]: [usize; 2], to: [f64; 2], distance: f64) -> Mesh {
     let point = &mut mesh.points[vertex(i, j)];
     for axis in 0..2 {
         let whole = to[axis].abs() == 1.0;
-        let less = if whole { to[axis].signum() * distance } else { 0.0 };
+        let less = if whole {
+            to[axis].signum() * distance
+        } else {
+            0.0
+        };
         point[axis] += (to[axis] - less) / N as f64;
     }
     mesh

@@ -45,16 +45,16 @@ const FEW_ZONES: u32 = 3;
 
 pub fn trials() -> Result<Vec<Trial>> {
     let mut all = Vec::new();
-    let moderate = "p1-vi".parse().map_err(|what: String| {
-        Error::usage(what, "report this: a built-in method is at fault")
-    })?;
+    let moderate = "p1-vi"
+        .parse()
+        .map_err(|what: String| Error::usage(what, "report this: a built-in method is at fault"))?;
     for (value, name) in STATES {
-        let mut trial = Trial::new("state", value, Place::of(&Scene::find(name)?, N)?);
+        let mut trial = Trial::new("state", value, Place::of(&Scene::find(name)?, Some(N))?);
         trial.reference_method = Some(moderate);
         trial.room = ROOM;
         all.push(trial);
     }
-    let nothing = Place::of(&Scene::parse(NOTHING)?, N)?;
+    let nothing = Place::of(&Scene::parse(NOTHING)?, Some(N))?;
     all.push(Trial::new("state", "f = 0", nothing));
     for zones in [1, 10, 50, 200] {
         let mut trial = Trial::new("zones", zones.to_string(), many_zones(zones)?);
@@ -80,5 +80,5 @@ fn many_zones(zones: u32) -> Result<Place> {
     scene.data.f = parsed(&text.f)?;
     scene.data.g = parsed(&text.g)?;
     scene.exact = Some(parsed(&text.u)?);
-    Place::of(&scene, PER_ZONE * zones as usize)
+    Place::of(&scene, Some(PER_ZONE * zones as usize))
 }

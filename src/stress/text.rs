@@ -94,7 +94,9 @@ fn write_map(text: &mut String, outcome: &Outcome, engine: &str) {
         let mut row = vec![family.to_owned(), value.to_owned()];
         row.extend(methods.iter().map(|method| {
             find(outcome, engine, (family, value), method).map_or(String::new(), |cell| {
-                let steps = cell.steps.map_or(String::new(), |steps| format!(", {steps}"));
+                let steps = cell
+                    .steps
+                    .map_or(String::new(), |steps| format!(", {steps}"));
                 word(&cell.verdict) + &steps
             })
         }));

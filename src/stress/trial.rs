@@ -5,11 +5,12 @@ use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Triangulation};
 use crate::scene::{Expression, Scene};
 
-/// A scene on a mesh.
+/// A scene on a mesh, of which nobody knows yet whether it can be solved on.
 #[derive(Clone)]
 pub struct Place {
     pub scene: Scene,
-    pub mesh: Triangulation,
+    name: String,
+    pub mesh: Mesh,
 }
 
 /// One extreme.
@@ -71,20 +72,26 @@ impl Place {
     ///
     /// # Errors
     /// An n that the mesh cannot have.
-    pub fn of(scene: &Scene, n: usize) -> Result<Self> {
-        let (name, mesh) = scene.mesh(Some(n))?;
-        Place::on(scene.clone(), &name, &mesh)
+    pub fn of(scene: &Scene, n: Option<usize>) -> Result<Self> {
+        let (name, mesh) = scene.mesh(n)?;
+        Ok(Place::on(scene.clone(), &name, mesh))
     }
 
     /// A scene on any mesh.
+    pub fn on(scene: Scene, name: &str, mesh: Mesh) -> Self {
+        Place {
+            scene,
+            name: name.to_owned(),
+            mesh,
+        }
+    }
+
+    /// The mesh, ready for the solver.
     ///
     /// # Errors
     /// A mesh that nothing can be solved on.
-    pub fn on(scene: Scene, name: &str, mesh: &Mesh) -> Result<Self> {
-        Ok(Place {
-            scene,
-            mesh: Triangulation::new(name, mesh)?,
-        })
+    pub fn triangulation(&self) -> Result<Triangulation> {
+        Triangulation::new(&self.name, &self.mesh)
     }
 }
 

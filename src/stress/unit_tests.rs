@@ -29,16 +29,25 @@ fn floating_box() -> Scene {
 
 fn scenes() -> Vec<(Scene, usize)> {
     let named = [("manufactured-3", 8), ("plate", 16), ("block", 4)];
-    let mut scenes: Vec<_> = named.map(|(name, n)| (Scene::find(name).unwrap(), n)).into();
+    let mut scenes: Vec<_> = named
+        .map(|(name, n)| (Scene::find(name).unwrap(), n))
+        .into();
     scenes.push((Scene::parse(FLOATING).unwrap(), 8));
     scenes.push((floating_box(), 3));
     scenes
 }
 
 fn solved(place: &Place, method: Method, settings: Settings) -> Solution {
-    let problem = Problem::new(&place.scene, &place.mesh, method).unwrap();
+    let mesh = place.triangulation().unwrap();
+    let problem = Problem::new(&place.scene, &mesh, method).unwrap();
     let go_on = |_, _| Ok(());
-    let solution = solve_by(&problem, Iteration::Newton, Stop::default(), settings, go_on);
+    let solution = solve_by(
+        &problem,
+        Iteration::Newton,
+        Stop::default(),
+        settings,
+        go_on,
+    );
     solution.unwrap_or_else(|e| panic!("{} {method} {settings:?}: {e}", place.scene.name))
 }
 
@@ -46,17 +55,20 @@ fn solved(place: &Place, method: Method, settings: Settings) -> Solution {
 fn assert_same(a: &Solution, b: &Solution, factor: f64, name: &str) {
     let first = a.u.iter().zip(&b.u).position(|(a, b)| a * factor != *b);
     if let Some(i) = first {
-        panic!("{name}: dof {i} is {:e} and not {:e}", b.u[i], a.u[i] * factor);
+        panic!(
+            "{name}: dof {i} is {:e} and not {:e}",
+            b.u[i],
+            a.u[i] * factor
+        );
     }
     assert_eq!(a.increments, b.increments, "{name}");
     assert_eq!((a.ended, &a.changes), (b.ended, &b.changes), "{name}");
 }
 
-fn check(places: impl Fn(&Place, &crate::mesh::Mesh) -> Vec<(String, Place, f64)>) {
+fn check(places: impl Fn(&Place) -> Vec<(String, Place, f64)>) {
     let mut compared = 0;
     for (scene, n) in scenes() {
-        let (name, mesh) = scene.mesh(Some(n)).unwrap();
-        let home = Place::on(scene, &name, &mesh).unwrap();
+        let home = Place::of(&scene, Some(n)).unwrap();
         for method in METHODS {
             let method: Method = method.parse().unwrap();
             let mut ways = vec![Settings::default()];
@@ -70,9 +82,12 @@ fn check(places: impl Fn(&Place, &crate::mesh::Mesh) -> Vec<(String, Place, f64)
                     ways.push(Settings { solver, precision });
                 }
             }
+            let is_held = !home.scene.boundary.dirichlet.is_empty();
+            // Iterations take domains that Γ_D holds.
+            ways.retain(|way| is_held || way.solver != Solver::Iterative);
             for settings in ways {
                 let here = solved(&home, method, settings);
-                for (what, place, factor) in places(&home, &mesh) {
+                for (what, place, factor) in places(&home) {
                     let there = solved(&place, method, settings);
                     let name = format!(
                         "{} {method} {} {} {what}",
@@ -89,7 +104,7 @@ fn check(places: impl Fn(&Place, &crate::mesh::Mesh) -> Vec<(String, Place, f64)
 
 #[test]
 fn a_power_of_two_in_the_data_changes_no_digit() {
-    check(|home, _| {
+    check(|home| {
         let scaled = |k: i32| {
             let factor = 2.0_f64.powi(k);
             let mut place = home.clone();
@@ -102,9 +117,9 @@ fn a_power_of_two_in_the_data_changes_no_digit() {
 
 #[test]
 fn a_power_of_two_in_the_coordinates_changes_no_digit() {
-    check(|home, mesh| {
+    check(|home| {
         let scaled = |k: i32| {
-            let place = moved(home, mesh, 2.0_f64.powi(k), 0.0).unwrap();
+            let place = moved(home, 2.0_f64.powi(k), 0.0).unwrap();
             (format!("coordinates × 2^{k}"), place, 1.0)
         };
         [-40, -1, 40].map(scaled).into()

@@ -301,7 +301,13 @@ impl<'a> Campaign<'a> {
     fn rules(&mut self) -> Result<()> {
         let settings = &self.request.settings;
         let nitsche = |m: &&Method| m.is_nitsche();
-        let methods: Vec<Method> = self.request.methods.iter().filter(nitsche).copied().collect();
+        let methods: Vec<Method> = self
+            .request
+            .methods
+            .iter()
+            .filter(nitsche)
+            .copied()
+            .collect();
         for varied in [Varied::ContactQuadrature, Varied::LoadQuadrature] {
             self.vary(RULES, varied, &methods, |subject| {
                 let scene = &subject.scene;
@@ -331,7 +337,13 @@ impl<'a> Campaign<'a> {
     fn solvers(&mut self) -> Result<()> {
         let settings = &self.request.settings;
         let nitsche = |m: &&Method| m.is_nitsche();
-        let methods: Vec<Method> = self.request.methods.iter().filter(nitsche).copied().collect();
+        let methods: Vec<Method> = self
+            .request
+            .methods
+            .iter()
+            .filter(nitsche)
+            .copied()
+            .collect();
         self.vary(SOLVERS, Varied::Linear, &methods, |_| {
             let all = [
                 (Solver::Multifrontal, Precision::F64),
@@ -388,7 +400,10 @@ impl<'a> Campaign<'a> {
             linear,
             way: Some(Way::Adaptive),
         };
-        let what = format!("{}, rust {method}, adapted to {accuracy:e}", subject.scene.name);
+        let what = format!(
+            "{}, rust {method}, adapted to {accuracy:e}",
+            subject.scene.name
+        );
         self.tell(&what)?;
         let budget = self.request.budget.as_secs_f64();
         let clock = Instant::now();

@@ -94,7 +94,9 @@ impl Work<'_> {
             .filter(|row| (&*row.engine, &*row.method) == track && row.varied == varied);
         // Below rounding there is nothing to see.
         let points = rows.filter_map(|row| Some((row.seconds.median, row.error(norm)?)));
-        points.filter(|(_, e)| *e > 1e-14 && e.is_finite()).collect()
+        points
+            .filter(|(_, e)| *e > 1e-14 && e.is_finite())
+            .collect()
     }
 
     /// Every line with the numbers of its engine and method.
@@ -157,18 +159,18 @@ impl Work<'_> {
             for point in points {
                 let at = EmptyElement::at(point);
                 match engine % 3 {
-                    0 => chart.plotting_area().draw(
-                        &(at + Circle::new((0, 0), MARKER, colour.filled())),
-                    )?,
+                    0 => chart
+                        .plotting_area()
+                        .draw(&(at + Circle::new((0, 0), MARKER, colour.filled())))?,
                     1 => {
                         let corners = [(-MARKER, -MARKER), (MARKER, MARKER)];
                         chart
                             .plotting_area()
                             .draw(&(at + Rectangle::new(corners, colour.filled())))?;
                     }
-                    _ => chart.plotting_area().draw(
-                        &(at + TriangleMarker::new((0, 0), MARKER + 2, colour.filled())),
-                    )?,
+                    _ => chart
+                        .plotting_area()
+                        .draw(&(at + TriangleMarker::new((0, 0), MARKER + 2, colour.filled())))?,
                 }
             }
         }

@@ -99,7 +99,9 @@ mod tests {
 
     #[test]
     fn exponents_and_their_spread() {
-        let exact: Vec<_> = [1.0, 2.0, 4.0, 8.0].map(|x: f64| (x, 3.0 * x.powf(1.5))).to_vec();
+        let exact: Vec<_> = [1.0, 2.0, 4.0, 8.0]
+            .map(|x: f64| (x, 3.0 * x.powf(1.5)))
+            .to_vec();
         let fit = Fit::new(&exact).unwrap();
         assert!((fit.exponent - 1.5).abs() < 1e-14 && fit.spread < 1e-14);
         // ln y = 0, 1, 0 over ln x = -1, 0, 1: slope 0, residuals -1/3, 2/3, -1/3.

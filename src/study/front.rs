@@ -24,3 +24,27 @@ pub fn front(rows: &[Row]) -> Vec<usize> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::row::sample;
+    use super::*;
+
+    #[test]
+    fn what_is_beaten_in_both_is_not_on_the_front() {
+        let points = [
+            (0.1, 1.0),
+            (0.05, 2.0),
+            (0.06, 2.0),
+            (0.2, 1.0),
+            (0.04, 1.9),
+            (0.01, 9.0),
+        ];
+        let mut rows: Vec<Row> = points.map(|(e, t)| sample(Varied::Mesh, e, t)).into();
+        assert_eq!(front(&rows), [0, 4, 5]);
+        // What was not reached counts for nothing, nor does another scene.
+        rows[0].converged = false;
+        rows[4].scene = "other".into();
+        assert_eq!(front(&rows), [1, 3, 4, 5]);
+    }
+}

@@ -67,11 +67,7 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
         let run = setting.engine.run(cases, &settings, &Silent)?;
         let outside = started.elapsed().as_secs_f64();
         let answer = run.answers.into_iter().next().ok_or_else(|| {
-            Error::engine(
-                setting.engine.name(),
-                "it gave no answer",
-                "report this",
-            )
+            Error::engine(setting.engine.name(), "it gave no answer", "report this")
         })?;
         if own {
             times.push(clock.elapsed().as_secs_f64());

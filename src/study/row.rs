@@ -120,6 +120,37 @@ impl fmt::Display for Varied {
     }
 }
 
+/// A row of one scene, for tests of what is made of rows.
+#[cfg(test)]
+pub fn sample(varied: Varied, error: f64, seconds: f64) -> Row {
+    Row {
+        scene: "s".into(),
+        engine: "rust".into(),
+        method: "cr".into(),
+        varied,
+        n: Some(8),
+        cells: 128,
+        dofs: 208,
+        tolerance: 1e-12,
+        gamma0: 100.0,
+        load_quadrature: "radon-7".into(),
+        contact_quadrature: "gauss-5".into(),
+        linear: "multifrontal".into(),
+        precision: "f64".into(),
+        steps: 3,
+        converged: true,
+        residual: 1e-16,
+        h1: Some(error),
+        l2: None,
+        certified: None,
+        contact_residual: 0.0,
+        contact_flux: 0.0,
+        seconds: Times::new(vec![seconds]),
+        start_up: None,
+        memory_mb: None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -74,9 +74,7 @@ mod tests {
         let closed = Subject::find("three-zones").unwrap();
         let reference = Subject {
             scene: closed.scene.clone(),
-            truth: Truth::Reference(Box::new(
-                Reference::zones(3, DEFAULT_RESOLUTION).unwrap(),
-            )),
+            truth: Truth::Reference(Box::new(Reference::zones(3, DEFAULT_RESOLUTION).unwrap())),
         };
         let mesh = closed.scene.triangulation(Some(20)).unwrap();
         for method in [Method::cr(), "p1".parse().unwrap(), Method::p2()] {

@@ -120,7 +120,16 @@ fn write_advice(text: &mut String, outcome: &Outcome, scene: &str) {
 fn write_front(text: &mut String, outcome: &Outcome, scene: &str) {
     let _ = writeln!(text, "### What nothing beats in both time and error\n");
     let mut table = new(&[
-        "code", "method", "varied", "value", "dofs", "seconds", "MB", "energy", "L²", "certified",
+        "code",
+        "method",
+        "varied",
+        "value",
+        "dofs",
+        "seconds",
+        "MB",
+        "energy",
+        "L²",
+        "certified",
     ]);
     let mut rows: Vec<&Row> = outcome.front.iter().map(|&k| &outcome.rows[k]).collect();
     rows.retain(|row| row.scene == scene);
@@ -168,7 +177,13 @@ fn write_rates(text: &mut String, outcome: &Outcome, scene: &str) {
 
 fn write_waste(text: &mut String, outcome: &Outcome, scene: &str) {
     let mut table = new(&[
-        "method", "n", "setting", "enough", "most exact", "which takes", "the worst costs",
+        "method",
+        "n",
+        "setting",
+        "enough",
+        "most exact",
+        "which takes",
+        "the worst costs",
     ]);
     for w in outcome.waste.iter().filter(|w| w.scene == scene) {
         table.add_row([
@@ -216,7 +231,9 @@ fn write_gammas(text: &mut String, outcome: &Outcome, scene: &str) {
 
 fn write_solvers(text: &mut String, outcome: &Outcome, scene: &str) {
     let of = |row: &&Row| row.scene == scene && row.varied == Varied::Linear;
-    let mut table = new(&["method", "n", "solver", "seconds", "MB", "energy", "residual"]);
+    let mut table = new(&[
+        "method", "n", "solver", "seconds", "MB", "energy", "residual",
+    ]);
     for row in outcome.rows.iter().filter(of) {
         table.add_row([
             row.method.clone(),

@@ -33,9 +33,8 @@ pub fn waste(rows: &[Row]) -> Vec<Waste> {
     ];
     let mut found: Vec<Waste> = Vec::new();
     for row in rows.iter().filter(|row| kinds.contains(&row.varied)) {
-        let known = |w: &Waste| {
-            (&w.scene, &w.method, w.varied) == (&row.scene, &row.method, row.varied)
-        };
+        let known =
+            |w: &Waste| (&w.scene, &w.method, w.varied) == (&row.scene, &row.method, row.varied);
         if found.iter().any(known) {
             continue;
         }
@@ -78,5 +77,34 @@ pub fn value(row: &Row) -> String {
         Varied::Linear => format!("{} {}", row.linear, row.precision),
         Varied::Gamma0 => format!("{:e}", row.gamma0),
         Varied::Mesh | Varied::Adaptive => row.n.map_or(String::new(), |n| n.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::row::sample;
+    use super::*;
+
+    #[test]
+    fn enough_is_what_stays_enough() {
+        // 1e-2 is as good by luck, 1e-3 is not, and from 1e-4 on nothing is gained.
+        let errors = [
+            (1e-2, 0.1),
+            (1e-3, 0.2),
+            (1e-4, 0.1005),
+            (1e-5, 0.0999),
+            (1e-6, 0.1),
+        ];
+        let rows: Vec<Row> = errors
+            .map(|(tolerance, error)| Row {
+                tolerance,
+                ..sample(Varied::Tolerance, error, -f64::log10(tolerance))
+            })
+            .into();
+        let found = waste(&rows);
+        assert_eq!(found.len(), 1);
+        assert_eq!((&*found[0].enough, &*found[0].most_exact), ("1e-4", "1e-6"));
+        assert!((found[0].time_ratio - 1.5).abs() < 1e-14);
+        assert!((found[0].worst_change - 1.0).abs() < 1e-14);
     }
 }
