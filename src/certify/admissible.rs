@@ -1,7 +1,7 @@
 //! A continuous piecewise linear v that keeps the constraints, v = g at the vertices of Γ_D and v ≤ ψ at those of
 //! Γ_C, from any discrete field.
 
-use super::data::{Load, Traction};
+use super::data::Data;
 use super::refusal;
 use crate::assembly::{Stiffness, value_at};
 use crate::contact::Problem;
@@ -36,8 +36,7 @@ pub(super) fn admissible(
     problem: &Problem,
     u: &[f64],
     lambda: &[f64],
-    loads: &[Load],
-    tractions: &[Traction],
+    data: &Data,
 ) -> Result<Vec<f64>> {
     let bounds = bounds(scene, problem)?;
     let mut v = averages(problem, u);
@@ -59,7 +58,7 @@ pub(super) fn admissible(
             }
         }
     }
-    descend(problem, &held, loads, tractions, &mut v);
+    descend(problem, &held, data, &mut v);
     for (v, bound) in v.iter_mut().zip(&bounds) {
         if let Bound::Below(psi) = bound {
             *v = v.min(*psi);
@@ -128,20 +127,14 @@ fn averages(problem: &Problem, u: &[f64]) -> Vec<f64> {
 }
 
 /// Conjugate gradients for (∇v, ∇λ_i) = (f, λ_i) + <t, λ_i>_N where `held` does not hold v.
-fn descend(
-    problem: &Problem,
-    held: &[bool],
-    loads: &[Load],
-    tractions: &[Traction],
-    v: &mut [f64],
-) {
+fn descend(problem: &Problem, held: &[bool], data: &Data, v: &mut [f64]) {
     let mesh = problem.space.mesh;
     let space = Space::new(mesh, &P1);
     let stiffness = Stiffness::new(&space);
     let (mut r, mut diagonal) = (vec![0.0; v.len()], vec![0.0; v.len()]);
     let corners = mesh.dim + 1;
     let mut matrix = vec![0.0; corners * corners];
-    for (cell, load) in loads.iter().enumerate() {
+    for (cell, load) in data.loads.iter().enumerate() {
         stiffness.cell_matrix(cell, &mut matrix);
         let measure = mesh.geometry(cell).measure();
         for (i, &vertex) in mesh.cell(cell).iter().enumerate() {
@@ -149,7 +142,7 @@ fn descend(
             diagonal[vertex as usize] += matrix[i * corners + i];
         }
     }
-    for traction in tractions {
+    for traction in &data.tractions {
         for (&vertex, moment) in mesh.cell(traction.cell).iter().zip(traction.moments) {
             r[vertex as usize] += moment;
         }

@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::data::{self, Load, Traction};
-use super::lift::{self, Lift};
+use std::borrow::Cow;
+
+use super::data::Data;
+use super::lift::Lift;
 use super::{admissible, flux};
 use crate::assembly::combine;
 use crate::contact::Problem;
@@ -28,17 +30,14 @@ pub(super) struct CellSquares {
 pub(super) struct CellFields<'a> {
     problem: &'a Problem<'a>,
     u: &'a [f64],
-    pub ingredients: Ingredients,
+    pub ingredients: Ingredients<'a>,
     /// Exact for squares of quadratic functions.
     rule: Rule,
 }
 
 /// What the bounds are computed from.
-pub(super) struct Ingredients {
-    pub loads: Vec<Load>,
-    pub tractions: Vec<Traction>,
-    /// By cells.
-    pub lifts: Vec<Lift>,
+pub(super) struct Ingredients<'a> {
+    pub data: Cow<'a, Data>,
     /// σ·n on the contact faces.
     pub lambda: Vec<f64>,
     /// v at the vertices.
@@ -50,20 +49,20 @@ pub(super) struct Ingredients {
 impl<'a> CellFields<'a> {
     /// # Errors
     /// See [`super::certify`].
-    pub fn new(scene: &Scene, problem: &'a Problem<'a>, u: &'a [f64]) -> Result<Self> {
-        let loads = data::loads(scene, problem)?;
-        let tractions = data::tractions(scene, problem)?;
-        let lifts = lift::lifts(scene, problem)?;
+    pub fn new(
+        scene: &Scene,
+        problem: &'a Problem<'a>,
+        u: &'a [f64],
+        data: Cow<'a, Data>,
+    ) -> Result<Self> {
         let lambda = flux::contact_fluxes(problem, u);
-        let v = admissible::admissible(scene, problem, u, &lambda, &loads, &tractions)?;
-        let fluxes = flux::equilibrated(scene, problem, u, &lambda, &loads, &tractions)?;
+        let v = admissible::admissible(scene, problem, u, &lambda, &data)?;
+        let fluxes = flux::equilibrated(scene, problem, u, &lambda, &data)?;
         Ok(CellFields {
             problem,
             u,
             ingredients: Ingredients {
-                loads,
-                tractions,
-                lifts,
+                data,
                 lambda,
                 v,
                 fluxes,
@@ -73,7 +72,7 @@ impl<'a> CellFields<'a> {
     }
 
     pub fn lifts_of(&self, cell: usize) -> &[Lift] {
-        let lifts = &self.ingredients.lifts;
+        let lifts = &self.ingredients.data.lifts;
         let first = lifts.partition_point(|lift| lift.cell < cell);
         let count = lifts[first..].partition_point(|lift| lift.cell == cell);
         &lifts[first..first + count]
@@ -140,7 +139,7 @@ impl<'a> CellFields<'a> {
         flux::value(
             geometry,
             fluxes,
-            &self.ingredients.loads[cell].slopes,
+            &self.ingredients.data.loads[cell].slopes,
             lambda,
         )
     }

@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use super::lift::{Lift, lifts};
 use crate::assembly::value_at;
 use crate::contact::Problem;
 use crate::error::Result;
@@ -28,6 +29,27 @@ pub(super) fn poincare(dim: usize) -> f64 {
         1.0 / J11
     } else {
         std::f64::consts::FRAC_1_PI
+    }
+}
+
+/// The data of a scene on a mesh, the same for every field on it.
+#[derive(Debug, Clone)]
+pub struct Data {
+    pub(super) loads: Vec<Load>,
+    pub(super) tractions: Vec<Traction>,
+    /// By cells.
+    pub(super) lifts: Vec<Lift>,
+}
+
+impl Data {
+    /// # Errors
+    /// Data that are not finite, or that no function in the cells continues.
+    pub fn new(scene: &Scene, problem: &Problem) -> Result<Self> {
+        Ok(Data {
+            loads: loads(scene, problem)?,
+            tractions: tractions(scene, problem)?,
+            lifts: lifts(scene, problem)?,
+        })
     }
 }
 
@@ -74,7 +96,7 @@ pub(super) struct Traction {
 ///
 /// # Errors
 /// A value that is not finite.
-pub(super) fn loads(scene: &Scene, problem: &Problem) -> Result<Vec<Load>> {
+fn loads(scene: &Scene, problem: &Problem) -> Result<Vec<Load>> {
     let mesh = problem.space.mesh;
     let f = &scene.data.f;
     if f.is_zero() {
@@ -143,7 +165,7 @@ fn load(cell: &CellGeometry, samples: &[Sample], error: f64) -> Load {
 ///
 /// # Errors
 /// A value that is not finite.
-pub(super) fn tractions(scene: &Scene, problem: &Problem) -> Result<Vec<Traction>> {
+fn tractions(scene: &Scene, problem: &Problem) -> Result<Vec<Traction>> {
     let t = &scene.data.t;
     if t.is_zero() {
         return Ok(Vec::new());

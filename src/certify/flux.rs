@@ -10,7 +10,7 @@
 //! has the same value, with the other sign, from the other side, and -div σ = Π₀f, since the φ_F of a
 //! cell sum to 1. On Γ_N itself t is counted once, not taken away.
 
-use super::data::{Load, Traction};
+use super::data::Data;
 use crate::assembly::Stiffness;
 use crate::contact::Problem;
 use crate::element::{CR, Space};
@@ -55,8 +55,7 @@ pub(super) fn equilibrated(
     problem: &Problem,
     u: &[f64],
     lambda: &[f64],
-    loads: &[Load],
-    tractions: &[Traction],
+    data: &Data,
 ) -> Result<Vec<f64>> {
     let mesh = problem.space.mesh;
     let (dim, corners) = (mesh.dim, mesh.dim + 1);
@@ -65,14 +64,14 @@ pub(super) fn equilibrated(
     let measure = |cell: usize| mesh.geometry(cell).measure();
     // (f, φ)_κ, and <t, φ> on the faces of κ that are not on Γ_N.
     let mut cells = vec![0.0; corners * mesh.cell_count()];
-    for (cell, (of_cell, load)) in cells.chunks_exact_mut(corners).zip(loads).enumerate() {
+    for (cell, (of_cell, load)) in cells.chunks_exact_mut(corners).zip(&data.loads).enumerate() {
         let measure = measure(cell);
         for (i, b) in of_cell.iter_mut().enumerate() {
             *b = measure * load.on_face(dim, i);
         }
     }
     let mut b = vec![0.0; space.dofs];
-    for traction in tractions {
+    for traction in &data.tractions {
         b[traction.face] += traction.total;
         for (i, &face) in mesh.cell_faces(traction.cell).iter().enumerate() {
             if face as usize != traction.face {

@@ -31,6 +31,8 @@ mod lift;
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -42,6 +44,7 @@ use crate::error::{Error, Result};
 use crate::quadrature;
 use crate::scene::Scene;
 use cells::{CellFields, CellSquares, Ingredients};
+pub use data::Data;
 
 /// What the data may be off by for their quadrature, relative to the bound.
 const INTEGRATED: f64 = 0.1;
@@ -137,19 +140,31 @@ fn refusal(because: impl Into<String>, remedy: impl Into<String>) -> Error {
 /// that cannot be continued into the cells, g above ψ, a field that is not g on Γ_D, data that this mesh does not
 /// integrate. Data that are not finite; those of the linear solver.
 pub fn certify(scene: &Scene, problem: &Problem, u: &[f64]) -> Result<Certificate> {
+    certify_with(scene, problem, u, Cow::Owned(Data::new(scene, problem)?))
+}
+
+/// [`certify`] with data that other fields on the same mesh share.
+///
+/// # Errors
+/// Those of [`certify`].
+pub fn certify_with(
+    scene: &Scene,
+    problem: &Problem,
+    u: &[f64],
+    data: Cow<'_, Data>,
+) -> Result<Certificate> {
     check(problem, u)?;
-    bounds(scene, problem, &CellFields::new(scene, problem, u)?)
+    bounds(scene, problem, &CellFields::new(scene, problem, u, data)?)
 }
 
 fn bounds(scene: &Scene, problem: &Problem, fields: &CellFields) -> Result<Certificate> {
     let mesh = problem.space.mesh;
     let Ingredients {
-        loads,
-        tractions,
-        lambda,
-        v,
-        ..
+        data, lambda, v, ..
     } = &fields.ingredients;
+    let Data {
+        loads, tractions, ..
+    } = &**data;
     let mut oscillations: Vec<f64> = loads.iter().map(|load| load.oscillation).collect();
     for traction in tractions {
         oscillations[traction.cell] += traction.oscillation;
@@ -295,15 +310,10 @@ fn contact_terms(scene: &Scene, problem: &Problem, v: &[f64], lambda: &[f64]) ->
 
 /// J(v) = ½‖∇v‖² - (f,v) - <t,v>_N
 fn energy(problem: &Problem, ingredients: &Ingredients) -> f64 {
-    let Ingredients {
-        loads,
-        tractions,
-        v,
-        ..
-    } = ingredients;
+    let Ingredients { data, v, .. } = ingredients;
     let mesh = problem.space.mesh;
     let mut sum = 0.0;
-    for (cell, load) in loads.iter().enumerate() {
+    for (cell, load) in data.loads.iter().enumerate() {
         let geometry = mesh.geometry(cell);
         let mut slope = Vector3::zeros();
         for (i, &vertex) in mesh.cell(cell).iter().enumerate() {
@@ -313,7 +323,7 @@ fn energy(problem: &Problem, ingredients: &Ingredients) -> f64 {
         }
         sum += 0.5 * geometry.measure() * slope.norm_squared();
     }
-    for traction in tractions {
+    for traction in &data.tractions {
         for (&vertex, moment) in mesh.cell(traction.cell).iter().zip(traction.moments) {
             sum -= moment * v[vertex as usize];
         }

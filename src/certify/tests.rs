@@ -75,6 +75,10 @@ fn errors(problem: &Problem, fields: &CellFields, u: &[f64], exact: &Expression)
     }
 }
 
+fn data(scene: &Scene, problem: &Problem) -> Cow<'static, Data> {
+    Cow::Owned(Data::new(scene, problem).expect("data of a scene"))
+}
+
 fn solved(problem: &Problem) -> Vec<f64> {
     let solution = solve(problem, Iteration::Newton, Stop::default(), |_, _| Ok(()));
     solution.expect("an exact scene is solved").u
@@ -86,7 +90,12 @@ fn ratios(name: &str, method: &str, n: usize) -> Result<[f64; 3]> {
     let mesh = scene.triangulation(Some(n))?;
     let problem = Problem::new(&scene, &mesh, method.parse::<Method>().expect("a method"))?;
     let u = solved(&problem);
-    let fields = CellFields::new(&scene, &problem, &u)?;
+    let fields = CellFields::new(
+        &scene,
+        &problem,
+        &u,
+        Cow::Owned(Data::new(&scene, &problem)?),
+    )?;
     let certificate = bounds(&scene, &problem, &fields)?;
     let exact = scene.exact.as_ref().expect("an exact scene");
     let truth = errors(&problem, &fields, &u, exact);
@@ -223,7 +232,7 @@ proptest! {
             }
             Err(other) => return Err(TestCaseError::fail(other.to_string())),
         };
-        let fields = CellFields::new(&scene, &problem, &u).unwrap();
+        let fields = CellFields::new(&scene, &problem, &u, data(&scene, &problem)).unwrap();
         let truth = errors(&problem, &fields, &u, exact);
         let least = 1.0 - 1e-3;
         prop_assert!(certificate.g >= least * truth.g, "{} g {} {}", name, certificate.g, truth.g);
@@ -260,7 +269,7 @@ fn both_sides_of_the_identity_are_equal() {
         .zip(&problem.dirichlet)
         .map(|(x, g)| g.unwrap_or(exact.value(x) + 0.1 * (7.0 * x[0]).sin() - 0.2 * x[1]))
         .collect();
-    let fields = CellFields::new(&scene, &problem, &u).unwrap();
+    let fields = CellFields::new(&scene, &problem, &u, data(&scene, &problem)).unwrap();
     let (v, lambda) = (&fields.ingredients.v, &fields.ingredients.lambda);
     assert!(lambda.iter().any(|l| *l < 0.0));
     let slope = |x: [f64; 3]| Vector3::from(exact.gradient(x));
@@ -275,7 +284,7 @@ fn both_sides_of_the_identity_are_equal() {
     });
     let right = integral(&mesh, |cell, geometry, at| {
         let x = geometry.point(at);
-        let load = &fields.ingredients.loads[cell];
+        let load = &fields.ingredients.data.loads[cell];
         let linear_load: f64 =
             load.mean + load.slopes.iter().zip(at).map(|(a, l)| a * l).sum::<f64>();
         let rest = scene.data.f.value(x) - linear_load;

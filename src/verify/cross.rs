@@ -5,9 +5,11 @@
 //! is large. So it is held against the best that any field on the mesh proves: the bound of the averaged gradient,
 //! which an honest field of these methods exceeds by no more than 3 on the scenes whose solution is known.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
-use crate::certify::{Certificate, Target, certify, distance};
+use crate::certify::{Certificate, Data, Target, certify_with, distance};
 use crate::compare::Verdict;
 use crate::engine::Case;
 use crate::error::{Error, Result};
@@ -96,10 +98,11 @@ pub(super) fn judge_methods(cases: &[Case], outcomes: &[CaseOutcome]) -> Result<
             .take_while(|case| same_mesh(case, &cases[from]))
             .count();
         if of_mesh > 1 {
+            let data = words(Data::new(cases[from].scene, &cases[from].problem))?;
             let certified = cases[from..from + of_mesh]
                 .iter()
                 .zip(&outcomes[from..])
-                .map(|(case, outcome)| certified(case, outcome))
+                .map(|(case, outcome)| certified(case, outcome, data.as_ref()))
                 .collect::<Result<Vec<_>>>()?;
             for (k, a) in certified.iter().enumerate() {
                 for b in &certified[k + 1..] {
@@ -112,15 +115,30 @@ pub(super) fn judge_methods(cases: &[Case], outcomes: &[CaseOutcome]) -> Result<
     Ok(cross)
 }
 
-fn certified<'a>(case: &'a Case<'a>, outcome: &'a CaseOutcome) -> Result<Certified<'a>> {
+/// A refusal becomes its reason.
+fn words<T>(result: Result<T>) -> Result<Result<T, String>> {
+    match result {
+        Ok(value) => Ok(Ok(value)),
+        Err(Error::Certificate { because, .. }) => Ok(Err(because)),
+        Err(other) => Err(other),
+    }
+}
+
+fn certified<'a>(
+    case: &'a Case<'a>,
+    outcome: &'a CaseOutcome,
+    data: Result<&Data, &String>,
+) -> Result<Certified<'a>> {
     let of_engines = outcome
         .engines
         .iter()
         .map(|engine| {
-            let certificate = match certify(case.scene, &case.problem, &engine.u) {
-                Ok(certificate) => Ok(certificate),
-                Err(Error::Certificate { because, .. }) => Err(because),
-                Err(other) => return Err(other),
+            let certificate = match data {
+                Ok(data) => {
+                    let data = Cow::Borrowed(data);
+                    words(certify_with(case.scene, &case.problem, &engine.u, data))?
+                }
+                Err(because) => Err(because.clone()),
             };
             Ok((engine.engine.as_str(), engine.u.as_slice(), certificate))
         })
