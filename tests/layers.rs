@@ -89,7 +89,7 @@ const LAYERS: [(&str, &[&str]); 25] = [
     (
         "stress",
         &[
-            "drawing", "truth", "mesh", "scene", "element", "contact", "engine",
+            "drawing", "truth", "linear", "mesh", "scene", "element", "contact", "engine",
         ],
     ),
     (
