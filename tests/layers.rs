@@ -103,7 +103,7 @@ const LAYERS: [(&str, &[&str]); 26] = [
     (
         "stress",
         &[
-            "drawing", "truth", "mesh", "scene", "element", "contact", "engine",
+            "drawing", "truth", "linear", "mesh", "scene", "element", "contact", "engine",
         ],
     ),
     (

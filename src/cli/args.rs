@@ -290,7 +290,7 @@ pub(super) struct Study {
     /// What an engine does not have is left out for it
     #[arg(long, default_value = "cr,cr-fc,p1,p2,p1-vi,cr-vi,penalty,multiplier", value_parser = methods)]
     pub methods: Methods,
-    /// Wall-clock time for everything, as in 90s, 5m or 1h
+    /// Wall-clock time for everything, as in 90s, 5m or 1h; the two coarsest meshes are measured in any case
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = budget, allow_negative_numbers = true)]
     pub budget: Duration,
     /// Write report.md, rows.csv, study.json and figures into DIR

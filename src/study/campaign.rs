@@ -31,6 +31,10 @@ const ADAPTIVE: f64 = 1.0;
 /// The coarsest generated mesh, and the n near which settings are varied.
 const FIRST: usize = 8;
 const USUAL: usize = 64;
+/// Meshes of every track that are measured whatever the budget: two make a picture.
+const ALWAYS: usize = 2;
+/// A companion's process may take what is left of the budget, and at least so many seconds.
+const LEAST_LIMIT: f64 = 60.0;
 /// How many times longer the next mesh is supposed to take before two were measured: four times the cells, and some.
 const GROWTH: f64 = 5.0;
 /// Decades of the tolerances.
@@ -43,7 +47,7 @@ const ACCURACIES: [f64; 8] = [0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001];
 /// Is told what is measured next and the share of the budget that is spent; may end the run.
 pub type Watch<'a> = dyn Fn(&str, f64) -> Result<()> + 'a;
 
-/// Measures until the budget is spent.
+/// Measures until the budget is spent; the two coarsest meshes of everything in any case.
 ///
 /// # Errors
 /// An engine that is not there; the coarsest mesh of a scene refused; an interruption. What a finer mesh, or another
@@ -136,7 +140,7 @@ impl<'a> Campaign<'a> {
         self.tell(&setting.title())?;
         let begun = Instant::now();
         let left = self.request.budget.as_secs_f64() - self.elapsed();
-        match measure(setting, left) {
+        match measure(setting, left.max(LEAST_LIMIT)) {
             Ok(row) => {
                 self.rows.push(row);
                 self.costs.push(begun.elapsed().as_secs_f64());
@@ -195,11 +199,9 @@ impl<'a> Campaign<'a> {
             [only] => only * GROWTH,
             [.., before, last] => last * (last / before).clamp(1.0, 2.0 * GROWTH),
         };
-        if !self.allows(MESHES, predicted) {
+        let is_due = track.costs.len() < ALWAYS;
+        if !is_due && !self.allows(MESHES, predicted) {
             track.is_over = true;
-            if track.costs.is_empty() {
-                self.leave_out(setting.title(), "the budget was spent");
-            }
             return Ok(());
         }
         match self.add(&setting)? {

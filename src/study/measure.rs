@@ -47,7 +47,7 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
     let own = setting.engine.name() == "rust";
     let scene = &setting.subject.scene;
     let mut settings = setting.settings.clone();
-    let limit = Duration::try_from_secs_f64(limit.max(1.0)).unwrap_or(settings.time_limit);
+    let limit = Duration::try_from_secs_f64(limit).unwrap_or(settings.time_limit);
     settings.time_limit = settings.time_limit.min(limit);
     let before = peak_memory_mb(true);
     let (mut times, mut start_ups) = (Vec::new(), Vec::new());
