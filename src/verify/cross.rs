@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::certify::{Certificate, Data, Target, certify_with, distance};
 use crate::compare::Verdict;
-use crate::engine::Case;
+use crate::engine::{Case, interrupted};
 use crate::error::{Error, Result};
 
 use super::CaseOutcome;
@@ -133,6 +133,9 @@ fn certified<'a>(
         .engines
         .iter()
         .map(|engine| {
+            if interrupted() {
+                return Err(Error::Interrupted);
+            }
             let certificate = match data {
                 Ok(data) => {
                     let data = Cow::Borrowed(data);
