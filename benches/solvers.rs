@@ -136,6 +136,7 @@ fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
         linear: Default::default(),
         time_limit: Duration::from_secs(7200),
         keep: None,
+        launch: Default::default(),
     };
     let case = Case {
         scene: &scene,

@@ -1,6 +1,6 @@
 """Everything that differs between releases of dolfinx, so that nothing else has to ask which one runs.
 
-Tested with 0.5.2 (Debian 12). The other branches follow the documented interfaces of 0.6 to 0.10.
+Tested with 0.5.2 (Debian 12) and 0.9.0 (Debian 13). The other branches follow the documented interfaces of 0.6 to 0.10.
 """
 
 import inspect

@@ -28,7 +28,8 @@ face F and nothing through all others: |F| λ is then what remains of a(u, φ_F)
 Renard (2.5), which on P2 serves as the reference.
 
 Run in a job folder:  PYTHONHASHSEED=0 python3 signorini.py             (`--version` only tells dolfinx's)
-In parallel:          PYTHONHASHSEED=0 mpirun -n 2 python3 -m mpi4py signorini.py   (so that one failing rank ends all)
+In parallel:          PYTHONHASHSEED=0 mpirun -n 2 python3 -m mpi4py signorini.py --ranks 2
+                      (mpi4py, so that one failing rank ends all; --ranks, so that two lonely processes are noticed)
 """
 
 import math
@@ -268,6 +269,16 @@ def solve(case, stop, quadrature, comm):
     }
 
 
+def check_ranks(comm):
+    """`--ranks R` tells how many there should be, or `several`: started by a foreign mpirun, each would be alone."""
+    if sys.argv[1:2] == ["--ranks"]:
+        ranks = sys.argv[2]
+        if comm.size == 1 if ranks == "several" else comm.size != int(ranks):
+            raise RuntimeError(
+                f"started as {ranks} processes, but MPI counts {comm.size}: the launcher is not of the MPI that mpi4py uses"
+            )
+
+
 def main():
     if sys.argv[1:] == ["--version"]:
         print("dolfinx", compat.VERSION)
@@ -277,16 +288,19 @@ def main():
         sys.exit("signorini.py: PYTHONHASHSEED is not 0, so no compiled form would ever be found again; set it to 0")
 
     comm = MPI.COMM_WORLD
-    todo = job.read_job()
-    done = []
-    for case in todo["cases"]:
-        try:
+    where = f"on rank {comm.rank} of {comm.size}"
+    try:
+        check_ranks(comm)
+        todo = job.read_job()
+        done = []
+        for case in todo["cases"]:
+            where = f"{case['id']} on rank {comm.rank} of {comm.size}"
             done.append(solve(case, todo["stop"], todo["quadrature"], comm))
-        except Exception as error:
-            error.add_note(f"signorini.py failed on {case['id']}")
-            raise
-    if comm.rank == 0:
-        job.write_status(done)
+        if comm.rank == 0:
+            job.write_status(done)
+    except Exception as error:
+        print(f"error {where}: {type(error).__name__}: {error}".replace("\n", " "), flush=True)
+        raise
 
 
 if __name__ == "__main__":

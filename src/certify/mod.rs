@@ -20,7 +20,7 @@
 //! ```
 //!
 //! Nothing is asked of u_h: that it solves a scheme, or how well, only makes the bounds small. f and t
-//! are integrated until their moments are right to eight digits; what is left, where they jump inside a cell, counts
+//! are integrated until their moments are right to seven digits; what is left, where they jump inside a cell, counts
 //! as δ with ‖δ‖ diam(Ω) for Friedrichs' inequality, and is refused where that matters.
 
 mod admissible;

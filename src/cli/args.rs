@@ -73,6 +73,13 @@ pub(super) struct Running {
     /// Longest time one engine may take, in seconds
     #[arg(long, value_name = "SECONDS", default_value = "3600", value_parser = seconds, allow_negative_numbers = true)]
     pub time_limit: Duration,
+    /// Run fenicsx as R processes that share the mesh, by mpirun
+    #[arg(long, value_name = "R", default_value = "1", value_parser = clap::value_parser!(u32).range(1..))]
+    pub ranks: u32,
+    /// Start the processes of fenicsx by this instead, as in "srun -n 64"; job folders must be on
+    /// a disk that all see: use --keep
+    #[arg(long, value_name = "COMMAND", value_parser = launcher, conflicts_with = "ranks")]
+    pub launcher: Option<Words>,
     /// Keep the job folders in DIR
     #[arg(long, value_name = "DIR")]
     pub keep: Option<PathBuf>,
@@ -329,7 +336,7 @@ pub(super) struct Stress {
 #[derive(Args)]
 pub(super) struct Paper {
     /// The mesh-free solutions only: contact set, norms, flux and samples
-    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "report", "time_limit", "keep", "tolerance", "max_iterations", "install"])]
+    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "report", "time_limit", "ranks", "launcher", "keep", "tolerance", "max_iterations", "install"])]
     pub reference: bool,
     /// N of (6.2) besides the paper's 3 and 5
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
@@ -468,6 +475,18 @@ fn methods(text: &str) -> Result<Methods, String> {
 
 fn method(text: &str) -> Result<Method, String> {
     text.trim().parse()
+}
+
+/// A command, split at blanks.
+#[derive(Clone)]
+pub(super) struct Words(pub Vec<String>);
+
+fn launcher(text: &str) -> Result<Words, String> {
+    let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+    if words.is_empty() {
+        return Err("it names no program".into());
+    }
+    Ok(Words(words))
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {

@@ -7,7 +7,7 @@ use super::answer::{Answer, print};
 use super::args::Solve;
 use super::explain::Explanation;
 use super::progress::Bars;
-use super::verify::settings;
+use super::verify::{check_launch, settings};
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::certify::certify;
 use crate::contact::{Iteration, Method, Problem};
@@ -68,6 +68,8 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     if !engine.is_installed() {
         engine.probe()?;
     }
+    let settings = settings(&arguments.running, arguments.iteration, linear);
+    check_launch(&settings, &[&*engine])?;
     if let Some(out) = &arguments.out {
         report::check_vtu_path(out)?;
     }
@@ -91,7 +93,6 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     let name = format!("{} {}", scene.name, method);
     let bars = Bars::new(&[engine.name()], vec![(name, 1)], quiet);
     let listener: &dyn Progress = bars.as_ref().map_or(&Silent, |bars| bars);
-    let settings = settings(&arguments.running, arguments.iteration, linear);
     let run = engine.run(std::slice::from_ref(&case), &settings, listener);
     if let Some(bars) = &bars {
         bars.clear();

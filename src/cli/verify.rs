@@ -8,7 +8,7 @@ use super::{DISAGREE, DONE, FAILED, engines};
 use crate::compare::Verdict;
 use crate::contact::{Iteration, Stop};
 use crate::diagnose::{Diagnosis, diagnose};
-use crate::engine::{self, Baseline, Engine, Progress, Settings, Silent};
+use crate::engine::{self, Baseline, Engine, Launch, Progress, Settings, Silent};
 use crate::error::{Error, Result};
 use crate::linear;
 use crate::report;
@@ -61,6 +61,8 @@ fn judge(arguments: &Verify) -> Result<u8> {
         engines,
         settings: settings(&arguments.running, Iteration::Newton, Default::default()),
     };
+    let engines: Vec<&dyn Engine> = request.engines.iter().map(|e| &**e).collect();
+    check_launch(&request.settings, &engines)?;
     if let Some(folder) = &arguments.report {
         report::prepare_folder(folder)?;
     }
@@ -193,9 +195,25 @@ pub(super) fn settings(
         },
         iteration,
         linear,
+        launch: match (&running.launcher, running.ranks) {
+            (Some(words), _) => Launch::By(words.0.clone()),
+            (None, 1) => Launch::Alone,
+            (None, ranks) => Launch::Ranks(ranks as usize),
+        },
         time_limit: running.time_limit,
         keep: running.keep.clone(),
     }
+}
+
+/// Refuses several processes where no engine can be distributed.
+pub(super) fn check_launch(settings: &Settings, engines: &[&dyn Engine]) -> Result<()> {
+    if settings.launch == Launch::Alone || engines.iter().any(|e| e.distributes()) {
+        return Ok(());
+    }
+    Err(Error::usage(
+        "no engine here runs as several processes",
+        "use --ranks and --launcher with the engine fenicsx",
+    ))
 }
 
 fn distinct(n: &[u32]) -> Result<Vec<usize>> {

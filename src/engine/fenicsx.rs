@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::freefem::find_in_path;
 use super::job::{self, Files};
-use super::{Case, Settings, process};
+use super::{Case, Launch, Settings, process};
 use crate::error::{Error, Result};
 use crate::scene::Expression;
 
@@ -50,7 +50,7 @@ fn missing() -> Error {
 }
 
 /// Runs the companion in the job folder.
-pub(super) fn command(folder: &Path, scripts: Option<&Path>) -> Result<Command> {
+pub(super) fn command(folder: &Path, scripts: Option<&Path>, launch: &Launch) -> Result<Command> {
     let home = match scripts {
         Some(scripts) => std::path::absolute(scripts).map_err(Error::io(scripts, "find"))?,
         None => {
@@ -63,10 +63,29 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>) -> Result<Command> 
             home
         }
     };
-    let mut command = Command::new(python().ok_or_else(missing)?);
+    let python = python().ok_or_else(missing)?;
+    let script = home.join(SCRIPTS[0].0);
+    let mut command = match launch {
+        Launch::Alone => {
+            let mut command = Command::new(python);
+            command.arg("-B").arg(script);
+            command
+        }
+        Launch::Ranks(ranks) => {
+            let mut command = Command::new(find_in_path("mpirun").ok_or_else(no_mpirun)?);
+            let ranks = ranks.to_string();
+            command.args(["-n", &ranks]);
+            distribute(&mut command, &python, &script, &ranks);
+            command
+        }
+        Launch::By(words) => {
+            let mut command = Command::new(&words[0]);
+            command.args(&words[1..]);
+            distribute(&mut command, &python, &script, "several");
+            command
+        }
+    };
     command
-        .arg("-B")
-        .arg(home.join(SCRIPTS[0].0))
         .env("LC_ALL", "C.UTF-8")
         // Without it every process compiles every form again.
         .env("PYTHONHASHSEED", "0")
@@ -74,6 +93,38 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>) -> Result<Command> 
         .env("OPENBLAS_NUM_THREADS", "1")
         .env("XDG_CACHE_HOME", cache(folder));
     Ok(command)
+}
+
+/// What a launcher of MPI processes is to run, and what lets Open MPI do so.
+fn distribute(command: &mut Command, python: &Path, script: &Path, ranks: &str) {
+    command
+        .arg(python)
+        // With mpi4py's own main an exception on one rank ends all; without it the others wait.
+        .args(["-B", "-m", "mpi4py"])
+        .arg(script)
+        .args(["--ranks", ranks]);
+    // Open MPI refuses to start for root, and more processes than cores, and it binds those of
+    // different jobs to the same cores. The first names are of version 4, the last of 5.
+    for (name, value) in [
+        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+        ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+        ("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe"),
+        ("PRTE_MCA_hwloc_default_binding_policy", "none"),
+    ] {
+        if std::env::var_os(name).is_none() {
+            command.env(name, value);
+        }
+    }
+}
+
+fn no_mpirun() -> Error {
+    Error::engine(
+        "fenicsx",
+        "there is no mpirun to start several ranks",
+        "on Debian `apt-get install openmpi-bin`, or name what starts them in --launcher",
+    )
 }
 
 /// Imports dolfinx in a process of its own.

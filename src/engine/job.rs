@@ -1,4 +1,4 @@
-//! The job folder: what an engine gets, and what counts as its answer.
+//! The job folder: what an engine gets, and what counts as its answer; tests/engines/README.md has the protocol.
 //!
 //! ```text
 //! job.json             method, stopping rule, quadrature points and weights, data; for FreeFEM job.idp

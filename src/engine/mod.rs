@@ -41,10 +41,24 @@ pub struct Settings {
     pub iteration: Iteration,
     /// Of the Rust engine; the companions have their own.
     pub linear: linear::Settings,
+    /// Of dolfinx, which can distribute the mesh.
+    pub launch: Launch,
     /// Longest time one process may take.
     pub time_limit: Duration,
     /// Where job folders are kept; none: they are removed.
     pub keep: Option<PathBuf>,
+}
+
+/// How a code that can distribute the mesh is started.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Launch {
+    /// As one process.
+    #[default]
+    Alone,
+    /// As so many, by `mpirun`.
+    Ranks(usize),
+    /// By a command like `srun -n 64`, which says how many; at least one word.
+    By(Vec<String>),
 }
 
 /// An engine's answer to one case.
@@ -136,6 +150,11 @@ pub trait Engine: Sync {
 
     /// Is the code there? Cheaper than [`Engine::probe`], and no proof that it runs.
     fn is_installed(&self) -> bool;
+
+    /// Can it run as several processes that share the mesh?
+    fn distributes(&self) -> bool {
+        false
+    }
 
     /// Does the code have this method? All have the family (2.4).
     ///

@@ -15,6 +15,13 @@ use crate::error::{Error, Result};
 /// How often a running program is looked at.
 const POLL: Duration = Duration::from_millis(5);
 
+/// How long a program that was told to end may take, before it is killed. Its children die with
+/// it; those of `mpirun`, which are in groups of their own, only if it is not killed.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// SIGTERM, whose number POSIX fixes.
+const TERMINATE: i32 = 15;
+
 /// Lines of the log that a message quotes.
 const QUOTED: usize = 6;
 
@@ -102,6 +109,13 @@ pub(super) fn run(
             }
         };
         // Also after a regular end: children that outlive the program would hold its output open.
+        if status.is_err() {
+            let _ = child.signal(TERMINATE);
+            let end = Instant::now() + GRACE;
+            while Instant::now() < end && matches!(child.try_wait(), Ok(None)) {
+                std::thread::sleep(POLL);
+            }
+        }
         let _ = child.start_kill();
         if status.is_err() {
             let _ = child.wait();
@@ -136,15 +150,20 @@ fn copy_lines(
     }
 }
 
-/// The last lines of a log, for a message.
+/// What a log says of a failure, for a message: the lines `error …`, or else its last ones.
 fn quote(log: &Path) -> String {
     let bytes = std::fs::read(log).unwrap_or_default();
     let text = String::from_utf8_lossy(&bytes);
     let lines: Vec<&str> = text
         .lines()
         .map(str::trim)
-        .filter(|line| !line.is_empty() && !line.starts_with("progress "))
+        .filter(|line| !line.trim_matches('-').is_empty() && !line.starts_with("progress "))
         .collect();
+    let errors: Vec<&str> = lines
+        .iter()
+        .filter_map(|line| line.strip_prefix("error "))
+        .collect();
+    let lines = if errors.is_empty() { lines } else { errors };
     if lines.is_empty() {
         return ", and it said nothing".into();
     }

@@ -48,7 +48,7 @@ impl Program {
             }
             Kind::Fenicsx { scripts } => {
                 fenicsx::write_job(&self.name, folder, cases, settings, |e| e.to_ufl())?;
-                fenicsx::command(folder, scripts.as_deref())
+                fenicsx::command(folder, scripts.as_deref(), &settings.launch)
             }
             Kind::Other {
                 command,
@@ -99,6 +99,10 @@ impl Engine for Program {
             Kind::Fenicsx { .. } => fenicsx::python().is_some(),
             Kind::Other { .. } => true,
         }
+    }
+
+    fn distributes(&self) -> bool {
+        matches!(self.kind, Kind::Fenicsx { .. })
     }
 
     fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {

@@ -207,6 +207,7 @@ mod tests {
 
     fn settings() -> Settings {
         Settings {
+            launch: Default::default(),
             stop: Stop::default(),
             iteration: Iteration::Newton,
             linear: linear::Settings::default(),

@@ -238,6 +238,7 @@ mod tests {
 
     fn settings(increment: f64) -> Settings {
         Settings {
+            launch: Default::default(),
             stop: Stop {
                 increment,
                 ..Stop::default()

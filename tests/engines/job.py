@@ -60,7 +60,6 @@ _OPERATORS = {
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
     ast.USub: operator.neg,
     ast.UAdd: operator.pos,
 }
@@ -82,6 +81,8 @@ def expression(text, names):
                 return names[name]
             case ast.UnaryOp(sign, a):
                 return _OPERATORS[type(sign)](value(a))
+            case ast.BinOp(a, ast.Pow(), b):
+                return names["pow"](value(a), value(b))
             case ast.BinOp(a, sign, b):
                 return _OPERATORS[type(sign)](value(a), value(b))
             case ast.Call(ast.Name(name), arguments):

@@ -22,13 +22,22 @@ import job
 
 PARTS = {1: "contact", 2: "dirichlet", 3: "neumann"}  # of the boundary, by label
 SPACES = {"CR": ("nonconforming", 1), "P1": ("h1ho", 1), "P2": ("h1ho", 2)}
+
+
+def power(a, b):
+    """a^b; NGSolve takes logarithms where b is not an int, and there is none of 0."""
+    if isinstance(b, float) and b.is_integer():
+        return CF(a) ** int(b) if b != 0 else CF(1.0)
+    return CF(a) ** CF(b)
+
+
 FUNCTIONS = {
     **{name: getattr(ng, name) for name in "sin cos tan asin acos atan atan2 sinh cosh exp log sqrt".split()},
     "tanh": lambda a: 1 - 2 / (ng.exp(2 * a) + 1),
     "abs": lambda a: IfPos(CF(a), a, -a),
     "min": lambda a, b: IfPos(CF(b) - a, a, b),
     "max": lambda a, b: IfPos(CF(a) - b, a, b),
-    "pow": lambda a, b: CF(a) ** CF(b),
+    "pow": power,
     # A comparison is a number and whether it has to be positive or must not be.
     "lt": lambda a, b: (CF(b) - a, True),
     "le": lambda a, b: (CF(a) - b, False),
