@@ -6,9 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Module, and what it may use besides itself. Everything may use `error`.
-const LAYERS: [(&str, &[&str]); 26] = [
+const LAYERS: [(&str, &[&str]); 23] = [
     ("error", &[]),
-    ("drawing", &[]),
     ("quadrature", &[]),
     ("linear", &[]),
     ("truth", &[]),
@@ -72,7 +71,6 @@ const LAYERS: [(&str, &[&str]); 26] = [
     (
         "paper",
         &[
-            "drawing",
             "truth",
             "quadrature",
             "mesh",
@@ -82,28 +80,6 @@ const LAYERS: [(&str, &[&str]); 26] = [
             "orders",
             "engine",
             "verify",
-        ],
-    ),
-    (
-        "study",
-        &[
-            "drawing",
-            "truth",
-            "quadrature",
-            "linear",
-            "mesh",
-            "scene",
-            "contact",
-            "certify",
-            "adapt",
-            "engine",
-            "paper",
-        ],
-    ),
-    (
-        "stress",
-        &[
-            "drawing", "truth", "linear", "mesh", "scene", "element", "contact", "engine",
         ],
     ),
     (
@@ -117,7 +93,7 @@ const LAYERS: [(&str, &[&str]); 26] = [
         "cli",
         &[
             "adapt", "certify", "compare", "contact", "engine", "field", "linear", "mesh", "io",
-            "orders", "paper", "report", "diagnose", "scene", "stress", "study", "verify",
+            "orders", "paper", "report", "diagnose", "scene", "verify",
         ],
     ),
     ("main", &["cli"]),
