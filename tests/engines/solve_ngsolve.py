@@ -13,12 +13,11 @@ To install, in the repository:  python3 -m venv target/engines && target/engines
 import math
 import time
 
+import job
 import netgen.meshing
 import ngsolve as ng
 import numpy as np
-from ngsolve import CF, ET, VOL, IfPos, dx, ds, grad
-
-import job
+from ngsolve import CF, ET, VOL, IfPos, ds, dx, grad
 
 PARTS = {1: "contact", 2: "dirichlet", 3: "neumann"}  # of the boundary, by label
 SPACES = {"CR": ("nonconforming", 1), "P1": ("h1ho", 1), "P2": ("h1ho", 2)}
@@ -32,7 +31,7 @@ def power(a, b):
 
 
 FUNCTIONS = {
-    **{name: getattr(ng, name) for name in "sin cos tan asin acos atan atan2 sinh cosh exp log sqrt".split()},
+    **{name: getattr(ng, name) for name in ["sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "exp", "log", "sqrt"]},
     "tanh": lambda a: 1 - 2 / (ng.exp(2 * a) + 1),
     "abs": lambda a: IfPos(CF(a), a, -a),
     "min": lambda a, b: IfPos(CF(b) - a, a, b),

@@ -12,11 +12,10 @@ To install, in the repository:  python3 -m venv target/engines && target/engines
 import importlib.metadata
 import time
 
+import job
 import numpy as np
 import skfem
 from skfem.helpers import dot, grad
-
-import job
 
 CONTACT, DIRICHLET, NEUMANN = 1, 2, 3  # labels of the boundary faces
 MESHES = {2: skfem.MeshTri1, 3: skfem.MeshTet1}
