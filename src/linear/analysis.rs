@@ -71,11 +71,6 @@ pub(super) struct Plan {
 
 impl Plan {
     pub const FIXED: u8 = u8::MAX;
-
-    /// Entries of its own fronts' columns, without those of its halves.
-    pub fn own_entries(&self) -> usize {
-        self.fronts.iter().map(Front::entries).sum()
-    }
 }
 
 /// The order of elimination and the fronts.
@@ -277,14 +272,17 @@ impl<E: Elements> Numbering<'_, E> {
                 plan.pivots += a.0.pivots + b.0.pivots;
                 plan.flops += a.0.flops + b.0.flops;
                 let below = a.0.waiting + b.0.waiting;
-                plan.waiting =
-                    below.max(a.0.border.pow(2) + b.0.border.pow(2) + front.len().pow(2));
+                let added = (a.0.border.pow(2) + b.0.border.pow(2)) / 2;
+                plan.waiting = below.max(added + front.len().pow(2));
                 plan.halves = Some(Box::new([a.0, b.0]));
                 border
             }
             _ => self.plan_all(&mut plan, root),
         };
         plan.border = border.len();
+        plan.fronts.shrink_to_fit();
+        plan.maps.shrink_to_fit();
+        plan.places.shrink_to_fit();
         (plan, border)
     }
 
@@ -308,13 +306,13 @@ impl<E: Elements> Numbering<'_, E> {
                 let (a, b) = (a.unwrap_or_default(), b.unwrap_or_default());
                 let map = plan.maps.len();
                 merge(&a, &b, &mut front, &mut plan.maps);
-                waiting -= a.len().pow(2) + b.len().pow(2);
+                waiting -= a.len().pow(2) / 2 + b.len().pow(2) / 2;
                 map
             };
             let part = self.tree.parts[k];
             let elements = if part.left().is_none() { part.len() } else { 0 };
             let border = self.close(plan, k, map, elements, &front);
-            waiting += border.len().pow(2);
+            waiting += border.len().pow(2) / 2;
             plan.waiting = plan.waiting.max(waiting + front.len().pow(2));
             borders.push(border);
         }

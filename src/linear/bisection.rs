@@ -172,9 +172,9 @@ fn split(points: &mut [Point], spare: &mut [Point]) -> usize {
     let rows = ROWS / (count as f64).powf(if extent(2) > 0.0 { 1.0 / 3.0 } else { 0.5 });
     let slack = ((rows * count as f64) as usize).clamp(1, count / 4 + 1);
     if count <= SORTED || !(extent(axis) > 0.0) {
-        points.sort_unstable_by(|a, b| {
-            let order = a.at[axis].total_cmp(&b.at[axis]);
-            order.then(a.index.cmp(&b.index))
+        // Coordinates are not negative, so that their bits are in their order.
+        points.sort_unstable_by_key(|p| {
+            u64::from(p.at[axis].to_bits()) << u32::BITS | u64::from(p.index)
         });
         let from = (count / 2).saturating_sub(slack).max(1);
         let to = (count / 2 + slack).min(count - 1);

@@ -11,10 +11,12 @@ mod kernels;
 mod krylov;
 mod memory;
 mod multifrontal;
+mod pool;
 mod rows;
 mod schur;
 mod settings;
 mod sparse;
+mod substitution;
 
 pub use analysis::Analysis;
 pub use cholesky::Cholesky;

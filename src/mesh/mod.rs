@@ -3,6 +3,7 @@
 pub mod bisect;
 pub mod check;
 mod data;
+mod faces;
 pub mod generate;
 mod geometry;
 mod hanging;

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::faces::{self, Crowded};
 use super::hanging::hanging_nodes;
 use super::simplex::{diameter, dihedral_angles, signed_measure, thickness};
 use super::{CellGeometry, CellKind, Mesh};
@@ -346,84 +347,21 @@ impl Triangulation {
             .min()
     }
 
-    /// Faces are found by bucketing local faces by their smallest vertex.
     fn number_faces(&mut self, refuse: impl Fn(String, &str) -> Error) -> Result<()> {
-        match self.dim {
-            2 => self.number_faces_of::<2>(refuse),
-            _ => self.number_faces_of::<3>(refuse),
-        }
-    }
-
-    /// D is the dimension: faces have as many vertices.
-    fn number_faces_of<const D: usize>(
-        &mut self,
-        refuse: impl Fn(String, &str) -> Error,
-    ) -> Result<()> {
-        let local = D + 1;
-        let mut starts = vec![0u32; self.points.len() + 1];
-        for cell in self.cells.chunks_exact(local) {
-            for i in 0..local {
-                starts[sorted_face::<D>(cell, i).0[0] as usize + 1] += 1;
-            }
-        }
-        for v in 0..self.points.len() {
-            starts[v + 1] += starts[v];
-        }
-        // Of each local face the vertices but the smallest, and its number.
-        let mut next = starts.clone();
-        let mut entries = vec![[0u32; D]; self.cells.len()];
-        for (cell, vertices) in self.cells.chunks_exact(local).enumerate() {
-            for i in 0..local {
-                let (face, _) = sorted_face::<D>(vertices, i);
-                let slot = &mut next[face[0] as usize];
-                let entry = &mut entries[*slot as usize];
-                entry[..D - 1].copy_from_slice(&face[1..]);
-                entry[D - 1] = (cell * local + i) as u32;
-                *slot += 1;
-            }
-        }
-        drop(next);
-        let guess = self.cells.len() / 2 + self.cells.len() / 16;
-        self.faces = Vec::with_capacity(D * guess);
-        self.face_cells = Vec::with_capacity(guess);
-        self.cell_faces = vec![NONE; self.cells.len()];
-        let mut folded = None;
-        for v in 0..self.points.len() {
-            let bucket = &mut entries[starts[v] as usize..starts[v + 1] as usize];
-            bucket.sort_unstable();
-            for same in bucket.chunk_by(|a, b| a[..D - 1] == b[..D - 1]) {
-                let number = |entry: &[u32; D]| entry[D - 1] as usize;
-                let face = self.face_cells.len();
-                let start = self.faces.len();
-                self.faces.push(v as u32);
-                self.faces.extend_from_slice(&same[0][..D - 1]);
-                if same.len() > 2 {
-                    let owners: Vec<_> = same.iter().map(|e| number(e) / local).collect();
-                    return Err(refuse(
-                        format!(
-                            "face {:?} belongs to {} cells: {owners:?}",
-                            &self.faces[start..],
-                            same.len()
-                        ),
-                        "a face has one or two cells; remove duplicate or overlapping cells",
-                    ));
-                }
-                let mut owners = [NONE; 2];
-                let mut sides = [false, true];
-                for ((owner, side), entry) in owners.iter_mut().zip(&mut sides).zip(same) {
-                    let (cell, i) = (number(entry) / local, number(entry) % local);
-                    *owner = cell as u32;
-                    *side = sorted_face::<D>(self.cell(cell), i).1;
-                    self.cell_faces[number(entry)] = face as u32;
-                }
-                self.face_cells.push(owners);
-                // As all cells are positive, two on different sides of a face see it turned.
-                if same.len() == 2 && sides[0] == sides[1] {
-                    folded.get_or_insert(face);
-                }
-            }
-        }
-        let Some(face) = folded else {
+        let faces = match self.dim {
+            2 => faces::number::<2>(&self.cells, self.points.len()),
+            _ => faces::number::<3>(&self.cells, self.points.len()),
+        };
+        let faces = faces.map_err(|Crowded { face, cells }| {
+            refuse(
+                format!("face {face:?} belongs to {} cells: {cells:?}", cells.len()),
+                "a face has one or two cells; remove duplicate or overlapping cells",
+            )
+        })?;
+        self.faces = faces.vertices;
+        self.face_cells = faces.cells;
+        self.cell_faces = faces.of_cells;
+        let Some(face) = faces.folded else {
             return Ok(());
         };
         let [a, b] = self.face_cells(face);
@@ -568,27 +506,6 @@ impl Triangulation {
         }
         hasher.finalize().to_hex()[..16].to_owned()
     }
-}
-
-/// The vertices of local face i of a cell, ascending, and whether a positive cell sees them turned.
-fn sorted_face<const D: usize>(cell: &[u32], i: usize) -> ([u32; D], bool) {
-    let mut face = [0; D];
-    for (k, vertex) in face.iter_mut().enumerate() {
-        *vertex = cell[k + usize::from(k >= i)];
-    }
-    let mut turned = i % 2 == 1;
-    let mut order = |a: usize, b: usize| {
-        if face[a] > face[b] {
-            face.swap(a, b);
-            turned = !turned;
-        }
-    };
-    order(0, 1);
-    if D == 3 {
-        order(1, 2);
-        order(0, 1);
-    }
-    (face, turned)
 }
 
 /// Local vertices of the local edges of a simplex: in 2D edge i lies opposite vertex i.

@@ -1,0 +1,60 @@
+//! Room for fronts that is used again.
+//!
+//! A front's room is large and short-lived. Asked of the system anew each time, most of a
+//! factorisation's time would go into pages that the system clears, and takes away from all threads.
+
+use std::sync::Mutex;
+
+use super::kernels::Number;
+
+/// Buffers that wait to be used again, by all threads.
+pub(super) struct Pool<T>(Mutex<Vec<Vec<T>>>);
+
+impl<T: Number> Pool<T> {
+    pub fn new() -> Self {
+        Pool(Mutex::new(Vec::new()))
+    }
+
+    /// Room for `count` numbers, which are anything: the smallest buffer that has it, or a new one in
+    /// the place of the largest.
+    pub fn take(&self, count: usize) -> Vec<T> {
+        match self.find(count) {
+            Some(buffer) if buffer.len() >= count => buffer,
+            too_small => {
+                drop(too_small);
+                vec![T::ZERO; count]
+            }
+        }
+    }
+
+    pub fn give(&self, buffer: Vec<T>) {
+        if let Ok(mut buffers) = self.0.lock() {
+            buffers.push(buffer);
+        }
+    }
+
+    fn find(&self, count: usize) -> Option<Vec<T>> {
+        let mut buffers = self.0.lock().ok()?;
+        let best = (0..buffers.len()).min_by_key(|&k| match buffers[k].len() {
+            room if room >= count => (0, room),
+            room => (1, usize::MAX - room),
+        })?;
+        Some(buffers.swap_remove(best))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smallest_room_that_suffices_is_taken_and_the_largest_makes_way() {
+        let pool = Pool::<f64>::new();
+        let rooms = [30, 10, 20].map(|count| pool.take(count));
+        rooms.into_iter().for_each(|room| pool.give(room));
+        assert_eq!(pool.take(15).len(), 20);
+        assert_eq!(pool.take(40).len(), 40);
+        assert_eq!(pool.take(1).len(), 10, "the room for 30 has made way");
+        assert_eq!(pool.take(1).len(), 1);
+    }
+}
