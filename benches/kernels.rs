@@ -107,7 +107,7 @@ fn factor(bencher: Bencher, problem: &Problem) {
     bencher.bench(|| {
         let settings = Settings::default();
         let cells = black_box(&problem.stiffness);
-        condense(cells, &roles, &problem.load, settings, None).map(|done| done.map(|d| d.3))
+        condense(cells, &roles, problem.load.clone(), settings, None).map(|done| done.map(|d| d.3))
     });
 }
 

@@ -152,7 +152,7 @@ fn solution(
         let product = stiffness.times(w);
         b.iter().zip(product).map(|(b, y)| b - y).collect()
     };
-    let condensed = condense(stiffness, &roles, &rest(&w), Settings::default(), None)?;
+    let condensed = condense(stiffness, &roles, rest(&w), Settings::default(), None)?;
     let Some((factor, reduced, ..)) = condensed else {
         return Err(Error::Solver {
             what: "no solver was chosen for the flux".into(),

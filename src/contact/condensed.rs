@@ -173,7 +173,7 @@ impl<'a> Condensed<'a> {
         }
         let b = right_side(&scheme, &problem.start());
         let Some((factor, reduced, schur, choice)) =
-            condense(&cells, &roles, &b, settings, instead)?
+            condense(&cells, &roles, b, settings, instead)?
         else {
             return Ok(Err(scheme));
         };

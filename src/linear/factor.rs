@@ -66,7 +66,7 @@ impl Reduced {
 pub fn condense(
     elements: &impl Elements,
     roles: &[Role],
-    b: &[f64],
+    b: Vec<f64>,
     settings: Settings,
     instead: Option<Choice>,
 ) -> Result<Option<(Factor, Reduced, Schur, Choice)>> {
@@ -91,7 +91,7 @@ pub fn condense(
     Ok(Some(match (choice.solver, choice.precision) {
         (Solver::Faer, _) => {
             let factor = Cholesky::new(elements, roles, analysis)?;
-            let (solved, schur) = (factor.forward(b), factor.schur_complement().clone());
+            let (solved, schur) = (factor.forward(&b), factor.schur_complement().clone());
             (
                 Factor::Faer(Box::new(factor)),
                 Reduced(Kind::Faer(solved)),

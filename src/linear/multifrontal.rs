@@ -49,17 +49,19 @@ impl<T: Number> Multifrontal<T> {
     pub fn new(
         elements: &impl Elements,
         analysis: Analysis,
-        b: &[f64],
+        b: Vec<f64>,
     ) -> Result<(Self, Forward, Schur), NotPositive> {
         let mut dense = Mat::new();
         let mut y: Vec<f64> = analysis.order.iter().map(|&k| b[k as usize]).collect();
         let mut kept: Vec<f64> = analysis.kept.iter().map(|&k| b[k as usize]).collect();
+        drop(b);
         let mut columns = vec![T::ZERO; analysis.entries()];
         if let Some(plan) = &analysis.plan {
             let work = Work {
                 elements,
                 order: &analysis.elements,
                 unknowns: &analysis.order,
+                entries: plan.entries,
                 pool: Pool::new(),
             };
             let (update, rest) = work.factor(plan, &mut columns, &mut y, 0)?;
@@ -122,6 +124,8 @@ struct Work<'a, E, T> {
     /// The elements and the unknowns in their orders.
     order: &'a [u32],
     unknowns: &'a [u32],
+    /// Of the whole factor.
+    entries: usize,
     pool: Pool<T>,
 }
 
@@ -153,6 +157,10 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         let front = plan.fronts[0];
         let (size, pivots) = (front.size(), front.pivots as usize);
         let (in_panel, in_update) = (size * pivots, (size - pivots).pow(2));
+        if 3 * plan.entries > self.entries {
+            // The last fronts: no smaller one will come, and memory is shortest now.
+            self.pool.forget_below(in_panel);
+        }
         let mut panel = self.pool.take(in_panel);
         let mut update = self.pool.take(in_update);
         let (in_a, in_b) = plan.maps.split_at(left.border);

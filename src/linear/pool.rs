@@ -33,6 +33,13 @@ impl<T: Number> Pool<T> {
         }
     }
 
+    /// Lets go of what has no room for `count` numbers.
+    pub fn forget_below(&self, count: usize) {
+        if let Ok(mut buffers) = self.0.lock() {
+            buffers.retain(|buffer| buffer.len() >= count);
+        }
+    }
+
     fn find(&self, count: usize) -> Option<Vec<T>> {
         let mut buffers = self.0.lock().ok()?;
         let best = (0..buffers.len()).min_by_key(|&k| match buffers[k].len() {
@@ -56,5 +63,8 @@ mod tests {
         assert_eq!(pool.take(40).len(), 40);
         assert_eq!(pool.take(1).len(), 10, "the room for 30 has made way");
         assert_eq!(pool.take(1).len(), 1);
+        pool.give(vec![0.0; 7]);
+        pool.forget_below(8);
+        assert_eq!(pool.take(1).len(), 1, "the room for 7 is forgotten");
     }
 }

@@ -106,7 +106,7 @@ fn solve(
     b: &[f64],
     settings: Settings,
 ) -> (Vec<f64>, Schur, Vec<f64>, f64) {
-    let (factor, reduced, schur, _) = condense(network, roles, b, settings, None)
+    let (factor, reduced, schur, _) = condense(network, roles, b.to_vec(), settings, None)
         .unwrap()
         .unwrap();
     let kept = schur.lu(&[]).changed(&LowRank::default())(reduced.kept());
@@ -176,7 +176,7 @@ fn the_number_of_threads_changes_no_bit() {
             .unwrap();
         pool.install(|| {
             let settings = settings(Solver::Multifrontal, Precision::F64);
-            let (factor, reduced, schur, _) = condense(&network, &roles, &b, settings, None)
+            let (factor, reduced, schur, _) = condense(&network, &roles, b.clone(), settings, None)
                 .unwrap()
                 .unwrap();
             let kept = schur.times(reduced.kept());
@@ -198,7 +198,7 @@ fn an_indefinite_matrix_is_refused_with_the_dof() {
         let refusal = condense(
             &network,
             &[Role::Eliminated; 50],
-            &b,
+            b.clone(),
             settings(solver, Precision::F64),
             None,
         );
@@ -220,7 +220,7 @@ fn more_memory_than_there_is_is_refused_in_words() {
     let refusal = condense(
         &network,
         &roles,
-        &vec![0.0; n as usize],
+        vec![0.0; n as usize],
         Settings::default(),
         None,
     );
