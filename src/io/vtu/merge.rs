@@ -119,3 +119,108 @@ fn append_values(all: &mut Values, new: &Values) -> bool {
     }
     with_numbers!(all, all => append(all, new))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Vtu, from_bytes};
+    use crate::mesh::{CellKind, Support, Values};
+    use std::path::Path;
+
+    /// A piece of the points (x, 0), (x + 1, 0), (x, 1) and cells of them.
+    fn piece(x: f64, cells: &[(u8, &[u8])], on_points: &str, on_cells: &str) -> String {
+        let array = |kind: &str, name: &str, text: String| {
+            format!(
+                "<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{text}</DataArray>"
+            )
+        };
+        let list = |values: Vec<u8>| values.iter().map(|v| format!("{v} ")).collect::<String>();
+        let nodes = list(cells.iter().flat_map(|cell| cell.1).copied().collect());
+        let ends = cells.iter().scan(0, |end, cell| {
+            *end += cell.1.len() as u8;
+            Some(*end)
+        });
+        format!(
+            "<Piece NumberOfPoints=\"3\" NumberOfCells=\"{}\"><PointData>{on_points}</PointData><CellData>{on_cells}\
+             </CellData><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\
+             {x} 0 0 {} 0 0 {x} 1 0</DataArray></Points><Cells>{}{}{}</Cells></Piece>",
+            cells.len(),
+            x + 1.0,
+            array("Int64", "connectivity", nodes),
+            array("Int64", "offsets", list(ends.collect())),
+            array(
+                "UInt8",
+                "types",
+                list(cells.iter().map(|cell| cell.0).collect())
+            ),
+        )
+    }
+
+    fn field(kind: &str, name: &str, values: &str) -> String {
+        format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>")
+    }
+
+    fn read(pieces: &[String]) -> crate::error::Result<Vtu> {
+        let text = format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>{}</UnstructuredGrid></VTKFile>",
+            pieces.concat()
+        );
+        from_bytes(Path::new("pieces.vtu"), text.as_bytes())
+    }
+
+    const TRIANGLE: (u8, &[u8]) = (5, &[0, 1, 2]);
+    const LINE: (u8, &[u8]) = (3, &[2, 0]);
+
+    #[test]
+    fn cells_of_later_pieces_name_their_own_points() {
+        let of = |x: f64, cells: &[_], u: &str, k: &str| {
+            piece(x, cells, &field("Float64", "u", u), &field("Int32", "k", k))
+        };
+        let pieces = [
+            of(0.0, &[TRIANGLE], "0 1 2", "7"),
+            of(10.0, &[TRIANGLE, LINE], "3 4 5", "8 9"),
+            of(20.0, &[TRIANGLE], "6 7 8", "10"),
+        ];
+        let mesh = read(&pieces).unwrap().mesh;
+        let x: Vec<f64> = mesh.points.iter().map(|p| p[0]).collect();
+        assert_eq!(x, [0.0, 1.0, 0.0, 10.0, 11.0, 10.0, 20.0, 21.0, 20.0]);
+        let cells: Vec<_> = mesh.blocks.iter().map(|b| (b.kind, &b.nodes[..])).collect();
+        let triangle = CellKind::Triangle;
+        assert_eq!(
+            cells,
+            [
+                (triangle, &[0, 1, 2, 3, 4, 5][..]),
+                (CellKind::Line, &[5, 3][..]),
+                (triangle, &[6, 7, 8][..]),
+            ]
+        );
+        let values = |name: &str| {
+            let found = mesh.fields.iter().find(|field| field.name == name);
+            let found = found.unwrap();
+            (found.on.to_string(), found.values.clone())
+        };
+        let u = (0..9).map(f64::from).collect();
+        assert_eq!(values("u"), (Support::Points.to_string(), Values::F64(u)));
+        let k = Values::I32(vec![7, 8, 9, 10]);
+        assert_eq!(values("k"), (Support::Cells.to_string(), k));
+    }
+
+    #[test]
+    fn an_array_that_a_piece_lacks_or_types_otherwise_is_refused() {
+        let whole = field("Float64", "u", "0 1 2");
+        for other in [
+            String::new(),
+            field("Float32", "u", "0 1 2"),
+            field("Float64", "v", "0 1 2"),
+        ] {
+            for turned in [false, true] {
+                let mut arrays = [&whole, &other];
+                if turned {
+                    arrays.swap(0, 1);
+                }
+                let pieces = arrays.map(|array| piece(0.0, &[TRIANGLE], array, ""));
+                let refusal = read(&pieces).unwrap_err().to_string();
+                assert!(refusal.contains("see piece 1"), "{other}: {refusal}");
+            }
+        }
+    }
+}
