@@ -1,6 +1,8 @@
 //! The main job: all engines on all scenes, every pair judged.
 
 mod cross;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 

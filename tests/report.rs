@@ -9,6 +9,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use serde_json::{Value, json};
+
 use common::{Ran, assert_valid, changed_companion, faceoff, folder, run, source, told};
 
 /// Runs Rust beside a FreeFEM with one thing changed, with `words` after it.
@@ -24,42 +26,42 @@ const GAMMA: (&str, &str) = (
     "gamma[][Ch(cell, 0)] = value*(1 + 1e-6);",
 );
 
-/// The page as Chromium has it after its script ran; it must have no error and ask for nothing.
-fn in_browser(page: &Path) -> String {
-    let home = folder();
-    let net = home.path().join("net.json");
-    let output = Command::new("chromium")
-        .args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--enable-logging=stderr",
-            "--dump-dom",
-        ])
-        .arg(format!(
-            "--user-data-dir={}",
-            home.path().join("profile").display()
-        ))
-        .arg(format!("--log-net-log={}", net.display()))
-        .arg(format!("file://{}", page.display()))
-        .env("HOME", home.path())
-        .output()
-        .expect("chromium is there: apt-get install chromium");
-    let ran = told(output);
-    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    let console: Vec<&str> = ran
-        .stderr
-        .lines()
-        .filter(|l| l.contains("CONSOLE"))
+/// What Chromium makes of the page, which must have no error and ask for nothing but itself.
+fn in_browser(page: &Path, words: &[&str]) -> Value {
+    let mut python = Command::new("/usr/bin/python3");
+    let looked = python.arg(source("tests/browser.py")).arg(page).args(words);
+    let ran = told(looked.output().expect("python3 is there"));
+    assert_eq!(
+        ran.code,
+        Some(0),
+        "{}: apt-get install chromium?",
+        ran.stderr
+    );
+    let seen = ran.json();
+    assert_eq!(seen["console"], json!([]));
+    let asked = seen["requests"].as_array().unwrap().iter();
+    let asked: Vec<&str> = asked.map(|url| url.as_str().unwrap()).collect();
+    let asked: Vec<&str> = asked
+        .into_iter()
+        .filter(|u| !u.starts_with("data:"))
         .collect();
-    assert!(console.is_empty(), "{console:?}");
-    // The browser itself may ask for updates; the page may not ask for anything but itself.
-    let log = fs::read_to_string(net).unwrap();
-    let page_name = page.file_name().unwrap().to_string_lossy();
-    let asked = log.matches("\"url\":\"file:").count();
-    let for_page = log.matches(&format!("{page_name}\"")).count();
-    assert!(asked <= for_page, "the page asked for other files");
-    ran.stdout
+    assert_eq!(asked, [format!("file://{}", page.display())]);
+    seen
+}
+
+/// Is there something of this role and name for those who do not see the page?
+fn is_told(seen: &Value, role: &str, name: &str) -> bool {
+    let tree = seen["tree"].as_array().unwrap();
+    tree.iter()
+        .any(|node| node[0] == role && node[1].as_str().is_some_and(|n| n.contains(name)))
+}
+
+/// Left, top, right and bottom of all that a selector finds.
+fn boxes(seen: &Value, selector: &str) -> Vec<[f64; 4]> {
+    let found = seen["boxes"][selector].as_array().unwrap();
+    let number = |of: &Value, k: usize| of[k].as_f64().unwrap();
+    let all = found.iter().map(|of| [0, 1, 2, 3].map(|k| number(of, k)));
+    all.collect()
 }
 
 #[test]
@@ -88,37 +90,70 @@ fn a_stranger_finds_engine_face_size_and_cause_at_the_top_of_the_page() {
     );
     assert!(!html[..html.find("<script").unwrap()].contains("NaN"));
 
-    let dom = in_browser(&page);
+    let answers = ["#verdict", ".verdict li", ".verdict .mark circle"];
+    let table = "main > .wide th:nth-child(2) button";
+    let words = [&["--boxes"][..], &answers, &["--press", table]].concat();
+    let seen = in_browser(&page, &words);
+    let dom = seen["dom"].as_str().unwrap();
     let top = &dom[dom.find("role=\"status\"").unwrap()..dom.find("All that was judged").unwrap()];
     for part in [
-        "aria-label=\"verdict: disagree\"",
         "id=\"verdict\">disagree<",
         "Which code: <b>changed</b>",
         "Which face: <b>[",
         "How much: <b>",
         "γ = γ₀ h accounts for it",
         "γ₀ = 100.0001",
-        "<circle",
     ] {
         assert!(top.contains(part), "{part}: {top}");
     }
-    // The script ran, and without it the tables are there as well.
-    assert!(
-        dom.contains("<button type=\"button\">pair")
-            || dom.contains("<button type=\"button\">field")
-    );
-    assert!(html.contains("<th scope=\"col\">field</th>"));
-    for picture in [
-        "histogram of differences",
-        "map of differences",
-        "trace and flux along Γ_C",
-        "iterations",
+    // All of it on the first screen, the circle around the worst face as well.
+    for (selector, least) in answers.into_iter().zip([1, 5, 1]) {
+        let found = boxes(&seen, selector);
+        assert!(found.len() >= least, "{selector}: {found:?}");
+        let inside = |b: &[f64; 4]| b[0] >= 0.0 && b[1] >= 0.0 && b[2] <= 1400.0 && b[3] <= 1000.0;
+        assert!(found.iter().all(inside), "{selector}: {found:?}");
+    }
+    for (role, name) in [
+        ("status", "verdict: disagree"),
+        ("StaticText", "disagree"),
+        ("image", "the worst face of one-zone"),
+        ("image", "histogram of differences"),
+        ("image", "map of differences"),
+        ("image", "trace and flux along Γ_C"),
+        ("image", "iterations"),
+        ("columnheader", "max |a-b|"),
     ] {
         assert!(
-            html.contains(&format!("aria-label=\"{picture}")),
-            "{picture}"
+            is_told(&seen, role, name),
+            "{role} {name}: {}",
+            seen["tree"]
         );
     }
+    assert!(!is_told(&seen, "status", "verdict: agree"));
+
+    // The tables sort: by method upwards, and downwards when pressed again.
+    let first_row = |seen: &Value| {
+        let dom = seen["dom"].as_str().unwrap();
+        let rows = &dom[dom.find("<tbody").unwrap()..];
+        rows[..rows.find("</tr>").unwrap()].to_owned()
+    };
+    assert!(dom.contains("aria-sort=\"ascending\"") && first_row(&seen).contains("<td>cr</td>"));
+    let seen = in_browser(&page, &["--press", table, table]);
+    let dom = seen["dom"].as_str().unwrap();
+    assert!(dom.contains("aria-sort=\"descending\"") && first_row(&seen).contains("<td>p2</td>"));
+
+    // Without scripts all of it is there, in print what is folded up as well, and in the dark.
+    let closed = "details:not([open]) table";
+    let seen = in_browser(&page, &["--no-script", "--boxes", closed]);
+    assert!(!seen["dom"].as_str().unwrap().contains("<button"));
+    assert!(is_told(&seen, "status", "verdict: disagree"));
+    assert!(is_told(&seen, "columnheader", "max |a-b|"));
+    let folded = boxes(&seen, closed).len();
+    let seen = in_browser(&page, &["--media", "print", "--boxes", closed]);
+    assert!(boxes(&seen, closed).len() > folded, "{folded}");
+    let seen = in_browser(&page, &["--dark", "--size", "700x900"]);
+    assert!(is_told(&seen, "status", "verdict: disagree"));
+    assert!(seen["size"]["width"].as_f64().unwrap() <= 700.0, "it fits");
 }
 
 #[test]
@@ -143,8 +178,8 @@ fn the_default_report_at_n_64_is_below_5_megabytes() {
         .len();
     // Three engines make three times as many pairs.
     assert!(3 * bytes < 5_000_000, "{bytes}");
-    let dom = in_browser(&folder.path().join("out/index.html"));
-    assert!(dom.contains("id=\"verdict\">agree<"));
+    let seen = in_browser(&folder.path().join("out/index.html"), &[]);
+    assert!(is_told(&seen, "status", "verdict: agree"));
 }
 
 #[test]
@@ -173,6 +208,7 @@ fn solid_scenes_show_the_contact_surface() {
 fn junit_json_and_badge_are_valid_for_every_verdict() {
     let folder = folder();
     let out = |name: &str| folder.path().join(name);
+    let text = |name: &str| fs::read_to_string(out(name)).unwrap();
     let outputs = [
         "--n",
         "4",
@@ -247,16 +283,14 @@ fn junit_json_and_badge_are_valid_for_every_verdict() {
             && xml.contains("classname=\"engines\" name=\"changed\""),
         "{xml}"
     );
-    assert_eq!(
-        run(folder.path(), &["verify", "no-scene", "--junit", "o.xml"]).code,
-        Some(2)
-    );
-    assert_valid("xsd", "tests/junit.xsd", &out("o.xml"));
-    assert!(
-        fs::read_to_string(out("o.xml"))
-            .unwrap()
-            .contains("there is no scene")
-    );
+    assert!(text("o.svg").contains(">undetermined<"));
+    let never = [&["verify", "no-scene"], &outputs[..]].concat();
+    fs::write(out("o.svg"), "agree").unwrap();
+    assert_eq!(run(folder.path(), &never).code, Some(2));
+    valid();
+    assert!(text("o.xml").contains("there is no scene"));
+    assert!(text("o.json").contains("there is no scene"));
+    assert!(text("o.svg").contains(">undetermined<"));
 }
 
 #[test]
@@ -291,35 +325,71 @@ fn annotations_are_made_where_the_environment_says_so() {
     let folder = folder();
     let engine = changed_companion(folder.path(), "freefem", GAMMA.0, GAMMA.1);
     let engines = format!("rust,{engine}");
-    let mut command = faceoff(folder.path());
-    command
-        .args([
-            "verify",
-            "one-zone",
-            "--engines",
-            &engines,
-            "--n",
-            "4",
-            "--methods",
-            "cr",
-            "--report",
-            "out",
-            "--quiet",
-        ])
-        .env("GITHUB_ACTIONS", "true")
-        .env("GITHUB_STEP_SUMMARY", folder.path().join("summary.md"))
-        .env("GITLAB_CI", "true")
-        .env("CI_JOB_URL", "https://ci.example/jobs/1");
-    let ran = told(command.output().unwrap());
+    let on_server = |words: &[&str]| {
+        let mut command = faceoff(folder.path());
+        command
+            .args(words)
+            .env("GITHUB_ACTIONS", "true")
+            .env("GITHUB_STEP_SUMMARY", folder.path().join("summary.md"))
+            .env("GITLAB_CI", "true")
+            .env("CI_JOB_URL", "https://ci.example/jobs/1");
+        told(command.output().unwrap())
+    };
+    let case = ["one-zone", "--n", "4", "--methods", "cr"];
+    let pair = ["--engines", &engines, "--report", "out", "--quiet"];
+    let ran = on_server(&[&["verify"][..], &case, &pair].concat());
     assert_eq!(ran.code, Some(1));
+    let lines: Vec<&str> = ran.stdout.lines().collect();
+    let about = "::error title=one-zone%2C cr%2C n = 4%3A";
+    assert_eq!(
+        lines[0].split("::").nth(1).unwrap(),
+        format!("{} changed does not solve the scheme", &about[2..])
+    );
+    let mean = lines
+        .iter()
+        .find(|l| l.starts_with(&format!("{about} rust – changed%3A mean::")));
+    let mean = mean.unwrap_or_else(|| panic!("{}", ran.stdout));
+    assert!(mean.contains(" beyond 1e-12: |a-b| up to ") && mean.contains("worst at ["));
+    let summary = fs::read_to_string(folder.path().join("summary.md")).unwrap();
+    assert!(summary.starts_with("### faceoff: disagree"), "{summary}");
+    assert!(summary.contains("| one-zone, cr, n = 4: rust – changed: mean | "));
+
+    // With the result itself on standard output, what agrees, and what was not judged.
+    let json = ["--engines", &engines, "--json", "-"];
+    let ran = on_server(&[&["verify"][..], &case, &json].concat());
+    assert_eq!(ran.json()["verdict"], "disagree");
     assert!(
-        ran.stdout
-            .starts_with("::error title=one-zone%2C cr%2C n = 4%3A"),
+        ran.stderr
+            .contains(&format!("{about} rust – changed%3A mean::"))
+    );
+    let honest = ["--engines", "rust,freefem", "--quiet"];
+    let ran = on_server(&[&["verify"][..], &case, &honest].concat());
+    assert_eq!((ran.code, ran.stdout.as_str()), (Some(0), ""));
+    let summary = fs::read_to_string(folder.path().join("summary.md")).unwrap();
+    assert!(summary.ends_with("### faceoff: agree\n\n"), "{summary}");
+    let ran = on_server(&["verify", "no-scene"]);
+    let failed = "::error title=verify could not be judged::there is no scene";
+    assert!(
+        ran.code == Some(2) && ran.stdout.starts_with(failed),
         "{}",
         ran.stdout
     );
-    let summary = fs::read_to_string(folder.path().join("summary.md")).unwrap();
-    assert!(summary.starts_with("### faceoff: disagree"), "{summary}");
+    common::write(folder.path(), "a.csv", "vertex,u\n0,1\n");
+    common::write(folder.path(), "b.csv", "vertex,u\n0,2\n");
+    let ran = on_server(&["compare", "a.csv", "b.csv", "--quiet"]);
+    let differs = "::error title=a.csv – b.csv%3A u::1 of 1 beyond 1e-9";
+    assert!(
+        ran.code == Some(1) && ran.stdout.starts_with(differs),
+        "{}",
+        ran.stdout
+    );
+    let ran = on_server(&["compare", "a.csv", "none.csv"]);
+    assert!(
+        ran.code == Some(2)
+            && ran
+                .stdout
+                .starts_with("::error title=a.csv – none.csv could")
+    );
     let links = fs::read_to_string(folder.path().join("out/gitlab-annotations.json")).unwrap();
     assert!(
         links.contains("https://ci.example/jobs/1/artifacts/file/out/index.html"),
@@ -402,6 +472,26 @@ fn a_baseline_stands_in_for_engines_that_are_not_there() {
         engines,
         ["rust", "freefem (recorded)", "fenicsx (recorded)"]
     );
+
+    // Another version of an engine is judged against what the recorded one answered.
+    let version = |engine: &str| {
+        let words = [
+            "verify",
+            "one-zone",
+            "--n",
+            "4",
+            "--methods",
+            "cr",
+            "--engines",
+            engine,
+            "--against",
+        ];
+        let kept = baseline.to_string_lossy();
+        run(folder.path(), &[&words[..], &[&*kept]].concat()).code
+    };
+    assert_eq!(version("freefem"), Some(0));
+    let newer = changed_companion(folder.path(), "freefem", GAMMA.0, GAMMA.1);
+    assert_eq!(version(&newer), Some(1));
 
     // What was not recorded, or otherwise, is refused in words.
     let changed = common::scene(

@@ -1,6 +1,6 @@
 //! One pair in one case, run again and again.
 
-use super::{Diagnosis, Ingredient};
+use super::{BADLY_CONDITIONED, Diagnosis, Ingredient};
 use crate::compare::judge;
 use crate::contact::{Method, Problem, face_fields, solve_by};
 use crate::engine::{Case, Engine, Progress, Settings, Silent, interrupted};
@@ -274,7 +274,6 @@ impl<'a> Pair<'a> {
         Ok(())
     }
 
-    /// Where both answers solve the scheme it has more than one solution, and the start decides.
     fn start(&self, ingredients: &mut Vec<Ingredient>) -> Result<()> {
         let problem = Problem::new(self.scene, &self.mesh, self.method)?;
         let of = |name: &str| self.case.engines.iter().find(|e| e.engine == name);
@@ -282,15 +281,9 @@ impl<'a> Pair<'a> {
             of(&answer.source).map_or(f64::INFINITY, |e| problem.backward_error(&e.u).0)
         });
         let [a, b] = self.answers;
-        let both = residuals.iter().all(|r| *r <= RESIDUAL_TOLERANCE);
-        let (matched, left) = if both {
-            ("both answers in turn, which both solve the scheme", 0.0)
-        } else {
-            (
-                "either answer, not both of which solve the scheme",
-                distance(a, b),
-            )
-        };
+        let judged = judge(a, b, tolerance(&self.method))?;
+        let flips = judged.iter().find_map(|field| field.flips).unwrap_or(0);
+        let (matched, left) = start_decides(residuals, flips, distance(a, b));
         ingredients.push(self.found("the start", matched.into(), left));
         Ok(())
     }
@@ -335,6 +328,24 @@ impl<'a> Pair<'a> {
     }
 }
 
+/// What is left when both codes start from either answer. Of two solutions the start decides which is found; but as the
+/// scheme is linear while no point of Γ_C changes its status, two of them differ there. Answers with the same status are
+/// one solution of one linear system, told apart by rounding alone.
+fn start_decides(residuals: [f64; 2], flips: usize, difference: f64) -> (&'static str, f64) {
+    let residual = residuals[0].max(residuals[1]);
+    match flips {
+        _ if !(residual <= RESIDUAL_TOLERANCE) => {
+            let matched = "either answer, not both of which solve the scheme";
+            (matched, difference)
+        }
+        0 => (BADLY_CONDITIONED, difference),
+        _ => (
+            "both answers in turn, which both solve the scheme",
+            residual,
+        ),
+    }
+}
+
 /// The largest difference of any field by value, as the judge measures it; infinite where there is none.
 fn distance(a: &FaceFields, b: &FaceFields) -> f64 {
     let judged = judge(a, b, 1.0).unwrap_or_default();
@@ -375,6 +386,16 @@ fn reverse_cells(mesh: &mut Mesh) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_start_decides_only_between_two_solutions() {
+        let of = |residuals, flips| start_decides(residuals, flips, 1e-3).1;
+        assert_eq!(of([1e-16, 3e-15], 2), 3e-15);
+        assert_eq!(of([1e-16, 3e-15], 0), 1e-3);
+        assert_eq!(of([1e-16, 1e-9], 2), 1e-3);
+        assert_eq!(of([f64::NAN, 1e-16], 2), 1e-3);
+        assert_eq!(of([1e-16, f64::NAN], 2), 1e-3);
+    }
 
     #[test]
     fn reversed_cells_keep_their_groups() {

@@ -1,0 +1,179 @@
+//! Codes with one known fault each, and what is named for it.
+
+use std::time::Duration;
+
+use super::*;
+use crate::contact::{Iteration, Method, Problem, Stop, solve_by};
+use crate::engine::{Answer, Case, Engine, Launch, Progress, Run, Settings, Silent};
+use crate::scene::Scene;
+use crate::verify::verify;
+
+const N: usize = 6;
+
+/// The Rust solver with something done to the problem, the rule to stop or the answer.
+struct Faulty {
+    name: &'static str,
+    max_iterations: fn(&Settings) -> usize,
+    change: fn(&Problem, &mut [f64]),
+}
+
+impl Engine for Faulty {
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn probe(&self) -> Result<String> {
+        Ok("1".into())
+    }
+
+    fn is_installed(&self) -> bool {
+        true
+    }
+
+    fn run(&self, cases: &[Case], settings: &Settings, _: &dyn Progress) -> Result<Run> {
+        let answers = cases.iter().map(|case| {
+            let max_iterations = (self.max_iterations)(settings);
+            let stop = Stop {
+                max_iterations,
+                ..settings.stop
+            };
+            let told = |_, _| Ok(());
+            let linear = settings.linear;
+            let mut found = solve_by(&case.problem, settings.iteration, stop, linear, told)?;
+            (self.change)(&case.problem, &mut found.u);
+            // It says so whatever it did.
+            found.converged = true;
+            Ok(Answer::new(&case.problem, found))
+        });
+        Ok(Run {
+            version: "1".into(),
+            answers: answers.collect::<Result<_>>()?,
+        })
+    }
+}
+
+const HONEST: Faulty = Faulty {
+    name: "honest",
+    max_iterations: |settings| settings.stop.max_iterations,
+    change: |_, _| {},
+};
+
+/// What is named, and the sentence, for the one pair of these two.
+fn named(a: Faulty, b: Faulty) -> (Vec<String>, String) {
+    let method: Method = "cr".parse().unwrap();
+    let request = Request {
+        scenes: vec![Scene::find("one-zone").unwrap()],
+        methods: vec![method],
+        n: vec![N],
+        engines: vec![Box::new(a), Box::new(b)],
+        settings: Settings {
+            stop: Stop::default(),
+            iteration: Iteration::Newton,
+            linear: Default::default(),
+            launch: Launch::Alone,
+            time_limit: Duration::from_secs(60),
+            keep: None,
+        },
+    };
+    let outcome = verify(&request, &Silent).unwrap();
+    assert_eq!(outcome.verdict, Verdict::Disagree);
+    let found = diagnose(&request, &outcome).unwrap();
+    let [found] = &found[..] else {
+        panic!("one pair disagrees: {found:?}")
+    };
+    let accounts = found.ingredients.iter().filter(|i| i.accounts);
+    let mut names: Vec<String> = accounts.map(|i| i.ingredient.clone()).collect();
+    names.dedup();
+    for ingredient in &found.ingredients {
+        assert_eq!(ingredient.accounts, ingredient.left <= 1e-12);
+        assert!(ingredient.left >= 0.0, "{ingredient:?}");
+    }
+    assert!(found.difference > 1e-12);
+    (names, found.sentence())
+}
+
+#[test]
+fn a_code_that_stops_early_is_a_matter_of_the_tolerance() {
+    let early = Faulty {
+        name: "early",
+        max_iterations: |settings| {
+            if settings.stop.increment < 1e-12 {
+                50
+            } else {
+                2
+            }
+        },
+        ..HONEST
+    };
+    assert_eq!(named(HONEST, early).0, ["the tolerance"]);
+}
+
+#[test]
+fn a_code_that_depends_on_the_order_of_cells_is_found_out() {
+    let ordered = Faulty {
+        name: "ordered",
+        change: |problem, u| {
+            let mesh = problem.space.mesh;
+            let first = mesh.cell(0).iter().map(|v| mesh.points[*v as usize]);
+            // The cells begin at the origin, or end there.
+            if first.into_iter().any(|p| p == [0.0; 3]) {
+                u[3] += 1e-6;
+            }
+        },
+        ..HONEST
+    };
+    assert_eq!(named(HONEST, ordered).0, ["the order of the mesh"]);
+}
+
+#[test]
+fn an_inaccurate_factor_of_the_rust_engine_is_the_linear_solvers() {
+    let inaccurate = Faulty {
+        name: "rust",
+        change: |_, u| u[3] *= 1.0 + 1e-6,
+        ..HONEST
+    };
+    assert_eq!(named(inaccurate, HONEST).0, ["the linear solver"]);
+}
+
+#[test]
+fn of_two_answers_to_one_linear_system_none_is_to_blame() {
+    let smooth = Faulty {
+        name: "smooth",
+        change: |problem, u| {
+            let size = u.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            for (dof, value) in u.iter_mut().enumerate() {
+                let [x, y, _] = problem.space.point(dof);
+                *value += 4e-12 * size * (y * (1.0 - y)) * (1.0 + x);
+            }
+        },
+        ..HONEST
+    };
+    let (names, sentence) = named(HONEST, smooth);
+    assert!(names.is_empty(), "{names:?}");
+    assert!(sentence.contains("badly conditioned"), "{sentence}");
+}
+
+#[test]
+fn the_sentence_names_what_accounts_and_how_much() {
+    let ingredient = |name: &str, left: f64| Ingredient {
+        ingredient: name.into(),
+        matched: "edges-3".into(),
+        left,
+        accounts: left <= 1e-12,
+    };
+    let mut found = Diagnosis {
+        scene: "s".into(),
+        method: "cr".into(),
+        n: None,
+        a: "a".into(),
+        b: "b".into(),
+        difference: 1e-3,
+        ingredients: vec![ingredient("the load", 2e-15), ingredient("the start", 1e-3)],
+    };
+    assert_eq!(
+        found.sentence(),
+        "the load accounts for it: with edges-3 the difference falls from 1.0e-3 to 2.0e-15."
+    );
+    found.ingredients.remove(0);
+    assert!(found.sentence().starts_with("no ingredient alone accounts"));
+}
