@@ -111,8 +111,8 @@ fn files_that_are_cut_or_changed_are_no_pass() {
     assert_eq!(compare(at, &own).code, Some(1));
     refused(
         at,
-        &["a.vtu", "c.vtu", "--field", "u:rtol=1"],
-        "neither has the field `u`",
+        &["a.vtu", "c.vtu", "--field", "w:rtol=1"],
+        "neither has the field `w`",
     );
 }
 

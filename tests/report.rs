@@ -531,7 +531,7 @@ fn a_baseline_stands_in_for_engines_that_are_not_there() {
     }
 
     // So is what was changed since: a value, a length, the mesh's digest.
-    let copy = folder.path().join("copy");
+    let copy = folder.path().join("kept");
     fs::create_dir(&copy).unwrap();
     let whole = |name: &str| fs::read(baseline.join(name)).unwrap();
     for entry in fs::read_dir(&baseline).unwrap() {
@@ -547,7 +547,7 @@ fn a_baseline_stands_in_for_engines_that_are_not_there() {
                 "--n",
                 "4",
                 "--against",
-                "copy",
+                "kept",
                 "--methods",
                 "cr",
             ],

@@ -332,9 +332,11 @@ impl<'a> Pair<'a> {
 /// scheme is linear while no point of Γ_C changes its status, two of them differ there. Answers with the same status are
 /// one solution of one linear system, told apart by rounding alone.
 fn start_decides(residuals: [f64; 2], flips: usize, difference: f64) -> (&'static str, f64) {
+    // Each by itself: the larger of a number and of what is none is the number.
+    let solved = residuals.iter().all(|r| *r <= RESIDUAL_TOLERANCE);
     let residual = residuals[0].max(residuals[1]);
     match flips {
-        _ if !(residual <= RESIDUAL_TOLERANCE) => {
+        _ if !solved => {
             let matched = "either answer, not both of which solve the scheme";
             (matched, difference)
         }

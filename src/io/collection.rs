@@ -41,7 +41,8 @@ pub(super) fn only_file(path: &Path, bytes: &[u8]) -> Result<PathBuf> {
     Err(Error::file(path, Place::Whole, what, remedy))
 }
 
-/// The files that hold what `path` tells: itself, or what it lists.
+/// The files that hold what `path` tells, each once: itself, or what it lists. dolfinx 0.5 lists a piece once for each
+/// kind of function in it.
 ///
 /// # Errors
 /// A list that cannot be read.
@@ -57,7 +58,12 @@ pub fn sources(path: &Path) -> Result<Vec<PathBuf>> {
                 next.push(file);
             }
         }
-        found = next;
+        found = Vec::with_capacity(next.len());
+        for file in next {
+            if !found.contains(&file) {
+                found.push(file);
+            }
+        }
     }
     Ok(found)
 }
@@ -112,7 +118,8 @@ mod tests {
             "{HEAD}<DataSet timestep=\"0\" part=\"0\" file=\"a&amp;.pvtu\"/></Collection></VTKFile>"
         );
         std::fs::write(at("a.pvd"), &pvd).unwrap();
-        let pieces = "<Piece Source=\"p0.vtu\"/><Piece Source=\"sub/p1.vtu\"/>";
+        let piece = |name: &str| format!("<Piece Source=\"{name}\"/>");
+        let pieces = ["p0.vtu", "sub/p1.vtu", "p0.vtu"].map(piece).concat();
         std::fs::write(at("a&.pvtu"), format!("<VTKFile>{pieces}</VTKFile>")).unwrap();
         assert_eq!(
             only_file(&at("a.pvd"), pvd.as_bytes()).unwrap(),

@@ -35,10 +35,10 @@ pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<
         mesh.fields = sol::read(path, bytes, &mesh)?;
         return Ok(of_mesh(source, mesh, &[]));
     }
-    let content = if collection::is_pvd(path) {
-        super::open(&collection::only_file(path, bytes)?, python)?
-    } else {
-        super::parse(path, bytes, python)?
+    let content = match &collection::sources(path)?[..] {
+        [one] if one != path => super::open(one, python)?,
+        _ if collection::is_pvd(path) => super::open(&collection::only_file(path, bytes)?, python)?,
+        _ => super::parse(path, bytes, python)?,
     };
     Ok(of_mesh(source, content.mesh, &content.whole))
 }
