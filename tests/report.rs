@@ -131,13 +131,49 @@ fn a_stranger_finds_engine_face_size_and_cause_at_the_top_of_the_page() {
     }
     assert!(!is_told(&seen, "status", "verdict: agree"));
 
+    // What differs has its colour in the map and in the histogram, and what agrees has not.
+    let of_pair = |name: &str| {
+        let start = dom
+            .find(&format!("<summary>{name} in one-zone, cr"))
+            .unwrap();
+        let end = dom[start..].find("</details>").unwrap();
+        dom[start..start + end].to_owned()
+    };
+    let (agrees, differs) = (of_pair("rust – freefem"), of_pair("rust – changed"));
+    for beyond in ["<path class=\"d2\"", "fill=\"#D55E00\""] {
+        assert!(
+            differs.contains(beyond) && !agrees.contains(beyond),
+            "{beyond}"
+        );
+    }
+    assert!(agrees.contains("<path class=\"d0\"") && agrees.contains("fill=\"#0072B2\""));
+    let provenance = &dom[dom.find("Provenance, one-zone, cr, n = 10").unwrap()..];
+    let provenance = &provenance[..provenance.find("</dl>").unwrap()];
+    for part in [
+        "rust 0.",
+        "freefem 4.",
+        "200 cells, 320 faces, 10 of them contact, 320 dofs; digest ",
+        "100 h, h the diameter of the cell behind",
+        "radon-7 for the load, gauss-5 on Γ_C",
+        "f = -2*pi*sin(2*pi*x)",
+        "at most 1e-12, or 50 steps",
+        "u = 0, and g on Γ_D",
+    ] {
+        assert!(provenance.contains(part), "{part}: {provenance}");
+    }
+
     // The tables sort: by method upwards, and downwards when pressed again.
     let first_row = |seen: &Value| {
         let dom = seen["dom"].as_str().unwrap();
         let rows = &dom[dom.find("<tbody").unwrap()..];
         rows[..rows.find("</tr>").unwrap()].to_owned()
     };
-    assert!(dom.contains("aria-sort=\"ascending\"") && first_row(&seen).contains("<td>cr</td>"));
+    let row = first_row(&seen);
+    assert!(dom.contains("aria-sort=\"ascending\"") && row.contains("<td>cr</td>"));
+    // rust – freefem, rust – changed, freefem – changed, and whether all solve the scheme.
+    let words: Vec<&str> = row.split("class=\"word ").skip(1).collect();
+    let words: Vec<&str> = words.iter().map(|w| w.split('"').next().unwrap()).collect();
+    assert_eq!(words, ["agree", "disagree", "disagree", "disagree"]);
     let seen = in_browser(&page, &["--press", table, table]);
     let dom = seen["dom"].as_str().unwrap();
     assert!(dom.contains("aria-sort=\"descending\"") && first_row(&seen).contains("<td>p2</td>"));
@@ -154,6 +190,53 @@ fn a_stranger_finds_engine_face_size_and_cause_at_the_top_of_the_page() {
     let seen = in_browser(&page, &["--dark", "--size", "700x900"]);
     assert!(is_told(&seen, "status", "verdict: disagree"));
     assert!(seen["size"]["width"].as_f64().unwrap() <= 700.0, "it fits");
+}
+
+/// What the lines of one colour in a picture go through.
+fn lines<'a>(picture: &'a str, colour: &str) -> Vec<&'a str> {
+    let of_colour = picture.split("<polyline ").skip(1);
+    let of_colour = of_colour.filter(|line| line[..line.find('>').unwrap()].contains(colour));
+    let points = of_colour.map(|line| line.split("points=\"").nth(1).unwrap());
+    points
+        .map(|points| points.split('"').next().unwrap())
+        .collect()
+}
+
+#[test]
+fn the_curves_along_the_contact_side_are_those_of_each_code() {
+    let folder = folder();
+    let (from, to) = (
+        "* contactTest(v) - flux(u)*v)",
+        "* contactTest(v) + flux(u)*v)",
+    );
+    let words = ["--n", "8", "--methods", "cr", "--report", "out"];
+    assert_eq!(with_fault(folder.path(), from, to, &words).code, Some(1));
+    let html = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
+    let start = html.find("aria-label=\"trace and flux along").unwrap();
+    let end = start + html[start..].find("</figure>").unwrap();
+    let picture = &html[start..end];
+    // Trace and flux of the three codes; a wrong sign moves both, and the contact status.
+    let [rust, freefem, changed] = ["#0072B2", "#D55E00", "#009E73"].map(|c| lines(picture, c));
+    assert_eq!(
+        (rust.len(), freefem.len(), changed.len()),
+        (2, 2, 2),
+        "{picture}"
+    );
+    for k in 0..2 {
+        assert_eq!(rust[k], freefem[k]);
+        assert_ne!(rust[k], changed[k]);
+    }
+    assert!(picture.contains("opacity=\"0.1\""), "zones are shaded");
+    let flips = picture
+        .split("differs at a quadrature point (")
+        .nth(1)
+        .unwrap();
+    let flips: usize = flips.split(')').next().unwrap().parse().unwrap();
+    assert!(flips > 0);
+    let start = html.find("aria-label=\"iterations").unwrap();
+    let end = start + html[start..].find("</figure>").unwrap();
+    let histories = lines(&html[start..end], "stroke");
+    assert!(histories.len() >= 3, "one a code");
 }
 
 #[test]
@@ -202,6 +285,22 @@ fn solid_scenes_show_the_contact_surface() {
     assert_eq!(run(folder.path(), &words).code, Some(1));
     let html = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
     assert!(html.contains("The faces of Γ_C by |a-b|") && html.contains("class=\"map filled\""));
+    assert!(html.contains("codes differ on 0.") && html.contains("contact status on Γ_C"));
+    let words = [
+        "--boxes",
+        "#verdict",
+        ".verdict li",
+        ".verdict .mark circle",
+    ];
+    let seen = in_browser(&folder.path().join("out/index.html"), &words);
+    assert!(is_told(&seen, "status", "verdict: disagree"));
+    for selector in &words[1..] {
+        let found = boxes(&seen, selector);
+        assert!(
+            !found.is_empty() && found.iter().all(|b| b[3] <= 1000.0),
+            "{found:?}"
+        );
+    }
 }
 
 #[test]
@@ -296,27 +395,46 @@ fn junit_json_and_badge_are_valid_for_every_verdict() {
 #[test]
 fn an_engine_that_was_left_out_is_an_error_of_the_pipeline() {
     let folder = folder();
-    fs::write(
-        folder.path().join("mine.toml"),
-        "name = \"mine\"\ncommand = [\"none-such\"]\n",
-    )
-    .unwrap();
+    let mine = "name = \"mine\"\ncommand = [\"none-such\"]\n";
+    common::write(folder.path(), "mine.toml", mine);
+    let case = ["verify", "one-zone", "--n", "4", "--methods", "cr"];
+    let left_out = ["--allow-missing", "--junit", "o.xml", "--report", "out"];
+    let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+
+    // Those that are there agree; the pipeline learns that one was not asked.
+    let engines = ["--engines", "rust,freefem,mine.toml"];
+    let ran = run(folder.path(), &[&case[..], &engines, &left_out].concat());
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(
+        ran.stderr
+            .contains("engine mine.toml is missing and left out")
+    );
+    let xml = text("o.xml");
+    assert!(
+        xml.contains("tests=\"7\" failures=\"0\" errors=\"1\""),
+        "{xml}"
+    );
+    let error = xml
+        .split("classname=\"engines\" name=\"mine.toml\"")
+        .nth(1)
+        .unwrap();
+    assert!(error.contains("<error type=\"undetermined\"") && !xml.contains("<skipped"));
+    assert_valid("xsd", "tests/junit.xsd", &folder.path().join("o.xml"));
+    let page = text("out/index.html");
+    assert!(page.contains("<li>engine mine.toml is missing and was left out</li>"));
+    // Without leave it is no verdict.
+    assert_eq!(
+        run(folder.path(), &[&case[..], &engines].concat()).code,
+        Some(2)
+    );
+
+    // One code alone is none either.
     let mut command = faceoff(folder.path());
-    command
-        .args([
-            "verify",
-            "one-zone",
-            "--engines",
-            "rust,freefem",
-            "--n",
-            "4",
-            "--allow-missing",
-            "--junit",
-            "o.xml",
-        ])
-        .env("PATH", folder.path());
+    let alone = ["--engines", "rust,freefem"];
+    command.args([&case[..], &alone, &left_out].concat());
+    command.env("PATH", folder.path());
     assert_eq!(told(command.output().unwrap()).code, Some(2));
-    let xml = fs::read_to_string(folder.path().join("o.xml")).unwrap();
+    let xml = text("o.xml");
     assert!(xml.contains("<error") && !xml.contains("<skipped"), "{xml}");
 }
 
@@ -367,6 +485,10 @@ fn annotations_are_made_where_the_environment_says_so() {
     assert_eq!((ran.code, ran.stdout.as_str()), (Some(0), ""));
     let summary = fs::read_to_string(folder.path().join("summary.md")).unwrap();
     assert!(summary.ends_with("### faceoff: agree\n\n"), "{summary}");
+    assert!(
+        summary.starts_with("### faceoff: disagree"),
+        "added to, not replaced"
+    );
     let ran = on_server(&["verify", "no-scene"]);
     let failed = "::error title=verify could not be judged::there is no scene";
     assert!(

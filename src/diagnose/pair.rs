@@ -99,6 +99,18 @@ impl<'a> Pair<'a> {
         }
     }
 
+    /// With what one of the codes has, if it is what accounts for the difference.
+    fn found_of(&self, ingredient: &str, what: &str, who: &str, left: f64) -> Ingredient {
+        let mut found = self.found(ingredient, String::new(), left);
+        let seems = if found.accounts {
+            "seems"
+        } else {
+            "does not seem"
+        };
+        found.matched = format!("{what}, which {who} {seems} to use");
+        found
+    }
+
     /// How far the Rust engine on a changed scene is from a strange answer, and whose that is: the nearest.
     fn nearest_to(&self, changed: &Scene) -> Option<(&str, f64)> {
         let fields = self.rust(changed, self.settings.linear)?;
@@ -169,11 +181,7 @@ impl<'a> Pair<'a> {
             let mut scene = self.scene.clone();
             scene.load_quadrature = Some((*rule).into());
             if let Some((who, left)) = self.nearest_to(&scene) {
-                ingredients.push(self.found(
-                    NAME,
-                    format!("{rule}, which {who} seems to use"),
-                    left,
-                ));
+                ingredients.push(self.found_of(NAME, rule, who, left));
             }
         }
         if !self.reaches_inside()? {
@@ -198,8 +206,7 @@ impl<'a> Pair<'a> {
             let mut scene = self.scene.clone();
             scene.contact_quadrature = Some((*rule).into());
             if let Some((who, left)) = self.nearest_to(&scene) {
-                let matched = format!("{rule}, which {who} seems to use");
-                ingredients.push(self.found("the quadrature on Γ_C", matched, left));
+                ingredients.push(self.found_of("the quadrature on Γ_C", rule, who, left));
             }
         }
         Ok(())
@@ -218,13 +225,12 @@ impl<'a> Pair<'a> {
             HRule::Global => "global",
         };
         if let Some((who, left)) = self.nearest_to(&scene) {
-            ingredients.push(self.found(NAME, format!("{h} h, which {who} seems to use"), left));
+            ingredients.push(self.found_of(NAME, &format!("{h} h"), who, left));
         }
         for answer in &self.strange {
             if let Some((gamma0, left)) = self.fit_gamma(answer) {
-                let who = &answer.source;
-                let matched = format!("γ₀ = {gamma0:.12}, which {who} seems to use");
-                ingredients.push(self.found(NAME, matched, left));
+                let matched = format!("γ₀ = {gamma0:.12}");
+                ingredients.push(self.found_of(NAME, &matched, &answer.source, left));
             }
         }
         Ok(())

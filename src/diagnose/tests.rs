@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::*;
 use crate::contact::{Iteration, Method, Problem, Stop, solve_by};
 use crate::engine::{Answer, Case, Engine, Launch, Progress, Run, Settings, Silent};
-use crate::scene::Scene;
+use crate::scene::{HRule, Scene};
 use crate::verify::verify;
 
 const N: usize = 6;
@@ -13,6 +13,7 @@ const N: usize = 6;
 /// The Rust solver with something done to the problem, the rule to stop or the answer.
 struct Faulty {
     name: &'static str,
+    scene: fn(&mut Scene),
     max_iterations: fn(&Settings) -> usize,
     change: fn(&Problem, &mut [f64]),
 }
@@ -32,6 +33,10 @@ impl Engine for Faulty {
 
     fn run(&self, cases: &[Case], settings: &Settings, _: &dyn Progress) -> Result<Run> {
         let answers = cases.iter().map(|case| {
+            let mut scene = case.scene.clone();
+            (self.scene)(&mut scene);
+            let of_case = &case.problem;
+            let problem = Problem::new(&scene, of_case.space.mesh, of_case.method)?;
             let max_iterations = (self.max_iterations)(settings);
             let stop = Stop {
                 max_iterations,
@@ -39,7 +44,7 @@ impl Engine for Faulty {
             };
             let told = |_, _| Ok(());
             let linear = settings.linear;
-            let mut found = solve_by(&case.problem, settings.iteration, stop, linear, told)?;
+            let mut found = solve_by(&problem, settings.iteration, stop, linear, told)?;
             (self.change)(&case.problem, &mut found.u);
             // It says so whatever it did.
             found.converged = true;
@@ -54,17 +59,22 @@ impl Engine for Faulty {
 
 const HONEST: Faulty = Faulty {
     name: "honest",
+    scene: |_| {},
     max_iterations: |settings| settings.stop.max_iterations,
     change: |_, _| {},
 };
 
 /// What is named, and the sentence, for the one pair of these two.
 fn named(a: Faulty, b: Faulty) -> (Vec<String>, String) {
+    named_on("one-zone", a, b)
+}
+
+fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
     let method: Method = "cr".parse().unwrap();
     let request = Request {
-        scenes: vec![Scene::find("one-zone").unwrap()],
+        scenes: vec![Scene::find(scene).unwrap()],
         methods: vec![method],
-        n: vec![N],
+        n: if scene == "one-zone" { vec![N] } else { vec![] },
         engines: vec![Box::new(a), Box::new(b)],
         settings: Settings {
             stop: Stop::default(),
@@ -90,6 +100,43 @@ fn named(a: Faulty, b: Faulty) -> (Vec<String>, String) {
     }
     assert!(found.difference > 1e-12);
     (names, found.sentence())
+}
+
+#[test]
+fn what_of_the_scheme_a_code_does_otherwise_is_named_with_what_it_does() {
+    let cases: [(&str, &str, fn(&mut Scene), &str); 4] = [
+        (
+            "one-zone",
+            "the quadrature of the load",
+            |s| s.load_quadrature = Some("edges-3".into()),
+            "edges-3",
+        ),
+        (
+            "one-zone",
+            "the quadrature on Γ_C",
+            |s| s.contact_quadrature = Some("gauss-2".into()),
+            "gauss-2",
+        ),
+        (
+            "one-zone",
+            "γ = γ₀ h",
+            |s| s.gamma0 = 77.0,
+            "γ₀ = 77.0000000",
+        ),
+        // Where cells differ in size.
+        ("plate", "γ = γ₀ h", |s| s.h = HRule::Global, "global h"),
+    ];
+    for (on, name, scene, what) in cases {
+        let other = Faulty {
+            name: "other",
+            scene,
+            ..HONEST
+        };
+        let (names, sentence) = named_on(on, HONEST, other);
+        assert_eq!(names, [name], "{sentence}");
+        assert!(sentence.contains(what), "{sentence}");
+        assert!(sentence.contains("which other seems to use"), "{sentence}");
+    }
 }
 
 #[test]
