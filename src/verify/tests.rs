@@ -154,6 +154,25 @@ fn the_same_fault_in_both_codes_is_seen_by_the_residual() {
 }
 
 #[test]
+fn codes_that_differ_disagree_though_both_solve_the_scheme() {
+    // The backward error of this is at most half of it; see the tests of diagnoses.
+    let scaled = Changed {
+        change: |answers| answers[0].u.iter_mut().for_each(|v| *v *= 1.0 + 1.9e-12),
+        ..honest("b")
+    };
+    let outcome = judged(honest("a"), scaled).unwrap();
+    let case = &outcome.cases[0];
+    assert!(case.engines.iter().all(|e| e.verdict == Verdict::Agree));
+    assert!(
+        case.pairs
+            .iter()
+            .any(|p| p.field.verdict == Verdict::Disagree)
+    );
+    let verdicts = (case.verdict, outcome.verdict);
+    assert_eq!(verdicts, (Verdict::Disagree, Verdict::Disagree));
+}
+
+#[test]
 fn a_code_is_not_judged_against_itself_or_alone() {
     let told = judged(honest("a"), honest("a")).unwrap_err().to_string();
     assert!(told.contains("named twice"), "{told}");
