@@ -1,6 +1,8 @@
 //! The main job: all engines on all scenes, every pair judged.
 
 mod cross;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 
@@ -243,7 +245,8 @@ fn judge_case(index: usize, case: &Case, answered: &[(&str, Run)]) -> Result<Cas
                 iterations: answer.increments.len(),
                 increments: answer.increments.clone(),
                 converged: answer.converged,
-                seconds: answer.seconds.iter().map(|(_, s)| s).sum(),
+                // From 0, as the sum of none is -0.
+                seconds: answer.seconds.iter().fold(0.0, |sum, (_, s)| sum + s),
                 phases: answer.seconds.iter().cloned().collect(),
                 residual: answer.residual,
                 residual_at: problem

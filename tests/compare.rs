@@ -1,10 +1,13 @@
-//! `faceoff compare` on files of its own, of meshio, and tables.
+//! `faceoff compare` on files of its own, of FreeFEM, of dolfinx, of meshio, and tables.
+//!
+//! FreeFEM's writers are plugins of its own: Debian's package `libfreefem++`, which `tests/run` installs.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod common;
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use common::{Ran, folder, run, write};
 
@@ -103,13 +106,13 @@ fn files_that_are_cut_or_changed_are_no_pass() {
         "--rtol",
         "1e-3",
         "--field",
-        "mean rust:rtol=1e-14,atol=0",
+        "mean:rtol=1e-14,atol=0",
     ];
     assert_eq!(compare(at, &own).code, Some(1));
     refused(
         at,
-        &["a.vtu", "c.vtu", "--field", "u:rtol=1"],
-        "neither has the field `u`",
+        &["a.vtu", "c.vtu", "--field", "w:rtol=1"],
+        "neither has the field `w`",
     );
 }
 
@@ -133,7 +136,11 @@ fn differences_are_written_where_they_are() {
             names.sort();
             names
         };
-        assert_eq!(fields("d.vtu"), fields(a));
+        let of_a: Vec<String> = fields(a)
+            .iter()
+            .map(|name| name.trim_end_matches(" rust").to_owned())
+            .collect();
+        assert_eq!(fields("d.vtu"), of_a);
         // What is subtracted from itself is nothing.
         let ran = compare(at, &["d.vtu", a]);
         assert_eq!(ran.code, Some(1), "{}", ran.stderr);
@@ -208,6 +215,7 @@ fn a_table_of_face_means_is_held_against_faces_by_their_midpoints() {
     };
     let mut keep = mesh.clone();
     keep.fields.retain(|f| f.name == "mean rust");
+    assert_eq!(keep.fields.len(), 1);
     faceoff::io::write(&at.join("mean.vtu"), &keep, &Default::default()).unwrap();
     let means = field("mean rust");
     let mut rows = vec!["x,y,mean rust".to_owned()];
@@ -254,6 +262,269 @@ fn fields_are_left_out_only_by_name() {
     );
 }
 
+/// Runs a script of dolfinx.
+fn python(folder: &Path, script: &str) {
+    let script = write(folder, "write.py", script);
+    let mut python = Command::new("/usr/bin/python3");
+    let ran = common::told(python.arg(script).current_dir(folder).output().unwrap());
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+}
+
+/// Runs a script of FreeFEM that loads its plugins.
+fn freefem(folder: &Path, script: &str) {
+    let plugins = "/usr/lib/freefem++";
+    assert!(
+        Path::new(plugins).join("iovtk.so").is_file(),
+        "FreeFEM's plugins are there: apt-get install libfreefem++"
+    );
+    let script = write(folder, "write.edp", script);
+    let mut freefem = Command::new("FreeFem++");
+    freefem.args(["-nw", "-v", "0"]).arg(script);
+    freefem.env("FF_LOADPATH", format!("{plugins};;"));
+    let ran = common::told(freefem.current_dir(folder).output().unwrap());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+}
+
+/// sin(3x) + y² at vertices, x y² at centroids and (y, x²) at vertices, by FreeFEM in all its own forms; in the second
+/// files one value of each is off.
+const BY_FREEFEM: &str = r#"
+load "iovtk"
+load "medit"
+mesh Th = square(5, 4, [x + 0.05*sin(3*y), y]);
+savemesh(Th, "mesh.msh");
+fespace Vh(Th, P1);
+fespace Wh(Th, P0);
+Vh u = sin(3*x) + y^2, vx = y, vy = x^2;
+Wh w = x*y^2;
+int[int] order = [1, 0, 1];
+for (int wrong = 0; wrong < 2; wrong++) {
+    string name = wrong ? "off" : "freefem";
+    u[][7] += wrong*1e-6;
+    w[][3] += wrong*1e-6;
+    vy[][11] += wrong*1e-6;
+    savevtk(name + ".vtu", Th, u, w, [vx, vy], dataname="u w v", order=order);
+    savevtk(name + "-ascii.vtu", Th, u, w, [vx, vy], dataname="u w v", order=order, bin=false);
+    ofstream table(name + ".csv");
+    table.precision(17);
+    table << "x,y,u" << endl;
+    for (int k = 0; k < Th.nv; k++)
+        table << Th(k).x << "," << Th(k).y << "," << u[][k] << endl;
+    // Six digits are all that this writer keeps.
+    u[][7] += wrong*1e-3;
+    savemesh(Th, name + ".mesh");
+    savesol(name + ".sol", Th, u);
+}
+"#;
+
+/// The same functions by dolfinx on the same mesh, points and cells in another order.
+const BY_DOLFINX: &str = r#"
+import numpy as np
+import ufl
+from dolfinx import fem, io, mesh
+from mpi4py import MPI
+x = np.loadtxt("freefem.csv", delimiter=",", skiprows=1)[:, :2]
+lines = [line.split() for line in open("mesh.msh")]
+points, cells = int(lines[0][0]), int(lines[0][1])
+t = np.array([line[:3] for line in lines[1 + points : 1 + points + cells]], dtype=int) - 1
+new = np.random.default_rng(5).permutation(points)
+order = np.random.default_rng(6).permutation(cells)
+moved = np.empty_like(x)
+moved[new] = x
+domain = ufl.Mesh(ufl.VectorElement("Lagrange", "triangle", 1))
+m = mesh.create_mesh(MPI.COMM_WORLD, new[t][order], moved, domain)
+u = fem.Function(fem.FunctionSpace(m, ("Lagrange", 1)), name="u")
+u.interpolate(lambda x: np.sin(3 * x[0]) + x[1] ** 2)
+v = fem.Function(fem.VectorFunctionSpace(m, ("Lagrange", 1)), name="v")
+v.interpolate(lambda x: (x[1], x[0] ** 2))
+w = fem.Function(fem.FunctionSpace(m, ("DG", 0)), name="w")
+w.interpolate(lambda x: x[0] * x[1] ** 2)
+with io.VTKFile(m.comm, "dolfinx.pvd", "w") as file:
+    file.write_function([u, v, w])
+with io.XDMFFile(m.comm, "dolfinx.xdmf", "w") as file:
+    file.write_mesh(m)
+    file.write_function(u)
+    file.write_function(w)
+    u.name = "temperature"
+    file.write_function(u)
+"#;
+
+#[test]
+fn what_freefem_and_dolfinx_write_is_compared_as_it_is() {
+    let folder = folder();
+    let at = folder.path();
+    freefem(at, BY_FREEFEM);
+    python(at, BY_DOLFINX);
+    let fields = |told: &serde_json::Value| -> Vec<(String, u64, u64)> {
+        let fields = told["fields"].as_array().unwrap().iter();
+        let mut fields: Vec<_> = fields
+            .map(|f| {
+                let number = |key: &str| f[key].as_u64().unwrap();
+                let name = f["field"].as_str().unwrap().to_owned();
+                (name, number("faces"), number("beyond"))
+            })
+            .collect();
+        fields.sort();
+        fields
+    };
+    let all = |beyond: u64| {
+        [("u", 30), ("v", 30), ("w", 40)].map(|(name, on)| (name.to_owned(), on, beyond))
+    };
+    // FreeFEM has the sides of the square as cells, and their labels as a field.
+    refused(at, &["freefem.vtu", "dolfinx.pvd"], "--dim 2");
+    let only = ["--dim", "2", "--only", "u", "--only", "v", "--only", "w"];
+    for by_freefem in ["freefem.vtu", "freefem-ascii.vtu"] {
+        for pair in [[by_freefem, "dolfinx.pvd"], ["dolfinx.pvd", by_freefem]] {
+            let ran = compare(at, &[&pair[..], &only].concat());
+            assert_eq!(ran.code, Some(0), "{pair:?}: {}{}", ran.stdout, ran.stderr);
+            let told = ran.json();
+            assert_eq!(told["map"], "coordinates");
+            assert_eq!(fields(&told), all(0));
+        }
+    }
+    for pair in [["off.vtu", "dolfinx.pvd"], ["dolfinx.pvd", "off.vtu"]] {
+        let ran = compare(at, &[&pair[..], &only].concat());
+        assert_eq!(ran.code, Some(1), "{}", ran.stderr);
+        let told = ran.json();
+        assert_eq!(fields(&told), all(1));
+        let found = told["fields"].as_array().unwrap();
+        let u = found.iter().find(|f| f["field"] == "u").unwrap();
+        let off = (u["max_abs"].as_f64().unwrap() - 1e-6).abs();
+        // The eighth vertex: six in each row.
+        let place = u["worst"]["midpoint"].as_array().unwrap();
+        let y = place[1].as_f64().unwrap();
+        assert!(off < 1e-12 && (y - 0.25).abs() < 1e-6, "{u}");
+    }
+
+    let with = |file: &str, words: &[&str], code: i32, other: &str| {
+        let ran = compare(at, &[&[file, other, "--only", "u"], words].concat());
+        let all = format!("{file}, {other}: {}{}", ran.stdout, ran.stderr);
+        assert_eq!(ran.code, Some(code), "{all}");
+    };
+    for other in ["dolfinx.pvd", "dolfinx.xdmf"] {
+        with("freefem.csv", &[], 0, other);
+        with("off.csv", &[], 1, other);
+        with("off.csv", &["--rtol", "1e-5"], 0, other);
+        let rounded = ["--rtol", "1e-5", "--pair", "sol=u", "--only", "sol"];
+        with("freefem.sol", &rounded, 0, other);
+        with("off.sol", &rounded, 1, other);
+        with("freefem.vtu", &["--dim", "2"], 0, other);
+        with("off.vtu", &["--dim", "2"], 1, other);
+    }
+    let named = ["--pair", "u=temperature", "--only", "u"];
+    let ran = compare(at, &[&["freefem.csv", "dolfinx.xdmf"], &named[..]].concat());
+    // Two of the second file's fields have that name now.
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    fs::remove_file(at.join("freefem.mesh")).unwrap();
+    refused(
+        at,
+        &["freefem.sol", "dolfinx.pvd"],
+        "freefem.mesh: cannot read",
+    );
+}
+
+#[test]
+fn the_faces_of_two_engines_have_fields_of_the_same_names() {
+    let folder = folder();
+    let at = folder.path();
+    for engine in ["rust", "freefem", "fenicsx"] {
+        solve(at, engine, &format!("{engine}.vtu"));
+    }
+    let words = [
+        "solve", "one-zone", "--n", "6", "--engine", "freefem", "--gamma0", "100.001", "--out",
+        "off.vtu", "--quiet",
+    ];
+    assert_eq!(run(at, &words).code, Some(0));
+    for (a, b) in [
+        ("rust", "freefem"),
+        ("freefem", "fenicsx"),
+        ("fenicsx", "rust"),
+    ] {
+        for kind in ["", "-faces"] {
+            let [a, b, off] = [a, b, "off"].map(|name| format!("{name}{kind}.vtu"));
+            let ran = compare(at, &[&a, &b]);
+            assert_eq!(ran.code, Some(0), "{a}, {b}: {}{}", ran.stdout, ran.stderr);
+            let told = ran.json();
+            let fields = told["fields"].as_array().unwrap();
+            let named = |name: &str| fields.iter().any(|f| f["field"] == name);
+            let names = if kind.is_empty() {
+                ["u", "mean", "gradient"]
+            } else {
+                ["mean", "flux", "P"]
+            };
+            assert!(names.iter().all(|name| named(name)), "{told:#}");
+            assert_eq!(compare(at, &[&a, &off]).code, Some(1), "{a}, {off}");
+        }
+    }
+}
+
+#[test]
+fn fields_of_other_names_are_paired() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "a.csv", "vertex,u,v\n0,1,5\n1,2,6\n");
+    write(at, "b.csv", "vertex,T,v\n1,2,6\n0,1,5\n");
+    assert_eq!(compare(at, &["a.csv", "b.csv"]).code, Some(2));
+    assert_eq!(
+        compare(at, &["a.csv", "b.csv", "--pair", "u=T"]).code,
+        Some(0)
+    );
+    // Two fields that change places are another answer.
+    let swapped = ["a.csv", "b.csv", "--pair", "u=v", "--pair", "v=T"];
+    assert_ne!(compare(at, &swapped).code, Some(0));
+    refused(
+        at,
+        &["a.csv", "b.csv", "--pair", "w=T"],
+        "a.csv has no field `w`",
+    );
+    refused(
+        at,
+        &["a.csv", "b.csv", "--pair", "u=w"],
+        "b.csv has no field `w`",
+    );
+    refused(at, &["a.csv", "b.csv", "--pair", "u"], "is not NAME=OTHER");
+}
+
+#[test]
+fn tolerances_are_those_of_the_scene_unless_options_say_otherwise() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "a.csv", "vertex,u,v\n0,1,5\n1,2,6\n");
+    write(at, "b.csv", "vertex,u,v\n0,1.001,5\n1,2,6.00001\n");
+    let scene = |name: &str, tables: &str| {
+        let text = fs::read_to_string(common::source("src/scene/builtin/one-zone.toml")).unwrap();
+        write(at, name, &format!("{text}\n{tables}"));
+    };
+    scene("plain.toml", "");
+    scene("all.toml", "[compare]\nrtol = 1e-3\n");
+    scene(
+        "own.toml",
+        "[compare.fields]\nu = { atol = 1e-2 }\nother = { rtol = 0 }\n",
+    );
+    scene(
+        "both.toml",
+        "[compare]\nrtol = 1e-5\n[compare.fields.u]\nrtol = 1e-3\n",
+    );
+    scene("wrong.toml", "[compare.fields.u]\nrtol = -1\n");
+    let code = |words: &[&str]| compare(at, &[&["a.csv", "b.csv"], words].concat()).code;
+    assert_eq!(code(&[]), Some(1));
+    assert_eq!(code(&["--scene", "all.toml"]), Some(0));
+    assert_eq!(code(&["--scene", "own.toml"]), Some(1));
+    assert_eq!(code(&["--scene", "own.toml", "--rtol", "1e-5"]), Some(0));
+    assert_eq!(code(&["--scene", "both.toml"]), Some(0));
+    assert_eq!(
+        code(&["--scene", "both.toml", "--field", "u:rtol=1e-6"]),
+        Some(1)
+    );
+    assert_eq!(code(&["--scene", "all.toml", "--rtol", "1e-9"]), Some(1));
+    for (name, part) in [
+        ("plain.toml", "it gives no tolerances"),
+        ("wrong.toml", "compare.fields.u.rtol: -1 is no tolerance"),
+        ("none.toml", "none.toml: cannot read"),
+    ] {
+        refused(at, &["a.csv", "b.csv", "--scene", name], part);
+    }
+}
+
 /// The function that dolfinx writes here as continuous and as discontinuous data, each through its own writer.
 #[test]
 fn what_dolfinx_writes_is_compared_as_it_is() {
@@ -271,10 +542,7 @@ for element, name, shift in [("Lagrange", "cg", 0), ("DG", "dg", 0), ("DG", "off
     with io.VTKFile(m.comm, name + ".pvd", "w") as file:
         file.write_function(u)
 "#;
-    let script = write(at, "write.py", script);
-    let mut python = std::process::Command::new("/usr/bin/python3");
-    let ran = common::told(python.arg(script).current_dir(at).output().unwrap());
-    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    python(at, script);
     let ran = compare(at, &["cg000000.pvtu", "dg_p0_000000.vtu"]);
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     let told = ran.json();
@@ -282,6 +550,17 @@ for element, name, shift in [("Lagrange", "cg", 0), ("DG", "dg", 0), ("DG", "off
         (&told["map"], &told["fields"][0]["faces"]),
         (&"coordinates".into(), &96.into())
     );
+    // A list of files is these files.
+    for (a, b) in [
+        ("cg.pvd", "cg000000.pvtu"),
+        ("cg000000.pvtu", "cg_p0_000000.vtu"),
+        ("cg_p0_000000.vtu", "cg.pvd"),
+    ] {
+        refused(at, &[a, b], "a file against itself");
+    }
+    fs::copy(at.join("cg_p0_000000.vtu"), at.join("copy.vtu")).unwrap();
+    refused(at, &["cg.pvd", "copy.vtu"], "the same byte for byte");
+    assert_eq!(compare(at, &["cg.pvd", "dg.pvd"]).code, Some(0));
     let ran = compare(at, &["dg000000.pvtu", "off000000.pvtu"]);
     assert_eq!(ran.code, Some(1));
     let field = &ran.json()["fields"][0];
@@ -320,9 +599,16 @@ fn what_is_told_is_valid() {
             .unwrap()
             .contains("disagree")
     );
-    assert_eq!(
-        run(at, &["compare", "a.csv", "none.csv", "--junit", "o.xml"]).code,
-        Some(2)
-    );
+    // What could not be judged does not leave an earlier verdict behind.
+    let words = [
+        "compare", "a.csv", "none.csv", "--json", "o.json", "--junit", "o.xml", "--badge", "o.svg",
+    ];
+    assert_eq!(run(at, &words).code, Some(2));
     common::assert_valid("xsd", "tests/junit.xsd", &at.join("o.xml"));
+    let schema = "src/report/schema/compare-1.json";
+    common::assert_valid("json", schema, &at.join("o.json"));
+    let told = fs::read_to_string(at.join("o.json")).unwrap();
+    assert!(told.contains("none.csv: cannot read"), "{told}");
+    let badge = fs::read_to_string(at.join("o.svg")).unwrap();
+    assert!(badge.contains(">undetermined<"));
 }

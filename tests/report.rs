@@ -9,6 +9,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use serde_json::{Value, json};
+
 use common::{Ran, assert_valid, changed_companion, faceoff, folder, run, source, told};
 
 /// Runs Rust beside a FreeFEM with one thing changed, with `words` after it.
@@ -24,42 +26,42 @@ const GAMMA: (&str, &str) = (
     "gamma[][Ch(cell, 0)] = value*(1 + 1e-6);",
 );
 
-/// The page as Chromium has it after its script ran; it must have no error and ask for nothing.
-fn in_browser(page: &Path) -> String {
-    let home = folder();
-    let net = home.path().join("net.json");
-    let output = Command::new("chromium")
-        .args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--enable-logging=stderr",
-            "--dump-dom",
-        ])
-        .arg(format!(
-            "--user-data-dir={}",
-            home.path().join("profile").display()
-        ))
-        .arg(format!("--log-net-log={}", net.display()))
-        .arg(format!("file://{}", page.display()))
-        .env("HOME", home.path())
-        .output()
-        .expect("chromium is there: apt-get install chromium");
-    let ran = told(output);
-    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    let console: Vec<&str> = ran
-        .stderr
-        .lines()
-        .filter(|l| l.contains("CONSOLE"))
+/// What Chromium makes of the page, which must have no error and ask for nothing but itself.
+fn in_browser(page: &Path, words: &[&str]) -> Value {
+    let mut python = Command::new("/usr/bin/python3");
+    let looked = python.arg(source("tests/browser.py")).arg(page).args(words);
+    let ran = told(looked.output().expect("python3 is there"));
+    assert_eq!(
+        ran.code,
+        Some(0),
+        "{}: apt-get install chromium?",
+        ran.stderr
+    );
+    let seen = ran.json();
+    assert_eq!(seen["console"], json!([]));
+    let asked = seen["requests"].as_array().unwrap().iter();
+    let asked: Vec<&str> = asked.map(|url| url.as_str().unwrap()).collect();
+    let asked: Vec<&str> = asked
+        .into_iter()
+        .filter(|u| !u.starts_with("data:"))
         .collect();
-    assert!(console.is_empty(), "{console:?}");
-    // The browser itself may ask for updates; the page may not ask for anything but itself.
-    let log = fs::read_to_string(net).unwrap();
-    let page_name = page.file_name().unwrap().to_string_lossy();
-    let asked = log.matches("\"url\":\"file:").count();
-    let for_page = log.matches(&format!("{page_name}\"")).count();
-    assert!(asked <= for_page, "the page asked for other files");
-    ran.stdout
+    assert_eq!(asked, [format!("file://{}", page.display())]);
+    seen
+}
+
+/// Is there something of this role and name for those who do not see the page?
+fn is_told(seen: &Value, role: &str, name: &str) -> bool {
+    let tree = seen["tree"].as_array().unwrap();
+    tree.iter()
+        .any(|node| node[0] == role && node[1].as_str().is_some_and(|n| n.contains(name)))
+}
+
+/// Left, top, right and bottom of all that a selector finds.
+fn boxes(seen: &Value, selector: &str) -> Vec<[f64; 4]> {
+    let found = seen["boxes"][selector].as_array().unwrap();
+    let number = |of: &Value, k: usize| of[k].as_f64().unwrap();
+    let all = found.iter().map(|of| [0, 1, 2, 3].map(|k| number(of, k)));
+    all.collect()
 }
 
 #[test]
@@ -88,37 +90,153 @@ fn a_stranger_finds_engine_face_size_and_cause_at_the_top_of_the_page() {
     );
     assert!(!html[..html.find("<script").unwrap()].contains("NaN"));
 
-    let dom = in_browser(&page);
+    let answers = ["#verdict", ".verdict li", ".verdict .mark circle"];
+    let table = "main > .wide th:nth-child(2) button";
+    let words = [&["--boxes"][..], &answers, &["--press", table]].concat();
+    let seen = in_browser(&page, &words);
+    let dom = seen["dom"].as_str().unwrap();
     let top = &dom[dom.find("role=\"status\"").unwrap()..dom.find("All that was judged").unwrap()];
     for part in [
-        "aria-label=\"verdict: disagree\"",
         "id=\"verdict\">disagree<",
         "Which code: <b>changed</b>",
         "Which face: <b>[",
         "How much: <b>",
         "γ = γ₀ h accounts for it",
         "γ₀ = 100.0001",
-        "<circle",
     ] {
         assert!(top.contains(part), "{part}: {top}");
     }
-    // The script ran, and without it the tables are there as well.
-    assert!(
-        dom.contains("<button type=\"button\">pair")
-            || dom.contains("<button type=\"button\">field")
-    );
-    assert!(html.contains("<th scope=\"col\">field</th>"));
-    for picture in [
-        "histogram of differences",
-        "map of differences",
-        "trace and flux along Γ_C",
-        "iterations",
+    // All of it on the first screen, the circle around the worst face as well.
+    for (selector, least) in answers.into_iter().zip([1, 5, 1]) {
+        let found = boxes(&seen, selector);
+        assert!(found.len() >= least, "{selector}: {found:?}");
+        let inside = |b: &[f64; 4]| b[0] >= 0.0 && b[1] >= 0.0 && b[2] <= 1400.0 && b[3] <= 1000.0;
+        assert!(found.iter().all(inside), "{selector}: {found:?}");
+    }
+    for (role, name) in [
+        ("status", "verdict: disagree"),
+        ("StaticText", "disagree"),
+        ("image", "the worst face of one-zone"),
+        ("image", "histogram of differences"),
+        ("image", "map of differences"),
+        ("image", "trace and flux along Γ_C"),
+        ("image", "iterations"),
+        ("columnheader", "max |a-b|"),
     ] {
         assert!(
-            html.contains(&format!("aria-label=\"{picture}")),
-            "{picture}"
+            is_told(&seen, role, name),
+            "{role} {name}: {}",
+            seen["tree"]
         );
     }
+    assert!(!is_told(&seen, "status", "verdict: agree"));
+
+    // What differs has its colour in the map and in the histogram, and what agrees has not.
+    let of_pair = |name: &str| {
+        let start = dom
+            .find(&format!("<summary>{name} in one-zone, cr"))
+            .unwrap();
+        let end = dom[start..].find("</details>").unwrap();
+        dom[start..start + end].to_owned()
+    };
+    let (agrees, differs) = (of_pair("rust – freefem"), of_pair("rust – changed"));
+    for beyond in ["<path class=\"d2\"", "fill=\"#D55E00\""] {
+        assert!(
+            differs.contains(beyond) && !agrees.contains(beyond),
+            "{beyond}"
+        );
+    }
+    assert!(agrees.contains("<path class=\"d0\"") && agrees.contains("fill=\"#0072B2\""));
+    let provenance = &dom[dom.find("Provenance, one-zone, cr, n = 10").unwrap()..];
+    let provenance = &provenance[..provenance.find("</dl>").unwrap()];
+    for part in [
+        "rust 0.",
+        "freefem 4.",
+        "200 cells, 320 faces, 10 of them contact, 320 dofs; digest ",
+        "100 h, h the diameter of the cell behind",
+        "radon-7 for the load, gauss-5 on Γ_C",
+        "f = -2*pi*sin(2*pi*x)",
+        "at most 1e-12, or 50 steps",
+        "u = 0, and g on Γ_D",
+    ] {
+        assert!(provenance.contains(part), "{part}: {provenance}");
+    }
+
+    // The tables sort: by method upwards, and downwards when pressed again.
+    let first_row = |seen: &Value| {
+        let dom = seen["dom"].as_str().unwrap();
+        let rows = &dom[dom.find("<tbody").unwrap()..];
+        rows[..rows.find("</tr>").unwrap()].to_owned()
+    };
+    let row = first_row(&seen);
+    assert!(dom.contains("aria-sort=\"ascending\"") && row.contains("<td>cr</td>"));
+    // rust – freefem, rust – changed, freefem – changed, and whether all solve the scheme.
+    let words: Vec<&str> = row.split("class=\"word ").skip(1).collect();
+    let words: Vec<&str> = words.iter().map(|w| w.split('"').next().unwrap()).collect();
+    assert_eq!(words, ["agree", "disagree", "disagree", "disagree"]);
+    let seen = in_browser(&page, &["--press", table, table]);
+    let dom = seen["dom"].as_str().unwrap();
+    assert!(dom.contains("aria-sort=\"descending\"") && first_row(&seen).contains("<td>p2</td>"));
+
+    // Without scripts all of it is there, in print what is folded up as well, and in the dark.
+    let closed = "details:not([open]) table";
+    let seen = in_browser(&page, &["--no-script", "--boxes", closed]);
+    assert!(!seen["dom"].as_str().unwrap().contains("<button"));
+    assert!(is_told(&seen, "status", "verdict: disagree"));
+    assert!(is_told(&seen, "columnheader", "max |a-b|"));
+    let folded = boxes(&seen, closed).len();
+    let seen = in_browser(&page, &["--media", "print", "--boxes", closed]);
+    assert!(boxes(&seen, closed).len() > folded, "{folded}");
+    let seen = in_browser(&page, &["--dark", "--size", "700x900"]);
+    assert!(is_told(&seen, "status", "verdict: disagree"));
+    assert!(seen["size"]["width"].as_f64().unwrap() <= 700.0, "it fits");
+}
+
+/// What the lines of one colour in a picture go through.
+fn lines<'a>(picture: &'a str, colour: &str) -> Vec<&'a str> {
+    let of_colour = picture.split("<polyline ").skip(1);
+    let of_colour = of_colour.filter(|line| line[..line.find('>').unwrap()].contains(colour));
+    let points = of_colour.map(|line| line.split("points=\"").nth(1).unwrap());
+    points
+        .map(|points| points.split('"').next().unwrap())
+        .collect()
+}
+
+#[test]
+fn the_curves_along_the_contact_side_are_those_of_each_code() {
+    let folder = folder();
+    let (from, to) = (
+        "* contactTest(v) - flux(u)*v)",
+        "* contactTest(v) + flux(u)*v)",
+    );
+    let words = ["--n", "8", "--methods", "cr", "--report", "out"];
+    assert_eq!(with_fault(folder.path(), from, to, &words).code, Some(1));
+    let html = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
+    let start = html.find("aria-label=\"trace and flux along").unwrap();
+    let end = start + html[start..].find("</figure>").unwrap();
+    let picture = &html[start..end];
+    // Trace and flux of the three codes; a wrong sign moves both, and the contact status.
+    let [rust, freefem, changed] = ["#0072B2", "#D55E00", "#009E73"].map(|c| lines(picture, c));
+    assert_eq!(
+        (rust.len(), freefem.len(), changed.len()),
+        (2, 2, 2),
+        "{picture}"
+    );
+    for k in 0..2 {
+        assert_eq!(rust[k], freefem[k]);
+        assert_ne!(rust[k], changed[k]);
+    }
+    assert!(picture.contains("opacity=\"0.1\""), "zones are shaded");
+    let flips = picture
+        .split("differs at a quadrature point (")
+        .nth(1)
+        .unwrap();
+    let flips: usize = flips.split(')').next().unwrap().parse().unwrap();
+    assert!(flips > 0);
+    let start = html.find("aria-label=\"iterations").unwrap();
+    let end = start + html[start..].find("</figure>").unwrap();
+    let histories = lines(&html[start..end], "stroke");
+    assert!(histories.len() >= 3, "one a code");
 }
 
 #[test]
@@ -143,8 +261,8 @@ fn the_default_report_at_n_64_is_below_5_megabytes() {
         .len();
     // Three engines make three times as many pairs.
     assert!(3 * bytes < 5_000_000, "{bytes}");
-    let dom = in_browser(&folder.path().join("out/index.html"));
-    assert!(dom.contains("id=\"verdict\">agree<"));
+    let seen = in_browser(&folder.path().join("out/index.html"), &[]);
+    assert!(is_told(&seen, "status", "verdict: agree"));
 }
 
 #[test]
@@ -167,12 +285,29 @@ fn solid_scenes_show_the_contact_surface() {
     assert_eq!(run(folder.path(), &words).code, Some(1));
     let html = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
     assert!(html.contains("The faces of Γ_C by |a-b|") && html.contains("class=\"map filled\""));
+    assert!(html.contains("codes differ on 0.") && html.contains("contact status on Γ_C"));
+    let words = [
+        "--boxes",
+        "#verdict",
+        ".verdict li",
+        ".verdict .mark circle",
+    ];
+    let seen = in_browser(&folder.path().join("out/index.html"), &words);
+    assert!(is_told(&seen, "status", "verdict: disagree"));
+    for selector in &words[1..] {
+        let found = boxes(&seen, selector);
+        assert!(
+            !found.is_empty() && found.iter().all(|b| b[3] <= 1000.0),
+            "{found:?}"
+        );
+    }
 }
 
 #[test]
 fn junit_json_and_badge_are_valid_for_every_verdict() {
     let folder = folder();
     let out = |name: &str| folder.path().join(name);
+    let text = |name: &str| fs::read_to_string(out(name)).unwrap();
     let outputs = [
         "--n",
         "4",
@@ -247,42 +382,59 @@ fn junit_json_and_badge_are_valid_for_every_verdict() {
             && xml.contains("classname=\"engines\" name=\"changed\""),
         "{xml}"
     );
-    assert_eq!(
-        run(folder.path(), &["verify", "no-scene", "--junit", "o.xml"]).code,
-        Some(2)
-    );
-    assert_valid("xsd", "tests/junit.xsd", &out("o.xml"));
-    assert!(
-        fs::read_to_string(out("o.xml"))
-            .unwrap()
-            .contains("there is no scene")
-    );
+    assert!(text("o.svg").contains(">undetermined<"));
+    let never = [&["verify", "no-scene"], &outputs[..]].concat();
+    fs::write(out("o.svg"), "agree").unwrap();
+    assert_eq!(run(folder.path(), &never).code, Some(2));
+    valid();
+    assert!(text("o.xml").contains("there is no scene"));
+    assert!(text("o.json").contains("there is no scene"));
+    assert!(text("o.svg").contains(">undetermined<"));
 }
 
 #[test]
 fn an_engine_that_was_left_out_is_an_error_of_the_pipeline() {
     let folder = folder();
-    fs::write(
-        folder.path().join("mine.toml"),
-        "name = \"mine\"\ncommand = [\"none-such\"]\n",
-    )
-    .unwrap();
+    let mine = "name = \"mine\"\ncommand = [\"none-such\"]\n";
+    common::write(folder.path(), "mine.toml", mine);
+    let case = ["verify", "one-zone", "--n", "4", "--methods", "cr"];
+    let left_out = ["--allow-missing", "--junit", "o.xml", "--report", "out"];
+    let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+
+    // Those that are there agree; the pipeline learns that one was not asked.
+    let engines = ["--engines", "rust,freefem,mine.toml"];
+    let ran = run(folder.path(), &[&case[..], &engines, &left_out].concat());
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(
+        ran.stderr
+            .contains("engine mine.toml is missing and left out")
+    );
+    let xml = text("o.xml");
+    assert!(
+        xml.contains("tests=\"7\" failures=\"0\" errors=\"1\""),
+        "{xml}"
+    );
+    let error = xml
+        .split("classname=\"engines\" name=\"mine.toml\"")
+        .nth(1)
+        .unwrap();
+    assert!(error.contains("<error type=\"undetermined\"") && !xml.contains("<skipped"));
+    assert_valid("xsd", "tests/junit.xsd", &folder.path().join("o.xml"));
+    let page = text("out/index.html");
+    assert!(page.contains("<li>engine mine.toml is missing and was left out</li>"));
+    // Without leave it is no verdict.
+    assert_eq!(
+        run(folder.path(), &[&case[..], &engines].concat()).code,
+        Some(2)
+    );
+
+    // One code alone is none either.
     let mut command = faceoff(folder.path());
-    command
-        .args([
-            "verify",
-            "one-zone",
-            "--engines",
-            "rust,freefem",
-            "--n",
-            "4",
-            "--allow-missing",
-            "--junit",
-            "o.xml",
-        ])
-        .env("PATH", folder.path());
+    let alone = ["--engines", "rust,freefem"];
+    command.args([&case[..], &alone, &left_out].concat());
+    command.env("PATH", folder.path());
     assert_eq!(told(command.output().unwrap()).code, Some(2));
-    let xml = fs::read_to_string(folder.path().join("o.xml")).unwrap();
+    let xml = text("o.xml");
     assert!(xml.contains("<error") && !xml.contains("<skipped"), "{xml}");
 }
 
@@ -291,35 +443,75 @@ fn annotations_are_made_where_the_environment_says_so() {
     let folder = folder();
     let engine = changed_companion(folder.path(), "freefem", GAMMA.0, GAMMA.1);
     let engines = format!("rust,{engine}");
-    let mut command = faceoff(folder.path());
-    command
-        .args([
-            "verify",
-            "one-zone",
-            "--engines",
-            &engines,
-            "--n",
-            "4",
-            "--methods",
-            "cr",
-            "--report",
-            "out",
-            "--quiet",
-        ])
-        .env("GITHUB_ACTIONS", "true")
-        .env("GITHUB_STEP_SUMMARY", folder.path().join("summary.md"))
-        .env("GITLAB_CI", "true")
-        .env("CI_JOB_URL", "https://ci.example/jobs/1");
-    let ran = told(command.output().unwrap());
+    let on_server = |words: &[&str]| {
+        let mut command = faceoff(folder.path());
+        command
+            .args(words)
+            .env("GITHUB_ACTIONS", "true")
+            .env("GITHUB_STEP_SUMMARY", folder.path().join("summary.md"))
+            .env("GITLAB_CI", "true")
+            .env("CI_JOB_URL", "https://ci.example/jobs/1");
+        told(command.output().unwrap())
+    };
+    let case = ["one-zone", "--n", "4", "--methods", "cr"];
+    let pair = ["--engines", &engines, "--report", "out", "--quiet"];
+    let ran = on_server(&[&["verify"][..], &case, &pair].concat());
     assert_eq!(ran.code, Some(1));
+    let lines: Vec<&str> = ran.stdout.lines().collect();
+    let about = "::error title=one-zone%2C cr%2C n = 4%3A";
+    assert_eq!(
+        lines[0].split("::").nth(1).unwrap(),
+        format!("{} changed does not solve the scheme", &about[2..])
+    );
+    let mean = lines
+        .iter()
+        .find(|l| l.starts_with(&format!("{about} rust – changed%3A mean::")));
+    let mean = mean.unwrap_or_else(|| panic!("{}", ran.stdout));
+    assert!(mean.contains(" beyond 1e-12: |a-b| up to ") && mean.contains("worst at ["));
+    let summary = fs::read_to_string(folder.path().join("summary.md")).unwrap();
+    assert!(summary.starts_with("### faceoff: disagree"), "{summary}");
+    assert!(summary.contains("| one-zone, cr, n = 4: rust – changed: mean | "));
+
+    // With the result itself on standard output, what agrees, and what was not judged.
+    let json = ["--engines", &engines, "--json", "-"];
+    let ran = on_server(&[&["verify"][..], &case, &json].concat());
+    assert_eq!(ran.json()["verdict"], "disagree");
     assert!(
-        ran.stdout
-            .starts_with("::error title=one-zone%2C cr%2C n = 4%3A"),
+        ran.stderr
+            .contains(&format!("{about} rust – changed%3A mean::"))
+    );
+    let honest = ["--engines", "rust,freefem", "--quiet"];
+    let ran = on_server(&[&["verify"][..], &case, &honest].concat());
+    assert_eq!((ran.code, ran.stdout.as_str()), (Some(0), ""));
+    let summary = fs::read_to_string(folder.path().join("summary.md")).unwrap();
+    assert!(summary.ends_with("### faceoff: agree\n\n"), "{summary}");
+    assert!(
+        summary.starts_with("### faceoff: disagree"),
+        "added to, not replaced"
+    );
+    let ran = on_server(&["verify", "no-scene"]);
+    let failed = "::error title=verify could not be judged::there is no scene";
+    assert!(
+        ran.code == Some(2) && ran.stdout.starts_with(failed),
         "{}",
         ran.stdout
     );
-    let summary = fs::read_to_string(folder.path().join("summary.md")).unwrap();
-    assert!(summary.starts_with("### faceoff: disagree"), "{summary}");
+    common::write(folder.path(), "a.csv", "vertex,u\n0,1\n");
+    common::write(folder.path(), "b.csv", "vertex,u\n0,2\n");
+    let ran = on_server(&["compare", "a.csv", "b.csv", "--quiet"]);
+    let differs = "::error title=a.csv – b.csv%3A u::1 of 1 beyond 1e-9";
+    assert!(
+        ran.code == Some(1) && ran.stdout.starts_with(differs),
+        "{}",
+        ran.stdout
+    );
+    let ran = on_server(&["compare", "a.csv", "none.csv"]);
+    assert!(
+        ran.code == Some(2)
+            && ran
+                .stdout
+                .starts_with("::error title=a.csv – none.csv could")
+    );
     let links = fs::read_to_string(folder.path().join("out/gitlab-annotations.json")).unwrap();
     assert!(
         links.contains("https://ci.example/jobs/1/artifacts/file/out/index.html"),
@@ -403,6 +595,26 @@ fn a_baseline_stands_in_for_engines_that_are_not_there() {
         ["rust", "freefem (recorded)", "fenicsx (recorded)"]
     );
 
+    // Another version of an engine is judged against what the recorded one answered.
+    let version = |engine: &str| {
+        let words = [
+            "verify",
+            "one-zone",
+            "--n",
+            "4",
+            "--methods",
+            "cr",
+            "--engines",
+            engine,
+            "--against",
+        ];
+        let kept = baseline.to_string_lossy();
+        run(folder.path(), &[&words[..], &[&*kept]].concat()).code
+    };
+    assert_eq!(version("freefem"), Some(0));
+    let newer = changed_companion(folder.path(), "freefem", GAMMA.0, GAMMA.1);
+    assert_eq!(version(&newer), Some(1));
+
     // What was not recorded, or otherwise, is refused in words.
     let changed = common::scene(
         folder.path(),
@@ -441,7 +653,7 @@ fn a_baseline_stands_in_for_engines_that_are_not_there() {
     }
 
     // So is what was changed since: a value, a length, the mesh's digest.
-    let copy = folder.path().join("copy");
+    let copy = folder.path().join("kept");
     fs::create_dir(&copy).unwrap();
     let whole = |name: &str| fs::read(baseline.join(name)).unwrap();
     for entry in fs::read_dir(&baseline).unwrap() {
@@ -457,7 +669,7 @@ fn a_baseline_stands_in_for_engines_that_are_not_there() {
                 "--n",
                 "4",
                 "--against",
-                "copy",
+                "kept",
                 "--methods",
                 "cr",
             ],

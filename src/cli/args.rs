@@ -7,11 +7,11 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::adapt::Way;
 use crate::certify::Target;
-use crate::compare::{Map, Tolerance};
+use crate::compare::{Map, Tolerance, Tolerances};
 use crate::contact::{Iteration, Method};
 use crate::linear::{Precision, Solver};
 use crate::paper;
-use crate::scene::Scene;
+use crate::scene::{Bounds, Comparing, Scene};
 
 /// Settle whether finite element codes agree, face by face.
 ///
@@ -147,17 +147,27 @@ pub(super) struct Verify {
 pub(super) struct Compare {
     pub a: PathBuf,
     pub b: PathBuf,
-    /// A field agrees where |a-b| <= max(rtol * its largest value, atol)
-    #[arg(long, value_name = "R", default_value = "1e-9", value_parser = bound, allow_negative_numbers = true)]
-    pub rtol: f64,
-    #[arg(long, value_name = "A", default_value = "0", value_parser = bound, allow_negative_numbers = true)]
-    pub atol: f64,
+    /// A field agrees where |a-b| <= max(rtol * its largest value, atol) [default: 1e-9]
+    #[arg(long, value_name = "R", value_parser = bound, allow_negative_numbers = true)]
+    rtol: Option<f64>,
+    /// [default: 0]
+    #[arg(long, value_name = "A", value_parser = bound, allow_negative_numbers = true)]
+    atol: Option<f64>,
     /// Tolerances of one field, as in "u:rtol=1e-6,atol=1e-12"; what is left out is that of all
     #[arg(long = "field", value_name = "NAME:rtol=R,atol=A", value_parser = field_bounds)]
-    field: Vec<FieldBounds>,
+    pub field: Vec<FieldBounds>,
+    /// Take the tolerances of this scene's [compare] where no option gives one
+    #[arg(long, value_name = "SCENE")]
+    pub scene: Option<String>,
     /// Judge this field alone; may be given several times [default: every field of either file]
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
+    /// What A calls NAME is called OTHER in B; may be given several times
+    #[arg(long, value_name = "NAME=OTHER", value_parser = pair)]
+    pub pair: Vec<(String, String)>,
+    /// Judge cells of this dimension alone, where one file holds those of the boundary as well
+    #[arg(long, value_name = "D", value_parser = clap::value_parser!(u8).range(0..=3))]
+    pub dim: Option<u8>,
     /// Match points and cells by their numbers or by their places [default: by numbers where the points of both files
     /// are the same]
     #[arg(long, value_enum)]
@@ -191,24 +201,42 @@ impl From<MapBy> for Map {
 
 /// A field's name and what is given of its tolerance.
 #[derive(Clone, Debug, PartialEq)]
-struct FieldBounds(String, Option<f64>, Option<f64>);
+pub(super) struct FieldBounds(String, Option<f64>, Option<f64>);
+
+impl FieldBounds {
+    pub fn is_of(&self, name: &str) -> bool {
+        self.0 == name
+    }
+}
+
+/// The relative tolerance of a comparison that is given none.
+const RTOL: f64 = 1e-9;
 
 impl Compare {
-    /// The tolerance of fields without their own.
-    pub fn tolerance(&self) -> Tolerance {
-        Tolerance {
-            rtol: self.rtol,
-            atol: self.atol,
-        }
-    }
-
-    /// The tolerances of fields with their own.
-    pub fn fields(&self) -> Vec<(String, Tolerance)> {
-        let of = |FieldBounds(name, rtol, atol): &FieldBounds| {
-            let (rtol, atol) = (rtol.unwrap_or(self.rtol), atol.unwrap_or(self.atol));
-            (name.clone(), Tolerance { rtol, atol })
+    /// The tolerances: of a field before those of all, and options before the scene.
+    pub fn tolerances(&self, scene: Option<&Comparing>) -> Tolerances {
+        let scene_wide = scene.map(|s| s.of_all);
+        let all = |key: fn(&Bounds) -> Option<f64>, option: Option<f64>| {
+            option.or_else(|| scene_wide.as_ref().and_then(key))
         };
-        self.field.iter().map(of).collect()
+        let of_all = Tolerance {
+            rtol: all(|b| b.rtol, self.rtol).unwrap_or(RTOL),
+            atol: all(|b| b.atol, self.atol).unwrap_or(0.0),
+        };
+        let of_scene = scene.map(|s| &s.of_field).into_iter().flatten();
+        let of_scene = of_scene.map(|(name, b)| (name, b.rtol, b.atol));
+        let of_options = self.field.iter().map(|FieldBounds(n, r, a)| (n, *r, *a));
+        let mut of_field: Vec<(String, Tolerance)> = Vec::new();
+        for (name, rtol, atol) in of_scene.chain(of_options) {
+            let known = of_field.iter().rfind(|(other, _)| other == name);
+            let below = known.map_or(of_all, |(_, tolerance)| *tolerance);
+            let tolerance = Tolerance {
+                rtol: rtol.unwrap_or(below.rtol),
+                atol: atol.unwrap_or(below.atol),
+            };
+            of_field.push((name.clone(), tolerance));
+        }
+        Tolerances { of_all, of_field }
     }
 }
 
@@ -474,6 +502,14 @@ fn field_bounds(text: &str) -> Result<FieldBounds, String> {
     Ok(found)
 }
 
+/// Names of fields on either side of the first `=`.
+fn pair(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((a, b)) if !a.is_empty() && !b.is_empty() => Ok((a.into(), b.into())),
+        _ => Err(format!("`{text}` is not NAME=OTHER")),
+    }
+}
+
 fn increment(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -513,6 +549,43 @@ mod tests {
         ] {
             assert!(field_bounds(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn the_nearest_tolerance_counts() {
+        let told = |words: &[&str], scene: Option<&Comparing>| {
+            let words = [&["faceoff", "compare", "a", "b"], words].concat();
+            let Ok(Arguments {
+                command: Command::Compare(compare),
+            }) = Arguments::try_parse_from(words)
+            else {
+                panic!("these are words of compare")
+            };
+            let tolerances = compare.tolerances(scene);
+            let of = |name: &str| {
+                let own = tolerances.of_field.iter().rfind(|(n, _)| n == name);
+                let Tolerance { rtol, atol } = own.map_or(tolerances.of_all, |(_, t)| *t);
+                (rtol, atol)
+            };
+            [of("u"), of("v")]
+        };
+        let bounds = |rtol, atol| Bounds { rtol, atol };
+        let scene = Comparing {
+            of_all: bounds(Some(1e-3), None),
+            of_field: [("u".to_owned(), bounds(None, Some(1e-4)))].into(),
+        };
+        let scene = Some(&scene);
+        assert_eq!(told(&[], None), [(1e-9, 0.0); 2]);
+        assert_eq!(told(&["--rtol", "1"], None), [(1.0, 0.0); 2]);
+        assert_eq!(told(&[], scene), [(1e-3, 1e-4), (1e-3, 0.0)]);
+        assert_eq!(
+            told(&["--rtol", "1", "--atol", "2"], scene),
+            [(1.0, 1e-4), (1.0, 2.0)]
+        );
+        assert_eq!(
+            told(&["--field", "u:rtol=5", "--field", "v:atol=6"], scene),
+            [(5.0, 1e-4), (1e-3, 6.0)]
+        );
     }
 
     #[test]

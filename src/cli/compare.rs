@@ -1,22 +1,23 @@
 //! `faceoff compare`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::args::Compare;
-use super::{DISAGREE, DONE, FAILED};
-use crate::compare::{Comparison, Tolerances, Verdict, compare_results};
+use super::{DISAGREE, DONE, FAILED, tell_failure};
+use crate::compare::{Comparison, Verdict, compare_results};
 use crate::engine::meshio_python;
 use crate::error::{Error, Result};
+use crate::field::Results;
 use crate::io;
 use crate::report;
+use crate::scene::{Comparing, Scene};
 
 pub(super) fn run(arguments: &Compare) -> Result<u8> {
     let comparison = compare(arguments);
     let told = &arguments.told;
     if let Err(e) = &comparison {
         let name = format!("{} – {}", arguments.a.display(), arguments.b.display());
-        report::write_failed_junit(told.junit.as_deref(), &name, e)?;
-        report::write_badge(told.badge.as_deref(), Verdict::Undetermined)?;
+        tell_failure("compare", &name, e, told, &arguments.output)?;
     }
     let comparison = comparison?;
     report::write_comparison_junit(told.junit.as_deref(), &comparison)?;
@@ -36,34 +37,29 @@ pub(super) fn run(arguments: &Compare) -> Result<u8> {
 
 fn compare(arguments: &Compare) -> Result<Comparison> {
     let (a, b) = (arguments.a.as_path(), arguments.b.as_path());
-    let refuse = |what: &str, remedy: &str| Error::Compare {
-        a: a.display().to_string(),
-        b: b.display().to_string(),
-        what: what.to_owned(),
-        remedy: remedy.to_owned(),
-    };
-    if is_same_file(a, b)? {
-        return Err(refuse(
-            "they are one file, and a file against itself proves nothing",
-            "name two results",
-        ));
-    }
-    let read = |path: &Path| std::fs::read(path).map_err(Error::io(path, "read"));
-    let (bytes_a, bytes_b) = (read(a)?, read(b)?);
-    if bytes_a == bytes_b && !arguments.allow_identical {
-        return Err(refuse(
-            "they are the same byte for byte, as a file and its copy are, which proves nothing",
-            "name two results; if both were computed, say --allow-identical",
-        ));
+    refuse_copies(a, b, arguments.allow_identical)?;
+    let scene = arguments.scene.as_deref().map(Scene::find).transpose()?;
+    let mut tolerances = arguments.tolerances(scene_bounds(scene.as_ref())?);
+    if let Some(out) = &arguments.out {
+        report::check_vtu_path(out)?;
     }
     let python = meshio_python();
     // Each file's bytes go before the next is read into fields.
-    let mut of_a = io::read_results(a, &bytes_a, python.as_deref())?;
-    drop(bytes_a);
-    let mut of_b = io::read_results(b, &bytes_b, python.as_deref())?;
-    drop(bytes_b);
+    let read = |path: &Path| -> Result<Results> {
+        let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+        io::read_results(path, &bytes, python.as_deref())
+    };
+    let (mut of_a, mut of_b) = (read(a)?, read(b)?);
+    pair(&mut of_b, &of_a, &arguments.pair)?;
+    for side in [&mut of_a, &mut of_b] {
+        let others = arguments.dim.map_or(0, |dim| side.keep_dimension(dim));
+        if others > 0 && !arguments.output.quiet {
+            let source = &side.source;
+            eprintln!("faceoff: {source}: left out {others} cells of other dimensions");
+        }
+    }
     // A table of places beside fields on cells: the places are the cells' midpoints.
-    let is_table = |r: &crate::field::Results| r.width == 0 && !r.points.is_empty();
+    let is_table = |r: &Results| r.width == 0 && !r.points.is_empty();
     if is_table(&of_a) && of_b.on_points.is_empty() && of_b.width > 0 {
         of_b = of_b.centroids();
     } else if is_table(&of_b) && of_a.on_points.is_empty() && of_a.width > 0 {
@@ -77,15 +73,88 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
             }
         }
     }
-    let tolerances = Tolerances {
-        of_all: arguments.tolerance(),
-        of_field: arguments.fields(),
-    };
+    // A scene is of several files: what none of these two has may be in others.
+    let (here, options) = (
+        |name: &str| of_a.has(name) || of_b.has(name),
+        &arguments.field,
+    );
+    tolerances
+        .of_field
+        .retain(|(name, _)| here(name) || options.iter().any(|f| f.is_of(name)));
     let comparison = compare_results(&of_a, &of_b, arguments.map.map(Into::into), &tolerances)?;
     if let Some(out) = &arguments.out {
         report::write_differences(out, &of_a, &comparison)?;
     }
     Ok(comparison)
+}
+
+/// A file against itself, under whatever name, or against a copy of it.
+fn refuse_copies(a: &Path, b: &Path, identical_is_allowed: bool) -> Result<()> {
+    let refuse = |what: &str, remedy: &str| {
+        Err(Error::Compare {
+            a: a.display().to_string(),
+            b: b.display().to_string(),
+            what: what.to_owned(),
+            remedy: remedy.to_owned(),
+        })
+    };
+    // Lists may name the same file, or be names of it.
+    let (sources_a, sources_b) = (io::sources(a)?, io::sources(b)?);
+    for of_a in &sources_a {
+        for of_b in &sources_b {
+            if is_same_file(of_a, of_b)? {
+                return refuse(
+                    "they are one file, and a file against itself proves nothing",
+                    "name two results",
+                );
+            }
+        }
+    }
+    let equal = |(a, b): (&PathBuf, &PathBuf)| -> Result<bool> {
+        let read = |path: &Path| std::fs::read(path).map_err(Error::io(path, "read"));
+        let size = |path: &Path| path.metadata().map(|m| m.len()).ok();
+        Ok(size(a) == size(b) && read(a)? == read(b)?)
+    };
+    let mut copies = sources_a.len() == sources_b.len() && !sources_a.is_empty();
+    for pair in sources_a.iter().zip(&sources_b) {
+        copies = copies && equal(pair)?;
+    }
+    if copies && !identical_is_allowed {
+        return refuse(
+            "they are the same byte for byte, as a file and its copy are, which proves nothing",
+            "name two results; if both were computed, say --allow-identical",
+        );
+    }
+    Ok(())
+}
+
+/// What a scene allows; one that allows nothing of its own was not meant.
+fn scene_bounds(scene: Option<&Scene>) -> Result<Option<&Comparing>> {
+    let Some(scene) = scene else { return Ok(None) };
+    let bounds = scene.compare.as_ref().ok_or_else(|| Error::Scene {
+        scene: scene.name.clone(),
+        place: "compare".into(),
+        what: "it gives no tolerances".into(),
+        remedy: "write [compare] with rtol, atol, or fields, or leave out --scene".into(),
+    });
+    bounds.map(Some)
+}
+
+/// Gives fields of the second file the names that the first has for them.
+fn pair(b: &mut Results, a: &Results, pairs: &[(String, String)]) -> Result<()> {
+    for (name, other) in pairs {
+        let missing = |source: &str, field: &str| {
+            let what = format!("{source} has no field `{field}`");
+            Error::usage(what, "give --pair the names of a field in either file")
+        };
+        if !a.has(name) {
+            return Err(missing(&a.source, name));
+        }
+        if !b.rename(other, name) {
+            return Err(missing(&b.source, other));
+        }
+    }
+    Ok(())
 }
 
 /// By path, by a link of either kind, or by another way to it.

@@ -17,8 +17,10 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use crate::error::Result;
-use args::{Arguments, Command};
+use crate::compare::Verdict;
+use crate::error::{Error, Result};
+use crate::report;
+use args::{Arguments, Command, Output, Told};
 
 /// 0: agree, or done.
 const DONE: u8 = 0;
@@ -53,4 +55,20 @@ fn run(arguments: Arguments) -> Result<u8> {
         Command::Mesh(arguments) => mesh_commands::run(&arguments),
         Command::Engines(arguments) => engines::run(&arguments),
     }
+}
+
+/// Tells whoever reads what a run writes that it ended before anything was judged: a result of an earlier run must not
+/// stand there as this one's.
+fn tell_failure(
+    command: &str,
+    name: &str,
+    error: &Error,
+    told: &Told,
+    output: &Output,
+) -> Result<()> {
+    let json = output.json.as_deref();
+    report::write_json(json, &report::failure(command, error))?;
+    report::write_failed_junit(told.junit.as_deref(), name, error)?;
+    report::write_badge(told.badge.as_deref(), Verdict::Undetermined)?;
+    report::annotate_failure(name, error, report::is_stdout(json))
 }

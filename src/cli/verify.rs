@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::args::{Running, Verify};
 use super::progress::Bars;
-use super::{DISAGREE, DONE, FAILED, engines};
+use super::{DISAGREE, DONE, FAILED, engines, tell_failure};
 use crate::compare::Verdict;
 use crate::contact::{Iteration, Stop};
 use crate::diagnose::{Diagnosis, diagnose};
@@ -20,8 +20,7 @@ pub(super) fn run(arguments: &Verify) -> Result<u8> {
     if let Err(e) = &code
         && !matches!(e, Error::Interrupted)
     {
-        report::write_failed_junit(arguments.told.junit.as_deref(), "verify", e)?;
-        report::write_badge(arguments.told.badge.as_deref(), Verdict::Undetermined)?;
+        tell_failure("verify", "verify", e, &arguments.told, &arguments.output)?;
     }
     code
 }

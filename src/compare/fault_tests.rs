@@ -402,3 +402,26 @@ fn tolerances_are_those_of_the_field_its_scale_and_a_floor() {
     assert_eq!(verdict(&a, &b), Some(Verdict::Agree));
     assert!(PADDING as usize > a.points.len());
 }
+
+#[test]
+fn a_vector_of_the_plane_may_have_a_third_component_that_is_zero() {
+    let a = results("a", 4, false);
+    let mut b = permuted(&a);
+    let with_third = |values: &[f64], third: f64| -> Vec<f64> {
+        let vectors = values.chunks_exact(2);
+        vectors.flat_map(|v| [v[0], v[1], third]).collect()
+    };
+    let two = b.on_cells[0].values.clone();
+    b.on_cells[0].components = 3;
+    b.on_cells[0].values = with_third(&two, 0.0);
+    assert_eq!(verdict(&a, &b), Some(Verdict::Agree));
+    assert_eq!(verdict(&b, &a), Some(Verdict::Agree));
+    b.on_cells[0].values = with_third(&two, 1e-3);
+    assert_eq!(verdict(&a, &b), Some(Verdict::Disagree));
+    assert_eq!(verdict(&b, &a), Some(Verdict::Disagree));
+    // In space a component is missing.
+    let (mut a, mut b) = (a, b);
+    b.on_cells[0].values = with_third(&two, 0.0);
+    (a.space, b.space) = (3, 3);
+    assert_eq!(verdict(&a, &b), Some(Verdict::Undetermined));
+}

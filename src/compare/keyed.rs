@@ -109,6 +109,18 @@ impl<'a> Keyed<'a> {
     }
 }
 
+/// In the plane a vector of two components is the same with a third that is 0, as VTK wants it.
+pub(super) fn same_length(a: &mut FaceColumn, b: &mut FaceColumn) {
+    let shorter = match (a.components, b.components) {
+        (2, 3) => a,
+        (3, 2) => b,
+        _ => return,
+    };
+    let vectors = shorter.values.chunks_exact(2);
+    shorter.values = vectors.flat_map(|v| [v[0], v[1], 0.0]).collect();
+    shorter.components = 3;
+}
+
 /// The numbers of a cell's points, ascending, and after them that of one of its corners.
 fn push_key(
     keys: &mut Vec<u32>,

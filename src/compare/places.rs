@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 /// What binary64 leaves of coordinates that two codes compute, relative to the extent of the mesh.
 const NEAR: f64 = 1e-9;
-/// What binary32 leaves of them.
-const NEAR_SINGLE: f64 = 1e-6;
+/// What binary32 leaves of them, and what six decimal digits do, which C++ writes unless it is told otherwise.
+const NEAR_ROUNDED: f64 = 1e-6;
 
-/// How far apart two points may be along an axis and still be one: of binary32 where one of the files holds no more.
+/// How far apart two points may be along an axis and still be one: more where one of the files holds rounded places.
 pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let mut extent: f64 = 0.0;
     for axis in 0..3 {
@@ -24,12 +24,12 @@ pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
         let ((low, high), (other_low, other_high)) = (of(a), of(b));
         extent = extent.max(high.max(other_high) - low.min(other_low));
     }
-    let is_single = |points: &[[f64; 3]]| {
-        let mut all = points.iter().flatten();
-        all.all(|x| f64::from(*x as f32) == *x)
+    let is_rounded = |points: &[[f64; 3]]| {
+        let all = |rounded: fn(f64) -> bool| points.iter().flatten().all(|x| rounded(*x));
+        all(|x| f64::from(x as f32) == x) || all(|x| format!("{x:.5e}").parse() == Ok(x))
     };
-    let near = if is_single(a) || is_single(b) {
-        NEAR_SINGLE
+    let near = if is_rounded(a) || is_rounded(b) {
+        NEAR_ROUNDED
     } else {
         NEAR
     };
@@ -99,7 +99,11 @@ mod tests {
         let single = third.map(|p| p.map(|x| f64::from(x as f32)));
         assert_eq!(tolerance(&third, &third), 1e-9);
         assert_eq!(tolerance(&third, &single), 1e-6);
-        let n = numbers(&third, &single, tolerance(&third, &single));
-        assert_eq!(n[..2], n[2..]);
+        let decimal = [[0.333333, 1.0, 0.0], [0.0, 0.0, 0.0]];
+        assert_eq!(tolerance(&decimal, &third), 1e-6);
+        for rounded in [single, decimal] {
+            let n = numbers(&third, &rounded, tolerance(&third, &rounded));
+            assert_eq!(n[..2], n[2..]);
+        }
     }
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::align::{Matching, align_by};
 use super::column::judge_column;
-use super::keyed::{Keyed, fields_on};
+use super::keyed::{Keyed, fields_on, same_length};
 use super::places;
 use super::{FieldVerdict, Verdict};
 use crate::error::{Error, Result};
@@ -143,6 +143,12 @@ pub fn compare_results(
     } else {
         near
     };
+    let (dims_a, dims_b) = (a.dimensions(), b.dimensions());
+    let by_cells = broken || [a, b].iter().all(|side| side.has_cell_fields());
+    if by_cells && dims_a != dims_b && !dims_a.is_empty() && !dims_b.is_empty() {
+        let what = format!("one has cells of dimension {dims_a:?}, the other of {dims_b:?}");
+        return Err(refuse(what, "judge those of one dimension, as in --dim 2"));
+    }
 
     let mut comparison = Comparison {
         verdict: Verdict::Undetermined,
@@ -287,7 +293,10 @@ fn judge_sets(
         };
         let (scale, field) = match (&find(a)[..], &find(b)[..]) {
             (&[i], &[j]) => {
-                let (of_a, of_b) = (a.column(&a.carried[i]), b.column(&b.carried[j]));
+                let (mut of_a, mut of_b) = (a.column(&a.carried[i]), b.column(&b.carried[j]));
+                if a.fields.space == 2 && b.fields.space == 2 {
+                    same_length(&mut of_a, &mut of_b);
+                }
                 let scale = scale(a, &a.carried[i]).max(scale(b, &b.carried[j]));
                 let (allowed, unit) = tolerance.of_scale(scale);
                 let verdict = judge_column(&a.fields, &of_a, &of_b, &partner, |_| unit, allowed);

@@ -1,6 +1,6 @@
 //! One pair in one case, run again and again.
 
-use super::{Diagnosis, Ingredient};
+use super::{BADLY_CONDITIONED, Diagnosis, Ingredient};
 use crate::compare::judge;
 use crate::contact::{Method, Problem, face_fields, solve_by};
 use crate::engine::{Case, Engine, Progress, Settings, Silent, interrupted};
@@ -99,6 +99,18 @@ impl<'a> Pair<'a> {
         }
     }
 
+    /// With what one of the codes has, if it is what accounts for the difference.
+    fn found_of(&self, ingredient: &str, what: &str, who: &str, left: f64) -> Ingredient {
+        let mut found = self.found(ingredient, String::new(), left);
+        let seems = if found.accounts {
+            "seems"
+        } else {
+            "does not seem"
+        };
+        found.matched = format!("{what}, which {who} {seems} to use");
+        found
+    }
+
     /// How far the Rust engine on a changed scene is from a strange answer, and whose that is: the nearest.
     fn nearest_to(&self, changed: &Scene) -> Option<(&str, f64)> {
         let fields = self.rust(changed, self.settings.linear)?;
@@ -169,11 +181,7 @@ impl<'a> Pair<'a> {
             let mut scene = self.scene.clone();
             scene.load_quadrature = Some((*rule).into());
             if let Some((who, left)) = self.nearest_to(&scene) {
-                ingredients.push(self.found(
-                    NAME,
-                    format!("{rule}, which {who} seems to use"),
-                    left,
-                ));
+                ingredients.push(self.found_of(NAME, rule, who, left));
             }
         }
         if !self.reaches_inside()? {
@@ -198,8 +206,7 @@ impl<'a> Pair<'a> {
             let mut scene = self.scene.clone();
             scene.contact_quadrature = Some((*rule).into());
             if let Some((who, left)) = self.nearest_to(&scene) {
-                let matched = format!("{rule}, which {who} seems to use");
-                ingredients.push(self.found("the quadrature on Γ_C", matched, left));
+                ingredients.push(self.found_of("the quadrature on Γ_C", rule, who, left));
             }
         }
         Ok(())
@@ -218,13 +225,12 @@ impl<'a> Pair<'a> {
             HRule::Global => "global",
         };
         if let Some((who, left)) = self.nearest_to(&scene) {
-            ingredients.push(self.found(NAME, format!("{h} h, which {who} seems to use"), left));
+            ingredients.push(self.found_of(NAME, &format!("{h} h"), who, left));
         }
         for answer in &self.strange {
             if let Some((gamma0, left)) = self.fit_gamma(answer) {
-                let who = &answer.source;
-                let matched = format!("γ₀ = {gamma0:.12}, which {who} seems to use");
-                ingredients.push(self.found(NAME, matched, left));
+                let matched = format!("γ₀ = {gamma0:.12}");
+                ingredients.push(self.found_of(NAME, &matched, &answer.source, left));
             }
         }
         Ok(())
@@ -274,7 +280,6 @@ impl<'a> Pair<'a> {
         Ok(())
     }
 
-    /// Where both answers solve the scheme it has more than one solution, and the start decides.
     fn start(&self, ingredients: &mut Vec<Ingredient>) -> Result<()> {
         let problem = Problem::new(self.scene, &self.mesh, self.method)?;
         let of = |name: &str| self.case.engines.iter().find(|e| e.engine == name);
@@ -282,15 +287,9 @@ impl<'a> Pair<'a> {
             of(&answer.source).map_or(f64::INFINITY, |e| problem.backward_error(&e.u).0)
         });
         let [a, b] = self.answers;
-        let both = residuals.iter().all(|r| *r <= RESIDUAL_TOLERANCE);
-        let (matched, left) = if both {
-            ("both answers in turn, which both solve the scheme", 0.0)
-        } else {
-            (
-                "either answer, not both of which solve the scheme",
-                distance(a, b),
-            )
-        };
+        let judged = judge(a, b, tolerance(&self.method))?;
+        let flips = judged.iter().find_map(|field| field.flips).unwrap_or(0);
+        let (matched, left) = start_decides(residuals, flips, distance(a, b));
         ingredients.push(self.found("the start", matched.into(), left));
         Ok(())
     }
@@ -335,6 +334,26 @@ impl<'a> Pair<'a> {
     }
 }
 
+/// What is left when both codes start from either answer. Of two solutions the start decides which is found; but as the
+/// scheme is linear while no point of Γ_C changes its status, two of them differ there. Answers with the same status are
+/// one solution of one linear system, told apart by rounding alone.
+fn start_decides(residuals: [f64; 2], flips: usize, difference: f64) -> (&'static str, f64) {
+    // Each by itself: the larger of a number and of what is none is the number.
+    let solved = residuals.iter().all(|r| *r <= RESIDUAL_TOLERANCE);
+    let residual = residuals[0].max(residuals[1]);
+    match flips {
+        _ if !solved => {
+            let matched = "either answer, not both of which solve the scheme";
+            (matched, difference)
+        }
+        0 => (BADLY_CONDITIONED, difference),
+        _ => (
+            "both answers in turn, which both solve the scheme",
+            residual,
+        ),
+    }
+}
+
 /// The largest difference of any field by value, as the judge measures it; infinite where there is none.
 fn distance(a: &FaceFields, b: &FaceFields) -> f64 {
     let judged = judge(a, b, 1.0).unwrap_or_default();
@@ -375,6 +394,16 @@ fn reverse_cells(mesh: &mut Mesh) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_start_decides_only_between_two_solutions() {
+        let of = |residuals, flips| start_decides(residuals, flips, 1e-3).1;
+        assert_eq!(of([1e-16, 3e-15], 2), 3e-15);
+        assert_eq!(of([1e-16, 3e-15], 0), 1e-3);
+        assert_eq!(of([1e-16, 1e-9], 2), 1e-3);
+        assert_eq!(of([f64::NAN, 1e-16], 2), 1e-3);
+        assert_eq!(of([1e-16, f64::NAN], 2), 1e-3);
+    }
 
     #[test]
     fn reversed_cells_keep_their_groups() {

@@ -47,6 +47,25 @@ impl Carried {
         let at = self.at.as_ref()?;
         Some(at.iter().copied().zip(0..).collect())
     }
+
+    /// Keeps the rows of those points, cells or corners that are kept, which get numbers anew.
+    fn keep(&mut self, kept: &[bool]) {
+        let mut count = 0;
+        let numbers: Vec<Option<u32>> = kept
+            .iter()
+            .map(|kept| {
+                count += u32::from(*kept);
+                kept.then(|| count - 1)
+            })
+            .collect();
+        let all = || (0..kept.len() as u32).collect();
+        let items = self.at.take().unwrap_or_else(all);
+        let rows = items.iter().zip(self.values.chunks_exact(self.components));
+        let rows = rows.filter_map(|(item, row)| Some((numbers[*item as usize]?, row)));
+        let (at, values): (Vec<u32>, Vec<&[f64]>) = rows.unzip();
+        self.values = values.concat();
+        self.at = (at.len() < count as usize).then_some(at);
+    }
 }
 
 impl Results {
@@ -83,6 +102,65 @@ impl Results {
         others
     }
 
+    /// Keeps the cells of one dimension and what they carry; how many others there were. A table has none.
+    pub fn keep_dimension(&mut self, dim: u8) -> usize {
+        let each = |(kind, count): &(CellKind, usize)| std::iter::repeat_n(*kind, *count);
+        let kinds: Vec<CellKind> = self.kinds.iter().flat_map(each).collect();
+        let kept: Vec<bool> = kinds.iter().map(|kind| kind.dim() == dim).collect();
+        let others = kept.iter().filter(|kept| !**kept).count();
+        if others == 0 {
+            return 0;
+        }
+        let corners = kinds.iter().zip(&kept);
+        let corners = corners.flat_map(|(kind, kept)| std::iter::repeat_n(*kept, kind.points()));
+        let corners: Vec<bool> = corners.collect();
+        self.on_cells.iter_mut().for_each(|f| f.keep(&kept));
+        self.on_corners.iter_mut().for_each(|f| f.keep(&corners));
+        self.kinds.retain(|(kind, _)| kind.dim() == dim);
+        let width = self.kinds.iter().map(|(kind, _)| kind.points()).max();
+        let cells = self.cells.chunks_exact(self.width).zip(&kept);
+        let cells = cells.filter(|(_, kept)| **kept);
+        // The widest of those that are left may be narrower.
+        let width = width.unwrap_or(0);
+        self.cells = cells
+            .flat_map(|(cell, _)| &cell[..width])
+            .copied()
+            .collect();
+        self.width = width;
+        others
+    }
+
+    /// The dimensions of the cells, ascending; empty where only numbers are known.
+    pub fn dimensions(&self) -> Vec<u8> {
+        let filled = self.kinds.iter().filter(|(_, count)| *count > 0);
+        let mut dims: Vec<u8> = filled.map(|(kind, _)| kind.dim()).collect();
+        dims.sort_unstable();
+        dims.dedup();
+        dims
+    }
+
+    /// Has it values on cells or at their corners?
+    pub fn has_cell_fields(&self) -> bool {
+        !self.on_cells.is_empty() || !self.on_corners.is_empty()
+    }
+
+    /// Calls the field `old` of points, cells and corners `new`; was there one?
+    pub fn rename(&mut self, old: &str, new: &str) -> bool {
+        let fields = [
+            &mut self.on_points,
+            &mut self.on_cells,
+            &mut self.on_corners,
+        ];
+        let named = fields.into_iter().flatten().filter(|f| f.name == old);
+        named.map(|f| new.clone_into(&mut f.name)).count() > 0
+    }
+
+    /// Is there a field of this name?
+    pub fn has(&self, name: &str) -> bool {
+        let fields = [&self.on_points, &self.on_cells, &self.on_corners];
+        fields.into_iter().flatten().any(|f| f.name == name)
+    }
+
     /// Is there any field at all?
     pub fn is_empty(&self) -> bool {
         [&self.on_points, &self.on_cells, &self.on_corners]
@@ -109,5 +187,53 @@ impl Results {
             on_points: self.on_cells.clone(),
             ..Results::default()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_of_other_dimensions_go_with_what_they_carry() {
+        let field = |values: &[f64], at: Option<&[u32]>| Carried {
+            name: "w".into(),
+            components: 2,
+            values: values.to_vec(),
+            at: at.map(<[u32]>::to_vec),
+            scaled_by: None,
+        };
+        let mut results = Results {
+            points: vec![[0.0; 3]; 4],
+            width: 4,
+            cells: vec![
+                0, 1, 2, PADDING, // a triangle
+                0, 1, PADDING, PADDING, // a line
+                1, 2, 3, PADDING, // a triangle
+                0, 1, 2, 3, // a tetrahedron
+            ],
+            kinds: vec![
+                (CellKind::Triangle, 1),
+                (CellKind::Line, 1),
+                (CellKind::Triangle, 1),
+                (CellKind::Tetrahedron, 1),
+            ],
+            on_cells: vec![
+                field(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5], None),
+                field(&[1.0, 1.5, 2.0, 2.5], Some(&[1, 2])),
+            ],
+            ..Results::default()
+        };
+        let corners: Vec<f64> = (0..24).map(f64::from).collect();
+        results.on_corners = vec![field(&corners, None)];
+        assert_eq!(results.dimensions(), [1, 2, 3]);
+        assert_eq!(results.keep_dimension(2), 2);
+        assert_eq!((results.width, results.dimensions()), (3, vec![2]));
+        assert_eq!(results.cells, [0, 1, 2, 1, 2, 3]);
+        assert_eq!(results.on_cells[0], field(&[0.0, 0.5, 2.0, 2.5], None));
+        assert_eq!(results.on_cells[1], field(&[2.0, 2.5], Some(&[1])));
+        let kept: Vec<f64> = (0..6).chain(10..16).map(f64::from).collect();
+        assert_eq!(results.on_corners[0], field(&kept, None));
+        assert_eq!(results.keep_dimension(2), 0);
     }
 }

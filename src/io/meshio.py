@@ -2,6 +2,7 @@
 
 import json
 import sys
+from xml.etree import ElementTree
 
 import meshio
 import numpy as np
@@ -41,8 +42,41 @@ def values(plain, name, array):
     }
 
 
+def read_series(source):
+    """The mesh and the functions of an XDMF file with collections over time, one each, as dolfinx writes it."""
+    with meshio.xdmf.TimeSeriesReader(source) as reader:
+        points, cells = reader.read_points_cells()
+        point_data, cell_data = {}, {}
+        for grid in reader.domain:
+            if grid.get("GridType") != "Collection":
+                continue
+            reader.collection = list(grid)
+            if len(reader.collection) != 1:
+                sys.exit(
+                    f"{grid.get('Name')!r} has {len(reader.collection)} times: write one to a file of its own"
+                )
+            _, on_points, on_cells = reader.read_data(0)
+            for found, known in ((on_points, point_data), (on_cells, cell_data)):
+                for name, values in found.items():
+                    if name in known:
+                        sys.exit(f"the field {name!r} is there twice")
+                    known[name] = values
+    return meshio.Mesh(points, cells, point_data=point_data, cell_data=cell_data)
+
+
+def is_series(source, kind):
+    if kind != "xdmf":
+        return False
+    grids = ElementTree.parse(source).getroot().iterfind("./Domain/Grid")
+    return any(grid.get("GridType") == "Collection" for grid in grids)
+
+
 def read(source, target, kind):
-    mesh = meshio.read(source, file_format=kind)
+    mesh = (
+        read_series(source)
+        if is_series(source, kind)
+        else meshio.read(source, file_format=kind)
+    )
     plain = Plain()
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.points.shape[1]] = mesh.points

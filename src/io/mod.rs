@@ -1,6 +1,7 @@
 //! Bytes to meshes and fields, and back.
 
 mod bytes;
+mod collection;
 pub mod freefem;
 mod labels;
 mod loss;
@@ -13,11 +14,13 @@ mod recognise;
 mod results;
 mod rows;
 mod scan;
+mod sol;
 mod table;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};
 
+pub use collection::sources;
 pub use out::save;
 pub use recognise::{Format, recognise};
 pub use results::read_results;

@@ -1,10 +1,13 @@
 //! Any file's fields, for the comparison: tables as CSV, and every format of meshes that holds fields.
+//!
+//! Files of ours name a field and its engine. Where there is but one, its name is left out, so that the results of two
+//! engines have fields of the same names.
 
 use std::path::Path;
 
-use super::table;
+use super::{collection, sol, table};
 use crate::error::Result;
-use crate::field::{Carried, PADDING, Results, Whole};
+use crate::field::{Carried, PADDING, Results, Whole, WholeValues};
 use crate::mesh::{Field, Mesh, Support};
 
 /// Fields that faceoff writes on all faces although only some carry them; the others have NaN.
@@ -20,18 +23,29 @@ const BOOKKEEPING: [&str; 3] = ["vtkOriginalPointIds", "vtkOriginalCellIds", "vt
 /// The file cannot be read, is not known, or is not as its format demands.
 pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Results> {
     let source = path.display().to_string();
-    if path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
-    {
+    let has_suffix = |suffix: &str| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case(suffix))
+    };
+    if has_suffix("csv") {
         return table::read(path, bytes);
     }
-    let content = super::parse(path, bytes, python)?;
+    if has_suffix("sol") {
+        let mut mesh = super::open(&path.with_extension("mesh"), python)?.mesh;
+        mesh.fields = sol::read(path, bytes, &mesh)?;
+        return Ok(of_mesh(source, mesh, &[]));
+    }
+    let content = match &collection::sources(path)?[..] {
+        [one] if one != path => super::open(one, python)?,
+        _ if collection::is_pvd(path) => super::open(&collection::only_file(path, bytes)?, python)?,
+        _ => super::parse(path, bytes, python)?,
+    };
     Ok(of_mesh(source, content.mesh, &content.whole))
 }
 
 fn of_mesh(source: String, mesh: Mesh, whole: &[Whole]) -> Results {
     let ours = whole.iter().any(|data| data.name == "faceoff");
+    let engine = only_engine(whole).map(|engine| format!(" {engine}"));
     let kinds = mesh.blocks.iter().map(|block| block.kind.points());
     let width = kinds.max().unwrap_or(0);
     let mut cells = Vec::with_capacity(width * mesh.cell_count());
@@ -63,6 +77,10 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[Whole]) -> Results {
     let told = |field: &&Field| !BOOKKEEPING.contains(&field.name.as_str());
     for field in mesh.fields.iter().filter(told) {
         let mut carried = carry(field, ours);
+        let quantity = engine.as_deref().and_then(|e| field.name.strip_suffix(e));
+        if let Some(quantity) = quantity.filter(|_| ours) {
+            quantity.clone_into(&mut carried.name);
+        }
         match field.on {
             Support::Points => results.on_points.push(carried),
             Support::Cells => results.on_cells.push(carried),
@@ -82,6 +100,15 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[Whole]) -> Results {
     }
     results.points = mesh.points;
     results
+}
+
+/// The engine whose results a file of ours holds, without its version, where it is one alone.
+fn only_engine(whole: &[Whole]) -> Option<&str> {
+    let engines = whole.iter().find(|data| data.name == "engines")?;
+    match &engines.values {
+        WholeValues::Text(texts) if texts.len() == 1 => Some(texts[0].rsplit_once(' ')?.0),
+        _ => None,
+    }
 }
 
 fn carry(field: &Field, ours: bool) -> Carried {
@@ -134,6 +161,18 @@ mod tests {
         assert_eq!(ours.on_cells[0].values, [2.0]);
         assert_eq!(ours.on_cells[1].at, None);
         assert_eq!(ours.on_cells[2].scaled_by.as_deref(), Some("mean rust"));
+        let engines = |names: &[&str]| {
+            let names = names.iter().map(|name| format!("{name} 1.2")).collect();
+            vec![Whole::text("faceoff", "1"), Whole::texts("engines", names)]
+        };
+        let names = |whole: &[Whole]| -> Vec<String> {
+            let fields = of_mesh("a".into(), mesh.clone(), whole).on_cells;
+            fields.into_iter().map(|field| field.name).collect()
+        };
+        let whole = ["flux rust", "mean rust", "mean freefem - rust"];
+        assert_eq!(names(&engines(&["rust"]))[..2], ["flux", "mean"]);
+        assert_eq!(names(&engines(&["rust", "freefem"])), whole);
+        assert_eq!(names(&engines(&["rust"])[1..]), whole);
         let theirs = of_mesh("a".into(), mesh, &[]);
         assert!(
             theirs

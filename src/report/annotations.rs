@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use serde_json::json;
 
@@ -75,6 +75,18 @@ pub fn annotate_comparison(comparison: &Comparison, stdout_is_taken: bool) -> Re
     tell(comparison.verdict, &notes, None, stdout_is_taken)
 }
 
+/// Tells of a run that ended before anything was judged.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn annotate_failure(name: &str, error: &Error, stdout_is_taken: bool) -> Result<()> {
+    let note = Note {
+        title: format!("{name} could not be judged"),
+        message: error.to_string(),
+    };
+    tell(Verdict::Undetermined, &[note], None, stdout_is_taken)
+}
+
 fn note(about: &str, field: &FieldVerdict) -> Note {
     Note {
         title: format!("{about}: {}", field.field),
@@ -110,7 +122,9 @@ fn tell(
         && let Some(folder) = folder
     {
         let job = std::env::var("CI_JOB_URL").unwrap_or_default();
-        let told = gitlab_annotations(verdict, notes, &job, folder);
+        let project = std::env::var_os("CI_PROJECT_DIR").map(PathBuf::from);
+        let inside = in_project(folder, project.as_deref());
+        let told = gitlab_annotations(verdict, notes, &job, &inside);
         write_json(Some(&folder.join("gitlab-annotations.json")), &told)?;
     }
     Ok(())
@@ -154,14 +168,25 @@ fn github_summary(verdict: Verdict, notes: &[Note]) -> String {
     text
 }
 
+/// Where a folder lies in the project, as the addresses of artifacts have it.
+fn in_project(folder: &Path, project: Option<&Path>) -> String {
+    let inside = project.and_then(|project| folder.strip_prefix(project).ok());
+    let parts = inside.unwrap_or(folder).components();
+    let names = parts.filter_map(|part| match part {
+        Component::Normal(name) => Some(name.to_string_lossy()),
+        _ => None,
+    });
+    names.collect::<Vec<_>>().join("/")
+}
+
 /// Links from the job's page to the report among its artifacts.
 fn gitlab_annotations(
     verdict: Verdict,
     notes: &[Note],
     job: &str,
-    folder: &Path,
+    folder: &str,
 ) -> serde_json::Value {
-    let url = format!("{job}/artifacts/file/{}/index.html", folder.display());
+    let url = format!("{job}/artifacts/file/{folder}/index.html");
     let link = |label: String| json!({ "external_link": { "label": label, "url": url } });
     let mut links = vec![link(format!("faceoff: {}", super::word(verdict)))];
     links.extend(notes.iter().take(MOST).map(|note| link(note.title.clone())));
@@ -196,12 +221,7 @@ mod tests {
 
     #[test]
     fn annotations_lead_to_the_report() {
-        let told = gitlab_annotations(
-            Verdict::Disagree,
-            &notes(),
-            "https://ci/jobs/1",
-            Path::new("r"),
-        );
+        let told = gitlab_annotations(Verdict::Disagree, &notes(), "https://ci/jobs/1", "r");
         let first = &told["faceoff"][0]["external_link"];
         assert_eq!(first["label"], "faceoff: disagree");
         assert_eq!(
@@ -209,5 +229,9 @@ mod tests {
             "https://ci/jobs/1/artifacts/file/r/index.html"
         );
         assert_eq!(told["faceoff"].as_array().unwrap().len(), 1 + MOST);
+        let project = Some(Path::new("/builds/me"));
+        for folder in ["out/report", "./out/report", "/builds/me/out/report"] {
+            assert_eq!(in_project(Path::new(folder), project), "out/report");
+        }
     }
 }

@@ -4,7 +4,9 @@ use std::io::Write;
 use std::path::Path;
 
 use serde::Serialize;
+use serde_json::json;
 
+use crate::compare::Verdict;
 use crate::error::{Error, Place, Result};
 use crate::io::save;
 
@@ -29,6 +31,16 @@ pub fn document<'a, T: Serialize>(command: &str, result: &'a T) -> Document<'a, 
         faceoff: env!("CARGO_PKG_VERSION"),
         result,
     }
+}
+
+/// The JSON of a command that ended before anything was judged.
+pub fn failure(command: &str, error: &Error) -> impl Serialize {
+    json!({
+        "schema": format!("faceoff/{command}/{VERSION}"),
+        "faceoff": env!("CARGO_PKG_VERSION"),
+        "verdict": Verdict::Undetermined,
+        "error": error.to_string(),
+    })
 }
 
 /// Does `-` mean that the result itself goes to standard output?

@@ -211,8 +211,8 @@ fn counts<'a>(cases: impl Iterator<Item = &'a TestCase>) -> [String; 3] {
 }
 
 fn seconds<'a>(cases: impl Iterator<Item = &'a TestCase>) -> String {
-    let sum: f64 = cases.map(|c| c.seconds).filter(|s| s.is_finite()).sum();
-    format!("{sum:.3}")
+    let finite = cases.map(|c| c.seconds).filter(|s| s.is_finite());
+    format!("{:.3}", finite.fold(0.0, |sum, s| sum + s))
 }
 
 fn encode(name: &str, suites: &[Suite]) -> io::Result<Vec<u8>> {

@@ -45,6 +45,7 @@ fn scene(exact: &Exact) -> Result<Scene> {
         load_quadrature: None,
         contact_quadrature: None,
         exact: Some(formula("exact.u", &text.u)?),
+        compare: None,
     })
 }
 

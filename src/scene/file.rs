@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::boundary::{Boundary, GroupName};
-use super::{Data, EMBEDDED, Expression, HRule, MeshSource, Scene};
+use super::{Bounds, Comparing, Data, EMBEDDED, Expression, HRule, MeshSource, Scene};
 use crate::error::{Error, Result};
 use crate::mesh::generate::{Cuboid, sides};
 use crate::quadrature;
@@ -31,6 +31,7 @@ struct SceneFile {
     method: MethodFile,
     #[serde(default)]
     exact: ExactFile,
+    compare: Option<CompareFile>,
 }
 
 #[derive(Deserialize)]
@@ -87,6 +88,22 @@ struct MethodFile {
 #[serde(deny_unknown_fields)]
 struct ExactFile {
     u: Option<Formula>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CompareFile {
+    rtol: Option<f64>,
+    atol: Option<f64>,
+    #[serde(default)]
+    fields: BTreeMap<String, BoundsFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BoundsFile {
+    rtol: Option<f64>,
+    atol: Option<f64>,
 }
 
 /// Parses a scene; `folder` is where its relative paths start, none for built-in scenes.
@@ -261,6 +278,10 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
             given => Ok(given),
         }
     };
+    let compare = file
+        .compare
+        .map(|given| bounds(given, &refuse))
+        .transpose()?;
     Ok(Scene {
         name: file.name,
         mesh,
@@ -275,6 +296,31 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
         load_quadrature: rule("load_quadrature", file.method.load_quadrature, 0)?,
         contact_quadrature: rule("contact_quadrature", file.method.contact_quadrature, 1)?,
         exact,
+        compare,
+    })
+}
+
+/// The tolerances of `compare`.
+fn bounds(given: CompareFile, refuse: &impl Fn(&str, String, &str) -> Error) -> Result<Comparing> {
+    let checked = |place: &str, rtol: Option<f64>, atol: Option<f64>| {
+        for (key, value) in [("rtol", rtol), ("atol", atol)] {
+            if let Some(value) = value.filter(|v| !(*v >= 0.0 && v.is_finite())) {
+                return Err(refuse(
+                    &format!("{place}.{key}"),
+                    format!("{value} is no tolerance"),
+                    "give a finite number of at least 0",
+                ));
+            }
+        }
+        Ok(Bounds { rtol, atol })
+    };
+    let of_field = given.fields.into_iter().map(|(name, of)| {
+        let bounds = checked(&format!("compare.fields.{name}"), of.rtol, of.atol)?;
+        Ok((name, bounds))
+    });
+    Ok(Comparing {
+        of_all: checked("compare", given.rtol, given.atol)?,
+        of_field: of_field.collect::<Result<_>>()?,
     })
 }
 
@@ -379,6 +425,10 @@ f = "x"
         assert!(with("[method]\ncontact_quadrature = \"q\"").contains("gauss-5"));
         assert!(refusal(&GOOD.replace("union-jack", "cross")).contains("mesh.generator"));
         assert!(with("[exact]\nu = \"sin(\"").contains("exact.u, character 5"));
+        let told = with("[compare.fields.u]\nrtol = -1");
+        assert!(told.contains("compare.fields.u.rtol: -1 is no tolerance"));
+        assert!(with("[compare]\natol = inf").contains("compare.atol"));
+        assert!(with("[compare]\nu = 1").contains("unknown field `u`"));
         assert!(with("[method]\nload_quadrature = \"hammer-4\"").contains("radon-7"));
         let mesh = |line: &str| refusal(&GOOD.replace("n = 4", line));
         let solid = |line: &str| {

@@ -6,6 +6,7 @@ pub mod expression;
 mod file;
 mod load;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 pub use boundary::{Boundary, GroupName, Part};
@@ -30,6 +31,23 @@ pub struct Scene {
     pub contact_quadrature: Option<String>,
     /// u, where it is known.
     pub exact: Option<Expression>,
+    /// What `faceoff compare` allows of results of this scene.
+    pub compare: Option<Comparing>,
+}
+
+/// Tolerances of results that files hold, as far as a scene gives them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparing {
+    pub of_all: Bounds,
+    /// By the names of fields.
+    pub of_field: BTreeMap<String, Bounds>,
+}
+
+/// |a - b| ≤ max(rtol · largest value of the field, atol)
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    pub rtol: Option<f64>,
+    pub atol: Option<f64>,
 }
 
 /// Where the mesh comes from.

@@ -132,11 +132,14 @@ fn fields(case: &CaseOutcome, pair: &Pair) -> Html {
     let rows = pair.fields.iter().map(|f| {
         let worst = f.worst.as_ref();
         let flips = match (f.flips, f.rounding_flips) {
-            (Some(flips), Some(rounding)) => format!("{flips} ({rounding} at rounding level)"),
+            (Some(flips), Some(rounding)) => {
+                format!("{flips} status flips, and {rounding} at rounding level")
+            }
             _ => String::new(),
         };
         let cells = vec![
             text(&f.field),
+            word(f.verdict),
             number(f.max_abs),
             number(f.max_rel),
             number(f.tolerance),
@@ -147,15 +150,7 @@ fn fields(case: &CaseOutcome, pair: &Pair) -> Html {
             })),
             text(worst.map_or(String::new(), |w| format!("{:e}", w.a))),
             text(worst.map_or(String::new(), |w| format!("{:e}", w.b))),
-            text(flips),
-            Html::from([
-                word(f.verdict),
-                text(
-                    f.reason
-                        .as_ref()
-                        .map_or(String::new(), |r| format!(": {r}")),
-                ),
-            ]),
+            text(f.reason.as_ref().unwrap_or(&flips)),
         ];
         (crate::report::word(f.verdict), cells)
     });
@@ -169,6 +164,7 @@ fn fields(case: &CaseOutcome, pair: &Pair) -> Html {
         ),
         &[
             "field",
+            "verdict",
             "max |a-b|",
             "relative",
             "tolerance",
@@ -177,8 +173,7 @@ fn fields(case: &CaseOutcome, pair: &Pair) -> Html {
             "worst face",
             &of_a,
             &of_b,
-            "status flips",
-            "verdict",
+            "remarks",
         ],
         rows.collect(),
     )

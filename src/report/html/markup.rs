@@ -30,6 +30,17 @@ pub(super) fn text(text: impl AsRef<str>) -> Html {
     Html(escape(text.as_ref()))
 }
 
+/// A text in which `…` encloses what one would type.
+pub(super) fn prose(words: impl AsRef<str>) -> Html {
+    let parts = words.as_ref().split('`').enumerate();
+    parts
+        .map(|(k, part)| match k % 2 {
+            0 => text(part),
+            _ => leaf("code", &[], part),
+        })
+        .collect()
+}
+
 /// What is HTML already: pictures that were drawn here, style and script that the program carries.
 pub(super) fn raw(html: impl Into<String>) -> Html {
     Html(html.into())
@@ -79,7 +90,7 @@ pub(super) fn table(caption: &str, head: &[&str], rows: Vec<(&str, Vec<Html>)>) 
 
 /// A picture with what it shows in words.
 pub(super) fn figure(picture: Html, caption: impl AsRef<str>) -> Html {
-    let caption = leaf("figcaption", &[], caption);
+    let caption = element("figcaption", &[], prose(caption));
     element("figure", &[], [picture, caption])
 }
 
@@ -102,6 +113,13 @@ pub(super) fn escape(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_one_would_type_is_code() {
+        let told = prose("of `a<b` in `c`");
+        let code = "of <code>a&lt;b</code> in <code>c</code>";
+        assert_eq!(told.as_str(), code);
+    }
 
     #[test]
     fn text_cannot_become_markup() {

@@ -1,7 +1,7 @@
 //! What stands first: the verdict, which code, which face, how much, and why; then the matrix.
 
 use super::case;
-use super::markup::{Html, element, figure, leaf, table, text};
+use super::markup::{Html, element, figure, leaf, prose, table, text};
 use super::pair::{self, Pair};
 use super::{label, map, number, word};
 use crate::compare::Verdict;
@@ -158,7 +158,7 @@ fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnos
             lines.push(Html::from([
                 text("Which face: "),
                 leaf("b", &[], format!("{:?}", worst.vertices)),
-                text(format!(
+                prose(format!(
                     " at {}, in `{}`: {} has {:e}, {} has {:e}, which is {:.2e} apart.",
                     pair::place(&worst.midpoint),
                     field.field,
@@ -183,7 +183,7 @@ fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnos
     }
     lines.push(Html::from([
         text("Why: "),
-        text(why(case, pair, diagnoses)),
+        prose(why(case, pair, diagnoses)),
     ]));
     let anchor = format!("#case-{index}");
     lines.push(element(

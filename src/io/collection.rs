@@ -1,0 +1,152 @@
+//! Files that only list others: ParaView's `.pvd`, which names a `.vtu` or `.pvtu` for each time, and a `.pvtu`, which
+//! names its pieces.
+
+use std::path::{Component, Path, PathBuf};
+
+use quick_xml::events::Event;
+use quick_xml::{Reader, XmlVersion};
+
+use super::bytes;
+use crate::error::{Error, Place, Result};
+
+/// Deeper than this no list goes: a `.pvd` of a `.pvtu` of pieces.
+const DEPTH: usize = 3;
+
+pub(super) fn is_pvd(path: &Path) -> bool {
+    has_suffix(path, "pvd")
+}
+
+fn has_suffix(path: &Path, suffix: &str) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case(suffix))
+}
+
+/// The one file that a `.pvd` names.
+///
+/// # Errors
+/// No XML; a list of none, or of several, of which the user must choose.
+pub(super) fn only_file(path: &Path, bytes: &[u8]) -> Result<PathBuf> {
+    let files = listed(path, bytes)?;
+    if let [one] = &files[..] {
+        return Ok(one.clone());
+    }
+    let names: Vec<String> = files
+        .iter()
+        .take(3)
+        .map(|f| f.display().to_string())
+        .collect();
+    let more = if files.len() > 3 { ", …" } else { "" };
+    let what = format!("it lists {} files: {}{more}", files.len(), names.join(", "));
+    let remedy = "name the one that is meant: a comparison is of one time";
+    Err(Error::file(path, Place::Whole, what, remedy))
+}
+
+/// The files that hold what `path` tells, each once: itself, or what it lists. dolfinx 0.5 lists a piece once for each
+/// kind of function in it.
+///
+/// # Errors
+/// A list that cannot be read.
+pub fn sources(path: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = vec![path.to_owned()];
+    for _ in 0..DEPTH {
+        let mut next = Vec::new();
+        for file in found {
+            if is_pvd(&file) || has_suffix(&file, "pvtu") {
+                let bytes = bytes::read(&file).map_err(Error::io(&file, "read"))?;
+                next.extend(listed(&file, &bytes)?);
+            } else {
+                next.push(file);
+            }
+        }
+        found = Vec::with_capacity(next.len());
+        for file in next {
+            if !found.contains(&file) {
+                found.push(file);
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// `file` of each `<DataSet>` and `Source` of each `<Piece>`, beside or below `path`.
+fn listed(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>> {
+    let refuse = |what: String| {
+        let remedy = "write the list anew, or name a .vtu file that it lists";
+        Error::file(path, Place::Whole, what, remedy)
+    };
+    let text = std::str::from_utf8(bytes).map_err(|_| refuse("the XML is not UTF-8".into()))?;
+    let mut reader = Reader::from_str(text);
+    let mut files = Vec::new();
+    loop {
+        let event = reader.read_event();
+        let tag = match event.map_err(|e| refuse(format!("not well-formed XML: {e}")))? {
+            Event::Start(tag) | Event::Empty(tag) => tag,
+            Event::Eof => return Ok(files),
+            _ => continue,
+        };
+        let key = match tag.name().as_ref() {
+            "DataSet" => "file",
+            "Piece" => "Source",
+            _ => continue,
+        };
+        let name = tag.attributes().flatten().find(|a| a.key.as_ref() == key);
+        let name = name.and_then(|a| {
+            a.normalized_value(XmlVersion::Implicit1_0)
+                .ok()
+                .map(|v| v.into_owned())
+        });
+        let name = name.ok_or_else(|| refuse("an entry does not name its file".into()))?;
+        let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+        if name.is_empty() || !Path::new(&name).components().all(inside) {
+            return Err(refuse(format!("{name:?} is not beside or below this file")));
+        }
+        files.push(path.with_file_name("").join(name));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = "<VTKFile type=\"Collection\"><Collection>";
+
+    #[test]
+    fn a_list_is_followed_to_the_files_with_the_values() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let pvd = format!(
+            "{HEAD}<DataSet timestep=\"0\" part=\"0\" file=\"a&amp;.pvtu\"/></Collection></VTKFile>"
+        );
+        std::fs::write(at("a.pvd"), &pvd).unwrap();
+        let piece = |name: &str| format!("<Piece Source=\"{name}\"/>");
+        let pieces = ["p0.vtu", "sub/p1.vtu", "p0.vtu"].map(piece).concat();
+        std::fs::write(at("a&.pvtu"), format!("<VTKFile>{pieces}</VTKFile>")).unwrap();
+        assert_eq!(
+            only_file(&at("a.pvd"), pvd.as_bytes()).unwrap(),
+            at("a&.pvtu")
+        );
+        assert_eq!(
+            sources(&at("a.pvd")).unwrap(),
+            [at("p0.vtu"), at("sub/p1.vtu")]
+        );
+        assert_eq!(sources(&at("x.vtu")).unwrap(), [at("x.vtu")]);
+        assert!(sources(&at("none.pvd")).is_err());
+    }
+
+    #[test]
+    fn a_list_that_is_no_one_file_is_refused() {
+        let entry = |name: &str| format!("<DataSet file=\"{name}\"/>");
+        for (entries, part) in [
+            (String::new(), "it lists 0 files"),
+            (entry("a.vtu") + &entry("b.vtu"), "it lists 2 files: "),
+            (entry("../a.vtu"), "not beside or below"),
+            (entry("/etc/a.vtu"), "not beside or below"),
+            ("<DataSet/>".into(), "does not name its file"),
+            ("<DataSet".into(), "not well-formed"),
+        ] {
+            let told = only_file(Path::new("l.pvd"), format!("{HEAD}{entries}").as_bytes());
+            let told = told.unwrap_err().to_string();
+            assert!(told.contains(part), "{entries}: {told}");
+        }
+    }
+}

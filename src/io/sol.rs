@@ -1,0 +1,183 @@
+//! Medit's ASCII `.sol`: values at the vertices or cells of the `.mesh` that lies beside it under the same name.
+//!
+//! Each section has a count, the kinds of its fields (1 a scalar, 2 a vector, 3 a symmetric tensor), and a row of all of
+//! them for each item. Fields have no names: they are called `sol`, or `sol 1`, `sol 2`, ….
+
+use std::path::Path;
+
+use super::scan::Scan;
+use crate::error::Result;
+use crate::mesh::{CellKind, Field, Mesh, Support, Values};
+
+/// Keywords of sections, and the cells that they are about; vertices have none.
+const SECTIONS: [(&str, Option<CellKind>); 8] = [
+    ("SolAtVertices", None),
+    ("SolAtEdges", Some(CellKind::Line)),
+    ("SolAtTriangles", Some(CellKind::Triangle)),
+    ("SolAtQuadrilaterals", Some(CellKind::Quadrangle)),
+    ("SolAtTetrahedra", Some(CellKind::Tetrahedron)),
+    ("SolAtHexahedra", Some(CellKind::Hexahedron)),
+    ("SolAtPrisms", Some(CellKind::Prism)),
+    ("SolAtPyramids", Some(CellKind::Pyramid)),
+];
+
+/// The most fields of a section; the format's own readers hold no more.
+const MOST: usize = 1000;
+
+/// Reads the fields of `mesh`.
+///
+/// # Errors
+/// Anything that is not as the format demands, with keyword and line; values of another number of vertices or cells.
+pub(super) fn read(path: &Path, bytes: &[u8], mesh: &Mesh) -> Result<Vec<Field>> {
+    let mut scan = Scan::with_comments(path, bytes, b'#');
+    if scan.word() != Some(b"MeshVersionFormatted") {
+        return Err(scan.error("the file does not start with MeshVersionFormatted"));
+    }
+    scan.u64()?;
+    let mut dimension = None;
+    let mut fields: Vec<Field> = Vec::new();
+    loop {
+        scan.section.clear();
+        let Some(word) = scan.word() else {
+            return Err(scan.error("the End is missing"));
+        };
+        let word = String::from_utf8_lossy(word.get(..80).unwrap_or(word)).into_owned();
+        scan.section.clone_from(&word);
+        let section = SECTIONS.iter().find(|(name, _)| *name == word);
+        match (word.as_str(), section) {
+            ("End", _) => break,
+            ("Dimension", _) => match scan.u64()? {
+                found @ (2 | 3) if dimension.is_none() => dimension = Some(found as usize),
+                other => {
+                    return Err(scan.error(format!(
+                        "the dimension is 2 or 3 and there once, not {other}"
+                    )));
+                }
+            },
+            (_, Some((_, kind))) => {
+                let missing = || scan.error("the values stand before the dimension");
+                let dimension = dimension.ok_or_else(missing)?;
+                fields.extend(values(&mut scan, *kind, dimension, mesh)?);
+            }
+            _ => return Err(scan.error("this is no section of values")),
+        }
+    }
+    if fields.len() > 1 {
+        for (field, k) in fields.iter_mut().zip(1..) {
+            field.name = format!("sol {k}");
+        }
+    }
+    Ok(fields)
+}
+
+fn values(
+    scan: &mut Scan<'_>,
+    kind: Option<CellKind>,
+    dimension: usize,
+    mesh: &Mesh,
+) -> Result<Vec<Field>> {
+    let count = scan.count("rows", 2)?;
+    let at: Vec<u32> = match kind {
+        None => (0..mesh.points.len() as u32).collect(),
+        Some(kind) => {
+            let cells = mesh.cells().filter(|(_, of, _)| *of == kind);
+            cells.map(|(cell, ..)| cell).collect()
+        }
+    };
+    if at.len() != count {
+        return Err(scan.error_with(
+            format!("there are {count} rows, and {} items in the mesh", at.len()),
+            "put the mesh of these values beside them, under the same name",
+        ));
+    }
+    let number = scan.count("fields", 2)?;
+    if !(1..=MOST).contains(&number) {
+        return Err(scan.error(format!("{number} is no number of fields")));
+    }
+    let mut components = Vec::new();
+    for _ in 0..number {
+        components.push(match scan.u64()? {
+            1 => 1,
+            2 => dimension,
+            3 => dimension * (dimension + 1) / 2,
+            other => return Err(scan.error(format!("{other} is no kind of field"))),
+        });
+    }
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); number];
+    for _ in 0..count {
+        for (column, components) in columns.iter_mut().zip(&components) {
+            for _ in 0..*components {
+                column.push(scan.any_f64()?);
+            }
+        }
+    }
+    let on = if kind.is_none() {
+        Support::Points
+    } else {
+        Support::Cells
+    };
+    let all = kind.is_none() || at.len() == mesh.cell_count();
+    let columns = columns.into_iter().zip(components);
+    let fields = columns.map(|(values, components)| Field {
+        at: if all { Vec::new() } else { at.clone() },
+        ..Field::new("sol", on, components, Values::F64(values))
+    });
+    Ok(fields.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::CellBlock;
+
+    fn mesh() -> Mesh {
+        Mesh {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            blocks: vec![
+                CellBlock::new(CellKind::Line, vec![0, 1, 1, 2]),
+                CellBlock::new(CellKind::Triangle, vec![0, 1, 2]),
+            ],
+            ..Mesh::default()
+        }
+    }
+
+    fn fields(text: &str) -> Result<Vec<Field>> {
+        let text = format!("MeshVersionFormatted 1\n\nDimension 2\n{text}");
+        read(Path::new("u.sol"), text.as_bytes(), &mesh())
+    }
+
+    #[test]
+    fn rows_are_split_into_fields_and_belong_to_their_cells() {
+        let text =
+            "SolAtVertices\n3\n2 1 2\n\n1 2 3\n4 5 6\n7 8 9\nSolAtTriangles\n1\n1 1\n0.5\nEnd\n";
+        let found = fields(text).unwrap();
+        let told = |k: usize| (found[k].name.as_str(), found[k].values.to_f64());
+        assert_eq!(told(0), ("sol 1", vec![1.0, 4.0, 7.0]));
+        assert_eq!(told(1), ("sol 2", vec![2.0, 3.0, 5.0, 6.0, 8.0, 9.0]));
+        assert_eq!(told(2), ("sol 3", vec![0.5]));
+        assert_eq!((found[2].on, &found[2].at[..]), (Support::Cells, &[2][..]));
+        assert_eq!(
+            fields("SolAtTriangles\n1\n1 3\n1 2 3\nEnd").unwrap()[0].name,
+            "sol"
+        );
+    }
+
+    #[test]
+    fn what_does_not_fit_the_mesh_is_refused() {
+        for (text, part) in [
+            ("SolAtVertices\n2\n1 1\n1 2\nEnd", "2 rows, and 3 items"),
+            ("SolAtVertices\n3\n1 1\n1 2\nEnd", "u.sol:"),
+            ("SolAtVertices\n3\n1 1\n1 2 x\nEnd", "u.sol:"),
+            ("SolAtVertices\n3\n1 4\n1 2 3\nEnd", "no kind of field"),
+            ("SolAtVertices\n3\n0\n\nEnd", "no number of fields"),
+            ("SolAtTriangles\n1\n1 1\n0.5\n", "the End is missing"),
+            ("Vertices\n3\n", "no section of values"),
+            ("Dimension 2\nEnd", "there once"),
+        ] {
+            let told = fields(text).unwrap_err().to_string();
+            assert!(told.contains(part), "{text:?}: {told}");
+        }
+        let early = b"MeshVersionFormatted 1\nSolAtVertices\n3\n1 1\n1 2 3\nEnd";
+        assert!(read(Path::new("u.sol"), early, &mesh()).is_err());
+    }
+}

@@ -1,0 +1,135 @@
+//! What others' pipelines run: the steps of the GitHub action and of the GitLab template that need no server, by the
+//! shell that would run them.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use common::{Ran, assert_valid, folder, source, told, write};
+
+/// The lines after the one that is `head`, as far as they are indented more, without their indentation.
+fn block(file: &str, head: &str) -> Vec<String> {
+    let text = fs::read_to_string(source(file)).unwrap();
+    let mut lines = text.lines().skip_while(|line| line.trim() != head);
+    let indent = |line: &str| line.len() - line.trim_start().len();
+    let outer = indent(lines.next().unwrap_or_else(|| panic!("{file} has {head}")));
+    let inner = lines.take_while(|line| line.trim().is_empty() || indent(line) > outer);
+    inner.map(|line| line.trim().to_owned()).collect()
+}
+
+/// The script of a step of the action.
+fn step(name: &str) -> String {
+    let lines = block("ci/action.yml", &format!("- name: {name}"));
+    let start = lines.iter().position(|line| line == "run: |").unwrap();
+    lines[start + 1..].join("\n")
+}
+
+/// The script of the template's job.
+fn gitlab() -> String {
+    let lines = block("ci/gitlab.yml", "script:").into_iter();
+    let commands = lines.map_while(|line| line.strip_prefix("- ").map(str::to_owned));
+    commands.collect::<Vec<_>>().join("\n")
+}
+
+/// Runs a script as the servers do, with the program in the path.
+fn shell(folder: &Path, script: &str, variables: &[(&str, &str)]) -> Ran {
+    let program = Path::new(env!("CARGO_BIN_EXE_faceoff")).parent().unwrap();
+    let path = std::env::var("PATH").unwrap();
+    let mut bash = Command::new("bash");
+    bash.args(["-eo", "pipefail", "-c", script])
+        .current_dir(folder)
+        .env("PATH", format!("{}:{path}", program.display()));
+    variables.iter().for_each(|(name, value)| {
+        bash.env(name, value);
+    });
+    told(bash.output().unwrap())
+}
+
+fn is_there(folder: &Path, names: &[&str]) -> Vec<bool> {
+    names
+        .iter()
+        .map(|name| folder.join(name).is_file())
+        .collect()
+}
+
+#[test]
+fn both_servers_run_what_is_asked_and_keep_what_is_told() {
+    let baseline = source("tests/baseline");
+    let baseline = baseline.display();
+    for (server, script, names) in [
+        ("GitHub", step("Judge"), ["COMMAND", "REPORT"]),
+        ("GitLab", gitlab(), ["FACEOFF_COMMAND", "FACEOFF_REPORT"]),
+    ] {
+        let folder = folder();
+        let at = folder.path();
+        write(at, "a.csv", "vertex,u\n0,1\n");
+        write(at, "b.csv", "vertex,u\n0,2\n");
+        write(at, "c.csv", "vertex,u\n0,1.0\n");
+        let verify = format!("verify one-zone --n 4 --methods cr,p2 --against {baseline}");
+        let runs = [
+            (verify.as_str(), 0, true),
+            ("compare a.csv c.csv", 0, false),
+            ("compare a.csv b.csv", 1, false),
+            ("compare a.csv none.csv", 2, false),
+            ("verify no-scene", 2, false),
+        ];
+        for (k, (command, code, page)) in runs.into_iter().enumerate() {
+            let report = format!("out-{k}");
+            let ran = shell(at, &script, &[(names[0], command), (names[1], &report)]);
+            assert_eq!(ran.code, Some(code), "{server}, {command}: {}", ran.stderr);
+            let kept = at.join(&report);
+            let told = ["faceoff.json", "junit.xml", "badge.svg", "index.html"];
+            assert_eq!(
+                is_there(&kept, &told),
+                [true, true, true, page],
+                "{command}"
+            );
+            assert_valid("xsd", "tests/junit.xsd", &kept.join("junit.xml"));
+            let word = command.split(' ').next().unwrap();
+            let schema = format!("src/report/schema/{word}-1.json");
+            assert_valid("json", &schema, &kept.join("faceoff.json"));
+        }
+    }
+}
+
+#[test]
+fn the_cache_is_named_by_the_sources_of_the_program() {
+    let folder = folder();
+    let at = folder.path();
+    // The action stands in a folder of its own beside what it builds.
+    for name in [
+        "Cargo.toml",
+        "Cargo.lock",
+        "src/a",
+        "freefem/a",
+        "fenicsx/a",
+        "meshes/a",
+    ] {
+        write(at, name, "one");
+    }
+    fs::create_dir(at.join("ci")).unwrap();
+    let digest = || {
+        let (action, output) = (at.join("ci"), at.join("output"));
+        fs::write(&output, "").unwrap();
+        let variables = [
+            ("GITHUB_ACTION_PATH", action.to_str().unwrap()),
+            ("GITHUB_OUTPUT", output.to_str().unwrap()),
+        ];
+        let ran = shell(Path::new("/"), &step("Name this version"), &variables);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let told = fs::read_to_string(&output).unwrap();
+        let digest = told.trim().strip_prefix("digest=").unwrap().to_owned();
+        assert!(digest.len() == 16 && digest.chars().all(|c| c.is_ascii_hexdigit()));
+        digest
+    };
+    let first = digest();
+    assert_eq!(digest(), first);
+    for changed in ["Cargo.lock", "src/a", "freefem/a", "fenicsx/a"] {
+        let before = digest();
+        write(at, changed, "two");
+        assert_ne!(digest(), before, "{changed}");
+    }
+}
