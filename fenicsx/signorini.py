@@ -36,6 +36,9 @@ import math
 import sys
 import time
 
+import compat  # first of all: it refuses a dolfinx that is too old
+
+# isort: split
 import dolfinx.fem.petsc
 import numpy as np
 import ufl
@@ -44,7 +47,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 from ufl import FacetNormal, conditional, dot, grad, gt, inner
 
-import compat
 import job
 
 CONTACT, DIRICHLET, NEUMANN = 1, 2, 3  # labels of the boundary faces

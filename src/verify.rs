@@ -1,6 +1,8 @@
 //! The main job: all engines on all scenes, every pair judged.
 
+mod conformance;
 mod cross;
+mod suspects;
 
 use std::collections::BTreeMap;
 
@@ -14,6 +16,7 @@ use crate::field::FaceFields;
 use crate::mesh::Triangulation;
 use crate::scene::Scene;
 
+pub use conformance::{Finding, check_count, conformance};
 pub use cross::{CrossOutcome, Judged, STANDS_OUT, Source, telling};
 
 /// A result whose backward error exceeds this solves another scheme: rounding leaves 1e-15,
