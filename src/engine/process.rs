@@ -226,7 +226,9 @@ fn quote(log: &Path) -> String {
     let lines: Vec<&str> = text
         .lines()
         .map(str::trim)
-        .filter(|line| !line.trim_matches('-').is_empty() && !line.starts_with("progress "))
+        // Rules of mpirun, and Python's marks below a line.
+        .filter(|line| !line.trim_matches(['-', '^', '~']).is_empty())
+        .filter(|line| !line.starts_with("progress "))
         .collect();
     let errors: Vec<&str> = lines
         .iter()
