@@ -425,7 +425,16 @@ fn a_killed_run_takes_its_engines_along() {
         "exec(\"sleep 321.25\"); if (cases < 1) fail(",
     );
     let engines = format!("rust,{engine}");
-    let words = ["verify", "one-zone", "--engines", &engines, "--n", "4", "--keep", "jobs"];
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        &engines,
+        "--n",
+        "4",
+        "--keep",
+        "jobs",
+    ];
     let mut child = faceoff(folder.path())
         .args(words)
         .stderr(std::process::Stdio::null())
@@ -445,7 +454,16 @@ fn a_killed_run_takes_its_engines_along() {
     let log = fs::read_to_string(folder.path().join("jobs/changed/log.txt")).unwrap();
     assert!(log.contains("faceoff itself was ended"), "{log}");
     // The folder is a job folder, and free for the next run.
-    let words = ["verify", "one-zone", "--engines", "rust,freefem", "--n", "4", "--keep", "jobs"];
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,freefem",
+        "--n",
+        "4",
+        "--keep",
+        "jobs",
+    ];
     let ran = run(folder.path(), &words);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
 }
@@ -455,17 +473,39 @@ fn a_killed_engine_and_a_folder_in_use_are_told() {
     engine_refused(
         "if (cases < 1) fail(",
         "exec(\"kill -9 $PPID; sleep 5\"); if (cases < 1) fail(",
-        &["engine changed", "was killed from outside", "not enough memory"],
+        &[
+            "engine changed",
+            "was killed from outside",
+            "not enough memory",
+        ],
     );
     let folder = folder();
     fs::create_dir_all(folder.path().join("jobs/freefem")).unwrap();
     let lock = fs::File::open(folder.path().join("jobs/freefem")).unwrap();
     lock.lock().unwrap();
-    let words = ["verify", "one-zone", "--engines", "rust,freefem", "--n", "4", "--quiet", "--keep", "jobs"];
-    refused(folder.path(), &words, &["jobs/freefem is in use by another run", "--keep"]);
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,freefem",
+        "--n",
+        "4",
+        "--quiet",
+        "--keep",
+        "jobs",
+    ];
+    refused(
+        folder.path(),
+        &words,
+        &["jobs/freefem is in use by another run", "--keep"],
+    );
     drop(lock);
     write(folder.path(), "jobs/freefem/thesis.tex", "");
-    refused(folder.path(), &words, &["jobs/freefem is there and is no job folder"]);
+    refused(
+        folder.path(),
+        &words,
+        &["jobs/freefem is there and is no job folder"],
+    );
     assert!(folder.path().join("jobs/freefem/thesis.tex").exists());
 }
 

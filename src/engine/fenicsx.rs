@@ -81,16 +81,19 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>, launch: &Launch) ->
     };
     let python = python().ok_or_else(missing)?;
     let script = home.join(SCRIPTS[0].0);
+    // What MPI puts there would outlive a process that is killed.
+    let temporary = folder.join("tmp");
+    fs::create_dir_all(&temporary).map_err(Error::io(&temporary, "make"))?;
     let mut command = match launch {
         Launch::Alone => {
             let mut command = Command::new(python);
-            command.arg("-B").arg(script);
+            command.arg("-B").arg(script).env("TMPDIR", &temporary);
             command
         }
         Launch::Ranks(ranks) => {
             let mut command = Command::new(find_in_path("mpirun").ok_or_else(no_mpirun)?);
             let ranks = ranks.to_string();
-            command.args(["-n", &ranks]);
+            command.args(["-n", &ranks]).env("TMPDIR", &temporary);
             distribute(&mut command, &python, &script, &ranks);
             // A rank that waits would otherwise spin, and take the core from one that works or compiles: the ranks are
             // not alone here, other engines run beside them.
@@ -248,11 +251,18 @@ pub(super) fn give_up_cache(folder: &Path, failure: &Error) -> bool {
     };
     let forms = path.join("fenics");
     let log = fs::read(folder.join("log.txt")).unwrap_or_default();
-    let names_it = String::from_utf8_lossy(&log).contains(&*forms.to_string_lossy());
-    let told = failure.to_string();
-    // As the system says it, and as mpirun does.
-    let crashes = ["SIGSEGV", "SIGBUS", "Segmentation fault", "Bus error"];
-    if !names_it && !crashes.iter().any(|crash| told.contains(crash)) {
+    let told = format!("{} {failure}", String::from_utf8_lossy(&log));
+    let of_cache = forms.to_string_lossy();
+    // As the system tells a crash, as mpirun, and as PETSc does.
+    let signs = [
+        "SIGSEGV",
+        "SIGBUS",
+        "Segmentation",
+        "Bus error",
+        "Caught signal",
+        &of_cache,
+    ];
+    if !signs.iter().any(|sign| told.contains(sign)) {
         return false;
     }
     tracing::warn!(cache = %forms.display(), "broken, and given up");

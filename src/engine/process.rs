@@ -107,7 +107,16 @@ pub(super) fn run(
     let _alive = child.stdin().take();
     let output = child.stdout().take();
     let status = std::thread::scope(|scope| {
-        let reader = scope.spawn(move || copy_lines(output, log, line));
+        let reader = match std::thread::Builder::new()
+            .spawn_scoped(scope, move || copy_lines(output, log, line))
+        {
+            Ok(reader) => reader,
+            Err(e) => {
+                let _ = child.start_kill();
+                let _ = child.wait();
+                return Err(not_started(format!("nobody can listen to it: {e}")));
+            }
+        };
         let end = Instant::now() + time_limit;
         let status = loop {
             match child.try_wait() {
