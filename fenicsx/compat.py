@@ -5,15 +5,22 @@ Tested with 0.5.2 (Debian 12) and 0.9.0 (Debian 13). The other branches follow t
 
 import inspect
 import logging
+import sys
+
+import dolfinx
+
+VERSION = dolfinx.__version__
+OLDEST = (0, 5)
+
+if tuple(int(number) for number in VERSION.split(".")[:2]) < OLDEST:  # before names are missed that it does not have
+    print(f"error dolfinx {VERSION} is too old: the companion needs {OLDEST[0]}.{OLDEST[1]} or later", flush=True)
+    sys.exit(2)
 
 import basix
-import dolfinx
 import numpy as np
 import ufl
 from dolfinx import fem, graph, io
 from dolfinx import mesh as dmesh
-
-VERSION = dolfinx.__version__
 
 logging.disable(logging.INFO)  # the C compiler's command lines
 

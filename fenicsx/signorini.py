@@ -29,13 +29,17 @@ Renard (2.5), which on P2 serves as the reference.
 
 Run in a job folder:  PYTHONHASHSEED=0 python3 signorini.py             (`--version` only tells dolfinx's)
 In parallel:          PYTHONHASHSEED=0 mpirun -n 2 python3 -m mpi4py signorini.py --ranks 2
-                      (mpi4py, so that one failing rank ends all; --ranks, so that two lonely processes are noticed)
+                      (mpi4py, so that a rank that fails to import ends all; --ranks, so that two lonely processes are noticed)
 """
 
 import math
 import sys
 import time
+import traceback
 
+import compat  # first of all: it refuses a dolfinx that is too old
+
+# isort: split
 import dolfinx.fem.petsc
 import numpy as np
 import ufl
@@ -44,7 +48,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 from ufl import FacetNormal, conditional, dot, grad, gt, inner
 
-import compat
 import job
 
 CONTACT, DIRICHLET, NEUMANN = 1, 2, 3  # labels of the boundary faces
@@ -300,7 +303,11 @@ def main():
             job.write_status(done)
     except Exception as error:
         print(f"error {where}: {type(error).__name__}: {error}".replace("\n", " "), flush=True)
-        raise
+        if comm.size == 1:
+            raise
+        # Here and now: on its way out PETSc would wait for the other ranks, and they wait for this one.
+        traceback.print_exc()
+        comm.Abort(1)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
 //! The main job: all engines on all scenes, every pair judged.
 
+mod conformance;
 mod cross;
 #[cfg(test)]
 mod tests;
+mod suspects;
 
 use std::collections::BTreeMap;
 
@@ -16,6 +18,7 @@ use crate::field::FaceFields;
 use crate::mesh::Triangulation;
 use crate::scene::Scene;
 
+pub use conformance::{Finding, check_count, conformance};
 pub use cross::{CrossOutcome, Judged, STANDS_OUT, Source, telling};
 
 /// A result whose backward error exceeds this solves another scheme: rounding leaves 1e-15,
@@ -131,19 +134,23 @@ pub fn verify(request: &Request, progress: &dyn Progress) -> Result<Outcome> {
         let handles: Vec<_> = request
             .engines
             .iter()
-            .map(|engine| scope.spawn(move || engine.run(cases, &request.settings, progress)))
+            .map(|engine| {
+                std::thread::Builder::new().spawn_scoped(scope, move || {
+                    engine.run(cases, &request.settings, progress)
+                })
+            })
             .collect();
+        let lost = |engine: &dyn Engine, why: String| {
+            Error::engine(engine.name(), why, "close other programs, or report this")
+        };
         handles
             .into_iter()
             .zip(&request.engines)
             .map(|(handle, engine)| {
-                handle.join().unwrap_or_else(|_| {
-                    Err(Error::engine(
-                        engine.name(),
-                        "its thread ended early",
-                        "report this",
-                    ))
-                })
+                handle
+                    .map_err(|e| lost(&**engine, format!("it has no thread: {e}")))?
+                    .join()
+                    .unwrap_or_else(|_| Err(lost(&**engine, "its thread ended early".into())))
             })
             .collect()
     });

@@ -414,6 +414,101 @@ fn an_interruption_ends_everything() {
     assert!(!folder.path().join("out.json").exists());
 }
 
+/// Nobody can catch SIGKILL, and still no engine goes on alone.
+#[test]
+fn a_killed_run_takes_its_engines_along() {
+    let folder = folder();
+    let engine = changed_companion(
+        folder.path(),
+        "freefem",
+        "if (cases < 1) fail(",
+        "exec(\"sleep 321.25\"); if (cases < 1) fail(",
+    );
+    let engines = format!("rust,{engine}");
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        &engines,
+        "--n",
+        "4",
+        "--keep",
+        "jobs",
+    ];
+    let mut child = faceoff(folder.path())
+        .args(words)
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let until = |condition: &dyn Fn() -> bool, what: &str| {
+        let clock = Instant::now();
+        while !condition() {
+            assert!(clock.elapsed() < Duration::from_secs(60), "{what}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    };
+    until(&|| is_running("sleep 321.25"), "it never started");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    until(&|| !is_running("sleep 321.25"), "the engine goes on");
+    let log = fs::read_to_string(folder.path().join("jobs/changed/log.txt")).unwrap();
+    assert!(log.contains("faceoff itself was ended"), "{log}");
+    // The folder is a job folder, and free for the next run.
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,freefem",
+        "--n",
+        "4",
+        "--keep",
+        "jobs",
+    ];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+}
+
+#[test]
+fn a_killed_engine_and_a_folder_in_use_are_told() {
+    engine_refused(
+        "if (cases < 1) fail(",
+        "exec(\"kill -9 $PPID; sleep 5\"); if (cases < 1) fail(",
+        &[
+            "engine changed",
+            "was killed from outside",
+            "not enough memory",
+        ],
+    );
+    let folder = folder();
+    fs::create_dir_all(folder.path().join("jobs/freefem")).unwrap();
+    let lock = fs::File::open(folder.path().join("jobs/freefem")).unwrap();
+    lock.lock().unwrap();
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,freefem",
+        "--n",
+        "4",
+        "--quiet",
+        "--keep",
+        "jobs",
+    ];
+    refused(
+        folder.path(),
+        &words,
+        &["jobs/freefem is in use by another run", "--keep"],
+    );
+    drop(lock);
+    write(folder.path(), "jobs/freefem/thesis.tex", "");
+    refused(
+        folder.path(),
+        &words,
+        &["jobs/freefem is there and is no job folder"],
+    );
+    assert!(folder.path().join("jobs/freefem/thesis.tex").exists());
+}
+
 /// Is there a process with exactly this command line? (Its shell has a longer one.)
 fn is_running(line: &str) -> bool {
     fs::read_dir("/proc")

@@ -51,7 +51,14 @@ const LAYERS: [(&str, &[&str]); 23] = [
     (
         "verify",
         &[
-            "mesh", "field", "scene", "contact", "certify", "engine", "compare",
+            "mesh",
+            "field",
+            "scene",
+            "contact",
+            "certify",
+            "engine",
+            "compare",
+            "quadrature",
         ],
     ),
     (

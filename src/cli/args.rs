@@ -63,17 +63,35 @@ pub(super) struct Told {
     pub badge: Option<PathBuf>,
 }
 
+/// What a scene of a stranger may do.
+#[derive(Args)]
+pub(super) struct Trust {
+    /// Let a scene name a mesh outside its own folder
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+impl Trust {
+    /// The scene of this name or file.
+    pub fn scene(&self, name: &str) -> crate::error::Result<Scene> {
+        match self.allow_outside {
+            true => Scene::find_anywhere(name),
+            false => Scene::find(name),
+        }
+    }
+}
+
 /// How engines are run.
 #[derive(Args)]
 pub(super) struct Running {
     /// Longest time one engine may take, in seconds
     #[arg(long, value_name = "SECONDS", default_value = "3600", value_parser = seconds, allow_negative_numbers = true)]
     pub time_limit: Duration,
-    /// Run fenicsx as R processes that share the mesh, by mpirun (experimental: not covered by tests)
+    /// Run fenicsx as R processes that share the mesh, by mpirun
     #[arg(long, value_name = "R", default_value = "1", value_parser = clap::value_parser!(u32).range(1..))]
     pub ranks: u32,
     /// Start the processes of fenicsx by this instead, as in "srun -n 64"; job folders must be on
-    /// a disk that all see: use --keep (experimental: not covered by tests)
+    /// a disk that all see: use --keep
     #[arg(long, value_name = "COMMAND", value_parser = launcher, conflicts_with = "ranks")]
     pub launcher: Option<Words>,
     /// Keep the job folders in DIR
@@ -133,6 +151,11 @@ pub(super) struct Verify {
     /// Judge against the answers that --record kept in DIR
     #[arg(long, value_name = "DIR")]
     pub against: Option<PathBuf>,
+    /// Keep each answer in DIR as it comes, and take those that an interrupted run of the same settings kept there
+    #[arg(long, value_name = "DIR", conflicts_with = "diagnose")]
+    pub resume: Option<PathBuf>,
+    #[command(flatten)]
+    pub trust: Trust,
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]
@@ -245,6 +268,8 @@ impl Compare {
 pub(super) struct Solve {
     /// A built-in scene or a TOML file
     pub scene: String,
+    #[command(flatten)]
+    pub trust: Trust,
     #[arg(long, default_value = "rust")]
     pub engine: String,
     /// cr, cr-fc, p1, p2, or a member of the family (2.4) as in "p2(1,0)"; p1-vi, cr-vi, penalty,
@@ -301,6 +326,8 @@ pub(super) struct Orders {
     /// Refinements, rising
     #[arg(long, value_delimiter = ',', default_values = ["16", "32", "64"], value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Vec<u32>,
+    #[command(flatten)]
+    pub trust: Trust,
     #[command(flatten)]
     pub output: Output,
 }
@@ -371,6 +398,8 @@ pub(super) enum MeshAction {
         #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
         n: Option<u32>,
         #[command(flatten)]
+        trust: Trust,
+        #[command(flatten)]
         form: Form,
     },
     /// Halve every edge
@@ -420,6 +449,19 @@ pub(super) struct Engines {
 pub(super) enum EnginesAction {
     /// Install what is missing: FreeFEM and dolfinx by apt, meshio into a private environment
     Install,
+    /// Run a code through small cases with known answers, and say what it gets wrong
+    ///
+    /// Exit code: 0 all right, 1 something is wrong, 2 something has no answer.
+    Check {
+        /// A TOML file that describes an engine, or the name of one that is built in
+        #[arg(value_name = "FILE")]
+        engine: String,
+        /// Longest time one case may take, in seconds
+        #[arg(long, value_name = "SECONDS", default_value = "300", value_parser = seconds, allow_negative_numbers = true)]
+        time_limit: Duration,
+        #[command(flatten)]
+        output: Output,
+    },
 }
 
 /// A list of methods; the parameters of a family member hold a comma of their own.

@@ -1,17 +1,25 @@
 //! `faceoff engines`: what is here, and what brings the rest.
 
+use std::time::Duration;
+
 use serde::Serialize;
 
-use super::args::{Engines, EnginesAction};
-use super::{DONE, FAILED};
-use crate::engine::{self, Installation};
+use super::args::{Engines, EnginesAction, Output};
+use super::{DISAGREE, DONE, FAILED};
+use crate::compare::Verdict;
+use crate::contact::{Iteration, Stop};
+use crate::engine::{self, Installation, Launch, Settings};
 use crate::error::Result;
+use crate::linear;
 use crate::report;
+use crate::verify::{Finding, check_count, conformance};
 
 #[derive(Serialize)]
 struct EngineState {
     engine: String,
     version: Option<String>,
+    /// What is to be said of a version that was not tested.
+    doubt: Option<String>,
     problem: Option<String>,
 }
 
@@ -20,14 +28,22 @@ const ALL: [&str; 3] = ["freefem", "fenicsx", "meshio"];
 
 pub(super) fn run(arguments: &Engines) -> Result<u8> {
     let quiet = arguments.output.quiet;
-    if matches!(arguments.action, Some(EnginesAction::Install)) {
-        install(&ALL, quiet)?;
+    match &arguments.action {
+        None => {}
+        Some(EnginesAction::Install) => install(&ALL, quiet)?,
+        Some(EnginesAction::Check {
+            engine,
+            time_limit,
+            output,
+        }) => return check(engine, *time_limit, output),
     }
     let mut states = Vec::new();
     for name in engine::NAMES {
         let probed = engine::find(name)?.probe();
+        let version = probed.as_ref().ok();
         states.push(EngineState {
             engine: name.to_owned(),
+            doubt: version.and_then(|version| engine::doubt(name, version)),
             problem: probed.as_ref().err().map(ToString::to_string),
             version: probed.ok(),
         });
@@ -38,7 +54,12 @@ pub(super) fn run(arguments: &Engines) -> Result<u8> {
     if !quiet && !report::is_stdout(arguments.output.json.as_deref()) {
         for state in &states {
             match (&state.version, &state.problem) {
-                (Some(version), _) => println!("{:<8} {version}", state.engine),
+                (Some(version), _) => {
+                    println!("{:<8} {version}", state.engine);
+                    if let Some(doubt) = &state.doubt {
+                        println!("{:<8} {doubt}", "");
+                    }
+                }
                 (None, problem) => {
                     println!(
                         "{:<8} missing: {}",
@@ -63,6 +84,73 @@ pub(super) fn run(arguments: &Engines) -> Result<u8> {
         }
     }
     Ok(if missing { FAILED } else { DONE })
+}
+
+/// Runs a code through what it must be able to do.
+fn check(name: &str, time_limit: Duration, output: &Output) -> Result<u8> {
+    let engine = engine::find(name)?;
+    if !engine.is_installed() {
+        engine.probe()?;
+    }
+    let settings = Settings {
+        stop: Stop::default(),
+        iteration: Iteration::Newton,
+        linear: linear::Settings::default(),
+        launch: Launch::Alone,
+        time_limit,
+        keep: None,
+    };
+    let json = output.json.as_deref();
+    let is_told = !output.quiet && !report::is_stdout(json);
+    let mut done = 0;
+    let findings = conformance(&*engine, &settings, |finding| {
+        done += 1;
+        if is_told {
+            println!("{}", line(finding, done));
+        }
+    })?;
+    report::write_json(json, &findings)?;
+    let count = |verdict| findings.iter().filter(|f| f.verdict == verdict).count();
+    if is_told {
+        println!(
+            "{}: {} right, {} wrong, {} without an answer",
+            engine.name(),
+            count(Verdict::Agree),
+            count(Verdict::Disagree),
+            count(Verdict::Undetermined)
+        );
+    }
+    Ok(
+        match (count(Verdict::Disagree), count(Verdict::Undetermined)) {
+            (0, 0) => DONE,
+            (0, _) => FAILED,
+            _ => DISAGREE,
+        },
+    )
+}
+
+fn line(finding: &Finding, number: usize) -> String {
+    let verdict = match finding.verdict {
+        Verdict::Agree => "right",
+        Verdict::Disagree => "WRONG",
+        Verdict::Undetermined => "no answer",
+    };
+    let method = finding
+        .method
+        .as_ref()
+        .map_or(String::new(), |m| format!(", {m}"));
+    let difference = finding
+        .difference
+        .map_or(String::new(), |d| format!(" {d:.1e}"));
+    let why = finding
+        .why
+        .as_ref()
+        .map_or(String::new(), |why| format!(": {why}"));
+    let all = check_count();
+    format!(
+        "{number:>2}/{all} {verdict:<9}{difference:<8} {}{method}{why}",
+        finding.about
+    )
 }
 
 /// Brings what the named engines lack, saying each command.

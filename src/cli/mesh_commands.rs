@@ -10,7 +10,6 @@ use crate::io::vtu::{Compressor, Encoding};
 use crate::io::{self, Format, Options, msh};
 use crate::mesh::check::{Findings, Report};
 use crate::report::{is_stdout, write_json};
-use crate::scene::Scene;
 
 pub(super) fn run(arguments: &Mesh) -> Result<u8> {
     let python = meshio_python();
@@ -53,9 +52,10 @@ pub(super) fn run(arguments: &Mesh) -> Result<u8> {
             scene,
             out,
             n,
+            trust,
             form,
         } => {
-            let scene = Scene::find(scene)?;
+            let scene = trust.scene(scene)?;
             let (_, made) = scene.mesh(n.map(|n| n as usize).or(scene.mesh.n()))?;
             warn(form, io::write(out, &made, &options(form, out, python)?)?);
         }

@@ -39,10 +39,24 @@ pub fn main() -> ExitCode {
     match run(arguments) {
         Ok(code) => ExitCode::from(code),
         Err(e) => {
-            eprintln!("faceoff: {e}");
+            complain(&e.to_string());
             ExitCode::from(FAILED)
         }
     }
+}
+
+/// A message on standard error. It may quote what a stranger wrote, which must not reach a terminal as commands.
+fn complain(message: &str) {
+    let plain: String = message
+        .chars()
+        .map(|c| match c {
+            '\n' => c,
+            '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '\u{fffd}',
+            _ if c.is_control() => '\u{fffd}',
+            _ => c,
+        })
+        .collect();
+    eprintln!("faceoff: {plain}");
 }
 
 fn run(arguments: Arguments) -> Result<u8> {

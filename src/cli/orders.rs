@@ -21,7 +21,7 @@ pub(super) fn run(arguments: &Orders) -> Result<u8> {
     };
     let scenes = names
         .iter()
-        .map(|name| Scene::find(name))
+        .map(|name| arguments.trust.scene(name))
         .collect::<Result<Vec<_>>>()?;
     let n: Vec<usize> = arguments.n.iter().map(|&n| n as usize).collect();
     let methods = &arguments.methods.0;

@@ -14,11 +14,10 @@ use crate::engine::{self, Case, Progress, Silent};
 use crate::error::{Error, Result};
 use crate::linear::Settings;
 use crate::report;
-use crate::scene::Scene;
 
 pub(super) fn run(arguments: &Solve) -> Result<u8> {
     let quiet = arguments.output.quiet;
-    let mut scene = Scene::find(&arguments.scene)?;
+    let mut scene = arguments.trust.scene(&arguments.scene)?;
     let usual = if arguments.accuracy.is_some() {
         Method::cr_fc()
     } else {
@@ -97,6 +96,9 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         bars.clear();
     }
     let mut run = run?;
+    if let Some(doubt) = engine::doubt(engine.name(), &run.version) {
+        eprintln!("faceoff: warning: {doubt}");
+    }
     let total = clock.elapsed().as_secs_f64();
     let Some(answer) = run.answers.pop() else {
         return Err(Error::engine(

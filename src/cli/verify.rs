@@ -1,14 +1,16 @@
 //! `faceoff verify`.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use super::args::{Running, Verify};
 use super::progress::Bars;
-use super::{DISAGREE, DONE, FAILED, engines, tell_failure};
+use super::{DISAGREE, DONE, FAILED, complain, engines, tell_failure};
 use crate::compare::Verdict;
 use crate::contact::{Iteration, Stop};
 use crate::diagnose::{Diagnosis, diagnose};
-use crate::engine::{self, Baseline, Engine, Launch, Progress, Settings, Silent};
+use crate::engine::{self, Baseline, Engine, Launch, Progress, Settings, Silent, resumed};
 use crate::error::{Error, Result};
 use crate::linear;
 use crate::report;
@@ -35,7 +37,7 @@ fn judge(arguments: &Verify) -> Result<u8> {
         arguments
             .scenes
             .iter()
-            .map(|name| Scene::find(name))
+            .map(|name| arguments.trust.scene(name))
             .collect::<Result<Vec<_>>>()?
     };
     for (k, scene) in scenes.iter().enumerate() {
@@ -47,6 +49,9 @@ fn judge(arguments: &Verify) -> Result<u8> {
         }
     }
     let (mut engines, missing) = present(arguments)?;
+    if let Some(folder) = &arguments.resume {
+        engines = engines.into_iter().map(|e| resumed(e, folder)).collect();
+    }
     if let Some(folder) = &arguments.against {
         engines.extend(Baseline::read(folder)?.engines(folder));
     }
@@ -112,8 +117,13 @@ fn judge(arguments: &Verify) -> Result<u8> {
     }
     let folder = arguments.report.as_deref();
     report::annotate(&outcome, &missing, folder, report::is_stdout(json))?;
+    let answered = outcome.cases.iter().flat_map(|case| &case.engines);
+    let doubts = answered.filter_map(|of| engine::doubt(&of.engine, &of.version));
+    for doubt in doubts.collect::<BTreeSet<_>>() {
+        eprintln!("faceoff: warning: {doubt}");
+    }
     for failure in &outcome.failures {
-        eprintln!("faceoff: {}", failure.message);
+        complain(&failure.message);
     }
     Ok(match outcome.verdict {
         Verdict::Agree => DONE,

@@ -1,14 +1,15 @@
 //! FEniCSx: its job form, its command, its private cache, its version.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 use std::time::Duration;
 
-use super::freefem::find_in_path;
 use super::job::{self, Files};
-use super::{Case, Launch, Settings, process};
+use super::process::{self, find_in_path};
+use super::{Case, Launch, Settings, recorded, version};
 use crate::error::{Error, Result};
 use crate::scene::Expression;
 
@@ -49,6 +50,21 @@ fn missing() -> Error {
     )
 }
 
+/// Of the script that is run and what it imports.
+pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
+    let mut all = Vec::new();
+    for (name, text) in SCRIPTS {
+        match scripts {
+            None => all.extend_from_slice(text.as_bytes()),
+            Some(scripts) => {
+                let path = scripts.join(name);
+                all.extend(fs::read(&path).map_err(Error::io(&path, "read"))?);
+            }
+        }
+    }
+    Ok(recorded::digest(&all))
+}
+
 /// Runs the companion in the job folder.
 pub(super) fn command(folder: &Path, scripts: Option<&Path>, launch: &Launch) -> Result<Command> {
     let home = match scripts {
@@ -65,17 +81,23 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>, launch: &Launch) ->
     };
     let python = python().ok_or_else(missing)?;
     let script = home.join(SCRIPTS[0].0);
+    // What MPI puts there would outlive a process that is killed.
+    let temporary = folder.join("tmp");
+    fs::create_dir_all(&temporary).map_err(Error::io(&temporary, "make"))?;
     let mut command = match launch {
         Launch::Alone => {
             let mut command = Command::new(python);
-            command.arg("-B").arg(script);
+            command.arg("-B").arg(script).env("TMPDIR", &temporary);
             command
         }
         Launch::Ranks(ranks) => {
             let mut command = Command::new(find_in_path("mpirun").ok_or_else(no_mpirun)?);
             let ranks = ranks.to_string();
-            command.args(["-n", &ranks]);
+            command.args(["-n", &ranks]).env("TMPDIR", &temporary);
             distribute(&mut command, &python, &script, &ranks);
+            // A rank that waits would otherwise spin, and take the core from one that works or compiles: the ranks are
+            // not alone here, other engines run beside them.
+            set(&mut command, "OMPI_MCA_mpi_yield_when_idle", "1");
             command
         }
         Launch::By(words) => {
@@ -92,7 +114,23 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>, launch: &Launch) ->
         .env("OMP_NUM_THREADS", "1")
         .env("OPENBLAS_NUM_THREADS", "1")
         .env("XDG_CACHE_HOME", cache(folder));
+    if std::env::var_os("HOME").is_none() {
+        // dolfinx asks for it even where it has no need of it.
+        command.env("HOME", folder);
+    }
+    // For how long another process may compile the same form, in seconds: by dolfinx's default of ten a busy machine fails.
+    for name in ["dolfinx_jit_parameters.json", "dolfinx_jit_options.json"] {
+        let path = folder.join(name);
+        fs::write(&path, "{\"timeout\": 60}\n").map_err(Error::io(&path, "write"))?;
+    }
     Ok(command)
+}
+
+/// Sets a variable that the user has not set.
+fn set(command: &mut Command, name: &str, value: &str) {
+    if std::env::var_os(name).is_none() {
+        command.env(name, value);
+    }
 }
 
 /// What a launcher of MPI processes is to run, and what lets Open MPI do so.
@@ -113,9 +151,7 @@ fn distribute(command: &mut Command, python: &Path, script: &Path, ranks: &str) 
         ("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe"),
         ("PRTE_MCA_hwloc_default_binding_policy", "none"),
     ] {
-        if std::env::var_os(name).is_none() {
-            command.env(name, value);
-        }
+        set(command, name, value);
     }
 }
 
@@ -148,17 +184,28 @@ pub(super) fn probe() -> Result<String> {
             }
         },
     )?;
-    version.ok_or_else(|| {
+    let version = version.ok_or_else(|| {
         Error::engine(
             "fenicsx",
             "dolfinx does not tell its version",
             "reinstall it",
         )
-    })
+    })?;
+    version::accept("fenicsx", &version)?;
+    Ok(version)
 }
 
-/// The cache of compiled forms that this process shares, for as long as it lives.
-static CACHE: Mutex<Option<(PathBuf, File)>> = Mutex::new(None);
+/// The cache of compiled forms of this process.
+static CACHE: Mutex<Cache> = Mutex::new(Cache::Unknown);
+
+enum Cache {
+    /// Nothing has asked for it yet.
+    Unknown,
+    /// Shared by all runs, for as long as this process lives.
+    Shared(PathBuf, File),
+    /// Where there is no place for one, or it was found to be broken: each job folder has its own.
+    OfJob,
+}
 
 /// A private cache of compiled forms, shared by all runs. A compilation that was killed leaves a
 /// source file behind on which every later process waits in vain; so a run that finds itself
@@ -167,47 +214,90 @@ fn cache(folder: &Path) -> PathBuf {
     let mut held = CACHE
         .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some((path, _)) = held.as_ref() {
-        return path.clone();
+    if matches!(*held, Cache::Unknown) {
+        *held = share().map_or(Cache::OfJob, |(path, lock)| Cache::Shared(path, lock));
     }
-    let share = || -> Option<(PathBuf, File)> {
-        let home = std::env::var_os("XDG_CACHE_HOME")
-            .map(PathBuf::from)
-            .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache")))?;
-        let path = home.join("faceoff");
-        fs::create_dir_all(&path).ok()?;
-        let lock = File::create(path.join("lock")).ok()?;
-        if lock.try_lock().is_ok() {
-            remove_orphans(&path.join("fenics"));
-            lock.unlock().ok()?;
-        }
-        lock.lock_shared().ok()?;
-        Some((path, lock))
-    };
-    match share() {
-        Some((path, lock)) => held.insert((path, lock)).0.clone(),
-        None => folder.join("cache"),
+    match &*held {
+        Cache::Shared(path, _) => path.clone(),
+        _ => folder.join("cache"),
     }
 }
 
-/// Removes sources that were never compiled to the end.
-fn remove_orphans(forms: &Path) {
+fn share() -> Option<(PathBuf, File)> {
+    let home = std::env::var_os("XDG_CACHE_HOME")
+        .map(PathBuf::from)
+        .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache")))?;
+    let path = std::path::absolute(home.join("faceoff")).ok()?;
+    fs::create_dir_all(&path).ok()?;
+    let lock = File::create(path.join("lock")).ok()?;
+    if lock.try_lock().is_ok() {
+        remove_unfinished(&path.join("fenics"));
+        lock.unlock().ok()?;
+    }
+    lock.lock_shared().ok()?;
+    // A cache that can be read alone is none.
+    tempfile::tempfile_in(&path).ok()?;
+    Some((path, lock))
+}
+
+/// After a failure: if what was said in `folder` puts it down to the shared cache, or the process crashed, which a
+/// broken library does, that cache is given up, for good if nobody else uses it. Then another try has a chance.
+pub(super) fn give_up_cache(folder: &Path, failure: &Error) -> bool {
+    let mut held = CACHE
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    let Cache::Shared(path, lock) = &*held else {
+        return false;
+    };
+    let forms = path.join("fenics");
+    let log = fs::read(folder.join("log.txt")).unwrap_or_default();
+    let told = format!("{} {failure}", String::from_utf8_lossy(&log));
+    let of_cache = forms.to_string_lossy();
+    // As the system tells a crash, as mpirun, and as PETSc does.
+    let signs = [
+        "SIGSEGV",
+        "SIGBUS",
+        "Segmentation",
+        "Bus error",
+        "Caught signal",
+        &of_cache,
+    ];
+    if !signs.iter().any(|sign| told.contains(sign)) {
+        return false;
+    }
+    tracing::warn!(cache = %forms.display(), "broken, and given up");
+    let mended =
+        lock.try_lock().is_ok() && fs::remove_dir_all(&forms).is_ok() && lock.lock_shared().is_ok();
+    if !mended {
+        *held = Cache::OfJob;
+    }
+    true
+}
+
+/// Removes all files of forms that were not compiled to the end: FFCx waits until there is `FORM.c.cached`, and then
+/// takes it for granted that there is a library.
+fn remove_unfinished(forms: &Path) {
     let Ok(entries) = fs::read_dir(forms) else {
         return;
     };
-    let names: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-    for source in names
-        .iter()
-        .filter(|p| p.extension().is_some_and(|e| e == "c"))
-    {
-        let stem = source.file_stem().unwrap_or_default().to_string_lossy();
-        let compiled = names.iter().any(|p| {
-            let name = p.file_name().unwrap_or_default().to_string_lossy();
-            name.starts_with(&*stem) && name.ends_with(".so")
-        });
-        if !compiled {
-            // What cannot be removed costs time later, and says so then.
-            let _ = fs::remove_file(source);
+    let mut files: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let stem = name.split('.').next().unwrap_or_default().to_owned();
+        files.entry(stem).or_default().push(path);
+    }
+    for of_form in files.values() {
+        let has = |suffix: &str, least: u64| {
+            let mut found = of_form
+                .iter()
+                .filter(|p| p.to_string_lossy().ends_with(suffix));
+            found.any(|p| fs::metadata(p).is_ok_and(|of| of.len() >= least))
+        };
+        if !(has(".c", 0) && has(".c.cached", 0) && has(".so", 1)) {
+            for path in of_form {
+                // What cannot be removed costs time later, and says so then.
+                let _ = fs::remove_file(path);
+            }
         }
     }
 }

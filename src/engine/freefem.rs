@@ -7,7 +7,8 @@ use std::process::Command;
 use std::time::Duration;
 
 use super::job::{self, Files};
-use super::{Case, Settings, process};
+use super::process::{self, find_in_path};
+use super::{Case, Settings, recorded, version};
 use crate::contact::Law;
 use crate::error::{Error, Result};
 use crate::quadrature::Rule;
@@ -21,20 +22,22 @@ pub(super) fn program() -> Option<PathBuf> {
     find_in_path("FreeFem++-nw").or_else(|| find_in_path("FreeFem++"))
 }
 
-/// A program by name, as a shell finds it.
-pub(super) fn find_in_path(name: &str) -> Option<PathBuf> {
-    let path = std::env::var_os("PATH")?;
-    std::env::split_paths(&path)
-        .map(|folder| folder.join(name))
-        .find(|file| file.is_file())
-}
-
 fn missing() -> Error {
     Error::engine(
         "freefem",
         "FreeFem++ is not installed",
         "run `faceoff engines install`, or on Debian `apt-get install freefem++`",
     )
+}
+
+/// Of the script that is run.
+pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
+    let Some(scripts) = scripts else {
+        return Ok(recorded::digest(SCRIPT.as_bytes()));
+    };
+    let script = scripts.join(SCRIPT_NAME);
+    let text = fs::read(&script).map_err(Error::io(&script, "read"))?;
+    Ok(recorded::digest(&text))
 }
 
 /// Runs the job's copy of the script in `folder`.
@@ -69,7 +72,7 @@ pub(super) fn probe() -> Result<String> {
                 if (!(u[].max > 0)) exit(3);\n";
     fs::write(&script, text).map_err(Error::io(&script, "write"))?;
     let mut version = None;
-    let mut command = Command::new(program);
+    let mut command = Command::new(&program);
     command
         .args(["-ne", "-v", "0", "-nw", "probe.edp"])
         .env("LC_ALL", "C");
@@ -84,15 +87,20 @@ pub(super) fn probe() -> Result<String> {
             }
         },
     )?;
-    Ok(package_version("freefem++")
+    let version = package_version(&program)
         .or(version)
-        .unwrap_or_else(|| "unknown".into()))
+        .unwrap_or_else(|| "unknown".into());
+    version::accept("freefem", &version)?;
+    Ok(version)
 }
 
-/// The upstream version of an installed Debian package: 4.11 of 4.11+dfsg1-4.
-pub(super) fn package_version(package: &str) -> Option<String> {
+/// The version of Debian's package, if this is its program: 4.11 of 4.11+dfsg1-4.
+pub(super) fn package_version(program: &Path) -> Option<String> {
+    if !program.starts_with("/usr/bin") {
+        return None;
+    }
     let output = Command::new("dpkg-query")
-        .args(["-W", "-f", "${Version}", package])
+        .args(["-W", "-f", "${Version}", "freefem++"])
         .output()
         .ok()?;
     let text = String::from_utf8(output.stdout).ok()?;

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use super::{fenicsx, freefem};
+use super::{fenicsx, freefem, process};
 use crate::error::{Error, Result};
 
 /// Something that an engine or a format needs, and the commands that bring it.
@@ -99,7 +99,7 @@ pub fn install(plan: &[Installation], mut say: impl FnMut(&str)) -> Result<()> {
         say(&format!("installing {}", installation.what));
         for words in &installation.commands {
             let with_apt = words[0] == "apt-get";
-            if with_apt && freefem::find_in_path("apt-get").is_none() {
+            if with_apt && process::find_in_path("apt-get").is_none() {
                 return Err(refuse("this system has no apt-get".into()));
             }
             let mut line: Vec<&str> = Vec::new();

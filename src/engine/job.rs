@@ -21,6 +21,9 @@ use crate::scene::Expression;
 /// Version of the protocol.
 pub(super) const PROTOCOL: u32 = 1;
 
+/// What an engine writes last.
+pub(super) const STATUS: &str = "out/status.json";
+
 /// Values of one dof told by several cells may differ by this, relative to max|u|.
 const SAME_DOF: f64 = 1e-13;
 
@@ -232,7 +235,7 @@ pub(super) fn read(engine: &str, folder: &Path, cases: &[Case]) -> Result<(Strin
             "its answer does not count; keep the job folder with --keep and look at log.txt",
         )
     };
-    let path = folder.join("out/status.json");
+    let path = folder.join(STATUS);
     let text = fs::read_to_string(&path)
         .map_err(|_| fault("it ended without writing out/status.json".into()))?;
     let status: Status = serde_json::from_str(&text)
@@ -290,6 +293,25 @@ pub(super) fn read(engine: &str, folder: &Path, cases: &[Case]) -> Result<(Strin
         })
         .collect::<Result<_>>()?;
     Ok((status.version, answers))
+}
+
+/// Makes a job that is written one in another protocol.
+pub(super) fn pretend_protocol(folder: &Path, protocol: u32) -> Result<()> {
+    let path = folder.join("job.json");
+    let text = fs::read_to_string(&path).map_err(Error::io(&path, "read"))?;
+    let own = format!("\"protocol\": {PROTOCOL}");
+    let text = text.replacen(&own, &format!("\"protocol\": {protocol}"), 1);
+    fs::write(&path, text).map_err(Error::io(&path, "write"))
+}
+
+/// What a kept job folder has of a case, though it may not count: values of all local dofs of all cells.
+pub fn raw_values(folder: &Path, index: usize, problem: &Problem) -> Option<Vec<f64>> {
+    let space = &problem.space;
+    let expected = space.mesh.cell_count() * space.local_dofs;
+    ["f64", "txt"].into_iter().find_map(|form| {
+        let name = format!("out/{}.dofs.{form}", case_id(index));
+        read_values(folder, &name, expected, space.local_dofs).ok()
+    })
 }
 
 /// Values of all local dofs of all cells, from rows of text or raw little-endian binary64.

@@ -9,14 +9,21 @@ mod job;
 mod process;
 mod program;
 mod recorded;
+mod resumed;
 mod rust;
+mod version;
 
 use std::path::PathBuf;
 use std::time::Duration;
 
+use serde_json::{Value, json};
+
 pub use install::{Installation, install, meshio_python, plan};
+pub use job::raw_values;
 pub use process::{interrupt, interrupted, peak_memory_mb};
 pub use recorded::{BASELINE, Baseline, Kept, record};
+pub use resumed::resumed;
+pub use version::doubt;
 
 use crate::contact::{Ended, Iteration, Method, Problem, Solution, Stop};
 use crate::error::{Error, Result};
@@ -150,6 +157,23 @@ pub trait Engine: Sync {
     /// Can it run as several processes that share the mesh?
     fn distributes(&self) -> bool {
         false
+    }
+
+    /// What its answers depend on besides cases and settings: its program, and the version of it.
+    ///
+    /// # Errors
+    /// Those of [`Engine::probe`].
+    fn identity(&self) -> Result<Value> {
+        Ok(json!({ "version": self.probe()? }))
+    }
+
+    /// Does the code refuse a job in a protocol that is not its own? Engines without one do not get such a job.
+    ///
+    /// # Errors
+    /// A job that cannot be written, an interruption.
+    fn refuses_other_protocols(&self, case: &Case, settings: &Settings) -> Result<bool> {
+        let _ = (case, settings);
+        Ok(true)
     }
 
     /// Does the code have this method? All have the family (2.4).

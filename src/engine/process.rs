@@ -1,9 +1,10 @@
 //! Running a program to its end, or to ours: time limit, interruption, no child left behind.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
-use std::process::{Command, Stdio};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -19,8 +20,25 @@ const POLL: Duration = Duration::from_millis(5);
 /// it; those of `mpirun`, which are in groups of their own, only if it is not killed.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// SIGTERM, whose number POSIX fixes.
+/// SIGKILL and SIGTERM, whose numbers POSIX fixes.
+const KILL: i32 = 9;
 const TERMINATE: i32 = 15;
+
+/// Becomes the program, after it has set a watcher beside it. The watcher reads a pipe that nobody
+/// writes to: it breaks when faceoff is gone, also when it was killed, and then the watcher ends the
+/// whole group. It has to be no child of the program, which may wait for all of its own.
+const WATCHED: &str = r#"exec 3<&0 </dev/null
+( (
+  trap '' HUP INT TERM
+  read -r _ <&3
+  echo 'error faceoff itself was ended, and this engine with it' >>log.txt
+  kill -TERM 0; sleep 2; kill -KILL 0
+) >/dev/null 2>&1 & )
+exec 3<&-
+exec "$@""#;
+
+/// No line of a program is read further than this at once.
+const LONGEST_LINE: u64 = 1 << 16;
 
 /// Lines of the log that a message quotes.
 const QUOTED: usize = 6;
@@ -49,13 +67,13 @@ pub fn peak_memory_mb(children: bool) -> f64 {
 }
 
 /// Runs `command` in its own process group in `folder`, keeps all it says in `folder/log.txt`,
-/// and passes each line of its standard output to `line`.
+/// and passes each line of its standard output to `line`. The group ends with this process.
 ///
 /// # Errors
 /// A program that cannot be started, exits other than with 0, or exceeds the time limit.
 pub(super) fn run(
     engine: &str,
-    mut command: Command,
+    command: Command,
     folder: &Path,
     time_limit: Duration,
     line: impl FnMut(&str) + Send,
@@ -64,25 +82,41 @@ pub(super) fn run(
     let log = File::create(&log_path).map_err(Error::io(&log_path, "write"))?;
     let for_stderr = log.try_clone().map_err(Error::io(&log_path, "write"))?;
     let program = command.get_program().to_string_lossy().into_owned();
+    let not_started = |why: String| {
+        Error::engine(
+            engine,
+            format!("`{program}` cannot be started: {why}"),
+            "run `faceoff engines` to see what is missing",
+        )
+    };
+    if find_in_path(command.get_program()).is_none() {
+        return Err(not_started("there is no such program".into()));
+    }
+    let mut command = watched(&command);
     command
         .current_dir(folder)
-        .stdin(Stdio::null())
+        .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::from(for_stderr));
     let mut child = CommandWrap::from(command)
         .wrap(ProcessGroup::leader())
         .spawn()
-        .map_err(|e| {
-            Error::engine(
-                engine,
-                format!("`{program}` cannot be started: {e}"),
-                "run `faceoff engines` to see what is missing",
-            )
-        })?;
+        .map_err(|e| not_started(e.to_string()))?;
     tracing::info!(engine, program, folder = %folder.display(), "started");
+    // Held until the group has ended: the watcher's sign that this process is there.
+    let _alive = child.stdin().take();
     let output = child.stdout().take();
     let status = std::thread::scope(|scope| {
-        let reader = scope.spawn(move || copy_lines(output, log, line));
+        let reader = match std::thread::Builder::new()
+            .spawn_scoped(scope, move || copy_lines(output, log, line))
+        {
+            Ok(reader) => reader,
+            Err(e) => {
+                let _ = child.start_kill();
+                let _ = child.wait();
+                return Err(not_started(format!("nobody can listen to it: {e}")));
+            }
+        };
         let end = Instant::now() + time_limit;
         let status = loop {
             match child.try_wait() {
@@ -127,11 +161,51 @@ pub(super) fn run(
     if status.success() {
         return Ok(());
     }
-    Err(Error::engine(
+    Err(failure(engine, &program, status, &log_path))
+}
+
+/// A program by name or path, as a shell finds it.
+pub(super) fn find_in_path(name: impl AsRef<Path>) -> Option<PathBuf> {
+    let name = name.as_ref();
+    if name.components().count() > 1 {
+        return name.is_file().then(|| name.to_owned());
+    }
+    let path = std::env::var_os("PATH")?;
+    std::env::split_paths(&path)
+        .map(|folder| folder.join(name))
+        .find(|file| file.is_file())
+}
+
+/// The command with a watcher beside it.
+fn watched(command: &Command) -> Command {
+    let mut shell = Command::new("/bin/sh");
+    shell
+        .args(["-c", WATCHED, "sh"])
+        .arg(command.get_program())
+        .args(command.get_args());
+    for (name, value) in command.get_envs() {
+        match value {
+            Some(value) => shell.env(name, value),
+            None => shell.env_remove(name),
+        };
+    }
+    shell
+}
+
+fn failure(engine: &str, program: &str, status: ExitStatus, log: &Path) -> Error {
+    let said = quote(log);
+    if status.signal() == Some(KILL) {
+        return Error::engine(
+            engine,
+            format!("`{program}` was killed from outside{said}"),
+            "if nobody did it, there was not enough memory (`dmesg` tells): use coarser meshes or another machine",
+        );
+    }
+    Error::engine(
         engine,
-        format!("`{program}` failed ({status}){}", quote(&log_path)),
+        format!("`{program}` failed ({status}){said}"),
         "run `faceoff engines` to check the installation, or keep the job folder with --keep",
-    ))
+    )
 }
 
 fn copy_lines(
@@ -142,7 +216,11 @@ fn copy_lines(
     let Some(output) = output else { return };
     let mut reader = BufReader::new(output);
     let mut buffer = Vec::new();
-    while matches!(reader.read_until(b'\n', &mut buffer), Ok(count) if count > 0) {
+    let mut next = |buffer: &mut Vec<u8>| {
+        let mut part = reader.by_ref().take(LONGEST_LINE);
+        matches!(part.read_until(b'\n', buffer), Ok(count) if count > 0)
+    };
+    while next(&mut buffer) {
         // The log is for people; a full disk must not stop the engine's answer.
         let _ = log.write_all(&buffer);
         line(String::from_utf8_lossy(&buffer).trim_end());
@@ -157,7 +235,9 @@ fn quote(log: &Path) -> String {
     let lines: Vec<&str> = text
         .lines()
         .map(str::trim)
-        .filter(|line| !line.trim_matches('-').is_empty() && !line.starts_with("progress "))
+        // Rules of mpirun, and Python's marks below a line.
+        .filter(|line| !line.trim_matches(['-', '^', '~']).is_empty())
+        .filter(|line| !line.starts_with("progress "))
         .collect();
     let errors: Vec<&str> = lines
         .iter()

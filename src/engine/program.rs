@@ -1,8 +1,12 @@
 //! An engine that is a program and speaks the protocol.
 
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use serde_json::{Value, json};
+
+use super::recorded::digest;
 use super::{Answer, Case, Engine, Progress, Run, Settings, fenicsx, freefem, job, process};
 use crate::error::{Error, Result};
 
@@ -105,6 +109,45 @@ impl Engine for Program {
         matches!(self.kind, Kind::Fenicsx { .. })
     }
 
+    fn identity(&self) -> Result<Value> {
+        Ok(match &self.kind {
+            Kind::FreeFem { scripts } => json!({
+                "version": self.probe()?,
+                "companion": freefem::digest(scripts.as_deref())?,
+            }),
+            Kind::Fenicsx { scripts } => json!({
+                "version": self.probe()?,
+                "companion": fenicsx::digest(scripts.as_deref())?,
+            }),
+            Kind::Other { command, folder } => {
+                let files = command.iter().map(|word| folder.join(word));
+                let digests = files.filter_map(|file| Some(digest(&fs::read(file).ok()?)));
+                json!({ "command": command, "files": digests.collect::<Vec<_>>() })
+            }
+        })
+    }
+
+    fn refuses_other_protocols(&self, case: &Case, settings: &Settings) -> Result<bool> {
+        // FreeFEM's job has no number of a protocol: it is written for its script.
+        if matches!(self.kind, Kind::FreeFem { .. }) {
+            return Ok(true);
+        }
+        let folder = Folder::new(None, &self.name)?;
+        let command = self.prepare(&folder.path, std::slice::from_ref(case), settings)?;
+        job::pretend_protocol(&folder.path, job::PROTOCOL + 1)?;
+        match process::run(
+            &self.name,
+            command,
+            &folder.path,
+            settings.time_limit,
+            |_| {},
+        ) {
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            Err(_) => Ok(!folder.path.join(job::STATUS).exists()),
+            Ok(()) => Ok(false),
+        }
+    }
+
     fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {
         let jobs = job::jobs(cases);
         let mut run = Run {
@@ -117,8 +160,14 @@ impl Engine for Program {
                 _ => format!("{}-{}", self.name, number + 1),
             };
             let folder = Folder::new(settings.keep.as_deref(), &kept)?;
-            let (version, answers) =
-                self.run_job(&folder.path, job, settings, progress, run.answers.len())?;
+            let first = run.answers.len();
+            let mut done = self.run_job(&folder.path, job, settings, progress, first);
+            if let (Kind::Fenicsx { .. }, Err(failure)) = (&self.kind, &done)
+                && fenicsx::give_up_cache(&folder.path, failure)
+            {
+                done = self.run_job(&folder.path, job, settings, progress, first);
+            }
+            let (version, answers) = done?;
             run.version = version;
             run.answers.extend(answers);
         }
@@ -146,7 +195,9 @@ impl Program {
         let (told, answers) = job::read(&self.name, folder, cases)?;
         let version = match self.kind {
             // What FreeFEM tells of itself is older than what Debian ships: 4.9 for 4.11.
-            Kind::FreeFem { .. } => freefem::package_version("freefem++").unwrap_or(told),
+            Kind::FreeFem { .. } => freefem::program()
+                .and_then(|program| freefem::package_version(&program))
+                .unwrap_or(told),
             _ => told,
         };
         Ok((version, answers))
@@ -157,6 +208,8 @@ impl Program {
 struct Folder {
     path: PathBuf,
     _temporary: Option<tempfile::TempDir>,
+    /// Held while the job runs, so that no other run takes the folder.
+    _lock: Option<File>,
 }
 
 impl Folder {
@@ -169,26 +222,51 @@ impl Folder {
             return Ok(Folder {
                 path: temporary.path().to_owned(),
                 _temporary: Some(temporary),
+                _lock: None,
             });
         };
         let folder = keep.join(name);
+        let refuse = |what: &str| {
+            let what = format!("{} {what}", folder.display());
+            Error::usage(what, "name another folder with --keep")
+        };
+        let is_new = !folder.exists();
+        fs::create_dir_all(&folder).map_err(Error::io(&folder, "make"))?;
+        let lock = File::open(&folder).map_err(Error::io(&folder, "open"))?;
+        if lock.try_lock().is_err() {
+            return Err(refuse("is in use by another run"));
+        }
         // What an earlier run left here must not pass for an answer of this one; what is no job
         // folder is somebody's work.
-        if folder.exists() {
+        let mut entries = fs::read_dir(&folder).map_err(Error::io(&folder, "read"))?;
+        if !is_new && entries.next().is_some() {
             if !folder.join("job.json").is_file() {
-                return Err(Error::usage(
-                    format!("{} is there and is no job folder", folder.display()),
-                    "name another folder with --keep",
-                ));
+                return Err(refuse("is there and is no job folder"));
             }
-            std::fs::remove_dir_all(&folder).map_err(Error::io(&folder, "replace"))?;
+            empty(&folder)?;
         }
-        std::fs::create_dir_all(&folder).map_err(Error::io(&folder, "make"))?;
+        // From now on it is one, whatever happens to this run.
+        let job = folder.join("job.json");
+        fs::write(&job, "").map_err(Error::io(&job, "write"))?;
         Ok(Folder {
             path: std::path::absolute(&folder).map_err(Error::io(&folder, "find"))?,
             _temporary: None,
+            _lock: Some(lock),
         })
     }
+}
+
+fn empty(folder: &Path) -> Result<()> {
+    for entry in fs::read_dir(folder).map_err(Error::io(folder, "read"))? {
+        let path = entry.map_err(Error::io(folder, "read"))?.path();
+        let removed = if path.is_dir() && !path.is_symlink() {
+            fs::remove_dir_all(&path)
+        } else {
+            fs::remove_file(&path)
+        };
+        removed.map_err(Error::io(&path, "remove"))?;
+    }
+    Ok(())
 }
 
 /// `progress case-3 7 1.25e-05`

@@ -261,7 +261,7 @@ impl Recorded {
     }
 }
 
-fn digest(bytes: &[u8]) -> String {
+pub(super) fn digest(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex()[..16].to_owned()
 }
 
@@ -273,7 +273,7 @@ fn of_settings(settings: &Settings) -> Value {
 }
 
 /// Everything that the scheme is made of.
-fn problem(case: &Case) -> Value {
+pub(super) fn problem(case: &Case) -> Value {
     let (scene, problem) = (case.scene, &case.problem);
     let parts = format!("{:?}", problem.parts);
     json!({
@@ -294,7 +294,7 @@ fn problem(case: &Case) -> Value {
 }
 
 /// The first key whose values differ, with both.
-fn first_difference(at: &str, recorded: &Value, asked: &Value) -> Option<String> {
+pub(super) fn first_difference(at: &str, recorded: &Value, asked: &Value) -> Option<String> {
     if let (Value::Object(of_recorded), Value::Object(of_asked)) = (recorded, asked) {
         let keys = of_recorded.keys().chain(of_asked.keys());
         return keys

@@ -1,7 +1,7 @@
 //! The TOML form of a scene.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Component, Path};
 
 use serde::Deserialize;
 
@@ -106,8 +106,14 @@ struct BoundsFile {
     atol: Option<f64>,
 }
 
-/// Parses a scene; `folder` is where its relative paths start, none for built-in scenes.
-pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<Scene> {
+/// Parses a scene; `folder` is where its relative paths start, none for built-in scenes. Only with `anywhere` may they
+/// lead out of it.
+pub(super) fn parse(
+    origin: &str,
+    text: &str,
+    folder: Option<&Path>,
+    anywhere: bool,
+) -> Result<Scene> {
     let refuse = |place: &str, what: String, remedy: &str| Error::Scene {
         scene: origin.to_owned(),
         place: place.to_owned(),
@@ -208,6 +214,13 @@ pub(super) fn parse(origin: &str, text: &str, folder: Option<&Path>) -> Result<S
                 ));
             }
             match folder {
+                Some(folder) if !anywhere && !is_inside(folder, name) => {
+                    return Err(refuse(
+                        "mesh.file",
+                        format!("`{name}` lies outside the scene's folder"),
+                        "put the mesh beside the scene, or say --allow-outside if you trust the scene",
+                    ));
+                }
                 Some(folder) => MeshSource::File {
                     path: folder.join(name),
                     n: file.mesh.n,
@@ -324,6 +337,23 @@ fn bounds(given: CompareFile, refuse: &impl Fn(&str, String, &str) -> Error) -> 
     })
 }
 
+/// Is the file of this name in the folder or below it, also where links lead?
+fn is_inside(folder: &Path, name: &str) -> bool {
+    let mut parts = Path::new(name).components();
+    if !parts.all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
+        return false;
+    }
+    let folder = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    };
+    match (folder.canonicalize(), folder.join(name).canonicalize()) {
+        (Ok(folder), Ok(file)) => file.starts_with(folder),
+        // What is not there is not read.
+        _ => true,
+    }
+}
+
 /// The rectangle (D = 2) or box (D = 3) of a generator.
 fn cuboid<const D: usize>(
     given: &MeshFile,
@@ -400,7 +430,7 @@ f = "x"
 "#;
 
     fn refusal(text: &str) -> String {
-        parse("s.toml", text, Some(Path::new("folder")))
+        parse("s.toml", text, Some(Path::new("folder")), false)
             .unwrap_err()
             .to_string()
     }
@@ -414,7 +444,7 @@ f = "x"
 
     #[test]
     fn faults_are_named_with_their_place() {
-        assert!(parse("s.toml", GOOD, None).is_ok());
+        assert!(parse("s.toml", GOOD, None, false).is_ok());
         let with = |line: &str| refusal(&format!("{GOOD}{line}\n"));
         assert!(with("q = 1").contains("line 11: unknown field `q`"));
         assert!(with("g = \"1); exec(1)\"").contains("data.g, character 2"));
@@ -449,5 +479,11 @@ f = "x"
         assert!(refusal(&GOOD.replace("n = 4", "n = 0")).contains("mesh.n"));
         assert!(refusal(&GOOD.replace("n = 4", "n = -4")).contains("line 5"));
         assert!(refusal(&GOOD.replace("\"s\"", "\"../s\"")).contains("name"));
+        let union = "generator = \"union-jack\"\nn = 4";
+        for path in ["../m.msh", "/m.msh", "a/../../m.msh"] {
+            let text = GOOD.replace(union, &format!("file = \"{path}\""));
+            assert!(refusal(&text).contains("outside"), "{path}");
+            assert!(parse("s.toml", &text, Some(Path::new("folder")), true).is_ok());
+        }
     }
 }

@@ -159,11 +159,24 @@ impl Scene {
     /// Finds a scene by a built-in's name or by the path of a TOML file.
     ///
     /// # Errors
-    /// A name that is neither, or a scene that is not valid.
+    /// A name that is neither, or a scene that is not valid or names a mesh outside its own folder: it may come from a
+    /// stranger, and what is read may show in messages and reports.
     pub fn find(name: &str) -> Result<Self> {
+        Self::find_by(name, false)
+    }
+
+    /// [`Scene::find`] for a scene that one trusts: its mesh may be anywhere.
+    ///
+    /// # Errors
+    /// Those of [`Scene::find`] but for the place of the mesh.
+    pub fn find_anywhere(name: &str) -> Result<Self> {
+        Self::find_by(name, true)
+    }
+
+    fn find_by(name: &str, anywhere: bool) -> Result<Self> {
         let mut builtin = BUILTIN.iter().chain(&NAMED);
         if let Some((name, text)) = builtin.find(|(builtin, _)| *builtin == name) {
-            return file::parse(name, text, None);
+            return file::parse(name, text, None, anywhere);
         }
         if let Some(scene) = exact::find(name) {
             return scene;
@@ -171,7 +184,7 @@ impl Scene {
         let path = Path::new(name);
         if path.extension().is_some_and(|e| e == "toml") {
             let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
-            return file::parse(name, &text, path.parent());
+            return file::parse(name, &text, path.parent(), anywhere);
         }
         let names: Vec<_> = Scene::builtin_names()
             .chain(Scene::further_names())

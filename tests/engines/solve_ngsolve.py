@@ -110,7 +110,9 @@ def solve(case, stop, quadrature):
     name, order = SPACES[case["element"]]
     V = ng.FESpace(name, mesh, order=order, dirichlet="dirichlet")
     nodes = Nodes(V, case["element"], points, cells)
-    f, t, psi = (CF(job.expression(case["data"][key], FUNCTIONS)) for key in ("f", "t", "psi"))
+    # NGSolve drops terms that it sees to be 0, and then misses the test function; a parameter could become another.
+    zero = ng.Parameter(0)
+    f, t, psi = (job.expression(case["data"][key], FUNCTIONS) + zero for key in ("f", "t", "psi"))
     gamma = ng.GridFunction(ng.L2(mesh, order=0))
     gamma.vec.FV().NumPy()[:] = np.nan_to_num(job.read_gamma(case, len(cells)), nan=1.0)
     theta1, theta2 = case["theta1"], case["theta2"]

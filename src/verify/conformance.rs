@@ -1,0 +1,479 @@
+//! Does a code do what the protocol asks? Small cases, each about one thing, whose answers are known.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::suspects::{order, suspects};
+use super::tolerance;
+use crate::compare::Verdict;
+use crate::contact::{Iteration, Method, Problem, Stop, solve};
+use crate::engine::{Answer, Case, Engine, Settings, Silent, raw_values};
+use crate::error::{Error, Result};
+use crate::scene::{Boundary, Data, Expression, GroupName, Scene};
+
+/// What one case of a check came to.
+#[derive(Debug, Serialize)]
+pub struct Finding {
+    /// What the check is about.
+    pub about: String,
+    /// None where it is about no method.
+    pub method: Option<String>,
+    /// Undetermined: there was no answer.
+    pub verdict: Verdict,
+    /// The largest difference to the known answer at any dof, relative to its largest value.
+    pub difference: Option<f64>,
+    /// What is wrong, as far as it can be told.
+    pub why: Option<String>,
+}
+
+/// A scene and what it tells of a code.
+struct Check {
+    about: &'static str,
+    /// The scene that this one is a change of; [`Change`] says of what.
+    scene: &'static str,
+    n: usize,
+    change: Change,
+    methods: &'static [&'static str],
+}
+
+/// What of a built-in scene is another.
+enum Change {
+    None,
+    /// f, g, t, ψ; the sides of Γ_N, while Γ_C stays and all others are Γ_D; and u, if it is in the space.
+    Data(
+        [&'static str; 4],
+        &'static [&'static str],
+        Option<&'static str>,
+    ),
+    /// The rules for (f, v), and on Γ_C and Γ_N.
+    Rules(&'static str, &'static str),
+}
+
+const PLANE_SIDES: &[&str] = &["top", "left", "right"];
+const SOLID_SIDES: &[&str] = &["top", "left", "right", "front", "back"];
+
+/// Every function and operator of expressions; the value is of the size of 1 on the unit square.
+const FORMULA: &str = "sin(x)+cos(y)+tan(0.5*x)+asin(0.5*x)+acos(0.5*y)+atan(x)+atan2(y+0.1,x-0.3)+sinh(x)\
+    +cosh(y)+tanh(x)+exp(-x)+log(1+x)+sqrt(x+y)+abs(x-0.3)+min(x,y)+max(x,0.25)+pow(1+x,1.5)+(x-0.5)^2-1/3\
+    +if(x < 0.31, 2, -1)+if(y >= 0.27, x, pi)+2e-3";
+
+/// From what stands alone to what needs everything before it.
+const CHECKS: [Check; 13] = [
+    Check {
+        about: "g on Γ_D, Γ_C pressed, and which dof is where",
+        scene: "one-zone",
+        n: 3,
+        change: Change::Data(["0", "1+2*x+3*y", "0", "1+2*x"], &[], Some("1+2*x+3*y")),
+        methods: &["cr", "p1", "p2"],
+    },
+    Check {
+        about: "t on Γ_N",
+        scene: "one-zone",
+        n: 3,
+        change: Change::Data(
+            ["0", "1+2*x+3*y", "if(x < 0.5, -2, 2)", "1+2*x"],
+            &["left", "right"],
+            Some("1+2*x+3*y"),
+        ),
+        methods: &["cr", "p1", "p2"],
+    },
+    Check {
+        about: "f, with Γ_C free",
+        scene: "one-zone",
+        n: 3,
+        change: Change::Data(["-2", "x*x", "0", "10"], &[], Some("x*x")),
+        methods: &["p2"],
+    },
+    Check {
+        about: "f that needs its rule, with Γ_C free",
+        scene: "one-zone",
+        n: 3,
+        change: Change::Data(["exp(x)*cos(3*y)", "x*y", "0", "10"], &[], None),
+        methods: &["cr", "p1", "p2"],
+    },
+    Check {
+        about: "contact in part: the law, γ and θ",
+        scene: "one-zone",
+        n: 4,
+        change: Change::None,
+        methods: &[
+            "cr", "p2", "p1", "cr(1,1)", "cr(0,1)", "p1(-1,1)", "p2(1,0)",
+        ],
+    },
+    Check {
+        about: "ψ under a contact in part",
+        scene: "one-zone",
+        n: 4,
+        change: Change::Data(
+            ["-2*pi*sin(2*pi*x)", "0", "0", "0.02*cos(2*x)-0.01"],
+            &["left", "right"],
+            None,
+        ),
+        methods: &["cr", "p2"],
+    },
+    Check {
+        about: "the flux corrected by the load",
+        scene: "one-zone",
+        n: 4,
+        change: Change::None,
+        methods: &["cr-fc"],
+    },
+    Check {
+        about: "other points of quadrature",
+        scene: "one-zone",
+        n: 4,
+        change: Change::Rules("centroid", "midpoint"),
+        methods: &["cr", "cr-fc", "p2"],
+    },
+    Check {
+        about: "every function of formulas",
+        scene: "one-zone",
+        n: 4,
+        change: Change::Data([FORMULA, "0", "0", "0.3"], &["left", "right"], None),
+        methods: &["cr"],
+    },
+    Check {
+        about: "an unstructured mesh with all data: γ of each cell",
+        scene: "plate",
+        n: 16,
+        change: Change::None,
+        methods: &["cr", "cr-fc", "p2"],
+    },
+    Check {
+        about: "in space: g on Γ_D, Γ_C pressed, and which dof is where",
+        scene: "one-zone-3d",
+        n: 2,
+        change: Change::Data(
+            ["0", "1+2*x-y+3*z", "0", "1+2*x-y"],
+            &[],
+            Some("1+2*x-y+3*z"),
+        ),
+        methods: &["cr", "p1", "p2"],
+    },
+    Check {
+        about: "in space: f, t, and contact in part",
+        scene: "one-zone-3d",
+        n: 2,
+        change: Change::Data(
+            [
+                "-2*pi*sin(2*pi*x)",
+                "0.1*x",
+                "0.1*y",
+                "0.02*cos(2*x+y)-0.03",
+            ],
+            &["left", "right", "front", "back"],
+            None,
+        ),
+        methods: &["cr", "cr-fc", "p1", "p2"],
+    },
+    Check {
+        about: "in space: an unstructured mesh with all data",
+        scene: "block",
+        n: 4,
+        change: Change::None,
+        methods: &["cr", "p2"],
+    },
+];
+
+/// How many findings there will be.
+pub fn check_count() -> usize {
+    CHECKS
+        .iter()
+        .map(|check| check.methods.len())
+        .sum::<usize>()
+        + 3
+}
+
+/// Runs `engine` through all checks; `told` hears of each as it ends.
+///
+/// # Errors
+/// An interruption. What the engine does is no error but a finding.
+pub fn conformance(
+    engine: &dyn Engine,
+    settings: &Settings,
+    mut told: impl FnMut(&Finding),
+) -> Result<Vec<Finding>> {
+    let mut findings = Vec::new();
+    let mut add = |finding: Finding| {
+        told(&finding);
+        findings.push(finding);
+    };
+    for check in &CHECKS {
+        let scene = check.scene()?;
+        for method in check.methods {
+            add(one(
+                engine,
+                check,
+                &scene,
+                &parse_method(method)?,
+                settings,
+            )?);
+        }
+    }
+    add(several(engine, settings)?);
+    add(stops(engine, settings)?);
+    add(protocol(engine, settings)?);
+    Ok(findings)
+}
+
+impl Check {
+    fn scene(&self) -> Result<Scene> {
+        let mut scene = Scene::find(self.scene)?;
+        match &self.change {
+            Change::None => {}
+            Change::Data([f, g, t, psi], neumann, u) => {
+                let sides = match self.scene {
+                    "one-zone-3d" => SOLID_SIDES,
+                    _ => PLANE_SIDES,
+                };
+                let named = |sides: &mut dyn Iterator<Item = &&str>| {
+                    sides.map(|side| GroupName::Name((*side).into())).collect()
+                };
+                scene.boundary = Boundary {
+                    dirichlet: named(&mut sides.iter().filter(|side| !neumann.contains(side))),
+                    neumann: named(&mut neumann.iter()),
+                    contact: scene.boundary.contact,
+                };
+                scene.data = Data {
+                    f: parse(f)?,
+                    g: parse(g)?,
+                    t: parse(t)?,
+                    psi: parse(psi)?,
+                };
+                scene.exact = u.map(parse).transpose()?;
+            }
+            Change::Rules(load, contact) => {
+                scene.load_quadrature = Some((*load).into());
+                scene.contact_quadrature = Some((*contact).into());
+            }
+        }
+        Ok(scene)
+    }
+}
+
+fn parse(text: &str) -> Result<Expression> {
+    Expression::parse(text)
+        .map_err(|e| Error::usage(format!("`{text}`: {}", e.what), "report this"))
+}
+
+fn parse_method(name: &str) -> Result<Method> {
+    name.parse()
+        .map_err(|e: String| Error::usage(e, "report this"))
+}
+
+/// What is known of a case: u itself if it is in the space, else what the Rust solver finds.
+fn known(case: &Case) -> Result<Vec<f64>> {
+    if let Some(u) = &case.scene.exact {
+        return Ok(case.problem.space.points().map(|x| u.value(x)).collect());
+    }
+    let solution = solve(&case.problem, Iteration::Newton, Stop::default(), |_, _| {
+        Ok(())
+    })?;
+    Ok(solution.u)
+}
+
+/// One case in a job of its own.
+fn one(
+    engine: &dyn Engine,
+    check: &Check,
+    scene: &Scene,
+    method: &Method,
+    settings: &Settings,
+) -> Result<Finding> {
+    let mesh = scene.triangulation(Some(check.n))?;
+    let case = Case {
+        scene,
+        n: Some(check.n),
+        problem: Problem::new(scene, &mesh, *method)?,
+    };
+    let known = known(&case)?;
+    let kept = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
+    let finding = |verdict, difference, why| Finding {
+        about: check.about.into(),
+        method: Some(method.to_string()),
+        verdict,
+        difference,
+        why,
+    };
+    let folder = kept.path().join(engine.name());
+    match run(engine, std::slice::from_ref(&case), settings, kept.path())? {
+        Ok(answers) => {
+            let difference = difference(&answers[0].u, &known);
+            let reached = answers[0].converged;
+            if difference <= tolerance(method) && reached {
+                return Ok(finding(Verdict::Agree, Some(difference), None));
+            }
+            let why = if difference <= tolerance(method) {
+                Some("the answer is right, but told as not converged".into())
+            } else {
+                let raw = of_cells(&case, &answers[0].u);
+                order(&case, &raw, &of_cells(&case, &known)).or_else(|| {
+                    let found = suspects(&case, &mesh, &answers[0].u, &known);
+                    (!found.is_empty()).then(|| found.join(", or "))
+                })
+            };
+            Ok(finding(Verdict::Disagree, Some(difference), why))
+        }
+        Err(message) => {
+            // What it wrote may tell more than that it does not count.
+            let raw = raw_values(&folder, 0, &case.problem);
+            let ordered = raw.and_then(|raw| order(&case, &raw, &of_cells(&case, &known)));
+            Ok(match ordered {
+                Some(order) => finding(Verdict::Disagree, None, Some(order)),
+                None => finding(Verdict::Undetermined, None, Some(message)),
+            })
+        }
+    }
+}
+
+/// Answers; or why there are none.
+fn run(
+    engine: &dyn Engine,
+    cases: &[Case],
+    settings: &Settings,
+    keep: &Path,
+) -> Result<Result<Vec<Answer>, String>> {
+    let settings = Settings {
+        keep: Some(keep.to_owned()),
+        ..settings.clone()
+    };
+    match engine.run(cases, &settings, &Silent) {
+        Ok(run) => Ok(Ok(run.answers)),
+        Err(Error::Interrupted) => Err(Error::Interrupted),
+        Err(Error::Engine { what, .. }) => Ok(Err(what)),
+        Err(other) => Ok(Err(other.to_string())),
+    }
+}
+
+/// max |a - b| / max |b|
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let largest = b.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    a.iter()
+        .zip(b)
+        .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+        / largest
+}
+
+/// u cell by cell, as an engine writes it.
+fn of_cells(case: &Case, u: &[f64]) -> Vec<f64> {
+    let space = &case.problem.space;
+    let dofs = (0..space.mesh.cell_count()).flat_map(|cell| space.cell_dofs(cell));
+    dofs.map(|dof| u[*dof as usize]).collect()
+}
+
+/// Two scenes on two meshes in one job.
+fn several(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
+    let scenes = [Scene::find("three-zones")?, Scene::find("one-zone")?];
+    let meshes = [
+        scenes[0].triangulation(Some(6))?,
+        scenes[1].triangulation(Some(3))?,
+    ];
+    let mut cases = Vec::new();
+    for ((scene, mesh), n) in scenes.iter().zip(&meshes).zip([6, 3]) {
+        for method in ["cr", "p2"] {
+            let problem = Problem::new(scene, mesh, parse_method(method)?)?;
+            cases.push(Case {
+                scene,
+                n: Some(n),
+                problem,
+            });
+        }
+    }
+    let kept = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
+    let mut finding = Finding {
+        about: "several cases in one job".into(),
+        method: None,
+        verdict: Verdict::Agree,
+        difference: None,
+        why: None,
+    };
+    match run(engine, &cases, settings, kept.path())? {
+        Err(message) => {
+            finding.verdict = Verdict::Undetermined;
+            finding.why = Some(message);
+        }
+        Ok(answers) => {
+            for (case, answer) in cases.iter().zip(&answers) {
+                let difference = difference(&answer.u, &known(case)?);
+                if !(difference <= tolerance(&case.problem.method) && answer.converged) {
+                    finding.verdict = Verdict::Disagree;
+                    let alone = "right alone, it is wrong after others";
+                    finding.why = Some(format!(
+                        "{}, {}: {alone}",
+                        case.scene.name, case.problem.method
+                    ));
+                }
+                finding.difference = Some(finding.difference.unwrap_or(0.0).max(difference));
+            }
+        }
+    }
+    Ok(finding)
+}
+
+/// One step is allowed, and more are needed by every iteration that does not solve the problem in one.
+fn stops(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
+    let scene = Scene::find("one-zone")?;
+    let mesh = scene.triangulation(Some(8))?;
+    let case = Case {
+        scene: &scene,
+        n: Some(8),
+        problem: Problem::new(&scene, &mesh, Method::cr())?,
+    };
+    let settings = Settings {
+        stop: Stop {
+            max_iterations: 1,
+            ..settings.stop
+        },
+        ..settings.clone()
+    };
+    let kept = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
+    let (verdict, why) = match run(engine, std::slice::from_ref(&case), &settings, kept.path())? {
+        Err(message) => (Verdict::Undetermined, Some(message)),
+        Ok(answers) => {
+            let answer = &answers[0];
+            let is_right = difference(&answer.u, &known(&case)?) <= tolerance(&Method::cr());
+            let steps = answer.increments.len();
+            if steps > 1 {
+                let why = format!("stop.max_iterations is 1, and it took {steps} steps");
+                (Verdict::Disagree, Some(why))
+            } else if answer.converged && !is_right {
+                let why = "after one step it says that it has converged, which it has not";
+                (Verdict::Disagree, Some(why.into()))
+            } else {
+                (Verdict::Agree, None)
+            }
+        }
+    };
+    Ok(Finding {
+        about: "stop.max_iterations".into(),
+        method: Some("cr".into()),
+        verdict,
+        difference: None,
+        why,
+    })
+}
+
+fn protocol(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
+    let scene = Scene::find("one-zone")?;
+    let mesh = scene.triangulation(Some(2))?;
+    let case = Case {
+        scene: &scene,
+        n: Some(2),
+        problem: Problem::new(&scene, &mesh, Method::cr())?,
+    };
+    let refuses = engine.refuses_other_protocols(&case, settings)?;
+    let why =
+        "it answers a job of another protocol, which may mean something else: end with an error";
+    Ok(Finding {
+        about: "a protocol that is not its own".into(),
+        method: None,
+        verdict: if refuses {
+            Verdict::Agree
+        } else {
+            Verdict::Disagree
+        },
+        difference: None,
+        why: (!refuses).then(|| why.into()),
+    })
+}

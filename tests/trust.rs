@@ -1,0 +1,254 @@
+//! What comes from a stranger runs no code, reads nothing outside its own folder, and writes nothing outside its output.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+
+use common::{folder, run, scene, source, write};
+
+/// All files and folders below, as they are named from there.
+fn tree(folder: &Path) -> Vec<String> {
+    let mut names = Vec::new();
+    let mut todo = vec![folder.to_owned()];
+    while let Some(next) = todo.pop() {
+        for entry in fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            names.push(
+                path.strip_prefix(folder)
+                    .unwrap()
+                    .to_string_lossy()
+                    .into_owned(),
+            );
+            if path.is_dir() && !path.is_symlink() {
+                todo.push(path);
+            }
+        }
+    }
+    names.sort();
+    names
+}
+
+fn refused(folder: &Path, words: &[&str], said: &str) {
+    let before = tree(folder);
+    let ran = run(folder, words);
+    assert_eq!(ran.code, Some(2), "{words:?}: {}", ran.stdout);
+    assert!(ran.stderr.contains(said), "`{said}` in: {}", ran.stderr);
+    assert_eq!(tree(folder), before, "{words:?} left something");
+}
+
+#[test]
+fn a_scene_names_no_mesh_outside_its_folder() {
+    let folder = folder();
+    let home = folder.path();
+    fs::create_dir(home.join("theirs")).unwrap();
+    fs::create_dir(home.join("theirs/below")).unwrap();
+    let mesh = source("meshes/plate.msh");
+    fs::copy(&mesh, home.join("ours.msh")).unwrap();
+    fs::copy(&mesh, home.join("theirs/below/plate.msh")).unwrap();
+    symlink("../ours.msh", home.join("theirs/link.msh")).unwrap();
+    symlink("..", home.join("theirs/up")).unwrap();
+    symlink("below/plate.msh", home.join("theirs/fine.msh")).unwrap();
+    let absolute = home.join("ours.msh").to_string_lossy().into_owned();
+    for (file, is_outside) in [
+        ("../ours.msh", true),
+        ("below/../../ours.msh", true),
+        (absolute.as_str(), true),
+        ("link.msh", true),
+        ("up/ours.msh", true),
+        ("below/plate.msh", false),
+        ("./below/plate.msh", false),
+        ("fine.msh", false),
+    ] {
+        scene(home, "plate", "plate.msh", file);
+        fs::rename(home.join("scene.toml"), home.join("theirs/scene.toml")).unwrap();
+        let scene = "theirs/scene.toml";
+        for words in [
+            &["solve", scene][..],
+            &[
+                "verify",
+                scene,
+                "--engines",
+                "rust,freefem",
+                "--methods",
+                "cr",
+            ],
+            &["mesh", "make", scene, "/dev/null", "--format", "msh"],
+        ] {
+            if is_outside {
+                refused(home, words, "outside the scene's folder");
+                refused(home, words, "--allow-outside");
+            }
+            let trusted = [
+                words,
+                if is_outside {
+                    &["--allow-outside"][..]
+                } else {
+                    &[]
+                },
+            ]
+            .concat();
+            let ran = run(home, &trusted);
+            assert_eq!(ran.code, Some(0), "{file}: {trusted:?}: {}", ran.stderr);
+        }
+    }
+    // Nor by a scene beside which one stands.
+    let here = home.join("theirs");
+    refused(&here, &["orders", "scene.toml", "--n", "4"], "");
+    scene(&here, "plate", "plate.msh", "../ours.msh");
+    refused(
+        &here,
+        &["solve", "scene.toml"],
+        "outside the scene's folder",
+    );
+}
+
+#[test]
+fn nothing_is_written_outside_what_is_named() {
+    let folder = folder();
+    for name in ["../evil", "a/b", ".evil", "", "/tmp/evil", "a\\nb"] {
+        let text = format!("name = \"{name}\"");
+        let scene = scene(folder.path(), "one-zone", "name = \"one-zone\"", &text);
+        refused(
+            folder.path(),
+            &["solve", &scene],
+            "cannot name output files",
+        );
+    }
+    for name in ["../evil", "a/b", ".", "", "a b"] {
+        let text = format!("name = \"{name}\"\ncommand = [\"true\"]\n");
+        write(folder.path(), "engine.toml", &text);
+        let words = [
+            "verify",
+            "one-zone",
+            "--engines",
+            "rust,engine.toml",
+            "--keep",
+            "jobs",
+        ];
+        refused(folder.path(), &words, "cannot name an engine");
+    }
+}
+
+#[test]
+fn names_in_a_mesh_run_nothing_in_any_engine() {
+    let folder = folder();
+    let text = fs::read_to_string(source("meshes/plate.msh")).unwrap();
+    for attack in [
+        "base; exec(touch x)",
+        "base'); import os; os.system('touch x'); ('",
+        "$(touch x)",
+        "`touch x`",
+        "../../x",
+    ] {
+        assert!(text.contains("\"base\""));
+        let mesh = text.replace("\"base\"", &format!("\"{attack}\""));
+        write(folder.path(), "plate.msh", &mesh);
+        let scene = scene(
+            folder.path(),
+            "plate",
+            "[\"base\"]",
+            &format!("[\"{attack}\"]"),
+        );
+        let words = [
+            "verify",
+            &scene,
+            "--methods",
+            "cr",
+            "--report",
+            "report",
+            "--json",
+            "out.json",
+        ];
+        let ran = run(folder.path(), &words);
+        assert_eq!(ran.code, Some(0), "{attack}: {}", ran.stderr);
+        let mut names = tree(folder.path());
+        names.retain(|name| !name.starts_with("report"));
+        assert_eq!(names, ["out.json", "plate.msh", "scene.toml"], "{attack}");
+    }
+}
+
+#[test]
+fn results_name_no_file_outside_their_folder() {
+    let folder = folder();
+    let words = ["solve", "one-zone", "--n", "4", "--out", "u.vtu"];
+    assert_eq!(run(folder.path(), &words).code, Some(0));
+    for piece in ["../u.vtu", "/etc/passwd", "below/../../u.vtu"] {
+        let text = format!(
+            "<VTKFile type=\"PUnstructuredGrid\"><PUnstructuredGrid><Piece Source=\"{piece}\"/></PUnstructuredGrid></VTKFile>"
+        );
+        write(folder.path(), "theirs/u.pvtu", &text);
+        refused(
+            folder.path(),
+            &["compare", "u.vtu", "theirs/u.pvtu"],
+            "not beside or below",
+        );
+        refused(
+            folder.path(),
+            &["mesh", "info", "theirs/u.pvtu"],
+            "not beside or below",
+        );
+    }
+    // A baseline is a stranger's as well.
+    let words = [
+        "verify",
+        "one-zone",
+        "--n",
+        "4",
+        "--methods",
+        "cr",
+        "--engines",
+        "rust,freefem",
+    ];
+    let ran = run(
+        folder.path(),
+        &[&words[..], &["--record", "baseline"]].concat(),
+    );
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let baseline = folder.path().join("baseline/baseline.json");
+    let text = fs::read_to_string(&baseline).unwrap();
+    let own = "\"dofs\": \"case-0.freefem.f64\"";
+    assert!(text.contains(own));
+    for dofs in ["../u.vtu", "/etc/passwd"] {
+        fs::write(
+            &baseline,
+            text.replace(own, &format!("\"dofs\": \"{dofs}\"")),
+        )
+        .unwrap();
+        let words = [&words[..6], &["--against", "baseline"]].concat();
+        refused(folder.path(), &words, "lies outside");
+    }
+}
+
+#[test]
+fn messages_send_no_commands_to_the_terminal() {
+    let folder = folder();
+    let red = "name = \"\\u001b[31mred\\u202e\"";
+    let scene = scene(folder.path(), "one-zone", "name = \"one-zone\"", red);
+    let ran = run(folder.path(), &["solve", &scene]);
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.stderr.contains("[31mred"), "{}", ran.stderr);
+    assert!(
+        !ran.stderr.contains(['\u{1b}', '\u{202e}']),
+        "{:?}",
+        ran.stderr
+    );
+    // What an engine says is quoted as well.
+    let script = "print('error \\x1b]0;title\\x07 stumbles'); raise SystemExit(1)";
+    write(folder.path(), "solve.py", script);
+    let text = "name = \"theirs\"\ncommand = [\"python3\", \"solve.py\"]\n";
+    write(folder.path(), "theirs.toml", text);
+    let ran = run(
+        folder.path(),
+        &["verify", "one-zone", "--engines", "rust,theirs.toml"],
+    );
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.stderr.contains("stumbles"), "{}", ran.stderr);
+    assert!(
+        !ran.stderr.contains(['\u{1b}', '\u{7}']),
+        "{:?}",
+        ran.stderr
+    );
+}
