@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::DISAGREE;
 use super::answer::Answer;
 use super::args::Solve;
+use super::explain::Explanation;
 use super::solve::finish;
 use super::verify::settings;
 use crate::adapt::{Ended, Next, Step, Way, Wish, reach};
@@ -55,6 +56,9 @@ pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f6
     let mut told = Answer::new(&case, arguments.iteration, own, &answer, (0.0, 0.0, total))?;
     told.certificate = Some(Certified::new(target, &reached.certificate));
     told.meshes = Some(reached.steps);
+    if arguments.explain {
+        told.explanation = Some(Explanation::new(&case, &answer, true));
+    }
     if let Some(out) = &arguments.out {
         let certificate = Some(&reached.certificate);
         report::write_solution(out, &case, &answer.u, "rust", version, certificate)?;

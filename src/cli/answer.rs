@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::explain::Explanation;
 use crate::adapt::Step;
 use crate::contact::{ContactSet, Ended, Errors, Iteration, errors, quantities};
 use crate::engine::{self, Case};
@@ -48,6 +49,8 @@ pub(super) struct Answer {
     error: Option<Errors>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certificate: Option<report::Certified>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explanation: Option<Explanation>,
     /// The meshes on the way to an accuracy, and how they ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub meshes: Option<Vec<Step>>,
@@ -119,6 +122,7 @@ impl Answer {
             contact_set: values.contact_set,
             error,
             certificate: None,
+            explanation: None,
             meshes: None,
             seconds: Seconds {
                 mesh: if own {
@@ -184,6 +188,9 @@ pub(super) fn print(a: &Answer) {
         println!("  {}", c.sentence());
     }
     println!("  {:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
+    for line in a.explanation.iter().flat_map(Explanation::lines) {
+        println!("  {line}");
+    }
 }
 
 fn contact(set: &ContactSet) -> String {

@@ -5,12 +5,15 @@ mod answer;
 mod args;
 mod compare;
 mod engines;
+mod explain;
 pub mod mesh;
 mod mesh_commands;
 mod orders;
 mod paper;
 mod progress;
 mod solve;
+mod stress;
+mod study;
 mod verify;
 
 use std::process::ExitCode;
@@ -50,6 +53,8 @@ fn run(arguments: Arguments) -> Result<u8> {
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Orders(arguments) => orders::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
+        Command::Stress(arguments) => stress::run(&arguments),
         Command::Mesh(arguments) => mesh_commands::run(&arguments),
         Command::Engines(arguments) => engines::run(&arguments),
     }

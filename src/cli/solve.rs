@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::accuracy;
 use super::answer::{Answer, print};
 use super::args::Solve;
+use super::explain::Explanation;
 use super::progress::Bars;
 use super::verify::{check_launch, settings};
 use super::{DISAGREE, DONE, FAILED, engines};
@@ -117,6 +118,9 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         .certify
         .zip(certificate.as_ref())
         .map(|(target, certificate)| report::Certified::new(target, certificate));
+    if arguments.explain {
+        told.explanation = Some(Explanation::new(&case, &answer, certificate.is_some()));
+    }
     if let Some(out) = &arguments.out {
         let certificate = certificate.as_ref();
         report::write_solution(

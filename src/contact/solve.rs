@@ -7,7 +7,7 @@ use super::Problem;
 use super::active_set::{ActiveSet, Per};
 use super::iteration::Iteration;
 use super::scheme::Scheme;
-use super::system::{System, Weights, system};
+use super::system::{Built, System, Weights, system};
 use crate::error::{Error, Result};
 use crate::linear::{Choice, Precision, Settings, Solver};
 
@@ -74,6 +74,8 @@ pub struct Solution {
     pub seconds: Timings,
     /// What solved the linear systems.
     pub linear: Choice,
+    /// What was built for it.
+    pub built: Built,
 }
 
 /// Solves (3.1). `progress` is told each step and its relative increment, and may end the run.
@@ -218,6 +220,7 @@ pub fn solve_by(
             expand: clock.elapsed().as_secs_f64(),
         },
         linear: scheme.choice(),
+        built: scheme.built(),
     })
 }
 

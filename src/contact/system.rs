@@ -10,6 +10,19 @@ use crate::linear::{Choice, Settings, Solver};
 /// What the law `u-ψ + [P]₊` of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
 pub(super) type Weights = [f64; 2];
 
+/// What a solve built: 0 where it was not needed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+pub struct Built {
+    /// The unknowns that the iteration works on.
+    pub unknowns: usize,
+    /// Sparse factorisations, which are kept to the end.
+    pub factors: usize,
+    /// Dense factorisations of what contact adds, each replacing the last one; between them it is corrected by low rank.
+    pub dense: usize,
+    /// Preconditioners, where iterations solve.
+    pub preconditioners: usize,
+}
+
 /// A scheme R(u) = 0 in the unknowns that an iteration works on.
 pub(super) trait System {
     /// The conditions, in these unknowns.
@@ -20,6 +33,9 @@ pub(super) trait System {
 
     /// What solves the linear systems.
     fn choice(&self) -> Choice;
+
+    /// What has been built so far.
+    fn built(&self) -> Built;
 
     /// Does [`System::complete`] solve all that the conditions leave open?
     fn is_solved_but_for_conditions(&self) -> bool;

@@ -6,6 +6,7 @@ mod file;
 mod freefem;
 mod install;
 mod job;
+mod machine;
 mod process;
 mod program;
 mod recorded;
@@ -15,10 +16,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 pub use install::{Installation, install, meshio_python, plan};
+pub use machine::{HighWater, Machine};
 pub use process::{interrupt, interrupted, peak_memory_mb};
 pub use recorded::{BASELINE, Baseline, Kept, record};
 
-use crate::contact::{Ended, Iteration, Method, Problem, Solution, Stop};
+use crate::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};
 use crate::error::{Error, Result};
 use crate::linear::{self, Choice};
 use crate::scene::Scene;
@@ -91,6 +93,7 @@ impl Answer {
                 changes: solution.changes,
                 residuals: solution.residuals,
                 linear: solution.linear,
+                built: solution.built,
             }),
             seconds: vec![
                 ("factor".into(), solution.seconds.factor),
@@ -109,6 +112,7 @@ pub struct History {
     pub changes: Vec<usize>,
     pub residuals: Vec<f64>,
     pub linear: Choice,
+    pub built: Built,
 }
 
 /// An engine's answers to all cases.
