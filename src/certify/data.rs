@@ -20,7 +20,7 @@ const J11: f64 = 3.831_705_970_207_512;
 /// Data are integrated until the moments of a cell are right to this part of their size.
 const ACCURACY: f64 = 1e-7;
 /// A cell is cut in 2^d at most so often for a jump or a singularity of the data, by dimension.
-const DEEPEST: [usize; 4] = [0, 12, 5, 2];
+const DEEPEST: [usize; 4] = [0, 12, 6, 2];
 
 /// ‖w - w̄‖_κ ≤ C h_κ ‖∇w‖_κ: C = 1/π on convex cells (L. E. Payne, H. F. Weinberger, Arch. Rational Mech.
 /// Anal. 5, 1960), 1/j₁₁ on triangles (R. S. Laugesen, B. A. Siudeja, J. Differential Equations 249, 2010).

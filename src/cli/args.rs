@@ -73,11 +73,11 @@ pub(super) struct Running {
     /// Longest time one engine may take, in seconds
     #[arg(long, value_name = "SECONDS", default_value = "3600", value_parser = seconds, allow_negative_numbers = true)]
     pub time_limit: Duration,
-    /// Run fenicsx as R processes that share the mesh, by mpirun
+    /// Run fenicsx as R processes that share the mesh, by mpirun (experimental: not covered by tests)
     #[arg(long, value_name = "R", default_value = "1", value_parser = clap::value_parser!(u32).range(1..))]
     pub ranks: u32,
     /// Start the processes of fenicsx by this instead, as in "srun -n 64"; job folders must be on
-    /// a disk that all see: use --keep
+    /// a disk that all see: use --keep (experimental: not covered by tests)
     #[arg(long, value_name = "COMMAND", value_parser = launcher, conflicts_with = "ranks")]
     pub launcher: Option<Words>,
     /// Keep the job folders in DIR
