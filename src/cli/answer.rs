@@ -2,10 +2,9 @@
 
 use serde::Serialize;
 
-use super::explain::Explanation;
 use crate::adapt::Step;
 use crate::contact::{ContactSet, Ended, Errors, Iteration, errors, quantities};
-use crate::engine::{self, Case};
+use crate::engine::{self, Case, Explanation};
 use crate::error::Result;
 use crate::linear::Choice;
 use crate::report;

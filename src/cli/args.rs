@@ -137,6 +137,9 @@ pub(super) struct Verify {
     /// Judge against the answers that --record kept in DIR
     #[arg(long, value_name = "DIR")]
     pub against: Option<PathBuf>,
+    /// Tell of each case which model was chosen, what was left out, and what the Rust engine built for it
+    #[arg(long)]
+    pub explain: bool,
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]
@@ -300,6 +303,12 @@ pub(super) struct Study {
     /// Wall-clock time for everything, as in 90s, 5m or 1h; the two coarsest meshes are measured in any case
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = budget, allow_negative_numbers = true)]
     pub budget: Duration,
+    /// No finer uniform meshes than this
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub finest: Option<u32>,
+    /// Keep each measurement in FILE as it is made, and take from it what was measured before
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
     /// Write report.md, rows.csv, study.json and figures into DIR
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,

@@ -5,7 +5,6 @@ mod answer;
 mod args;
 mod compare;
 mod engines;
-mod explain;
 pub mod mesh;
 mod mesh_commands;
 mod orders;

@@ -5,13 +5,12 @@ use std::time::Instant;
 use super::accuracy;
 use super::answer::{Answer, print};
 use super::args::Solve;
-use super::explain::Explanation;
 use super::progress::Bars;
 use super::verify::{check_launch, settings};
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::certify::certify;
 use crate::contact::{Iteration, Method, Problem};
-use crate::engine::{self, Case, Progress, Silent};
+use crate::engine::{self, Case, Explanation, Progress, Silent};
 use crate::error::{Error, Result};
 use crate::linear::Settings;
 use crate::report;
@@ -119,7 +118,9 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         .zip(certificate.as_ref())
         .map(|(target, certificate)| report::Certified::new(target, certificate));
     if arguments.explain {
-        told.explanation = Some(Explanation::new(&case, &answer, certificate.is_some()));
+        let mut explanation = Explanation::new(&case, &answer);
+        explanation.certificate = certificate.is_some();
+        told.explanation = Some(explanation);
     }
     if let Some(out) = &arguments.out {
         let certificate = certificate.as_ref();

@@ -1,5 +1,7 @@
 //! `faceoff study`.
 
+use std::process::{Command, Stdio};
+
 use super::args::Study;
 use super::engines;
 use super::progress::Bar;
@@ -10,7 +12,7 @@ use crate::engine;
 use crate::error::{Error, Result};
 use crate::linear;
 use crate::report;
-use crate::study::{self, Request, Subject, study};
+use crate::study::{self, Followed, Request, Subject, Varied, study};
 
 /// The file by which an earlier report is known.
 const RESULT: &str = "study.json";
@@ -29,6 +31,9 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
             Iteration::Newton,
             linear::Settings::default(),
         ),
+        finest: arguments.finest.map_or(usize::MAX, |n| n as usize),
+        journal: arguments.resume.clone(),
+        follow: Some(Box::new(follow)),
     };
     check(&request)?;
     if let Some(folder) = &arguments.report {
@@ -69,8 +74,50 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
             "give a larger --budget, other scenes or other methods",
         ));
     }
-    let converged = outcome.rows.iter().all(|row| row.converged);
+    // An extreme γ₀ that is not solved is a result.
+    let mut usual = outcome.rows.iter().filter(|r| r.varied != Varied::Gamma0);
+    let converged = usual.all(|row| row.converged);
     Ok(if converged { DONE } else { DISAGREE })
+}
+
+/// Runs this program with these words, as a user would.
+fn follow(words: &[String]) -> Result<Followed> {
+    let failed = |why: String| {
+        let words = words.join(" ");
+        Error::engine(
+            "rust",
+            format!("`faceoff {words}` {why}"),
+            "type it to see more",
+        )
+    };
+    let program = std::env::current_exe().map_err(|e| failed(format!("is not found: {e}")))?;
+    let output = Command::new(program)
+        .args(words)
+        .args(["--quiet", "--json", "-"])
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|e| failed(format!("cannot be started: {e}")))?;
+    if engine::interrupted() {
+        return Err(Error::Interrupted);
+    }
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        return Err(failed(format!(
+            "ended with {}: {}",
+            output.status,
+            said.trim()
+        )));
+    }
+    let told: serde_json::Value =
+        serde_json::from_slice(&output.stdout).map_err(|e| failed(format!("told no JSON: {e}")))?;
+    let number = |value: &serde_json::Value| {
+        let number = value.as_f64();
+        number.ok_or_else(|| failed("did not tell its time and memory".into()))
+    };
+    Ok(Followed {
+        seconds: number(&told["seconds"]["total"])?,
+        memory_mb: number(&told["peak_rss_mb"])?,
+    })
 }
 
 fn check(request: &Request) -> Result<()> {

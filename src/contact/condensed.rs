@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use super::Problem;
 use super::conditions::Condition;
 use super::scheme::{Scheme, clear_rows};
-use super::system::{Built, System, Weights};
+use super::system::{Built, Energy, System, Weights};
 use crate::error::{Error, Result};
 use crate::linear::{
     Choice, Elements, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings,
@@ -357,23 +357,25 @@ impl System for Condensed<'_> {
         [self.schur.norm(), load]
     }
 
-    /// ‖∇v‖_h of the v that is δ on K, 0 on Γ_D, and solves the rows of all other dofs without
+    /// (∇v,∇v)_h of the v that is δ on K, 0 on Γ_D, and solves the rows of all other dofs without
     /// load; with the shift added that holds what Γ_D does not.
-    fn norm(&self, delta: &[f64]) -> f64 {
+    fn energy(&self, delta: &[f64]) -> Energy {
         let delta = &delta[..self.load.len()];
-        // Squares of what is not near 1 would overflow, or vanish.
-        let unit = delta.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-        if unit == 0.0 || !unit.is_finite() {
-            return unit;
-        }
-        let scaled: Vec<f64> = delta.iter().map(|d| d / unit).collect();
-        let products = self.schur.times(&scaled);
-        unit * dot(&products, &scaled).max(0.0).sqrt()
+        Energy::new(delta, |v| dot(&self.schur.times(v), v))
     }
 
-    /// The same norm of u less what it is where the iteration starts, the load included.
-    fn size(&self, u: &[f64]) -> f64 {
-        self.reduced.energy().max(0.0).sqrt().hypot(self.norm(u))
+    /// The same of u less what it is where the iteration starts, the load included.
+    fn size(&self, u: &[f64]) -> Energy {
+        let started = self.reduced.energy().max(0.0);
+        let on_kept = self.energy(u);
+        let value = on_kept.value + started / on_kept.unit / on_kept.unit;
+        if on_kept.is_zero() || !value.is_finite() {
+            return Energy {
+                unit: 1.0,
+                value: started,
+            };
+        }
+        Energy { value, ..on_kept }
     }
 
     /// δ on K with (S + N) δ = -r, where N is of the conditions with these laws.

@@ -11,7 +11,7 @@ use std::cell::{Cell, RefCell};
 use super::conditions::Condition;
 use super::method::Law;
 use super::scheme::Scheme;
-use super::system::{Built, System, Weights};
+use super::system::{Built, Energy, System, Weights};
 use crate::assembly::Stiffness;
 use crate::element::{P1, Space};
 use crate::error::{Error, Result};
@@ -237,24 +237,12 @@ impl System for Krylov<'_> {
         [self.scale, load.fold(0.0, |m: f64, b| m.max(b.abs()))]
     }
 
-    fn norm(&self, delta: &[f64]) -> f64 {
-        // Squares of what is not near 1 would overflow, or vanish.
-        let unit = delta.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-        if unit == 0.0 || !unit.is_finite() {
-            return unit;
-        }
-        let scaled: Vec<f64> = delta.iter().map(|d| d / unit).collect();
-        unit * self
-            .scheme
-            .problem
-            .stiffness
-            .energy(&scaled)
-            .max(0.0)
-            .sqrt()
+    fn energy(&self, delta: &[f64]) -> Energy {
+        Energy::new(delta, |v| self.scheme.problem.stiffness.energy(v))
     }
 
-    fn size(&self, u: &[f64]) -> f64 {
-        self.norm(u)
+    fn size(&self, u: &[f64]) -> Energy {
+        self.energy(u)
     }
 
     /// While conditions change, δ is only as exact as that deserves.

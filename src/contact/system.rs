@@ -23,6 +23,36 @@ pub struct Built {
     pub preconditioners: usize,
 }
 
+/// (∇v,∇v) as unit² times a value, so that neither overflows. A power of two in v or in the matrix changes no
+/// digit of either, nor of their ratios.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Energy {
+    pub unit: f64,
+    pub value: f64,
+}
+
+impl Energy {
+    /// Of v, from the energy of v over its largest entry.
+    pub fn new(v: &[f64], of: impl Fn(&[f64]) -> f64) -> Self {
+        let unit = v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        if unit == 0.0 || !unit.is_finite() {
+            return Energy { unit, value: 1.0 };
+        }
+        let scaled: Vec<f64> = v.iter().map(|v| v / unit).collect();
+        let value = of(&scaled).max(0.0);
+        Energy { unit, value }
+    }
+
+    pub fn is_zero(self) -> bool {
+        self.unit == 0.0 || self.value == 0.0
+    }
+
+    /// The ratio of the norms.
+    pub fn over(self, other: Energy) -> f64 {
+        self.unit / other.unit * (self.value / other.value).sqrt()
+    }
+}
+
 /// A scheme R(u) = 0 in the unknowns that an iteration works on.
 pub(super) trait System {
     /// The conditions, in these unknowns.
@@ -52,11 +82,11 @@ pub(super) trait System {
     /// What residuals are relative to: the matrix in the maximum norm, and the largest load.
     fn scale(&self) -> [f64; 2];
 
-    /// The energy norm of an increment.
-    fn norm(&self, delta: &[f64]) -> f64;
+    /// The energy of an increment.
+    fn energy(&self, delta: &[f64]) -> Energy;
 
-    /// The energy norm of u.
-    fn size(&self, u: &[f64]) -> f64;
+    /// The energy of u.
+    fn size(&self, u: &[f64]) -> Energy;
 
     /// δ, 0 on Γ_D, that solves the linear scheme with these laws and the right-hand side -r.
     ///

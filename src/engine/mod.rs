@@ -1,6 +1,7 @@
 //! Engines: the codes that solve the problem. Each gets the same cases and returns the dofs of
 //! the same spaces; everything that is compared is derived from those dofs in one place.
 
+mod explain;
 mod fenicsx;
 mod file;
 mod freefem;
@@ -15,6 +16,7 @@ mod rust;
 use std::path::PathBuf;
 use std::time::Duration;
 
+pub use explain::Explanation;
 pub use install::{Installation, install, meshio_python, plan};
 pub use machine::{HighWater, Machine};
 pub use process::{interrupt, interrupted, peak_memory_mb};
@@ -81,9 +83,9 @@ pub struct Answer {
 
 impl Answer {
     /// The answer of the Rust engine.
-    pub fn new(problem: &Problem, solution: Solution) -> Self {
+    pub fn new(solution: Solution) -> Self {
         Answer {
-            residual: problem.backward_error(&solution.u).0,
+            residual: solution.backward_error,
             u: solution.u,
             increments: solution.increments,
             converged: solution.converged,

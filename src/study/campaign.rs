@@ -1,48 +1,41 @@
 //! What is measured in which order: coarse meshes first over all engines and methods, so that a small budget gives a whole
-//! picture, then settings beside their neighbours.
+//! picture, then settings beside their neighbours, and at last what is to be advised.
 
+use std::path::Path;
 use std::time::Instant;
 
 use super::advice::advise;
 use super::fit::rates;
 use super::front::front;
-use super::measure::{Setting, described, measure};
-use super::row::{Row, Times, Varied};
+use super::gamma::gammas;
+use super::journal::{Entry, Journal};
+use super::measure::{Setting, measure};
+use super::row::{Row, Varied};
 use super::subject::Subject;
 use super::waste::waste;
 use super::{LeftOut, Outcome, Request};
-use crate::adapt::{Ended, Way, Wish, reach};
-use crate::certify::Target;
-use crate::contact::{Method, Problem};
-use crate::engine::{Engine, Machine, Settings};
+use crate::contact::Method;
+use crate::engine::{Engine, Machine};
 use crate::error::{Error, Result};
-use crate::linear::{self, Precision, Solver};
-use crate::quadrature;
 use crate::scene::MeshSource;
 
 /// Shares of the budget until which each part may begin something.
-const MESHES: f64 = 0.6;
-const TOLERANCES: f64 = 0.7;
-const GAMMAS: f64 = 0.78;
-const RULES: f64 = 0.84;
-const SOLVERS: f64 = 0.9;
-const ADAPTIVE: f64 = 1.0;
+const MESHES: f64 = 0.45;
+pub(super) const ADAPTIVE: f64 = 0.6;
+pub(super) const TOLERANCES: f64 = 0.66;
+pub(super) const GAMMAS: f64 = 0.74;
+pub(super) const RULES: f64 = 0.8;
+pub(super) const SOLVERS: f64 = 0.85;
+pub(super) const TARGETS: f64 = 1.0;
 
-/// The coarsest generated mesh, and the n near which settings are varied.
+/// The coarsest generated mesh.
 const FIRST: usize = 8;
-const USUAL: usize = 64;
 /// Meshes of every track that are measured whatever the budget: two make a picture.
 const ALWAYS: usize = 2;
 /// A companion's process may take what is left of the budget, and at least so many seconds.
 const LEAST_LIMIT: f64 = 60.0;
 /// How many times longer the next mesh is supposed to take before two were measured: four times the cells, and some.
-const GROWTH: f64 = 5.0;
-/// Decades of the tolerances.
-const DECADES: std::ops::RangeInclusive<i32> = 2..=12;
-/// Decades of γ₀.
-const GAMMA_DECADES: std::ops::RangeInclusive<i32> = -12..=12;
-/// Certified accuracies of adapted meshes.
-const ACCURACIES: [f64; 8] = [0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001];
+pub(super) const GROWTH: f64 = 5.0;
 
 /// Is told what is measured next and the share of the budget that is spent; may end the run.
 pub type Watch<'a> = dyn Fn(&str, f64) -> Result<()> + 'a;
@@ -50,35 +43,38 @@ pub type Watch<'a> = dyn Fn(&str, f64) -> Result<()> + 'a;
 /// Measures until the budget is spent; the two coarsest meshes of everything in any case.
 ///
 /// # Errors
-/// An engine that is not there; the coarsest mesh of a scene refused; an interruption. What a finer mesh, or another
-/// setting, refuses is told in the outcome.
+/// An engine that is not there; a journal that cannot be used; an interruption. What a mesh, or a setting, refuses is
+/// told in the outcome.
 pub fn study(request: &Request, watch: &Watch) -> Result<Outcome> {
     let mut engines = Vec::new();
     for engine in &request.engines {
         engines.push((engine.name().to_owned(), engine.probe()?));
     }
+    let journal = request.journal.as_deref().map(Journal::open).transpose()?;
     let mut campaign = Campaign {
         request,
         watch,
         clock: Instant::now(),
+        engines,
+        journal,
         rows: Vec::new(),
         costs: Vec::new(),
         left_out: Vec::new(),
     };
     campaign.meshes()?;
+    campaign.adapted()?;
     campaign.tolerances()?;
     campaign.gammas()?;
     campaign.rules()?;
     campaign.solvers()?;
-    campaign.adapted()?;
+    campaign.targets()?;
     let Campaign {
         rows,
         left_out,
         clock,
+        engines,
         ..
     } = campaign;
-    let waste = waste(&rows);
-    let default = request.settings.stop.increment;
     Ok(Outcome {
         machine: Machine::here(),
         engines,
@@ -86,20 +82,24 @@ pub fn study(request: &Request, watch: &Watch) -> Result<Outcome> {
         spent: clock.elapsed().as_secs_f64(),
         front: front(&rows),
         rates: rates(&rows),
-        advice: advise(&request.subjects, &rows, &waste, default),
-        waste,
+        advice: advise(request, &rows),
+        waste: waste(&rows),
+        gammas: gammas(&rows),
         rows,
         left_out,
     })
 }
 
-struct Campaign<'a> {
-    request: &'a Request,
+pub(super) struct Campaign<'a> {
+    pub request: &'a Request,
     watch: &'a Watch<'a>,
     clock: Instant,
-    rows: Vec<Row>,
+    /// Name and version.
+    engines: Vec<(String, String)>,
+    journal: Option<Journal>,
+    pub rows: Vec<Row>,
     /// Seconds that each row took, evaluation included.
-    costs: Vec<f64>,
+    pub costs: Vec<f64>,
     left_out: Vec<LeftOut>,
 }
 
@@ -115,43 +115,85 @@ struct Track<'a> {
 }
 
 impl<'a> Campaign<'a> {
-    fn elapsed(&self) -> f64 {
+    pub fn elapsed(&self) -> f64 {
         self.clock.elapsed().as_secs_f64()
     }
 
+    pub fn budget(&self) -> f64 {
+        self.request.budget.as_secs_f64()
+    }
+
     /// May something that is predicted to take so long begin in a part that ends at this share of the budget?
-    fn allows(&self, share: f64, seconds: f64) -> bool {
-        self.elapsed() + seconds <= share * self.request.budget.as_secs_f64()
+    pub fn allows(&self, share: f64, seconds: f64) -> bool {
+        self.elapsed() + seconds <= share * self.budget()
     }
 
-    fn tell(&self, what: &str) -> Result<()> {
-        (self.watch)(what, self.elapsed() / self.request.budget.as_secs_f64())
+    pub fn tell(&self, what: &str) -> Result<()> {
+        (self.watch)(what, self.elapsed() / self.budget())
     }
 
-    fn leave_out(&mut self, what: String, why: impl Into<String>) {
+    pub fn leave_out(&mut self, what: String, why: impl Into<String>) {
         self.left_out.push(LeftOut {
             what,
             why: why.into(),
         });
     }
 
-    /// Measures a setting; what it refuses is left out, and no row comes of it. Its seconds.
-    fn add(&mut self, setting: &Setting) -> Result<Option<f64>> {
-        self.tell(&setting.title())?;
-        let begun = Instant::now();
-        let left = self.request.budget.as_secs_f64() - self.elapsed();
-        match measure(setting, left.max(LEAST_LIMIT)) {
-            Ok(row) => {
-                self.rows.push(row);
-                self.costs.push(begun.elapsed().as_secs_f64());
-                Ok(self.costs.last().copied())
+    pub fn rust(&self) -> Option<&'a dyn Engine> {
+        let engines = self.request.engines.iter();
+        engines.map(|e| &**e).find(|e| e.name() == "rust")
+    }
+
+    /// What is made once of a setting: from the journal, or now. What is refused is left out, and no row comes of it; nor
+    /// of none, which is for want of time. The row's number.
+    pub fn once(
+        &mut self,
+        what: String,
+        key: &str,
+        make: impl FnOnce(&Self) -> Result<Option<Row>>,
+    ) -> Result<Option<usize>> {
+        self.tell(&what)?;
+        let key = blake3::hash(key.as_bytes()).to_hex().to_string();
+        let known = self.journal.as_ref().and_then(|j| j.find(&key)).cloned();
+        let entry = match known {
+            Some(entry) => entry,
+            None => {
+                let begun = Instant::now();
+                let row = match make(self) {
+                    Ok(Some(row)) => row,
+                    Ok(None) => {
+                        self.leave_out(what, "the budget was spent");
+                        return Ok(None);
+                    }
+                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    Err(other) => {
+                        self.leave_out(what, other.to_string());
+                        return Ok(None);
+                    }
+                };
+                let cost = begun.elapsed().as_secs_f64();
+                let entry = Entry { key, cost, row };
+                if let Some(journal) = &mut self.journal {
+                    journal.keep(&entry)?;
+                }
+                entry
             }
-            Err(Error::Interrupted) => Err(Error::Interrupted),
-            Err(other) => {
-                self.leave_out(setting.title(), other.to_string());
-                Ok(None)
-            }
-        }
+        };
+        self.rows.push(entry.row);
+        self.costs.push(entry.cost);
+        Ok(Some(self.rows.len() - 1))
+    }
+
+    /// Measures a setting; the row's number.
+    pub fn add(&mut self, setting: &Setting) -> Result<Option<usize>> {
+        let name = setting.engine.name();
+        let version = self.engines.iter().find(|(known, _)| known == name);
+        let version = version.map_or("", |(_, version)| version.as_str());
+        let key = format!("{} {version}", setting.key()?);
+        self.once(setting.title(), &key, |campaign| {
+            let left = campaign.budget() - campaign.elapsed();
+            measure(setting, left.max(LEAST_LIMIT)).map(Some)
+        })
     }
 
     fn meshes(&mut self) -> Result<()> {
@@ -200,280 +242,19 @@ impl<'a> Campaign<'a> {
             [.., before, last] => last * (last / before).clamp(1.0, 2.0 * GROWTH),
         };
         let is_due = track.costs.len() < ALWAYS;
-        if !is_due && !self.allows(MESHES, predicted) {
+        let is_wanted = track.costs.is_empty() || track.n <= self.request.finest;
+        if !is_wanted || (!is_due && !self.allows(MESHES, predicted)) {
             track.is_over = true;
             return Ok(());
         }
         match self.add(&setting)? {
-            Some(cost) => track.costs.push(cost),
+            Some(row) => track.costs.push(self.costs[row]),
             None => track.is_over = true,
         }
         // A file that does not say what n it counts as has one mesh.
         track.is_over |= track.subject.scene.mesh.n().is_none();
         track.n *= 2;
         Ok(())
-    }
-
-    /// The row of this track whose mesh settings are varied on: the finest up to the usual n; and what it cost.
-    fn base(&self, scene: &str, method: &Method) -> Option<(usize, f64)> {
-        let method = method.to_string();
-        let rows = self.rows.iter().zip(&self.costs).filter(|(row, _)| {
-            row.varied == Varied::Mesh && row.track() == (scene, "rust", &*method)
-        });
-        let fits = rows.filter(|(row, _)| row.n.is_some_and(|n| n <= USUAL));
-        fits.max_by_key(|(row, _)| row.n)
-            .and_then(|(row, cost)| Some((row.n?, *cost)))
-    }
-
-    /// Measures variations of what the Rust engine has measured already, each track as a whole.
-    fn vary(
-        &mut self,
-        share: f64,
-        varied: Varied,
-        methods: &[Method],
-        variations: impl Fn(&Subject) -> Vec<Variation>,
-    ) -> Result<()> {
-        let request = self.request;
-        let Some(engine) = request.engines.iter().find(|e| e.name() == "rust") else {
-            return Ok(());
-        };
-        for subject in &request.subjects {
-            for method in methods {
-                let Some((n, cost)) = self.base(&subject.scene.name, method) else {
-                    continue;
-                };
-                let variations = variations(subject);
-                if !self.allows(share, cost * variations.len() as f64) {
-                    let what = format!("{}, {method}, n = {n}, {varied}", subject.scene.name);
-                    self.leave_out(what, "the budget was spent");
-                    continue;
-                }
-                for variation in variations {
-                    self.add(&Setting {
-                        subject: variation.subject.as_ref().unwrap_or(subject),
-                        engine: &**engine,
-                        method: *method,
-                        n: Some(n),
-                        varied,
-                        settings: variation.settings,
-                    })?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn tolerances(&mut self) -> Result<()> {
-        let settings = &self.request.settings;
-        let variations = |_: &Subject| {
-            DECADES
-                .map(|k| {
-                    let mut settings = settings.clone();
-                    settings.stop.increment = 10.0_f64.powi(-k);
-                    Variation::of(settings)
-                })
-                .collect()
-        };
-        self.vary(
-            TOLERANCES,
-            Varied::Tolerance,
-            &self.request.methods,
-            variations,
-        )
-    }
-
-    /// 24 decades, of the penalty-free methods.
-    fn gammas(&mut self) -> Result<()> {
-        let settings = &self.request.settings;
-        let methods = [Method::cr(), Method::cr_fc()];
-        let asked = |m: &&Method| self.request.methods.contains(m);
-        let methods: Vec<Method> = methods.iter().filter(asked).copied().collect();
-        self.vary(GAMMAS, Varied::Gamma0, &methods, |subject| {
-            GAMMA_DECADES
-                .step_by(2)
-                .map(|k| {
-                    let mut subject = subject.clone();
-                    subject.scene.gamma0 = 10.0_f64.powi(k);
-                    Variation::on(subject, settings.clone())
-                })
-                .collect()
-        })
-    }
-
-    fn rules(&mut self) -> Result<()> {
-        let settings = &self.request.settings;
-        let nitsche = |m: &&Method| m.is_nitsche();
-        let methods: Vec<Method> = self
-            .request
-            .methods
-            .iter()
-            .filter(nitsche)
-            .copied()
-            .collect();
-        for varied in [Varied::ContactQuadrature, Varied::LoadQuadrature] {
-            self.vary(RULES, varied, &methods, |subject| {
-                let scene = &subject.scene;
-                if varied == Varied::LoadQuadrature && scene.data.f.is_zero() {
-                    return Vec::new();
-                }
-                let below = usize::from(varied == Varied::ContactQuadrature);
-                let dim = dimension(subject);
-                let names = quadrature::names(dim - below).iter().rev();
-                names
-                    .map(|name| {
-                        let mut subject = subject.clone();
-                        let rule = if below == 1 {
-                            &mut subject.scene.contact_quadrature
-                        } else {
-                            &mut subject.scene.load_quadrature
-                        };
-                        *rule = Some((*name).to_owned());
-                        Variation::on(subject, settings.clone())
-                    })
-                    .collect()
-            })?;
-        }
-        Ok(())
-    }
-
-    fn solvers(&mut self) -> Result<()> {
-        let settings = &self.request.settings;
-        let nitsche = |m: &&Method| m.is_nitsche();
-        let methods: Vec<Method> = self
-            .request
-            .methods
-            .iter()
-            .filter(nitsche)
-            .copied()
-            .collect();
-        self.vary(SOLVERS, Varied::Linear, &methods, |_| {
-            let all = [
-                (Solver::Multifrontal, Precision::F64),
-                (Solver::Multifrontal, Precision::F32Refined),
-                (Solver::Faer, Precision::F64),
-                (Solver::Iterative, Precision::F64),
-            ];
-            all.map(|(solver, precision)| {
-                let mut settings = settings.clone();
-                settings.linear = linear::Settings { solver, precision };
-                Variation::of(settings)
-            })
-            .into()
-        })
-    }
-
-    /// Adapted meshes until certified accuracies, by the Rust engine.
-    fn adapted(&mut self) -> Result<()> {
-        let request = self.request;
-        if !request.engines.iter().any(|e| e.name() == "rust") {
-            return Ok(());
-        }
-        for subject in &request.subjects {
-            if dimension(subject) != 2 {
-                continue;
-            }
-            for method in request.methods.iter().filter(|m| m.is_nitsche()) {
-                let mut last = 0.0;
-                for accuracy in ACCURACIES {
-                    if !self.allows(ADAPTIVE, last * GROWTH) {
-                        break;
-                    }
-                    let begun = Instant::now();
-                    match self.adapt(subject, *method, accuracy)? {
-                        Some(row) => self.rows.push(row),
-                        None => break,
-                    }
-                    last = begun.elapsed().as_secs_f64();
-                    self.costs.push(last);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// None where the accuracy is not reached, which is told.
-    fn adapt(&mut self, subject: &Subject, method: Method, accuracy: f64) -> Result<Option<Row>> {
-        let Settings { stop, linear, .. } = self.request.settings;
-        let wish = Wish {
-            method,
-            target: Target::UH,
-            accuracy,
-            stop,
-            linear,
-            way: Some(Way::Adaptive),
-        };
-        let what = format!(
-            "{}, rust {method}, adapted to {accuracy:e}",
-            subject.scene.name
-        );
-        self.tell(&what)?;
-        let budget = self.request.budget.as_secs_f64();
-        let clock = Instant::now();
-        let reached = reach(&subject.scene, &wish, |_, next| {
-            self.tell(&what)?;
-            match next {
-                Some(next) if self.elapsed() + next.seconds > budget => Err(Error::Solver {
-                    what: "the budget was spent".into(),
-                    remedy: "give a larger one".into(),
-                }),
-                _ => Ok(()),
-            }
-        });
-        let reached = match reached {
-            Ok(reached) => reached,
-            Err(Error::Interrupted) => return Err(Error::Interrupted),
-            Err(other) => {
-                self.leave_out(what, other.to_string());
-                return Ok(None);
-            }
-        };
-        let seconds = clock.elapsed().as_secs_f64();
-        if let Ended::NotReached(why) = &reached.ended {
-            self.leave_out(what, why);
-            return Ok(None);
-        }
-        let problem = Problem::new(&subject.scene, &reached.mesh, method)?;
-        let u = &reached.solution.u;
-        let errors = subject.errors(&problem, u)?;
-        let values = crate::contact::quantities(&problem, u);
-        let mut row = described(subject, &problem, "rust");
-        row.varied = Varied::Adaptive;
-        row.tolerance = stop.increment;
-        row.linear = reached.solution.linear.solver.to_string();
-        row.precision = reached.solution.linear.precision.to_string();
-        row.steps = reached.solution.increments.len();
-        row.converged = reached.solution.converged;
-        row.residual = problem.backward_error(u).0;
-        row.h1 = errors.map(|e| e.h1);
-        row.l2 = errors.map(|e| e.l2);
-        row.certified = Some(reached.certificate.relative(Target::UH));
-        row.contact_residual = values.contact_residual;
-        row.contact_flux = values.contact_flux;
-        row.seconds = Times::new(vec![seconds]);
-        Ok(Some(row))
-    }
-}
-
-/// A neighbour of what is usual.
-struct Variation {
-    /// None: as it is.
-    subject: Option<Subject>,
-    settings: Settings,
-}
-
-impl Variation {
-    fn of(settings: Settings) -> Self {
-        Variation {
-            subject: None,
-            settings,
-        }
-    }
-
-    fn on(subject: Subject, settings: Settings) -> Self {
-        Variation {
-            subject: Some(subject),
-            settings,
-        }
     }
 }
 
@@ -490,7 +271,7 @@ fn first(subject: &Subject) -> usize {
     }
 }
 
-fn dimension(subject: &Subject) -> usize {
+pub(super) fn dimension(subject: &Subject) -> usize {
     match &subject.scene.mesh {
         MeshSource::Union { cuboid, .. } => cuboid.dim,
         other => {
@@ -498,4 +279,22 @@ fn dimension(subject: &Subject) -> usize {
             mesh.map_or(2, |mesh| mesh.dim)
         }
     }
+}
+
+/// All that makes a scene what it is, a mesh file's content included.
+///
+/// # Errors
+/// A mesh file that cannot be read.
+pub(super) fn identity(subject: &Subject) -> Result<String> {
+    let scene = &subject.scene;
+    let content = match &scene.mesh {
+        MeshSource::File { path, .. } => digest(path)?,
+        _ => String::new(),
+    };
+    Ok(format!("{scene:?} {content}"))
+}
+
+fn digest(path: &Path) -> Result<String> {
+    let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+    Ok(blake3::hash(&bytes).to_hex().to_string())
 }

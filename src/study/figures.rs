@@ -1,4 +1,4 @@
-//! Work and precision: every engine and method on one page, error over time, log-log.
+//! Work and precision, every engine and method on one page, and what γ₀ does: error over time and over γ₀, log-log.
 
 use std::path::Path;
 
@@ -6,6 +6,7 @@ use plotters::coord::Shift;
 use plotters::coord::combinators::BindKeyPoints;
 use plotters::prelude::*;
 
+use super::advice::NORMS;
 use super::row::{Row, Varied};
 use super::text::scenes;
 use super::{Norm, Outcome};
@@ -27,35 +28,97 @@ const COLOURS: [RGBColor; 8] = [
 /// Width of the legend on the right.
 const LEGEND: u32 = 260;
 const MARKER: i32 = 5;
+/// Labels on an axis.
+const MOST_LABELS: i32 = 12;
 
-/// Error over time of one scene: on the left in the energy norm, on the right in L².
-struct Work<'a> {
-    rows: Vec<&'a Row>,
-    scene: &'a str,
-    engines: Vec<&'a str>,
-    methods: Vec<&'a str>,
-}
-
-/// Draws `work-SCENE.svg` and `.png` of every scene.
+/// Draws `work-SCENE` and `gamma0-SCENE`, as `.svg` and `.png`, of every scene that has rows for it.
 ///
 /// # Errors
 /// Files that cannot be written.
 pub fn draw(outcome: &Outcome, folder: &Path) -> Result<()> {
     for scene in scenes(outcome) {
-        let rows = outcome.rows.iter().filter(|row| {
-            let kind = matches!(row.varied, Varied::Mesh | Varied::Adaptive);
-            row.scene == scene && kind && row.converged && row.seconds.median > 0.0
-        });
-        let rows: Vec<&Row> = rows.collect();
-        let work = Work {
-            scene: &scene,
-            engines: distinct(rows.iter().map(|row| &*row.engine)),
-            methods: distinct(rows.iter().map(|row| &*row.method)),
-            rows,
-        };
-        drawing::draw(&work, folder, &format!("work-{scene}"))?;
+        for (page, name) in [
+            (work(outcome, &scene), "work"),
+            (gamma(outcome, &scene), "gamma0"),
+        ] {
+            if !page.lines.is_empty() {
+                drawing::draw(&page, folder, &format!("{name}-{scene}"))?;
+            }
+        }
     }
     Ok(())
+}
+
+/// Two panels, in the energy norm and in L², with a legend.
+struct Page<'a> {
+    title: String,
+    x: &'static str,
+    lines: Vec<Line<'a>>,
+}
+
+/// The rows of one line, by rising x.
+struct Line<'a> {
+    engine: &'a str,
+    method: &'a str,
+    /// Dashed, with what that means.
+    dashed: Option<&'static str>,
+    points: Vec<(f64, &'a Row)>,
+}
+
+/// Error over time: uniform meshes and adapted ones.
+fn work<'a>(outcome: &'a Outcome, scene: &str) -> Page<'a> {
+    let kinds = [
+        (Varied::Mesh, None),
+        (Varied::Adaptive, Some("dashed: adapted, certified")),
+    ];
+    let x = |row: &Row| row.seconds.median;
+    Page {
+        title: scene.to_owned(),
+        x: "seconds: mesh, assembly and solution",
+        lines: lines(outcome, scene, &kinds, x),
+    }
+}
+
+/// Error over γ₀.
+fn gamma<'a>(outcome: &'a Outcome, scene: &str) -> Page<'a> {
+    let mut lines = lines(outcome, scene, &[(Varied::Gamma0, None)], |row| row.gamma0);
+    for line in &mut lines {
+        let finest = line.points.iter().map(|(_, row)| row.n).max().flatten();
+        line.points.retain(|(_, row)| row.n == finest);
+    }
+    Page {
+        title: scene.to_owned(),
+        x: "γ₀",
+        lines,
+    }
+}
+
+fn lines<'a>(
+    outcome: &'a Outcome,
+    scene: &str,
+    kinds: &[(Varied, Option<&'static str>)],
+    x: impl Fn(&Row) -> f64,
+) -> Vec<Line<'a>> {
+    let mut lines: Vec<Line> = Vec::new();
+    for &(varied, dashed) in kinds {
+        for row in outcome.rows.iter().filter(|r| r.scene == scene) {
+            if row.varied != varied || !row.converged || !(x(row) > 0.0) {
+                continue;
+            }
+            let key = (&*row.engine, &*row.method, dashed);
+            let same = |line: &&mut Line| (line.engine, line.method, line.dashed) == key;
+            match lines.iter_mut().find(same) {
+                Some(line) => line.points.push((x(row), row)),
+                None => lines.push(Line {
+                    engine: key.0,
+                    method: key.1,
+                    dashed,
+                    points: vec![(x(row), row)],
+                }),
+            }
+        }
+    }
+    lines
 }
 
 fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
@@ -68,7 +131,7 @@ fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     seen
 }
 
-impl Drawing for Work<'_> {
+impl Drawing for Page<'_> {
     fn size(&self) -> (u32, u32) {
         (1500, 760)
     }
@@ -76,65 +139,61 @@ impl Drawing for Work<'_> {
     fn on<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
         let (plots, legend) = area.split_horizontally((self.size().0 - LEGEND) as i32);
         let panels = plots.split_evenly((1, 2));
-        for (panel, norm) in panels.iter().zip([Norm::Energy, Norm::L2]) {
+        for (panel, norm) in panels.iter().zip(NORMS) {
             self.panel(panel, norm)?;
         }
         self.legend(&legend)
     }
 }
 
-/// One line of a panel.
-type Points = Vec<(f64, f64)>;
-
-impl Work<'_> {
-    fn points(&self, track: (&str, &str), varied: Varied, norm: Norm) -> Points {
-        let rows = self
-            .rows
-            .iter()
-            .filter(|row| (&*row.engine, &*row.method) == track && row.varied == varied);
-        // Below rounding there is nothing to see.
-        let points = rows.filter_map(|row| Some((row.seconds.median, row.error(norm)?)));
-        points
-            .filter(|(_, e)| *e > 1e-14 && e.is_finite())
-            .collect()
+impl Page<'_> {
+    fn engines(&self) -> Vec<&str> {
+        distinct(self.lines.iter().map(|line| line.engine))
     }
 
-    /// Every line with the numbers of its engine and method.
-    fn lines(&self, norm: Norm) -> Vec<(usize, usize, Varied, Points)> {
-        let mut lines = Vec::new();
-        for (e, engine) in self.engines.iter().enumerate() {
-            for (m, method) in self.methods.iter().enumerate() {
-                for varied in [Varied::Mesh, Varied::Adaptive] {
-                    let points = self.points((engine, method), varied, norm);
-                    if !points.is_empty() {
-                        lines.push((e, m, varied, points));
-                    }
-                }
-            }
-        }
-        lines
+    fn methods(&self) -> Vec<&str> {
+        distinct(self.lines.iter().map(|line| line.method))
+    }
+
+    /// The points of each line that has some in this norm. Below rounding there is nothing to see.
+    fn points(&self, norm: Norm) -> Vec<(&Line<'_>, Vec<(f64, f64)>)> {
+        let of = |line: &Line| -> Vec<(f64, f64)> {
+            let points = line.points.iter();
+            let points = points.filter_map(|(x, row)| Some((*x, row.error(norm)?)));
+            points
+                .filter(|(_, e)| *e > 1e-14 && e.is_finite())
+                .collect()
+        };
+        let lines = self.lines.iter().map(|line| (line, of(line)));
+        lines.filter(|(_, points)| !points.is_empty()).collect()
     }
 
     fn panel<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>, norm: Norm) -> Drawn<DB> {
-        let lines = self.lines(norm);
+        let lines = self.points(norm);
+        let (name, of) = match norm {
+            Norm::Energy => ("energy norm", "‖∇(u-u_h)‖ / ‖∇u‖"),
+            Norm::L2 => ("L²", "‖u-u_h‖ / ‖u‖"),
+        };
         if lines.is_empty() {
-            let text = "no error in this norm is known";
+            let text = format!("{}: the error in {name} is not known", self.title);
             return area.draw(&Text::new(text, (60, 60), font(18)));
         }
-        let all = || lines.iter().flat_map(|line| line.3.iter());
-        let (times, time_powers) = decades(all().map(|p| p.0));
+        let all = || lines.iter().flat_map(|line| line.1.iter());
+        let (xs, x_powers) = decades(all().map(|p| p.0));
         let (errors, error_powers) = decades(all().map(|p| p.1));
-        let title = match norm {
-            Norm::Energy => format!("{}: energy norm", self.scene),
-            Norm::L2 => format!("{}: L²", self.scene),
+        let is_bound = |line: &(&Line, _)| line.0.points.iter().any(|(_, row)| row.h1.is_none());
+        let y = if norm == Norm::Energy && lines.iter().any(is_bound) {
+            format!("guaranteed bound of {of}")
+        } else {
+            of.to_owned()
         };
         let mut chart = ChartBuilder::on(area)
             .margin(20)
             .x_label_area_size(56)
             .y_label_area_size(76)
-            .caption(title, font(20))
+            .caption(format!("{}: {name}", self.title), font(20))
             .build_cartesian_2d(
-                times.log_scale().with_key_points(time_powers),
+                xs.log_scale().with_key_points(x_powers),
                 errors.log_scale().with_key_points(error_powers),
             )?;
         chart
@@ -143,34 +202,32 @@ impl Work<'_> {
             .light_line_style(TRANSPARENT)
             .label_style(font(15))
             .axis_desc_style(font(17))
-            .x_desc("seconds")
-            .y_desc("relative error")
+            .x_desc(self.x)
+            .y_desc(y)
             .x_label_formatter(&|t| power_of_ten(t.log10().round() as i32))
             .y_label_formatter(&|e| power_of_ten(e.log10().round() as i32))
             .draw()?;
-        for (engine, method, varied, points) in lines {
-            let colour = COLOURS[method % COLOURS.len()];
+        let (engines, methods) = (self.engines(), self.methods());
+        for (line, points) in lines {
+            let place = |names: &[&str], name: &str| names.iter().position(|n| *n == name);
+            let colour = COLOURS[place(&methods, line.method).unwrap_or(0) % COLOURS.len()];
             let style = colour.stroke_width(2);
-            if varied == Varied::Adaptive {
+            if line.dashed.is_some() {
                 chart.draw_series(DashedLineSeries::new(points.clone(), 6, 5, style))?;
             } else {
                 chart.draw_series(LineSeries::new(points.clone(), style))?;
             }
             for point in points {
                 let at = EmptyElement::at(point);
-                match engine % 3 {
-                    0 => chart
-                        .plotting_area()
-                        .draw(&(at + Circle::new((0, 0), MARKER, colour.filled())))?,
+                let plot = chart.plotting_area();
+                let filled = colour.filled();
+                match place(&engines, line.engine).unwrap_or(0) % 3 {
+                    0 => plot.draw(&(at + Circle::new((0, 0), MARKER, filled)))?,
                     1 => {
                         let corners = [(-MARKER, -MARKER), (MARKER, MARKER)];
-                        chart
-                            .plotting_area()
-                            .draw(&(at + Rectangle::new(corners, colour.filled())))?;
+                        plot.draw(&(at + Rectangle::new(corners, filled)))?;
                     }
-                    _ => chart
-                        .plotting_area()
-                        .draw(&(at + TriangleMarker::new((0, 0), MARKER + 2, colour.filled())))?,
+                    _ => plot.draw(&(at + TriangleMarker::new((0, 0), MARKER + 2, filled)))?,
                 }
             }
         }
@@ -179,31 +236,33 @@ impl Work<'_> {
 
     fn legend<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
         let mut y = 60;
-        for (m, method) in self.methods.iter().enumerate() {
+        for (m, method) in self.methods().into_iter().enumerate() {
             let colour = COLOURS[m % COLOURS.len()].stroke_width(3);
             area.draw(&PathElement::new(vec![(10, y), (44, y)], colour))?;
-            area.draw(&Text::new((*method).to_owned(), (54, y - 9), font(17)))?;
+            area.draw(&Text::new(method.to_owned(), (54, y - 9), font(17)))?;
             y += 26;
         }
         y += 16;
-        for (e, engine) in self.engines.iter().enumerate() {
+        for (e, engine) in self.engines().into_iter().enumerate() {
             let marker = ["circles", "squares", "triangles"][e % 3];
             let text = format!("{marker}: {engine}");
             area.draw(&Text::new(text, (10, y - 9), font(17)))?;
             y += 26;
         }
-        if self.rows.iter().any(|row| row.varied == Varied::Adaptive) {
-            let text = "dashed: adapted, certified";
+        if let Some(text) = self.lines.iter().find_map(|line| line.dashed) {
             area.draw(&Text::new(text, (10, y - 9), font(17)))?;
         }
         Ok(())
     }
 }
 
-/// The range of whole decades about values that are positive, and their powers of ten.
+/// The range of whole decades about values that are positive, and powers of ten in it, few enough to be read.
 fn decades(values: impl Iterator<Item = f64> + Clone) -> (std::ops::Range<f64>, Vec<f64>) {
     let low = values.clone().fold(f64::INFINITY, f64::min).log10().floor() as i32;
     let high = (values.fold(0.0, f64::max).log10().ceil() as i32).max(low + 1);
-    let powers = (low..=high).map(|k| 10.0_f64.powi(k)).collect();
-    (10.0_f64.powi(low)..10.0_f64.powi(high), powers)
+    let step = (high - low).div_euclid(MOST_LABELS) + 1;
+    let powers = (low..=high)
+        .step_by(step as usize)
+        .map(|k| 10.0_f64.powi(k));
+    (10.0_f64.powi(low)..10.0_f64.powi(high), powers.collect())
 }

@@ -11,6 +11,8 @@ const FINEST: usize = 4;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fit {
     pub exponent: f64,
+    /// y at x = 1.
+    pub constant: f64,
     /// The standard error of the exponent: what the points' scatter about the line leaves open.
     pub spread: f64,
     pub points: usize,
@@ -39,6 +41,7 @@ impl Fit {
             .sum();
         (xx > 0.0).then(|| Fit {
             exponent,
+            constant: (y - exponent * x).exp(),
             spread: (left / (count - 2.0) / xx).sqrt(),
             points: logs.len(),
         })
@@ -104,6 +107,7 @@ mod tests {
             .to_vec();
         let fit = Fit::new(&exact).unwrap();
         assert!((fit.exponent - 1.5).abs() < 1e-14 && fit.spread < 1e-14);
+        assert!((fit.constant - 3.0).abs() < 1e-13);
         // ln y = 0, 1, 0 over ln x = -1, 0, 1: slope 0, residuals -1/3, 2/3, -1/3.
         let e = std::f64::consts::E;
         let fit = Fit::new(&[(1.0 / e, 1.0), (1.0, e), (e, 1.0)]).unwrap();

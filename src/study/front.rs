@@ -7,7 +7,8 @@ use super::row::{Row, Varied};
 /// most as wrong, and better in one.
 pub fn front(rows: &[Row]) -> Vec<usize> {
     let place = |row: &Row| {
-        let counts = row.converged && row.varied != Varied::Gamma0;
+        // Extremes are not meant to be good, and what is advised has times of another kind.
+        let counts = row.converged && !matches!(row.varied, Varied::Gamma0 | Varied::Target);
         let error = row.error(Norm::Energy).filter(|_| counts)?;
         Some((row.seconds.median, error))
     };

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::campaign::identity;
 use super::row::{Row, Times, Varied};
 use super::subject::Subject;
 use crate::certify::{Target, certify};
@@ -27,6 +28,28 @@ pub struct Setting<'a> {
 }
 
 impl Setting<'_> {
+    /// All that makes it what it is, but for the engine's version.
+    ///
+    /// # Errors
+    /// A mesh file that cannot be read.
+    pub fn key(&self) -> Result<String> {
+        let Settings {
+            stop,
+            iteration,
+            linear,
+            launch,
+            ..
+        } = &self.settings;
+        Ok(format!(
+            "{} {} {} {:?} {} {stop:?} {iteration} {linear:?} {launch:?}",
+            identity(self.subject)?,
+            self.engine.name(),
+            self.method,
+            self.n,
+            self.varied
+        ))
+    }
+
     pub fn title(&self) -> String {
         let n = self.n.map_or(String::new(), |n| format!(", n = {n}"));
         format!(
@@ -137,6 +160,7 @@ pub fn described(subject: &Subject, problem: &Problem, engine: &str) -> Row {
         method: problem.method.to_string(),
         varied: Varied::Mesh,
         n: None,
+        accuracy: None,
         cells: mesh.cell_count(),
         dofs: problem.space.dofs,
         tolerance: 0.0,

@@ -2,16 +2,18 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Norm;
 
 /// What a row is varied in; everything else is as usual.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Varied {
     /// Uniform meshes.
     Mesh,
+    /// A mesh and a tolerance chosen for an error that is wanted.
+    Target,
     /// Meshes bisected where the bound is large: the time is for all meshes on the way, with their certificates.
     Adaptive,
     /// When the iteration stops.
@@ -24,7 +26,7 @@ pub enum Varied {
 }
 
 /// One engine and method on one mesh with one setting.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Row {
     pub scene: String,
     pub engine: String,
@@ -32,6 +34,8 @@ pub struct Row {
     pub varied: Varied,
     /// Of a uniform mesh.
     pub n: Option<usize>,
+    /// The certified accuracy that an adapted mesh was asked for.
+    pub accuracy: Option<f64>,
     pub cells: usize,
     pub dofs: usize,
     pub tolerance: f64,
@@ -63,7 +67,7 @@ pub struct Row {
 }
 
 /// Seconds over repetitions.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Times {
     pub median: f64,
     pub least: f64,
@@ -110,6 +114,7 @@ impl fmt::Display for Varied {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Varied::Mesh => "mesh",
+            Varied::Target => "target",
             Varied::Adaptive => "adaptive",
             Varied::Tolerance => "tolerance",
             Varied::ContactQuadrature => "contact-quadrature",
@@ -129,6 +134,7 @@ pub fn sample(varied: Varied, error: f64, seconds: f64) -> Row {
         method: "cr".into(),
         varied,
         n: Some(8),
+        accuracy: None,
         cells: 128,
         dofs: 208,
         tolerance: 1e-12,

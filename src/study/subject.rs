@@ -9,6 +9,8 @@ use crate::truth::{DEFAULT_RESOLUTION, Reference};
 /// A scene, and its truth.
 #[derive(Clone)]
 pub struct Subject {
+    /// The name or the path that it was found by.
+    pub argument: String,
     pub scene: Scene,
     truth: Truth,
 }
@@ -46,7 +48,11 @@ impl Subject {
         } else {
             Truth::Unknown
         };
-        Ok(Subject { scene, truth })
+        Ok(Subject {
+            argument: name.to_owned(),
+            scene,
+            truth,
+        })
     }
 
     /// The errors of u; none where the solution is not known.
@@ -73,6 +79,7 @@ mod tests {
     fn all_ways_to_the_truth_agree() {
         let closed = Subject::find("three-zones").unwrap();
         let reference = Subject {
+            argument: closed.argument.clone(),
             scene: closed.scene.clone(),
             truth: Truth::Reference(Box::new(Reference::zones(3, DEFAULT_RESOLUTION).unwrap())),
         };

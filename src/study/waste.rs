@@ -76,7 +76,8 @@ pub fn value(row: &Row) -> String {
         Varied::LoadQuadrature => row.load_quadrature.clone(),
         Varied::Linear => format!("{} {}", row.linear, row.precision),
         Varied::Gamma0 => format!("{:e}", row.gamma0),
-        Varied::Mesh | Varied::Adaptive => row.n.map_or(String::new(), |n| n.to_string()),
+        Varied::Mesh | Varied::Target => row.n.map_or(String::new(), |n| n.to_string()),
+        Varied::Adaptive => row.accuracy.map_or(String::new(), |a| format!("{a:e}")),
     }
 }
 

@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
+use super::{Answer, Case, peak_memory_mb};
 use crate::contact::{Built, Law};
-use crate::engine::{self, Case};
 use crate::linear::Choice;
 use crate::scene::Expression;
 
 /// What a solve was made of.
-#[derive(Serialize)]
-pub(super) struct Explanation {
+#[derive(Debug, Clone, Serialize)]
+pub struct Explanation {
     dimension: usize,
     element: &'static str,
     dofs: usize,
@@ -30,12 +30,15 @@ pub(super) struct Explanation {
     /// Of the Rust engine.
     built: Option<Built>,
     linear: Option<Choice>,
-    certificate: bool,
+    /// Was the error bounded?
+    pub certificate: bool,
+    /// Of this process so far, or of the largest that it ran.
     peak_rss_mb: f64,
 }
 
 impl Explanation {
-    pub fn new(case: &Case, answer: &engine::Answer, certificate: bool) -> Self {
+    /// Of an answer to a case, without a certificate.
+    pub fn new(case: &Case, answer: &Answer) -> Self {
         let problem = &case.problem;
         let data = &case.scene.data;
         let all: [(&'static str, &Expression); 4] = [
@@ -74,8 +77,8 @@ impl Explanation {
             steps: answer.increments.len(),
             built: history.map(|h| h.built),
             linear: history.map(|h| h.linear),
-            certificate,
-            peak_rss_mb: engine::peak_memory_mb(history.is_none()),
+            certificate: false,
+            peak_rss_mb: peak_memory_mb(history.is_none()),
         }
     }
 
@@ -151,8 +154,7 @@ mod tests {
         let solution = solve(&case.problem, Iteration::Newton, Stop::default(), |_, _| {
             Ok(())
         });
-        let answer = engine::Answer::new(&case.problem, solution.unwrap());
-        Explanation::new(&case, &answer, false)
+        Explanation::new(&case, &Answer::new(solution.unwrap()))
     }
 
     const SQUARE: &str = r#"
