@@ -31,7 +31,7 @@ pub(super) struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]
     residuals: Option<Vec<f64>>,
     pub converged: bool,
-    /// increment, rounding or not-reached
+    /// increment, rounding, not-reached or undetermined
     #[serde(skip_serializing_if = "Option::is_none")]
     ended: Option<Ended>,
     /// The step that the answer comes from.
@@ -149,6 +149,13 @@ impl Answer {
 
     /// What is wrong with an answer that was not reached.
     pub fn complaint(&self, tolerance: f64) -> String {
+        if self.ended == Some(Ended::Undetermined) {
+            return format!(
+                "{} solves the scheme up to a backward error of {:.1e}, but its matrix is singular to working precision, so that \
+                 rounding decides what u is; this is no solution: use cells of less extreme shape, or a smaller gamma0",
+                self.engine, self.residual
+            );
+        }
         let which = match &self.residuals {
             Some(_) => format!("the best iterate by residual, that of step {}", self.step),
             None => "its last iterate".to_owned(),

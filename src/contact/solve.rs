@@ -36,6 +36,8 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A field that is called converged has at most this backward error, or the tolerance where that is larger: by an
 /// increment alone a contact of stiffness γ⁻¹ that is still to come, or to go, is not seen.
 const BACKWARD: f64 = 1e-9;
+/// A step of refinement that is larger than this part of u says that rounding decides what u is.
+const SETTLED: f64 = 1e-3;
 /// A fixed point's increments tell its error but for the factor 1/(1-rate).
 const SLOWEST: f64 = 100.0;
 
@@ -49,6 +51,15 @@ pub enum Ended {
     Rounding,
     /// The steps allowed are done, or an overflow; or refinement at all dofs finds no rest.
     NotReached,
+    /// Steps of refinement do not get small: the residual is, but the matrix is singular to working precision.
+    Undetermined,
+}
+
+impl Ended {
+    /// Is u what was asked for?
+    pub fn converged(self) -> bool {
+        matches!(self, Ended::Increment | Ended::Rounding)
+    }
 }
 
 /// Seconds spent.
@@ -202,24 +213,25 @@ pub fn solve_by(
         }
     }
     let mut step = increments.len();
-    let mut converged = ended != Ended::NotReached;
-    if !converged && !residuals.last().is_some_and(|r| *r <= best.0) && !best.2.is_empty() {
+    if !ended.converged() && !residuals.last().is_some_and(|r| *r <= best.0) && !best.2.is_empty() {
         (_, step, u) = best;
     }
     let iterate = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let mut u = scheme.complete(&u);
-    let mut backward_error = problem.backward_error(&u).0;
-    if converged && is_newton {
+    let backward_error = if ended.converged() && is_newton {
         let limit = stop.increment.max(BACKWARD);
-        (converged, backward_error) = refine(problem, scheme, &mut set, &mut u, limit)?;
-    } else if converged {
+        let (failed, error) = refine(problem, scheme, &mut set, &mut u, limit)?;
+        ended = failed.unwrap_or(ended);
+        error
+    } else {
         // A fixed point is what it is: Newton's step would replace it.
-        converged = backward_error <= (SLOWEST * stop.increment).max(BACKWARD);
-    }
-    if !converged {
-        ended = Ended::NotReached;
-    }
+        let error = problem.backward_error(&u).0;
+        if !(error <= (SLOWEST * stop.increment).max(BACKWARD)) {
+            ended = Ended::NotReached;
+        }
+        error
+    };
     Ok(Solution {
         u,
         step,
@@ -227,7 +239,7 @@ pub fn solve_by(
         changes,
         residuals,
         ended,
-        converged,
+        converged: ended.converged(),
         backward_error,
         seconds: Timings {
             factor,
@@ -242,17 +254,17 @@ pub fn solve_by(
 /// Most steps of refinement: each brings a digit or more where a factor in f32 has any.
 const REFINEMENTS: usize = 20;
 
-/// Steps at all dofs until they are at rounding and the backward error is below `limit`; whether it is, and that error. From a factor
-/// in f64 one step does, or two from faer's, which knows the Schur complement less well: without them the
-/// condition of the stiffness, of order h⁻², would show in the last digits. From one in f32, or after a loose
-/// tolerance, the active set is only right where it can be told so well, and is followed along.
+/// Steps at all dofs until they are at rounding and the backward error is below `limit`; what is wrong where they do not
+/// come there, and that error. From a factor in f64 one step does, or two from faer's, which knows the Schur complement
+/// less well: without them the condition of the stiffness, of order h⁻², would show in the last digits. From one in f32,
+/// or after a loose tolerance, the active set is only right where it can be told so well, and is followed along.
 fn refine(
     problem: &Problem,
     scheme: &dyn System,
     set: &mut ActiveSet,
     u: &mut [f64],
     limit: f64,
-) -> Result<(bool, f64)> {
+) -> Result<(Option<Ended>, f64)> {
     let choice = scheme.choice();
     let least = match (choice.precision, choice.solver) {
         (Precision::F32Refined, _) => REFINEMENTS,
@@ -264,22 +276,27 @@ fn refine(
         let laws = set.laws(scheme, Iteration::Newton);
         let size = scheme.refine(&laws, u)?;
         tracing::debug!(step, size, "refinement");
-        let mut rests = step >= least;
+        let mut rests = step >= least && size <= SETTLED;
         if choice.precision == Precision::F32Refined {
             let changed = set.pivot(scheme, &scheme.restrict(u));
             let small = size <= ROUNDING || (size < 1e-10 && size > 0.5 * last);
             rests = changed == 0 && small;
-            last = size;
         }
+        last = size;
         if rests {
             let error = problem.backward_error(u).0;
             if error <= limit || vanishes(problem, u) {
-                return Ok((true, error));
+                return Ok((None, error));
             }
             set.pivot(scheme, &scheme.restrict(u));
         }
     }
-    Ok((false, problem.backward_error(u).0))
+    let failed = if last <= SETTLED {
+        Ended::NotReached
+    } else {
+        Ended::Undetermined
+    };
+    Ok((Some(failed), problem.backward_error(u).0))
 }
 
 /// Is the residual rounding in units of the largest terms of the stiffness and the load? Where u vanishes with all its

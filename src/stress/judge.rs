@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::trial::{Place, Trial};
-use crate::contact::{Method, Problem, errors};
+use crate::contact::{Ended, Method, Problem, errors};
 use crate::element::Space;
 use crate::engine::{Case, Engine, Settings, Silent};
 use crate::error::{Error, Result};
@@ -60,6 +60,7 @@ struct Answered {
     steps: usize,
     residual: f64,
     converged: bool,
+    ended: Option<Ended>,
 }
 
 /// Solves a trial and the problem it is compared with.
@@ -98,12 +99,18 @@ pub fn judge(
     cell.residual = Some(answered.residual);
     let wrong = |why: String| Verdict::Wrong { why };
     if !answered.converged {
-        cell.verdict = Verdict::Refuses {
-            sentence: format!(
+        let sentence = if answered.ended == Some(Ended::Undetermined) {
+            format!(
+                "the matrix is singular to working precision; rounding decides what u is, with a backward error of {:.1e}",
+                answered.residual
+            )
+        } else {
+            format!(
                 "not reached in {} steps; the best iterate has the backward error {:.1e}",
                 answered.steps, answered.residual
-            ),
+            )
         };
+        cell.verdict = Verdict::Refuses { sentence };
         return Ok(cell);
     }
     if trial.must_refuse {
@@ -168,6 +175,7 @@ fn solve(
         steps: answer.increments.len(),
         residual: answer.residual,
         converged: answer.converged,
+        ended: answer.history.map(|history| history.ended),
     })
 }
 
