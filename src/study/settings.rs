@@ -133,15 +133,18 @@ impl Campaign<'_> {
         };
         for subject in &self.request.subjects {
             for method in methods {
-                let Some((n, cost)) = self.base(&subject.scene.name, method) else {
-                    continue;
-                };
-                let variations = variations(subject, n);
-                if !self.allows(share, cost * variations.len() as f64) {
-                    let what = format!("{}, {method}, n = {n}, {varied}", subject.scene.name);
-                    self.leave_out(what, "the budget was spent");
+                let meshes = self.meshes_of(&subject.scene.name, method);
+                if meshes.is_empty() {
                     continue;
                 }
+                let of = |&(n, cost): &(usize, f64)| (variations(subject, n), cost);
+                let mut chosen = meshes.iter().map(of);
+                let chosen = chosen.find(|(all, cost)| self.allows(share, cost * all.len() as f64));
+                let Some((variations, _)) = chosen else {
+                    let what = format!("{}, {method}, {varied}", subject.scene.name);
+                    self.leave_out(what, "the budget was spent");
+                    continue;
+                };
                 for variation in variations {
                     self.add(&Setting {
                         subject: &variation.subject,
@@ -157,15 +160,16 @@ impl Campaign<'_> {
         Ok(())
     }
 
-    /// The mesh of a track that settings are varied on, the finest up to the usual n; and what it cost.
-    fn base(&self, scene: &str, method: &Method) -> Option<(usize, f64)> {
+    /// The meshes of a track up to the usual n, the finest first, and what each cost.
+    fn meshes_of(&self, scene: &str, method: &Method) -> Vec<(usize, f64)> {
         let method = method.to_string();
         let rows = self.rows.iter().zip(&self.costs).filter(|(row, _)| {
             row.varied == Varied::Mesh && row.track() == (scene, "rust", &*method)
         });
-        let fits = rows.filter(|(row, _)| row.n.is_some_and(|n| n <= USUAL));
-        fits.max_by_key(|(row, _)| row.n)
-            .and_then(|(row, cost)| Some((row.n?, *cost)))
+        let meshes = rows.filter_map(|(row, cost)| Some((row.n?, *cost)));
+        let mut meshes: Vec<_> = meshes.filter(|(n, _)| *n <= USUAL).collect();
+        meshes.sort_by_key(|mesh| std::cmp::Reverse(mesh.0));
+        meshes
     }
 }
 

@@ -61,9 +61,9 @@ enum Mesh {
 impl Campaign<'_> {
     pub fn targets(&mut self) -> Result<()> {
         let request = self.request;
-        for subject in &request.subjects {
-            for norm in NORMS {
-                for target in TARGETS {
+        for norm in NORMS {
+            for target in TARGETS {
+                for subject in &request.subjects {
                     self.target(subject, norm, target)?;
                 }
             }
