@@ -30,6 +30,8 @@ const LEGEND: u32 = 260;
 const MARKER: i32 = 5;
 /// Labels on an axis.
 const MOST_LABELS: i32 = 12;
+/// Up to so many decades 2 and 5 are labelled as well.
+const FEW_DECADES: i32 = 2;
 
 /// Draws `work-SCENE` and `gamma0-SCENE`, as `.svg` and `.png`, of every scene that has rows for it.
 ///
@@ -53,6 +55,8 @@ pub fn draw(outcome: &Outcome, folder: &Path) -> Result<()> {
 struct Page<'a> {
     title: String,
     x: &'static str,
+    /// Are the least and the largest time of each point shown?
+    has_spread: bool,
     lines: Vec<Line<'a>>,
 }
 
@@ -65,6 +69,14 @@ struct Line<'a> {
     points: Vec<(f64, &'a Row)>,
 }
 
+/// A point in one norm.
+struct Point {
+    x: f64,
+    y: f64,
+    /// Of x.
+    range: [f64; 2],
+}
+
 /// Error over time: uniform meshes and adapted ones.
 fn work<'a>(outcome: &'a Outcome, scene: &str) -> Page<'a> {
     let kinds = [
@@ -75,6 +87,7 @@ fn work<'a>(outcome: &'a Outcome, scene: &str) -> Page<'a> {
     Page {
         title: scene.to_owned(),
         x: "seconds: mesh, assembly and solution",
+        has_spread: true,
         lines: lines(outcome, scene, &kinds, x),
     }
 }
@@ -89,6 +102,7 @@ fn gamma<'a>(outcome: &'a Outcome, scene: &str) -> Page<'a> {
     Page {
         title: scene.to_owned(),
         x: "γ₀",
+        has_spread: false,
         lines,
     }
 }
@@ -156,13 +170,19 @@ impl Page<'_> {
     }
 
     /// The points of each line that has some in this norm. Below rounding there is nothing to see.
-    fn points(&self, norm: Norm) -> Vec<(&Line<'_>, Vec<(f64, f64)>)> {
-        let of = |line: &Line| -> Vec<(f64, f64)> {
+    fn points(&self, norm: Norm) -> Vec<(&Line<'_>, Vec<Point>)> {
+        let of = |line: &Line| -> Vec<Point> {
             let points = line.points.iter();
-            let points = points.filter_map(|(x, row)| Some((*x, row.error(norm)?)));
-            points
-                .filter(|(_, e)| *e > 1e-14 && e.is_finite())
-                .collect()
+            let points = points.filter_map(|(x, row)| {
+                let y = row.error(norm).filter(|e| *e > 1e-14 && e.is_finite())?;
+                let range = if self.has_spread {
+                    [row.seconds.least, row.seconds.most]
+                } else {
+                    [*x; 2]
+                };
+                Some(Point { x: *x, y, range })
+            });
+            points.collect()
         };
         let lines = self.lines.iter().map(|line| (line, of(line)));
         lines.filter(|(_, points)| !points.is_empty()).collect()
@@ -179,8 +199,8 @@ impl Page<'_> {
             return area.draw(&Text::new(text, (60, 60), font(18)));
         }
         let all = || lines.iter().flat_map(|line| line.1.iter());
-        let (xs, x_powers) = decades(all().map(|p| p.0));
-        let (errors, error_powers) = decades(all().map(|p| p.1));
+        let (xs, x_powers) = decades(all().flat_map(|p| p.range));
+        let (errors, error_powers) = decades(all().map(|p| p.y));
         let is_bound = |line: &(&Line, _)| line.0.points.iter().any(|(_, row)| row.h1.is_none());
         let y = if norm == Norm::Energy && lines.iter().any(is_bound) {
             format!("guaranteed bound of {of}")
@@ -204,22 +224,25 @@ impl Page<'_> {
             .axis_desc_style(font(17))
             .x_desc(self.x)
             .y_desc(y)
-            .x_label_formatter(&|t| power_of_ten(t.log10().round() as i32))
-            .y_label_formatter(&|e| power_of_ten(e.log10().round() as i32))
+            .x_label_formatter(&|t| label(*t))
+            .y_label_formatter(&|e| label(*e))
             .draw()?;
         let (engines, methods) = (self.engines(), self.methods());
         for (line, points) in lines {
             let place = |names: &[&str], name: &str| names.iter().position(|n| *n == name);
             let colour = COLOURS[place(&methods, line.method).unwrap_or(0) % COLOURS.len()];
             let style = colour.stroke_width(2);
+            let way: Vec<(f64, f64)> = points.iter().map(|p| (p.x, p.y)).collect();
             if line.dashed.is_some() {
-                chart.draw_series(DashedLineSeries::new(points.clone(), 6, 5, style))?;
+                chart.draw_series(DashedLineSeries::new(way, 6, 5, style))?;
             } else {
-                chart.draw_series(LineSeries::new(points.clone(), style))?;
+                chart.draw_series(LineSeries::new(way, style))?;
             }
-            for point in points {
-                let at = EmptyElement::at(point);
+            for Point { x, y, range } in points {
+                let at = EmptyElement::at((x, y));
                 let plot = chart.plotting_area();
+                let spread = range.map(|x| (x, y)).to_vec();
+                plot.draw(&PathElement::new(spread, colour.mix(0.6)))?;
                 let filled = colour.filled();
                 match place(&engines, line.engine).unwrap_or(0) % 3 {
                     0 => plot.draw(&(at + Circle::new((0, 0), MARKER, filled)))?,
@@ -249,20 +272,40 @@ impl Page<'_> {
             area.draw(&Text::new(text, (10, y - 9), font(17)))?;
             y += 26;
         }
-        if let Some(text) = self.lines.iter().find_map(|line| line.dashed) {
+        let dashed = self.lines.iter().find_map(|line| line.dashed);
+        let spread = self.has_spread.then_some("bars: least to most");
+        for text in dashed.into_iter().chain(spread) {
             area.draw(&Text::new(text, (10, y - 9), font(17)))?;
+            y += 26;
         }
         Ok(())
     }
 }
 
-/// The range of whole decades about values that are positive, and powers of ten in it, few enough to be read.
+/// `10⁻³`, or `2·10⁻³`.
+fn label(value: f64) -> String {
+    let power = (value.log10() + 1e-9).floor() as i32;
+    let digit = (value / 10.0_f64.powi(power)).round();
+    if digit == 1.0 {
+        power_of_ten(power)
+    } else {
+        format!("{digit}·{}", power_of_ten(power))
+    }
+}
+
+/// The range of whole decades about values that are positive, and what is labelled in it: not too many, nor too few.
 fn decades(values: impl Iterator<Item = f64> + Clone) -> (std::ops::Range<f64>, Vec<f64>) {
     let low = values.clone().fold(f64::INFINITY, f64::min).log10().floor() as i32;
     let high = (values.fold(0.0, f64::max).log10().ceil() as i32).max(low + 1);
     let step = (high - low).div_euclid(MOST_LABELS) + 1;
+    let multiples: &[f64] = if high - low <= FEW_DECADES {
+        &[1.0, 2.0, 5.0]
+    } else {
+        &[1.0]
+    };
     let powers = (low..=high)
         .step_by(step as usize)
         .map(|k| 10.0_f64.powi(k));
-    (10.0_f64.powi(low)..10.0_f64.powi(high), powers.collect())
+    let labelled = powers.flat_map(|power| multiples.iter().map(move |m| m * power));
+    (10.0_f64.powi(low)..10.0_f64.powi(high), labelled.collect())
 }
