@@ -3,7 +3,8 @@
 
 use divan::{Bencher, black_box};
 use faceoff::assembly::Stiffness;
-use faceoff::contact::{Method, Problem, face_fields};
+use faceoff::certify::certify;
+use faceoff::contact::{Iteration, Method, Problem, Stop, face_fields, solve};
 use faceoff::element::{CR, P2, Space};
 use faceoff::linear::{Analysis, Role, Settings, condense};
 use faceoff::mesh::Triangulation;
@@ -141,6 +142,78 @@ fn comparison_cr(bencher: Bencher, n: usize) {
         face_fields(&problem, &u, "b"),
     );
     bencher.bench(|| compare::judge(black_box(&a), &b, 1e-12));
+}
+
+/// The scene with its contact side held: what is left is linear.
+const LINEAR: &str = r#"
+name = "linear"
+[mesh]
+generator = "union-jack"
+[boundary]
+dirichlet = ["top", "bottom"]
+neumann = ["left", "right"]
+[data]
+f = "-2*pi*sin(2*pi*x)"
+"#;
+
+/// A linear scene by the solver for contact: it should take what `linear_alone_cr` takes.
+#[divan::bench(args = N)]
+fn linear_scene_cr(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (Scene::parse(LINEAR).expect("a scene"), mesh(n));
+    let (problem, _) = problem(&scene, &mesh, "cr");
+    bencher.bench(|| solved(&problem));
+}
+
+/// The same by the linear solver alone: factor, solution, one step of refinement, and the residual that tells.
+#[divan::bench(args = N)]
+fn linear_alone_cr(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (Scene::parse(LINEAR).expect("a scene"), mesh(n));
+    let (problem, _) = problem(&scene, &mesh, "cr");
+    let roles = roles(&problem);
+    let rest = |u: &[f64]| {
+        let mut r = problem.stiffness.times(u);
+        for (r, b) in r.iter_mut().zip(&problem.load) {
+            *r = b - *r;
+        }
+        r
+    };
+    bencher.bench(|| {
+        let cells = black_box(&problem.stiffness);
+        let (factor, reduced, ..) =
+            condense(cells, &roles, &problem.load, Settings::default(), None)
+                .expect("a sound matrix")
+                .expect("a factor");
+        let mut u = problem.start();
+        factor.expand(&reduced, &[], &mut u);
+        let mut step = vec![0.0; u.len()];
+        factor.expand(&factor.reduce(&rest(&u)), &[], &mut step);
+        for (u, step) in u.iter_mut().zip(&step) {
+            *u += step;
+        }
+        rest(&u)
+    });
+}
+
+/// A contact problem, and what a certificate takes: a solve that asks for none pays nothing of it.
+#[divan::bench(args = N)]
+fn contact_scene_cr_fc(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, _) = problem(&scene, &mesh, "cr-fc");
+    bencher.bench(|| solved(&problem));
+}
+
+#[divan::bench(args = N)]
+fn certificate_cr_fc(bencher: Bencher, n: usize) {
+    let (scene, mesh) = (scene(), mesh(n));
+    let (problem, _) = problem(&scene, &mesh, "cr-fc");
+    let u = solved(&problem);
+    bencher.bench(|| certify(&scene, &problem, black_box(&u)).map(|found| found.g));
+}
+
+fn solved(problem: &Problem) -> Vec<f64> {
+    let told = |_, _| Ok(());
+    let solution = solve(problem, Iteration::Newton, Stop::default(), told);
+    solution.expect("a solution").u
 }
 
 /// Γ_D is fixed, the contact cells are kept.

@@ -9,6 +9,7 @@ pub mod cli;
 pub mod compare;
 pub mod contact;
 pub mod diagnose;
+pub mod drawing;
 pub mod element;
 pub mod engine;
 pub mod error;
@@ -21,6 +22,8 @@ pub mod paper;
 pub mod quadrature;
 pub mod report;
 pub mod scene;
+pub mod stress;
+pub mod study;
 pub mod truth;
 pub mod verify;
 

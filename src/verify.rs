@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::compare::{FieldVerdict, Verdict, judge};
 use crate::contact::{Method, Problem, face_fields};
-use crate::engine::{Case, Engine, Progress, Run, Settings};
+use crate::engine::{Case, Engine, Explanation, Progress, Run, Settings};
 use crate::error::{Error, Result};
 use crate::field::FaceFields;
 use crate::mesh::Triangulation;
@@ -81,6 +81,9 @@ pub struct CaseOutcome {
     /// The fields that were compared, one set an engine.
     #[serde(skip)]
     pub fields: Vec<FaceFields>,
+    /// How the Rust engine solved it, where it did.
+    #[serde(skip)]
+    pub explanation: Option<Explanation>,
 }
 
 /// One engine's answer to a case.
@@ -296,7 +299,10 @@ fn judge_case(index: usize, case: &Case, answered: &[(&str, Run)]) -> Result<Cas
             .max()
             .unwrap_or(Verdict::Undetermined)
     };
+    let mut answers = answered.iter().map(|(_, run)| &run.answers[index]);
+    let own = answers.find(|answer| answer.history.is_some());
     Ok(CaseOutcome {
+        explanation: own.map(|answer| Explanation::new(case, answer)),
         scene: case.scene.name.clone(),
         method: problem.method.to_string(),
         n: case.n,

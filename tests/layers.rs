@@ -6,8 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Module, and what it may use besides itself. Everything may use `error`.
-const LAYERS: [(&str, &[&str]); 23] = [
+const LAYERS: [(&str, &[&str]); 26] = [
     ("error", &[]),
+    ("drawing", &[]),
     ("quadrature", &[]),
     ("linear", &[]),
     ("truth", &[]),
@@ -78,6 +79,7 @@ const LAYERS: [(&str, &[&str]); 23] = [
     (
         "paper",
         &[
+            "drawing",
             "truth",
             "quadrature",
             "mesh",
@@ -87,6 +89,28 @@ const LAYERS: [(&str, &[&str]); 23] = [
             "orders",
             "engine",
             "verify",
+        ],
+    ),
+    (
+        "study",
+        &[
+            "drawing",
+            "truth",
+            "quadrature",
+            "linear",
+            "mesh",
+            "scene",
+            "contact",
+            "certify",
+            "adapt",
+            "engine",
+            "paper",
+        ],
+    ),
+    (
+        "stress",
+        &[
+            "drawing", "truth", "linear", "mesh", "scene", "element", "contact", "engine",
         ],
     ),
     (
@@ -100,7 +124,7 @@ const LAYERS: [(&str, &[&str]); 23] = [
         "cli",
         &[
             "adapt", "certify", "compare", "contact", "engine", "field", "linear", "mesh", "io",
-            "orders", "paper", "report", "diagnose", "scene", "verify",
+            "orders", "paper", "report", "diagnose", "scene", "stress", "study", "verify",
         ],
     ),
     ("main", &["cli"]),

@@ -10,7 +10,7 @@ use super::verify::settings;
 use crate::adapt::{Ended, Next, Step, Way, Wish, reach};
 use crate::certify::Target;
 use crate::contact::{Method, Problem};
-use crate::engine::{self, Case, interrupted};
+use crate::engine::{self, Case, Explanation, interrupted};
 use crate::error::{Error, Result};
 use crate::linear::Settings;
 use crate::report::{self, Certified};
@@ -49,12 +49,17 @@ pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f6
         n: reached.n,
         problem: Problem::new(scene, &reached.mesh, method)?,
     };
-    let answer = engine::Answer::new(&case.problem, reached.solution);
+    let answer = engine::Answer::new(reached.solution);
     let version = env!("CARGO_PKG_VERSION");
     let own = ("rust", version);
     let mut told = Answer::new(&case, arguments.iteration, own, &answer, (0.0, 0.0, total))?;
     told.certificate = Some(Certified::new(target, &reached.certificate));
     told.meshes = Some(reached.steps);
+    if arguments.explain {
+        let mut explanation = Explanation::new(&case, &answer);
+        explanation.certificate = true;
+        told.explanation = Some(explanation);
+    }
     if let Some(out) = &arguments.out {
         let certificate = Some(&reached.certificate);
         report::write_solution(out, &case, &answer.u, "rust", version, certificate)?;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::adapt::Step;
 use crate::contact::{ContactSet, Ended, Errors, Iteration, errors, quantities};
-use crate::engine::{self, Case};
+use crate::engine::{self, Case, Explanation};
 use crate::error::Result;
 use crate::linear::Choice;
 use crate::report;
@@ -31,7 +31,7 @@ pub(super) struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]
     residuals: Option<Vec<f64>>,
     pub converged: bool,
-    /// increment, rounding or not-reached
+    /// increment, rounding, not-reached or undetermined
     #[serde(skip_serializing_if = "Option::is_none")]
     ended: Option<Ended>,
     /// The step that the answer comes from.
@@ -48,6 +48,8 @@ pub(super) struct Answer {
     error: Option<Errors>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certificate: Option<report::Certified>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explanation: Option<Explanation>,
     /// The meshes on the way to an accuracy, and how they ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub meshes: Option<Vec<Step>>,
@@ -119,6 +121,7 @@ impl Answer {
             contact_set: values.contact_set,
             error,
             certificate: None,
+            explanation: None,
             meshes: None,
             seconds: Seconds {
                 mesh: if own {
@@ -146,6 +149,13 @@ impl Answer {
 
     /// What is wrong with an answer that was not reached.
     pub fn complaint(&self, tolerance: f64) -> String {
+        if self.ended == Some(Ended::Undetermined) {
+            return format!(
+                "{} solves the scheme up to a backward error of {:.1e}, but its matrix is singular to working precision, so that \
+                 rounding decides what u is; this is no solution: use cells of less extreme shape, or a smaller gamma0",
+                self.engine, self.residual
+            );
+        }
         let which = match &self.residuals {
             Some(_) => format!("the best iterate by residual, that of step {}", self.step),
             None => "its last iterate".to_owned(),
@@ -184,6 +194,9 @@ pub(super) fn print(a: &Answer) {
         println!("  {}", c.sentence());
     }
     println!("  {:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
+    for line in a.explanation.iter().flat_map(Explanation::lines) {
+        println!("  {line}");
+    }
 }
 
 fn contact(set: &ContactSet) -> String {

@@ -35,6 +35,10 @@ pub(super) enum Command {
     Orders(Orders),
     /// Section 6 of the paper again: its tables, figures and statements
     Paper(Paper),
+    /// What each digit costs: every method measured in time, memory and error, and advice
+    Study(Study),
+    /// What breaks: extremes of data, domains, meshes and gamma0, as a map
+    Stress(Stress),
     /// Look at, check, convert, make or refine meshes
     Mesh(Mesh),
     /// Show which codes are here, their versions, and what is missing
@@ -156,6 +160,9 @@ pub(super) struct Verify {
     pub resume: Option<PathBuf>,
     #[command(flatten)]
     pub trust: Trust,
+    /// Tell of each case which model was chosen, what was left out, and what the Rust engine built for it
+    #[arg(long)]
+    pub explain: bool,
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]
@@ -305,6 +312,9 @@ pub(super) struct Solve {
     /// Bound the error of the averaged gradient (g), of an admissible function (v) or of u_h
     #[arg(long, value_name = "TARGET", value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "g")]
     pub certify: Option<Target>,
+    /// Tell which model was chosen, what was left out, and what was built for it
+    #[arg(long)]
+    pub explain: bool,
     /// Write the solution as FILE.vtu, and its faces as FILE-faces.vtu
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
@@ -328,6 +338,61 @@ pub(super) struct Orders {
     pub n: Vec<u32>,
     #[command(flatten)]
     pub trust: Trust,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Exit code: 0 done; 1 some iteration did not reach its tolerance; 2 nothing was measured.
+#[derive(Args)]
+#[command(after_help = built_in())]
+pub(super) struct Study {
+    /// Scenes, best with a known solution: with an exact one, or one-zone, three-zones, five-zones
+    #[arg(value_name = "SCENE", default_values = ["one-zone", "transition-1.5"])]
+    pub scenes: Vec<String>,
+    /// Engines, or TOML files that describe one
+    #[arg(long, value_delimiter = ',', default_values = ["rust"])]
+    pub engines: Vec<String>,
+    /// What an engine does not have is left out for it
+    #[arg(long, default_value = "cr,cr-fc,p1,p2,p1-vi,cr-vi,penalty,multiplier", value_parser = methods)]
+    pub methods: Methods,
+    /// Wall-clock time for everything, as in 90s, 5m or 1h; the two coarsest meshes are measured in any case
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = budget, allow_negative_numbers = true)]
+    pub budget: Duration,
+    /// No finer uniform meshes than this
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub finest: Option<u32>,
+    /// Keep each measurement in FILE as it is made, and take from it what was measured before
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
+    /// Write report.md, rows.csv, study.json and figures into DIR
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+    #[command(flatten)]
+    pub running: Running,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Exit code: 0 nothing is wrong; 1 something is; 2 not run.
+#[derive(Args)]
+pub(super) struct Stress {
+    /// Scenes with an exact solution whose data, domain and gamma0 are taken to extremes
+    #[arg(value_name = "SCENE", default_values = ["transition-1.5", "manufactured-3"])]
+    pub scenes: Vec<String>,
+    /// Only these families of extremes, as in --families gamma0,flat [default: all]
+    #[arg(long, value_delimiter = ',')]
+    pub families: Vec<String>,
+    /// Engines, or TOML files that describe one
+    #[arg(long, value_delimiter = ',', default_values = ["rust"])]
+    pub engines: Vec<String>,
+    /// What an engine does not have is left out for it
+    #[arg(long, default_value = "cr,cr-fc,p1,p2,p1-vi,cr-vi,penalty,multiplier", value_parser = methods)]
+    pub methods: Methods,
+    /// Write report.md, map.csv, stress.json and the map as a figure into DIR
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+    #[command(flatten)]
+    pub running: Running,
     #[command(flatten)]
     pub output: Output,
 }
@@ -511,6 +576,22 @@ fn seconds(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| format!("`{text}` is no positive number of seconds"))
 }
 
+/// `90s`, `5m`, `1h`, or seconds without a letter.
+fn budget(text: &str) -> Result<Duration, String> {
+    let (number, unit) = match text.char_indices().last() {
+        Some((at, 's')) => (&text[..at], 1.0),
+        Some((at, 'm')) => (&text[..at], 60.0),
+        Some((at, 'h')) => (&text[..at], 3600.0),
+        _ => (text, 1.0),
+    };
+    number
+        .parse::<f64>()
+        .ok()
+        .and_then(|t| Duration::try_from_secs_f64(t * unit).ok())
+        .filter(|d| !d.is_zero())
+        .ok_or_else(|| format!("`{text}` is no positive time, as 90s, 5m or 1h"))
+}
+
 fn accuracy(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -628,6 +709,16 @@ mod tests {
             told(&["--field", "u:rtol=5", "--field", "v:atol=6"], scene),
             [(5.0, 1e-4), (1e-3, 6.0)]
         );
+    }
+
+    #[test]
+    fn budgets_have_units() {
+        assert_eq!(budget("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(budget("90s"), budget("90"));
+        assert_eq!(budget("1h"), budget("60m"));
+        for wrong in ["", "m", "-1s", "0s", "nan", "1e400", "5 m s", "∞"] {
+            assert!(budget(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

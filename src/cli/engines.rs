@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::args::{Engines, EnginesAction, Output};
+use super::args::{Engines, EnginesAction, Output, Running};
 use super::{DISAGREE, DONE, FAILED};
 use crate::compare::Verdict;
 use crate::contact::{Iteration, Stop};
-use crate::engine::{self, Installation, Launch, Settings};
-use crate::error::Result;
+use crate::engine::{self, Engine, Installation, Launch, Settings};
+use crate::error::{Error, Result};
 use crate::linear;
 use crate::report;
 use crate::verify::{Finding, check_count, conformance};
@@ -160,4 +160,35 @@ pub(super) fn install(names: &[&str], quiet: bool) -> Result<()> {
             eprintln!("{line}");
         }
     })
+}
+
+/// The engines of these names, each once, all of them there.
+///
+/// # Errors
+/// A name twice or unknown; an engine that is missing, with the command that brings it.
+pub(super) fn find_all(
+    names: &[String],
+    running: &Running,
+    quiet: bool,
+) -> Result<Vec<Box<dyn Engine>>> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    if running.install {
+        install(&names, quiet)?;
+    }
+    let mut found: Vec<Box<dyn Engine>> = Vec::new();
+    for name in names {
+        let engine = engine::find(name)?;
+        if found.iter().any(|other| other.name() == engine.name()) {
+            return Err(Error::usage(
+                format!("engine `{}` is named twice", engine.name()),
+                "name each once",
+            ));
+        }
+        if !engine.is_installed() {
+            // The probe knows what is missing and the command that brings it.
+            engine.probe()?;
+        }
+        found.push(engine);
+    }
+    Ok(found)
 }

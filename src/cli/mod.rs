@@ -11,6 +11,8 @@ mod orders;
 mod paper;
 mod progress;
 mod solve;
+mod stress;
+mod study;
 mod verify;
 
 use std::process::ExitCode;
@@ -66,6 +68,8 @@ fn run(arguments: Arguments) -> Result<u8> {
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Orders(arguments) => orders::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
+        Command::Stress(arguments) => stress::run(&arguments),
         Command::Mesh(arguments) => mesh_commands::run(&arguments),
         Command::Engines(arguments) => engines::run(&arguments),
     }

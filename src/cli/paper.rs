@@ -87,25 +87,8 @@ fn examples(zones: &[u32]) -> Result<Vec<Example>> {
 
 /// The Rust engine, and those asked for.
 fn codes(arguments: &Paper) -> Result<Vec<Box<dyn Engine>>> {
-    let mut names = vec!["rust"];
-    names.extend(
-        arguments
-            .engines
-            .iter()
-            .map(String::as_str)
-            .filter(|n| *n != "rust"),
-    );
-    if arguments.running.install {
-        engines::install(&names, arguments.output.quiet)?;
-    }
-    let mut codes = Vec::new();
-    for name in names {
-        let engine = engine::find(name)?;
-        if !engine.is_installed() {
-            // The probe knows what is missing and the command that brings it.
-            engine.probe()?;
-        }
-        codes.push(engine);
-    }
-    Ok(codes)
+    let mut names = vec!["rust".to_owned()];
+    let asked = arguments.engines.iter().filter(|name| *name != "rust");
+    names.extend(asked.cloned());
+    engines::find_all(&names, &arguments.running, arguments.output.quiet)
 }

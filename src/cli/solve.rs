@@ -10,7 +10,7 @@ use super::verify::{check_launch, settings};
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::certify::certify;
 use crate::contact::{Iteration, Method, Problem};
-use crate::engine::{self, Case, Progress, Silent};
+use crate::engine::{self, Case, Explanation, Progress, Silent};
 use crate::error::{Error, Result};
 use crate::linear::Settings;
 use crate::report;
@@ -119,6 +119,11 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         .certify
         .zip(certificate.as_ref())
         .map(|(target, certificate)| report::Certified::new(target, certificate));
+    if arguments.explain {
+        let mut explanation = Explanation::new(&case, &answer);
+        explanation.certificate = certificate.is_some();
+        told.explanation = Some(explanation);
+    }
     if let Some(out) = &arguments.out {
         let certificate = certificate.as_ref();
         report::write_solution(

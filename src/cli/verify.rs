@@ -10,12 +10,14 @@ use super::{DISAGREE, DONE, FAILED, complain, engines, tell_failure};
 use crate::compare::Verdict;
 use crate::contact::{Iteration, Stop};
 use crate::diagnose::{Diagnosis, diagnose};
-use crate::engine::{self, Baseline, Engine, Launch, Progress, Settings, Silent, resumed};
+use crate::engine::{
+    self, Baseline, Engine, Explanation, Launch, Progress, Settings, Silent, resumed,
+};
 use crate::error::{Error, Result};
 use crate::linear;
 use crate::report;
 use crate::scene::Scene;
-use crate::verify::{Failure, Outcome, Request, verify};
+use crate::verify::{CaseOutcome, Failure, Outcome, Request, verify};
 
 pub(super) fn run(arguments: &Verify) -> Result<u8> {
     let code = judge(arguments);
@@ -95,15 +97,28 @@ fn judge(arguments: &Verify) -> Result<u8> {
         report::write_html(folder, &request, &outcome, &diagnoses, &missing)?;
     }
     let json = arguments.output.json.as_deref();
+    let explained = if arguments.explain {
+        explained(&outcome)
+    } else {
+        Vec::new()
+    };
     let found = Found {
         outcome: &outcome,
         diagnoses: &diagnoses,
+        explanations: &explained,
     };
     report::write_json(json, &report::document("verify", &found))?;
     report::write_junit(arguments.told.junit.as_deref(), &outcome, &missing)?;
     report::write_badge(arguments.told.badge.as_deref(), outcome.verdict)?;
     if !quiet && !report::is_stdout(json) {
         print!("{}", report::table(&outcome));
+        for told in &explained {
+            let n = told.n.map_or(String::new(), |n| format!(", n = {n}"));
+            println!("{}, {}{n}:", told.scene, told.method);
+            for line in told.explanation.lines() {
+                println!("  {line}");
+            }
+        }
         for found in &diagnoses {
             let n = found.n.map_or(String::new(), |n| format!(", n = {n}"));
             let (scene, method) = (&found.scene, &found.method);
@@ -139,6 +154,41 @@ struct Found<'a> {
     outcome: &'a Outcome,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     diagnoses: &'a [Diagnosis],
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    explanations: &'a [Explained<'a>],
+}
+
+/// How a case was solved.
+#[derive(Serialize)]
+struct Explained<'a> {
+    scene: &'a str,
+    method: &'a str,
+    n: Option<usize>,
+    #[serde(flatten)]
+    explanation: Explanation,
+}
+
+/// Of every case that the Rust engine solved. A certificate is of all fields on a mesh, where methods are judged by it.
+fn explained(outcome: &Outcome) -> Vec<Explained<'_>> {
+    let of = |case: &'_ CaseOutcome| {
+        let mut explanation = case.explanation.clone()?;
+        explanation.certificate = outcome.cross.iter().any(|cross| {
+            let is_its = cross.a.method == case.method || cross.b.method == case.method;
+            cross.judged.is_some() && is_its && (&cross.scene, cross.n) == (&case.scene, case.n)
+        });
+        Some(explanation)
+    };
+    let cases = outcome.cases.iter();
+    cases
+        .filter_map(|case| {
+            Some(Explained {
+                scene: &case.scene,
+                method: &case.method,
+                n: case.n,
+                explanation: of(case)?,
+            })
+        })
+        .collect()
 }
 
 /// The command that this is, as one would type it.

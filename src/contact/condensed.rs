@@ -10,13 +10,13 @@
 //!
 //! whose steps cost nothing that grows with the number of cells. u_I follows at the end.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
 use super::Problem;
 use super::conditions::Condition;
 use super::scheme::{Scheme, clear_rows};
-use super::system::{System, Weights};
+use super::system::{Built, Energy, System, Weights};
 use crate::error::{Error, Result};
 use crate::linear::{
     Choice, Elements, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings,
@@ -45,6 +45,8 @@ pub(super) struct Condensed<'a> {
     roles: Vec<Role>,
     /// The last dense factorisation, and the laws that it is for.
     stale: RefCell<Option<(SchurLu, Vec<Weights>)>>,
+    /// Dense factorisations so far.
+    dense: Cell<usize>,
 }
 
 /// The stiffness by cells, and where Γ_D does not hold all of the domain the mass of Γ_C on top,
@@ -92,8 +94,11 @@ impl<'a> Cells<'a> {
             let local = problem.space.local_dofs;
             for face in &problem.contact {
                 let mass = shift.entry(face.cell).or_insert(vec![0.0; local * local]);
+                // Of the size of the stiffness, in any unit of length.
+                let mesh = problem.space.mesh;
+                let size = mesh.geometry(face.cell).diameter.powi(mesh.dim as i32 - 2);
                 for point in &face.points {
-                    let weight = point.weight / face.measure;
+                    let weight = size * point.weight / face.measure;
                     for i in 0..local {
                         for j in 0..local {
                             mass[i * local + j] += weight * point.phi[i] * point.phi[j];
@@ -192,6 +197,7 @@ impl<'a> Condensed<'a> {
             fixed,
             roles,
             stale: RefCell::new(None),
+            dense: Cell::new(0),
         }))
     }
 
@@ -233,6 +239,7 @@ impl<'a> Condensed<'a> {
         if stale.as_ref().is_none_or(|(lu, _)| refactor(lu)) {
             change = LowRank::default();
             *stale = Some((self.schur.lu(&self.entries(laws)), laws.to_vec()));
+            self.dense.set(self.dense.get() + 1);
         }
         let Some((lu, _)) = stale.as_ref() else {
             return Vec::new();
@@ -313,6 +320,15 @@ impl System for Condensed<'_> {
         self.choice
     }
 
+    fn built(&self) -> Built {
+        Built {
+            unknowns: self.load.len(),
+            factors: 1,
+            dense: self.dense.get(),
+            preconditioners: 0,
+        }
+    }
+
     fn is_solved_but_for_conditions(&self) -> bool {
         true
     }
@@ -341,23 +357,25 @@ impl System for Condensed<'_> {
         [self.schur.norm(), load]
     }
 
-    /// ‖∇v‖_h of the v that is δ on K, 0 on Γ_D, and solves the rows of all other dofs without
+    /// (∇v,∇v)_h of the v that is δ on K, 0 on Γ_D, and solves the rows of all other dofs without
     /// load; with the shift added that holds what Γ_D does not.
-    fn norm(&self, delta: &[f64]) -> f64 {
+    fn energy(&self, delta: &[f64]) -> Energy {
         let delta = &delta[..self.load.len()];
-        // Squares of what is not near 1 would overflow, or vanish.
-        let unit = delta.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-        if unit == 0.0 || !unit.is_finite() {
-            return unit;
-        }
-        let scaled: Vec<f64> = delta.iter().map(|d| d / unit).collect();
-        let products = self.schur.times(&scaled);
-        unit * dot(&products, &scaled).max(0.0).sqrt()
+        Energy::new(delta, |v| dot(&self.schur.times(v), v))
     }
 
-    /// The same norm of u less what it is where the iteration starts, the load included.
-    fn size(&self, u: &[f64]) -> f64 {
-        self.reduced.energy().max(0.0).sqrt().hypot(self.norm(u))
+    /// The same of u less what it is where the iteration starts, the load included.
+    fn size(&self, u: &[f64]) -> Energy {
+        let started = self.reduced.energy().max(0.0);
+        let on_kept = self.energy(u);
+        let value = on_kept.value + started / on_kept.unit / on_kept.unit;
+        if on_kept.is_zero() || !value.is_finite() {
+            return Energy {
+                unit: 1.0,
+                value: started,
+            };
+        }
+        Energy { value, ..on_kept }
     }
 
     /// δ on K with (S + N) δ = -r, where N is of the conditions with these laws.

@@ -11,7 +11,7 @@ use std::cell::{Cell, RefCell};
 use super::conditions::Condition;
 use super::method::Law;
 use super::scheme::Scheme;
-use super::system::{System, Weights};
+use super::system::{Built, Energy, System, Weights};
 use crate::assembly::Stiffness;
 use crate::element::{P1, Space};
 use crate::error::{Error, Result};
@@ -42,6 +42,8 @@ pub(super) struct Krylov<'a> {
     /// ‖u‖₂ of the last residual, and the norm of the matrix.
     size: Cell<f64>,
     scale: f64,
+    /// Preconditioners so far.
+    built: Cell<usize>,
 }
 
 /// What is kept from step to step.
@@ -124,6 +126,7 @@ impl<'a> Krylov<'a> {
             stiff,
             held,
             size: Cell::new(0.0),
+            built: Cell::new(0),
         })
     }
 
@@ -202,6 +205,15 @@ impl System for Krylov<'_> {
         choice(&self.scheme)
     }
 
+    fn built(&self) -> Built {
+        Built {
+            unknowns: self.dof_of.len(),
+            factors: 0,
+            dense: 0,
+            preconditioners: self.built.get(),
+        }
+    }
+
     fn is_solved_but_for_conditions(&self) -> bool {
         false
     }
@@ -225,24 +237,12 @@ impl System for Krylov<'_> {
         [self.scale, load.fold(0.0, |m: f64, b| m.max(b.abs()))]
     }
 
-    fn norm(&self, delta: &[f64]) -> f64 {
-        // Squares of what is not near 1 would overflow, or vanish.
-        let unit = delta.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-        if unit == 0.0 || !unit.is_finite() {
-            return unit;
-        }
-        let scaled: Vec<f64> = delta.iter().map(|d| d / unit).collect();
-        unit * self
-            .scheme
-            .problem
-            .stiffness
-            .energy(&scaled)
-            .max(0.0)
-            .sqrt()
+    fn energy(&self, delta: &[f64]) -> Energy {
+        Energy::new(delta, |v| self.scheme.problem.stiffness.energy(v))
     }
 
-    fn size(&self, u: &[f64]) -> f64 {
-        self.norm(u)
+    fn size(&self, u: &[f64]) -> Energy {
+        self.energy(u)
     }
 
     /// While conditions change, δ is only as exact as that deserves.
@@ -258,6 +258,7 @@ impl System for Krylov<'_> {
         };
         if state.embedded.is_none() || state.closed != closed {
             state.embedded = Some(self.embedded(&closed)?);
+            self.built.set(self.built.get() + 1);
         }
         state.laws = laws.to_vec();
         state.closed = closed;

@@ -32,6 +32,7 @@ pub use iteration::{Iteration, Splitting};
 pub use method::{Law, Method};
 pub use quantities::{Quantities, face_fields, quantities};
 pub use solve::{Ended, Solution, Stop, Timings, solve, solve_by};
+pub use system::Built;
 
 #[cfg(test)]
 mod random_tests;

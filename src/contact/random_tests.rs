@@ -268,7 +268,7 @@ proptest! {
             }
         };
         prop_assert!(solution.u.iter().all(|u| u.is_finite()));
-        prop_assert_eq!(solution.converged, solution.ended != Ended::NotReached);
+        prop_assert_eq!(solution.converged, solution.ended.converged());
         if solution.converged {
             let error = problem.backward_error(&solution.u).0;
             // Where u vanishes with all its neighbours, the terms of a row are rounding themselves.

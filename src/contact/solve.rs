@@ -7,7 +7,7 @@ use super::Problem;
 use super::active_set::{ActiveSet, Per};
 use super::iteration::Iteration;
 use super::scheme::Scheme;
-use super::system::{System, Weights, system};
+use super::system::{Built, Energy, System, Weights, system};
 use crate::error::{Error, Result};
 use crate::linear::{Choice, Precision, Settings, Solver};
 
@@ -33,16 +33,33 @@ impl Default for Stop {
 /// largest terms.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
+/// A field that is called converged has at most this backward error, or the tolerance where that is larger: by an
+/// increment alone a contact of stiffness γ⁻¹ that is still to come, or to go, is not seen.
+const BACKWARD: f64 = 1e-9;
+/// A step of refinement that is larger than this part of u says that rounding decides what u is.
+const SETTLED: f64 = 1e-3;
+/// A fixed point's increments tell its error but for the factor 1/(1-rate).
+const SLOWEST: f64 = 100.0;
+
 /// Why an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ended {
-    /// The increment is below the tolerance.
+    /// The increment is below the tolerance, and so is the backward error.
     Increment,
     /// The residual is at rounding, so that the increments cannot get smaller.
     Rounding,
     /// The steps allowed are done, or an overflow; or refinement at all dofs finds no rest.
     NotReached,
+    /// Steps of refinement do not get small: the residual is, but the matrix is singular to working precision.
+    Undetermined,
+}
+
+impl Ended {
+    /// Is u what was asked for?
+    pub fn converged(self) -> bool {
+        matches!(self, Ended::Increment | Ended::Rounding)
+    }
 }
 
 /// Seconds spent.
@@ -71,9 +88,13 @@ pub struct Solution {
     pub ended: Ended,
     /// Did it end by increment or rounding?
     pub converged: bool,
+    /// [`Problem::backward_error`] of u.
+    pub backward_error: f64,
     pub seconds: Timings,
     /// What solved the linear systems.
     pub linear: Choice,
+    /// What was built for it.
+    pub built: Built,
 }
 
 /// Solves (3.1). `progress` is told each step and its relative increment, and may end the run.
@@ -137,7 +158,7 @@ pub fn solve_by(
     let mut ended = Ended::NotReached;
     if scheme.conditions().is_empty() && scheme.is_solved_but_for_conditions() {
         // Linear: the whole of u is one increment, and there is nothing to iterate.
-        let increment = f64::from(u8::from(scheme.size(&u) > 0.0));
+        let increment = f64::from(u8::from(!scheme.size(&u).is_zero()));
         (increments, changes, residuals) = (vec![increment], vec![0], vec![0.0]);
         progress(1, increment)?;
         ended = Ended::Rounding;
@@ -183,27 +204,34 @@ pub fn solve_by(
         if !increment.is_finite() {
             break;
         }
-        if per == Per::Condition && arrived && !set.is_partial() {
+        // Newton's residual is that of the violations; a fixed point has nothing else than its increments.
+        let solves = !is_newton || residual <= stop.increment.max(BACKWARD);
+        if per == Per::Condition && arrived && solves && !set.is_partial() {
             ended = Ended::Increment;
         } else if residual <= ROUNDING && before.is_some_and(|r| r <= ROUNDING) {
             ended = Ended::Rounding;
         }
     }
     let mut step = increments.len();
-    let mut converged = ended != Ended::NotReached;
-    if !converged && !residuals.last().is_some_and(|r| *r <= best.0) && !best.2.is_empty() {
+    if !ended.converged() && !residuals.last().is_some_and(|r| *r <= best.0) && !best.2.is_empty() {
         (_, step, u) = best;
     }
     let iterate = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let mut u = scheme.complete(&u);
-    // A fixed point is what it is: Newton's step would replace it.
-    if converged && is_newton {
-        converged = refine(scheme, &mut set, &mut u)?;
-        if !converged {
+    let backward_error = if ended.converged() && is_newton {
+        let limit = stop.increment.max(BACKWARD);
+        let (failed, error) = refine(problem, scheme, &mut set, &mut u, limit)?;
+        ended = failed.unwrap_or(ended);
+        error
+    } else {
+        // A fixed point is what it is: Newton's step would replace it.
+        let error = problem.backward_error(&u).0;
+        if !(error <= (SLOWEST * stop.increment).max(BACKWARD)) {
             ended = Ended::NotReached;
         }
-    }
+        error
+    };
     Ok(Solution {
         u,
         step,
@@ -211,42 +239,71 @@ pub fn solve_by(
         changes,
         residuals,
         ended,
-        converged,
+        converged: ended.converged(),
+        backward_error,
         seconds: Timings {
             factor,
             iterate,
             expand: clock.elapsed().as_secs_f64(),
         },
         linear: scheme.choice(),
+        built: scheme.built(),
     })
 }
 
 /// Most steps of refinement: each brings a digit or more where a factor in f32 has any.
 const REFINEMENTS: usize = 20;
 
-/// Steps at all dofs until they are at rounding; whether they came there. From a factor in f64 one
-/// step does, or two from faer's, which knows the Schur complement less well: without them the
-/// condition of the stiffness, of order h⁻², would show in the last digits. From one in f32 the
-/// active set is only right where it can be told so well, and is followed along.
-fn refine(scheme: &dyn System, set: &mut ActiveSet, u: &mut [f64]) -> Result<bool> {
+/// Steps at all dofs until they are at rounding and the backward error is below `limit`; what is wrong where they do not
+/// come there, and that error. From a factor in f64 one step does, or two from faer's, which knows the Schur complement
+/// less well: without them the condition of the stiffness, of order h⁻², would show in the last digits. From one in f32,
+/// or after a loose tolerance, the active set is only right where it can be told so well, and is followed along.
+fn refine(
+    problem: &Problem,
+    scheme: &dyn System,
+    set: &mut ActiveSet,
+    u: &mut [f64],
+    limit: f64,
+) -> Result<(Option<Ended>, f64)> {
+    let choice = scheme.choice();
+    let least = match (choice.precision, choice.solver) {
+        (Precision::F32Refined, _) => REFINEMENTS,
+        (Precision::F64, Solver::Faer) => 2,
+        (Precision::F64, _) => 1,
+    };
     let mut last = f64::INFINITY;
-    for step in 0..REFINEMENTS {
+    for step in 1..=REFINEMENTS {
         let laws = set.laws(scheme, Iteration::Newton);
         let size = scheme.refine(&laws, u)?;
         tracing::debug!(step, size, "refinement");
-        if scheme.choice().precision == Precision::F64 {
-            if step == 0 && scheme.choice().solver == Solver::Faer {
-                continue;
-            }
-            return Ok(true);
-        }
-        let changed = set.pivot(scheme, &scheme.restrict(u));
-        if changed == 0 && (size <= ROUNDING || (size < 1e-10 && size > 0.5 * last)) {
-            return Ok(true);
+        let mut rests = step >= least && size <= SETTLED;
+        if choice.precision == Precision::F32Refined {
+            let changed = set.pivot(scheme, &scheme.restrict(u));
+            let small = size <= ROUNDING || (size < 1e-10 && size > 0.5 * last);
+            rests = changed == 0 && small;
         }
         last = size;
+        if rests {
+            let error = problem.backward_error(u).0;
+            if error <= limit || vanishes(problem, u) {
+                return Ok((None, error));
+            }
+            set.pivot(scheme, &scheme.restrict(u));
+        }
     }
-    Ok(false)
+    let failed = if last <= SETTLED {
+        Ended::NotReached
+    } else {
+        Ended::Undetermined
+    };
+    Ok((Some(failed), problem.backward_error(u).0))
+}
+
+/// Is the residual rounding in units of the largest terms of the stiffness and the load? Where u vanishes with all its
+/// neighbours the terms of a row are rounding themselves.
+fn vanishes(problem: &Problem, u: &[f64]) -> bool {
+    let terms = largest(&problem.stiffness.sizes(u)) + largest(&problem.load);
+    largest(&problem.residual(u)) <= ROUNDING * terms
 }
 
 /// What residuals are relative to.
@@ -295,11 +352,15 @@ fn largest(v: &[f64]) -> f64 {
 
 /// The energy norm of δ, in the norm of u; 0 where both vanish.
 fn relative_increment(scheme: &dyn System, scale: &Scale, step: &[f64], u: &[f64]) -> f64 {
-    let increment = scheme.norm(step);
-    if increment == 0.0 {
+    let increment = scheme.energy(step);
+    if increment.is_zero() {
         return 0.0;
     }
+    let size = scheme.size(u);
     // Where u hardly leaves the start its own size is rounding.
-    let least = 1e-3 * scale.stiffness.sqrt() * largest(u);
-    increment / scheme.size(u).max(least)
+    let least = Energy {
+        unit: largest(u),
+        value: 1e-6 * scale.stiffness,
+    };
+    increment.over(if size.over(least) > 1.0 { size } else { least })
 }

@@ -10,6 +10,49 @@ use crate::linear::{Choice, Settings, Solver};
 /// What the law `u-ψ + [P]₊` of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
 pub(super) type Weights = [f64; 2];
 
+/// What a solve built: 0 where it was not needed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+pub struct Built {
+    /// The unknowns that the iteration works on.
+    pub unknowns: usize,
+    /// Sparse factorisations, which are kept to the end.
+    pub factors: usize,
+    /// Dense factorisations of what contact adds, each replacing the last one; between them it is corrected by low rank.
+    pub dense: usize,
+    /// Preconditioners, where iterations solve.
+    pub preconditioners: usize,
+}
+
+/// (∇v,∇v) as unit² times a value, so that neither overflows. A power of two in v or in the matrix changes no
+/// digit of either, nor of their ratios.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Energy {
+    pub unit: f64,
+    pub value: f64,
+}
+
+impl Energy {
+    /// Of v, from the energy of v over its largest entry.
+    pub fn new(v: &[f64], of: impl Fn(&[f64]) -> f64) -> Self {
+        let unit = v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        if unit == 0.0 || !unit.is_finite() {
+            return Energy { unit, value: 1.0 };
+        }
+        let scaled: Vec<f64> = v.iter().map(|v| v / unit).collect();
+        let value = of(&scaled).max(0.0);
+        Energy { unit, value }
+    }
+
+    pub fn is_zero(self) -> bool {
+        self.unit == 0.0 || self.value == 0.0
+    }
+
+    /// The ratio of the norms.
+    pub fn over(self, other: Energy) -> f64 {
+        self.unit / other.unit * (self.value / other.value).sqrt()
+    }
+}
+
 /// A scheme R(u) = 0 in the unknowns that an iteration works on.
 pub(super) trait System {
     /// The conditions, in these unknowns.
@@ -20,6 +63,9 @@ pub(super) trait System {
 
     /// What solves the linear systems.
     fn choice(&self) -> Choice;
+
+    /// What has been built so far.
+    fn built(&self) -> Built;
 
     /// Does [`System::complete`] solve all that the conditions leave open?
     fn is_solved_but_for_conditions(&self) -> bool;
@@ -36,11 +82,11 @@ pub(super) trait System {
     /// What residuals are relative to: the matrix in the maximum norm, and the largest load.
     fn scale(&self) -> [f64; 2];
 
-    /// The energy norm of an increment.
-    fn norm(&self, delta: &[f64]) -> f64;
+    /// The energy of an increment.
+    fn energy(&self, delta: &[f64]) -> Energy;
 
-    /// The energy norm of u.
-    fn size(&self, u: &[f64]) -> f64;
+    /// The energy of u.
+    fn size(&self, u: &[f64]) -> Energy;
 
     /// δ, 0 on Γ_D, that solves the linear scheme with these laws and the right-hand side -r.
     ///

@@ -535,6 +535,69 @@ fn the_corrected_flux_at_midpoints_is_the_variational_inequality_on_cr() {
     }
 }
 
+/// With γ far below h a face that is still to separate, or to close, is hardly seen in the energy norm; nor is it with a
+/// loose tolerance.
+#[test]
+fn an_increment_alone_is_no_convergence() {
+    let small = |gamma0: f64| {
+        let mut scene = Scene::find("manufactured-3").unwrap();
+        scene.gamma0 = gamma0;
+        (scene, 16, Stop::default())
+    };
+    let loose = |increment: f64| {
+        let stop = Stop {
+            increment,
+            ..Stop::default()
+        };
+        (Scene::find("transition-1.5").unwrap(), 16, stop)
+    };
+    for (scene, n, stop) in [small(1e-10), small(1e-12), loose(1e-2), loose(1e-4)] {
+        let mesh = scene.triangulation(Some(n)).unwrap();
+        for name in ["cr", "cr-fc", "p1", "p2", "penalty"] {
+            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let solution = solve(&problem, Iteration::Newton, stop, |_, _| Ok(())).unwrap();
+            let error = problem.backward_error(&solution.u).0;
+            assert_eq!(error, solution.backward_error);
+            let name = format!("{} {name} {:e} {stop:?}", scene.name, scene.gamma0);
+            assert!(solution.converged, "{name}: {error:e}");
+            assert!(error <= stop.increment.max(1e-9), "{name}: {error:e}");
+        }
+    }
+}
+
+/// A sliver of height 1e-8 on Γ_C: γ∂ₙu∂ₙv is 1e16 times the rest, and rounding decides.
+#[test]
+fn a_matrix_that_is_singular_to_working_precision_is_no_convergence() {
+    let text = r#"
+name = "free"
+[mesh]
+generator = "union-jack"
+[boundary]
+dirichlet = ["top", "left", "right"]
+contact = ["bottom"]
+[data]
+g = "x-3"
+"#;
+    let scene = Scene::parse(text).unwrap();
+    let solved = |height: f64| {
+        let mut mesh = union_jack(8, [1.0, 1.0]);
+        let above = mesh.points.iter().position(|p| *p == [0.625, 0.125, 0.0]);
+        mesh.points[above.unwrap()] = [0.5625, 0.125 * height, 0.0];
+        let mesh = Triangulation::new("sliver", &mesh).unwrap();
+        let problem = Problem::new(&scene, &mesh, "p1".parse().unwrap()).unwrap();
+        let solution = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()));
+        let solution = solution.unwrap();
+        let exact = |k: usize| problem.space.point(k)[0] - 3.0;
+        let far = solution.u.iter().enumerate();
+        let far = far.fold(0.0, |m: f64, (k, u)| m.max((u - exact(k)).abs()));
+        (solution, far)
+    };
+    let (good, far) = solved(1e-2);
+    assert!(good.converged && far < 1e-8, "{far:e}");
+    let (bad, far) = solved(1e-8);
+    assert!(bad.converged == (far < 1e-2) && !bad.converged, "{far:e}");
+}
+
 #[test]
 fn what_is_out_of_reach_is_called_rounding_or_not_reached_with_the_best_iterate() {
     let mesh = square(24);

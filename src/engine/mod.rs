@@ -1,11 +1,13 @@
 //! Engines: the codes that solve the problem. Each gets the same cases and returns the dofs of
 //! the same spaces; everything that is compared is derived from those dofs in one place.
 
+mod explain;
 mod fenicsx;
 mod file;
 mod freefem;
 mod install;
 mod job;
+mod machine;
 mod process;
 mod program;
 mod recorded;
@@ -18,14 +20,16 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
+pub use explain::Explanation;
 pub use install::{Installation, install, meshio_python, plan};
 pub use job::raw_values;
+pub use machine::{HighWater, Machine};
 pub use process::{interrupt, interrupted, peak_memory_mb};
 pub use recorded::{BASELINE, Baseline, Kept, record};
 pub use resumed::resumed;
 pub use version::doubt;
 
-use crate::contact::{Ended, Iteration, Method, Problem, Solution, Stop};
+use crate::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};
 use crate::error::{Error, Result};
 use crate::linear::{self, Choice};
 use crate::scene::Scene;
@@ -86,9 +90,9 @@ pub struct Answer {
 
 impl Answer {
     /// The answer of the Rust engine.
-    pub fn new(problem: &Problem, solution: Solution) -> Self {
+    pub fn new(solution: Solution) -> Self {
         Answer {
-            residual: problem.backward_error(&solution.u).0,
+            residual: solution.backward_error,
             u: solution.u,
             increments: solution.increments,
             converged: solution.converged,
@@ -98,6 +102,7 @@ impl Answer {
                 changes: solution.changes,
                 residuals: solution.residuals,
                 linear: solution.linear,
+                built: solution.built,
             }),
             seconds: vec![
                 ("factor".into(), solution.seconds.factor),
@@ -116,6 +121,7 @@ pub struct History {
     pub changes: Vec<usize>,
     pub residuals: Vec<f64>,
     pub linear: Choice,
+    pub built: Built,
 }
 
 /// An engine's answers to all cases.

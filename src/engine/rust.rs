@@ -42,7 +42,7 @@ impl Engine for Rust {
                     settings.linear,
                     told,
                 )?;
-                Ok(Answer::new(&case.problem, solution))
+                Ok(Answer::new(solution))
             })
             .collect::<Result<_>>()?;
         progress.done(self.name());

@@ -26,14 +26,26 @@ pub struct Choice {
 }
 
 /// A factorisation of the eliminated unknowns.
-pub enum Factor {
+///
+/// What is factored is A over a power of two of its own size: the pivots' roots then have the same digits in any unit, and
+/// numbers of f32 their range.
+pub struct Factor {
+    kind: FactorKind,
+    unit: f64,
+}
+
+enum FactorKind {
     Faer(Box<Cholesky>),
     F64(Box<Multifrontal<f64>>),
     F32(Box<Multifrontal<f32>>),
 }
 
 /// A right-hand side condensed.
-pub struct Reduced(Kind);
+pub struct Reduced {
+    kind: Kind,
+    kept: Vec<f64>,
+    unit: f64,
+}
 
 enum Kind {
     Faer(Solved),
@@ -41,21 +53,84 @@ enum Kind {
 }
 
 impl Reduced {
-    /// g
-    pub fn kept(&self) -> &[f64] {
-        match &self.0 {
+    fn new(kind: Kind, unit: f64) -> Self {
+        let kept = match &kind {
             Kind::Faer(solved) => &solved.kept,
             Kind::Multifrontal(forward) => &forward.kept,
+        };
+        Reduced {
+            kept: kept.iter().map(|g| unit * g).collect(),
+            kind,
+            unit,
         }
+    }
+
+    /// g
+    pub fn kept(&self) -> &[f64] {
+        &self.kept
     }
 
     /// b_Iᵀ A_II⁻¹ b_I: with x_Kᵀ S x_K it makes xᵀ A x.
     pub fn energy(&self) -> f64 {
-        match &self.0 {
+        let of_scaled = match &self.kind {
             Kind::Faer(solved) => solved.energy,
             Kind::Multifrontal(forward) => forward.energy(),
-        }
+        };
+        self.unit * of_scaled
     }
+}
+
+/// Elements over their unit.
+struct Scaled<'a, E> {
+    elements: &'a E,
+    inverse: f64,
+}
+
+impl<'a, E: Elements> Scaled<'a, E> {
+    /// With the power of two that the largest entry of the first element has.
+    fn new(elements: &'a E) -> (Self, f64) {
+        let mut matrix = vec![0.0; elements.size() * elements.size()];
+        if elements.count() > 0 {
+            elements.matrix(0, &mut matrix);
+        }
+        let largest = matrix.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+        let exponent = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
+        let usable = exponent.is_normal() && exponent.recip().is_normal();
+        let unit = if usable { exponent } else { 1.0 };
+        let inverse = 1.0 / unit;
+        (Scaled { elements, inverse }, unit)
+    }
+}
+
+impl<E: Elements> Elements for Scaled<'_, E> {
+    fn unknowns(&self) -> usize {
+        self.elements.unknowns()
+    }
+
+    fn count(&self) -> usize {
+        self.elements.count()
+    }
+
+    fn size(&self) -> usize {
+        self.elements.size()
+    }
+
+    fn of(&self, element: usize) -> &[u32] {
+        self.elements.of(element)
+    }
+
+    fn centre(&self, element: usize) -> [f64; 3] {
+        self.elements.centre(element)
+    }
+
+    fn matrix(&self, element: usize, matrix: &mut [f64]) {
+        self.elements.matrix(element, matrix);
+        matrix.iter_mut().for_each(|a| *a *= self.inverse);
+    }
+}
+
+fn over(b: &[f64], unit: f64) -> Vec<f64> {
+    b.iter().map(|b| b / unit).collect()
 }
 
 /// A factor, b condensed, S, and how it was done. The kept unknowns stand in ascending order. None
@@ -88,30 +163,39 @@ pub fn condense(
             "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate"
                 .into(),
     };
-    Ok(Some(match (choice.solver, choice.precision) {
+    let (scaled, unit) = Scaled::new(elements);
+    let mut b = b;
+    b.iter_mut().for_each(|b| *b /= unit);
+    let (kind, reduced, schur) = match (choice.solver, choice.precision) {
         (Solver::Faer, _) => {
-            let factor = Cholesky::new(elements, roles, analysis)?;
+            let factor = Cholesky::new(&scaled, roles, analysis)?;
             let (solved, schur) = (factor.forward(&b), factor.schur_complement().clone());
             (
-                Factor::Faer(Box::new(factor)),
-                Reduced(Kind::Faer(solved)),
+                FactorKind::Faer(Box::new(factor)),
+                Kind::Faer(solved),
                 schur,
-                choice,
             )
         }
         (_, Precision::F64) => {
             let (factor, forward, schur) =
-                Multifrontal::new(elements, analysis, b).map_err(refuse)?;
-            let reduced = Reduced(Kind::Multifrontal(forward));
-            (Factor::F64(Box::new(factor)), reduced, schur, choice)
+                Multifrontal::new(&scaled, analysis, b).map_err(refuse)?;
+            let kind = FactorKind::F64(Box::new(factor));
+            (kind, Kind::Multifrontal(forward), schur)
         }
         (_, Precision::F32Refined) => {
             let (factor, forward, schur) =
-                Multifrontal::new(elements, analysis, b).map_err(refuse)?;
-            let reduced = Reduced(Kind::Multifrontal(forward));
-            (Factor::F32(Box::new(factor)), reduced, schur, choice)
+                Multifrontal::new(&scaled, analysis, b).map_err(refuse)?;
+            let kind = FactorKind::F32(Box::new(factor));
+            (kind, Kind::Multifrontal(forward), schur)
         }
-    }))
+    };
+    let reduced = Reduced::new(reduced, unit);
+    Ok(Some((
+        Factor { kind, unit },
+        reduced,
+        schur.times_unit(unit),
+        choice,
+    )))
 }
 
 /// Our own factorisation is faster than faer's at every size that was measured, and takes less
@@ -190,19 +274,21 @@ const ITERATED_FLOP: f64 = 25.0;
 impl Factor {
     /// Condenses a further right-hand side.
     pub fn reduce(&self, b: &[f64]) -> Reduced {
-        Reduced(match self {
-            Factor::Faer(factor) => Kind::Faer(factor.forward(b)),
-            Factor::F64(factor) => Kind::Multifrontal(factor.forward(b)),
-            Factor::F32(factor) => Kind::Multifrontal(factor.forward(b)),
-        })
+        let b = &over(b, self.unit);
+        let kind = match &self.kind {
+            FactorKind::Faer(factor) => Kind::Faer(factor.forward(b)),
+            FactorKind::F64(factor) => Kind::Multifrontal(factor.forward(b)),
+            FactorKind::F32(factor) => Kind::Multifrontal(factor.forward(b)),
+        };
+        Reduced::new(kind, self.unit)
     }
 
     /// Writes all unknowns into `x`, where the kept ones are `kept`; fixed ones stay as they are.
     pub fn expand(&self, reduced: &Reduced, kept: &[f64], x: &mut [f64]) {
-        match (self, &reduced.0) {
-            (Factor::Faer(factor), Kind::Faer(solved)) => factor.backward(solved, kept, x),
-            (Factor::F64(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),
-            (Factor::F32(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),
+        match (&self.kind, &reduced.kind) {
+            (FactorKind::Faer(factor), Kind::Faer(solved)) => factor.backward(solved, kept, x),
+            (FactorKind::F64(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),
+            (FactorKind::F32(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),
             // A right-hand side that another factor reduced says nothing here.
             _ => x.fill(f64::NAN),
         }

@@ -31,6 +31,15 @@ impl Schur {
         }
     }
 
+    /// S times a power of two.
+    pub(super) fn times_unit(mut self, unit: f64) -> Self {
+        for column in self.dense.col_iter_mut() {
+            column.iter_mut().for_each(|a| *a *= unit);
+        }
+        self.rest.iter_mut().for_each(|entry| entry.2 *= unit);
+        self
+    }
+
     pub fn size(&self) -> usize {
         self.size
     }

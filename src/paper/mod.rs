@@ -4,6 +4,7 @@
 //! references: P2 on a fine mesh, as in the paper, and the mesh-free one of [`crate::truth`].
 
 mod distance;
+mod errors;
 mod example;
 mod figures;
 mod fine;
@@ -15,6 +16,7 @@ mod study;
 mod text;
 mod work;
 
+pub use errors::reference_errors;
 pub use example::Example;
 pub use figures::{FIGURES, Figure, draw};
 pub use fine_study::FineOutcome;

@@ -12,8 +12,15 @@ pub(super) fn names(dim: usize) -> Vec<&'static str> {
     all.filter(|e| e.dimension == dim).map(|e| e.name).collect()
 }
 
+/// What else scenes are called.
+const ALSO: [(&str, &str); 1] = [("r32", "transition-1.5")];
+
 /// The scene of this name; none where the catalogue has no solution of that name.
 pub(super) fn find(name: &str) -> Option<Result<Scene>> {
+    let name = ALSO
+        .iter()
+        .find(|also| also.0 == name)
+        .map_or(name, |also| also.1);
     let exact = catalogue().into_iter().find(|e| e.name == name)?;
     Some(scene(&exact))
 }

@@ -156,6 +156,14 @@ impl Scene {
         exact::names(3)
     }
 
+    /// A scene from its text in TOML, of which a mesh file would be one that the program carries.
+    ///
+    /// # Errors
+    /// A scene that is not valid.
+    pub fn parse(text: &str) -> Result<Self> {
+        file::parse("in TOML", text, None)
+    }
+
     /// Finds a scene by a built-in's name or by the path of a TOML file.
     ///
     /// # Errors

@@ -9,6 +9,7 @@ use plotters::prelude::*;
 
 use super::super::study::{ExampleOutcome, Level, Outcome};
 use super::{Drawn, font};
+use crate::drawing::power_of_ten;
 
 /// Half the size of a marker.
 const MARKER: i32 = 7;
@@ -128,7 +129,7 @@ fn draw_panel<DB: DrawingBackend>(
         .x_desc("h")
         .y_desc("relative error, residual")
         .x_label_formatter(&|h| format!("√2/{:.0}", 2.0_f64.sqrt() / h))
-        .y_label_formatter(&|y| format!("10{}", superscript(y.log10().round() as i32)))
+        .y_label_formatter(&|y| power_of_ten(y.log10().round() as i32))
         .draw()?;
     for (at, order, name, shift) in [(upper, 1, "O(h)", -26), (lower, 2, "O(h²)", 8)] {
         let ends = line(at, order);
@@ -208,11 +209,4 @@ fn heading(examples: &[&ExampleOutcome]) -> String {
     } else {
         format!("6.2: f = (2πN)² cos 2πNx, N = {}", zones.join(", "))
     }
-}
-
-/// `-3` as `⁻³`.
-fn superscript(exponent: i32) -> String {
-    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let of = |c: char| c.to_digit(10).map_or('⁻', |d| digits[d as usize]);
-    exponent.to_string().chars().map(of).collect()
 }

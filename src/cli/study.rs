@@ -1,0 +1,134 @@
+//! `faceoff study`.
+
+use std::process::{Command, Stdio};
+
+use super::args::Study;
+use super::engines;
+use super::progress::Bar;
+use super::verify::settings;
+use super::{DISAGREE, DONE};
+use crate::contact::Iteration;
+use crate::engine;
+use crate::error::{Error, Result};
+use crate::linear;
+use crate::report;
+use crate::study::{self, Followed, Request, Subject, Varied, study};
+
+/// The file by which an earlier report is known.
+const RESULT: &str = "study.json";
+
+pub(super) fn run(arguments: &Study) -> Result<u8> {
+    let quiet = arguments.output.quiet;
+    let json = arguments.output.json.as_deref();
+    let subjects = arguments.scenes.iter().map(|name| Subject::find(name));
+    let request = Request {
+        subjects: subjects.collect::<Result<_>>()?,
+        methods: arguments.methods.0.clone(),
+        engines: engines::find_all(&arguments.engines, &arguments.running, quiet)?,
+        budget: arguments.budget,
+        settings: settings(
+            &arguments.running,
+            Iteration::Newton,
+            linear::Settings::default(),
+        ),
+        finest: arguments.finest.map_or(usize::MAX, |n| n as usize),
+        journal: arguments.resume.clone(),
+        follow: Some(Box::new(follow)),
+    };
+    check(&request)?;
+    if let Some(folder) = &arguments.report {
+        report::check_report_folder(folder, RESULT)?;
+    }
+    let bar = Bar::new(quiet);
+    let outcome = study(&request, &|what, share| {
+        bar.tell(what, share);
+        if engine::interrupted() {
+            return Err(Error::Interrupted);
+        }
+        Ok(())
+    });
+    bar.clear();
+    let outcome = outcome?;
+    if let Some(folder) = &arguments.report {
+        report::write_report_folder(folder, |folder| {
+            study::draw(&outcome, folder)?;
+            report::write_text(&folder.join("report.md"), &study::report(&outcome))?;
+            report::write_text(&folder.join("rows.csv"), &study::csv(&outcome.rows))?;
+            report::write_json(Some(&folder.join(RESULT)), &outcome)
+        })?;
+    }
+    report::write_json(json, &outcome)?;
+    if !quiet && !report::is_stdout(json) {
+        print!("{}", study::summary(&outcome));
+    }
+    for left in &outcome.left_out {
+        tracing::info!(what = left.what, why = left.why, "left out");
+    }
+    if outcome.rows.is_empty() {
+        let why = outcome.left_out.first();
+        return Err(Error::usage(
+            format!(
+                "nothing was measured: {}",
+                why.map_or("no engine has these methods".to_owned(), |w| w.why.clone())
+            ),
+            "give a larger --budget, other scenes or other methods",
+        ));
+    }
+    // An extreme γ₀ that is not solved is a result.
+    let mut usual = outcome.rows.iter().filter(|r| r.varied != Varied::Gamma0);
+    let converged = usual.all(|row| row.converged);
+    Ok(if converged { DONE } else { DISAGREE })
+}
+
+/// Runs this program with these words, as a user would.
+fn follow(words: &[String]) -> Result<Followed> {
+    let failed = |why: String| {
+        let words = words.join(" ");
+        Error::engine(
+            "rust",
+            format!("`faceoff {words}` {why}"),
+            "type it to see more",
+        )
+    };
+    let program = std::env::current_exe().map_err(|e| failed(format!("is not found: {e}")))?;
+    let output = Command::new(program)
+        .args(words)
+        .args(["--quiet", "--json", "-"])
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|e| failed(format!("cannot be started: {e}")))?;
+    if engine::interrupted() {
+        return Err(Error::Interrupted);
+    }
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        return Err(failed(format!(
+            "ended with {}: {}",
+            output.status,
+            said.trim()
+        )));
+    }
+    let told: serde_json::Value =
+        serde_json::from_slice(&output.stdout).map_err(|e| failed(format!("told no JSON: {e}")))?;
+    let number = |value: &serde_json::Value| {
+        let number = value.as_f64();
+        number.ok_or_else(|| failed("did not tell its time and memory".into()))
+    };
+    Ok(Followed {
+        seconds: number(&told["seconds"]["total"])?,
+        memory_mb: number(&told["peak_rss_mb"])?,
+    })
+}
+
+fn check(request: &Request) -> Result<()> {
+    for (k, subject) in request.subjects.iter().enumerate() {
+        let name = &subject.scene.name;
+        if request.subjects[..k].iter().any(|s| s.scene.name == *name) {
+            return Err(Error::usage(
+                format!("scene {name} is named twice"),
+                "give scenes of different names",
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,101 @@
+//! The machine that times are of, and the memory of this process.
+
+use std::fs;
+
+use serde::Serialize;
+
+/// Where, and with what build, something was measured.
+#[derive(Debug, Clone, Serialize)]
+pub struct Machine {
+    /// As the system names the processor; empty where it does not.
+    pub processor: String,
+    /// Threads that may be used.
+    pub threads: usize,
+    /// All of it, in MB; none where the system does not tell.
+    pub memory_mb: Option<f64>,
+    pub system: &'static str,
+    pub version: &'static str,
+    /// Whether the program was built with optimisation: times of a debug build mean little.
+    pub optimised: bool,
+}
+
+impl Machine {
+    /// This one.
+    pub fn here() -> Self {
+        let processor = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let processor = field(&processor, "model name").unwrap_or_default();
+        let memory = fs::read_to_string("/proc/meminfo").unwrap_or_default();
+        Machine {
+            processor: processor.to_owned(),
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            memory_mb: megabytes(&memory, "MemTotal"),
+            system: std::env::consts::OS,
+            version: env!("CARGO_PKG_VERSION"),
+            optimised: !cfg!(debug_assertions),
+        }
+    }
+}
+
+/// The largest memory that this process held from a moment on.
+pub struct HighWater {
+    before: f64,
+}
+
+impl HighWater {
+    /// From now on. None where the system does not count that way.
+    pub fn begin() -> Option<Self> {
+        // 5 sets the peak back to what is held now.
+        fs::write("/proc/self/clear_refs", "5").ok()?;
+        Some(HighWater {
+            before: status("VmRSS")?,
+        })
+    }
+
+    /// MB beyond what was held at the beginning.
+    pub fn megabytes(&self) -> Option<f64> {
+        Some((status("VmHWM")? - self.before).max(0.0))
+    }
+}
+
+fn status(name: &str) -> Option<f64> {
+    megabytes(&fs::read_to_string("/proc/self/status").ok()?, name)
+}
+
+/// A line `name: 12 kB`.
+fn megabytes(text: &str, name: &str) -> Option<f64> {
+    let kilobytes = field(text, name)?.split_whitespace().next()?;
+    Some(kilobytes.parse::<f64>().ok()? / 1024.0)
+}
+
+fn field<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+    text.lines().find_map(|line| {
+        let (key, value) = line.split_once(':')?;
+        (key.trim() == name).then(|| value.trim())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_system_tells_is_read() {
+        let text = "model name\t: A 1\nVmHWM:\t  2048 kB\n";
+        assert_eq!(field(text, "model name"), Some("A 1"));
+        assert_eq!(megabytes(text, "VmHWM"), Some(2.0));
+        assert_eq!(megabytes(text, "VmRSS"), None);
+        assert!(Machine::here().threads > 0);
+    }
+
+    #[test]
+    fn memory_that_is_held_for_a_moment_is_seen() {
+        let Some(water) = HighWater::begin() else {
+            return;
+        };
+        let held = vec![1_u8; 64 << 20];
+        assert!(held.iter().map(|b| u64::from(*b)).sum::<u64>() == 64 << 20);
+        drop(held);
+        let seen = water.megabytes().unwrap();
+        assert!(seen > 60.0, "{seen}");
+    }
+}

@@ -1,0 +1,174 @@
+//! The map as text: a line an extreme, a column a method.
+
+use std::fmt::Write as _;
+
+use comfy_table::{Table, presets};
+
+use super::{Cell, Outcome, Verdict};
+
+/// The map, and every refusal and defect in words.
+pub fn table(outcome: &Outcome) -> String {
+    let mut text = String::new();
+    for (engine, version) in &outcome.engines {
+        let _ = writeln!(text, "## {engine} {version}\n");
+        write_map(&mut text, outcome, engine);
+        write_counts(&mut text, outcome, engine);
+        write_sentences(&mut text, outcome, engine);
+    }
+    text
+}
+
+/// The report: the map with its figure.
+pub fn report(outcome: &Outcome) -> String {
+    let mut text = String::from(
+        "# What breaks\n\nEach problem has a known solution. `holds`: the relative error (the larger of energy norm and L²) is that of moderate values, or below \
+         1e-8. `× 10`: it is ten times that. `refuses`: in words, below. `wrong`: an answer that claims to be one and is not. After a comma the steps.\n\n",
+    );
+    for (engine, _) in &outcome.engines {
+        let _ = writeln!(text, "![map of {engine}](map-{engine}.svg)\n");
+    }
+    text + &table(outcome)
+}
+
+/// The lines of an engine's map: family and value.
+pub fn lines<'a>(outcome: &'a Outcome, engine: &str) -> Vec<(&'a str, &'a str)> {
+    let mut lines: Vec<(&str, &str)> = Vec::new();
+    for cell in outcome.cells.iter().filter(|c| c.engine == engine) {
+        let line = (cell.family, &*cell.value);
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
+    // What is extreme in the same way stands together, whichever scene it is of.
+    let mut families: Vec<&str> = Vec::new();
+    for (family, _) in &lines {
+        if !families.contains(family) {
+            families.push(family);
+        }
+    }
+    lines.sort_by_key(|line| families.iter().position(|f| *f == line.0));
+    lines
+}
+
+/// The columns.
+pub fn methods<'a>(outcome: &'a Outcome, engine: &str) -> Vec<&'a str> {
+    let mut methods: Vec<&str> = Vec::new();
+    for cell in outcome.cells.iter().filter(|c| c.engine == engine) {
+        if !methods.contains(&&*cell.method) {
+            methods.push(&cell.method);
+        }
+    }
+    methods
+}
+
+pub fn find<'a>(
+    outcome: &'a Outcome,
+    engine: &str,
+    (family, value): (&str, &str),
+    method: &str,
+) -> Option<&'a Cell> {
+    let place = (engine, family, value, method);
+    let cells = outcome.cells.iter();
+    cells
+        .into_iter()
+        .find(|c| (&*c.engine, c.family, &*c.value, &*c.method) == place)
+}
+
+/// One verdict, short.
+pub fn word(verdict: &Verdict) -> String {
+    match verdict {
+        Verdict::Holds => "holds".into(),
+        Verdict::Degrades { factor } if *factor < 100.0 => format!("× {factor:.1}"),
+        Verdict::Degrades { factor } => format!("× {factor:.0e}"),
+        Verdict::Refuses { .. } => "refuses".into(),
+        Verdict::Wrong { .. } => "wrong".into(),
+    }
+}
+
+fn write_map(text: &mut String, outcome: &Outcome, engine: &str) {
+    let methods = methods(outcome, engine);
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN);
+    table.set_header(["extreme", ""].iter().chain(&methods).copied());
+    for (family, value) in lines(outcome, engine) {
+        let mut row = vec![family.to_owned(), value.to_owned()];
+        row.extend(methods.iter().map(|method| {
+            find(outcome, engine, (family, value), method).map_or(String::new(), |cell| {
+                let steps = cell
+                    .steps
+                    .map_or(String::new(), |steps| format!(", {steps}"));
+                word(&cell.verdict) + &steps
+            })
+        }));
+        table.add_row(row);
+    }
+    let _ = writeln!(text, "{table}\n");
+}
+
+fn write_counts(text: &mut String, outcome: &Outcome, engine: &str) {
+    let count = |of: fn(&Verdict) -> bool| {
+        let cells = outcome.cells.iter().filter(|c| c.engine == engine);
+        cells.filter(|c| of(&c.verdict)).count()
+    };
+    let _ = writeln!(
+        text,
+        "{} hold, {} degrade, {} refuse, {} wrong\n",
+        count(|v| *v == Verdict::Holds),
+        count(|v| matches!(v, Verdict::Degrades { .. })),
+        count(|v| matches!(v, Verdict::Refuses { .. })),
+        count(Verdict::is_wrong),
+    );
+}
+
+/// Each sentence once, with the places where it was said.
+fn write_sentences(text: &mut String, outcome: &Outcome, engine: &str) {
+    let mut said: Vec<(String, Vec<String>)> = Vec::new();
+    for cell in outcome.cells.iter().filter(|c| c.engine == engine) {
+        let sentence = match &cell.verdict {
+            Verdict::Refuses { sentence } => format!("refuses: {sentence}"),
+            Verdict::Wrong { why } => format!("wrong: {why}"),
+            _ => continue,
+        };
+        let place = format!("{} {} {}", cell.family, cell.value, cell.method);
+        match said.iter_mut().find(|(known, _)| *known == sentence) {
+            Some((_, places)) => places.push(place),
+            None => said.push((sentence, vec![place])),
+        }
+    }
+    for (sentence, places) in said {
+        let _ = writeln!(text, "- {sentence} ({})", places.join("; "));
+    }
+}
+
+/// All cells, one a line; every text is quoted (RFC 4180).
+pub fn csv(outcome: &Outcome) -> String {
+    let mut text = String::from(
+        "engine,method,family,value,verdict,factor,error,reference,digits,steps,residual,sentence\n",
+    );
+    let quoted = |s: &str| format!("\"{}\"", s.replace('"', "\"\""));
+    let some = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:e}"));
+    for c in &outcome.cells {
+        let (verdict, factor, sentence) = match &c.verdict {
+            Verdict::Holds => ("holds", None, ""),
+            Verdict::Degrades { factor } => ("degrades", Some(*factor), ""),
+            Verdict::Refuses { sentence } => ("refuses", None, &**sentence),
+            Verdict::Wrong { why } => ("wrong", None, &**why),
+        };
+        let fields = [
+            quoted(&c.engine),
+            quoted(&c.method),
+            quoted(c.family),
+            quoted(&c.value),
+            verdict.to_owned(),
+            some(factor),
+            some(c.error),
+            some(c.reference),
+            some(c.digits),
+            c.steps.map_or(String::new(), |s| s.to_string()),
+            some(c.residual),
+            quoted(sentence),
+        ];
+        let _ = writeln!(text, "{}", fields.join(","));
+    }
+    text
+}

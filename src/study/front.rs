@@ -1,0 +1,51 @@
+//! The Pareto front: rows that nothing beats in both time and error.
+
+use super::Norm;
+use super::row::{Row, Varied};
+
+/// Indices of the rows that are converged, judged, and beaten by no other of their scene: none is at most as slow and at
+/// most as wrong, and better in one.
+pub fn front(rows: &[Row]) -> Vec<usize> {
+    let place = |row: &Row| {
+        // Extremes are not meant to be good, and what is advised has times of another kind.
+        let counts = row.converged && !matches!(row.varied, Varied::Gamma0 | Varied::Target);
+        let error = row.error(Norm::Energy).filter(|_| counts)?;
+        Some((row.seconds.median, error))
+    };
+    (0..rows.len())
+        .filter(|&k| {
+            let Some((time, error)) = place(&rows[k]) else {
+                return false;
+            };
+            !rows.iter().any(|other| {
+                other.scene == rows[k].scene
+                    && place(other)
+                        .is_some_and(|(t, e)| t <= time && e <= error && (t < time || e < error))
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::row::sample;
+    use super::*;
+
+    #[test]
+    fn what_is_beaten_in_both_is_not_on_the_front() {
+        let points = [
+            (0.1, 1.0),
+            (0.05, 2.0),
+            (0.06, 2.0),
+            (0.2, 1.0),
+            (0.04, 1.9),
+            (0.01, 9.0),
+        ];
+        let mut rows: Vec<Row> = points.map(|(e, t)| sample(Varied::Mesh, e, t)).into();
+        assert_eq!(front(&rows), [0, 4, 5]);
+        // What was not reached counts for nothing, nor does another scene.
+        rows[0].converged = false;
+        rows[4].scene = "other".into();
+        assert_eq!(front(&rows), [1, 3, 4, 5]);
+    }
+}

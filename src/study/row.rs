@@ -1,0 +1,170 @@
+//! One measurement.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::Norm;
+
+/// What a row is varied in; everything else is as usual.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Varied {
+    /// Uniform meshes.
+    Mesh,
+    /// A mesh and a tolerance chosen for an error that is wanted.
+    Target,
+    /// Meshes bisected where the bound is large: the time is for all meshes on the way, with their certificates.
+    Adaptive,
+    /// When the iteration stops.
+    Tolerance,
+    ContactQuadrature,
+    LoadQuadrature,
+    /// Solver and precision.
+    Linear,
+    Gamma0,
+}
+
+/// One engine and method on one mesh with one setting.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Row {
+    pub scene: String,
+    pub engine: String,
+    pub method: String,
+    pub varied: Varied,
+    /// Of a uniform mesh.
+    pub n: Option<usize>,
+    /// The certified accuracy that an adapted mesh was asked for.
+    pub accuracy: Option<f64>,
+    pub cells: usize,
+    pub dofs: usize,
+    pub tolerance: f64,
+    pub gamma0: f64,
+    pub load_quadrature: String,
+    pub contact_quadrature: String,
+    pub linear: String,
+    pub precision: String,
+    pub steps: usize,
+    pub converged: bool,
+    /// Backward error of the scheme.
+    pub residual: f64,
+    /// ‖∇(u-u_h)‖_h / ‖∇u‖, where u is known.
+    pub h1: Option<f64>,
+    /// ‖u-u_h‖ / ‖u‖, where u is known.
+    pub l2: Option<f64>,
+    /// The guaranteed bound of `h1`, where there is one.
+    pub certified: Option<f64>,
+    /// ‖u_h - ψ + [P(u_h)]₊‖ on Γ_C.
+    pub contact_residual: f64,
+    /// <∂ₙu_h, 1>_C
+    pub contact_flux: f64,
+    /// Of mesh, assembly and solution, without start-up.
+    pub seconds: Times,
+    /// Of a process of its own: from start to end, less `seconds`.
+    pub start_up: Option<f64>,
+    /// Largest memory beyond what was held before; of another process all of it. None where that cannot be told.
+    pub memory_mb: Option<f64>,
+}
+
+/// Seconds over repetitions.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Times {
+    pub median: f64,
+    pub least: f64,
+    pub most: f64,
+    pub repeats: usize,
+}
+
+impl Times {
+    /// Of at least one time.
+    pub fn new(mut times: Vec<f64>) -> Self {
+        times.sort_by(f64::total_cmp);
+        let at = |k: usize| times.get(k).copied().unwrap_or(f64::NAN);
+        let count = times.len();
+        let upper = at(count / 2);
+        Times {
+            median: if count.is_multiple_of(2) && count > 0 {
+                0.5 * (at(count / 2 - 1) + upper)
+            } else {
+                upper
+            },
+            least: at(0),
+            most: at(count.saturating_sub(1)),
+            repeats: count,
+        }
+    }
+}
+
+impl Row {
+    /// The relative error in a norm: the true one, or in the energy norm the bound where u is not known.
+    pub fn error(&self, norm: Norm) -> Option<f64> {
+        match norm {
+            Norm::Energy => self.h1.or(self.certified),
+            Norm::L2 => self.l2,
+        }
+    }
+
+    /// Scene, engine and method: one line of a plot.
+    pub fn track(&self) -> (&str, &str, &str) {
+        (&self.scene, &self.engine, &self.method)
+    }
+}
+
+impl fmt::Display for Varied {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Varied::Mesh => "mesh",
+            Varied::Target => "target",
+            Varied::Adaptive => "adaptive",
+            Varied::Tolerance => "tolerance",
+            Varied::ContactQuadrature => "contact-quadrature",
+            Varied::LoadQuadrature => "load-quadrature",
+            Varied::Linear => "linear",
+            Varied::Gamma0 => "gamma0",
+        })
+    }
+}
+
+/// A row of one scene, for tests of what is made of rows.
+#[cfg(test)]
+pub fn sample(varied: Varied, error: f64, seconds: f64) -> Row {
+    Row {
+        scene: "s".into(),
+        engine: "rust".into(),
+        method: "cr".into(),
+        varied,
+        n: Some(8),
+        accuracy: None,
+        cells: 128,
+        dofs: 208,
+        tolerance: 1e-12,
+        gamma0: 100.0,
+        load_quadrature: "radon-7".into(),
+        contact_quadrature: "gauss-5".into(),
+        linear: "multifrontal".into(),
+        precision: "f64".into(),
+        steps: 3,
+        converged: true,
+        residual: 1e-16,
+        h1: Some(error),
+        l2: None,
+        certified: None,
+        contact_residual: 0.0,
+        contact_flux: 0.0,
+        seconds: Times::new(vec![seconds]),
+        start_up: None,
+        memory_mb: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_summed_up() {
+        let times = Times::new(vec![3.0, 1.0, 2.0, 10.0]);
+        assert_eq!((times.median, times.least, times.most), (2.5, 1.0, 10.0));
+        assert_eq!(Times::new(vec![3.0, 1.0, 2.0]).median, 2.0);
+    }
+}

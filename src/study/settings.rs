@@ -1,0 +1,179 @@
+//! Settings beside their neighbours: what the Rust engine has measured already, with one thing else.
+
+use super::Request;
+use super::campaign::{Campaign, GAMMAS, RULES, SOLVERS, TOLERANCES, dimension};
+use super::measure::Setting;
+use super::row::Varied;
+use super::subject::Subject;
+use crate::contact::Method;
+use crate::engine::Settings;
+use crate::error::Result;
+use crate::linear::{self, Precision, Solver};
+use crate::quadrature;
+
+/// The n near which settings are varied.
+const USUAL: usize = 64;
+/// Decades of the tolerances.
+const DECADES: std::ops::RangeInclusive<i32> = 2..=12;
+/// Decades of γ₀.
+const GAMMA_DECADES: std::ops::RangeInclusive<i32> = -12..=12;
+
+/// A neighbour of what is usual.
+struct Variation {
+    subject: Subject,
+    n: usize,
+    settings: Settings,
+}
+
+impl Variation {
+    /// What is usual, of this track.
+    fn none(request: &Request, subject: &Subject, n: usize) -> Self {
+        Variation {
+            subject: subject.clone(),
+            n,
+            settings: request.settings.clone(),
+        }
+    }
+}
+
+impl Campaign<'_> {
+    pub fn tolerances(&mut self) -> Result<()> {
+        let request = self.request;
+        self.vary(
+            TOLERANCES,
+            Varied::Tolerance,
+            &request.methods,
+            |subject, n| {
+                let of = |k: i32| {
+                    let mut variation = Variation::none(request, subject, n);
+                    variation.settings.stop.increment = 10.0_f64.powi(-k);
+                    variation
+                };
+                DECADES.map(of).collect()
+            },
+        )
+    }
+
+    /// 24 decades, of the penalty-free methods, on two meshes: the order of the error depends on γ₀ as well.
+    pub fn gammas(&mut self) -> Result<()> {
+        let request = self.request;
+        let asked = |m: &Method| request.methods.contains(m);
+        let methods = [Method::cr(), Method::cr_fc()];
+        let methods: Vec<Method> = methods.into_iter().filter(asked).collect();
+        self.vary(GAMMAS, Varied::Gamma0, &methods, |subject, n| {
+            let half = Some(n / 2).filter(|half| subject.scene.has_mesh(*half));
+            let meshes = half.into_iter().chain([n]);
+            let of = |n: usize| {
+                GAMMA_DECADES.map(move |k| {
+                    let mut variation = Variation::none(request, subject, n);
+                    variation.subject.scene.gamma0 = 10.0_f64.powi(k);
+                    variation
+                })
+            };
+            meshes.flat_map(of).collect()
+        })
+    }
+
+    pub fn rules(&mut self) -> Result<()> {
+        let request = self.request;
+        let methods = nitsche(request);
+        for varied in [Varied::ContactQuadrature, Varied::LoadQuadrature] {
+            let on_faces = varied == Varied::ContactQuadrature;
+            self.vary(RULES, varied, &methods, |subject, n| {
+                if !on_faces && subject.scene.data.f.is_zero() {
+                    return Vec::new();
+                }
+                let dim = dimension(subject) - usize::from(on_faces);
+                let of = |name: &&str| {
+                    let mut variation = Variation::none(request, subject, n);
+                    let scene = &mut variation.subject.scene;
+                    let rule = if on_faces {
+                        &mut scene.contact_quadrature
+                    } else {
+                        &mut scene.load_quadrature
+                    };
+                    *rule = Some((*name).to_owned());
+                    variation
+                };
+                quadrature::names(dim).iter().rev().map(of).collect()
+            })?;
+        }
+        Ok(())
+    }
+
+    pub fn solvers(&mut self) -> Result<()> {
+        let request = self.request;
+        let methods = nitsche(request);
+        self.vary(SOLVERS, Varied::Linear, &methods, |subject, n| {
+            let all = [
+                (Solver::Multifrontal, Precision::F64),
+                (Solver::Multifrontal, Precision::F32Refined),
+                (Solver::Faer, Precision::F64),
+                (Solver::Iterative, Precision::F64),
+            ];
+            let of = |(solver, precision)| {
+                let mut variation = Variation::none(request, subject, n);
+                variation.settings.linear = linear::Settings { solver, precision };
+                variation
+            };
+            all.map(of).into()
+        })
+    }
+
+    /// Measures the variations of each track as a whole.
+    fn vary(
+        &mut self,
+        share: f64,
+        varied: Varied,
+        methods: &[Method],
+        variations: impl Fn(&Subject, usize) -> Vec<Variation>,
+    ) -> Result<()> {
+        let Some(engine) = self.rust() else {
+            return Ok(());
+        };
+        for subject in &self.request.subjects {
+            for method in methods {
+                let meshes = self.meshes_of(&subject.scene.name, method);
+                if meshes.is_empty() {
+                    continue;
+                }
+                let of = |&(n, cost): &(usize, f64)| (variations(subject, n), cost);
+                let mut chosen = meshes.iter().map(of);
+                let chosen = chosen.find(|(all, cost)| self.allows(share, cost * all.len() as f64));
+                let Some((variations, _)) = chosen else {
+                    let what = format!("{}, {method}, {varied}", subject.scene.name);
+                    self.leave_out(what, "the budget was spent");
+                    continue;
+                };
+                for variation in variations {
+                    self.add(&Setting {
+                        subject: &variation.subject,
+                        engine,
+                        method: *method,
+                        n: Some(variation.n),
+                        varied,
+                        settings: variation.settings,
+                    })?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The meshes of a track up to the usual n, the finest first, and what each cost.
+    fn meshes_of(&self, scene: &str, method: &Method) -> Vec<(usize, f64)> {
+        let method = method.to_string();
+        let rows = self.rows.iter().zip(&self.costs).filter(|(row, _)| {
+            row.varied == Varied::Mesh && row.track() == (scene, "rust", &*method)
+        });
+        let meshes = rows.filter_map(|(row, cost)| Some((row.n?, *cost)));
+        let mut meshes: Vec<_> = meshes.filter(|(n, _)| *n <= USUAL).collect();
+        meshes.sort_by_key(|mesh| std::cmp::Reverse(mesh.0));
+        meshes
+    }
+}
+
+fn nitsche(request: &Request) -> Vec<Method> {
+    let methods = request.methods.iter();
+    methods.filter(|m| m.is_nitsche()).copied().collect()
+}

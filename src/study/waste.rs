@@ -1,0 +1,111 @@
+//! What a setting buys: the cheapest value that costs no accuracy.
+
+use serde::Serialize;
+
+use super::Norm;
+use super::row::{Row, Varied};
+
+/// An error that is larger by less than this part is the same.
+const HARMLESS: f64 = 0.01;
+
+/// One setting over its values, of one method on one mesh.
+#[derive(Debug, Clone, Serialize)]
+pub struct Waste {
+    pub scene: String,
+    pub method: String,
+    pub n: usize,
+    pub varied: Varied,
+    /// The loosest tolerance, or the rule with fewest points, whose errors are those of the most exact within 1 %.
+    pub enough: String,
+    /// The most exact value that was measured, and how many times longer it takes than `enough`.
+    pub most_exact: String,
+    pub time_ratio: f64,
+    /// By what part an error is larger with the worst value.
+    pub worst_change: f64,
+}
+
+/// Tolerances and rules, each track by itself. Rows of a track stand from loose to exact.
+pub fn waste(rows: &[Row]) -> Vec<Waste> {
+    let kinds = [
+        Varied::Tolerance,
+        Varied::ContactQuadrature,
+        Varied::LoadQuadrature,
+    ];
+    let mut found: Vec<Waste> = Vec::new();
+    for row in rows.iter().filter(|row| kinds.contains(&row.varied)) {
+        let known =
+            |w: &Waste| (&w.scene, &w.method, w.varied) == (&row.scene, &row.method, row.varied);
+        if found.iter().any(known) {
+            continue;
+        }
+        let track: Vec<&Row> = rows
+            .iter()
+            .filter(|r| r.varied == row.varied && r.track() == row.track())
+            .collect();
+        let (Some(exact), Some(n)) = (track.last(), row.n) else {
+            continue;
+        };
+        let change = |r: &Row| {
+            [Norm::Energy, Norm::L2]
+                .iter()
+                .filter_map(|norm| Some(r.error(*norm)? / exact.error(*norm)? - 1.0))
+                .fold(0.0, f64::max)
+        };
+        // All from `enough` on are harmless, so that one lucky value does not count.
+        let harmful = track.iter().rposition(|r| !(change(r) < HARMLESS));
+        let enough = track[harmful.map_or(0, |k| k + 1).min(track.len() - 1)];
+        found.push(Waste {
+            scene: row.scene.clone(),
+            method: row.method.clone(),
+            n,
+            varied: row.varied,
+            enough: value(enough),
+            most_exact: value(exact),
+            time_ratio: exact.seconds.median / enough.seconds.median,
+            worst_change: track.iter().map(|r| change(r)).fold(0.0, f64::max),
+        });
+    }
+    found
+}
+
+/// The value of what a row is varied in.
+pub fn value(row: &Row) -> String {
+    match row.varied {
+        Varied::Tolerance => format!("{:e}", row.tolerance),
+        Varied::ContactQuadrature => row.contact_quadrature.clone(),
+        Varied::LoadQuadrature => row.load_quadrature.clone(),
+        Varied::Linear => format!("{} {}", row.linear, row.precision),
+        Varied::Gamma0 => format!("{:e}", row.gamma0),
+        Varied::Mesh | Varied::Target => row.n.map_or(String::new(), |n| n.to_string()),
+        Varied::Adaptive => row.accuracy.map_or(String::new(), |a| format!("{a:e}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::row::sample;
+    use super::*;
+
+    #[test]
+    fn enough_is_what_stays_enough() {
+        // 1e-2 is as good by luck, 1e-3 is not, and from 1e-4 on nothing is gained.
+        let errors = [
+            (1e-2, 0.1),
+            (1e-3, 0.2),
+            (1e-4, 0.1005),
+            (1e-5, 0.0999),
+            (1e-6, 0.1),
+        ];
+        let rows: Vec<Row> = errors
+            .map(|(tolerance, error)| Row {
+                tolerance,
+                ..sample(Varied::Tolerance, error, -f64::log10(tolerance))
+            })
+            .into();
+        let found = waste(&rows);
+        assert_eq!(found.len(), 1);
+        assert_eq!((&*found[0].enough, &*found[0].most_exact), ("1e-4", "1e-6"));
+        assert!((found[0].time_ratio - 1.5).abs() < 1e-14);
+        assert!((found[0].worst_change - 1.0).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,296 @@
+//! `study`, `stress` and `--explain` on the command line.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::path::Path;
+
+use common::{assert_valid, folder, run, source, write};
+use serde_json::Value;
+
+/// A study that is ended by its finest mesh and not by its budget, so that it is the same everywhere but for times.
+fn studied(folder: &Path, more: &[&str]) -> Value {
+    let mut words = vec!["study", "transition-1.5", "--budget", "1h", "--json", "-"];
+    words.extend(more);
+    let ran = run(folder, &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    ran.json()
+}
+
+fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// Every command that is advised, typed word for word, reaches the error that it is advised for.
+#[test]
+fn a_study_ends_with_a_report_and_advice_that_holds() {
+    let folder = folder();
+    let words = ["--methods", "cr-fc,p2", "--finest", "32", "--report", "r"];
+    let told = studied(folder.path(), &words);
+    let rows = told["rows"].as_array().unwrap();
+    for method in ["cr-fc", "p2"] {
+        let track = rows
+            .iter()
+            .filter(|r| r["method"] == method && r["varied"] == "mesh");
+        let errors: Vec<f64> = track.clone().map(|r| number(&r["h1"])).collect();
+        assert!(errors.len() == 3 && errors.windows(2).all(|e| e[1] < e[0]));
+        for row in track {
+            assert!(number(&row["h1"]) <= number(&row["certified"]), "{row}");
+            let seconds = &row["seconds"];
+            let [least, median, most] =
+                ["least", "median", "most"].map(|key| number(&seconds[key]));
+            assert!(0.0 < least && least <= median && median <= most);
+        }
+    }
+    let usual = rows.iter().filter(|row| row["varied"] != "gamma0");
+    assert!(usual.clone().all(|row| row["converged"] == true));
+    for varied in [
+        "mesh",
+        "adaptive",
+        "tolerance",
+        "contact-quadrature",
+        "linear",
+        "target",
+    ] {
+        assert!(usual.clone().any(|row| row["varied"] == varied), "{varied}");
+    }
+
+    let advice = told["advice"].as_array().unwrap();
+    let (mut between, mut adapted) = (0, 0);
+    for advice in advice {
+        let command = advice["command"].as_str().unwrap();
+        let mut words: Vec<&str> = command.split(' ').skip(1).collect();
+        words.extend(["--quiet", "--json", "-"]);
+        let ran = run(folder.path(), &words);
+        assert_eq!(ran.code, Some(0), "{command}: {}", ran.stderr);
+        let solved = ran.json();
+        let key = if advice["norm"] == "energy" {
+            "h1"
+        } else {
+            "l2"
+        };
+        let error = number(&solved["error"][key]);
+        assert!(error <= number(&advice["target"]), "{advice}: {error:e}");
+        let told = number(&advice["best"]["error"]);
+        assert!((error / told - 1.0).abs() < 1e-9, "{advice}: {error:e}");
+        match advice["best"]["n"].as_u64() {
+            Some(n) => between += usize::from(!n.is_power_of_two()),
+            None => adapted += 1,
+        }
+    }
+    assert!(between + adapted > 2, "{advice:#?}");
+    // There is advice for every error that some mesh reaches, and for no other.
+    for (norm, key) in [("energy", "h1"), ("l2", "l2")] {
+        let counts = usual.clone().filter(|row| row["varied"] == "mesh");
+        let least = counts.fold(f64::INFINITY, |m, row| m.min(number(&row[key])));
+        let targets = advice.iter().filter(|a| a["norm"] == norm);
+        let tightest = targets.fold(1.0_f64, |m, a| m.min(number(&a["target"])));
+        assert!(tightest < 20.0 * least, "{norm}: {tightest:e} {least:e}");
+    }
+
+    let report = |name: &str| std::fs::read_to_string(folder.path().join("r").join(name)).unwrap();
+    // One line a row, and the header.
+    let csv = report("rows.csv");
+    assert_eq!(csv.lines().count(), rows.len() + 1);
+    let columns = csv.lines().next().unwrap().split(',').count();
+    assert!(csv.lines().all(|line| line.split(',').count() == columns));
+    let text = report("report.md");
+    for advice in advice {
+        assert!(text.contains(advice["command"].as_str().unwrap()));
+    }
+    for (figure, words) in [("work", "seconds"), ("gamma0", "γ₀")] {
+        let name = format!("{figure}-transition-1.5.svg");
+        assert!(text.contains(&name));
+        assert!(report(&name).contains(words));
+    }
+    assert!(text.contains("solved at 25 of 25 values"));
+    assert_eq!(
+        serde_json::from_str::<Value>(&report("study.json")).unwrap()["rows"],
+        told["rows"]
+    );
+    // Other folders are left alone.
+    write(folder.path(), "other/mine.txt", "mine");
+    let ran = run(folder.path(), &["study", "hertz", "--report", "other"]);
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.stderr.contains("nothing was touched"), "{}", ran.stderr);
+}
+
+/// A study that is resumed has the very times of the one before, and measures what is new.
+#[test]
+fn a_study_is_resumed() {
+    let folder = folder();
+    let mut words = vec![
+        "--methods",
+        "cr-fc",
+        "--resume",
+        "journal",
+        "--finest",
+        "16",
+    ];
+    let times = |told: &Value| -> Vec<String> {
+        let rows = told["rows"].as_array().unwrap().iter();
+        let kinds = rows.filter(|row| row["varied"] == "mesh" || row["varied"] == "gamma0");
+        kinds
+            .map(|row| format!("{} {:.9e}", row["n"], number(&row["seconds"]["median"])))
+            .collect()
+    };
+    let first = times(&studied(folder.path(), &words));
+    assert_eq!(times(&studied(folder.path(), &words)), first);
+    words[5] = "32";
+    let more = times(&studied(folder.path(), &words));
+    let kept = first.iter().filter(|time| more.contains(time)).count();
+    assert!(kept >= 2 && more.iter().any(|time| !first.contains(time)));
+    let ran = run(folder.path(), &["study", "--resume", "/no/such/folder/j"]);
+    assert_eq!(ran.code, Some(2));
+}
+
+/// `solve --accuracy` knows no study, but a bound; it finds the mesh that is advised for the true error, or one that is
+/// finer by what the bound exceeds the error.
+#[test]
+fn what_is_advised_is_what_an_accuracy_leads_to() {
+    let folder = folder();
+    let told = studied(folder.path(), &["--methods", "cr-fc", "--finest", "64"]);
+    let advice = told["advice"].as_array().unwrap();
+    let mut compared = 0;
+    for advice in advice.iter().filter(|a| a["norm"] == "energy") {
+        let target = format!("{}", advice["target"]);
+        let Some(n) = advice["best"]["n"].as_f64() else {
+            continue;
+        };
+        let words = [
+            "solve",
+            "transition-1.5",
+            "--accuracy",
+            &target,
+            "--way",
+            "uniform",
+            "--certify=u_h",
+            "--quiet",
+            "--json",
+            "-",
+        ];
+        let ran = run(folder.path(), &words);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let solved = ran.json();
+        assert_eq!(solved["method"], "cr-fc");
+        assert!(number(&solved["error"]["h1"]) <= number(&advice["target"]));
+        let certified = number(&solved["n"]);
+        // Both begin at n = 8; a prediction from there may be too fine.
+        if n > 8.0 {
+            assert!(
+                certified >= 0.9 * n && certified <= 2.0 * n,
+                "{advice}: {certified}"
+            );
+            compared += 1;
+        }
+    }
+    assert!(compared > 1, "{advice:#?}");
+}
+
+#[test]
+fn what_cannot_be_studied_is_refused() {
+    let folder = folder();
+    write(folder.path(), "mine.txt", "mine\n");
+    for (words, sentence) in [
+        (&["study", "--budget", "0s"][..], "no positive time"),
+        (&["study", "no-such-scene"], "there is no scene"),
+        (&["study", "hertz", "hertz"], "named twice"),
+        (&["study", "r32", "transition-1.5"], "named twice"),
+        (&["study", "--engines", "rust,rust"], "named twice"),
+        (&["study", "--budget", "1us"], "no positive time"),
+        (&["study", "--resume", "mine.txt"], "nothing was touched"),
+        (&["stress", "one-zone"], "its solution is not known"),
+        (&["stress", "--families", "weather"], "there is no family"),
+    ] {
+        let ran = run(folder.path(), words);
+        assert_eq!(ran.code, Some(2), "{words:?}");
+        assert!(ran.stderr.contains(sentence), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn a_map_is_drawn_and_the_same_again() {
+    let folder = folder();
+    let words = [
+        "stress",
+        "transition-1.5",
+        "--families",
+        "data,bodies",
+        "--methods",
+        "cr,p2",
+        "--report",
+        "r",
+        "--json",
+        "-",
+    ];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let told = ran.json();
+    let cells = told["cells"].as_array().unwrap();
+    let count = |verdict: &str| cells.iter().filter(|c| c["verdict"] == verdict).count();
+    assert_eq!(count("wrong"), 0);
+    assert_eq!(count("refuses"), 6, "{}", ran.stdout);
+    assert!(count("holds") >= 12);
+    let again = run(folder.path(), &words);
+    assert_eq!(again.stdout, ran.stdout);
+    let report = |name: &str| std::fs::read_to_string(folder.path().join("r").join(name)).unwrap();
+    assert!(report("map-rust.svg").contains("<svg"));
+    assert_eq!(report("map.csv").lines().count(), cells.len() + 1);
+    assert!(report("report.md").contains("does not press it into contact"));
+}
+
+#[test]
+fn solve_explains_itself() {
+    let folder = folder();
+    let ran = run(folder.path(), &["solve", "one-zone", "--explain"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    for line in [
+        "model: CR in 2 dimensions, 800 dofs, 16 of them given on Γ_D",
+        "contact: 16 faces, 80 conditions",
+        "1 sparse factor(s)",
+        "left out: g, t, psi (zero)",
+        "the certificate (--certify)",
+    ] {
+        assert!(ran.stdout.contains(line), "{line}: {}", ran.stdout);
+    }
+    let words = ["solve", "one-zone", "--explain", "--certify", "--json", "-"];
+    let told = run(folder.path(), &words).json();
+    assert_eq!(told["explanation"]["certificate"], true);
+    assert_eq!(told["explanation"]["built"]["factors"], 1);
+    let told = run(folder.path(), &["solve", "one-zone", "--json", "-"]).json();
+    assert!(told.get("explanation").is_none());
+}
+
+#[test]
+fn verify_explains_itself() {
+    let folder = folder();
+    let baseline = source("tests/baseline");
+    let baseline = baseline.to_str().unwrap();
+    let words = ["verify", "one-zone", "--n", "4", "--against", baseline];
+    let ran = run(
+        folder.path(),
+        &[&words[..], &["--explain", "--json", "v.json"]].concat(),
+    );
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    for line in [
+        "one-zone, cr, n = 4:",
+        "model: CR in 2",
+        "model: P2 in 2",
+        "certificate: computed",
+    ] {
+        assert!(ran.stdout.contains(line), "{line}: {}", ran.stdout);
+    }
+    let file = folder.path().join("v.json");
+    assert_valid("json", "src/report/schema/verify-1.json", &file);
+    let told: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    let of = |k: usize| &told["explanations"][k];
+    assert_eq!(
+        (&of(0)["method"], &of(1)["method"]),
+        (&"cr".into(), &"p2".into())
+    );
+    assert_eq!(of(0)["built"]["factors"], 1);
+    let ran = run(folder.path(), &words);
+    assert!(!ran.stdout.contains("model:"), "{}", ran.stdout);
+}
