@@ -161,7 +161,7 @@ impl Scene {
     /// # Errors
     /// A scene that is not valid.
     pub fn parse(text: &str) -> Result<Self> {
-        file::parse("in TOML", text, None)
+        file::parse("in TOML", text, None, false)
     }
 
     /// Finds a scene by a built-in's name or by the path of a TOML file.

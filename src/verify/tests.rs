@@ -33,7 +33,7 @@ impl Engine for Changed {
             let mut found = solve_by(&case.problem, settings.iteration, stop, linear, told)?;
             // So says the code, whether it is so or not.
             found.converged = true;
-            Ok(Answer::new(&case.problem, found))
+            Ok(Answer::new(found))
         };
         let mut answers = cases.iter().map(solve).collect::<Result<Vec<_>>>()?;
         (self.change)(&mut answers);
