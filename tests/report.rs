@@ -416,6 +416,8 @@ fn an_engine_that_was_left_out_is_an_error_of_the_pipeline() {
         ran.stderr
             .contains("engine freefem is missing and left out")
     );
+    let note = "::error title=no answer from freefem::engine freefem is missing";
+    assert!(ran.stdout.contains(note), "{}", ran.stdout);
     // Three answers, four fields of three pairs, and the one that is not there.
     let xml = text("o.xml");
     let counts = "tests=\"16\" failures=\"0\" errors=\"1\"";
