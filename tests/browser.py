@@ -8,6 +8,7 @@ Speaks Chrome's DevTools protocol through a pipe, so that no port is opened.
 
 import argparse
 import base64
+import fcntl
 import json
 import os
 import pathlib
@@ -24,14 +25,14 @@ class Browser:
         read_there, self.commands = os.pipe()
         self.answers = read_here
 
-        def pipes():
-            # Above 4 first, as either may be 3 or 4 itself.
-            high = [os.dup2(fd, 50 + k) for k, fd in enumerate((read_there, write_there))]
-            os.dup2(high[0], 3)
-            os.dup2(high[1], 4)
-
+        # Chromium reads from 3 and writes to 4, either of which may be taken here.
+        ends = [fcntl.fcntl(fd, fcntl.F_DUPFD, 10) for fd in (read_there, write_there)]
         self.process = subprocess.Popen(
             [
+                "bash",
+                "-c",
+                f'exec "$@" 3<&{ends[0]} 4>&{ends[1]}',
+                "bash",
                 "chromium",
                 "--headless",
                 "--no-sandbox",
@@ -44,11 +45,10 @@ class Browser:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            pass_fds=(3, 4),
-            preexec_fn=pipes,
+            pass_fds=ends,
         )
-        os.close(read_there)
-        os.close(write_there)
+        for end in (read_there, write_there, *ends):
+            os.close(end)
 
     def receive(self):
         while b"\0" not in self.rest:

@@ -594,6 +594,7 @@ fn what_is_told_is_valid() {
         xml.contains("tests=\"2\" failures=\"1\" errors=\"1\""),
         "{xml}"
     );
+    assert!(xml.contains("message=\"b.csv does not have it\""), "{xml}");
     assert!(
         fs::read_to_string(at.join("o.svg"))
             .unwrap()

@@ -88,6 +88,10 @@ fn both_servers_run_what_is_asked_and_keep_what_is_told() {
                 "{command}"
             );
             assert_valid("xsd", "tests/junit.xsd", &kept.join("junit.xml"));
+            // The methods are judged against each other as well.
+            let xml = fs::read_to_string(kept.join("junit.xml")).unwrap();
+            let by_methods = xml.contains("classname=\"one-zone.methods\"");
+            assert_eq!(by_methods, page, "{server}, {command}: {xml}");
             let word = command.split(' ').next().unwrap();
             let schema = format!("src/report/schema/{word}-1.json");
             assert_valid("json", &schema, &kept.join("faceoff.json"));

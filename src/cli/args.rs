@@ -186,7 +186,7 @@ pub(super) struct Compare {
     /// Tolerances of one field, as in "u:rtol=1e-6,atol=1e-12"; what is left out is that of all
     #[arg(long = "field", value_name = "NAME:rtol=R,atol=A", value_parser = field_bounds)]
     pub field: Vec<FieldBounds>,
-    /// Take the tolerances of this scene's [compare] where no option gives one
+    /// Take the tolerances of the table compare of this scene where no option gives one
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<String>,
     /// Judge this field alone; may be given several times [default: every field of either file]

@@ -25,7 +25,10 @@ pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
         extent = extent.max(high.max(other_high) - low.min(other_low));
     }
     let is_rounded = |points: &[[f64; 3]]| {
-        let all = |rounded: fn(f64) -> bool| points.iter().flatten().all(|x| rounded(*x));
+        let all = |rounded: fn(f64) -> bool| {
+            let points = points.par_iter();
+            points.all(|p| p.iter().all(|x| rounded(*x)))
+        };
         all(|x| f64::from(x as f32) == x) || all(|x| format!("{x:.5e}").parse() == Ok(x))
     };
     let near = if is_rounded(a) || is_rounded(b) {

@@ -102,9 +102,12 @@ fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
     (names, found.sentence())
 }
 
+/// The scene, what is to be named, what a code does otherwise, and how that is told.
+type Otherwise = (&'static str, &'static str, fn(&mut Scene), &'static str);
+
 #[test]
 fn what_of_the_scheme_a_code_does_otherwise_is_named_with_what_it_does() {
-    let cases: [(&str, &str, fn(&mut Scene), &str); 4] = [
+    let cases: [Otherwise; 4] = [
         (
             "one-zone",
             "the quadrature of the load",
