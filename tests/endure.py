@@ -2,7 +2,8 @@
 
     python3 tests/endure.py PROGRAM [PART OF A NAME …]
 
-Ends with 1 if something was not as it must be. The full and the read-only disk want root, or user namespaces.
+Ends with 1 if something was not as it must be. The full and the read-only disk want root, or user namespaces; a clock
+that jumps wants libfaketime (Debian: faketime), without which only the times of files do.
 """
 
 import contextlib
