@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::suspects::{order, suspects};
+use super::suspects::{elsewhere, order, suspects};
 use super::tolerance;
 use crate::compare::Verdict;
 use crate::contact::{Iteration, Method, Problem, Stop, solve};
@@ -304,21 +304,35 @@ fn one(
             if difference <= tolerance(method) && reached {
                 return Ok(finding(Verdict::Agree, Some(difference), None));
             }
-            let why = if difference <= tolerance(method) {
-                Some("the answer is right, but told as not converged".into())
-            } else {
-                let raw = of_cells(&case, &answers[0].u);
-                order(&case, &raw, &of_cells(&case, &known)).or_else(|| {
-                    let found = suspects(&case, &mesh, &answers[0].u, &known);
-                    (!found.is_empty()).then(|| found.join(", or "))
-                })
-            };
+            let known_of_cells = of_cells(&case, &known);
+            let raw = of_cells(&case, &answers[0].u);
+            let mut why = Vec::new();
+            if !reached {
+                why.push("it says that it has not converged".to_owned());
+            }
+            if difference > tolerance(method) {
+                let ordered = order(&case, &raw, &known_of_cells);
+                let mut found = ordered.map_or_else(
+                    || suspects(&case, &mesh, &answers[0].u, &known),
+                    |order| vec![order],
+                );
+                if found.is_empty() {
+                    found.extend(elsewhere(&case, &raw, &known_of_cells));
+                }
+                if !found.is_empty() {
+                    why.push(found.join(", or "));
+                }
+            }
+            let why = (!why.is_empty()).then(|| why.join("; "));
             Ok(finding(Verdict::Disagree, Some(difference), why))
         }
         Err(message) => {
             // What it wrote may tell more than that it does not count.
             let raw = raw_values(&folder, 0, &case.problem);
-            let ordered = raw.and_then(|raw| order(&case, &raw, &of_cells(&case, &known)));
+            let known = of_cells(&case, &known);
+            let ordered = raw.and_then(|raw| {
+                order(&case, &raw, &known).or_else(|| elsewhere(&case, &raw, &known))
+            });
             Ok(match ordered {
                 Some(order) => finding(Verdict::Disagree, None, Some(order)),
                 None => finding(Verdict::Undetermined, None, Some(message)),
@@ -398,11 +412,8 @@ fn several(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
                 let difference = difference(&answer.u, &known(case)?);
                 if !(difference <= tolerance(&case.problem.method) && answer.converged) {
                     finding.verdict = Verdict::Disagree;
-                    let alone = "right alone, it is wrong after others";
-                    finding.why = Some(format!(
-                        "{}, {}: {alone}",
-                        case.scene.name, case.problem.method
-                    ));
+                    let (scene, method) = (&case.scene.name, case.problem.method);
+                    finding.why = Some(format!("in such a job {scene}, {method} is wrong"));
                 }
                 finding.difference = Some(finding.difference.unwrap_or(0.0).max(difference));
             }

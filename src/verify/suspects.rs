@@ -168,6 +168,10 @@ fn factor_of_gamma(case: &Case, mesh: &Triangulation, u: &[f64]) -> Option<f64> 
     let best = grid
         .map(|log| (at(log), log))
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    // Towards 0 and infinity the answer no longer depends on γ, and many would fit.
+    if best.1.abs() > 5.0 {
+        return None;
+    }
     let (mut low, mut high) = (best.1 - 0.5, best.1 + 0.5);
     let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
     for _ in 0..60 {
@@ -182,7 +186,7 @@ fn factor_of_gamma(case: &Case, mesh: &Triangulation, u: &[f64]) -> Option<f64> 
     (at(log) < SAME).then(|| 10_f64.powf(log))
 }
 
-/// Are the values of the cells right, but in another order? `raw` and `known` have all local dofs of all cells.
+/// Are the values of all cells right, but in one other order? `raw` and `known` have all local dofs of all cells.
 pub(super) fn order(case: &Case, raw: &[f64], known: &[f64]) -> Option<String> {
     let space = &case.problem.space;
     let local = space.local_dofs;
@@ -204,12 +208,17 @@ pub(super) fn order(case: &Case, raw: &[f64], known: &[f64]) -> Option<String> {
         .into_iter()
         .map(|group| arrange(group.collect(), &fits))
         .collect();
-    if let Some(orders) = orders {
-        let order = orders.concat();
-        return Some(format!(
-            "the dofs of a cell are right but come in another order: at the places 0, 1, … stand those of {order:?}"
-        ));
-    }
+    let order = orders?.concat();
+    Some(format!(
+        "the dofs of a cell are right but come in another order: at the places 0, 1, … stand those of {order:?}"
+    ))
+}
+
+/// Are the values right, but at other places in each cell, or at other cells?
+pub(super) fn elsewhere(case: &Case, raw: &[f64], known: &[f64]) -> Option<String> {
+    let local = case.problem.space.local_dofs;
+    let largest = known.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let same = |a: f64, b: f64| (a - b).abs() <= SAME * largest;
     let sorted = |values: &[f64]| {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
