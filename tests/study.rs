@@ -151,7 +151,7 @@ fn a_study_is_resumed() {
 #[test]
 fn what_is_advised_is_what_an_accuracy_leads_to() {
     let folder = folder();
-    let told = studied(folder.path(), &["--methods", "cr-fc", "--finest", "64"]);
+    let told = studied(folder.path(), &["--methods", "cr-fc", "--finest", "32"]);
     let advice = told["advice"].as_array().unwrap();
     let mut compared = 0;
     for advice in advice.iter().filter(|a| a["norm"] == "energy") {

@@ -358,7 +358,7 @@ pub(super) struct Study {
     /// Wall-clock time for everything, as in 90s, 5m or 1h; the two coarsest meshes are measured in any case
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = budget, allow_negative_numbers = true)]
     pub budget: Duration,
-    /// No finer uniform meshes than this
+    /// No finer uniform meshes than this, nor adapted ones that follow one with more dofs
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub finest: Option<u32>,
     /// Keep each measurement in FILE as it is made, and take from it what was measured before

@@ -36,7 +36,8 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A field that is called converged has at most this backward error, or the tolerance where that is larger: by an
 /// increment alone a contact of stiffness γ⁻¹ that is still to come, or to go, is not seen.
 const BACKWARD: f64 = 1e-9;
-/// A step of refinement that is larger than this part of u says that rounding decides what u is.
+/// A step of refinement that is larger than this part of u, from where increments were tiny already, says that rounding
+/// decides what u is.
 const SETTLED: f64 = 1e-3;
 /// A fixed point's increments tell its error but for the factor 1/(1-rate).
 const SLOWEST: f64 = 100.0;
@@ -221,7 +222,9 @@ pub fn solve_by(
     let mut u = scheme.complete(&u);
     let backward_error = if ended.converged() && is_newton {
         let limit = stop.increment.max(BACKWARD);
-        let (failed, error) = refine(problem, scheme, &mut set, &mut u, limit)?;
+        let is_rounding = residuals.last().is_some_and(|r| *r <= ROUNDING);
+        let is_exact = is_rounding || stop.increment <= BACKWARD;
+        let (failed, error) = refine(problem, scheme, &mut set, &mut u, limit, is_exact)?;
         ended = failed.unwrap_or(ended);
         error
     } else {
@@ -258,12 +261,14 @@ const REFINEMENTS: usize = 20;
 /// come there, and that error. From a factor in f64 one step does, or two from faer's, which knows the Schur complement
 /// less well: without them the condition of the stiffness, of order h⁻², would show in the last digits. From one in f32,
 /// or after a loose tolerance, the active set is only right where it can be told so well, and is followed along.
+/// `is_exact`: increments were tiny before.
 fn refine(
     problem: &Problem,
     scheme: &dyn System,
     set: &mut ActiveSet,
     u: &mut [f64],
     limit: f64,
+    is_exact: bool,
 ) -> Result<(Option<Ended>, f64)> {
     let choice = scheme.choice();
     let least = match (choice.precision, choice.solver) {
@@ -276,8 +281,12 @@ fn refine(
         let laws = set.laws(scheme, Iteration::Newton);
         let size = scheme.refine(&laws, u)?;
         tracing::debug!(step, size, "refinement");
+        let is_wide = choice.precision == Precision::F64;
+        if step == 1 && is_exact && is_wide && size > SETTLED {
+            return Ok((Some(Ended::Undetermined), problem.backward_error(u).0));
+        }
         let mut rests = step >= least && size <= SETTLED;
-        if choice.precision == Precision::F32Refined {
+        if !is_wide {
             let changed = set.pivot(scheme, &scheme.restrict(u));
             let small = size <= ROUNDING || (size < 1e-10 && size > 0.5 * last);
             rests = changed == 0 && small;

@@ -27,16 +27,21 @@ impl Campaign<'_> {
                 continue;
             }
             for method in request.methods.iter().filter(|m| m.is_nitsche()) {
-                let mut last = 0.0;
+                let name = method.to_string();
+                let track = (&*subject.scene.name, "rust", &*name);
+                let uniform = self.rows.iter().filter(|row| row.track() == track);
+                let most = uniform.map(|row| row.dofs).max().unwrap_or(0);
+                let (mut last, mut dofs) = (0.0, 0);
                 for accuracy in ACCURACIES {
-                    if !self.allows(ADAPTIVE, last * GROWTH) {
+                    // Beyond the finest uniform mesh there is nothing to compare with.
+                    if dofs > most || !self.allows(ADAPTIVE, last * GROWTH) {
                         break;
                     }
                     let Some(row) = self.adapt(subject, *method, accuracy, Varied::Adaptive)?
                     else {
                         break;
                     };
-                    last = self.costs[row];
+                    (last, dofs) = (self.costs[row], self.rows[row].dofs);
                 }
             }
         }
