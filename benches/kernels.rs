@@ -179,10 +179,15 @@ fn linear_alone_cr(bencher: Bencher, n: usize) {
     };
     bencher.bench(|| {
         let cells = black_box(&problem.stiffness);
-        let (factor, reduced, ..) =
-            condense(cells, &roles, &problem.load, Settings::default(), None)
-                .expect("a sound matrix")
-                .expect("a factor");
+        let (factor, reduced, ..) = condense(
+            cells,
+            &roles,
+            problem.load.clone(),
+            Settings::default(),
+            None,
+        )
+        .expect("a sound matrix")
+        .expect("a factor");
         let mut u = problem.start();
         factor.expand(&reduced, &[], &mut u);
         let mut step = vec![0.0; u.len()];

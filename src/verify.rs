@@ -2,9 +2,9 @@
 
 mod conformance;
 mod cross;
+mod suspects;
 #[cfg(test)]
 mod tests;
-mod suspects;
 
 use std::collections::BTreeMap;
 
