@@ -22,14 +22,14 @@ fn block(file: &str, head: &str) -> Vec<String> {
 
 /// The script of a step of the action.
 fn step(name: &str) -> String {
-    let lines = block("ci/action.yml", &format!("- name: {name}"));
+    let lines = block(".ci/action.yml", &format!("- name: {name}"));
     let start = lines.iter().position(|line| line == "run: |").unwrap();
     lines[start + 1..].join("\n")
 }
 
 /// The script of the template's job.
 fn gitlab() -> String {
-    let lines = block("ci/gitlab.yml", "script:").into_iter();
+    let lines = block(".ci/gitlab.yml", "script:").into_iter();
     let commands = lines.map_while(|line| line.strip_prefix("- ").map(str::to_owned));
     commands.collect::<Vec<_>>().join("\n")
 }

@@ -5,13 +5,17 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::words::{
+    FieldBounds, Methods, Words, accuracy, bound, budget, field_bounds, increment, launcher,
+    method, methods, pair, seconds,
+};
 use crate::adapt::Way;
 use crate::certify::Target;
-use crate::compare::{Map, Tolerance, Tolerances};
+use crate::compare::Map;
 use crate::contact::{Iteration, Method};
 use crate::linear::{Precision, Solver};
 use crate::paper;
-use crate::scene::{Bounds, Comparing, Scene};
+use crate::scene::Scene;
 
 /// Settle whether finite element codes agree, face by face.
 ///
@@ -179,10 +183,10 @@ pub(super) struct Compare {
     pub b: PathBuf,
     /// A field agrees where |a-b| <= max(rtol * its largest value, atol) [default: 1e-9]
     #[arg(long, value_name = "R", value_parser = bound, allow_negative_numbers = true)]
-    rtol: Option<f64>,
+    pub rtol: Option<f64>,
     /// [default: 0]
     #[arg(long, value_name = "A", value_parser = bound, allow_negative_numbers = true)]
-    atol: Option<f64>,
+    pub atol: Option<f64>,
     /// Tolerances of one field, as in "u:rtol=1e-6,atol=1e-12"; what is left out is that of all
     #[arg(long = "field", value_name = "NAME:rtol=R,atol=A", value_parser = field_bounds)]
     pub field: Vec<FieldBounds>,
@@ -226,47 +230,6 @@ impl From<MapBy> for Map {
             MapBy::Vertices => Map::Vertices,
             MapBy::Coordinates => Map::Coordinates,
         }
-    }
-}
-
-/// A field's name and what is given of its tolerance.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct FieldBounds(String, Option<f64>, Option<f64>);
-
-impl FieldBounds {
-    pub fn is_of(&self, name: &str) -> bool {
-        self.0 == name
-    }
-}
-
-/// The relative tolerance of a comparison that is given none.
-const RTOL: f64 = 1e-9;
-
-impl Compare {
-    /// The tolerances: of a field before those of all, and options before the scene.
-    pub fn tolerances(&self, scene: Option<&Comparing>) -> Tolerances {
-        let scene_wide = scene.map(|s| s.of_all);
-        let all = |key: fn(&Bounds) -> Option<f64>, option: Option<f64>| {
-            option.or_else(|| scene_wide.as_ref().and_then(key))
-        };
-        let of_all = Tolerance {
-            rtol: all(|b| b.rtol, self.rtol).unwrap_or(RTOL),
-            atol: all(|b| b.atol, self.atol).unwrap_or(0.0),
-        };
-        let of_scene = scene.map(|s| &s.of_field).into_iter().flatten();
-        let of_scene = of_scene.map(|(name, b)| (name, b.rtol, b.atol));
-        let of_options = self.field.iter().map(|FieldBounds(n, r, a)| (n, *r, *a));
-        let mut of_field: Vec<(String, Tolerance)> = Vec::new();
-        for (name, rtol, atol) in of_scene.chain(of_options) {
-            let known = of_field.iter().rfind(|(other, _)| other == name);
-            let below = known.map_or(of_all, |(_, tolerance)| *tolerance);
-            let tolerance = Tolerance {
-                rtol: rtol.unwrap_or(below.rtol),
-                atol: atol.unwrap_or(below.atol),
-            };
-            of_field.push((name.clone(), tolerance));
-        }
-        Tolerances { of_all, of_field }
     }
 }
 
@@ -529,117 +492,6 @@ pub(super) enum EnginesAction {
     },
 }
 
-/// A list of methods; the parameters of a family member hold a comma of their own.
-#[derive(Clone)]
-pub(super) struct Methods(pub Vec<Method>);
-
-fn methods(text: &str) -> Result<Methods, String> {
-    let mut depth = 0;
-    let words = text.split(|c| {
-        match c {
-            '(' => depth += 1,
-            ')' => depth -= 1,
-            _ => {}
-        }
-        c == ',' && depth == 0
-    });
-    let methods: Vec<Method> = words.map(method).collect::<Result<_, _>>()?;
-    for (k, method) in methods.iter().enumerate() {
-        if methods[..k].contains(method) {
-            return Err(format!("method {method} is named twice"));
-        }
-    }
-    Ok(Methods(methods))
-}
-
-fn method(text: &str) -> Result<Method, String> {
-    text.trim().parse()
-}
-
-/// A command, split at blanks.
-#[derive(Clone)]
-pub(super) struct Words(pub Vec<String>);
-
-fn launcher(text: &str) -> Result<Words, String> {
-    let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
-    if words.is_empty() {
-        return Err("it names no program".into());
-    }
-    Ok(Words(words))
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    text.parse::<f64>()
-        .ok()
-        .and_then(|s| Duration::try_from_secs_f64(s).ok())
-        .filter(|d| !d.is_zero())
-        .ok_or_else(|| format!("`{text}` is no positive number of seconds"))
-}
-
-/// `90s`, `5m`, `1h`, or seconds without a letter.
-fn budget(text: &str) -> Result<Duration, String> {
-    let (number, unit) = match text.char_indices().last() {
-        Some((at, 's')) => (&text[..at], 1.0),
-        Some((at, 'm')) => (&text[..at], 60.0),
-        Some((at, 'h')) => (&text[..at], 3600.0),
-        _ => (text, 1.0),
-    };
-    number
-        .parse::<f64>()
-        .ok()
-        .and_then(|t| Duration::try_from_secs_f64(t * unit).ok())
-        .filter(|d| !d.is_zero())
-        .ok_or_else(|| format!("`{text}` is no positive time, as 90s, 5m or 1h"))
-}
-
-fn accuracy(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|t| *t > 0.0 && *t < 1.0)
-        .ok_or_else(|| format!("`{text}` is no relative accuracy between 0 and 1, as 1e-2 for 1 %"))
-}
-
-fn bound(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|t: &f64| *t >= 0.0 && t.is_finite())
-        .ok_or_else(|| format!("`{text}` is no tolerance: give a finite number of at least 0"))
-}
-
-/// The name may hold colons and spaces; what follows the last colon are the bounds.
-fn field_bounds(text: &str) -> Result<FieldBounds, String> {
-    let form = || format!("`{text}` is not NAME:rtol=R,atol=A");
-    let (name, bounds) = text.rsplit_once(':').ok_or_else(form)?;
-    let mut found = FieldBounds(name.to_owned(), None, None);
-    for word in bounds.split(',') {
-        let (key, value) = word.split_once('=').ok_or_else(form)?;
-        let place = match key.trim() {
-            "rtol" => &mut found.1,
-            "atol" => &mut found.2,
-            _ => return Err(form()),
-        };
-        if place.replace(bound(value.trim())?).is_some() {
-            return Err(form());
-        }
-    }
-    Ok(found)
-}
-
-/// Names of fields on either side of the first `=`.
-fn pair(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((a, b)) if !a.is_empty() && !b.is_empty() => Ok((a.into(), b.into())),
-        _ => Err(format!("`{text}` is not NAME=OTHER")),
-    }
-}
-
-fn increment(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|t| *t > 0.0 && *t < 1.0)
-        .ok_or_else(|| format!("`{text}` is no tolerance between 0 and 1"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -648,89 +500,5 @@ mod tests {
     fn the_command_line_is_consistent() {
         use clap::CommandFactory;
         Arguments::command().debug_assert();
-    }
-
-    #[test]
-    fn tolerances_of_fields_are_read_from_behind() {
-        let read = field_bounds("u: mean:rtol=1e-6,atol=0");
-        assert_eq!(
-            read,
-            Ok(FieldBounds("u: mean".into(), Some(1e-6), Some(0.0)))
-        );
-        assert_eq!(
-            field_bounds("u:atol=2"),
-            Ok(FieldBounds("u".into(), None, Some(2.0)))
-        );
-        for wrong in [
-            "u",
-            "u:",
-            "u:1e-6",
-            "u:tol=1",
-            "u:rtol=-1",
-            "u:rtol=nan",
-            "u:rtol=1,rtol=2",
-        ] {
-            assert!(field_bounds(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn the_nearest_tolerance_counts() {
-        let told = |words: &[&str], scene: Option<&Comparing>| {
-            let words = [&["faceoff", "compare", "a", "b"], words].concat();
-            let Ok(Arguments {
-                command: Command::Compare(compare),
-            }) = Arguments::try_parse_from(words)
-            else {
-                panic!("these are words of compare")
-            };
-            let tolerances = compare.tolerances(scene);
-            let of = |name: &str| {
-                let own = tolerances.of_field.iter().rfind(|(n, _)| n == name);
-                let Tolerance { rtol, atol } = own.map_or(tolerances.of_all, |(_, t)| *t);
-                (rtol, atol)
-            };
-            [of("u"), of("v")]
-        };
-        let bounds = |rtol, atol| Bounds { rtol, atol };
-        let scene = Comparing {
-            of_all: bounds(Some(1e-3), None),
-            of_field: [("u".to_owned(), bounds(None, Some(1e-4)))].into(),
-        };
-        let scene = Some(&scene);
-        assert_eq!(told(&[], None), [(1e-9, 0.0); 2]);
-        assert_eq!(told(&["--rtol", "1"], None), [(1.0, 0.0); 2]);
-        assert_eq!(told(&[], scene), [(1e-3, 1e-4), (1e-3, 0.0)]);
-        assert_eq!(
-            told(&["--rtol", "1", "--atol", "2"], scene),
-            [(1.0, 1e-4), (1.0, 2.0)]
-        );
-        assert_eq!(
-            told(&["--field", "u:rtol=5", "--field", "v:atol=6"], scene),
-            [(5.0, 1e-4), (1e-3, 6.0)]
-        );
-    }
-
-    #[test]
-    fn budgets_have_units() {
-        assert_eq!(budget("1.5m"), Ok(Duration::from_secs(90)));
-        assert_eq!(budget("90s"), budget("90"));
-        assert_eq!(budget("1h"), budget("60m"));
-        for wrong in ["", "m", "-1s", "0s", "nan", "1e400", "5 m s", "∞"] {
-            assert!(budget(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn methods_with_parameters_split_at_the_right_commas() {
-        let names: Vec<String> = methods("cr,p2(1,0), p1")
-            .unwrap_or(Methods(vec![]))
-            .0
-            .iter()
-            .map(ToString::to_string)
-            .collect();
-        assert_eq!(names, ["cr", "p2(1,0)", "p1"]);
-        assert!(methods("cr,cr").is_err());
-        assert!(methods("cr,p2(1,1),p2").is_err());
     }
 }

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::args::Compare;
 use super::{DISAGREE, DONE, FAILED, tell_failure};
-use crate::compare::{Comparison, Verdict, compare_results};
+use crate::compare::{Comparison, Tolerance, Tolerances, Verdict, compare_results};
 use crate::engine::meshio_python;
 use crate::error::{Error, Result};
 use crate::field::Results;
 use crate::io;
 use crate::report;
-use crate::scene::{Comparing, Scene};
+use crate::scene::{Bounds, Comparing, Scene};
 
 pub(super) fn run(arguments: &Compare) -> Result<u8> {
     let comparison = compare(arguments);
@@ -39,7 +39,7 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
     let (a, b) = (arguments.a.as_path(), arguments.b.as_path());
     refuse_copies(a, b, arguments.allow_identical)?;
     let scene = arguments.scene.as_deref().map(Scene::find).transpose()?;
-    let mut tolerances = arguments.tolerances(scene_bounds(scene.as_ref())?);
+    let mut tolerances = tolerances(arguments, scene_bounds(scene.as_ref())?);
     if let Some(out) = &arguments.out {
         report::check_vtu_path(out)?;
     }
@@ -80,12 +80,41 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
     );
     tolerances
         .of_field
-        .retain(|(name, _)| here(name) || options.iter().any(|f| f.is_of(name)));
+        .retain(|(name, _)| here(name) || options.iter().any(|f| f.name == *name));
     let comparison = compare_results(&of_a, &of_b, arguments.map.map(Into::into), &tolerances)?;
     if let Some(out) = &arguments.out {
         report::write_differences(out, &of_a, &comparison)?;
     }
     Ok(comparison)
+}
+
+/// The relative tolerance of a comparison that is given none.
+const RTOL: f64 = 1e-9;
+
+/// The tolerances: of a field before those of all, and options before the scene.
+fn tolerances(options: &Compare, scene: Option<&Comparing>) -> Tolerances {
+    let scene_wide = scene.map(|s| s.of_all);
+    let all = |key: fn(&Bounds) -> Option<f64>, option: Option<f64>| {
+        option.or_else(|| scene_wide.as_ref().and_then(key))
+    };
+    let of_all = Tolerance {
+        rtol: all(|b| b.rtol, options.rtol).unwrap_or(RTOL),
+        atol: all(|b| b.atol, options.atol).unwrap_or(0.0),
+    };
+    let of_scene = scene.map(|s| &s.of_field).into_iter().flatten();
+    let of_scene = of_scene.map(|(name, b)| (name, b.rtol, b.atol));
+    let of_options = options.field.iter().map(|f| (&f.name, f.rtol, f.atol));
+    let mut of_field: Vec<(String, Tolerance)> = Vec::new();
+    for (name, rtol, atol) in of_scene.chain(of_options) {
+        let known = of_field.iter().rfind(|(other, _)| other == name);
+        let below = known.map_or(of_all, |(_, tolerance)| *tolerance);
+        let tolerance = Tolerance {
+            rtol: rtol.unwrap_or(below.rtol),
+            atol: atol.unwrap_or(below.atol),
+        };
+        of_field.push((name.clone(), tolerance));
+    }
+    Tolerances { of_all, of_field }
 }
 
 /// A file against itself, under whatever name, or against a copy of it.
@@ -174,4 +203,49 @@ fn is_same_file(a: &Path, b: &Path) -> Result<bool> {
     }
     #[cfg(not(unix))]
     Ok(false)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::super::args::{Arguments, Command};
+    use super::*;
+
+    #[test]
+    fn the_nearest_tolerance_counts() {
+        let told = |words: &[&str], scene: Option<&Comparing>| {
+            let words = [&["faceoff", "compare", "a", "b"], words].concat();
+            let Ok(Arguments {
+                command: Command::Compare(compare),
+            }) = Arguments::try_parse_from(words)
+            else {
+                panic!("these are words of compare")
+            };
+            let tolerances = tolerances(&compare, scene);
+            let of = |name: &str| {
+                let own = tolerances.of_field.iter().rfind(|(n, _)| n == name);
+                let Tolerance { rtol, atol } = own.map_or(tolerances.of_all, |(_, t)| *t);
+                (rtol, atol)
+            };
+            [of("u"), of("v")]
+        };
+        let bounds = |rtol, atol| Bounds { rtol, atol };
+        let scene = Comparing {
+            of_all: bounds(Some(1e-3), None),
+            of_field: [("u".to_owned(), bounds(None, Some(1e-4)))].into(),
+        };
+        let scene = Some(&scene);
+        assert_eq!(told(&[], None), [(1e-9, 0.0); 2]);
+        assert_eq!(told(&["--rtol", "1"], None), [(1.0, 0.0); 2]);
+        assert_eq!(told(&[], scene), [(1e-3, 1e-4), (1e-3, 0.0)]);
+        assert_eq!(
+            told(&["--rtol", "1", "--atol", "2"], scene),
+            [(1.0, 1e-4), (1.0, 2.0)]
+        );
+        assert_eq!(
+            told(&["--field", "u:rtol=5", "--field", "v:atol=6"], scene),
+            [(5.0, 1e-4), (1e-3, 6.0)]
+        );
+    }
 }

@@ -14,6 +14,7 @@ mod solve;
 mod stress;
 mod study;
 mod verify;
+mod words;
 
 use std::process::ExitCode;
 

@@ -37,4 +37,6 @@ pub use system::Built;
 #[cfg(test)]
 mod random_tests;
 #[cfg(test)]
+mod solve_tests;
+#[cfg(test)]
 mod tests;

@@ -1,0 +1,178 @@
+//! Words of the command line, turned once into values that are valid; what is wrong with one, in words.
+
+use std::time::Duration;
+
+use crate::contact::Method;
+
+/// A list of methods; the parameters of a family member hold a comma of their own.
+#[derive(Clone)]
+pub(super) struct Methods(pub Vec<Method>);
+
+pub(super) fn methods(text: &str) -> Result<Methods, String> {
+    let mut depth = 0;
+    let words = text.split(|c| {
+        match c {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
+        }
+        c == ',' && depth == 0
+    });
+    let methods: Vec<Method> = words.map(method).collect::<Result<_, _>>()?;
+    for (k, method) in methods.iter().enumerate() {
+        if methods[..k].contains(method) {
+            return Err(format!("method {method} is named twice"));
+        }
+    }
+    Ok(Methods(methods))
+}
+
+pub(super) fn method(text: &str) -> Result<Method, String> {
+    text.trim().parse()
+}
+
+/// A command, split at blanks.
+#[derive(Clone)]
+pub(super) struct Words(pub Vec<String>);
+
+pub(super) fn launcher(text: &str) -> Result<Words, String> {
+    let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+    if words.is_empty() {
+        return Err("it names no program".into());
+    }
+    Ok(Words(words))
+}
+
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    text.parse::<f64>()
+        .ok()
+        .and_then(|s| Duration::try_from_secs_f64(s).ok())
+        .filter(|d| !d.is_zero())
+        .ok_or_else(|| format!("`{text}` is no positive number of seconds"))
+}
+
+/// `90s`, `5m`, `1h`, or seconds without a letter.
+pub(super) fn budget(text: &str) -> Result<Duration, String> {
+    let (number, unit) = match text.char_indices().last() {
+        Some((at, 's')) => (&text[..at], 1.0),
+        Some((at, 'm')) => (&text[..at], 60.0),
+        Some((at, 'h')) => (&text[..at], 3600.0),
+        _ => (text, 1.0),
+    };
+    number
+        .parse::<f64>()
+        .ok()
+        .and_then(|t| Duration::try_from_secs_f64(t * unit).ok())
+        .filter(|d| !d.is_zero())
+        .ok_or_else(|| format!("`{text}` is no positive time, as 90s, 5m or 1h"))
+}
+
+pub(super) fn accuracy(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|t| *t > 0.0 && *t < 1.0)
+        .ok_or_else(|| format!("`{text}` is no relative accuracy between 0 and 1, as 1e-2 for 1 %"))
+}
+
+pub(super) fn bound(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|t: &f64| *t >= 0.0 && t.is_finite())
+        .ok_or_else(|| format!("`{text}` is no tolerance: give a finite number of at least 0"))
+}
+
+/// A field's name and what is given of its tolerance.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct FieldBounds {
+    pub name: String,
+    pub rtol: Option<f64>,
+    pub atol: Option<f64>,
+}
+
+/// The name may hold colons and spaces; what follows the last colon are the bounds.
+pub(super) fn field_bounds(text: &str) -> Result<FieldBounds, String> {
+    let form = || format!("`{text}` is not NAME:rtol=R,atol=A");
+    let (name, bounds) = text.rsplit_once(':').ok_or_else(form)?;
+    let mut found = FieldBounds {
+        name: name.to_owned(),
+        rtol: None,
+        atol: None,
+    };
+    for word in bounds.split(',') {
+        let (key, value) = word.split_once('=').ok_or_else(form)?;
+        let place = match key.trim() {
+            "rtol" => &mut found.rtol,
+            "atol" => &mut found.atol,
+            _ => return Err(form()),
+        };
+        if place.replace(bound(value.trim())?).is_some() {
+            return Err(form());
+        }
+    }
+    Ok(found)
+}
+
+/// Names of fields on either side of the first `=`.
+pub(super) fn pair(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((a, b)) if !a.is_empty() && !b.is_empty() => Ok((a.into(), b.into())),
+        _ => Err(format!("`{text}` is not NAME=OTHER")),
+    }
+}
+
+pub(super) fn increment(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|t| *t > 0.0 && *t < 1.0)
+        .ok_or_else(|| format!("`{text}` is no tolerance between 0 and 1"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tolerances_of_fields_are_read_from_behind() {
+        let bounds = |name: &str, rtol, atol| {
+            let name = name.to_owned();
+            Ok(FieldBounds { name, rtol, atol })
+        };
+        let read = field_bounds("u: mean:rtol=1e-6,atol=0");
+        assert_eq!(read, bounds("u: mean", Some(1e-6), Some(0.0)));
+        assert_eq!(field_bounds("u:atol=2"), bounds("u", None, Some(2.0)));
+        for wrong in [
+            "u",
+            "u:",
+            "u:1e-6",
+            "u:tol=1",
+            "u:rtol=-1",
+            "u:rtol=nan",
+            "u:rtol=1,rtol=2",
+        ] {
+            assert!(field_bounds(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn budgets_have_units() {
+        assert_eq!(budget("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(budget("90s"), budget("90"));
+        assert_eq!(budget("1h"), budget("60m"));
+        for wrong in ["", "m", "-1s", "0s", "nan", "1e400", "5 m s", "∞"] {
+            assert!(budget(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn methods_with_parameters_split_at_the_right_commas() {
+        let names: Vec<String> = methods("cr,p2(1,0), p1")
+            .unwrap_or(Methods(vec![]))
+            .0
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        assert_eq!(names, ["cr", "p2(1,0)", "p1"]);
+        assert!(methods("cr,cr").is_err());
+        assert!(methods("cr,p2(1,1),p2").is_err());
+    }
+}
