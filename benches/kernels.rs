@@ -23,7 +23,7 @@ fn mesh(n: usize) -> Triangulation {
 }
 
 /// The problem of section 6.1, and a function that no kernel knows.
-fn problem<'a>(scene: &Scene, mesh: &'a Triangulation, method: &str) -> (Problem<'a>, Vec<f64>) {
+fn problem<'a>(scene: &'a Scene, mesh: &'a Triangulation, method: &str) -> (Problem<'a>, Vec<f64>) {
     let method: Method = method.parse().expect("a method");
     let problem = Problem::new(scene, mesh, method).expect("a sound problem");
     let u = (0..problem.space.dofs).map(|k| (7.3 * k as f64).sin());
@@ -68,6 +68,42 @@ fn element_matrices(bencher: Bencher, space: &Space) {
             stiffness.cell_matrix(cell, black_box(&mut matrix));
         }
     });
+}
+
+/// The same written for the plane alone, (e_i·e_j)/|κ| of the edge vectors: what serves space too should not take longer.
+#[divan::bench(args = N)]
+fn element_matrices_of_the_plane_cr(bencher: Bencher, n: usize) {
+    let mesh = mesh(n);
+    let space = Space::new(&mesh, &CR);
+    let mut general = [0.0; 9];
+    Stiffness::new(&space).cell_matrix(n, &mut general);
+    let plane = plane_matrix(&mesh, n);
+    let pairs = general.iter().zip(&plane);
+    assert!(
+        pairs.clone().all(|(a, b)| (a - b).abs() < 1e-12),
+        "the formula is not that of the assembly"
+    );
+    bencher.bench_local(|| {
+        for cell in 0..mesh.cell_count() {
+            black_box(plane_matrix(&mesh, cell));
+        }
+    });
+}
+
+fn plane_matrix(mesh: &Triangulation, cell: usize) -> [f64; 9] {
+    let vertices = mesh.cell(cell);
+    let at = |k: usize| mesh.points[vertices[k % 3] as usize];
+    let edge = |k: usize| [0, 1].map(|axis| at(k + 2)[axis] - at(k + 1)[axis]);
+    let edges = [edge(0), edge(1), edge(2)];
+    let area = 0.5 * (edges[0][0] * edges[1][1] - edges[0][1] * edges[1][0]).abs();
+    let mut matrix = [0.0; 9];
+    for i in 0..3 {
+        for j in 0..3 {
+            let product = edges[i][0] * edges[j][0] + edges[i][1] * edges[j][1];
+            matrix[3 * i + j] = product / area;
+        }
+    }
+    matrix
 }
 
 #[divan::bench(args = N)]

@@ -412,35 +412,25 @@ impl System for Condensed<'_> {
         u
     }
 
-    /// A step of Newton at all dofs from u, with these laws: what is left of u by rounding, or by
-    /// a factor in f32, goes down with it.
-    ///
-    /// max |δ| over max |u|.
-    ///
-    /// # Errors
-    /// A singular matrix.
-    fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
-        let mut r = self.scheme.linear_residual(laws, u);
-        for (r, role) in r.iter_mut().zip(&self.roles) {
-            *r = if *role == Role::Fixed { 0.0 } else { -*r };
+    fn scheme(&self) -> &Scheme<'_> {
+        &self.scheme
+    }
+
+    fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+        let mut minus: Vec<f64> = r.iter().map(|r| -r).collect();
+        for (r, role) in minus.iter_mut().zip(&self.roles) {
+            if *role == Role::Fixed {
+                *r = 0.0;
+            }
         }
-        let reduced = self.factor.reduce(&r);
+        let reduced = self.factor.reduce(&minus);
         let mut on_kept: Vec<f64> = reduced.kept().iter().map(|g| -g).collect();
         on_kept.resize(self.load.len() + self.fixed.len(), 0.0);
         let delta = self.step(laws, &on_kept)?;
-        let mut step = vec![0.0; u.len()];
+        let mut step = vec![0.0; r.len()];
         self.factor
             .expand(&reduced, &delta[..self.load.len()], &mut step);
-        let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        for (u, d) in u.iter_mut().zip(&step) {
-            *u += d;
-        }
-        let size = largest(u);
-        Ok(if size > 0.0 {
-            largest(&step) / size
-        } else {
-            0.0
-        })
+        Ok(step)
     }
 }
 

@@ -11,6 +11,7 @@ use crate::scene::{Expression, HRule, Part, Scene};
 
 /// The discrete problem: find u_h with A_h(u_h; v) = L(v) for all v that vanish on Γ_D, (3.1).
 pub struct Problem<'a> {
+    pub scene: &'a Scene,
     pub space: Space<'a>,
     pub method: Method,
     /// The part of each boundary face.
@@ -94,7 +95,7 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// Boundary parts that do not fit the mesh, data that are not finite, a connected part of the
     /// domain that nothing holds.
-    pub fn new(scene: &Scene, mesh: &'a Triangulation, method: Method) -> Result<Self> {
+    pub fn new(scene: &'a Scene, mesh: &'a Triangulation, method: Method) -> Result<Self> {
         let parts = scene.parts(mesh)?;
         let space = Space::new(mesh, method.element);
         let [cell_rule, face_rule] = scene.rules(mesh.dim)?;
@@ -156,6 +157,7 @@ impl<'a> Problem<'a> {
             &dirichlet,
         )?;
         let mut problem = Problem {
+            scene,
             stiffness,
             space,
             method,
@@ -168,13 +170,13 @@ impl<'a> Problem<'a> {
             cell_rule,
             face_rule,
         };
-        problem.floating = problem.check_held(&scene.name)?;
+        problem.floating = problem.check_held()?;
         Ok(problem)
     }
 
     /// Every connected part needs Γ_D, or contact and a total load that presses it on; what
     /// [`Problem::floating`] is.
-    fn check_held(&self, scene: &str) -> Result<Option<Vec<Option<u32>>>> {
+    fn check_held(&self) -> Result<Option<Vec<Option<u32>>>> {
         let mesh = self.space.mesh;
         let (part_of, count) = mesh.components();
         let mut held = vec![false; count];
@@ -223,7 +225,7 @@ impl<'a> Problem<'a> {
                 )
             };
             return Err(Error::Scene {
-                scene: scene.to_owned(),
+                scene: self.scene.name.clone(),
                 place: "boundary.dirichlet".into(),
                 what,
                 remedy: "name a group of that part under dirichlet".into(),

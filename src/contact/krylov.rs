@@ -4,12 +4,13 @@
 //! the stiffness: in contact a Dirichlet condition, separated the row of the stiffness itself, and in
 //! between only on faces partly in contact. The matrix so is the stiffness with Dirichlet conditions on the
 //! faces wholly in contact, up to little; P1 ⊂ CR preconditions it, with functions that vanish at
-//! the vertices of these faces. The hierarchy is built anew only when their set changes.
+//! the vertices of these faces. A hierarchy for another such set serves as long as it is not much slower.
 
 use std::cell::{Cell, RefCell};
 
 use super::conditions::Condition;
 use super::method::Law;
+use super::nested::VertexValues;
 use super::scheme::Scheme;
 use super::system::{Built, Energy, System, Weights};
 use crate::assembly::Stiffness;
@@ -50,10 +51,19 @@ pub(super) struct Krylov<'a> {
 struct State {
     matrix: Rows,
     laws: Vec<Weights>,
-    /// The dofs that are in contact, and the preconditioner for these.
-    closed: Vec<u32>,
-    embedded: Option<Embedded>,
+    preconditioner: Option<Preconditioner>,
 }
+
+struct Preconditioner {
+    embedded: Embedded,
+    /// The dofs in contact that it was built for.
+    closed: Vec<u32>,
+    /// Iterations for each digit with these.
+    pace: f64,
+}
+
+/// A preconditioner for another contact set is used for so many times the iterations of its own.
+const STALE: f64 = 2.0;
 
 impl<'a> Krylov<'a> {
     /// What iterating is predicted to take; none for what it does not solve.
@@ -117,8 +127,7 @@ impl<'a> Krylov<'a> {
             state: RefCell::new(State {
                 matrix,
                 laws: Vec::new(),
-                closed: Vec::new(),
-                embedded: None,
+                preconditioner: None,
             }),
             scheme,
             free,
@@ -192,6 +201,66 @@ impl<'a> Krylov<'a> {
     }
 }
 
+impl Krylov<'_> {
+    /// δ with at most `wanted` of the residual left, or `least`.
+    fn solve(&self, laws: &[Weights], r: &[f64], wanted: f64, least: f64) -> Result<Vec<f64>> {
+        let state = &mut *self.state.borrow_mut();
+        let closed = self.put(laws, &mut state.matrix);
+        state.laws = laws.to_vec();
+        let matrix = &state.matrix;
+        let b: Vec<f64> = self.dof_of.iter().map(|&d| -r[d as usize]).collect();
+        let size = norm(&b);
+        let residual = (wanted * size).max(least);
+        let digits = (size / residual).log10().max(1.0);
+        let inverse: Vec<f64> = matrix.diagonal().iter().map(|d| 1.0 / d).collect();
+        let mut delta = vec![0.0; b.len()];
+        // From where an earlier one left off.
+        let mut iterate = |embedded: &mut Embedded, steps: usize| {
+            let stop = KrylovStop { residual, steps };
+            let apply = |x: &[f64], y: &mut [f64]| matrix.times(x, y);
+            let precondition = |r: &[f64], z: &mut [f64]| embedded.apply(matrix, &inverse, r, z);
+            let ended = if laws.is_empty() {
+                conjugate_gradients(apply, precondition, &b, &mut delta, stop)
+            } else {
+                gmres(apply, precondition, &b, &mut delta, stop)
+            };
+            tracing::debug!(?ended, digits, "linear iteration");
+            ended
+        };
+        let mut steps = 0;
+        if let Some(old) = &mut state.preconditioner {
+            let is_stale = old.closed != closed;
+            let limit = match is_stale {
+                true => ((STALE * old.pace * digits).ceil() as usize).min(STEPS),
+                false => STEPS,
+            };
+            let ended = iterate(&mut old.embedded, limit);
+            steps = ended.steps;
+            if is_stale && !ended.reached {
+                state.preconditioner = None;
+            }
+        }
+        if state.preconditioner.is_none() {
+            let mut embedded = self.embedded(&closed)?;
+            self.built.set(self.built.get() + 1);
+            steps = iterate(&mut embedded, STEPS).steps;
+            state.preconditioner = Some(Preconditioner {
+                embedded,
+                closed,
+                pace: steps.max(1) as f64 / digits,
+            });
+        }
+        if steps == STEPS || delta.iter().any(|d| !d.is_finite()) {
+            return Err(not_converged(steps));
+        }
+        let mut all = vec![0.0; self.free.len()];
+        for (&dof, d) in self.dof_of.iter().zip(&delta) {
+            all[dof as usize] = *d;
+        }
+        Ok(all)
+    }
+}
+
 impl System for Krylov<'_> {
     fn conditions(&self) -> &[Condition] {
         &self.scheme.conditions
@@ -247,23 +316,11 @@ impl System for Krylov<'_> {
 
     /// While conditions change, δ is only as exact as that deserves.
     fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
-        let mut state = self.state.borrow_mut();
-        let state = &mut *state;
-        let closed = self.put(laws, &mut state.matrix);
-        let changes = if state.laws.is_empty() {
-            laws.len()
-        } else {
-            let pairs = laws.iter().zip(&state.laws);
-            pairs.filter(|(a, b)| a != b).count()
+        let changes = {
+            let old = &self.state.borrow().laws;
+            let pairs = laws.iter().zip(old);
+            laws.len() - pairs.filter(|(a, b)| a == b).count()
         };
-        if state.embedded.is_none() || state.closed != closed {
-            state.embedded = Some(self.embedded(&closed)?);
-            self.built.set(self.built.get() + 1);
-        }
-        state.laws = laws.to_vec();
-        state.closed = closed;
-
-        let b: Vec<f64> = self.dof_of.iter().map(|&d| -r[d as usize]).collect();
         let wanted = match changes {
             0 => FINE,
             few if few <= laws.len() / 50 + 8 => MEDIUM,
@@ -271,34 +328,11 @@ impl System for Krylov<'_> {
         };
         // Below this lies the rounding of A u: no step is worth it.
         let rounding = f64::EPSILON * self.scale * self.size.get();
-        let stop = KrylovStop {
-            residual: (wanted * norm(&b)).max(rounding),
-            steps: STEPS,
-        };
-        let State {
-            matrix, embedded, ..
-        } = state;
-        let Some(embedded) = embedded else {
-            return Err(not_converged(0));
-        };
-        let inverse: Vec<f64> = matrix.diagonal().iter().map(|d| 1.0 / d).collect();
-        let mut delta = vec![0.0; b.len()];
-        let apply = |x: &[f64], y: &mut [f64]| matrix.times(x, y);
-        let precondition = |r: &[f64], z: &mut [f64]| embedded.apply(matrix, &inverse, r, z);
-        let ended = if laws.is_empty() {
-            conjugate_gradients(apply, precondition, &b, &mut delta, stop)
-        } else {
-            gmres(apply, precondition, &b, &mut delta, stop)
-        };
-        tracing::debug!(changes, ?ended, "linear iteration");
-        if ended.steps == STEPS || delta.iter().any(|d| !d.is_finite()) {
-            return Err(not_converged(ended.steps));
-        }
-        let mut all = vec![0.0; self.free.len()];
-        for (&dof, d) in self.dof_of.iter().zip(&delta) {
-            all[dof as usize] = *d;
-        }
-        Ok(all)
+        self.solve(laws, r, wanted, rounding)
+    }
+
+    fn respond(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+        self.solve(laws, r, COARSE, 0.0)
     }
 
     fn restrict(&self, u: &[f64]) -> Vec<f64> {
@@ -309,21 +343,13 @@ impl System for Krylov<'_> {
         u.to_vec()
     }
 
-    fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
-        let r = self.linear_residual(laws, u);
-        // Here the last digits are wanted.
-        self.size.set(0.0);
-        let delta = self.step(laws, &r)?;
-        let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        for (u, d) in u.iter_mut().zip(&delta) {
-            *u += d;
-        }
-        let size = largest(u);
-        Ok(if size > 0.0 {
-            largest(&delta) / size
-        } else {
-            0.0
-        })
+    fn scheme(&self) -> &Scheme<'_> {
+        &self.scheme
+    }
+
+    /// From u as exact as a step makes it, δ to four digits is below the rounding of A u.
+    fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+        self.solve(laws, r, MEDIUM, 0.0)
     }
 }
 
@@ -332,33 +358,6 @@ fn own_dof(condition: &Condition) -> u32 {
     let of_variational = || condition.displacement.iter().position(|g| *g != 0.0);
     let local = condition.row.map(|row| row.local).or_else(of_variational);
     condition.dofs[local.unwrap_or(0)]
-}
-
-/// The values of P1's basis functions at the dofs.
-struct VertexValues<'a> {
-    space: &'a Space<'a>,
-    /// A cell and local number of each dof.
-    place: Vec<(u32, u8)>,
-}
-
-impl<'a> VertexValues<'a> {
-    fn new(space: &'a Space<'a>) -> Self {
-        let mut place = vec![(0, 0); space.dofs];
-        for cell in 0..space.mesh.cell_count() {
-            for (local, &dof) in (0..).zip(space.cell_dofs(cell)) {
-                place[dof as usize] = (cell as u32, local);
-            }
-        }
-        VertexValues { space, place }
-    }
-
-    fn of(&self, dof: u32) -> impl Iterator<Item = (u32, f64)> + '_ {
-        let (cell, local) = self.place[dof as usize];
-        let node = self.space.nodes[local as usize];
-        let vertices = self.space.mesh.cell(cell as usize);
-        let values = vertices.iter().copied().zip(node);
-        values.filter(|(_, value)| *value != 0.0)
-    }
 }
 
 /// Is the matrix symmetric but for few rows, whatever is in contact, and definite?

@@ -18,8 +18,10 @@ mod form;
 mod iteration;
 mod krylov;
 mod method;
+mod nested;
 mod quantities;
 mod scheme;
+mod sensitivity;
 mod solve;
 mod system;
 
@@ -31,6 +33,7 @@ pub use form::{ContactFace, Problem};
 pub use iteration::{Iteration, Splitting};
 pub use method::{Law, Method};
 pub use quantities::{Quantities, face_fields, quantities};
+pub use sensitivity::condition;
 pub use solve::{Ended, Solution, Stop, Timings, solve, solve_by};
 pub use system::Built;
 

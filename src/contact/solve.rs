@@ -6,7 +6,9 @@ use std::time::Instant;
 use super::Problem;
 use super::active_set::{ActiveSet, Per};
 use super::iteration::Iteration;
+use super::nested;
 use super::scheme::Scheme;
+use super::sensitivity::{for_each_contact_term, moved_by_rounding};
 use super::system::{Built, Energy, System, Weights, system};
 use crate::error::{Error, Result};
 use crate::linear::{Choice, Precision, Settings, Solver};
@@ -36,7 +38,7 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A field that is called converged has at most this backward error, or the tolerance where that is larger: by an
 /// increment alone a contact of stiffness γ⁻¹ that is still to come, or to go, is not seen.
 const BACKWARD: f64 = 1e-9;
-/// A step of refinement that is larger than this part of u, from where increments were tiny already, says that rounding
+/// Where steps of refinement stay larger than this part of u, or rounding in the contact terms moves u by more, rounding
 /// decides what u is.
 const SETTLED: f64 = 1e-3;
 /// A fixed point's increments tell its error but for the factor 1/(1-rate).
@@ -52,7 +54,7 @@ pub enum Ended {
     Rounding,
     /// The steps allowed are done, or an overflow; or refinement at all dofs finds no rest.
     NotReached,
-    /// Steps of refinement do not get small: the residual is, but the matrix is singular to working precision.
+    /// The residual is small, but the matrix is singular to working precision: rounding decides what u is.
     Undetermined,
 }
 
@@ -151,7 +153,11 @@ pub fn solve_by(
     } else {
         Per::Condition
     };
-    let mut u = scheme.start();
+    let mut u = match scheme.choice().solver {
+        Solver::Iterative => nested::start(problem, &mut progress)?,
+        _ => None,
+    }
+    .unwrap_or_else(|| scheme.start());
     let mut set = ActiveSet::new(scheme, &u, per);
     let (mut increments, mut changes, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
     let mut best = (f64::INFINITY, 0, Vec::new());
@@ -222,9 +228,7 @@ pub fn solve_by(
     let mut u = scheme.complete(&u);
     let backward_error = if ended.converged() && is_newton {
         let limit = stop.increment.max(BACKWARD);
-        let is_rounding = residuals.last().is_some_and(|r| *r <= ROUNDING);
-        let is_exact = is_rounding || stop.increment <= BACKWARD;
-        let (failed, error) = refine(problem, scheme, &mut set, &mut u, limit, is_exact)?;
+        let (failed, error) = refine(problem, scheme, &mut set, &mut u, limit)?;
         ended = failed.unwrap_or(ended);
         error
     } else {
@@ -261,14 +265,12 @@ const REFINEMENTS: usize = 20;
 /// come there, and that error. From a factor in f64 one step does, or two from faer's, which knows the Schur complement
 /// less well: without them the condition of the stiffness, of order h⁻², would show in the last digits. From one in f32,
 /// or after a loose tolerance, the active set is only right where it can be told so well, and is followed along.
-/// `is_exact`: increments were tiny before.
 fn refine(
     problem: &Problem,
     scheme: &dyn System,
     set: &mut ActiveSet,
     u: &mut [f64],
     limit: f64,
-    is_exact: bool,
 ) -> Result<(Option<Ended>, f64)> {
     let choice = scheme.choice();
     let least = match (choice.precision, choice.solver) {
@@ -279,12 +281,9 @@ fn refine(
     let mut last = f64::INFINITY;
     for step in 1..=REFINEMENTS {
         let laws = set.laws(scheme, Iteration::Newton);
-        let size = scheme.refine(&laws, u)?;
+        let size = take_step(scheme, &laws, u)?;
         tracing::debug!(step, size, "refinement");
         let is_wide = choice.precision == Precision::F64;
-        if step == 1 && is_exact && is_wide && size > SETTLED {
-            return Ok((Some(Ended::Undetermined), problem.backward_error(u).0));
-        }
         let mut rests = step >= least && size <= SETTLED;
         if !is_wide {
             let changed = set.pivot(scheme, &scheme.restrict(u));
@@ -295,7 +294,9 @@ fn refine(
         if rests {
             let error = problem.backward_error(u).0;
             if error <= limit || vanishes(problem, u) {
-                return Ok((None, error));
+                let moved = moved_by_rounding(scheme, &laws, &scheme.restrict(u))?;
+                tracing::debug!(moved, "rounding in the contact terms");
+                return Ok(((moved > SETTLED).then_some(Ended::Undetermined), error));
             }
             set.pivot(scheme, &scheme.restrict(u));
         }
@@ -313,6 +314,21 @@ fn refine(
 fn vanishes(problem: &Problem, u: &[f64]) -> bool {
     let terms = largest(&problem.stiffness.sizes(u)) + largest(&problem.load);
     largest(&problem.residual(u)) <= ROUNDING * terms
+}
+
+/// One step at all dofs; max |δ| over max |u|.
+pub(super) fn take_step(scheme: &dyn System, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
+    let r = scheme.scheme().linear_residual(laws, u);
+    let step = scheme.step_everywhere(laws, &r)?;
+    for (u, d) in u.iter_mut().zip(&step) {
+        *u += d;
+    }
+    let size = largest(u);
+    Ok(if size > 0.0 {
+        largest(&step) / size
+    } else {
+        0.0
+    })
 }
 
 /// What residuals are relative to.
@@ -337,20 +353,15 @@ impl Scale {
         }
         let mut terms = self.stiffness * largest(u) + self.load;
         let laws = set.laws(scheme, Iteration::Newton);
-        for (condition, [alpha, beta]) in scheme.conditions().iter().zip(laws) {
-            let [gap, flux] = condition.sizes(u);
-            let law = alpha * gap + beta * condition.gamma * flux;
-            for j in 0..condition.dofs.len() {
-                let (test, g) = (condition.test(j), condition.flux_test(j));
-                terms = terms.max(condition.weight * (law * test.abs() + flux * g.abs()));
-            }
-        }
+        for_each_contact_term(scheme.conditions(), &laws, u, |_, size| {
+            terms = terms.max(size)
+        });
         size / terms
     }
 }
 
 /// The largest |v_i|; NaN where there is one.
-fn largest(v: &[f64]) -> f64 {
+pub(super) fn largest(v: &[f64]) -> f64 {
     v.iter().fold(
         0.0,
         |m: f64, v| {

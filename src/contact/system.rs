@@ -94,17 +94,28 @@ pub(super) trait System {
     /// A singular matrix; an iteration that does not converge.
     fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>>;
 
+    /// The same to a digit.
+    ///
+    /// # Errors
+    /// Those of [`System::step`].
+    fn respond(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+        self.step(laws, r)
+    }
+
     /// These unknowns of a u at all dofs of the space.
     fn restrict(&self, u: &[f64]) -> Vec<f64>;
 
     /// u at all dofs of the space.
     fn complete(&self, u: &[f64]) -> Vec<f64>;
 
-    /// A step at all dofs, where steps are less exact than the scheme: max |δ| over max |u|.
+    /// The scheme at all dofs of the space.
+    fn scheme(&self) -> &Scheme<'_>;
+
+    /// [`System::step`] at all dofs of the space, for a u near its solution; r is that of [`System::scheme`].
     ///
     /// # Errors
     /// Those of [`System::step`].
-    fn refine(&self, laws: &[Weights], u: &mut [f64]) -> Result<f64>;
+    fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>>;
 }
 
 /// A scheme for a linear solver. `auto` condenses it, unless iterating is predicted to be faster, or

@@ -66,7 +66,7 @@ impl Solved<'_> {
 /// # Errors
 /// What solving refuses, and an interruption.
 pub fn run_fine<'a>(
-    example: &Example,
+    example: &'a Example,
     meshes: &'a [(usize, Triangulation)],
     work: &Work,
 ) -> Result<(Solved<'a>, FineOutcome)> {
