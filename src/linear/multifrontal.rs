@@ -157,10 +157,16 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         let front = plan.fronts[0];
         let (size, pivots) = (front.size(), front.pivots as usize);
         let (in_panel, in_update) = (size * pivots, (size - pivots).pow(2));
-        if 3 * plan.entries > self.entries {
-            // The last fronts: no smaller one will come, and memory is shortest now.
+        // No smaller front will come, and memory is shortest now.
+        let is_last = 6 * plan.entries > self.entries;
+        if is_last {
             self.pool.forget_below(in_panel);
         }
+        let done = |room| {
+            if !is_last {
+                self.pool.give(room);
+            }
+        };
         let mut panel = self.pool.take(in_panel);
         let mut update = self.pool.take(in_update);
         let (in_a, in_b) = plan.maps.split_at(left.border);
@@ -169,17 +175,19 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         let mut target = Target::new(&front, own_panel, own_update);
         for (half, places) in [(a_update, in_a), (b_update, in_b)] {
             target.add(columns_of(&half, places.len()), places);
-            self.pool.give(half);
+            done(half);
         }
         eliminate(own_panel, size, pivots, own_update)
             .map_err(|k| NotPositive(self.unknowns[own + k]))?;
         store(own_panel, size, columns);
-        self.pool.give(panel);
-        let mut packed = self.pool.take(triangle(size - pivots));
-        pack(own_update, size - pivots, &mut packed);
-        self.pool.give(update);
+        done(panel);
+        pack(own_update, size - pivots);
+        if is_last {
+            update.truncate(triangle(size - pivots));
+            update.shrink_to_fit();
+        }
         let rest = forward_front(&front, columns, y_own, [(in_a, &a_rest), (in_b, &b_rest)]);
-        Ok((packed, rest))
+        Ok((update, rest))
     }
 
     /// The same for a part whose fronts are done one after the other.
@@ -243,7 +251,8 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
             let (own, others) = std::mem::take(&mut columns).split_at_mut(front.entries());
             store(panel, f, own);
             columns = others;
-            pack(update, b, &mut stack[top..]);
+            pack(update, b);
+            stack[top..][..triangle(b)].copy_from_slice(&update[..triangle(b)]);
             waiting.push(b);
             top += triangle(b);
         }
@@ -261,13 +270,12 @@ fn triangle(size: usize) -> usize {
     size * (size + 1) / 2
 }
 
-/// The lower triangle of a square alone: what waits takes half of the room.
-fn pack<T: Number>(update: &[T], border: usize, mut packed: &mut [T]) {
-    let columns = update.chunks_exact(border.max(1)).take(border);
-    for (j, column) in columns.enumerate() {
-        let (own, others) = std::mem::take(&mut packed).split_at_mut(border - j);
-        own.copy_from_slice(&column[j..]);
-        packed = others;
+/// Moves the lower triangle of a square to its front: what waits takes half of the room.
+fn pack<T: Number>(update: &mut [T], border: usize) {
+    let mut end = 0;
+    for j in 0..border {
+        update.copy_within(j * border + j..(j + 1) * border, end);
+        end += border - j;
     }
 }
 
