@@ -1,12 +1,12 @@
-//! The map as a figure: a line an extreme, a column a method, a colour what became of it.
+//! The map as figures: a line an extreme, a column a method, a colour what became of it, or how rounding is amplified.
 
 use std::path::Path;
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::text::{find, lines, methods, word};
-use super::{Outcome, Verdict};
+use super::text::{amplified, find, lines, methods, word};
+use super::{Cell, Outcome, Verdict};
 use crate::drawing::{self, Drawing, Drawn, font};
 use crate::error::Result;
 
@@ -20,21 +20,26 @@ struct Map<'a> {
     engine: &'a str,
     lines: Vec<(&'a str, &'a str)>,
     methods: Vec<&'a str>,
+    /// What a cell says, and its colour.
+    shown: fn(&Cell) -> (String, RGBColor),
 }
 
-/// Draws `map-ENGINE.svg` and `.png` of every engine.
+/// Draws `map-ENGINE` and `condition-ENGINE` of every engine, as SVG and PNG.
 ///
 /// # Errors
 /// Files that cannot be written.
 pub fn draw(outcome: &Outcome, folder: &Path) -> Result<()> {
     for (engine, _) in &outcome.engines {
-        let map = Map {
+        let mut map = Map {
             outcome,
             engine,
             lines: lines(outcome, engine),
             methods: methods(outcome, engine),
+            shown: |cell| (word(&cell.verdict), colour(&cell.verdict)),
         };
         drawing::draw(&map, folder, &format!("map-{engine}"))?;
+        map.shown = |cell| (amplified(cell), heat(cell.condition));
+        drawing::draw(&map, folder, &format!("condition-{engine}"))?;
     }
     Ok(())
 }
@@ -70,8 +75,9 @@ impl Drawing for Map<'_> {
                 };
                 let x = LABELS + WIDTH * m as i32;
                 let corners = [(x + 1, y + 1), (x + WIDTH - 1, y + HEIGHT - 1)];
-                area.draw(&Rectangle::new(corners, colour(&cell.verdict).filled()))?;
-                area.draw(&Text::new(word(&cell.verdict), (x + 8, y + 3), font(14)))?;
+                let (words, colour) = (self.shown)(cell);
+                area.draw(&Rectangle::new(corners, colour.filled()))?;
+                area.draw(&Text::new(words, (x + 8, y + 3), font(14)))?;
             }
         }
         Ok(())
@@ -82,15 +88,25 @@ impl Drawing for Map<'_> {
 fn colour(verdict: &Verdict) -> RGBColor {
     match verdict {
         Verdict::Holds => RGBColor(200, 230, 201),
-        Verdict::Degrades { factor } => {
-            let share = (factor.log10() / 6.0).clamp(0.0, 1.0);
-            RGBColor(
-                255,
-                (240.0 - 110.0 * share) as u8,
-                (180.0 - 140.0 * share) as u8,
-            )
-        }
+        Verdict::Degrades { factor } => warm(factor.log10() / 6.0),
         Verdict::Refuses { .. } => RGBColor(207, 216, 220),
         Verdict::Wrong { .. } => RGBColor(229, 57, 53),
     }
+}
+
+/// Yellow to orange by decades, to where no digit is left; grey where there is no answer.
+fn heat(condition: Option<f64>) -> RGBColor {
+    condition.map_or(RGBColor(207, 216, 220), |c| {
+        warm(c.log10() / -f64::EPSILON.log10())
+    })
+}
+
+/// From pale yellow at 0 to orange at 1.
+fn warm(share: f64) -> RGBColor {
+    let share = share.clamp(0.0, 1.0);
+    RGBColor(
+        255,
+        (240.0 - 110.0 * share) as u8,
+        (180.0 - 140.0 * share) as u8,
+    )
 }

@@ -96,6 +96,7 @@ fn trials(request: &Request) -> Result<Vec<Trial>> {
         all.extend(scaling::trials(scene)?);
     }
     all.extend(shapes::trials()?);
+    all.extend(shapes::sizes()?);
     all.extend(states::trials()?);
     all.extend(bodies::trials()?);
     let mut names: Vec<&str> = all.iter().map(|trial| trial.family).collect();

@@ -9,6 +9,8 @@ use crate::scene::{GroupName, Scene};
 
 /// Squares along a side.
 const N: usize = 8;
+/// The same of what fine meshes are compared with.
+const COARSE: usize = 16;
 
 /// u = y on a side that presses: everywhere in contact.
 const PRESSED: &str = r#"
@@ -99,6 +101,21 @@ pub fn trials() -> Result<Vec<Trial>> {
         scene.boundary.neumann.retain(has);
         let mut trial = Trial::new("coarse", value, Place::on(scene, "coarse", mesh));
         trial.reference = Some(square.clone());
+        all.push(trial);
+    }
+    Ok(all)
+}
+
+/// Finer and finer meshes: an error is at most what the first order leaves of the coarse one's.
+pub fn sizes() -> Result<Vec<Trial>> {
+    let scene = Scene::find("manufactured-smooth")?;
+    let coarse = Place::of(&scene, Some(COARSE))?;
+    let mut all = Vec::new();
+    for n in [64, 256] {
+        let mut trial = Trial::new("fine", format!("n = {n}"), Place::of(&scene, Some(n))?);
+        trial.reference = Some(coarse.clone());
+        trial.room = 1.5 * COARSE as f64 / n as f64;
+        trial.is_heavy = n > 64;
         all.push(trial);
     }
     Ok(all)

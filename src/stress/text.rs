@@ -11,7 +11,7 @@ pub fn table(outcome: &Outcome) -> String {
     let mut text = String::new();
     for (engine, version) in &outcome.engines {
         let _ = writeln!(text, "## {engine} {version}\n");
-        write_map(&mut text, outcome, engine);
+        write_map(&mut text, outcome, engine, verdict);
         write_counts(&mut text, outcome, engine);
         write_sentences(&mut text, outcome, engine);
     }
@@ -27,7 +27,15 @@ pub fn report(outcome: &Outcome) -> String {
     for (engine, _) in &outcome.engines {
         let _ = writeln!(text, "![map of {engine}](map-{engine}.svg)\n");
     }
-    text + &table(outcome)
+    text += &table(outcome);
+    text += "# How rounding is amplified\n\nAn estimate, from below, of Skeel's condition number of the linearised scheme at each answer: so many times a relative rounding of its terms shows in u. \
+             After a comma the digits that agree with the moderate solution, where that has the same dofs.\n\n";
+    for (engine, version) in &outcome.engines {
+        let _ = writeln!(text, "## {engine} {version}\n");
+        let _ = writeln!(text, "![conditions of {engine}](condition-{engine}.svg)\n");
+        write_map(&mut text, outcome, engine, conditioning);
+    }
+    text
 }
 
 /// The lines of an engine's map: family and value.
@@ -85,7 +93,25 @@ pub fn word(verdict: &Verdict) -> String {
     }
 }
 
-fn write_map(text: &mut String, outcome: &Outcome, engine: &str) {
+/// Verdict and steps.
+fn verdict(cell: &Cell) -> String {
+    let steps = cell.steps.map(|steps| format!(", {steps}"));
+    word(&cell.verdict) + &steps.unwrap_or_default()
+}
+
+/// Condition and digits.
+fn conditioning(cell: &Cell) -> String {
+    let digits = cell.digits.map(|digits| format!(", {digits:.0}"));
+    amplified(cell) + &digits.unwrap_or_default()
+}
+
+/// The condition, to a decade.
+pub fn amplified(cell: &Cell) -> String {
+    let condition = cell.condition.filter(|c| c.is_finite());
+    condition.map_or(String::new(), |c| format!("{c:.0e}"))
+}
+
+fn write_map(text: &mut String, outcome: &Outcome, engine: &str, words: fn(&Cell) -> String) {
     let methods = methods(outcome, engine);
     let mut table = Table::new();
     table.load_style(presets::ASCII_MARKDOWN);
@@ -93,12 +119,7 @@ fn write_map(text: &mut String, outcome: &Outcome, engine: &str) {
     for (family, value) in lines(outcome, engine) {
         let mut row = vec![family.to_owned(), value.to_owned()];
         row.extend(methods.iter().map(|method| {
-            find(outcome, engine, (family, value), method).map_or(String::new(), |cell| {
-                let steps = cell
-                    .steps
-                    .map_or(String::new(), |steps| format!(", {steps}"));
-                word(&cell.verdict) + &steps
-            })
+            find(outcome, engine, (family, value), method).map_or(String::new(), words)
         }));
         table.add_row(row);
     }
@@ -143,7 +164,7 @@ fn write_sentences(text: &mut String, outcome: &Outcome, engine: &str) {
 /// All cells, one a line; every text is quoted (RFC 4180).
 pub fn csv(outcome: &Outcome) -> String {
     let mut text = String::from(
-        "engine,method,family,value,verdict,factor,error,reference,digits,steps,residual,sentence\n",
+        "engine,method,family,value,verdict,factor,error,reference,digits,steps,residual,condition,sentence\n",
     );
     let quoted = |s: &str| format!("\"{}\"", s.replace('"', "\"\""));
     let some = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:e}"));
@@ -166,6 +187,7 @@ pub fn csv(outcome: &Outcome) -> String {
             some(c.digits),
             c.steps.map_or(String::new(), |s| s.to_string()),
             some(c.residual),
+            some(c.condition),
             quoted(sentence),
         ];
         let _ = writeln!(text, "{}", fields.join(","));
