@@ -11,6 +11,7 @@ use super::gamma::gammas;
 use super::journal::{Entry, Journal};
 use super::measure::{Setting, measure};
 use super::row::{Row, Varied};
+use super::scaling::scaling;
 use super::subject::Subject;
 use super::waste::waste;
 use super::{LeftOut, Outcome, Request};
@@ -75,16 +76,18 @@ pub fn study(request: &Request, watch: &Watch) -> Result<Outcome> {
         engines,
         ..
     } = campaign;
+    let (machine, rates) = (Machine::here(), rates(&rows));
     Ok(Outcome {
-        machine: Machine::here(),
         engines,
         budget: request.budget.as_secs_f64(),
         spent: clock.elapsed().as_secs_f64(),
         front: front(&rows),
-        rates: rates(&rows),
+        scaling: scaling(&rows, &rates, machine.memory_mb),
         advice: advise(request, &rows),
         waste: waste(&rows),
         gammas: gammas(&rows),
+        rates,
+        machine,
         rows,
         left_out,
     })

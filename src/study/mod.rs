@@ -11,6 +11,7 @@ mod gamma;
 mod journal;
 mod measure;
 mod row;
+mod scaling;
 mod settings;
 mod subject;
 mod targets;
@@ -28,6 +29,7 @@ pub use figures::draw;
 pub use fit::{Fit, Rates};
 pub use gamma::{Gammas, Safe};
 pub use row::{Row, Times, Varied};
+pub use scaling::Scaling;
 pub use subject::Subject;
 pub use targets::{Follow, Followed};
 pub use text::{csv, report, summary};
@@ -66,6 +68,7 @@ pub struct Outcome {
     /// Indices of the rows that no other row beats in both time and error.
     pub front: Vec<usize>,
     pub rates: Vec<Rates>,
+    pub scaling: Vec<Scaling>,
     pub waste: Vec<Waste>,
     pub gammas: Vec<Gammas>,
     pub advice: Vec<Advice>,

@@ -58,6 +58,7 @@ pub fn report(outcome: &Outcome) -> String {
         write_advice(&mut text, outcome, &scene);
         write_front(&mut text, outcome, &scene);
         write_rates(&mut text, outcome, &scene);
+        write_scaling(&mut text, outcome, &scene);
         write_waste(&mut text, outcome, &scene);
         write_gammas(&mut text, outcome, &scene);
         write_solvers(&mut text, outcome, &scene);
@@ -178,6 +179,51 @@ fn write_rates(text: &mut String, outcome: &Outcome, scene: &str) {
         ]);
     }
     let _ = writeln!(text, "{table}\n");
+}
+
+fn write_scaling(text: &mut String, outcome: &Outcome, scene: &str) {
+    let mut table = new(&[
+        "code",
+        "method",
+        "dofs",
+        "seconds",
+        "MB",
+        "dofs here",
+        "in",
+        "4 ranks",
+        "16",
+        "64",
+        "256",
+        "half at",
+    ]);
+    for s in outcome.scaling.iter().filter(|s| s.scene == scene) {
+        let mut row = vec![
+            s.engine.clone(),
+            s.method.clone(),
+            s.dofs.to_string(),
+            duration(s.seconds),
+            format!("{:.0}", s.memory_mb),
+            s.most_dofs
+                .map_or(String::new(), |dofs| format!("{dofs:.1e}")),
+            s.most_seconds.map_or(String::new(), duration),
+        ];
+        let ranks = s.rank_seconds.iter().zip(&s.rank_memory_mb);
+        row.extend(ranks.map(|(seconds, mb)| format!("{}, {mb:.0} MB", duration(*seconds))));
+        row.push(
+            s.half_efficient
+                .map_or("never".into(), |ranks| format!("{ranks:.0} ranks")),
+        );
+        table.add_row(row);
+    }
+    if table.row_count() > 0 {
+        let _ = writeln!(
+            text,
+            "### Beyond this machine\n\nBy the exponents above, taken as 1 where start-up still hides the rest. Dofs here: what this machine's memory holds, and the time that they \
+             would take. Ranks: weak scaling on paper, each rank with the dofs of the finest mesh, work and memory shared evenly over a network that costs nothing: time as R^(p-1), memory \
+             of a rank as R^(q-1). Half at: the ranks at which half of the time is lost. A factor tends to p = 3/2, q = 1 in the plane and to p = 2, q = 4/3 in space, multigrid to 1: from the \
+             memory of this machine on, and in space well before it, iterations (`--linear iterative`, or dolfinx with `--ranks` and GMRES) are what to change to.\n\n{table}\n"
+        );
+    }
 }
 
 fn write_waste(text: &mut String, outcome: &Outcome, scene: &str) {
