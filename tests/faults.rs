@@ -31,6 +31,42 @@ fn entries(folder: &Path) -> Vec<String> {
     names
 }
 
+/// `| head`: the verdict is the exit code, whoever reads on. Output that is wanted and lost is told.
+#[test]
+fn readers_that_are_gone_and_disks_that_are_full() {
+    let folder = folder();
+    let words = ["solve", "one-zone", "--n", "8", "--method", "cr"];
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let gone = told(
+        faceoff(folder.path())
+            .args(words)
+            .stdout(writer)
+            .output()
+            .unwrap(),
+    );
+    assert_eq!((gone.code, &*gone.stderr), (Some(0), ""));
+
+    let full = fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .unwrap();
+    let full = told(
+        faceoff(folder.path())
+            .args(words)
+            .stdout(full)
+            .output()
+            .unwrap(),
+    );
+    assert_eq!(full.code, Some(2));
+    assert!(
+        full.stderr
+            .contains("standard output: cannot write: No space left"),
+        "{}",
+        full.stderr
+    );
+}
+
 #[test]
 fn scenes_that_are_not_valid() {
     for (from, to, parts) in [

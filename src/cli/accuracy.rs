@@ -6,6 +6,7 @@ use super::DISAGREE;
 use super::answer::Answer;
 use super::args::Solve;
 use super::solve::finish;
+use super::tell::note;
 use super::verify::settings;
 use crate::adapt::{Ended, Next, Step, Way, Wish, reach};
 use crate::certify::Target;
@@ -36,7 +37,7 @@ pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f6
     let quiet = arguments.output.quiet;
     let reached = reach(scene, &wish, |step, next| {
         if !quiet {
-            eprintln!("{}", line(step, next));
+            note!("{}", line(step, next));
         }
         if interrupted() {
             return Err(Error::Interrupted);
@@ -66,7 +67,7 @@ pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f6
     }
     let code = finish(arguments, &told)?;
     if let Ended::NotReached(why) = reached.ended {
-        eprintln!(
+        note!(
             "faceoff: the accuracy {accuracy:e} was not reached, and this is the best that was certified: {why}"
         );
         return Ok(code.max(DISAGREE));

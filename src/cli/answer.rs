@@ -1,5 +1,6 @@
 //! What `faceoff solve` tells: for scripts, and for people.
 
+use super::tell::tell;
 use serde::Serialize;
 
 use crate::adapt::Step;
@@ -169,33 +170,37 @@ impl Answer {
 
 pub(super) fn print(a: &Answer) {
     let n = a.n.map_or(String::new(), |n| format!(", n = {n}"));
-    println!(
+    tell!(
         "{} by {} {} ({}){n}",
-        a.scene, a.engine, a.version, a.method
+        a.scene,
+        a.engine,
+        a.version,
+        a.method
     );
-    println!("  cells {}, faces {}, dofs {}", a.cells, a.faces, a.dofs);
+    tell!("  cells {}, faces {}, dofs {}", a.cells, a.faces, a.dofs);
     let rounding = match a.ended {
         Some(Ended::Rounding) => ", to rounding: no smaller increments are to be had",
         _ => "",
     };
-    println!(
+    tell!(
         "  {} iterations, backward error {:.1e}{rounding}",
-        a.iterations, a.residual
+        a.iterations,
+        a.residual
     );
-    println!("  ‖∇u‖²           {:.15e}", a.grad_norm_sq);
-    println!("  ‖u‖             {:.15e}", a.l2_norm);
-    println!("  flux on Γ_C     {:.15e}", a.contact_flux);
-    println!("  ‖u-ψ+[P]₊‖_C    {:.15e}", a.contact_residual);
-    println!("  contact on      {}", contact(&a.contact_set));
+    tell!("  ‖∇u‖²           {:.15e}", a.grad_norm_sq);
+    tell!("  ‖u‖             {:.15e}", a.l2_norm);
+    tell!("  flux on Γ_C     {:.15e}", a.contact_flux);
+    tell!("  ‖u-ψ+[P]₊‖_C    {:.15e}", a.contact_residual);
+    tell!("  contact on      {}", contact(&a.contact_set));
     if let Some(Errors { h1, l2 }) = a.error {
-        println!("  relative error  {h1:.3e} in ∇u, {l2:.3e} in u");
+        tell!("  relative error  {h1:.3e} in ∇u, {l2:.3e} in u");
     }
     if let Some(c) = &a.certificate {
-        println!("  {}", c.sentence());
+        tell!("  {}", c.sentence());
     }
-    println!("  {:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
+    tell!("  {:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
     for line in a.explanation.iter().flat_map(Explanation::lines) {
-        println!("  {line}");
+        tell!("  {line}");
     }
 }
 

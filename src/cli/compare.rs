@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::Compare;
+use super::tell::{note, output};
 use super::{DISAGREE, DONE, FAILED, tell_failure};
 use crate::compare::{Comparison, Tolerance, Tolerances, Verdict, compare_results};
 use crate::engine::meshio_python;
@@ -25,7 +26,7 @@ pub(super) fn run(arguments: &Compare) -> Result<u8> {
     let json = arguments.output.json.as_deref();
     report::write_json(json, &report::document("compare", &comparison))?;
     if !arguments.output.quiet && !report::is_stdout(json) {
-        print!("{}", report::comparison_table(&comparison));
+        output(format_args!("{}", report::comparison_table(&comparison)));
     }
     report::annotate_comparison(&comparison, report::is_stdout(json))?;
     Ok(match comparison.verdict {
@@ -55,7 +56,7 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
         let others = arguments.dim.map_or(0, |dim| side.keep_dimension(dim));
         if others > 0 && !arguments.output.quiet {
             let source = &side.source;
-            eprintln!("faceoff: {source}: left out {others} cells of other dimensions");
+            note!("faceoff: {source}: left out {others} cells of other dimensions");
         }
     }
     // A table of places beside fields on cells: the places are the cells' midpoints.
@@ -69,7 +70,7 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
         for side in [&mut of_a, &mut of_b] {
             let others = side.keep_only(&arguments.only);
             if !others.is_empty() && !arguments.output.quiet {
-                eprintln!("faceoff: {}: left out {}", side.source, others.join(", "));
+                note!("faceoff: {}: left out {}", side.source, others.join(", "));
             }
         }
     }

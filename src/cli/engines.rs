@@ -5,6 +5,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::args::{Engines, EnginesAction, Output, Running};
+use super::tell::{note, tell};
 use super::{DISAGREE, DONE, FAILED};
 use crate::compare::Verdict;
 use crate::contact::{Iteration, Stop};
@@ -55,13 +56,13 @@ pub(super) fn run(arguments: &Engines) -> Result<u8> {
         for state in &states {
             match (&state.version, &state.problem) {
                 (Some(version), _) => {
-                    println!("{:<8} {version}", state.engine);
+                    tell!("{:<8} {version}", state.engine);
                     if let Some(doubt) = &state.doubt {
-                        println!("{:<8} {doubt}", "");
+                        tell!("{:<8} {doubt}", "");
                     }
                 }
                 (None, problem) => {
-                    println!(
+                    tell!(
                         "{:<8} missing: {}",
                         state.engine,
                         problem.as_deref().unwrap_or("")
@@ -70,16 +71,16 @@ pub(super) fn run(arguments: &Engines) -> Result<u8> {
             }
         }
         match engine::meshio_python() {
-            Some(python) => println!("{:<8} {}", "meshio", python.display()),
-            None => println!(
+            Some(python) => tell!("{:<8} {}", "meshio", python.display()),
+            None => tell!(
                 "{:<8} missing: formats beyond MSH, VTU, FreeFEM and Medit",
                 "meshio"
             ),
         }
         if !plan.is_empty() {
-            println!("\n`faceoff engines install` would type:");
+            tell!("\n`faceoff engines install` would type:");
             for line in plan.iter().flat_map(Installation::typed) {
-                println!("  {line}");
+                tell!("  {line}");
             }
         }
     }
@@ -106,13 +107,13 @@ fn check(name: &str, time_limit: Duration, output: &Output) -> Result<u8> {
     let findings = conformance(&*engine, &settings, |finding| {
         done += 1;
         if is_told {
-            println!("{}", line(finding, done));
+            tell!("{}", line(finding, done));
         }
     })?;
     report::write_json(json, &findings)?;
     let count = |verdict| findings.iter().filter(|f| f.verdict == verdict).count();
     if is_told {
-        println!(
+        tell!(
             "{}: {} right, {} wrong, {} without an answer",
             engine.name(),
             count(Verdict::Agree),
@@ -157,7 +158,7 @@ fn line(finding: &Finding, number: usize) -> String {
 pub(super) fn install(names: &[&str], quiet: bool) -> Result<()> {
     engine::install(&engine::plan(names), |line| {
         if !quiet {
-            eprintln!("{line}");
+            note!("{line}");
         }
     })
 }

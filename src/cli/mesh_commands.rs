@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::args::{Form, Mesh, MeshAction};
+use super::tell::{note, tell};
 use super::{DISAGREE, DONE, mesh};
 use crate::engine::meshio_python;
 use crate::error::{Error, Result};
@@ -131,20 +132,20 @@ fn vtu_encoding(name: Option<&str>) -> Result<Encoding> {
 fn warn(form: &Form, warnings: Vec<String>) {
     if !form.quiet {
         for warning in warnings {
-            eprintln!("faceoff: warning: {warning}");
+            note!("faceoff: warning: {warning}");
         }
     }
 }
 
 fn print_info(file: &Path, info: &mesh::Info) {
     let version = info.version.as_deref().unwrap_or("");
-    println!(
+    tell!(
         "{}: {} {version}, {}",
         file.display(),
         info.format,
         info.encoding
     );
-    println!("  points {}", info.points);
+    tell!("  points {}", info.points);
     for (name, count) in [
         ("vertices", info.vertices),
         ("lines", info.lines),
@@ -152,26 +153,31 @@ fn print_info(file: &Path, info: &mesh::Info) {
         ("tetrahedra", info.tetrahedra),
     ] {
         if count > 0 {
-            println!("  {name} {count}");
+            tell!("  {name} {count}");
         }
     }
     for (name, count) in &info.other_cells {
-        println!("  {name} {count}");
+        tell!("  {name} {count}");
     }
     for group in &info.groups {
-        println!(
+        tell!(
             "  group {} {:?} of dimension {}: {} cells",
-            group.tag, group.name, group.dim, group.cells
+            group.tag,
+            group.name,
+            group.dim,
+            group.cells
         );
     }
     for field in &info.fields {
-        println!(
+        tell!(
             "  field {:?} on {}, {} components",
-            field.name, field.on, field.components
+            field.name,
+            field.on,
+            field.components
         );
     }
     for warning in &info.warnings {
-        println!("  warning: {warning}");
+        tell!("  warning: {warning}");
     }
 }
 
@@ -196,30 +202,34 @@ fn print_report(report: &Report) {
         print_findings("parts that are not connected", &report.parts);
     }
     if clean {
-        println!("nothing is wrong");
+        tell!("nothing is wrong");
     }
     for (what, angle) in [
         ("smallest", &report.smallest_angle),
         ("largest", &report.largest_angle),
     ] {
         if let Some(angle) = angle {
-            println!(
+            tell!(
                 "{what} angle {:.3}° in cell {} at {:?}",
-                angle.degrees, angle.cell, angle.at
+                angle.degrees,
+                angle.cell,
+                angle.at
             );
         }
     }
 }
 
 fn print_findings(what: &str, findings: &Findings) {
-    println!("{what}: {}", findings.count);
+    tell!("{what}: {}", findings.count);
     for finding in &findings.first {
-        println!(
+        tell!(
             "  cells {:?}, points {:?}, at {:?}",
-            finding.cells, finding.points, finding.at
+            finding.cells,
+            finding.points,
+            finding.at
         );
     }
     if findings.count > findings.first.len() {
-        println!("  …");
+        tell!("  …");
     }
 }

@@ -13,6 +13,7 @@ mod progress;
 mod solve;
 mod stress;
 mod study;
+mod tell;
 mod verify;
 mod words;
 
@@ -24,6 +25,7 @@ use crate::compare::Verdict;
 use crate::error::{Error, Result};
 use crate::report;
 use args::{Arguments, Command, Output, Told};
+use tell::note;
 
 /// 0: agree, or done.
 const DONE: u8 = 0;
@@ -39,7 +41,7 @@ pub fn main() -> ExitCode {
         .with_writer(std::io::stderr)
         .with_env_filter(tracing_subscriber::EnvFilter::from_env("FACEOFF_LOG"))
         .init();
-    match run(arguments) {
+    match run(arguments).and_then(|code| tell::check().map(|()| code)) {
         Ok(code) => ExitCode::from(code),
         Err(e) => {
             complain(&e.to_string());
@@ -59,7 +61,7 @@ fn complain(message: &str) {
             _ => c,
         })
         .collect();
-    eprintln!("faceoff: {plain}");
+    note!("faceoff: {plain}");
 }
 
 fn run(arguments: Arguments) -> Result<u8> {

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::args::Orders;
 use super::progress::Bar;
+use super::tell::output;
 use super::{DISAGREE, DONE};
 use crate::engine;
 use crate::error::{Error, Result};
@@ -39,7 +40,7 @@ pub(super) fn run(arguments: &Orders) -> Result<u8> {
     let all = all?;
     report::write_json(json, &all)?;
     if !quiet && !report::is_stdout(json) {
-        print!("{}", table(&all));
+        output(format_args!("{}", table(&all)));
     }
     let converged = all.iter().all(|o| o.levels.iter().all(|l| l.converged));
     Ok(if converged { DONE } else { DISAGREE })

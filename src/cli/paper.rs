@@ -2,6 +2,7 @@
 
 use super::args::Paper;
 use super::progress::Bar;
+use super::tell::{note, output};
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::contact::Iteration;
@@ -22,7 +23,7 @@ pub(super) fn run(arguments: &Paper) -> Result<u8> {
         let references = References::new(&arguments.zones)?;
         report::write_json(json, &references)?;
         if shown {
-            print!("{}", paper::references_text(&references));
+            output(format_args!("{}", paper::references_text(&references)));
         }
         return Ok(DONE);
     }
@@ -61,17 +62,17 @@ pub(super) fn run(arguments: &Paper) -> Result<u8> {
     }
     report::write_json(json, &outcome)?;
     if shown {
-        print!("{}", paper::tables(&outcome));
+        output(format_args!("{}", paper::tables(&outcome)));
     }
     for failure in &outcome.failures {
-        eprintln!("faceoff: {}", failure.message);
+        note!("faceoff: {}", failure.message);
     }
     Ok(if !outcome.failures.is_empty() {
         FAILED
     } else if outcome.converged {
         DONE
     } else {
-        eprintln!("faceoff: not every iteration of Newton reached its tolerance");
+        note!("faceoff: not every iteration of Newton reached its tolerance");
         DISAGREE
     })
 }

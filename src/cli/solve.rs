@@ -6,6 +6,7 @@ use super::accuracy;
 use super::answer::{Answer, print};
 use super::args::Solve;
 use super::progress::Bars;
+use super::tell::note;
 use super::verify::{check_launch, settings};
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::certify::certify;
@@ -97,7 +98,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     }
     let mut run = run?;
     if let Some(doubt) = engine::doubt(engine.name(), &run.version) {
-        eprintln!("faceoff: warning: {doubt}");
+        note!("faceoff: warning: {doubt}");
     }
     let total = clock.elapsed().as_secs_f64();
     let Some(answer) = run.answers.pop() else {
@@ -146,11 +147,11 @@ pub(super) fn finish(arguments: &Solve, told: &Answer) -> Result<u8> {
         print(told);
     }
     if !told.is_finite() {
-        eprintln!("faceoff: the result is not finite");
+        note!("faceoff: the result is not finite");
         return Ok(FAILED);
     }
     if !told.converged {
-        eprintln!("faceoff: {}", told.complaint(arguments.running.tolerance));
+        note!("faceoff: {}", told.complaint(arguments.running.tolerance));
         return Ok(DISAGREE);
     }
     Ok(DONE)

@@ -3,6 +3,7 @@
 use super::args::Stress;
 use super::engines;
 use super::progress::Bar;
+use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
 use crate::contact::Iteration;
@@ -55,7 +56,7 @@ pub(super) fn run(arguments: &Stress) -> Result<u8> {
     }
     report::write_json(json, &outcome)?;
     if !quiet && !report::is_stdout(json) {
-        print!("{}", stress::table(&outcome));
+        output(format_args!("{}", stress::table(&outcome)));
     }
     let wrong = outcome.cells.iter().any(|cell| cell.verdict.is_wrong());
     Ok(if wrong { DISAGREE } else { DONE })

@@ -5,6 +5,7 @@ use std::process::{Command, Stdio};
 use super::args::Study;
 use super::engines;
 use super::progress::Bar;
+use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
 use crate::contact::Iteration;
@@ -59,7 +60,7 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
     }
     report::write_json(json, &outcome)?;
     if !quiet && !report::is_stdout(json) {
-        print!("{}", study::summary(&outcome));
+        output(format_args!("{}", study::summary(&outcome)));
     }
     for left in &outcome.left_out {
         tracing::info!(what = left.what, why = left.why, "left out");

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::args::{Running, Verify};
 use super::progress::Bars;
+use super::tell::{note, output, tell};
 use super::{DISAGREE, DONE, FAILED, complain, engines, tell_failure};
 use crate::compare::Verdict;
 use crate::contact::{Iteration, Stop};
@@ -111,18 +112,18 @@ fn judge(arguments: &Verify) -> Result<u8> {
     report::write_junit(arguments.told.junit.as_deref(), &outcome, &missing)?;
     report::write_badge(arguments.told.badge.as_deref(), outcome.verdict)?;
     if !quiet && !report::is_stdout(json) {
-        print!("{}", report::table(&outcome));
+        output(format_args!("{}", report::table(&outcome)));
         for told in &explained {
             let n = told.n.map_or(String::new(), |n| format!(", n = {n}"));
-            println!("{}, {}{n}:", told.scene, told.method);
+            tell!("{}, {}{n}:", told.scene, told.method);
             for line in told.explanation.lines() {
-                println!("  {line}");
+                tell!("  {line}");
             }
         }
         for found in &diagnoses {
             let n = found.n.map_or(String::new(), |n| format!(", n = {n}"));
             let (scene, method) = (&found.scene, &found.method);
-            println!(
+            tell!(
                 "{scene}, {method}{n}: {} – {}: {}",
                 found.a,
                 found.b,
@@ -135,7 +136,7 @@ fn judge(arguments: &Verify) -> Result<u8> {
     let answered = outcome.cases.iter().flat_map(|case| &case.engines);
     let doubts = answered.filter_map(|of| engine::doubt(&of.engine, &of.version));
     for doubt in doubts.collect::<BTreeSet<_>>() {
-        eprintln!("faceoff: warning: {doubt}");
+        note!("faceoff: warning: {doubt}");
     }
     for failure in &outcome.failures {
         complain(&failure.message);
@@ -228,7 +229,7 @@ fn present(arguments: &Verify) -> Result<Present> {
         if engine.is_installed() {
             present.push(engine);
         } else if arguments.allow_missing {
-            eprintln!("faceoff: engine {name} is missing and left out");
+            note!("faceoff: engine {name} is missing and left out");
             missing.push(Failure {
                 engine: name.to_owned(),
                 message: format!("engine {name} is missing and was left out"),
