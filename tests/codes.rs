@@ -290,14 +290,14 @@ pathlib.Path("out/status.json").write_text(json.dumps({"protocol": 1, "version":
 }
 
 /// The engine files of the repository's further codes, whose Python must be there.
-fn further_codes() -> [String; 2] {
+fn further_codes() -> [String; 3] {
     let python = source("target/engines/bin/python3");
     assert!(
         python.is_file(),
         "no {}: use tests/run, or see tests/engines/README.md",
         python.display()
     );
-    ["skfem", "ngsolve"].map(|name| {
+    ["skfem", "ngsolve", "getfem"].map(|name| {
         source(&format!("tests/engines/{name}.toml"))
             .to_string_lossy()
             .into_owned()
@@ -305,10 +305,10 @@ fn further_codes() -> [String; 2] {
 }
 
 #[test]
-fn five_codes_agree_in_all_pairs() {
+fn six_codes_agree_in_all_pairs() {
     let folder = folder();
-    let [skfem, ngsolve] = further_codes();
-    let engines = format!("rust,freefem,fenicsx,{skfem},{ngsolve}");
+    let [skfem, ngsolve, getfem] = further_codes();
+    let engines = format!("rust,freefem,fenicsx,{skfem},{ngsolve},{getfem}");
     let words = [
         "one-zone",
         "--n",
@@ -323,11 +323,11 @@ fn five_codes_agree_in_all_pairs() {
     let ran = verify(folder.path(), &words);
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     for case in ran.json()["cases"].as_array().unwrap() {
-        assert_eq!(case["engines"].as_array().unwrap().len(), 5);
+        assert_eq!(case["engines"].as_array().unwrap().len(), 6);
         let pairs = case["pairs"].as_array().unwrap();
         let fields = if case["method"] == "p2" { 5 } else { 4 };
         assert!(
-            pairs.len() >= 10 * (fields - 1),
+            pairs.len() >= 15 * (fields - 1),
             "{} of {}",
             pairs.len(),
             case["method"]
