@@ -96,6 +96,43 @@ fn face_fields_come_back_bit_for_bit() {
     assert_eq!(left.len(), 1, "nothing half-written stays behind");
 }
 
+/// vtkio knows neither compression here nor raw bytes, and nothing of our reader.
+#[test]
+fn vtkio_reads_the_same() {
+    use vtkio::model::{DataSet, IOBuffer, Piece, VertexNumbers};
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("faces.vtu");
+    let (mesh, whole) = faces();
+    for encoding in [Encoding::Ascii, Encoding::Base64(Compressor::None)] {
+        vtu::write(&path, &mesh, &[], &whole, encoding).expect("written");
+        let read = vtkio::Vtk::import(&path).expect("vtkio reads it");
+        let DataSet::UnstructuredGrid { pieces, .. } = read.data else {
+            panic!("{encoding:?}: {:?}", read.data)
+        };
+        let [Piece::Inline(piece)] = &pieces[..] else {
+            panic!("{encoding:?}: {pieces:?}")
+        };
+        let IOBuffer::F64(points) = &piece.points else {
+            panic!("{encoding:?}: {:?}", piece.points)
+        };
+        assert_eq!(float_bits(points), float_bits(mesh.points.as_flattened()));
+        let VertexNumbers::XML {
+            connectivity,
+            offsets,
+        } = &piece.cells.cell_verts
+        else {
+            panic!("{encoding:?}: {:?}", piece.cells.cell_verts)
+        };
+        let nodes = mesh
+            .cells()
+            .flat_map(|(_, _, nodes)| nodes.iter().map(|k| u64::from(*k)));
+        assert_eq!(*connectivity, nodes.collect::<Vec<_>>(), "{encoding:?}");
+        assert_eq!(*offsets, [3, 6, 8, 10, 12, 14, 16], "{encoding:?}");
+        let types: Vec<u8> = piece.cells.types.iter().map(|kind| *kind as u8).collect();
+        assert_eq!(types, [5, 5, 3, 3, 3, 3, 3], "{encoding:?}");
+    }
+}
+
 #[test]
 fn vtk_reads_the_same() {
     let python = std::env::var_os("FACEOFF_READERS").map_or_else(
