@@ -24,6 +24,8 @@ const MAX_DEPTH: usize = 120;
 pub struct Expression {
     text: String,
     root: Node,
+    /// The same for gradients.
+    steps: gradient::Steps,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +40,7 @@ enum Node {
     If(Comparison, Box<[Node; 4]>),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Operator {
     Add,
     Subtract,
@@ -60,7 +62,7 @@ impl Operator {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Comparison {
     Less,
     LessEqual,
@@ -79,7 +81,7 @@ impl Comparison {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Function {
     Sin,
     Cos,
@@ -180,19 +182,21 @@ impl Expression {
         let root = parser.sum()?;
         parser.blanks();
         match parser.peek() {
-            None => Ok(Expression {
-                text: text.to_owned(),
-                root,
-            }),
+            None => Ok(Expression::of(text.to_owned(), root)),
             Some(c) => Err(parser.error(format!("`{c}` where the expression should end"))),
         }
     }
 
     /// A constant.
     pub fn constant(value: f64) -> Self {
+        Expression::of(format!("{value:?}"), Node::Number(value))
+    }
+
+    fn of(text: String, root: Node) -> Self {
         Expression {
-            text: format!("{value:?}"),
-            root: Node::Number(value),
+            steps: gradient::Steps::new(&root),
+            text,
+            root,
         }
     }
 

@@ -1,6 +1,9 @@
-//! The gradient of an expression by forward automatic differentiation: dual numbers over the tree.
+//! The gradient of an expression by forward automatic differentiation: dual numbers over the tree, in which a term that
+//! occurs several times is taken once. Formulas of exact solutions repeat theirs by the hundred.
 
-use super::{Expression, Function, Node, Operator};
+use std::collections::HashMap;
+
+use super::{Comparison, Expression, Function, Node, Operator};
 
 /// A value and its gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,12 +16,12 @@ impl Expression {
     /// ∇ at a point. Where the formula has a kink, the gradient of the branch that gives the
     /// value; NaN or infinite where the formula is not differentiable.
     pub fn gradient(&self, point: [f64; 3]) -> [f64; 3] {
-        self.root.dual(&point).slope
+        self.steps.dual(point).slope
     }
 
     /// Value and gradient at a point, in one pass.
     pub fn with_gradient(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
-        let Dual { value, slope } = self.root.dual(&point);
+        let Dual { value, slope } = self.steps.dual(point);
         (value, slope)
     }
 }
@@ -64,49 +67,89 @@ fn times(derivative: f64, slope: f64) -> f64 {
     }
 }
 
-impl Node {
-    fn dual(&self, point: &[f64; 3]) -> Dual {
-        match self {
-            Node::Number(value) => Dual::constant(*value),
-            Node::Pi => Dual::constant(std::f64::consts::PI),
-            Node::Coordinate(axis) => {
-                let mut dual = Dual::constant(point[*axis]);
-                dual.slope[*axis] = 1.0;
-                dual
-            }
-            Node::Negative(a) => {
-                let a = a.dual(point);
-                a.chain(-a.value, -1.0)
-            }
-            Node::Binary(operator, a, b) => {
-                let (a, b) = (a.dual(point), b.dual(point));
-                let (x, y) = (a.value, b.value);
-                match operator {
-                    Operator::Add => a.chain2(b, x + y, [1.0, 1.0]),
-                    Operator::Subtract => a.chain2(b, x - y, [1.0, -1.0]),
-                    Operator::Multiply => a.chain2(b, x * y, [y, x]),
-                    Operator::Divide => a.chain2(b, x / y, [1.0 / y, -x / (y * y)]),
-                    Operator::Power => a.power(b),
+/// The terms of a formula, each behind those it is made of; the last one is the whole.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Steps(Vec<Step>);
+
+/// A term; others by their places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Step {
+    /// The bits of a number: of all that no coordinate is in.
+    Number(u64),
+    Coordinate(usize),
+    Negative(usize),
+    Binary(Operator, usize, usize),
+    One(Function, usize),
+    Two(Function, usize, usize),
+    If(Comparison, [usize; 4]),
+}
+
+impl Steps {
+    pub(super) fn new(root: &Node) -> Self {
+        let mut steps = Vec::new();
+        place(root, &mut steps, &mut HashMap::new());
+        Steps(steps)
+    }
+
+    /// Both branches of a choice are taken: one that does not count does no harm.
+    fn dual(&self, point: [f64; 3]) -> Dual {
+        let mut all: Vec<Dual> = Vec::with_capacity(self.0.len());
+        for step in &self.0 {
+            all.push(match *step {
+                Step::Number(bits) => Dual::constant(f64::from_bits(bits)),
+                Step::Coordinate(axis) => {
+                    let mut dual = Dual::constant(point[axis]);
+                    dual.slope[axis] = 1.0;
+                    dual
                 }
-            }
-            Node::Call(function, arguments) => {
-                let a = arguments[0].dual(point);
-                match arguments.get(1) {
-                    None => one_argument(*function, a),
-                    Some(b) => two_arguments(*function, a, b.dual(point)),
+                Step::Negative(a) => all[a].chain(-all[a].value, -1.0),
+                Step::Binary(operator, a, b) => two_operands(operator, all[a], all[b]),
+                Step::One(function, a) => one_argument(function, all[a]),
+                Step::Two(function, a, b) => two_arguments(function, all[a], all[b]),
+                Step::If(comparison, [a, b, then, otherwise]) => {
+                    let holds = comparison.holds(all[a].value, all[b].value);
+                    all[if holds { then } else { otherwise }]
                 }
-            }
-            Node::If(comparison, parts) => {
-                let [a, b, then, otherwise] = parts.as_ref();
-                let (a, b) = (a.value(point), b.value(point));
-                let branch = if comparison.holds(a, b) {
-                    then
-                } else {
-                    otherwise
-                };
-                branch.dual(point)
-            }
+            });
         }
+        all.pop().unwrap_or(Dual::constant(f64::NAN))
+    }
+}
+
+/// Where a term is, put behind all others if it is new.
+fn place(node: &Node, steps: &mut Vec<Step>, known: &mut HashMap<Step, usize>) -> usize {
+    let mut of = |node: &Node| place(node, steps, known);
+    let step = if node.is_constant() {
+        Step::Number(node.value(&[0.0; 3]).to_bits())
+    } else {
+        match node {
+            Node::Number(value) => Step::Number(value.to_bits()),
+            Node::Pi => Step::Number(std::f64::consts::PI.to_bits()),
+            Node::Coordinate(axis) => Step::Coordinate(*axis),
+            Node::Negative(a) => Step::Negative(of(a)),
+            Node::Binary(operator, a, b) => Step::Binary(*operator, of(a), of(b)),
+            Node::Call(function, arguments) => match &arguments[..] {
+                [a] => Step::One(*function, of(a)),
+                [a, b, ..] => Step::Two(*function, of(a), of(b)),
+                [] => Step::Number(f64::NAN.to_bits()),
+            },
+            Node::If(comparison, parts) => Step::If(*comparison, parts.each_ref().map(of)),
+        }
+    };
+    *known.entry(step).or_insert_with(|| {
+        steps.push(step);
+        steps.len() - 1
+    })
+}
+
+fn two_operands(operator: Operator, a: Dual, b: Dual) -> Dual {
+    let (x, y) = (a.value, b.value);
+    match operator {
+        Operator::Add => a.chain2(b, x + y, [1.0, 1.0]),
+        Operator::Subtract => a.chain2(b, x - y, [1.0, -1.0]),
+        Operator::Multiply => a.chain2(b, x * y, [y, x]),
+        Operator::Divide => a.chain2(b, x / y, [1.0 / y, -x / (y * y)]),
+        Operator::Power => a.power(b),
     }
 }
 
@@ -162,6 +205,13 @@ mod tests {
     }
 
     #[test]
+    fn what_is_repeated_is_taken_once_and_what_is_constant_is_a_number() {
+        let e = Expression::parse("sin(x*y)^2 + sin(x*y)*(2*pi) - 2*pi").unwrap();
+        // x, y, x y, sin, 2, its square, 2 π, the product, the sum, and the whole.
+        assert_eq!(e.steps.0.len(), 10, "{:?}", e.steps);
+    }
+
+    #[test]
     fn it_is_the_limit_of_differences_for_every_function() {
         for text in [
             "x + 2*y - 3*z",
@@ -180,6 +230,7 @@ mod tests {
             "if(x < y, x^2, sin(z)) + if(x >= y, y^2, z*x)",
             "max(x - 5, 0)^2 + max(x - 5, 0)^0.5",
             "(x^2+y^2)^0.75*sin(1.5*atan2(y,x))",
+            "(x*y)^2 + sin(x*y)*(x*y + cos(2*pi)*z) - y*x",
         ] {
             let e = Expression::parse(text).unwrap();
             for point in [[0.7, 0.4, 1.3], [0.3, 0.9, 0.6], [1.1, 1.6, 0.8]] {

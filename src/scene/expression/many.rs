@@ -10,7 +10,7 @@ impl Expression {
 }
 
 impl Node {
-    fn is_constant(&self) -> bool {
+    pub(super) fn is_constant(&self) -> bool {
         (0..3).all(|axis| !self.uses(axis))
     }
 
