@@ -294,3 +294,20 @@ fn verify_explains_itself() {
     let ran = run(folder.path(), &words);
     assert!(!ran.stdout.contains("model:"), "{}", ran.stdout);
 }
+
+/// What started a program, and how large it is, is no part of the program's memory.
+#[test]
+fn memory_is_that_of_the_program_alone() {
+    let folder = folder();
+    let large = vec![1_u8; 400_000_000];
+    let words = [
+        "solve", "one-zone", "--n", "8", "--method", "cr", "--json", "-",
+    ];
+    let told = run(folder.path(), &words).json();
+    assert_eq!(
+        large.iter().map(|b| u64::from(*b)).sum::<u64>(),
+        400_000_000
+    );
+    let memory = number(&told["peak_rss_mb"]);
+    assert!(memory > 1.0 && memory < 200.0, "{memory} MB");
+}

@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use nix::sys::resource::{UsageWho, getrusage};
 use serde::Serialize;
 
 /// Where, and with what build, something was measured.
@@ -34,6 +35,21 @@ impl Machine {
             optimised: !cfg!(debug_assertions),
         }
     }
+}
+
+/// Peak resident memory in MB: of this process, or of the largest program it ran.
+pub fn peak_memory_mb(children: bool) -> f64 {
+    // What getrusage tells of a process is at least what the one that started it held then.
+    if let Some(own) = status("VmHWM").filter(|_| !children) {
+        return own;
+    }
+    let who = if children {
+        UsageWho::RUSAGE_CHILDREN
+    } else {
+        UsageWho::RUSAGE_SELF
+    };
+    // Linux counts in KiB.
+    getrusage(who).map_or(f64::NAN, |usage| usage.max_rss() as f64 / 1024.0)
 }
 
 /// The largest memory that this process held from a moment on.

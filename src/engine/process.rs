@@ -8,7 +8,6 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use nix::sys::resource::{UsageWho, getrusage};
 use process_wrap::std::{CommandWrap, ProcessGroup};
 
 use crate::error::{Error, Result};
@@ -53,17 +52,6 @@ pub fn interrupt() {
 /// Was [`interrupt`] called?
 pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
-}
-
-/// Peak resident memory in MB: of this process, or of the largest program it ran.
-pub fn peak_memory_mb(children: bool) -> f64 {
-    let who = if children {
-        UsageWho::RUSAGE_CHILDREN
-    } else {
-        UsageWho::RUSAGE_SELF
-    };
-    // Linux counts in KiB.
-    getrusage(who).map_or(f64::NAN, |usage| usage.max_rss() as f64 / 1024.0)
 }
 
 /// Runs `command` in its own process group in `folder`, keeps all it says in `folder/log.txt`,

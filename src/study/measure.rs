@@ -72,7 +72,8 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
     let mut settings = setting.settings.clone();
     let limit = Duration::try_from_secs_f64(limit).unwrap_or(settings.time_limit);
     settings.time_limit = settings.time_limit.min(limit);
-    let before = peak_memory_mb(true);
+    // The system tells the largest of all children, and of each no less than what this process held when it started it.
+    let before = peak_memory_mb(true).max(peak_memory_mb(false));
     let (mut times, mut start_ups) = (Vec::new(), Vec::new());
     let water = HighWater::begin().filter(|_| own);
     let mut memory = None;
@@ -105,7 +106,7 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
             continue;
         }
         if !own {
-            // The system tells the largest of all children: a smaller one is not seen.
+            // A smaller one is not seen.
             memory = Some(peak_memory_mb(true)).filter(|peak| *peak > before);
         }
         let mut row = evaluate(setting, &case, &answer)?;

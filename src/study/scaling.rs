@@ -18,6 +18,9 @@ use super::row::{Row, Varied};
 /// Ranks that the model is told for.
 pub const RANKS: [u32; 4] = [4, 16, 64, 256];
 
+/// No machine has more ranks.
+const OUT_OF_REACH: f64 = 1e6;
+
 /// What the fits of one engine and method say of more.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scaling {
@@ -34,7 +37,7 @@ pub struct Scaling {
     /// Seconds on [`RANKS`] with the dofs of the finest mesh each, and the memory of each rank.
     pub rank_seconds: [f64; 4],
     pub rank_memory_mb: [f64; 4],
-    /// Ranks at which half of the time is lost; none where time is linear in the dofs.
+    /// Ranks at which half of the time is lost; none where that is out of reach.
     pub half_efficient: Option<f64>,
 }
 
@@ -54,8 +57,10 @@ pub fn scaling(rows: &[Row], rates: &[Rates], memory_mb: Option<f64>) -> Vec<Sca
                 }
             }
             let now = finest.memory_mb?;
-            // Less than linear is start-up that is still to be outgrown.
-            let [p, q] = [time, memory].map(|fit| fit.exponent.max(1.0));
+            // Less than linear is start-up that is still to be outgrown, more than a factor in space is noise.
+            let p = time.exponent.clamp(1.0, 2.0);
+            let q = memory.exponent.clamp(1.0, 4.0 / 3.0);
+            let half = 2.0_f64.powf(1.0 / (p - 1.0));
             let most = memory_mb.map(|all| finest.dofs as f64 * (all / now).max(1.0).powf(1.0 / q));
             let growth = |ranks: u32, exponent: f64| f64::from(ranks).powf(exponent - 1.0);
             Some(Scaling {
@@ -70,7 +75,7 @@ pub fn scaling(rows: &[Row], rates: &[Rates], memory_mb: Option<f64>) -> Vec<Sca
                     .map(|most| finest.seconds.median * (most / finest.dofs as f64).powf(p)),
                 rank_seconds: RANKS.map(|ranks| finest.seconds.median * growth(ranks, p)),
                 rank_memory_mb: RANKS.map(|ranks| now * growth(ranks, q)),
-                half_efficient: (p > 1.0).then(|| 2.0_f64.powf(1.0 / (p - 1.0))),
+                half_efficient: Some(half).filter(|ranks| *ranks < OUT_OF_REACH),
             })
         })
         .collect()

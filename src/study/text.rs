@@ -211,14 +211,14 @@ fn write_scaling(text: &mut String, outcome: &Outcome, scene: &str) {
         row.extend(ranks.map(|(seconds, mb)| format!("{}, {mb:.0} MB", duration(*seconds))));
         row.push(
             s.half_efficient
-                .map_or("never".into(), |ranks| format!("{ranks:.0} ranks")),
+                .map_or("out of reach".into(), |ranks| format!("{ranks:.0} ranks")),
         );
         table.add_row(row);
     }
     if table.row_count() > 0 {
         let _ = writeln!(
             text,
-            "### Beyond this machine\n\nBy the exponents above, taken as 1 where start-up still hides the rest. Dofs here: what this machine's memory holds, and the time that they \
+            "### Beyond this machine\n\nBy the exponents above, taken as 1 where start-up still hides the rest, and as those of a factor in space where noise says more. Dofs here: what this machine's memory holds, and the time that they \
              would take. Ranks: weak scaling on paper, each rank with the dofs of the finest mesh, work and memory shared evenly over a network that costs nothing: time as R^(p-1), memory \
              of a rank as R^(q-1). Half at: the ranks at which half of the time is lost. A factor tends to p = 3/2, q = 1 in the plane and to p = 2, q = 4/3 in space, multigrid to 1: from the \
              memory of this machine on, and in space well before it, iterations (`--linear iterative`, or dolfinx with `--ranks` and GMRES) are what to change to.\n\n{table}\n"
