@@ -120,7 +120,7 @@ impl Campaign<'_> {
         })
     }
 
-    /// Measures the variations of each track as a whole.
+    /// Measures the variations of each track as a whole, on one mesh for all methods where the budget has room for that.
     fn vary(
         &mut self,
         share: f64,
@@ -132,11 +132,24 @@ impl Campaign<'_> {
             return Ok(());
         };
         for subject in &self.request.subjects {
-            for method in methods {
-                let meshes = self.meshes_of(&subject.scene.name, method);
+            let meshes_of = |method| self.meshes_of(&subject.scene.name, method);
+            let all: Vec<_> = methods.iter().map(meshes_of).collect();
+            let together = |&n: &usize| {
+                let cost_of = |meshes: &Vec<(usize, f64)>| {
+                    let there = meshes.iter().find(|mesh| mesh.0 == n);
+                    there.map_or(0.0, |mesh| mesh.1)
+                };
+                let cost: f64 = all.iter().map(cost_of).sum();
+                self.allows(share, cost * variations(subject, n).len() as f64)
+            };
+            let mut sizes: Vec<usize> = all.iter().flatten().map(|mesh| mesh.0).collect();
+            sizes.sort_unstable_by_key(|n| std::cmp::Reverse(*n));
+            let finest = sizes.into_iter().find(together);
+            for (method, mut meshes) in methods.iter().zip(all) {
                 if meshes.is_empty() {
                     continue;
                 }
+                meshes.retain(|(n, _)| finest.is_none_or(|finest| *n <= finest));
                 let of = |&(n, cost): &(usize, f64)| (variations(subject, n), cost);
                 let mut chosen = meshes.iter().map(of);
                 let chosen = chosen.find(|(all, cost)| self.allows(share, cost * all.len() as f64));
