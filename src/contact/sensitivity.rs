@@ -6,8 +6,7 @@ use super::active_set::{ActiveSet, Per};
 use super::conditions::Condition;
 use super::iteration::Iteration;
 use super::scheme::{Scheme, clear_rows};
-use super::solve::largest;
-use super::system::{System, Weights, system};
+use super::system::{System, Weights, largest, system};
 use crate::error::Result;
 use crate::linear::Settings;
 

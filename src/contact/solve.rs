@@ -9,7 +9,7 @@ use super::iteration::Iteration;
 use super::nested;
 use super::scheme::Scheme;
 use super::sensitivity::{for_each_contact_term, moved_by_rounding};
-use super::system::{Built, Energy, System, Weights, system};
+use super::system::{Built, Energy, System, Weights, largest, system};
 use crate::error::{Error, Result};
 use crate::linear::{Choice, Precision, Settings, Solver};
 
@@ -359,16 +359,6 @@ impl Scale {
         });
         size / terms
     }
-}
-
-/// The largest |v_i|; NaN where there is one.
-pub(super) fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(
-        0.0,
-        |m: f64, v| {
-            if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
-        },
-    )
 }
 
 /// The energy norm of δ, in the norm of u; 0 where both vanish.

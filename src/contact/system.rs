@@ -135,3 +135,13 @@ pub(super) fn system<'a>(scheme: Scheme<'a>, settings: Settings) -> Result<Box<d
         Err(scheme) => Box::new(Krylov::new(scheme)?),
     })
 }
+
+/// The largest |v_i|; NaN where there is one.
+pub(super) fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(
+        0.0,
+        |m: f64, v| {
+            if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
+        },
+    )
+}

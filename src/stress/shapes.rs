@@ -12,53 +12,20 @@ const N: usize = 8;
 /// The same of what fine meshes are compared with.
 const COARSE: usize = 16;
 
-/// u = y on a side that presses: everywhere in contact.
-const PRESSED: &str = r#"
-name = "pressed"
-[mesh]
-generator = "union-jack"
-[boundary]
-dirichlet = ["top", "left", "right"]
-contact = ["bottom"]
-[data]
-g = "y"
-[exact]
-u = "y"
-"#;
-
-/// u = x - 3, below a side that it does not touch.
-const FREE: &str = r#"
-name = "free"
-[mesh]
-generator = "union-jack"
-[boundary]
-dirichlet = ["top", "left", "right"]
-contact = ["bottom"]
-[data]
-g = "x-3"
-[exact]
-u = "x-3"
-"#;
-
-/// u = y, held at the top alone.
-const HUNG: &str = r#"
-name = "hung"
-[mesh]
-generator = "union-jack"
-[boundary]
-dirichlet = ["top"]
-neumann = ["left", "right"]
-contact = ["bottom"]
-[data]
-g = "y"
-[exact]
-u = "y"
-"#;
+/// The unit square with contact at the bottom and a linear u, which is its own g.
+fn linear(name: &str, u: &str, dirichlet: &[&str], neumann: &[&str]) -> Result<Scene> {
+    Scene::parse(&format!(
+        "name = \"{name}\"\nmesh.generator = \"union-jack\"\ndata.g = \"{u}\"\nexact.u = \"{u}\"\n\
+         [boundary]\ndirichlet = {dirichlet:?}\nneumann = {neumann:?}\ncontact = [\"bottom\"]\n"
+    ))
+}
 
 pub fn trials() -> Result<Vec<Trial>> {
     let mut all = Vec::new();
-    for text in [PRESSED, FREE] {
-        let scene = Scene::parse(text)?;
+    let sides = ["top", "left", "right"];
+    // In contact everywhere, and nowhere.
+    for (name, u) in [("pressed", "y"), ("free", "x-3")] {
+        let scene = linear(name, u, &sides, &[])?;
         let square = Place::on(scene.clone(), "square", union_jack(N, [1.0; 2]));
         let mut add = |family, value: String, mesh: Mesh| {
             let value = format!("{value} ({})", scene.name);
@@ -86,7 +53,7 @@ pub fn trials() -> Result<Vec<Trial>> {
             );
         }
     }
-    let scene = Scene::parse(HUNG)?;
+    let scene = linear("hung", "y", &["top"], &["left", "right"])?;
     let square = Place::on(scene.clone(), "square", union_jack(N, [1.0; 2]));
     let mut coarse: Vec<(String, Mesh)> = [1, 2, 3]
         .map(|n| (format!("n = {n}"), union_jack(n, [1.0; 2])))

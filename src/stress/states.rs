@@ -132,3 +132,25 @@ fn strip(columns: usize, rows: usize) -> Mesh {
     ];
     mesh
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::truth::exact::Solution;
+
+    /// The formula of a scene is the function, with hundreds of zones too.
+    #[test]
+    fn formulas_of_many_zones_are_in_range() {
+        for zones in [1, 20, 200] {
+            let exact = ManyZones::new(zones);
+            let formula = Expression::parse(&exact.text().u).unwrap();
+            for k in 0..400 {
+                let x = (0.819_172_513_396 * f64::from(k)).fract();
+                for y in [0.0, 1e-3, (0.671_043_606_704 * f64::from(k)).fract(), 1.0] {
+                    let (a, b) = (formula.value([x, y, 0.0]), exact.u([x, y, 0.0]));
+                    assert!((a - b).abs() < 1e-9, "{zones} zones, ({x}, {y}): {a} {b}");
+                }
+            }
+        }
+    }
+}
