@@ -157,7 +157,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         let front = plan.fronts[0];
         let (size, pivots) = (front.size(), front.pivots as usize);
         let (in_panel, in_update) = (size * pivots, (size - pivots).pow(2));
-        // No smaller front will come, and memory is shortest now.
+        // Up here no smaller front will come, and memory is shortest.
         let is_last = 6 * plan.entries > self.entries;
         if is_last {
             self.pool.forget_below(in_panel);

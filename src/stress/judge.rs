@@ -62,7 +62,6 @@ struct Answered {
     u: Vec<f64>,
     steps: usize,
     residual: f64,
-    condition: Option<f64>,
     converged: bool,
     ended: Option<Ended>,
 }
@@ -102,7 +101,7 @@ pub fn judge(
     };
     cell.steps = Some(answered.steps);
     cell.residual = Some(answered.residual);
-    cell.condition = answered.condition;
+    cell.condition = amplification(&trial.extreme, method, &answered.u);
     let wrong = |why: String| Verdict::Wrong { why };
     if !answered.converged {
         let sentence = if answered.ended == Some(Ended::Undetermined) {
@@ -177,13 +176,20 @@ fn solve(
         .next()
         .ok_or_else(|| Error::engine(engine.name(), "it gave no answer", "report this"))?;
     Ok(Answered {
-        condition: condition(&case.problem, &answer.u, linear::Settings::default()).ok(),
         u: answer.u,
         steps: answer.increments.len(),
         residual: answer.residual,
         converged: answer.converged,
         ended: answer.history.map(|history| history.ended),
     })
+}
+
+/// How rounding is amplified at u; none where that is beyond all numbers, or the scheme is singular there.
+fn amplification(place: &Place, method: Method, u: &[f64]) -> Option<f64> {
+    let mesh = place.triangulation().ok()?;
+    let problem = Problem::new(&place.scene, &mesh, method).ok()?;
+    let found = condition(&problem, u, linear::Settings::default()).ok();
+    found.filter(|condition| condition.is_finite())
 }
 
 /// The larger of both relative errors; 0 where nothing is known.

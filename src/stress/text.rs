@@ -107,8 +107,7 @@ fn conditioning(cell: &Cell) -> String {
 
 /// The condition, to a decade.
 pub fn amplified(cell: &Cell) -> String {
-    let condition = cell.condition.filter(|c| c.is_finite());
-    condition.map_or(String::new(), |c| format!("{c:.0e}"))
+    cell.condition.map_or(String::new(), |c| format!("{c:.0e}"))
 }
 
 fn write_map(text: &mut String, outcome: &Outcome, engine: &str, words: fn(&Cell) -> String) {

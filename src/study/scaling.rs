@@ -112,6 +112,16 @@ mod tests {
         assert!(near(s.half_efficient.unwrap(), 4.0));
     }
 
+    /// Memory that seems to grow faster than that of any factor is noise.
+    #[test]
+    fn exponents_are_those_that_there_are() {
+        let rows = [1, 2, 4, 8].map(|k| row(1000 * k, (k as f64).powf(0.5), (k * k) as f64));
+        let found = scaling(&rows, &rates(&rows), None);
+        assert_eq!(found[0].rank_seconds, [8.0_f64.sqrt(); 4]);
+        let growth = found[0].rank_memory_mb[2] / found[0].memory_mb;
+        assert!((growth - 4.0).abs() < 1e-9, "64 ranks: {growth}");
+    }
+
     #[test]
     fn linear_work_keeps_its_time_on_any_number_of_ranks() {
         let rows = [1, 2, 4, 8].map(|k| row(1000 * k, 0.5 + k as f64, 1.0 + k as f64));
