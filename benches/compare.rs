@@ -8,8 +8,8 @@ use std::process::Command;
 use std::time::Instant;
 
 use faceoff::engine::peak_memory_mb;
-use faceoff::io::{self, Options};
-use faceoff::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
+use faceoff_mesh::io::{self, Options};
+use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 
 /// k ↦ s k + t modulo `count`, with s prime to it: a permutation without neighbours.
 fn permutation(count: usize) -> impl Fn(usize) -> usize {

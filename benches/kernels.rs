@@ -2,15 +2,16 @@
 //! The argument is n; times are per call.
 
 use divan::{Bencher, black_box};
-use faceoff::assembly::Stiffness;
-use faceoff::certify::certify;
-use faceoff::contact::{Iteration, Method, Problem, Stop, face_fields, solve};
-use faceoff::element::{CR, P2, Space};
-use faceoff::linear::{Analysis, Role, Settings, condense};
-use faceoff::mesh::Triangulation;
-use faceoff::mesh::generate::union_jack;
-use faceoff::scene::Scene;
-use faceoff::{assembly, compare};
+use faceoff_fem::assembly;
+use faceoff_fem::assembly::Stiffness;
+use faceoff_fem::certify::certify;
+use faceoff_fem::contact::{Iteration, Method, Problem, Stop, face_fields, solve};
+use faceoff_fem::element::{CR, P2, Space};
+use faceoff_fem::linear::{Analysis, Role, Settings, condense};
+use faceoff_fem::scene::Scene;
+use faceoff_judge as compare;
+use faceoff_mesh::mesh::Triangulation;
+use faceoff_mesh::mesh::generate::union_jack;
 
 const N: [usize; 3] = [32, 128, 256];
 

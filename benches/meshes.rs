@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use faceoff::io::vtu::{Compressor, Encoding};
-use faceoff::io::{self, Options, msh};
-use faceoff::mesh::{CellBlock, CellKind, Group, Mesh};
+use faceoff_mesh::io::vtu::{Compressor, Encoding};
+use faceoff_mesh::io::{self, Options, msh};
+use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
 
 /// The best of three, or fewer if they take long.
 fn best(mut work: impl FnMut()) -> f64 {

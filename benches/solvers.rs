@@ -18,9 +18,9 @@ use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use faceoff::contact::{Iteration, Method, Problem, Stop};
 use faceoff::engine::{self, Case, Settings, Silent};
-use faceoff::scene::Scene;
+use faceoff_fem::contact::{Iteration, Method, Problem, Stop};
+use faceoff_fem::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;

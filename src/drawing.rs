@@ -6,7 +6,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
-use crate::error::{Error, Place, Result};
+use faceoff_mesh::error::{Error, Place, Result};
 
 /// Registered with the font that the program carries; a viewer of SVG takes what it has.
 const FONT: &str = "DejaVu Sans, sans-serif";

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::compare::observed_orders;
-use crate::contact::{Errors, Iteration, Law, Method, Problem, Stop, errors, solve};
-use crate::error::{Error, Result};
-use crate::scene::{Expression, Scene};
-use crate::truth::exact::{Regularity, catalogue};
+use faceoff_fem::contact::{Errors, Iteration, Law, Method, Problem, Stop, errors, solve};
+use faceoff_fem::scene::{Expression, Scene};
+use faceoff_fem::truth::exact::{Regularity, catalogue};
+use faceoff_judge::observed_orders;
+use faceoff_mesh::error::{Error, Result};
 
 /// One method on one scene over several meshes.
 #[derive(Debug, Clone, Serialize)]

@@ -10,13 +10,13 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::compare::{FieldVerdict, Verdict, judge};
-use crate::contact::{Method, Problem, face_fields};
 use crate::engine::{Case, Engine, Explanation, Progress, Run, Settings};
-use crate::error::{Error, Result};
-use crate::field::FaceFields;
-use crate::mesh::Triangulation;
-use crate::scene::Scene;
+use faceoff_fem::contact::{Method, Problem, face_fields};
+use faceoff_fem::scene::Scene;
+use faceoff_judge::{FieldVerdict, Verdict, judge};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::FaceFields;
+use faceoff_mesh::mesh::Triangulation;
 
 pub use conformance::{Finding, check_count, conformance};
 pub use cross::{CrossOutcome, Judged, STANDS_OUT, Source, telling};

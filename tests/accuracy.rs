@@ -1,14 +1,11 @@
 //! Certificates and accuracies on the command line, and against solutions that are known.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
-use common::{folder, run, write};
-use faceoff::adapt::{Ended, Way, Wish, reach};
-use faceoff::certify::Target;
-use faceoff::contact::{Method, Stop};
-use faceoff::scene::Scene;
-use faceoff::truth::Reference;
+use crate::common::{folder, run, write};
+use faceoff_fem::adapt::{Ended, Way, Wish, reach};
+use faceoff_fem::certify::Target;
+use faceoff_fem::contact::{Method, Stop};
+use faceoff_fem::scene::Scene;
+use faceoff_fem::truth::Reference;
 use serde_json::Value;
 
 /// ‖∇u‖² of 6.1, from the solution without a mesh.
@@ -82,7 +79,7 @@ fn the_certificate_holds_against_the_mesh_free_reference() {
     let reached = reach(&scene, &wish, |_, _| Ok(())).unwrap();
     assert_eq!(reached.ended, Ended::Reached);
     let truth = Reference::one_zone(400).unwrap();
-    let rule = faceoff::quadrature::exact(2, 5);
+    let rule = faceoff_fem::quadrature::exact(2, 5);
     let mut square = 0.0;
     for cell in 0..reached.mesh.cell_count() {
         let geometry = reached.mesh.geometry(cell);

@@ -1,13 +1,10 @@
 //! More codes by the open protocol, more processes by MPI, other versions, and long runs taken up again.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use common::{Ran, changed_companion, faceoff, folder, run, scene, source, told, write};
+use crate::common::{Ran, changed_companion, faceoff, folder, run, scene, source, told, write};
 use serde_json::Value;
 
 /// Where the rest of the run cannot hang for ever.

@@ -1,15 +1,12 @@
 //! `faceoff compare` on files of its own, of FreeFEM, of dolfinx, of meshio, and tables.
 //!
 //! FreeFEM's writers are plugins of its own: Debian's package `libfreefem++`, which `tests/run` installs.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use common::{Ran, folder, run, write};
+use crate::common::{Ran, folder, run, write};
 
 /// A solution as VTU, and its faces beside it.
 fn solve(folder: &Path, engine: &str, out: &str) {
@@ -203,7 +200,7 @@ fn a_table_of_face_means_is_held_against_faces_by_their_midpoints() {
     let at = folder.path();
     solve(at, "rust", "a.vtu");
     // What another code would write: midpoints and means, here from the judge's own file.
-    let content = faceoff::io::open(&at.join("a-faces.vtu"), None).unwrap();
+    let content = faceoff_mesh::io::open(&at.join("a-faces.vtu"), None).unwrap();
     let mesh = &content.mesh;
     let field = |name: &str| {
         mesh.fields
@@ -216,7 +213,7 @@ fn a_table_of_face_means_is_held_against_faces_by_their_midpoints() {
     let mut keep = mesh.clone();
     keep.fields.retain(|f| f.name == "mean rust");
     assert_eq!(keep.fields.len(), 1);
-    faceoff::io::write(&at.join("mean.vtu"), &keep, &Default::default()).unwrap();
+    faceoff_mesh::io::write(&at.join("mean.vtu"), &keep, &Default::default()).unwrap();
     let means = field("mean rust");
     let mut rows = vec!["x,y,mean rust".to_owned()];
     for (cell, _, nodes) in mesh.cells() {
@@ -266,7 +263,7 @@ fn fields_are_left_out_only_by_name() {
 fn python(folder: &Path, script: &str) {
     let script = write(folder, "write.py", script);
     let mut python = Command::new("/usr/bin/python3");
-    let ran = common::told(python.arg(script).current_dir(folder).output().unwrap());
+    let ran = crate::common::told(python.arg(script).current_dir(folder).output().unwrap());
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
 }
 
@@ -281,7 +278,7 @@ fn freefem(folder: &Path, script: &str) {
     let mut freefem = Command::new("FreeFem++");
     freefem.args(["-nw", "-v", "0"]).arg(script);
     freefem.env("FF_LOADPATH", format!("{plugins};;"));
-    let ran = common::told(freefem.current_dir(folder).output().unwrap());
+    let ran = crate::common::told(freefem.current_dir(folder).output().unwrap());
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
 }
 
@@ -491,7 +488,8 @@ fn tolerances_are_those_of_the_scene_unless_options_say_otherwise() {
     write(at, "a.csv", "vertex,u,v\n0,1,5\n1,2,6\n");
     write(at, "b.csv", "vertex,u,v\n0,1.001,5\n1,2,6.00001\n");
     let scene = |name: &str, tables: &str| {
-        let text = fs::read_to_string(common::source("src/scene/builtin/one-zone.toml")).unwrap();
+        let text =
+            fs::read_to_string(crate::common::source("src/scene/builtin/one-zone.toml")).unwrap();
         write(at, name, &format!("{text}\n{tables}"));
     };
     scene("plain.toml", "");
@@ -583,8 +581,8 @@ fn what_is_told_is_valid() {
     ];
     let ran = run(at, &words);
     assert_eq!((ran.code, ran.stdout.as_str()), (Some(1), ""));
-    common::assert_valid("xsd", "tests/junit.xsd", &at.join("o.xml"));
-    common::assert_valid(
+    crate::common::assert_valid("xsd", "tests/junit.xsd", &at.join("o.xml"));
+    crate::common::assert_valid(
         "json",
         "src/report/schema/compare-1.json",
         &at.join("o.json"),
@@ -605,9 +603,9 @@ fn what_is_told_is_valid() {
         "compare", "a.csv", "none.csv", "--json", "o.json", "--junit", "o.xml", "--badge", "o.svg",
     ];
     assert_eq!(run(at, &words).code, Some(2));
-    common::assert_valid("xsd", "tests/junit.xsd", &at.join("o.xml"));
+    crate::common::assert_valid("xsd", "tests/junit.xsd", &at.join("o.xml"));
     let schema = "src/report/schema/compare-1.json";
-    common::assert_valid("json", schema, &at.join("o.json"));
+    crate::common::assert_valid("json", schema, &at.join("o.json"));
     let told = fs::read_to_string(at.join("o.json")).unwrap();
     assert!(told.contains("none.csv: cannot read"), "{told}");
     let badge = fs::read_to_string(at.join("o.svg")).unwrap();

@@ -1,10 +1,7 @@
 //! The main job with the real FreeFEM and the real dolfinx. A missing one fails these tests, and
 //! the message has the command that brings it.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
-use common::{changed_companion, faceoff, folder, run, scene, told, write};
+use crate::common::{changed_companion, faceoff, folder, run, scene, told, write};
 
 #[test]
 fn three_engines_agree_on_all_scenes_with_both_methods() {
@@ -190,7 +187,7 @@ fn every_quadrature_rule_and_h_is_taken_by_every_engine() {
         );
         let scene = scene(folder.path(), "plate", "[data]", &method);
         std::fs::copy(
-            common::source("meshes/plate.msh"),
+            crate::common::source("meshes/plate.msh"),
             folder.path().join("plate.msh"),
         )
         .unwrap();

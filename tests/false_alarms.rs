@@ -1,17 +1,14 @@
 //! Honest answers agree: random scenes, each solved twice with another linear solver and the cells in another order,
 //! are judged as two codes are. And in each of them the judge sees one value that is off.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
-use common::{folder, write};
-use faceoff::compare::{Verdict, judge};
-use faceoff::contact::{Iteration, Method, Problem, Stop, face_fields, solve_by};
-use faceoff::field::FaceFields;
-use faceoff::linear::{Precision, Settings, Solver};
-use faceoff::mesh::{Mesh, Triangulation};
-use faceoff::scene::Scene;
+use crate::common::{folder, write};
 use faceoff::verify::tolerance;
+use faceoff_fem::contact::{Iteration, Method, Problem, Stop, face_fields, solve_by};
+use faceoff_fem::linear::{Precision, Settings, Solver};
+use faceoff_fem::scene::Scene;
+use faceoff_judge::{Verdict, judge};
+use faceoff_mesh::field::FaceFields;
+use faceoff_mesh::mesh::{Mesh, Triangulation};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 

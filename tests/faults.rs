@@ -1,14 +1,11 @@
 //! What bad input gets: exit code 2, one sentence with the place and the remedy, nothing left.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use common::{changed_companion, faceoff, folder, run, scene, source, told, write};
+use crate::common::{changed_companion, faceoff, folder, run, scene, source, told, write};
 
 /// Runs `words`, which must fail with code 2 and one line that has all of `parts`.
 fn refused(folder: &Path, words: &[&str], parts: &[&str]) {

@@ -1,16 +1,13 @@
 //! Mesh files that lie, break off or contradict themselves, given to the program: exit code 2, one sentence that
 //! says where, within two seconds and in little memory, and nothing written.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use ::faceoff::io;
-use ::faceoff::mesh::{CellBlock, CellKind, Mesh};
-use common::{folder, run, source};
+use crate::common::{folder, run, source};
+use ::faceoff_mesh::io;
+use ::faceoff_mesh::mesh::{CellBlock, CellKind, Mesh};
 use nix::sys::resource::{UsageWho, getrusage};
 
 const LIMIT: Duration = Duration::from_secs(2);
@@ -436,7 +433,10 @@ fn interrupted_conversions() {
         for signal in ["-INT", "-TERM", "-KILL"] {
             for delay in [0, 30, 60, 120, 250] {
                 std::fs::write(&target, "old").unwrap();
-                let mut child = common::faceoff(folder.path()).args(words).spawn().unwrap();
+                let mut child = crate::common::faceoff(folder.path())
+                    .args(words)
+                    .spawn()
+                    .unwrap();
                 std::thread::sleep(Duration::from_millis(delay));
                 // Twice, as the first one is a wish and the second an order.
                 for _ in 0..2 {

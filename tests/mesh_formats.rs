@@ -1,11 +1,12 @@
 //! Meshes through every format that is read and written here: nothing lost, nothing believed.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use faceoff::io::{self, Content, Format, Options, msh};
-use faceoff::mesh::{CellBlock, CellKind, Entity, Field, Geometry, Group, Mesh, Support, Values};
+use faceoff_mesh::io::{self, Content, Format, Options, msh};
+use faceoff_mesh::mesh::{
+    CellBlock, CellKind, Entity, Field, Geometry, Group, Mesh, Support, Values,
+};
 use proptest::prelude::*;
 
 fn data() -> PathBuf {

@@ -1,10 +1,7 @@
 //! Mutations of the judged: in a copy of a companion one thing is broken, and the judge must
 //! find it, say "disagree", and name the worst face.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
-use common::{changed_companion, folder, run};
+use crate::common::{changed_companion, folder, run};
 
 /// Runs Rust against a changed companion on the paper's two methods.
 fn caught(companion: &str, from: &str, to: &str) {

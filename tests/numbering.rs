@@ -1,10 +1,7 @@
 //! A verdict does not depend on how a mesh numbers its vertices and cells, nor on the order of the
 //! vertices of a cell.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
-use common::{folder, run, scene, source, write};
+use crate::common::{folder, run, scene, source, write};
 
 /// A reproducible permutation of 0..n.
 fn permutation(n: usize, mut seed: u64) -> Vec<usize> {
@@ -21,7 +18,7 @@ fn permutation(n: usize, mut seed: u64) -> Vec<usize> {
 
 /// The plate in MSH 2.2, renumbered: vertices, the order of elements, and each one's own vertices.
 fn renumbered(seed: u64) -> String {
-    let mesh = faceoff::io::msh::read(
+    let mesh = faceoff_mesh::io::msh::read(
         "plate.msh".as_ref(),
         &std::fs::read(source("meshes/plate.msh")).unwrap(),
     )

@@ -1,14 +1,11 @@
 //! `faceoff paper` and `faceoff orders` as a user runs them.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use common::{faceoff, folder, run, told, write};
+use crate::common::{faceoff, folder, run, told, write};
 use serde_json::Value;
 
 fn number(value: &Value) -> f64 {

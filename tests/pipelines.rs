@@ -1,14 +1,11 @@
 //! What others' pipelines run: the steps of the GitHub action and of the GitLab template that need no server, by the
 //! shell that would run them.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use common::{Ran, assert_valid, folder, source, told, write};
+use crate::common::{Ran, assert_valid, folder, source, told, write};
 
 /// The lines after the one that is `head`, as far as they are indented more, without their indentation.
 fn block(file: &str, head: &str) -> Vec<String> {

@@ -2,17 +2,14 @@
 //! meshio, VTK, FreeFEM and dolfinx see the same points to the last bit, cells, groups and names.
 //!
 //! `FACEOFF_READERS` names a Python with gmsh, meshio and vtk; `tests/run` makes one and sets it.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{faceoff, folder, run, source, told};
-use faceoff::io;
-use faceoff::mesh::{CellKind, Mesh, Support, Values};
+use crate::common::{faceoff, folder, run, source, told};
+use faceoff_mesh::io;
+use faceoff_mesh::mesh::{CellKind, Mesh, Support, Values};
 use serde_json::Value;
 
 fn readers() -> PathBuf {

@@ -1,9 +1,6 @@
 //! What people look at and what pipelines read: the page in a real browser, JUnit and JSON against their schemas.
 //!
 //! `FACEOFF_READERS` names a Python with jsonschema and lxml, and Chromium must be there; `tests/run` sees to both.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +8,7 @@ use std::process::Command;
 
 use serde_json::{Value, json};
 
-use common::{Ran, assert_valid, changed_companion, faceoff, folder, run, source, told};
+use crate::common::{Ran, assert_valid, changed_companion, faceoff, folder, run, source, told};
 
 /// Runs Rust beside a FreeFEM with one thing changed, with `words` after it.
 fn with_fault(folder: &Path, from: &str, to: &str, words: &[&str]) -> Ran {
@@ -505,8 +502,8 @@ fn annotations_are_made_where_the_environment_says_so() {
         "{}",
         ran.stdout
     );
-    common::write(folder.path(), "a.csv", "vertex,u\n0,1\n");
-    common::write(folder.path(), "b.csv", "vertex,u\n0,2\n");
+    crate::common::write(folder.path(), "a.csv", "vertex,u\n0,1\n");
+    crate::common::write(folder.path(), "b.csv", "vertex,u\n0,2\n");
     let ran = on_server(&["compare", "a.csv", "b.csv", "--quiet"]);
     let differs = "::error title=a.csv – b.csv%3A u::1 of 1 beyond 1e-9";
     assert!(
@@ -625,7 +622,7 @@ fn a_baseline_stands_in_for_engines_that_are_not_there() {
     assert_eq!(version(&newer), Some(1));
 
     // What was not recorded, or otherwise, is refused in words.
-    let changed = common::scene(
+    let changed = crate::common::scene(
         folder.path(),
         "one-zone",
         "[data]",
@@ -749,7 +746,7 @@ fn a_baseline_is_recorded_only_where_all_agree_and_nothing_is_overwritten() {
         Some(0),
         "a baseline may replace a baseline"
     );
-    common::write(folder.path(), "mine/notes.txt", "my work");
+    crate::common::write(folder.path(), "mine/notes.txt", "my work");
     assert_eq!(record("rust,freefem", "mine").code, Some(2));
     let engine = changed_companion(folder.path(), "freefem", GAMMA.0, GAMMA.1);
     let ran = record(&format!("rust,{engine}"), "other");

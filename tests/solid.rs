@@ -1,12 +1,9 @@
 //! Bodies: tetrahedra through all three codes, from meshes of every format, and what bad ones get.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::path::Path;
 
-use common::{Ran, folder, run, scene, source, write};
-use faceoff::truth::{DEFAULT_RESOLUTION, Reference};
+use crate::common::{Ran, folder, run, scene, source, write};
+use faceoff_fem::truth::{DEFAULT_RESOLUTION, Reference};
 
 fn agree(folder: &Path, words: &[&str]) -> Ran {
     let ran = run(folder, words);

@@ -1,11 +1,8 @@
 //! `study`, `stress` and `--explain` on the command line.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::path::Path;
 
-use common::{assert_valid, folder, run, source, write};
+use crate::common::{assert_valid, folder, run, source, write};
 use serde_json::Value;
 
 /// A study that is ended by its finest mesh and not by its budget, so that it is the same everywhere but for times.

@@ -1,13 +1,10 @@
 //! What comes from a stranger runs no code, reads nothing outside its own folder, and writes nothing outside its output.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
 
-use common::{folder, run, scene, source, write};
+use crate::common::{folder, run, scene, source, write};
 
 /// All files and folders below, as they are named from there.
 fn tree(folder: &Path) -> Vec<String> {

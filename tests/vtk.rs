@@ -1,9 +1,9 @@
 //! VTK's own reader on what is written here. `FACEOFF_READERS` names a Python with the package `vtk`; `tests/run`
 //! makes one and sets it.
 
-use faceoff::field::{Whole, data::same_bits};
-use faceoff::io::vtu::{self, Compressor, Encoding};
-use faceoff::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
+use faceoff_mesh::field::{Whole, data::same_bits};
+use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
+use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::Command;

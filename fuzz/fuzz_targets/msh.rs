@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use faceoff::io::{self, msh};
+use faceoff_mesh::io::{self, msh};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

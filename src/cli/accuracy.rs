@@ -8,14 +8,14 @@ use super::args::Solve;
 use super::solve::finish;
 use super::tell::note;
 use super::verify::settings;
-use crate::adapt::{Ended, Next, Step, Way, Wish, reach};
-use crate::certify::Target;
-use crate::contact::{Method, Problem};
 use crate::engine::{self, Case, Explanation, interrupted};
-use crate::error::{Error, Result};
-use crate::linear::Settings;
 use crate::report::{self, Certified};
-use crate::scene::Scene;
+use faceoff_fem::adapt::{Ended, Next, Step, Way, Wish, reach};
+use faceoff_fem::certify::Target;
+use faceoff_fem::contact::{Method, Problem};
+use faceoff_fem::linear::Settings;
+use faceoff_fem::scene::Scene;
+use faceoff_mesh::error::{Error, Result};
 
 /// Refines until the bound is below the accuracy, telling each mesh and what is to come.
 pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f64) -> Result<u8> {

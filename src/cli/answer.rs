@@ -3,12 +3,12 @@
 use super::tell::tell;
 use serde::Serialize;
 
-use crate::adapt::Step;
-use crate::contact::{ContactSet, Ended, Errors, Iteration, errors, quantities};
 use crate::engine::{self, Case, Explanation};
-use crate::error::Result;
-use crate::linear::Choice;
 use crate::report;
+use faceoff_fem::adapt::Step;
+use faceoff_fem::contact::{ContactSet, Ended, Errors, Iteration, errors, quantities};
+use faceoff_fem::linear::Choice;
+use faceoff_mesh::error::Result;
 
 /// The answer, as scripts read it.
 #[derive(Serialize)]

@@ -9,13 +9,13 @@ use super::words::{
     FieldBounds, Methods, Words, accuracy, bound, budget, field_bounds, increment, launcher,
     method, methods, pair, seconds,
 };
-use crate::adapt::Way;
-use crate::certify::Target;
-use crate::compare::Map;
-use crate::contact::{Iteration, Method};
-use crate::linear::{Precision, Solver};
 use crate::paper;
-use crate::scene::Scene;
+use faceoff_fem::adapt::Way;
+use faceoff_fem::certify::Target;
+use faceoff_fem::contact::{Iteration, Method};
+use faceoff_fem::linear::{Precision, Solver};
+use faceoff_fem::scene::Scene;
+use faceoff_judge::Map;
 
 /// Settle whether finite element codes agree, face by face.
 ///
@@ -81,7 +81,7 @@ pub(super) struct Trust {
 
 impl Trust {
     /// The scene of this name or file.
-    pub fn scene(&self, name: &str) -> crate::error::Result<Scene> {
+    pub fn scene(&self, name: &str) -> faceoff_mesh::error::Result<Scene> {
         match self.allow_outside {
             true => Scene::find_anywhere(name),
             false => Scene::find(name),
@@ -270,10 +270,10 @@ pub(super) struct Solve {
     #[arg(long, value_name = "TOL", value_parser = accuracy, allow_negative_numbers = true, conflicts_with_all = ["n", "mesh", "engine", "iteration"])]
     pub accuracy: Option<f64>,
     /// With --accuracy: uniform or adaptive meshes only [default: what is predicted to be cheaper]
-    #[arg(long, value_enum, requires = "accuracy")]
+    #[arg(long, value_name = "uniform|adaptive", requires = "accuracy")]
     pub way: Option<Way>,
     /// Bound the error of the averaged gradient (g), of an admissible function (v) or of u_h
-    #[arg(long, value_name = "TARGET", value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "g")]
+    #[arg(long, value_name = "g|v|u_h", num_args = 0..=1, require_equals = true, default_missing_value = "g")]
     pub certify: Option<Target>,
     /// Tell which model was chosen, what was left out, and what was built for it
     #[arg(long)]

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use super::args::Compare;
 use super::tell::{note, output};
 use super::{DISAGREE, DONE, FAILED, tell_failure};
-use crate::compare::{Comparison, Tolerance, Tolerances, Verdict, compare_results};
 use crate::engine::meshio_python;
-use crate::error::{Error, Result};
-use crate::field::Results;
-use crate::io;
 use crate::report;
-use crate::scene::{Bounds, Comparing, Scene};
+use faceoff_fem::scene::{Bounds, Comparing, Scene};
+use faceoff_judge::{Comparison, Tolerance, Tolerances, Verdict, compare_results};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::Results;
+use faceoff_mesh::io;
 
 pub(super) fn run(arguments: &Compare) -> Result<u8> {
     let comparison = compare(arguments);

@@ -7,13 +7,13 @@ use serde::Serialize;
 use super::args::{Engines, EnginesAction, Output, Running};
 use super::tell::{note, tell};
 use super::{DISAGREE, DONE, FAILED};
-use crate::compare::Verdict;
-use crate::contact::{Iteration, Stop};
 use crate::engine::{self, Engine, Installation, Launch, Settings};
-use crate::error::{Error, Result};
-use crate::linear;
 use crate::report;
 use crate::verify::{Finding, check_count, conformance};
+use faceoff_fem::contact::{Iteration, Stop};
+use faceoff_fem::linear;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result};
 
 #[derive(Serialize)]
 struct EngineState {

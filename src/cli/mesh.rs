@@ -5,11 +5,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::error::{Error, Place, Result};
-use crate::io::{self, Content, Options};
-use crate::mesh::check::{Report, check as check_mesh};
-use crate::mesh::refine::refine as refine_mesh;
-use crate::mesh::{CellKind, Mesh};
+use faceoff_mesh::error::{Error, Place, Result};
+use faceoff_mesh::io::{self, Content, Options};
+use faceoff_mesh::mesh::check::{Report, check as check_mesh};
+use faceoff_mesh::mesh::refine::refine as refine_mesh;
+use faceoff_mesh::mesh::{CellKind, Mesh};
 
 /// What `mesh info` tells; its JSON form is a contract.
 #[derive(Debug, Clone, PartialEq, Serialize)]

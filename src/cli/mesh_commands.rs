@@ -6,11 +6,11 @@ use super::args::{Form, Mesh, MeshAction};
 use super::tell::{note, tell};
 use super::{DISAGREE, DONE, mesh};
 use crate::engine::meshio_python;
-use crate::error::{Error, Result};
-use crate::io::vtu::{Compressor, Encoding};
-use crate::io::{self, Format, Options, msh};
-use crate::mesh::check::{Findings, Report};
 use crate::report::{is_stdout, write_json};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::io::vtu::{Compressor, Encoding};
+use faceoff_mesh::io::{self, Format, Options, msh};
+use faceoff_mesh::mesh::check::{Findings, Report};
 
 pub(super) fn run(arguments: &Mesh) -> Result<u8> {
     let python = meshio_python();

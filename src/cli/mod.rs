@@ -21,10 +21,10 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use crate::compare::Verdict;
-use crate::error::{Error, Result};
 use crate::report;
 use args::{Arguments, Command, Output, Told};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result};
 use tell::note;
 
 /// 0: agree, or done.

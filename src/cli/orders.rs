@@ -7,10 +7,10 @@ use super::progress::Bar;
 use super::tell::output;
 use super::{DISAGREE, DONE};
 use crate::engine;
-use crate::error::{Error, Result};
 use crate::orders::{orders, table};
 use crate::report;
-use crate::scene::Scene;
+use faceoff_fem::scene::Scene;
+use faceoff_mesh::error::{Error, Result};
 
 pub(super) fn run(arguments: &Orders) -> Result<u8> {
     let quiet = arguments.output.quiet;

@@ -5,12 +5,12 @@ use super::progress::Bar;
 use super::tell::{note, output};
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
-use crate::contact::Iteration;
 use crate::engine::{self, Engine};
-use crate::error::{Error, Result};
-use crate::linear;
 use crate::paper::{self, Example, References, Request};
 use crate::report;
+use faceoff_fem::contact::Iteration;
+use faceoff_fem::linear;
+use faceoff_mesh::error::{Error, Result};
 
 /// The file by which an earlier report is known.
 const RESULT: &str = "paper.json";

@@ -9,12 +9,12 @@ use super::progress::Bars;
 use super::tell::note;
 use super::verify::{check_launch, settings};
 use super::{DISAGREE, DONE, FAILED, engines};
-use crate::certify::certify;
-use crate::contact::{Iteration, Method, Problem};
 use crate::engine::{self, Case, Explanation, Progress, Silent};
-use crate::error::{Error, Result};
-use crate::linear::Settings;
 use crate::report;
+use faceoff_fem::certify::certify;
+use faceoff_fem::contact::{Iteration, Method, Problem};
+use faceoff_fem::linear::Settings;
+use faceoff_mesh::error::{Error, Result};
 
 pub(super) fn run(arguments: &Solve) -> Result<u8> {
     let quiet = arguments.output.quiet;

@@ -6,13 +6,13 @@ use super::progress::Bar;
 use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
-use crate::contact::Iteration;
 use crate::engine;
-use crate::error::{Error, Result};
-use crate::linear;
 use crate::report;
-use crate::scene::Scene;
 use crate::stress::{self, Request, stress};
+use faceoff_fem::contact::Iteration;
+use faceoff_fem::linear;
+use faceoff_fem::scene::Scene;
+use faceoff_mesh::error::{Error, Result};
 
 /// The file by which an earlier report is known.
 const RESULT: &str = "stress.json";

@@ -8,12 +8,12 @@ use super::progress::Bar;
 use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
-use crate::contact::Iteration;
 use crate::engine;
-use crate::error::{Error, Result};
-use crate::linear;
 use crate::report;
 use crate::study::{self, Followed, Request, Subject, Varied, study};
+use faceoff_fem::contact::Iteration;
+use faceoff_fem::linear;
+use faceoff_mesh::error::{Error, Result};
 
 /// The file by which an earlier report is known.
 const RESULT: &str = "study.json";

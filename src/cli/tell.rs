@@ -7,7 +7,7 @@ use std::fmt::Arguments;
 use std::io::{self, ErrorKind, Write};
 use std::sync::Mutex;
 
-use crate::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result};
 
 /// Why something was lost, other than that nobody reads on: a full disk.
 static LOST: Mutex<Option<io::Error>> = Mutex::new(None);

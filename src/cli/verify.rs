@@ -8,17 +8,17 @@ use super::args::{Running, Verify};
 use super::progress::Bars;
 use super::tell::{note, output, tell};
 use super::{DISAGREE, DONE, FAILED, complain, engines, tell_failure};
-use crate::compare::Verdict;
-use crate::contact::{Iteration, Stop};
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::engine::{
     self, Baseline, Engine, Explanation, Launch, Progress, Settings, Silent, resumed,
 };
-use crate::error::{Error, Result};
-use crate::linear;
 use crate::report;
-use crate::scene::Scene;
 use crate::verify::{CaseOutcome, Failure, Outcome, Request, verify};
+use faceoff_fem::contact::{Iteration, Stop};
+use faceoff_fem::linear;
+use faceoff_fem::scene::Scene;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result};
 
 pub(super) fn run(arguments: &Verify) -> Result<u8> {
     let code = judge(arguments);

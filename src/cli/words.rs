@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::contact::Method;
+use faceoff_fem::contact::Method;
 
 /// A list of methods; the parameters of a family member hold a comma of their own.
 #[derive(Clone)]

@@ -10,9 +10,9 @@ mod tests;
 
 use serde::Serialize;
 
-use crate::compare::Verdict;
-use crate::error::Result;
 use crate::verify::{CaseOutcome, Outcome, Request};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::Result;
 use pair::Pair;
 
 /// What the start was matched to where it is not to blame.

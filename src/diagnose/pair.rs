@@ -1,16 +1,16 @@
 //! One pair in one case, run again and again.
 
 use super::{BADLY_CONDITIONED, Diagnosis, Ingredient};
-use crate::compare::judge;
-use crate::contact::{Method, Problem, face_fields, solve_by};
 use crate::engine::{Case, Engine, Progress, Settings, Silent, interrupted};
-use crate::error::{Error, Result};
-use crate::field::FaceFields;
-use crate::linear::{self, Precision, Solver};
-use crate::mesh::{Mesh, Triangulation};
-use crate::quadrature;
-use crate::scene::{Expression, HRule, Scene};
 use crate::verify::{CaseOutcome, RESIDUAL_TOLERANCE, Request, tolerance};
+use faceoff_fem::contact::{Method, Problem, face_fields, solve_by};
+use faceoff_fem::linear::{self, Precision, Solver};
+use faceoff_fem::quadrature;
+use faceoff_fem::scene::{Expression, HRule, Scene};
+use faceoff_judge::judge;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::FaceFields;
+use faceoff_mesh::mesh::{Mesh, Triangulation};
 
 /// Matches one ingredient and adds what is left.
 type Step<'p> = fn(&Pair<'p>, &mut Vec<Ingredient>) -> Result<()>;

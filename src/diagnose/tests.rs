@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use super::*;
-use crate::contact::{Iteration, Method, Problem, Stop, solve_by};
 use crate::engine::{Answer, Case, Engine, Launch, Progress, Run, Settings, Silent};
-use crate::scene::{HRule, Scene};
 use crate::verify::verify;
+use faceoff_fem::contact::{Iteration, Method, Problem, Stop, solve_by};
+use faceoff_fem::scene::{HRule, Scene};
 
 const N: usize = 6;
 

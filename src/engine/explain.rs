@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::{Answer, Case, peak_memory_mb};
-use crate::contact::{Built, Law};
-use crate::linear::Choice;
-use crate::scene::Expression;
+use faceoff_fem::contact::{Built, Law};
+use faceoff_fem::linear::Choice;
+use faceoff_fem::scene::Expression;
 
 /// What a solve was made of.
 #[derive(Debug, Clone, Serialize)]
@@ -140,8 +140,8 @@ impl Explanation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{Iteration, Method, Problem, Stop, solve};
-    use crate::scene::Scene;
+    use faceoff_fem::contact::{Iteration, Method, Problem, Stop, solve};
+    use faceoff_fem::scene::Scene;
 
     fn explained(text: &str, method: Method) -> Explanation {
         let scene = Scene::parse(text).unwrap();

@@ -10,8 +10,8 @@ use std::time::Duration;
 use super::job::{self, Files};
 use super::process::{self, find_in_path};
 use super::{Case, Launch, Settings, recorded, version};
-use crate::error::{Error, Result};
-use crate::scene::Expression;
+use faceoff_fem::scene::Expression;
+use faceoff_mesh::error::{Error, Result};
 
 /// The companion: the script that is run, and what it imports.
 const SCRIPTS: [(&str, &str); 3] = [

@@ -17,7 +17,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::program::{Kind, Program};
-use crate::error::{Error, Place, Result};
+use faceoff_mesh::error::{Error, Place, Result};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

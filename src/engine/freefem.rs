@@ -9,10 +9,10 @@ use std::time::Duration;
 use super::job::{self, Files};
 use super::process::{self, find_in_path};
 use super::{Case, Settings, recorded, version};
-use crate::contact::Law;
-use crate::error::{Error, Result};
-use crate::quadrature::Rule;
-use crate::scene::{Expression, Scene};
+use faceoff_fem::contact::Law;
+use faceoff_fem::quadrature::Rule;
+use faceoff_fem::scene::{Expression, Scene};
+use faceoff_mesh::error::{Error, Result};
 
 const SCRIPT: &str = include_str!("../../freefem/signorini.edp");
 const SCRIPT_NAME: &str = "signorini.edp";

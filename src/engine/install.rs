@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use super::{fenicsx, freefem, process};
-use crate::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result};
 
 /// Something that an engine or a format needs, and the commands that bring it.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -13,10 +13,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{Answer, Case, Settings, accepts_family};
-use crate::contact::{Law, Problem};
-use crate::error::{Error, Place, Result};
-use crate::quadrature::Rule;
-use crate::scene::Expression;
+use faceoff_fem::contact::{Law, Problem};
+use faceoff_fem::quadrature::Rule;
+use faceoff_fem::scene::Expression;
+use faceoff_mesh::error::{Error, Place, Result};
 
 /// Version of the protocol.
 pub(super) const PROTOCOL: u32 = 1;

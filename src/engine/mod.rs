@@ -29,10 +29,10 @@ pub use recorded::{BASELINE, Baseline, Kept, record};
 pub use resumed::resumed;
 pub use version::doubt;
 
-use crate::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};
-use crate::error::{Error, Result};
-use crate::linear::{self, Choice};
-use crate::scene::Scene;
+use faceoff_fem::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};
+use faceoff_fem::linear::{self, Choice};
+use faceoff_fem::scene::Scene;
+use faceoff_mesh::error::{Error, Result};
 
 /// One problem for the engines.
 pub struct Case<'a> {
@@ -117,7 +117,7 @@ impl Answer {
 #[derive(Debug, Clone)]
 pub struct History {
     pub ended: Ended,
-    /// See [`crate::contact::Solution`].
+    /// See [`faceoff_fem::contact::Solution`].
     pub changes: Vec<usize>,
     pub residuals: Vec<f64>,
     pub linear: Choice,

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use process_wrap::std::{CommandWrap, ProcessGroup};
 
-use crate::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result};
 
 /// How often a running program is looked at.
 const POLL: Duration = Duration::from_millis(5);

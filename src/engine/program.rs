@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::recorded::digest;
 use super::{Answer, Case, Engine, Progress, Run, Settings, fenicsx, freefem, job, process};
-use crate::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result};
 
 /// A program and how it is spoken to.
 pub(super) struct Program {

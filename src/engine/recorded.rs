@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::{Answer, Case, Engine, Progress, Run, Settings, job};
-use crate::contact::Method;
-use crate::error::{Error, Place, Result};
+use faceoff_fem::contact::Method;
+use faceoff_mesh::error::{Error, Place, Result};
 
 /// The file of a baseline's folder that says what is there.
 pub const BASELINE: &str = "baseline.json";

@@ -14,8 +14,8 @@ use serde_json::{Value, json};
 
 use super::recorded::{digest, first_difference, problem};
 use super::{Answer, Case, Engine, Progress, Run, Settings, interrupted, job};
-use crate::contact::Method;
-use crate::error::{Error, Place, Result};
+use faceoff_fem::contact::Method;
+use faceoff_mesh::error::{Error, Place, Result};
 
 /// The version of the files.
 const SCHEMA: &str = "faceoff/answer/1";

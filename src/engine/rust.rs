@@ -1,8 +1,8 @@
 //! The solver of this crate as an engine.
 
 use super::{Answer, Case, Engine, Progress, Run, Settings, interrupted};
-use crate::contact::{self, Method};
-use crate::error::{Error, Result};
+use faceoff_fem::contact::{self, Method};
+use faceoff_mesh::error::{Error, Result};
 
 pub(super) struct Rust;
 

@@ -1,6 +1,6 @@
 //! Which releases of the other codes the companions are made for, and what is to be said of others.
 
-use crate::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result};
 
 /// A code with a companion.
 struct Known {

@@ -12,10 +12,10 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::contact::{Errors, gradient};
-use crate::element::Space;
-use crate::quadrature;
-use crate::truth::Reference;
+use faceoff_fem::contact::{Errors, gradient};
+use faceoff_fem::element::Space;
+use faceoff_fem::quadrature;
+use faceoff_fem::truth::Reference;
 
 /// What errors are taken to.
 pub trait Truth: Sync {
@@ -141,9 +141,9 @@ pub fn pieces(cuts: &[f64], g: impl Fn(f64) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{Iteration, Method, Problem, Stop, errors, solve};
-    use crate::scene::Scene;
-    use crate::truth::DEFAULT_RESOLUTION;
+    use faceoff_fem::contact::{Iteration, Method, Problem, Stop, errors, solve};
+    use faceoff_fem::scene::Scene;
+    use faceoff_fem::truth::DEFAULT_RESOLUTION;
 
     #[test]
     fn roots_at_cuts_are_integrated() {

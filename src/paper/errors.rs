@@ -2,8 +2,8 @@
 
 use super::distance::distance;
 use super::fine::fine_errors;
-use crate::contact::{Errors, Problem, quantities};
-use crate::truth::Reference;
+use faceoff_fem::contact::{Errors, Problem, quantities};
+use faceoff_fem::truth::Reference;
 
 /// The errors of u (values at all dofs), relative to the norms of the reference.
 ///

@@ -1,8 +1,8 @@
 //! The examples of section 6: the scene that is solved, and what is known of its solution.
 
-use crate::error::{Error, Result};
-use crate::scene::{Expression, Scene};
-use crate::truth::{DEFAULT_RESOLUTION, Reference};
+use faceoff_fem::scene::{Expression, Scene};
+use faceoff_fem::truth::{DEFAULT_RESOLUTION, Reference};
+use faceoff_mesh::error::{Error, Result};
 
 /// Beyond this the contact set alone fills a file.
 const MOST_ZONES: u32 = 100_000;

@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::distance::{Truth, pieces, transitions};
-use crate::contact::{Errors, Problem, Quantities};
-use crate::element::Space;
-use crate::quadrature;
-use crate::truth::Reference;
+use faceoff_fem::contact::{Errors, Problem, Quantities};
+use faceoff_fem::element::Space;
+use faceoff_fem::quadrature;
+use faceoff_fem::truth::Reference;
 
 /// A function of a P2 space on the Union-Jack mesh of n × n squares of the unit square.
 pub struct Fine<'a> {
@@ -161,13 +161,13 @@ pub fn step_between(problem: &Problem, u: &[f64], coarse: &Fine) -> f64 {
 mod tests {
     use super::super::distance::distance;
     use super::*;
-    use crate::contact::ContactSet;
-    use crate::contact::{Iteration, Method, Stop, errors, quantities, solve};
-    use crate::element::{CR, P2};
-    use crate::mesh::Triangulation;
-    use crate::mesh::generate::union_jack;
-    use crate::scene::Scene;
-    use crate::truth::DEFAULT_RESOLUTION;
+    use faceoff_fem::contact::ContactSet;
+    use faceoff_fem::contact::{Iteration, Method, Stop, errors, quantities, solve};
+    use faceoff_fem::element::{CR, P2};
+    use faceoff_fem::scene::Scene;
+    use faceoff_fem::truth::DEFAULT_RESOLUTION;
+    use faceoff_mesh::mesh::Triangulation;
+    use faceoff_mesh::mesh::generate::union_jack;
 
     fn mesh(n: usize) -> Triangulation {
         Triangulation::new("uj", &union_jack(n, [1.0; 2])).unwrap()
@@ -188,8 +188,8 @@ mod tests {
     }
 
     fn fine<'a>(space: &'a Space<'a>, u: &'a [f64], n: usize) -> Fine<'a> {
-        let energy = crate::assembly::Stiffness::new(space).energy(u);
-        let mass = crate::assembly::norm_squared(space, u);
+        let energy = faceoff_fem::assembly::Stiffness::new(space).energy(u);
+        let mass = faceoff_fem::assembly::norm_squared(space, u);
         Fine::new(space, u, n, &norms([energy, mass.sqrt()]))
     }
 
@@ -253,7 +253,8 @@ mod tests {
             let parent = cell_at(3, centre[0], centre[1]);
             let outer = coarse_mesh.geometry(parent);
             let of_coarse = coarse.local(parent, &u_h);
-            let slope = crate::contact::gradient(&coarse.gradients(&outer, &[0.0; 4]), &of_coarse);
+            let slope =
+                faceoff_fem::contact::gradient(&coarse.gradients(&outer, &[0.0; 4]), &of_coarse);
             let local = space.local(cell, &smooth);
             for (lambda, weight) in rule.iter() {
                 let x = nalgebra::Vector3::from(geometry.point(&lambda));
@@ -265,7 +266,7 @@ mod tests {
                 let value: f64 = phi.iter().zip(&of_coarse).map(|(p, u)| p * u).sum();
                 let difference = fine.value(x.x, x.y) - value;
                 let gradients = space.gradients(&geometry, &lambda);
-                let of_fine = crate::contact::gradient(&gradients, &local);
+                let of_fine = faceoff_fem::contact::gradient(&gradients, &local);
                 h1 += weight * geometry.measure() * (of_fine - slope).norm_squared();
                 l2 += weight * geometry.measure() * difference.powi(2);
             }

@@ -7,12 +7,14 @@ use super::example::Example;
 use super::fine::{Fine, fine_errors, step_between};
 use super::study::steps_to;
 use super::work::{Work, cost};
-use crate::contact::{Errors, Iteration, Method, Problem, Quantities, Stop, quantities, solve};
-use crate::element::Space;
-use crate::error::{Error, Result};
-use crate::mesh::Triangulation;
 use crate::orders::{Observed, Theory};
-use crate::truth::exact::Regularity;
+use faceoff_fem::contact::{
+    Errors, Iteration, Method, Problem, Quantities, Stop, quantities, solve,
+};
+use faceoff_fem::element::Space;
+use faceoff_fem::truth::exact::Regularity;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::Triangulation;
 
 /// P2 on the fine mesh and on those of half and a quarter of its n.
 #[derive(Debug, Serialize)]

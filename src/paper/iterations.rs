@@ -6,10 +6,10 @@
 use serde::{Serialize, Serializer};
 
 use super::TOL;
-use crate::contact::{Iteration, Method, Problem, Splitting, Stop, solve};
-use crate::error::Result;
-use crate::mesh::Triangulation;
-use crate::scene::Scene;
+use faceoff_fem::contact::{Iteration, Method, Problem, Splitting, Stop, solve};
+use faceoff_fem::scene::Scene;
+use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Triangulation;
 
 /// Iterations end here without a result; the paper's longest took 127.
 pub const CAP: usize = 300;

@@ -1,7 +1,7 @@
 //! Section 6 of the paper again: its two examples with their figures and statements, each beside what is computed here.
 //!
 //! E. Burman, P. Hansbo, M. G. Larson, SIAM J. Numer. Anal. 55 (2017), section 6. The errors are taken to two
-//! references: P2 on a fine mesh, as in the paper, and the mesh-free one of [`crate::truth`].
+//! references: P2 on a fine mesh, as in the paper, and the mesh-free one of [`faceoff_fem::truth`].
 
 mod distance;
 mod errors;

@@ -3,8 +3,8 @@
 use serde::ser::{Serialize, Serializer};
 
 use super::{Example, ZONES};
-use crate::error::Result;
-use crate::truth::Reference;
+use faceoff_fem::truth::Reference;
+use faceoff_mesh::error::Result;
 
 /// Samples of u lie on a grid of this many intervals each way, the sides included.
 const GRID: u32 = 16;

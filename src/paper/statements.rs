@@ -6,8 +6,8 @@ use super::iterations::Count;
 use super::study::{ExampleOutcome, Request};
 use super::text::intervals;
 use super::{FINE, FINE_ITERATIONS, ITERATIONS, MESHES};
-use crate::contact::Iteration;
 use crate::orders::Observed;
+use faceoff_fem::contact::Iteration;
 
 /// A statement of the paper beside what was found.
 #[derive(Debug, Clone, Serialize)]

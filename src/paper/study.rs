@@ -9,12 +9,12 @@ use super::iterations::{Count, Scheme, count, schemes};
 use super::statements::{Statement, statements};
 use super::work::{Listener, Work, cost};
 use super::{Example, TOL};
-use crate::contact::{Errors, Method, Problem, quantities};
 use crate::engine::{Case, Engine, Run, Settings};
-use crate::error::{Error, Result};
-use crate::mesh::Triangulation;
 use crate::orders::{Observed, check_meshes};
 use crate::verify::Failure;
+use faceoff_fem::contact::{Errors, Method, Problem, quantities};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::Triangulation;
 
 /// What is to be run.
 pub struct Request {

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use super::iterations::schemes;
 use super::study::{Request, Watch};
 use crate::engine::{Case, Progress};
-use crate::error::Result;
+use faceoff_mesh::error::Result;
 
 /// Rough shares of the work; they only shape the bar.
 pub mod cost {

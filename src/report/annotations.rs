@@ -9,9 +9,9 @@ use serde_json::json;
 
 use super::json::write_json;
 use super::junit::why;
-use crate::compare::{Comparison, FieldVerdict, Verdict};
-use crate::error::{Error, Result};
 use crate::verify::{Failure, Outcome};
+use faceoff_judge::{Comparison, FieldVerdict, Verdict};
+use faceoff_mesh::error::{Error, Result};
 
 /// Most annotations of one run; GitHub shows ten of a step.
 const MOST: usize = 10;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::json::write_text;
-use crate::compare::Verdict;
-use crate::error::Result;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::Result;
 
 /// Writes the badge of a verdict to `path`.
 ///

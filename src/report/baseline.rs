@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::folder::{check_report_folder, write_report_folder};
-use crate::compare::Verdict;
-use crate::contact::Problem;
 use crate::engine::{BASELINE, Case, Kept, record};
-use crate::error::{Error, Result};
 use crate::verify::{Outcome, Request};
+use faceoff_fem::contact::Problem;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result};
 
 /// Refuses a folder that a baseline would be mixed into.
 ///

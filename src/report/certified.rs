@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::certify::{Certificate, Parts, Target};
+use faceoff_fem::certify::{Certificate, Parts, Target};
 
 /// Bounds of ‖∇u - …‖ for one target, and what they are made of.
 #[derive(Debug, Clone, Serialize)]

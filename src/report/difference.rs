@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::compare::{Comparison, On};
-use crate::error::{Error, Result};
-use crate::field::{Results, Whole};
-use crate::io::vtu::{self, Compressor, Encoding};
-use crate::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
+use faceoff_judge::{Comparison, On};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::{Results, Whole};
+use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
+use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 
 /// Writes a - b of every field to `path`, NaN where a field is not carried. Cells get points of their own where a
 /// field may jump between them.

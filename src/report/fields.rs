@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::certify::Certificate;
-use crate::contact::{ContactSet, Problem, face_fields};
 use crate::engine::Case;
-use crate::error::{Error, Result};
-use crate::field::{ColumnKind, FaceFields, Whole};
-use crate::io::vtu::{self, Compressor, Encoding};
-use crate::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 use crate::verify::{CaseOutcome, Outcome, Request};
+use faceoff_fem::certify::Certificate;
+use faceoff_fem::contact::{ContactSet, Problem, face_fields};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::{ColumnKind, FaceFields, Whole};
+use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
+use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 
 /// Binary64 bit for bit, and still XML.
 const ENCODING: Encoding = Encoding::Base64(Compressor::Zlib);
@@ -201,7 +201,7 @@ fn write_cells(
             let mut center = [0.0; 4];
             center[..corners].fill(1.0 / corners as f64);
             let basis = space.gradients(&geometry, &center);
-            let gradient = crate::contact::gradient(&basis, &local);
+            let gradient = faceoff_fem::contact::gradient(&basis, &local);
             gradients.extend_from_slice(gradient.as_slice());
         }
         match &first {

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result};
 
 /// Refuses a folder that a report would be mixed into: it must be missing, empty, or hold `marker`, an earlier
 /// report's own file.

@@ -6,9 +6,9 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::compare::Verdict;
-use crate::error::{Error, Place, Result};
-use crate::io::save;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Place, Result};
+use faceoff_mesh::io::save;
 
 /// The version of the JSON that `verify` and `compare` write; `schema/` beside this file has its schemas.
 const VERSION: u32 = 1;

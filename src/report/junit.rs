@@ -7,10 +7,10 @@ use std::path::Path;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 
-use crate::compare::{Comparison, FieldVerdict, Verdict};
-use crate::error::{Error, Place, Result};
-use crate::io::save;
 use crate::verify::{CaseOutcome, Failure, Outcome};
+use faceoff_judge::{Comparison, FieldVerdict, Verdict};
+use faceoff_mesh::error::{Error, Place, Result};
+use faceoff_mesh::io::save;
 
 struct Suite {
     name: String,

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use comfy_table::{CellAlignment, Table, presets};
 
-use crate::compare::{Comparison, FieldVerdict, Map, Verdict};
 use crate::verify::{Outcome, Source, telling};
+use faceoff_judge::{Comparison, FieldVerdict, Map, Verdict};
 
 /// The whole outcome as text.
 pub fn table(outcome: &Outcome) -> String {

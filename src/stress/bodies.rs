@@ -1,10 +1,10 @@
 //! Extremes of what holds the domain: several bodies, and bodies that contact alone holds.
 
 use super::trial::{Place, Trial, rewritten};
-use crate::error::Result;
-use crate::mesh::generate::union_jack;
-use crate::mesh::{CellBlock, Mesh};
-use crate::scene::{GroupName, Scene};
+use faceoff_fem::scene::{GroupName, Scene};
+use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::generate::union_jack;
+use faceoff_mesh::mesh::{CellBlock, Mesh};
 
 const N: usize = 8;
 

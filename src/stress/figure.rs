@@ -8,7 +8,7 @@ use plotters::prelude::*;
 use super::text::{amplified, find, lines, methods, word};
 use super::{Cell, Outcome, Verdict};
 use crate::drawing::{self, Drawing, Drawn, font};
-use crate::error::Result;
+use faceoff_mesh::error::Result;
 
 const LABELS: i32 = 420;
 const WIDTH: i32 = 110;

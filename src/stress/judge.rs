@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use super::trial::{Place, Trial};
-use crate::contact::{Ended, Method, Problem, condition, errors};
-use crate::element::Space;
 use crate::engine::{Case, Engine, Settings, Silent};
-use crate::error::{Error, Result};
-use crate::linear;
+use faceoff_fem::contact::{Ended, Method, Problem, condition, errors};
+use faceoff_fem::element::Space;
+use faceoff_fem::linear;
+use faceoff_mesh::error::{Error, Result};
 
 /// Below this an error is as good as none: no mesh in use has a smaller one.
 const NEGLIGIBLE: f64 = 1e-8;
@@ -219,10 +219,10 @@ fn digits(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{Iteration, Stop};
     use crate::engine::{self, Answer, Progress, Run};
-    use crate::scene::Scene;
     use crate::stress::{Request, stress};
+    use faceoff_fem::contact::{Iteration, Stop};
+    use faceoff_fem::scene::Scene;
     use std::time::Duration;
 
     fn settings() -> Settings {

@@ -18,10 +18,10 @@ pub use judge::{Cell, Verdict};
 pub use text::{csv, report, table};
 pub use trial::Trial;
 
-use crate::contact::Method;
 use crate::engine::{Engine, Settings};
-use crate::error::{Error, Result};
-use crate::scene::Scene;
+use faceoff_fem::contact::Method;
+use faceoff_fem::scene::Scene;
+use faceoff_mesh::error::{Error, Result};
 
 /// What is to be tried.
 pub struct Request {

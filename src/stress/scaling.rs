@@ -1,8 +1,8 @@
 //! Extremes of units: the same problem with γ₀ over 24 decades, with data and domain scaled, and far from the origin.
 
 use super::trial::{Place, Trial, rewritten};
-use crate::error::Result;
-use crate::scene::{Data, Expression, MeshSource, Scene};
+use faceoff_fem::scene::{Data, Expression, MeshSource, Scene};
+use faceoff_mesh::error::Result;
 
 /// Fine enough that a discretisation error is seen, coarse enough that hundreds of them take seconds.
 const N: usize = 16;

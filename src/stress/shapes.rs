@@ -2,10 +2,10 @@
 //! seen is rounding.
 
 use super::trial::{Place, Trial};
-use crate::error::Result;
-use crate::mesh::generate::union_jack;
-use crate::mesh::{CellBlock, CellKind, Group, Mesh};
-use crate::scene::{GroupName, Scene};
+use faceoff_fem::scene::{GroupName, Scene};
+use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::generate::union_jack;
+use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
 
 /// Squares along a side.
 const N: usize = 8;

@@ -2,10 +2,10 @@
 //! of zones.
 
 use super::trial::{Place, Trial};
-use crate::error::{Error, Result};
-use crate::mesh::{CellBlock, CellKind, Group, Mesh};
-use crate::scene::{Expression, Scene};
-use crate::truth::exact::ManyZones;
+use faceoff_fem::scene::{Expression, Scene};
+use faceoff_fem::truth::exact::ManyZones;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
 
 const N: usize = 16;
 
@@ -136,7 +136,7 @@ fn strip(columns: usize, rows: usize) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::truth::exact::Solution;
+    use faceoff_fem::truth::exact::Solution;
 
     /// The formula of a scene is the function, with hundreds of zones too.
     #[test]

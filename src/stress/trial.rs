@@ -1,9 +1,9 @@
 //! A problem at an extreme, and the moderate one it is judged by.
 
-use crate::contact::Method;
-use crate::error::{Error, Result};
-use crate::mesh::{Mesh, Triangulation};
-use crate::scene::{Expression, Scene};
+use faceoff_fem::contact::Method;
+use faceoff_fem::scene::{Expression, Scene};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::{Mesh, Triangulation};
 
 /// A scene on a mesh, of which nobody knows yet whether it can be solved on.
 #[derive(Clone)]

@@ -3,9 +3,9 @@
 use super::bodies::FLOATING;
 use super::scaling::{moved, scaled_data};
 use super::trial::Place;
-use crate::contact::{Iteration, Method, Problem, Solution, Stop, solve_by};
-use crate::linear::{Precision, Settings, Solver};
-use crate::scene::Scene;
+use faceoff_fem::contact::{Iteration, Method, Problem, Solution, Stop, solve_by};
+use faceoff_fem::linear::{Precision, Settings, Solver};
+use faceoff_fem::scene::Scene;
 
 const METHODS: [&str; 8] = [
     "cr",

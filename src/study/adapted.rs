@@ -7,11 +7,11 @@ use super::campaign::{ADAPTIVE, Campaign, GROWTH, dimension, identity};
 use super::measure::described;
 use super::row::{Row, Times, Varied};
 use super::subject::Subject;
-use crate::adapt::{Ended, Way, Wish, reach};
-use crate::certify::Target;
-use crate::contact::{Method, Problem, quantities};
 use crate::engine::{HighWater, Settings};
-use crate::error::{Error, Result};
+use faceoff_fem::adapt::{Ended, Way, Wish, reach};
+use faceoff_fem::certify::Target;
+use faceoff_fem::contact::{Method, Problem, quantities};
+use faceoff_mesh::error::{Error, Result};
 
 /// Certified accuracies, falling.
 const ACCURACIES: [f64; 8] = [0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001];

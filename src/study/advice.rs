@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::Request;
 use super::row::{Row, Varied};
 use super::subject::Subject;
-use crate::contact::Stop;
+use faceoff_fem::contact::Stop;
 
 /// What error is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

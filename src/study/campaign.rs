@@ -15,10 +15,10 @@ use super::scaling::scaling;
 use super::subject::Subject;
 use super::waste::waste;
 use super::{LeftOut, Outcome, Request};
-use crate::contact::Method;
 use crate::engine::{Engine, Machine};
-use crate::error::{Error, Result};
-use crate::scene::MeshSource;
+use faceoff_fem::contact::Method;
+use faceoff_fem::scene::MeshSource;
+use faceoff_mesh::error::{Error, Result};
 
 /// Shares of the budget until which each part may begin something.
 const MESHES: f64 = 0.45;

@@ -11,7 +11,7 @@ use super::row::{Row, Varied};
 use super::text::scenes;
 use super::{Norm, Outcome};
 use crate::drawing::{self, Drawing, Drawn, font, power_of_ten};
-use crate::error::Result;
+use faceoff_mesh::error::Result;
 
 /// Colours that are told apart without red and green (M. Okabe, K. Ito), then darker ones.
 const COLOURS: [RGBColor; 8] = [

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::row::Row;
 use crate::engine::Machine;
-use crate::error::{Error, Place, Result};
+use faceoff_mesh::error::{Error, Place, Result};
 
 /// The file of one study.
 pub struct Journal {

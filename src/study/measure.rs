@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 use super::campaign::identity;
 use super::row::{Row, Times, Varied};
 use super::subject::Subject;
-use crate::certify::{Target, certify};
-use crate::contact::{Method, Problem, quantities};
 use crate::engine::{self, Case, Engine, HighWater, Settings, Silent, peak_memory_mb};
-use crate::error::{Error, Result};
-use crate::mesh::Triangulation;
-use crate::quadrature;
+use faceoff_fem::certify::{Target, certify};
+use faceoff_fem::contact::{Method, Problem, quantities};
+use faceoff_fem::quadrature;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::Triangulation;
 
 /// Most repetitions of one measurement, and the least time over which a short one is repeated.
 const REPEATS: usize = 7;

@@ -35,8 +35,8 @@ pub use targets::{Follow, Followed};
 pub use text::{csv, report, summary};
 pub use waste::Waste;
 
-use crate::contact::Method;
 use crate::engine::{Engine, Machine, Settings};
+use faceoff_fem::contact::Method;
 
 /// What is to be measured.
 pub struct Request {

@@ -5,11 +5,11 @@ use super::campaign::{Campaign, GAMMAS, RULES, SOLVERS, TOLERANCES, dimension};
 use super::measure::Setting;
 use super::row::Varied;
 use super::subject::Subject;
-use crate::contact::Method;
 use crate::engine::Settings;
-use crate::error::Result;
-use crate::linear::{self, Precision, Solver};
-use crate::quadrature;
+use faceoff_fem::contact::Method;
+use faceoff_fem::linear::{self, Precision, Solver};
+use faceoff_fem::quadrature;
+use faceoff_mesh::error::Result;
 
 /// The n near which settings are varied.
 const USUAL: usize = 64;

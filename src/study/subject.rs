@@ -1,10 +1,10 @@
 //! A scene with what is known of its solution.
 
-use crate::contact::{Errors, Problem, errors};
-use crate::error::Result;
 use crate::paper::reference_errors;
-use crate::scene::Scene;
-use crate::truth::{DEFAULT_RESOLUTION, Reference};
+use faceoff_fem::contact::{Errors, Problem, errors};
+use faceoff_fem::scene::Scene;
+use faceoff_fem::truth::{DEFAULT_RESOLUTION, Reference};
+use faceoff_mesh::error::Result;
 
 /// A scene, and its truth.
 #[derive(Clone)]
@@ -71,7 +71,7 @@ impl Subject {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{Iteration, Method, Stop, solve};
+    use faceoff_fem::contact::{Iteration, Method, Stop, solve};
 
     /// The closed form and the mesh-free solution are two ways to one truth, and the elements' errors to the latter are
     /// computed in two ways.

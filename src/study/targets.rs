@@ -7,9 +7,9 @@ use super::measure::{Setting, measure};
 use super::row::{Row, Times, Varied};
 use super::subject::Subject;
 use super::waste::waste;
-use crate::contact::Method;
-use crate::error::Result;
-use crate::scene::MeshSource;
+use faceoff_fem::contact::Method;
+use faceoff_fem::scene::MeshSource;
+use faceoff_mesh::error::Result;
 
 /// Meshes are chosen for this part of the error: between two measured ones the place of a transition in its cell moves
 /// the error a little.

@@ -6,11 +6,11 @@ use serde::Serialize;
 
 use super::suspects::{elsewhere, order, suspects};
 use super::tolerance;
-use crate::compare::Verdict;
-use crate::contact::{Iteration, Method, Problem, Stop, solve};
 use crate::engine::{Answer, Case, Engine, Settings, Silent, raw_values};
-use crate::error::{Error, Result};
-use crate::scene::{Boundary, Data, Expression, GroupName, Scene};
+use faceoff_fem::contact::{Iteration, Method, Problem, Stop, solve};
+use faceoff_fem::scene::{Boundary, Data, Expression, GroupName, Scene};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result};
 
 /// What one case of a check came to.
 #[derive(Debug, Serialize)]

@@ -9,10 +9,10 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use crate::certify::{Certificate, Data, Target, certify_with, distance};
-use crate::compare::Verdict;
 use crate::engine::{Case, interrupted};
-use crate::error::{Error, Result};
+use faceoff_fem::certify::{Certificate, Data, Target, certify_with, distance};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result};
 
 use super::CaseOutcome;
 

@@ -1,10 +1,10 @@
 //! What a wrong answer is right for: the case again by the Rust solver, with one thing changed at a time.
 
-use crate::contact::{Iteration, Law, Method, Problem, Stop, solve};
 use crate::engine::Case;
-use crate::mesh::Triangulation;
-use crate::quadrature;
-use crate::scene::{Data, Expression, HRule, Scene};
+use faceoff_fem::contact::{Iteration, Law, Method, Problem, Stop, solve};
+use faceoff_fem::quadrature;
+use faceoff_fem::scene::{Data, Expression, HRule, Scene};
+use faceoff_mesh::mesh::Triangulation;
 
 /// Two answers are one if they differ by less than this, relative to the larger of them. A factor of γ that is found by
 /// search is not known to more digits.

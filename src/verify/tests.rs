@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::*;
-use crate::contact::{Iteration, Stop, solve_by};
 use crate::engine::{Answer, Launch, Silent};
+use faceoff_fem::contact::{Iteration, Stop, solve_by};
 
 /// The Rust solver, whose answers go through `change` before anybody sees them.
 struct Changed {

@@ -10,7 +10,7 @@ use plotters::prelude::*;
 
 use super::study::Outcome;
 use crate::drawing::{self, Drawing, Drawn, font};
-use crate::error::Result;
+use faceoff_mesh::error::Result;
 
 /// A figure of the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

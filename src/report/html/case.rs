@@ -6,12 +6,12 @@ use super::markup::{Html, element, figure, leaf, table, text};
 use super::pair::{Pair, differences, pairs, place};
 use super::plots;
 use super::{label, number, word};
-use crate::compare::{Verdict, relative_differences};
 use crate::diagnose::Diagnosis;
-use crate::error::Result;
-use crate::mesh::Triangulation;
-use crate::scene::{HRule, Scene};
 use crate::verify::{CaseOutcome, Request};
+use faceoff_fem::scene::{HRule, Scene};
+use faceoff_judge::{Verdict, relative_differences};
+use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Triangulation;
 
 pub(super) fn key() -> Html {
     key_of(&CLASSES)

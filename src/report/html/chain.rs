@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::field::FaceFields;
+use faceoff_mesh::field::FaceFields;
 
 /// The contact faces of a plane mesh in the order in which they follow each other.
 pub(super) struct Chain {

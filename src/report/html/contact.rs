@@ -6,10 +6,10 @@ use super::label;
 use super::map;
 use super::markup::{Html, element, figure, leaf, text};
 use super::plots::{self, Curves};
-use crate::error::Result;
-use crate::field::FaceFields;
-use crate::mesh::Triangulation;
 use crate::verify::CaseOutcome;
+use faceoff_mesh::error::Result;
+use faceoff_mesh::field::FaceFields;
+use faceoff_mesh::mesh::Triangulation;
 
 /// Trace and flux along Γ_C, and the histories.
 pub(super) fn contact(case: &CaseOutcome, mesh: Option<&Triangulation>) -> Result<Html> {

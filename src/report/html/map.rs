@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::markup::{Html, escape, raw};
-use crate::mesh::Triangulation;
+use faceoff_mesh::mesh::Triangulation;
 
 /// Up to so many faces each is drawn; of more, the largest difference in each square.
 const MOST: usize = 5000;

@@ -14,8 +14,8 @@ use std::path::Path;
 
 use super::json::write_text;
 use crate::diagnose::Diagnosis;
-use crate::error::Result;
 use crate::verify::{Failure, Outcome, Request};
+use faceoff_mesh::error::Result;
 use markup::{Html, element, leaf, raw, text};
 
 /// Nothing in the page may ask for anything outside of it.
@@ -99,7 +99,7 @@ fn label(case: &crate::verify::CaseOutcome) -> String {
 }
 
 /// The verdict as a word that does not rely on its colour.
-fn word(verdict: crate::compare::Verdict) -> Html {
+fn word(verdict: faceoff_judge::Verdict) -> Html {
     let word = super::word(verdict);
     leaf("span", &[("class", &format!("word {word}"))], word)
 }

@@ -1,10 +1,10 @@
 //! Two engines in one case: their fields, and where they differ.
 
 use super::map::Shown;
-use crate::compare::{FieldVerdict, Verdict, relative_differences};
-use crate::error::Result;
-use crate::mesh::Triangulation;
 use crate::verify::{CaseOutcome, Request};
+use faceoff_judge::{FieldVerdict, Verdict, relative_differences};
+use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Triangulation;
 
 /// Two engines and every field of theirs.
 pub(super) struct Pair<'a> {

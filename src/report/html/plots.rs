@@ -6,7 +6,7 @@ use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
 use super::markup::{Html, escape, raw};
-use crate::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result};
 
 const FONT: &str = "DejaVu Sans, sans-serif";
 

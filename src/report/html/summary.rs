@@ -4,10 +4,10 @@ use super::case;
 use super::markup::{Html, element, figure, leaf, prose, table, text};
 use super::pair::{self, Pair};
 use super::{label, map, number, word};
-use crate::compare::Verdict;
 use crate::diagnose::Diagnosis;
-use crate::error::Result;
 use crate::verify::{CaseOutcome, Failure, Outcome, RESIDUAL_TOLERANCE, Request, Source, telling};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::Result;
 
 pub(super) fn verdict(
     request: &Request,

@@ -1,0 +1,317 @@
+//! An accuracy instead of a mesh: solve, certify, refine where the certificate says so, until the relative bound is
+//! below what was asked for.
+
+mod candidate;
+mod plan;
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::certify::{Certificate, Target, certify};
+use crate::contact::{Iteration, Method, Problem, Solution, Stop, solve_by};
+use crate::linear::Settings;
+use crate::scene::Scene;
+use candidate::{Candidate, first_n, next_n};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::Triangulation;
+use plan::Spread;
+
+/// What is wanted.
+#[derive(Debug, Clone, Copy)]
+pub struct Wish {
+    pub method: Method,
+    pub target: Target,
+    /// Relative bound of the error in the energy norm, in (0, 1).
+    pub accuracy: f64,
+    pub stop: Stop,
+    pub linear: Settings,
+    /// One way only; none: whichever is predicted to be cheaper.
+    pub way: Option<Way>,
+}
+
+/// How a mesh was made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Way {
+    /// The scene's own, at some n.
+    Uniform,
+    /// Bisected where the bound is large.
+    Adaptive,
+}
+
+impl std::str::FromStr for Way {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "uniform" => Ok(Way::Uniform),
+            "adaptive" => Ok(Way::Adaptive),
+            _ => Err("use uniform or adaptive".into()),
+        }
+    }
+}
+
+/// One mesh on the way.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Step {
+    pub way: Way,
+    /// Of a uniform mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub n: Option<usize>,
+    pub cells: usize,
+    pub dofs: usize,
+    /// The certified relative bound.
+    pub relative: f64,
+    /// How many times fewer cells an adapted mesh would take for the same bound.
+    pub saving: f64,
+    /// For mesh, solution and certificate.
+    pub seconds: f64,
+}
+
+/// What comes next.
+#[derive(Debug, Clone, Copy)]
+pub struct Next {
+    pub way: Way,
+    /// Predicted: cells of the mesh that reaches the accuracy, and seconds until then.
+    pub cells: f64,
+    pub seconds: f64,
+}
+
+/// Why it ended.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ended {
+    Reached,
+    /// Why not.
+    NotReached(String),
+}
+
+/// The mesh with the smallest relative bound, and what was found on it.
+pub struct Reached {
+    pub mesh: Triangulation,
+    pub way: Way,
+    pub n: Option<usize>,
+    pub solution: Solution,
+    pub certificate: Certificate,
+    pub steps: Vec<Step>,
+    pub ended: Ended,
+}
+
+/// Adapting pays where it is predicted to save more than this factor of cells: it solves on several meshes, and
+/// on those that no generator orders.
+const WORTH: f64 = 2.5;
+/// Predictions aim at this part of the accuracy.
+const AIM: f64 = 0.95;
+/// Bisections of a triangle from one mesh to the next, and the factor of a uniform n while the bound is above
+/// [`COARSE`]: from there no rate can be seen.
+const MOST: u8 = 6;
+const FURTHEST: f64 = 4.0;
+const COARSE: f64 = 0.1;
+/// An adapted mesh aims at no less than this part of the square of the last bound: what is singular is then resolved
+/// on meshes that are still small.
+const STRIDE: f64 = 0.16;
+/// Where an adapted mesh needs no more than so many times the cells of a uniform one that is there, the first mesh is a
+/// better start.
+const TOO_FINE: f64 = 4.0;
+/// Meshes that do not lower the bound to this part end it when two follow each other.
+const PROGRESS: f64 = 0.97;
+/// No more meshes than that.
+const MESHES: usize = 60;
+
+/// Refines until the relative bound is below the accuracy. `progress` is told each mesh and what comes next, and may end
+/// it by an error.
+///
+/// # Errors
+/// A scene without a certificate; a start that cannot be solved; what `progress` returns. An accuracy that
+/// cannot be reached is no error: the best is returned with the reason.
+pub fn reach(
+    scene: &Scene,
+    wish: &Wish,
+    mut progress: impl FnMut(&Step, Option<&Next>) -> Result<()>,
+) -> Result<Reached> {
+    let mut steps: Vec<Step> = Vec::new();
+    let mut best: Option<Best> = None;
+    let first = first_n(scene);
+    let mut candidate = Candidate::uniform(scene, first)?;
+    if wish.way == Some(Way::Adaptive) {
+        candidate = candidate.turned()?;
+    }
+    let mut stalls = 0;
+    let ended = loop {
+        let clock = Instant::now();
+        let solved = solved(scene, wish, &candidate.mesh);
+        let (solution, certificate) = match solved {
+            Ok(solved) => solved,
+            // What the first mesh does not allow is an error; later it is where the way ends.
+            Err(Error::Solver { what, .. }) if !steps.is_empty() => break not_reached(what),
+            Err(other) => return Err(other),
+        };
+        let relative = certificate.relative(wish.target);
+        let measures: Vec<f64> = (0..candidate.mesh.cell_count())
+            .map(|cell| candidate.mesh.geometry(cell).measure())
+            .collect();
+        let spread = Spread::new(&certificate.local, &measures);
+        steps.push(Step {
+            way: candidate.way,
+            n: candidate.n,
+            cells: candidate.mesh.cell_count(),
+            dofs: solution.u.len(),
+            relative,
+            saving: spread.saving,
+            seconds: candidate.seconds + clock.elapsed().as_secs_f64(),
+        });
+        let step = &steps[steps.len() - 1];
+        if relative <= wish.accuracy {
+            progress(step, None)?;
+            best = Some(kept(candidate, solution, certificate));
+            break Ended::Reached;
+        }
+        stalls = match &steps[..] {
+            [.., last, this] if last.way == this.way && relative > PROGRESS * last.relative => {
+                stalls + 1
+            }
+            _ => 0,
+        };
+        if stalls > 1 || steps.len() == MESHES {
+            progress(step, None)?;
+            let why = dominant(&certificate);
+            if best
+                .as_ref()
+                .is_none_or(|b| relative < b.4.relative(wish.target))
+            {
+                best = Some(kept(candidate, solution, certificate));
+            }
+            break not_reached(why);
+        }
+        let square: f64 = certificate.local.iter().sum();
+        let goal = (AIM * wish.accuracy / relative).powi(2) * square;
+        let way = wish
+            .way
+            .unwrap_or_else(|| choose(&candidate.mesh, wish, &steps));
+        let cells = match way {
+            Way::Adaptive => spread.sum.powi(2) / goal,
+            Way::Uniform => {
+                step.cells as f64
+                    * (next_n(wish, &steps) as f64 / step.n.unwrap_or(1) as f64)
+                        .powi(candidate.mesh.dim as i32)
+            }
+        };
+        progress(step, Some(&Next::new(way, cells, step)))?;
+        let clock = Instant::now();
+        let made = match way {
+            Way::Uniform => Candidate::uniform_from(scene, next_n(wish, &steps)),
+            Way::Adaptive
+                if step.way == Way::Uniform
+                    && cells < TOO_FINE * step.cells as f64
+                    && step.n != first =>
+            {
+                Candidate::uniform(scene, first).and_then(Candidate::turned)
+            }
+            Way::Adaptive => {
+                candidate.adapted(&certificate.local, spread, goal.max(square * STRIDE))
+            }
+        };
+        if best
+            .as_ref()
+            .is_none_or(|b| relative < b.4.relative(wish.target))
+        {
+            best = Some(kept(candidate, solution, certificate));
+        }
+        candidate = match made {
+            Ok(made) => made,
+            Err(other) => break not_reached(other.to_string()),
+        };
+        candidate.seconds = clock.elapsed().as_secs_f64();
+    };
+    let Some((mesh, way, n, solution, certificate)) = best else {
+        return Err(Error::Solver {
+            what: "no mesh was solved on".into(),
+            remedy: "report this".into(),
+        });
+    };
+    Ok(Reached {
+        mesh,
+        way,
+        n,
+        solution,
+        certificate,
+        steps,
+        ended,
+    })
+}
+
+fn solved(scene: &Scene, wish: &Wish, mesh: &Triangulation) -> Result<(Solution, Certificate)> {
+    let problem = Problem::new(scene, mesh, wish.method)?;
+    let go_on = |_, _| Ok(());
+    let solution = solve_by(&problem, Iteration::Newton, wish.stop, wish.linear, go_on)?;
+    let certificate = certify(scene, &problem, &solution.u)?;
+    Ok((solution, certificate))
+}
+
+type Best = (Triangulation, Way, Option<usize>, Solution, Certificate);
+
+fn kept(candidate: Candidate, solution: Solution, certificate: Certificate) -> Best {
+    (
+        candidate.mesh,
+        candidate.way,
+        candidate.n,
+        solution,
+        certificate,
+    )
+}
+
+fn not_reached(why: String) -> Ended {
+    Ended::NotReached(why)
+}
+
+/// What a bound consists of that gets no smaller.
+fn dominant(certificate: &Certificate) -> String {
+    let parts = certificate.parts;
+    if parts.quadrature > 0.5 * certificate.g {
+        return "f jumps or is singular inside cells, and its quadrature leaves more than all else"
+            .into();
+    }
+    if parts.oscillation > parts.misfit {
+        return "the oscillation of the data, which no flux balances, outweighs all else".into();
+    }
+    "finer meshes do not lower the bound any more: what is left is rounding, or a singularity of the solution".into()
+}
+
+impl Next {
+    fn new(way: Way, cells: f64, last: &Step) -> Self {
+        // The cost of a factor in the plane.
+        let seconds = last.seconds * (cells / last.cells as f64).powf(1.15);
+        Next {
+            way,
+            cells,
+            seconds,
+        }
+    }
+}
+
+/// Bisection where it is predicted to save enough at the mesh that is needed, as the saving has grown so far.
+fn choose(mesh: &Triangulation, wish: &Wish, steps: &[Step]) -> Way {
+    let last = &steps[steps.len() - 1];
+    if mesh.dim == 3 {
+        return Way::Uniform;
+    }
+    if last.way == Way::Adaptive {
+        return Way::Adaptive;
+    }
+    let Some(n) = last.n else {
+        return Way::Adaptive;
+    };
+    let mut saving = last.saving;
+    if let [.., before, _] = steps
+        && let Some(coarser) = before.n
+    {
+        let growth = (last.saving / before.saving).ln() / (n as f64 / coarser as f64).ln();
+        saving *= (next_n(wish, steps) as f64 / n as f64).powf(growth.max(0.0));
+    }
+    if saving > WORTH {
+        Way::Adaptive
+    } else {
+        Way::Uniform
+    }
+}

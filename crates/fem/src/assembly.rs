@@ -1,0 +1,464 @@
+//! The linear parts of the method on any of the elements: (∇u, ∇v)_h, (f, v), <t, v>_N, and the
+//! norms of the broken spaces. No matrix is put together: its products are sums over the cells,
+//! which all cores form and one adds up in the cells' order, so that no bit depends on their number.
+
+use rayon::prelude::*;
+
+use crate::element::{Basis, MAX_DOFS, Space};
+use crate::linear::Elements;
+use crate::quadrature::{self, Rule};
+use crate::scene::Expression;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::{CellGeometry, Metric};
+use nalgebra::Vector3;
+
+/// Cells whose contributions wait to be added, and how many of them one task forms.
+const WAITING: usize = 1 << 15;
+const TASK: usize = 256;
+
+/// A rule that integrates products of gradients exactly: degree 2(k-1).
+fn gradient_rule(space: &Space) -> Rule {
+    quadrature::exact(space.mesh.dim, 2 * (space.element.degree() - 1))
+}
+
+/// A rule that integrates products of functions exactly: degree 2k.
+fn value_rule(space: &Space) -> Rule {
+    quadrature::exact(space.mesh.dim, 2 * space.element.degree())
+}
+
+/// Σ over the cells of vectors on their dofs. `form` is told a range of cells and writes the
+/// local vectors one after the other.
+fn sum_over_cells(
+    space: &Space,
+    form: impl Fn(std::ops::Range<usize>, &mut [f64]) + Sync,
+) -> Vec<f64> {
+    let (cells, local) = (space.mesh.cell_count(), space.local_dofs);
+    let mut sum = vec![0.0; space.dofs];
+    let mut waiting = vec![0.0; cells.min(WAITING) * local];
+    for first in (0..cells).step_by(WAITING) {
+        let count = (cells - first).min(WAITING);
+        let waiting = &mut waiting[..count * local];
+        waiting
+            .par_chunks_mut(TASK * local)
+            .enumerate()
+            .for_each(|(k, vectors)| {
+                let from = first + k * TASK;
+                form(from..from + vectors.len() / local, vectors);
+            });
+        for (cell, vector) in (first..first + count).zip(waiting.chunks_exact(local)) {
+            for (&dof, value) in space.cell_dofs(cell).iter().zip(vector) {
+                sum[dof as usize] += value;
+            }
+        }
+    }
+    sum
+}
+
+/// Σ over the cells of numbers, always in the same order.
+fn total_over_cells(space: &Space, value: impl Fn(usize) -> f64 + Sync) -> f64 {
+    let cells: Vec<usize> = (0..space.mesh.cell_count()).step_by(TASK).collect();
+    let parts: Vec<f64> = cells
+        .into_par_iter()
+        .map(|from| {
+            let to = (from + TASK).min(space.mesh.cell_count());
+            (from..to).map(&value).sum()
+        })
+        .collect();
+    parts.iter().sum()
+}
+
+/// (∇φ_j, ∇φ_i)_h, all dofs.
+///
+/// As Σ_i ∇λ_i = 0, a cell's matrix is -Σ_{i<j} |κ| ∇λ_i·∇λ_j R_ij with matrices R_ij that are the
+/// same for all cells: R_ij[a, b] is the mean of (∂_i - ∂_j)φ_a (∂_i - ∂_j)φ_b, ∂_i = ∂/∂λ_i. Its
+/// rows sum to 0 whatever the shape of the cell.
+pub struct Stiffness<'a> {
+    space: Space<'a>,
+    /// i, j and R_ij.
+    pairs: Vec<(usize, usize, Vec<f64>)>,
+}
+
+impl Elements for Stiffness<'_> {
+    fn unknowns(&self) -> usize {
+        self.space.dofs
+    }
+
+    fn count(&self) -> usize {
+        self.space.mesh.cell_count()
+    }
+
+    fn size(&self) -> usize {
+        self.space.local_dofs
+    }
+
+    fn of(&self, cell: usize) -> &[u32] {
+        self.space.cell_dofs(cell)
+    }
+
+    fn centre(&self, cell: usize) -> [f64; 3] {
+        let mesh = self.space.mesh;
+        let vertices = mesh.vertices(cell);
+        std::array::from_fn(|k| vertices.iter().map(|x| x[k]).sum::<f64>() / (mesh.dim + 1) as f64)
+    }
+
+    fn matrix(&self, cell: usize, matrix: &mut [f64]) {
+        self.cell_matrix(cell, matrix);
+    }
+}
+
+impl<'a> Stiffness<'a> {
+    pub fn new(space: &Space<'a>) -> Self {
+        let (rule, dim, local) = (gradient_rule(space), space.mesh.dim, space.local_dofs);
+        let mut pairs = Vec::new();
+        for j in 0..=dim {
+            for i in 0..j {
+                let mut reference = vec![0.0; local * local];
+                for (lambda, weight) in rule.iter() {
+                    let slopes = space.element.derivatives(dim, &lambda);
+                    for a in 0..local {
+                        for b in 0..local {
+                            reference[a * local + b] += weight
+                                * (slopes[a][i] - slopes[a][j])
+                                * (slopes[b][i] - slopes[b][j]);
+                        }
+                    }
+                }
+                pairs.push((i, j, reference));
+            }
+        }
+        Stiffness {
+            space: space.clone(),
+            pairs,
+        }
+    }
+
+    /// The matrix of one cell, `local_dofs`² places, symmetric.
+    pub fn cell_matrix(&self, cell: usize, matrix: &mut [f64]) {
+        let mesh = self.space.mesh;
+        let metric = Metric::new(mesh.dim, &mesh.vertices(cell));
+        matrix.fill(0.0);
+        for (i, j, reference) in &self.pairs {
+            let weight = -metric.products[*i][*j];
+            for (value, r) in matrix.iter_mut().zip(reference) {
+                *value += weight * r;
+            }
+        }
+    }
+
+    /// y_i = Σ_j product(A_ij, u_j) on one cell.
+    fn cell_times(&self, cell: usize, u: &[f64], y: &mut [f64], product: impl Fn(f64, f64) -> f64) {
+        let local = self.space.local_dofs;
+        let mut storage = [0.0; MAX_DOFS * MAX_DOFS];
+        let matrix = &mut storage[..local * local];
+        self.cell_matrix(cell, matrix);
+        let u = self.space.local(cell, u);
+        for (y, row) in y.iter_mut().zip(matrix.chunks_exact(local)) {
+            *y = row.iter().zip(&u).map(|(a, u)| product(*a, *u)).sum();
+        }
+    }
+
+    fn products(&self, u: &[f64], product: impl Fn(f64, f64) -> f64 + Sync + Copy) -> Vec<f64> {
+        let local = self.space.local_dofs;
+        sum_over_cells(&self.space, |cells, vectors| {
+            for (cell, y) in cells.zip(vectors.chunks_exact_mut(local)) {
+                self.cell_times(cell, u, y, product);
+            }
+        })
+    }
+
+    /// A u
+    pub fn times(&self, u: &[f64]) -> Vec<f64> {
+        self.products(u, |a, u| a * u)
+    }
+
+    /// Σ_j |A_ij u_j|, the entries of each cell counted for themselves.
+    pub fn sizes(&self, u: &[f64]) -> Vec<f64> {
+        self.products(u, |a, u| (a * u).abs())
+    }
+
+    /// uᵀ A u = ‖∇u‖²_h
+    pub fn energy(&self, u: &[f64]) -> f64 {
+        total_over_cells(&self.space, |cell| {
+            let mut y = [0.0; MAX_DOFS];
+            self.cell_times(cell, u, &mut y, |a, u| a * u);
+            let local = self.space.local(cell, u);
+            y.iter().zip(&local).map(|(y, u)| y * u).sum()
+        })
+    }
+
+    /// Visits the entries of the cells' matrices: row, column, value. An entry of the whole is
+    /// the sum of what is told of it.
+    pub fn for_each(
+        &self,
+        cells: impl Iterator<Item = usize>,
+        mut visit: impl FnMut(u32, u32, f64),
+    ) {
+        let local = self.space.local_dofs;
+        let mut matrix = vec![0.0; local * local];
+        for cell in cells {
+            self.cell_matrix(cell, &mut matrix);
+            let dofs = self.space.cell_dofs(cell);
+            for (&i, row) in dofs.iter().zip(matrix.chunks_exact(local)) {
+                for (&j, value) in dofs.iter().zip(row) {
+                    visit(i, j, *value);
+                }
+            }
+        }
+    }
+}
+
+/// ‖u‖²
+pub fn norm_squared(space: &Space, u: &[f64]) -> f64 {
+    // One matrix for all cells, up to their measure.
+    let mut reference = [[0.0; MAX_DOFS]; MAX_DOFS];
+    for (lambda, weight) in value_rule(space).iter() {
+        let phi = space.element.values(space.mesh.dim, &lambda);
+        for i in 0..space.local_dofs {
+            for j in 0..space.local_dofs {
+                reference[i][j] += weight * phi[i] * phi[j];
+            }
+        }
+    }
+    total_over_cells(space, |cell| {
+        let u = space.local(cell, u);
+        let rows = reference.iter().zip(&u);
+        let sum: f64 = rows
+            .map(|(row, ui)| ui * row.iter().zip(&u).map(|(m, uj)| m * uj).sum::<f64>())
+            .sum();
+        Metric::new(space.mesh.dim, &space.mesh.vertices(cell)).measure * sum
+    })
+}
+
+/// Σ_i u_i ∇φ_i
+pub fn combine(gradients: &[Vector3<f64>; MAX_DOFS], local: &Basis) -> Vector3<f64> {
+    gradients
+        .iter()
+        .zip(local)
+        .fold(Vector3::zeros(), |sum, (gradient, u)| sum + *u * gradient)
+}
+
+/// b_i += (f, φ_i)_h by `rule`, all dofs.
+///
+/// # Errors
+/// A value of f that is not finite, with its point.
+pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Result<()> {
+    if f.is_zero() {
+        return Ok(());
+    }
+    let (mesh, local) = (space.mesh, space.local_dofs);
+    let rule: Vec<([f64; 4], f64, Basis)> = rule
+        .iter()
+        .map(|(lambda, weight)| (lambda, weight, space.element.values(mesh.dim, &lambda)))
+        .collect();
+    let load = sum_over_cells(space, |cells, vectors| {
+        let mut points = Vec::with_capacity(cells.len() * rule.len());
+        for cell in cells.clone() {
+            let vertices = mesh.vertices(cell);
+            points.extend(rule.iter().map(|([a, b, c, d], ..)| -> [f64; 3] {
+                // In the plane d and the fourth vertex are 0.
+                let [p, q, r, s] = &vertices;
+                std::array::from_fn(|k| a * p[k] + b * q[k] + c * r[k] + d * s[k])
+            }));
+        }
+        let mut values = vec![0.0; points.len()];
+        f.values(&points, &mut values);
+        let of_cells = values.chunks_exact(rule.len());
+        for ((cell, vector), values) in cells.zip(vectors.chunks_exact_mut(local)).zip(of_cells) {
+            let measure = Metric::new(mesh.dim, &mesh.vertices(cell)).measure;
+            vector.fill(0.0);
+            for ((_, weight, phi), value) in rule.iter().zip(values) {
+                for (sum, phi) in vector.iter_mut().zip(phi) {
+                    *sum += weight * measure * value * phi;
+                }
+            }
+        }
+    });
+    if load.iter().any(|value| !value.is_finite()) {
+        for cell in 0..mesh.cell_count() {
+            let geometry = mesh.geometry(cell);
+            for (lambda, ..) in &rule {
+                value_at(f, "f", geometry.point(lambda))?;
+            }
+        }
+    }
+    for (b, load) in b.iter_mut().zip(load) {
+        *b += load;
+    }
+    Ok(())
+}
+
+/// b_i += <t, φ_i>_F for one boundary face, by `rule`.
+///
+/// # Errors
+/// A value of t that is not finite, with its point.
+pub fn add_traction(
+    space: &Space,
+    t: &Expression,
+    face: usize,
+    rule: &Rule,
+    b: &mut [f64],
+) -> Result<()> {
+    if t.is_zero() {
+        return Ok(());
+    }
+    for point in FacePoints::new(space, face, rule) {
+        let value = value_at(t, "t", point.x)?;
+        let phi = space.element.values(space.mesh.dim, &point.lambda);
+        for (phi, &dof) in phi.iter().zip(space.cell_dofs(point.cell)) {
+            b[dof as usize] += point.weight * value * phi;
+        }
+    }
+    Ok(())
+}
+
+/// The value of a datum, which must be finite.
+pub fn value_at(expression: &Expression, name: &str, x: [f64; 3]) -> Result<f64> {
+    let value = expression.value(x);
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(Error::Solver {
+        what: format!(
+            "{name} = `{}` is {value} at ({}, {}, {})",
+            expression.text(),
+            x[0],
+            x[1],
+            x[2]
+        ),
+        remedy: "give data that are finite on the whole domain".into(),
+    })
+}
+
+/// A quadrature point on a boundary face.
+pub struct FacePoint {
+    /// The cell behind the face.
+    pub cell: usize,
+    /// Barycentric coordinates in that cell.
+    pub lambda: [f64; 4],
+    pub x: [f64; 3],
+    /// Weight times |F|.
+    pub weight: f64,
+}
+
+/// Quadrature points of a boundary face, along its vertices in ascending order.
+pub struct FacePoints<'a> {
+    rule: &'a Rule,
+    next: usize,
+    cell: usize,
+    geometry: CellGeometry,
+    measure: f64,
+    /// Local numbers of the face's vertices, by ascending vertex.
+    corners: Vec<usize>,
+}
+
+impl<'a> FacePoints<'a> {
+    pub fn new(space: &Space, face: usize, rule: &'a Rule) -> Self {
+        let mesh = space.mesh;
+        let cell = mesh.face_cells(face)[0] as usize;
+        let geometry = mesh.geometry(cell);
+        let local = mesh.local_face(cell, face);
+        let vertices = mesh.cell(cell);
+        let mut corners: Vec<usize> = (0..vertices.len()).filter(|&i| i != local).collect();
+        corners.sort_unstable_by_key(|&i| vertices[i]);
+        FacePoints {
+            rule,
+            next: 0,
+            cell,
+            measure: geometry.face_measure(local),
+            geometry,
+            corners,
+        }
+    }
+
+    /// |F|
+    pub fn measure(&self) -> f64 {
+        self.measure
+    }
+
+    pub fn geometry(&self) -> &CellGeometry {
+        &self.geometry
+    }
+}
+
+impl Iterator for FacePoints<'_> {
+    type Item = FacePoint;
+
+    fn next(&mut self) -> Option<FacePoint> {
+        let q = self.next;
+        let weight = self.measure * self.rule.weights.get(q)?;
+        self.next += 1;
+        let on_face = self.rule.barycentric(q);
+        let mut lambda = [0.0; 4];
+        for (k, &corner) in self.corners.iter().enumerate() {
+            lambda[corner] = on_face[k];
+        }
+        Some(FacePoint {
+            cell: self.cell,
+            lambda,
+            x: self.geometry.point(&lambda),
+            weight,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::{CR, Element, P1, P2};
+    use faceoff_mesh::mesh::Triangulation;
+    use faceoff_mesh::mesh::generate::union_jack;
+
+    fn polynomial(space: &Space, p: impl Fn([f64; 3]) -> f64) -> Vec<f64> {
+        space.points().map(p).collect()
+    }
+
+    /// Against the integral of the gradients' products, formed in the plainest way.
+    #[test]
+    fn cells_matrices_are_integrals_of_gradients() {
+        let points = [[0.1, 0.0, 0.0], [2.0, 0.3, 0.0], [0.4, 0.9, 0.0]];
+        let mesh = faceoff_mesh::mesh::Mesh {
+            points: points.to_vec(),
+            blocks: vec![faceoff_mesh::mesh::CellBlock::new(
+                faceoff_mesh::mesh::CellKind::Triangle,
+                vec![0, 1, 2],
+            )],
+            ..Default::default()
+        };
+        let mesh = Triangulation::new("one", &mesh).unwrap();
+        for element in [&CR as &'static dyn Element, &P1, &P2] {
+            let space = Space::new(&mesh, element);
+            let (local, geometry) = (space.local_dofs, mesh.geometry(0));
+            let mut matrix = vec![0.0; local * local];
+            Stiffness::new(&space).cell_matrix(0, &mut matrix);
+            for (lambda, weight) in gradient_rule(&space).iter() {
+                let gradients = space.gradients(&geometry, &lambda);
+                for i in 0..local {
+                    for j in 0..local {
+                        let product = gradients[i].dot(&gradients[j]);
+                        matrix[i * local + j] -= weight * geometry.measure() * product;
+                    }
+                }
+            }
+            assert!(matrix.iter().all(|rest| rest.abs() < 1e-14), "{matrix:?}");
+        }
+    }
+
+    #[test]
+    fn norms_of_polynomials_are_exact() {
+        let mesh = Triangulation::new("uj", &union_jack(3, [2.0, 1.0])).unwrap();
+        for element in [&CR as &'static dyn Element, &P1, &P2] {
+            let space = Space::new(&mesh, element);
+            let u = polynomial(&space, |x| 1.0 + 2.0 * x[0] - 3.0 * x[1]);
+            let stiffness = Stiffness::new(&space);
+            assert!((stiffness.energy(&u) - 26.0).abs() < 1e-12);
+            let products = stiffness.times(&u).into_iter().zip(&u);
+            assert!((products.map(|(y, u)| y * u).sum::<f64>() - 26.0).abs() < 1e-12);
+            // ∫∫ (1 + 2x - 3y)² over (0,2) × (0,1)
+            assert!((norm_squared(&space, &u) - 26.0 / 3.0).abs() < 1e-12);
+        }
+        let space = Space::new(&mesh, &P2);
+        let u = polynomial(&space, |x| x[0] * x[1]);
+        assert!((Stiffness::new(&space).energy(&u) - (8.0 / 3.0 + 2.0 / 3.0)).abs() < 1e-12);
+        assert!((norm_squared(&space, &u) - 8.0 / 9.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,345 @@
+//! The bounds against solutions that are known.
+
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+use super::cells::CellFields;
+use super::*;
+use crate::assembly::combine;
+use crate::contact::{Iteration, Method, Problem, Stop, solve};
+use crate::quadrature::{Part, WHOLE, exact, parts};
+use crate::scene::Expression;
+use faceoff_mesh::mesh::{CellGeometry, Triangulation};
+
+/// Points that integrate over a cell what is smooth on a sixteenth of it, in space on an eighth.
+fn points_of_cells(dim: usize) -> Vec<([f64; 4], f64)> {
+    let mut pieces = vec![WHOLE];
+    for _ in dim..4 {
+        pieces = pieces.iter().flat_map(|piece| parts(piece, dim)).collect();
+    }
+    let share = 1.0 / pieces.len() as f64;
+    let rule = exact(dim, 5);
+    let of_piece = |piece: &Part| -> Vec<([f64; 4], f64)> {
+        let at = |inner: [f64; 4]| {
+            std::array::from_fn(|i| (0..=dim).map(|k| inner[k] * piece[k][i]).sum())
+        };
+        rule.iter()
+            .map(|(inner, w)| (at(inner), w * share))
+            .collect()
+    };
+    pieces.iter().flat_map(of_piece).collect()
+}
+
+struct True {
+    v: f64,
+    g: f64,
+    u_h: f64,
+    gradient: f64,
+}
+
+/// The errors themselves; on cells with a lift by the lift's own points.
+fn errors(problem: &Problem, fields: &CellFields, u: &[f64], exact: &Expression) -> True {
+    let (space, mesh) = (&problem.space, problem.space.mesh);
+    let plain = points_of_cells(mesh.dim);
+    let mut squares = [0.0; 4];
+    for cell in 0..mesh.cell_count() {
+        let geometry = mesh.geometry(cell);
+        let local = space.local(cell, u);
+        let mut add = |lambda: &[f64; 4], weight: f64, lift: Vector3<f64>| {
+            let slope = Vector3::from(exact.gradient(geometry.point(lambda)));
+            let of_v = fields.slope(cell) + lift;
+            let mean = 0.5 * (of_v + fields.sigma(cell, &geometry, lambda));
+            let of_u = combine(&space.gradients(&geometry, lambda), &local);
+            for (sum, of) in squares.iter_mut().zip([of_v, mean, of_u, Vector3::zeros()]) {
+                *sum += geometry.measure() * weight * (slope - of).norm_squared();
+            }
+        };
+        match fields.lifts_of(cell).first() {
+            None => plain
+                .iter()
+                .for_each(|(lambda, weight)| add(lambda, *weight, Vector3::zeros())),
+            Some(lift) => {
+                let points = lift.points();
+                points
+                    .iter()
+                    .for_each(|(lambda, weight, slope)| add(lambda, *weight, *slope));
+            }
+        }
+    }
+    let [v, g, u_h, gradient] = squares.map(f64::sqrt);
+    True {
+        v,
+        g,
+        u_h,
+        gradient,
+    }
+}
+
+fn data(scene: &Scene, problem: &Problem) -> Cow<'static, Data> {
+    Cow::Owned(Data::new(scene, problem).expect("data of a scene"))
+}
+
+fn solved(problem: &Problem) -> Vec<f64> {
+    let solution = solve(problem, Iteration::Newton, Stop::default(), |_, _| Ok(()));
+    solution.expect("an exact scene is solved").u
+}
+
+/// Bound over error for g, v and u_h.
+fn ratios(name: &str, method: &str, n: usize) -> Result<[f64; 3]> {
+    let scene = Scene::find(name)?;
+    let mesh = scene.triangulation(Some(n))?;
+    let problem = Problem::new(&scene, &mesh, method.parse::<Method>().expect("a method"))?;
+    let u = solved(&problem);
+    let fields = CellFields::new(
+        &scene,
+        &problem,
+        &u,
+        Cow::Owned(Data::new(&scene, &problem)?),
+    )?;
+    let certificate = bounds(&scene, &problem, &fields)?;
+    let exact = scene.exact.as_ref().expect("an exact scene");
+    let truth = errors(&problem, &fields, &u, exact);
+    let [low, high] = certificate.gradient;
+    assert!(
+        low <= truth.gradient * (1.0 + 1e-9) && truth.gradient <= high * (1.0 + 1e-9),
+        "{name} {method} {n}: {low} {} {high}",
+        truth.gradient
+    );
+    // What `verify` builds on: a field that solves its scheme is not much worse than the best that it proves.
+    assert!(
+        certificate.u_h[1] <= 3.5 * certificate.g,
+        "{name} {method} {n}"
+    );
+    assert!(
+        certificate.u_h[0] <= truth.u_h * (1.0 + 1e-3),
+        "{name} {method} {n}"
+    );
+    Ok([
+        certificate.g / truth.g,
+        certificate.v / truth.v,
+        certificate.u_h[1] / truth.u_h,
+    ])
+}
+
+/// Scenes whose data on Γ_D have a slope that is not square-integrable along the side.
+const REFUSED: [&str; 1] = ["dirichlet-meets-contact"];
+
+#[test]
+fn bounds_hold_on_every_exact_scene() {
+    let mut checked = 0;
+    for name in Scene::exact_names() {
+        for method in ["cr", "cr-fc", "p2"] {
+            match ratios(name, method, 8) {
+                Ok(ratios) => {
+                    println!("{name:24} {method:6} {ratios:.3?}");
+                    assert!(
+                        ratios.iter().all(|r| *r >= 1.0 - 1e-3),
+                        "{name} {method} {ratios:?}"
+                    );
+                    checked += 1;
+                }
+                Err(Error::Certificate { because, .. }) => {
+                    println!("{name:24} {method:6} {because}");
+                    assert!(REFUSED.contains(&name), "{name}: {because}");
+                }
+                Err(other) => panic!("{name}: {other}"),
+            }
+        }
+    }
+    assert!(checked > 50, "{checked}");
+}
+
+#[test]
+fn bounds_hold_in_space() {
+    for name in Scene::exact_solid_names() {
+        for method in ["cr", "cr-fc", "p2"] {
+            match ratios(name, method, 4) {
+                Ok(ratios) => {
+                    println!("{name:24} {method:6} {ratios:.3?}");
+                    assert!(
+                        ratios.iter().all(|r| *r >= 1.0 - 1e-3),
+                        "{name} {method} {ratios:?}"
+                    );
+                }
+                Err(Error::Certificate { because, .. }) => {
+                    println!("{name:24} {method:6} {because}");
+                    assert!(because.contains("not linear"), "{name}: {because}");
+                }
+                Err(other) => panic!("{name}: {other}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn the_averaged_gradient_is_bounded_sharply() {
+    for name in ["contact-everywhere", "transition-1.5", "many-zones-3"] {
+        let [g, _, u_h] = ratios(name, "cr-fc", 32).expect("a certificate");
+        println!("{name} {g} {u_h}");
+        assert!(g < 1.1 && u_h < 1.6, "{name}: {g} {u_h}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
+
+    /// Fields that solve nothing, on meshes that are moved and stretched.
+    #[test]
+    fn no_field_breaks_the_bound(
+        pick in any::<prop::sample::Index>(),
+        method in prop::sample::select(vec!["cr", "cr-fc", "p1", "p2"]),
+        n in 1usize..4,
+        noise in -4.0..1.0,
+        seed in any::<u64>(),
+        moved in 0.0..0.4,
+    ) {
+        let names = Scene::exact_names();
+        let name = names[pick.index(names.len())];
+        let mut state = seed | 1;
+        let mut random = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        };
+        let scene = Scene::find(name).unwrap();
+        let (label, mut points) = scene.mesh(Some(2 * n)).unwrap();
+        let plain = Triangulation::new(&label, &points).unwrap();
+        let mut inner = vec![true; plain.points.len()];
+        for face in (0..plain.face_count()).filter(|&f| plain.is_boundary(f)) {
+            plain.face(face).iter().for_each(|&v| inner[v as usize] = false);
+        }
+        let h = plain.geometry(0).diameter;
+        for (point, inner) in points.points.iter_mut().zip(inner) {
+            for x in &mut point[..2] {
+                *x += if inner { moved * h * random() } else { 0.0 };
+            }
+        }
+        let Ok(mesh) = Triangulation::new(&label, &points) else { return Ok(()) };
+        let problem = Problem::new(&scene, &mesh, method.parse().unwrap()).unwrap();
+        let exact = scene.exact.as_ref().unwrap();
+        let u: Vec<f64> = problem.space.points().zip(&problem.dirichlet).map(|(x, g)| {
+            g.unwrap_or_else(|| exact.value(x) + 10f64.powf(noise) * random())
+        }).collect();
+        let certified = Data::new(&scene, &problem).and_then(|data| {
+            let fields = CellFields::new(&scene, &problem, &u, Cow::Owned(data))?;
+            Ok((bounds(&scene, &problem, &fields)?, fields))
+        });
+        let (certificate, fields) = match certified {
+            Ok(certified) => certified,
+            Err(Error::Certificate { because, .. }) => {
+                prop_assert!(
+                    REFUSED.contains(&name) || because.contains("integrated"),
+                    "{}: {}", name, because
+                );
+                return Ok(());
+            }
+            Err(other) => return Err(TestCaseError::fail(other.to_string())),
+        };
+        let truth = errors(&problem, &fields, &u, exact);
+        let least = 1.0 - 1e-3;
+        prop_assert!(certificate.g >= least * truth.g, "{} g {} {}", name, certificate.g, truth.g);
+        prop_assert!(certificate.v >= least * truth.v, "{} v {} {}", name, certificate.v, truth.v);
+        prop_assert!(
+            certificate.u_h[1] >= least * truth.u_h && certificate.u_h[0] <= truth.u_h / least,
+            "{} u_h {:?} {}", name, certificate.u_h, truth.u_h
+        );
+    }
+}
+
+fn integral(mesh: &Triangulation, value: impl Fn(usize, &CellGeometry, &[f64; 4]) -> f64) -> f64 {
+    let points = points_of_cells(mesh.dim);
+    let of_cell = |cell: usize| -> f64 {
+        let geometry = mesh.geometry(cell);
+        let values = points
+            .iter()
+            .map(|(at, weight)| weight * value(cell, &geometry, at));
+        geometry.measure() * values.sum::<f64>()
+    };
+    (0..mesh.cell_count()).map(of_cell).sum()
+}
+
+/// The identity that all rests on, with functions that have nothing to do with each other.
+#[test]
+fn both_sides_of_the_identity_are_equal() {
+    let scene = Scene::find("two-sides-contact").unwrap();
+    let exact = scene.exact.as_ref().unwrap();
+    let mesh = scene.triangulation(Some(4)).unwrap();
+    let problem = Problem::new(&scene, &mesh, Method::cr_fc()).unwrap();
+    let u: Vec<f64> = problem
+        .space
+        .points()
+        .zip(&problem.dirichlet)
+        .map(|(x, g)| g.unwrap_or(exact.value(x) + 0.1 * (7.0 * x[0]).sin() - 0.2 * x[1]))
+        .collect();
+    let fields = CellFields::new(&scene, &problem, &u, data(&scene, &problem)).unwrap();
+    let (v, lambda) = (&fields.ingredients.v, &fields.ingredients.lambda);
+    assert!(lambda.iter().any(|l| *l < 0.0));
+    let slope = |x: [f64; 3]| Vector3::from(exact.gradient(x));
+    let linear = |cell: usize, lambda: &[f64; 4]| -> f64 {
+        let vertices = mesh.cell(cell).iter().zip(lambda);
+        vertices.map(|(&k, l)| l * v[k as usize]).sum()
+    };
+    let left = integral(&mesh, |cell, geometry, at| {
+        let gradient = slope(geometry.point(at));
+        let sigma = fields.sigma(cell, geometry, at);
+        (fields.slope(cell) - gradient).norm_squared() + (sigma - gradient).norm_squared()
+    });
+    let right = integral(&mesh, |cell, geometry, at| {
+        let x = geometry.point(at);
+        let load = &fields.ingredients.data.loads[cell];
+        let linear_load: f64 =
+            load.mean + load.slopes.iter().zip(at).map(|(a, l)| a * l).sum::<f64>();
+        let rest = scene.data.f.value(x) - linear_load;
+        (fields.slope(cell) - fields.sigma(cell, geometry, at)).norm_squared()
+            + 2.0 * rest * (exact.value(x) - linear(cell, at))
+    });
+    let (mut touching, mut given) = (0.0, 0.0);
+    for (face, lambda) in problem.contact.iter().zip(lambda) {
+        let geometry = mesh.geometry(face.cell);
+        let local = mesh.local_face(face.cell, face.face);
+        let normal = geometry.normal(local);
+        let corners: Vec<usize> = (0..3).filter(|&i| i != local).collect();
+        for ([p, q, ..], weight) in exact_on_edges().iter() {
+            let mut at = [0.0; 4];
+            (at[corners[0]], at[corners[1]]) = (p, q);
+            let (x, weight) = (geometry.point(&at), weight * face.measure);
+            let value = linear(face.cell, &at);
+            touching += weight * (slope(x).dot(&normal) * value + lambda * exact.value(x));
+            given += weight * lambda * value;
+        }
+    }
+    let (left, right) = (left + 2.0 * touching, right + 2.0 * given);
+    assert!((left - right).abs() < 1e-6 * right, "{left} {right}");
+}
+
+fn exact_on_edges() -> quadrature::Rule {
+    exact(1, 9)
+}
+
+#[test]
+fn what_has_no_certificate_is_refused_in_words() {
+    let scene = Scene::find("two-sides-contact").unwrap();
+    let mesh = scene.triangulation(Some(2)).unwrap();
+    let problem = Problem::new(&scene, &mesh, Method::cr()).unwrap();
+    let refused = |scene: &Scene, u: &[f64], word: &str| {
+        let problem = Problem::new(scene, &mesh, Method::cr()).unwrap();
+        let text = certify(scene, &problem, u).unwrap_err().to_string();
+        assert!(
+            text.starts_with("no certificate, because") && text.contains(word),
+            "{text}"
+        );
+    };
+    refused(
+        &scene,
+        &vec![1.0; problem.space.dofs],
+        "violates its boundary data",
+    );
+    let mut jump = scene.clone();
+    jump.data.f = Expression::parse("if(x + 0.3*y < 0.41, 1e9, 0)").unwrap();
+    let fine = certify(&jump, &problem, &problem.start());
+    assert!(fine.is_err() || fine.unwrap().parts.quadrature > 0.0);
+    let mut empty = scene.clone();
+    empty.data.psi = Expression::parse("-1").unwrap();
+    refused(&empty, &problem.start(), "below ψ");
+}

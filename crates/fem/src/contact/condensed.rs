@@ -1,0 +1,457 @@
+//! The scheme condensed onto the dofs K that its contact conditions see.
+//!
+//! Only the conditions are nonlinear. The other rows say A_II u_I + A_IK u_K = b_I, which is solved
+//! once for all u_K; what is left is a scheme of the same form on K,
+//!
+//! ```text
+//! S u_K - Σ_k w_k q_k g_k + Σ_k w_k max(g_k-ψ_k, γ_k q_k) (θ₂γ_k⁻¹ g_k + θ₁ q_k') = g,
+//! S = A_KK - A_KI A_II⁻¹ A_IK,   g = b_K - A_KI A_II⁻¹ b_I
+//! ```
+//!
+//! whose steps cost nothing that grows with the number of cells. u_I follows at the end.
+
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+
+use super::Problem;
+use super::conditions::Condition;
+use super::scheme::{Scheme, clear_rows};
+use super::system::{Built, Energy, System, Weights};
+use crate::linear::{
+    Choice, Elements, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings,
+    condense,
+};
+use faceoff_mesh::error::{Error, Result};
+
+/// Vectors of this scheme hold the free dofs of K, ascending, and then those of K on Γ_D.
+pub(super) struct Condensed<'a> {
+    problem: &'a Problem<'a>,
+    scheme: Scheme<'a>,
+    /// The scheme's conditions with the numbers of K.
+    conditions: Vec<Condition>,
+    /// The part of the domain of each of K, where it is one that Γ_D does not hold.
+    floating: Option<Vec<Option<u32>>>,
+    choice: Choice,
+    factor: Factor,
+    reduced: Reduced,
+    /// S with the shift, and the shift with the other sign.
+    schur: Schur,
+    shift: Vec<Entry>,
+    /// g
+    load: Vec<f64>,
+    /// Dofs of K: the free ones, and those on Γ_D.
+    kept: Vec<u32>,
+    fixed: Vec<u32>,
+    roles: Vec<Role>,
+    /// The last dense factorisation, and the laws that it is for.
+    stale: RefCell<Option<(SchurLu, Vec<Weights>)>>,
+    /// Dense factorisations so far.
+    dense: Cell<usize>,
+}
+
+/// The stiffness by cells, and where Γ_D does not hold all of the domain the mass of Γ_C on top,
+/// so that the matrix is definite.
+struct Cells<'a> {
+    problem: &'a Problem<'a>,
+    shift: BTreeMap<usize, Vec<f64>>,
+}
+
+impl Elements for Cells<'_> {
+    fn unknowns(&self) -> usize {
+        self.problem.stiffness.unknowns()
+    }
+
+    fn count(&self) -> usize {
+        self.problem.stiffness.count()
+    }
+
+    fn size(&self) -> usize {
+        self.problem.stiffness.size()
+    }
+
+    fn of(&self, cell: usize) -> &[u32] {
+        self.problem.stiffness.of(cell)
+    }
+
+    fn centre(&self, cell: usize) -> [f64; 3] {
+        self.problem.stiffness.centre(cell)
+    }
+
+    fn matrix(&self, cell: usize, matrix: &mut [f64]) {
+        self.problem.stiffness.matrix(cell, matrix);
+        if let Some(shift) = self.shift.get(&cell) {
+            for (value, shift) in matrix.iter_mut().zip(shift) {
+                *value += shift;
+            }
+        }
+    }
+}
+
+impl<'a> Cells<'a> {
+    fn new(problem: &'a Problem<'a>) -> Self {
+        let mut shift = BTreeMap::new();
+        if problem.floating.is_some() {
+            let local = problem.space.local_dofs;
+            for face in &problem.contact {
+                let mass = shift.entry(face.cell).or_insert(vec![0.0; local * local]);
+                // Of the size of the stiffness, in any unit of length.
+                let mesh = problem.space.mesh;
+                let size = mesh.geometry(face.cell).diameter.powi(mesh.dim as i32 - 2);
+                for point in &face.points {
+                    let weight = size * point.weight / face.measure;
+                    for i in 0..local {
+                        for j in 0..local {
+                            mass[i * local + j] += weight * point.phi[i] * point.phi[j];
+                        }
+                    }
+                }
+            }
+        }
+        Cells { problem, shift }
+    }
+}
+
+impl<'a> Condensed<'a> {
+    /// The scheme back where what is predicted of iterating is better.
+    ///
+    /// # Errors
+    /// Nothing to solve for; a stiffness that is not positive definite; memory that is not there.
+    pub fn new(
+        scheme: Scheme<'a>,
+        settings: Settings,
+        instead: Option<Choice>,
+    ) -> Result<Result<Self, Scheme<'a>>> {
+        let problem = scheme.problem;
+        let space = &problem.space;
+        let mut roles: Vec<Role> = problem
+            .dirichlet
+            .iter()
+            .map(|g| g.map_or(Role::Eliminated, |_| Role::Fixed))
+            .collect();
+        if !roles.contains(&Role::Eliminated) {
+            return Err(Error::Solver {
+                what: "Γ_D holds every dof, so there is nothing to solve".into(),
+                remedy: "refine the mesh".into(),
+            });
+        }
+        let mut seen: Vec<u32> = problem
+            .contact
+            .iter()
+            .flat_map(|face| space.cell_dofs(face.cell))
+            .chain(problem.conditions.iter().flat_map(|c| &c.dofs))
+            .copied()
+            .collect();
+        seen.sort_unstable();
+        seen.dedup();
+        let (fixed, kept): (Vec<u32>, Vec<u32>) = seen
+            .iter()
+            .partition(|&&dof| roles[dof as usize] == Role::Fixed);
+        for &dof in &kept {
+            roles[dof as usize] = Role::Kept;
+        }
+        let number = |dof: u32| match kept.binary_search(&dof) {
+            Ok(k) => k as u32,
+            Err(_) => (kept.len() + fixed.partition_point(|other| *other < dof)) as u32,
+        };
+        let conditions = scheme
+            .conditions
+            .iter()
+            .map(|condition| condition.with_dofs(number))
+            .collect();
+        let floating = problem.floating.as_ref().map(|floating| {
+            let dofs = kept.iter().chain(&fixed);
+            dofs.map(|&dof| floating[dof as usize]).collect()
+        });
+
+        let cells = Cells::new(problem);
+        let mut shift = Vec::new();
+        for (&cell, matrix) in &cells.shift {
+            let dofs = space.cell_dofs(cell);
+            for (&i, row) in dofs.iter().zip(matrix.chunks_exact(dofs.len())) {
+                for (&j, value) in dofs.iter().zip(row) {
+                    let free = |dof: u32| roles[dof as usize] == Role::Kept;
+                    if free(i) && free(j) {
+                        shift.push((number(i), number(j), -value));
+                    }
+                }
+            }
+        }
+        let b = right_side(&scheme, &problem.start());
+        let Some((factor, reduced, schur, choice)) =
+            condense(&cells, &roles, b, settings, instead)?
+        else {
+            return Ok(Err(scheme));
+        };
+        Ok(Ok(Condensed {
+            problem,
+            scheme,
+            conditions,
+            floating,
+            choice,
+            load: reduced.kept().to_vec(),
+            factor,
+            reduced,
+            schur,
+            shift,
+            kept,
+            fixed,
+            roles,
+            stale: RefCell::new(None),
+            dense: Cell::new(0),
+        }))
+    }
+
+    fn residual_with(&self, u: &[f64], add: impl Fn(usize, &Condition, &mut [f64])) -> Vec<f64> {
+        let mut r = self.times(u);
+        for (r, g) in r.iter_mut().zip(&self.load) {
+            *r -= g;
+        }
+        r.resize(u.len(), 0.0);
+        clear_rows(&self.conditions, &mut r);
+        for (k, condition) in self.conditions.iter().enumerate() {
+            add(k, condition, &mut r);
+        }
+        r[self.load.len()..].fill(0.0);
+        r
+    }
+
+    /// S u of the free dofs, without the shift.
+    fn times(&self, u: &[f64]) -> Vec<f64> {
+        let mut y = self.schur.times(&u[..self.load.len()]);
+        for &(i, j, value) in &self.shift {
+            y[i as usize] += value * u[j as usize];
+        }
+        y
+    }
+
+    /// From step to step few conditions change their law, so that an earlier factorisation and a
+    /// correction of low rank do what a new one would.
+    fn solve_kept(&self, laws: &[Weights], b: &[f64]) -> Vec<f64> {
+        if b.is_empty() {
+            return Vec::new();
+        }
+        let mut stale = self.stale.borrow_mut();
+        let mut change = LowRank::default();
+        if let Some((_, old)) = stale.as_ref() {
+            change = self.change(old, laws);
+        }
+        let refactor = |lu: &SchurLu| change.rank() * REFACTOR > lu.dense_size();
+        if stale.as_ref().is_none_or(|(lu, _)| refactor(lu)) {
+            change = LowRank::default();
+            *stale = Some((self.schur.lu(&self.entries(laws)), laws.to_vec()));
+            self.dense.set(self.dense.get() + 1);
+        }
+        let Some((lu, _)) = stale.as_ref() else {
+            return Vec::new();
+        };
+        let solve = lu.changed(&change);
+        let mut delta = solve(b);
+        // One step of refinement takes away what the correction, or small pivots, left.
+        let mut rest = self.times(&delta);
+        rest.resize(delta.len() + self.fixed.len(), 0.0);
+        let mut whole = delta.clone();
+        whole.resize(rest.len(), 0.0);
+        for (condition, law) in self.conditions.iter().zip(laws) {
+            condition.add_linear_to(*law, &whole, &mut rest);
+        }
+        let rest: Vec<f64> = b.iter().zip(&rest).map(|(b, r)| b - r).collect();
+        for (delta, correction) in delta.iter_mut().zip(solve(&rest)) {
+            *delta += correction;
+        }
+        delta
+    }
+
+    /// N less the shift.
+    fn entries(&self, laws: &[Weights]) -> Vec<Entry> {
+        let free = self.load.len() as u32;
+        let mut entries = self.shift.clone();
+        for (condition, law) in self.conditions.iter().zip(laws) {
+            condition.for_each_entry(*law, |i, j, value| {
+                if i < free && j < free {
+                    entries.push((i, j, value));
+                }
+            });
+        }
+        entries
+    }
+
+    /// N of `new` less N of `old`: conditions with the same test functional share a term.
+    fn change(&self, old: &[Weights], new: &[Weights]) -> LowRank {
+        let free = self.load.len() as u32;
+        let only_free = |row: Row| -> Row { row.into_iter().filter(|(k, _)| *k < free).collect() };
+        let mut change = LowRank::default();
+        let mut last: Option<(Row, Row)> = None;
+        for ((condition, old), new) in self.conditions.iter().zip(old).zip(new) {
+            if old == new {
+                continue;
+            }
+            let test = only_free(condition.test_row());
+            let row = only_free(condition.law_row([new[0] - old[0], new[1] - old[1]]));
+            match &mut last {
+                Some((left, right)) if *left == test && same_places(right, &row) => {
+                    for (sum, (_, value)) in right.iter_mut().zip(row) {
+                        sum.1 += value;
+                    }
+                }
+                _ => {
+                    if let Some((left, right)) = last.replace((test, row)) {
+                        change.push(left, right);
+                    }
+                }
+            }
+        }
+        if let Some((left, right)) = last {
+            change.push(left, right);
+        }
+        change
+    }
+}
+
+impl System for Condensed<'_> {
+    fn conditions(&self) -> &[Condition] {
+        &self.conditions
+    }
+
+    fn floating(&self) -> Option<&[Option<u32>]> {
+        self.floating.as_deref()
+    }
+
+    fn choice(&self) -> Choice {
+        self.choice
+    }
+
+    fn built(&self) -> Built {
+        Built {
+            unknowns: self.load.len(),
+            factors: 1,
+            dense: self.dense.get(),
+            preconditioners: 0,
+        }
+    }
+
+    fn is_solved_but_for_conditions(&self) -> bool {
+        true
+    }
+
+    /// u on K: 0 but for g on Γ_D.
+    fn start(&self) -> Vec<f64> {
+        let dirichlet = &self.problem.dirichlet;
+        let fixed = self.fixed.iter();
+        let g = fixed.map(|&dof| dirichlet[dof as usize].unwrap_or(0.0));
+        std::iter::repeat_n(0.0, self.load.len()).chain(g).collect()
+    }
+
+    /// The residual of the scheme on the free dofs of K, 0 on the others.
+    fn residual(&self, u: &[f64]) -> Vec<f64> {
+        self.residual_with(u, |_, condition, r| condition.add_to(u, r))
+    }
+
+    /// The same of the linear scheme with these laws.
+    fn linear_residual(&self, laws: &[Weights], u: &[f64]) -> Vec<f64> {
+        self.residual_with(u, |k, condition, r| condition.add_law_to(laws[k], u, r))
+    }
+
+    /// What residuals are relative to: ‖S‖ in the maximum norm, and max |g|.
+    fn scale(&self) -> [f64; 2] {
+        let load = self.load.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
+        [self.schur.norm(), load]
+    }
+
+    /// (∇v,∇v)_h of the v that is δ on K, 0 on Γ_D, and solves the rows of all other dofs without
+    /// load; with the shift added that holds what Γ_D does not.
+    fn energy(&self, delta: &[f64]) -> Energy {
+        let delta = &delta[..self.load.len()];
+        Energy::new(delta, |v| dot(&self.schur.times(v), v))
+    }
+
+    /// The same of u less what it is where the iteration starts, the load included.
+    fn size(&self, u: &[f64]) -> Energy {
+        let started = self.reduced.energy().max(0.0);
+        let on_kept = self.energy(u);
+        let value = on_kept.value + started / on_kept.unit / on_kept.unit;
+        if on_kept.is_zero() || !value.is_finite() {
+            return Energy {
+                unit: 1.0,
+                value: started,
+            };
+        }
+        Energy { value, ..on_kept }
+    }
+
+    /// δ on K with (S + N) δ = -r, where N is of the conditions with these laws.
+    ///
+    /// # Errors
+    /// A singular matrix.
+    fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+        let minus: Vec<f64> = r[..self.load.len()].iter().map(|r| -r).collect();
+        let mut delta = self.solve_kept(laws, &minus);
+        if let Some(k) = delta.iter().position(|d| !d.is_finite()) {
+            return Err(Error::Solver {
+                what: format!(
+                    "the Newton matrix is singular (contact dof {k} of the step is {})",
+                    delta[k]
+                ),
+                remedy: "check gamma0, the data, and what holds the domain".into(),
+            });
+        }
+        delta.resize(r.len(), 0.0);
+        Ok(delta)
+    }
+
+    /// u on K from u at all dofs.
+    fn restrict(&self, u: &[f64]) -> Vec<f64> {
+        let dofs = self.kept.iter().chain(&self.fixed);
+        dofs.map(|&dof| u[dof as usize]).collect()
+    }
+
+    /// u at all dofs from u on K.
+    fn complete(&self, on_kept: &[f64]) -> Vec<f64> {
+        let mut u = self.problem.start();
+        let kept = &on_kept[..self.load.len()];
+        self.factor.expand(&self.reduced, kept, &mut u);
+        u
+    }
+
+    fn scheme(&self) -> &Scheme<'_> {
+        &self.scheme
+    }
+
+    fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+        let mut minus: Vec<f64> = r.iter().map(|r| -r).collect();
+        for (r, role) in minus.iter_mut().zip(&self.roles) {
+            if *role == Role::Fixed {
+                *r = 0.0;
+            }
+        }
+        let reduced = self.factor.reduce(&minus);
+        let mut on_kept: Vec<f64> = reduced.kept().iter().map(|g| -g).collect();
+        on_kept.resize(self.load.len() + self.fixed.len(), 0.0);
+        let delta = self.step(laws, &on_kept)?;
+        let mut step = vec![0.0; r.len()];
+        self.factor
+            .expand(&reduced, &delta[..self.load.len()], &mut step);
+        Ok(step)
+    }
+}
+
+/// A new factorisation costs less than a correction of more than this part of the rank.
+const REFACTOR: usize = 5;
+
+/// L(φ_i) - (∇u, ∇φ_i), all dofs.
+fn right_side(scheme: &Scheme, u: &[f64]) -> Vec<f64> {
+    let mut b = scheme.load.to_vec();
+    if u.iter().any(|u| *u != 0.0) {
+        for (b, r) in b.iter_mut().zip(scheme.problem.stiffness.times(u)) {
+            *b -= r;
+        }
+    }
+    b
+}
+
+fn same_places(a: &[(u32, f64)], b: &[(u32, f64)]) -> bool {
+    a.iter().map(|a| a.0).eq(b.iter().map(|b| b.0))
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

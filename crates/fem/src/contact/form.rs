@@ -1,0 +1,377 @@
+//! The form (2.4), of which (3.2) is the penalty-free member.
+
+use super::conditions::{Condition, conditions};
+use super::method::{Law, Method};
+use crate::assembly::{self, FacePoints, Stiffness, value_at};
+use crate::element::{Basis, MAX_DOFS, Space};
+use crate::quadrature::Rule;
+use crate::scene::{Expression, HRule, Part, Scene};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::{CellGeometry, Triangulation};
+
+/// The discrete problem: find u_h with A_h(u_h; v) = L(v) for all v that vanish on Γ_D, (3.1).
+pub struct Problem<'a> {
+    pub scene: &'a Scene,
+    pub space: Space<'a>,
+    pub method: Method,
+    /// The part of each boundary face.
+    pub parts: Vec<Option<Part>>,
+    /// Contact faces, ascending: what is read off a solution on Γ_C.
+    pub contact: Vec<ContactFace>,
+    /// (∇φ_j, ∇φ_i)_h, all dofs.
+    pub stiffness: Stiffness<'a>,
+    /// The contact condition as the method imposes it.
+    pub conditions: Vec<Condition>,
+    /// L(φ_i) = (f, φ_i) + <t, φ_i>_N, all dofs.
+    pub load: Vec<f64>,
+    /// The value of g at each dof on Γ_D, none elsewhere.
+    pub dirichlet: Vec<Option<f64>>,
+    /// Where there are parts of the domain that Γ_D does not hold: that part, of each dof.
+    pub floating: Option<Vec<Option<u32>>>,
+    /// The rules that the scheme is defined by.
+    pub cell_rule: Rule,
+    pub face_rule: Rule,
+}
+
+/// A contact face F.
+pub struct ContactFace {
+    pub face: usize,
+    pub cell: usize,
+    /// γ = γ₀ h, constant on F; of the penalty, ε.
+    pub gamma: f64,
+    /// |F|
+    pub measure: f64,
+    pub points: Vec<ContactPoint>,
+}
+
+/// One quadrature point of a contact face.
+pub struct ContactPoint {
+    /// Quadrature weight times |F|.
+    pub weight: f64,
+    pub x: [f64; 3],
+    /// φ_i
+    pub phi: Basis,
+    /// ∂ₙφ_i
+    pub dn: Basis,
+    /// The flux of u = 0: -L(φ_F)/|F| where the flux is corrected by the load, else 0.
+    pub flux_at_rest: f64,
+    /// ψ
+    pub psi: f64,
+}
+
+/// u_h on Γ_C at one quadrature point.
+#[derive(Debug, Clone, Copy)]
+pub struct Trace {
+    /// u - ψ
+    pub gap: f64,
+    /// ∂ₙu, or λ where the flux is corrected
+    pub flux: f64,
+    /// P(u) = γ ∂ₙu - (u - ψ)
+    pub p: f64,
+}
+
+impl ContactPoint {
+    /// The trace of a function with these local dofs.
+    pub fn trace(&self, gamma: f64, local: &Basis) -> Trace {
+        let dot = |basis: &Basis| -> f64 { basis.iter().zip(local).map(|(b, u)| b * u).sum() };
+        let flux = dot(&self.dn) + self.flux_at_rest;
+        Trace::new(dot(&self.phi) - self.psi, flux, gamma)
+    }
+}
+
+impl Trace {
+    pub(super) fn new(gap: f64, flux: f64, gamma: f64) -> Self {
+        Trace {
+            gap,
+            flux,
+            p: gamma * flux - gap,
+        }
+    }
+}
+
+impl<'a> Problem<'a> {
+    /// The discrete problem of a scene on a mesh.
+    ///
+    /// # Errors
+    /// Boundary parts that do not fit the mesh, data that are not finite, a connected part of the
+    /// domain that nothing holds.
+    pub fn new(scene: &'a Scene, mesh: &'a Triangulation, method: Method) -> Result<Self> {
+        let parts = scene.parts(mesh)?;
+        let space = Space::new(mesh, method.element);
+        let [cell_rule, face_rule] = scene.rules(mesh.dim)?;
+
+        let mut load = vec![0.0; space.dofs];
+        assembly::add_load(&space, &scene.data.f, &cell_rule, &mut load)?;
+        let mut dirichlet = vec![None; space.dofs];
+        let mut contact = Vec::new();
+        let largest = match scene.h {
+            HRule::Local => 0.0,
+            HRule::Global => (0..mesh.cell_count())
+                .map(|cell| mesh.geometry(cell).diameter)
+                .fold(0.0, f64::max),
+        };
+        for (face, part) in parts.iter().enumerate() {
+            match part {
+                None => {}
+                Some(Part::Neumann) => {
+                    assembly::add_traction(&space, &scene.data.t, face, &face_rule, &mut load)?;
+                }
+                Some(Part::Dirichlet) => {
+                    let cell = mesh.face_cells(face)[0] as usize;
+                    let dofs: Vec<u32> =
+                        space.face_dofs(cell, mesh.local_face(cell, face)).collect();
+                    for dof in dofs {
+                        let x = space.point(dof as usize);
+                        dirichlet[dof as usize] = Some(value_at(&scene.data.g, "g", x)?);
+                    }
+                }
+                Some(Part::Contact) => {
+                    let gamma = |geometry: &CellGeometry, measure: f64| {
+                        let h = match scene.h {
+                            _ if !method.is_nitsche() => {
+                                mesh.dim as f64 * geometry.measure() / measure
+                            }
+                            HRule::Local => geometry.diameter,
+                            HRule::Global => largest,
+                        };
+                        method.gamma0(scene.gamma0) * h
+                    };
+                    let psi = &scene.data.psi;
+                    contact.push(ContactFace::new(&space, face, psi, gamma, &face_rule)?);
+                }
+            }
+        }
+        if method.law == Law::FluxCorrected {
+            for face in &mut contact {
+                face.correct_flux(&space, &load);
+            }
+        }
+        let stiffness = Stiffness::new(&space);
+        let conditions = conditions(
+            &method,
+            &space,
+            &contact,
+            &scene.data.psi,
+            &stiffness,
+            &load,
+            &dirichlet,
+        )?;
+        let mut problem = Problem {
+            scene,
+            stiffness,
+            space,
+            method,
+            parts,
+            contact,
+            conditions,
+            load,
+            dirichlet,
+            floating: None,
+            cell_rule,
+            face_rule,
+        };
+        problem.floating = problem.check_held()?;
+        Ok(problem)
+    }
+
+    /// Every connected part needs Γ_D, or contact and a total load that presses it on; what
+    /// [`Problem::floating`] is.
+    fn check_held(&self) -> Result<Option<Vec<Option<u32>>>> {
+        let mesh = self.space.mesh;
+        let (part_of, count) = mesh.components();
+        let mut held = vec![false; count];
+        let mut touching = vec![false; count];
+        for (face, part) in self.parts.iter().enumerate() {
+            let component = part_of[mesh.face_cells(face)[0] as usize] as usize;
+            match part {
+                Some(Part::Dirichlet) => held[component] = true,
+                Some(Part::Contact) => touching[component] = true,
+                _ => {}
+            }
+        }
+        if held.iter().all(|h| *h) {
+            return Ok(None);
+        }
+        // Each dof belongs to one component, and the φ_i of a component sum to 1.
+        let (mut total, mut sizes) = (vec![0.0; count], vec![0.0; count]);
+        let mut counted = vec![false; self.space.dofs];
+        for cell in 0..mesh.cell_count() {
+            for &dof in self.space.cell_dofs(cell) {
+                if !std::mem::replace(&mut counted[dof as usize], true) {
+                    total[part_of[cell] as usize] += self.load[dof as usize];
+                    sizes[part_of[cell] as usize] += self.load[dof as usize].abs();
+                }
+            }
+        }
+        for component in 0..count {
+            // A total that is rounding presses nothing.
+            let presses = total[component] > 64.0 * f64::EPSILON * sizes[component];
+            if held[component] || (touching[component] && presses) {
+                continue;
+            }
+            let cell = part_of
+                .iter()
+                .position(|&p| p as usize == component)
+                .expect("invariant: a component has a cell");
+            let place = mesh.vertex_label(mesh.cell(cell)[0]);
+            let what = if touching[component] {
+                format!(
+                    "the part of the domain with {place} has no Dirichlet face, and its total load {:e} does not press it into contact",
+                    total[component]
+                )
+            } else {
+                format!(
+                    "the part of the domain with {place} has neither a Dirichlet nor a contact face, so nothing fixes u there"
+                )
+            };
+            return Err(Error::Scene {
+                scene: self.scene.name.clone(),
+                place: "boundary.dirichlet".into(),
+                what,
+                remedy: "name a group of that part under dirichlet".into(),
+            });
+        }
+        let mut floating = vec![None; self.space.dofs];
+        for cell in 0..mesh.cell_count() {
+            let part = part_of[cell];
+            for &dof in self.space.cell_dofs(cell) {
+                floating[dof as usize] = Some(part).filter(|p| !held[*p as usize]);
+            }
+        }
+        Ok(Some(floating))
+    }
+
+    /// u = 0 but for g on Γ_D: where every engine starts.
+    pub fn start(&self) -> Vec<f64> {
+        self.dirichlet.iter().map(|g| g.unwrap_or(0.0)).collect()
+    }
+
+    /// R_i = A_h(u; φ_i) - L(φ_i), all dofs; rows of Γ_D are u - g.
+    ///
+    /// ```text
+    /// (2.4)  (∇u,∇v) - <∂ₙu,v>_C + <u-ψ + [P(u)]₊, θ₂γ⁻¹v + θ₁∂ₙv>_C = (f,v) + <t,v>_N
+    /// ```
+    ///
+    /// With u-ψ + [P(u)]₊ = max(u-ψ, γ∂ₙu): the same number without the cancellation. Other laws
+    /// have the same form with functionals of their own, [`Condition`].
+    pub fn residual(&self, u: &[f64]) -> Vec<f64> {
+        let mut r = self.stiffness.times(u);
+        for (r, b) in r.iter_mut().zip(&self.load) {
+            *r -= b;
+        }
+        for condition in &self.conditions {
+            condition.add_to(u, &mut r);
+        }
+        for ((r, u), g) in r.iter_mut().zip(u).zip(&self.dirichlet) {
+            if let Some(g) = g {
+                *r = u - g;
+            }
+        }
+        r
+    }
+
+    /// How far u is from solving the scheme, as a backward error: the largest residual of a row
+    /// over the sum of the sizes of that row's terms, and its dof. Rounding leaves about 1e-15.
+    ///
+    /// A row whose terms are all rounding in units of the largest row's is measured by the latter
+    /// (M. Arioli, J. W. Demmel, I. S. Duff, SIAM J. Matrix Anal. Appl. 10, 1989): where u = 0 it
+    /// would compare one rounding with another.
+    pub fn backward_error(&self, u: &[f64]) -> (f64, Option<usize>) {
+        let residual = self.residual(u);
+        let mut size = self.stiffness.sizes(u);
+        for condition in &self.conditions {
+            let [gap, flux] = condition.sizes(u);
+            let law = if condition.trace(u).p > 0.0 {
+                condition.gamma * flux
+            } else {
+                gap
+            };
+            for (j, &dof) in condition.dofs.iter().enumerate() {
+                size[dof as usize] += condition.weight
+                    * (law * condition.test(j).abs() + flux * condition.flux_test(j).abs());
+            }
+        }
+        for (size, load) in size.iter_mut().zip(&self.load) {
+            *size += load.abs();
+        }
+        let free = size
+            .iter()
+            .zip(&self.dirichlet)
+            .filter(|(_, g)| g.is_none());
+        let largest = free.fold(0.0, |m: f64, (size, _)| m.max(*size));
+        let mut worst = (0.0, None);
+        for i in 0..self.space.dofs {
+            let scale = match self.dirichlet[i] {
+                Some(g) => g.abs().max(u[i].abs()),
+                None if size[i] < 1e3 * f64::EPSILON * largest => largest,
+                None => size[i],
+            };
+            if residual[i] == 0.0 {
+                continue;
+            }
+            let error = residual[i].abs() / scale;
+            // What is not a number must not vanish in the maximum.
+            if error.is_nan() {
+                return (error, Some(i));
+            }
+            if error > worst.0 {
+                worst = (error, Some(i));
+            }
+        }
+        worst
+    }
+}
+
+impl ContactFace {
+    /// `gamma` is told the geometry of the cell and |F|.
+    fn new(
+        space: &Space,
+        face: usize,
+        psi: &Expression,
+        gamma: impl Fn(&CellGeometry, f64) -> f64,
+        rule: &Rule,
+    ) -> Result<Self> {
+        let points = FacePoints::new(space, face, rule);
+        let mesh = space.mesh;
+        let cell = mesh.face_cells(face)[0] as usize;
+        let geometry = *points.geometry();
+        let normal = geometry.normal(mesh.local_face(cell, face));
+        let measure = points.measure();
+        let points = points
+            .map(|point| {
+                let gradients = space.gradients(&geometry, &point.lambda);
+                let mut dn = [0.0; MAX_DOFS];
+                for (dn, gradient) in dn.iter_mut().zip(&gradients) {
+                    *dn = gradient.dot(&normal);
+                }
+                Ok(ContactPoint {
+                    weight: point.weight,
+                    x: point.x,
+                    phi: space.element.values(mesh.dim, &point.lambda),
+                    dn,
+                    flux_at_rest: 0.0,
+                    psi: value_at(psi, "psi", point.x)?,
+                })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(ContactFace {
+            face,
+            cell,
+            gamma: gamma(&geometry, measure),
+            measure,
+            points,
+        })
+    }
+
+    /// ∂ₙu becomes λ_F = ∂ₙu - L(φ_F)/|F|, φ_F the one basis function with a mean on F.
+    fn correct_flux(&mut self, space: &Space, load: &[f64]) {
+        let local = space.mesh.local_face(self.cell, self.face);
+        let on_face: f64 = space
+            .face_dofs(self.cell, local)
+            .map(|dof| load[dof as usize])
+            .sum();
+        for point in &mut self.points {
+            point.flux_at_rest = -on_face / self.measure;
+        }
+    }
+}

@@ -1,0 +1,376 @@
+//! Solves (3.1): Newton as the primal-dual active set strategy, which always ends, and the paper's
+//! fixed points.
+
+use std::time::Instant;
+
+use super::Problem;
+use super::active_set::{ActiveSet, Per};
+use super::iteration::Iteration;
+use super::nested;
+use super::scheme::Scheme;
+use super::sensitivity::{for_each_contact_term, moved_by_rounding};
+use super::system::{Built, Energy, System, Weights, largest, system};
+use crate::linear::{Choice, Precision, Settings, Solver};
+use faceoff_mesh::error::{Error, Result};
+
+/// When to stop: the relative broken H¹ norm of the increment, as in section 6; or where rounding
+/// leaves nothing to gain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// ‖δ‖_{1,h} < increment · ‖u‖_{1,h}
+    pub increment: f64,
+    pub max_iterations: usize,
+}
+
+impl Default for Stop {
+    fn default() -> Self {
+        Stop {
+            increment: 1e-12,
+            max_iterations: 50,
+        }
+    }
+}
+
+/// A residual is rounding when two steps in a row leave not more than this, relative to the
+/// largest terms.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// A field that is called converged has at most this backward error, or the tolerance where that is larger: by an
+/// increment alone a contact of stiffness γ⁻¹ that is still to come, or to go, is not seen.
+const BACKWARD: f64 = 1e-9;
+/// Where steps of refinement stay larger than this part of u, or rounding in the contact terms, as large as it may be and
+/// with the worst signs, moves u by more, rounding decides what u is.
+const SETTLED: f64 = 1e-3;
+/// A fixed point's increments tell its error but for the factor 1/(1-rate).
+const SLOWEST: f64 = 100.0;
+
+/// Why an iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ended {
+    /// The increment is below the tolerance, and so is the backward error.
+    Increment,
+    /// The residual is at rounding, so that the increments cannot get smaller.
+    Rounding,
+    /// The steps allowed are done, or an overflow; or refinement at all dofs finds no rest.
+    NotReached,
+    /// The residual is small, but the matrix is singular to working precision: rounding decides what u is.
+    Undetermined,
+}
+
+impl Ended {
+    /// Is u what was asked for?
+    pub fn converged(self) -> bool {
+        matches!(self, Ended::Increment | Ended::Rounding)
+    }
+}
+
+/// Seconds spent.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Timings {
+    pub factor: f64,
+    pub iterate: f64,
+    /// From u on the contact cells to u everywhere.
+    pub expand: f64,
+}
+
+/// What an iteration ended with.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// u at all dofs: of the last step, or where nothing was reached of the step with the smallest
+    /// residual.
+    pub u: Vec<f64>,
+    /// The step that u comes from, from 1; 0 is the start.
+    pub step: usize,
+    /// The relative increment of each step.
+    pub increments: Vec<f64>,
+    /// How many contact conditions changed their status after each step.
+    pub changes: Vec<usize>,
+    /// ‖R(u)‖ after each step, relative to ‖A‖ ‖u‖ and the contact terms, all in the maximum norm.
+    pub residuals: Vec<f64>,
+    pub ended: Ended,
+    /// Did it end by increment or rounding?
+    pub converged: bool,
+    /// [`Problem::backward_error`] of u.
+    pub backward_error: f64,
+    pub seconds: Timings,
+    /// What solved the linear systems.
+    pub linear: Choice,
+    /// What was built for it.
+    pub built: Built,
+}
+
+/// Solves (3.1). `progress` is told each step and its relative increment, and may end the run.
+///
+/// # Errors
+/// What `progress` returns; a fixed point for a method that has none; a stiffness that is not
+/// positive definite, or a singular Newton matrix. An iteration that does not reach its tolerance is
+/// no error: it says so.
+pub fn solve(
+    problem: &Problem,
+    iteration: Iteration,
+    stop: Stop,
+    progress: impl FnMut(usize, f64) -> Result<()>,
+) -> Result<Solution> {
+    solve_by(problem, iteration, stop, Settings::default(), progress)
+}
+
+/// [`solve`] with a linear solver of one's choice.
+///
+/// # Errors
+/// Those of [`solve`]; more memory needed than there is.
+pub fn solve_by(
+    problem: &Problem,
+    iteration: Iteration,
+    stop: Stop,
+    settings: Settings,
+    mut progress: impl FnMut(usize, f64) -> Result<()>,
+) -> Result<Solution> {
+    if iteration != Iteration::Newton && !problem.method.is_nitsche() {
+        return Err(Error::usage(
+            format!(
+                "{iteration} is a fixed point of the family (2.4) and of cr-fc, and {} is neither",
+                problem.method
+            ),
+            "use newton, which for the variational inequalities is the primal-dual active set",
+        ));
+    }
+    let clock = Instant::now();
+    let is_newton = iteration == Iteration::Newton;
+    let rows = if is_newton {
+        Scheme::new(problem)
+    } else {
+        Scheme::as_it_stands(problem)
+    };
+    let scheme = system(rows, settings)?;
+    let scheme = &*scheme;
+    let scale = Scale::new(scheme);
+    let factor = clock.elapsed().as_secs_f64();
+    let clock = Instant::now();
+
+    let mut per = if scheme.conditions().iter().any(|c| c.row.is_some()) {
+        Per::Face
+    } else {
+        Per::Condition
+    };
+    let mut u = match scheme.choice().solver {
+        Solver::Iterative => nested::start(problem, &mut progress)?,
+        _ => None,
+    }
+    .unwrap_or_else(|| scheme.start());
+    let mut set = ActiveSet::new(scheme, &u, per);
+    let (mut increments, mut changes, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
+    let mut best = (f64::INFINITY, 0, Vec::new());
+    let mut laws: Vec<Weights> = Vec::new();
+    let mut ended = Ended::NotReached;
+    if scheme.conditions().is_empty() && scheme.is_solved_but_for_conditions() {
+        // Linear: the whole of u is one increment, and there is nothing to iterate.
+        let increment = f64::from(u8::from(!scheme.size(&u).is_zero()));
+        (increments, changes, residuals) = (vec![increment], vec![0], vec![0.0]);
+        progress(1, increment)?;
+        ended = Ended::Rounding;
+    }
+    while ended == Ended::NotReached && increments.len() < stop.max_iterations {
+        if laws.is_empty() || !iteration.is_constant() {
+            laws = set.laws(scheme, iteration);
+        }
+        let r = if is_newton {
+            scheme.linear_residual(&laws, &u)
+        } else {
+            scheme.residual(&u)
+        };
+        let mut step = scheme.step(&laws, &r)?;
+        step.iter_mut().for_each(|d| *d *= iteration.relaxation());
+        let next: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + d).collect();
+        let increment = relative_increment(scheme, &scale, &step, &next);
+        if let Some(residual) = residuals.last().filter(|r| **r < best.0) {
+            best = (*residual, increments.len(), u);
+        }
+        u = next;
+        // A small increment says nothing of violations that were left standing.
+        let mut arrived = increment < stop.increment && !set.is_partial();
+        let mut changed = if is_newton {
+            set.pivot(scheme, &u)
+        } else {
+            set.follow(scheme, &u)
+        };
+        if per == Per::Face && (changed == 0 || arrived) {
+            per = Per::Condition;
+            let by_face = std::mem::replace(&mut set, ActiveSet::new(scheme, &u, per));
+            changed = set.differs(&by_face);
+            arrived &= changed == 0;
+        }
+        let mut r = scheme.residual(&u);
+        set.scale_rows(scheme, &mut r);
+        let before = residuals.last().copied();
+        let residual = scale.relative(scheme, &set, &u, &r);
+        increments.push(increment);
+        changes.push(changed);
+        residuals.push(residual);
+        progress(increments.len(), increment)?;
+        if !increment.is_finite() {
+            break;
+        }
+        // Newton's residual is that of the violations; a fixed point has nothing else than its increments.
+        let solves = !is_newton || residual <= stop.increment.max(BACKWARD);
+        if per == Per::Condition && arrived && solves && !set.is_partial() {
+            ended = Ended::Increment;
+        } else if residual <= ROUNDING && before.is_some_and(|r| r <= ROUNDING) {
+            ended = Ended::Rounding;
+        }
+    }
+    let mut step = increments.len();
+    if !ended.converged() && !residuals.last().is_some_and(|r| *r <= best.0) && !best.2.is_empty() {
+        (_, step, u) = best;
+    }
+    let iterate = clock.elapsed().as_secs_f64();
+    let clock = Instant::now();
+    let mut u = scheme.complete(&u);
+    let backward_error = if ended.converged() && is_newton {
+        let limit = stop.increment.max(BACKWARD);
+        let (failed, error) = refine(problem, scheme, &mut set, &mut u, limit)?;
+        ended = failed.unwrap_or(ended);
+        error
+    } else {
+        // A fixed point is what it is: Newton's step would replace it.
+        let error = problem.backward_error(&u).0;
+        if !(error <= (SLOWEST * stop.increment).max(BACKWARD)) {
+            ended = Ended::NotReached;
+        }
+        error
+    };
+    Ok(Solution {
+        u,
+        step,
+        increments,
+        changes,
+        residuals,
+        ended,
+        converged: ended.converged(),
+        backward_error,
+        seconds: Timings {
+            factor,
+            iterate,
+            expand: clock.elapsed().as_secs_f64(),
+        },
+        linear: scheme.choice(),
+        built: scheme.built(),
+    })
+}
+
+/// Most steps of refinement: each brings a digit or more where a factor in f32 has any.
+const REFINEMENTS: usize = 20;
+
+/// Steps at all dofs until they are at rounding and the backward error is below `limit`; what is wrong where they do not
+/// come there, and that error. From a factor in f64 one step does, or two from faer's, which knows the Schur complement
+/// less well: without them the condition of the stiffness, of order h⁻², would show in the last digits. From one in f32,
+/// or after a loose tolerance, the active set is only right where it can be told so well, and is followed along.
+fn refine(
+    problem: &Problem,
+    scheme: &dyn System,
+    set: &mut ActiveSet,
+    u: &mut [f64],
+    limit: f64,
+) -> Result<(Option<Ended>, f64)> {
+    let choice = scheme.choice();
+    let least = match (choice.precision, choice.solver) {
+        (Precision::F32Refined, _) => REFINEMENTS,
+        (Precision::F64, Solver::Faer) => 2,
+        (Precision::F64, _) => 1,
+    };
+    let mut last = f64::INFINITY;
+    for step in 1..=REFINEMENTS {
+        let laws = set.laws(scheme, Iteration::Newton);
+        let size = take_step(scheme, &laws, u)?;
+        tracing::debug!(step, size, "refinement");
+        let is_wide = choice.precision == Precision::F64;
+        let mut rests = step >= least && size <= SETTLED;
+        if !is_wide {
+            let changed = set.pivot(scheme, &scheme.restrict(u));
+            let small = size <= ROUNDING || (size < 1e-10 && size > 0.5 * last);
+            rests = changed == 0 && small;
+        }
+        last = size;
+        if rests {
+            let error = problem.backward_error(u).0;
+            if error <= limit || vanishes(problem, u) {
+                let moved = moved_by_rounding(scheme, &laws, &scheme.restrict(u))?;
+                tracing::debug!(moved, "rounding in the contact terms");
+                return Ok(((moved > SETTLED).then_some(Ended::Undetermined), error));
+            }
+            set.pivot(scheme, &scheme.restrict(u));
+        }
+    }
+    let failed = if last <= SETTLED {
+        Ended::NotReached
+    } else {
+        Ended::Undetermined
+    };
+    Ok((Some(failed), problem.backward_error(u).0))
+}
+
+/// Is the residual rounding in units of the largest terms of the stiffness and the load? Where u vanishes with all its
+/// neighbours the terms of a row are rounding themselves.
+fn vanishes(problem: &Problem, u: &[f64]) -> bool {
+    let terms = largest(&problem.stiffness.sizes(u)) + largest(&problem.load);
+    largest(&problem.residual(u)) <= ROUNDING * terms
+}
+
+/// One step at all dofs; max |δ| over max |u|.
+pub(super) fn take_step(scheme: &dyn System, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
+    let r = scheme.scheme().linear_residual(laws, u);
+    let step = scheme.step_everywhere(laws, &r)?;
+    for (u, d) in u.iter_mut().zip(&step) {
+        *u += d;
+    }
+    let size = largest(u);
+    Ok(if size > 0.0 {
+        largest(&step) / size
+    } else {
+        0.0
+    })
+}
+
+/// What residuals are relative to.
+struct Scale {
+    /// ‖S‖ in the maximum norm, max |g|.
+    stiffness: f64,
+    load: f64,
+}
+
+impl Scale {
+    fn new(scheme: &dyn System) -> Self {
+        let [stiffness, load] = scheme.scale();
+        Scale { stiffness, load }
+    }
+
+    /// max |R_i| over ‖S‖ max |u|, max |g| and the largest contact term; 0 where all vanish. Rows
+    /// are scaled as `set` has them.
+    fn relative(&self, scheme: &dyn System, set: &ActiveSet, u: &[f64], r: &[f64]) -> f64 {
+        let size = largest(r);
+        if size == 0.0 {
+            return 0.0;
+        }
+        let mut terms = self.stiffness * largest(u) + self.load;
+        let laws = set.laws(scheme, Iteration::Newton);
+        for_each_contact_term(scheme.conditions(), &laws, u, |_, size| {
+            terms = terms.max(size)
+        });
+        size / terms
+    }
+}
+
+/// The energy norm of δ, in the norm of u; 0 where both vanish.
+fn relative_increment(scheme: &dyn System, scale: &Scale, step: &[f64], u: &[f64]) -> f64 {
+    let increment = scheme.energy(step);
+    if increment.is_zero() {
+        return 0.0;
+    }
+    let size = scheme.size(u);
+    // Where u hardly leaves the start its own size is rounding.
+    let least = Energy {
+        unit: largest(u),
+        value: 1e-6 * scale.stiffness,
+    };
+    increment.over(if size.over(least) > 1.0 { size } else { least })
+}

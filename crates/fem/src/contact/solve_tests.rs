@@ -1,0 +1,229 @@
+//! When an iteration has converged, whatever solves its linear systems, in whatever units, on any number of threads.
+
+use super::tests::{formula, newton, scene, square};
+use super::*;
+use crate::linear::{Precision, Settings, Solver};
+use crate::scene::Scene;
+use faceoff_mesh::mesh::Triangulation;
+use faceoff_mesh::mesh::generate::union_jack;
+
+/// With γ far below h a face that is still to separate, or to close, is hardly seen in the energy norm; nor is it with a
+/// loose tolerance.
+#[test]
+fn an_increment_alone_is_no_convergence() {
+    let small = |gamma0: f64| {
+        let mut scene = Scene::find("manufactured-3").unwrap();
+        scene.gamma0 = gamma0;
+        (scene, 16, Stop::default())
+    };
+    let loose = |increment: f64| {
+        let stop = Stop {
+            increment,
+            ..Stop::default()
+        };
+        (Scene::find("transition-1.5").unwrap(), 16, stop)
+    };
+    for (scene, n, stop) in [small(1e-10), small(1e-12), loose(1e-2), loose(1e-4)] {
+        let mesh = scene.triangulation(Some(n)).unwrap();
+        for name in ["cr", "cr-fc", "p1", "p2", "penalty"] {
+            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let solution = solve(&problem, Iteration::Newton, stop, |_, _| Ok(())).unwrap();
+            let error = problem.backward_error(&solution.u).0;
+            assert_eq!(error, solution.backward_error);
+            let name = format!("{} {name} {:e} {stop:?}", scene.name, scene.gamma0);
+            assert!(solution.converged, "{name}: {error:e}");
+            assert!(error <= stop.increment.max(1e-9), "{name}: {error:e}");
+        }
+    }
+}
+
+/// A sliver of height 1e-8 on Γ_C: γ∂ₙu∂ₙv is 1e16 times the rest, and rounding decides.
+#[test]
+fn a_matrix_that_is_singular_to_working_precision_is_no_convergence() {
+    let text = r#"
+name = "free"
+[mesh]
+generator = "union-jack"
+[boundary]
+dirichlet = ["top", "left", "right"]
+contact = ["bottom"]
+[data]
+g = "x-3"
+"#;
+    let scene = Scene::parse(text).unwrap();
+    let solved = |method: &str, height: f64| {
+        let mut mesh = union_jack(8, [1.0, 1.0]);
+        let above = mesh.points.iter().position(|p| *p == [0.625, 0.125, 0.0]);
+        mesh.points[above.unwrap()] = [0.5625, 0.125 * height, 0.0];
+        let mesh = Triangulation::new("sliver", &mesh).unwrap();
+        let problem = Problem::new(&scene, &mesh, method.parse().unwrap()).unwrap();
+        let solution = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()));
+        let solution = solution.unwrap();
+        let exact = |dof: usize| problem.space.point(dof)[0] - 3.0;
+        let far = solution.u.iter().enumerate();
+        let far = far.fold(0.0, |m: f64, (k, u)| m.max((u - exact(k)).abs()));
+        (solution, far)
+    };
+    for method in ["p1", "p2"] {
+        let (good, far) = solved(method, 1e-2);
+        assert!(good.converged && far < 1e-8, "{method}: {far:e}");
+        let (bad, far) = solved(method, 1e-8);
+        // Whether the iteration itself ends is chance; that it is called converged must not be.
+        assert!(
+            far > 1e-2 && !bad.converged,
+            "{method}: {far:e} {:?}",
+            bad.ended
+        );
+    }
+}
+
+#[test]
+fn what_is_out_of_reach_is_called_rounding_or_not_reached_with_the_best_iterate() {
+    let mesh = square(24);
+    let never = |max_iterations| Stop {
+        increment: 1e-30,
+        max_iterations,
+    };
+    for gamma0 in [1e-8, 100.0, 1e8] {
+        for name in ["cr", "cr-fc", "p2"] {
+            let scene = scene(|s| s.gamma0 = gamma0);
+            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let solution = solve(&problem, Iteration::Newton, never(50), |_, _| Ok(())).unwrap();
+            assert_eq!(solution.ended, Ended::Rounding, "{name} {gamma0:e}");
+            assert!(
+                problem.backward_error(&solution.u).0 < 1e-13,
+                "{name} {gamma0:e}"
+            );
+            // Two steps are too few, and that is no convergence.
+            let solution = solve(&problem, Iteration::Newton, never(2), |_, _| Ok(())).unwrap();
+            assert_eq!(solution.ended, Ended::NotReached, "{name} {gamma0:e}");
+            assert!(!solution.converged);
+        }
+    }
+    // A fixed point that diverges: far from the last iterate the best one comes back.
+    let diverging = scene(|s| s.gamma0 = 10.0);
+    let problem = Problem::new(&diverging, &mesh, Method::cr()).unwrap();
+    let lagged = "lagged-p".parse().unwrap();
+    let solution = solve(&problem, lagged, never(40), |_, _| Ok(())).unwrap();
+    assert!(
+        !solution.converged && solution.step < 40,
+        "{}",
+        solution.step
+    );
+    let least = solution
+        .residuals
+        .iter()
+        .fold(f64::INFINITY, |m: f64, r| m.min(*r));
+    assert_eq!(solution.residuals[solution.step - 1], least);
+    let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let of_u = largest(&problem.residual(&solution.u));
+    assert!(of_u < 10.0 * least * (10.0 * largest(&solution.u) + largest(&problem.load)));
+}
+
+#[test]
+fn data_far_from_one_have_the_same_solution() {
+    let mesh = square(8);
+    let u = |scale: &str, name: &str| {
+        let scene = scene(|s| s.data.f = formula(&format!("-2*pi*sin(2*pi*x)*{scale}")));
+        newton(&Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap()).u
+    };
+    for name in ["cr", "cr-fc", "p2"] {
+        for (text, scale) in [("1e150", 1e150), ("1e-150", 1e-150)] {
+            for (a, b) in u("1", name).iter().zip(u(text, name)) {
+                assert!((a - b / scale).abs() < 1e-14, "{name} {text} {a} {b}");
+            }
+        }
+    }
+}
+
+/// Whatever solves the linear systems, and in whatever precision, the answer is the same.
+#[test]
+fn linear_solvers_agree_on_all_methods() {
+    let pressed = scene(|s| {
+        s.boundary.neumann.append(&mut s.boundary.dirichlet);
+        s.data.f = formula("1 + x");
+    });
+    let scenes = [
+        Scene::find("one-zone").unwrap(),
+        Scene::find("plate").unwrap(),
+        pressed,
+    ];
+    for scene in scenes {
+        let mesh = scene.triangulation(None).unwrap();
+        for name in [
+            "cr",
+            "cr-fc",
+            "p1",
+            "p2",
+            "p2(1,0)",
+            "p1-vi",
+            "cr-vi",
+            "penalty",
+            "multiplier",
+        ] {
+            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let by = |solver, precision| {
+                let settings = Settings { solver, precision };
+                let told = |_, _| Ok(());
+                let solution =
+                    solve_by(&problem, Iteration::Newton, Stop::default(), settings, told);
+                let solution = solution.unwrap();
+                assert!(solution.converged, "{name} {solver} {precision}");
+                assert!(
+                    problem.backward_error(&solution.u).0 < 1e-12,
+                    "{name} {solver}"
+                );
+                solution.u
+            };
+            let u = by(Solver::Multifrontal, Precision::F64);
+            let size = u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+            for (solver, precision) in [
+                (Solver::Faer, Precision::F64),
+                (Solver::Auto, Precision::F32Refined),
+            ] {
+                let other = by(solver, precision);
+                for (a, b) in u.iter().zip(&other) {
+                    let error = (a - b).abs();
+                    assert!(
+                        error < 1e-12 * size,
+                        "{} {name} {solver} {precision} {error:e}",
+                        scene.name
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn without_contact_one_solve_is_all() {
+    let scene = scene(|s| s.boundary.neumann.append(&mut s.boundary.contact));
+    let mesh = square(8);
+    for method in [Method::cr(), Method::p2()] {
+        let problem = Problem::new(&scene, &mesh, method).unwrap();
+        let solution = newton(&problem);
+        assert_eq!(solution.increments.len(), 1);
+        assert!(problem.backward_error(&solution.u).0 < 1e-14);
+    }
+}
+
+/// The same number of threads gives the same bits; another number differs by rounding at most.
+#[test]
+fn two_runs_are_the_same_and_threads_differ_by_rounding() {
+    let scene = Scene::find("five-zones").unwrap();
+    let run = |threads: usize, name: &str| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let mesh = scene.triangulation(Some(60)).unwrap();
+            newton(&Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap()).u
+        })
+    };
+    for name in ["cr", "p2"] {
+        let (one, two) = (run(1, name), run(2, name));
+        assert!(one == run(1, name) && two == run(2, name), "{name}");
+        let size = one.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+        for (a, b) in one.iter().zip(&two) {
+            assert!((a - b).abs() < 1e-13 * size, "{name} {a} {b}");
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! What the iterations of `solve` need of a scheme, condensed or whole.
+
+use super::condensed::Condensed;
+use super::conditions::Condition;
+use super::krylov::Krylov;
+use super::scheme::Scheme;
+use crate::linear::{Choice, Settings, Solver};
+use faceoff_mesh::error::Result;
+
+/// What the law `u-ψ + [P]₊` of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
+pub(super) type Weights = [f64; 2];
+
+/// What a solve built: 0 where it was not needed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+pub struct Built {
+    /// The unknowns that the iteration works on.
+    pub unknowns: usize,
+    /// Sparse factorisations, which are kept to the end.
+    pub factors: usize,
+    /// Dense factorisations of what contact adds, each replacing the last one; between them it is corrected by low rank.
+    pub dense: usize,
+    /// Preconditioners, where iterations solve.
+    pub preconditioners: usize,
+}
+
+/// (∇v,∇v) as unit² times a value, so that neither overflows. A power of two in v or in the matrix changes no
+/// digit of either, nor of their ratios.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Energy {
+    pub unit: f64,
+    pub value: f64,
+}
+
+impl Energy {
+    /// Of v, from the energy of v over its largest entry.
+    pub fn new(v: &[f64], of: impl Fn(&[f64]) -> f64) -> Self {
+        let unit = v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        if unit == 0.0 || !unit.is_finite() {
+            return Energy { unit, value: 1.0 };
+        }
+        let scaled: Vec<f64> = v.iter().map(|v| v / unit).collect();
+        let value = of(&scaled).max(0.0);
+        Energy { unit, value }
+    }
+
+    pub fn is_zero(self) -> bool {
+        self.unit == 0.0 || self.value == 0.0
+    }
+
+    /// The ratio of the norms.
+    pub fn over(self, other: Energy) -> f64 {
+        self.unit / other.unit * (self.value / other.value).sqrt()
+    }
+}
+
+/// A scheme R(u) = 0 in the unknowns that an iteration works on.
+pub(super) trait System {
+    /// The conditions, in these unknowns.
+    fn conditions(&self) -> &[Condition];
+
+    /// The part of the domain of each unknown, where it is one that Γ_D does not hold.
+    fn floating(&self) -> Option<&[Option<u32>]>;
+
+    /// What solves the linear systems.
+    fn choice(&self) -> Choice;
+
+    /// What has been built so far.
+    fn built(&self) -> Built;
+
+    /// Does [`System::complete`] solve all that the conditions leave open?
+    fn is_solved_but_for_conditions(&self) -> bool;
+
+    /// 0 but for g on Γ_D.
+    fn start(&self) -> Vec<f64>;
+
+    /// R(u), 0 on Γ_D.
+    fn residual(&self, u: &[f64]) -> Vec<f64>;
+
+    /// The same of the linear scheme with these laws.
+    fn linear_residual(&self, laws: &[Weights], u: &[f64]) -> Vec<f64>;
+
+    /// What residuals are relative to: the matrix in the maximum norm, and the largest load.
+    fn scale(&self) -> [f64; 2];
+
+    /// The energy of an increment.
+    fn energy(&self, delta: &[f64]) -> Energy;
+
+    /// The energy of u.
+    fn size(&self, u: &[f64]) -> Energy;
+
+    /// δ, 0 on Γ_D, that solves the linear scheme with these laws and the right-hand side -r.
+    ///
+    /// # Errors
+    /// A singular matrix; an iteration that does not converge.
+    fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>>;
+
+    /// The same to a digit.
+    ///
+    /// # Errors
+    /// Those of [`System::step`].
+    fn respond(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+        self.step(laws, r)
+    }
+
+    /// These unknowns of a u at all dofs of the space.
+    fn restrict(&self, u: &[f64]) -> Vec<f64>;
+
+    /// u at all dofs of the space.
+    fn complete(&self, u: &[f64]) -> Vec<f64>;
+
+    /// The scheme at all dofs of the space.
+    fn scheme(&self) -> &Scheme<'_>;
+
+    /// [`System::step`] at all dofs of the space, for a u near its solution; r is that of [`System::scheme`].
+    ///
+    /// # Errors
+    /// Those of [`System::step`].
+    fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>>;
+}
+
+/// A scheme for a linear solver. `auto` condenses it, unless iterating is predicted to be faster, or
+/// the factor does not fit into memory.
+///
+/// # Errors
+/// Nothing to solve for; a stiffness that is not positive definite; a method that the solver does
+/// not take; memory that is not there.
+pub(super) fn system<'a>(scheme: Scheme<'a>, settings: Settings) -> Result<Box<dyn System + 'a>> {
+    let instead = match settings.solver {
+        Solver::Iterative => return Ok(Box::new(Krylov::new(scheme)?)),
+        Solver::Auto => Krylov::predicted(&scheme),
+        _ => None,
+    };
+    Ok(match Condensed::new(scheme, settings, instead)? {
+        Ok(condensed) => Box::new(condensed),
+        Err(scheme) => Box::new(Krylov::new(scheme)?),
+    })
+}
+
+/// The largest |v_i|; NaN where there is one.
+pub(super) fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(
+        0.0,
+        |m: f64, v| {
+            if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
+        },
+    )
+}

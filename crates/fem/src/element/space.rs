@@ -1,0 +1,176 @@
+//! A finite element space: an element's dofs numbered on a mesh.
+
+use std::sync::Arc;
+
+use super::{DofEntities, Element, MAX_DOFS};
+use faceoff_mesh::mesh::{CellGeometry, Triangulation, local_edges};
+use nalgebra::Vector3;
+
+/// V_h before boundary conditions. Copies share the numbering.
+#[derive(Clone)]
+pub struct Space<'a> {
+    pub mesh: &'a Triangulation,
+    pub element: &'static dyn Element,
+    numbering: Numbering<'a>,
+    /// Dofs on one cell.
+    pub local_dofs: usize,
+    /// Number of dofs.
+    pub dofs: usize,
+    /// Barycentric coordinates of the local nodes.
+    pub nodes: Vec<[f64; 4]>,
+}
+
+/// Dofs of the cells, `local_dofs` each: vertices, then edges, then faces.
+#[derive(Clone)]
+enum Numbering<'a> {
+    /// The mesh's own.
+    Mesh(&'a [u32]),
+    /// Vertices and edges, and the vertices of each edge.
+    Own(Arc<[u32]>, Arc<[[u32; 2]]>),
+}
+
+impl<'a> Space<'a> {
+    pub fn new(mesh: &'a Triangulation, element: &'static dyn Element) -> Self {
+        let on = element.on();
+        let nodes = nodes(element, mesh.dim);
+        let (numbering, dofs) = match (on.vertices, on.edges, on.faces) {
+            (true, false, false) => (Numbering::Mesh(mesh.all_cells()), mesh.points.len()),
+            (false, false, true) => (Numbering::Mesh(mesh.all_cell_faces()), mesh.face_count()),
+            _ => number(mesh, on),
+        };
+        Space {
+            mesh,
+            element,
+            numbering,
+            local_dofs: nodes.len(),
+            dofs,
+            nodes,
+        }
+    }
+
+    /// Dofs of a cell in the order of the local nodes.
+    pub fn cell_dofs(&self, cell: usize) -> &[u32] {
+        let all = match &self.numbering {
+            Numbering::Mesh(all) => all,
+            Numbering::Own(all, _) => &all[..],
+        };
+        &all[self.local_dofs * cell..self.local_dofs * (cell + 1)]
+    }
+
+    /// Where a dof is the value of the function.
+    pub fn point(&self, dof: usize) -> [f64; 3] {
+        let on = self.element.on();
+        let mut first = 0;
+        if on.vertices {
+            if let Some(point) = self.mesh.points.get(dof) {
+                return *point;
+            }
+            first += self.mesh.points.len();
+        }
+        if let Numbering::Own(_, edges) = &self.numbering {
+            if let Some(&[a, b]) = edges.get(dof - first) {
+                let (p, q) = (self.mesh.points[a as usize], self.mesh.points[b as usize]);
+                return std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
+            }
+            first += edges.len();
+        }
+        self.mesh.face_midpoint(dof - first)
+    }
+
+    /// The points of all dofs.
+    pub fn points(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        (0..self.dofs).map(|dof| self.point(dof))
+    }
+
+    /// Dofs whose nodes lie on a face of a cell.
+    pub fn face_dofs(&self, cell: usize, local_face: usize) -> impl Iterator<Item = u32> + '_ {
+        self.cell_dofs(cell)
+            .iter()
+            .zip(&self.nodes)
+            .filter(move |(_, node)| node[local_face] == 0.0)
+            .map(|(&dof, _)| dof)
+    }
+
+    /// u at the dofs of one cell.
+    pub fn local(&self, cell: usize, u: &[f64]) -> [f64; MAX_DOFS] {
+        let mut local = [0.0; MAX_DOFS];
+        for (value, &dof) in local.iter_mut().zip(self.cell_dofs(cell)) {
+            *value = u[dof as usize];
+        }
+        local
+    }
+
+    /// ∇φ_i at a point: Σ_j ∂φ_i/∂λ_j ∇λ_j.
+    pub fn gradients(
+        &self,
+        geometry: &CellGeometry,
+        lambda: &[f64; 4],
+    ) -> [Vector3<f64>; MAX_DOFS] {
+        let derivatives = self.element.derivatives(geometry.dim, lambda);
+        let mut gradients = [Vector3::zeros(); MAX_DOFS];
+        for (gradient, row) in gradients.iter_mut().zip(&derivatives).take(self.local_dofs) {
+            for j in 0..=geometry.dim {
+                *gradient += row[j] * geometry.gradients[j];
+            }
+        }
+        gradients
+    }
+}
+
+/// Numbers what the mesh has no numbering of its own for.
+fn number<'a>(mesh: &Triangulation, on: DofEntities) -> (Numbering<'a>, usize) {
+    let (edges, cell_edges) = if on.edges {
+        mesh.edges()
+    } else {
+        (Vec::new(), Vec::new())
+    };
+    let per_cell = local_edges(mesh.dim).len();
+    let first_edge = if on.vertices { mesh.points.len() } else { 0 };
+    let first_face = first_edge + edges.len();
+    let dofs = first_face + if on.faces { mesh.face_count() } else { 0 };
+    let mut all = Vec::new();
+    for cell in 0..mesh.cell_count() {
+        if on.vertices {
+            all.extend_from_slice(mesh.cell(cell));
+        }
+        if on.edges {
+            let numbers = &cell_edges[per_cell * cell..per_cell * (cell + 1)];
+            all.extend(numbers.iter().map(|&e| e + first_edge as u32));
+        }
+        if on.faces {
+            let numbers = mesh.cell_faces(cell).iter();
+            all.extend(numbers.map(|&f| f + first_face as u32));
+        }
+    }
+    (Numbering::Own(all.into(), edges.into()), dofs)
+}
+
+/// Barycentric coordinates of the local nodes: vertices, edge midpoints, face centroids.
+pub(super) fn nodes(element: &dyn Element, dim: usize) -> Vec<[f64; 4]> {
+    let on = element.on();
+    let mut nodes = Vec::new();
+    if on.vertices {
+        for i in 0..=dim {
+            let mut node = [0.0; 4];
+            node[i] = 1.0;
+            nodes.push(node);
+        }
+    }
+    if on.edges {
+        for &[a, b] in local_edges(dim) {
+            let mut node = [0.0; 4];
+            node[a] = 0.5;
+            node[b] = 0.5;
+            nodes.push(node);
+        }
+    }
+    if on.faces {
+        for i in 0..=dim {
+            let mut node = [0.0; 4];
+            node[..=dim].fill(1.0 / dim as f64);
+            node[i] = 0.0;
+            nodes.push(node);
+        }
+    }
+    nodes
+}

@@ -1,0 +1,197 @@
+//! From a scene to its mesh.
+
+use std::path::Path;
+
+use super::{MeshSource, Scene};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::generate::{Cuboid, sides, union_mesh};
+use faceoff_mesh::mesh::{Mesh, Triangulation};
+
+/// No generated mesh is larger than this, so that a slip of the keyboard is not taken for a wish:
+/// 5e8 triangles, 8e8 tetrahedra.
+const LARGEST_N: usize = 16_384;
+const LARGEST_SOLID_N: usize = 512;
+
+impl MeshSource {
+    /// The refinement that the scene itself gives; none where a file has no such number.
+    pub fn n(&self) -> Option<usize> {
+        match self {
+            MeshSource::Union { n, .. } => Some(*n),
+            MeshSource::File { n, .. } | MeshSource::Embedded { n, .. } => *n,
+        }
+    }
+
+    /// The dimension of what the scene is made for; none where that cannot be told.
+    fn dim(&self) -> Option<usize> {
+        let of = |mesh: Result<Mesh>| mesh.ok().map(|mesh| mesh.dim().into());
+        match self {
+            MeshSource::Union { cuboid, .. } => Some(cuboid.dim),
+            MeshSource::File { dim: Some(dim), .. } => Some(*dim),
+            MeshSource::File { path, .. } => of(faceoff_mesh::io::read(path)),
+            MeshSource::Embedded { name, bytes, .. } => {
+                of(faceoff_mesh::io::parse(name.as_ref(), bytes, None).map(|content| content.mesh))
+            }
+        }
+    }
+}
+
+impl Scene {
+    /// Puts a mesh file in the place of the scene's own mesh; it must be of the same dimension.
+    pub fn use_mesh(&mut self, path: &Path) {
+        self.mesh = MeshSource::File {
+            path: path.to_owned(),
+            n: None,
+            dim: self.mesh.dim(),
+        };
+    }
+
+    /// The scene's mesh at refinement `n`, ready for the solver; none: as the scene gives it.
+    ///
+    /// # Errors
+    /// A file that cannot be read or holds no usable mesh, an `n` that the mesh cannot have.
+    pub fn triangulation(&self, n: Option<usize>) -> Result<Triangulation> {
+        let (name, mesh) = self.mesh(n)?;
+        if let MeshSource::File { dim: Some(dim), .. } = self.mesh
+            && dim != usize::from(mesh.dim())
+        {
+            let (what, remedy) = match dim {
+                2 => (
+                    format!("the scene is plane, and mesh {name} is one of a body"),
+                    "give a mesh of triangles, or a scene that is made for bodies",
+                ),
+                _ => (
+                    format!("the scene is solid, and mesh {name} has no tetrahedra"),
+                    "mesh the volume: a surface alone does not do",
+                ),
+            };
+            return Err(Error::Scene {
+                scene: self.name.clone(),
+                place: "mesh".into(),
+                what,
+                remedy: remedy.into(),
+            });
+        }
+        Triangulation::new(&name, &mesh)
+    }
+
+    /// Does the generator have a mesh for this n? Split sides need a vertex where they are split.
+    pub fn has_mesh(&self, n: usize) -> bool {
+        match &self.mesh {
+            MeshSource::Union { cuboid, .. } => split_misses(cuboid, n).is_none(),
+            _ => self.mesh(Some(n)).is_ok(),
+        }
+    }
+
+    /// The scene's mesh at refinement `n` with its name for messages; none: as the scene gives it.
+    ///
+    /// # Errors
+    /// A file that cannot be read, an `n` that the mesh cannot have.
+    pub fn mesh(&self, n: Option<usize>) -> Result<(String, Mesh)> {
+        let refuse = |what: String, remedy: String| Error::Scene {
+            scene: self.name.clone(),
+            place: "n".into(),
+            what,
+            remedy,
+        };
+        if n == Some(0) {
+            return Err(refuse(
+                "a mesh with n = 0 has no cells".into(),
+                "give n of at least 1".into(),
+            ));
+        }
+        let largest = match &self.mesh {
+            MeshSource::Union { cuboid, .. } if cuboid.dim == 3 => LARGEST_SOLID_N,
+            _ => LARGEST_N,
+        };
+        if let Some(n) = n.filter(|n| *n > largest) {
+            return Err(refuse(
+                format!("n = {n} is beyond the largest mesh, {largest}"),
+                "give a smaller n".into(),
+            ));
+        }
+        let (name, mesh, base) = match &self.mesh {
+            MeshSource::Union { n: own, cuboid } => {
+                let n = n.unwrap_or(*own);
+                if let Some(what) = split_misses(cuboid, n) {
+                    let remedy = "give an n that puts a vertex there";
+                    return Err(refuse(what, remedy.into()));
+                }
+                let name = ["union-jack", "union-cube"][cuboid.dim - 2];
+                return Ok((format!("{name} {n}"), union_mesh(n, cuboid)));
+            }
+            MeshSource::File { path, n, .. } => (
+                path.display().to_string(),
+                faceoff_mesh::io::read(path)?,
+                *n,
+            ),
+            MeshSource::Embedded { name, bytes, n } => {
+                let mesh = faceoff_mesh::io::parse(name.as_ref(), bytes, None)?.mesh;
+                ((*name).to_owned(), mesh, *n)
+            }
+        };
+        let times = match (n, base) {
+            (None, _) => 0,
+            (Some(n), Some(base)) if n % base == 0 && (n / base).is_power_of_two() => {
+                (n / base).trailing_zeros()
+            }
+            (Some(n), Some(base)) => {
+                return Err(refuse(
+                    format!(
+                        "mesh {name} counts as n = {base}, and refining it halves h: n = {n} is not among the meshes"
+                    ),
+                    format!("give {base}, {}, {}, …", 2 * base, 4 * base),
+                ));
+            }
+            (Some(_), None) => {
+                return Err(refuse(
+                    format!("the scene does not say what n its mesh {name} counts as"),
+                    "set n beside `file`, or leave --n away".into(),
+                ));
+            }
+        };
+        let mut mesh = mesh;
+        for _ in 0..times {
+            // Fields and geometry stay behind: the solver needs neither.
+            (mesh, _) = faceoff_mesh::mesh::refine::refine(&mesh).map_err(|what| Error::Mesh {
+                mesh: name.clone(),
+                what,
+                remedy: "give a mesh of linear triangles or tetrahedra".into(),
+            })?;
+        }
+        let name = match times {
+            0 => name,
+            _ => format!("{name} refined {times} times"),
+        };
+        Ok((name, mesh))
+    }
+}
+
+/// What is wrong with the splits of a rectangle's sides at refinement `n`, if anything.
+fn split_misses(cuboid: &Cuboid, n: usize) -> Option<String> {
+    cuboid.splits.iter().enumerate().find_map(|(side, at)| {
+        let at = (*at)?;
+        if cuboid.split_after(side, n).is_some() {
+            return None;
+        }
+        Some(format!(
+            "with n = {n} the {} side has no vertex inside it at {} = {at}, where it is split",
+            sides(2)[side],
+            ["x", "y"][side % 2]
+        ))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_split_side_needs_a_vertex_where_it_is_split() {
+        let scene = Scene::find("dirichlet-meets-contact").unwrap();
+        assert!(scene.triangulation(Some(6)).is_ok());
+        for n in [1, 7] {
+            let refusal = scene.triangulation(Some(n)).unwrap_err().to_string();
+            assert!(refusal.contains("at x = 0, where it is split"), "{refusal}");
+        }
+    }
+}

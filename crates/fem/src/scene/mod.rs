@@ -1,0 +1,214 @@
+//! Scenes: a TOML file, or a built-in's name, made once into a valid [`Scene`].
+
+mod boundary;
+mod exact;
+pub mod expression;
+mod file;
+mod load;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+pub use boundary::{Boundary, GroupName, Part};
+pub use expression::Expression;
+
+use crate::quadrature::{self, Rule};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::generate::Cuboid;
+
+/// The problem (1.1) with its data, its mesh, and what the scene fixes of the method.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    pub name: String,
+    pub mesh: MeshSource,
+    pub boundary: Boundary,
+    pub data: Data,
+    /// γ = γ₀ h
+    pub gamma0: f64,
+    pub h: HRule,
+    /// Names of rules for (f, v) and on Γ_C and Γ_N; none: the default of the dimension.
+    pub load_quadrature: Option<String>,
+    pub contact_quadrature: Option<String>,
+    /// u, where it is known.
+    pub exact: Option<Expression>,
+    /// What `faceoff compare` allows of results of this scene.
+    pub compare: Option<Comparing>,
+}
+
+/// Tolerances of results that files hold, as far as a scene gives them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparing {
+    pub of_all: Bounds,
+    /// By the names of fields.
+    pub of_field: BTreeMap<String, Bounds>,
+}
+
+/// |a - b| ≤ max(rtol · largest value of the field, atol)
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    pub rtol: Option<f64>,
+    pub atol: Option<f64>,
+}
+
+/// Where the mesh comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MeshSource {
+    /// n × n cells of a rectangle or n × n × n of a box, cut Union-Jack style.
+    Union { n: usize, cuboid: Cuboid },
+    /// A mesh file. `n` says what refinement the file counts as; `2^k n` refines it k times. `dim`
+    /// is the dimension that the scene is made for, where that is known.
+    File {
+        path: PathBuf,
+        n: Option<usize>,
+        dim: Option<usize>,
+    },
+    /// A mesh that the program carries with it.
+    Embedded {
+        name: &'static str,
+        bytes: &'static [u8],
+        n: Option<usize>,
+    },
+}
+
+/// Data of (1.1), inhomogeneous.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Data {
+    /// -Δu = f in Ω
+    pub f: Expression,
+    /// u = g on Γ_D
+    pub g: Expression,
+    /// ∂ₙu = t on Γ_N
+    pub t: Expression,
+    /// u ≤ ψ on Γ_C
+    pub psi: Expression,
+}
+
+/// What h means in γ = γ₀ h.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HRule {
+    /// The diameter of the cell behind the contact face.
+    Local,
+    /// The largest diameter of all cells.
+    Global,
+}
+
+/// The plane built-in scenes without a known solution, in the order in which `verify` runs them.
+const BUILTIN: [(&str, &str); 4] = [
+    ("one-zone", include_str!("builtin/one-zone.toml")),
+    ("three-zones", include_str!("builtin/three-zones.toml")),
+    ("five-zones", include_str!("builtin/five-zones.toml")),
+    ("plate", include_str!("builtin/plate.toml")),
+];
+
+/// Ones that are run when they are named: the solid ones take longer, and what the corner of an L is for is adapting.
+const NAMED: [(&str, &str); 3] = [
+    ("l-shape", include_str!("builtin/l-shape.toml")),
+    ("one-zone-3d", include_str!("builtin/one-zone-3d.toml")),
+    ("block", include_str!("builtin/block.toml")),
+];
+
+/// Meshes that built-in scenes name.
+const EMBEDDED: [(&str, &[u8]); 3] = [
+    (
+        "l-shape.msh",
+        include_bytes!("../../../../meshes/l-shape.msh"),
+    ),
+    ("plate.msh", include_bytes!("../../../../meshes/plate.msh")),
+    ("block.msh", include_bytes!("../../../../meshes/block.msh")),
+];
+
+impl Scene {
+    /// The rules for (f, v), and for Γ_C and Γ_N, on a mesh of this dimension.
+    ///
+    /// # Errors
+    /// A rule that the scene names and that is not of this dimension.
+    pub fn rules(&self, dim: usize) -> Result<[Rule; 2]> {
+        let find = |key: &str, name: &Option<String>, dim: usize| {
+            let known = quadrature::names(dim);
+            let name = name.as_deref().unwrap_or(known[0]);
+            quadrature::rule(dim, name).ok_or_else(|| Error::Scene {
+                scene: self.name.clone(),
+                place: format!("method.{key}"),
+                what: format!("the rule `{name}` is not one for simplices of dimension {dim}"),
+                remedy: format!("use one of {}", known.join(", ")),
+            })
+        };
+        Ok([
+            find("load_quadrature", &self.load_quadrature, dim)?,
+            find("contact_quadrature", &self.contact_quadrature, dim - 1)?,
+        ])
+    }
+
+    /// The names of the scenes that `verify` runs when none is named.
+    pub fn builtin_names() -> impl Iterator<Item = &'static str> {
+        BUILTIN.iter().map(|(name, _)| *name)
+    }
+
+    /// The names of the further built-in scenes without a known solution.
+    pub fn further_names() -> impl Iterator<Item = &'static str> {
+        NAMED.iter().map(|(name, _)| *name)
+    }
+
+    /// The names of the plane built-in scenes whose solution is known.
+    pub fn exact_names() -> Vec<&'static str> {
+        exact::names(2)
+    }
+
+    /// The names of the solid ones.
+    pub fn exact_solid_names() -> Vec<&'static str> {
+        exact::names(3)
+    }
+
+    /// A scene from its text in TOML, of which a mesh file would be one that the program carries.
+    ///
+    /// # Errors
+    /// A scene that is not valid.
+    pub fn parse(text: &str) -> Result<Self> {
+        file::parse("in TOML", text, None, false)
+    }
+
+    /// Finds a scene by a built-in's name or by the path of a TOML file.
+    ///
+    /// # Errors
+    /// A name that is neither, or a scene that is not valid or names a mesh outside its own folder: it may come from a
+    /// stranger, and what is read may show in messages and reports.
+    pub fn find(name: &str) -> Result<Self> {
+        Self::find_by(name, false)
+    }
+
+    /// [`Scene::find`] for a scene that one trusts: its mesh may be anywhere.
+    ///
+    /// # Errors
+    /// Those of [`Scene::find`] but for the place of the mesh.
+    pub fn find_anywhere(name: &str) -> Result<Self> {
+        Self::find_by(name, true)
+    }
+
+    fn find_by(name: &str, anywhere: bool) -> Result<Self> {
+        let mut builtin = BUILTIN.iter().chain(&NAMED);
+        if let Some((name, text)) = builtin.find(|(builtin, _)| *builtin == name) {
+            return file::parse(name, text, None, anywhere);
+        }
+        if let Some(scene) = exact::find(name) {
+            return scene;
+        }
+        let path = Path::new(name);
+        if path.extension().is_some_and(|e| e == "toml") {
+            let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
+            return file::parse(name, &text, path.parent(), anywhere);
+        }
+        let names: Vec<_> = Scene::builtin_names()
+            .chain(Scene::further_names())
+            .collect();
+        Err(Error::usage(
+            format!("there is no scene `{name}`"),
+            format!(
+                "give a TOML file or one of the built-in scenes: {}; with exact solutions: {}",
+                names.join(", "),
+                [Scene::exact_names(), Scene::exact_solid_names()]
+                    .concat()
+                    .join(", ")
+            ),
+        ))
+    }
+}

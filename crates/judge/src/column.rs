@@ -1,0 +1,178 @@
+//! One field of one pair: every difference measured, counted, and the worst located.
+
+use super::{FieldVerdict, Verdict, Worst};
+use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields, PADDING};
+
+/// A face that does not carry a field.
+pub(super) const NOWHERE: u32 = u32::MAX;
+
+impl FieldVerdict {
+    /// What could not be judged.
+    pub(super) fn failed(name: &str, tolerance: f64, reason: String) -> Self {
+        FieldVerdict {
+            field: name.to_owned(),
+            max_abs: f64::NAN,
+            max_rel: f64::NAN,
+            tolerance,
+            verdict: Verdict::Undetermined,
+            worst: None,
+            faces: 0,
+            beyond: 0,
+            rms: f64::NAN,
+            flips: None,
+            rounding_flips: None,
+            reason: Some(reason),
+        }
+    }
+}
+
+/// Judges |a - b| ≤ tolerance · unit(k) on the k-th face that carries `a`; `partner` is [`super::align()`]'s.
+pub(super) fn judge_column(
+    fields: &FaceFields,
+    a: &FaceColumn,
+    b: &FaceColumn,
+    partner: &[u32],
+    unit: impl Fn(usize) -> f64,
+    tolerance: f64,
+) -> FieldVerdict {
+    let failed = |reason: String| FieldVerdict::failed(&a.name, tolerance, reason);
+    if a.kind != b.kind || a.components != b.components {
+        return failed("the two sides have it in different form".into());
+    }
+    if a.faces.is_empty() && b.faces.is_empty() && a.name == "jump" {
+        // A mesh of one cell has no interior face, hence no jump to compare.
+        return FieldVerdict {
+            max_abs: 0.0,
+            max_rel: 0.0,
+            rms: 0.0,
+            verdict: Verdict::Agree,
+            ..failed("the mesh has no interior face".into())
+        };
+    }
+    if a.faces.is_empty() || a.faces.len() != b.faces.len() {
+        return failed(format!(
+            "one side has it on {} faces, the other on {}",
+            a.faces.len(),
+            b.faces.len()
+        ));
+    }
+    let rows = rows_of(b, partner.len());
+    let mut result = FieldVerdict {
+        verdict: Verdict::Agree,
+        faces: a.faces.len(),
+        max_abs: 0.0,
+        max_rel: 0.0,
+        rms: 0.0,
+        reason: None,
+        ..failed(String::new())
+    };
+    let (mut sum, mut weights, mut flips, mut rounding) = (0.0, 0.0, 0, 0);
+    let mut worst = (-1.0, 0, 0.0, 0.0);
+    let mut not_finite: Option<(u32, f64, f64)> = None;
+    for (k, &face) in a.faces.iter().enumerate() {
+        let other = rows[partner[face as usize] as usize];
+        if other == NOWHERE {
+            return failed(format!(
+                "only one side has it on face {:?}",
+                vertices(fields, face)
+            ));
+        }
+        let unit = unit(k);
+        let measure = fields.measures.get(face as usize).copied().unwrap_or(1.0);
+        let mut here: f64 = 0.0;
+        for (&x, &y) in a.row(k).iter().zip(b.row(other as usize)) {
+            if !x.is_finite() || !y.is_finite() {
+                not_finite.get_or_insert((face, x, y));
+                here = f64::NAN;
+                continue;
+            }
+            let (mut absolute, mut relative) = difference(a.kind, x, y, unit);
+            if a.kind == ColumnKind::Status && (x <= 0.0) != (y <= 0.0) {
+                if relative <= tolerance {
+                    rounding += 1;
+                    (absolute, relative) = (0.0, 0.0);
+                } else {
+                    flips += 1;
+                }
+            }
+            result.max_abs = result.max_abs.max(absolute);
+            if !here.is_nan() {
+                here = here.max(relative);
+            }
+            sum += measure * absolute * absolute;
+            if relative > worst.0 {
+                worst = (relative, face, x, y);
+            }
+        }
+        weights += measure * a.components as f64;
+        result.max_rel = result.max_rel.max(here);
+        // Negated, so that a size that is not a number cannot agree.
+        if !(here <= tolerance) {
+            result.beyond += 1;
+        }
+    }
+    if a.kind == ColumnKind::Status {
+        result.flips = Some(flips);
+        result.rounding_flips = Some(rounding);
+    }
+    result.rms = (sum / weights).sqrt();
+    result.worst = Some(place(fields, worst.1, worst.2, worst.3));
+    if let Some((face, x, y)) = not_finite {
+        result.reason = Some(format!(
+            "face {:?} has {x} against {y}",
+            vertices(fields, face)
+        ));
+        result.worst = Some(place(fields, face, x, y));
+        (result.max_abs, result.max_rel, result.rms) = (f64::NAN, f64::NAN, f64::NAN);
+    }
+    if result.beyond > 0 {
+        result.verdict = Verdict::Disagree;
+    }
+    result
+}
+
+/// |a - b| of two values, and relative to its unit. Of a status 1 where it flips, and as much as the larger P is away
+/// from 0.
+pub(super) fn difference(kind: ColumnKind, x: f64, y: f64, unit: f64) -> (f64, f64) {
+    match kind {
+        ColumnKind::Value => {
+            let difference = (x - y).abs();
+            (difference, relative(difference, unit))
+        }
+        ColumnKind::Status if (x <= 0.0) == (y <= 0.0) => (0.0, 0.0),
+        ColumnKind::Status => (1.0, relative(x.abs().max(y.abs()), unit)),
+    }
+}
+
+fn relative(difference: f64, unit: f64) -> f64 {
+    if difference == 0.0 && unit.is_finite() {
+        0.0
+    } else {
+        difference / unit
+    }
+}
+
+/// The row of each of `faces` faces in a column, [`NOWHERE`] where it does not carry it.
+pub(super) fn rows_of(column: &FaceColumn, faces: usize) -> Vec<u32> {
+    let mut rows = vec![NOWHERE; faces];
+    for (row, &face) in (0..).zip(&column.faces) {
+        rows[face as usize] = row;
+    }
+    rows
+}
+
+fn vertices(fields: &FaceFields, face: u32) -> Vec<u32> {
+    let all = fields.face(face as usize).iter();
+    all.copied().filter(|v| *v != PADDING).collect()
+}
+
+fn place(fields: &FaceFields, face: u32, a: f64, b: f64) -> Worst {
+    let midpoint = fields.midpoints.get(face as usize);
+    let space = fields.space;
+    Worst {
+        vertices: vertices(fields, face),
+        midpoint: midpoint.map_or(Vec::new(), |x| x[..space].to_vec()),
+        a,
+        b,
+    }
+}

@@ -1,0 +1,427 @@
+//! Results of files with one thing wrong, each of which the comparison must see; and what is no fault.
+
+use super::*;
+use faceoff_mesh::error::Result;
+use faceoff_mesh::field::{Carried, PADDING, Results};
+
+/// An n × n square mesh of triangles with a field on points, one on cells, and both as discontinuous data when `broken`.
+fn results(source: &str, n: usize, broken: bool) -> Results {
+    let at = |k: usize| k as f64 / n as f64;
+    let mut points: Vec<[f64; 3]> = Vec::new();
+    for j in 0..=n {
+        for i in 0..=n {
+            points.push([at(i), at(j) + 0.1 * at(i) * at(i), 0.0]);
+        }
+    }
+    let mut cells = Vec::new();
+    for j in 0..n {
+        for i in 0..n {
+            let k = (j * (n + 1) + i) as u32;
+            let up = k + n as u32 + 1;
+            cells.extend([k, k + 1, up + 1, k, up + 1, up]);
+        }
+    }
+    let mut cell_values = Vec::new();
+    for (k, cell) in cells.chunks_exact(3).enumerate() {
+        let x: f64 = cell.iter().map(|v| points[*v as usize][0]).sum();
+        cell_values.extend([x.sin(), 1.0 + k as f64]);
+    }
+    let value = |p: &[f64; 3]| (3.0 * p[0] + 5.0 * p[1]).sin();
+    let mut on_points: Vec<f64> = points.iter().map(value).collect();
+    if broken {
+        on_points = cells
+            .iter()
+            .zip(0..)
+            .map(|(&v, k)| value(&points[v as usize]) + f64::from(k))
+            .collect();
+        points = cells.iter().map(|v| points[*v as usize]).collect();
+        cells = (0..cells.len() as u32).collect();
+    }
+    Results {
+        source: source.into(),
+        space: 2,
+        points,
+        width: 3,
+        cells,
+        on_points: vec![field("u", 1, on_points)],
+        on_cells: vec![field("q", 2, cell_values)],
+        ..Results::default()
+    }
+}
+
+fn field(name: &str, components: usize, values: Vec<f64>) -> Carried {
+    Carried {
+        name: name.into(),
+        components,
+        values,
+        at: None,
+        scaled_by: None,
+    }
+}
+
+/// The same with points and cells in another order, and the corners of cells turned.
+fn permuted(of: &Results) -> Results {
+    let mut other = of.clone();
+    other.source = "permuted".into();
+    let (points, cells) = (of.points.len(), of.cell_count());
+    // Coprime strides.
+    let stride = |count: usize| {
+        (1..)
+            .map(|k| 7 * k + 3)
+            .find(|s| gcd(*s, count) == 1)
+            .unwrap_or(1)
+    };
+    let moved = |k: usize, count: usize| (k * stride(count) + 5) % count;
+    for k in 0..points {
+        other.points[moved(k, points)] = of.points[k];
+        other.on_points[0].values[moved(k, points)] = of.on_points[0].values[k];
+    }
+    for c in 0..cells {
+        let to = moved(c, cells);
+        for i in 0..3 {
+            let point = of.cells[3 * c + (i + c) % 3] as usize;
+            other.cells[3 * to + i] = moved(point, points) as u32;
+        }
+        for i in 0..2 {
+            other.on_cells[0].values[2 * to + i] = of.on_cells[0].values[2 * c + i];
+        }
+    }
+    other
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+fn compare(a: &Results, b: &Results, map: Option<Map>) -> Result<Comparison> {
+    let tolerance = Tolerance {
+        rtol: 1e-12,
+        atol: 0.0,
+    };
+    let tolerances = Tolerances {
+        of_all: tolerance,
+        of_field: Vec::new(),
+    };
+    compare_results(a, b, map, &tolerances)
+}
+
+fn verdict(a: &Results, b: &Results) -> Option<Verdict> {
+    compare(a, b, None).ok().map(|c| c.verdict)
+}
+
+#[test]
+fn the_order_of_points_and_cells_does_not_matter() {
+    for broken in [false, true] {
+        let a = results("a", 6, broken);
+        let told = compare(&a, &permuted(&a), None).unwrap();
+        assert_eq!((told.verdict, told.map), (Verdict::Agree, Map::Coordinates));
+        assert_eq!(told.fields[0].field.faces, a.points.len());
+        assert_eq!(compare(&a, &a.clone(), None).unwrap().map, Map::Vertices);
+        assert!(compare(&a, &permuted(&a), Some(Map::Vertices)).is_err());
+    }
+}
+
+#[test]
+fn the_worst_is_named_by_the_first_files_own_numbers() {
+    for broken in [false, true] {
+        let a = results("a", 6, broken);
+        let mut b = permuted(&a);
+        let point = b.points.iter().position(|p| *p == a.points[9]).unwrap();
+        b.on_points[0].values[point] += 1e-3;
+        b.on_cells[0].values[7] = 0.5;
+        let told = compare(&a, &b, None).unwrap();
+        let worst = told.fields[0].field.worst.clone().unwrap();
+        assert_eq!(told.fields[0].field.beyond, 1);
+        assert_eq!(worst.midpoint, a.points[9][..2]);
+        let named = *worst.vertices.last().unwrap() as usize;
+        assert_eq!(a.points[named], a.points[9]);
+        assert_eq!(told.fields[1].field.beyond, 1);
+        assert_eq!(
+            told.fields[1].field.worst.as_ref().unwrap().vertices.len(),
+            3
+        );
+        let nonzero = |values: &[f64]| values.iter().filter(|v| v.abs() > 1e-6).count();
+        assert_eq!(nonzero(&told.differences[0].fields[0].2), 1);
+    }
+}
+
+#[test]
+fn continuous_data_are_compared_with_discontinuous_corner_by_corner() {
+    let a = results("a", 4, false);
+    let mut b = results("b", 4, true);
+    let value = |p: &[f64; 3]| (3.0 * p[0] + 5.0 * p[1]).sin();
+    b.on_points[0].values = b.points.iter().map(value).collect();
+    assert_eq!(verdict(&a, &b), Some(Verdict::Agree));
+    assert_eq!(verdict(&b, &a), Some(Verdict::Agree));
+    b.on_points[0].values[17] += 1.0;
+    let told = compare(&a, &b, None).unwrap();
+    assert_eq!(
+        (told.verdict, told.fields[0].field.beyond),
+        (Verdict::Disagree, 1)
+    );
+    assert_eq!(told.fields[0].on, On::Corners);
+}
+
+type Fault = (&'static str, fn(&mut Results));
+
+/// What can be wrong with one of two files.
+const FAULTS: [Fault; 30] = [
+    ("a value", |r| r.on_points[0].values[7] += 1e-9),
+    ("a sign", |r| r.on_points[0].values[7] *= -1.0),
+    ("all signs", |r| {
+        r.on_points[0].values.iter_mut().for_each(|v| *v *= -1.0)
+    }),
+    ("a unit, in the tenth digit", |r| {
+        r.on_points[0]
+            .values
+            .iter_mut()
+            .for_each(|v| *v *= 1.0 + 1e-10)
+    }),
+    ("a unit, a thousand times", |r| {
+        r.on_cells[0].values.iter_mut().for_each(|v| *v *= 1e3)
+    }),
+    ("a shift", |r| {
+        r.on_points[0].values.iter_mut().for_each(|v| *v += 1e-9)
+    }),
+    ("two values swapped", |r| r.on_points[0].values.swap(3, 11)),
+    ("values off by one", |r| {
+        r.on_points[0].values.rotate_left(1)
+    }),
+    ("values reversed", |r| r.on_points[0].values.reverse()),
+    ("cell values off by one cell", |r| {
+        r.on_cells[0].values.rotate_right(2)
+    }),
+    ("components swapped", |r| r.on_cells[0].values.swap(4, 5)),
+    ("all components swapped", |r| {
+        r.on_cells[0]
+            .values
+            .chunks_exact_mut(2)
+            .for_each(|c| c.swap(0, 1))
+    }),
+    ("fields swapped by name", |r| {
+        r.on_points[0].name = "q".into();
+        r.on_cells[0].name = "u".into();
+    }),
+    ("NaN", |r| r.on_points[0].values[2] = f64::NAN),
+    ("infinity", |r| r.on_points[0].values[2] = f64::INFINITY),
+    ("minus infinity on a cell", |r| {
+        r.on_cells[0].values[2] = f64::NEG_INFINITY
+    }),
+    ("all NaN", |r| r.on_points[0].values.fill(f64::NAN)),
+    ("all zero", |r| r.on_points[0].values.fill(0.0)),
+    ("a field missing", |r| r.on_cells.clear()),
+    ("a field too many", |r| {
+        r.on_points.push(Carried {
+            name: "extra".into(),
+            ..r.on_points[0].clone()
+        })
+    }),
+    ("a field twice", |r| {
+        r.on_points.push(r.on_points[0].clone())
+    }),
+    ("a field on no point", |r| {
+        r.on_points[0].values.clear();
+        r.on_points[0].at = Some(Vec::new());
+    }),
+    ("a field that one point lacks", |r| {
+        r.on_points[0].values.pop();
+        r.on_points[0].at = Some((0..r.points.len() as u32 - 1).collect());
+    }),
+    ("another number of components", |r| {
+        r.on_cells[0].components = 1;
+        r.on_cells[0].values.truncate(r.cells.len() / 3);
+    }),
+    ("a point elsewhere", |r| r.points[5][0] += 1e-4),
+    ("a coordinate that is no number", |r| {
+        r.points[5][1] = f64::NAN
+    }),
+    ("the mesh scaled in the seventh digit", |r| {
+        r.points.iter_mut().flatten().for_each(|x| *x *= 1.0 + 1e-7)
+    }),
+    ("a cell twice", |r| {
+        let first = r.cells[..3].to_vec();
+        r.cells[3..6].copy_from_slice(&first);
+    }),
+    ("a cell of other points", |r| {
+        r.cells[0] = (r.cells[0] + 13) % r.points.len() as u32;
+    }),
+    ("a cell missing", |r| {
+        r.cells.truncate(r.cells.len() - 3);
+        let values = &mut r.on_cells[0].values;
+        values.truncate(values.len() - 2);
+    }),
+];
+
+#[test]
+fn every_fault_is_seen_from_either_side() {
+    let whole = results("a", 5, false);
+    assert_eq!(verdict(&whole, &permuted(&whole)), Some(Verdict::Agree));
+    for (name, fault) in FAULTS {
+        for base in [whole.clone(), permuted(&whole)] {
+            let mut faulty = base;
+            faulty.source = "faulty".into();
+            fault(&mut faulty);
+            for told in [verdict(&whole, &faulty), verdict(&faulty, &whole)] {
+                assert_ne!(told, Some(Verdict::Agree), "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn discontinuous_data_show_the_same_faults() {
+    let whole = results("a", 5, true);
+    for (name, fault) in FAULTS {
+        let mut faulty = permuted(&whole);
+        fault(&mut faulty);
+        assert_ne!(verdict(&whole, &faulty), Some(Verdict::Agree), "{name}");
+        assert_ne!(verdict(&faulty, &whole), Some(Verdict::Agree), "{name}");
+    }
+}
+
+#[test]
+fn the_reason_of_every_fault_is_told() {
+    let whole = results("a", 5, false);
+    let told = |fault: fn(&mut Results)| {
+        let mut faulty = whole.clone();
+        faulty.source = "b".into();
+        fault(&mut faulty);
+        let told = compare(&whole, &faulty, None).unwrap();
+        let first = told
+            .fields
+            .iter()
+            .find(|f| f.field.verdict != Verdict::Agree);
+        first
+            .and_then(|f| f.field.reason.clone())
+            .unwrap_or_default()
+    };
+    assert!(told(|r| r.on_points[0].values[2] = f64::NAN).contains("has 0.9"));
+    assert_eq!(
+        told(|r| r.on_points[0].name = "w".into()),
+        "b does not have it"
+    );
+    assert!(told(|r| r.on_cells.clear()).contains("b has no field on cells"));
+    let none = compare_results(
+        &whole,
+        &Results {
+            on_points: vec![],
+            on_cells: vec![],
+            ..whole.clone()
+        },
+        None,
+        &Tolerances {
+            of_all: Tolerance {
+                rtol: 1.0,
+                atol: 0.0,
+            },
+            of_field: vec![],
+        },
+    );
+    assert!(
+        none.unwrap_err()
+            .to_string()
+            .contains("has no field to compare")
+    );
+}
+
+#[test]
+fn all_values_that_are_not_finite_are_counted() {
+    let whole = results("a", 5, false);
+    let mut b = whole.clone();
+    b.on_points[0].values[2] = f64::NAN;
+    b.on_points[0].values[9] = f64::INFINITY;
+    b.on_points[0].values[11] += 1.0;
+    let told = compare(&whole, &b, None).unwrap();
+    assert_eq!(told.fields[0].field.beyond, 3);
+}
+
+#[test]
+fn a_place_that_is_ambiguous_is_refused() {
+    // Two points of one cell at one place; two points of a cloud at one place.
+    let a = results("a", 3, false);
+    let mut b = permuted(&a);
+    b.points[b.cells[1] as usize] = b.points[b.cells[0] as usize];
+    let told = compare(&a, &b, Some(Map::Coordinates))
+        .unwrap_err()
+        .to_string();
+    assert!(told.contains("ambiguous"), "{told}");
+    let cloud = |source: &str| Results {
+        width: 0,
+        cells: Vec::new(),
+        on_cells: Vec::new(),
+        ..results(source, 3, false)
+    };
+    let (mut a, mut b) = (cloud("a"), cloud("b"));
+    (a.points[3], b.points[3]) = (a.points[4], b.points[4]);
+    let told = compare(&a, &b, Some(Map::Coordinates))
+        .unwrap_err()
+        .to_string();
+    assert!(told.contains("ambiguous"), "{told}");
+}
+
+#[test]
+fn tolerances_are_those_of_the_field_its_scale_and_a_floor() {
+    let a = results("a", 4, false);
+    let mut b = a.clone();
+    b.on_points[0]
+        .values
+        .iter_mut()
+        .for_each(|v| *v *= 1.0 + 1e-7);
+    let judged = |rtol: f64, atol: f64, of_field: Vec<(String, Tolerance)>| {
+        let of_all = Tolerance { rtol, atol };
+        compare_results(&a, &b, None, &Tolerances { of_all, of_field })
+            .unwrap()
+            .verdict
+    };
+    assert_eq!(judged(1e-6, 0.0, vec![]), Verdict::Agree);
+    assert_eq!(judged(1e-8, 0.0, vec![]), Verdict::Disagree);
+    assert_eq!(judged(0.0, 1e-6, vec![]), Verdict::Agree);
+    assert_eq!(judged(0.0, 1e-8, vec![]), Verdict::Disagree);
+    assert_eq!(judged(1e-12, 1e-6, vec![]), Verdict::Agree);
+    let own = |rtol| vec![("u".to_owned(), Tolerance { rtol, atol: 0.0 })];
+    assert_eq!(judged(1e-9, 0.0, own(1e-6)), Verdict::Agree);
+    assert_eq!(judged(1e-6, 0.0, own(1e-9)), Verdict::Disagree);
+    let of_all = Tolerance {
+        rtol: 1.0,
+        atol: 0.0,
+    };
+    let of_field = vec![("w".to_owned(), of_all)];
+    assert!(compare_results(&a, &b, None, &Tolerances { of_all, of_field }).is_err());
+
+    // What is noise beside the field's own scale is judged by a floor, or not at all.
+    let (mut a, mut b) = (a.clone(), a.clone());
+    a.on_points[0].values.fill(1e-17);
+    b.on_points[0].values.fill(0.0);
+    assert_eq!(verdict(&a, &b), Some(Verdict::Disagree));
+    a.on_points[0].scaled_by = Some("v".into());
+    b.on_points[0].scaled_by = Some("v".into());
+    for side in [&mut a, &mut b] {
+        let points = side.points.len();
+        side.on_points.push(field("v", 1, vec![1.0; points]));
+    }
+    assert_eq!(verdict(&a, &b), Some(Verdict::Agree));
+    assert!(PADDING as usize > a.points.len());
+}
+
+#[test]
+fn a_vector_of_the_plane_may_have_a_third_component_that_is_zero() {
+    let a = results("a", 4, false);
+    let mut b = permuted(&a);
+    let with_third = |values: &[f64], third: f64| -> Vec<f64> {
+        let vectors = values.chunks_exact(2);
+        vectors.flat_map(|v| [v[0], v[1], third]).collect()
+    };
+    let two = b.on_cells[0].values.clone();
+    b.on_cells[0].components = 3;
+    b.on_cells[0].values = with_third(&two, 0.0);
+    assert_eq!(verdict(&a, &b), Some(Verdict::Agree));
+    assert_eq!(verdict(&b, &a), Some(Verdict::Agree));
+    b.on_cells[0].values = with_third(&two, 1e-3);
+    assert_eq!(verdict(&a, &b), Some(Verdict::Disagree));
+    assert_eq!(verdict(&b, &a), Some(Verdict::Disagree));
+    // In space a component is missing.
+    let (mut a, mut b) = (a, b);
+    b.on_cells[0].values = with_third(&two, 0.0);
+    (a.space, b.space) = (3, 3);
+    assert_eq!(verdict(&a, &b), Some(Verdict::Undetermined));
+}

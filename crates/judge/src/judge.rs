@@ -1,0 +1,298 @@
+//! Tolerance and verdict, field by field.
+//!
+//! A field agrees where |a - b| ≤ tolerance · max|u| · s on every face: max|u| is the size of the
+//! solution, s how much the field can change when the dofs change by 1. What is not finite,
+//! empty, missing on one side, or there on one side only, is never a pass.
+
+use serde::Serialize;
+
+use super::align;
+use super::column::{NOWHERE, difference, judge_column, rows_of};
+use faceoff_mesh::error::Result;
+use faceoff_mesh::field::FaceFields;
+
+/// The outcome of a comparison, of a case, of a whole run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    Agree,
+    /// Something could not be judged.
+    Undetermined,
+    Disagree,
+}
+
+/// One field of one pair.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FieldVerdict {
+    pub field: String,
+    /// Largest |a - b|; for the contact status 1 where a quadrature point differs beyond rounding.
+    pub max_abs: f64,
+    /// Largest |a - b| / (max|u| s), comparable with the tolerance.
+    pub max_rel: f64,
+    pub tolerance: f64,
+    pub verdict: Verdict,
+    /// Where it is largest.
+    pub worst: Option<Worst>,
+    /// Faces that carry the field.
+    pub faces: usize,
+    /// Faces beyond the tolerance.
+    pub beyond: usize,
+    /// Root of the mean of (a - b)², weighted by face measure.
+    pub rms: f64,
+    /// Quadrature points of Γ_C with other status on either side, though P is beyond rounding.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flips: Option<usize>,
+    /// The same where |P| is at rounding level: named, and not counted against agreement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rounding_flips: Option<usize>,
+    /// Why it could not be judged, or why it fails whatever the values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// The face where two results differ most.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Worst {
+    pub vertices: Vec<u32>,
+    pub midpoint: Vec<f64>,
+    pub a: f64,
+    pub b: f64,
+}
+
+/// Judges every field that either side has.
+///
+/// # Errors
+/// Faces that cannot be matched.
+pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<FieldVerdict>> {
+    let partner = align(a, b)?;
+    let size = size(a).max(size(b));
+    let mut names: Vec<&str> = a.columns.iter().map(|c| c.name.as_str()).collect();
+    for column in &b.columns {
+        if !names.contains(&column.name.as_str()) {
+            names.push(&column.name);
+        }
+    }
+    Ok(names
+        .into_iter()
+        .map(|name| match (a.column(name), b.column(name)) {
+            (Some(of_a), Some(of_b)) => {
+                let unit = |k: usize| size * of_a.sensitivity[k];
+                judge_column(a, of_a, of_b, &partner, unit, tolerance)
+            }
+            (one, _) => {
+                let without = if one.is_some() { &b.source } else { &a.source };
+                FieldVerdict::failed(name, tolerance, format!("{without} does not have it"))
+            }
+        })
+        .collect())
+}
+
+/// max|u|, by the face means; NaN where one is.
+fn size(fields: &FaceFields) -> f64 {
+    let means = fields.column("mean").map_or(&[][..], |c| &c.values);
+    means.iter().fold(0.0, |max: f64, v| {
+        if v.is_nan() || max.is_nan() {
+            f64::NAN
+        } else {
+            max.max(v.abs())
+        }
+    })
+}
+
+/// |a - b| / (max|u| s) on each face that carries `field` on both sides, as [`judge`] holds it against the tolerance:
+/// faces of `a`, and one number each, the largest of its values. NaN where one is not finite.
+///
+/// # Errors
+/// Faces that cannot be matched.
+pub fn relative_differences(
+    a: &FaceFields,
+    b: &FaceFields,
+    field: &str,
+) -> Result<Vec<(u32, f64)>> {
+    let partner = align(a, b)?;
+    let size = size(a).max(size(b));
+    let (Some(of_a), Some(of_b)) = (a.column(field), b.column(field)) else {
+        return Ok(Vec::new());
+    };
+    let rows = rows_of(of_b, b.face_count());
+    let on = |k: usize, face: u32| -> Option<(u32, f64)> {
+        let row = rows[partner[face as usize] as usize];
+        (row != NOWHERE).then(|| {
+            let values = of_a.row(k).iter().zip(of_b.row(row as usize));
+            let unit = size * of_a.sensitivity[k];
+            let largest = values
+                .map(|(&x, &y)| difference(of_a.kind, x, y, unit).1)
+                .fold(0.0, |m: f64, d| if d.is_nan() { d } else { m.max(d) });
+            (face, largest)
+        })
+    };
+    let faces = of_a.faces.iter().enumerate();
+    Ok(faces.filter_map(|(k, &face)| on(k, face)).collect())
+}
+
+/// Observed orders of consecutive (n, difference) pairs: log(d₁/d₂) / log(n₂/n₁).
+pub fn observed_orders(levels: &[(usize, f64)]) -> Vec<f64> {
+    levels
+        .windows(2)
+        .map(|w| (w[0].1 / w[1].1).ln() / (w[1].0 as f64 / w[0].0 as f64).ln())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faceoff_mesh::field::{ColumnKind, FaceColumn};
+
+    fn fields(source: &str) -> FaceFields {
+        let faces = 6;
+        let column = |name: &str, kind, components: usize, carriers: Vec<u32>| FaceColumn {
+            name: name.into(),
+            kind,
+            components,
+            values: (0..carriers.len() * components)
+                .map(|k| (1.0 + k as f64).sin())
+                .collect(),
+            sensitivity: vec![1.0; carriers.len()],
+            faces: carriers,
+        };
+        FaceFields {
+            source: source.into(),
+            dim: 2,
+            space: 2,
+            vertices: (0..faces).flat_map(|f| [f, f + 10]).collect(),
+            midpoints: (0..faces).map(|f| [f64::from(f), 0.5, 0.0]).collect(),
+            measures: vec![1.0; faces as usize],
+            columns: vec![
+                column("mean", ColumnKind::Value, 1, (0..faces).collect()),
+                column("status", ColumnKind::Status, 2, vec![1, 4]),
+            ],
+        }
+    }
+
+    /// The same fields with the faces in reverse order.
+    fn reversed(source: &str) -> FaceFields {
+        let mut f = fields(source);
+        let n = f.face_count() as u32;
+        f.vertices = (0..n).rev().flat_map(|k| [k, k + 10]).collect();
+        f.midpoints.reverse();
+        for column in &mut f.columns {
+            for face in &mut column.faces {
+                *face = n - 1 - *face;
+            }
+        }
+        f
+    }
+
+    fn verdicts(a: &FaceFields, b: &FaceFields) -> Vec<Verdict> {
+        let judged = judge(a, b, 1e-12).unwrap();
+        judged.iter().map(|f| f.verdict).collect()
+    }
+
+    #[test]
+    fn the_order_of_faces_does_not_matter() {
+        assert_eq!(verdicts(&fields("a"), &reversed("b")), [Verdict::Agree; 2]);
+    }
+
+    #[test]
+    fn the_worst_face_is_named() {
+        let mut b = reversed("b");
+        b.columns[0].values[3] += 1e-6;
+        b.columns[0].values[5] += 1e-9;
+        let judged = judge(&fields("a"), &b, 1e-12).unwrap();
+        let worst = judged[0].worst.as_ref().unwrap();
+        assert_eq!(judged[0].verdict, Verdict::Disagree);
+        assert_eq!(worst.vertices, [3, 13]);
+        assert_eq!((judged[0].beyond, worst.midpoint[0]), (2, 3.0));
+        assert!((judged[0].max_abs - 1e-6).abs() < 1e-14);
+    }
+
+    #[test]
+    fn what_cannot_be_judged_is_never_a_pass() {
+        let a = fields("a");
+        let change = |f: &dyn Fn(&mut FaceFields)| {
+            let mut b = fields("b");
+            f(&mut b);
+            b
+        };
+        for bad in [f64::NAN, f64::INFINITY] {
+            let b = change(&|b| b.columns[0].values[2] = bad);
+            assert_eq!(verdicts(&a, &b)[0], Verdict::Disagree);
+            assert_ne!(verdicts(&b, &b.clone())[0], Verdict::Agree);
+            assert_eq!(judge(&a, &b, 1e-12).unwrap()[0].beyond, 1);
+            let b = change(&|b| b.columns[1].values[2] = bad);
+            assert_eq!(verdicts(&a, &b)[1], Verdict::Disagree);
+        }
+        let b = change(&|b| {
+            b.columns.pop();
+        });
+        assert_eq!(verdicts(&a, &b)[1], Verdict::Undetermined);
+        assert_eq!(verdicts(&b, &a)[1], Verdict::Undetermined);
+        let b = change(&|b| b.columns[1].faces[1] = 5);
+        assert_eq!(verdicts(&a, &b)[1], Verdict::Undetermined);
+        let b = change(&|b| b.columns[0].components = 2);
+        assert_eq!(verdicts(&a, &b)[0], Verdict::Undetermined);
+        let empty = change(&|b| {
+            for c in &mut b.columns {
+                c.faces.clear();
+                c.values.clear();
+            }
+        });
+        assert!(!verdicts(&empty, &empty.clone()).contains(&Verdict::Agree));
+    }
+
+    #[test]
+    fn faces_that_do_not_match_are_refused() {
+        let a = fields("a");
+        for change in [
+            (|b: &mut FaceFields| b.vertices[11] = 99) as fn(&mut FaceFields),
+            |b| b.midpoints[2][1] += 1e-3,
+            |b| b.midpoints[2][1] = f64::NAN,
+            |b| {
+                b.measures.pop();
+            },
+            |b| b.vertices[2..4].copy_from_slice(&[0, 10]),
+        ] {
+            let mut b = fields("b");
+            change(&mut b);
+            assert!(judge(&a, &b, 1e-12).is_err());
+            assert!(judge(&b, &a, 1e-12).is_err());
+        }
+    }
+
+    #[test]
+    fn a_flip_at_rounding_level_is_named_and_a_real_one_fails() {
+        let (mut a, mut b) = (fields("a"), fields("b"));
+        a.columns[1].values[2] = 1e-15;
+        b.columns[1].values[2] = -1e-15;
+        let judged = judge(&a, &b, 1e-12).unwrap();
+        assert_eq!(judged[1].verdict, Verdict::Agree);
+        assert_eq!(
+            (judged[1].flips, judged[1].rounding_flips),
+            (Some(0), Some(1))
+        );
+        b.columns[1].values[2] = -1e-3;
+        let judged = judge(&a, &b, 1e-12).unwrap();
+        assert_eq!(judged[1].verdict, Verdict::Disagree);
+        assert_eq!(judged[1].worst.as_ref().unwrap().vertices, [4, 14]);
+    }
+
+    #[test]
+    fn fields_near_zero_are_judged_by_the_size_of_the_solution() {
+        let (mut a, mut b) = (fields("a"), fields("b"));
+        a.columns[0].values[0] = 0.0;
+        b.columns[0].values[0] = 5e-14;
+        assert_eq!(verdicts(&a, &b)[0], Verdict::Agree);
+        for column in [&mut a.columns[0], &mut b.columns[0]] {
+            column.values.fill(0.0);
+        }
+        assert_eq!(verdicts(&a, &b)[0], Verdict::Agree);
+        b.columns[0].values[0] = 1e-300;
+        assert_eq!(verdicts(&a, &b)[0], Verdict::Disagree);
+    }
+
+    #[test]
+    fn orders_are_those_of_powers() {
+        let orders = observed_orders(&[(16, 1.0), (32, 0.25), (64, 0.03125)]);
+        assert_eq!(orders, [2.0, 3.0]);
+    }
+}

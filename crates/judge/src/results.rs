@@ -1,0 +1,360 @@
+//! The fields of two files of any codes, matched and judged, each by its own scale.
+//!
+//! Matched by vertices, a point is its number and a cell the set of its points' numbers. Matched by coordinates, both
+//! are places. Where several points lie at one place, as discontinuous data have them, a point is a corner: the places
+//! of its cell, and its own.
+
+use serde::Serialize;
+
+use super::align::{Matching, align_by};
+use super::column::judge_column;
+use super::keyed::{Keyed, fields_on, same_length};
+use super::places;
+use super::{FieldVerdict, Verdict};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::{Carried, FaceColumn, PADDING, Results};
+
+/// What is matched with what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Map {
+    Vertices,
+    Coordinates,
+}
+
+/// A field agrees where |a - b| ≤ max(rtol · largest value of the field, atol).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    pub rtol: f64,
+    pub atol: f64,
+}
+
+/// The tolerance of every field, and of some that have their own.
+#[derive(Debug, Clone)]
+pub struct Tolerances {
+    pub of_all: Tolerance,
+    pub of_field: Vec<(String, Tolerance)>,
+}
+
+/// What a comparison of two files finds.
+#[derive(Debug, Serialize)]
+pub struct Comparison {
+    pub verdict: Verdict,
+    pub a: String,
+    pub b: String,
+    pub map: Map,
+    pub fields: Vec<ComparedField>,
+    #[serde(skip)]
+    pub differences: Vec<Differences>,
+}
+
+/// One field of two files. In the verdict, a face is what carries the field.
+#[derive(Debug, Serialize)]
+pub struct ComparedField {
+    pub on: On,
+    /// The largest |value| on either side, by which the field is judged.
+    pub scale: Option<f64>,
+    pub rtol: f64,
+    pub atol: f64,
+    #[serde(flatten)]
+    pub field: FieldVerdict,
+}
+
+/// What carries a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum On {
+    Points,
+    Cells,
+    /// Corners of cells, which need not agree where they meet.
+    Corners,
+}
+
+impl On {
+    fn noun(self) -> &'static str {
+        match self {
+            On::Points => "point",
+            On::Cells => "cell",
+            On::Corners => "corner",
+        }
+    }
+}
+
+/// a - b on all that carries fields of one kind, in the order of the first file.
+#[derive(Debug)]
+pub struct Differences {
+    pub on: On,
+    /// The corners of cells in turn; or the points, or cells, as the file has them.
+    pub places: Vec<[f64; 3]>,
+    /// Name, components and values; NaN where a field is not carried.
+    pub fields: Vec<(String, usize, Vec<f64>)>,
+}
+
+/// Judges every field of two files. `map` is found where it is not given: vertices where the points of both files lie
+/// in the same order at the same places.
+///
+/// # Errors
+/// Files that cannot be matched, fields with a tolerance and not there, files without any field.
+pub fn compare_results(
+    a: &Results,
+    b: &Results,
+    map: Option<Map>,
+    tolerances: &Tolerances,
+) -> Result<Comparison> {
+    let refuse = |what: String, remedy: &str| Error::Compare {
+        a: a.source.clone(),
+        b: b.source.clone(),
+        what,
+        remedy: remedy.to_owned(),
+    };
+    for side in [a, b] {
+        if side.is_empty() {
+            let what = format!("{} has no field to compare", side.source);
+            return Err(refuse(what, "write the fields into it"));
+        }
+    }
+    let has = |name: &str| {
+        let sides = [a, b].into_iter().flat_map(all_fields);
+        sides.into_iter().any(|field| field.name == name)
+    };
+    if let Some((name, _)) = tolerances.of_field.iter().find(|(name, _)| !has(name)) {
+        let what = format!("neither has the field `{name}` that a tolerance is given for");
+        return Err(refuse(what, "name a field that is there"));
+    }
+    let near = places::tolerance(&a.points, &b.points);
+    let map = match map {
+        Some(Map::Coordinates) if a.points.is_empty() || b.points.is_empty() => {
+            let what = "one of them has no coordinates".to_owned();
+            return Err(refuse(what, "match them by vertices"));
+        }
+        Some(map) => map,
+        None if same_points(a, b, near) => Map::Vertices,
+        None => Map::Coordinates,
+    };
+    let numbers = match map {
+        Map::Vertices => [by_id(a), by_id(b)].concat(),
+        Map::Coordinates => by_place(a, b, near),
+    };
+    let (of_a, of_b) = numbers.split_at(a.point_count());
+    // A point of a cell that shares its place is known by the cell as well.
+    let broken = map == Map::Coordinates && (repeats(of_a) || repeats(of_b));
+    let near = if map == Map::Coordinates {
+        4.0 * near
+    } else {
+        near
+    };
+    let (dims_a, dims_b) = (a.dimensions(), b.dimensions());
+    let by_cells = broken || [a, b].iter().all(|side| side.has_cell_fields());
+    if by_cells && dims_a != dims_b && !dims_a.is_empty() && !dims_b.is_empty() {
+        let what = format!("one has cells of dimension {dims_a:?}, the other of {dims_b:?}");
+        return Err(refuse(what, "judge those of one dimension, as in --dim 2"));
+    }
+
+    let mut comparison = Comparison {
+        verdict: Verdict::Undetermined,
+        a: a.source.clone(),
+        b: b.source.clone(),
+        map,
+        fields: Vec::new(),
+        differences: Vec::new(),
+    };
+    for on in [On::Points, On::Cells, On::Corners] {
+        let exists = |side: &Results| !fields_on(side, on).is_empty();
+        if exists(a) && exists(b) {
+            let keyed = |side, numbers| Keyed::new(side, numbers, on, broken);
+            let (side_a, side_b) = (keyed(a, of_a)?, keyed(b, of_b)?);
+            let (fields, differences) = judge_sets(on, &side_a, &side_b, near, tolerances)?;
+            comparison.fields.extend(fields);
+            comparison.differences.push(differences);
+        } else {
+            let (fields, without) = match exists(a) {
+                true => (fields_on(a, on), b),
+                false => (fields_on(b, on), a),
+            };
+            let missing = fields.iter().map(|field| {
+                let Tolerance { rtol, atol } = tolerances.of(&field.name);
+                let reason = format!("{} has no field on {}s", without.source, on.noun());
+                ComparedField {
+                    on,
+                    scale: None,
+                    rtol,
+                    atol,
+                    field: FieldVerdict::failed(&field.name, rtol, reason),
+                }
+            });
+            comparison.fields.extend(missing);
+        }
+    }
+    let verdicts = comparison.fields.iter().map(|f| f.field.verdict);
+    comparison.verdict = verdicts.max().unwrap_or(Verdict::Undetermined);
+    Ok(comparison)
+}
+
+impl Tolerances {
+    fn of(&self, field: &str) -> Tolerance {
+        let own = self.of_field.iter().rfind(|(name, _)| name == field);
+        own.map_or(self.of_all, |(_, tolerance)| *tolerance)
+    }
+}
+
+impl Tolerance {
+    /// The tolerance and the unit that [`judge_column`] holds a field of this scale against.
+    fn of_scale(self, scale: f64) -> (f64, f64) {
+        if self.rtol > 0.0 {
+            (self.rtol, scale.max(self.atol / self.rtol))
+        } else {
+            (self.atol, 1.0)
+        }
+    }
+}
+
+fn all_fields(results: &Results) -> impl Iterator<Item = &Carried> {
+    let [points, cells, corners] =
+        [On::Points, On::Cells, On::Corners].map(|on| fields_on(results, on));
+    points.iter().chain(cells).chain(corners)
+}
+
+fn by_id(results: &Results) -> Vec<u32> {
+    if results.ids.is_empty() {
+        (0..results.point_count() as u32).collect()
+    } else {
+        results.ids.clone()
+    }
+}
+
+/// The number of each point: the first that lies at its place, those of `a` before those of `b`.
+fn by_place(a: &Results, b: &Results, near: f64) -> Vec<u32> {
+    let mut numbers = places::numbers(&a.points, &b.points, near);
+    let mut first = vec![PADDING; numbers.len()];
+    for (k, number) in (0..).zip(&mut numbers) {
+        let first = &mut first[*number as usize];
+        *first = k.min(*first);
+        *number = *first;
+    }
+    numbers
+}
+
+/// Do the points lie in the same order at the same places, as far as either file tells?
+fn same_points(a: &Results, b: &Results, near: f64) -> bool {
+    if a.points.is_empty() || b.points.is_empty() {
+        return true;
+    }
+    // A table without numbers has its rows in any order.
+    a.points.len() == b.points.len()
+        && a.ids == b.ids
+        && a.points
+            .iter()
+            .zip(&b.points)
+            .all(|(p, q)| (0..3).all(|c| (p[c] - q[c]).abs() <= near))
+}
+
+fn repeats(numbers: &[u32]) -> bool {
+    let last = numbers.iter().max().copied().unwrap_or(0);
+    let mut seen = vec![false; last as usize + 1];
+    numbers
+        .iter()
+        .any(|&n| std::mem::replace(&mut seen[n as usize], true))
+}
+
+fn judge_sets(
+    on: On,
+    a: &Keyed,
+    b: &Keyed,
+    near: f64,
+    tolerances: &Tolerances,
+) -> Result<(Vec<ComparedField>, Differences)> {
+    let noun = on.noun();
+    let near = move |_| near;
+    let partner = align_by(&a.fields, &b.fields, &Matching { noun, near: &near })?;
+    let mut differences = Differences {
+        on: if a.corner_points.is_some() {
+            On::Corners
+        } else {
+            on
+        },
+        places: Vec::new(),
+        fields: Vec::new(),
+    };
+    let mut names: Vec<&str> = Vec::new();
+    for field in a.carried.iter().chain(b.carried) {
+        if !names.contains(&field.name.as_str()) {
+            names.push(&field.name);
+        }
+    }
+    let mut judged = Vec::new();
+    for name in names {
+        let tolerance = tolerances.of(name);
+        let find = |side: &Keyed| -> Vec<usize> {
+            let named = side.carried.iter().enumerate();
+            named
+                .filter(|(_, f)| f.name == name)
+                .map(|(k, _)| k)
+                .collect()
+        };
+        let (scale, field) = match (&find(a)[..], &find(b)[..]) {
+            (&[i], &[j]) => {
+                let (mut of_a, mut of_b) = (a.column(&a.carried[i]), b.column(&b.carried[j]));
+                if a.fields.space == 2 && b.fields.space == 2 {
+                    same_length(&mut of_a, &mut of_b);
+                }
+                let scale = scale(a, &a.carried[i]).max(scale(b, &b.carried[j]));
+                let (allowed, unit) = tolerance.of_scale(scale);
+                let verdict = judge_column(&a.fields, &of_a, &of_b, &partner, |_| unit, allowed);
+                if let Some(values) = subtract(&of_a, &of_b, &partner) {
+                    let components = of_a.components;
+                    differences
+                        .fields
+                        .push((name.to_owned(), components, values));
+                }
+                (Some(scale), verdict)
+            }
+            (of_a, of_b) => {
+                let reason = if of_a.len() > 1 || of_b.len() > 1 {
+                    "a file has it more than once".to_owned()
+                } else {
+                    let without = if of_a.is_empty() { a } else { b };
+                    format!("{} does not have it", without.fields.source)
+                };
+                (None, FieldVerdict::failed(name, tolerance.rtol, reason))
+            }
+        };
+        judged.push(ComparedField {
+            on: differences.on,
+            scale,
+            rtol: tolerance.rtol,
+            atol: tolerance.atol,
+            field,
+        });
+    }
+    differences.places.clone_from(&a.fields.midpoints);
+    Ok((judged, differences))
+}
+
+/// The largest finite |value| of a field, or of the one that it is scaled by.
+fn scale(side: &Keyed, field: &Carried) -> f64 {
+    let by = field.scaled_by.as_ref();
+    let other = by.and_then(|name| side.carried.iter().find(|f| f.name == *name));
+    let values = &other.unwrap_or(field).values;
+    let finite = values.iter().filter(|v| v.is_finite());
+    finite.fold(0.0, |m: f64, v| m.max(v.abs()))
+}
+
+/// a - b on all that the first file has.
+fn subtract(a: &FaceColumn, b: &FaceColumn, partner: &[u32]) -> Option<Vec<f64>> {
+    if a.components != b.components {
+        return None;
+    }
+    let rows = super::column::rows_of(b, partner.len());
+    let mut values = vec![f64::NAN; partner.len() * a.components];
+    for (k, &face) in a.faces.iter().enumerate() {
+        let row = rows[partner[face as usize] as usize];
+        if row != super::column::NOWHERE {
+            let start = face as usize * a.components;
+            let pairs = a.row(k).iter().zip(b.row(row as usize));
+            for (value, (x, y)) in values[start..].iter_mut().zip(pairs) {
+                *value = x - y;
+            }
+        }
+    }
+    Some(values)
+}

@@ -1,0 +1,22 @@
+//! The program and the real codes, run as users run them.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod accuracy;
+mod codes;
+mod common;
+mod compare;
+mod engines;
+mod false_alarms;
+mod faults;
+mod mesh_faults;
+mod mesh_formats;
+mod mutations;
+mod numbering;
+mod paper;
+mod pipelines;
+mod readers;
+mod report;
+mod solid;
+mod study;
+mod trust;
+mod vtk;
