@@ -1,12 +1,9 @@
-//! `faceoff` settles whether finite element codes agree on the Signorini problem, face by face.
+//! `faceoff` settles whether finite element codes agree, face by face. ARCHITECTURE.md is the map.
 
+pub mod campaigns;
 pub mod cli;
-pub mod diagnose;
 pub mod drawing;
 pub mod engine;
-pub mod orders;
-pub mod paper;
 pub mod report;
-pub mod stress;
-pub mod study;
-pub mod verify;
+pub mod run;
+pub mod why;

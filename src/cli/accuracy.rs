@@ -8,17 +8,23 @@ use super::args::Solve;
 use super::solve::finish;
 use super::tell::note;
 use super::verify::settings;
-use crate::engine::{self, Case, Explanation, interrupted};
+use crate::engine::{self, Case, Explanation};
 use crate::report::{self, Certified};
 use faceoff_fem::adapt::{Ended, Next, Step, Way, Wish, reach};
 use faceoff_fem::certify::Target;
-use faceoff_fem::contact::{Method, Problem};
+use faceoff_fem::contact::{Discretisation, Problem};
 use faceoff_fem::linear::Settings;
 use faceoff_fem::scene::Scene;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
 
 /// Refines until the bound is below the accuracy, telling each mesh and what is to come.
-pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f64) -> Result<u8> {
+pub(super) fn run(
+    arguments: &Solve,
+    scene: &Scene,
+    discretisation: Discretisation,
+    accuracy: f64,
+) -> Result<u8> {
     let linear = Settings {
         solver: arguments.linear,
         precision: arguments.precision,
@@ -26,7 +32,7 @@ pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f6
     let settings = settings(&arguments.running, arguments.iteration, linear);
     let target = arguments.certify.unwrap_or(Target::G);
     let wish = Wish {
-        method,
+        discretisation,
         target,
         accuracy,
         stop: settings.stop,
@@ -39,20 +45,16 @@ pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f6
         if !quiet {
             note!("{}", line(step, next));
         }
-        if interrupted() {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
+        cancel::check()
     })?;
     let total = clock.elapsed().as_secs_f64();
     let case = Case {
-        scene,
         n: reached.n,
-        problem: Problem::new(scene, &reached.mesh, method)?,
+        problem: Problem::new(scene, &reached.mesh, &wish.discretisation)?,
     };
     let answer = engine::Answer::new(reached.solution);
     let version = env!("CARGO_PKG_VERSION");
-    let own = ("rust", version);
+    let own = (engine::OWN, version);
     let mut told = Answer::new(&case, arguments.iteration, own, &answer, (0.0, 0.0, total))?;
     told.certificate = Some(Certified::new(target, &reached.certificate));
     told.meshes = Some(reached.steps);
@@ -63,7 +65,7 @@ pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f6
     }
     if let Some(out) = &arguments.out {
         let certificate = Some(&reached.certificate);
-        report::write_solution(out, &case, &answer.u, "rust", version, certificate)?;
+        report::write_solution(out, &case, &answer.u, engine::OWN, version, certificate)?;
     }
     let code = finish(arguments, &told)?;
     if let Ended::NotReached(why) = reached.ended {

@@ -9,13 +9,14 @@ use super::words::{
     FieldBounds, Methods, Words, accuracy, bound, budget, field_bounds, increment, launcher,
     method, methods, pair, seconds,
 };
-use crate::paper;
+use crate::campaigns::paper;
 use faceoff_fem::adapt::Way;
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Iteration, Method};
 use faceoff_fem::linear::{Precision, Solver};
 use faceoff_fem::scene::Scene;
 use faceoff_judge::Map;
+use faceoff_mesh::error::{Result, distinct};
 
 /// Settle whether finite element codes agree, face by face.
 ///
@@ -80,8 +81,17 @@ pub(super) struct Trust {
 }
 
 impl Trust {
+    /// The scenes of these names or files, of which no two have one name.
+    pub fn scenes(&self, names: &[String]) -> Result<Vec<Scene>> {
+        let found = names.iter().map(|name| self.scene(name));
+        let found = found.collect::<Result<Vec<_>>>()?;
+        let names = found.iter().map(Scene::name);
+        distinct(names, "scene", "give scenes of different names")?;
+        Ok(found)
+    }
+
     /// The scene of this name or file.
-    pub fn scene(&self, name: &str) -> faceoff_mesh::error::Result<Scene> {
+    pub fn scene(&self, name: &str) -> Result<Scene> {
         match self.allow_outside {
             true => Scene::find_anywhere(name),
             false => Scene::find(name),
@@ -331,6 +341,8 @@ pub(super) struct Study {
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     #[command(flatten)]
+    pub trust: Trust,
+    #[command(flatten)]
     pub running: Running,
     #[command(flatten)]
     pub output: Output,
@@ -354,6 +366,8 @@ pub(super) struct Stress {
     /// Write report.md, map.csv, stress.json and the map as a figure into DIR
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    #[command(flatten)]
+    pub trust: Trust,
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]

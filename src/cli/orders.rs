@@ -1,16 +1,14 @@
 //! `faceoff orders`.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use super::args::Orders;
-use super::progress::Bar;
+use super::progress::watched;
 use super::tell::output;
 use super::{DISAGREE, DONE};
-use crate::engine;
-use crate::orders::{orders, table};
+use crate::campaigns::orders::{orders, table};
+use crate::engine::Settings;
 use crate::report;
 use faceoff_fem::scene::Scene;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::Result;
 
 pub(super) fn run(arguments: &Orders) -> Result<u8> {
     let quiet = arguments.output.quiet;
@@ -26,17 +24,10 @@ pub(super) fn run(arguments: &Orders) -> Result<u8> {
         .collect::<Result<Vec<_>>>()?;
     let n: Vec<usize> = arguments.n.iter().map(|&n| n as usize).collect();
     let methods = &arguments.methods.0;
-    let bar = Bar::new(quiet);
-    let (started, total) = (AtomicUsize::new(0), scenes.len() * methods.len() * n.len());
-    let all = orders(&scenes, methods, &n, |scene, method, n| {
-        let share = started.fetch_add(1, Ordering::Relaxed) as f64 / total as f64;
-        bar.tell(&format!("{}, {method}, n = {n}", scene.name), share);
-        if engine::interrupted() {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
+    let settings = Settings::default();
+    let all = watched(&[], vec![], quiet, |progress| {
+        orders(&scenes, methods, &n, &settings, progress)
     });
-    bar.clear();
     let all = all?;
     report::write_json(json, &all)?;
     if !quiet && !report::is_stdout(json) {

@@ -1,16 +1,16 @@
 //! `faceoff paper`.
 
 use super::args::Paper;
-use super::progress::Bar;
+use super::progress::watched;
 use super::tell::{note, output};
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
+use crate::campaigns::paper::{self, Example, PaperRequest, References};
 use crate::engine::{self, Engine};
-use crate::paper::{self, Example, References, Request};
 use crate::report;
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::Result;
 
 /// The file by which an earlier report is known.
 const RESULT: &str = "paper.json";
@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &Paper) -> Result<u8> {
         }
         return Ok(DONE);
     }
-    let request = Request {
+    let request = PaperRequest {
         examples: examples(&arguments.zones)?,
         n: arguments.n.iter().map(|&n| n as usize).collect(),
         fine: arguments.fine as usize,
@@ -41,15 +41,9 @@ pub(super) fn run(arguments: &Paper) -> Result<u8> {
     if let Some(folder) = &arguments.report {
         report::check_report_folder(folder, RESULT)?;
     }
-    let bar = Bar::new(quiet);
-    let outcome = paper::study(&request, &|what, share| {
-        bar.tell(what, share);
-        if engine::interrupted() {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
+    let outcome = watched(&[], vec![], quiet, |progress| {
+        paper::study(&request, progress)
     });
-    bar.clear();
     let outcome = outcome?;
     if let Some(folder) = &arguments.report {
         report::write_report_folder(folder, |folder| {
@@ -88,8 +82,8 @@ fn examples(zones: &[u32]) -> Result<Vec<Example>> {
 
 /// The Rust engine, and those asked for.
 fn codes(arguments: &Paper) -> Result<Vec<Box<dyn Engine>>> {
-    let mut names = vec!["rust".to_owned()];
-    let asked = arguments.engines.iter().filter(|name| *name != "rust");
+    let mut names = vec![engine::OWN.to_owned()];
+    let asked = arguments.engines.iter().filter(|name| *name != engine::OWN);
     names.extend(asked.cloned());
     engines::find_all(&names, &arguments.running, arguments.output.quiet)
 }

@@ -2,26 +2,47 @@
 
 use std::collections::HashMap;
 use std::io::IsTerminal;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-use crate::engine::Progress;
+use crate::engine::{Progress, Silent};
+
+/// Runs `run` with bars on a terminal, which are gone when it ends.
+pub(super) fn watched<T>(
+    engines: &[&str],
+    cases: Vec<(String, u64)>,
+    quiet: bool,
+    run: impl FnOnce(&dyn Progress) -> T,
+) -> T {
+    let bars = Bars::new(engines, cases, quiet);
+    let done = run(bars.as_ref().map_or(&Silent, |bars| bars));
+    if let Some(bars) = &bars {
+        // A terminal that is gone needs no clearing.
+        let _ = bars.all.clear();
+    }
+    done
+}
 
 /// Newton takes about this many steps; it only shapes the estimate.
 const USUAL_STEPS: u64 = 8;
 
-pub(super) struct Bars {
+struct Bars {
     /// What each case is called, and its share of the work.
     cases: Vec<(String, u64)>,
     bars: Mutex<HashMap<String, ProgressBar>>,
+    /// Of the run as a whole, once it tells its share.
+    whole: OnceLock<ProgressBar>,
     all: MultiProgress,
     total: u64,
 }
 
+/// Steps of the bar of the whole.
+const FINE: f64 = 10_000.0;
+
 impl Bars {
     /// None where nobody would see them.
-    pub fn new(engines: &[&str], cases: Vec<(String, u64)>, quiet: bool) -> Option<Self> {
+    fn new(engines: &[&str], cases: Vec<(String, u64)>, quiet: bool) -> Option<Self> {
         if quiet || !std::io::stderr().is_terminal() {
             return None;
         }
@@ -45,15 +66,10 @@ impl Bars {
         Some(Bars {
             cases,
             bars: Mutex::new(bars),
+            whole: OnceLock::new(),
             all,
             total,
         })
-    }
-
-    /// Takes the bars away.
-    pub fn clear(&self) {
-        // A terminal that is gone needs no clearing.
-        let _ = self.all.clear();
     }
 
     fn with_bar(&self, engine: &str, act: impl FnOnce(&ProgressBar)) {
@@ -80,44 +96,24 @@ impl Progress for Bars {
         });
     }
 
+    fn next(&self, what: &str, share: f64) {
+        let bar = self.whole.get_or_init(|| {
+            let bar = self.all.add(ProgressBar::new(FINE as u64));
+            let style = ProgressStyle::with_template(
+                "{bar:24} {percent:>3}% {elapsed:>4}, left {eta:<4} {msg}",
+            );
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.enable_steady_tick(std::time::Duration::from_millis(200));
+            bar
+        });
+        bar.set_position((FINE * share.clamp(0.0, 1.0)) as u64);
+        bar.set_message(what.to_owned());
+    }
+
     fn done(&self, engine: &str) {
         self.with_bar(engine, |bar| {
             bar.set_position(self.total);
             bar.finish_with_message("done");
         });
-    }
-}
-
-/// One bar for everything.
-pub(super) struct Bar(Option<ProgressBar>);
-
-const FINE: f64 = 10_000.0;
-
-impl Bar {
-    pub fn new(quiet: bool) -> Self {
-        if quiet || !std::io::stderr().is_terminal() {
-            return Bar(None);
-        }
-        let bar = ProgressBar::new(FINE as u64);
-        let style = ProgressStyle::with_template(
-            "{bar:24} {percent:>3}% {elapsed:>4}, left {eta:<4} {msg}",
-        );
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        bar.enable_steady_tick(std::time::Duration::from_millis(200));
-        Bar(Some(bar))
-    }
-
-    /// `share` of everything is done, and `what` comes now.
-    pub fn tell(&self, what: &str, share: f64) {
-        if let Some(bar) = &self.0 {
-            bar.set_position((FINE * share.clamp(0.0, 1.0)) as u64);
-            bar.set_message(what.to_owned());
-        }
-    }
-
-    pub fn clear(&self) {
-        if let Some(bar) = &self.0 {
-            bar.finish_and_clear();
-        }
     }
 }

@@ -5,15 +5,16 @@ use std::time::Instant;
 use super::accuracy;
 use super::answer::{Answer, print};
 use super::args::Solve;
-use super::progress::Bars;
+use super::progress::watched;
 use super::tell::note;
 use super::verify::{check_launch, settings};
 use super::{DISAGREE, DONE, FAILED, engines};
-use crate::engine::{self, Case, Explanation, Progress, Silent};
+use crate::engine::{self, Case, Explanation};
 use crate::report;
 use faceoff_fem::certify::certify;
-use faceoff_fem::contact::{Iteration, Method, Problem};
+use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem};
 use faceoff_fem::linear::Settings;
+use faceoff_fem::scene::MeshSource;
 use faceoff_mesh::error::{Error, Result};
 
 pub(super) fn run(arguments: &Solve) -> Result<u8> {
@@ -26,8 +27,13 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     };
     let method = arguments.method.unwrap_or(usual);
     if let Some(path) = &arguments.mesh {
-        scene.use_mesh(path);
+        scene = scene.with_source(MeshSource::File {
+            path: path.to_owned(),
+            n: None,
+            dim: scene.source().dim(),
+        })?;
     }
+    let mut discretisation = Discretisation::of(&scene, method);
     if let Some(gamma0) = arguments.gamma0 {
         if !method.is_nitsche() {
             return Err(Error::usage(
@@ -41,9 +47,9 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
                 "the method needs gamma0 > 0 (default: 100)",
             ));
         }
-        scene.gamma0 = gamma0;
+        discretisation.gamma0 = gamma0;
     }
-    if arguments.iteration != Iteration::Newton && arguments.engine != "rust" {
+    if arguments.iteration != Iteration::Newton && arguments.engine != engine::OWN {
         return Err(Error::usage(
             format!("engine {} iterates by Newton only", arguments.engine),
             "use --engine rust for the fixed points",
@@ -53,7 +59,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         solver: arguments.linear,
         precision: arguments.precision,
     };
-    if linear != Settings::default() && arguments.engine != "rust" {
+    if linear != Settings::default() && arguments.engine != engine::OWN {
         return Err(Error::usage(
             format!("engine {} has a linear solver of its own", arguments.engine),
             "use --linear and --precision with --engine rust only",
@@ -74,29 +80,21 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     }
 
     if let Some(accuracy) = arguments.accuracy {
-        return accuracy::run(arguments, &scene, method, accuracy);
+        return accuracy::run(arguments, &scene, discretisation, accuracy);
     }
 
     let clock = Instant::now();
-    let n = arguments.n.map(|n| n as usize).or(scene.mesh.n());
+    let n = arguments.n.map(|n| n as usize).or(scene.source().n());
     let mesh = scene.triangulation(n)?;
     let seconds_mesh = clock.elapsed().as_secs_f64();
     let assembly_clock = Instant::now();
-    let problem = Problem::new(&scene, &mesh, method)?;
+    let problem = Problem::new(&scene, &mesh, &discretisation)?;
     let seconds_problem = assembly_clock.elapsed().as_secs_f64();
-    let case = Case {
-        scene: &scene,
-        n,
-        problem,
-    };
-    let name = format!("{} {}", scene.name, method);
-    let bars = Bars::new(&[engine.name()], vec![(name, 1)], quiet);
-    let listener: &dyn Progress = bars.as_ref().map_or(&Silent, |bars| bars);
-    let run = engine.run(std::slice::from_ref(&case), &settings, listener);
-    if let Some(bars) = &bars {
-        bars.clear();
-    }
-    let mut run = run?;
+    let case = Case { n, problem };
+    let name = format!("{} {}", scene.name(), method);
+    let mut run = watched(&[engine.name()], vec![(name, 1)], quiet, |progress| {
+        engine.run(&[&case], &settings, progress)
+    })?;
     if let Some(doubt) = engine::doubt(engine.name(), &run.version) {
         note!("faceoff: warning: {doubt}");
     }
@@ -111,7 +109,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
 
     let certificate = arguments
         .certify
-        .map(|_| certify(&scene, &case.problem, &answer.u))
+        .map(|_| certify(&case.problem, &answer.u))
         .transpose()?;
     let seconds = (seconds_mesh, seconds_problem, total);
     let of = (engine.name(), run.version.as_str());

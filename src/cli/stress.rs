@@ -2,17 +2,15 @@
 
 use super::args::Stress;
 use super::engines;
-use super::progress::Bar;
+use super::progress::watched;
 use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
-use crate::engine;
+use crate::campaigns::stress::{self, StressRequest, stress};
 use crate::report;
-use crate::stress::{self, Request, stress};
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
-use faceoff_fem::scene::Scene;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::Result;
 
 /// The file by which an earlier report is known.
 const RESULT: &str = "stress.json";
@@ -20,9 +18,8 @@ const RESULT: &str = "stress.json";
 pub(super) fn run(arguments: &Stress) -> Result<u8> {
     let quiet = arguments.output.quiet;
     let json = arguments.output.json.as_deref();
-    let scenes = arguments.scenes.iter().map(|name| Scene::find(name));
-    let request = Request {
-        scenes: scenes.collect::<Result<_>>()?,
+    let request = StressRequest {
+        scenes: arguments.trust.scenes(&arguments.scenes)?,
         families: arguments.families.clone(),
         methods: arguments.methods.0.clone(),
         engines: engines::find_all(&arguments.engines, &arguments.running, quiet)?,
@@ -36,15 +33,7 @@ pub(super) fn run(arguments: &Stress) -> Result<u8> {
     if let Some(folder) = &arguments.report {
         report::check_report_folder(folder, RESULT)?;
     }
-    let bar = Bar::new(quiet);
-    let outcome = stress(&request, &|what, share| {
-        bar.tell(what, share);
-        if engine::interrupted() {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
-    });
-    bar.clear();
+    let outcome = watched(&[], vec![], quiet, |progress| stress(&request, progress));
     let outcome = outcome?;
     if let Some(folder) = &arguments.report {
         report::write_report_folder(folder, |folder| {
@@ -58,6 +47,6 @@ pub(super) fn run(arguments: &Stress) -> Result<u8> {
     if !quiet && !report::is_stdout(json) {
         output(format_args!("{}", stress::table(&outcome)));
     }
-    let wrong = outcome.cells.iter().any(|cell| cell.verdict.is_wrong());
+    let wrong = outcome.entries.iter().any(|cell| cell.verdict.is_wrong());
     Ok(if wrong { DISAGREE } else { DONE })
 }

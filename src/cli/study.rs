@@ -4,15 +4,16 @@ use std::process::{Command, Stdio};
 
 use super::args::Study;
 use super::engines;
-use super::progress::Bar;
+use super::progress::watched;
 use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
+use crate::campaigns::study::{self, Followed, StudyRequest, Subject, Varied, study};
 use crate::engine;
 use crate::report;
-use crate::study::{self, Followed, Request, Subject, Varied, study};
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
 /// The file by which an earlier report is known.
@@ -21,8 +22,10 @@ const RESULT: &str = "study.json";
 pub(super) fn run(arguments: &Study) -> Result<u8> {
     let quiet = arguments.output.quiet;
     let json = arguments.output.json.as_deref();
-    let subjects = arguments.scenes.iter().map(|name| Subject::find(name));
-    let request = Request {
+    let scenes = arguments.trust.scenes(&arguments.scenes)?;
+    let subjects = arguments.scenes.iter().zip(scenes);
+    let subjects = subjects.map(|(name, scene)| Subject::new(name, scene));
+    let request = StudyRequest {
         subjects: subjects.collect::<Result<_>>()?,
         methods: arguments.methods.0.clone(),
         engines: engines::find_all(&arguments.engines, &arguments.running, quiet)?,
@@ -36,19 +39,10 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
         journal: arguments.resume.clone(),
         follow: Some(Box::new(follow)),
     };
-    check(&request)?;
     if let Some(folder) = &arguments.report {
         report::check_report_folder(folder, RESULT)?;
     }
-    let bar = Bar::new(quiet);
-    let outcome = study(&request, &|what, share| {
-        bar.tell(what, share);
-        if engine::interrupted() {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
-    });
-    bar.clear();
+    let outcome = watched(&[], vec![], quiet, |progress| study(&request, progress));
     let outcome = outcome?;
     if let Some(folder) = &arguments.report {
         report::write_report_folder(folder, |folder| {
@@ -86,7 +80,7 @@ fn follow(words: &[String]) -> Result<Followed> {
     let failed = |why: String| {
         let words = words.join(" ");
         Error::engine(
-            "rust",
+            engine::OWN,
             format!("`faceoff {words}` {why}"),
             "type it to see more",
         )
@@ -98,9 +92,7 @@ fn follow(words: &[String]) -> Result<Followed> {
         .stdin(Stdio::null())
         .output()
         .map_err(|e| failed(format!("cannot be started: {e}")))?;
-    if engine::interrupted() {
-        return Err(Error::Interrupted);
-    }
+    cancel::check()?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
         return Err(failed(format!(
@@ -119,17 +111,4 @@ fn follow(words: &[String]) -> Result<Followed> {
         seconds: number(&told["seconds"]["total"])?,
         memory_mb: number(&told["peak_rss_mb"])?,
     })
-}
-
-fn check(request: &Request) -> Result<()> {
-    for (k, subject) in request.subjects.iter().enumerate() {
-        let name = &subject.scene.name;
-        if request.subjects[..k].iter().any(|s| s.scene.name == *name) {
-            return Err(Error::usage(
-                format!("scene {name} is named twice"),
-                "give scenes of different names",
-            ));
-        }
-    }
-    Ok(())
 }

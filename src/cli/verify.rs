@@ -5,20 +5,19 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use super::args::{Running, Verify};
-use super::progress::Bars;
+use super::progress::watched;
 use super::tell::{note, output, tell};
 use super::{DISAGREE, DONE, FAILED, complain, engines, tell_failure};
-use crate::diagnose::{Diagnosis, diagnose};
-use crate::engine::{
-    self, Baseline, Engine, Explanation, Launch, Progress, Settings, Silent, resumed,
-};
+use crate::campaigns::verify::{CaseOutcome, VerifyOutcome, VerifyRequest, diagnose, verify};
+use crate::engine::{self, Baseline, Engine, Explanation, Launch, Settings};
 use crate::report;
-use crate::verify::{CaseOutcome, Failure, Outcome, Request, verify};
+use crate::run::Failure;
+use crate::why::Diagnosis;
 use faceoff_fem::contact::{Iteration, Stop};
 use faceoff_fem::linear;
 use faceoff_fem::scene::Scene;
 use faceoff_judge::Verdict;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result, distinct};
 
 pub(super) fn run(arguments: &Verify) -> Result<u8> {
     let code = judge(arguments);
@@ -33,40 +32,26 @@ pub(super) fn run(arguments: &Verify) -> Result<u8> {
 fn judge(arguments: &Verify) -> Result<u8> {
     let quiet = arguments.output.quiet;
     let scenes = if arguments.scenes.is_empty() {
-        Scene::builtin_names()
-            .map(Scene::find)
-            .collect::<Result<Vec<_>>>()?
+        let names: Vec<String> = Scene::builtin_names().map(str::to_owned).collect();
+        arguments.trust.scenes(&names)?
     } else {
-        arguments
-            .scenes
-            .iter()
-            .map(|name| arguments.trust.scene(name))
-            .collect::<Result<Vec<_>>>()?
+        arguments.trust.scenes(&arguments.scenes)?
     };
-    for (k, scene) in scenes.iter().enumerate() {
-        if scenes[..k].iter().any(|other| other.name == scene.name) {
-            return Err(Error::usage(
-                format!("scene {} is named twice", scene.name),
-                "give scenes of different names",
-            ));
-        }
-    }
+    distinct(&arguments.n, "n", "give different refinements")?;
     let (mut engines, missing) = present(arguments)?;
-    if let Some(folder) = &arguments.resume {
-        engines = engines.into_iter().map(|e| resumed(e, folder)).collect();
-    }
     if let Some(folder) = &arguments.against {
-        engines.extend(Baseline::read(folder)?.engines(folder));
+        engines.extend(Baseline::read(folder)?.engines());
     }
     if let Some(folder) = &arguments.record {
         report::check_baseline_folder(folder)?;
     }
-    let request = Request {
+    let request = VerifyRequest {
         scenes,
         methods: arguments.methods.0.clone(),
-        n: distinct(&arguments.n)?,
+        n: arguments.n.iter().map(|&n| n as usize).collect(),
         engines,
         settings: settings(&arguments.running, Iteration::Newton, Default::default()),
+        journal: arguments.resume.clone(),
     };
     let engines: Vec<&dyn Engine> = request.engines.iter().map(|e| &**e).collect();
     check_launch(&request.settings, &engines)?;
@@ -74,16 +59,10 @@ fn judge(arguments: &Verify) -> Result<u8> {
         report::prepare_folder(folder)?;
     }
 
-    let outcome = {
-        let names: Vec<&str> = request.engines.iter().map(|e| e.name()).collect();
-        let bars = Bars::new(&names, work(&request), quiet);
-        let listener: &dyn Progress = bars.as_ref().map_or(&Silent, |bars| bars);
-        let outcome = verify(&request, listener);
-        if let Some(bars) = &bars {
-            bars.clear();
-        }
-        outcome?
-    };
+    let names: Vec<&str> = request.engines.iter().map(|e| e.name()).collect();
+    let outcome = watched(&names, work(&request), quiet, |progress| {
+        verify(&request, progress)
+    })?;
 
     let diagnoses = if arguments.diagnose {
         diagnose(&request, &outcome)?
@@ -94,7 +73,7 @@ fn judge(arguments: &Verify) -> Result<u8> {
         report::write_baseline(folder, &recipe(), &request, &outcome)?;
     }
     if let Some(folder) = &arguments.report {
-        report::write_fields(folder, &request, &outcome)?;
+        report::write_fields(folder, &outcome)?;
         report::write_html(folder, &request, &outcome, &diagnoses, &missing)?;
     }
     let json = arguments.output.json.as_deref();
@@ -152,7 +131,7 @@ fn judge(arguments: &Verify) -> Result<u8> {
 #[derive(Serialize)]
 struct Found<'a> {
     #[serde(flatten)]
-    outcome: &'a Outcome,
+    outcome: &'a VerifyOutcome,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     diagnoses: &'a [Diagnosis],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
@@ -170,7 +149,7 @@ struct Explained<'a> {
 }
 
 /// Of every case that the Rust engine solved. A certificate is of all fields on a mesh, where methods are judged by it.
-fn explained(outcome: &Outcome) -> Vec<Explained<'_>> {
+fn explained(outcome: &VerifyOutcome) -> Vec<Explained<'_>> {
     let of = |case: &'_ CaseOutcome| {
         let mut explanation = case.explanation.clone()?;
         explanation.certificate = outcome.cross.iter().any(|cross| {
@@ -276,33 +255,19 @@ pub(super) fn check_launch(settings: &Settings, engines: &[&dyn Engine]) -> Resu
     ))
 }
 
-fn distinct(n: &[u32]) -> Result<Vec<usize>> {
-    let mut seen: Vec<usize> = Vec::new();
-    for &n in n {
-        if seen.contains(&(n as usize)) {
-            return Err(Error::usage(
-                format!("n = {n} is named twice"),
-                "give different refinements",
-            ));
-        }
-        seen.push(n as usize);
-    }
-    Ok(seen)
-}
-
 /// What each case is called and its share of the work, in the order in which engines get them.
-fn work(request: &Request) -> Vec<(String, u64)> {
+fn work(request: &VerifyRequest) -> Vec<(String, u64)> {
     let mut cases = Vec::new();
     for scene in &request.scenes {
-        let own = [scene.mesh.n().unwrap_or(16)];
-        let levels: &[usize] = match scene.mesh.n() {
+        let own = [scene.source().n().unwrap_or(16)];
+        let levels: &[usize] = match scene.source().n() {
             Some(_) if !request.n.is_empty() => &request.n,
             _ => &own,
         };
         for n in levels {
             for method in &request.methods {
                 let weight = (n * n * method.element.degree()).max(1) as u64;
-                cases.push((format!("{} {method} n = {n}", scene.name), weight));
+                cases.push((format!("{} {method} n = {n}", scene.name()), weight));
             }
         }
     }

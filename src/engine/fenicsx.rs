@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use super::job::{self, Files};
 use super::process::{self, find_in_path};
-use super::{Case, Launch, Settings, recorded, version};
+use super::{Case, Launch, Settings, version};
 use faceoff_fem::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
 
@@ -62,7 +62,7 @@ pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
             }
         }
     }
-    Ok(recorded::digest(&all))
+    Ok(super::kept::digest(&all))
 }
 
 /// Runs the companion in the job folder.
@@ -175,7 +175,7 @@ pub(super) fn probe() -> Result<String> {
     ]);
     process::run(
         "fenicsx",
-        command,
+        &command,
         folder.path(),
         Duration::from_secs(120),
         |line| {
@@ -306,7 +306,7 @@ fn remove_unfinished(forms: &Path) {
 pub(super) fn write_job(
     engine: &str,
     folder: &Path,
-    cases: &[Case],
+    cases: &[&Case],
     settings: &Settings,
     syntax: impl Fn(&Expression) -> String,
 ) -> Result<()> {

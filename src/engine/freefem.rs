@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::job::{self, Files};
 use super::process::{self, find_in_path};
-use super::{Case, Settings, recorded, version};
+use super::{Case, Settings, version};
 use faceoff_fem::contact::Law;
 use faceoff_fem::quadrature::Rule;
 use faceoff_fem::scene::{Expression, Scene};
@@ -33,11 +33,11 @@ fn missing() -> Error {
 /// Of the script that is run.
 pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
     let Some(scripts) = scripts else {
-        return Ok(recorded::digest(SCRIPT.as_bytes()));
+        return Ok(super::kept::digest(SCRIPT.as_bytes()));
     };
     let script = scripts.join(SCRIPT_NAME);
     let text = fs::read(&script).map_err(Error::io(&script, "read"))?;
-    Ok(recorded::digest(&text))
+    Ok(super::kept::digest(&text))
 }
 
 /// Runs the job's copy of the script in `folder`.
@@ -78,7 +78,7 @@ pub(super) fn probe() -> Result<String> {
         .env("LC_ALL", "C");
     process::run(
         "freefem",
-        command,
+        &command,
         folder.path(),
         Duration::from_secs(60),
         |line| {
@@ -113,7 +113,7 @@ pub(super) fn package_version(program: &Path) -> Option<String> {
 pub(super) fn write_job(
     engine: &str,
     folder: &Path,
-    cases: &[Case],
+    cases: &[&Case],
     settings: &Settings,
 ) -> Result<()> {
     let syntax = |e: &Expression| e.to_freefem();
@@ -179,7 +179,7 @@ fn mesh(case: &Case) -> String {
 }
 
 /// The job as FreeFEM's source text. Expressions were parsed and are written from their tree.
-fn job_idp(cases: &[Case], settings: &Settings) -> String {
+fn job_idp(cases: &[&Case], settings: &Settings) -> String {
     let mut text = format!(
         "real stopIncrement = {:?};\nint stopIterations = {};\n",
         settings.stop.increment, settings.stop.max_iterations
@@ -196,9 +196,9 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
     let numbers: Vec<usize> = cases
         .iter()
         .map(|case| {
-            let known = scenes.iter().position(|s| s.data == case.scene.data);
+            let known = scenes.iter().position(|s| s.data() == case.scene().data());
             known.unwrap_or_else(|| {
-                scenes.push(case.scene);
+                scenes.push(case.scene());
                 scenes.len() - 1
             })
         })
@@ -206,7 +206,7 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
     for name in ["sceneF", "sceneG", "sceneT", "scenePsi"] {
         let _ = writeln!(text, "func real {name}(int k) {{");
         for (number, scene) in scenes.iter().enumerate() {
-            let data = &scene.data;
+            let data = scene.data();
             let expression = match name {
                 "sceneF" => &data.f,
                 "sceneG" => &data.g,
@@ -225,7 +225,7 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
         let items: Vec<_> = (0..cases.len()).map(item).collect();
         format!("[{}]", items.join(", "))
     };
-    let method = |k: usize| &cases[k].problem.method;
+    let method = |k: usize| cases[k].problem.method();
     let _ = write!(
         text,
         "int cases = {};\n\

@@ -93,14 +93,14 @@ pub(super) fn case_id(index: usize) -> String {
 }
 
 /// How messages name a case.
-pub(super) fn case_label(case: &Case) -> String {
+pub fn case_label(case: &Case) -> String {
     let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
-    format!("{}, {}{n}", case.scene.name, case.problem.method)
+    format!("{}, {}{n}", case.scene().name(), case.problem.method())
 }
 
 /// The cases by jobs: those of a job stand together and have one dimension and one pair of rules.
-pub(super) fn jobs<'a, 'm>(cases: &'a [Case<'m>]) -> Vec<&'a [Case<'m>]> {
-    let kind = |case: &Case| {
+pub(super) fn jobs<'a, 'm>(cases: &'a [&'m Case<'m>]) -> Vec<&'a [&'m Case<'m>]> {
+    let kind = |case: &&Case| {
         (
             case.problem.cell_rule.clone(),
             case.problem.face_rule.clone(),
@@ -133,12 +133,12 @@ pub(super) fn gamma_by_cell(problem: &Problem) -> Result<BTreeMap<usize, f64>> {
 pub(super) fn write(
     engine: &str,
     folder: &Path,
-    cases: &[Case],
+    cases: &[&Case],
     settings: &Settings,
     syntax: impl Fn(&Expression) -> String,
     write_case: impl Fn(&Case, &str) -> Result<Files>,
 ) -> Result<()> {
-    let Some(Case { problem, .. }) = cases.first() else {
+    let Some(Case { problem, .. }) = cases.first().copied() else {
         return Err(Error::usage("there is no case to run", "name a scene"));
     };
     let (cell, face) = (&problem.cell_rule, &problem.face_rule);
@@ -152,13 +152,13 @@ pub(super) fn write(
             let path = folder.join(&id);
             fs::create_dir_all(&path).map_err(Error::io(&path, "make"))?;
             let files = write_case(case, &id)?;
-            let data = &case.scene.data;
-            let method = &case.problem.method;
-            accepts_family(engine, method)?;
+            let data = case.scene().data();
+            let method = case.problem.method();
+            accepts_family(engine, &method)?;
             let [theta1, theta2] = method.law.thetas();
             Ok(JobCase {
                 id,
-                scene: case.scene.name.clone(),
+                scene: case.scene().name().to_owned(),
                 n: case.n,
                 dimension: case.problem.space.mesh.dim,
                 method: method.to_string(),
@@ -227,7 +227,7 @@ struct StatusCase {
 
 /// Reads what an engine wrote. It counts only if every case is there, with the expected number of
 /// rows, every value finite, and each dof the same from every cell that has it.
-pub(super) fn read(engine: &str, folder: &Path, cases: &[Case]) -> Result<(String, Vec<Answer>)> {
+pub(super) fn read(engine: &str, folder: &Path, cases: &[&Case]) -> Result<(String, Vec<Answer>)> {
     let fault = |what: String| {
         Error::engine(
             engine,
@@ -329,15 +329,7 @@ pub(super) fn read_values(
     }
     let bytes = fs::read(folder.join(name)).map_err(|e| format!("it cannot be read: {e}"))?;
     if name.ends_with(".f64") {
-        if bytes.len() != 8 * expected {
-            return Err(format!(
-                "it has {} bytes, and {expected} values take {}",
-                bytes.len(),
-                8 * expected
-            ));
-        }
-        let (values, _) = bytes.as_chunks::<8>();
-        return Ok(values.iter().map(|v| f64::from_le_bytes(*v)).collect());
+        return binary(&bytes, expected);
     }
     let text = str::from_utf8(&bytes).map_err(|e| format!("it is not text: {e}"))?;
     let mut values = vec![None; expected];
@@ -370,6 +362,19 @@ pub(super) fn read_values(
         .into_iter()
         .collect::<Option<_>>()
         .ok_or_else(|| format!("{missing} of {expected} rows are missing"))
+}
+
+/// Little-endian binary64.
+pub(super) fn binary(bytes: &[u8], expected: usize) -> Result<Vec<f64>, String> {
+    if bytes.len() != 8 * expected {
+        return Err(format!(
+            "it has {} bytes, and {expected} values take {}",
+            bytes.len(),
+            8 * expected
+        ));
+    }
+    let (values, _) = bytes.as_chunks::<8>();
+    Ok(values.iter().map(|v| f64::from_le_bytes(*v)).collect())
 }
 
 /// One value a dof, after every cell that has it told the same.

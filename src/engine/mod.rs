@@ -7,11 +7,11 @@ mod file;
 mod freefem;
 mod install;
 mod job;
+mod kept;
 mod machine;
 mod process;
 mod program;
 mod recorded;
-mod resumed;
 mod rust;
 mod version;
 
@@ -22,11 +22,10 @@ use serde_json::{Value, json};
 
 pub use explain::Explanation;
 pub use install::{Installation, install, meshio_python, plan};
-pub use job::raw_values;
+pub use job::{case_label, raw_values};
+pub use kept::{Kept, first_difference, identity};
 pub use machine::{HighWater, Machine, peak_memory_mb};
-pub use process::{interrupt, interrupted};
-pub use recorded::{BASELINE, Baseline, Kept, record};
-pub use resumed::resumed;
+pub use recorded::{BASELINE, Baseline, record};
 pub use version::doubt;
 
 use faceoff_fem::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};
@@ -36,10 +35,15 @@ use faceoff_mesh::error::{Error, Result};
 
 /// One problem for the engines.
 pub struct Case<'a> {
-    pub scene: &'a Scene,
     /// The refinement, where the scene has one.
     pub n: Option<usize>,
     pub problem: Problem<'a>,
+}
+
+impl<'a> Case<'a> {
+    pub fn scene(&self) -> &'a Scene {
+        self.problem.scene
+    }
 }
 
 /// What every engine must do alike.
@@ -56,6 +60,19 @@ pub struct Settings {
     pub time_limit: Duration,
     /// Where job folders are kept; none: they are removed.
     pub keep: Option<PathBuf>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            stop: Stop::default(),
+            iteration: Iteration::Newton,
+            linear: linear::Settings::default(),
+            launch: Launch::Alone,
+            time_limit: Duration::from_secs(3600),
+            keep: None,
+        }
+    }
 }
 
 /// How a code that can distribute the mesh is started.
@@ -131,21 +148,28 @@ pub struct Run {
     pub answers: Vec<Answer>,
 }
 
-/// Is told how far engines are; called from several threads.
+/// Hears how far a run is; called from several threads.
 pub trait Progress: Sync {
     /// `case` counts from 0; `increment` is the relative increment of this iteration.
-    fn step(&self, engine: &str, case: usize, iteration: usize, increment: f64);
+    fn step(&self, engine: &str, case: usize, iteration: usize, increment: f64) {
+        let _ = (engine, case, iteration, increment);
+    }
+
     /// All cases of an engine are done.
-    fn done(&self, engine: &str);
+    fn done(&self, engine: &str) {
+        let _ = engine;
+    }
+
+    /// `share` of everything is done, and `what` comes next.
+    fn next(&self, what: &str, share: f64) {
+        let _ = (what, share);
+    }
 }
 
 /// Nobody listens.
 pub struct Silent;
 
-impl Progress for Silent {
-    fn step(&self, _: &str, _: usize, _: usize, _: f64) {}
-    fn done(&self, _: &str) {}
-}
+impl Progress for Silent {}
 
 /// A code that solves cases.
 pub trait Engine: Sync {
@@ -159,6 +183,11 @@ pub trait Engine: Sync {
 
     /// Is the code there? Cheaper than [`Engine::probe`], and no proof that it runs.
     fn is_installed(&self) -> bool;
+
+    /// Is it the solver of this program, which tells more than the protocol has and must always answer?
+    fn is_own(&self) -> bool {
+        false
+    }
 
     /// Can it run as several processes that share the mesh?
     fn distributes(&self) -> bool {
@@ -194,7 +223,7 @@ pub trait Engine: Sync {
     ///
     /// # Errors
     /// A code that is missing, fails, exceeds its time, or answers something that does not count.
-    fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run>;
+    fn run(&self, cases: &[&Case], settings: &Settings, progress: &dyn Progress) -> Result<Run>;
 }
 
 /// Refuses what is not of the family (2.4) for `engine`.
@@ -209,8 +238,11 @@ fn accepts_family(engine: &str, method: &Method) -> Result<()> {
     ))
 }
 
+/// The name of the solver of this program.
+pub const OWN: &str = "rust";
+
 /// The engines' names, in the order of comparison.
-pub const NAMES: [&str; 3] = ["rust", "freefem", "fenicsx"];
+pub const NAMES: [&str; 3] = [OWN, "freefem", "fenicsx"];
 
 /// Finds an engine by name, or by the path of a TOML file that describes one.
 ///
@@ -218,7 +250,7 @@ pub const NAMES: [&str; 3] = ["rust", "freefem", "fenicsx"];
 /// A name that is neither, or a file that is not valid.
 pub fn find(name: &str) -> Result<Box<dyn Engine>> {
     match name {
-        "rust" => Ok(Box::new(rust::Rust)),
+        OWN => Ok(Box::new(rust::Rust)),
         "freefem" => Ok(Box::new(program::Program::freefem())),
         "fenicsx" => Ok(Box::new(program::Program::fenicsx())),
         path if path.ends_with(".toml") => Ok(Box::new(file::read(path.as_ref())?)),

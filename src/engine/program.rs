@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::{Value, json};
 
-use super::recorded::digest;
+use super::kept::digest;
 use super::{Answer, Case, Engine, Progress, Run, Settings, fenicsx, freefem, job, process};
 use faceoff_mesh::error::{Error, Result};
 
@@ -44,7 +44,7 @@ impl Program {
     }
 
     /// Writes the job and returns the command that does it.
-    fn prepare(&self, folder: &Path, cases: &[Case], settings: &Settings) -> Result<Command> {
+    fn prepare(&self, folder: &Path, cases: &[&Case], settings: &Settings) -> Result<Command> {
         match &self.kind {
             Kind::FreeFem { scripts } => {
                 freefem::write_job(&self.name, folder, cases, settings)?;
@@ -133,11 +133,11 @@ impl Engine for Program {
             return Ok(true);
         }
         let folder = Folder::new(None, &self.name)?;
-        let command = self.prepare(&folder.path, std::slice::from_ref(case), settings)?;
+        let command = self.prepare(&folder.path, &[case], settings)?;
         job::pretend_protocol(&folder.path, job::PROTOCOL + 1)?;
         match process::run(
             &self.name,
-            command,
+            &command,
             &folder.path,
             settings.time_limit,
             |_| {},
@@ -148,7 +148,7 @@ impl Engine for Program {
         }
     }
 
-    fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {
+    fn run(&self, cases: &[&Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {
         let jobs = job::jobs(cases);
         let mut run = Run {
             version: String::new(),
@@ -181,13 +181,13 @@ impl Program {
     fn run_job(
         &self,
         folder: &Path,
-        cases: &[Case],
+        cases: &[&Case],
         settings: &Settings,
         progress: &dyn Progress,
         first: usize,
     ) -> Result<(String, Vec<Answer>)> {
         let command = self.prepare(folder, cases, settings)?;
-        process::run(&self.name, command, folder, settings.time_limit, |line| {
+        process::run(&self.name, &command, folder, settings.time_limit, |line| {
             if let Some((case, step, increment)) = parse_progress(line) {
                 progress.step(&self.name, first + case, step, increment);
             }

@@ -1,14 +1,19 @@
 //! The solver of this crate as an engine.
 
-use super::{Answer, Case, Engine, Progress, Run, Settings, interrupted};
+use super::{Answer, Case, Engine, OWN, Progress, Run, Settings};
 use faceoff_fem::contact::{self, Method};
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
 
 pub(super) struct Rust;
 
 impl Engine for Rust {
     fn name(&self) -> &str {
-        "rust"
+        OWN
+    }
+
+    fn is_own(&self) -> bool {
+        true
     }
 
     fn probe(&self) -> Result<String> {
@@ -23,17 +28,14 @@ impl Engine for Rust {
         Ok(())
     }
 
-    fn run(&self, cases: &[Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {
+    fn run(&self, cases: &[&Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {
         let answers = cases
             .iter()
             .enumerate()
             .map(|(index, case)| {
                 let told = |step: usize, increment: f64| {
                     progress.step(self.name(), index, step, increment);
-                    if interrupted() {
-                        return Err(Error::Interrupted);
-                    }
-                    Ok(())
+                    cancel::check()
                 };
                 let solution = contact::solve_by(
                     &case.problem,

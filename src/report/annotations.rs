@@ -9,7 +9,8 @@ use serde_json::json;
 
 use super::json::write_json;
 use super::junit::why;
-use crate::verify::{Failure, Outcome};
+use crate::campaigns::verify::VerifyOutcome;
+use crate::run::Failure;
 use faceoff_judge::{Comparison, FieldVerdict, Verdict};
 use faceoff_mesh::error::{Error, Result};
 
@@ -22,13 +23,13 @@ struct Note {
     message: String,
 }
 
-/// Tells of a run of [`crate::verify::verify`]. `folder` is the report's, where there is one; commands go to standard
+/// Tells of a run of [`crate::campaigns::verify::verify`]. `folder` is the report's, where there is one; commands go to standard
 /// error where standard output is taken.
 ///
 /// # Errors
 /// Files that cannot be written.
 pub fn annotate(
-    outcome: &Outcome,
+    outcome: &VerifyOutcome,
     missing: &[Failure],
     folder: Option<&Path>,
     stdout_is_taken: bool,

@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use super::folder::{check_report_folder, write_report_folder};
-use crate::engine::{BASELINE, Case, Kept, record};
-use crate::verify::{Outcome, Request};
-use faceoff_fem::contact::Problem;
+use crate::campaigns::verify::{VerifyOutcome, VerifyRequest};
+use crate::engine::{self, BASELINE, Kept, record};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 
@@ -24,8 +23,8 @@ pub fn check_baseline_folder(folder: &Path) -> Result<()> {
 pub fn write_baseline(
     folder: &Path,
     recipe: &str,
-    request: &Request,
-    outcome: &Outcome,
+    request: &VerifyRequest,
+    outcome: &VerifyOutcome,
 ) -> Result<()> {
     if outcome.verdict != Verdict::Agree {
         return Err(Error::usage(
@@ -33,37 +32,15 @@ pub fn write_baseline(
             "a baseline holds only what all codes answer alike: settle the difference first",
         ));
     }
-    let found: Vec<_> = outcome
-        .cases
-        .iter()
-        .filter_map(|case| {
-            let scene = request.scenes.iter().find(|s| s.name == case.scene)?;
-            let method = request
-                .methods
-                .iter()
-                .find(|m| m.to_string() == case.method)?;
-            Some((case, scene, method))
-        })
-        .collect();
-    let meshes = found
-        .iter()
-        .map(|(case, scene, _)| scene.triangulation(case.n))
-        .collect::<Result<Vec<_>>>()?;
     let mut cases = Vec::new();
-    for ((case, scene, method), mesh) in found.into_iter().zip(&meshes) {
-        let problem = Problem::new(scene, mesh, *method)?;
-        let others = case.engines.iter().filter(|e| e.engine != "rust");
-        let kept = others.map(|e| Kept {
-            engine: &e.engine,
-            version: &e.version,
-            increments: &e.increments,
-            residual: e.residual,
-            u: &e.u,
-        });
-        let n = case.n;
-        cases.push((Case { scene, n, problem }, kept.collect()));
+    for case in &outcome.cases {
+        let of = case.setup.case()?;
+        let others = case.engines.iter().filter(|e| e.engine != engine::OWN);
+        let kept = others.map(|e| Kept::new(&e.engine, &e.version, &of, &e.answer));
+        let kept = kept.map(Kept::without_times).collect();
+        cases.push((of, kept));
     }
     write_report_folder(folder, |beside| {
-        record(beside, recipe, &request.settings, &cases)
+        record(beside, recipe, &request.settings, cases)
     })
 }

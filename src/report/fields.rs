@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::campaigns::verify::{CaseOutcome, VerifyOutcome};
 use crate::engine::Case;
-use crate::verify::{CaseOutcome, Outcome, Request};
 use faceoff_fem::certify::Certificate;
 use faceoff_fem::contact::{ContactSet, Problem, face_fields};
 use faceoff_mesh::error::{Error, Result};
@@ -77,26 +77,12 @@ pub fn write_solution(
 ///
 /// # Errors
 /// Files that cannot be written.
-pub fn write_fields(folder: &Path, request: &Request, outcome: &Outcome) -> Result<()> {
+pub fn write_fields(folder: &Path, outcome: &VerifyOutcome) -> Result<()> {
     for case in &outcome.cases {
         // The judged case has the fields; its mesh and space are cheap to have again.
-        let scene = request.scenes.iter().find(|s| s.name == case.scene);
-        let method = request
-            .methods
-            .iter()
-            .find(|m| m.to_string() == case.method);
-        let (Some(scene), Some(method)) = (scene, method) else {
-            continue;
-        };
-        let mesh = scene.triangulation(case.n)?;
-        let problem = Problem::new(scene, &mesh, *method)?;
+        let again = case.setup.case()?;
         let n = case.n.map_or(String::new(), |n| format!("-n{n}"));
         let path = folder.join(format!("{}-{}{n}.vtu", case.scene, file_name(case)));
-        let again = Case {
-            scene,
-            n: case.n,
-            problem,
-        };
         let engines: Vec<(&str, &str)> = case
             .engines
             .iter()
@@ -105,7 +91,7 @@ pub fn write_fields(folder: &Path, request: &Request, outcome: &Outcome) -> Resu
         let solutions: Vec<(&str, &[f64])> = case
             .engines
             .iter()
-            .map(|e| (e.engine.as_str(), e.u.as_slice()))
+            .map(|e| (e.engine.as_str(), e.answer.u.as_slice()))
             .collect();
         let whole = provenance(&again, &engines);
         write_cells(&path, &again.problem, &solutions, Vec::new(), &whole)?;
@@ -139,8 +125,8 @@ fn provenance(case: &Case, engines: &[(&str, &str)]) -> Vec<Whole> {
         .map(|(name, version)| format!("{name} {version}"));
     vec![
         Whole::text("faceoff", env!("CARGO_PKG_VERSION")),
-        Whole::text("scene", &*case.scene.name),
-        Whole::text("method", problem.method.to_string()),
+        Whole::text("scene", case.scene().name()),
+        Whole::text("method", problem.method().to_string()),
         Whole::texts("engines", engines.collect()),
         Whole::text("mesh", &*problem.space.mesh.name),
         Whole::text("mesh digest", problem.space.mesh.digest()),
@@ -148,7 +134,7 @@ fn provenance(case: &Case, engines: &[(&str, &str)]) -> Vec<Whole> {
             "quadrature",
             vec![problem.cell_rule.name.into(), problem.face_rule.name.into()],
         ),
-        Whole::numbers("gamma0", Values::F64(vec![case.scene.gamma0])),
+        Whole::numbers("gamma0", Values::F64(vec![problem.discretisation.gamma0])),
     ]
 }
 

@@ -7,7 +7,8 @@ use std::path::Path;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 
-use crate::verify::{CaseOutcome, Failure, Outcome};
+use crate::campaigns::verify::{CaseOutcome, VerifyOutcome};
+use crate::run::Failure;
 use faceoff_judge::{Comparison, FieldVerdict, Verdict};
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::io::save;
@@ -27,11 +28,15 @@ struct TestCase {
     message: String,
 }
 
-/// Writes what [`crate::verify::verify`] found to `path`. `missing` are engines that were asked for and left out.
+/// Writes what [`crate::campaigns::verify::verify`] found to `path`. `missing` are engines that were asked for and left out.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn write_junit(path: Option<&Path>, outcome: &Outcome, missing: &[Failure]) -> Result<()> {
+pub fn write_junit(
+    path: Option<&Path>,
+    outcome: &VerifyOutcome,
+    missing: &[Failure],
+) -> Result<()> {
     let mut suites: Vec<Suite> = outcome.cases.iter().map(suite).collect();
     let cross: Vec<TestCase> = outcome
         .cross

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use comfy_table::{CellAlignment, Table, presets};
 
-use crate::verify::{Outcome, Source, telling};
+use crate::campaigns::verify::{Source, VerifyOutcome, telling};
 use faceoff_judge::{Comparison, FieldVerdict, Map, Verdict};
 
 /// The whole outcome as text.
-pub fn table(outcome: &Outcome) -> String {
+pub fn table(outcome: &VerifyOutcome) -> String {
     let mut text = String::new();
     for case in &outcome.cases {
         let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));

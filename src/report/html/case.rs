@@ -6,9 +6,10 @@ use super::markup::{Html, element, figure, leaf, table, text};
 use super::pair::{Pair, differences, pairs, place};
 use super::plots;
 use super::{label, number, word};
-use crate::diagnose::Diagnosis;
-use crate::verify::{CaseOutcome, Request};
-use faceoff_fem::scene::{HRule, Scene};
+use crate::campaigns::verify::{CaseOutcome, VerifyRequest};
+use crate::run::Setup;
+use crate::why::Diagnosis;
+use faceoff_fem::scene::HRule;
 use faceoff_judge::{Verdict, relative_differences};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
@@ -28,21 +29,20 @@ pub(super) fn key_of(names: &[&str]) -> Html {
 pub(super) fn section(
     index: usize,
     case: &CaseOutcome,
-    request: &Request,
+    request: &VerifyRequest,
     diagnoses: &[Diagnosis],
 ) -> Result<Html> {
     let mut parts = vec![engines(case)];
-    let scene = request.scenes.iter().find(|s| s.name == case.scene);
-    let mesh = scene.map(|scene| scene.triangulation(case.n)).transpose()?;
+    let mesh = &*case.setup.mesh;
     for pair in pairs(case) {
         let name = text(format!("{} in {}: ", pair.name(), label(case)));
         let mut of_pair = vec![element("summary", &[], [name, word(pair.verdict())])];
-        let found = diagnoses.iter().filter(|d| d.is_of(case, pair.a, pair.b));
+        let found = diagnoses
+            .iter()
+            .filter(|d| d.is_of((&case.scene, &case.method, case.n), (pair.a, pair.b)));
         of_pair.extend(found.map(diagnosis));
         of_pair.push(fields(case, &pair));
-        if let Some(mesh) = &mesh {
-            of_pair.push(pictures(case, &pair, mesh)?);
-        }
+        of_pair.push(pictures(case, &pair, mesh)?);
         let open: &[(&str, &str)] = match pair.verdict() {
             Verdict::Agree => &[],
             _ => &[("open", "")],
@@ -53,8 +53,8 @@ pub(super) fn section(
             of_pair.into_iter().collect::<Html>(),
         ));
     }
-    parts.push(contact(case, mesh.as_ref())?);
-    parts.push(provenance(case, scene, request));
+    parts.push(contact(case, mesh)?);
+    parts.push(provenance(case));
     let summary = element(
         "summary",
         &[],
@@ -200,7 +200,7 @@ fn pictures(case: &CaseOutcome, pair: &Pair, mesh: &Triangulation) -> Result<Htm
         )?,
         "How many values of all fields differ by how much; what is equal stands at 0.",
     ));
-    if let Some(differences) = differences(case, pair, mesh)? {
+    if let Some(differences) = differences(case, pair)? {
         let shown = differences.on(mesh);
         let field = pair.worst().map_or("", |f| f.field.as_str());
         let what = if mesh.dim == 2 {
@@ -232,7 +232,14 @@ fn pictures(case: &CaseOutcome, pair: &Pair, mesh: &Triangulation) -> Result<Htm
     Ok(Html::from([row, key()]))
 }
 
-fn provenance(case: &CaseOutcome, scene: Option<&Scene>, request: &Request) -> Html {
+fn provenance(case: &CaseOutcome) -> Html {
+    let Setup {
+        scene,
+        discretisation,
+        settings,
+        mesh,
+        ..
+    } = &case.setup;
     let mut facts: Vec<(&str, String)> = vec![
         ("faceoff", env!("CARGO_PKG_VERSION").into()),
         (
@@ -251,32 +258,29 @@ fn provenance(case: &CaseOutcome, scene: Option<&Scene>, request: &Request) -> H
             ),
         ),
     ];
-    if let Some(scene) = scene {
-        let h = match scene.h {
-            HRule::Local => "h the diameter of the cell behind the contact face",
-            HRule::Global => "h the largest diameter of all cells",
-        };
-        facts.push(("γ", format!("{} h, {h}", scene.gamma0)));
-        let dim = case.fields.first().map_or(2, |f| f.dim);
-        if let Ok([cell, face]) = scene.rules(dim) {
-            facts.push((
-                "quadrature",
-                format!("{} for the load, {} on Γ_C and Γ_N", cell.name, face.name),
-            ));
-        }
-        let data = &scene.data;
+    let h = match discretisation.h {
+        HRule::Local => "h the diameter of the cell behind the contact face",
+        HRule::Global => "h the largest diameter of all cells",
+    };
+    facts.push(("γ", format!("{} h, {h}", discretisation.gamma0)));
+    if let Ok([cell, face]) = discretisation.rules(mesh.dim) {
         facts.push((
-            "data",
-            format!(
-                "f = {}; g = {}; ∂ₙu = {}; ψ = {}",
-                data.f.text(),
-                data.g.text(),
-                data.t.text(),
-                data.psi.text()
-            ),
+            "quadrature",
+            format!("{} for the load, {} on Γ_C and Γ_N", cell.name, face.name),
         ));
     }
-    let stop = request.settings.stop;
+    let data = scene.data();
+    facts.push((
+        "data",
+        format!(
+            "f = {}; g = {}; ∂ₙu = {}; ψ = {}",
+            data.f.text(),
+            data.g.text(),
+            data.t.text(),
+            data.psi.text()
+        ),
+    ));
+    let stop = settings.stop;
     facts.push((
         "stopping rule",
         format!(

@@ -6,15 +6,15 @@ use super::label;
 use super::map;
 use super::markup::{Html, element, figure, leaf, text};
 use super::plots::{self, Curves};
-use crate::verify::CaseOutcome;
+use crate::campaigns::verify::CaseOutcome;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
 use faceoff_mesh::mesh::Triangulation;
 
 /// Trace and flux along Γ_C, and the histories.
-pub(super) fn contact(case: &CaseOutcome, mesh: Option<&Triangulation>) -> Result<Html> {
+pub(super) fn contact(case: &CaseOutcome, mesh: &Triangulation) -> Result<Html> {
     let names: Vec<&str> = case.engines.iter().map(|e| e.engine.as_str()).collect();
-    let curves = match mesh.filter(|mesh| mesh.dim == 3) {
+    let curves = match Some(mesh).filter(|mesh| mesh.dim == 3) {
         Some(mesh) => zones(case, mesh),
         None => along(case)?.unwrap_or_default(),
     };

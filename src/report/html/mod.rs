@@ -13,8 +13,9 @@ mod summary;
 use std::path::Path;
 
 use super::json::write_text;
-use crate::diagnose::Diagnosis;
-use crate::verify::{Failure, Outcome, Request};
+use crate::campaigns::verify::{VerifyOutcome, VerifyRequest};
+use crate::run::Failure;
+use crate::why::Diagnosis;
 use faceoff_mesh::error::Result;
 use markup::{Html, element, leaf, raw, text};
 
@@ -28,8 +29,8 @@ const POLICY: &str =
 /// Scenes whose meshes cannot be made again, and a file that cannot be written.
 pub fn write_html(
     folder: &Path,
-    request: &Request,
-    outcome: &Outcome,
+    request: &VerifyRequest,
+    outcome: &VerifyOutcome,
     diagnoses: &[Diagnosis],
     missing: &[Failure],
 ) -> Result<()> {
@@ -38,8 +39,8 @@ pub fn write_html(
 }
 
 fn page(
-    request: &Request,
-    outcome: &Outcome,
+    request: &VerifyRequest,
+    outcome: &VerifyOutcome,
     diagnoses: &[Diagnosis],
     missing: &[Failure],
 ) -> Result<String> {
@@ -93,7 +94,7 @@ fn script() -> Html {
 }
 
 /// `one-zone, cr, n = 16`
-fn label(case: &crate::verify::CaseOutcome) -> String {
+fn label(case: &crate::campaigns::verify::CaseOutcome) -> String {
     let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
     format!("{}, {}{n}", case.scene, case.method)
 }

@@ -1,7 +1,7 @@
 //! Two engines in one case: their fields, and where they differ.
 
 use super::map::Shown;
-use crate::verify::{CaseOutcome, Request};
+use crate::campaigns::verify::CaseOutcome;
 use faceoff_judge::{FieldVerdict, Verdict, relative_differences};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
@@ -89,24 +89,9 @@ impl Differences {
     }
 }
 
-/// The mesh of a case, made again, and what the map of a pair shows on it: in space only Γ_C.
-pub(super) fn shown(
-    case: &CaseOutcome,
-    pair: &Pair,
-    request: &Request,
-) -> Result<Option<(Triangulation, Differences)>> {
-    let Some(scene) = request.scenes.iter().find(|s| s.name == case.scene) else {
-        return Ok(None);
-    };
-    let mesh = scene.triangulation(case.n)?;
-    Ok(differences(case, pair, &mesh)?.map(|differences| (mesh, differences)))
-}
-
-pub(super) fn differences(
-    case: &CaseOutcome,
-    pair: &Pair,
-    mesh: &Triangulation,
-) -> Result<Option<Differences>> {
+/// What the map of a pair shows: in 3D only Γ_C.
+pub(super) fn differences(case: &CaseOutcome, pair: &Pair) -> Result<Option<Differences>> {
+    let mesh = &*case.setup.mesh;
     let find = |name: &str| case.fields.iter().find(|f| f.source == name);
     let (Some(a), Some(b), Some(field)) = (find(pair.a), find(pair.b), pair.worst()) else {
         return Ok(None);

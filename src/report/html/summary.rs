@@ -4,14 +4,15 @@ use super::case;
 use super::markup::{Html, element, figure, leaf, prose, table, text};
 use super::pair::{self, Pair};
 use super::{label, map, number, word};
-use crate::diagnose::Diagnosis;
-use crate::verify::{CaseOutcome, Failure, Outcome, RESIDUAL_TOLERANCE, Request, Source, telling};
+use crate::campaigns::verify::{CaseOutcome, Source, VerifyOutcome, VerifyRequest, telling};
+use crate::run::{Failure, RESIDUAL_TOLERANCE};
+use crate::why::Diagnosis;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
 pub(super) fn verdict(
-    request: &Request,
-    outcome: &Outcome,
+    request: &VerifyRequest,
+    outcome: &VerifyOutcome,
     diagnoses: &[Diagnosis],
     missing: &[Failure],
 ) -> Result<Html> {
@@ -48,7 +49,7 @@ pub(super) fn verdict(
     if let Some((index, pair)) = &most {
         let case = &outcome.cases[*index];
         lines.extend(sentences(*index, case, pair, diagnoses));
-        pictures = picture(case, pair, request)?;
+        pictures = picture(case, pair)?;
     }
     let list: Html = lines
         .into_iter()
@@ -87,7 +88,7 @@ fn count(number: usize, noun: &str) -> String {
 }
 
 /// The pair and field that lies farthest beyond its tolerance; with the engine that is at fault, where that is told.
-fn most_telling(outcome: &Outcome) -> Option<(usize, Pair<'_>)> {
+fn most_telling(outcome: &VerifyOutcome) -> Option<(usize, Pair<'_>)> {
     let mut worst: Option<(f64, usize, Pair)> = None;
     for (index, case) in outcome.cases.iter().enumerate() {
         for pair in pair::pairs(case) {
@@ -195,7 +196,10 @@ fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnos
 }
 
 fn why(case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> String {
-    if let Some(found) = diagnoses.iter().find(|d| d.is_of(case, pair.a, pair.b)) {
+    if let Some(found) = diagnoses
+        .iter()
+        .find(|d| d.is_of((&case.scene, &case.method, case.n), (pair.a, pair.b)))
+    {
         return found.sentence();
     }
     for engine in &case.engines {
@@ -224,11 +228,11 @@ fn why(case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> String {
         .into()
 }
 
-fn picture(case: &CaseOutcome, pair: &Pair, request: &Request) -> Result<Html> {
-    let Some((mesh, shown)) = pair::shown(case, pair, request)? else {
+fn picture(case: &CaseOutcome, pair: &Pair) -> Result<Html> {
+    let Some(shown) = pair::differences(case, pair)? else {
         return Ok(Html::default());
     };
-    let shown = shown.on(&mesh);
+    let shown = shown.on(&case.setup.mesh);
     let name = pair.worst().map_or("", |f| f.field.as_str());
     let Some(zoom) = map::zoom(&format!("the worst face of {}", label(case)), &shown) else {
         return Ok(Html::default());
@@ -241,7 +245,7 @@ fn picture(case: &CaseOutcome, pair: &Pair, request: &Request) -> Result<Html> {
 }
 
 /// One row a case, one column a pair.
-pub(super) fn matrix(outcome: &Outcome) -> Html {
+pub(super) fn matrix(outcome: &VerifyOutcome) -> Html {
     let mut names: Vec<String> = Vec::new();
     for case in &outcome.cases {
         for pair in pair::pairs(case) {
@@ -285,7 +289,7 @@ pub(super) fn matrix(outcome: &Outcome) -> Html {
 }
 
 /// The methods against each other.
-pub(super) fn methods(outcome: &Outcome) -> Html {
+pub(super) fn methods(outcome: &VerifyOutcome) -> Html {
     if outcome.cross.is_empty() {
         return Html::default();
     }

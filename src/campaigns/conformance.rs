@@ -1,0 +1,474 @@
+//! Does a code do what the protocol asks? Small cases, each about one thing, whose answers are known.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::engine::{self, Answer, Case, Engine, Settings, Silent, raw_values};
+use crate::run::{Runner, Setup, Variation, tolerance};
+use crate::why::{Ingredient, Search, elsewhere, order};
+use faceoff_fem::contact::{Iteration, Method, Stop, solve};
+use faceoff_fem::scene::{Boundary, Data, Exact, Expression, GroupName, Scene};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result};
+
+/// What one case of a check came to.
+#[derive(Debug, Serialize)]
+pub struct Finding {
+    /// What the check is about.
+    pub about: String,
+    /// None where it is about no method.
+    pub method: Option<String>,
+    /// Undetermined: there was no answer.
+    pub verdict: Verdict,
+    /// The largest difference to the known answer at any dof, relative to its largest value.
+    pub difference: Option<f64>,
+    /// What is wrong, as far as it can be told.
+    pub why: Option<String>,
+}
+
+/// A scene and what it tells of a code.
+struct Check {
+    about: &'static str,
+    /// The scene that this one is a change of; [`Change`] says of what.
+    scene: &'static str,
+    n: usize,
+    change: Change,
+    methods: &'static [&'static str],
+}
+
+/// What of a built-in scene is another.
+enum Change {
+    None,
+    /// f, g, t, ψ; the sides of Γ_N, while Γ_C stays and all others are Γ_D; and u, if it is in the space.
+    Data(
+        [&'static str; 4],
+        &'static [&'static str],
+        Option<&'static str>,
+    ),
+    /// The rules for (f, v), and on Γ_C and Γ_N.
+    Rules(&'static str, &'static str),
+}
+
+const SIDES_2D: &[&str] = &["top", "left", "right"];
+const SIDES_3D: &[&str] = &["top", "left", "right", "front", "back"];
+
+/// Every function and operator of expressions; the value is of the size of 1 on the unit square.
+const FORMULA: &str = "sin(x)+cos(y)+tan(0.5*x)+asin(0.5*x)+acos(0.5*y)+atan(x)+atan2(y+0.1,x-0.3)+sinh(x)\
+    +cosh(y)+tanh(x)+exp(-x)+log(1+x)+sqrt(x+y)+abs(x-0.3)+min(x,y)+max(x,0.25)+pow(1+x,1.5)+(x-0.5)^2-1/3\
+    +if(x < 0.31, 2, -1)+if(y >= 0.27, x, pi)+2e-3";
+
+/// From what stands alone to what needs everything before it.
+const CHECKS: [Check; 13] = [
+    Check {
+        about: "g on Γ_D, Γ_C pressed, and which dof is where",
+        scene: "one-zone",
+        n: 3,
+        change: Change::Data(["0", "1+2*x+3*y", "0", "1+2*x"], &[], Some("1+2*x+3*y")),
+        methods: &["cr", "p1", "p2"],
+    },
+    Check {
+        about: "t on Γ_N",
+        scene: "one-zone",
+        n: 3,
+        change: Change::Data(
+            ["0", "1+2*x+3*y", "if(x < 0.5, -2, 2)", "1+2*x"],
+            &["left", "right"],
+            Some("1+2*x+3*y"),
+        ),
+        methods: &["cr", "p1", "p2"],
+    },
+    Check {
+        about: "f, with Γ_C free",
+        scene: "one-zone",
+        n: 3,
+        change: Change::Data(["-2", "x*x", "0", "10"], &[], Some("x*x")),
+        methods: &["p2"],
+    },
+    Check {
+        about: "f that needs its rule, with Γ_C free",
+        scene: "one-zone",
+        n: 3,
+        change: Change::Data(["exp(x)*cos(3*y)", "x*y", "0", "10"], &[], None),
+        methods: &["cr", "p1", "p2"],
+    },
+    Check {
+        about: "contact in part: the law, γ and θ",
+        scene: "one-zone",
+        n: 4,
+        change: Change::None,
+        methods: &[
+            "cr", "p2", "p1", "cr(1,1)", "cr(0,1)", "p1(-1,1)", "p2(1,0)",
+        ],
+    },
+    Check {
+        about: "ψ under a contact in part",
+        scene: "one-zone",
+        n: 4,
+        change: Change::Data(
+            ["-2*pi*sin(2*pi*x)", "0", "0", "0.02*cos(2*x)-0.01"],
+            &["left", "right"],
+            None,
+        ),
+        methods: &["cr", "p2"],
+    },
+    Check {
+        about: "the flux corrected by the load",
+        scene: "one-zone",
+        n: 4,
+        change: Change::None,
+        methods: &["cr-fc"],
+    },
+    Check {
+        about: "other points of quadrature",
+        scene: "one-zone",
+        n: 4,
+        change: Change::Rules("centroid", "midpoint"),
+        methods: &["cr", "cr-fc", "p2"],
+    },
+    Check {
+        about: "every function of formulas",
+        scene: "one-zone",
+        n: 4,
+        change: Change::Data([FORMULA, "0", "0", "0.3"], &["left", "right"], None),
+        methods: &["cr"],
+    },
+    Check {
+        about: "an unstructured mesh with all data: γ of each cell",
+        scene: "plate",
+        n: 16,
+        change: Change::None,
+        methods: &["cr", "cr-fc", "p2"],
+    },
+    Check {
+        about: "3D: g on Γ_D, Γ_C pressed, and which dof is where",
+        scene: "one-zone-3d",
+        n: 2,
+        change: Change::Data(
+            ["0", "1+2*x-y+3*z", "0", "1+2*x-y"],
+            &[],
+            Some("1+2*x-y+3*z"),
+        ),
+        methods: &["cr", "p1", "p2"],
+    },
+    Check {
+        about: "3D: f, t, and contact in part",
+        scene: "one-zone-3d",
+        n: 2,
+        change: Change::Data(
+            [
+                "-2*pi*sin(2*pi*x)",
+                "0.1*x",
+                "0.1*y",
+                "0.02*cos(2*x+y)-0.03",
+            ],
+            &["left", "right", "front", "back"],
+            None,
+        ),
+        methods: &["cr", "cr-fc", "p1", "p2"],
+    },
+    Check {
+        about: "3D: an unstructured mesh with all data",
+        scene: "block",
+        n: 4,
+        change: Change::None,
+        methods: &["cr", "p2"],
+    },
+];
+
+/// How many findings there will be.
+pub fn check_count() -> usize {
+    CHECKS
+        .iter()
+        .map(|check| check.methods.len())
+        .sum::<usize>()
+        + 3
+}
+
+/// Runs `engine` through all checks; `told` hears of each as it ends.
+///
+/// # Errors
+/// An interruption. What the engine does is no error but a finding.
+pub fn conformance(
+    engine: &dyn Engine,
+    settings: &Settings,
+    mut told: impl FnMut(&Finding),
+) -> Result<Vec<Finding>> {
+    let mut findings = Vec::new();
+    let mut add = |finding: Finding| {
+        told(&finding);
+        findings.push(finding);
+    };
+    for check in &CHECKS {
+        for method in check.methods {
+            let setup = check.setup(parse_method(method)?, settings)?;
+            add(one(engine, check, &setup)?);
+        }
+    }
+    add(several(engine, settings)?);
+    add(stops(engine, settings)?);
+    add(protocol(engine, settings)?);
+    Ok(findings)
+}
+
+impl Check {
+    fn setup(&self, method: Method, settings: &Settings) -> Result<Setup> {
+        let mut scene = Scene::find(self.scene)?;
+        if let Change::Data([f, g, t, psi], neumann, u) = &self.change {
+            let sides = match self.scene {
+                "one-zone-3d" => SIDES_3D,
+                _ => SIDES_2D,
+            };
+            let named = |sides: &mut dyn Iterator<Item = &&str>| {
+                sides.map(|side| GroupName::Name((*side).into())).collect()
+            };
+            scene = scene.with_boundary(Boundary {
+                dirichlet: named(&mut sides.iter().filter(|side| !neumann.contains(side))),
+                neumann: named(&mut neumann.iter()),
+                contact: scene.boundary().contact.clone(),
+            });
+            scene = scene.with_data(Data {
+                f: parse(f)?,
+                g: parse(g)?,
+                t: parse(t)?,
+                psi: parse(psi)?,
+            });
+            if let Some(u) = u {
+                scene = scene.with_exact(Some(Exact::Formula(parse(u)?)));
+            }
+        }
+        let setup = Setup::new(&scene, Some(self.n), method, settings)?;
+        match self.change {
+            Change::Rules(load, contact) => setup
+                .with(&Variation::LoadRule(load.into()))?
+                .with(&Variation::ContactRule(contact.into())),
+            _ => Ok(setup),
+        }
+    }
+}
+
+fn parse(text: &str) -> Result<Expression> {
+    Expression::parse(text)
+        .map_err(|e| Error::usage(format!("`{text}`: {}", e.what), "report this"))
+}
+
+fn parse_method(name: &str) -> Result<Method> {
+    name.parse()
+        .map_err(|e: String| Error::usage(e, "report this"))
+}
+
+/// What is known of a case: u itself if its formula is in the space, else what the Rust solver finds.
+fn known(case: &Case) -> Result<Vec<f64>> {
+    if let Some(u) = case.scene().exact().and_then(Exact::formula) {
+        return Ok(case.problem.space.points().map(|x| u.value(x)).collect());
+    }
+    let solution = solve(&case.problem, Iteration::Newton, Stop::default(), |_, _| {
+        Ok(())
+    })?;
+    Ok(solution.u)
+}
+
+/// One case in a job of its own.
+fn one(engine: &dyn Engine, check: &Check, setup: &Setup) -> Result<Finding> {
+    let case = setup.case()?;
+    let method = &setup.discretisation.method;
+    let known = known(&case)?;
+    let kept = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
+    let finding = |verdict, difference, why| Finding {
+        about: check.about.into(),
+        method: Some(method.to_string()),
+        verdict,
+        difference,
+        why,
+    };
+    let in_order = |raw: &[f64]| {
+        let known = of_cells(&case, &known);
+        (
+            order(&case.problem, raw, &known),
+            elsewhere(&case.problem, raw, &known),
+        )
+    };
+    match run(engine, &[&case], &setup.settings, kept.path())? {
+        Ok(answers) => {
+            let (u, reached) = (&answers[0].u, answers[0].converged);
+            let difference = difference(u, &known);
+            if difference <= tolerance(method) && reached {
+                return Ok(finding(Verdict::Agree, Some(difference), None));
+            }
+            let mut why = Vec::new();
+            if !reached {
+                why.push("it says that it has not converged".to_owned());
+            }
+            if difference > tolerance(method) {
+                let (order, elsewhere) = in_order(&of_cells(&case, u));
+                let cause = match order {
+                    Some(order) => Some(order),
+                    None => single_change(engine, setup, u, &known)?.or(elsewhere),
+                };
+                why.extend(cause);
+            }
+            let why = (!why.is_empty()).then(|| why.join("; "));
+            Ok(finding(Verdict::Disagree, Some(difference), why))
+        }
+        Err(message) => {
+            // What it wrote may tell more than that it does not count.
+            let raw = raw_values(&kept.path().join(engine.name()), 0, &case.problem);
+            let ordered = raw.map(|raw| in_order(&raw));
+            Ok(
+                match ordered.and_then(|(order, elsewhere)| order.or(elsewhere)) {
+                    Some(order) => finding(Verdict::Disagree, None, Some(order)),
+                    None => finding(Verdict::Undetermined, None, Some(message)),
+                },
+            )
+        }
+    }
+}
+
+/// The single changes that explain an answer, in words.
+fn single_change(
+    engine: &dyn Engine,
+    setup: &Setup,
+    u: &[f64],
+    known: &[f64],
+) -> Result<Option<String>> {
+    let runner = Runner::new(&setup.settings, &Silent);
+    let answers = [(engine.name(), u), (engine::OWN, known)];
+    let Some(search) = Search::new(&runner, setup, answers)? else {
+        return Ok(None);
+    };
+    let diagnosis = search.by_answers()?.diagnosis();
+    let words = |i: &&Ingredient| format!("it seems to use {} for {}", i.matched, i.ingredient);
+    let words: Vec<String> = diagnosis.causes().iter().map(words).collect();
+    Ok((!words.is_empty()).then(|| words.join(", or ")))
+}
+
+/// Answers; or why there are none.
+fn run(
+    engine: &dyn Engine,
+    cases: &[&Case],
+    settings: &Settings,
+    keep: &Path,
+) -> Result<Result<Vec<Answer>, String>> {
+    let settings = Settings {
+        keep: Some(keep.to_owned()),
+        ..settings.clone()
+    };
+    match engine.run(cases, &settings, &Silent) {
+        Ok(run) => Ok(Ok(run.answers)),
+        Err(Error::Interrupted) => Err(Error::Interrupted),
+        Err(Error::Engine { what, .. }) => Ok(Err(what)),
+        Err(other) => Ok(Err(other.to_string())),
+    }
+}
+
+/// max |a - b| / max |b|
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let largest = b.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    a.iter()
+        .zip(b)
+        .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+        / largest
+}
+
+/// u cell by cell, as an engine writes it.
+fn of_cells(case: &Case, u: &[f64]) -> Vec<f64> {
+    let space = &case.problem.space;
+    let dofs = (0..space.mesh.cell_count()).flat_map(|cell| space.cell_dofs(cell));
+    dofs.map(|dof| u[*dof as usize]).collect()
+}
+
+/// Two scenes on two meshes in one job.
+fn several(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
+    let mut setups = Vec::new();
+    for (scene, n) in [("three-zones", 6), ("one-zone", 3)] {
+        for method in ["cr", "p2"] {
+            let scene = Scene::find(scene)?;
+            setups.push(Setup::new(
+                &scene,
+                Some(n),
+                parse_method(method)?,
+                settings,
+            )?);
+        }
+    }
+    let cases = setups.iter().map(Setup::case).collect::<Result<Vec<_>>>()?;
+    let cases: Vec<&Case> = cases.iter().collect();
+    let kept = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
+    let mut finding = Finding {
+        about: "several cases in one job".into(),
+        method: None,
+        verdict: Verdict::Agree,
+        difference: None,
+        why: None,
+    };
+    match run(engine, &cases, settings, kept.path())? {
+        Err(message) => {
+            finding.verdict = Verdict::Undetermined;
+            finding.why = Some(message);
+        }
+        Ok(answers) => {
+            for (case, answer) in cases.iter().zip(&answers) {
+                let difference = difference(&answer.u, &known(case)?);
+                let method = case.problem.method();
+                if !(difference <= tolerance(&method) && answer.converged) {
+                    finding.verdict = Verdict::Disagree;
+                    let scene = case.scene().name();
+                    finding.why = Some(format!("in such a job {scene}, {method} is wrong"));
+                }
+                finding.difference = Some(finding.difference.unwrap_or(0.0).max(difference));
+            }
+        }
+    }
+    Ok(finding)
+}
+
+/// One step is allowed, and more are needed by every iteration that does not solve the problem in one.
+fn stops(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
+    let mut setup = Setup::new(&Scene::find("one-zone")?, Some(8), Method::cr(), settings)?;
+    setup.settings.stop.max_iterations = 1;
+    let case = setup.case()?;
+    let kept = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
+    let (verdict, why) = match run(engine, &[&case], &setup.settings, kept.path())? {
+        Err(message) => (Verdict::Undetermined, Some(message)),
+        Ok(answers) => {
+            let answer = &answers[0];
+            let is_right = difference(&answer.u, &known(&case)?) <= tolerance(&Method::cr());
+            let steps = answer.increments.len();
+            if steps > 1 {
+                let why = format!("stop.max_iterations is 1, and it took {steps} steps");
+                (Verdict::Disagree, Some(why))
+            } else if answer.converged && !is_right {
+                let why = "after one step it says that it has converged, which it has not";
+                (Verdict::Disagree, Some(why.into()))
+            } else {
+                (Verdict::Agree, None)
+            }
+        }
+    };
+    Ok(Finding {
+        about: "stop.max_iterations".into(),
+        method: Some("cr".into()),
+        verdict,
+        difference: None,
+        why,
+    })
+}
+
+fn protocol(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
+    let setup = Setup::new(&Scene::find("one-zone")?, Some(2), Method::cr(), settings)?;
+    let case = setup.case()?;
+    let refuses = engine.refuses_other_protocols(&case, settings)?;
+    let why =
+        "it answers a job of another protocol, which may mean something else: end with an error";
+    Ok(Finding {
+        about: "a protocol that is not its own".into(),
+        method: None,
+        verdict: if refuses {
+            Verdict::Agree
+        } else {
+            Verdict::Disagree
+        },
+        difference: None,
+        why: (!refuses).then(|| why.into()),
+    })
+}

@@ -1,0 +1,8 @@
+//! Campaigns: what to run, and what to conclude from the answers.
+
+pub mod conformance;
+pub mod orders;
+pub mod paper;
+pub mod stress;
+pub mod study;
+pub mod verify;

@@ -1,0 +1,473 @@
+//! Observed orders of convergence where u is known, beside what theory promises.
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::engine::{self, Answer, Progress, Settings, Silent};
+use crate::run::{Observed, Runner, Setup, check_meshes};
+use faceoff_fem::contact::{Errors, Law, Method, Problem};
+use faceoff_fem::known::Truth;
+use faceoff_fem::scene::Scene;
+use faceoff_fem::truth::exact::{Regularity, catalogue};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Result};
+
+/// One method on one scene over several meshes.
+#[derive(Debug, Clone, Serialize)]
+pub struct Orders {
+    pub scene: String,
+    pub method: String,
+    /// None where nothing is stated of the solution's regularity.
+    pub theory: Option<Theory>,
+    /// By ascending n.
+    pub levels: Vec<ErrorsOnMesh>,
+    pub h1: Observed,
+    pub l2: Observed,
+    /// Where theory has something to say.
+    pub h1_verdict: Option<Reach>,
+    pub l2_verdict: Option<Reach>,
+}
+
+/// An observed order beside the one of theory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reach {
+    /// The fit reaches it.
+    AsTheory,
+    /// It does not, but the order still changes from mesh to mesh: the solution is not resolved, or the place of a transition in its
+    /// cell is what is seen. Finer meshes tell.
+    NotSettled,
+    /// It has settled below.
+    Below,
+}
+
+/// A fit this much below theory still reaches it.
+const ROOM: f64 = 0.1;
+/// Two steps in turn that differ by less have settled.
+const SETTLED: f64 = 0.02;
+
+impl Reach {
+    /// None without a fit; errors at rounding level have no order.
+    fn new(observed: &Observed, theory: f64, finest: f64) -> Option<Self> {
+        let fit = observed.fit?;
+        if finest < ROUNDING {
+            return None;
+        }
+        let settled = match observed.steps.as_slice() {
+            [.., before, last] => (last - before).abs() < SETTLED,
+            _ => false,
+        };
+        Some(match (fit >= theory - ROOM, settled) {
+            (true, _) => Reach::AsTheory,
+            (false, false) => Reach::NotSettled,
+            (false, true) => Reach::Below,
+        })
+    }
+}
+
+/// Relative errors below this are those of arithmetic.
+const ROUNDING: f64 = 1e-12;
+
+/// One mesh.
+#[derive(Debug, Clone, Serialize)]
+pub struct ErrorsOnMesh {
+    pub n: usize,
+    pub dofs: usize,
+    /// Steps of Newton, or of the active set.
+    pub steps: usize,
+    pub converged: bool,
+    #[serde(flatten)]
+    pub errors: Errors,
+}
+
+/// What is known of the orders.
+///
+/// H¹: with u just not in H^s an element of degree k has min(k, s-1). L²: duality adds what the
+/// dual problem has of regularity: 1 on the convex domains here, and 1/2 where Γ_C changes between
+/// contact and not, or meets Γ_D, on a straight side. That is a lower bound, usually exceeded.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Theory {
+    pub h1: f64,
+    pub h1_limited_by: Limit,
+    /// At least this.
+    pub l2: f64,
+    pub l2_limited_by: Limit,
+}
+
+/// What keeps an order from being higher.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Limit {
+    /// u is not smoother, or the dual solution is not.
+    Regularity,
+    /// The element's degree, or the method's consistency.
+    Method,
+}
+
+impl Theory {
+    /// For a method, a solution, and whether f vanishes everywhere.
+    pub fn new(method: &Method, regularity: Regularity, load_free: bool) -> Self {
+        let degree = method.element.degree() as f64;
+        let smooth = regularity.sobolev - 1.0;
+        let (h1, h1_limited_by) = if smooth < degree {
+            (smooth, Limit::Regularity)
+        } else {
+            (degree, Limit::Method)
+        };
+        let (gain, dual) = if regularity.changes {
+            (0.5, Limit::Regularity)
+        } else {
+            (1.0, h1_limited_by)
+        };
+        let consistency = consistency(method, load_free);
+        let (l2, l2_limited_by) = if h1 + gain > consistency {
+            (consistency, Limit::Method)
+        } else {
+            (h1 + gain, dual)
+        };
+        Theory {
+            h1,
+            h1_limited_by,
+            l2,
+            l2_limited_by,
+        }
+    }
+}
+
+/// The order in L² that a method cannot exceed, whatever u.
+///
+/// The penalty errs by ε = ε₀ h. The penalty-free law on CR leaves the flux (f, φ_F)/(γ|F|) on a
+/// free face, of order h where γ = γ₀ h; corrected, it has no such bound. The members with θ₁ ≠ -1 are not adjoint consistent,
+/// which costs 1/2 on a boundary condition.
+fn consistency(method: &Method, load_free: bool) -> f64 {
+    let degree = method.element.degree() as f64;
+    match method.law {
+        Law::Penalty { .. } => 1.0,
+        Law::Nitsche { .. } if method.element.on().faces && !load_free => 1.0,
+        Law::Nitsche { theta1, .. } if theta1 != -1 => degree + 0.5,
+        _ => degree + 1.0,
+    }
+}
+
+/// The errors and orders of every method on every scene, on meshes `n`, rising.
+///
+/// # Errors
+/// Meshes that give no order; a scene whose solution is not known; what solving refuses; an interruption. An iteration that
+/// does not converge is no error: its level says so.
+pub fn orders(
+    scenes: &[Scene],
+    methods: &[Method],
+    n: &[usize],
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Vec<Orders>> {
+    check_meshes(n)?;
+    let mut studies = Vec::new();
+    for scene in scenes {
+        let truth = Truth::of(scene)?.ok_or_else(|| Error::Scene {
+            scene: scene.name().to_owned(),
+            place: "exact".into(),
+            what: "its solution is not known, so there are no errors to take orders of".into(),
+            remedy: "give u under [exact], or one of the built-in scenes that have it".into(),
+        })?;
+        let truth = Arc::new(truth);
+        studies.extend(
+            methods
+                .iter()
+                .map(|method| (scene, Arc::clone(&truth), *method)),
+        );
+    }
+    let runner = Runner::new(settings, &Silent);
+    let (begun, total) = (AtomicUsize::new(0), studies.len() * n.len());
+    studies
+        .into_par_iter()
+        .map(|(scene, truth, method)| {
+            let setup = |n: usize| {
+                cancel::check()?;
+                let share = begun.fetch_add(1, Ordering::Relaxed) as f64 / total as f64;
+                progress.next(&format!("{}, {method}, n = {n}", scene.name()), share);
+                Setup::new(scene, Some(n), method, settings)
+            };
+            series(&runner, &truth, n, setup)
+        })
+        .collect()
+}
+
+/// One setup on rising meshes.
+fn series(
+    runner: &Runner,
+    truth: &Truth,
+    n: &[usize],
+    setup: impl Fn(usize) -> Result<Setup>,
+) -> Result<Orders> {
+    let rust = engine::find(engine::OWN)?;
+    let mut levels = Vec::with_capacity(n.len());
+    let mut theory = None;
+    let (mut scene, mut method) = (String::new(), String::new());
+    for &n in n {
+        let setup = setup(n)?;
+        let case = setup.case()?;
+        let answers = runner.answers(&*rust, &[&case])?;
+        levels.push(level(n, &case.problem, &answers.answers[0], truth)?);
+        let of = setup.discretisation.method;
+        (scene, method) = (setup.scene.name().to_owned(), of.to_string());
+        let known = catalogue().into_iter().find(|e| e.name == scene);
+        let load_free = setup.scene.data().f.is_zero();
+        theory = known.map(|k| Theory::new(&of, k.regularity, load_free));
+    }
+    let of = |error: fn(&Errors) -> f64| {
+        let errors: Vec<_> = levels.iter().map(|l| (l.n, error(&l.errors))).collect();
+        Observed::new(&errors)
+    };
+    let (h1, l2) = (of(|e| e.h1), of(|e| e.l2));
+    let finest = levels.last().map(|l| l.errors);
+    let reach = |observed: &Observed, order: fn(&Theory) -> f64, error: fn(&Errors) -> f64| {
+        Reach::new(observed, order(theory.as_ref()?), error(finest.as_ref()?))
+    };
+    Ok(Orders {
+        h1_verdict: reach(&h1, |t| t.h1, |e| e.h1),
+        l2_verdict: reach(&l2, |t| t.l2, |e| e.l2),
+        scene,
+        method,
+        theory,
+        h1,
+        l2,
+        levels,
+    })
+}
+
+fn level(n: usize, problem: &Problem, answer: &Answer, truth: &Truth) -> Result<ErrorsOnMesh> {
+    Ok(ErrorsOnMesh {
+        n,
+        dofs: problem.space.dofs,
+        steps: answer.increments.len(),
+        converged: answer.converged,
+        errors: truth.errors(problem, &answer.u)?,
+    })
+}
+
+/// The orders as a table in Markdown, one line a scene and method.
+pub fn table(all: &[Orders]) -> String {
+    let mut text = String::from(
+        "| scene | method | n | H¹ error | orders | fit | theory | | L² error | orders | fit | theory | |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    let join = |items: &[f64]| -> String {
+        let words: Vec<String> = items.iter().map(|o| format!("{o:.2}")).collect();
+        words.join(" ")
+    };
+    let fit = |o: &Observed| o.fit.map_or(String::new(), |fit| format!("{fit:.2}"));
+    for o in all {
+        let n: Vec<String> = o.levels.iter().map(|l| l.n.to_string()).collect();
+        let last = |error: fn(&Errors) -> f64| match o.levels.last() {
+            Some(level) if !level.converged => "not converged".to_owned(),
+            Some(level) => format!("{:.2e}", error(&level.errors)),
+            None => String::new(),
+        };
+        let theory = |order: fn(&Theory) -> (&'static str, f64, Limit)| {
+            o.theory.as_ref().map_or("unknown".to_owned(), |t| {
+                let (at_least, order, limit) = order(t);
+                format!("{at_least}{order}, {limit}")
+            })
+        };
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+            o.scene,
+            o.method,
+            n.join(" "),
+            last(|e| e.h1),
+            join(&o.h1.steps),
+            fit(&o.h1),
+            theory(|t| ("", t.h1, t.h1_limited_by)),
+            word(o.h1_verdict),
+            last(|e| e.l2),
+            join(&o.l2.steps),
+            fit(&o.l2),
+            theory(|t| ("≥ ", t.l2, t.l2_limited_by)),
+            word(o.l2_verdict),
+        );
+    }
+    text
+}
+
+fn word(verdict: Option<Reach>) -> &'static str {
+    match verdict {
+        Some(Reach::AsTheory) => "as theory",
+        Some(Reach::NotSettled) => "not settled",
+        Some(Reach::Below) => "below",
+        None => "",
+    }
+}
+
+impl std::fmt::Display for Limit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Limit::Regularity => "regularity",
+            Limit::Method => "method",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Variation;
+
+    const METHODS: [&str; 8] = [
+        "cr",
+        "cr-fc",
+        "p1",
+        "p2",
+        "p1-vi",
+        "cr-vi",
+        "penalty",
+        "multiplier",
+    ];
+
+    fn study(scenes: &[&str], n: &[usize]) -> Vec<Orders> {
+        let scenes: Vec<Scene> = scenes.iter().map(|s| Scene::find(s).unwrap()).collect();
+        let methods = METHODS.map(|m| m.parse().unwrap());
+        orders(&scenes, &methods, n, &Settings::default(), &Silent).unwrap()
+    }
+
+    #[test]
+    fn observed_orders_are_those_of_theory() {
+        let all = study(&["transition-1.5", "contact-nowhere"], &[8, 16, 32]);
+        let text = table(&all);
+        println!("{text}");
+        for o in &all {
+            let name = format!("{} {}\n{text}", o.scene, o.method);
+            let theory = o.theory.unwrap();
+            assert!(o.levels.iter().all(|l| l.converged), "{name}");
+            let (h1, l2) = (o.h1.fit.unwrap(), o.l2.fit.unwrap());
+            assert!((h1 - theory.h1).abs() < 0.12, "{name}");
+            assert!(l2 > theory.l2 - 0.12, "{name}");
+        }
+    }
+
+    /// Each on meshes fine enough for it: those that do not show their order yet are told by finer ones.
+    #[test]
+    fn every_exact_scene_converges_with_every_method() {
+        for scene in Scene::exact_names() {
+            let mut left: Vec<Method> = METHODS.map(|m| m.parse().unwrap()).to_vec();
+            for n in [[8, 16, 32], [16, 32, 64], [32, 64, 128]] {
+                let scenes = [Scene::find(scene).unwrap()];
+                let all = orders(&scenes, &left, &n, &Settings::default(), &Silent).unwrap();
+                println!("{}", table(&all));
+                left.clear();
+                for o in &all {
+                    let name = format!("{} {}\n{}", o.scene, o.method, table(&all));
+                    assert!(o.levels.iter().all(|l| l.converged), "{name}");
+                    // Where the method is exact there is only rounding to see.
+                    match o.h1_verdict {
+                        Some(Reach::AsTheory) | None => {
+                            assert!(o.l2_verdict != Some(Reach::Below), "{name}");
+                        }
+                        _ => left.push(o.method.parse().unwrap()),
+                    }
+                }
+                if left.is_empty() {
+                    break;
+                }
+            }
+            assert!(
+                left.is_empty(),
+                "{scene} does not reach its order with {left:?}"
+            );
+        }
+    }
+
+    /// In space, on meshes that the debug build can have. The checkerboard needs finer ones, and p2
+    /// sees the place of a transition in its cell.
+    #[test]
+    fn observed_orders_in_space_are_those_of_theory() {
+        let scenes = Scene::exact_solid_names();
+        let scenes: Vec<Scene> = scenes.iter().map(|s| Scene::find(s).unwrap()).collect();
+        let methods = [Method::cr(), Method::cr_fc(), Method::p2()];
+        let all = orders(&scenes, &methods, &[4, 8], &Settings::default(), &Silent).unwrap();
+        let text = table(&all);
+        println!("{text}");
+        for o in &all {
+            let name = format!("{} {}\n{text}", o.scene, o.method);
+            assert!(o.levels.iter().all(|l| l.converged), "{name}");
+            let theory = o.theory.unwrap();
+            let room = match (o.scene.as_str(), o.method.as_str()) {
+                ("checkerboard", _) => 0.5,
+                ("transition-1.5-3d" | "hertz-sphere", "p2") => 0.3,
+                _ => 0.1,
+            };
+            assert!(o.h1.fit.unwrap() > theory.h1 - room, "{name}");
+        }
+        let smooth = all
+            .iter()
+            .filter(|o| o.theory.unwrap().h1_limited_by == Limit::Method);
+        for o in smooth.filter(|o| o.scene != "checkerboard") {
+            assert!(
+                o.l2.fit.unwrap() > o.theory.unwrap().l2 - 0.1,
+                "{} {}\n{text}",
+                o.scene,
+                o.method
+            );
+        }
+    }
+
+    /// Where nothing touches, the penalty-free law leaves a flux of order h/γ₀ on Γ_C, and the order
+    /// in L² falls to 1; with the corrected flux it stays 2 whatever γ₀.
+    #[test]
+    fn the_corrected_flux_has_second_order_for_every_gamma() {
+        let methods = [Method::cr(), Method::cr_fc()];
+        for gamma0 in [0.1, 1.0, 10.0, 100.0] {
+            let scene = Scene::find("contact-nowhere").unwrap();
+            let truth = Truth::of(&scene).unwrap().unwrap();
+            let settings = Settings::default();
+            let runner = Runner::new(&settings, &Silent);
+            let all = methods.map(|method| {
+                let setup = |n| {
+                    let setup = Setup::new(&scene, Some(n), method, &settings)?;
+                    setup.with(&Variation::Gamma0(gamma0))
+                };
+                series(&runner, &truth, &[16, 32, 64], setup).unwrap()
+            });
+            let [cr, fc] = [0, 1].map(|k| all[k].l2.steps[1]);
+            assert!((fc - 2.0).abs() < 0.05, "{gamma0}: {fc}");
+            assert!(gamma0 > 1.0 || (cr - 1.0).abs() < 0.1, "{gamma0}: {cr}");
+            assert_eq!(all[1].theory.map(|t| t.l2), Some(2.0));
+            assert_eq!(all[0].theory.map(|t| t.l2), Some(1.0));
+        }
+    }
+
+    #[test]
+    fn orders_are_judged_once_they_have_settled() {
+        let judged = |errors: [f64; 3], theory: f64| {
+            let n = [8, 16, 32];
+            let observed =
+                Observed::new(&[(n[0], errors[0]), (n[1], errors[1]), (n[2], errors[2])]);
+            Reach::new(&observed, theory, errors[2])
+        };
+        assert_eq!(judged([1.0, 0.5, 0.25], 1.0), Some(Reach::AsTheory));
+        assert_eq!(judged([1.0, 0.5, 0.25], 1.2), Some(Reach::Below));
+        assert_eq!(judged([1.0, 0.7, 0.35], 1.2), Some(Reach::NotSettled));
+        assert_eq!(judged([1e-13, 1e-13, 1e-13], 1.0), None);
+    }
+
+    #[test]
+    fn the_fit_is_over_the_last_three_meshes() {
+        let errors: Vec<_> = [(4, 9.0), (8, 1.0), (16, 0.25), (32, 0.0625)].to_vec();
+        assert!((Observed::new(&errors).fit.unwrap() - 2.0).abs() < 1e-14);
+        assert!(Observed::new(&errors[..1]).fit.is_none());
+    }
+
+    #[test]
+    fn a_scene_without_a_solution_is_refused() {
+        let scenes = [Scene::find("plate").unwrap()];
+        let settings = Settings::default();
+        let refusal = orders(&scenes, &[Method::cr()], &[16, 32], &settings, &Silent);
+        let refusal = refusal.unwrap_err().to_string();
+        assert!(refusal.contains("its solution is not known"), "{refusal}");
+    }
+}

@@ -1,0 +1,162 @@
+//! P2 on the fine mesh, on that of half its n and of a quarter: the paper's reference, and how far it can be trusted.
+
+use serde::Serialize;
+
+use super::example::Example;
+use super::fine::{Fine, step_between};
+use super::study::steps_to;
+use super::work::{Work, cost};
+use crate::campaigns::orders::Theory;
+use crate::run::Observed;
+use faceoff_fem::contact::{
+    Discretisation, Errors, Iteration, Method, Problem, Quantities, Stop, quantities, solve,
+};
+use faceoff_fem::element::Space;
+use faceoff_fem::known::{Function, fine_errors};
+use faceoff_fem::truth::exact::Regularity;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::Triangulation;
+
+/// P2 on the fine mesh and on those of half and a quarter of its n.
+#[derive(Debug, Serialize)]
+pub struct FineOutcome {
+    pub n: Vec<usize>,
+    pub dofs: Vec<usize>,
+    /// Steps of Newton until the increment was below the paper's tolerance.
+    pub steps: Vec<Option<usize>>,
+    pub converged: bool,
+    /// To the mesh-free reference.
+    pub errors: Vec<Errors>,
+    pub h1: Observed,
+    pub l2: Observed,
+    /// ‖∇(U-V)‖/‖∇U‖ of each mesh's U and the V before it.
+    pub steps_between: Vec<f64>,
+    /// Between which H¹ errors P2's last step puts that of the fine mesh, with the order of theory.
+    pub predicted: [f64; 2],
+    /// Where Γ_C carries contact, by the fine solution itself.
+    pub contact_set: Vec<[f64; 2]>,
+    /// u on a grid, for its elevation.
+    #[serde(skip)]
+    pub elevation: Vec<Vec<f64>>,
+}
+
+/// The elevation is drawn from this many intervals each way.
+const ELEVATION: usize = 48;
+
+/// P2 on one mesh.
+pub struct Solved<'a> {
+    n: usize,
+    space: Space<'a>,
+    u: Vec<f64>,
+    norms: Quantities,
+}
+
+impl Solved<'_> {
+    pub fn known(&self) -> Fine<'_> {
+        Fine::new(&self.space, &self.u, self.n, &self.norms)
+    }
+
+    fn elevation(&self) -> Vec<Vec<f64>> {
+        let known = self.known();
+        let at = |k: usize| k as f64 / ELEVATION as f64;
+        let row = |j: usize| (0..=ELEVATION).map(|i| known.value(at(i), at(j))).collect();
+        (0..=ELEVATION).map(row).collect()
+    }
+}
+
+/// Solves on `meshes`, each with twice the n of the one before, and keeps the last solution.
+///
+/// # Errors
+/// What solving refuses, and an interruption.
+pub fn run_fine<'a>(
+    example: &'a Example,
+    meshes: &'a [(usize, Triangulation)],
+    work: &Work,
+) -> Result<(Solved<'a>, FineOutcome)> {
+    let (mut dofs, mut steps, mut errors, mut between) = (vec![], vec![], vec![], vec![]);
+    let mut converged = true;
+    let mut last: Option<Solved<'a>> = None;
+    for (n, mesh) in meshes {
+        let n = *n;
+        let what = format!("{}, p2 on {n} × {n}", example.title());
+        work.next(&what)?;
+        let problem = Problem::new(
+            &example.scene,
+            mesh,
+            &Discretisation::of(&example.scene, Method::p2()),
+        )?;
+        let solution = solve(&problem, Iteration::Newton, Stop::default(), |step, _| {
+            work.next(&format!("{what}, step {step}"))
+        })?;
+        work.next(&format!("{what}, its errors"))?;
+        let norms = quantities(&problem, &solution.u);
+        errors.push(fine_errors(&problem, &solution.u, &norms, &example.truth));
+        if let Some(coarse) = &last {
+            between.push(step_between(&problem, &solution.u, &coarse.known()));
+        }
+        converged &= solution.converged;
+        dofs.push(problem.space.dofs);
+        steps.push(steps_to(super::TOL, &solution.increments));
+        work.finish(cost::fine(n));
+        let Problem { space, .. } = problem;
+        last = Some(Solved {
+            n,
+            space,
+            u: solution.u,
+            norms,
+        });
+    }
+    let Some(solved) = last else {
+        return Err(Error::usage("there is no fine mesh", "report this"));
+    };
+    let n: Vec<usize> = meshes.iter().map(|(n, _)| *n).collect();
+    let observed = |error: fn(&Errors) -> f64| {
+        let pairs: Vec<_> = n.iter().copied().zip(errors.iter().map(error)).collect();
+        Observed::new(&pairs)
+    };
+    let outcome = FineOutcome {
+        h1: observed(|e| e.h1),
+        l2: observed(|e| e.l2),
+        n,
+        dofs,
+        steps,
+        converged,
+        errors,
+        predicted: predicted(
+            between.last().copied().unwrap_or(f64::NAN),
+            order_of_theory(),
+        ),
+        steps_between: between,
+        contact_set: solved.norms.contact_set.runs().to_vec(),
+        elevation: solved.elevation(),
+    };
+    Ok((solved, outcome))
+}
+
+/// The H¹ error that is left after a step from a mesh to that of half its h, where errors shrink like h^order.
+///
+/// The errors before and after are e₁ = 2^order e₂. Where the new error is orthogonal to the step d, as for Galerkin's method, d² = e₁² - e₂²;
+/// where it is parallel, d = e₁ - e₂. Nitsche's method lies between.
+fn predicted(step: f64, order: f64) -> [f64; 2] {
+    let ratio = order.exp2();
+    [step / (ratio * ratio - 1.0).sqrt(), step / (ratio - 1.0)]
+}
+
+/// Both examples have transitions as in general, u ∈ H^(5/2-ε).
+fn order_of_theory() -> f64 {
+    Theory::new(&Method::p2(), Regularity::transition(2.5), false).h1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_predict_errors() {
+        // Errors 1/4 and 1/16 that are parallel, and such that the second is orthogonal to the step.
+        let [orthogonal, parallel] = predicted(0.1875, 2.0);
+        assert!((parallel - 0.0625).abs() < 1e-15);
+        assert!((orthogonal.hypot(0.1875) - 4.0 * orthogonal).abs() < 1e-15);
+        assert_eq!(order_of_theory(), 1.5);
+    }
+}

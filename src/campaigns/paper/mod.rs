@@ -1,0 +1,37 @@
+//! Section 6 of the paper again: its two examples with their figures and statements, each beside what is computed here.
+//!
+//! E. Burman, P. Hansbo, M. G. Larson, SIAM J. Numer. Anal. 55 (2017), section 6. The errors are taken to two
+//! references: P2 on a fine mesh, as in the paper, and the mesh-free one of [`faceoff_fem::truth`].
+
+mod example;
+mod figures;
+mod fine;
+mod fine_study;
+mod iterations;
+mod reference;
+mod statements;
+mod study;
+mod text;
+mod work;
+
+pub use example::Example;
+pub use figures::{FIGURES, Figure, draw};
+pub use fine_study::FineOutcome;
+pub use iterations::{CAP, Count};
+pub use reference::{Known, References};
+pub use statements::Statement;
+pub use study::{ExampleOutcome, PaperOutcome, PaperRequest, Series, SeriesLevel, study};
+pub use text::{references_text, report, tables};
+
+/// The meshes of both examples: h/√2 ∈ {2^-(i+4)}, i = 0 … 4, on the unit square.
+pub const MESHES: [usize; 5] = [16, 32, 64, 128, 256];
+/// The reference: "a 500 × 500 mesh".
+pub const FINE: usize = 500;
+/// "The tolerance was set to TOL = 10⁻⁷", of the relative H¹ norm of the increment.
+pub const TOL: f64 = 1e-7;
+/// The fixed point iterations of 6.1, one for each of [`MESHES`].
+pub const ITERATIONS: [usize; 5] = [79, 84, 66, 54, 58];
+/// Those of the reference of 6.1, on [`FINE`].
+pub const FINE_ITERATIONS: usize = 127;
+/// N of (6.2).
+pub const ZONES: [u32; 2] = [3, 5];

@@ -1,0 +1,355 @@
+//! What an engine makes of a trial.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::trial::Trial;
+use crate::engine::{Answer, Case, Engine, Settings};
+use crate::run::Runner;
+use faceoff_fem::contact::{Ended, Method, Problem, condition};
+use faceoff_fem::known::Truth;
+use faceoff_fem::linear;
+use faceoff_mesh::error::{Error, Result};
+
+/// Below this an error is as good as none: no mesh in use has a smaller one.
+const NEGLIGIBLE: f64 = 1e-8;
+/// A converged answer with a backward error above this does not solve the scheme.
+const RESIDUAL: f64 = 1e-9;
+/// A relative error above this leaves nothing of the solution; a reference below a tenth of it says that there could be.
+const NOTHING_LEFT: f64 = 0.5;
+
+/// One engine and method at one extreme.
+#[derive(Debug, Clone, Serialize)]
+pub struct Entry {
+    pub engine: String,
+    pub method: String,
+    pub family: &'static str,
+    pub value: String,
+    #[serde(flatten)]
+    pub verdict: Finding,
+    /// The larger of the relative errors in the energy norm and in L².
+    pub error: Option<f64>,
+    /// The same of the moderate problem.
+    pub reference: Option<f64>,
+    /// Digits that agree with the moderate solution, where that has the same dofs.
+    pub digits: Option<f64>,
+    pub steps: Option<usize>,
+    /// Backward error.
+    pub residual: Option<f64>,
+    /// An estimate from below of how many times a relative rounding is amplified at this u.
+    pub condition: Option<f64>,
+}
+
+/// What became of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "verdict", rename_all = "kebab-case")]
+pub enum Finding {
+    /// The error is that of moderate values.
+    Holds,
+    /// The error is so many times that of moderate values.
+    Degrades { factor: f64 },
+    /// Said in words.
+    Refuses { sentence: String },
+    /// An answer that claims to be one and is not.
+    Wrong { why: String },
+}
+
+impl Entry {
+    fn new(engine: &str, method: Method, trial: &Trial) -> Self {
+        Entry {
+            engine: engine.to_owned(),
+            method: method.to_string(),
+            family: trial.family,
+            value: trial.value.clone(),
+            verdict: Finding::Holds,
+            error: None,
+            reference: None,
+            digits: None,
+            steps: None,
+            residual: None,
+            condition: None,
+        }
+    }
+}
+
+impl Finding {
+    pub fn is_wrong(&self) -> bool {
+        matches!(self, Finding::Wrong { .. })
+    }
+}
+
+/// What an engine makes of all trials by one method, in one batch with the problems that they are compared with.
+///
+/// # Errors
+/// A moderate problem that cannot be solved, an interruption.
+pub fn judge(
+    runner: &Runner,
+    engine: &dyn Engine,
+    method: Method,
+    trials: &[Trial],
+) -> Result<Vec<Entry>> {
+    let mut setups = Vec::new();
+    for trial in trials {
+        let of_reference = trial.reference_method.unwrap_or(method);
+        setups.push(trial.extreme.setup(method, runner.settings));
+        setups.push(trial.reference().setup(of_reference, runner.settings));
+    }
+    let mut cases: Vec<Result<Case, String>> = Vec::new();
+    for setup in &setups {
+        cases.push(match setup {
+            Ok(setup) => setup.case().map_err(|e| e.to_string()),
+            Err(e) => Err(e.to_string()),
+        });
+    }
+    let sound: Vec<&Case> = cases.iter().flatten().collect();
+    let mut answers = runner.each(engine, &sound, runner.settings)?.into_iter();
+    let lost = || Err("it gave no answer".to_owned());
+    let found: Vec<Answered> = cases
+        .iter()
+        .map(|case| {
+            let case = case.as_ref().map_err(String::clone)?;
+            let answer = answers.next().unwrap_or_else(lost)?;
+            Ok((case, answer))
+        })
+        .collect();
+    let pairs = trials.iter().zip(found.chunks_exact(2));
+    pairs
+        .map(|(trial, pair)| {
+            let entry = Entry::new(engine.name(), method, trial);
+            of_trial(runner.settings, entry, trial, &pair[0], &pair[1])
+        })
+        .collect()
+}
+
+type Answered<'a> = Result<(&'a Case<'a>, Arc<Answer>), String>;
+
+fn of_trial(
+    settings: &Settings,
+    mut entry: Entry,
+    trial: &Trial,
+    extreme: &Answered,
+    reference: &Answered,
+) -> Result<Entry> {
+    let (case, answer) = match extreme {
+        Ok(answered) => answered,
+        Err(sentence) => {
+            let sentence = sentence.clone();
+            entry.verdict = Finding::Refuses { sentence };
+            return Ok(entry);
+        }
+    };
+    let steps = answer.increments.len();
+    entry.steps = Some(steps);
+    entry.residual = Some(answer.residual);
+    let amplified = condition(&case.problem, &answer.u, linear::Settings::default()).ok();
+    entry.condition = amplified.filter(|condition| condition.is_finite());
+    let wrong = |why: String| Finding::Wrong { why };
+    if !answer.converged {
+        let ended = answer.history.as_ref().map(|history| history.ended);
+        let sentence = if ended == Some(Ended::Undetermined) {
+            format!(
+                "the matrix is singular to working precision; rounding decides what u is, with a backward error of {:.1e}",
+                answer.residual
+            )
+        } else {
+            format!(
+                "not reached in {steps} steps; the best iterate has the backward error {:.1e}",
+                answer.residual
+            )
+        };
+        entry.verdict = Finding::Refuses { sentence };
+        return Ok(entry);
+    }
+    if trial.must_refuse {
+        entry.verdict = wrong("it answers, and there is no solution".into());
+        return Ok(entry);
+    }
+    if !answer.u.iter().all(|u| u.is_finite()) {
+        entry.verdict = wrong("the answer is not finite".into());
+        return Ok(entry);
+    }
+    if !(answer.residual <= RESIDUAL) {
+        entry.verdict = wrong(format!(
+            "it says that it converged, and the backward error is {:e}",
+            answer.residual
+        ));
+        return Ok(entry);
+    }
+    let u: Vec<f64> = answer.u.iter().map(|u| u / trial.scale).collect();
+    let (moderate_case, moderate) = reference.as_ref().map_err(|what| {
+        Error::engine(
+            &entry.engine,
+            format!(
+                "the moderate problem of {} {}: {what}",
+                trial.family, trial.value
+            ),
+            "report this, or give scenes whose moderate values it solves",
+        )
+    })?;
+    let error = match &trial.home {
+        None => problem_error(&case.problem, &u)?,
+        Some(home) => {
+            let setup = home.setup(case.problem.method(), settings)?;
+            problem_error(&setup.case()?.problem, &u)?
+        }
+    };
+    let reference = problem_error(&moderate_case.problem, &moderate.u)?;
+    if trial.home.is_some() && trial.reference.is_none() {
+        entry.digits = Some(digits(&u, &moderate.u));
+    }
+    entry.error = Some(error);
+    entry.reference = Some(reference);
+    let factor = error / reference.max(NEGLIGIBLE);
+    entry.verdict = if error <= (trial.room * reference).max(NEGLIGIBLE) {
+        Finding::Holds
+    } else if !trial.is_parameter && !(error <= NOTHING_LEFT) && reference < 0.1 * NOTHING_LEFT {
+        wrong(format!(
+            "the relative error is {error:.1e}, and at moderate values {reference:.1e}"
+        ))
+    } else {
+        Finding::Degrades { factor }
+    };
+    Ok(entry)
+}
+
+/// The larger of the relative errors in energy norm and L²; 0 where nothing is known.
+fn problem_error(problem: &Problem, u: &[f64]) -> Result<f64> {
+    let Some(truth) = Truth::of(problem.scene)? else {
+        return Ok(0.0);
+    };
+    let found = truth.errors(problem, u)?;
+    Ok(found.h1.max(found.l2))
+}
+
+/// -log₁₀ of the largest difference over the largest value; 17 where there is none.
+fn digits(a: &[f64], b: &[f64]) -> f64 {
+    let largest = b.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
+    let apart = a
+        .iter()
+        .zip(b)
+        .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    if apart == 0.0 {
+        return 17.0;
+    }
+    -(apart / largest).log10()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaigns::stress::trial::Place;
+    use crate::campaigns::stress::{StressRequest, stress};
+    use crate::engine::{self, Answer, Progress, Run, Silent};
+    use faceoff_fem::contact::{Iteration, Stop};
+    use faceoff_fem::scene::Scene;
+    use std::time::Duration;
+
+    fn settings() -> Settings {
+        Settings {
+            launch: Default::default(),
+            stop: Stop::default(),
+            iteration: Iteration::Newton,
+            linear: linear::Settings::default(),
+            time_limit: Duration::from_secs(60),
+            keep: None,
+        }
+    }
+
+    /// The map of the Rust engine, but for what takes seconds.
+    #[test]
+    fn nothing_is_wrong_in_rust() {
+        let methods = [
+            "cr",
+            "cr-fc",
+            "p1",
+            "p2",
+            "p1-vi",
+            "cr-vi",
+            "penalty",
+            "multiplier",
+        ];
+        let request = StressRequest {
+            scenes: vec![Scene::find("manufactured-3").unwrap()],
+            families: vec![],
+            methods: methods.map(|m| m.parse().unwrap()).to_vec(),
+            engines: vec![engine::find("rust").unwrap()],
+            settings: settings(),
+            is_brief: true,
+        };
+        let outcome = stress(&request, &Silent).unwrap();
+        println!("{}", crate::campaigns::stress::table(&outcome));
+        let of =
+            |want: fn(&Finding) -> bool| outcome.entries.iter().filter(move |c| want(&c.verdict));
+        let wrong: Vec<_> = of(Finding::is_wrong).collect();
+        assert!(wrong.is_empty(), "{wrong:#?}");
+        // Units are no extreme.
+        for cell in &outcome.entries {
+            if ["data", "domain"].contains(&cell.family) {
+                assert_eq!(cell.verdict, Finding::Holds, "{cell:?}");
+                assert!(cell.digits.unwrap() > 10.0, "{cell:?}");
+            }
+        }
+        // What has no solution is refused by all, and with a sentence.
+        let unsolvable = |c: &&Entry| c.value.starts_with("floating, ");
+        let refused = of(|v| matches!(v, Finding::Refuses { sentence } if sentence.contains("; ")));
+        assert_eq!(refused.filter(unsolvable).count(), 3 * methods.len());
+        assert!(of(|v| *v == Finding::Holds).count() > outcome.entries.len() / 2);
+    }
+
+    /// An engine that answers what another one does, falsified.
+    struct Liar(fn(&mut Answer));
+
+    impl Engine for Liar {
+        fn name(&self) -> &str {
+            "liar"
+        }
+        fn probe(&self) -> Result<String> {
+            Ok("1".into())
+        }
+        fn is_installed(&self) -> bool {
+            true
+        }
+        fn run(
+            &self,
+            cases: &[&Case],
+            settings: &Settings,
+            progress: &dyn Progress,
+        ) -> Result<Run> {
+            let mut run = engine::find("rust")?.run(cases, settings, progress)?;
+            for (answer, case) in run.answers.iter_mut().zip(cases) {
+                if case.scene().name() == "extreme" {
+                    (self.0)(answer);
+                }
+            }
+            Ok(run)
+        }
+    }
+
+    #[test]
+    fn lies_are_seen() {
+        let home = Place::of(&Scene::find("transition-1.5").unwrap(), Some(16)).unwrap();
+        let mut extreme = home.clone();
+        extreme.scene = extreme.scene.renamed("extreme").unwrap();
+        let mut trial = Trial::new("lie", "1", extreme);
+        trial.home = Some(home);
+        let verdict = |lie: fn(&mut Answer), trial: &Trial| {
+            let settings = settings();
+            let runner = Runner::new(&settings, &Silent);
+            let trials = std::slice::from_ref(trial);
+            let found = judge(&runner, &Liar(lie), Method::cr(), trials);
+            found.unwrap().remove(0).verdict
+        };
+        assert_eq!(verdict(|_| {}, &trial), Finding::Holds);
+        assert!(verdict(|a| a.u[7] = f64::NAN, &trial).is_wrong());
+        assert!(verdict(|a| a.residual = 1e-3, &trial).is_wrong());
+        assert!(verdict(|a| a.residual = f64::NAN, &trial).is_wrong());
+        assert!(verdict(|a| a.u.iter_mut().for_each(|u| *u *= 2.0), &trial).is_wrong());
+        let slightly = verdict(|a| a.u.iter_mut().for_each(|u| *u *= 1.2), &trial);
+        assert!(matches!(slightly, Finding::Degrades { factor } if factor > 1.2));
+        let unreached = verdict(|a| a.converged = false, &trial);
+        assert!(matches!(unreached, Finding::Refuses { .. }));
+        trial.must_refuse = true;
+        assert!(verdict(|_| {}, &trial).is_wrong());
+    }
+}

@@ -1,0 +1,141 @@
+//! Extremes of units: the same problem with γ₀ over 24 decades, with data and domain scaled, and far from the origin.
+
+use super::trial::{Place, Trial, rewritten};
+use crate::run::Variation;
+use faceoff_fem::scene::{Data, Expression, MeshSource, Scene};
+use faceoff_mesh::error::Result;
+
+/// Fine enough that a discretisation error is seen, coarse enough that hundreds of them take seconds.
+const N: usize = 16;
+const N_SOLID: usize = 4;
+
+/// Decades.
+const GAMMAS: [i32; 7] = [-12, -8, -4, -1, 4, 8, 12];
+const DATA: [i32; 6] = [-150, -100, -10, 10, 100, 150];
+const DOMAINS: [i32; 4] = [-12, -6, 6, 12];
+const SHIFTS: [i32; 3] = [2, 5, 8];
+
+/// All of one scene with an exact solution.
+pub fn trials(scene: &Scene) -> Result<Vec<Trial>> {
+    let n = match scene.source() {
+        MeshSource::Union { cuboid, .. } if cuboid.dim == 3 => N_SOLID,
+        MeshSource::Union { n, .. } if !scene.has_mesh(N) => *n,
+        MeshSource::Union { .. } => N,
+        other => other.n().unwrap_or(N),
+    };
+    let home = Place::of(scene, Some(n).filter(|_| scene.source().n().is_some()))?;
+    let named = |value: String| format!("{value} ({})", scene.name());
+    let mut all = Vec::new();
+    let mut add = |family, value: String, extreme: Place, scale: f64| {
+        let mut trial = Trial::new(family, value, extreme);
+        trial.home = Some(home.clone());
+        trial.scale = scale;
+        trial.is_parameter = family == "gamma0";
+        all.push(trial);
+    };
+    for k in GAMMAS {
+        let mut extreme = home.clone();
+        extreme.variation = Some(Variation::Gamma0(10.0_f64.powi(k)));
+        add("gamma0", named(format!("1e{k}")), extreme, 1.0);
+    }
+    for k in DATA {
+        let mut extreme = home.clone();
+        let scale = 10.0_f64.powi(k);
+        extreme.scene = scene.with_data(scaled_data(scene.data(), scale)?);
+        add("data", named(format!("× 1e{k}")), extreme, scale);
+    }
+    for k in DOMAINS {
+        let extreme = moved(&home, 10.0_f64.powi(k), 0.0)?;
+        add("domain", named(format!("× 1e{k}")), extreme, 1.0);
+    }
+    for k in SHIFTS {
+        let extreme = moved(&home, 1.0, 10.0_f64.powi(k))?;
+        add("shift", named(format!("+ 1e{k}")), extreme, 1.0);
+    }
+    Ok(all)
+}
+
+/// f, g, t and ψ times s, so that u is.
+pub fn scaled_data(data: &Data, s: f64) -> Result<Data> {
+    let times = |e: &Expression| rewritten(e, |text| format!("({s:e})*({text})"));
+    Ok(Data {
+        f: times(&data.f)?,
+        g: times(&data.g)?,
+        t: times(&data.t)?,
+        psi: times(&data.psi)?,
+    })
+}
+
+/// The domain scaled by s and shifted along the diagonal, with data so that u at a point is what it was.
+pub fn moved(home: &Place, s: f64, shift: f64) -> Result<Place> {
+    let back = |text: &str| {
+        coordinates(text, |name| {
+            if shift == 0.0 {
+                format!("({name}/({s:e}))")
+            } else {
+                format!("(({name}-({shift:e}))/({s:e}))")
+            }
+        })
+    };
+    let data = home.scene.data();
+    let data = Data {
+        // Twice, as s² may be too large or too small for a number.
+        f: rewritten(&data.f, |t| format!("({})/({s:e})/({s:e})", back(t)))?,
+        g: rewritten(&data.g, back)?,
+        t: rewritten(&data.t, |t| format!("({})/({s:e})", back(t)))?,
+        psi: rewritten(&data.psi, back)?,
+    };
+    let dim = usize::from(home.mesh.dim());
+    let mut moved = home.clone();
+    for point in &mut moved.mesh.points {
+        for x in &mut point[..dim] {
+            *x = s * *x + shift;
+        }
+    }
+    moved.scene = home.scene.with_data(data);
+    Ok(moved)
+}
+
+/// The text with other words for x, y and z.
+fn coordinates(text: &str, with: impl Fn(&str) -> String) -> String {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let end = rest.find(|c| !is_word(c)).unwrap_or(rest.len());
+        let word = &rest[..end.max(first.len_utf8())];
+        match word {
+            "x" | "y" | "z" => out += &with(word),
+            _ => out += word,
+        }
+        rest = &rest[word.len()..];
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_coordinates_are_replaced() {
+        let text = coordinates("exp(x)*max(y,2e-3*x1)-x^2", |name| format!("<{name}>"));
+        assert_eq!(text, "exp(<x>)*max(<y>,2e-3*x1)-<x>^2");
+    }
+
+    /// The moved problem has its data where the home problem has them.
+    #[test]
+    fn moved_data_are_those_of_home() {
+        let scene = Scene::find("manufactured-3").unwrap();
+        let home = Place::of(&scene, Some(4)).unwrap();
+        let moved = moved(&home, 4.0, 8.0).unwrap();
+        for (p, q) in home.mesh.points.iter().zip(&moved.mesh.points) {
+            let [here, there] = [(&home, p), (&moved, q)].map(|(place, p)| {
+                let data = &place.scene.data();
+                [data.f.value(*p), data.g.value(*p), data.psi.value(*p)]
+            });
+            assert!((here[0] - 16.0 * there[0]).abs() < 1e-9, "{p:?} {q:?}");
+            assert!((here[1] - there[1]).abs() < 1e-12 && here[2] == there[2]);
+        }
+    }
+}

@@ -1,0 +1,324 @@
+//! What is measured in which order: coarse meshes first over all engines and methods, so that a small budget gives a whole
+//! picture, then settings beside their neighbours, and at last what is to be advised.
+
+use std::path::Path;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::advice::advise;
+use super::front::front;
+use super::gamma::gammas;
+use super::measure::{Setting, measure};
+use super::rates::rates;
+use super::row::{Row, Varied};
+use super::scaling::scaling;
+use super::subject::Subject;
+use super::waste::waste;
+use super::{LeftOut, StudyOutcome, StudyRequest};
+use crate::engine::{Engine, Machine, Progress};
+use crate::run::Journal;
+use faceoff_fem::contact::Method;
+use faceoff_fem::scene::MeshSource;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Result};
+
+/// Shares of the budget until which each part may begin something.
+const MESHES: f64 = 0.45;
+pub(super) const ADAPTIVE: f64 = 0.6;
+pub(super) const TOLERANCES: f64 = 0.66;
+pub(super) const GAMMAS: f64 = 0.74;
+pub(super) const RULES: f64 = 0.8;
+pub(super) const SOLVERS: f64 = 0.85;
+pub(super) const TARGETS: f64 = 1.0;
+
+/// The coarsest generated mesh.
+const FIRST: usize = 8;
+/// Meshes of every track that are measured whatever the budget: two make a picture.
+const ALWAYS: usize = 2;
+/// A companion's process may take what is left of the budget, and at least so many seconds.
+const LEAST_LIMIT: f64 = 60.0;
+/// How many times longer the next mesh is supposed to take before two were measured: four times the cells, and some.
+pub(super) const GROWTH: f64 = 5.0;
+
+/// What was measured, and the seconds that it took, evaluation included.
+#[derive(Serialize, Deserialize)]
+struct Measured {
+    cost: f64,
+    row: Row,
+}
+
+/// Measures until the budget is spent; the two coarsest meshes of everything in any case.
+///
+/// # Errors
+/// An engine that is not there; a journal that cannot be used; an interruption. What a mesh, or a setting, refuses is
+/// told in the outcome.
+pub fn study(request: &StudyRequest, progress: &dyn Progress) -> Result<StudyOutcome> {
+    let mut engines = Vec::new();
+    for engine in &request.engines {
+        engines.push((engine.name().to_owned(), engine.probe()?));
+    }
+    let machine = Machine::here();
+    let of = json!({
+        "faceoff": machine.version,
+        "processor": machine.processor,
+        "threads": machine.threads,
+        "optimised": machine.optimised,
+    });
+    let journal = request.journal.as_deref();
+    let journal = journal.map(|path| Journal::open(path, &of)).transpose()?;
+    let mut campaign = Campaign {
+        request,
+        progress,
+        clock: Instant::now(),
+        engines,
+        journal,
+        rows: Vec::new(),
+        costs: Vec::new(),
+        left_out: Vec::new(),
+    };
+    campaign.meshes()?;
+    campaign.adapted()?;
+    campaign.tolerances()?;
+    campaign.gammas()?;
+    campaign.rules()?;
+    campaign.solvers()?;
+    campaign.targets()?;
+    let Campaign {
+        rows,
+        left_out,
+        clock,
+        engines,
+        ..
+    } = campaign;
+    let rates = rates(&rows);
+    Ok(StudyOutcome {
+        engines,
+        budget: request.budget.as_secs_f64(),
+        spent: clock.elapsed().as_secs_f64(),
+        front: front(&rows),
+        scaling: scaling(&rows, &rates, machine.memory_mb),
+        advice: advise(request, &rows),
+        waste: waste(&rows),
+        gammas: gammas(&rows),
+        rates,
+        machine,
+        rows,
+        left_out,
+    })
+}
+
+pub(super) struct Campaign<'a> {
+    pub request: &'a StudyRequest,
+    progress: &'a dyn Progress,
+    clock: Instant,
+    /// Name and version.
+    engines: Vec<(String, String)>,
+    journal: Option<Journal>,
+    pub rows: Vec<Row>,
+    /// Seconds that each row took, evaluation included.
+    pub costs: Vec<f64>,
+    left_out: Vec<LeftOut>,
+}
+
+/// One engine and method on one scene over its meshes.
+struct Track<'a> {
+    subject: &'a Subject,
+    engine: &'a dyn Engine,
+    method: Method,
+    n: usize,
+    /// Seconds of the last two meshes.
+    costs: Vec<f64>,
+    is_over: bool,
+}
+
+impl<'a> Campaign<'a> {
+    pub fn elapsed(&self) -> f64 {
+        self.clock.elapsed().as_secs_f64()
+    }
+
+    pub fn budget(&self) -> f64 {
+        self.request.budget.as_secs_f64()
+    }
+
+    /// May something that is predicted to take so long begin in a part that ends at this share of the budget?
+    pub fn allows(&self, share: f64, seconds: f64) -> bool {
+        self.elapsed() + seconds <= share * self.budget()
+    }
+
+    pub fn next(&self, what: &str) -> Result<()> {
+        self.progress.next(what, self.elapsed() / self.budget());
+        cancel::check()
+    }
+
+    pub fn leave_out(&mut self, what: String, why: impl Into<String>) {
+        self.left_out.push(LeftOut {
+            what,
+            why: why.into(),
+        });
+    }
+
+    pub fn rust(&self) -> Option<&'a dyn Engine> {
+        let engines = self.request.engines.iter();
+        engines.map(|e| &**e).find(|e| e.is_own())
+    }
+
+    /// What is made once of a setting: from the journal, or now. What is refused is left out, and no row comes of it; nor
+    /// of none, which is for want of time. The row's number.
+    pub fn once(
+        &mut self,
+        what: String,
+        key: &str,
+        make: impl FnOnce(&Self) -> Result<Option<Row>>,
+    ) -> Result<Option<usize>> {
+        self.next(&what)?;
+        let key = blake3::hash(key.as_bytes()).to_hex().to_string();
+        let known = match &self.journal {
+            Some(journal) => journal.find::<Measured>(&key, &Value::Null)?,
+            None => None,
+        };
+        let Measured { cost, row } = match known {
+            Some(known) => known,
+            None => {
+                let begun = Instant::now();
+                let row = match make(self) {
+                    Ok(Some(row)) => row,
+                    Ok(None) => {
+                        self.leave_out(what, "the budget was spent");
+                        return Ok(None);
+                    }
+                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    Err(other) => {
+                        self.leave_out(what, other.to_string());
+                        return Ok(None);
+                    }
+                };
+                let cost = begun.elapsed().as_secs_f64();
+                let measured = Measured { cost, row };
+                if let Some(journal) = &self.journal {
+                    journal.keep(&key, &Value::Null, &measured)?;
+                }
+                measured
+            }
+        };
+        self.rows.push(row);
+        self.costs.push(cost);
+        Ok(Some(self.rows.len() - 1))
+    }
+
+    /// Measures a setting; the row's number.
+    pub fn add(&mut self, setting: &Setting) -> Result<Option<usize>> {
+        let name = setting.engine.name();
+        let version = self.engines.iter().find(|(known, _)| known == name);
+        let version = version.map_or("", |(_, version)| version.as_str());
+        let key = format!("{} {version}", setting.key()?);
+        self.once(setting.title(), &key, |campaign| {
+            let left = campaign.budget() - campaign.elapsed();
+            measure(setting, left.max(LEAST_LIMIT)).map(Some)
+        })
+    }
+
+    fn meshes(&mut self) -> Result<()> {
+        let request = self.request;
+        let mut tracks: Vec<Track> = Vec::new();
+        for subject in &request.subjects {
+            for engine in &request.engines {
+                for method in &request.methods {
+                    if let Err(why) = engine.accepts(method) {
+                        tracing::info!(%why, "left out");
+                        continue;
+                    }
+                    tracks.push(Track {
+                        subject,
+                        engine: &**engine,
+                        method: *method,
+                        n: first(subject),
+                        costs: Vec::new(),
+                        is_over: false,
+                    });
+                }
+            }
+        }
+        while tracks.iter().any(|track| !track.is_over) {
+            for track in &mut tracks {
+                if !track.is_over {
+                    self.next_mesh(track)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn next_mesh(&mut self, track: &mut Track<'a>) -> Result<()> {
+        let setting = Setting {
+            subject: track.subject,
+            engine: track.engine,
+            method: track.method,
+            n: Some(track.n).filter(|_| track.subject.scene.source().n().is_some()),
+            varied: Varied::Mesh,
+            variation: None,
+            settings: self.request.settings.clone(),
+        };
+        let predicted = match track.costs[..] {
+            [] => 0.0,
+            [only] => only * GROWTH,
+            [.., before, last] => last * (last / before).clamp(1.0, 2.0 * GROWTH),
+        };
+        let is_due = track.costs.len() < ALWAYS;
+        let is_wanted = track.costs.is_empty() || track.n <= self.request.finest;
+        if !is_wanted || (!is_due && !self.allows(MESHES, predicted)) {
+            track.is_over = true;
+            return Ok(());
+        }
+        match self.add(&setting)? {
+            Some(row) => track.costs.push(self.costs[row]),
+            None => track.is_over = true,
+        }
+        // A file that does not say what n it counts as has one mesh.
+        track.is_over |= track.subject.scene.source().n().is_none();
+        track.n *= 2;
+        Ok(())
+    }
+}
+
+/// Where to begin.
+fn first(subject: &Subject) -> usize {
+    let scene = &subject.scene;
+    match scene.source() {
+        MeshSource::Union { n, cuboid } => {
+            let coarse = if cuboid.dim == 3 { FIRST / 2 } else { FIRST };
+            // Sides that are split need a vertex there, which the scene's own n has.
+            if scene.has_mesh(coarse) { coarse } else { *n }
+        }
+        other => other.n().unwrap_or(1),
+    }
+}
+
+pub(super) fn dimension(subject: &Subject) -> usize {
+    match subject.scene.source() {
+        MeshSource::Union { cuboid, .. } => cuboid.dim,
+        other => {
+            let mesh = subject.scene.triangulation(other.n());
+            mesh.map_or(2, |mesh| mesh.dim)
+        }
+    }
+}
+
+/// All that makes a scene what it is, a mesh file's content included.
+///
+/// # Errors
+/// A mesh file that cannot be read.
+pub(super) fn identity(subject: &Subject) -> Result<String> {
+    let scene = &subject.scene;
+    let content = match scene.source() {
+        MeshSource::File { path, .. } => digest(path)?,
+        _ => String::new(),
+    };
+    Ok(format!("{scene:?} {content}"))
+}
+
+fn digest(path: &Path) -> Result<String> {
+    let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+    Ok(blake3::hash(&bytes).to_hex().to_string())
+}

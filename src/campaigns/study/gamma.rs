@@ -1,0 +1,135 @@
+//! The paper asks for γ₀ "large enough": over how many decades the scheme can be solved, in how many steps, and where its
+//! error is the least that it can be.
+
+use serde::Serialize;
+
+use super::advice::Norm;
+use super::row::{Row, Varied};
+use crate::run::Fit;
+
+/// An error above the least by less than this part is as good.
+const AS_GOOD: f64 = 0.1;
+/// Errors above the least by parts in this range tell how the excess grows.
+const EXCESS: std::ops::Range<f64> = 2e-3..3.0;
+
+/// One method on one mesh over all γ₀.
+#[derive(Debug, Clone, Serialize)]
+pub struct Gammas {
+    pub scene: String,
+    pub method: String,
+    pub n: usize,
+    /// Of so many values so many were solved, in so many steps.
+    pub tried: usize,
+    pub solved: usize,
+    pub steps: [usize; 2],
+    pub energy: Option<Safe>,
+    pub l2: Option<Safe>,
+}
+
+/// Where an error is the least.
+#[derive(Debug, Clone, Serialize)]
+pub struct Safe {
+    /// The least error, and the γ₀ about it up to which no error is larger by a tenth.
+    pub least: f64,
+    pub from: f64,
+    pub to: f64,
+    /// The error less the least, over γ₀: below the range, and above.
+    pub below: Option<Fit>,
+    pub above: Option<Fit>,
+}
+
+/// Of every track whose γ₀ was varied, on its finest mesh.
+pub fn gammas(rows: &[Row]) -> Vec<Gammas> {
+    let mut found: Vec<Gammas> = Vec::new();
+    let varied = |row: &&Row| row.varied == Varied::Gamma0;
+    for row in rows.iter().filter(varied) {
+        if found
+            .iter()
+            .any(|g| (&g.scene, &g.method) == (&row.scene, &row.method))
+        {
+            continue;
+        }
+        let of_track = |r: &&Row| r.track() == row.track();
+        let track: Vec<&Row> = rows.iter().filter(varied).filter(of_track).collect();
+        let Some(n) = track.iter().filter_map(|r| r.n).max() else {
+            continue;
+        };
+        let mut track: Vec<&Row> = track.into_iter().filter(|r| r.n == Some(n)).collect();
+        track.sort_by(|a, b| a.gamma0.total_cmp(&b.gamma0));
+        let solved: Vec<&Row> = track.iter().copied().filter(|r| r.converged).collect();
+        let steps = solved.iter().map(|r| r.steps);
+        found.push(Gammas {
+            scene: row.scene.clone(),
+            method: row.method.clone(),
+            n,
+            tried: track.len(),
+            solved: solved.len(),
+            steps: [steps.clone().min().unwrap_or(0), steps.max().unwrap_or(0)],
+            energy: safe(&solved, Norm::Energy),
+            l2: safe(&solved, Norm::L2),
+        });
+    }
+    found
+}
+
+/// `rows` by rising γ₀.
+fn safe(rows: &[&Row], norm: Norm) -> Option<Safe> {
+    let points = rows.iter().map(|r| Some((r.gamma0, r.error(norm)?)));
+    let points: Vec<(f64, f64)> = points.collect::<Option<_>>()?;
+    let (best, &(_, least)) = points
+        .iter()
+        .enumerate()
+        .min_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
+    let is_good = |(_, error): &(f64, f64)| *error <= (1.0 + AS_GOOD) * least;
+    let before = points[..best]
+        .iter()
+        .rev()
+        .take_while(|p| is_good(p))
+        .count();
+    let after = points[best..].iter().take_while(|p| is_good(p)).count();
+    let excess = |points: &[(f64, f64)]| {
+        let points = points
+            .iter()
+            .map(|(gamma0, error)| (*gamma0, error - least));
+        let seen = points.filter(|(_, e)| EXCESS.contains(&(e / least)));
+        Fit::new(&seen.collect::<Vec<_>>()).filter(|fit| fit.spread.is_some())
+    };
+    Some(Safe {
+        least,
+        from: points[best - before].0,
+        to: points[best + after - 1].0,
+        below: excess(&points[..best]),
+        above: excess(&points[best + 1..]),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::row::sample;
+    use super::*;
+
+    /// e = 1 + 0.5/γ₀ + 1e-6 γ₀: the least is at 1000, and within a tenth of it e is from 10 to 1e5.
+    #[test]
+    fn the_range_and_its_constants_are_found() {
+        let of = |k: i32| {
+            let gamma0 = 10.0_f64.powi(k);
+            let error = 1.0 + 0.5 / gamma0 + 1e-6 * gamma0;
+            Row {
+                gamma0,
+                ..sample(Varied::Gamma0, error, 1.0)
+            }
+        };
+        let mut rows: Vec<Row> = (-3..=8).map(of).collect();
+        rows[0].converged = false;
+        let found = gammas(&rows);
+        assert_eq!(found.len(), 1);
+        let g = &found[0];
+        assert_eq!((g.tried, g.solved, g.steps, g.n), (12, 11, [3, 3], 8));
+        assert!(g.l2.is_none());
+        let safe = g.energy.as_ref().unwrap();
+        assert_eq!((safe.from, safe.to), (10.0, 1e5));
+        assert!((safe.least - 1.0015).abs() < 1e-12);
+        let below = safe.below.unwrap();
+        assert!((below.exponent + 1.0).abs() < 0.1 && (below.constant - 0.5).abs() < 0.1);
+    }
+}

@@ -1,0 +1,178 @@
+//! One setting, measured: repeated for its time, judged by the truth and by the certificate.
+
+use std::time::{Duration, Instant};
+
+use super::campaign::identity;
+use super::row::{Row, Times, Varied};
+use super::subject::Subject;
+use crate::engine::{self, Case, Engine, HighWater, Settings, Silent, peak_memory_mb};
+use crate::run::{Evaluated, Setup, Variation, certificate};
+use faceoff_fem::certify::Target;
+use faceoff_fem::contact::{Method, Problem};
+use faceoff_mesh::error::{Error, Result};
+
+/// Most repetitions of one measurement, and the least time over which a short one is repeated.
+const REPEATS: usize = 7;
+const LONG_ENOUGH: f64 = 0.3;
+
+/// What is solved, and how.
+pub struct Setting<'a> {
+    /// With its γ₀ and its rules.
+    pub subject: &'a Subject,
+    pub engine: &'a dyn Engine,
+    pub method: Method,
+    pub n: Option<usize>,
+    pub varied: Varied,
+    /// What is set beside its neighbours.
+    pub variation: Option<Variation>,
+    pub settings: Settings,
+}
+
+impl Setting<'_> {
+    fn setup(&self) -> Result<Setup> {
+        let setup = Setup::new(&self.subject.scene, self.n, self.method, &self.settings)?;
+        match &self.variation {
+            Some(variation) => setup.with(variation),
+            None => Ok(setup),
+        }
+    }
+
+    /// All that makes it what it is, but for the engine's version.
+    ///
+    /// # Errors
+    /// A mesh file that cannot be read.
+    pub fn key(&self) -> Result<String> {
+        let Settings {
+            stop,
+            iteration,
+            linear,
+            launch,
+            ..
+        } = &self.settings;
+        Ok(format!(
+            "{} {} {} {:?} {} {:?} {stop:?} {iteration} {linear:?} {launch:?}",
+            identity(self.subject)?,
+            self.engine.name(),
+            self.method,
+            self.n,
+            self.varied,
+            self.variation
+        ))
+    }
+
+    pub fn title(&self) -> String {
+        let n = self.n.map_or(String::new(), |n| format!(", n = {n}"));
+        format!(
+            "{}, {} {}{n}, {}",
+            self.subject.scene.name(),
+            self.engine.name(),
+            self.method,
+            self.varied
+        )
+    }
+}
+
+/// One measurement; a companion's process may not take longer than `limit` seconds.
+///
+/// # Errors
+/// What the scene, the engine and the truth refuse.
+pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
+    let own = setting.engine.is_own();
+    let limit = Duration::try_from_secs_f64(limit).unwrap_or(setting.settings.time_limit);
+    // The system tells the largest of all children, and of each no less than what this process held when it started it.
+    let before = peak_memory_mb(true).max(peak_memory_mb(false));
+    let (mut times, mut start_ups) = (Vec::new(), Vec::new());
+    let water = HighWater::begin().filter(|_| own);
+    let mut memory = None;
+    let begun = Instant::now();
+    loop {
+        let clock = Instant::now();
+        let mut setup = setting.setup()?;
+        setup.settings.time_limit = setup.settings.time_limit.min(limit);
+        let case = setup.case()?;
+        let started = Instant::now();
+        let run = setting.engine.run(&[&case], &setup.settings, &Silent)?;
+        let outside = started.elapsed().as_secs_f64();
+        let answer = run.answers.into_iter().next().ok_or_else(|| {
+            Error::engine(setting.engine.name(), "it gave no answer", "report this")
+        })?;
+        if own {
+            times.push(clock.elapsed().as_secs_f64());
+            memory = memory.or_else(|| water.as_ref()?.megabytes());
+        } else {
+            let phases: f64 = answer.seconds.iter().map(|(_, s)| s).sum();
+            times.push(phases);
+            start_ups.push((outside - phases).max(0.0));
+        }
+        let spent = begun.elapsed().as_secs_f64();
+        if times.len() < REPEATS && spent < LONG_ENOUGH {
+            continue;
+        }
+        if !own {
+            // A smaller one is not seen.
+            memory = Some(peak_memory_mb(true)).filter(|peak| *peak > before);
+        }
+        let mut row = evaluate(setting, &setup, &case, &answer)?;
+        row.seconds = Times::new(times);
+        row.start_up = (!own).then(|| Times::new(start_ups).median);
+        row.memory_mb = memory;
+        return Ok(row);
+    }
+}
+
+/// All that is not time.
+fn evaluate(setting: &Setting, setup: &Setup, case: &Case, answer: &engine::Answer) -> Result<Row> {
+    let problem = &case.problem;
+    let mut row = described(problem, setting.engine.name());
+    let of = Evaluated::new(problem, &answer.u, setting.subject.truth.as_deref())?;
+    let certificate = certificate(problem, &answer.u)?;
+    let certificate = certificate.ok().map(|c| c.relative(Target::UH));
+    row.varied = setting.varied;
+    row.n = setting.n;
+    row.tolerance = setup.settings.stop.increment;
+    if let Some(history) = &answer.history {
+        row.linear = history.linear.solver.to_string();
+        row.precision = history.linear.precision.to_string();
+    }
+    row.steps = answer.increments.len();
+    row.converged = answer.converged;
+    row.residual = answer.residual;
+    row.h1 = of.errors.map(|e| e.h1);
+    row.l2 = of.errors.map(|e| e.l2);
+    row.certified = certificate.filter(|bound| bound.is_finite());
+    row.contact_residual = of.quantities.contact_residual;
+    row.contact_flux = of.quantities.contact_flux;
+    Ok(row)
+}
+
+/// What is known without solving.
+pub fn described(problem: &Problem, engine: &str) -> Row {
+    let mesh = problem.space.mesh;
+    Row {
+        scene: problem.scene.name().to_owned(),
+        engine: engine.to_owned(),
+        method: problem.method().to_string(),
+        varied: Varied::Mesh,
+        n: None,
+        accuracy: None,
+        cells: mesh.cell_count(),
+        dofs: problem.space.dofs,
+        tolerance: 0.0,
+        gamma0: problem.discretisation.gamma0(),
+        load_quadrature: problem.cell_rule.name.to_owned(),
+        contact_quadrature: problem.face_rule.name.to_owned(),
+        linear: String::new(),
+        precision: String::new(),
+        steps: 0,
+        converged: false,
+        residual: f64::NAN,
+        h1: None,
+        l2: None,
+        certified: None,
+        contact_residual: f64::NAN,
+        contact_flux: f64::NAN,
+        seconds: Times::new(vec![]),
+        start_up: None,
+        memory_mb: None,
+    }
+}

@@ -1,0 +1,83 @@
+//! What each digit costs: every engine and method on rising meshes, and every setting beside its neighbours, measured;
+//! and advice that was measured as it is given.
+
+mod adapted;
+mod advice;
+mod campaign;
+mod figures;
+mod front;
+mod gamma;
+mod measure;
+mod rates;
+mod row;
+mod scaling;
+mod settings;
+mod subject;
+mod targets;
+mod text;
+mod waste;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde::Serialize;
+
+pub use advice::{Advice, Alternative, Norm};
+pub use campaign::study;
+pub use figures::draw;
+pub use gamma::{Gammas, Safe};
+pub use rates::Rates;
+pub use row::{Row, Times, Varied};
+pub use scaling::Scaling;
+pub use subject::Subject;
+pub use targets::{Follow, Followed};
+pub use text::{csv, report, summary};
+pub use waste::Waste;
+
+use crate::engine::{Engine, Machine, Settings};
+use faceoff_fem::contact::Method;
+
+/// What is to be measured.
+pub struct StudyRequest {
+    pub subjects: Vec<Subject>,
+    pub methods: Vec<Method>,
+    pub engines: Vec<Box<dyn Engine>>,
+    /// Wall-clock time for everything: nothing is begun that is predicted to exceed it.
+    pub budget: Duration,
+    /// No finer uniform meshes than this n.
+    pub finest: usize,
+    /// Of every solve that does not vary them.
+    pub settings: Settings,
+    /// Where measurements are kept as they are made, and taken from.
+    pub journal: Option<PathBuf>,
+    /// What runs a command as it is advised; none: advice has the times of this process.
+    pub follow: Option<Box<Follow>>,
+}
+
+/// Everything that was measured, and what follows from it.
+#[derive(Debug, Serialize)]
+pub struct StudyOutcome {
+    pub machine: Machine,
+    /// Engine and version.
+    pub engines: Vec<(String, String)>,
+    pub budget: f64,
+    /// Seconds that were spent.
+    pub spent: f64,
+    pub rows: Vec<Row>,
+    /// Indices of the rows that no other row beats in both time and error.
+    pub front: Vec<usize>,
+    pub rates: Vec<Rates>,
+    pub scaling: Vec<Scaling>,
+    pub waste: Vec<Waste>,
+    pub gammas: Vec<Gammas>,
+    pub advice: Vec<Advice>,
+    /// What was asked for and not measured, and why.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Something that was not measured.
+#[derive(Debug, Clone, Serialize)]
+pub struct LeftOut {
+    pub what: String,
+    pub why: String,
+}

@@ -1,0 +1,53 @@
+//! Exponents of what was measured, by least squares in logarithms, with their spread.
+
+use serde::Serialize;
+
+use super::row::{Row, Varied};
+use crate::run::Fit;
+
+/// How errors, time and memory of one engine and method change with the mesh.
+#[derive(Debug, Clone, Serialize)]
+pub struct Rates {
+    pub scene: String,
+    pub engine: String,
+    pub method: String,
+    /// Errors over 1/n.
+    pub h1: Option<Fit>,
+    pub l2: Option<Fit>,
+    /// Over the number of dofs.
+    pub seconds: Option<Fit>,
+    pub memory: Option<Fit>,
+}
+
+/// The rates of every track over its uniform meshes.
+pub fn rates(rows: &[Row]) -> Vec<Rates> {
+    let mut found: Vec<Rates> = Vec::new();
+    for row in rows.iter().filter(|row| row.varied == Varied::Mesh) {
+        if found
+            .iter()
+            .any(|r| (&*r.scene, &*r.engine, &*r.method) == row.track())
+        {
+            continue;
+        }
+        let track: Vec<&Row> = rows
+            .iter()
+            .filter(|r| r.varied == Varied::Mesh && r.track() == row.track() && r.converged)
+            .collect();
+        let over = |x: fn(&Row) -> Option<f64>, y: fn(&Row) -> Option<f64>| {
+            let points = track.iter().filter_map(|r| Some((x(r)?, y(r)?)));
+            Fit::of_finest(&points.collect::<Vec<_>>()).filter(|fit| fit.spread.is_some())
+        };
+        let h: fn(&Row) -> Option<f64> = |r| Some(1.0 / r.n? as f64);
+        let dofs: fn(&Row) -> Option<f64> = |r| Some(r.dofs as f64);
+        found.push(Rates {
+            scene: row.scene.clone(),
+            engine: row.engine.clone(),
+            method: row.method.clone(),
+            h1: over(h, |r| r.h1.or(r.certified)),
+            l2: over(h, |r| r.l2),
+            seconds: over(dofs, |r| Some(r.seconds.median)),
+            memory: over(dofs, |r| r.memory_mb),
+        });
+    }
+    found
+}

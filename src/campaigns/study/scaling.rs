@@ -1,0 +1,132 @@
+//! Beyond what was measured: the largest problem that the machine's memory holds, and weak scaling on paper.
+//!
+//! R ranks with as many dofs each as one machine now has solve a problem of R times the size. With work ~ dofs^p and memory ~
+//! dofs^q, shared evenly over a network that costs nothing,
+//!
+//! ```text
+//! time ~ R^(p-1),   memory of a rank ~ R^(q-1),   efficiency R^(1-p)
+//! ```
+//!
+//! A factor by nested dissection tends to p = 3/2, q = 1 in the plane and to p = 2, q = 4/3 in space (A. George, SIAM J. Numer.
+//! Anal. 10, 1973), multigrid to p = q = 1: what no network mends is seen before a cluster is asked.
+
+use serde::Serialize;
+
+use super::rates::Rates;
+use super::row::{Row, Varied};
+
+/// Ranks that the model is told for.
+pub const RANKS: [u32; 4] = [4, 16, 64, 256];
+
+/// No machine has more ranks.
+const OUT_OF_REACH: f64 = 1e6;
+
+/// What the fits of one engine and method say of more.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scaling {
+    pub scene: String,
+    pub engine: String,
+    pub method: String,
+    /// The finest mesh that was measured.
+    pub dofs: usize,
+    pub seconds: f64,
+    pub memory_mb: f64,
+    /// Dofs that this machine's memory holds, and the seconds that they take.
+    pub most_dofs: Option<f64>,
+    pub most_seconds: Option<f64>,
+    /// Seconds on 4, 16, 64 and 256 ranks with the dofs of the finest mesh each, and the memory of each rank.
+    pub rank_seconds: [f64; 4],
+    pub rank_memory_mb: [f64; 4],
+    /// Ranks at which half of the time is lost; none where that is out of reach.
+    pub half_efficient: Option<f64>,
+}
+
+/// Of every track with a fit of time and memory. `memory_mb` is that of the machine.
+pub fn scaling(rows: &[Row], rates: &[Rates], memory_mb: Option<f64>) -> Vec<Scaling> {
+    rates
+        .iter()
+        .filter_map(|r| {
+            let (time, memory) = (r.seconds?, r.memory?);
+            let mut track = rows.iter().filter(|row| {
+                row.varied == Varied::Mesh && row.track() == (&r.scene, &r.engine, &r.method)
+            });
+            let mut finest = track.next()?;
+            for row in track.filter(|row| row.converged) {
+                if row.dofs > finest.dofs {
+                    finest = row;
+                }
+            }
+            let now = finest.memory_mb?;
+            // Less than linear is start-up that is still to be outgrown, more than a factor in space is noise.
+            let p = time.exponent.clamp(1.0, 2.0);
+            let q = memory.exponent.clamp(1.0, 4.0 / 3.0);
+            let half = 2.0_f64.powf(1.0 / (p - 1.0));
+            let most = memory_mb.map(|all| finest.dofs as f64 * (all / now).max(1.0).powf(1.0 / q));
+            let growth = |ranks: u32, exponent: f64| f64::from(ranks).powf(exponent - 1.0);
+            Some(Scaling {
+                scene: r.scene.clone(),
+                engine: r.engine.clone(),
+                method: r.method.clone(),
+                dofs: finest.dofs,
+                seconds: finest.seconds.median,
+                memory_mb: now,
+                most_dofs: most,
+                most_seconds: most
+                    .map(|most| finest.seconds.median * (most / finest.dofs as f64).powf(p)),
+                rank_seconds: RANKS.map(|ranks| finest.seconds.median * growth(ranks, p)),
+                rank_memory_mb: RANKS.map(|ranks| now * growth(ranks, q)),
+                half_efficient: Some(half).filter(|ranks| *ranks < OUT_OF_REACH),
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaigns::study::rates::rates;
+    use crate::campaigns::study::row::sample;
+
+    fn row(dofs: usize, seconds: f64, memory_mb: f64) -> Row {
+        Row {
+            dofs,
+            memory_mb: Some(memory_mb),
+            ..sample(Varied::Mesh, 0.1, seconds)
+        }
+    }
+
+    /// Time as dofs^1.5 and memory as dofs: 100 times the memory holds 100 times the dofs in 1000 times the time, and the time
+    /// of 4 ranks is twice that of one.
+    #[test]
+    fn powers_are_followed() {
+        let of = |k: usize| row(1000 * k, (k as f64).powf(1.5), 10.0 * k as f64);
+        let rows = [1, 2, 4, 8].map(of);
+        let found = scaling(&rows, &rates(&rows), Some(8000.0));
+        let [s] = &found[..] else { panic!("{found:?}") };
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-9 * b;
+        assert_eq!((s.dofs, s.memory_mb), (8000, 80.0));
+        assert!(near(s.most_dofs.unwrap(), 800_000.0));
+        assert!(near(s.most_seconds.unwrap(), 1000.0 * s.seconds));
+        assert!(near(s.rank_seconds[0], 2.0 * s.seconds));
+        assert!(near(s.rank_memory_mb[3], 80.0));
+        assert!(near(s.half_efficient.unwrap(), 4.0));
+    }
+
+    /// Memory that seems to grow faster than that of any factor is noise.
+    #[test]
+    fn exponents_are_those_that_there_are() {
+        let rows = [1, 2, 4, 8].map(|k| row(1000 * k, (k as f64).powf(0.5), (k * k) as f64));
+        let found = scaling(&rows, &rates(&rows), None);
+        assert_eq!(found[0].rank_seconds, [8.0_f64.sqrt(); 4]);
+        let growth = found[0].rank_memory_mb[2] / found[0].memory_mb;
+        assert!((growth - 4.0).abs() < 1e-9, "64 ranks: {growth}");
+    }
+
+    #[test]
+    fn linear_work_keeps_its_time_on_any_number_of_ranks() {
+        let rows = [1, 2, 4, 8].map(|k| row(1000 * k, 0.5 + k as f64, 1.0 + k as f64));
+        let found = scaling(&rows, &rates(&rows), None);
+        assert_eq!(found[0].rank_seconds, [8.5; 4]);
+        assert_eq!((found[0].half_efficient, found[0].most_dofs), (None, None));
+    }
+}

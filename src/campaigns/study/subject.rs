@@ -1,0 +1,39 @@
+//! A scene with what is known of its solution.
+
+use std::sync::Arc;
+
+use faceoff_fem::known::Truth;
+use faceoff_fem::scene::Scene;
+use faceoff_mesh::error::Result;
+
+/// A scene, and its truth.
+#[derive(Clone)]
+pub struct Subject {
+    /// The name or the path that it was found by.
+    pub argument: String,
+    pub scene: Scene,
+    /// Where it is known; else only bounds of the error are to be had.
+    pub truth: Option<Arc<Truth>>,
+}
+
+impl Subject {
+    /// A scene that was found by a name or a path.
+    ///
+    /// # Errors
+    /// Those of [`Truth::of`].
+    pub fn new(argument: &str, scene: Scene) -> Result<Self> {
+        Ok(Subject {
+            argument: argument.to_owned(),
+            truth: Truth::of(&scene)?.map(Arc::new),
+            scene,
+        })
+    }
+
+    /// [`Subject::new`] of a scene by its name or path.
+    ///
+    /// # Errors
+    /// Those of [`Scene::find`].
+    pub fn find(name: &str) -> Result<Self> {
+        Subject::new(name, Scene::find(name)?)
+    }
+}

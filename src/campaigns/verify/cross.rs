@@ -1,0 +1,213 @@
+//! Other scheme, same problem: methods judged by certified bounds of their errors.
+//!
+//! ‖∇(u_a - u_b)‖ ≤ bound_a + bound_b holds for any two fields whose bounds are guaranteed, right or wrong
+//! ones: a distance beyond the sum would prove the bounds wrong. What tells a wrong field is that its bound
+//! is large. So it is held against the best that any field on the mesh proves: the bound of the averaged gradient,
+//! which an honest field of these methods exceeds by no more than 3 on the scenes whose solution is known.
+
+use std::borrow::Cow;
+
+use serde::Serialize;
+
+use crate::engine::Case;
+use faceoff_fem::certify::{Certificate, Data, Target, certify_with, distance};
+use faceoff_judge::Verdict;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Result};
+
+use super::CaseOutcome;
+
+/// A bound beyond this many of the best one on the mesh says that the field is not as good as its mesh.
+pub const STANDS_OUT: f64 = 6.0;
+
+/// Two methods, each by some engine, on one scene and mesh.
+#[derive(Debug, Serialize)]
+pub struct CrossOutcome {
+    pub scene: String,
+    pub n: Option<usize>,
+    pub a: Source,
+    pub b: Source,
+    /// None where there is no certificate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub judged: Option<Judged>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub no_certificate: Option<String>,
+}
+
+/// Who solved it how.
+#[derive(Debug, Clone, Serialize)]
+pub struct Source {
+    pub engine: String,
+    pub method: String,
+}
+
+/// Energy norms, broken over the cells.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Judged {
+    /// ‖∇(u_a - u_b)‖
+    pub distance: f64,
+    /// ‖∇(u - u_a)‖ and ‖∇(u - u_b)‖ are at most these.
+    pub bounds: [f64; 2],
+    /// Their sum less the distance.
+    pub slack: f64,
+    /// The bound of the best averaged gradient that any field on this mesh gives.
+    pub best: f64,
+    /// ‖∇u‖ is at least this.
+    pub gradient: f64,
+    pub verdict: Verdict,
+}
+
+/// For each scene, mesh and pair of methods the pair of engines that a reader must see first, and how many there
+/// are: codes with the same scheme give the same to many digits.
+pub fn telling(cross: &[CrossOutcome]) -> Vec<(&CrossOutcome, usize)> {
+    let same = |a: &CrossOutcome, b: &CrossOutcome| {
+        let methods = |c: &CrossOutcome| [c.a.method.clone(), c.b.method.clone()];
+        a.scene == b.scene && a.n == b.n && methods(a) == methods(b)
+    };
+    let worse = |c: &CrossOutcome| match &c.judged {
+        Some(j) if j.verdict == Verdict::Disagree => f64::INFINITY,
+        Some(j) => -j.slack,
+        None => f64::MAX,
+    };
+    let worst = |pairs: &'_ [CrossOutcome]| -> Option<usize> {
+        (0..pairs.len()).max_by(|&a, &b| worse(&pairs[a]).total_cmp(&worse(&pairs[b])))
+    };
+    cross
+        .chunk_by(same)
+        .filter_map(|pairs| Some((&pairs[worst(pairs)?], pairs.len())))
+        .collect()
+}
+
+/// A case with a certificate, or the reason why not, for each engine.
+struct Certified<'a> {
+    case: &'a Case<'a>,
+    of_engines: Vec<(&'a str, &'a [f64], Result<Certificate, String>)>,
+}
+
+/// All pairs of different methods on the same scene and mesh, over all engines.
+///
+/// # Errors
+/// Those of the linear solver. Where there is no certificate the outcome says why.
+pub(super) fn judge_methods(
+    cases: &[&Case],
+    outcomes: &[CaseOutcome],
+) -> Result<Vec<CrossOutcome>> {
+    let mut cross = Vec::new();
+    let same_mesh = |a: &Case, b: &Case| a.scene().name() == b.scene().name() && a.n == b.n;
+    let mut from = 0;
+    while from < cases.len() {
+        let of_mesh = cases[from..]
+            .iter()
+            .take_while(|case| same_mesh(case, &cases[from]))
+            .count();
+        if of_mesh > 1 {
+            let data = words(Data::new(&cases[from].problem))?;
+            let certified = cases[from..from + of_mesh]
+                .iter()
+                .zip(&outcomes[from..])
+                .map(|(case, outcome)| certified(case, outcome, data.as_ref()))
+                .collect::<Result<Vec<_>>>()?;
+            for (k, a) in certified.iter().enumerate() {
+                for b in &certified[k + 1..] {
+                    cross.extend(pairs(a, b, &certified));
+                }
+            }
+        }
+        from += of_mesh;
+    }
+    Ok(cross)
+}
+
+/// A refusal becomes its reason.
+fn words<T>(result: Result<T>) -> Result<Result<T, String>> {
+    match result {
+        Ok(value) => Ok(Ok(value)),
+        Err(Error::Certificate { because, .. }) => Ok(Err(because)),
+        Err(other) => Err(other),
+    }
+}
+
+fn certified<'a>(
+    case: &'a Case<'a>,
+    outcome: &'a CaseOutcome,
+    data: Result<&Data, &String>,
+) -> Result<Certified<'a>> {
+    let of_engines = outcome
+        .engines
+        .iter()
+        .map(|engine| {
+            cancel::check()?;
+            let certificate = match data {
+                Ok(data) => {
+                    let data = Cow::Borrowed(data);
+                    words(certify_with(&case.problem, &engine.answer.u, data))?
+                }
+                Err(because) => Err(because.clone()),
+            };
+            Ok((
+                engine.engine.as_str(),
+                engine.answer.u.as_slice(),
+                certificate,
+            ))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(Certified { case, of_engines })
+}
+
+fn pairs(a: &Certified, b: &Certified, all: &[Certified]) -> Vec<CrossOutcome> {
+    let certificates = all.iter().flat_map(|c| &c.of_engines);
+    let best = certificates
+        .filter_map(|(.., certificate)| certificate.as_ref().ok())
+        .fold((f64::INFINITY, 0.0_f64), |(bound, gradient), c| {
+            (bound.min(c.g), gradient.max(c.gradient[0]))
+        });
+    let mut outcomes = Vec::new();
+    for (engine_a, u_a, of_a) in &a.of_engines {
+        for (engine_b, u_b, of_b) in &b.of_engines {
+            let source = |engine: &str, of: &Certified| Source {
+                engine: engine.to_owned(),
+                method: of.case.problem.method().to_string(),
+            };
+            let (judged, no_certificate) = match (of_a, of_b) {
+                (Ok(of_a), Ok(of_b)) => {
+                    let spaces = [&a.case.problem.space, &b.case.problem.space];
+                    let distance = distance(spaces, [u_a, u_b]);
+                    let bounds = [of_a, of_b].map(|c| c.of(Target::UH)[1]);
+                    (Some(judge(distance, bounds, best)), None)
+                }
+                (Err(because), _) | (_, Err(because)) => (None, Some(because.clone())),
+            };
+            outcomes.push(CrossOutcome {
+                scene: a.case.scene().name().to_owned(),
+                n: a.case.n,
+                a: source(engine_a, a),
+                b: source(engine_b, b),
+                judged,
+                no_certificate,
+            });
+        }
+    }
+    outcomes
+}
+
+fn judge(distance: f64, bounds: [f64; 2], (best, gradient): (f64, f64)) -> Judged {
+    let slack = bounds[0] + bounds[1] - distance;
+    // Rounding of two equal fields on a mesh that holds the solution.
+    let rounding = 1e-10 * gradient;
+    let as_good = bounds
+        .iter()
+        .all(|bound| *bound <= STANDS_OUT * best + rounding);
+    Judged {
+        distance,
+        bounds,
+        slack,
+        best,
+        gradient,
+        verdict: if slack >= -rounding && as_good {
+            Verdict::Agree
+        } else {
+            Verdict::Disagree
+        },
+    }
+}

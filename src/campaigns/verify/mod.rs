@@ -1,0 +1,297 @@
+//! The main job: all engines on all scenes, every pair judged.
+
+mod cross;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::engine::{Answer, Case, Engine, Explanation, Progress, Settings, Silent};
+use crate::run::{Answers, Failure, RESIDUAL_TOLERANCE, Runner, Setup, tolerance};
+use crate::why::{Diagnosis, Search};
+use faceoff_fem::contact::{Discretisation, Method, face_fields};
+use faceoff_fem::scene::Scene;
+use faceoff_judge::{FieldVerdict, Verdict, judge};
+use faceoff_mesh::error::{Error, Result, distinct};
+use faceoff_mesh::field::FaceFields;
+
+pub use cross::{CrossOutcome, Judged, STANDS_OUT, Source, telling};
+
+/// What is to be verified.
+pub struct VerifyRequest {
+    pub scenes: Vec<Scene>,
+    pub methods: Vec<Method>,
+    /// Refinements; none: each scene's own.
+    pub n: Vec<usize>,
+    pub engines: Vec<Box<dyn Engine>>,
+    pub settings: Settings,
+    /// Where answers are kept as they come, and taken from.
+    pub journal: Option<PathBuf>,
+}
+
+/// Everything that was found.
+#[derive(Debug, Serialize)]
+pub struct VerifyOutcome {
+    pub verdict: Verdict,
+    pub cases: Vec<CaseOutcome>,
+    /// Methods against each other, by certified bounds.
+    pub cross: Vec<CrossOutcome>,
+    /// Engines that gave no answer that counts, and why.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub failures: Vec<Failure>,
+}
+
+/// One scene, method and mesh.
+#[derive(Debug, Serialize)]
+pub struct CaseOutcome {
+    pub scene: String,
+    pub method: String,
+    pub n: Option<usize>,
+    pub faces: usize,
+    pub cells: usize,
+    pub dofs: usize,
+    pub contact_faces: usize,
+    pub mesh_digest: String,
+    pub verdict: Verdict,
+    pub engines: Vec<EngineOutcome>,
+    pub pairs: Vec<PairOutcome>,
+    /// The fields that were compared, one set an engine.
+    #[serde(skip)]
+    pub setup: Setup,
+    #[serde(skip)]
+    pub fields: Vec<FaceFields>,
+    /// How the Rust engine solved it, where it did.
+    #[serde(skip)]
+    pub explanation: Option<Explanation>,
+}
+
+/// One engine's answer to a case.
+#[derive(Debug, Serialize)]
+pub struct EngineOutcome {
+    pub engine: String,
+    pub version: String,
+    pub iterations: usize,
+    /// The relative increment of each step.
+    pub increments: Vec<f64>,
+    pub converged: bool,
+    /// Seconds that the engine spent on the case, all phases together.
+    pub seconds: f64,
+    pub phases: BTreeMap<String, f64>,
+    /// Backward error, recomputed here.
+    pub residual: f64,
+    /// Where it is largest.
+    pub residual_at: Option<Vec<f64>>,
+    pub finite: bool,
+    pub verdict: Verdict,
+    #[serde(skip)]
+    pub answer: Arc<Answer>,
+}
+
+/// One field of one pair of engines.
+#[derive(Debug, Serialize)]
+pub struct PairOutcome {
+    pub a: String,
+    pub b: String,
+    #[serde(flatten)]
+    pub field: FieldVerdict,
+}
+
+/// Runs every engine on every case and judges.
+///
+/// # Errors
+/// Scenes that are not valid on their meshes; a method that an engine does not have; an interruption. An engine that fails is no error
+/// but makes the verdict undetermined.
+pub fn verify(request: &VerifyRequest, progress: &dyn Progress) -> Result<VerifyOutcome> {
+    let names = request.engines.iter().map(|engine| engine.name());
+    distinct(names, "engine", "compare different codes")?;
+    if request.engines.len() < 2 {
+        return Err(Error::usage(
+            "one engine alone cannot be verified",
+            "name at least two with --engines",
+        ));
+    }
+    for engine in &request.engines {
+        for method in &request.methods {
+            engine.accepts(method)?;
+        }
+    }
+    let setups = setups(request)?;
+    let cases = setups.iter().map(Setup::case).collect::<Result<Vec<_>>>()?;
+    let cases: Vec<&Case> = cases.iter().collect();
+    let mut runner = Runner::new(&request.settings, progress);
+    if let Some(journal) = &request.journal {
+        runner = runner.resuming(journal)?;
+    }
+    let (answered, failures) = runner.side_by_side(&request.engines, &cases)?;
+
+    let mut outcomes = Vec::with_capacity(cases.len());
+    for (index, case) in cases.iter().enumerate() {
+        outcomes.push(judge_case(index, case, &setups[index], &answered)?);
+    }
+    let cross = cross::judge_methods(&cases, &outcomes)?;
+    let verdicts = outcomes
+        .iter()
+        .map(|c| c.verdict)
+        .chain(cross.iter().filter_map(|c| Some(c.judged?.verdict)))
+        .chain(failures.iter().map(|_| Verdict::Undetermined));
+    Ok(VerifyOutcome {
+        verdict: verdicts.max().unwrap_or(Verdict::Undetermined),
+        cases: outcomes,
+        cross,
+        failures,
+    })
+}
+
+/// Every scene on each of its meshes by every method.
+fn setups(request: &VerifyRequest) -> Result<Vec<Setup>> {
+    let mut setups = Vec::new();
+    for scene in &request.scenes {
+        let own = [scene.source().n()];
+        let asked: Vec<Option<usize>> = request.n.iter().map(|&n| Some(n)).collect();
+        let levels = if asked.is_empty() || own[0].is_none() {
+            &own[..]
+        } else {
+            &asked
+        };
+        for &n in levels {
+            let mesh = Arc::new(scene.triangulation(n)?);
+            setups.extend(request.methods.iter().map(|method| Setup {
+                scene: scene.clone(),
+                n,
+                mesh: Arc::clone(&mesh),
+                discretisation: Discretisation::of(scene, *method),
+                settings: request.settings.clone(),
+            }));
+        }
+    }
+    Ok(setups)
+}
+
+/// Why codes differ, for every pair of every case that disagrees.
+///
+/// # Errors
+/// An interruption. What cannot be run with something changed is left out.
+pub fn diagnose(request: &VerifyRequest, outcome: &VerifyOutcome) -> Result<Vec<Diagnosis>> {
+    let settings = Settings {
+        keep: None,
+        ..request.settings.clone()
+    };
+    let runner = Runner::new(&settings, &Silent);
+    let mut found = Vec::new();
+    for case in outcome
+        .cases
+        .iter()
+        .filter(|c| c.verdict == Verdict::Disagree)
+    {
+        let mut setup = case.setup.clone();
+        setup.settings.keep = None;
+        let disagree = |p: &&PairOutcome| p.field.verdict == Verdict::Disagree;
+        let mut pairs: Vec<[&str; 2]> = Vec::new();
+        for pair in case.pairs.iter().filter(disagree) {
+            if !pairs.contains(&[&pair.a, &pair.b]) {
+                pairs.push([&pair.a, &pair.b]);
+            }
+        }
+        for pair in pairs {
+            let engine = |name: &str| request.engines.iter().find(|e| e.name() == name);
+            let answer = |name: &str| case.engines.iter().find(|e| e.engine == name);
+            let ([Some(a), Some(b)], [Some(of_a), Some(of_b)]) =
+                (pair.map(engine), pair.map(answer))
+            else {
+                continue;
+            };
+            let answers = [(pair[0], &of_a.answer.u[..]), (pair[1], &of_b.answer.u[..])];
+            if let Some(search) = Search::new(&runner, &setup, answers)? {
+                found.push(search.by_answers()?.by_running([&**a, &**b])?.diagnosis());
+            }
+        }
+    }
+    Ok(found)
+}
+
+fn judge_case(
+    index: usize,
+    case: &Case,
+    setup: &Setup,
+    answered: &[Answers],
+) -> Result<CaseOutcome> {
+    let problem = &case.problem;
+    let mesh = problem.space.mesh;
+    let engines: Vec<EngineOutcome> = answered
+        .iter()
+        .map(|run| {
+            let answer = &run.answers[index];
+            let solves = answer.converged && answer.residual <= RESIDUAL_TOLERANCE;
+            EngineOutcome {
+                engine: run.engine.clone(),
+                version: run.version.clone(),
+                iterations: answer.increments.len(),
+                increments: answer.increments.clone(),
+                converged: answer.converged,
+                // From 0, as the sum of none is -0.
+                seconds: answer.seconds.iter().fold(0.0, |sum, (_, s)| sum + s),
+                phases: answer.seconds.iter().cloned().collect(),
+                residual: answer.residual,
+                residual_at: problem
+                    .backward_error(&answer.u)
+                    .1
+                    .map(|dof| problem.space.point(dof)[..mesh.dim].to_vec()),
+                finite: answer.u.iter().all(|v| v.is_finite()),
+                verdict: if solves {
+                    Verdict::Agree
+                } else {
+                    Verdict::Disagree
+                },
+                answer: Arc::clone(answer),
+            }
+        })
+        .collect();
+    let fields: Vec<FaceFields> = engines
+        .iter()
+        .map(|e| face_fields(problem, &e.answer.u, &e.engine))
+        .collect();
+    let mut pairs = Vec::new();
+    for (k, a) in fields.iter().enumerate() {
+        for b in &fields[k + 1..] {
+            for field in judge(a, b, tolerance(&problem.method()))? {
+                pairs.push(PairOutcome {
+                    a: a.source.clone(),
+                    b: b.source.clone(),
+                    field,
+                });
+            }
+        }
+    }
+    let verdict = if pairs.is_empty() {
+        Verdict::Undetermined
+    } else {
+        let of_pairs = pairs.iter().map(|p| p.field.verdict);
+        let of_engines = engines.iter().map(|e| e.verdict);
+        of_pairs
+            .chain(of_engines)
+            .max()
+            .unwrap_or(Verdict::Undetermined)
+    };
+    let mut answers = answered.iter().map(|run| &run.answers[index]);
+    let own = answers.find(|answer| answer.history.is_some());
+    Ok(CaseOutcome {
+        explanation: own.map(|answer| Explanation::new(case, answer)),
+        scene: case.scene().name().to_owned(),
+        method: problem.method().to_string(),
+        n: case.n,
+        faces: mesh.face_count(),
+        cells: mesh.cell_count(),
+        dofs: problem.space.dofs,
+        contact_faces: problem.contact.len(),
+        mesh_digest: mesh.digest(),
+        verdict,
+        setup: setup.clone(),
+        engines,
+        pairs,
+        fields,
+    })
+}

@@ -1,0 +1,130 @@
+//! An answer as files keep it, and what it is an answer to.
+
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::{Answer, Case, job};
+use faceoff_fem::scene::Part;
+
+/// An answer in a journal or a baseline. What it does not hold is computed again from the dofs.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Kept {
+    pub engine: String,
+    pub version: String,
+    converged: bool,
+    step: usize,
+    /// JSON has no NaN: an increment that is not a number is null.
+    increments: Vec<Option<f64>>,
+    seconds: Vec<(String, f64)>,
+    /// Values of the local dofs of all cells, little-endian binary64 in base64.
+    dofs: String,
+    /// Of those bytes.
+    digest: String,
+}
+
+impl Kept {
+    /// An engine's answer to a case.
+    pub fn new(engine: &str, version: &str, case: &Case, answer: &Answer) -> Self {
+        let space = &case.problem.space;
+        let cells = 0..space.mesh.cell_count();
+        let dofs = cells.flat_map(|cell| space.cell_dofs(cell));
+        let bytes: Vec<u8> = dofs
+            .flat_map(|dof| answer.u[*dof as usize].to_le_bytes())
+            .collect();
+        Kept {
+            engine: engine.into(),
+            version: version.into(),
+            converged: answer.converged,
+            step: answer.step,
+            increments: answer
+                .increments
+                .iter()
+                .map(|i| i.is_finite().then_some(*i))
+                .collect(),
+            seconds: answer.seconds.clone(),
+            digest: digest(&bytes),
+            dofs: BASE64_STANDARD.encode(bytes),
+        }
+    }
+
+    /// The same wherever and whenever it is recorded.
+    pub fn without_times(mut self) -> Self {
+        self.seconds.clear();
+        self
+    }
+
+    /// The answer, with its residual computed here.
+    ///
+    /// # Errors
+    /// Dofs that are not those that were kept, or not those of this case, in words.
+    pub fn answer(&self, case: &Case) -> Result<Answer, String> {
+        let bytes = BASE64_STANDARD
+            .decode(&self.dofs)
+            .map_err(|e| format!("its dofs are damaged: {e}"))?;
+        if digest(&bytes) != self.digest {
+            return Err("its dofs have changed since they were kept".into());
+        }
+        let space = &case.problem.space;
+        let expected = space.mesh.cell_count() * space.local_dofs;
+        let values = job::binary(&bytes, expected)?;
+        let u = job::to_dofs(&case.problem, &values)?;
+        Ok(Answer {
+            residual: case.problem.backward_error(&u).0,
+            u,
+            increments: self
+                .increments
+                .iter()
+                .map(|i| i.unwrap_or(f64::NAN))
+                .collect(),
+            converged: self.converged,
+            step: self.step,
+            history: None,
+            seconds: self.seconds.clone(),
+        })
+    }
+}
+
+/// A short digest of bytes.
+pub fn digest(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex()[..16].to_owned()
+}
+
+/// Everything that the scheme of a case is made of.
+pub fn identity(case: &Case) -> Value {
+    let problem = &case.problem;
+    let (scene, data) = (problem.scene, problem.scene.data());
+    let parts = problem.parts.iter().map(|part| match part {
+        None => 0,
+        Some(Part::Dirichlet) => 1,
+        Some(Part::Neumann) => 2,
+        Some(Part::Contact) => 3,
+    });
+    json!({
+        "scene": scene.name(),
+        "method": problem.method().to_string(),
+        "n": case.n,
+        "mesh digest": problem.space.mesh.digest(),
+        "parts of the boundary, digest": digest(&parts.collect::<Vec<u8>>()),
+        "dofs": problem.space.dofs,
+        "gamma0": problem.discretisation.gamma0,
+        "h": format!("{:?}", problem.discretisation.h).to_lowercase(),
+        "quadrature": [problem.cell_rule.name, problem.face_rule.name],
+        "f": data.f.text(),
+        "g": data.g.text(),
+        "t": data.t.text(),
+        "psi": data.psi.text(),
+    })
+}
+
+/// The first key whose values differ, with both.
+pub fn first_difference(at: &str, kept: &Value, asked: &Value) -> Option<String> {
+    if let (Value::Object(of_kept), Value::Object(of_asked)) = (kept, asked) {
+        let keys = of_kept.keys().chain(of_asked.keys());
+        return keys
+            .into_iter()
+            .find_map(|key| first_difference(key, &kept[key], &asked[key]));
+    }
+    (kept != asked).then(|| format!("{at} was {kept} and is {asked}"))
+}

@@ -1,0 +1,235 @@
+//! What was done so far, in a file as it is done, one entry a line, so that a run that was ended goes on where it was.
+
+use std::collections::HashMap;
+use std::fs::{self, File, OpenOptions};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::engine::first_difference;
+use faceoff_mesh::error::{Error, Place, Result};
+
+/// The version of the file.
+const SCHEMA: &str = "faceoff/journal/1";
+
+/// A file that one run at a time appends to.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    /// Locked until it is dropped.
+    file: Mutex<File>,
+    known: HashMap<String, Entry>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    schema: String,
+    /// All that every entry depends on.
+    of: Value,
+}
+
+/// What was found for what was asked.
+#[derive(Debug, Serialize, Deserialize)]
+struct Entry {
+    key: String,
+    asked: Value,
+    found: Value,
+}
+
+impl Journal {
+    /// Opens or begins a journal: the file itself, or `journal.jsonl` in a folder. A last line that was cut off is dropped.
+    ///
+    /// # Errors
+    /// A file that is no journal, was begun with something else than `of`, or is in use by another run; nothing of it is
+    /// touched then.
+    pub fn open(path: &Path, of: &Value) -> Result<Self> {
+        let is_file = path.is_file() || path.extension().is_some_and(|e| e == "jsonl");
+        let path = if is_file {
+            path.to_owned()
+        } else {
+            fs::create_dir_all(path).map_err(Error::io(path, "make"))?;
+            path.join("journal.jsonl")
+        };
+        let mut options = OpenOptions::new();
+        let mut file = options
+            .append(true)
+            .create(true)
+            .open(&path)
+            .map_err(Error::io(&path, "write"))?;
+        if file.try_lock().is_err() {
+            return Err(refuse(&path, "is in use by another run".into()));
+        }
+        let text = fs::read_to_string(&path).map_err(Error::io(&path, "read"))?;
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let fault = |line: usize, what: String, remedy: &str| {
+            Error::file(&path, Place::Line(line + 1), what, remedy)
+        };
+        let no_journal = || {
+            let remedy = "name another file; nothing was touched";
+            fault(0, "it is no journal of a run".into(), remedy)
+        };
+        let truncate = |length: usize| {
+            let done = file.set_len(length as u64);
+            done.map_err(Error::io(&path, "write"))
+        };
+        let mut lines = text[..whole].lines().enumerate();
+        match lines.next() {
+            // Something is there, and not one line of it.
+            None if !text.is_empty() && !text.starts_with('{') => return Err(no_journal()),
+            None => {
+                truncate(0)?;
+                let header = Header {
+                    schema: SCHEMA.into(),
+                    of: of.clone(),
+                };
+                append(&mut file, &path, &header)?;
+            }
+            Some((_, first)) => {
+                let header: Header = serde_json::from_str(first).map_err(|_| no_journal())?;
+                if header.schema != SCHEMA {
+                    return Err(no_journal());
+                }
+                if let Some(what) = first_difference("", &header.of, of) {
+                    return Err(refuse(
+                        &path,
+                        format!("was begun with something else: {what}"),
+                    ));
+                }
+                truncate(whole)?;
+            }
+        }
+        let mut known = HashMap::new();
+        for (line, text) in lines {
+            let entry: Entry = serde_json::from_str(text)
+                .map_err(|e| fault(line, format!("it is no entry: {e}"), "remove the line"))?;
+            known.insert(entry.key.clone(), entry);
+        }
+        Ok(Journal {
+            path,
+            file: Mutex::new(file),
+            known,
+        })
+    }
+
+    /// What was found under this key, if what was asked then is what is asked now.
+    ///
+    /// # Errors
+    /// Something else was asked under the key.
+    pub fn find<T: DeserializeOwned>(&self, key: &str, asked: &Value) -> Result<Option<T>> {
+        let Some(entry) = self.known.get(key) else {
+            return Ok(None);
+        };
+        if let Some(what) = first_difference("", &entry.asked, asked) {
+            let what = format!("was begun with something else: of {key}, {what}");
+            return Err(refuse(&self.path, what));
+        }
+        // What cannot be read is found again.
+        Ok(serde_json::from_value(entry.found.clone()).ok())
+    }
+
+    /// Keeps what was found.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn keep(&self, key: &str, asked: &Value, found: &impl Serialize) -> Result<()> {
+        let entry = Entry {
+            key: key.to_owned(),
+            asked: asked.clone(),
+            found: serde_json::to_value(found).unwrap_or_default(),
+        };
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        append(&mut file, &self.path, &entry)
+    }
+}
+
+fn refuse(path: &Path, what: String) -> Error {
+    Error::usage(
+        format!("{} {what}", path.display()),
+        "resume what was begun there as it was begun, or name another place with --resume",
+    )
+}
+
+fn append(file: &mut File, path: &Path, value: &impl Serialize) -> Result<()> {
+    let mut line = serde_json::to_string(value).map_err(|e| {
+        let what = format!("no JSON can be made: {e}");
+        Error::file(path, Place::Whole, what, "report this")
+    })?;
+    line.push('\n');
+    file.write_all(line.as_bytes())
+        .map_err(Error::io(path, "write"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn what_was_kept_is_found_again_and_what_was_cut_off_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("j.jsonl");
+        let (of, asked) = (json!({"machine": "A"}), json!({"n": 8}));
+        let journal = Journal::open(&path, &of).unwrap();
+        journal.keep("a", &asked, &2.5).unwrap();
+        journal.keep("b", &asked, &f64::NAN).unwrap();
+        drop(journal);
+        let text = fs::read_to_string(&path).unwrap();
+        assert_eq!(text.lines().count(), 3);
+        // Killed while it wrote.
+        fs::write(&path, format!("{text}{{\"key\":\"c\",\"as")).unwrap();
+        let again = Journal::open(&path, &of).unwrap();
+        assert_eq!(again.find("a", &asked).unwrap(), Some(2.5));
+        // JSON has no NaN: what would not be read again is measured again.
+        assert_eq!(again.find::<f64>("b", &asked).unwrap(), None);
+        assert_eq!(again.find::<f64>("c", &asked).unwrap(), None);
+        again.keep("c", &asked, &0.0).unwrap();
+        drop(again);
+        let again = Journal::open(&path, &of).unwrap();
+        assert_eq!(again.find("c", &asked).unwrap(), Some(0.0));
+        let other = again.find::<f64>("a", &json!({"n": 16})).unwrap_err();
+        assert!(
+            other.to_string().contains("of a, n was 8 and is 16"),
+            "{other}"
+        );
+    }
+
+    #[test]
+    fn other_files_are_refused_and_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("j.jsonl");
+        let foreign = r#"{"schema":"faceoff/journal/1","of":{"machine":"B"}}"#.to_owned() + "\n";
+        let of = json!({"machine": "A"});
+        for (text, sentence) in [
+            ("mine", "no journal"),
+            ("mine\nand mine", "no journal"),
+            (&foreign, "machine was \"B\" and is \"A\""),
+        ] {
+            fs::write(&path, text).unwrap();
+            let refused = Journal::open(&path, &of).unwrap_err().to_string();
+            assert!(refused.contains(sentence), "{refused}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+        // A folder gets a file.
+        drop(Journal::open(&folder.path().join("new"), &of).unwrap());
+        let mut text = fs::read_to_string(folder.path().join("new/journal.jsonl")).unwrap();
+        text += "{\"key\":\"a\"}\n";
+        fs::write(&path, text).unwrap();
+        let refused = Journal::open(&path, &of).unwrap_err().to_string();
+        assert!(refused.contains(":2: "), "{refused}");
+    }
+
+    #[test]
+    fn one_run_at_a_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("j.jsonl");
+        let first = Journal::open(&path, &json!({})).unwrap();
+        let refused = Journal::open(&path, &json!({})).unwrap_err().to_string();
+        assert!(refused.contains("in use by another run"), "{refused}");
+        drop(first);
+        Journal::open(&path, &json!({})).unwrap();
+    }
+}

@@ -1,0 +1,291 @@
+//! Runs cases through engines: each case once, all of an engine in one batch, and none that a journal or this run has
+//! answered already.
+
+mod evaluated;
+mod journal;
+mod orders;
+mod variation;
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+pub use evaluated::{Evaluated, certificate};
+pub use journal::Journal;
+pub use orders::{Fit, Observed, check_meshes, observed_orders};
+pub use variation::{Datum, Setup, Variation};
+
+use crate::engine::{Answer, Case, Engine, Kept, Progress, Run, Settings, case_label, identity};
+use faceoff_fem::contact::Method;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Result};
+
+/// A result whose backward error exceeds this solves another scheme: rounding leaves 1e-15,
+/// and γ off by 1e-6 gives 3e-11 or more.
+pub const RESIDUAL_TOLERANCE: f64 = 1e-12;
+
+/// Same scheme, other code: |a - b| ≤ tolerance · max|u|. Measured agreement of codes on matched
+/// rules is 7e-16 for `cr` and 4e-14 for `p2`; one quadrature rule apart it is 1e-4.
+pub fn tolerance(method: &Method) -> f64 {
+    if method.element.degree() == 1 {
+        1e-12
+    } else {
+        1e-11
+    }
+}
+
+/// An engine that gave no answers that count, and why.
+#[derive(Debug, Clone, Serialize)]
+pub struct Failure {
+    pub engine: String,
+    pub message: String,
+}
+
+/// The answers of one engine, in the order of the cases.
+#[derive(Debug, Clone)]
+pub struct Answers {
+    pub engine: String,
+    pub version: String,
+    pub answers: Vec<Arc<Answer>>,
+}
+
+/// Runs cases, and remembers their answers.
+pub struct Runner<'a> {
+    pub settings: &'a Settings,
+    pub progress: &'a dyn Progress,
+    journal: Option<Journal>,
+    /// By all that an answer, or a refusal, depends on.
+    known: Mutex<HashMap<String, Result<Arc<Answer>, String>>>,
+    /// Jobs that each engine was given.
+    jobs: Mutex<HashMap<String, usize>>,
+}
+
+impl<'a> Runner<'a> {
+    pub fn new(settings: &'a Settings, progress: &'a dyn Progress) -> Self {
+        Runner {
+            settings,
+            progress,
+            journal: None,
+            known: Mutex::default(),
+            jobs: Mutex::default(),
+        }
+    }
+
+    /// Keeps each answer in a journal as it comes, and takes from it those that are there.
+    ///
+    /// # Errors
+    /// A journal that cannot be used; see [`Journal::open`].
+    pub fn resuming(mut self, journal: &Path) -> Result<Self> {
+        let of = json!({
+            "faceoff": env!("CARGO_PKG_VERSION"),
+            "settings": of_settings(self.settings),
+        });
+        self.journal = Some(Journal::open(journal, &of)?);
+        Ok(self)
+    }
+
+    /// All engines at a time, each in a thread of its own. An engine that fails does not end the others.
+    ///
+    /// # Errors
+    /// An interruption; a journal that cannot be used.
+    pub fn side_by_side(
+        &self,
+        engines: &[Box<dyn Engine>],
+        cases: &[&Case],
+    ) -> Result<(Vec<Answers>, Vec<Failure>)> {
+        let lost = |engine: &dyn Engine, why: String| {
+            Error::engine(engine.name(), why, "close other programs, or report this")
+        };
+        let runs: Vec<Result<Answers>> = std::thread::scope(|scope| {
+            let mut handles = Vec::with_capacity(engines.len());
+            for engine in engines {
+                let thread = std::thread::Builder::new();
+                handles.push(thread.spawn_scoped(scope, || self.answers(&**engine, cases)));
+            }
+            let ended = handles.into_iter().zip(engines).map(|(handle, engine)| {
+                handle
+                    .map_err(|e| lost(&**engine, format!("it has no thread: {e}")))?
+                    .join()
+                    .unwrap_or_else(|_| Err(lost(&**engine, "its thread ended early".into())))
+            });
+            ended.collect()
+        });
+        let (mut answered, mut failures) = (Vec::new(), Vec::new());
+        for (engine, run) in engines.iter().zip(runs) {
+            match run {
+                Ok(answers) => answered.push(answers),
+                Err(e @ (Error::Interrupted | Error::Usage { .. })) => return Err(e),
+                Err(e) => failures.push(Failure {
+                    engine: engine.name().to_owned(),
+                    message: e.to_string(),
+                }),
+            }
+        }
+        Ok((answered, failures))
+    }
+
+    /// The answers of one engine: in one batch, or, where a journal keeps them, one after the other.
+    ///
+    /// # Errors
+    /// What the engine refuses, an interruption, a journal that cannot be used.
+    pub fn answers(&self, engine: &dyn Engine, cases: &[&Case]) -> Result<Answers> {
+        let mut found = Answers {
+            engine: engine.name().to_owned(),
+            version: String::new(),
+            answers: Vec::with_capacity(cases.len()),
+        };
+        let Some(journal) = &self.journal else {
+            found.extend(self.job(engine, cases, self.settings, 0)?);
+            self.progress.done(engine.name());
+            return Ok(found);
+        };
+        let program = engine.identity()?;
+        for (k, case) in cases.iter().enumerate() {
+            cancel::check()?;
+            let key = format!("{}: {}", engine.name(), case_label(case));
+            let asked = json!({ "program": program, "problem": identity(case) });
+            if let Some(kept) = journal.find::<Kept>(&key, &asked)?
+                && let Ok(answer) = kept.answer(case)
+            {
+                found.version = kept.version;
+                found.answers.push(Arc::new(answer));
+                continue;
+            }
+            let run = self.job(engine, &[case], self.settings, k)?;
+            for answer in &run.answers {
+                let kept = Kept::new(engine.name(), &run.version, case, answer);
+                journal.keep(&key, &asked, &kept)?;
+            }
+            found.extend(run);
+        }
+        self.progress.done(engine.name());
+        Ok(found)
+    }
+
+    /// What an engine makes of each case under some settings: in one batch, and where that fails one after the other, so
+    /// that what is refused of one case is refused of no other. The same is not computed twice.
+    ///
+    /// # Errors
+    /// An interruption. A refusal is an answer.
+    pub fn each(
+        &self,
+        engine: &dyn Engine,
+        cases: &[&Case],
+        settings: &Settings,
+    ) -> Result<Vec<Result<Arc<Answer>, String>>> {
+        let of = of_settings(settings);
+        let key = |case: &&Case| format!("{} {} {of}", engine.name(), identity(case));
+        let keys: Vec<String> = cases.iter().map(key).collect();
+        let mut new: Vec<usize> = Vec::new();
+        for k in 0..cases.len() {
+            let is_known = lock(&self.known).contains_key(&keys[k]);
+            if !is_known && new.iter().all(|other| keys[*other] != keys[k]) {
+                new.push(k);
+            }
+        }
+        let job = |which: &[usize]| {
+            let batch: Vec<&Case> = which.iter().map(|k| cases[*k]).collect();
+            self.job(engine, &batch, settings, which[0])
+        };
+        let keep = |which: &[usize], found: Result<Run>| -> Result<bool> {
+            let mut known = lock(&self.known);
+            match found {
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Err(_) if which.len() > 1 => return Ok(false),
+                Err(e) => {
+                    known.insert(keys[which[0]].clone(), Err(e.to_string()));
+                }
+                Ok(run) => {
+                    for (k, answer) in which.iter().zip(run.answers) {
+                        known.insert(keys[*k].clone(), Ok(Arc::new(answer)));
+                    }
+                }
+            }
+            Ok(true)
+        };
+        if !new.is_empty() && !keep(&new, job(&new))? {
+            for k in new {
+                keep(&[k], job(&[k]))?;
+            }
+        }
+        let known = lock(&self.known);
+        let lost = || Err(format!("{} gave no answer", engine.name()));
+        Ok(keys
+            .iter()
+            .map(|key| known.get(key).cloned().unwrap_or_else(lost))
+            .collect())
+    }
+
+    /// One job; `first` cases came before those of this one.
+    fn job(
+        &self,
+        engine: &dyn Engine,
+        cases: &[&Case],
+        settings: &Settings,
+        first: usize,
+    ) -> Result<Run> {
+        let mut settings = settings.clone();
+        let mut jobs = lock(&self.jobs);
+        let before = jobs.entry(engine.name().to_owned()).or_default();
+        // Each job is kept in a folder of its own.
+        if *before > 0 {
+            settings.keep = settings
+                .keep
+                .map(|keep| keep.join(format!("job-{}", *before + 1)));
+        }
+        *before += 1;
+        drop(jobs);
+        let progress = Shifted {
+            progress: self.progress,
+            first,
+        };
+        let run = engine.run(cases, &settings, &progress)?;
+        if run.answers.len() == cases.len() {
+            return Ok(run);
+        }
+        let what = format!(
+            "it gave {} answers to {} cases",
+            run.answers.len(),
+            cases.len()
+        );
+        Err(Error::engine(engine.name(), what, "report this"))
+    }
+}
+
+impl Answers {
+    fn extend(&mut self, run: Run) {
+        self.version = run.version;
+        self.answers.extend(run.answers.into_iter().map(Arc::new));
+    }
+}
+
+/// Counts cases from another one on.
+struct Shifted<'a> {
+    progress: &'a dyn Progress,
+    first: usize,
+}
+
+impl Progress for Shifted<'_> {
+    fn step(&self, engine: &str, case: usize, iteration: usize, increment: f64) {
+        self.progress
+            .step(engine, self.first + case, iteration, increment);
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What an answer depends on besides the program and the problem.
+fn of_settings(settings: &Settings) -> Value {
+    json!({
+        "increment": settings.stop.increment,
+        "max_iterations": settings.stop.max_iterations,
+        "iteration": settings.iteration.to_string(),
+        "linear": format!("{:?}", settings.linear),
+        "launch": format!("{:?}", settings.launch),
+    })
+}

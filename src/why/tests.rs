@@ -1,0 +1,269 @@
+//! Codes with one known fault each, and what is named for it.
+
+use std::time::Duration;
+
+use super::*;
+use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
+use crate::engine::{Answer, Case, Engine, Progress, Run, Settings, Silent};
+use faceoff_fem::contact::{Discretisation, Method, Problem, Stop, solve_by};
+use faceoff_fem::scene::{Expression, HRule, Scene};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::Result;
+
+const N: usize = 6;
+
+/// The Rust solver with something done to the problem, the rule to stop or the answer.
+struct Faulty {
+    name: &'static str,
+    discretisation: fn(&mut Discretisation),
+    data: fn(&Scene) -> Scene,
+    max_iterations: fn(&Settings) -> usize,
+    change: fn(&Problem, &mut [f64]),
+}
+
+impl Engine for Faulty {
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn probe(&self) -> Result<String> {
+        Ok("1".into())
+    }
+
+    fn is_installed(&self) -> bool {
+        true
+    }
+
+    fn run(&self, cases: &[&Case], settings: &Settings, _: &dyn Progress) -> Result<Run> {
+        let answers = cases.iter().map(|case| {
+            let of_case = &case.problem;
+            let mut discretisation = of_case.discretisation.clone();
+            (self.discretisation)(&mut discretisation);
+            let data = (self.data)(case.scene());
+            let problem = Problem::new(&data, of_case.space.mesh, &discretisation)?;
+            let max_iterations = (self.max_iterations)(settings);
+            let stop = Stop {
+                max_iterations,
+                ..settings.stop
+            };
+            let told = |_, _| Ok(());
+            let linear = settings.linear;
+            let mut found = solve_by(&problem, settings.iteration, stop, linear, told)?;
+            (self.change)(&case.problem, &mut found.u);
+            // It says so whatever it did.
+            found.converged = true;
+            Ok(Answer::new(found))
+        });
+        Ok(Run {
+            version: "1".into(),
+            answers: answers.collect::<Result<_>>()?,
+        })
+    }
+}
+
+const HONEST: Faulty = Faulty {
+    name: "honest",
+    discretisation: |_| {},
+    data: Scene::clone,
+    max_iterations: |settings| settings.stop.max_iterations,
+    change: |_, _| {},
+};
+
+/// What is named, and the sentence, for the one pair of these two.
+fn named(a: Faulty, b: Faulty) -> (Vec<String>, String) {
+    named_on("one-zone", a, b)
+}
+
+fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
+    let method: Method = "cr".parse().unwrap();
+    let request = VerifyRequest {
+        scenes: vec![Scene::find(scene).unwrap()],
+        methods: vec![method],
+        n: if scene == "one-zone" { vec![N] } else { vec![] },
+        engines: vec![Box::new(a), Box::new(b)],
+        settings: Settings {
+            time_limit: Duration::from_secs(60),
+            ..Settings::default()
+        },
+        journal: None,
+    };
+    let outcome = verify(&request, &Silent).unwrap();
+    assert_eq!(outcome.verdict, Verdict::Disagree);
+    let found = diagnose(&request, &outcome).unwrap();
+    let [found] = &found[..] else {
+        panic!("one pair disagrees: {found:?}")
+    };
+    let accounts = found.ingredients.iter().filter(|i| i.accounts);
+    let mut names: Vec<String> = accounts.map(|i| i.ingredient.clone()).collect();
+    names.dedup();
+    for ingredient in &found.ingredients {
+        assert_eq!(ingredient.accounts, ingredient.left <= 1e-12);
+        assert!(ingredient.left >= 0.0, "{ingredient:?}");
+    }
+    assert!(found.difference > 1e-12);
+    (names, found.sentence())
+}
+
+/// The scene, what is to be named, what a code does otherwise, and how that is told.
+type Otherwise = (
+    &'static str,
+    &'static str,
+    fn(&mut Discretisation),
+    &'static str,
+);
+
+#[test]
+fn what_of_the_scheme_a_code_does_otherwise_is_named_with_what_it_does() {
+    let cases: [Otherwise; 4] = [
+        (
+            "one-zone",
+            "the quadrature of the load",
+            |s| s.load_quadrature = Some("edges-3".into()),
+            "edges-3",
+        ),
+        (
+            "one-zone",
+            "the quadrature on Γ_C",
+            |s| s.contact_quadrature = Some("gauss-2".into()),
+            "gauss-2",
+        ),
+        ("one-zone", "γ = γ₀ h", |s| s.gamma0 = 77.0, "γ₀ = 7"),
+        // Where cells differ in size.
+        ("plate", "γ = γ₀ h", |s| s.h = HRule::Global, "global h"),
+    ];
+    for (on, name, discretisation, what) in cases {
+        let other = Faulty {
+            name: "other",
+            discretisation,
+            ..HONEST
+        };
+        let (names, sentence) = named_on(on, HONEST, other);
+        assert_eq!(names, [name], "{sentence}");
+        assert!(sentence.contains(what), "{sentence}");
+        assert!(sentence.contains("which other seems to use"), "{sentence}");
+        if let Some(fitted) = sentence.split("γ₀ = ").nth(1) {
+            let gamma0: f64 = fitted.split(',').next().unwrap().parse().unwrap();
+            assert!((gamma0 - 77.0).abs() < 1e-6, "{sentence}");
+        }
+    }
+}
+
+#[test]
+fn signs_and_data_that_are_left_out_are_named() {
+    fn with(scene: &Scene, change: fn(&mut faceoff_fem::scene::Data)) -> Scene {
+        let mut data = scene.data().clone();
+        change(&mut data);
+        scene.with_data(data)
+    }
+    let negated: fn(&Scene) -> Scene = |scene| {
+        with(scene, |data| {
+            data.f = Expression::parse("2*pi*sin(2*pi*x)").unwrap()
+        })
+    };
+    let nothing: fn(&Scene) -> Scene =
+        |scene| with(scene, |data| data.f = Expression::constant(0.0));
+    for (data, what) in [(negated, "the other sign"), (nothing, "0 in its place")] {
+        let other = Faulty {
+            name: "other",
+            data,
+            ..HONEST
+        };
+        let (names, sentence) = named(HONEST, other);
+        assert_eq!(names, ["f"], "{sentence}");
+        assert!(sentence.contains(what), "{sentence}");
+    }
+    // θ₁ = -1 in place of 1.
+    let theta = Faulty {
+        name: "other",
+        discretisation: |d| d.method = "cr(-1,1)".parse().unwrap(),
+        ..HONEST
+    };
+    let (names, sentence) = named(HONEST, theta);
+    assert!(
+        names.contains(&"θ".to_owned()) && sentence.contains("θ₁ = -1 and θ₂ = 1"),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn a_code_that_stops_early_is_a_matter_of_the_tolerance() {
+    let early = Faulty {
+        name: "early",
+        max_iterations: |settings| {
+            if settings.stop.increment < 1e-12 {
+                50
+            } else {
+                2
+            }
+        },
+        ..HONEST
+    };
+    assert_eq!(named(HONEST, early).0, ["the tolerance"]);
+}
+
+#[test]
+fn a_code_that_depends_on_the_order_of_cells_is_found_out() {
+    let ordered = Faulty {
+        name: "ordered",
+        change: |problem, u| {
+            let mesh = problem.space.mesh;
+            let first = mesh.cell(0).iter().map(|v| mesh.points[*v as usize]);
+            // The cells begin at the origin, or end there.
+            if first.into_iter().any(|p| p == [0.0; 3]) {
+                u[3] += 1e-6;
+            }
+        },
+        ..HONEST
+    };
+    assert_eq!(named(HONEST, ordered).0, ["the order of the mesh"]);
+}
+
+#[test]
+fn an_inaccurate_factor_of_the_rust_engine_is_the_linear_solvers() {
+    let inaccurate = Faulty {
+        name: "rust",
+        change: |_, u| u[3] *= 1.0 + 1e-6,
+        ..HONEST
+    };
+    assert_eq!(named(inaccurate, HONEST).0, ["the linear solver"]);
+}
+
+#[test]
+fn of_two_answers_to_one_linear_system_none_is_to_blame() {
+    // Where g = ψ = 0 the scheme scales with u but for the load, which is at most half of all terms of a row: the
+    // backward error is at most half of this factor, and so below 1e-12.
+    let smooth = Faulty {
+        name: "smooth",
+        change: |_, u| u.iter_mut().for_each(|v| *v *= 1.0 + 1.9e-12),
+        ..HONEST
+    };
+    let (names, sentence) = named(HONEST, smooth);
+    assert!(names.is_empty(), "{names:?}");
+    assert!(sentence.contains("badly conditioned"), "{sentence}");
+}
+
+#[test]
+fn the_sentence_names_what_accounts_and_how_much() {
+    let ingredient = |name: &str, left: f64| Ingredient {
+        ingredient: name.into(),
+        matched: "edges-3".into(),
+        used_by: None,
+        left,
+        accounts: left <= 1e-12,
+    };
+    let mut found = Diagnosis {
+        scene: "s".into(),
+        method: "cr".into(),
+        n: None,
+        a: "a".into(),
+        b: "b".into(),
+        difference: 1e-3,
+        ingredients: vec![ingredient("the load", 2e-15), ingredient("the start", 1e-3)],
+    };
+    assert_eq!(
+        found.sentence(),
+        "the load accounts for it: with edges-3 the difference falls from 1.0e-3 to 2.0e-15."
+    );
+    found.ingredients.remove(0);
+    assert!(found.sentence().starts_with("no ingredient alone accounts"));
+}
