@@ -39,8 +39,24 @@ pub fn draw(drawing: &impl Drawing, folder: &Path, name: &str) -> Result<()> {
     }
     let area = SVGBackend::new(&svg, drawing.size()).into_drawing_area();
     on_white(drawing, &area).map_err(|e| failed(&svg, e))?;
-    let area = BitMapBackend::new(&png, drawing.size()).into_drawing_area();
-    on_white(drawing, &area).map_err(|e| failed(&png, e))
+    let (width, height) = drawing.size();
+    let mut pixels = vec![0; 3 * width as usize * height as usize];
+    let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+    on_white(drawing, &area).map_err(|e| failed(&png, e))?;
+    drop(area);
+    let bytes = encode(width, height, &pixels).map_err(|e| failed(&png, e))?;
+    std::fs::write(&png, bytes).map_err(Error::io(&png, "write"))
+}
+
+/// Rows of red, green and blue as PNG.
+fn encode(width: u32, height: u32, pixels: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 fn on_white<DB: DrawingBackend>(

@@ -14,7 +14,7 @@ use crate::engine::{Case, Engine, Explanation, Progress, Run, Settings};
 use faceoff_fem::contact::{Method, Problem, face_fields};
 use faceoff_fem::scene::Scene;
 use faceoff_judge::{FieldVerdict, Verdict, judge};
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result, distinct};
 use faceoff_mesh::field::FaceFields;
 use faceoff_mesh::mesh::Triangulation;
 
@@ -190,14 +190,8 @@ pub fn verify(request: &Request, progress: &dyn Progress) -> Result<Outcome> {
 
 /// A code judged against itself proves nothing.
 fn check_names(engines: &[Box<dyn Engine>]) -> Result<()> {
-    for (k, engine) in engines.iter().enumerate() {
-        if engines[..k].iter().any(|e| e.name() == engine.name()) {
-            return Err(Error::usage(
-                format!("engine `{}` is named twice", engine.name()),
-                "compare different codes",
-            ));
-        }
-    }
+    let names = engines.iter().map(|engine| engine.name());
+    distinct(names, "engine", "compare different codes")?;
     if engines.len() < 2 {
         return Err(Error::usage(
             "one engine alone cannot be verified",

@@ -8,14 +8,15 @@ use super::args::Solve;
 use super::solve::finish;
 use super::tell::note;
 use super::verify::settings;
-use crate::engine::{self, Case, Explanation, interrupted};
+use crate::engine::{self, Case, Explanation};
 use crate::report::{self, Certified};
 use faceoff_fem::adapt::{Ended, Next, Step, Way, Wish, reach};
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Method, Problem};
 use faceoff_fem::linear::Settings;
 use faceoff_fem::scene::Scene;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
 
 /// Refines until the bound is below the accuracy, telling each mesh and what is to come.
 pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f64) -> Result<u8> {
@@ -39,10 +40,7 @@ pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f6
         if !quiet {
             note!("{}", line(step, next));
         }
-        if interrupted() {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
+        cancel::check()
     })?;
     let total = clock.elapsed().as_secs_f64();
     let case = Case {

@@ -13,7 +13,7 @@ use crate::verify::{Finding, check_count, conformance};
 use faceoff_fem::contact::{Iteration, Stop};
 use faceoff_fem::linear;
 use faceoff_judge::Verdict;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::{Result, distinct};
 
 #[derive(Serialize)]
 struct EngineState {
@@ -179,17 +179,13 @@ pub(super) fn find_all(
     let mut found: Vec<Box<dyn Engine>> = Vec::new();
     for name in names {
         let engine = engine::find(name)?;
-        if found.iter().any(|other| other.name() == engine.name()) {
-            return Err(Error::usage(
-                format!("engine `{}` is named twice", engine.name()),
-                "name each once",
-            ));
-        }
         if !engine.is_installed() {
             // The probe knows what is missing and the command that brings it.
             engine.probe()?;
         }
         found.push(engine);
     }
+    let names = found.iter().map(|engine| engine.name());
+    distinct(names, "engine", "name each once")?;
     Ok(found)
 }

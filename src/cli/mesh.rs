@@ -161,12 +161,7 @@ pub fn refine(input: &Path, output: &Path, times: u32, options: &Options) -> Res
     let whole = content.whole;
     let mut mesh: Mesh = content.mesh;
     for _ in 0..times {
-        let refuse = |what| Error::Mesh {
-            mesh: input.display().to_string(),
-            what,
-            remedy: "give a mesh of lines, triangles and tetrahedra of first order".into(),
-        };
-        let (fine, left_out) = refine_mesh(&mesh).map_err(refuse)?;
+        let (fine, left_out) = refine_mesh(&input.display().to_string(), &mesh)?;
         if !left_out.is_empty() && !options.lossy {
             return Err(Error::usage(
                 format!("refining {} loses {}", input.display(), left_out.join(", ")),

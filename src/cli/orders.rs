@@ -6,11 +6,11 @@ use super::args::Orders;
 use super::progress::Bar;
 use super::tell::output;
 use super::{DISAGREE, DONE};
-use crate::engine;
 use crate::orders::{orders, table};
 use crate::report;
 use faceoff_fem::scene::Scene;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
 
 pub(super) fn run(arguments: &Orders) -> Result<u8> {
     let quiet = arguments.output.quiet;
@@ -31,10 +31,7 @@ pub(super) fn run(arguments: &Orders) -> Result<u8> {
     let all = orders(&scenes, methods, &n, |scene, method, n| {
         let share = started.fetch_add(1, Ordering::Relaxed) as f64 / total as f64;
         bar.tell(&format!("{}, {method}, n = {n}", scene.name), share);
-        if engine::interrupted() {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
+        cancel::check()
     });
     bar.clear();
     let all = all?;

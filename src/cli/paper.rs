@@ -5,12 +5,13 @@ use super::progress::Bar;
 use super::tell::{note, output};
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
-use crate::engine::{self, Engine};
+use crate::engine::Engine;
 use crate::paper::{self, Example, References, Request};
 use crate::report;
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
 
 /// The file by which an earlier report is known.
 const RESULT: &str = "paper.json";
@@ -44,10 +45,7 @@ pub(super) fn run(arguments: &Paper) -> Result<u8> {
     let bar = Bar::new(quiet);
     let outcome = paper::study(&request, &|what, share| {
         bar.tell(what, share);
-        if engine::interrupted() {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
+        cancel::check()
     });
     bar.clear();
     let outcome = outcome?;

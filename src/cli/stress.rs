@@ -6,13 +6,13 @@ use super::progress::Bar;
 use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
-use crate::engine;
 use crate::report;
 use crate::stress::{self, Request, stress};
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
 use faceoff_fem::scene::Scene;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
 
 /// The file by which an earlier report is known.
 const RESULT: &str = "stress.json";
@@ -39,10 +39,7 @@ pub(super) fn run(arguments: &Stress) -> Result<u8> {
     let bar = Bar::new(quiet);
     let outcome = stress(&request, &|what, share| {
         bar.tell(what, share);
-        if engine::interrupted() {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
+        cancel::check()
     });
     bar.clear();
     let outcome = outcome?;

@@ -8,12 +8,12 @@ use super::progress::Bar;
 use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
-use crate::engine;
 use crate::report;
 use crate::study::{self, Followed, Request, Subject, Varied, study};
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Result, distinct};
 
 /// The file by which an earlier report is known.
 const RESULT: &str = "study.json";
@@ -43,10 +43,7 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
     let bar = Bar::new(quiet);
     let outcome = study(&request, &|what, share| {
         bar.tell(what, share);
-        if engine::interrupted() {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
+        cancel::check()
     });
     bar.clear();
     let outcome = outcome?;
@@ -98,9 +95,7 @@ fn follow(words: &[String]) -> Result<Followed> {
         .stdin(Stdio::null())
         .output()
         .map_err(|e| failed(format!("cannot be started: {e}")))?;
-    if engine::interrupted() {
-        return Err(Error::Interrupted);
-    }
+    cancel::check()?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
         return Err(failed(format!(
@@ -122,14 +117,6 @@ fn follow(words: &[String]) -> Result<Followed> {
 }
 
 fn check(request: &Request) -> Result<()> {
-    for (k, subject) in request.subjects.iter().enumerate() {
-        let name = &subject.scene.name;
-        if request.subjects[..k].iter().any(|s| s.scene.name == *name) {
-            return Err(Error::usage(
-                format!("scene {name} is named twice"),
-                "give scenes of different names",
-            ));
-        }
-    }
-    Ok(())
+    let names = request.subjects.iter().map(|subject| &subject.scene.name);
+    distinct(names, "scene", "give scenes of different names")
 }

@@ -18,7 +18,7 @@ use faceoff_fem::contact::{Iteration, Stop};
 use faceoff_fem::linear;
 use faceoff_fem::scene::Scene;
 use faceoff_judge::Verdict;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result, distinct};
 
 pub(super) fn run(arguments: &Verify) -> Result<u8> {
     let code = judge(arguments);
@@ -43,14 +43,9 @@ fn judge(arguments: &Verify) -> Result<u8> {
             .map(|name| arguments.trust.scene(name))
             .collect::<Result<Vec<_>>>()?
     };
-    for (k, scene) in scenes.iter().enumerate() {
-        if scenes[..k].iter().any(|other| other.name == scene.name) {
-            return Err(Error::usage(
-                format!("scene {} is named twice", scene.name),
-                "give scenes of different names",
-            ));
-        }
-    }
+    let names = scenes.iter().map(|scene| &scene.name);
+    distinct(names, "scene", "give scenes of different names")?;
+    distinct(&arguments.n, "n", "give different refinements")?;
     let (mut engines, missing) = present(arguments)?;
     if let Some(folder) = &arguments.resume {
         engines = engines.into_iter().map(|e| resumed(e, folder)).collect();
@@ -64,7 +59,7 @@ fn judge(arguments: &Verify) -> Result<u8> {
     let request = Request {
         scenes,
         methods: arguments.methods.0.clone(),
-        n: distinct(&arguments.n)?,
+        n: arguments.n.iter().map(|&n| n as usize).collect(),
         engines,
         settings: settings(&arguments.running, Iteration::Newton, Default::default()),
     };
@@ -274,20 +269,6 @@ pub(super) fn check_launch(settings: &Settings, engines: &[&dyn Engine]) -> Resu
         "no engine here runs as several processes",
         "use --ranks and --launcher with the engine fenicsx",
     ))
-}
-
-fn distinct(n: &[u32]) -> Result<Vec<usize>> {
-    let mut seen: Vec<usize> = Vec::new();
-    for &n in n {
-        if seen.contains(&(n as usize)) {
-            return Err(Error::usage(
-                format!("n = {n} is named twice"),
-                "give different refinements",
-            ));
-        }
-        seen.push(n as usize);
-    }
-    Ok(seen)
 }
 
 /// What each case is called and its share of the work, in the order in which engines get them.

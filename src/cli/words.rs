@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use faceoff_fem::contact::Method;
+use faceoff_mesh::error::distinct;
 
 /// A list of methods; the parameters of a family member hold a comma of their own.
 #[derive(Clone)]
@@ -19,11 +20,7 @@ pub(super) fn methods(text: &str) -> Result<Methods, String> {
         c == ',' && depth == 0
     });
     let methods: Vec<Method> = words.map(method).collect::<Result<_, _>>()?;
-    for (k, method) in methods.iter().enumerate() {
-        if methods[..k].contains(method) {
-            return Err(format!("method {method} is named twice"));
-        }
-    }
+    distinct(&methods, "method", "name each once").map_err(|e| e.to_string())?;
     Ok(Methods(methods))
 }
 

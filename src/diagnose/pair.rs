@@ -1,14 +1,15 @@
 //! One pair in one case, run again and again.
 
 use super::{BADLY_CONDITIONED, Diagnosis, Ingredient};
-use crate::engine::{Case, Engine, Progress, Settings, Silent, interrupted};
+use crate::engine::{Case, Engine, Progress, Settings, Silent};
 use crate::verify::{CaseOutcome, RESIDUAL_TOLERANCE, Request, tolerance};
 use faceoff_fem::contact::{Method, Problem, face_fields, solve_by};
 use faceoff_fem::linear::{self, Precision, Solver};
 use faceoff_fem::quadrature;
 use faceoff_fem::scene::{Expression, HRule, Scene};
 use faceoff_judge::judge;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
 use faceoff_mesh::mesh::{Mesh, Triangulation};
 
@@ -72,9 +73,7 @@ impl<'a> Pair<'a> {
             Self::linear_solver,
         ];
         for step in steps {
-            if interrupted() {
-                return Err(Error::Interrupted);
-            }
+            cancel::check()?;
             step(self, &mut ingredients)?;
         }
         ingredients.sort_by_key(|i| !i.accounts);

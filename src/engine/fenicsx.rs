@@ -175,7 +175,7 @@ pub(super) fn probe() -> Result<String> {
     ]);
     process::run(
         "fenicsx",
-        command,
+        &command,
         folder.path(),
         Duration::from_secs(120),
         |line| {

@@ -78,7 +78,7 @@ pub(super) fn probe() -> Result<String> {
         .env("LC_ALL", "C");
     process::run(
         "freefem",
-        command,
+        &command,
         folder.path(),
         Duration::from_secs(60),
         |line| {

@@ -24,7 +24,6 @@ pub use explain::Explanation;
 pub use install::{Installation, install, meshio_python, plan};
 pub use job::raw_values;
 pub use machine::{HighWater, Machine, peak_memory_mb};
-pub use process::{interrupt, interrupted};
 pub use recorded::{BASELINE, Baseline, Kept, record};
 pub use resumed::resumed;
 pub use version::doubt;

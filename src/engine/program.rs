@@ -137,7 +137,7 @@ impl Engine for Program {
         job::pretend_protocol(&folder.path, job::PROTOCOL + 1)?;
         match process::run(
             &self.name,
-            command,
+            &command,
             &folder.path,
             settings.time_limit,
             |_| {},
@@ -187,7 +187,7 @@ impl Program {
         first: usize,
     ) -> Result<(String, Vec<Answer>)> {
         let command = self.prepare(folder, cases, settings)?;
-        process::run(&self.name, command, folder, settings.time_limit, |line| {
+        process::run(&self.name, &command, folder, settings.time_limit, |line| {
             if let Some((case, step, increment)) = parse_progress(line) {
                 progress.step(&self.name, first + case, step, increment);
             }

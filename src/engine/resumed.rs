@@ -13,8 +13,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::recorded::{digest, first_difference, problem};
-use super::{Answer, Case, Engine, Progress, Run, Settings, interrupted, job};
+use super::{Answer, Case, Engine, Progress, Run, Settings, job};
 use faceoff_fem::contact::Method;
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Place, Result};
 
 /// The version of the files.
@@ -93,9 +94,7 @@ impl Engine for Resumed {
             answers: Vec::with_capacity(cases.len()),
         };
         for (index, case) in cases.iter().enumerate() {
-            if interrupted() {
-                return Err(Error::Interrupted);
-            }
+            cancel::check()?;
             if let Some((version, answer)) = self.take(case, &from)? {
                 run.version = version;
                 run.answers.push(answer);

@@ -1,8 +1,9 @@
 //! The solver of this crate as an engine.
 
-use super::{Answer, Case, Engine, Progress, Run, Settings, interrupted};
+use super::{Answer, Case, Engine, Progress, Run, Settings};
 use faceoff_fem::contact::{self, Method};
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
 
 pub(super) struct Rust;
 
@@ -30,10 +31,7 @@ impl Engine for Rust {
             .map(|(index, case)| {
                 let told = |step: usize, increment: f64| {
                     progress.step(self.name(), index, step, increment);
-                    if interrupted() {
-                        return Err(Error::Interrupted);
-                    }
-                    Ok(())
+                    cancel::check()
                 };
                 let solution = contact::solve_by(
                     &case.problem,

@@ -13,7 +13,7 @@ use crate::engine::{Case, Engine, Run, Settings};
 use crate::orders::{Observed, check_meshes};
 use crate::verify::Failure;
 use faceoff_fem::contact::{Errors, Method, Problem, quantities};
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result, distinct};
 use faceoff_mesh::mesh::Triangulation;
 
 /// What is to be run.
@@ -194,16 +194,8 @@ fn check(request: &Request) -> Result<()> {
             "give a multiple of 4, as in --fine 500",
         ));
     }
-    let names: Vec<&str> = request.engines.iter().map(|e| e.name()).collect();
-    for (k, name) in names.iter().enumerate() {
-        if names[..k].contains(name) {
-            return Err(Error::usage(
-                format!("engine `{name}` is named twice"),
-                "name each once",
-            ));
-        }
-    }
-    Ok(())
+    let names = request.engines.iter().map(|engine| engine.name());
+    distinct(names, "engine", "name each once")
 }
 
 /// Counted from 1; none if never.

@@ -9,9 +9,10 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use crate::engine::{Case, interrupted};
+use crate::engine::Case;
 use faceoff_fem::certify::{Certificate, Data, Target, certify_with, distance};
 use faceoff_judge::Verdict;
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
 use super::CaseOutcome;
@@ -133,9 +134,7 @@ fn certified<'a>(
         .engines
         .iter()
         .map(|engine| {
-            if interrupted() {
-                return Err(Error::Interrupted);
-            }
+            cancel::check()?;
             let certificate = match data {
                 Ok(data) => {
                     let data = Cow::Borrowed(data);

@@ -1,5 +1,6 @@
 //! The one error type: every message says what is wrong, where, and what to do about it.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -145,5 +146,43 @@ impl Error {
             what: what.into(),
             remedy: remedy.into(),
         }
+    }
+}
+
+/// Refuses a list in which a name stands twice; `what` says what is named, as in ``engine `rust` is named twice``.
+///
+/// # Errors
+/// [`Error::Usage`] with the first name that was there before.
+pub fn distinct<T: fmt::Display>(
+    names: impl IntoIterator<Item = T>,
+    what: &str,
+    remedy: &str,
+) -> Result<()> {
+    let mut seen = HashSet::new();
+    for name in names {
+        let name = name.to_string();
+        if seen.contains(&name) {
+            return Err(Error::usage(
+                format!("{what} `{name}` is named twice"),
+                remedy,
+            ));
+        }
+        seen.insert(name);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_stands_twice_is_refused() {
+        assert!(distinct([1, 2, 3], "n", "give others").is_ok());
+        let error = distinct(["a", "b", "a"], "engine", "name each once").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "engine `a` is named twice; name each once"
+        );
     }
 }

@@ -117,7 +117,7 @@ impl Scene {
                     return Err(refuse(what, remedy.into()));
                 }
                 let name = ["union-jack", "union-cube"][cuboid.dim - 2];
-                return Ok((format!("{name} {n}"), union_mesh(n, cuboid)));
+                return Ok((format!("{name} {n}"), union_mesh(n, cuboid)?));
             }
             MeshSource::File { path, n, .. } => (
                 path.display().to_string(),
@@ -152,11 +152,7 @@ impl Scene {
         let mut mesh = mesh;
         for _ in 0..times {
             // Fields and geometry stay behind: the solver needs neither.
-            (mesh, _) = faceoff_mesh::mesh::refine::refine(&mesh).map_err(|what| Error::Mesh {
-                mesh: name.clone(),
-                what,
-                remedy: "give a mesh of linear triangles or tetrahedra".into(),
-            })?;
+            (mesh, _) = faceoff_mesh::mesh::refine::refine(&name, &mesh)?;
         }
         let name = match times {
             0 => name,

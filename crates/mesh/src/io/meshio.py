@@ -14,6 +14,11 @@ from meshio.gmsh.common import (
 )
 
 
+def fail(what):
+    """Ends with a line that is the whole message."""
+    sys.exit("error " + " ".join(str(what).split()))
+
+
 class Plain:
     """Arrays one after another, and where each stands."""
 
@@ -52,14 +57,14 @@ def read_series(source):
                 continue
             reader.collection = list(grid)
             if len(reader.collection) != 1:
-                sys.exit(
+                fail(
                     f"{grid.get('Name')!r} has {len(reader.collection)} times: write one to a file of its own"
                 )
             _, on_points, on_cells = reader.read_data(0)
             for found, known in ((on_points, point_data), (on_cells, cell_data)):
                 for name, values in found.items():
                     if name in known:
-                        sys.exit(f"the field {name!r} is there twice")
+                        fail(f"the field {name!r} is there twice")
                     known[name] = values
     return meshio.Mesh(points, cells, point_data=point_data, cell_data=cell_data)
 
@@ -90,7 +95,7 @@ def read(source, target, kind):
     }
     for block in mesh.cells:
         if block.type not in _meshio_to_gmsh_type:
-            sys.exit(f"cells of type {block.type} are not known here")
+            fail(f"cells of type {block.type} are not known here")
         nodes = _meshio_to_gmsh_order(block.type, np.asarray(block.data))
         head["cells"].append(
             {"kind": _meshio_to_gmsh_type[block.type], "nodes": plain.add(nodes, "<i8")}
@@ -153,7 +158,7 @@ def write(source, target, kind):
     for block in head["cells"]:
         cell = _gmsh_to_meshio_type.get(block["kind"])
         if cell is None:
-            sys.exit(f"cells of Gmsh's type {block['kind']} are not known to it")
+            fail(f"cells of Gmsh's type {block['kind']} are not known to it")
         nodes = array(block["nodes"], "<i8").reshape(
             -1, meshio._mesh.num_nodes_per_cell[cell]
         )
@@ -183,4 +188,7 @@ def write(source, target, kind):
     meshio.write(target, mesh, file_format=kind)
 
 
-{"read": read, "write": write}[sys.argv[1]](*sys.argv[2:])
+try:
+    {"read": read, "write": write}[sys.argv[1]](*sys.argv[2:])
+except Exception as error:
+    fail(f"{type(error).__name__}: {error}")

@@ -4,8 +4,8 @@
 //! written is read back and compared before it counts.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
+use std::time::Duration;
 
 use super::Content;
 use super::loss::Losses;
@@ -13,10 +13,12 @@ use super::out::is_special;
 use super::plain;
 use crate::error::{Error, Place, Result};
 use crate::mesh::{CellKind, Group, Mesh};
+use crate::process::{self, Failure};
 
 const SCRIPT: &str = include_str!("meshio.py");
 /// After this long the process is taken to hang.
 const LIMIT: Duration = Duration::from_secs(600);
+
 /// Reads a file of the format that meshio calls `format`.
 ///
 /// # Errors
@@ -100,14 +102,6 @@ fn run(
     format: &str,
     about: &Path,
 ) -> Result<()> {
-    let fail = |what: String| {
-        Error::file(
-            about,
-            Place::Whole,
-            what,
-            "check the file, or convert it to MSH or VTU with the program it comes from",
-        )
-    };
     let Some(python) = python else {
         return Err(Error::usage(
             format!(
@@ -117,54 +111,27 @@ fn run(
             "install it into the private environment with `faceoff engines install`",
         ));
     };
-    let mut child = Command::new(python)
+    // The process gets a folder of its own.
+    let folder = tempfile::tempdir().map_err(Error::io(about, "create a folder for"))?;
+    let absolute = |path: &Path| std::path::absolute(path).map_err(Error::io(path, "use"));
+    let mut command = Command::new(absolute(python)?);
+    command
         .args(["-I", "-c", SCRIPT, task])
-        .args([from, to])
-        .arg(format)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(Error::io(python, "start"))?;
-    let stderr = child.stderr.take();
-    let reader = std::thread::spawn(move || {
-        let mut text = Vec::new();
-        if let Some(mut stderr) = stderr {
-            // What cannot be read is only missing from the message.
-            let _ = std::io::Read::read_to_end(&mut stderr, &mut text);
-        }
-        text
-    });
-    let start = Instant::now();
-    let status = loop {
-        if let Some(status) = child.try_wait().map_err(Error::io(python, "wait for"))? {
-            break status;
-        }
-        if start.elapsed() > LIMIT {
-            // It may have ended in this moment, which is as well.
-            let _ = child.kill();
-            let _ = child.wait();
-            return Err(fail(format!(
-                "meshio did not {task} this {format} file within {} s",
-                LIMIT.as_secs()
-            )));
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    };
-    let message = reader.join().unwrap_or_default();
-    if status.success() {
-        return Ok(());
-    }
-    let message = String::from_utf8_lossy(&message);
-    let last = message
-        .lines()
-        .rev()
-        .find(|line| !line.trim().is_empty())
-        .unwrap_or("it did not say why")
-        .trim();
-    Err(fail(format!(
-        "meshio could not {task} this {format} file: {last}"
-    )))
+        .args([absolute(from)?, absolute(to)?])
+        .arg(format);
+    process::run(&command, folder.path(), LIMIT, |_| {}).map_err(|failure| {
+        let why = match failure {
+            Failure::Ours(error) => return error,
+            Failure::Failed { said, .. } => said,
+            other => format!(": {other}"),
+        };
+        Error::file(
+            about,
+            Place::Whole,
+            format!("meshio could not {task} this {format} file{why}"),
+            "check the file, or convert it to MSH or VTU with the program it comes from",
+        )
+    })
 }
 
 /// What of `mesh` did not arrive in `back`.

@@ -25,6 +25,7 @@ pub use out::save;
 pub use recognise::{Format, recognise};
 pub use results::read_results;
 
+use crate::cancel;
 use crate::error::{Error, Place, Result};
 use crate::field::Whole;
 use crate::mesh::Mesh;
@@ -71,6 +72,7 @@ pub fn open(path: &Path, python: Option<&Path>) -> Result<Content> {
 /// # Errors
 /// The file is not known, or is not as its format demands.
 pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content> {
+    cancel::check()?;
     let content = match recognise(path, bytes) {
         Some(Format::Msh) => msh::read(path, bytes),
         Some(Format::FreeFem) => freefem::read(path, bytes),
@@ -156,6 +158,7 @@ pub fn write_with(
     whole: &[Whole],
     options: &Options,
 ) -> Result<Vec<String>> {
+    cancel::check()?;
     let format = options
         .format
         .or_else(|| Format::of_suffix(path))

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use tempfile::NamedTempFile;
 
+use crate::cancel;
 use crate::error::{Error, Result};
 
 /// A file in the making.
@@ -175,8 +176,9 @@ impl Out {
     /// Ends the file and puts it at `path`, which is the one it was begun for.
     ///
     /// # Errors
-    /// [`Error::Io`]; the old file is then still there.
+    /// [`Error::Io`], an interruption; the old file is then still there.
     pub fn save(mut self, path: &Path) -> Result<()> {
+        cancel::check()?;
         self.flush();
         if let Some(error) = self.failed {
             return Err(Error::io(path, "write")(error));

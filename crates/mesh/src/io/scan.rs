@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use crate::cancel;
 use crate::error::{Error, Place, Result};
 
 /// How the numbers at the cursor are written.
@@ -319,8 +320,10 @@ impl<'a> Scan<'a> {
         self.believe(declared, of, bytes)
     }
 
-    /// [`Scan::count`] of a number already read.
+    /// [`Scan::count`] of a number already read. Every section and block begins with a count, so readers of text
+    /// notice an interruption here.
     pub fn believe(&self, declared: u64, of: &str, bytes: usize) -> Result<usize> {
+        cancel::check()?;
         let held = (self.rest().len() + 1) / bytes.max(1);
         match usize::try_from(declared) {
             Ok(count) if count <= held && u32::try_from(count).is_ok() => Ok(count),

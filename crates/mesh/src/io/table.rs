@@ -6,6 +6,7 @@
 
 use std::path::Path;
 
+use crate::cancel;
 use crate::error::{Error, Place, Result};
 use crate::field::{Carried, Results};
 
@@ -51,6 +52,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
     let mut row = csv::StringRecord::new();
     let mut count = 0u32;
     loop {
+        cancel::check()?;
         let line = reader.position().line() as usize;
         match reader.read_record(&mut row) {
             Ok(true) => {}

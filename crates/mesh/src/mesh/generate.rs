@@ -1,6 +1,10 @@
 //! Generated meshes: one rule for rectangles and boxes.
 
+use std::convert::Infallible;
+
 use super::{CellBlock, CellKind, Group, Mesh};
+use crate::cancel;
+use crate::error::Result;
 
 /// The sides of a rectangle and of a box in the order of their groups' tags, which start at 1. The
 /// last coordinate points up.
@@ -60,12 +64,14 @@ impl Cuboid {
 
 /// The Union-Jack mesh of (0, Lx) × (0, Ly); see [`union_mesh`].
 pub fn union_jack(n: usize, size: [f64; 2]) -> Mesh {
-    union_mesh(n, &Cuboid::new([0.0; 2], size))
+    let Ok(mesh) = build(n, &Cuboid::new([0.0; 2], size), never);
+    mesh
 }
 
 /// The mesh of (0, Lx) × (0, Ly) × (0, Lz) of 6n³ tetrahedra; see [`union_mesh`].
 pub fn union_cube(n: usize, size: [f64; 3]) -> Mesh {
-    union_mesh(n, &Cuboid::new([0.0; 3], size))
+    let Ok(mesh) = build(n, &Cuboid::new([0.0; 3], size), never);
+    mesh
 }
 
 /// The Union-Jack mesh of a rectangle or box: n^d small ones, each cut into d! simplices so that
@@ -81,7 +87,20 @@ pub fn union_cube(n: usize, size: [f64; 3]) -> Mesh {
 /// has two groups: that of the lower coordinates keeps the tag, the other's is larger by 4, and the
 /// names say where each lies, as in `bottom-left` and `bottom-right`. A split that falls on no
 /// vertex is not made. Boundary faces are oriented outwards.
-pub fn union_mesh(n: usize, cuboid: &Cuboid) -> Mesh {
+///
+/// # Errors
+/// An interruption.
+pub fn union_mesh(n: usize, cuboid: &Cuboid) -> Result<Mesh> {
+    build(n, cuboid, cancel::check)
+}
+
+/// For meshes that take no time.
+fn never() -> Result<(), Infallible> {
+    Ok(())
+}
+
+/// [`union_mesh`], which `check` may end.
+fn build<E>(n: usize, cuboid: &Cuboid, check: impl Fn() -> Result<(), E>) -> Result<Mesh, E> {
     let dim = cuboid.dim;
     let row = n + 1;
     let at =
@@ -97,6 +116,7 @@ pub fn union_mesh(n: usize, cuboid: &Cuboid) -> Mesh {
     let mut cells = Vec::with_capacity(count * orders.len() * (dim + 1));
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); 2 * dim];
     for index in 0..count {
+        check()?;
         let corner = digits(index, n, dim);
         for number in 0..orders.len() {
             // Of paths upwards those that rise last run along the bottom, of paths downwards those that fall first.
@@ -129,7 +149,7 @@ pub fn union_mesh(n: usize, cuboid: &Cuboid) -> Mesh {
         _ => (CellKind::Tetrahedron, CellKind::Triangle),
     };
     let counts: Vec<usize> = faces.iter().map(|f| f.len() / dim).collect();
-    Mesh {
+    Ok(Mesh {
         points,
         groups: groups(n, cuboid, &counts),
         blocks: vec![
@@ -137,7 +157,7 @@ pub fn union_mesh(n: usize, cuboid: &Cuboid) -> Mesh {
             CellBlock::new(cell_kind, cells),
         ],
         ..Mesh::default()
-    }
+    })
 }
 
 /// Lattice coordinates of the `index`th of `base`^dim places, the first coordinate running fastest.
@@ -272,7 +292,7 @@ mod tests {
     fn sides_are_named_whole_and_look_outwards() {
         let cuboid = Cuboid::new([-1.0, 2.0, 0.5], [3.0, 1.0, 2.0]);
         for n in [1, 2, 3] {
-            let mesh = union_mesh(n, &cuboid);
+            let mesh = union_mesh(n, &cuboid).unwrap();
             assert_eq!(mesh.validate(), Ok(()));
             assert_eq!(mesh.groups.len(), 6);
             for group in &mesh.groups {
@@ -301,7 +321,7 @@ mod tests {
     fn a_split_side_has_a_group_on_either_part() {
         let mut rectangle = Cuboid::new([-1.0, 2.0], [3.0, 1.0]);
         rectangle.splits = [Some(0.0), Some(2.5), Some(1.0), Some(2.25)];
-        let mesh = Triangulation::new("split", &union_mesh(12, &rectangle)).unwrap();
+        let mesh = Triangulation::new("split", &union_mesh(12, &rectangle).unwrap()).unwrap();
         assert_eq!(mesh.groups.len(), 8);
         for group in &mesh.groups {
             let name = group.name.as_deref().unwrap();

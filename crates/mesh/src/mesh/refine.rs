@@ -3,14 +3,21 @@
 use std::collections::HashMap;
 
 use super::{CellBlock, CellKind, Group, Mesh};
+use crate::cancel;
+use crate::error::{Error, Result};
 
 /// Splits each line in two, each triangle in four, each tetrahedron in eight; vertices stay. The parts are in
-/// the groups and on the entity of their whole. Points that were there keep index and tag, and so their fields
-/// would have to be interpolated: what a refined mesh cannot carry is left out, and named in the second value.
+/// the groups and on the entity of the cell that was split. Old points keep their index and tag. Fields would have to
+/// be interpolated: what the refined mesh does not carry is named in the second value. `name` is the mesh's in errors.
 ///
 /// # Errors
-/// A cell of another type, in words; or more points or cells than indices can count.
-pub fn refine(mesh: &Mesh) -> Result<(Mesh, Vec<String>), String> {
+/// A cell of another type; more points or cells than indices can count; an interruption.
+pub fn refine(name: &str, mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
+    let refuse = |what: String| Error::Mesh {
+        mesh: name.to_owned(),
+        what,
+        remedy: "give a smaller mesh of lines, triangles and tetrahedra of first order".into(),
+    };
     let mut fine = Mesh {
         points: mesh.points.clone(),
         ..Mesh::default()
@@ -25,15 +32,17 @@ pub fn refine(mesh: &Mesh) -> Result<(Mesh, Vec<String>), String> {
             CellKind::Line => 2,
             CellKind::Triangle => 4,
             CellKind::Tetrahedron => 8,
-            other => return Err(format!("{other} cells are not refined")),
+            other => return Err(refuse(format!("{other} cells are not refined"))),
         };
         let total = block.len() as u64 * u64::from(children) + u64::from(count);
         if total > u64::from(u32::MAX) {
-            return Err("the refined mesh would have more than 2^32 - 1 cells".into());
+            let what = "the refined mesh would have more than 2^32 - 1 cells";
+            return Err(refuse(what.into()));
         }
         let mut nodes = Vec::with_capacity(block.nodes.len() * children as usize);
         for cell in block.cells() {
-            split(cell, &mut fine.points, &mut midpoints, &mut nodes)?;
+            cancel::check()?;
+            split(cell, &mut fine.points, &mut midpoints, &mut nodes).map_err(refuse)?;
             parts.push((count, children));
             count += children;
         }
@@ -62,7 +71,8 @@ pub fn refine(mesh: &Mesh) -> Result<(Mesh, Vec<String>), String> {
         let highest = mesh.point_tags.iter().max().copied().unwrap_or(0);
         let new = fine.points.len() - mesh.points.len();
         if highest.checked_add(new as u64).is_none() {
-            return Err("the numbers of points leave no room for new ones".into());
+            let what = "the numbers of points leave no room for new ones";
+            return Err(refuse(what.into()));
         }
         fine.point_tags = mesh.point_tags.clone();
         fine.point_tags
@@ -179,7 +189,7 @@ mod tests {
     fn parts_fill_the_whole_and_keep_its_orientation_and_groups() {
         let mut mesh = tetrahedron();
         for level in 1..=2 {
-            mesh = refine(&mesh).expect("simplices").0;
+            mesh = refine("t", &mesh).expect("simplices").0;
             assert_eq!(mesh.validate(), Ok(()));
             assert_eq!(mesh.count(CellKind::Tetrahedron), 8usize.pow(level));
             let volumes: Vec<f64> = mesh.blocks[1]
@@ -207,9 +217,7 @@ mod tests {
             blocks: vec![CellBlock::new(CellKind::Quadrangle, vec![0, 1, 2, 3])],
             ..Mesh::default()
         };
-        assert_eq!(
-            refine(&mesh).expect_err("a quadrangle"),
-            "quadrangle cells are not refined"
-        );
+        let error = refine("q", &mesh).expect_err("a quadrangle").to_string();
+        assert!(error.starts_with("mesh q: quadrangle cells are not refined; "));
     }
 }

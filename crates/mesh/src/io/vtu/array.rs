@@ -8,6 +8,7 @@ use super::scalar::{Scalar, with_type};
 use super::stream::Stream;
 use super::unpack::{Budget, Packing, Unpacked};
 use super::xml::ArrayTag;
+use crate::cancel;
 use crate::error::Result;
 use crate::mesh::Values;
 use std::borrow::Cow;
@@ -29,6 +30,7 @@ pub(super) struct Numbers<'b> {
 
 impl<'a> Decoder<'a> {
     pub fn array(&mut self, tag: &ArrayTag, count: Count) -> Result<Values> {
+        cancel::check()?;
         let numbers =
             with_type!(tag.type_name.as_str(), T => self.values::<T>(tag, count), unknown(tag));
         numbers.map_err(|what| self.refuse(tag, what))
@@ -39,6 +41,7 @@ impl<'a> Decoder<'a> {
     where
         'a: 'b,
     {
+        cancel::check()?;
         let type_name = tag.type_name.as_str();
         let numbers = with_type!(type_name, T => self.raw::<T>(tag, Some(count)), unknown(tag));
         numbers.map_err(|what| self.refuse(tag, what))
