@@ -7,6 +7,7 @@ pub mod engine;
 pub mod orders;
 pub mod paper;
 pub mod report;
+pub mod run;
 pub mod stress;
 pub mod study;
 pub mod verify;

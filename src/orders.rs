@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::run::orders::observed_orders;
 use faceoff_fem::contact::{Errors, Iteration, Law, Method, Problem, Stop, errors, solve};
 use faceoff_fem::scene::{Expression, Scene};
 use faceoff_fem::truth::exact::{Regularity, catalogue};
-use faceoff_judge::observed_orders;
 use faceoff_mesh::error::{Error, Result};
 
 /// One method on one scene over several meshes.

@@ -1,0 +1,3 @@
+//! Runs of cases, and what follows from their answers.
+
+pub mod orders;
