@@ -543,7 +543,7 @@ fn a_killed_engine_and_a_folder_in_use_are_told() {
 }
 
 /// Is there a process with exactly this command line? (Its shell has a longer one.)
-fn is_running(line: &str) -> bool {
+pub fn is_running(line: &str) -> bool {
     fs::read_dir("/proc")
         .unwrap()
         .flatten()

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::common::{folder, run, source};
+use crate::common::{folder, run, source, told, write};
+use crate::faults::is_running;
 use ::faceoff_mesh::io;
 use ::faceoff_mesh::mesh::{CellBlock, CellKind, Mesh};
 use nix::sys::resource::{UsageWho, getrusage};
@@ -450,5 +451,41 @@ fn interrupted_conversions() {
             }
         }
         assert!(old > 0, "nothing was interrupted");
+    }
+}
+
+/// meshio is a process of its own, here one that only sleeps: it ends with the program, which leaves nothing.
+#[test]
+fn an_interruption_ends_meshio() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let python = write(
+        folder.path(),
+        "python",
+        "#!/bin/sh\n[ \"$1\" = -c ] && exit 0 # asked whether it has meshio\nexec sleep 120.25\n",
+    );
+    std::fs::set_permissions(&python, PermissionsExt::from_mode(0o755)).unwrap();
+    write(folder.path(), "in.vtk", "# vtk DataFile Version 5.1\n");
+    for signal in ["-INT", "-TERM"] {
+        let child = crate::common::faceoff(folder.path())
+            .args(["mesh", "convert", "in.vtk", "out.msh"])
+            .env("FACEOFF_MESHIO_PYTHON", &python)
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        let clock = Instant::now();
+        while !is_running("sleep 120.25") {
+            assert!(clock.elapsed().as_secs() < 60, "it never started");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let started = Instant::now();
+        let pid = child.id().to_string();
+        Command::new("kill").args([signal, &pid]).status().unwrap();
+        let ran = told(child.wait_with_output().unwrap());
+        assert!(started.elapsed().as_secs() < 60, "{signal}");
+        assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+        assert!(ran.stderr.contains("interrupted"), "{}", ran.stderr);
+        assert!(!is_running("sleep 120.25"));
+        assert!(!folder.path().join("out.msh").exists());
     }
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand};
 
 use super::words::{
-    FieldBounds, Methods, Words, accuracy, bound, budget, field_bounds, increment, launcher,
+    FieldTolerance, Methods, Words, accuracy, bound, budget, field_tolerance, increment, launcher,
     method, methods, pair, seconds,
 };
 use crate::campaigns::paper;
@@ -198,8 +198,8 @@ pub(super) struct Compare {
     #[arg(long, value_name = "A", value_parser = bound, allow_negative_numbers = true)]
     pub atol: Option<f64>,
     /// Tolerances of one field, as in "u:rtol=1e-6,atol=1e-12"; what is left out is that of all
-    #[arg(long = "field", value_name = "NAME:rtol=R,atol=A", value_parser = field_bounds)]
-    pub field: Vec<FieldBounds>,
+    #[arg(long = "field", value_name = "NAME:rtol=R,atol=A", value_parser = field_tolerance)]
+    pub field: Vec<FieldTolerance>,
     /// Take the tolerances of the table compare of this scene where no option gives one
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<String>,

@@ -1,6 +1,6 @@
 //! `faceoff compare`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::args::Compare;
 use super::tell::{note, output};
@@ -8,7 +8,10 @@ use super::{DISAGREE, DONE, FAILED, tell_failure};
 use crate::engine::meshio_python;
 use crate::report;
 use faceoff_fem::scene::{Bounds, Comparing, Scene};
-use faceoff_judge::{Comparison, Tolerance, Tolerances, Verdict, compare_results};
+use faceoff_judge::{
+    Comparison, GivenTolerances, PartialTolerance, Tolerances, Verdict, compare_results,
+    refuse_copies,
+};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::io;
@@ -81,7 +84,7 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
     );
     tolerances
         .of_field
-        .retain(|(name, _)| here(name) || options.iter().any(|f| f.name == *name));
+        .retain(|(name, _)| here(name) || options.iter().any(|(known, _)| known == name));
     let comparison = compare_results(&of_a, &of_b, arguments.map.map(Into::into), &tolerances)?;
     if let Some(out) = &arguments.out {
         report::write_differences(out, &of_a, &comparison)?;
@@ -89,73 +92,24 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
     Ok(comparison)
 }
 
-/// The relative tolerance of a comparison that is given none.
-const RTOL: f64 = 1e-9;
-
-/// The tolerances: of a field before those of all, and options before the scene.
+/// Of the scene, and before it of the options.
 fn tolerances(options: &Compare, scene: Option<&Comparing>) -> Tolerances {
-    let scene_wide = scene.map(|s| s.of_all);
-    let all = |key: fn(&Bounds) -> Option<f64>, option: Option<f64>| {
-        option.or_else(|| scene_wide.as_ref().and_then(key))
+    let (rtol, atol) = (options.rtol, options.atol);
+    let options = GivenTolerances {
+        of_all: PartialTolerance { rtol, atol },
+        of_field: options.field.clone(),
     };
-    let of_all = Tolerance {
-        rtol: all(|b| b.rtol, options.rtol).unwrap_or(RTOL),
-        atol: all(|b| b.atol, options.atol).unwrap_or(0.0),
+    let of = |&Bounds { rtol, atol }: &Bounds| PartialTolerance { rtol, atol };
+    let of_scene = |scene: &Comparing| GivenTolerances {
+        of_all: of(&scene.of_all),
+        of_field: scene
+            .of_field
+            .iter()
+            .map(|(name, bounds)| (name.clone(), of(bounds)))
+            .collect(),
     };
-    let of_scene = scene.map(|s| &s.of_field).into_iter().flatten();
-    let of_scene = of_scene.map(|(name, b)| (name, b.rtol, b.atol));
-    let of_options = options.field.iter().map(|f| (&f.name, f.rtol, f.atol));
-    let mut of_field: Vec<(String, Tolerance)> = Vec::new();
-    for (name, rtol, atol) in of_scene.chain(of_options) {
-        let known = of_field.iter().rfind(|(other, _)| other == name);
-        let below = known.map_or(of_all, |(_, tolerance)| *tolerance);
-        let tolerance = Tolerance {
-            rtol: rtol.unwrap_or(below.rtol),
-            atol: atol.unwrap_or(below.atol),
-        };
-        of_field.push((name.clone(), tolerance));
-    }
-    Tolerances { of_all, of_field }
-}
-
-/// A file against itself, under whatever name, or against a copy of it.
-fn refuse_copies(a: &Path, b: &Path, identical_is_allowed: bool) -> Result<()> {
-    let refuse = |what: &str, remedy: &str| {
-        Err(Error::Compare {
-            a: a.display().to_string(),
-            b: b.display().to_string(),
-            what: what.to_owned(),
-            remedy: remedy.to_owned(),
-        })
-    };
-    // Lists may name the same file, or be names of it.
-    let (sources_a, sources_b) = (io::sources(a)?, io::sources(b)?);
-    for of_a in &sources_a {
-        for of_b in &sources_b {
-            if is_same_file(of_a, of_b)? {
-                return refuse(
-                    "they are one file, and a file against itself proves nothing",
-                    "name two results",
-                );
-            }
-        }
-    }
-    let equal = |(a, b): (&PathBuf, &PathBuf)| -> Result<bool> {
-        let read = |path: &Path| std::fs::read(path).map_err(Error::io(path, "read"));
-        let size = |path: &Path| path.metadata().map(|m| m.len()).ok();
-        Ok(size(a) == size(b) && read(a)? == read(b)?)
-    };
-    let mut copies = sources_a.len() == sources_b.len() && !sources_a.is_empty();
-    for pair in sources_a.iter().zip(&sources_b) {
-        copies = copies && equal(pair)?;
-    }
-    if copies && !identical_is_allowed {
-        return refuse(
-            "they are the same byte for byte, as a file and its copy are, which proves nothing",
-            "name two results; if both were computed, say --allow-identical",
-        );
-    }
-    Ok(())
+    let scene = scene.map(of_scene).unwrap_or_default();
+    Tolerances::of_sources(&[scene, options])
 }
 
 /// What a scene allows; one that allows nothing of its own was not meant.
@@ -185,68 +139,4 @@ fn pair(b: &mut Results, a: &Results, pairs: &[(String, String)]) -> Result<()> 
         }
     }
     Ok(())
-}
-
-/// By path, by a link of either kind, or by another way to it.
-fn is_same_file(a: &Path, b: &Path) -> Result<bool> {
-    let whole = |path: &Path| path.canonicalize().map_err(Error::io(path, "read"));
-    if whole(a)? == whole(b)? {
-        return Ok(true);
-    }
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt;
-        let inode = |path: &Path| {
-            let found = path.metadata().map_err(Error::io(path, "read"))?;
-            Ok::<_, Error>((found.dev(), found.ino()))
-        };
-        Ok(inode(a)? == inode(b)?)
-    }
-    #[cfg(not(unix))]
-    Ok(false)
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::Parser;
-
-    use super::super::args::{Arguments, Command};
-    use super::*;
-
-    #[test]
-    fn the_nearest_tolerance_counts() {
-        let told = |words: &[&str], scene: Option<&Comparing>| {
-            let words = [&["faceoff", "compare", "a", "b"], words].concat();
-            let Ok(Arguments {
-                command: Command::Compare(compare),
-            }) = Arguments::try_parse_from(words)
-            else {
-                panic!("these are words of compare")
-            };
-            let tolerances = tolerances(&compare, scene);
-            let of = |name: &str| {
-                let own = tolerances.of_field.iter().rfind(|(n, _)| n == name);
-                let Tolerance { rtol, atol } = own.map_or(tolerances.of_all, |(_, t)| *t);
-                (rtol, atol)
-            };
-            [of("u"), of("v")]
-        };
-        let bounds = |rtol, atol| Bounds { rtol, atol };
-        let scene = Comparing {
-            of_all: bounds(Some(1e-3), None),
-            of_field: [("u".to_owned(), bounds(None, Some(1e-4)))].into(),
-        };
-        let scene = Some(&scene);
-        assert_eq!(told(&[], None), [(1e-9, 0.0); 2]);
-        assert_eq!(told(&["--rtol", "1"], None), [(1.0, 0.0); 2]);
-        assert_eq!(told(&[], scene), [(1e-3, 1e-4), (1e-3, 0.0)]);
-        assert_eq!(
-            told(&["--rtol", "1", "--atol", "2"], scene),
-            [(1.0, 1e-4), (1.0, 2.0)]
-        );
-        assert_eq!(
-            told(&["--field", "u:rtol=5", "--field", "v:atol=6"], scene),
-            [(5.0, 1e-4), (1e-3, 6.0)]
-        );
-    }
 }

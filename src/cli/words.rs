@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use faceoff_fem::contact::Method;
+use faceoff_judge::PartialTolerance;
 use faceoff_mesh::error::distinct;
 
 /// A list of methods; the parameters of a family member hold a comma of their own.
@@ -79,22 +80,13 @@ pub(super) fn bound(text: &str) -> Result<f64, String> {
 }
 
 /// A field's name and what is given of its tolerance.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct FieldBounds {
-    pub name: String,
-    pub rtol: Option<f64>,
-    pub atol: Option<f64>,
-}
+pub(super) type FieldTolerance = (String, PartialTolerance);
 
 /// The name may hold colons and spaces; what follows the last colon are the bounds.
-pub(super) fn field_bounds(text: &str) -> Result<FieldBounds, String> {
+pub(super) fn field_tolerance(text: &str) -> Result<FieldTolerance, String> {
     let form = || format!("`{text}` is not NAME:rtol=R,atol=A");
     let (name, bounds) = text.rsplit_once(':').ok_or_else(form)?;
-    let mut found = FieldBounds {
-        name: name.to_owned(),
-        rtol: None,
-        atol: None,
-    };
+    let mut found = PartialTolerance::default();
     for word in bounds.split(',') {
         let (key, value) = word.split_once('=').ok_or_else(form)?;
         let place = match key.trim() {
@@ -106,7 +98,7 @@ pub(super) fn field_bounds(text: &str) -> Result<FieldBounds, String> {
             return Err(form());
         }
     }
-    Ok(found)
+    Ok((name.to_owned(), found))
 }
 
 /// Names of fields on either side of the first `=`.
@@ -130,13 +122,11 @@ mod tests {
 
     #[test]
     fn tolerances_of_fields_are_read_from_behind() {
-        let bounds = |name: &str, rtol, atol| {
-            let name = name.to_owned();
-            Ok(FieldBounds { name, rtol, atol })
-        };
-        let read = field_bounds("u: mean:rtol=1e-6,atol=0");
+        let bounds =
+            |name: &str, rtol, atol| Ok((name.to_owned(), PartialTolerance { rtol, atol }));
+        let read = field_tolerance("u: mean:rtol=1e-6,atol=0");
         assert_eq!(read, bounds("u: mean", Some(1e-6), Some(0.0)));
-        assert_eq!(field_bounds("u:atol=2"), bounds("u", None, Some(2.0)));
+        assert_eq!(field_tolerance("u:atol=2"), bounds("u", None, Some(2.0)));
         for wrong in [
             "u",
             "u:",
@@ -146,7 +136,7 @@ mod tests {
             "u:rtol=nan",
             "u:rtol=1,rtol=2",
         ] {
-            assert!(field_bounds(wrong).is_err(), "{wrong}");
+            assert!(field_tolerance(wrong).is_err(), "{wrong}");
         }
     }
 

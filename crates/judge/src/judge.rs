@@ -130,14 +130,6 @@ pub fn relative_differences(
     Ok(faces.filter_map(|(k, &face)| on(k, face)).collect())
 }
 
-/// Observed orders of consecutive (n, difference) pairs: log(d₁/d₂) / log(n₂/n₁).
-pub fn observed_orders(levels: &[(usize, f64)]) -> Vec<f64> {
-    levels
-        .windows(2)
-        .map(|w| (w[0].1 / w[1].1).ln() / (w[1].0 as f64 / w[0].0 as f64).ln())
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -288,11 +280,5 @@ mod tests {
         assert_eq!(verdicts(&a, &b)[0], Verdict::Agree);
         b.columns[0].values[0] = 1e-300;
         assert_eq!(verdicts(&a, &b)[0], Verdict::Disagree);
-    }
-
-    #[test]
-    fn orders_are_those_of_powers() {
-        let orders = observed_orders(&[(16, 1.0), (32, 0.25), (64, 0.03125)]);
-        assert_eq!(orders, [2.0, 3.0]);
     }
 }

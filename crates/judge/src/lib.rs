@@ -4,14 +4,14 @@ mod align;
 mod column;
 mod judge;
 mod keyed;
+mod law;
 mod places;
 mod results;
 
 pub use align::align;
-pub use judge::{FieldVerdict, Verdict, Worst, judge, observed_orders, relative_differences};
-pub use results::{
-    ComparedField, Comparison, Differences, Map, On, Tolerance, Tolerances, compare_results,
-};
+pub use judge::{FieldVerdict, Verdict, Worst, judge, relative_differences};
+pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, refuse_copies};
+pub use results::{ComparedField, Comparison, Differences, Map, On, compare_results};
 
 #[cfg(test)]
 mod face_fault_tests;

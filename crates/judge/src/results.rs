@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::align::{Matching, align_by};
 use super::column::judge_column;
 use super::keyed::{Keyed, fields_on, same_length};
+use super::law::{Tolerance, Tolerances};
 use super::places;
 use super::{FieldVerdict, Verdict};
 use faceoff_mesh::error::{Error, Result};
@@ -20,20 +21,6 @@ use faceoff_mesh::field::{Carried, FaceColumn, PADDING, Results};
 pub enum Map {
     Vertices,
     Coordinates,
-}
-
-/// A field agrees where |a - b| ≤ max(rtol · largest value of the field, atol).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerance {
-    pub rtol: f64,
-    pub atol: f64,
-}
-
-/// The tolerance of every field, and of some that have their own.
-#[derive(Debug, Clone)]
-pub struct Tolerances {
-    pub of_all: Tolerance,
-    pub of_field: Vec<(String, Tolerance)>,
 }
 
 /// What a comparison of two files finds.
@@ -188,24 +175,6 @@ pub fn compare_results(
     let verdicts = comparison.fields.iter().map(|f| f.field.verdict);
     comparison.verdict = verdicts.max().unwrap_or(Verdict::Undetermined);
     Ok(comparison)
-}
-
-impl Tolerances {
-    fn of(&self, field: &str) -> Tolerance {
-        let own = self.of_field.iter().rfind(|(name, _)| name == field);
-        own.map_or(self.of_all, |(_, tolerance)| *tolerance)
-    }
-}
-
-impl Tolerance {
-    /// The tolerance and the unit that [`judge_column`] holds a field of this scale against.
-    fn of_scale(self, scale: f64) -> (f64, f64) {
-        if self.rtol > 0.0 {
-            (self.rtol, scale.max(self.atol / self.rtol))
-        } else {
-            (self.atol, 1.0)
-        }
-    }
 }
 
 fn all_fields(results: &Results) -> impl Iterator<Item = &Carried> {

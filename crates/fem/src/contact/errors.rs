@@ -164,7 +164,7 @@ mod tests {
 
     fn mesh(n: usize, lower: f64) -> Triangulation {
         let rectangle = Cuboid::new([lower, 0.0], [1.0 - lower, 1.0]);
-        Triangulation::new("uj", &union_mesh(n, &rectangle)).unwrap()
+        Triangulation::new("uj", &union_mesh(n, &rectangle).unwrap()).unwrap()
     }
 
     #[test]

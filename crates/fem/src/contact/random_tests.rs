@@ -165,7 +165,7 @@ impl Random {
         let mut rectangle = Cuboid::new([0.0; 2], self.size);
         let at = self.size[0] * (self.cut as f64 / self.n as f64);
         rectangle.splits = [Some(at), None, Some(at), None];
-        let mut mesh = union_mesh(self.n, &rectangle);
+        let mut mesh = union_mesh(self.n, &rectangle).unwrap();
         match self.change {
             Change::None => {}
             Change::Perturbed(by, seed) => {
