@@ -7,11 +7,8 @@ use std::path::Path;
 use crate::common::{Ran, changed_companion, faceoff, folder, run, scene, source, told, write};
 use serde_json::Value;
 
-/// Where the rest of the run cannot hang for ever.
-const LIMIT: [&str; 2] = ["--time-limit", "300"];
-
 fn verify(folder: &Path, words: &[&str]) -> Ran {
-    run(folder, &[&["verify"], words, &LIMIT].concat())
+    run(folder, &[&["verify"], words].concat())
 }
 
 /// The largest difference of any field of any pair, relative to the field's own unit.
@@ -116,7 +113,6 @@ fn an_iterative_solver_takes_the_place_of_the_factorisation() {
             "2",
         ])
         .args(["--methods", "cr", "--json", "-"])
-        .args(LIMIT)
         .env(
             "PETSC_OPTIONS",
             "-ksp_type gmres -ksp_rtol 1e-14 -pc_type hypre",

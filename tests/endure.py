@@ -42,9 +42,13 @@ def start(words, cwd, env=None, **more):
     )
 
 
-def run(words, cwd, env=None, limit=300, **more):
+# Only what hangs takes so long, on the busiest machine: no verdict is to depend on the clock.
+PATIENCE = 1800
+
+
+def run(words, cwd, env=None, **more):
     process = start(words, cwd, env, **more)
-    out, err = process.communicate(timeout=limit)
+    out, err = process.communicate(timeout=PATIENCE)
     return process.returncode, out, err.strip()
 
 
@@ -59,8 +63,8 @@ def of_run(cwd):
     return [(pid, line) for pid, line in found if line]
 
 
-def wait_for(condition, seconds=60):
-    end = time.monotonic() + seconds
+def wait_for(condition):
+    end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
         if value := condition():
             return value
@@ -69,7 +73,7 @@ def wait_for(condition, seconds=60):
 
 
 def nothing_left(cwd):
-    wait_for(lambda: not of_run(cwd), 10)
+    wait_for(lambda: not of_run(cwd))
 
 
 def companion(folder, which, old, new, name="changed"):
@@ -134,7 +138,7 @@ def killed_faceoff(at):
     must(not (at / "out.json").exists() and not (at / "jobs/changed/out/status.json").exists())
     code, _, err = run([*SMALL, "--engines", "rust,freefem", "--keep", "jobs"], at)
     must(code == 0, "the folder cannot be used again:", err)
-    return "every child ended within 3 s", f"nothing; log.txt: {said}", "the job folder, without a status"
+    return "every child ended", f"nothing; log.txt: {said}", "the job folder, without a status"
 
 
 def killed_faceoff_with_ranks(at):
@@ -146,7 +150,7 @@ def killed_faceoff_with_ranks(at):
     process.kill()
     process.communicate()
     nothing_left(at)
-    return "mpirun and both ranks ended within 3 s", "nothing", "nothing"
+    return "mpirun and both ranks ended", "nothing", "nothing"
 
 
 def full_disk(at):
@@ -176,7 +180,7 @@ def full_disk(at):
 
 def read_only_folder(at):
     with disk(at / "fixed", "size=4m") as fixed:
-        (fixed / "scene.toml").write_text((SOURCE / "src/scene/builtin/one-zone.toml").read_text())
+        (fixed / "scene.toml").write_text((SOURCE / "crates/fem/src/scene/builtin/one-zone.toml").read_text())
         subprocess.run(["mount", "-o", "remount,ro", fixed], check=True)
         seen = []
         for words in (["--json", "out.json"], ["--keep", "jobs"], ["--report", "report"], ["--resume", "kept"]):
@@ -193,14 +197,17 @@ def read_only_folder(at):
 def two_runs_in_one_folder(at):
     seen = []
     for option in ("--keep", "--resume"):
-        engine = freefem_that(at, 'exec("sleep 8");')
+        # It waits to be let go on: the second run comes in between, however long it takes to start.
+        go = at / f"go{option}"
+        engine = freefem_that(at, f'exec("until test -e {go}; do sleep 0.1; done");')
         words = [*SMALL, "--engines", f"rust,{engine}", option, "jobs" + option]
         first = start(words, at)
-        wait_for(lambda: any(line == "sleep 8" for _, line in of_run(at)))
+        wait_for(lambda: any(line == "sleep 0.1" for _, line in of_run(at)))
         code, _, err = run(words, at)
+        go.touch()
         must(code == 2 and "in use by another run" in err, code, err)
         seen.append(err.splitlines()[-1])
-        out, err = first.communicate(timeout=100)
+        out, err = first.communicate(timeout=PATIENCE)
         must(first.returncode == 0, "the first run:", out, err)
     both = [start([*SMALL, "--engines", "rust,freefem", "--json", "out.json", "--report", "report"], at) for _ in "ab"]
     codes = [process.wait() for process in both]
@@ -222,7 +229,7 @@ def blanks_and_letters(at):
     home = at / "Prüfung 1 – 'größer' $HOME"
     home.mkdir()
     shutil.copy(SOURCE / "meshes/plate.msh", home / "Blech Nr 1.msh")
-    text = (SOURCE / "src/scene/builtin/plate.toml").read_text()
+    text = (SOURCE / "crates/fem/src/scene/builtin/plate.toml").read_text()
     (home / "Ein Körper.toml").write_text(text.replace("plate.msh", "Blech Nr 1.msh"))
     engine = companion(home, "fenicsx", "The Signorini problem", "Ein Signorini-Problem", "größe")
     env = {"TMPDIR": str(home), "XDG_CACHE_HOME": str(home / "Ablage ä")}
@@ -300,7 +307,7 @@ def clock_jumps(at):
     if preload := next(Path("/usr/lib").glob("*/faketime/libfaketime.so.1"), None):
         for shift in ("-3000d", "+3000d", "+0 x1000"):
             jumping = {**env, "LD_PRELOAD": str(preload), "FAKETIME": shift, "DONT_FAKE_MONOTONIC": "1"}
-            code, out, err = run([*words, "--time-limit", "120"], at, jumping)
+            code, out, err = run(words, at, jumping)
             must(code == 0, shift, out, err)
             shutil.rmtree(at / "kept")
         told += "; a clock 8 years off, and one a thousand times as fast: exit 0"
@@ -325,22 +332,27 @@ def signals(at):
              "--junit", "out.xml", "--report", "report", "--keep", "jobs"]
     (at / "tmp").mkdir()
     env = {"TMPDIR": str(at / "tmp")}
-    clock = time.monotonic()
+    begun = time.monotonic()
     code, out, err = run(words, at, env)
     must(code == 0, out, err)
-    whole = time.monotonic() - clock
+    whole = time.monotonic() - begun
     luck, ended, finished, slowest = random.Random(1), 0, 0, 0.0
     for k in range(24):
         for name in ("out.json", "out.xml"):
             (at / name).unlink(missing_ok=True)
         shutil.rmtree(at / "report", ignore_errors=True)
         which = (signal.SIGINT, signal.SIGTERM)[k % 2]
+        begun = time.monotonic()
         process = start(words, at, env)
-        moment = luck.uniform(0, whole)
-        time.sleep(moment)
+        wait_for(lambda: listens(process.pid, which) or process.poll() is not None)
+        # The first as early as can be; the others up to the end, as long as a run takes by now.
+        moment = luck.uniform(0, whole) if k else 0
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(moment)
+            whole = time.monotonic() - begun
         process.send_signal(which)
         clock = time.monotonic()
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=PATIENCE)
         slowest = max(slowest, time.monotonic() - clock)
         where = f"{which.name} after {moment:.2f} s:"
         if process.returncode == 0:
@@ -348,13 +360,12 @@ def signals(at):
             must(is_json(at / "out.json"), where, "no result")
         else:
             ended += 1
-            early = process.returncode == -which and moment < 0.2  # before it could listen
-            must(early or process.returncode == 2 and "interrupted" in err, where, process.returncode, err)
+            must(process.returncode == 2 and "interrupted" in err, where, process.returncode, err)
             for name in ("out.json", "out.xml"):
                 must(not (at / name).exists() or finished_whole(at / name), where, name, "is half-written")
         nothing_left(at)
         must(not any((at / "tmp").iterdir()), where, "left:", *(at / "tmp").iterdir())
-    must(ended >= 12, "only", ended, "were ended")
+    must(ended > 0, "none was ended")
     return (
         f"{ended} of 24 moments: exit 2, at most {slowest:.1f} s later; {finished} had ended before",
         "interrupted; engines were ended and nothing was left half-written",
@@ -362,9 +373,30 @@ def signals(at):
     )
 
 
+def listens(pid, which):
+    """Does a process catch this signal?"""
+    with contextlib.suppress(OSError):
+        caught = re.search(r"SigCgt:\s*(\w+)", Path(f"/proc/{pid}/status").read_text())
+        return caught and int(caught[1], 16) >> (which - 1) & 1
+    return False
+
+
 def finished_whole(path):
     text = path.read_text()
     return is_json(path) if path.suffix == ".json" else text.rstrip().endswith("</testsuites>")
+
+
+# Runs a program, with a bound of its private memory, and writes down the most that it held, in bytes.
+LIMITED = """#!/usr/bin/python3
+import os, resource, subprocess, sys
+limit = int(os.environ["DATA_LIMIT"])
+if limit > 0:
+    resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
+code = subprocess.call([{program!r}, *sys.argv[1:]])
+with open({peaks!r}, "a") as file:
+    print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss << 10, file=file)
+sys.exit(code if code >= 0 else 128 - code)
+"""
 
 
 def out_of_memory(at):
@@ -377,19 +409,32 @@ def out_of_memory(at):
     code, _, err = run([*SMALL, "--engines", "rust,hungry.toml"], at)
     must(code == 2 and "MemoryError" in err, code, err)
     seen = [err.splitlines()[-1]]
-    # FreeFEM and dolfinx, with less than they need. OpenBLAS tries again for ever: the time limit ends that.
-    for engine, n, megabytes in (("freefem", 64, 250), ("fenicsx", 128, 400)):
-        limited = ["prlimit", f"--as={megabytes << 20}"]
-        words = ["solve", "one-zone", "--method", "p2", "--n", str(n), "--engine", engine, "--time-limit", "20"]
-        process = subprocess.run(
-            [*limited, PROGRAM, *words], check=False, cwd=at, capture_output=True, text=True,
-            env={**os.environ, "FACEOFF_ENDURE": str(at)},
-        )
-        said = process.stderr.strip()
-        must(process.returncode == 2 and said, engine, process.returncode, process.stdout, said)
-        seen.append(said.splitlines()[-1])
-        nothing_left(at)
-    return "exit 2", "; ".join(seen), "nothing"
+    # FreeFEM and dolfinx, with less than they need: less than a fine mesh takes beyond what the smallest one takes.
+    peaks = at / "peaks"
+    programs = {"freefem": ("FreeFem++-nw", shutil.which("FreeFem++")), "fenicsx": ("python", "/usr/bin/python3")}
+    for engine, n in (("freefem", 64), ("fenicsx", 192)):
+        name, program = programs[engine]
+        wrapper = at / "bin" / name
+        wrapper.parent.mkdir(exist_ok=True)
+        wrapper.write_text(LIMITED.format(program=program, peaks=str(peaks)))
+        wrapper.chmod(0o755)
+        env = {"PATH": f"{wrapper.parent}:{os.environ['PATH']}"} if engine == "freefem" else {"FACEOFF_PYTHON": wrapper}
+
+        def solve(n, limit=0, more=()):
+            peaks.unlink(missing_ok=True)
+            words = ["solve", "one-zone", "--method", "p2", "--n", n, "--engine", engine, *more]
+            code, out, err = run(words, at, {**env, "DATA_LIMIT": str(limit)})
+            nothing_left(at)
+            return code, out, err, max(map(int, peaks.read_text().split()), default=0)
+
+        small, large = solve(2), solve(n)
+        must(small[0] == large[0] == 0, engine, small, large)
+        for part in (0.9, 0.6):
+            # OpenBLAS tries again for ever: the time limit ends that.
+            code, out, err, _ = solve(n, int(part * (large[3] - small[3])), ("--time-limit", 60))
+            must(code in (1, 2) and err, engine, part, code, out, err)
+            seen.append(err.splitlines()[-1])
+    return "exit 2, or 1 where a code takes it for an answer", "; ".join(seen), "nothing"
 
 
 FAULTS = [

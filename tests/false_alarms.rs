@@ -1,7 +1,7 @@
 //! Honest answers agree: random scenes, each solved twice with another linear solver and the cells in another order,
 //! are judged as two codes are. And in each of them the judge sees one value that is off.
 
-use crate::common::{folder, write};
+use crate::common::{folder, test_config, write};
 use faceoff::run::tolerance;
 use faceoff_fem::contact::{
     Discretisation, Iteration, Method, Problem, Stop, face_fields, solve_by,
@@ -12,7 +12,7 @@ use faceoff_judge::{Verdict, judge};
 use faceoff_mesh::field::FaceFields;
 use faceoff_mesh::mesh::{Mesh, Triangulation};
 use proptest::prelude::*;
-use proptest::test_runner::{Config, RngSeed, TestRunner};
+use proptest::test_runner::TestRunner;
 
 /// How many random scenes are judged.
 const SCENES: u32 = 200;
@@ -110,14 +110,8 @@ fn reversed(mesh: &Mesh) -> Mesh {
 #[test]
 fn two_honest_answers_agree_on_random_scenes() {
     let folder = folder();
-    let config = Config {
-        cases: SCENES,
-        failure_persistence: None,
-        rng_seed: RngSeed::Fixed(9),
-        ..Config::default()
-    };
     let judged = std::cell::Cell::new(0);
-    let outcome = TestRunner::new(config).run(&any_scene(), |(text, method, n)| {
+    let outcome = TestRunner::new(test_config(SCENES)).run(&any_scene(), |(text, method, n)| {
         let path = write(folder.path(), "random.toml", &text);
         let scene = Scene::find(&path.to_string_lossy()).unwrap();
         let method: Method = method.parse().unwrap();

@@ -2,10 +2,10 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
-use std::time::{Duration, Instant};
 
-use crate::common::{changed_companion, faceoff, folder, run, scene, source, told, write};
+use crate::common::{
+    changed_companion, faceoff, folder, interrupt, run, scene, source, told, until, write,
+};
 
 /// Runs `words`, which must fail with code 2 and one line that has all of `parts`.
 fn refused(folder: &Path, words: &[&str], parts: &[&str]) {
@@ -380,10 +380,9 @@ fn an_engine_that_never_ends_is_killed_with_its_children() {
         folder.path(),
         "freefem",
         "if (cases < 1) fail(",
-        "exec(\"sleep 987.25\"); if (cases < 1) fail(",
+        &format!("exec(\"{}\"); if (cases < 1) fail(", asleep(987)),
     );
     let engines = format!("rust,{engine}");
-    let clock = Instant::now();
     refused(
         folder.path(),
         &[
@@ -399,8 +398,24 @@ fn an_engine_that_never_ends_is_killed_with_its_children() {
         ],
         &["did not end within 1 s", "--time-limit"],
     );
-    assert!(clock.elapsed() < Duration::from_secs(30));
-    assert!(!is_running("sleep 987.25"));
+    until(|| !is_running(&asleep(987)), "its children are gone");
+}
+
+/// As UMFPACK's wrapper in FreeFEM does where memory is short: it tells the log, and goes on without a step.
+#[test]
+fn a_code_that_calls_nothing_convergence_has_not_solved() {
+    let folder = folder();
+    let engine = changed_companion(folder.path(), "freefem", "step = J^-1*R;", "step = 0;");
+    let words = [
+        "solve", "one-zone", "--n", "4", "--method", "p2", "--engine", &engine, "--quiet",
+    ];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    assert!(
+        ran.stderr.contains("a backward error of 1.0e0"),
+        "{}",
+        ran.stderr
+    );
 }
 
 #[test]
@@ -410,7 +425,7 @@ fn an_interruption_ends_everything() {
         folder.path(),
         "freefem",
         "if (cases < 1) fail(",
-        "exec(\"sleep 654.25\"); if (cases < 1) fail(",
+        &format!("exec(\"{}\"); if (cases < 1) fail(", asleep(1654)),
     );
     let engines = format!("rust,{engine}");
     let mut command = faceoff(folder.path());
@@ -428,22 +443,12 @@ fn an_interruption_ends_everything() {
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::piped());
     let child = command.spawn().unwrap();
-    let clock = Instant::now();
-    while !is_running("sleep 654.25") {
-        assert!(
-            clock.elapsed() < Duration::from_secs(30),
-            "it never started"
-        );
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let killed = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(killed.unwrap().success());
+    until(|| is_running(&asleep(1654)), "the engine runs");
+    interrupt(&child);
     let ran = told(child.wait_with_output().unwrap());
     assert_eq!(ran.code, Some(2), "{}", ran.stderr);
     assert!(ran.stderr.contains("interrupted"), "{}", ran.stderr);
-    assert!(!is_running("sleep 654.25"));
+    until(|| !is_running(&asleep(1654)), "the engine is gone");
     assert!(!folder.path().join("out.json").exists());
 }
 
@@ -455,7 +460,7 @@ fn a_killed_run_takes_its_engines_along() {
         folder.path(),
         "freefem",
         "if (cases < 1) fail(",
-        "exec(\"sleep 321.25\"); if (cases < 1) fail(",
+        &format!("exec(\"{}\"); if (cases < 1) fail(", asleep(1321)),
     );
     let engines = format!("rust,{engine}");
     let words = [
@@ -473,17 +478,10 @@ fn a_killed_run_takes_its_engines_along() {
         .stderr(std::process::Stdio::null())
         .spawn()
         .unwrap();
-    let until = |condition: &dyn Fn() -> bool, what: &str| {
-        let clock = Instant::now();
-        while !condition() {
-            assert!(clock.elapsed() < Duration::from_secs(60), "{what}");
-            std::thread::sleep(Duration::from_millis(20));
-        }
-    };
-    until(&|| is_running("sleep 321.25"), "it never started");
+    until(|| is_running(&asleep(1321)), "the engine runs");
     child.kill().unwrap();
     child.wait().unwrap();
-    until(&|| !is_running("sleep 321.25"), "the engine goes on");
+    until(|| !is_running(&asleep(1321)), "the engine is gone");
     let log = fs::read_to_string(folder.path().join("jobs/changed/log.txt")).unwrap();
     assert!(log.contains("faceoff itself was ended"), "{log}");
     // The folder is a job folder, and free for the next run.
@@ -540,6 +538,11 @@ fn a_killed_engine_and_a_folder_in_use_are_told() {
         &["jobs/freefem is there and is no job folder"],
     );
     assert!(folder.path().join("jobs/freefem/thesis.tex").exists());
+}
+
+/// A pause that no other run of the tests on this machine has, told by its fraction.
+fn asleep(seconds: u32) -> String {
+    format!("sleep {seconds}.{}", std::process::id())
 }
 
 /// Is there a process with exactly this command line? (Its shell has a longer one.)

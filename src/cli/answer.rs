@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::engine::{self, Case, Explanation};
 use crate::report;
+use crate::verify::RESIDUAL_TOLERANCE;
 use faceoff_fem::adapt::Step;
 use faceoff_fem::contact::{ContactSet, Ended, Errors, Iteration, quantities};
 use faceoff_fem::known::Truth;
@@ -146,6 +147,21 @@ impl Answer {
 
     pub fn is_finite(&self) -> bool {
         self.grad_norm_sq.is_finite()
+    }
+
+    /// Does the scheme's residual bear out what another code says of its convergence? One whose factorisation failed may
+    /// take a step of nothing for the last one.
+    pub fn solves(&self, tolerance: f64) -> bool {
+        self.residuals.is_some() || self.residual <= tolerance.max(RESIDUAL_TOLERANCE)
+    }
+
+    /// What is wrong with one that does not.
+    pub fn contradiction(&self) -> String {
+        format!(
+            "{} says that it converged, but its answer leaves a backward error of {:.1e} in the scheme; this is no solution: \
+             keep the job folder with --keep and look at log.txt, in which a lack of memory may show",
+            self.engine, self.residual
+        )
     }
 
     /// What is wrong with an answer that was not reached.

@@ -152,5 +152,9 @@ pub(super) fn finish(arguments: &Solve, told: &Answer) -> Result<u8> {
         note!("faceoff: {}", told.complaint(arguments.running.tolerance));
         return Ok(DISAGREE);
     }
+    if !told.solves(arguments.running.tolerance) {
+        note!("faceoff: {}", told.contradiction());
+        return Ok(DISAGREE);
+    }
     Ok(DONE)
 }

@@ -2,7 +2,8 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output};
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -45,6 +46,30 @@ impl Ran {
     }
 }
 
+/// Waits for what must come, however busy the machine is.
+pub fn until(condition: impl Fn() -> bool, what: &str) {
+    let patience = Instant::now() + Duration::from_secs(900);
+    while !condition() {
+        assert!(Instant::now() < patience, "waited in vain until {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Waits until a run catches SIGINT, and sends it.
+pub fn interrupt(child: &Child) {
+    let status = format!("/proc/{}/status", child.id());
+    let listens = || {
+        let status = std::fs::read_to_string(&status).unwrap_or_default();
+        let mut caught = status.lines().filter_map(|l| l.strip_prefix("SigCgt:"));
+        let mask = caught.next().unwrap_or("0").trim();
+        u64::from_str_radix(mask, 16).expect("a mask") & 0b10 != 0
+    };
+    until(listens, "it catches SIGINT");
+    let pid = child.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &pid]).status();
+    assert!(sent.expect("kill is there").success());
+}
+
 /// Holds a file against a schema of the repository.
 pub fn assert_valid(kind: &str, schema: &str, file: &Path) {
     let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
@@ -77,8 +102,9 @@ pub fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
 
 /// The built-in scene `name` with `from` replaced by `to`, as a file in `folder`.
 pub fn scene(folder: &Path, name: &str, from: &str, to: &str) -> String {
-    let text = std::fs::read_to_string(source(&format!("src/scene/builtin/{name}.toml")))
-        .expect("a built-in scene");
+    let text =
+        std::fs::read_to_string(source(&format!("crates/fem/src/scene/builtin/{name}.toml")))
+            .expect("a built-in scene");
     assert!(text.contains(from), "{name} does not have `{from}`");
     write(folder, "scene.toml", &text.replace(from, to));
     "scene.toml".into()
@@ -109,4 +135,17 @@ pub fn changed_companion(folder: &Path, companion: &str, from: &str, to: &str) -
         &format!("name = \"changed\"\ncompanion = \"{companion}\"\nscripts = \"copy\"\n"),
     );
     "changed.toml".into()
+}
+
+/// Random tests see the same values on every day and machine; `FACEOFF_SEED` asks for others (see tests/run).
+pub fn test_config(cases: u32) -> proptest::test_runner::Config {
+    let seed = std::env::var("FACEOFF_SEED").map_or(2017, |seed| {
+        seed.parse().expect("FACEOFF_SEED is a whole number")
+    });
+    proptest::test_runner::Config {
+        cases,
+        failure_persistence: None,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(seed),
+        ..proptest::test_runner::Config::default()
+    }
 }

@@ -180,7 +180,7 @@ fn the_averaged_gradient_is_bounded_sharply() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
+    #![proptest_config(crate::test_config(1000))]
 
     /// Fields that solve nothing, on meshes that are moved and stretched.
     #[test]

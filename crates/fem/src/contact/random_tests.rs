@@ -2,7 +2,6 @@
 
 use proptest::collection::vec;
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 use super::*;
 use crate::scene::{Boundary, Data, Expression, GroupName, HRule, Scene};
@@ -235,12 +234,7 @@ impl Random {
 }
 
 proptest! {
-    // The same scenes everywhere: nobody's change is to fail by what chance brings up that day.
-    #![proptest_config(ProptestConfig {
-        cases: 300,
-        rng_seed: RngSeed::Fixed(2017),
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(crate::test_config(300))]
 
     #[test]
     fn any_scene_ends(random in any_scene()) {

@@ -123,7 +123,7 @@ fn solve(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(crate::test_config(40))]
     #[test]
     fn both_factorisations_solve_the_system(
         side in 2u32..40, seed in 0u64..1000, kept in 0u32..30, fixed in 0u32..30,

@@ -168,7 +168,7 @@ fn forget_payloads(mesh: &mut Mesh) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(crate::test_config(200))]
 
     #[test]
     fn any_mesh_comes_back(mut mesh in mesh(), encoding in prop::sample::select(&ENCODINGS[..])) {
