@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::engine::{Case, Engine, Explanation, Progress, Run, Settings};
-use faceoff_fem::contact::{Method, Problem, face_fields};
+use faceoff_fem::contact::{Discretisation, Method, Problem, face_fields};
 use faceoff_fem::scene::Scene;
 use faceoff_judge::{FieldVerdict, Verdict, judge};
 use faceoff_mesh::error::{Error, Result};
@@ -211,8 +211,8 @@ fn check_names(engines: &[Box<dyn Engine>]) -> Result<()> {
 fn meshes(request: &Request) -> Result<Vec<(usize, Option<usize>, Triangulation)>> {
     let mut meshes = Vec::new();
     for (index, scene) in request.scenes.iter().enumerate() {
-        let levels: Vec<Option<usize>> = if request.n.is_empty() || scene.mesh.n().is_none() {
-            vec![scene.mesh.n()]
+        let levels: Vec<Option<usize>> = if request.n.is_empty() || scene.source().n().is_none() {
+            vec![scene.source().n()]
         } else {
             request.n.iter().map(|&n| Some(n)).collect()
         };
@@ -232,9 +232,8 @@ fn cases<'a>(
         let scene = &request.scenes[*index];
         for method in &request.methods {
             cases.push(Case {
-                scene,
                 n: *n,
-                problem: Problem::new(scene, mesh, *method)?,
+                problem: Problem::new(scene, mesh, &Discretisation::of(scene, *method))?,
             });
         }
     }
@@ -280,7 +279,7 @@ fn judge_case(index: usize, case: &Case, answered: &[(&str, Run)]) -> Result<Cas
     let mut pairs = Vec::new();
     for (k, a) in fields.iter().enumerate() {
         for b in &fields[k + 1..] {
-            for field in judge(a, b, tolerance(&problem.method))? {
+            for field in judge(a, b, tolerance(&problem.method()))? {
                 pairs.push(PairOutcome {
                     a: a.source.clone(),
                     b: b.source.clone(),
@@ -303,8 +302,8 @@ fn judge_case(index: usize, case: &Case, answered: &[(&str, Run)]) -> Result<Cas
     let own = answers.find(|answer| answer.history.is_some());
     Ok(CaseOutcome {
         explanation: own.map(|answer| Explanation::new(case, answer)),
-        scene: case.scene.name.clone(),
-        method: problem.method.to_string(),
+        scene: case.scene().name().to_owned(),
+        method: problem.method().to_string(),
         n: case.n,
         faces: mesh.face_count(),
         cells: mesh.cell_count(),

@@ -3,7 +3,7 @@
 use crate::common::{folder, run, write};
 use faceoff_fem::adapt::{Ended, Way, Wish, reach};
 use faceoff_fem::certify::Target;
-use faceoff_fem::contact::{Method, Stop};
+use faceoff_fem::contact::{Discretisation, Method, Stop};
 use faceoff_fem::scene::Scene;
 use faceoff_fem::truth::Reference;
 use serde_json::Value;
@@ -69,7 +69,7 @@ fn an_accuracy_is_reached_and_certified() {
 fn the_certificate_holds_against_the_mesh_free_reference() {
     let scene = Scene::find("one-zone").unwrap();
     let wish = Wish {
-        method: Method::cr_fc(),
+        discretisation: Discretisation::of(&scene, Method::cr_fc()),
         target: Target::V,
         accuracy: 0.08,
         stop: Stop::default(),
@@ -131,20 +131,21 @@ fn a_corner_is_worth_adapting_and_a_smooth_solution_is_not() {
     let needed = n2 * (e2 / 2e-2).powf(1.0 / rate);
     let adapted = dofs("l-shape", "adaptive").last().unwrap().0;
     assert!(needed > 5.0 * adapted, "{needed} {adapted}");
-    for (scene, way) in [("l-shape", Way::Adaptive), ("one-zone", Way::Uniform)] {
+    for (name, way) in [("l-shape", Way::Adaptive), ("one-zone", Way::Uniform)] {
+        let scene = Scene::find(name).unwrap();
         let wish = Wish {
-            method: Method::cr_fc(),
+            discretisation: Discretisation::of(&scene, Method::cr_fc()),
             target: Target::G,
             accuracy: 2e-2,
             stop: Stop::default(),
             linear: Default::default(),
             way: None,
         };
-        let reached = reach(&Scene::find(scene).unwrap(), &wish, |_, _| Ok(())).unwrap();
+        let reached = reach(&scene, &wish, |_, _| Ok(())).unwrap();
         assert_eq!(
             (reached.way, reached.ended),
             (way, Ended::Reached),
-            "{scene}"
+            "{name}"
         );
     }
 }

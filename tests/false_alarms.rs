@@ -3,7 +3,9 @@
 
 use crate::common::{folder, write};
 use faceoff::verify::tolerance;
-use faceoff_fem::contact::{Iteration, Method, Problem, Stop, face_fields, solve_by};
+use faceoff_fem::contact::{
+    Discretisation, Iteration, Method, Problem, Stop, face_fields, solve_by,
+};
 use faceoff_fem::linear::{Precision, Settings, Solver};
 use faceoff_fem::scene::Scene;
 use faceoff_judge::{Verdict, judge};
@@ -67,7 +69,7 @@ fn solve(
     solver: Solver,
     name: &str,
 ) -> Option<FaceFields> {
-    let problem = Problem::new(scene, mesh, method).unwrap();
+    let problem = Problem::new(scene, mesh, &Discretisation::of(scene, method)).unwrap();
     let linear = Settings {
         solver,
         precision: Precision::F64,

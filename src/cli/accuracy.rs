@@ -12,13 +12,18 @@ use crate::engine::{self, Case, Explanation, interrupted};
 use crate::report::{self, Certified};
 use faceoff_fem::adapt::{Ended, Next, Step, Way, Wish, reach};
 use faceoff_fem::certify::Target;
-use faceoff_fem::contact::{Method, Problem};
+use faceoff_fem::contact::{Discretisation, Problem};
 use faceoff_fem::linear::Settings;
 use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::{Error, Result};
 
 /// Refines until the bound is below the accuracy, telling each mesh and what is to come.
-pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f64) -> Result<u8> {
+pub(super) fn run(
+    arguments: &Solve,
+    scene: &Scene,
+    discretisation: Discretisation,
+    accuracy: f64,
+) -> Result<u8> {
     let linear = Settings {
         solver: arguments.linear,
         precision: arguments.precision,
@@ -26,7 +31,7 @@ pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f6
     let settings = settings(&arguments.running, arguments.iteration, linear);
     let target = arguments.certify.unwrap_or(Target::G);
     let wish = Wish {
-        method,
+        discretisation,
         target,
         accuracy,
         stop: settings.stop,
@@ -46,9 +51,8 @@ pub(super) fn run(arguments: &Solve, scene: &Scene, method: Method, accuracy: f6
     })?;
     let total = clock.elapsed().as_secs_f64();
     let case = Case {
-        scene,
         n: reached.n,
-        problem: Problem::new(scene, &reached.mesh, method)?,
+        problem: Problem::new(scene, &reached.mesh, &wish.discretisation)?,
     };
     let answer = engine::Answer::new(reached.solution);
     let version = env!("CARGO_PKG_VERSION");

@@ -6,7 +6,8 @@ use serde::Serialize;
 use crate::engine::{self, Case, Explanation};
 use crate::report;
 use faceoff_fem::adapt::Step;
-use faceoff_fem::contact::{ContactSet, Ended, Errors, Iteration, errors, quantities};
+use faceoff_fem::contact::{ContactSet, Ended, Errors, Iteration, quantities};
+use faceoff_fem::known::Truth;
 use faceoff_fem::linear::Choice;
 use faceoff_mesh::error::Result;
 
@@ -77,7 +78,7 @@ impl Answer {
     /// What an engine answered to a case, and the seconds for its mesh and its assembly.
     ///
     /// # Errors
-    /// An exact solution that is not finite.
+    /// An exact solution that is not finite, or not known on this mesh.
     pub fn new(
         case: &Case,
         iteration: Iteration,
@@ -85,18 +86,17 @@ impl Answer {
         answer: &engine::Answer,
         (mesh, assembly, total): (f64, f64, f64),
     ) -> Result<Self> {
-        let (space, method) = (&case.problem.space, &case.problem.method);
+        let (space, method) = (&case.problem.space, case.problem.method());
         let own = engine == "rust";
         let phase = |name: &str| answer.seconds.iter().find(|(n, _)| n == name).map(|p| p.1);
         let values = quantities(&case.problem, &answer.u);
-        let exact = case.scene.exact.as_ref();
-        let error = exact
+        let error = Truth::of(case.scene())?
             .filter(|_| values.grad_norm_sq.is_finite())
-            .map(|exact| errors(space, &answer.u, exact))
+            .map(|truth| truth.errors(&case.problem, &answer.u))
             .transpose()?;
         let history = answer.history.as_ref();
         Ok(Answer {
-            scene: case.scene.name.clone(),
+            scene: case.scene().name().to_owned(),
             method: method.to_string(),
             engine: engine.to_owned(),
             version: version.to_owned(),
@@ -104,7 +104,7 @@ impl Answer {
             faces: space.mesh.face_count(),
             cells: space.mesh.cell_count(),
             dofs: space.dofs,
-            gamma0: method.gamma0(case.scene.gamma0),
+            gamma0: case.problem.discretisation.gamma0(),
             iteration: iteration.to_string(),
             iterations: answer.increments.len(),
             increments: answer.increments.clone(),

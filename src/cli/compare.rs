@@ -161,8 +161,8 @@ fn refuse_copies(a: &Path, b: &Path, identical_is_allowed: bool) -> Result<()> {
 /// What a scene allows; one that allows nothing of its own was not meant.
 fn scene_bounds(scene: Option<&Scene>) -> Result<Option<&Comparing>> {
     let Some(scene) = scene else { return Ok(None) };
-    let bounds = scene.compare.as_ref().ok_or_else(|| Error::Scene {
-        scene: scene.name.clone(),
+    let bounds = scene.compare().ok_or_else(|| Error::Scene {
+        scene: scene.name().to_owned(),
         place: "compare".into(),
         what: "it gives no tolerances".into(),
         remedy: "write [compare] with rtol, atol, or fields, or leave out --scene".into(),

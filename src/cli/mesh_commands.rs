@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Mesh) -> Result<u8> {
             form,
         } => {
             let scene = trust.scene(scene)?;
-            let (_, made) = scene.mesh(n.map(|n| n as usize).or(scene.mesh.n()))?;
+            let (_, made) = scene.mesh(n.map(|n| n as usize).or(scene.source().n()))?;
             warn(form, io::write(out, &made, &options(form, out, python)?)?);
         }
     }

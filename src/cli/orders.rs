@@ -30,7 +30,7 @@ pub(super) fn run(arguments: &Orders) -> Result<u8> {
     let (started, total) = (AtomicUsize::new(0), scenes.len() * methods.len() * n.len());
     let all = orders(&scenes, methods, &n, |scene, method, n| {
         let share = started.fetch_add(1, Ordering::Relaxed) as f64 / total as f64;
-        bar.tell(&format!("{}, {method}, n = {n}", scene.name), share);
+        bar.tell(&format!("{}, {method}, n = {n}", scene.name()), share);
         if engine::interrupted() {
             return Err(Error::Interrupted);
         }

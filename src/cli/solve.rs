@@ -12,8 +12,9 @@ use super::{DISAGREE, DONE, FAILED, engines};
 use crate::engine::{self, Case, Explanation, Progress, Silent};
 use crate::report;
 use faceoff_fem::certify::certify;
-use faceoff_fem::contact::{Iteration, Method, Problem};
+use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem};
 use faceoff_fem::linear::Settings;
+use faceoff_fem::scene::MeshSource;
 use faceoff_mesh::error::{Error, Result};
 
 pub(super) fn run(arguments: &Solve) -> Result<u8> {
@@ -26,8 +27,13 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     };
     let method = arguments.method.unwrap_or(usual);
     if let Some(path) = &arguments.mesh {
-        scene.use_mesh(path);
+        scene = scene.with_source(MeshSource::File {
+            path: path.to_owned(),
+            n: None,
+            dim: scene.source().dim(),
+        })?;
     }
+    let mut discretisation = Discretisation::of(&scene, method);
     if let Some(gamma0) = arguments.gamma0 {
         if !method.is_nitsche() {
             return Err(Error::usage(
@@ -41,7 +47,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
                 "the method needs gamma0 > 0 (default: 100)",
             ));
         }
-        scene.gamma0 = gamma0;
+        discretisation.gamma0 = gamma0;
     }
     if arguments.iteration != Iteration::Newton && arguments.engine != "rust" {
         return Err(Error::usage(
@@ -74,22 +80,18 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     }
 
     if let Some(accuracy) = arguments.accuracy {
-        return accuracy::run(arguments, &scene, method, accuracy);
+        return accuracy::run(arguments, &scene, discretisation, accuracy);
     }
 
     let clock = Instant::now();
-    let n = arguments.n.map(|n| n as usize).or(scene.mesh.n());
+    let n = arguments.n.map(|n| n as usize).or(scene.source().n());
     let mesh = scene.triangulation(n)?;
     let seconds_mesh = clock.elapsed().as_secs_f64();
     let assembly_clock = Instant::now();
-    let problem = Problem::new(&scene, &mesh, method)?;
+    let problem = Problem::new(&scene, &mesh, &discretisation)?;
     let seconds_problem = assembly_clock.elapsed().as_secs_f64();
-    let case = Case {
-        scene: &scene,
-        n,
-        problem,
-    };
-    let name = format!("{} {}", scene.name, method);
+    let case = Case { n, problem };
+    let name = format!("{} {}", scene.name(), method);
     let bars = Bars::new(&[engine.name()], vec![(name, 1)], quiet);
     let listener: &dyn Progress = bars.as_ref().map_or(&Silent, |bars| bars);
     let run = engine.run(std::slice::from_ref(&case), &settings, listener);
@@ -111,7 +113,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
 
     let certificate = arguments
         .certify
-        .map(|_| certify(&scene, &case.problem, &answer.u))
+        .map(|_| certify(&case.problem, &answer.u))
         .transpose()?;
     let seconds = (seconds_mesh, seconds_problem, total);
     let of = (engine.name(), run.version.as_str());

@@ -123,8 +123,8 @@ fn follow(words: &[String]) -> Result<Followed> {
 
 fn check(request: &Request) -> Result<()> {
     for (k, subject) in request.subjects.iter().enumerate() {
-        let name = &subject.scene.name;
-        if request.subjects[..k].iter().any(|s| s.scene.name == *name) {
+        let name = subject.scene.name();
+        if request.subjects[..k].iter().any(|s| s.scene.name() == name) {
             return Err(Error::usage(
                 format!("scene {name} is named twice"),
                 "give scenes of different names",

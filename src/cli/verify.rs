@@ -44,9 +44,9 @@ fn judge(arguments: &Verify) -> Result<u8> {
             .collect::<Result<Vec<_>>>()?
     };
     for (k, scene) in scenes.iter().enumerate() {
-        if scenes[..k].iter().any(|other| other.name == scene.name) {
+        if scenes[..k].iter().any(|other| other.name() == scene.name()) {
             return Err(Error::usage(
-                format!("scene {} is named twice", scene.name),
+                format!("scene {} is named twice", scene.name()),
                 "give scenes of different names",
             ));
         }
@@ -294,15 +294,15 @@ fn distinct(n: &[u32]) -> Result<Vec<usize>> {
 fn work(request: &Request) -> Vec<(String, u64)> {
     let mut cases = Vec::new();
     for scene in &request.scenes {
-        let own = [scene.mesh.n().unwrap_or(16)];
-        let levels: &[usize] = match scene.mesh.n() {
+        let own = [scene.source().n().unwrap_or(16)];
+        let levels: &[usize] = match scene.source().n() {
             Some(_) if !request.n.is_empty() => &request.n,
             _ => &own,
         };
         for n in levels {
             for method in &request.methods {
                 let weight = (n * n * method.element.degree()).max(1) as u64;
-                cases.push((format!("{} {method} n = {n}", scene.name), weight));
+                cases.push((format!("{} {method} n = {n}", scene.name()), weight));
             }
         }
     }

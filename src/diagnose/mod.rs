@@ -124,7 +124,7 @@ pub fn diagnose(request: &Request, outcome: &Outcome) -> Result<Vec<Diagnosis>> 
         .iter()
         .filter(|c| c.verdict == Verdict::Disagree)
     {
-        let scene = request.scenes.iter().find(|s| s.name == case.scene);
+        let scene = request.scenes.iter().find(|s| s.name() == case.scene);
         let method = request
             .methods
             .iter()

@@ -3,10 +3,10 @@
 use super::{BADLY_CONDITIONED, Diagnosis, Ingredient};
 use crate::engine::{Case, Engine, Progress, Settings, Silent, interrupted};
 use crate::verify::{CaseOutcome, RESIDUAL_TOLERANCE, Request, tolerance};
-use faceoff_fem::contact::{Method, Problem, face_fields, solve_by};
+use faceoff_fem::contact::{Discretisation, Method, Problem, face_fields, solve_by};
 use faceoff_fem::linear::{self, Precision, Solver};
 use faceoff_fem::quadrature;
-use faceoff_fem::scene::{Expression, HRule, Scene};
+use faceoff_fem::scene::{Data, Expression, HRule, Scene};
 use faceoff_judge::judge;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::FaceFields;
@@ -20,7 +20,7 @@ pub(super) struct Pair<'a> {
     settings: &'a Settings,
     case: &'a CaseOutcome,
     scene: &'a Scene,
-    method: Method,
+    discretisation: Discretisation,
     mesh: Triangulation,
     engines: [&'a dyn Engine; 2],
     answers: [&'a FaceFields; 2],
@@ -46,13 +46,13 @@ impl<'a> Pair<'a> {
             settings: &request.settings,
             case,
             scene,
-            method,
+            discretisation: Discretisation::of(scene, method),
             mesh: scene.triangulation(case.n)?,
             engines: [&**a, &**b],
             answers: [of_a, of_b],
             strange: Vec::new(),
         };
-        let Some(own) = pair.rust(scene, request.settings.linear) else {
+        let Some(own) = pair.rust(&pair.discretisation, request.settings.linear) else {
             return Ok(None);
         };
         let same = |answer: &FaceFields| distance(&own, answer) <= tolerance(&method);
@@ -95,7 +95,7 @@ impl<'a> Pair<'a> {
             ingredient: ingredient.into(),
             matched,
             left,
-            accounts: left <= tolerance(&self.method),
+            accounts: left <= tolerance(&self.discretisation.method),
         }
     }
 
@@ -111,17 +111,17 @@ impl<'a> Pair<'a> {
         found
     }
 
-    /// How far the Rust engine on a changed scene is from a strange answer, and whose that is: the nearest.
-    fn nearest_to(&self, changed: &Scene) -> Option<(&str, f64)> {
+    /// How far the Rust engine by another discretisation is from a strange answer, and whose that is: the nearest.
+    fn nearest_to(&self, changed: &Discretisation) -> Option<(&str, f64)> {
         let fields = self.rust(changed, self.settings.linear)?;
         let sides = self.strange.iter();
         let sides = sides.map(|answer| (&*answer.source, distance(&fields, answer)));
         sides.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// What the Rust engine answers on a changed scene and the same mesh.
-    fn rust(&self, scene: &Scene, linear: linear::Settings) -> Option<FaceFields> {
-        let problem = Problem::new(scene, &self.mesh, self.method).ok()?;
+    /// What the Rust engine answers by another discretisation on the same mesh.
+    fn rust(&self, by: &Discretisation, linear: linear::Settings) -> Option<FaceFields> {
+        let problem = Problem::new(self.scene, &self.mesh, by).ok()?;
         let settings = self.settings;
         let told = |_, _| Ok(());
         let solution = solve_by(&problem, settings.iteration, settings.stop, linear, told).ok()?;
@@ -130,7 +130,7 @@ impl<'a> Pair<'a> {
 
     /// Does the residual of a strange answer reach beyond the contact cells? Then more than Γ_C is at fault.
     fn reaches_inside(&self) -> Result<bool> {
-        let problem = Problem::new(self.scene, &self.mesh, self.method)?;
+        let problem = Problem::new(self.scene, &self.mesh, &self.discretisation)?;
         let mut at_contact = vec![false; problem.space.dofs];
         for face in &problem.contact {
             let dofs = problem.space.cell_dofs(face.cell);
@@ -151,9 +151,8 @@ impl<'a> Pair<'a> {
 
     /// What is left when both engines run again; none where one of them does not answer.
     fn again(&self, scene: &Scene, mesh: &Triangulation, settings: &Settings) -> Option<f64> {
-        let problem = Problem::new(scene, mesh, self.method).ok()?;
+        let problem = Problem::new(scene, mesh, &self.discretisation).ok()?;
         let cases = [Case {
-            scene,
             n: self.case.n,
             problem,
         }];
@@ -173,23 +172,25 @@ impl<'a> Pair<'a> {
     /// Every other rule, and a load that every rule integrates exactly.
     fn load(&self, ingredients: &mut Vec<Ingredient>) -> Result<()> {
         const NAME: &str = "the quadrature of the load";
-        let own = self.scene.rules(self.mesh.dim)?[0].name;
+        let own = self.discretisation.rules(self.mesh.dim)?[0].name;
         for rule in quadrature::names(self.mesh.dim)
             .iter()
             .filter(|r| **r != own)
         {
-            let mut scene = self.scene.clone();
-            scene.load_quadrature = Some((*rule).into());
-            if let Some((who, left)) = self.nearest_to(&scene) {
+            let mut changed = self.discretisation.clone();
+            changed.load_quadrature = Some((*rule).into());
+            if let Some((who, left)) = self.nearest_to(&changed) {
                 ingredients.push(self.found_of(NAME, rule, who, left));
             }
         }
         if !self.reaches_inside()? {
             return Ok(());
         }
-        let mut scene = self.scene.clone();
-        scene.data.f = Expression::constant(-1.0);
-        scene.data.t = Expression::constant(0.0);
+        let scene = self.scene.with_data(Data {
+            f: Expression::constant(-1.0),
+            t: Expression::constant(0.0),
+            ..self.scene.data().clone()
+        });
         if let Some(left) = self.again(&scene, &self.mesh, self.settings) {
             let matched = "a constant f and no t in both codes".into();
             ingredients.push(self.found(NAME, matched, left));
@@ -198,14 +199,14 @@ impl<'a> Pair<'a> {
     }
 
     fn contact_quadrature(&self, ingredients: &mut Vec<Ingredient>) -> Result<()> {
-        let own = self.scene.rules(self.mesh.dim)?[1].name;
+        let own = self.discretisation.rules(self.mesh.dim)?[1].name;
         for rule in quadrature::names(self.mesh.dim - 1)
             .iter()
             .filter(|r| **r != own)
         {
-            let mut scene = self.scene.clone();
-            scene.contact_quadrature = Some((*rule).into());
-            if let Some((who, left)) = self.nearest_to(&scene) {
+            let mut changed = self.discretisation.clone();
+            changed.contact_quadrature = Some((*rule).into());
+            if let Some((who, left)) = self.nearest_to(&changed) {
                 ingredients.push(self.found_of("the quadrature on Γ_C", rule, who, left));
             }
         }
@@ -215,16 +216,13 @@ impl<'a> Pair<'a> {
     /// The other meaning of h, and the γ₀ that fits best.
     fn gamma(&self, ingredients: &mut Vec<Ingredient>) -> Result<()> {
         const NAME: &str = "γ = γ₀ h";
-        let mut scene = self.scene.clone();
-        scene.h = match scene.h {
-            HRule::Local => HRule::Global,
-            HRule::Global => HRule::Local,
+        let mut changed = self.discretisation.clone();
+        let h;
+        (changed.h, h) = match changed.h {
+            HRule::Local => (HRule::Global, "global"),
+            HRule::Global => (HRule::Local, "local"),
         };
-        let h = match scene.h {
-            HRule::Local => "local",
-            HRule::Global => "global",
-        };
-        if let Some((who, left)) = self.nearest_to(&scene) {
+        if let Some((who, left)) = self.nearest_to(&changed) {
             ingredients.push(self.found_of(NAME, &format!("{h} h"), who, left));
         }
         for answer in &self.strange {
@@ -238,16 +236,16 @@ impl<'a> Pair<'a> {
 
     /// γ₀ by Gauss and Newton: the least squares of the face means, with the derivative in log γ₀ by differences.
     fn fit_gamma(&self, answer: &FaceFields) -> Option<(f64, f64)> {
-        let mut scene = self.scene.clone();
+        let mut fitted = self.discretisation.clone();
         let mut best: Option<(f64, f64)> = None;
         for _ in 0..8 {
-            let here = self.rust(&scene, self.settings.linear)?;
+            let here = self.rust(&fitted, self.settings.linear)?;
             let left = distance(&here, answer);
             if best.is_none_or(|(_, other)| left < other) {
-                best = Some((scene.gamma0, left));
+                best = Some((fitted.gamma0, left));
             }
             let step = 1e-4;
-            let mut beside = scene.clone();
+            let mut beside = fitted.clone();
             beside.gamma0 *= 1.0 + step;
             let beside = self.rust(&beside, self.settings.linear)?;
             let means = |f: &FaceFields| f.column("mean").map(|c| c.values.clone());
@@ -262,10 +260,10 @@ impl<'a> Pair<'a> {
             if !factor.is_finite() || factor.abs() < 1e-15 {
                 break;
             }
-            scene.gamma0 *= 1.0 + factor;
+            fitted.gamma0 *= 1.0 + factor;
         }
         // The scene's own γ₀ is no other.
-        best.filter(|(gamma0, _)| *gamma0 != self.scene.gamma0)
+        best.filter(|(gamma0, _)| *gamma0 != self.discretisation.gamma0)
     }
 
     fn stop(&self, ingredients: &mut Vec<Ingredient>) -> Result<()> {
@@ -281,13 +279,13 @@ impl<'a> Pair<'a> {
     }
 
     fn start(&self, ingredients: &mut Vec<Ingredient>) -> Result<()> {
-        let problem = Problem::new(self.scene, &self.mesh, self.method)?;
+        let problem = Problem::new(self.scene, &self.mesh, &self.discretisation)?;
         let of = |name: &str| self.case.engines.iter().find(|e| e.engine == name);
         let residuals = self.answers.map(|answer| {
             of(&answer.source).map_or(f64::INFINITY, |e| problem.backward_error(&e.u).0)
         });
         let [a, b] = self.answers;
-        let judged = judge(a, b, tolerance(&self.method))?;
+        let judged = judge(a, b, tolerance(&self.discretisation.method))?;
         let flips = judged.iter().find_map(|field| field.flips).unwrap_or(0);
         let (matched, left) = start_decides(residuals, flips, distance(a, b));
         ingredients.push(self.found("the start", matched.into(), left));
@@ -328,7 +326,7 @@ impl<'a> Pair<'a> {
         if !self.answers.iter().any(|a| a.source == "rust") {
             return None;
         }
-        let fields = self.rust(self.scene, linear)?;
+        let fields = self.rust(&self.discretisation, linear)?;
         let other = self.answers.iter().find(|a| a.source != "rust")?;
         Some((&other.source, distance(&fields, other)))
     }

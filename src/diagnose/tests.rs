@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::*;
 use crate::engine::{Answer, Case, Engine, Launch, Progress, Run, Settings, Silent};
 use crate::verify::verify;
-use faceoff_fem::contact::{Iteration, Method, Problem, Stop, solve_by};
+use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Stop, solve_by};
 use faceoff_fem::scene::{HRule, Scene};
 
 const N: usize = 6;
@@ -13,7 +13,7 @@ const N: usize = 6;
 /// The Rust solver with something done to the problem, the rule to stop or the answer.
 struct Faulty {
     name: &'static str,
-    scene: fn(&mut Scene),
+    discretisation: fn(&mut Discretisation),
     max_iterations: fn(&Settings) -> usize,
     change: fn(&Problem, &mut [f64]),
 }
@@ -33,10 +33,9 @@ impl Engine for Faulty {
 
     fn run(&self, cases: &[Case], settings: &Settings, _: &dyn Progress) -> Result<Run> {
         let answers = cases.iter().map(|case| {
-            let mut scene = case.scene.clone();
-            (self.scene)(&mut scene);
-            let of_case = &case.problem;
-            let problem = Problem::new(&scene, of_case.space.mesh, of_case.method)?;
+            let mut discretisation = case.problem.discretisation.clone();
+            (self.discretisation)(&mut discretisation);
+            let problem = Problem::new(case.scene(), case.problem.space.mesh, &discretisation)?;
             let max_iterations = (self.max_iterations)(settings);
             let stop = Stop {
                 max_iterations,
@@ -59,7 +58,7 @@ impl Engine for Faulty {
 
 const HONEST: Faulty = Faulty {
     name: "honest",
-    scene: |_| {},
+    discretisation: |_| {},
     max_iterations: |settings| settings.stop.max_iterations,
     change: |_, _| {},
 };
@@ -103,7 +102,12 @@ fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
 }
 
 /// The scene, what is to be named, what a code does otherwise, and how that is told.
-type Otherwise = (&'static str, &'static str, fn(&mut Scene), &'static str);
+type Otherwise = (
+    &'static str,
+    &'static str,
+    fn(&mut Discretisation),
+    &'static str,
+);
 
 #[test]
 fn what_of_the_scheme_a_code_does_otherwise_is_named_with_what_it_does() {
@@ -111,23 +115,23 @@ fn what_of_the_scheme_a_code_does_otherwise_is_named_with_what_it_does() {
         (
             "one-zone",
             "the quadrature of the load",
-            |s| s.load_quadrature = Some("edges-3".into()),
+            |d| d.load_quadrature = Some("edges-3".into()),
             "edges-3",
         ),
         (
             "one-zone",
             "the quadrature on Γ_C",
-            |s| s.contact_quadrature = Some("gauss-2".into()),
+            |d| d.contact_quadrature = Some("gauss-2".into()),
             "gauss-2",
         ),
-        ("one-zone", "γ = γ₀ h", |s| s.gamma0 = 77.0, "γ₀ = 7"),
+        ("one-zone", "γ = γ₀ h", |d| d.gamma0 = 77.0, "γ₀ = 7"),
         // Where cells differ in size.
-        ("plate", "γ = γ₀ h", |s| s.h = HRule::Global, "global h"),
+        ("plate", "γ = γ₀ h", |d| d.h = HRule::Global, "global h"),
     ];
-    for (on, name, scene, what) in cases {
+    for (on, name, discretisation, what) in cases {
         let other = Faulty {
             name: "other",
-            scene,
+            discretisation,
             ..HONEST
         };
         let (names, sentence) = named_on(on, HONEST, other);

@@ -40,7 +40,7 @@ impl Explanation {
     /// Of an answer to a case, without a certificate.
     pub fn new(case: &Case, answer: &Answer) -> Self {
         let problem = &case.problem;
-        let data = &case.scene.data;
+        let data = case.scene().data();
         let all: [(&'static str, &Expression); 4] = [
             ("f", &data.f),
             ("g", &data.g),
@@ -73,7 +73,7 @@ impl Explanation {
             conditions: problem.conditions.len(),
             in_contact: whole,
             partly_in_contact: part,
-            flux_corrected: problem.method.law == Law::FluxCorrected,
+            flux_corrected: problem.method().law == Law::FluxCorrected,
             steps: answer.increments.len(),
             built: history.map(|h| h.built),
             linear: history.map(|h| h.linear),
@@ -140,17 +140,14 @@ impl Explanation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use faceoff_fem::contact::{Iteration, Method, Problem, Stop, solve};
+    use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Stop, solve};
     use faceoff_fem::scene::Scene;
 
     fn explained(text: &str, method: Method) -> Explanation {
         let scene = Scene::parse(text).unwrap();
         let mesh = scene.triangulation(None).unwrap();
-        let case = Case {
-            scene: &scene,
-            n: None,
-            problem: Problem::new(&scene, &mesh, method).unwrap(),
-        };
+        let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
+        let case = Case { n: None, problem };
         let solution = solve(&case.problem, Iteration::Newton, Stop::default(), |_, _| {
             Ok(())
         });

@@ -196,9 +196,9 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
     let numbers: Vec<usize> = cases
         .iter()
         .map(|case| {
-            let known = scenes.iter().position(|s| s.data == case.scene.data);
+            let known = scenes.iter().position(|s| s.data() == case.scene().data());
             known.unwrap_or_else(|| {
-                scenes.push(case.scene);
+                scenes.push(case.scene());
                 scenes.len() - 1
             })
         })
@@ -206,7 +206,7 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
     for name in ["sceneF", "sceneG", "sceneT", "scenePsi"] {
         let _ = writeln!(text, "func real {name}(int k) {{");
         for (number, scene) in scenes.iter().enumerate() {
-            let data = &scene.data;
+            let data = scene.data();
             let expression = match name {
                 "sceneF" => &data.f,
                 "sceneG" => &data.g,
@@ -225,7 +225,7 @@ fn job_idp(cases: &[Case], settings: &Settings) -> String {
         let items: Vec<_> = (0..cases.len()).map(item).collect();
         format!("[{}]", items.join(", "))
     };
-    let method = |k: usize| &cases[k].problem.method;
+    let method = |k: usize| cases[k].problem.method();
     let _ = write!(
         text,
         "int cases = {};\n\

@@ -95,7 +95,7 @@ pub(super) fn case_id(index: usize) -> String {
 /// How messages name a case.
 pub(super) fn case_label(case: &Case) -> String {
     let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
-    format!("{}, {}{n}", case.scene.name, case.problem.method)
+    format!("{}, {}{n}", case.scene().name(), case.problem.method())
 }
 
 /// The cases by jobs: those of a job stand together and have one dimension and one pair of rules.
@@ -152,13 +152,13 @@ pub(super) fn write(
             let path = folder.join(&id);
             fs::create_dir_all(&path).map_err(Error::io(&path, "make"))?;
             let files = write_case(case, &id)?;
-            let data = &case.scene.data;
-            let method = &case.problem.method;
-            accepts_family(engine, method)?;
+            let data = case.scene().data();
+            let method = case.problem.method();
+            accepts_family(engine, &method)?;
             let [theta1, theta2] = method.law.thetas();
             Ok(JobCase {
                 id,
-                scene: case.scene.name.clone(),
+                scene: case.scene().name().to_owned(),
                 n: case.n,
                 dimension: case.problem.space.mesh.dim,
                 method: method.to_string(),

@@ -36,10 +36,15 @@ use faceoff_mesh::error::{Error, Result};
 
 /// One problem for the engines.
 pub struct Case<'a> {
-    pub scene: &'a Scene,
     /// The refinement, where the scene has one.
     pub n: Option<usize>,
     pub problem: Problem<'a>,
+}
+
+impl<'a> Case<'a> {
+    pub fn scene(&self) -> &'a Scene {
+        self.problem.scene
+    }
 }
 
 /// What every engine must do alike.

@@ -274,22 +274,23 @@ fn of_settings(settings: &Settings) -> Value {
 
 /// Everything that the scheme is made of.
 pub(super) fn problem(case: &Case) -> Value {
-    let (scene, problem) = (case.scene, &case.problem);
+    let (scene, problem) = (case.scene(), &case.problem);
+    let discretisation = &problem.discretisation;
     let parts = format!("{:?}", problem.parts);
     json!({
-        "scene": scene.name,
-        "method": problem.method.to_string(),
+        "scene": scene.name(),
+        "method": problem.method().to_string(),
         "n": case.n,
         "mesh digest": problem.space.mesh.digest(),
         "parts of the boundary, digest": digest(parts.as_bytes()),
         "dofs": problem.space.dofs,
-        "gamma0": scene.gamma0,
-        "h": format!("{:?}", scene.h).to_lowercase(),
+        "gamma0": discretisation.gamma0,
+        "h": format!("{:?}", discretisation.h).to_lowercase(),
         "quadrature": [problem.cell_rule.name, problem.face_rule.name],
-        "f": scene.data.f.text(),
-        "g": scene.data.g.text(),
-        "t": scene.data.t.text(),
-        "psi": scene.data.psi.text(),
+        "f": scene.data().f.text(),
+        "g": scene.data().g.text(),
+        "t": scene.data().t.text(),
+        "psi": scene.data().psi.text(),
     })
 }
 

@@ -217,7 +217,7 @@ impl Resumed {
 /// Names the files of a case. Scenes of one run have different names, and names without a slash.
 fn stem(case: &Case) -> String {
     let n = case.n.map_or("own".into(), |n| n.to_string());
-    format!("{}.{}.{n}", case.scene.name, case.problem.method)
+    format!("{}.{}.{n}", case.scene().name(), case.problem.method())
 }
 
 /// Progress on one case of several.

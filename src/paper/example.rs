@@ -1,6 +1,6 @@
 //! The examples of section 6: the scene that is solved, and what is known of its solution.
 
-use faceoff_fem::scene::{Expression, Scene};
+use faceoff_fem::scene::{Data, Expression, Scene};
 use faceoff_fem::truth::{DEFAULT_RESOLUTION, Reference};
 use faceoff_mesh::error::{Error, Result};
 
@@ -47,16 +47,18 @@ impl Example {
             3 => Scene::find("three-zones")?,
             5 => Scene::find("five-zones")?,
             _ => {
-                let mut scene = Scene::find("five-zones")?;
-                scene.name = format!("zones-{n}");
+                let scene = Scene::find("five-zones")?.renamed(&format!("zones-{n}"))?;
                 let f = format!("(2*pi*{n})^2*cos(2*pi*{n}*x)");
-                scene.data.f = Expression::parse(&f).map_err(|e| Error::Scene {
-                    scene: scene.name.clone(),
+                let f = Expression::parse(&f).map_err(|e| Error::Scene {
+                    scene: scene.name().to_owned(),
                     place: "data.f".into(),
                     what: e.what,
                     remedy: "report this".into(),
                 })?;
-                scene
+                scene.with_data(Data {
+                    f,
+                    ..scene.data().clone()
+                })
             }
         };
         Ok(Example {
@@ -94,7 +96,7 @@ mod tests {
             for i in 0..=40 {
                 let x = f64::from(i) / 40.0;
                 let (scene, truth) = (
-                    example.scene.data.f.value([x, 0.3, 0.0]),
+                    example.scene.data().f.value([x, 0.3, 0.0]),
                     example.truth.f(x),
                 );
                 assert!((scene - truth).abs() < 1e-10, "{}", example.title());

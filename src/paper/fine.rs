@@ -1,12 +1,8 @@
-//! The paper's reference: P2 on a fine Union-Jack mesh, as a function that others are measured against, and measured itself.
+//! The paper's reference: P2 on a fine Union-Jack mesh, as a function that others are measured against.
 
-use rayon::prelude::*;
-
-use super::distance::{Truth, pieces, transitions};
-use faceoff_fem::contact::{Errors, Problem, Quantities};
+use faceoff_fem::contact::{Problem, Quantities};
 use faceoff_fem::element::Space;
-use faceoff_fem::quadrature;
-use faceoff_fem::truth::Reference;
+use faceoff_fem::known::Function;
 
 /// A function of a P2 space on the Union-Jack mesh of n × n squares of the unit square.
 pub struct Fine<'a> {
@@ -29,7 +25,7 @@ impl<'a> Fine<'a> {
     }
 }
 
-impl Truth for Fine<'_> {
+impl Function for Fine<'_> {
     fn value(&self, x: f64, y: f64) -> f64 {
         let cell = cell_at(self.n, x, y);
         let geometry = self.space.mesh.geometry(cell);
@@ -90,62 +86,6 @@ fn cell_at(n: usize, x: f64, y: f64) -> usize {
     2 * (j * n + i) + usize::from(upper)
 }
 
-/// The errors of the P2 solution itself, relative to the norms of u.
-///
-/// U vanishes on Γ_D and is continuous, so that (∇u, ∇U) = (f, U) + <∂ₙu, U>_C and
-/// ‖∇(u-U)‖² = ‖∇u‖² + ‖∇U‖² - 2 (∇u, ∇U): no gradient of u is needed. (f, U) is by the scheme's own rule.
-pub fn fine_errors(problem: &Problem, u: &[f64], norms: &Quantities, truth: &Reference) -> Errors {
-    let space = &problem.space;
-    let mesh = space.mesh;
-    let mut product: f64 = problem.load.iter().zip(u).map(|(b, u)| b * u).sum();
-    for face in &problem.contact {
-        let [a, b] = [0, 1].map(|k| mesh.points[mesh.face(face.face)[k] as usize]);
-        let local = mesh.local_face(face.cell, face.face);
-        let vertices = mesh.cell(face.cell);
-        let first = mesh.face(face.face)[0];
-        let values = space.local(face.cell, u);
-        let cuts: Vec<f64> = transitions(truth)
-            .map(|end| (end - a[0]) / (b[0] - a[0]))
-            .filter(|s| *s > 0.0 && *s < 1.0)
-            .collect();
-        let integral = pieces(&cuts, |s| {
-            let mut lambda = [0.0; 4];
-            for (i, lambda) in lambda.iter_mut().enumerate().take(3) {
-                if i != local {
-                    *lambda = if vertices[i] == first { 1.0 - s } else { s };
-                }
-            }
-            let phi = space.element.values(2, &lambda);
-            let value: f64 = phi.iter().zip(&values).map(|(p, u)| p * u).sum();
-            truth.flux(a[0] + s * (b[0] - a[0])) * value
-        });
-        product += face.measure * integral;
-    }
-    let square = truth.grad_norm_sq + norms.grad_norm_sq - 2.0 * product;
-    let rule = quadrature::exact(2, 5);
-    let squares: Vec<f64> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(|cell| {
-            let geometry = mesh.geometry(cell);
-            let local = space.local(cell, u);
-            let sum: f64 = rule
-                .iter()
-                .map(|(lambda, weight)| {
-                    let phi = space.element.values(2, &lambda);
-                    let value: f64 = phi.iter().zip(&local).map(|(p, u)| p * u).sum();
-                    let [x, y, _] = geometry.point(&lambda);
-                    weight * (truth.u(x, y) - value).powi(2)
-                })
-                .sum();
-            geometry.measure() * sum
-        })
-        .collect();
-    Errors {
-        h1: (square.max(0.0) / truth.grad_norm_sq).sqrt(),
-        l2: squares.iter().sum::<f64>().sqrt() / truth.l2_norm,
-    }
-}
-
 /// ‖∇(U-V)‖ / ‖∇U‖ for V from the mesh of half the fineness: Union-Jack meshes are nested, so V is a function of U's space.
 pub fn step_between(problem: &Problem, u: &[f64], coarse: &Fine) -> f64 {
     let difference: Vec<f64> = problem
@@ -159,13 +99,14 @@ pub fn step_between(problem: &Problem, u: &[f64], coarse: &Fine) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::distance::distance;
     use super::*;
-    use faceoff_fem::contact::ContactSet;
+    use faceoff_fem::contact::{ContactSet, Discretisation, Errors};
     use faceoff_fem::contact::{Iteration, Method, Stop, errors, quantities, solve};
     use faceoff_fem::element::{CR, P2};
-    use faceoff_fem::scene::Scene;
-    use faceoff_fem::truth::DEFAULT_RESOLUTION;
+    use faceoff_fem::known::{distance, fine_errors};
+    use faceoff_fem::quadrature;
+    use faceoff_fem::scene::{Exact, Scene};
+    use faceoff_fem::truth::{DEFAULT_RESOLUTION, Reference};
     use faceoff_mesh::mesh::Triangulation;
     use faceoff_mesh::mesh::generate::union_jack;
 
@@ -297,7 +238,8 @@ mod tests {
         let solved: Vec<_> = meshes
             .iter()
             .map(|mesh| {
-                let problem = Problem::new(&scene, mesh, Method::p2()).unwrap();
+                let problem =
+                    Problem::new(&scene, mesh, &Discretisation::of(&scene, Method::p2())).unwrap();
                 let u = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()))
                     .unwrap()
                     .u;
@@ -310,7 +252,12 @@ mod tests {
         };
         let (problem, u) = &solved[1];
         let here = of(1);
-        let there = errors(&problem.space, u, scene.exact.as_ref().unwrap()).unwrap();
+        let there = errors(
+            &problem.space,
+            u,
+            scene.exact().and_then(Exact::formula).unwrap(),
+        )
+        .unwrap();
         assert!(
             (here.h1 / there.h1 - 1.0).abs() < 1e-2,
             "{here:?} {there:?}"

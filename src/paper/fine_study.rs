@@ -2,16 +2,16 @@
 
 use serde::Serialize;
 
-use super::distance::Truth;
 use super::example::Example;
-use super::fine::{Fine, fine_errors, step_between};
+use super::fine::{Fine, step_between};
 use super::study::steps_to;
 use super::work::{Work, cost};
 use crate::orders::{Observed, Theory};
 use faceoff_fem::contact::{
-    Errors, Iteration, Method, Problem, Quantities, Stop, quantities, solve,
+    Discretisation, Errors, Iteration, Method, Problem, Quantities, Stop, quantities, solve,
 };
 use faceoff_fem::element::Space;
+use faceoff_fem::known::{Function, fine_errors};
 use faceoff_fem::truth::exact::Regularity;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Triangulation;
@@ -79,7 +79,8 @@ pub fn run_fine<'a>(
         let n = *n;
         let what = format!("{}, p2 on {n} × {n}", example.title());
         work.tell(&what)?;
-        let problem = Problem::new(&example.scene, mesh, Method::p2())?;
+        let p2 = Discretisation::of(&example.scene, Method::p2());
+        let problem = Problem::new(&example.scene, mesh, &p2)?;
         let solution = solve(&problem, Iteration::Newton, Stop::default(), |step, _| {
             work.tell(&format!("{what}, step {step}"))
         })?;

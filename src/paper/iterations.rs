@@ -6,7 +6,7 @@
 use serde::{Serialize, Serializer};
 
 use super::TOL;
-use faceoff_fem::contact::{Iteration, Method, Problem, Splitting, Stop, solve};
+use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Splitting, Stop, solve};
 use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
@@ -88,12 +88,14 @@ pub fn count(
     scheme: Scheme,
     progress: impl FnMut(usize, f64) -> Result<()>,
 ) -> Result<Option<usize>> {
-    let mut scene = scene.clone();
-    scene.gamma0 = match scheme.gamma {
-        Gamma::Scaled(gamma0) => gamma0,
-        Gamma::Fixed(gamma) => gamma / mesh.geometry(0).diameter,
+    let discretisation = Discretisation {
+        gamma0: match scheme.gamma {
+            Gamma::Scaled(gamma0) => gamma0,
+            Gamma::Fixed(gamma) => gamma / mesh.geometry(0).diameter,
+        },
+        ..Discretisation::of(scene, method)
     };
-    let problem = Problem::new(&scene, mesh, method)?;
+    let problem = Problem::new(scene, mesh, &discretisation)?;
     let stop = Stop {
         increment: TOL,
         max_iterations: CAP,

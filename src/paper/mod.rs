@@ -3,8 +3,6 @@
 //! E. Burman, P. Hansbo, M. G. Larson, SIAM J. Numer. Anal. 55 (2017), section 6. The errors are taken to two
 //! references: P2 on a fine mesh, as in the paper, and the mesh-free one of [`faceoff_fem::truth`].
 
-mod distance;
-mod errors;
 mod example;
 mod figures;
 mod fine;
@@ -16,7 +14,6 @@ mod study;
 mod text;
 mod work;
 
-pub use errors::reference_errors;
 pub use example::Example;
 pub use figures::{FIGURES, Figure, draw};
 pub use fine_study::FineOutcome;

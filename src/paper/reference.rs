@@ -65,7 +65,7 @@ impl References {
         let paper = ZONES.iter().map(|&n| Example::zones(n));
         for example in std::iter::once(Example::one_zone()).chain(paper) {
             let example = example?;
-            all.push((example.scene.name, Known::new(&example.truth)));
+            all.push((example.scene.name().to_owned(), Known::new(&example.truth)));
         }
         for &n in zones {
             all.push((format!("zones-{n}"), Known::new(&Example::zones(n)?.truth)));

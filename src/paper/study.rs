@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::distance::{distance, transitions};
 use super::fine::Fine;
 use super::fine_study::{FineOutcome, run_fine};
 use super::iterations::{Count, Scheme, count, schemes};
@@ -12,7 +11,8 @@ use super::{Example, TOL};
 use crate::engine::{Case, Engine, Run, Settings};
 use crate::orders::{Observed, check_meshes};
 use crate::verify::Failure;
-use faceoff_fem::contact::{Errors, Method, Problem, quantities};
+use faceoff_fem::contact::{Discretisation, Errors, Method, Problem, quantities};
+use faceoff_fem::known::{distance, transitions};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Triangulation;
 
@@ -109,7 +109,7 @@ pub struct Level {
 /// Meshes that give no order, what solving refuses, an interruption. A companion that fails is told in the outcome.
 pub fn study(request: &Request, watch: &Watch) -> Result<Outcome> {
     check(request)?;
-    let gamma0 = request.examples[0].scene.gamma0;
+    let gamma0 = request.examples[0].scene.gamma0();
     let work = Work::new(request, watch);
     // All examples have one domain with one boundary.
     let square = |n: usize| Ok((n, request.examples[0].scene.triangulation(Some(n))?));
@@ -127,11 +127,11 @@ pub fn study(request: &Request, watch: &Watch) -> Result<Outcome> {
 
     let mut cases = Vec::new();
     for example in &request.examples {
+        let cr = Discretisation::of(&example.scene, Method::cr());
         for (n, mesh) in &meshes {
             cases.push(Case {
-                scene: &example.scene,
                 n: Some(*n),
-                problem: Problem::new(&example.scene, mesh, Method::cr())?,
+                problem: Problem::new(&example.scene, mesh, &cr)?,
             });
         }
     }
@@ -258,7 +258,7 @@ fn run_counts(
             work.finish(cost::count(*n));
         }
         counts.push(Count {
-            example: example.scene.name.clone(),
+            example: example.scene.name().to_owned(),
             method: Method::cr().to_string(),
             iteration,
             gamma: gamma.to_string(),
@@ -306,11 +306,11 @@ impl Series {
 fn outcome(example: &Example, fine: FineOutcome, series: Vec<Series>) -> ExampleOutcome {
     let truth = &example.truth;
     ExampleOutcome {
-        name: example.scene.name.clone(),
+        name: example.scene.name().to_owned(),
         title: example.title(),
         section: example.section,
         zones: example.zones,
-        f: example.scene.data.f.text().to_owned(),
+        f: example.scene.data().f.text().to_owned(),
         contact_set: truth.contact_set.clone(),
         transitions: transitions(truth).collect(),
         grad_norm_sq: truth.grad_norm_sq,

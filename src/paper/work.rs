@@ -86,7 +86,7 @@ impl Progress for Listener<'_> {
         let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
         let _ = self.work.tell(&format!(
             "{}, {engine}{n}, step {iteration}",
-            case.scene.name
+            case.scene().name()
         ));
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::folder::{check_report_folder, write_report_folder};
 use crate::engine::{BASELINE, Case, Kept, record};
 use crate::verify::{Outcome, Request};
-use faceoff_fem::contact::Problem;
+use faceoff_fem::contact::{Discretisation, Problem};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 
@@ -37,7 +37,7 @@ pub fn write_baseline(
         .cases
         .iter()
         .filter_map(|case| {
-            let scene = request.scenes.iter().find(|s| s.name == case.scene)?;
+            let scene = request.scenes.iter().find(|s| s.name() == case.scene)?;
             let method = request
                 .methods
                 .iter()
@@ -51,7 +51,7 @@ pub fn write_baseline(
         .collect::<Result<Vec<_>>>()?;
     let mut cases = Vec::new();
     for ((case, scene, method), mesh) in found.into_iter().zip(&meshes) {
-        let problem = Problem::new(scene, mesh, *method)?;
+        let problem = Problem::new(scene, mesh, &Discretisation::of(scene, *method))?;
         let others = case.engines.iter().filter(|e| e.engine != "rust");
         let kept = others.map(|e| Kept {
             engine: &e.engine,
@@ -61,7 +61,7 @@ pub fn write_baseline(
             u: &e.u,
         });
         let n = case.n;
-        cases.push((Case { scene, n, problem }, kept.collect()));
+        cases.push((Case { n, problem }, kept.collect()));
     }
     write_report_folder(folder, |beside| {
         record(beside, recipe, &request.settings, &cases)

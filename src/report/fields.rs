@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::engine::Case;
 use crate::verify::{CaseOutcome, Outcome, Request};
 use faceoff_fem::certify::Certificate;
-use faceoff_fem::contact::{ContactSet, Problem, face_fields};
+use faceoff_fem::contact::{ContactSet, Discretisation, Problem, face_fields};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ColumnKind, FaceFields, Whole};
 use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
@@ -80,7 +80,7 @@ pub fn write_solution(
 pub fn write_fields(folder: &Path, request: &Request, outcome: &Outcome) -> Result<()> {
     for case in &outcome.cases {
         // The judged case has the fields; its mesh and space are cheap to have again.
-        let scene = request.scenes.iter().find(|s| s.name == case.scene);
+        let scene = request.scenes.iter().find(|s| s.name() == case.scene);
         let method = request
             .methods
             .iter()
@@ -89,14 +89,10 @@ pub fn write_fields(folder: &Path, request: &Request, outcome: &Outcome) -> Resu
             continue;
         };
         let mesh = scene.triangulation(case.n)?;
-        let problem = Problem::new(scene, &mesh, *method)?;
+        let problem = Problem::new(scene, &mesh, &Discretisation::of(scene, *method))?;
         let n = case.n.map_or(String::new(), |n| format!("-n{n}"));
         let path = folder.join(format!("{}-{}{n}.vtu", case.scene, file_name(case)));
-        let again = Case {
-            scene,
-            n: case.n,
-            problem,
-        };
+        let again = Case { n: case.n, problem };
         let engines: Vec<(&str, &str)> = case
             .engines
             .iter()
@@ -139,8 +135,8 @@ fn provenance(case: &Case, engines: &[(&str, &str)]) -> Vec<Whole> {
         .map(|(name, version)| format!("{name} {version}"));
     vec![
         Whole::text("faceoff", env!("CARGO_PKG_VERSION")),
-        Whole::text("scene", &*case.scene.name),
-        Whole::text("method", problem.method.to_string()),
+        Whole::text("scene", case.scene().name()),
+        Whole::text("method", problem.method().to_string()),
         Whole::texts("engines", engines.collect()),
         Whole::text("mesh", &*problem.space.mesh.name),
         Whole::text("mesh digest", problem.space.mesh.digest()),
@@ -148,7 +144,7 @@ fn provenance(case: &Case, engines: &[(&str, &str)]) -> Vec<Whole> {
             "quadrature",
             vec![problem.cell_rule.name.into(), problem.face_rule.name.into()],
         ),
-        Whole::numbers("gamma0", Values::F64(vec![case.scene.gamma0])),
+        Whole::numbers("gamma0", Values::F64(vec![problem.discretisation.gamma0])),
     ]
 }
 

@@ -1,7 +1,7 @@
 //! Extremes of what holds the domain: several bodies, and bodies that contact alone holds.
 
 use super::trial::{Place, Trial, rewritten};
-use faceoff_fem::scene::{GroupName, Scene};
+use faceoff_fem::scene::{Data, GroupName, Scene};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::generate::union_jack;
 use faceoff_mesh::mesh::{CellBlock, Mesh};
@@ -63,13 +63,12 @@ pub fn trials() -> Result<Vec<Trial>> {
     add("one, floating", &floating, &square, true);
     add("two, floating", &floating, &two, true);
     // The lid of the second body has a name of its own, which Γ_N has.
-    let mut one_held = held.clone();
-    one_held.boundary.neumann = floating.boundary.neumann.clone();
-    one_held.boundary.neumann.pop();
-    one_held
-        .boundary
-        .neumann
-        .push(GroupName::Name("lid".into()));
+    let mut boundary = held.boundary().clone();
+    boundary.neumann = floating.boundary().neumann.clone();
+    boundary.neumann.pop();
+    boundary.neumann.push(GroupName::Name("lid".into()));
+    let known = held.exact().cloned();
+    let one_held = held.with_boundary(boundary).with_exact(known);
     add(
         "one held, one floating",
         &one_held,
@@ -81,8 +80,11 @@ pub fn trials() -> Result<Vec<Trial>> {
         ("floating, balanced", "x-0.5"),
         ("floating, no load", "0"),
     ] {
-        let mut scene = floating.clone();
-        scene.data.f = rewritten(&floating.data.f, |_| f.to_owned())?;
+        let data = floating.data();
+        let scene = floating.with_data(Data {
+            f: rewritten(&data.f, |_| f.to_owned())?,
+            ..data.clone()
+        });
         add(value, &scene, &square, false);
     }
     Ok(all)

@@ -85,9 +85,9 @@ pub fn stress(request: &Request, watch: &Watch) -> Result<Outcome> {
 fn trials(request: &Request) -> Result<Vec<Trial>> {
     let mut all = Vec::new();
     for scene in &request.scenes {
-        if scene.exact.is_none() {
+        if scene.exact().is_none() {
             return Err(Error::Scene {
-                scene: scene.name.clone(),
+                scene: scene.name().to_owned(),
                 place: "exact".into(),
                 what: "its solution is not known, so nothing tells what an extreme costs".into(),
                 remedy: "give u under [exact], or one of the built-in scenes that have it".into(),

@@ -16,14 +16,14 @@ const SHIFTS: [i32; 3] = [2, 5, 8];
 
 /// All of one scene with an exact solution.
 pub fn trials(scene: &Scene) -> Result<Vec<Trial>> {
-    let n = match &scene.mesh {
+    let n = match scene.source() {
         MeshSource::Union { cuboid, .. } if cuboid.dim == 3 => N_SOLID,
         MeshSource::Union { n, .. } if !scene.has_mesh(N) => *n,
         MeshSource::Union { .. } => N,
         other => other.n().unwrap_or(N),
     };
-    let home = Place::of(scene, Some(n).filter(|_| scene.mesh.n().is_some()))?;
-    let named = |value: String| format!("{value} ({})", scene.name);
+    let home = Place::of(scene, Some(n).filter(|_| scene.source().n().is_some()))?;
+    let named = |value: String| format!("{value} ({})", scene.name());
     let mut all = Vec::new();
     let mut add = |family, value: String, extreme: Place, scale: f64| {
         let mut trial = Trial::new(family, value, extreme);
@@ -34,14 +34,13 @@ pub fn trials(scene: &Scene) -> Result<Vec<Trial>> {
     };
     for k in GAMMAS {
         let mut extreme = home.clone();
-        extreme.scene.gamma0 = 10.0_f64.powi(k);
+        extreme.gamma0 = 10.0_f64.powi(k);
         add("gamma0", named(format!("1e{k}")), extreme, 1.0);
     }
     for k in DATA {
         let mut extreme = home.clone();
         let scale = 10.0_f64.powi(k);
-        extreme.scene.data = scaled_data(&scene.data, scale)?;
-        extreme.scene.exact = None;
+        extreme.scene = scene.with_data(scaled_data(scene.data(), scale)?);
         add("data", named(format!("× 1e{k}")), extreme, scale);
     }
     for k in DOMAINS {
@@ -77,16 +76,14 @@ pub fn moved(home: &Place, s: f64, shift: f64) -> Result<Place> {
             }
         })
     };
-    let mut scene = home.scene.clone();
-    let data = &home.scene.data;
-    scene.data = Data {
+    let data = home.scene.data();
+    let scene = home.scene.with_data(Data {
         // Twice, as s² may be too large or too small for a number.
         f: rewritten(&data.f, |t| format!("({})/({s:e})/({s:e})", back(t)))?,
         g: rewritten(&data.g, back)?,
         t: rewritten(&data.t, |t| format!("({})/({s:e})", back(t)))?,
         psi: rewritten(&data.psi, back)?,
-    };
-    scene.exact = None;
+    });
     let dim = usize::from(home.mesh.dim());
     let mut moved = home.clone();
     for point in &mut moved.mesh.points {
@@ -133,7 +130,7 @@ mod tests {
         let moved = moved(&home, 4.0, 8.0).unwrap();
         for (p, q) in home.mesh.points.iter().zip(&moved.mesh.points) {
             let [here, there] = [(&home, p), (&moved, q)].map(|(place, p)| {
-                let data = &place.scene.data;
+                let data = place.scene.data();
                 [data.f.value(*p), data.g.value(*p), data.psi.value(*p)]
             });
             assert!((here[0] - 16.0 * there[0]).abs() < 1e-9, "{p:?} {q:?}");

@@ -28,7 +28,7 @@ pub fn trials() -> Result<Vec<Trial>> {
         let scene = linear(name, u, &sides, &[])?;
         let square = Place::on(scene.clone(), "square", union_jack(N, [1.0; 2]));
         let mut add = |family, value: String, mesh: Mesh| {
-            let value = format!("{value} ({})", scene.name);
+            let value = format!("{value} ({})", scene.name());
             let mut trial = Trial::new(family, value, Place::on(scene.clone(), family, mesh));
             trial.reference = Some(square.clone());
             all.push(trial);
@@ -60,12 +60,15 @@ pub fn trials() -> Result<Vec<Trial>> {
         .into();
     coarse.push(("one cell".into(), one_cell()));
     for (value, mesh) in coarse {
-        let mut scene = scene.clone();
+        let mut boundary = scene.boundary().clone();
         let has = |group: &GroupName| {
             let mut groups = mesh.groups.iter();
             groups.any(|g| matches!(group, GroupName::Name(name) if g.name.as_ref() == Some(name)))
         };
-        scene.boundary.neumann.retain(has);
+        boundary.neumann.retain(has);
+        // u is linear, on whatever part of the square.
+        let known = scene.exact().cloned();
+        let scene = scene.with_boundary(boundary).with_exact(known);
         let mut trial = Trial::new("coarse", value, Place::on(scene, "coarse", mesh));
         trial.reference = Some(square.clone());
         all.push(trial);

@@ -2,7 +2,7 @@
 //! of zones.
 
 use super::trial::{Place, Trial};
-use faceoff_fem::scene::{Expression, Scene};
+use faceoff_fem::scene::{Data, Exact, Expression, Scene};
 use faceoff_fem::truth::exact::ManyZones;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
@@ -67,7 +67,7 @@ pub fn trials() -> Result<Vec<Trial>> {
 }
 
 fn many_zones(zones: u32) -> Result<Place> {
-    let mut scene = Scene::find("many-zones-3")?;
+    let scene = Scene::find("many-zones-3")?;
     let text = ManyZones::new(zones).text();
     let parsed = |text: &str| {
         Expression::parse(text).map_err(|e| Error::Scene {
@@ -77,11 +77,15 @@ fn many_zones(zones: u32) -> Result<Place> {
             remedy: "report this: a built-in scene is at fault".into(),
         })
     };
-    scene.name = format!("many-zones-{zones}");
-    scene.data.f = parsed(&text.f)?;
-    scene.exact = Some(parsed(&text.u)?);
-    // u is known: what lies farther away than a zone is wide can be left out.
-    scene.data.g = parsed(&text.u)?;
+    let u = parsed(&text.u)?;
+    let scene = scene.renamed(&format!("many-zones-{zones}"))?;
+    let data = Data {
+        f: parsed(&text.f)?,
+        // u is known: what lies farther away than a zone is wide can be left out.
+        g: u.clone(),
+        ..scene.data().clone()
+    };
+    let scene = scene.with_data(data).with_exact(Some(Exact::Formula(u)));
     let mesh = strip(PER_ZONE * zones as usize, PER_ZONE);
     Ok(Place::on(scene, "strip", mesh))
 }

@@ -1,6 +1,6 @@
 //! A problem at an extreme, and the moderate one it is judged by.
 
-use faceoff_fem::contact::Method;
+use faceoff_fem::contact::{Discretisation, Method, Problem};
 use faceoff_fem::scene::{Expression, Scene};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Mesh, Triangulation};
@@ -9,6 +9,7 @@ use faceoff_mesh::mesh::{Mesh, Triangulation};
 #[derive(Clone)]
 pub struct Place {
     pub scene: Scene,
+    pub gamma0: f64,
     name: String,
     pub mesh: Mesh,
 }
@@ -80,6 +81,7 @@ impl Place {
     /// A scene on any mesh.
     pub fn on(scene: Scene, name: &str, mesh: Mesh) -> Self {
         Place {
+            gamma0: scene.gamma0(),
             scene,
             name: name.to_owned(),
             mesh,
@@ -92,6 +94,18 @@ impl Place {
     /// A mesh that nothing can be solved on.
     pub fn triangulation(&self) -> Result<Triangulation> {
         Triangulation::new(&self.name, &self.mesh)
+    }
+
+    /// The discrete problem on that mesh.
+    ///
+    /// # Errors
+    /// Those of [`Problem::new`].
+    pub fn problem<'a>(&'a self, mesh: &'a Triangulation, method: Method) -> Result<Problem<'a>> {
+        let discretisation = Discretisation {
+            gamma0: self.gamma0,
+            ..Discretisation::of(&self.scene, method)
+        };
+        Problem::new(&self.scene, mesh, &discretisation)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::bodies::FLOATING;
 use super::scaling::{moved, scaled_data};
 use super::trial::Place;
-use faceoff_fem::contact::{Iteration, Method, Problem, Solution, Stop, solve_by};
+use faceoff_fem::contact::{Iteration, Method, Solution, Stop, solve_by};
 use faceoff_fem::linear::{Precision, Settings, Solver};
 use faceoff_fem::scene::Scene;
 
@@ -39,7 +39,7 @@ fn scenes() -> Vec<(Scene, usize)> {
 
 fn solved(place: &Place, method: Method, settings: Settings) -> Solution {
     let mesh = place.triangulation().unwrap();
-    let problem = Problem::new(&place.scene, &mesh, method).unwrap();
+    let problem = place.problem(&mesh, method).unwrap();
     let go_on = |_, _| Ok(());
     let solution = solve_by(
         &problem,
@@ -48,7 +48,7 @@ fn solved(place: &Place, method: Method, settings: Settings) -> Solution {
         settings,
         go_on,
     );
-    solution.unwrap_or_else(|e| panic!("{} {method} {settings:?}: {e}", place.scene.name))
+    solution.unwrap_or_else(|e| panic!("{} {method} {settings:?}: {e}", place.scene.name()))
 }
 
 /// The same bits, with another exponent.
@@ -82,7 +82,7 @@ fn check(places: impl Fn(&Place) -> Vec<(String, Place, f64)>) {
                     ways.push(Settings { solver, precision });
                 }
             }
-            let is_held = !home.scene.boundary.dirichlet.is_empty();
+            let is_held = !home.scene.boundary().dirichlet.is_empty();
             // Iterations take domains that Γ_D holds.
             ways.retain(|way| is_held || way.solver != Solver::Iterative);
             for settings in ways {
@@ -91,7 +91,9 @@ fn check(places: impl Fn(&Place) -> Vec<(String, Place, f64)>) {
                     let there = solved(&place, method, settings);
                     let name = format!(
                         "{} {method} {} {} {what}",
-                        home.scene.name, settings.solver, settings.precision
+                        home.scene.name(),
+                        settings.solver,
+                        settings.precision
                     );
                     assert_same(&here, &there, factor, &name);
                     compared += here.u.len();
@@ -108,7 +110,8 @@ fn a_power_of_two_in_the_data_changes_no_digit() {
         let scaled = |k: i32| {
             let factor = 2.0_f64.powi(k);
             let mut place = home.clone();
-            place.scene.data = scaled_data(&home.scene.data, factor).unwrap();
+            let data = scaled_data(home.scene.data(), factor).unwrap();
+            place.scene = home.scene.with_data(data);
             (format!("data × 2^{k}"), place, factor)
         };
         [-400, -3, 400].map(scaled).into()

@@ -10,7 +10,7 @@ use super::subject::Subject;
 use crate::engine::{HighWater, Settings};
 use faceoff_fem::adapt::{Ended, Way, Wish, reach};
 use faceoff_fem::certify::Target;
-use faceoff_fem::contact::{Method, Problem, quantities};
+use faceoff_fem::contact::{Discretisation, Method, Problem, quantities};
 use faceoff_mesh::error::{Error, Result};
 
 /// Certified accuracies, falling.
@@ -28,7 +28,7 @@ impl Campaign<'_> {
             }
             for method in request.methods.iter().filter(|m| m.is_nitsche()) {
                 let name = method.to_string();
-                let track = (&*subject.scene.name, "rust", &*name);
+                let track = (subject.scene.name(), "rust", &*name);
                 let uniform = self.rows.iter().filter(|row| row.track() == track);
                 let most = uniform.map(|row| row.dofs).max().unwrap_or(0);
                 let (mut last, mut dofs) = (0.0, 0);
@@ -56,7 +56,7 @@ impl Campaign<'_> {
         accuracy: f64,
         varied: Varied,
     ) -> Result<Option<usize>> {
-        let name = &subject.scene.name;
+        let name = subject.scene.name();
         let what = format!("{name}, rust {method}, adapted to {accuracy:e}, {varied}");
         let key = format!(
             "{} {method} {accuracy:e} {varied} {:?}",
@@ -86,7 +86,7 @@ impl Campaign<'_> {
     ) -> Result<Option<Row>> {
         let Settings { stop, linear, .. } = self.request.settings;
         let wish = Wish {
-            method,
+            discretisation: Discretisation::of(&subject.scene, method),
             target: Target::UH,
             accuracy,
             stop,
@@ -117,7 +117,7 @@ impl Campaign<'_> {
                 remedy: "ask for less".into(),
             });
         }
-        let problem = Problem::new(&subject.scene, &reached.mesh, method)?;
+        let problem = Problem::new(&subject.scene, &reached.mesh, &wish.discretisation)?;
         let solution = &reached.solution;
         let errors = subject.errors(&problem, &solution.u)?;
         let values = quantities(&problem, &solution.u);
@@ -136,7 +136,7 @@ impl Campaign<'_> {
             contact_flux: values.contact_flux,
             seconds: Times::new(vec![seconds]),
             memory_mb: water.and_then(|water| water.megabytes()),
-            ..described(subject, &problem, "rust")
+            ..described(&problem, "rust")
         }))
     }
 }

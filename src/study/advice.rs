@@ -105,7 +105,7 @@ fn one(
     target: f64,
 ) -> Option<Advice> {
     let reaches = |row: &&Row| {
-        row.scene == subject.scene.name
+        row.scene == subject.scene.name()
             && row.converged
             && row.error(norm).is_some_and(|error| error <= target)
     };
@@ -129,7 +129,7 @@ fn one(
     let best = *kept.first()?;
     let others = kept[1..].iter();
     Some(Advice {
-        scene: subject.scene.name.clone(),
+        scene: subject.scene.name().to_owned(),
         norm,
         target,
         best: Alternative::new(best, norm)?,

@@ -16,7 +16,7 @@ use super::subject::Subject;
 use super::waste::waste;
 use super::{LeftOut, Outcome, Request};
 use crate::engine::{Engine, Machine};
-use faceoff_fem::contact::Method;
+use faceoff_fem::contact::{Discretisation, Method};
 use faceoff_fem::scene::MeshSource;
 use faceoff_mesh::error::{Error, Result};
 
@@ -234,8 +234,8 @@ impl<'a> Campaign<'a> {
         let setting = Setting {
             subject: track.subject,
             engine: track.engine,
-            method: track.method,
-            n: Some(track.n).filter(|_| track.subject.scene.mesh.n().is_some()),
+            discretisation: Discretisation::of(&track.subject.scene, track.method),
+            n: Some(track.n).filter(|_| track.subject.scene.source().n().is_some()),
             varied: Varied::Mesh,
             settings: self.request.settings.clone(),
         };
@@ -255,7 +255,7 @@ impl<'a> Campaign<'a> {
             None => track.is_over = true,
         }
         // A file that does not say what n it counts as has one mesh.
-        track.is_over |= track.subject.scene.mesh.n().is_none();
+        track.is_over |= track.subject.scene.source().n().is_none();
         track.n *= 2;
         Ok(())
     }
@@ -264,7 +264,7 @@ impl<'a> Campaign<'a> {
 /// Where to begin.
 fn first(subject: &Subject) -> usize {
     let scene = &subject.scene;
-    match &scene.mesh {
+    match scene.source() {
         MeshSource::Union { n, cuboid } => {
             let coarse = if cuboid.dim == 3 { FIRST / 2 } else { FIRST };
             // Sides that are split need a vertex there, which the scene's own n has.
@@ -275,7 +275,7 @@ fn first(subject: &Subject) -> usize {
 }
 
 pub(super) fn dimension(subject: &Subject) -> usize {
-    match &subject.scene.mesh {
+    match subject.scene.source() {
         MeshSource::Union { cuboid, .. } => cuboid.dim,
         other => {
             let mesh = subject.scene.triangulation(other.n());
@@ -290,7 +290,7 @@ pub(super) fn dimension(subject: &Subject) -> usize {
 /// A mesh file that cannot be read.
 pub(super) fn identity(subject: &Subject) -> Result<String> {
     let scene = &subject.scene;
-    let content = match &scene.mesh {
+    let content = match scene.source() {
         MeshSource::File { path, .. } => digest(path)?,
         _ => String::new(),
     };

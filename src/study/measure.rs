@@ -7,8 +7,7 @@ use super::row::{Row, Times, Varied};
 use super::subject::Subject;
 use crate::engine::{self, Case, Engine, HighWater, Settings, Silent, peak_memory_mb};
 use faceoff_fem::certify::{Target, certify};
-use faceoff_fem::contact::{Method, Problem, quantities};
-use faceoff_fem::quadrature;
+use faceoff_fem::contact::{Discretisation, Problem, quantities};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Triangulation;
 
@@ -18,10 +17,9 @@ const LONG_ENOUGH: f64 = 0.3;
 
 /// What is solved, and how.
 pub struct Setting<'a> {
-    /// With its γ₀ and its rules.
     pub subject: &'a Subject,
     pub engine: &'a dyn Engine,
-    pub method: Method,
+    pub discretisation: Discretisation,
     pub n: Option<usize>,
     pub varied: Varied,
     pub settings: Settings,
@@ -41,10 +39,10 @@ impl Setting<'_> {
             ..
         } = &self.settings;
         Ok(format!(
-            "{} {} {} {:?} {} {stop:?} {iteration} {linear:?} {launch:?}",
+            "{} {} {:?} {:?} {} {stop:?} {iteration} {linear:?} {launch:?}",
             identity(self.subject)?,
             self.engine.name(),
-            self.method,
+            self.discretisation,
             self.n,
             self.varied
         ))
@@ -54,9 +52,9 @@ impl Setting<'_> {
         let n = self.n.map_or(String::new(), |n| format!(", n = {n}"));
         format!(
             "{}, {} {}{n}, {}",
-            self.subject.scene.name,
+            self.subject.scene.name(),
             self.engine.name(),
-            self.method,
+            self.discretisation.method,
             self.varied
         )
     }
@@ -82,9 +80,8 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
         let clock = Instant::now();
         let mesh = scene.triangulation(setting.n)?;
         let case = Case {
-            scene,
             n: setting.n,
-            problem: Problem::new(scene, &mesh, setting.method)?,
+            problem: Problem::new(scene, &mesh, &setting.discretisation)?,
         };
         let started = Instant::now();
         let cases = std::slice::from_ref(&case);
@@ -120,10 +117,10 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
 /// All that is not time.
 fn evaluate(setting: &Setting, case: &Case, answer: &engine::Answer) -> Result<Row> {
     let problem = &case.problem;
-    let mut row = described(setting.subject, problem, setting.engine.name());
+    let mut row = described(problem, setting.engine.name());
     let of = setting.subject.errors(problem, &answer.u)?;
     let values = quantities(problem, &answer.u);
-    let certificate = certify(&setting.subject.scene, problem, &answer.u);
+    let certificate = certify(problem, &answer.u);
     let certificate = match certificate {
         Ok(certificate) => Some(certificate.relative(Target::UH)),
         Err(Error::Certificate { .. }) => None,
@@ -148,26 +145,21 @@ fn evaluate(setting: &Setting, case: &Case, answer: &engine::Answer) -> Result<R
 }
 
 /// What is known without solving.
-pub fn described(subject: &Subject, problem: &Problem, engine: &str) -> Row {
-    let scene = &subject.scene;
+pub fn described(problem: &Problem, engine: &str) -> Row {
     let mesh: &Triangulation = problem.space.mesh;
-    let rule = |given: &Option<String>, dim: usize| {
-        let known = quadrature::names(dim);
-        given.as_deref().unwrap_or(known[0]).to_owned()
-    };
     Row {
-        scene: scene.name.clone(),
+        scene: problem.scene.name().to_owned(),
         engine: engine.to_owned(),
-        method: problem.method.to_string(),
+        method: problem.method().to_string(),
         varied: Varied::Mesh,
         n: None,
         accuracy: None,
         cells: mesh.cell_count(),
         dofs: problem.space.dofs,
         tolerance: 0.0,
-        gamma0: problem.method.gamma0(scene.gamma0),
-        load_quadrature: rule(&scene.load_quadrature, mesh.dim),
-        contact_quadrature: rule(&scene.contact_quadrature, mesh.dim - 1),
+        gamma0: problem.discretisation.gamma0(),
+        load_quadrature: problem.cell_rule.name.into(),
+        contact_quadrature: problem.face_rule.name.into(),
         linear: String::new(),
         precision: String::new(),
         steps: 0,

@@ -6,7 +6,7 @@ use super::measure::Setting;
 use super::row::Varied;
 use super::subject::Subject;
 use crate::engine::Settings;
-use faceoff_fem::contact::Method;
+use faceoff_fem::contact::{Discretisation, Method};
 use faceoff_fem::linear::{self, Precision, Solver};
 use faceoff_fem::quadrature;
 use faceoff_mesh::error::Result;
@@ -20,7 +20,8 @@ const GAMMA_DECADES: std::ops::RangeInclusive<i32> = -12..=12;
 
 /// A neighbour of what is usual.
 struct Variation {
-    subject: Subject,
+    /// Of any method.
+    discretisation: Discretisation,
     n: usize,
     settings: Settings,
 }
@@ -29,7 +30,7 @@ impl Variation {
     /// What is usual, of this track.
     fn none(request: &Request, subject: &Subject, n: usize) -> Self {
         Variation {
-            subject: subject.clone(),
+            discretisation: Discretisation::of(&subject.scene, Method::cr()),
             n,
             settings: request.settings.clone(),
         }
@@ -66,7 +67,7 @@ impl Campaign<'_> {
             let of = |n: usize| {
                 GAMMA_DECADES.map(move |k| {
                     let mut variation = Variation::none(request, subject, n);
-                    variation.subject.scene.gamma0 = 10.0_f64.powi(k);
+                    variation.discretisation.gamma0 = 10.0_f64.powi(k);
                     variation
                 })
             };
@@ -80,17 +81,16 @@ impl Campaign<'_> {
         for varied in [Varied::ContactQuadrature, Varied::LoadQuadrature] {
             let on_faces = varied == Varied::ContactQuadrature;
             self.vary(RULES, varied, &methods, |subject, n| {
-                if !on_faces && subject.scene.data.f.is_zero() {
+                if !on_faces && subject.scene.data().f.is_zero() {
                     return Vec::new();
                 }
                 let dim = dimension(subject) - usize::from(on_faces);
                 let of = |name: &&str| {
                     let mut variation = Variation::none(request, subject, n);
-                    let scene = &mut variation.subject.scene;
                     let rule = if on_faces {
-                        &mut scene.contact_quadrature
+                        &mut variation.discretisation.contact_quadrature
                     } else {
-                        &mut scene.load_quadrature
+                        &mut variation.discretisation.load_quadrature
                     };
                     *rule = Some((*name).to_owned());
                     variation
@@ -132,7 +132,7 @@ impl Campaign<'_> {
             return Ok(());
         };
         for subject in &self.request.subjects {
-            let meshes_of = |method| self.meshes_of(&subject.scene.name, method);
+            let meshes_of = |method| self.meshes_of(subject.scene.name(), method);
             let all: Vec<_> = methods.iter().map(meshes_of).collect();
             let together = |&n: &usize| {
                 let cost_of = |meshes: &Vec<(usize, f64)>| {
@@ -154,15 +154,18 @@ impl Campaign<'_> {
                 let mut chosen = meshes.iter().map(of);
                 let chosen = chosen.find(|(all, cost)| self.allows(share, cost * all.len() as f64));
                 let Some((variations, _)) = chosen else {
-                    let what = format!("{}, {method}, {varied}", subject.scene.name);
+                    let what = format!("{}, {method}, {varied}", subject.scene.name());
                     self.leave_out(what, "the budget was spent");
                     continue;
                 };
                 for variation in variations {
                     self.add(&Setting {
-                        subject: &variation.subject,
+                        subject,
                         engine,
-                        method: *method,
+                        discretisation: Discretisation {
+                            method: *method,
+                            ..variation.discretisation
+                        },
                         n: Some(variation.n),
                         varied,
                         settings: variation.settings,

@@ -7,7 +7,7 @@ use super::measure::{Setting, measure};
 use super::row::{Row, Times, Varied};
 use super::subject::Subject;
 use super::waste::waste;
-use faceoff_fem::contact::Method;
+use faceoff_fem::contact::{Discretisation, Method};
 use faceoff_fem::scene::MeshSource;
 use faceoff_mesh::error::Result;
 
@@ -78,7 +78,7 @@ impl Campaign<'_> {
         ways.retain(|way| way.seconds <= CLOSE * fastest);
         for way in ways {
             if !self.allows(campaign::TARGETS, way.cost + LONG_ENOUGH.max(way.seconds)) {
-                let name = &subject.scene.name;
+                let name = subject.scene.name();
                 let what = format!("{name}, {}, advice for {target:e}", way.method);
                 self.leave_out(what, "the budget was spent");
                 continue;
@@ -108,7 +108,7 @@ impl Campaign<'_> {
             let name = method.to_string();
             let of = |varied: Varied| -> Vec<(&Row, f64)> {
                 let all = self.rows.iter().zip(self.costs.iter().copied());
-                let track = (&*subject.scene.name, "rust", &*name);
+                let track = (subject.scene.name(), "rust", &*name);
                 let mut rows: Vec<_> = all
                     .filter(|(r, _)| r.varied == varied && r.track() == track && r.converged)
                     .collect();
@@ -133,7 +133,7 @@ impl Campaign<'_> {
     /// Was such a target of this track measured already?
     fn has(&self, subject: &Subject, method: Method, which: impl Fn(&Row) -> bool) -> bool {
         let name = method.to_string();
-        let track = (&*subject.scene.name, "rust", &*name);
+        let track = (subject.scene.name(), "rust", &*name);
         let mut rows = self.rows.iter();
         rows.any(|r| r.varied == Varied::Target && r.track() == track && which(r))
     }
@@ -190,7 +190,7 @@ impl Campaign<'_> {
         let setting = Setting {
             subject,
             engine,
-            method,
+            discretisation: Discretisation::of(&subject.scene, method),
             n,
             varied: Varied::Target,
             settings,
@@ -227,7 +227,7 @@ impl Campaign<'_> {
         let name = method.to_string();
         let rows = self.rows.iter().filter(|r| r.varied == Varied::Tolerance);
         let rows: Vec<Row> = rows
-            .filter(|r| r.track() == (&*subject.scene.name, "rust", &*name))
+            .filter(|r| r.track() == (subject.scene.name(), "rust", &*name))
             .cloned()
             .collect();
         let found = waste(&rows);
@@ -266,7 +266,7 @@ fn cheapest(
     };
     let as_measured = Some(way(row.n, row.seconds.median));
     // Meshes from files exist at the measured fineness only.
-    if fine == 0 || !matches!(subject.scene.mesh, MeshSource::Union { .. }) {
+    if fine == 0 || !matches!(subject.scene.source(), MeshSource::Union { .. }) {
         return as_measured;
     }
     let coarse = track[fine - 1].0;

@@ -90,7 +90,7 @@ struct Certified<'a> {
 /// Those of the linear solver. Where there is no certificate the outcome says why.
 pub(super) fn judge_methods(cases: &[Case], outcomes: &[CaseOutcome]) -> Result<Vec<CrossOutcome>> {
     let mut cross = Vec::new();
-    let same_mesh = |a: &Case, b: &Case| a.scene.name == b.scene.name && a.n == b.n;
+    let same_mesh = |a: &Case, b: &Case| a.scene().name() == b.scene().name() && a.n == b.n;
     let mut from = 0;
     while from < cases.len() {
         let of_mesh = cases[from..]
@@ -98,7 +98,7 @@ pub(super) fn judge_methods(cases: &[Case], outcomes: &[CaseOutcome]) -> Result<
             .take_while(|case| same_mesh(case, &cases[from]))
             .count();
         if of_mesh > 1 {
-            let data = words(Data::new(cases[from].scene, &cases[from].problem))?;
+            let data = words(Data::new(&cases[from].problem))?;
             let certified = cases[from..from + of_mesh]
                 .iter()
                 .zip(&outcomes[from..])
@@ -139,7 +139,7 @@ fn certified<'a>(
             let certificate = match data {
                 Ok(data) => {
                     let data = Cow::Borrowed(data);
-                    words(certify_with(case.scene, &case.problem, &engine.u, data))?
+                    words(certify_with(&case.problem, &engine.u, data))?
                 }
                 Err(because) => Err(because.clone()),
             };
@@ -161,7 +161,7 @@ fn pairs(a: &Certified, b: &Certified, all: &[Certified]) -> Vec<CrossOutcome> {
         for (engine_b, u_b, of_b) in &b.of_engines {
             let source = |engine: &str, of: &Certified| Source {
                 engine: engine.to_owned(),
-                method: of.case.problem.method.to_string(),
+                method: of.case.problem.method().to_string(),
             };
             let (judged, no_certificate) = match (of_a, of_b) {
                 (Ok(of_a), Ok(of_b)) => {
@@ -173,7 +173,7 @@ fn pairs(a: &Certified, b: &Certified, all: &[Certified]) -> Vec<CrossOutcome> {
                 (Err(because), _) | (_, Err(because)) => (None, Some(because.clone())),
             };
             outcomes.push(CrossOutcome {
-                scene: a.case.scene.name.clone(),
+                scene: a.case.scene().name().to_owned(),
                 n: a.case.n,
                 a: source(engine_a, a),
                 b: source(engine_b, b),

@@ -1,9 +1,9 @@
 //! What a wrong answer is right for: the case again by the Rust solver, with one thing changed at a time.
 
 use crate::engine::Case;
-use faceoff_fem::contact::{Iteration, Law, Method, Problem, Stop, solve};
+use faceoff_fem::contact::{Discretisation, Iteration, Law, Method, Problem, Stop, solve};
 use faceoff_fem::quadrature;
-use faceoff_fem::scene::{Data, Expression, HRule, Scene};
+use faceoff_fem::scene::{Boundary, Data, Expression, HRule, Scene};
 use faceoff_mesh::mesh::Triangulation;
 
 /// Two answers are one if they differ by less than this, relative to the larger of them. A factor of γ that is found by
@@ -16,8 +16,8 @@ pub(super) fn suspects(case: &Case, mesh: &Triangulation, u: &[f64], known: &[f6
         return vec![format!("it is {factor:.6e} times what it should be")];
     }
     let mut found = Vec::new();
-    for (words, scene, method) in variants(case.scene, &case.problem.method, mesh.dim) {
-        if answer(&scene, mesh, method).is_some_and(|v| distance(u, &v) < SAME) {
+    for (words, scene, discretisation) in variants(&case.problem) {
+        if answer(&scene, mesh, &discretisation).is_some_and(|v| distance(u, &v) < SAME) {
             found.push(words);
         }
     }
@@ -30,8 +30,12 @@ pub(super) fn suspects(case: &Case, mesh: &Triangulation, u: &[f64], known: &[f6
 }
 
 /// What the Rust solver finds; none where there is nothing to be found.
-fn answer(scene: &Scene, mesh: &Triangulation, method: Method) -> Option<Vec<f64>> {
-    let problem = Problem::new(scene, mesh, method).ok()?;
+fn answer(
+    scene: &Scene,
+    mesh: &Triangulation,
+    discretisation: &Discretisation,
+) -> Option<Vec<f64>> {
+    let problem = Problem::new(scene, mesh, discretisation).ok()?;
     let solution = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(())).ok()?;
     solution.converged.then_some(solution.u)
 }
@@ -57,14 +61,10 @@ fn factor(u: &[f64], known: &[f64]) -> Option<f64> {
     (factor.is_finite() && distance(u, &scaled) < SAME).then_some(factor)
 }
 
-/// Scenes and methods that differ in one thing from those asked for, and in which.
-fn variants(scene: &Scene, method: &Method, dim: usize) -> Vec<(String, Scene, Method)> {
+/// Scenes and discretisations that differ in one thing from those asked for, and in which.
+fn variants(problem: &Problem) -> Vec<(String, Scene, Discretisation)> {
+    let (scene, usual) = (problem.scene, &problem.discretisation);
     let mut all = Vec::new();
-    let with = |change: &dyn Fn(&mut Scene)| {
-        let mut changed = scene.clone();
-        change(&mut changed);
-        changed
-    };
     type Of = fn(&mut Data) -> &mut Expression;
     let data: [(&str, Of); 4] = [
         ("f", |data| &mut data.f),
@@ -73,7 +73,7 @@ fn variants(scene: &Scene, method: &Method, dim: usize) -> Vec<(String, Scene, M
         ("ψ", |data| &mut data.psi),
     ];
     for (name, of) in data {
-        let given = of(&mut scene.data.clone()).clone();
+        let given = of(&mut scene.data().clone()).clone();
         if given.is_zero() {
             continue;
         }
@@ -82,8 +82,10 @@ fn variants(scene: &Scene, method: &Method, dim: usize) -> Vec<(String, Scene, M
             ("0".to_owned(), "is left out"),
         ] {
             if let Ok(other) = Expression::parse(&text) {
-                let scene = with(&|scene| *of(&mut scene.data) = other.clone());
-                all.push((format!("{name} {what}"), scene, *method));
+                let mut data = scene.data().clone();
+                *of(&mut data) = other;
+                let scene = scene.with_data(data);
+                all.push((format!("{name} {what}"), scene, usual.clone()));
             }
         }
     }
@@ -93,62 +95,59 @@ fn variants(scene: &Scene, method: &Method, dim: usize) -> Vec<(String, Scene, M
         ("Γ_N and Γ_D", [1, 0]),
     ];
     for (names, [i, k]) in sides {
-        let scene = with(&|scene| {
-            let boundary = &mut scene.boundary;
-            let mut parts = [
-                &mut boundary.dirichlet,
-                &mut boundary.neumann,
-                &mut boundary.contact,
-            ]
-            .map(std::mem::take);
-            parts.swap(i, k);
-            [boundary.dirichlet, boundary.neumann, boundary.contact] = parts;
+        let Boundary {
+            dirichlet,
+            neumann,
+            contact,
+        } = scene.boundary().clone();
+        let mut parts = [dirichlet, neumann, contact];
+        parts.swap(i, k);
+        let [dirichlet, neumann, contact] = parts;
+        let scene = scene.with_boundary(Boundary {
+            dirichlet,
+            neumann,
+            contact,
         });
-        all.push((format!("{names} are swapped"), scene, *method));
+        all.push((format!("{names} are swapped"), scene, usual.clone()));
     }
-    let global = with(&|scene| scene.h = HRule::Global);
-    all.push((
-        "γ is that of the largest cell everywhere".into(),
-        global,
-        *method,
-    ));
+    let mut add = |words: String, change: &dyn Fn(&mut Discretisation)| {
+        let mut changed = usual.clone();
+        change(&mut changed);
+        all.push((words, scene.clone(), changed));
+    };
+    add("γ is that of the largest cell everywhere".into(), &|d| {
+        d.h = HRule::Global
+    });
     for (below, what) in [(0, "(f, v)"), (1, "Γ_C and Γ_N")] {
-        for rule in quadrature::names(dim - below) {
-            let scene = with(&|scene| {
+        for rule in quadrature::names(problem.space.mesh.dim - below) {
+            let words = format!("the points for {what} are those of {rule}");
+            add(words, &|d| {
                 let place = match below {
-                    0 => &mut scene.load_quadrature,
-                    _ => &mut scene.contact_quadrature,
+                    0 => &mut d.load_quadrature,
+                    _ => &mut d.contact_quadrature,
                 };
                 *place = Some((*rule).into());
             });
-            all.push((
-                format!("the points for {what} are those of {rule}"),
-                scene,
-                *method,
-            ));
         }
     }
-    match method.law {
+    match usual.method.law {
         Law::FluxCorrected => {
-            all.push((
-                "the flux is not corrected".into(),
-                scene.clone(),
-                Method::cr(),
-            ));
+            add("the flux is not corrected".into(), &|d| {
+                d.method = Method::cr()
+            });
         }
         Law::Nitsche { theta1, theta2 } => {
             for (a, b) in [(1, 0), (1, 1), (0, 1), (-1, 0), (-1, 1)] {
                 if (a, b) != (theta1, theta2) {
-                    let other = Method::nitsche(method.element, a, b);
-                    all.push((format!("θ₁ = {a} and θ₂ = {b}"), scene.clone(), other));
+                    add(format!("θ₁ = {a} and θ₂ = {b}"), &|d| {
+                        d.method = Method::nitsche(d.method.element, a, b)
+                    });
                 }
             }
-            if method.element.name() == "CR" {
-                all.push((
-                    "the flux is corrected".into(),
-                    scene.clone(),
-                    Method::cr_fc(),
-                ));
+            if usual.method.element.name() == "CR" {
+                add("the flux is corrected".into(), &|d| {
+                    d.method = Method::cr_fc()
+                });
             }
         }
         _ => {}
@@ -159,9 +158,9 @@ fn variants(scene: &Scene, method: &Method, dim: usize) -> Vec<(String, Scene, M
 /// s, where `u` is the answer with s γ for γ: the best of some decades, then by golden section.
 fn factor_of_gamma(case: &Case, mesh: &Triangulation, u: &[f64]) -> Option<f64> {
     let at = |log: f64| -> f64 {
-        let mut scene = case.scene.clone();
-        scene.gamma0 *= 10_f64.powf(log);
-        let answer = answer(&scene, mesh, case.problem.method);
+        let mut discretisation = case.problem.discretisation.clone();
+        discretisation.gamma0 *= 10_f64.powf(log);
+        let answer = answer(case.scene(), mesh, &discretisation);
         answer.map_or(f64::INFINITY, |v| distance(u, &v))
     };
     let grid = (-12..=12).map(|k| f64::from(k) / 2.0);

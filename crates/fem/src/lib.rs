@@ -6,6 +6,7 @@ pub mod assembly;
 pub mod certify;
 pub mod contact;
 pub mod element;
+pub mod known;
 pub mod linear;
 pub mod quadrature;
 pub mod scene;

@@ -8,6 +8,7 @@ use super::plots;
 use super::{label, number, word};
 use crate::diagnose::Diagnosis;
 use crate::verify::{CaseOutcome, Request};
+use faceoff_fem::contact::{Discretisation, Method};
 use faceoff_fem::scene::{HRule, Scene};
 use faceoff_judge::{Verdict, relative_differences};
 use faceoff_mesh::error::Result;
@@ -32,7 +33,7 @@ pub(super) fn section(
     diagnoses: &[Diagnosis],
 ) -> Result<Html> {
     let mut parts = vec![engines(case)];
-    let scene = request.scenes.iter().find(|s| s.name == case.scene);
+    let scene = request.scenes.iter().find(|s| s.name() == case.scene);
     let mesh = scene.map(|scene| scene.triangulation(case.n)).transpose()?;
     for pair in pairs(case) {
         let name = text(format!("{} in {}: ", pair.name(), label(case)));
@@ -252,19 +253,19 @@ fn provenance(case: &CaseOutcome, scene: Option<&Scene>, request: &Request) -> H
         ),
     ];
     if let Some(scene) = scene {
-        let h = match scene.h {
+        let h = match scene.h() {
             HRule::Local => "h the diameter of the cell behind the contact face",
             HRule::Global => "h the largest diameter of all cells",
         };
-        facts.push(("γ", format!("{} h, {h}", scene.gamma0)));
+        facts.push(("γ", format!("{} h, {h}", scene.gamma0())));
         let dim = case.fields.first().map_or(2, |f| f.dim);
-        if let Ok([cell, face]) = scene.rules(dim) {
+        if let Ok([cell, face]) = Discretisation::of(scene, Method::cr()).rules(dim) {
             facts.push((
                 "quadrature",
                 format!("{} for the load, {} on Γ_C and Γ_N", cell.name, face.name),
             ));
         }
-        let data = &scene.data;
+        let data = scene.data();
         facts.push((
             "data",
             format!(

@@ -95,7 +95,7 @@ pub(super) fn shown(
     pair: &Pair,
     request: &Request,
 ) -> Result<Option<(Triangulation, Differences)>> {
-    let Some(scene) = request.scenes.iter().find(|s| s.name == case.scene) else {
+    let Some(scene) = request.scenes.iter().find(|s| s.name() == case.scene) else {
         return Ok(None);
     };
     let mesh = scene.triangulation(case.n)?;

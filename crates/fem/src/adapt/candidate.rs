@@ -17,7 +17,7 @@ pub(super) struct Candidate {
 
 /// Where to begin: coarse, but not so coarse that nothing is seen. A file's own mesh is as coarse as it gets.
 pub(super) fn first_n(scene: &Scene) -> Option<usize> {
-    match &scene.mesh {
+    match scene.source() {
         MeshSource::Union { n, cuboid } => {
             let coarse = if cuboid.dim == 3 { 4 } else { 8 };
             // Sides that are split need a vertex there, which the scene's own n has.
@@ -63,7 +63,7 @@ impl Candidate {
 
     /// The first n from this one on that the scene has a mesh for.
     pub fn uniform_from(scene: &Scene, n: usize) -> Result<Self> {
-        let n = match &scene.mesh {
+        let n = match scene.source() {
             MeshSource::Union { n: own, .. } => {
                 let candidates = [n, n.next_multiple_of(2), n.next_multiple_of(4)];
                 let fits = |n: &&usize| scene.has_mesh(**n);
@@ -72,7 +72,7 @@ impl Candidate {
             }
             other => {
                 let own = other.n().ok_or_else(|| Error::Scene {
-                    scene: scene.name.clone(),
+                    scene: scene.name().to_owned(),
                     place: "mesh.n".into(),
                     what: "the mesh file has no n, so that nobody knows what finer one to make"
                         .into(),

@@ -9,7 +9,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::certify::{Certificate, Target, certify};
-use crate::contact::{Iteration, Method, Problem, Solution, Stop, solve_by};
+use crate::contact::{Discretisation, Iteration, Problem, Solution, Stop, solve_by};
 use crate::linear::Settings;
 use crate::scene::Scene;
 use candidate::{Candidate, first_n, next_n};
@@ -18,9 +18,9 @@ use faceoff_mesh::mesh::Triangulation;
 use plan::Spread;
 
 /// What is wanted.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Wish {
-    pub method: Method,
+    pub discretisation: Discretisation,
     pub target: Target,
     /// Relative bound of the error in the energy norm, in (0, 1).
     pub accuracy: f64,
@@ -242,10 +242,10 @@ pub fn reach(
 }
 
 fn solved(scene: &Scene, wish: &Wish, mesh: &Triangulation) -> Result<(Solution, Certificate)> {
-    let problem = Problem::new(scene, mesh, wish.method)?;
+    let problem = Problem::new(scene, mesh, &wish.discretisation)?;
     let go_on = |_, _| Ok(());
     let solution = solve_by(&problem, Iteration::Newton, wish.stop, wish.linear, go_on)?;
-    let certificate = certify(scene, &problem, &solution.u)?;
+    let certificate = certify(&problem, &solution.u)?;
     Ok((solution, certificate))
 }
 

@@ -6,7 +6,7 @@ use super::refusal;
 use crate::assembly::{Stiffness, value_at};
 use crate::contact::Problem;
 use crate::element::{P1, Space};
-use crate::scene::{Expression, Part, Scene};
+use crate::scene::{Expression, Part};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 
@@ -32,13 +32,12 @@ enum Bound {
 /// # Errors
 /// g above ψ where Γ_D meets Γ_C: then no function keeps both.
 pub(super) fn admissible(
-    scene: &Scene,
     problem: &Problem,
     u: &[f64],
     lambda: &[f64],
     data: &Data,
 ) -> Result<Vec<f64>> {
-    let bounds = bounds(scene, problem)?;
+    let bounds = bounds(problem)?;
     let mut v = averages(problem, u);
     let mut held = vec![false; v.len()];
     for (face, lambda) in problem.contact.iter().zip(lambda) {
@@ -67,21 +66,22 @@ pub(super) fn admissible(
     Ok(v)
 }
 
-fn bounds(scene: &Scene, problem: &Problem) -> Result<Vec<Bound>> {
+fn bounds(problem: &Problem) -> Result<Vec<Bound>> {
     let mesh = problem.space.mesh;
+    let data = problem.scene.data();
     let mut bounds = vec![Bound::Free; mesh.points.len()];
     let of = |part: Part| {
         let faces = (0..mesh.face_count()).filter(move |&f| problem.parts[f] == Some(part));
         faces.flat_map(|face| mesh.face(face)).copied()
     };
     for vertex in of(Part::Contact) {
-        let psi = value_at(&scene.data.psi, "psi", mesh.points[vertex as usize])?;
+        let psi = value_at(&data.psi, "psi", mesh.points[vertex as usize])?;
         bounds[vertex as usize] = Bound::Below(psi);
     }
-    let size = largest(&scene.data.g, mesh, of(Part::Dirichlet))
-        + largest(&scene.data.psi, mesh, of(Part::Contact));
+    let size =
+        largest(&data.g, mesh, of(Part::Dirichlet)) + largest(&data.psi, mesh, of(Part::Contact));
     for vertex in of(Part::Dirichlet) {
-        let mut g = value_at(&scene.data.g, "g", mesh.points[vertex as usize])?;
+        let mut g = value_at(&data.g, "g", mesh.points[vertex as usize])?;
         if let Bound::Below(psi) = bounds[vertex as usize] {
             if g - psi > ROUNDING * size {
                 return Err(refusal(

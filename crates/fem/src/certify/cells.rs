@@ -10,7 +10,6 @@ use super::{admissible, flux};
 use crate::assembly::combine;
 use crate::contact::Problem;
 use crate::quadrature::{self, Rule};
-use crate::scene::Scene;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::CellGeometry;
 
@@ -49,15 +48,10 @@ pub(super) struct Ingredients<'a> {
 impl<'a> CellFields<'a> {
     /// # Errors
     /// See [`super::certify`].
-    pub fn new(
-        scene: &Scene,
-        problem: &'a Problem<'a>,
-        u: &'a [f64],
-        data: Cow<'a, Data>,
-    ) -> Result<Self> {
+    pub fn new(problem: &'a Problem<'a>, u: &'a [f64], data: Cow<'a, Data>) -> Result<Self> {
         let lambda = flux::contact_fluxes(problem, u);
-        let v = admissible::admissible(scene, problem, u, &lambda, &data)?;
-        let fluxes = flux::equilibrated(scene, problem, u, &lambda, &data)?;
+        let v = admissible::admissible(problem, u, &lambda, &data)?;
+        let fluxes = flux::equilibrated(problem, u, &lambda, &data)?;
         Ok(CellFields {
             problem,
             u,

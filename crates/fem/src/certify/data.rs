@@ -10,7 +10,7 @@ use super::lift::{Lift, lifts};
 use crate::assembly::value_at;
 use crate::contact::Problem;
 use crate::quadrature::{self, Sample, samples};
-use crate::scene::{Expression, Part, Scene};
+use crate::scene::{Expression, Part};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::CellGeometry;
 
@@ -32,7 +32,7 @@ pub(super) fn poincare(dim: usize) -> f64 {
     }
 }
 
-/// The data of a scene on a mesh, the same for every field on it.
+/// The data of a problem on a mesh, the same for every field on it.
 #[derive(Debug, Clone)]
 pub struct Data {
     pub(super) loads: Vec<Load>,
@@ -44,11 +44,11 @@ pub struct Data {
 impl Data {
     /// # Errors
     /// Data that are not finite, or that no function in the cells continues.
-    pub fn new(scene: &Scene, problem: &Problem) -> Result<Self> {
+    pub fn new(problem: &Problem) -> Result<Self> {
         Ok(Data {
-            loads: loads(scene, problem)?,
-            tractions: tractions(scene, problem)?,
-            lifts: lifts(scene, problem)?,
+            loads: loads(problem)?,
+            tractions: tractions(problem)?,
+            lifts: lifts(problem)?,
         })
     }
 }
@@ -96,9 +96,9 @@ pub(super) struct Traction {
 ///
 /// # Errors
 /// A value that is not finite.
-fn loads(scene: &Scene, problem: &Problem) -> Result<Vec<Load>> {
+fn loads(problem: &Problem) -> Result<Vec<Load>> {
     let mesh = problem.space.mesh;
-    let f = &scene.data.f;
+    let f = &problem.scene.data().f;
     if f.is_zero() {
         return Ok(vec![Load::default(); mesh.cell_count()]);
     }
@@ -165,8 +165,8 @@ fn load(cell: &CellGeometry, samples: &[Sample], error: f64) -> Load {
 ///
 /// # Errors
 /// A value that is not finite.
-fn tractions(scene: &Scene, problem: &Problem) -> Result<Vec<Traction>> {
-    let t = &scene.data.t;
+fn tractions(problem: &Problem) -> Result<Vec<Traction>> {
+    let t = &problem.scene.data().t;
     if t.is_zero() {
         return Ok(Vec::new());
     }

@@ -16,7 +16,7 @@ use crate::contact::Problem;
 use crate::element::{CR, Space};
 use crate::linear::{Role, Settings, condense};
 use crate::quadrature;
-use crate::scene::{Part, Scene};
+use crate::scene::Part;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::CellGeometry;
 use nalgebra::Vector3;
@@ -51,7 +51,6 @@ pub(super) fn contact_fluxes(problem: &Problem, u: &[f64]) -> Vec<f64> {
 /// # Errors
 /// Those of the linear solver.
 pub(super) fn equilibrated(
-    scene: &Scene,
     problem: &Problem,
     u: &[f64],
     lambda: &[f64],
@@ -94,7 +93,7 @@ pub(super) fn equilibrated(
         .filter(|w| is_solution(problem, &stiffness, w, &b));
     let w = match own {
         Some(w) => w,
-        None => solution(scene, problem, &stiffness, &b)?,
+        None => solution(problem, &stiffness, &b)?,
     };
 
     let mut fluxes = vec![0.0; cells.len()];
@@ -125,12 +124,8 @@ fn is_solution(problem: &Problem, stiffness: &Stiffness, w: &[f64], b: &[f64]) -
     })
 }
 
-fn solution(
-    scene: &Scene,
-    problem: &Problem,
-    stiffness: &Stiffness,
-    b: &[f64],
-) -> Result<Vec<f64>> {
+fn solution(problem: &Problem, stiffness: &Stiffness, b: &[f64]) -> Result<Vec<f64>> {
+    let g = &problem.scene.data().g;
     let mesh = problem.space.mesh;
     let mut w = vec![0.0; b.len()];
     let mut roles = vec![Role::Eliminated; b.len()];
@@ -144,7 +139,7 @@ fn solution(
                     let corners = vertices.iter().zip(lambda);
                     corners.map(|(&v, l)| l * mesh.points[v as usize][k]).sum()
                 });
-                w[face] += weight * scene.data.g.value(x);
+                w[face] += weight * g.value(x);
             }
         }
     }

@@ -14,7 +14,7 @@
 use super::refusal;
 use crate::contact::Problem;
 use crate::quadrature::{self, WHOLE, parts};
-use crate::scene::{Expression, Part, Scene};
+use crate::scene::{Expression, Part};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 use nalgebra::Vector3;
@@ -64,12 +64,12 @@ impl Lift {
 ///
 /// # Errors
 /// Data on Γ_D or Γ_C of a body that are not linear on a face; data that are not finite.
-pub(super) fn lifts(scene: &Scene, problem: &Problem) -> Result<Vec<Lift>> {
-    let mesh = problem.space.mesh;
+pub(super) fn lifts(problem: &Problem) -> Result<Vec<Lift>> {
+    let (mesh, scene) = (problem.space.mesh, problem.scene);
     let mut lifts = Vec::new();
     for (part, name, data) in [
-        (Part::Dirichlet, "g", &scene.data.g),
-        (Part::Contact, "psi", &scene.data.psi),
+        (Part::Dirichlet, "g", &scene.data().g),
+        (Part::Contact, "psi", &scene.data().psi),
     ] {
         if data.is_zero() {
             continue;

@@ -41,7 +41,6 @@ use crate::assembly::combine;
 use crate::contact::Problem;
 use crate::element::Space;
 use crate::quadrature;
-use crate::scene::Scene;
 use cells::{CellFields, CellSquares, Ingredients};
 pub use data::Data;
 use faceoff_mesh::error::{Error, Result};
@@ -151,25 +150,21 @@ fn refusal(because: impl Into<String>, remedy: impl Into<String>) -> Error {
 /// [`Error::Certificate`] where there is none: a part of the domain that Γ_D does not hold, data on Γ_D or Γ_C
 /// that cannot be continued into the cells, g above ψ, a field that is not g on Γ_D, data that this mesh does not
 /// integrate. Data that are not finite; those of the linear solver.
-pub fn certify(scene: &Scene, problem: &Problem, u: &[f64]) -> Result<Certificate> {
-    certify_with(scene, problem, u, Cow::Owned(Data::new(scene, problem)?))
+pub fn certify(problem: &Problem, u: &[f64]) -> Result<Certificate> {
+    certify_with(problem, u, Cow::Owned(Data::new(problem)?))
 }
 
 /// [`certify`] with data that other fields on the same mesh share.
 ///
 /// # Errors
 /// Those of [`certify`].
-pub fn certify_with(
-    scene: &Scene,
-    problem: &Problem,
-    u: &[f64],
-    data: Cow<'_, Data>,
-) -> Result<Certificate> {
+pub fn certify_with(problem: &Problem, u: &[f64], data: Cow<'_, Data>) -> Result<Certificate> {
     check(problem, u)?;
-    bounds(scene, problem, &CellFields::new(scene, problem, u, data)?)
+    bounds(problem, &CellFields::new(problem, u, data)?)
 }
 
-fn bounds(scene: &Scene, problem: &Problem, fields: &CellFields) -> Result<Certificate> {
+fn bounds(problem: &Problem, fields: &CellFields) -> Result<Certificate> {
+    let given = problem.scene.data();
     let mesh = problem.space.mesh;
     let Ingredients {
         data, lambda, v, ..
@@ -185,7 +180,7 @@ fn bounds(scene: &Scene, problem: &Problem, fields: &CellFields) -> Result<Certi
         .into_par_iter()
         .map(|cell| fields.squares(cell))
         .collect();
-    let touching = contact_terms(scene, problem, v, lambda);
+    let touching = contact_terms(problem, v, lambda);
     let uncertain: f64 = loads.iter().map(|load| load.uncertain).sum();
     let parts = Parts {
         misfit: total(cells.iter().map(|c| c.misfit.powi(2))).sqrt(),
@@ -214,7 +209,7 @@ fn bounds(scene: &Scene, problem: &Problem, fields: &CellFields) -> Result<Certi
     let distance = total(cells.iter().map(|c| c.distance.powi(2))).sqrt();
     let size = total(cells.iter().map(|c| c.gradient)).sqrt();
     let mut gradient = [(size - g_bound).max(0.0), size + g_bound];
-    if scene.data.g.is_zero() && scene.data.psi.is_zero() {
+    if given.g.is_zero() && given.psi.is_zero() {
         let flux = total(cells.iter().map(|c| c.flux)).sqrt();
         let least = -2.0 * energy(problem, &fields.ingredients);
         gradient[0] = gradient[0].max(least.max(0.0).sqrt() - parts.quadrature);
@@ -308,12 +303,13 @@ fn diameter(points: &[[f64; 3]]) -> f64 {
 }
 
 /// λ_F ∫_F (v-ψ) of each contact face, both as linear functions on it.
-fn contact_terms(scene: &Scene, problem: &Problem, v: &[f64], lambda: &[f64]) -> Vec<f64> {
+fn contact_terms(problem: &Problem, v: &[f64], lambda: &[f64]) -> Vec<f64> {
+    let psi = &problem.scene.data().psi;
     let mesh = problem.space.mesh;
     let of_face = |(face, lambda): (&crate::contact::ContactFace, &f64)| {
         let vertices = mesh.face(face.face).iter();
-        let gaps = vertices
-            .map(|&vertex| v[vertex as usize] - scene.data.psi.value(mesh.points[vertex as usize]));
+        let gaps =
+            vertices.map(|&vertex| v[vertex as usize] - psi.value(mesh.points[vertex as usize]));
         // v was held at or below ψ: what is above is rounding.
         lambda * face.measure * gaps.map(|gap| gap.min(0.0)).sum::<f64>() / mesh.dim as f64
     };

@@ -6,9 +6,9 @@ use proptest::prelude::*;
 use super::cells::CellFields;
 use super::*;
 use crate::assembly::combine;
-use crate::contact::{Iteration, Method, Problem, Stop, solve};
+use crate::contact::{Discretisation, Iteration, Method, Problem, Stop, solve};
 use crate::quadrature::{Part, WHOLE, exact, parts};
-use crate::scene::Expression;
+use crate::scene::{Data as SceneData, Exact, Expression, Scene};
 use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 
 /// Points that integrate over a cell what is smooth on a sixteenth of it, in space on an eighth.
@@ -75,8 +75,8 @@ fn errors(problem: &Problem, fields: &CellFields, u: &[f64], exact: &Expression)
     }
 }
 
-fn data(scene: &Scene, problem: &Problem) -> Cow<'static, Data> {
-    Cow::Owned(Data::new(scene, problem).expect("data of a scene"))
+fn data(problem: &Problem) -> Cow<'static, Data> {
+    Cow::Owned(Data::new(problem).expect("data of a scene"))
 }
 
 fn solved(problem: &Problem) -> Vec<f64> {
@@ -88,16 +88,15 @@ fn solved(problem: &Problem) -> Vec<f64> {
 fn ratios(name: &str, method: &str, n: usize) -> Result<[f64; 3]> {
     let scene = Scene::find(name)?;
     let mesh = scene.triangulation(Some(n))?;
-    let problem = Problem::new(&scene, &mesh, method.parse::<Method>().expect("a method"))?;
+    let method_of = method.parse().expect("a method");
+    let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method_of))?;
     let u = solved(&problem);
-    let fields = CellFields::new(
-        &scene,
-        &problem,
-        &u,
-        Cow::Owned(Data::new(&scene, &problem)?),
-    )?;
-    let certificate = bounds(&scene, &problem, &fields)?;
-    let exact = scene.exact.as_ref().expect("an exact scene");
+    let fields = CellFields::new(&problem, &u, Cow::Owned(Data::new(&problem)?))?;
+    let certificate = bounds(&problem, &fields)?;
+    let exact = scene
+        .exact()
+        .and_then(Exact::formula)
+        .expect("an exact scene");
     let truth = errors(&problem, &fields, &u, exact);
     let [low, high] = certificate.gradient;
     assert!(
@@ -216,14 +215,14 @@ proptest! {
             }
         }
         let Ok(mesh) = Triangulation::new(&label, &points) else { return Ok(()) };
-        let problem = Problem::new(&scene, &mesh, method.parse().unwrap()).unwrap();
-        let exact = scene.exact.as_ref().unwrap();
+        let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method.parse().unwrap())).unwrap();
+        let exact = scene.exact().and_then(Exact::formula).unwrap();
         let u: Vec<f64> = problem.space.points().zip(&problem.dirichlet).map(|(x, g)| {
             g.unwrap_or_else(|| exact.value(x) + 10f64.powf(noise) * random())
         }).collect();
-        let certified = Data::new(&scene, &problem).and_then(|data| {
-            let fields = CellFields::new(&scene, &problem, &u, Cow::Owned(data))?;
-            Ok((bounds(&scene, &problem, &fields)?, fields))
+        let certified = Data::new(&problem).and_then(|data| {
+            let fields = CellFields::new(&problem, &u, Cow::Owned(data))?;
+            Ok((bounds(&problem, &fields)?, fields))
         });
         let (certificate, fields) = match certified {
             Ok(certified) => certified,
@@ -263,16 +262,17 @@ fn integral(mesh: &Triangulation, value: impl Fn(usize, &CellGeometry, &[f64; 4]
 #[test]
 fn both_sides_of_the_identity_are_equal() {
     let scene = Scene::find("two-sides-contact").unwrap();
-    let exact = scene.exact.as_ref().unwrap();
+    let exact = scene.exact().and_then(Exact::formula).unwrap();
     let mesh = scene.triangulation(Some(4)).unwrap();
-    let problem = Problem::new(&scene, &mesh, Method::cr_fc()).unwrap();
+    let problem =
+        Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::cr_fc())).unwrap();
     let u: Vec<f64> = problem
         .space
         .points()
         .zip(&problem.dirichlet)
         .map(|(x, g)| g.unwrap_or(exact.value(x) + 0.1 * (7.0 * x[0]).sin() - 0.2 * x[1]))
         .collect();
-    let fields = CellFields::new(&scene, &problem, &u, data(&scene, &problem)).unwrap();
+    let fields = CellFields::new(&problem, &u, data(&problem)).unwrap();
     let (v, lambda) = (&fields.ingredients.v, &fields.ingredients.lambda);
     assert!(lambda.iter().any(|l| *l < 0.0));
     let slope = |x: [f64; 3]| Vector3::from(exact.gradient(x));
@@ -290,7 +290,7 @@ fn both_sides_of_the_identity_are_equal() {
         let load = &fields.ingredients.data.loads[cell];
         let linear_load: f64 =
             load.mean + load.slopes.iter().zip(at).map(|(a, l)| a * l).sum::<f64>();
-        let rest = scene.data.f.value(x) - linear_load;
+        let rest = scene.data().f.value(x) - linear_load;
         (fields.slope(cell) - fields.sigma(cell, geometry, at)).norm_squared()
             + 2.0 * rest * (exact.value(x) - linear(cell, at))
     });
@@ -321,10 +321,10 @@ fn exact_on_edges() -> quadrature::Rule {
 fn what_has_no_certificate_is_refused_in_words() {
     let scene = Scene::find("two-sides-contact").unwrap();
     let mesh = scene.triangulation(Some(2)).unwrap();
-    let problem = Problem::new(&scene, &mesh, Method::cr()).unwrap();
+    let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::cr())).unwrap();
     let refused = |scene: &Scene, u: &[f64], word: &str| {
-        let problem = Problem::new(scene, &mesh, Method::cr()).unwrap();
-        let text = certify(scene, &problem, u).unwrap_err().to_string();
+        let problem = Problem::new(scene, &mesh, &Discretisation::of(scene, Method::cr())).unwrap();
+        let text = certify(&problem, u).unwrap_err().to_string();
         assert!(
             text.starts_with("no certificate, because") && text.contains(word),
             "{text}"
@@ -335,11 +335,16 @@ fn what_has_no_certificate_is_refused_in_words() {
         &vec![1.0; problem.space.dofs],
         "violates its boundary data",
     );
-    let mut jump = scene.clone();
-    jump.data.f = Expression::parse("if(x + 0.3*y < 0.41, 1e9, 0)").unwrap();
-    let fine = certify(&jump, &problem, &problem.start());
+    let with = |change: &dyn Fn(&mut SceneData)| {
+        let mut data = scene.data().clone();
+        change(&mut data);
+        scene.with_data(data)
+    };
+    let parsed = |text: &str| Expression::parse(text).unwrap();
+    let jump = with(&|data| data.f = parsed("if(x + 0.3*y < 0.41, 1e9, 0)"));
+    let problem = Problem::new(&jump, &mesh, &Discretisation::of(&jump, Method::cr())).unwrap();
+    let fine = certify(&problem, &problem.start());
     assert!(fine.is_err() || fine.unwrap().parts.quadrature > 0.0);
-    let mut empty = scene.clone();
-    empty.data.psi = Expression::parse("-1").unwrap();
+    let empty = with(&|data| data.psi = parsed("-1"));
     refused(&empty, &problem.start(), "below ψ");
 }

@@ -1,6 +1,7 @@
 //! The form (2.4), of which (3.2) is the penalty-free member.
 
 use super::conditions::{Condition, conditions};
+use super::discretisation::Discretisation;
 use super::method::{Law, Method};
 use crate::assembly::{self, FacePoints, Stiffness, value_at};
 use crate::element::{Basis, MAX_DOFS, Space};
@@ -12,8 +13,8 @@ use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 /// The discrete problem: find u_h with A_h(u_h; v) = L(v) for all v that vanish on Γ_D, (3.1).
 pub struct Problem<'a> {
     pub scene: &'a Scene,
+    pub discretisation: Discretisation,
     pub space: Space<'a>,
-    pub method: Method,
     /// The part of each boundary face.
     pub parts: Vec<Option<Part>>,
     /// Contact faces, ascending: what is read off a solution on Γ_C.
@@ -93,18 +94,23 @@ impl<'a> Problem<'a> {
     /// The discrete problem of a scene on a mesh.
     ///
     /// # Errors
-    /// Boundary parts that do not fit the mesh, data that are not finite, a connected part of the
-    /// domain that nothing holds.
-    pub fn new(scene: &'a Scene, mesh: &'a Triangulation, method: Method) -> Result<Self> {
+    /// A discretisation that is none in the mesh's dimension, boundary parts that do not fit the mesh, data that are not
+    /// finite, a connected part of the domain that nothing holds.
+    pub fn new(
+        scene: &'a Scene,
+        mesh: &'a Triangulation,
+        discretisation: &Discretisation,
+    ) -> Result<Self> {
+        let method = discretisation.method;
         let parts = scene.parts(mesh)?;
         let space = Space::new(mesh, method.element);
-        let [cell_rule, face_rule] = scene.rules(mesh.dim)?;
+        let [cell_rule, face_rule] = discretisation.checked(scene, mesh.dim)?;
 
         let mut load = vec![0.0; space.dofs];
-        assembly::add_load(&space, &scene.data.f, &cell_rule, &mut load)?;
+        assembly::add_load(&space, &scene.data().f, &cell_rule, &mut load)?;
         let mut dirichlet = vec![None; space.dofs];
         let mut contact = Vec::new();
-        let largest = match scene.h {
+        let largest = match discretisation.h {
             HRule::Local => 0.0,
             HRule::Global => (0..mesh.cell_count())
                 .map(|cell| mesh.geometry(cell).diameter)
@@ -114,7 +120,7 @@ impl<'a> Problem<'a> {
             match part {
                 None => {}
                 Some(Part::Neumann) => {
-                    assembly::add_traction(&space, &scene.data.t, face, &face_rule, &mut load)?;
+                    assembly::add_traction(&space, &scene.data().t, face, &face_rule, &mut load)?;
                 }
                 Some(Part::Dirichlet) => {
                     let cell = mesh.face_cells(face)[0] as usize;
@@ -122,21 +128,21 @@ impl<'a> Problem<'a> {
                         space.face_dofs(cell, mesh.local_face(cell, face)).collect();
                     for dof in dofs {
                         let x = space.point(dof as usize);
-                        dirichlet[dof as usize] = Some(value_at(&scene.data.g, "g", x)?);
+                        dirichlet[dof as usize] = Some(value_at(&scene.data().g, "g", x)?);
                     }
                 }
                 Some(Part::Contact) => {
                     let gamma = |geometry: &CellGeometry, measure: f64| {
-                        let h = match scene.h {
+                        let h = match discretisation.h {
                             _ if !method.is_nitsche() => {
                                 mesh.dim as f64 * geometry.measure() / measure
                             }
                             HRule::Local => geometry.diameter,
                             HRule::Global => largest,
                         };
-                        method.gamma0(scene.gamma0) * h
+                        discretisation.gamma0() * h
                     };
-                    let psi = &scene.data.psi;
+                    let psi = &scene.data().psi;
                     contact.push(ContactFace::new(&space, face, psi, gamma, &face_rule)?);
                 }
             }
@@ -151,16 +157,16 @@ impl<'a> Problem<'a> {
             &method,
             &space,
             &contact,
-            &scene.data.psi,
+            &scene.data().psi,
             &stiffness,
             &load,
             &dirichlet,
         )?;
         let mut problem = Problem {
             scene,
+            discretisation: discretisation.clone(),
             stiffness,
             space,
-            method,
             parts,
             contact,
             conditions,
@@ -172,6 +178,10 @@ impl<'a> Problem<'a> {
         };
         problem.floating = problem.check_held()?;
         Ok(problem)
+    }
+
+    pub fn method(&self) -> Method {
+        self.discretisation.method
     }
 
     /// Every connected part needs Γ_D, or contact and a total load that presses it on; what
@@ -225,7 +235,7 @@ impl<'a> Problem<'a> {
                 )
             };
             return Err(Error::Scene {
-                scene: self.scene.name.clone(),
+                scene: self.scene.name().to_owned(),
                 place: "boundary.dirichlet".into(),
                 what,
                 remedy: "name a group of that part under dirichlet".into(),

@@ -81,7 +81,7 @@ impl<'a> Krylov<'a> {
                 format!(
                     "iterations do not solve {} on this scene: they take Newton's method for cr, cr-fc, cr-vi and \
                      p1-vi, and scenes without contact, on domains that Γ_D holds",
-                    problem.method
+                    problem.method()
                 ),
                 "use --linear auto",
             ));
@@ -364,7 +364,7 @@ fn own_dof(condition: &Condition) -> u32 {
 fn is_nearly_symmetric(scheme: &Scheme) -> bool {
     let problem = scheme.problem;
     let by_faces = scheme.conditions.iter().all(|c| c.row.is_some());
-    problem.floating.is_none() && (by_faces || problem.method.law == Law::Variational)
+    problem.floating.is_none() && (by_faces || problem.method().law == Law::Variational)
 }
 
 /// Iterations of Newton's method times those of each step, and of its last one, as measured: they
@@ -402,7 +402,7 @@ fn not_converged(steps: usize) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{Iteration, Method, Problem, Stop, solve_by};
+    use crate::contact::{Discretisation, Iteration, Method, Problem, Stop, solve_by};
     use crate::linear::Settings;
     use crate::scene::Scene;
 
@@ -427,7 +427,8 @@ mod tests {
             let mesh = scene.triangulation(Some(n)).unwrap();
             for method in ["cr", "cr-vi", "cr-fc", "p1-vi"] {
                 let method: Method = method.parse().unwrap();
-                let problem = Problem::new(&scene, &mesh, method).unwrap();
+                let problem =
+                    Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
                 let solve = |solver| {
                     let told = |_, _| Ok(());
                     let settings = with(solver);
@@ -438,7 +439,8 @@ mod tests {
                 assert!(
                     found.converged,
                     "{} {method}: {:?}",
-                    scene.name, found.increments
+                    scene.name(),
+                    found.increments
                 );
                 assert_eq!(found.linear.solver, Solver::Iterative);
                 steps += found.increments.len();
@@ -449,7 +451,7 @@ mod tests {
                 assert!(
                     far < 1e-11 * scale,
                     "{} {method}: {far:e} of {scale}",
-                    scene.name
+                    scene.name()
                 );
             }
         }
@@ -462,7 +464,12 @@ mod tests {
         let scene = Scene::find("plate").unwrap();
         let mesh = scene.triangulation(Some(16)).unwrap();
         for method in ["cr", "p2"] {
-            let problem = Problem::new(&scene, &mesh, method.parse().unwrap()).unwrap();
+            let problem = Problem::new(
+                &scene,
+                &mesh,
+                &Discretisation::of(&scene, method.parse().unwrap()),
+            )
+            .unwrap();
             let values = VertexValues::new(&problem.space);
             let p1 = Stiffness::new(&Space::new(&mesh, &P1));
             let v: Vec<f64> = (0..mesh.points.len())
@@ -489,7 +496,12 @@ mod tests {
         let scene = Scene::find("one-zone").unwrap();
         let mesh = scene.triangulation(Some(4)).unwrap();
         for method in ["p2", "cr(1,1)", "penalty"] {
-            let problem = Problem::new(&scene, &mesh, method.parse().unwrap()).unwrap();
+            let problem = Problem::new(
+                &scene,
+                &mesh,
+                &Discretisation::of(&scene, method.parse().unwrap()),
+            )
+            .unwrap();
             let refused = Krylov::new(Scheme::new(&problem))
                 .err()
                 .unwrap()

@@ -1,9 +1,9 @@
 //! Where iterations start: from the contact set of P1 ⊂ CR.
 
-use super::Problem;
 use super::iteration::Iteration;
 use super::method::{Law, Method};
 use super::solve::{Stop, solve_by};
+use super::{Discretisation, Problem};
 use crate::element::{P1, Space};
 use crate::linear::{Settings, Solver};
 use faceoff_mesh::error::{Error, Result};
@@ -36,7 +36,11 @@ pub(super) fn start(
         solver: Solver::Iterative,
         ..Settings::default()
     };
-    let coarse = Problem::new(problem.scene, mesh, method)?;
+    let discretisation = Discretisation {
+        method,
+        ..problem.discretisation.clone()
+    };
+    let coarse = Problem::new(problem.scene, mesh, &discretisation)?;
     let told = |_: usize, increment| progress(0, increment);
     let found = match solve_by(&coarse, Iteration::Newton, stop, settings, told) {
         Ok(found) => found.u,

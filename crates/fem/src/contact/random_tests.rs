@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 use super::*;
-use crate::scene::{Boundary, Expression, GroupName, HRule, Scene};
+use crate::scene::{Boundary, Data, Expression, GroupName, HRule, Scene};
 use faceoff_mesh::mesh::generate::{Cuboid, sides, union_mesh};
 use faceoff_mesh::mesh::{Mesh, Triangulation};
 
@@ -193,20 +193,14 @@ impl Random {
     }
 
     fn scene(&self, mesh: &Triangulation) -> Scene {
-        let mut scene = Scene::find("one-zone").expect("a built-in scene");
+        let scene = Scene::find("one-zone").expect("a built-in scene");
         let formula = |k: usize| Expression::parse(&self.data[k]).expect("a formula");
-        scene.data.f = formula(0);
-        scene.data.g = formula(1);
-        scene.data.t = formula(2);
-        scene.data.psi = formula(3);
-        scene.gamma0 = self.gamma0;
-        scene.h = if self.global_h {
-            HRule::Global
-        } else {
-            HRule::Local
+        let data = Data {
+            f: formula(0),
+            g: formula(1),
+            t: formula(2),
+            psi: formula(3),
         };
-        scene.load_quadrature = Some(self.rules.0.into());
-        scene.contact_quadrature = Some(self.rules.1.into());
         let [mut contact, mut dirichlet, mut neumann] = [Vec::new(), Vec::new(), Vec::new()];
         for (k, group) in mesh.groups.iter().enumerate() {
             let name = group.name.clone().unwrap_or_default();
@@ -218,12 +212,25 @@ impl Random {
             };
             part.push(GroupName::Name(name));
         }
-        scene.boundary = Boundary {
+        scene.with_data(data).with_boundary(Boundary {
             dirichlet,
             neumann,
             contact,
-        };
-        scene
+        })
+    }
+
+    fn discretisation(&self) -> Discretisation {
+        Discretisation {
+            method: self.method.parse().expect("a method"),
+            gamma0: self.gamma0,
+            h: if self.global_h {
+                HRule::Global
+            } else {
+                HRule::Local
+            },
+            load_quadrature: Some(self.rules.0.into()),
+            contact_quadrature: Some(self.rules.1.into()),
+        }
     }
 }
 
@@ -246,10 +253,9 @@ proptest! {
             }
         };
         let scene = random.scene(&mesh);
-        let method: Method = random.method.parse().unwrap();
         let one_status = !random.method.starts_with("cr") || random.rules.1 == "midpoint";
         let mut certain = CERTAIN.contains(&random.method) && (one_status || random.method == "cr-vi");
-        let problem = match Problem::new(&scene, &mesh, method) {
+        let problem = match Problem::new(&scene, &mesh, &random.discretisation()) {
             Ok(problem) => problem,
             Err(refusal) => {
                 prop_assert!(refusal.to_string().contains("no Dirichlet face") || refusal.to_string().contains("neither"), "{}", refusal);

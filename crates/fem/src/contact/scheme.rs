@@ -80,8 +80,8 @@ pub(super) fn clear_rows(conditions: &[Condition], r: &mut [f64]) {
 
 /// The penalty-free law, on CR.
 fn is_face_law(problem: &Problem) -> bool {
-    let penalty_free = match problem.method.law {
-        Law::Nitsche { .. } | Law::FluxCorrected => problem.method.law.thetas() == [1, 0],
+    let penalty_free = match problem.method().law {
+        Law::Nitsche { .. } | Law::FluxCorrected => problem.method().law.thetas() == [1, 0],
         _ => false,
     };
     let element = problem.space.element;
@@ -108,7 +108,7 @@ fn by_faces<'a>(problem: &'a Problem<'a>) -> Option<Scheme<'a>> {
                 points: face.points.len(),
             });
         }
-        if problem.method.law == Law::FluxCorrected {
+        if problem.method().law == Law::FluxCorrected {
             continue;
         }
         let m = right_side(problem, face, &siblings)?;

@@ -90,7 +90,7 @@ pub(super) fn for_each_contact_term(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{Stop, solve};
+    use crate::contact::{Discretisation, Stop, solve};
     use crate::scene::Scene;
     use nalgebra::{DMatrix, DVector};
 
@@ -100,7 +100,12 @@ mod tests {
         let scene = Scene::find("one-zone").unwrap();
         let mesh = scene.triangulation(Some(6)).unwrap();
         for method in ["cr-fc", "p1", "p2"] {
-            let problem = Problem::new(&scene, &mesh, method.parse().unwrap()).unwrap();
+            let problem = Problem::new(
+                &scene,
+                &mesh,
+                &Discretisation::of(&scene, method.parse().unwrap()),
+            )
+            .unwrap();
             let told = |_, _| Ok(());
             let u = solve(&problem, Iteration::Newton, Stop::default(), told)
                 .unwrap()

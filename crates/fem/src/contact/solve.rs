@@ -126,11 +126,11 @@ pub fn solve_by(
     settings: Settings,
     mut progress: impl FnMut(usize, f64) -> Result<()>,
 ) -> Result<Solution> {
-    if iteration != Iteration::Newton && !problem.method.is_nitsche() {
+    if iteration != Iteration::Newton && !problem.method().is_nitsche() {
         return Err(Error::usage(
             format!(
                 "{iteration} is a fixed point of the family (2.4) and of cr-fc, and {} is neither",
-                problem.method
+                problem.method()
             ),
             "use newton, which for the variational inequalities is the primal-dual active set",
         ));

@@ -1,6 +1,6 @@
 //! When an iteration has converged, whatever solves its linear systems, in whatever units, on any number of threads.
 
-use super::tests::{formula, newton, scene, square};
+use super::tests::{formula, newton, scene, square, with_gamma0};
 use super::*;
 use crate::linear::{Precision, Settings, Solver};
 use crate::scene::Scene;
@@ -11,26 +11,24 @@ use faceoff_mesh::mesh::generate::union_jack;
 /// loose tolerance.
 #[test]
 fn an_increment_alone_is_no_convergence() {
-    let small = |gamma0: f64| {
-        let mut scene = Scene::find("manufactured-3").unwrap();
-        scene.gamma0 = gamma0;
-        (scene, 16, Stop::default())
-    };
+    let small = |gamma0: f64| ("manufactured-3", gamma0, Stop::default());
     let loose = |increment: f64| {
         let stop = Stop {
             increment,
             ..Stop::default()
         };
-        (Scene::find("transition-1.5").unwrap(), 16, stop)
+        ("transition-1.5", 100.0, stop)
     };
-    for (scene, n, stop) in [small(1e-10), small(1e-12), loose(1e-2), loose(1e-4)] {
-        let mesh = scene.triangulation(Some(n)).unwrap();
+    for (scene, gamma0, stop) in [small(1e-10), small(1e-12), loose(1e-2), loose(1e-4)] {
+        let scene = Scene::find(scene).unwrap();
+        let mesh = scene.triangulation(Some(16)).unwrap();
         for name in ["cr", "cr-fc", "p1", "p2", "penalty"] {
-            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let discretisation = with_gamma0(&scene, name.parse().unwrap(), gamma0);
+            let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
             let solution = solve(&problem, Iteration::Newton, stop, |_, _| Ok(())).unwrap();
             let error = problem.backward_error(&solution.u).0;
             assert_eq!(error, solution.backward_error);
-            let name = format!("{} {name} {:e} {stop:?}", scene.name, scene.gamma0);
+            let name = format!("{} {name} {gamma0:e} {stop:?}", scene.name());
             assert!(solution.converged, "{name}: {error:e}");
             assert!(error <= stop.increment.max(1e-9), "{name}: {error:e}");
         }
@@ -56,7 +54,12 @@ g = "x-3"
         let above = mesh.points.iter().position(|p| *p == [0.625, 0.125, 0.0]);
         mesh.points[above.unwrap()] = [0.5625, 0.125 * height, 0.0];
         let mesh = Triangulation::new("sliver", &mesh).unwrap();
-        let problem = Problem::new(&scene, &mesh, method.parse().unwrap()).unwrap();
+        let problem = Problem::new(
+            &scene,
+            &mesh,
+            &Discretisation::of(&scene, method.parse().unwrap()),
+        )
+        .unwrap();
         let solution = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()));
         let solution = solution.unwrap();
         let exact = |dof: usize| problem.space.point(dof)[0] - 3.0;
@@ -86,8 +89,9 @@ fn what_is_out_of_reach_is_called_rounding_or_not_reached_with_the_best_iterate(
     };
     for gamma0 in [1e-8, 100.0, 1e8] {
         for name in ["cr", "cr-fc", "p2"] {
-            let scene = scene(|s| s.gamma0 = gamma0);
-            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let scene = scene(|_, _| {});
+            let discretisation = with_gamma0(&scene, name.parse().unwrap(), gamma0);
+            let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
             let solution = solve(&problem, Iteration::Newton, never(50), |_, _| Ok(())).unwrap();
             assert_eq!(solution.ended, Ended::Rounding, "{name} {gamma0:e}");
             assert!(
@@ -101,8 +105,9 @@ fn what_is_out_of_reach_is_called_rounding_or_not_reached_with_the_best_iterate(
         }
     }
     // A fixed point that diverges: far from the last iterate the best one comes back.
-    let diverging = scene(|s| s.gamma0 = 10.0);
-    let problem = Problem::new(&diverging, &mesh, Method::cr()).unwrap();
+    let scene = scene(|_, _| {});
+    let diverging = with_gamma0(&scene, Method::cr(), 10.0);
+    let problem = Problem::new(&scene, &mesh, &diverging).unwrap();
     let lagged = "lagged-p".parse().unwrap();
     let solution = solve(&problem, lagged, never(40), |_, _| Ok(())).unwrap();
     assert!(
@@ -124,8 +129,16 @@ fn what_is_out_of_reach_is_called_rounding_or_not_reached_with_the_best_iterate(
 fn data_far_from_one_have_the_same_solution() {
     let mesh = square(8);
     let u = |scale: &str, name: &str| {
-        let scene = scene(|s| s.data.f = formula(&format!("-2*pi*sin(2*pi*x)*{scale}")));
-        newton(&Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap()).u
+        let scene = scene(|data, _| data.f = formula(&format!("-2*pi*sin(2*pi*x)*{scale}")));
+        newton(
+            &Problem::new(
+                &scene,
+                &mesh,
+                &Discretisation::of(&scene, name.parse().unwrap()),
+            )
+            .unwrap(),
+        )
+        .u
     };
     for name in ["cr", "cr-fc", "p2"] {
         for (text, scale) in [("1e150", 1e150), ("1e-150", 1e-150)] {
@@ -139,9 +152,9 @@ fn data_far_from_one_have_the_same_solution() {
 /// Whatever solves the linear systems, and in whatever precision, the answer is the same.
 #[test]
 fn linear_solvers_agree_on_all_methods() {
-    let pressed = scene(|s| {
-        s.boundary.neumann.append(&mut s.boundary.dirichlet);
-        s.data.f = formula("1 + x");
+    let pressed = scene(|data, boundary| {
+        boundary.neumann.append(&mut boundary.dirichlet);
+        data.f = formula("1 + x");
     });
     let scenes = [
         Scene::find("one-zone").unwrap(),
@@ -161,7 +174,12 @@ fn linear_solvers_agree_on_all_methods() {
             "penalty",
             "multiplier",
         ] {
-            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let problem = Problem::new(
+                &scene,
+                &mesh,
+                &Discretisation::of(&scene, name.parse().unwrap()),
+            )
+            .unwrap();
             let by = |solver, precision| {
                 let settings = Settings { solver, precision };
                 let told = |_, _| Ok(());
@@ -187,7 +205,7 @@ fn linear_solvers_agree_on_all_methods() {
                     assert!(
                         error < 1e-12 * size,
                         "{} {name} {solver} {precision} {error:e}",
-                        scene.name
+                        scene.name()
                     );
                 }
             }
@@ -197,10 +215,10 @@ fn linear_solvers_agree_on_all_methods() {
 
 #[test]
 fn without_contact_one_solve_is_all() {
-    let scene = scene(|s| s.boundary.neumann.append(&mut s.boundary.contact));
+    let scene = scene(|_, boundary| boundary.neumann.append(&mut boundary.contact));
     let mesh = square(8);
     for method in [Method::cr(), Method::p2()] {
-        let problem = Problem::new(&scene, &mesh, method).unwrap();
+        let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
         let solution = newton(&problem);
         assert_eq!(solution.increments.len(), 1);
         assert!(problem.backward_error(&solution.u).0 < 1e-14);
@@ -215,7 +233,15 @@ fn two_runs_are_the_same_and_threads_differ_by_rounding() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
             let mesh = scene.triangulation(Some(60)).unwrap();
-            newton(&Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap()).u
+            newton(
+                &Problem::new(
+                    &scene,
+                    &mesh,
+                    &Discretisation::of(&scene, name.parse().unwrap()),
+                )
+                .unwrap(),
+            )
+            .u
         })
     };
     for name in ["cr", "p2"] {

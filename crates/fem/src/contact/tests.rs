@@ -4,7 +4,7 @@ use super::*;
 use crate::assembly;
 use crate::element::{CR, Element, MAX_DOFS, P1, P2};
 use crate::linear::Settings;
-use crate::scene::{Expression, Scene};
+use crate::scene::{Boundary, Data, Expression, GroupName, Scene};
 use faceoff_mesh::mesh::Triangulation;
 use faceoff_mesh::mesh::generate::union_jack;
 
@@ -12,10 +12,18 @@ pub(super) fn square(n: usize) -> Triangulation {
     Triangulation::new("union-jack", &union_jack(n, [1.0, 1.0])).unwrap()
 }
 
-pub(super) fn scene(change: impl Fn(&mut Scene)) -> Scene {
-    let mut scene = Scene::find("one-zone").unwrap();
-    change(&mut scene);
-    scene
+pub(super) fn scene(change: impl Fn(&mut Data, &mut Boundary)) -> Scene {
+    let scene = Scene::find("one-zone").unwrap();
+    let (mut data, mut boundary) = (scene.data().clone(), scene.boundary().clone());
+    change(&mut data, &mut boundary);
+    scene.with_data(data).with_boundary(boundary)
+}
+
+pub(super) fn with_gamma0(scene: &Scene, method: Method, gamma0: f64) -> Discretisation {
+    Discretisation {
+        gamma0,
+        ..Discretisation::of(scene, method)
+    }
 }
 
 pub(super) fn formula(text: &str) -> Expression {
@@ -36,7 +44,7 @@ fn form_2_5(problem: &Problem, u: &[f64], flux_term: f64) -> Vec<f64> {
     for (r, b) in r.iter_mut().zip(&problem.load) {
         *r -= b;
     }
-    let theta1 = f64::from(problem.method.law.thetas()[0]);
+    let theta1 = f64::from(problem.method().law.thetas()[0]);
     for face in &problem.contact {
         let (gamma, local) = (face.gamma, problem.space.local(face.cell, u));
         for point in &face.points {
@@ -57,8 +65,8 @@ fn proposition_2_1_the_forms_2_4_and_2_5_are_one() {
     let mesh = square(6);
     for name in ["p2", "p1", "cr(1,1)", "p2(0,1)", "p2(-1,1)", "cr(-1,1)"] {
         let method: Method = name.parse().unwrap();
-        let scene = scene(|_| {});
-        let problem = Problem::new(&scene, &mesh, method).unwrap();
+        let scene = scene(|_, _| {});
+        let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
         let u: Vec<f64> = (0..problem.space.dofs)
             .map(|k| (12.9898 * k as f64).sin())
             .collect();
@@ -81,16 +89,16 @@ fn proposition_2_1_the_forms_2_4_and_2_5_are_one() {
 fn linear_solutions_are_exact() {
     let mesh = square(5);
     // u = y - 2 + 0.3 x: ∂ₙu = -1 on y = 0, contact; ψ = u there.
-    let contact = scene(|s| {
-        s.data.f = formula("0");
-        s.data.g = formula("y - 2 + 0.3*x");
-        s.data.t = formula("if(x < 0.5, -0.3, 0.3)");
-        s.data.psi = formula("0.3*x - 2");
+    let contact = scene(|data, _| {
+        data.f = formula("0");
+        data.g = formula("y - 2 + 0.3*x");
+        data.t = formula("if(x < 0.5, -0.3, 0.3)");
+        data.psi = formula("0.3*x - 2");
     });
     // u = -1 - y: ∂ₙu = 1 on y = 0 is no contact solution; u = -1 with ∂ₙu = 0 is separated.
-    let separated = scene(|s| {
-        s.data.f = formula("0");
-        s.data.g = formula("-1");
+    let separated = scene(|data, _| {
+        data.f = formula("0");
+        data.g = formula("-1");
     });
     for name in [
         "cr",
@@ -111,11 +119,11 @@ fn linear_solutions_are_exact() {
             (&separated, formula("-1")),
         ] {
             // The symmetric member needs a small γ to be stable.
-            let mut scene = scene.clone();
+            let mut discretisation = Discretisation::of(scene, method);
             if method.law.thetas()[0] != 1 {
-                scene.gamma0 = 0.01;
+                discretisation.gamma0 = 0.01;
             }
-            let problem = Problem::new(&scene, &mesh, method).unwrap();
+            let problem = Problem::new(scene, &mesh, &discretisation).unwrap();
             let solution = newton(&problem);
             for (value, x) in solution.u.iter().zip(problem.space.points()) {
                 assert!((value - u.value(x)).abs() < 1e-12, "{name}");
@@ -128,15 +136,15 @@ fn linear_solutions_are_exact() {
 #[test]
 fn a_transition_from_contact_to_non_contact_converges() {
     let u = "(x^2+y^2)^0.75*sin(1.5*atan2(y,x))";
-    let scene = scene(|s| {
-        s.data.f = formula("0");
-        s.data.g = formula(u);
-        s.boundary = crate::scene::Boundary {
+    let scene = scene(|data, boundary| {
+        data.f = formula("0");
+        data.g = formula(u);
+        *boundary = Boundary {
             dirichlet: ["top", "left", "right"]
-                .map(|n| crate::scene::GroupName::Name(n.into()))
+                .map(|n| GroupName::Name(n.into()))
                 .to_vec(),
             neumann: vec![],
-            contact: vec![crate::scene::GroupName::Name("bottom".into())],
+            contact: vec![GroupName::Name("bottom".into())],
         };
     });
     let exact = formula(u);
@@ -149,7 +157,12 @@ fn a_transition_from_contact_to_non_contact_converges() {
                     p[0] -= 1.0;
                 }
                 let mesh = Triangulation::new("half", &mesh).unwrap();
-                let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+                let problem = Problem::new(
+                    &scene,
+                    &mesh,
+                    &Discretisation::of(&scene, name.parse().unwrap()),
+                )
+                .unwrap();
                 let solution = newton(&problem);
                 let rule = crate::quadrature::rule(2, "radon-7").unwrap();
                 let mut error = 0.0;
@@ -187,8 +200,8 @@ fn the_newton_matrix_is_the_derivative_of_the_residual() {
     let others = ["cr-fc", "p1-vi", "cr-vi", "penalty", "multiplier"].map(String::from);
     for name in family.chain(others) {
         let method: Method = name.parse().unwrap();
-        let scene = scene(|_| {});
-        let problem = Problem::new(&scene, &mesh, method).unwrap();
+        let scene = scene(|_, _| {});
+        let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
         let u: Vec<f64> = (0..problem.space.dofs)
             .map(|k| (7.3 * k as f64).sin())
             .collect();
@@ -227,8 +240,9 @@ fn every_splitting_ends_at_newtons_solution() {
         ("relaxed", 100.0),
         ("flux-new", 0.5),
     ] {
-        let scene = scene(|s| s.gamma0 = gamma0);
-        let problem = Problem::new(&scene, &mesh, Method::cr()).unwrap();
+        let scene = scene(|_, _| {});
+        let discretisation = with_gamma0(&scene, Method::cr(), gamma0);
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
         let reference = newton(&problem);
         let stop = Stop {
             increment: 1e-12,
@@ -251,12 +265,13 @@ fn every_splitting_ends_at_newtons_solution() {
 #[test]
 fn the_residual_sees_a_term_that_is_missing() {
     let mesh = square(8);
-    let here = scene(|_| {});
-    let problem = Problem::new(&here, &mesh, Method::cr()).unwrap();
+    let here = scene(|_, _| {});
+    let problem = Problem::new(&here, &mesh, &Discretisation::of(&here, Method::cr())).unwrap();
     let solution = newton(&problem);
     assert!(problem.backward_error(&solution.u).0 < 1e-14);
-    let other = scene(|s| s.gamma0 *= 1.0 + 1e-6);
-    let other = Problem::new(&other, &mesh, Method::cr()).unwrap();
+    let mut other = problem.discretisation.clone();
+    other.gamma0 *= 1.0 + 1e-6;
+    let other = Problem::new(&here, &mesh, &other).unwrap();
     let error = other.backward_error(&solution.u).0;
     assert!(error > 1e-11, "{error:e}");
     let nan = vec![f64::NAN; problem.space.dofs];
@@ -267,20 +282,24 @@ fn the_residual_sees_a_term_that_is_missing() {
 fn nothing_that_holds_the_domain_is_refused() {
     let mesh = square(4);
     let neumann = |sign: &str| {
-        scene(|s| {
-            s.boundary.neumann.append(&mut s.boundary.dirichlet);
-            s.data.f = formula(sign);
+        scene(|data, boundary| {
+            boundary.neumann.append(&mut boundary.dirichlet);
+            data.f = formula(sign);
         })
     };
-    let refusal = Problem::new(&neumann("-1"), &mesh, Method::cr()).err();
+    let cr = Discretisation::of(&scene(|_, _| {}), Method::cr());
+    let refusal = Problem::new(&neumann("-1"), &mesh, &cr).err();
     assert!(refusal.unwrap().to_string().contains("does not press it"));
     // Pressed on, contact alone holds it: -u'' = 1 with u = ψ at y = 0 and u' = 0 at y = 1. At the
     // start, u = 0, the obstacle may be out of reach.
     for method in [Method::cr(), Method::cr_fc(), Method::p2()] {
         for psi in ["0", "0.1", "0.1 + x"] {
-            let mut scene = neumann("1");
-            scene.data.psi = formula(psi);
-            let problem = Problem::new(&scene, &mesh, method).unwrap();
+            let scene = neumann("1");
+            let scene = scene.with_data(Data {
+                psi: formula(psi),
+                ..scene.data().clone()
+            });
+            let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
             let solution = newton(&problem);
             let flux = quantities(&problem, &solution.u).contact_flux;
             // v = 1 says so exactly where nothing is tested with γ⁻¹v.
@@ -289,13 +308,13 @@ fn nothing_that_holds_the_domain_is_refused() {
             assert!((flux + 1.0).abs() < bound, "{method} {psi} {flux}");
         }
     }
-    let free = scene(|s| {
-        s.boundary.neumann.append(&mut s.boundary.dirichlet);
-        s.boundary.neumann.append(&mut s.boundary.contact);
+    let free = scene(|_, boundary| {
+        boundary.neumann.append(&mut boundary.dirichlet);
+        boundary.neumann.append(&mut boundary.contact);
     });
-    assert!(Problem::new(&free, &mesh, Method::cr()).is_err());
-    let bad = scene(|s| s.data.f = formula("log(x - 0.5)"));
-    let refusal = Problem::new(&bad, &mesh, Method::cr()).err().unwrap();
+    assert!(Problem::new(&free, &mesh, &cr).is_err());
+    let bad = scene(|data, _| data.f = formula("log(x - 0.5)"));
+    let refusal = Problem::new(&bad, &mesh, &cr).err().unwrap();
     assert!(refusal.to_string().contains("f = `log(x - 0.5)` is NaN at"));
 }
 
@@ -305,7 +324,7 @@ fn contact_sets_are_runs_along_the_side() {
     for (name, zones) in [("one-zone", 1), ("three-zones", 4), ("five-zones", 6)] {
         let scene = Scene::find(name).unwrap();
         for method in [Method::cr(), Method::cr_fc(), Method::p2()] {
-            let problem = Problem::new(&scene, &mesh, method).unwrap();
+            let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
             let set = quantities(&problem, &newton(&problem).u).contact_set;
             let set = set.runs();
             assert_eq!(set.len(), zones, "{name} {method}: {set:?}");
@@ -345,10 +364,15 @@ fn variational_inequalities_are_complementary() {
         let scene = Scene::find(scene).unwrap();
         let mesh = scene.triangulation(None).unwrap();
         for name in ["p1-vi", "cr-vi"] {
-            let problem = Problem::new(&scene, &mesh, name.parse().unwrap()).unwrap();
+            let problem = Problem::new(
+                &scene,
+                &mesh,
+                &Discretisation::of(&scene, name.parse().unwrap()),
+            )
+            .unwrap();
             let u = newton(&problem).u;
             let forces = problem.stiffness.times(&u);
-            let psi = |dof: usize| scene.data.psi.value(problem.space.point(dof));
+            let psi = |dof: usize| scene.data().psi.value(problem.space.point(dof));
             let mut on_contact = vec![false; problem.space.dofs];
             for face in &problem.contact {
                 let local = mesh.local_face(face.cell, face.face);
@@ -399,7 +423,12 @@ fn balance(problem: &Problem, u: &[f64], mut add: impl FnMut(&ContactFace, &mut 
 fn the_penalty_is_that_of_chouly_and_hild() {
     let scene = Scene::find("plate").unwrap();
     let mesh = scene.triangulation(None).unwrap();
-    let problem = Problem::new(&scene, &mesh, "penalty(0.03)".parse().unwrap()).unwrap();
+    let problem = Problem::new(
+        &scene,
+        &mesh,
+        &Discretisation::of(&scene, "penalty(0.03)".parse().unwrap()),
+    )
+    .unwrap();
     let u = newton(&problem).u;
     let balance = |epsilon0: f64| {
         balance(&problem, &u, |face, r| {
@@ -423,7 +452,12 @@ fn the_penalty_is_that_of_chouly_and_hild() {
 fn the_multiplier_is_that_of_hild_and_renard() {
     let scene = Scene::find("plate").unwrap();
     let mesh = scene.triangulation(None).unwrap();
-    let problem = Problem::new(&scene, &mesh, "multiplier".parse().unwrap()).unwrap();
+    let problem = Problem::new(
+        &scene,
+        &mesh,
+        &Discretisation::of(&scene, "multiplier".parse().unwrap()),
+    )
+    .unwrap();
     let u = newton(&problem).u;
     let (mut touching, mut free) = (0, 0);
     let mut balance = |sign: f64| {
@@ -469,10 +503,11 @@ fn the_classical_methods_give_all_that_is_read_off() {
         let method: Method = name.parse().unwrap();
         for (scene, zones) in [("one-zone", 1), ("three-zones", 4), ("five-zones", 6)] {
             let scene = Scene::find(scene).unwrap();
-            let problem = Problem::new(&scene, &mesh, method).unwrap();
+            let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
             let u = newton(&problem).u;
             assert!(problem.backward_error(&u).0 < 1e-13, "{name}");
-            let reference = Problem::new(&scene, &mesh, Method::p2()).unwrap();
+            let reference =
+                Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::p2())).unwrap();
             let expected = quantities(&reference, &newton(&reference).u);
             let q = quantities(&problem, &u);
             assert_eq!(
@@ -496,11 +531,16 @@ fn the_classical_methods_give_all_that_is_read_off() {
             } else {
                 "p1"
             };
-            let other = Problem::new(&scene, &mesh, other.parse().unwrap()).unwrap();
+            let other = Problem::new(
+                &scene,
+                &mesh,
+                &Discretisation::of(&scene, other.parse().unwrap()),
+            )
+            .unwrap();
             assert!(problem.backward_error(&newton(&other).u).0 > 1e-9, "{name}");
         }
-        let scene = scene(|_| {});
-        let problem = Problem::new(&scene, &mesh, method).unwrap();
+        let scene = scene(|_, _| {});
+        let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
         let lagged = "lagged-p".parse().unwrap();
         let refusal = solve(&problem, lagged, Stop::default(), |_, _| Ok(()));
         assert!(refusal.unwrap_err().to_string().contains("family (2.4)"));
@@ -513,27 +553,28 @@ fn the_classical_methods_give_all_that_is_read_off() {
 #[test]
 fn the_corrected_flux_at_midpoints_is_the_variational_inequality_on_cr() {
     for name in ["one-zone", "five-zones", "plate", "two-sides-contact"] {
-        let mut scene = Scene::find(name).unwrap();
-        scene.contact_quadrature = Some("midpoint".into());
+        let scene = Scene::find(name).unwrap();
         let mesh = scene.triangulation(None).unwrap();
-        let solve = |scene: &Scene, method: &str| {
-            newton(&Problem::new(scene, &mesh, method.parse().unwrap()).unwrap()).u
+        let solve = |method: &str, gamma0: f64| {
+            let discretisation = Discretisation {
+                contact_quadrature: Some("midpoint".into()),
+                ..with_gamma0(&scene, method.parse().unwrap(), gamma0)
+            };
+            newton(&Problem::new(&scene, &mesh, &discretisation).unwrap()).u
         };
-        let reference = solve(&scene, "cr-vi");
+        let reference = solve("cr-vi", 100.0);
         let size = reference.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let distance = |u: &[f64]| {
             let pairs = u.iter().zip(&reference);
             pairs.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / size
         };
-        for gamma0 in [1e-8, 1e-3, 1.0, 100.0, 1e5, 1e8] {
-            scene.gamma0 = gamma0;
+        for gamma0 in [1e-8_f64, 1e-3, 1.0, 100.0, 1e5, 1e8] {
             // The separated faces have λ = 0 to rounding in γλ only.
             let bound = 1e-13 * gamma0.max(1.0);
-            let off = distance(&solve(&scene, "cr-fc"));
+            let off = distance(&solve("cr-fc", gamma0));
             assert!(off < bound.min(1e-9), "{name} {gamma0:e} {off:e}");
         }
-        scene.gamma0 = 1.0;
-        let off = distance(&solve(&scene, "cr"));
+        let off = distance(&solve("cr", 1.0));
         assert!(name == "two-sides-contact" || off > 1e-3, "{name} {off:e}");
     }
 }

@@ -124,17 +124,17 @@ mod tests {
     #[test]
     fn every_boundary_face_is_in_exactly_one_part() {
         let mesh = Triangulation::new("uj", &union_jack(3, [1.0, 1.0])).unwrap();
-        let mut scene = Scene::find("one-zone").unwrap();
+        let scene = Scene::find("one-zone").unwrap();
         let parts = scene.parts(&mesh).unwrap();
         let count = |part| parts.iter().filter(|&&p| p == Some(part)).count();
         assert_eq!(
             [Part::Contact, Part::Dirichlet, Part::Neumann].map(count),
             [3, 3, 6]
         );
-        let mut refusal = |change: &dyn Fn(&mut Boundary)| {
-            let mut other = scene.clone();
-            change(&mut other.boundary);
-            scene.name = "one-zone".into();
+        let refusal = |change: &dyn Fn(&mut Boundary)| {
+            let mut boundary = scene.boundary.clone();
+            change(&mut boundary);
+            let other = scene.with_boundary(boundary);
             other.parts(&mesh).unwrap_err().to_string()
         };
         let name = |s: &str| GroupName::Name(s.into());

@@ -2,8 +2,8 @@
 
 use super::boundary::GroupName;
 use super::file::{GAMMA0, N, N_SOLID};
-use super::{Boundary, Data, Expression, HRule, MeshSource, Scene};
-use crate::truth::exact::{Exact, Kind, Side, catalogue};
+use super::{Boundary, Data, Exact, Expression, HRule, MeshFree, MeshSource, Scene};
+use crate::truth::exact::{self, Kind, Side, catalogue};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::generate::{Cuboid, place, sides};
 
@@ -25,21 +25,36 @@ pub(super) fn find(name: &str) -> Option<Result<Scene>> {
     Some(scene(&exact))
 }
 
-fn scene(exact: &Exact) -> Result<Scene> {
+/// What is known by this name, and the data that it is known for: the solution of a catalogue's scene, or of 6.1.
+pub(super) fn reference(name: &str) -> Option<Result<(Exact, Data)>> {
+    if name == "one-zone" {
+        let zero = || Expression::constant(0.0);
+        return Some(formula(name, "data.f", "-2*pi*sin(2*pi*x)").map(|f| {
+            let (g, t, psi) = (zero(), zero(), zero());
+            (Exact::MeshFree(MeshFree::OneZone), Data { f, g, t, psi })
+        }));
+    }
+    let found = find(name)?.map(|scene| Some((scene.exact?, scene.data)));
+    found.transpose()
+}
+
+fn formula(scene: &str, key: &str, text: &str) -> Result<Expression> {
+    Expression::parse(text).map_err(|e| Error::Scene {
+        scene: scene.to_owned(),
+        place: format!("{key}, character {}", e.column),
+        what: format!("{} in `{text}`", e.what),
+        remedy: "report this: a built-in scene is at fault".into(),
+    })
+}
+
+fn scene(exact: &exact::Exact) -> Result<Scene> {
     let text = &exact.text;
-    let formula = |key: &str, text: &str| {
-        Expression::parse(text).map_err(|e| Error::Scene {
-            scene: exact.name.to_owned(),
-            place: format!("{key}, character {}", e.column),
-            what: format!("{} in `{text}`", e.what),
-            remedy: "report this: a built-in scene is at fault".into(),
-        })
-    };
+    let formula = |key: &str, text: &str| formula(exact.name, key, text);
     let (cuboid, boundary) = geometry(exact);
     let n = if cuboid.dim == 2 { N } else { N_SOLID };
     Ok(Scene {
         name: exact.name.to_owned(),
-        mesh: MeshSource::Union { n, cuboid },
+        source: MeshSource::Union { n, cuboid },
         boundary,
         data: Data {
             f: formula("data.f", &text.f)?,
@@ -51,13 +66,13 @@ fn scene(exact: &Exact) -> Result<Scene> {
         h: HRule::Local,
         load_quadrature: None,
         contact_quadrature: None,
-        exact: Some(formula("exact.u", &text.u)?),
+        exact: Some(Exact::Formula(formula("exact.u", &text.u)?)),
         compare: None,
     })
 }
 
 /// The rectangle or box, split where two parts of a side meet, and the groups of each part.
-fn geometry(exact: &Exact) -> (Cuboid, Boundary) {
+fn geometry(exact: &exact::Exact) -> (Cuboid, Boundary) {
     let dim = exact.dimension;
     let mut cuboid = Cuboid::new(
         exact.lower,
@@ -104,7 +119,7 @@ mod tests {
     use crate::scene::Part;
 
     /// Points of the closed rectangle or box without pattern, every fifth on the bottom.
-    fn points(e: &Exact) -> impl Iterator<Item = [f64; 3]> + '_ {
+    fn points(e: &exact::Exact) -> impl Iterator<Item = [f64; 3]> + '_ {
         (1..=600).map(|i: u32| {
             let fractions = [0.819_172_513_396, 0.671_043_606_704, 0.549_700_477_902]
                 .map(|g| (g * f64::from(i)).fract());
@@ -122,7 +137,7 @@ mod tests {
         for name in [names(2), names(3)].concat() {
             let exact = catalogue().into_iter().find(|e| e.name == name).unwrap();
             let scene = Scene::find(name).unwrap();
-            let u = scene.exact.as_ref().unwrap();
+            let u = scene.exact.as_ref().and_then(Exact::formula).unwrap();
             let size = points(&exact).fold(1.0, |m: f64, p| m.max(exact.f(p).abs()));
             for p in points(&exact) {
                 let near = |what: &str, text: f64, number: f64, size: f64| {

@@ -6,7 +6,10 @@ use std::path::{Component, Path};
 use serde::Deserialize;
 
 use super::boundary::{Boundary, GroupName};
-use super::{Bounds, Comparing, Data, EMBEDDED, Expression, HRule, MeshSource, Scene};
+use super::{
+    Bounds, Comparing, Data, EMBEDDED, Exact, Expression, HRule, MeshSource, Scene, check_name,
+    exact,
+};
 use crate::quadrature;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::generate::{Cuboid, sides};
@@ -88,6 +91,8 @@ struct MethodFile {
 #[serde(deny_unknown_fields)]
 struct ExactFile {
     u: Option<Formula>,
+    /// The name of a problem whose solution is known.
+    reference: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -130,19 +135,7 @@ pub(super) fn parse(
             "the README lists the keys of a scene",
         )
     })?;
-    if file.name.is_empty()
-        || !file
-            .name
-            .chars()
-            .all(|c| c.is_alphanumeric() || "-_.".contains(c))
-        || file.name.starts_with('.')
-    {
-        return Err(refuse(
-            "name",
-            format!("`{}` cannot name output files", file.name),
-            "use letters, digits, `-`, `_` and `.`",
-        ));
-    }
+    check_name(&file.name, origin)?;
 
     let formula = |key: &str, given: Formula| -> Result<Expression> {
         match given {
@@ -170,7 +163,18 @@ pub(super) fn parse(
         t: or_zero("data.t", file.data.t)?,
         psi: or_zero("data.psi", file.data.psi)?,
     };
-    let exact = file.exact.u.map(|u| formula("exact.u", u)).transpose()?;
+    let exact = match (file.exact.u, &file.exact.reference) {
+        (None, None) => None,
+        (Some(u), None) => Some(Exact::Formula(formula("exact.u", u)?)),
+        (None, Some(name)) => Some(reference(name, &data, &refuse)?),
+        (Some(_), Some(_)) => {
+            return Err(refuse(
+                "exact",
+                "it has both `u` and `reference`".into(),
+                "give one of them",
+            ));
+        }
+    };
 
     if file.mesh.n == Some(0) {
         return Err(refuse(
@@ -297,7 +301,7 @@ pub(super) fn parse(
         .transpose()?;
     Ok(Scene {
         name: file.name,
-        mesh,
+        source: mesh,
         boundary: Boundary {
             dirichlet: file.boundary.dirichlet,
             neumann: file.boundary.neumann,
@@ -310,6 +314,46 @@ pub(super) fn parse(
         contact_quadrature: rule("contact_quadrature", file.method.contact_quadrature, 1)?,
         exact,
         compare,
+    })
+}
+
+/// What is known by a name, for a scene that has the data of that problem.
+fn reference(
+    name: &str,
+    data: &Data,
+    refuse: &impl Fn(&str, String, &str) -> Error,
+) -> Result<Exact> {
+    let place = "exact.reference";
+    let known = exact::reference(name).ok_or_else(|| {
+        refuse(
+            place,
+            format!("there is no solution `{name}`"),
+            "use \"one-zone\", or the name of a built-in scene with an exact solution",
+        )
+    })?;
+    let (exact, of) = known?;
+    let pairs = [
+        ("f", &data.f, &of.f),
+        ("g", &data.g, &of.g),
+        ("t", &data.t, &of.t),
+        ("psi", &data.psi, &of.psi),
+    ];
+    match pairs.into_iter().find(|(_, a, b)| !are_alike(a, b)) {
+        Some((key, ..)) => Err(refuse(
+            place,
+            format!("{key} is not that of `{name}`, and so the solution is another"),
+            "give the same data, or remove the key",
+        )),
+        None => Ok(exact),
+    }
+}
+
+/// Are they one function, as far as points without pattern tell?
+fn are_alike(a: &Expression, b: &Expression) -> bool {
+    (1..=64).map(f64::from).all(|k| {
+        let p = [0.819_172_513_396, 0.671_043_606_704, 0.549_700_477_902].map(|g| (k * g).fract());
+        let (a, b) = (a.value(p), b.value(p));
+        (a - b).abs() <= 1e-9 * (1.0 + b.abs())
     })
 }
 
@@ -438,7 +482,7 @@ f = "x"
     #[test]
     fn every_builtin_is_valid() {
         for name in Scene::builtin_names().chain(Scene::further_names()) {
-            assert_eq!(Scene::find(name).unwrap().name, name);
+            assert_eq!(Scene::find(name).unwrap().name(), name);
         }
     }
 
@@ -455,6 +499,11 @@ f = "x"
         assert!(with("[method]\ncontact_quadrature = \"q\"").contains("gauss-5"));
         assert!(refusal(&GOOD.replace("union-jack", "cross")).contains("mesh.generator"));
         assert!(with("[exact]\nu = \"sin(\"").contains("exact.u, character 5"));
+        let both = "[exact]\nu = \"x\"\nreference = \"one-zone\"";
+        assert!(with(both).contains("both `u` and `reference`"));
+        assert!(with("[exact]\nreference = \"two-zones\"").contains("no solution `two-zones`"));
+        let other = with("[exact]\nreference = \"one-zone\"");
+        assert!(other.contains("f is not that of `one-zone`"), "{other}");
         let told = with("[compare.fields.u]\nrtol = -1");
         assert!(told.contains("compare.fields.u.rtol: -1 is no tolerance"));
         assert!(with("[compare]\natol = inf").contains("compare.atol"));

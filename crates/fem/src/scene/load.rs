@@ -1,7 +1,5 @@
 //! From a scene to its mesh.
 
-use std::path::Path;
-
 use super::{MeshSource, Scene};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::generate::{Cuboid, sides, union_mesh};
@@ -22,7 +20,7 @@ impl MeshSource {
     }
 
     /// The dimension of what the scene is made for; none where that cannot be told.
-    fn dim(&self) -> Option<usize> {
+    pub fn dim(&self) -> Option<usize> {
         let of = |mesh: Result<Mesh>| mesh.ok().map(|mesh| mesh.dim().into());
         match self {
             MeshSource::Union { cuboid, .. } => Some(cuboid.dim),
@@ -33,25 +31,37 @@ impl MeshSource {
             }
         }
     }
+
+    /// What keeps it from being a mesh, as far as that is seen without one.
+    pub(super) fn fault(&self) -> Option<String> {
+        if self.n() == Some(0) {
+            return Some("a mesh with n = 0 has no cells".into());
+        }
+        let MeshSource::Union { cuboid, .. } = self else {
+            return None;
+        };
+        if !(2..=3).contains(&cuboid.dim) {
+            return Some(format!("there is no mesh of dimension {}", cuboid.dim));
+        }
+        let [origin, size] = [cuboid.origin, cuboid.size].map(|v| v[..cuboid.dim].to_vec());
+        let fits = size.iter().all(|s| *s > 0.0 && s.is_finite());
+        if fits && origin.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        Some(format!(
+            "there is no rectangle or box at {origin:?} of size {size:?}"
+        ))
+    }
 }
 
 impl Scene {
-    /// Puts a mesh file in the place of the scene's own mesh; it must be of the same dimension.
-    pub fn use_mesh(&mut self, path: &Path) {
-        self.mesh = MeshSource::File {
-            path: path.to_owned(),
-            n: None,
-            dim: self.mesh.dim(),
-        };
-    }
-
     /// The scene's mesh at refinement `n`, ready for the solver; none: as the scene gives it.
     ///
     /// # Errors
     /// A file that cannot be read or holds no usable mesh, an `n` that the mesh cannot have.
     pub fn triangulation(&self, n: Option<usize>) -> Result<Triangulation> {
         let (name, mesh) = self.mesh(n)?;
-        if let MeshSource::File { dim: Some(dim), .. } = self.mesh
+        if let MeshSource::File { dim: Some(dim), .. } = self.source
             && dim != usize::from(mesh.dim())
         {
             let (what, remedy) = match dim {
@@ -76,7 +86,7 @@ impl Scene {
 
     /// Does the generator have a mesh for this n? Split sides need a vertex where they are split.
     pub fn has_mesh(&self, n: usize) -> bool {
-        match &self.mesh {
+        match &self.source {
             MeshSource::Union { cuboid, .. } => split_misses(cuboid, n).is_none(),
             _ => self.mesh(Some(n)).is_ok(),
         }
@@ -99,7 +109,7 @@ impl Scene {
                 "give n of at least 1".into(),
             ));
         }
-        let largest = match &self.mesh {
+        let largest = match &self.source {
             MeshSource::Union { cuboid, .. } if cuboid.dim == 3 => LARGEST_SOLID_N,
             _ => LARGEST_N,
         };
@@ -109,7 +119,7 @@ impl Scene {
                 "give a smaller n".into(),
             ));
         }
-        let (name, mesh, base) = match &self.mesh {
+        let (name, mesh, base) = match &self.source {
             MeshSource::Union { n: own, cuboid } => {
                 let n = n.unwrap_or(*own);
                 if let Some(what) = split_misses(cuboid, n) {

@@ -12,27 +12,46 @@ use std::path::{Path, PathBuf};
 pub use boundary::{Boundary, GroupName, Part};
 pub use expression::Expression;
 
-use crate::quadrature::{self, Rule};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::generate::Cuboid;
 
-/// The problem (1.1) with its data, its mesh, and what the scene fixes of the method.
+/// The problem (1.1) with its data and its mesh, valid by construction, and the defaults of its discretisation.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    pub name: String,
-    pub mesh: MeshSource,
-    pub boundary: Boundary,
-    pub data: Data,
-    /// γ = γ₀ h
-    pub gamma0: f64,
-    pub h: HRule,
-    /// Names of rules for (f, v) and on Γ_C and Γ_N; none: the default of the dimension.
-    pub load_quadrature: Option<String>,
-    pub contact_quadrature: Option<String>,
-    /// u, where it is known.
-    pub exact: Option<Expression>,
-    /// What `faceoff compare` allows of results of this scene.
-    pub compare: Option<Comparing>,
+    name: String,
+    source: MeshSource,
+    boundary: Boundary,
+    data: Data,
+    gamma0: f64,
+    h: HRule,
+    load_quadrature: Option<String>,
+    contact_quadrature: Option<String>,
+    exact: Option<Exact>,
+    compare: Option<Comparing>,
+}
+
+/// What is known of u.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Exact {
+    Formula(Expression),
+    /// No formula, but a solution without a mesh.
+    MeshFree(MeshFree),
+}
+
+/// Problems that [`crate::truth::Reference`] solves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeshFree {
+    /// The paper's 6.1.
+    OneZone,
+}
+
+impl Exact {
+    pub fn formula(&self) -> Option<&Expression> {
+        match self {
+            Exact::Formula(u) => Some(u),
+            Exact::MeshFree(_) => None,
+        }
+    }
 }
 
 /// Tolerances of results that files hold, as far as a scene gives them.
@@ -118,25 +137,111 @@ const EMBEDDED: [(&str, &[u8]); 3] = [
 ];
 
 impl Scene {
-    /// The rules for (f, v), and for Γ_C and Γ_N, on a mesh of this dimension.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Where the mesh comes from.
+    pub fn source(&self) -> &MeshSource {
+        &self.source
+    }
+
+    pub fn boundary(&self) -> &Boundary {
+        &self.boundary
+    }
+
+    pub fn data(&self) -> &Data {
+        &self.data
+    }
+
+    /// What is known of u.
+    pub fn exact(&self) -> Option<&Exact> {
+        self.exact.as_ref()
+    }
+
+    /// What `faceoff compare` allows of results of this scene.
+    pub fn compare(&self) -> Option<&Comparing> {
+        self.compare.as_ref()
+    }
+
+    /// The default of γ₀ in γ = γ₀ h.
+    pub fn gamma0(&self) -> f64 {
+        self.gamma0
+    }
+
+    /// The default of what h means.
+    pub fn h(&self) -> HRule {
+        self.h
+    }
+
+    /// The default rule for (f, v), by name; none: that of the dimension.
+    pub fn load_quadrature(&self) -> Option<&str> {
+        self.load_quadrature.as_deref()
+    }
+
+    /// The same for Γ_C and Γ_N.
+    pub fn contact_quadrature(&self) -> Option<&str> {
+        self.contact_quadrature.as_deref()
+    }
+
+    /// The same problem by another name.
     ///
     /// # Errors
-    /// A rule that the scene names and that is not of this dimension.
-    pub fn rules(&self, dim: usize) -> Result<[Rule; 2]> {
-        let find = |key: &str, name: &Option<String>, dim: usize| {
-            let known = quadrature::names(dim);
-            let name = name.as_deref().unwrap_or(known[0]);
-            quadrature::rule(dim, name).ok_or_else(|| Error::Scene {
+    /// A name that cannot name files.
+    pub fn renamed(&self, name: &str) -> Result<Self> {
+        check_name(name, &self.name)?;
+        Ok(Scene {
+            name: name.to_owned(),
+            ..self.clone()
+        })
+    }
+
+    /// With other data. Nothing is known of their solution.
+    pub fn with_data(&self, data: Data) -> Self {
+        Scene {
+            data,
+            exact: None,
+            ..self.clone()
+        }
+    }
+
+    /// With other parts of the boundary. Nothing is known of the solution then.
+    pub fn with_boundary(&self, boundary: Boundary) -> Self {
+        Scene {
+            boundary,
+            exact: None,
+            ..self.clone()
+        }
+    }
+
+    /// With another mesh, on which a formula still holds. A mesh-free solution belongs to its own domain, which the
+    /// mesh need not have.
+    ///
+    /// # Errors
+    /// A mesh that cannot be generated.
+    pub fn with_source(&self, source: MeshSource) -> Result<Self> {
+        if let Some(what) = source.fault() {
+            return Err(Error::Scene {
                 scene: self.name.clone(),
-                place: format!("method.{key}"),
-                what: format!("the rule `{name}` is not one for simplices of dimension {dim}"),
-                remedy: format!("use one of {}", known.join(", ")),
-            })
-        };
-        Ok([
-            find("load_quadrature", &self.load_quadrature, dim)?,
-            find("contact_quadrature", &self.contact_quadrature, dim - 1)?,
-        ])
+                place: "mesh".into(),
+                what,
+                remedy: "give n of at least 1, and positive lengths".into(),
+            });
+        }
+        let known = self.exact.clone();
+        Ok(Scene {
+            source,
+            exact: known.filter(|known| known.formula().is_some()),
+            ..self.clone()
+        })
+    }
+
+    /// With other knowledge of u.
+    pub fn with_exact(&self, exact: Option<Exact>) -> Self {
+        Scene {
+            exact,
+            ..self.clone()
+        }
     }
 
     /// The names of the scenes that `verify` runs when none is named.
@@ -211,4 +316,18 @@ impl Scene {
             ),
         ))
     }
+}
+
+/// Names are parts of those of files.
+fn check_name(name: &str, scene: &str) -> Result<()> {
+    let is_usual = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    if !name.is_empty() && !name.starts_with('.') && name.chars().all(is_usual) {
+        return Ok(());
+    }
+    Err(Error::Scene {
+        scene: scene.to_owned(),
+        place: "name".into(),
+        what: format!("`{name}` cannot name output files"),
+        remedy: "use letters, digits, `-`, `_` and `.`".into(),
+    })
 }

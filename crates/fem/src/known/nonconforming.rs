@@ -12,13 +12,13 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use faceoff_fem::contact::{Errors, gradient};
-use faceoff_fem::element::Space;
-use faceoff_fem::quadrature;
-use faceoff_fem::truth::Reference;
+use crate::contact::{Errors, gradient};
+use crate::element::Space;
+use crate::quadrature;
+use crate::truth::Reference;
 
 /// What errors are taken to.
-pub trait Truth: Sync {
+pub trait Function: Sync {
     /// u at (x, y).
     fn value(&self, x: f64, y: f64) -> f64;
     /// The mean of u on the straight line from a to b.
@@ -32,7 +32,7 @@ pub trait Truth: Sync {
 /// The errors of u_h (all dofs of a CR space in the plane), relative to the norms of u.
 ///
 /// L² by the rule of degree 5 on each cell: u - u_h is close to quadratic there, whose square has degree 4.
-pub fn distance(space: &Space, u_h: &[f64], u: &dyn Truth) -> Errors {
+pub fn distance(space: &Space, u_h: &[f64], u: &dyn Function) -> Errors {
     let mesh = space.mesh;
     let means: Vec<f64> = (0..mesh.face_count())
         .into_par_iter()
@@ -72,7 +72,7 @@ pub fn distance(space: &Space, u_h: &[f64], u: &dyn Truth) -> Errors {
     }
 }
 
-impl Truth for Reference {
+impl Function for Reference {
     fn value(&self, x: f64, y: f64) -> f64 {
         self.u(x, y)
     }
@@ -141,9 +141,9 @@ pub fn pieces(cuts: &[f64], g: impl Fn(f64) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use faceoff_fem::contact::{Iteration, Method, Problem, Stop, errors, solve};
-    use faceoff_fem::scene::Scene;
-    use faceoff_fem::truth::DEFAULT_RESOLUTION;
+    use crate::contact::{Discretisation, Iteration, Method, Problem, Stop, errors, solve};
+    use crate::scene::{Exact, Scene};
+    use crate::truth::DEFAULT_RESOLUTION;
 
     #[test]
     fn roots_at_cuts_are_integrated() {
@@ -164,11 +164,17 @@ mod tests {
         let truth = Reference::zones(3, DEFAULT_RESOLUTION).unwrap();
         for n in [8, 20] {
             let mesh = scene.triangulation(Some(n)).unwrap();
-            let problem = Problem::new(&scene, &mesh, Method::cr()).unwrap();
+            let problem =
+                Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::cr())).unwrap();
             let newton = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()));
             let u = newton.unwrap().u;
             let here = distance(&problem.space, &u, &truth);
-            let there = errors(&problem.space, &u, scene.exact.as_ref().unwrap()).unwrap();
+            let there = errors(
+                &problem.space,
+                &u,
+                scene.exact().and_then(Exact::formula).unwrap(),
+            )
+            .unwrap();
             assert!(
                 (here.h1 / there.h1 - 1.0).abs() < 1e-3,
                 "{here:?} {there:?}"
