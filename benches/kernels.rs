@@ -5,7 +5,7 @@ use divan::{Bencher, black_box};
 use faceoff_fem::assembly;
 use faceoff_fem::assembly::Stiffness;
 use faceoff_fem::certify::certify;
-use faceoff_fem::contact::{Iteration, Method, Problem, Stop, face_fields, solve};
+use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Stop, face_fields, solve};
 use faceoff_fem::element::{CR, P2, Space};
 use faceoff_fem::linear::{Analysis, Role, Settings, condense};
 use faceoff_fem::scene::Scene;
@@ -26,7 +26,8 @@ fn mesh(n: usize) -> Triangulation {
 /// The problem of section 6.1, and a function that no kernel knows.
 fn problem<'a>(scene: &'a Scene, mesh: &'a Triangulation, method: &str) -> (Problem<'a>, Vec<f64>) {
     let method: Method = method.parse().expect("a method");
-    let problem = Problem::new(scene, mesh, method).expect("a sound problem");
+    let problem =
+        Problem::new(scene, mesh, &Discretisation::of(scene, method)).expect("a sound problem");
     let u = (0..problem.space.dofs).map(|k| (7.3 * k as f64).sin());
     let u = u.collect();
     (problem, u)
@@ -113,7 +114,7 @@ fn load_cr(bencher: Bencher, n: usize) {
     let (problem, _) = problem(&scene, &mesh, "cr");
     bencher.bench(|| {
         let mut b = vec![0.0; problem.space.dofs];
-        assembly::add_load(&problem.space, &scene.data.f, &problem.cell_rule, &mut b).map(|()| b)
+        assembly::add_load(&problem.space, &scene.data().f, &problem.cell_rule, &mut b).map(|()| b)
     });
 }
 
@@ -249,7 +250,7 @@ fn certificate_cr_fc(bencher: Bencher, n: usize) {
     let (scene, mesh) = (scene(), mesh(n));
     let (problem, _) = problem(&scene, &mesh, "cr-fc");
     let u = solved(&problem);
-    bencher.bench(|| certify(&scene, &problem, black_box(&u)).map(|found| found.g));
+    bencher.bench(|| certify(&problem, black_box(&u)).map(|found| found.g));
 }
 
 fn solved(problem: &Problem) -> Vec<f64> {

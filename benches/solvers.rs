@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use faceoff::engine::{self, Case, Settings, Silent};
-use faceoff_fem::contact::{Iteration, Method, Problem, Stop};
+use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Stop};
 use faceoff_fem::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -128,7 +128,7 @@ fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
     let mesh = scene.triangulation(Some(n))?;
     let seconds_mesh = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let problem = Problem::new(&scene, &mesh, method)?;
+    let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method))?;
     let seconds_assembly = clock.elapsed().as_secs_f64();
     let settings = Settings {
         stop: STOP,
@@ -139,12 +139,11 @@ fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
         launch: Default::default(),
     };
     let case = Case {
-        scene: &scene,
         n: Some(n),
         problem,
     };
     let clock = Instant::now();
-    let mut run = engine.run(std::slice::from_ref(&case), &settings, &Silent)?;
+    let mut run = engine.run(&[&case], &settings, &Silent)?;
     let mut wall = clock.elapsed().as_secs_f64();
     let answer = run.answers.pop().ok_or("no answer")?;
     if !answer.converged {

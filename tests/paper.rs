@@ -259,7 +259,7 @@ fn bad_requests_are_refused_in_words() {
             &["paper", "--n", "4,8", "--fine", "8", "--report", "file"],
             "no folder",
         ),
-        (&["orders", "one-zone"], "its solution is not known"),
+        (&["orders", "plate"], "its solution is not known"),
         (&["orders", "no-such-scene"], "there is no scene"),
         (&["orders", "--n", "16"], "one mesh alone"),
         (&["orders", "--n", "32,16"], "do not rise"),

@@ -175,7 +175,7 @@ fn what_cannot_be_studied_is_refused() {
         (&["study", "--engines", "rust,rust"], "named twice"),
         (&["study", "--budget", "1us"], "no positive time"),
         (&["study", "--resume", "mine.txt"], "nothing was touched"),
-        (&["stress", "one-zone"], "its solution is not known"),
+        (&["stress", "plate"], "its solution is not known"),
         (&["stress", "--families", "weather"], "there is no family"),
     ] {
         let ran = run(folder.path(), words);

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::engine::{self, Case, Explanation};
 use crate::report;
-use crate::verify::RESIDUAL_TOLERANCE;
+use crate::run::RESIDUAL_TOLERANCE;
 use faceoff_fem::adapt::Step;
 use faceoff_fem::contact::{ContactSet, Ended, Errors, Iteration, quantities};
 use faceoff_fem::known::Truth;
