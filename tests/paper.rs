@@ -326,3 +326,55 @@ fn orders_stand_beside_theory() {
         assert!(fit > theory - 0.1, "{o}");
     }
 }
+
+/// A scene knows its solution by what it says, not by its name.
+#[test]
+fn solve_knows_the_solutions_of_the_papers_scenes() {
+    let folder = folder();
+    let solve = |scene: &str| run(folder.path(), &["solve", scene, "--n", "16", "--json", "-"]);
+    for (scene, method) in [
+        ("one-zone", "cr"),
+        ("one-zone", "p2"),
+        ("three-zones", "p2"),
+    ] {
+        let words = [
+            "solve", scene, "--method", method, "--n", "16", "--json", "-",
+        ];
+        let error = run(folder.path(), &words).json()["error"]["h1"].clone();
+        let error = error.as_f64().expect("an error");
+        assert!(error > 1e-3 && error < 0.3, "{scene} {method}: {error}");
+    }
+    let text = "name = \"one-zone\"\n[mesh]\ngenerator = \"union-jack\"\n[boundary]\ndirichlet = [\"top\"]\n\
+                neumann = [\"left\", \"right\"]\ncontact = [\"bottom\"]\n[data]\nf = \"-2*pi*sin(2*pi*x)\"\n";
+    write(folder.path(), "plain.toml", text);
+    assert!(solve("plain.toml").json()["error"].is_null());
+    let known = format!("{text}[exact]\nreference = \"one-zone\"\n")
+        .replace("= \"one-zone\"\n[mesh]", "= \"mine\"\n[mesh]");
+    write(folder.path(), "mine.toml", &known);
+    assert!(solve("mine.toml").json()["error"]["h1"].is_f64());
+    write(
+        folder.path(),
+        "other.toml",
+        &known.replace("sin(2", "sin(3"),
+    );
+    let refused = solve("other.toml");
+    assert_eq!(refused.code, Some(2));
+    assert!(
+        refused.stderr.contains("f is not that of `one-zone`"),
+        "{}",
+        refused.stderr
+    );
+    // Turned upside down the domain has another solution.
+    let turned = known
+        .replace("\"top\"", "\"lid\"")
+        .replace("\"bottom\"", "\"top\"")
+        .replace("\"lid\"", "\"bottom\"");
+    write(folder.path(), "turned.toml", &turned);
+    let refused = solve("turned.toml");
+    assert_eq!(refused.code, Some(2));
+    assert!(
+        refused.stderr.contains("exact.reference"),
+        "{}",
+        refused.stderr
+    );
+}

@@ -297,6 +297,31 @@ mod tests {
         assert!(of(|v| *v == Finding::Holds).count() > outcome.entries.len() / 2);
     }
 
+    fn tried(scene: Scene) -> Result<Vec<Entry>> {
+        let request = StressRequest {
+            scenes: vec![scene],
+            families: vec!["gamma0".into()],
+            methods: vec![Method::cr(), Method::p2()],
+            engines: vec![engine::find(engine::OWN).unwrap()],
+            settings: settings(),
+            is_brief: true,
+        };
+        Ok(stress(&request, &Silent)?.entries)
+    }
+
+    #[test]
+    fn the_solution_of_one_zone_is_known_and_that_of_other_data_is_not() {
+        let scene = Scene::find("one-zone").unwrap();
+        let entries = tried(scene.clone()).unwrap();
+        let found: Vec<f64> = entries.iter().filter_map(|c| c.reference).collect();
+        // p2 is beyond rounding at some of 7 values.
+        let known = found.iter().filter(|e| (1e-4..0.2).contains(*e)).count();
+        assert!(known == found.len() && known > 7, "{entries:#?}");
+        let changed = tried(scene.with_data(scene.data().clone())).unwrap_err();
+        let refused = "its solution is not known";
+        assert!(changed.to_string().contains(refused), "{changed}");
+    }
+
     /// An engine that answers what another one does, falsified.
     struct Liar(fn(&mut Answer));
 
