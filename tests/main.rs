@@ -16,6 +16,7 @@ mod paper;
 mod pipelines;
 mod readers;
 mod report;
+mod rooms;
 mod solid;
 mod study;
 mod trust;
