@@ -6,7 +6,6 @@
 mod distance;
 mod errors;
 mod example;
-mod figures;
 mod fine;
 mod fine_study;
 mod iterations;
@@ -18,13 +17,12 @@ mod work;
 
 pub use errors::reference_errors;
 pub use example::Example;
-pub use figures::{FIGURES, Figure, draw};
 pub use fine_study::FineOutcome;
 pub use iterations::{CAP, Count};
 pub use reference::{Known, References};
 pub use statements::Statement;
 pub use study::{ExampleOutcome, Level, Outcome, Request, Series, Watch, study};
-pub use text::{references_text, report, tables};
+pub use text::intervals;
 
 /// The meshes of both examples: h/√2 ∈ {2^-(i+4)}, i = 0 … 4, on the unit square.
 pub const MESHES: [usize; 5] = [16, 32, 64, 128, 256];

@@ -258,7 +258,6 @@ mod tests {
             is_brief: true,
         };
         let outcome = stress(&request, &|_, _| Ok(())).unwrap();
-        println!("{}", crate::stress::table(&outcome));
         let of =
             |want: fn(&Verdict) -> bool| outcome.cells.iter().filter(move |c| want(&c.verdict));
         let wrong: Vec<_> = of(Verdict::is_wrong).collect();

@@ -12,6 +12,8 @@ pub struct Subject {
     /// The name or the path that it was found by.
     pub argument: String,
     pub scene: Scene,
+    /// May it name a mesh outside its folder?
+    pub is_trusted: bool,
     truth: Truth,
 }
 
@@ -37,7 +39,18 @@ impl Subject {
     /// # Errors
     /// Those of [`Scene::find`].
     pub fn find(name: &str) -> Result<Self> {
-        let mut scene = Scene::find(name)?;
+        Self::new(name, Scene::find(name)?, false)
+    }
+
+    /// The same, wherever the scene's mesh lies.
+    ///
+    /// # Errors
+    /// Those of [`Scene::find_anywhere`].
+    pub fn find_anywhere(name: &str) -> Result<Self> {
+        Self::new(name, Scene::find_anywhere(name)?, true)
+    }
+
+    fn new(name: &str, mut scene: Scene, is_trusted: bool) -> Result<Self> {
         if let Some((_, closed)) = CLOSED.iter().find(|(zones, _)| *zones == name) {
             scene.exact = Scene::find(closed)?.exact;
         }
@@ -51,6 +64,7 @@ impl Subject {
         Ok(Subject {
             argument: name.to_owned(),
             scene,
+            is_trusted,
             truth,
         })
     }
@@ -81,6 +95,7 @@ mod tests {
         let reference = Subject {
             argument: closed.argument.clone(),
             scene: closed.scene.clone(),
+            is_trusted: false,
             truth: Truth::Reference(Box::new(Reference::zones(3, DEFAULT_RESOLUTION).unwrap())),
         };
         let mesh = closed.scene.triangulation(Some(20)).unwrap();
