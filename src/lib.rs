@@ -2,7 +2,6 @@
 
 pub mod cli;
 pub mod diagnose;
-pub mod drawing;
 pub mod engine;
 pub mod orders;
 pub mod paper;

@@ -326,7 +326,7 @@ mod tests {
                 let all = orders(&scenes, &left, &n, |_, _, _| Ok(())).unwrap();
                 left.clear();
                 for o in &all {
-                    let name = format!("{} {}\n{}", o.scene, o.method, format!("{all:#?}"));
+                    let name = format!("{} {}\n{all:#?}", o.scene, o.method);
                     assert!(o.levels.iter().all(|l| l.converged), "{name}");
                     // Where the method is exact there is only rounding to see.
                     match o.h1_verdict {

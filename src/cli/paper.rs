@@ -2,29 +2,20 @@
 
 use super::args::Paper;
 use super::progress::Bar;
-use super::tell::{note, output};
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::engine::{self, Engine};
 use crate::paper::{self, Example, References, Request};
-use crate::report;
+use crate::report::console::note;
+use crate::report::{self, Output, deliver};
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
 use faceoff_mesh::error::{Error, Result};
 
-/// The file by which an earlier report is known.
-const RESULT: &str = "paper.json";
-
-pub(super) fn run(arguments: &Paper) -> Result<u8> {
-    let quiet = arguments.output.quiet;
-    let json = arguments.output.json.as_deref();
-    let shown = !quiet && !report::is_stdout(json);
+pub(super) fn run(arguments: &Paper, to: &Output) -> Result<u8> {
     if arguments.reference {
         let references = References::new(&arguments.zones)?;
-        report::write_json(json, &references)?;
-        if shown {
-            output(format_args!("{}", paper::references_text(&references)));
-        }
+        deliver(&report::references(&references)?, to)?;
         return Ok(DONE);
     }
     let request = Request {
@@ -38,10 +29,7 @@ pub(super) fn run(arguments: &Paper) -> Result<u8> {
             linear::Settings::default(),
         ),
     };
-    if let Some(folder) = &arguments.report {
-        report::check_report_folder(folder, RESULT)?;
-    }
-    let bar = Bar::new(quiet);
+    let bar = Bar::new(to.quiet);
     let outcome = paper::study(&request, &|what, share| {
         bar.tell(what, share);
         if engine::interrupted() {
@@ -51,19 +39,7 @@ pub(super) fn run(arguments: &Paper) -> Result<u8> {
     });
     bar.clear();
     let outcome = outcome?;
-    if let Some(folder) = &arguments.report {
-        report::write_report_folder(folder, |folder| {
-            for figure in paper::FIGURES {
-                paper::draw(figure, &outcome, folder)?;
-            }
-            report::write_text(&folder.join("report.md"), &paper::report(&outcome))?;
-            report::write_json(Some(&folder.join(RESULT)), &outcome)
-        })?;
-    }
-    report::write_json(json, &outcome)?;
-    if shown {
-        output(format_args!("{}", paper::tables(&outcome)));
-    }
+    deliver(&report::paper(&outcome)?, to)?;
     for failure in &outcome.failures {
         note!("faceoff: {}", failure.message);
     }

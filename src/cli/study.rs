@@ -5,27 +5,25 @@ use std::process::{Command, Stdio};
 use super::args::Study;
 use super::engines;
 use super::progress::Bar;
-use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
-use crate::engine;
-use crate::report;
-use crate::study::{self, Followed, Request, Subject, Varied, study};
+use crate::engine::{self, quoted};
+use crate::report::{self, Output, deliver};
+use crate::study::{Followed, Request, Subject, Varied, study};
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
 use faceoff_mesh::error::{Error, Result};
 
-/// The file by which an earlier report is known.
-const RESULT: &str = "study.json";
-
-pub(super) fn run(arguments: &Study) -> Result<u8> {
-    let quiet = arguments.output.quiet;
-    let json = arguments.output.json.as_deref();
-    let subjects = arguments.scenes.iter().map(|name| Subject::find(name));
+pub(super) fn run(arguments: &Study, to: &Output) -> Result<u8> {
+    let subject = |name: &String| match arguments.trust.allow_outside {
+        true => Subject::find_anywhere(name),
+        false => Subject::find(name),
+    };
+    let subjects = arguments.scenes.iter().map(subject);
     let request = Request {
         subjects: subjects.collect::<Result<_>>()?,
         methods: arguments.methods.0.clone(),
-        engines: engines::find_all(&arguments.engines, &arguments.running, quiet)?,
+        engines: engines::find_all(&arguments.engines, &arguments.running, to.quiet)?,
         budget: arguments.budget,
         settings: settings(
             &arguments.running,
@@ -37,10 +35,7 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
         follow: Some(Box::new(follow)),
     };
     check(&request)?;
-    if let Some(folder) = &arguments.report {
-        report::check_report_folder(folder, RESULT)?;
-    }
-    let bar = Bar::new(quiet);
+    let bar = Bar::new(to.quiet);
     let outcome = study(&request, &|what, share| {
         bar.tell(what, share);
         if engine::interrupted() {
@@ -50,18 +45,6 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
     });
     bar.clear();
     let outcome = outcome?;
-    if let Some(folder) = &arguments.report {
-        report::write_report_folder(folder, |folder| {
-            study::draw(&outcome, folder)?;
-            report::write_text(&folder.join("report.md"), &study::report(&outcome))?;
-            report::write_text(&folder.join("rows.csv"), &study::csv(&outcome.rows))?;
-            report::write_json(Some(&folder.join(RESULT)), &outcome)
-        })?;
-    }
-    report::write_json(json, &outcome)?;
-    if !quiet && !report::is_stdout(json) {
-        output(format_args!("{}", study::summary(&outcome)));
-    }
     for left in &outcome.left_out {
         tracing::info!(what = left.what, why = left.why, "left out");
     }
@@ -75,6 +58,7 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
             "give a larger --budget, other scenes or other methods",
         ));
     }
+    deliver(&report::study(&outcome)?, to)?;
     // An extreme γ₀ that is not solved is a result.
     let mut usual = outcome.rows.iter().filter(|r| r.varied != Varied::Gamma0);
     let converged = usual.all(|row| row.converged);
@@ -84,7 +68,7 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
 /// Runs this program with these words, as a user would.
 fn follow(words: &[String]) -> Result<Followed> {
     let failed = |why: String| {
-        let words = words.join(" ");
+        let words = quoted(words);
         Error::engine(
             "rust",
             format!("`faceoff {words}` {why}"),

@@ -34,7 +34,10 @@ pub(super) fn annotate(report: &Report, output: &Output) -> Result<()> {
     let of_suite = |suite: &Suite| -> Vec<Note> {
         let failed = suite.cases.iter().filter(|c| c.verdict != Verdict::Agree);
         let note = |case: &TestCase| Note {
-            title: case.title.clone().unwrap_or_else(|| format!("{}: {}", suite.name, case.name)),
+            title: case
+                .title
+                .clone()
+                .unwrap_or_else(|| format!("{}: {}", suite.name, case.name)),
             message: case.message.clone(),
         };
         failed.map(note).collect()
@@ -65,7 +68,10 @@ pub(super) fn annotate(report: &Report, output: &Output) -> Result<()> {
         let project = std::env::var_os("CI_PROJECT_DIR").map(PathBuf::from);
         let inside = in_project(folder, project.as_deref());
         let links = gitlab_annotations(word, &notes, &job, &inside);
-        write_text(&folder.join("gitlab-annotations.json"), &format!("{links:#}\n"))?;
+        write_text(
+            &folder.join("gitlab-annotations.json"),
+            &format!("{links:#}\n"),
+        )?;
     }
     Ok(())
 }
@@ -120,12 +126,7 @@ fn in_project(folder: &Path, project: Option<&Path>) -> String {
 }
 
 /// Links from the job's page to the report among its artifacts.
-fn gitlab_annotations(
-    verdict: &str,
-    notes: &[Note],
-    job: &str,
-    folder: &str,
-) -> serde_json::Value {
+fn gitlab_annotations(verdict: &str, notes: &[Note], job: &str, folder: &str) -> serde_json::Value {
     let url = format!("{job}/artifacts/file/{folder}/index.html");
     let link = |label: String| json!({ "external_link": { "label": label, "url": url } });
     let mut links = vec![link(format!("faceoff: {verdict}"))];

@@ -17,7 +17,10 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     let mut report = Report::new("compare", question, verdict, comparison)?;
     report.verdict = Some((comparison.verdict, verdict));
     let fields = comparison.fields.iter().map(|f| &f.field);
-    let failed = fields.clone().filter(|f| f.verdict != Verdict::Agree).count();
+    let failed = fields
+        .clone()
+        .filter(|f| f.verdict != Verdict::Agree)
+        .count();
     let mut lead = vec![format!(
         "{failed} of {} do not agree within their tolerances.",
         count(comparison.fields.len(), "field")
@@ -30,13 +33,19 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
         };
         factor(f).total_cmp(&factor(g))
     });
-    lead.extend(farthest.map(|field| format!("Farthest beyond: `{}`: {}.", field.field, why(field))));
+    lead.extend(
+        farthest.map(|field| format!("Farthest beyond: `{}`: {}.", field.field, why(field))),
+    );
     report.lead.push(Block::List(lead));
     let map = match comparison.map {
         Map::Vertices => "vertices",
         Map::Coordinates => "coordinates",
     };
-    let facts = [("a", comparison.a.as_str()), ("b", &comparison.b), ("matched by", map)];
+    let facts = [
+        ("a", comparison.a.as_str()),
+        ("b", &comparison.b),
+        ("matched by", map),
+    ];
     let facts = facts.map(|(name, fact)| (name.to_owned(), fact.to_owned()));
     report.blocks.push(Block::Facts(facts.into()));
     report.blocks.push(fields_table(comparison).into());
@@ -50,7 +59,11 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
         message: why(&field.field),
     });
     let cases = cases.collect();
-    report.suites.push(Suite { name, properties: Vec::new(), cases });
+    report.suites.push(Suite {
+        name,
+        properties: Vec::new(),
+        cases,
+    });
     report.inputs = [&comparison.a, &comparison.b].map(Into::into).into();
     // A table of keys has no places.
     if !a.points.is_empty() {
@@ -66,7 +79,16 @@ fn fields_table(comparison: &Comparison) -> Table {
     let rows = comparison.fields.iter().map(|compared| {
         let field = &compared.field;
         let on = format!("{:?}", compared.on).to_lowercase();
-        let given = |value: f64| Cell::Number(value, if value == 0.0 { "0".into() } else { format!("{value:e}") });
+        let given = |value: f64| {
+            Cell::Number(
+                value,
+                if value == 0.0 {
+                    "0".into()
+                } else {
+                    format!("{value:e}")
+                },
+            )
+        };
         cells![
             &field.field,
             on.as_str(),
@@ -77,11 +99,22 @@ fn fields_table(comparison: &Comparison) -> Table {
             given(compared.atol),
             worst(field),
             field.verdict,
-            remark(field, &on).split_once(": ").map(|(_, what)| what.to_owned()),
+            remark(field, &on)
+                .split_once(": ")
+                .map(|(_, what)| what.to_owned()),
         ]
     });
     let head = [
-        "field", "on", "max |a-b|", "relative", "scale", "rtol", "atol", "worst", "verdict", "remark",
+        "field",
+        "on",
+        "max |a-b|",
+        "relative",
+        "scale",
+        "rtol",
+        "atol",
+        "worst",
+        "verdict",
+        "remark",
     ];
     Table::new("", &head).with(rows)
 }

@@ -47,7 +47,8 @@ impl Output<'_> {
             let page = fs::read_to_string(folder.join("index.html"));
             page.is_ok_and(|page| page.contains(MARK))
         };
-        self.report.map_or(Ok(()), |folder| check_folder(folder, is_ours))
+        self.report
+            .map_or(Ok(()), |folder| check_folder(folder, is_ours))
     }
 
     /// Does anything go to the terminal?
@@ -125,5 +126,7 @@ fn write(report: &Report, output: &Output) -> Result<()> {
     if let (Some(path), Some((verdict, word))) = (output.badge, report.verdict) {
         write_text(path, &badge(verdict, word))?;
     }
-    output.json.map_or(Ok(()), |path| write_text(path, &report.json))
+    output
+        .json
+        .map_or(Ok(()), |path| write_text(path, &report.json))
 }

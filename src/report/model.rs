@@ -46,6 +46,8 @@ pub enum Block<'a> {
     Heading(u8, String),
     Text(String),
     List(Vec<String>),
+    /// What one would type.
+    Commands(Vec<String>),
     /// Names and what they are.
     Facts(Vec<(String, String)>),
     Table(Table),
@@ -176,13 +178,21 @@ impl Table {
 
     /// Is everything in a column a number, or nothing?
     pub fn is_numeric(&self, column: usize) -> bool {
-        let mut cells = self.rows.iter().filter_map(|row| row.get(column)).peekable();
-        let has_one = self.rows.iter().any(|row| matches!(row.get(column), Some(Cell::Number(..))));
-        has_one && cells.all(|cell| match cell {
-            Cell::Number(..) => true,
-            Cell::Text(text) => text.is_empty(),
-            _ => false,
-        })
+        let mut cells = self
+            .rows
+            .iter()
+            .filter_map(|row| row.get(column))
+            .peekable();
+        let has_one = self
+            .rows
+            .iter()
+            .any(|row| matches!(row.get(column), Some(Cell::Number(..))));
+        has_one
+            && cells.all(|cell| match cell {
+                Cell::Number(..) => true,
+                Cell::Text(text) => text.is_empty(),
+                _ => false,
+            })
     }
 }
 
@@ -268,6 +278,18 @@ pub fn short(value: f64) -> String {
     }
 }
 
+/// `1.23 %`, with three digits.
+pub fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    match percent.abs() {
+        p if (1e-3..1e3).contains(&p) => {
+            let digits = (2.0 - p.log10().floor()).max(0.0) as usize;
+            format!("{percent:.digits$} %")
+        }
+        _ => format!("{} %", short(percent)),
+    }
+}
+
 /// Three digits, in ms below a second.
 pub fn duration(seconds: f64) -> Cell {
     Cell::Number(seconds, crate::study::duration(seconds))
@@ -304,14 +326,15 @@ mod tests {
         assert_eq!(short(-1.2345e-7), "-1.23e-7");
         assert_eq!([f64::NAN, f64::INFINITY].map(short), ["–", "–"]);
         assert_eq!(Cell::fixed(-0.0, 2).text(), "0.00");
+        let shares = [0.0, 1.23456, 0.123456, 1.23456e-4, 1.23456e-6];
+        let texts = ["0 %", "123 %", "12.3 %", "0.0123 %", "1.23e-4 %"];
+        assert_eq!(shares.map(percent), texts);
     }
 
     #[test]
     fn columns_of_numbers_are_known_by_what_they_hold() {
-        let table = Table::new("", &["name", "error", "blank"]).with([
-            cells!["a", 1.0, ""],
-            cells!["b", None::<f64>, ""],
-        ]);
+        let table = Table::new("", &["name", "error", "blank"])
+            .with([cells!["a", 1.0, ""], cells!["b", None::<f64>, ""]]);
         assert_eq!([0, 1, 2].map(|k| table.is_numeric(k)), [false, true, false]);
     }
 }

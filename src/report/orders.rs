@@ -18,7 +18,10 @@ struct Found<'a> {
 /// # Errors
 /// None but of a broken installation.
 pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
-    let verdicts = all.iter().flat_map(|o| [o.h1_verdict, o.l2_verdict]).flatten();
+    let verdicts = all
+        .iter()
+        .flat_map(|o| [o.h1_verdict, o.l2_verdict])
+        .flatten();
     let of = |wanted: Verdict| verdicts.clone().filter(|v| *v == wanted).count();
     let headline = format!(
         "{}: {} as theory, {} not settled, {} below",
@@ -29,21 +32,45 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
     );
     let question = "faceoff orders: does every method converge as theory says?";
     let mut report = Report::new("orders", question, headline, &Found { orders: all })?;
-    report.blocks.push(table("H¹", all, |o| {
-        let theory = o.theory.as_ref().map(|t| ("", t.h1, t.h1_limited_by));
-        (&o.h1, theory, o.h1_verdict, |e| e.h1)
-    }).into());
-    report.blocks.push(table("L²", all, |o| {
-        let theory = o.theory.as_ref().map(|t| ("≥ ", t.l2, t.l2_limited_by));
-        (&o.l2, theory, o.l2_verdict, |e| e.l2)
-    }).into());
+    report.blocks.push(
+        table("H¹", all, |o| {
+            let theory = o.theory.as_ref().map(|t| ("", t.h1, t.h1_limited_by));
+            (&o.h1, theory, o.h1_verdict, |e| e.h1)
+        })
+        .into(),
+    );
+    report.blocks.push(
+        table("L²", all, |o| {
+            let theory = o.theory.as_ref().map(|t| ("≥ ", t.l2, t.l2_limited_by));
+            (&o.l2, theory, o.l2_verdict, |e| e.l2)
+        })
+        .into(),
+    );
     let levels = all.iter().flat_map(|o| {
         o.levels.iter().map(move |l| {
             let reached = if l.converged { "" } else { "not converged" };
-            cells![&o.scene, &o.method, l.n, l.dofs, l.steps, l.errors.h1, l.errors.l2, reached]
+            cells![
+                &o.scene,
+                &o.method,
+                l.n,
+                l.dofs,
+                l.steps,
+                l.errors.h1,
+                l.errors.l2,
+                reached
+            ]
         })
     });
-    let head = ["scene", "method", "n", "dofs", "steps", "H¹ error", "L² error", ""];
+    let head = [
+        "scene",
+        "method",
+        "n",
+        "dofs",
+        "steps",
+        "H¹ error",
+        "L² error",
+        "",
+    ];
     let levels = Table::new("Errors relative to the norms of u", &head).with(levels);
     let folded = Block::Folded("Every mesh".into(), vec![levels.into()]);
     report.blocks.push(Block::Page(vec![folded]));
@@ -84,7 +111,10 @@ fn table<'a>(norm: &str, all: &'a [Orders], of: impl Fn(&'a Orders) -> Order<'a>
             verdict,
         ]
     });
-    let caption = format!("{norm}: the error on the finest mesh, relative to the norm of u, and its orders");
-    let head = ["scene", "method", "n", "error", "orders", "fit", "theory", ""];
+    let caption =
+        format!("{norm}: the error on the finest mesh, relative to the norm of u, and its orders");
+    let head = [
+        "scene", "method", "n", "error", "orders", "fit", "theory", "",
+    ];
     Table::new(caption, &head).with(rows)
 }

@@ -7,7 +7,8 @@ mod figures;
 use super::model::{Block, Cell, Report, Table, cells, count, short};
 use crate::orders::Observed;
 use crate::paper::{
-    CAP, Count, ExampleOutcome, FINE_ITERATIONS, ITERATIONS, MESHES, Outcome, References, Series, TOL, intervals,
+    CAP, Count, ExampleOutcome, FINE_ITERATIONS, ITERATIONS, MESHES, Outcome, References, Series,
+    TOL, intervals,
 };
 use faceoff_mesh::error::Result;
 
@@ -18,7 +19,13 @@ const QUESTION: &str = "faceoff paper: Burman, Hansbo, Larson (2017), section 6,
 /// # Errors
 /// None but of a broken installation.
 pub fn paper(outcome: &Outcome) -> Result<Report<'_>> {
-    let of = |holds| outcome.statements.iter().filter(|s| s.holds == holds).count();
+    let of = |holds| {
+        outcome
+            .statements
+            .iter()
+            .filter(|s| s.holds == holds)
+            .count()
+    };
     let headline = format!(
         "{} of the paper: {} hold, {} do not, {} cannot be told",
         count(outcome.statements.len(), "statement"),
@@ -43,7 +50,10 @@ pub fn paper(outcome: &Outcome) -> Result<Report<'_>> {
         cells![&s.example, &s.says, verdict, &s.found]
     });
     let statements = Table::new("", &["example", "the paper", "", "found"]).with(statements);
-    report.blocks.push(Block::Heading(2, "What the paper says, and what holds".into()));
+    report.blocks.push(Block::Heading(
+        2,
+        "What the paper says, and what holds".into(),
+    ));
     report.blocks.push(statements.into());
     let figures = figures::figures(outcome).into_iter().map(Block::Figure);
     report.blocks.push(Block::Page(figures.collect()));
@@ -115,7 +125,13 @@ fn of_example(e: &ExampleOutcome) -> Vec<Block<'_>> {
 fn of_series(s: &Series) -> Table {
     let orders = [&s.h1, &s.h1_to_fine, &s.l2, &s.l2_to_fine, &s.residual];
     let levels = s.levels.iter().enumerate().map(|(k, l)| {
-        let errors = [l.errors.h1, l.errors_to_fine.h1, l.errors.l2, l.errors_to_fine.l2, l.residual];
+        let errors = [
+            l.errors.h1,
+            l.errors_to_fine.h1,
+            l.errors.l2,
+            l.errors_to_fine.l2,
+            l.residual,
+        ];
         let mut row = cells![l.n, reached(l.steps)];
         for (error, observed) in errors.into_iter().zip(orders) {
             row.extend([error.into(), order(observed, k)]);
@@ -124,7 +140,10 @@ fn of_series(s: &Series) -> Table {
     });
     let mut fits = cells!["fit", ""];
     for observed in orders {
-        fits.extend(["".into(), observed.fit.map(|fit| Cell::fixed(fit, 3)).into()]);
+        fits.extend([
+            "".into(),
+            observed.fit.map(|fit| Cell::fixed(fit, 3)).into(),
+        ]);
     }
     let head = [
         "CR, n",
@@ -140,7 +159,10 @@ fn of_series(s: &Series) -> Table {
         "‖u_h+[P]₊‖_C",
         "order",
     ];
-    let caption = format!("CR by {} {}; the fit is over the last three meshes.", s.engine, s.version);
+    let caption = format!(
+        "CR by {} {}; the fit is over the last three meshes.",
+        s.engine, s.version
+    );
     Table::new(caption, &head).with(levels.chain([fits]))
 }
 

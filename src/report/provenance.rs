@@ -9,7 +9,11 @@ use crate::engine::{Machine, quoted};
 /// Program, command, machine, date, engines and digests, by name.
 pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
     let machine = Machine::here();
-    let build = if machine.optimised { "" } else { ", built without optimisation" };
+    let build = if machine.optimised {
+        ""
+    } else {
+        ", built without optimisation"
+    };
     let memory = machine.memory_mb;
     let memory = memory.map_or(String::new(), |mb| format!(", {:.0} GB", mb / 1024.0));
     let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
@@ -17,7 +21,11 @@ pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
         "{} ({}, {}, {} threads{memory})",
         host.trim(),
         machine.system,
-        if machine.processor.is_empty() { "unknown processor" } else { &machine.processor },
+        if machine.processor.is_empty() {
+            "unknown processor"
+        } else {
+            &machine.processor
+        },
         machine.threads
     );
     let command = quoted(std::env::args().skip(1));
@@ -28,7 +36,9 @@ pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
         ("date".to_owned(), date(SystemTime::now())),
     ];
     let engines = report.engines.iter();
-    let engines: Vec<String> = engines.map(|(name, version)| format!("{name} {version}")).collect();
+    let engines: Vec<String> = engines
+        .map(|(name, version)| format!("{name} {version}"))
+        .collect();
     if !engines.is_empty() {
         facts.push(("engines".to_owned(), engines.join(", ")));
     }
@@ -45,7 +55,9 @@ pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
 
 /// `2026-11-22 04:02 UTC`
 fn date(now: SystemTime) -> String {
-    let seconds = now.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let seconds = now
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |since| since.as_secs());
     let (days, minutes) = ((seconds / 86_400) as i64, seconds % 86_400 / 60);
     // From days since 1970 to the Gregorian calendar, by eras of 400 years that begin in March (H. Hinnant).
     let day = days + 719_468;
@@ -56,7 +68,11 @@ fn date(now: SystemTime) -> String {
     let day = of_year - (153 * month + 2) / 5 + 1;
     let month = if month < 10 { month + 3 } else { month - 9 };
     let year = year + 400 * era + i64::from(month <= 2);
-    format!("{year}-{month:02}-{day:02} {:02}:{:02} UTC", minutes / 60, minutes % 60)
+    format!(
+        "{year}-{month:02}-{day:02} {:02}:{:02} UTC",
+        minutes / 60,
+        minutes % 60
+    )
 }
 
 #[cfg(test)]

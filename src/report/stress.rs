@@ -32,7 +32,9 @@ pub fn stress(outcome: &Outcome) -> Result<Report<'_>> {
         _ => (faceoff_judge::Verdict::Disagree, "wrong"),
     });
     report.engines = outcome.engines.clone();
-    report.blocks.push(Block::Page(vec![Block::Text(HOW.into())]));
+    report
+        .blocks
+        .push(Block::Page(vec![Block::Text(HOW.into())]));
     for (engine, version) in &outcome.engines {
         report.suites.push(suite(outcome, engine));
         report.blocks.extend([
@@ -126,14 +128,18 @@ fn amplified(cell: &stress::Cell) -> String {
 
 fn map(outcome: &Outcome, engine: &str, words: fn(&stress::Cell) -> String) -> Table {
     let methods = methods(outcome, engine);
-    let head: Vec<&str> = ["extreme", ""].into_iter().chain(methods.iter().copied()).collect();
-    let rows = lines(outcome, engine).into_iter().map(|(family, value)| {
-        let mut row = cells![family, value];
-        row.extend(methods.iter().map(|method| {
-            Cell::from(find(outcome, engine, (family, value), method).map(words))
-        }));
-        row
-    });
+    let head: Vec<&str> = ["extreme", ""]
+        .into_iter()
+        .chain(methods.iter().copied())
+        .collect();
+    let rows =
+        lines(outcome, engine).into_iter().map(|(family, value)| {
+            let mut row = cells![family, value];
+            row.extend(methods.iter().map(|method| {
+                Cell::from(find(outcome, engine, (family, value), method).map(words))
+            }));
+            row
+        });
     Table::new("", &head).with(rows)
 }
 
@@ -153,7 +159,8 @@ fn sentences(outcome: &Outcome, engine: &str) -> Vec<String> {
         }
     }
     let said = said.into_iter();
-    said.map(|(sentence, places)| format!("{sentence} ({})", places.join("; "))).collect()
+    said.map(|(sentence, places)| format!("{sentence} ({})", places.join("; ")))
+        .collect()
 }
 
 /// A refusal in words is no failure; an answer that is none is.
@@ -167,7 +174,10 @@ fn suite(outcome: &Outcome, engine: &str) -> Suite {
         TestCase {
             class: format!("{engine}.{}", cell.method),
             name: format!("{} {}", cell.family, cell.value),
-            title: Some(format!("{engine}, {}: {} {}", cell.method, cell.family, cell.value)),
+            title: Some(format!(
+                "{engine}, {}: {} {}",
+                cell.method, cell.family, cell.value
+            )),
             seconds: 0.0,
             verdict,
             message,
@@ -183,31 +193,45 @@ fn suite(outcome: &Outcome, engine: &str) -> Suite {
 /// All cells, one a line.
 fn cells_csv(outcome: &Outcome) -> String {
     let head = [
-        "engine", "method", "family", "value", "verdict", "factor", "error", "reference", "digits", "steps", "residual",
-        "condition", "sentence",
+        "engine",
+        "method",
+        "family",
+        "value",
+        "verdict",
+        "factor",
+        "error",
+        "reference",
+        "digits",
+        "steps",
+        "residual",
+        "condition",
+        "sentence",
     ];
     let some = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:e}"));
-    csv(&head, outcome.cells.iter().map(|c| {
-        let (verdict, factor, sentence) = match &c.verdict {
-            Verdict::Holds => ("holds", None, ""),
-            Verdict::Degrades { factor } => ("degrades", Some(*factor), ""),
-            Verdict::Refuses { sentence } => ("refuses", None, &**sentence),
-            Verdict::Wrong { why } => ("wrong", None, &**why),
-        };
-        vec![
-            c.engine.clone(),
-            c.method.clone(),
-            c.family.to_owned(),
-            c.value.clone(),
-            verdict.to_owned(),
-            some(factor),
-            some(c.error),
-            some(c.reference),
-            some(c.digits),
-            c.steps.map_or(String::new(), |s| s.to_string()),
-            some(c.residual),
-            some(c.condition),
-            sentence.to_owned(),
-        ]
-    }))
+    csv(
+        &head,
+        outcome.cells.iter().map(|c| {
+            let (verdict, factor, sentence) = match &c.verdict {
+                Verdict::Holds => ("holds", None, ""),
+                Verdict::Degrades { factor } => ("degrades", Some(*factor), ""),
+                Verdict::Refuses { sentence } => ("refuses", None, &**sentence),
+                Verdict::Wrong { why } => ("wrong", None, &**why),
+            };
+            vec![
+                c.engine.clone(),
+                c.method.clone(),
+                c.family.to_owned(),
+                c.value.clone(),
+                verdict.to_owned(),
+                some(factor),
+                some(c.error),
+                some(c.reference),
+                some(c.digits),
+                c.steps.map_or(String::new(), |s| s.to_string()),
+                some(c.residual),
+                some(c.condition),
+                sentence.to_owned(),
+            ]
+        }),
+    )
 }

@@ -21,8 +21,7 @@ const SCALING: &str = "By the exponents above, taken as 1 where start-up still h
     what to change to.";
 const WASTE: &str =
     "The cheapest value from which on no error is larger by 1 % than with the most exact one.";
-const GAMMAS: &str =
-    "The paper's theory asks for γ = γ₀h with γ₀ large enough. Over 24 decades:";
+const GAMMAS: &str = "The paper's theory asks for γ = γ₀h with γ₀ large enough. Over 24 decades:";
 
 /// The report of a study.
 ///
@@ -39,13 +38,17 @@ pub fn study(outcome: &Outcome) -> Result<Report<'_>> {
     let question = "faceoff study: what does each digit cost?";
     let mut report = Report::new("study", question, headline, outcome)?;
     report.engines = outcome.engines.clone();
-    report.blocks.push(Block::Page(vec![Block::Text(HOW.into())]));
+    report
+        .blocks
+        .push(Block::Page(vec![Block::Text(HOW.into())]));
     for scene in scenes(outcome) {
         report.blocks.extend(of_scene(outcome, &scene));
     }
     if !outcome.left_out.is_empty() {
         let left_out = outcome.left_out.iter();
-        let left_out = left_out.map(|left| format!("{}: {}", left.what, left.why)).collect();
+        let left_out = left_out
+            .map(|left| format!("{}: {}", left.what, left.why))
+            .collect();
         report.blocks.push(Block::Page(vec![
             Block::Heading(2, "Left out".into()),
             Block::List(left_out),
@@ -57,7 +60,10 @@ pub fn study(outcome: &Outcome) -> Result<Report<'_>> {
 
 fn of_scene<'a>(outcome: &'a Outcome, scene: &str) -> Vec<Block<'a>> {
     let advice = outcome.advice.iter().filter(|a| a.scene == scene);
-    let mut sentences: Vec<String> = advice.clone().map(|a| format!("  {}", a.sentence())).collect();
+    let mut sentences: Vec<String> = advice
+        .clone()
+        .map(|a| format!("  {}", a.sentence()))
+        .collect();
     if sentences.is_empty() {
         sentences.push("  no error that advice is given for was reached".into());
     }
@@ -73,15 +79,34 @@ fn of_scene<'a>(outcome: &'a Outcome, scene: &str) -> Vec<Block<'a>> {
     let mut page = vec![Block::Heading(2, scene.to_owned())];
     page.extend(figures::work(outcome, scene).map(Block::Figure));
     let gamma = figures::gamma(outcome, scene).map(Block::Figure);
-    let found = outcome.gammas.iter().filter(|g| g.scene == scene).map(gamma_sentence);
+    let found = outcome
+        .gammas
+        .iter()
+        .filter(|g| g.scene == scene)
+        .map(gamma_sentence);
     let gammas = [Some(Block::List(found.collect())), gamma];
     for (title, text, more, table) in [
         ("Advice", ADVICE, vec![], commands),
-        ("What nothing beats in both time and error", "", vec![], front(outcome, scene)),
+        (
+            "What nothing beats in both time and error",
+            "",
+            vec![],
+            front(outcome, scene),
+        ),
         ("Exponents", RATES, vec![], rates(outcome, scene)),
-        ("Beyond this machine", SCALING, vec![], scaling(outcome, scene)),
+        (
+            "Beyond this machine",
+            SCALING,
+            vec![],
+            scaling(outcome, scene),
+        ),
         ("What is wasted", WASTE, vec![], waste(outcome, scene)),
-        ("γ₀ \"large enough\"", GAMMAS, gammas.into_iter().flatten().collect(), gamma_table(outcome, scene)),
+        (
+            "γ₀ \"large enough\"",
+            GAMMAS,
+            gammas.into_iter().flatten().collect(),
+            gamma_table(outcome, scene),
+        ),
         ("Solver and precision", "", vec![], solvers(outcome, scene)),
     ] {
         if table.rows.is_empty() {
@@ -140,7 +165,16 @@ fn front(outcome: &Outcome, scene: &str) -> Table {
         ]
     });
     let head = [
-        "code", "method", "varied", "value", "dofs", "time", "MB", "energy", "L²", "certified",
+        "code",
+        "method",
+        "varied",
+        "value",
+        "dofs",
+        "time",
+        "MB",
+        "energy",
+        "L²",
+        "certified",
     ];
     Table::new("", &head).with(rows)
 }
@@ -151,33 +185,58 @@ fn rates(outcome: &Outcome, scene: &str) -> Table {
     };
     let rows = outcome.rates.iter().filter(|r| r.scene == scene);
     let rows = rows.map(|r| {
-        cells![&r.engine, &r.method, fit(r.h1), fit(r.l2), fit(r.seconds), fit(r.memory)]
+        cells![
+            &r.engine,
+            &r.method,
+            fit(r.h1),
+            fit(r.l2),
+            fit(r.seconds),
+            fit(r.memory)
+        ]
     });
     Table::new("", &["code", "method", "energy", "L²", "time", "memory"]).with(rows)
 }
 
 fn scaling(outcome: &Outcome, scene: &str) -> Table {
-    let rows = outcome.scaling.iter().filter(|s| s.scene == scene).map(|s| {
-        let mut row = cells![
-            &s.engine,
-            &s.method,
-            s.dofs,
-            duration(s.seconds),
-            megabytes(s.memory_mb),
-            s.most_dofs,
-            s.most_seconds.map(duration),
-        ];
-        let ranks = s.rank_seconds.iter().zip(&s.rank_memory_mb);
-        row.extend(ranks.map(|(seconds, mb)| {
-            Cell::Number(*seconds, format!("{}, {mb:.0} MB", duration(*seconds).text()))
-        }));
-        row.push(s.half_efficient.map_or("out of reach".into(), |ranks| {
-            Cell::Number(ranks, format!("{ranks:.0} ranks"))
-        }));
-        row
-    });
+    let rows = outcome
+        .scaling
+        .iter()
+        .filter(|s| s.scene == scene)
+        .map(|s| {
+            let mut row = cells![
+                &s.engine,
+                &s.method,
+                s.dofs,
+                duration(s.seconds),
+                megabytes(s.memory_mb),
+                s.most_dofs,
+                s.most_seconds.map(duration),
+            ];
+            let ranks = s.rank_seconds.iter().zip(&s.rank_memory_mb);
+            row.extend(ranks.map(|(seconds, mb)| {
+                Cell::Number(
+                    *seconds,
+                    format!("{}, {mb:.0} MB", duration(*seconds).text()),
+                )
+            }));
+            row.push(s.half_efficient.map_or("out of reach".into(), |ranks| {
+                Cell::Number(ranks, format!("{ranks:.0} ranks"))
+            }));
+            row
+        });
     let head = [
-        "code", "method", "dofs", "time", "MB", "dofs here", "in", "4 ranks", "16", "64", "256", "half at",
+        "code",
+        "method",
+        "dofs",
+        "time",
+        "MB",
+        "dofs here",
+        "in",
+        "4 ranks",
+        "16",
+        "64",
+        "256",
+        "half at",
     ];
     Table::new("", &head).with(rows)
 }
@@ -191,16 +250,29 @@ fn waste(outcome: &Outcome, scene: &str) -> Table {
             &w.enough,
             &w.most_exact,
             Cell::Number(w.time_ratio, format!("{:.2} times the time", w.time_ratio)),
-            Cell::Number(w.worst_change, format!("{:.1} % of an error", 100.0 * w.worst_change)),
+            Cell::Number(
+                w.worst_change,
+                format!("{:.1} % of an error", 100.0 * w.worst_change)
+            ),
         ]
     });
-    let head = ["method", "n", "setting", "enough", "most exact", "which takes", "the worst costs"];
+    let head = [
+        "method",
+        "n",
+        "setting",
+        "enough",
+        "most exact",
+        "which takes",
+        "the worst costs",
+    ];
     Table::new("", &head).with(rows)
 }
 
 fn gamma_table(outcome: &Outcome, scene: &str) -> Table {
     let rows = outcome.rows.iter();
-    let rows: Vec<&Row> = rows.filter(|r| r.scene == scene && r.varied == Varied::Gamma0).collect();
+    let rows: Vec<&Row> = rows
+        .filter(|r| r.scene == scene && r.varied == Varied::Gamma0)
+        .collect();
     let is_finest = |row: &&&Row| {
         let mut tracks = outcome.gammas.iter();
         tracks.any(|g| (&g.scene, &g.method, Some(g.n)) == (&row.scene, &row.method, row.n))
@@ -227,7 +299,9 @@ fn gamma_table(outcome: &Outcome, scene: &str) -> Table {
             row.residual,
         ]
     });
-    let head = ["method", "gamma0", "n", "steps", "energy", "order", "L²", "order", "residual"];
+    let head = [
+        "method", "gamma0", "n", "steps", "energy", "order", "L²", "order", "residual",
+    ];
     Table::new("", &head).with(lines)
 }
 

@@ -28,6 +28,11 @@ fn write(text: &mut String, blocks: &[Block]) -> std::fmt::Result {
                     writeln!(text, "- {item}")?;
                 }
             }
+            Block::Commands(lines) => {
+                for line in lines {
+                    writeln!(text, "  {line}")?;
+                }
+            }
             Block::Facts(facts) => {
                 let lengths = facts.iter().map(|(name, _)| name.chars().count());
                 let width = lengths.max().unwrap_or(0);

@@ -3,9 +3,7 @@
 use serde::Serialize;
 
 use super::html::{section, top};
-use super::model::{
-    Block, Cell, Report, Suite, Table, TestCase, cells, place, short, word,
-};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, place, short, word};
 use crate::diagnose::Diagnosis;
 use crate::engine::Explanation;
 use crate::verify::{CaseOutcome, Failure, Outcome, Request, Source, telling};
@@ -49,9 +47,23 @@ struct Explained<'a> {
 /// # Errors
 /// None but of a broken installation.
 pub fn verify(verified: Verified) -> Result<Report> {
-    let Verified { request, outcome, diagnoses, missing, explain } = verified;
-    let explanations = if explain { explained(outcome) } else { Vec::new() };
-    let found = Found { outcome, diagnoses, explanations: &explanations };
+    let Verified {
+        request,
+        outcome,
+        diagnoses,
+        missing,
+        explain,
+    } = verified;
+    let explanations = if explain {
+        explained(outcome)
+    } else {
+        Vec::new()
+    };
+    let found = Found {
+        outcome,
+        diagnoses,
+        explanations: &explanations,
+    };
     let question = "faceoff: do the codes agree, face by face?";
     let verdict = word(outcome.verdict);
     let mut report = Report::new("verify", question, verdict, &found)?;
@@ -65,7 +77,11 @@ pub fn verify(verified: Verified) -> Result<Report> {
     for case in &outcome.cases {
         told.push(Block::Text(format!(
             "{}: {} cells, {} faces, {} of them contact, {} dofs",
-            label(case), case.cells, case.faces, case.contact_faces, case.dofs
+            label(case),
+            case.cells,
+            case.faces,
+            case.contact_faces,
+            case.dofs
         )));
         told.push(engines(case).into());
         told.push(pairs(case).into());
@@ -85,14 +101,21 @@ pub fn verify(verified: Verified) -> Result<Report> {
         Block::Text(format!("{about}: {} – {}: {}", d.a, d.b, d.sentence()))
     }));
 
-    let mut page = vec![Block::Heading(2, "All that was judged".into()), matrix(outcome).into()];
+    let mut page = vec![
+        Block::Heading(2, "All that was judged".into()),
+        matrix(outcome).into(),
+    ];
     if !outcome.cross.is_empty() {
         page.push(methods(outcome).into());
     }
     for (index, case) in outcome.cases.iter().enumerate() {
-        page.push(Block::Html(Box::new(move || section(index, case, request, diagnoses))));
+        page.push(Block::Html(Box::new(move || {
+            section(index, case, request, diagnoses)
+        })));
         let digest = (label(case), case.mesh_digest.clone());
-        report.digests.push((format!("the mesh of {}", digest.0), digest.1));
+        report
+            .digests
+            .push((format!("the mesh of {}", digest.0), digest.1));
         for engine in &case.engines {
             let known = (engine.engine.clone(), engine.version.clone());
             if !report.engines.contains(&known) {
@@ -101,7 +124,9 @@ pub fn verify(verified: Verified) -> Result<Report> {
         }
     }
     report.blocks = vec![Block::Terminal(told), Block::Page(page)];
-    report.files.push(Box::new(move |folder| super::write_fields(folder, request, outcome)));
+    report.files.push(Box::new(move |folder| {
+        super::write_fields(folder, request, outcome)
+    }));
     Ok(report)
 }
 
@@ -154,7 +179,9 @@ pub(super) fn engines(case: &CaseOutcome) -> Table {
     });
     let caption =
         "Answers; the residual is the backward error of an answer put into the scheme again";
-    let head = ["engine", "version", "steps", "seconds", "residual", "most at", "verdict"];
+    let head = [
+        "engine", "version", "steps", "seconds", "residual", "most at", "verdict",
+    ];
     Table::new(caption, &head).with(rows)
 }
 
@@ -172,14 +199,26 @@ fn pairs(case: &CaseOutcome) -> Table {
             remark(field, "faces"),
         ]
     });
-    let head = ["pair", "field", "max |a-b|", "relative", "tolerance", "worst face", "verdict"];
+    let head = [
+        "pair",
+        "field",
+        "max |a-b|",
+        "relative",
+        "tolerance",
+        "worst face",
+        "verdict",
+    ];
     Table::new("", &head).with(rows)
 }
 
 /// `[14, 31] at (0.8750, 0.0312)`
 pub(super) fn worst(field: &FieldVerdict) -> Option<String> {
     let worst = field.worst.as_ref()?;
-    Some(format!("{:?} at {}", worst.vertices, place(&worst.midpoint)))
+    Some(format!(
+        "{:?} at {}",
+        worst.vertices,
+        place(&worst.midpoint)
+    ))
 }
 
 /// The verdict, and what it rests on.
@@ -208,7 +247,11 @@ pub(super) fn why(field: &FieldVerdict) -> String {
         Some(reason) => reason.clone(),
         None => format!(
             "{} of {} beyond {:e}: |a-b| up to {}, relative {}{place}",
-            field.beyond, field.faces, field.tolerance, short(field.max_abs), short(field.max_rel)
+            field.beyond,
+            field.faces,
+            field.tolerance,
+            short(field.max_abs),
+            short(field.max_rel)
         ),
     }
 }
@@ -267,35 +310,48 @@ fn methods(outcome: &Outcome) -> Table {
 fn suites(outcome: &Outcome, missing: &[Failure]) -> Vec<Suite> {
     let mut suites: Vec<Suite> = outcome.cases.iter().map(suite).collect();
     let cross = outcome.cross.iter();
-    let cross = cross.filter_map(|c| Some((c, c.judged?))).map(|(c, judged)| TestCase {
-        class: format!("{}.methods", c.scene),
-        name: format!(
-            "{}{} {} – {} {}",
-            c.n.map_or(String::new(), |n| format!("n = {n}: ")),
-            c.a.engine,
-            c.a.method,
-            c.b.engine,
-            c.b.method
-        ),
-        title: None,
-        seconds: 0.0,
-        verdict: judged.verdict,
-        message: format!(
-            "distance {:e}, certified bounds {:e} and {:e}, the best on this mesh {:e}",
-            judged.distance, judged.bounds[0], judged.bounds[1], judged.best
-        ),
-    });
-    let engines = outcome.failures.iter().chain(missing).map(|failure| TestCase {
-        class: "engines".into(),
-        name: failure.engine.clone(),
-        title: Some(format!("no answer from {}", failure.engine)),
-        seconds: 0.0,
-        verdict: Verdict::Undetermined,
-        message: failure.message.clone(),
-    });
-    for (name, cases) in [("methods", cross.collect::<Vec<_>>()), ("engines", engines.collect())] {
+    let cross = cross
+        .filter_map(|c| Some((c, c.judged?)))
+        .map(|(c, judged)| TestCase {
+            class: format!("{}.methods", c.scene),
+            name: format!(
+                "{}{} {} – {} {}",
+                c.n.map_or(String::new(), |n| format!("n = {n}: ")),
+                c.a.engine,
+                c.a.method,
+                c.b.engine,
+                c.b.method
+            ),
+            title: None,
+            seconds: 0.0,
+            verdict: judged.verdict,
+            message: format!(
+                "distance {:e}, certified bounds {:e} and {:e}, the best on this mesh {:e}",
+                judged.distance, judged.bounds[0], judged.bounds[1], judged.best
+            ),
+        });
+    let engines = outcome
+        .failures
+        .iter()
+        .chain(missing)
+        .map(|failure| TestCase {
+            class: "engines".into(),
+            name: failure.engine.clone(),
+            title: Some(format!("no answer from {}", failure.engine)),
+            seconds: 0.0,
+            verdict: Verdict::Undetermined,
+            message: failure.message.clone(),
+        });
+    for (name, cases) in [
+        ("methods", cross.collect::<Vec<_>>()),
+        ("engines", engines.collect()),
+    ] {
         if !cases.is_empty() {
-            suites.push(Suite { name: name.into(), properties: Vec::new(), cases });
+            suites.push(Suite {
+                name: name.into(),
+                properties: Vec::new(),
+                cases,
+            });
         }
     }
     suites
@@ -335,7 +391,9 @@ fn suite(case: &CaseOutcome) -> Suite {
         cases.push(test("a pair to compare".into(), Verdict::Undetermined, why));
     }
     let versions = case.engines.iter();
-    let versions: Vec<String> = versions.map(|e| format!("{} {}", e.engine, e.version)).collect();
+    let versions: Vec<String> = versions
+        .map(|e| format!("{} {}", e.engine, e.version))
+        .collect();
     Suite {
         name: label(case),
         properties: vec![

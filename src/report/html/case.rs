@@ -80,14 +80,21 @@ pub(in crate::report) fn section(
 
 fn diagnosis(found: &Diagnosis) -> Html {
     let rows = found.ingredients.iter().map(|i| {
-        let accounts = if i.accounts { "accounts for it" } else { "does not" };
+        let accounts = if i.accounts {
+            "accounts for it"
+        } else {
+            "does not"
+        };
         cells![&i.ingredient, &i.matched, i.left, accounts]
     });
     let caption = format!(
         "One ingredient matched at a time; the difference to begin with is {} of max|u|",
         short(found.difference)
     );
-    let of = Table::new(caption, &["ingredient", "matched", "difference left", "found"]);
+    let of = Table::new(
+        caption,
+        &["ingredient", "matched", "difference left", "found"],
+    );
     Html::from([leaf("p", &[], found.sentence()), table(&of.with(rows))])
 }
 
@@ -242,7 +249,10 @@ fn provenance(case: &CaseOutcome, scene: Option<&Scene>, request: &Request) -> H
         ),
     ));
     known.push(("start", "u = 0, and g on Γ_D".into()));
-    let known: Vec<_> = known.into_iter().map(|(name, fact)| (name.to_owned(), fact)).collect();
+    let known: Vec<_> = known
+        .into_iter()
+        .map(|(name, fact)| (name.to_owned(), fact))
+        .collect();
     let heading = leaf("h3", &[], format!("Provenance, {}", label(case)));
     Html::from([heading, facts(&known)])
 }

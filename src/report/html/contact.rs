@@ -20,10 +20,17 @@ pub(super) fn contact(case: &CaseOutcome, mesh: Option<&Triangulation>) -> Resul
         None => along(&case.fields, &about)?,
     };
     let of = case.engines.iter();
-    let of: Vec<_> = of.map(|e| (e.engine.as_str(), e.increments.as_slice())).collect();
+    let of: Vec<_> = of
+        .map(|e| (e.engine.as_str(), e.increments.as_slice()))
+        .collect();
     let heading = format!("Along Γ_C and step by step, {about}");
     let histories = element("div", &[("class", "row")], histories(&of, &about)?);
-    Ok(Html::from([leaf("h3", &[], heading), engines_key(&names), curves, histories]))
+    Ok(Html::from([
+        leaf("h3", &[], heading),
+        engines_key(&names),
+        curves,
+        histories,
+    ]))
 }
 
 /// The increments of every engine.
@@ -32,15 +39,15 @@ pub(in crate::report) fn histories(engines: &[(&str, &[f64])], about: &str) -> R
         return Ok(Html::default());
     }
     let picture = plots::histories(&format!("iterations, {about}"), engines)?;
-    Ok(figure(picture, "Relative broken H¹ norm of the increment of each step."))
+    Ok(figure(
+        picture,
+        "Relative broken H¹ norm of the increment of each step.",
+    ))
 }
 
 /// The contact status on a surface.
 pub(in crate::report) fn zones(all: &[FaceFields], mesh: &Triangulation, about: &str) -> Html {
-    let columns: Vec<_> = all
-        .iter()
-        .filter_map(|f| f.column("status"))
-        .collect();
+    let columns: Vec<_> = all.iter().filter_map(|f| f.column("status")).collect();
     let Some(first) = columns.first() else {
         return Html::default();
     };
@@ -66,11 +73,7 @@ pub(in crate::report) fn zones(all: &[FaceFields], mesh: &Triangulation, about: 
         .map(|(k, f)| (*f, of(k)))
         .collect();
     let differ = faces.iter().filter(|(_, status)| *status == 3).count();
-    let picture = map::status(
-        &format!("contact status on Γ_C, {about}"),
-        mesh,
-        &faces,
-    );
+    let picture = map::status(&format!("contact status on Γ_C, {about}"), mesh, &faces);
     let caption = format!("The faces of Γ_C by their contact status; codes differ on {differ}.");
     Html::from([figure(picture, caption), key_of(&map::STATUS)])
 }

@@ -74,7 +74,13 @@ pub(super) fn picture(svg: &str, label: &str, class: &str) -> Html {
 /// A table whose columns sort. A row with a verdict that is no pass is set off.
 pub(super) fn table(table: &Table) -> Html {
     let numeric: Vec<bool> = (0..table.head.len()).map(|k| table.is_numeric(k)).collect();
-    let class = |k: usize| if numeric[k] { vec![("class", "n")] } else { vec![] };
+    let class = |k: usize| {
+        if numeric[k] {
+            vec![("class", "n")]
+        } else {
+            vec![]
+        }
+    };
     let head = table.head.iter().enumerate();
     let head = head.map(|(k, name)| leaf("th", &[&[("scope", "col")], &*class(k)].concat(), name));
     let rows = table.rows.iter().map(|row| {
@@ -128,7 +134,8 @@ pub(super) fn word(verdict: Verdict) -> Html {
 /// Names and what they are.
 pub(super) fn facts(facts: &[(String, String)]) -> Html {
     let items = facts.iter();
-    let items = items.map(|(name, fact)| Html::from([leaf("dt", &[], name), element("dd", &[], prose(fact))]));
+    let items = items
+        .map(|(name, fact)| Html::from([leaf("dt", &[], name), element("dd", &[], prose(fact))]));
     element("dl", &[], items.collect::<Html>())
 }
 

@@ -16,11 +16,11 @@ use std::path::Path;
 use super::folder::names;
 use super::model::{Block, Figure, Report, word as word_of};
 use super::provenance::provenance;
+pub(super) use case::section;
+pub(super) use contact::{along, histories, zones};
 use faceoff_mesh::error::{Error, Result};
 pub use markup::Html;
 use markup::{element, facts, leaf, picture, prose, raw, table, text};
-pub(super) use case::section;
-pub(super) use contact::{along, histories};
 pub(super) use summary::top;
 
 /// Nothing in the page may ask for anything outside of it.
@@ -101,6 +101,11 @@ fn block(block: &Block, folder: &Path) -> Result<Html> {
             let items = items.iter().map(|item| element("li", &[], prose(item)));
             element("ul", &[], items.collect::<Html>())
         }
+        Block::Commands(lines) => element(
+            "pre",
+            &[("class", "wide")],
+            leaf("code", &[], lines.join("\n")),
+        ),
         Block::Facts(of) => facts(of),
         Block::Table(of) => table(of),
         Block::Figure(of) => on_paper(of, folder)?,
@@ -118,10 +123,17 @@ fn block(block: &Block, folder: &Path) -> Result<Html> {
 fn on_paper(of: &Figure, folder: &Path) -> Result<Html> {
     let path = folder.join(format!("{}.svg", of.name));
     let svg = fs::read_to_string(&path).map_err(Error::io(&path, "read"))?;
-    let drawn = element("div", &[("class", "wide")], picture(&svg, &of.caption, "paper"));
+    let drawn = element(
+        "div",
+        &[("class", "wide")],
+        picture(&svg, &of.caption, "paper"),
+    );
     let links = ["svg", "png"].map(|suffix| {
         let name = format!("{}.{suffix}", of.name);
-        Html::from([text(" "), leaf("a", &[("href", &name)], suffix.to_uppercase())])
+        Html::from([
+            text(" "),
+            leaf("a", &[("href", &name)], suffix.to_uppercase()),
+        ])
     });
     let caption = element("figcaption", &[], [prose(&of.caption), Html::from(links)]);
     Ok(element("figure", &[], [drawn, caption]))

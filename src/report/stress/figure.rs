@@ -25,13 +25,25 @@ struct Map<'a> {
 /// What became of each trial.
 pub fn map<'a>(outcome: &'a Outcome, engine: &'a str) -> Figure<'a> {
     let shown = |cell: &Cell| (word(&cell.verdict), colour(&cell.verdict));
-    figure("map", format!("What becomes of each extreme by {engine}."), outcome, engine, shown)
+    figure(
+        "map",
+        format!("What becomes of each extreme by {engine}."),
+        outcome,
+        engine,
+        shown,
+    )
 }
 
 /// How rounding is amplified at each answer.
 pub fn conditions<'a>(outcome: &'a Outcome, engine: &'a str) -> Figure<'a> {
     let shown = |cell: &Cell| (amplified(cell), heat(cell.condition));
-    figure("condition", format!("Condition estimates of the answers by {engine}."), outcome, engine, shown)
+    figure(
+        "condition",
+        format!("Condition estimates of the answers by {engine}."),
+        outcome,
+        engine,
+        shown,
+    )
 }
 
 fn figure<'a>(

@@ -37,12 +37,20 @@ pub fn work<'a>(outcome: &'a Outcome, scene: &str) -> Option<Figure<'a>> {
 /// Error over γ₀; none without a row for it.
 pub fn gamma<'a>(outcome: &'a Outcome, scene: &str) -> Option<Figure<'a>> {
     let caption = format!("Errors over γ₀ of {scene}.");
-    figure(gamma_page(outcome, scene), format!("gamma0-{scene}"), caption)
+    figure(
+        gamma_page(outcome, scene),
+        format!("gamma0-{scene}"),
+        caption,
+    )
 }
 
 fn figure(page: Page<'_>, name: String, caption: String) -> Option<Figure<'_>> {
     let picture = Box::new(page);
-    (!picture.lines.is_empty()).then_some(Figure { name, caption, picture })
+    (!picture.lines.is_empty()).then_some(Figure {
+        name,
+        caption,
+        picture,
+    })
 }
 
 /// Two panels, in the energy norm and in L², with a legend.
