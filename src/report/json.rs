@@ -24,7 +24,10 @@ struct Document<'a, T> {
 
 /// `verify`, `mesh-check`: a command as schemas and files have it.
 pub fn slug(command: &str) -> String {
-    command.replace(' ', "-")
+    match command {
+        "mesh convert" | "mesh make" | "mesh refine" => "mesh-written".into(),
+        _ => command.replace(' ', "-"),
+    }
 }
 
 /// The result of a command as JSON.

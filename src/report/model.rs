@@ -176,23 +176,18 @@ impl Table {
         self
     }
 
-    /// Is everything in a column a number, or nothing?
+    /// Does a column hold numbers, but for some words?
     pub fn is_numeric(&self, column: usize) -> bool {
-        let mut cells = self
-            .rows
-            .iter()
-            .filter_map(|row| row.get(column))
-            .peekable();
-        let has_one = self
-            .rows
-            .iter()
-            .any(|row| matches!(row.get(column), Some(Cell::Number(..))));
-        has_one
-            && cells.all(|cell| match cell {
-                Cell::Number(..) => true,
-                Cell::Text(text) => text.is_empty(),
-                _ => false,
-            })
+        let cells = self.rows.iter().filter_map(|row| row.get(column));
+        let (mut numbers, mut words) = (0, 0);
+        for cell in cells {
+            match cell {
+                Cell::Number(..) => numbers += 1,
+                Cell::Text(text) if text.is_empty() => {}
+                _ => words += 1,
+            }
+        }
+        numbers > words
     }
 }
 
@@ -211,8 +206,11 @@ pub(crate) use cells;
 impl Cell {
     /// With so many digits after the point.
     pub fn fixed(value: f64, digits: usize) -> Self {
-        let value = if value == 0.0 { 0.0 } else { value };
-        Cell::Number(value, format!("{value:.digits$}"))
+        match value {
+            v if !v.is_finite() => "–".into(),
+            0.0 => Cell::Number(0.0, format!("{:.digits$}", 0.0)),
+            v => Cell::Number(v, format!("{v:.digits$}")),
+        }
     }
 
     /// What the terminal shows.
@@ -225,7 +223,7 @@ impl Cell {
     }
 }
 
-/// Three digits with their power of ten.
+/// Three digits.
 impl From<f64> for Cell {
     fn from(value: f64) -> Self {
         Cell::Number(value, short(value))
@@ -269,12 +267,28 @@ impl<T: Into<Cell>> From<Option<T>> for Cell {
     }
 }
 
-/// `1.23e-4`; 0 is `0`, and what is not finite a dash.
+/// Three digits: `0.123`, `1.23e-4`; 0 is `0`, and what is not finite a dash.
 pub fn short(value: f64) -> String {
-    match value {
-        v if !v.is_finite() => "–".into(),
+    if !value.is_finite() {
+        return "–".into();
+    }
+    let text = format!("{value:.2e}");
+    let power = text
+        .split_once('e')
+        .and_then(|(_, power)| power.parse::<i32>().ok());
+    match power {
+        _ if value == 0.0 => "0".into(),
+        Some(power @ -1..=2) => format!("{value:.*}", (2 - power) as usize),
+        _ => text,
+    }
+}
+
+/// All digits.
+pub fn exact(value: f64) -> String {
+    match value.abs() {
         0.0 => "0".into(),
-        v => format!("{v:.2e}"),
+        v if (1e-3..1e6).contains(&v) => value.to_string(),
+        _ => format!("{value:e}"),
     }
 }
 
@@ -324,6 +338,9 @@ mod tests {
         assert_eq!(short(0.0), "0");
         assert_eq!(short(-0.0), "0");
         assert_eq!(short(-1.2345e-7), "-1.23e-7");
+        let values = [0.09996, 0.12345, 9.996, 123.4, 999.6, 1234.5];
+        let texts = ["0.100", "0.123", "10.0", "123", "1.00e3", "1.23e3"];
+        assert_eq!(values.map(short), texts);
         assert_eq!([f64::NAN, f64::INFINITY].map(short), ["–", "–"]);
         assert_eq!(Cell::fixed(-0.0, 2).text(), "0.00");
         let shares = [0.0, 1.23456, 0.123456, 1.23456e-4, 1.23456e-6];
@@ -333,8 +350,8 @@ mod tests {
 
     #[test]
     fn columns_of_numbers_are_known_by_what_they_hold() {
-        let table = Table::new("", &["name", "error", "blank"])
-            .with([cells!["a", 1.0, ""], cells!["b", None::<f64>, ""]]);
+        let rows = [cells!["a", 1.0, ""], cells!["b", None::<f64>, ""]];
+        let table = Table::new("", &["name", "error", "blank"]).with(rows);
         assert_eq!([0, 1, 2].map(|k| table.is_numeric(k)), [false, true, false]);
     }
 }

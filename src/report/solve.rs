@@ -233,7 +233,8 @@ pub fn solve<'a>(
         .map(|(name, fact)| (name.to_owned(), fact))
         .collect();
     let lines = a.explanation.iter().flat_map(Explanation::lines);
-    report.blocks = vec![Block::Text(about.clone()), Block::Facts(facts)];
+    let of = Block::Text(about.clone());
+    report.blocks = vec![Block::Terminal(vec![of]), Block::Facts(facts)];
     report.blocks.extend(lines.map(Block::Text));
     let steps = a.meshes.iter().flatten().map(|step| {
         let way = match step.way {

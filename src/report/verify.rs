@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use super::html::{section, top};
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, place, short, word};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, exact, place, short, word};
 use crate::diagnose::Diagnosis;
 use crate::engine::Explanation;
 use crate::verify::{CaseOutcome, Failure, Outcome, Request, Source, telling};
-use faceoff_judge::{FieldVerdict, Verdict};
+use faceoff_judge::{FieldVerdict, Verdict, Worst};
 use faceoff_mesh::error::Result;
 
 /// An outcome with all that belongs to it.
@@ -83,7 +83,11 @@ pub fn verify(verified: Verified) -> Result<Report> {
             case.contact_faces,
             case.dofs
         )));
-        told.push(engines(case).into());
+        let caption = String::new();
+        told.push(Block::Table(Table {
+            caption,
+            ..engines(case)
+        }));
         told.push(pairs(case).into());
     }
     if !outcome.cross.is_empty() {
@@ -214,11 +218,11 @@ fn pairs(case: &CaseOutcome) -> Table {
 /// `[14, 31] at (0.8750, 0.0312)`
 pub(super) fn worst(field: &FieldVerdict) -> Option<String> {
     let worst = field.worst.as_ref()?;
-    Some(format!(
-        "{:?} at {}",
-        worst.vertices,
-        place(&worst.midpoint)
-    ))
+    let at = match worst.midpoint.is_empty() {
+        true => String::new(),
+        false => format!(" at {}", place(&worst.midpoint)),
+    };
+    Some(format!("{:?}{at}", worst.vertices))
 }
 
 /// The verdict, and what it rests on.
@@ -237,12 +241,9 @@ pub(super) fn remark(field: &FieldVerdict, carriers: &str) -> String {
 
 /// How much, where and how many, in one sentence.
 pub(super) fn why(field: &FieldVerdict) -> String {
-    let place = field.worst.as_ref().map_or(String::new(), |worst| {
-        format!(
-            ", worst at {:?} {:?}: {:e} against {:e}",
-            worst.vertices, worst.midpoint, worst.a, worst.b
-        )
-    });
+    let values = |w: &Worst| format!("{} against {}", exact(w.a), exact(w.b));
+    let values = field.worst.as_ref().map(values).unwrap_or_default();
+    let place = worst(field).map_or(String::new(), |at| format!(", worst at {at}: {values}"));
     match &field.reason {
         Some(reason) => reason.clone(),
         None => format!(

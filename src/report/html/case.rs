@@ -6,7 +6,7 @@ use super::markup::{Html, element, facts, figure, leaf, table, text, word};
 use super::pair::{Pair, differences, pairs};
 use super::plots;
 use crate::diagnose::Diagnosis;
-use crate::report::model::{Cell, Table, cells, place, short};
+use crate::report::model::{Cell, Table, cells, exact, place, short};
 use crate::report::verify::{engines, label};
 use crate::verify::{CaseOutcome, Request};
 use faceoff_fem::scene::{HRule, Scene};
@@ -116,8 +116,8 @@ fn fields(case: &CaseOutcome, pair: &Pair) -> Html {
             f.rms,
             format!("{} of {}", f.beyond, f.faces),
             worst.map(|w| format!("{:?} at {}", w.vertices, place(&w.midpoint))),
-            worst.map(|w| Cell::Number(w.a, format!("{:e}", w.a))),
-            worst.map(|w| Cell::Number(w.b, format!("{:e}", w.b))),
+            worst.map(|w| Cell::Number(w.a, exact(w.a))),
+            worst.map(|w| Cell::Number(w.b, exact(w.b))),
             f.reason.as_ref().unwrap_or(&flips),
         ]
     });

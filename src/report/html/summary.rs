@@ -5,7 +5,7 @@ use super::map;
 use super::markup::{Html, element, figure, leaf, prose, text};
 use super::pair::{self, Pair};
 use crate::diagnose::Diagnosis;
-use crate::report::model::{count, place, short};
+use crate::report::model::{count, exact, place, short};
 use crate::report::verify::label;
 use crate::verify::{CaseOutcome, Failure, Outcome, RESIDUAL_TOLERANCE, Request, telling};
 use faceoff_judge::Verdict;
@@ -133,13 +133,13 @@ fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnos
                 text("Which face: "),
                 leaf("b", &[], format!("{:?}", worst.vertices)),
                 prose(format!(
-                    " at {}, in `{}`: {} has {:e}, {} has {:e}, which is {} apart.",
+                    " at {}, in `{}`: {} has {}, {} has {}, which is {} apart.",
                     place(&worst.midpoint),
                     field.field,
                     pair.a,
-                    worst.a,
+                    exact(worst.a),
                     pair.b,
-                    worst.b,
+                    exact(worst.b),
                     short((worst.a - worst.b).abs())
                 )),
             ]));
