@@ -7,7 +7,7 @@ use super::{DISAGREE, DONE, mesh};
 use crate::engine::meshio_python;
 use crate::report::console::note;
 use crate::report::model::{Block, Report, Suite, Table, TestCase, cells};
-use crate::report::{Output, deliver};
+use crate::report::{Judged, Output, deliver};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::vtu::{Compressor, Encoding};
@@ -242,13 +242,14 @@ fn check_report<'a>(file: &Path, found: &'a Found) -> Result<Report<'a>> {
         (_, true) => format!("sound, with {}", words.join(", ")),
         _ => words.join(", "),
     };
-    let title = format!("faceoff mesh check: is {} sound?", file.display());
-    let mut report = Report::new("mesh check", &title, headline, found)?;
-    let verdict = match found.is_sound() {
+    let (verdict, word) = match found.is_sound() {
         true => (Verdict::Agree, "sound"),
         false => (Verdict::Disagree, "unsound"),
     };
-    report.verdict = Some(verdict);
+    let title = format!("faceoff mesh check: is {} sound?", file.display());
+    let judged = Judged { verdict, found };
+    let mut report = Report::new("mesh check", &title, headline, &judged)?;
+    report.verdict = Some((verdict, word));
     report.inputs.push(file.to_owned());
     for (what, findings) in odd {
         let rows = findings.first.iter().map(|f| {
@@ -285,7 +286,7 @@ fn check_report<'a>(file: &Path, found: &'a Found) -> Result<Report<'a>> {
         name: file.display().to_string(),
         title: None,
         seconds: 0.0,
-        verdict: verdict.0,
+        verdict,
         message: report.headline.clone(),
     };
     report.suites.push(Suite {

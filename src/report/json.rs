@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::save;
 
@@ -20,6 +21,14 @@ struct Document<'a, T> {
     faceoff: &'static str,
     #[serde(flatten)]
     result: &'a T,
+}
+
+/// A result and what it is judged to be.
+#[derive(Serialize)]
+pub struct Judged<'a, T> {
+    pub verdict: Verdict,
+    #[serde(flatten)]
+    pub found: &'a T,
 }
 
 /// `verify`, `mesh-check`: a command as schemas and files have it.

@@ -31,6 +31,7 @@ pub use compare::compare;
 pub use deliver::{Output, deliver};
 pub use difference::write_differences;
 pub use fields::{check_vtu_path, write_fields, write_solution};
+pub use json::Judged;
 pub use orders::orders;
 pub use paper::{paper, references};
 pub use solve::{Answer, solve};

@@ -2,7 +2,7 @@
 
 mod figure;
 
-use super::json::csv;
+use super::json::{Judged, csv};
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells};
 use crate::stress::{self, Outcome, Verdict};
 use faceoff_mesh::error::Result;
@@ -26,11 +26,16 @@ pub fn stress(outcome: &Outcome) -> Result<Report<'_>> {
         count(|v| matches!(v, Verdict::Degrades { .. })),
         count(|v| matches!(v, Verdict::Refuses { .. })),
     );
-    let mut report = Report::new("stress", "faceoff stress: what breaks?", headline, outcome)?;
-    report.verdict = Some(match wrong {
+    let (verdict, word) = match wrong {
         0 => (faceoff_judge::Verdict::Agree, "nothing wrong"),
         _ => (faceoff_judge::Verdict::Disagree, "wrong"),
-    });
+    };
+    let found = Judged {
+        verdict,
+        found: outcome,
+    };
+    let mut report = Report::new("stress", "faceoff stress: what breaks?", headline, &found)?;
+    report.verdict = Some((verdict, word));
     report.engines = outcome.engines.clone();
     report
         .blocks
@@ -40,7 +45,7 @@ pub fn stress(outcome: &Outcome) -> Result<Report<'_>> {
         report.blocks.extend([
             Block::Heading(2, format!("{engine} {version}")),
             Block::Page(vec![Block::Figure(figure::map(outcome, engine))]),
-            map(outcome, engine, verdict).into(),
+            map(outcome, engine, became).into(),
             Block::List(sentences(outcome, engine)),
             Block::Page(vec![
                 Block::Heading(3, format!("How rounding is amplified in {engine}")),
@@ -110,7 +115,7 @@ fn word(verdict: &Verdict) -> String {
 }
 
 /// Verdict and steps.
-fn verdict(cell: &stress::Cell) -> String {
+fn became(cell: &stress::Cell) -> String {
     let steps = cell.steps.map(|steps| format!(", {steps}"));
     word(&cell.verdict) + &steps.unwrap_or_default()
 }
