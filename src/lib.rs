@@ -2,7 +2,6 @@
 
 pub mod campaigns;
 pub mod cli;
-pub mod drawing;
 pub mod engine;
 pub mod report;
 pub mod run;

@@ -41,6 +41,14 @@ fn refused(folder: &Path, name: &str, bytes: &[u8], words: &[&str]) {
         );
         assert_eq!(ran.stdout, "", "{shown}");
         let sentence = ran.stderr.trim_end();
+        // Nothing but the same in JSON.
+        if action.contains(&"--json") {
+            let error = format!("faceoff: {}", ran.json()["error"].as_str().unwrap());
+            let plain = |text: &str| text.replace(|c: char| c.is_control() || c == '\u{fffd}', "");
+            assert_eq!(plain(&error), plain(sentence), "{shown}");
+        } else {
+            assert_eq!(ran.stdout, "", "{shown}");
+        }
         assert_eq!(sentence.lines().count(), 1, "{sentence}");
         assert!(
             sentence.starts_with(&format!("faceoff: {name}")),

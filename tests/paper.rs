@@ -26,8 +26,10 @@ fn the_mesh_free_references_are_told() {
     assert_eq!(
         names,
         [
+            "faceoff",
             "five-zones",
             "one-zone",
+            "schema",
             "three-zones",
             "zones-3",
             "zones-7"
@@ -144,11 +146,11 @@ fn section_6_again() {
     let out = folder.path().join("out");
     let kept: Value = serde_json::from_slice(&fs::read(out.join("paper.json")).unwrap()).unwrap();
     assert_eq!(kept, outcome);
-    let text = fs::read_to_string(out.join("report.md")).unwrap();
+    let text = fs::read_to_string(out.join("index.html")).unwrap();
     for part in [
-        "## 6.1",
-        "## 6.2, N = 5",
-        "79",
+        "<h2>6.1: f",
+        "<h2>6.2, N = 5: f",
+        ">79<",
         "30.23 %",
         "figure-2.svg",
         "not stated",
@@ -181,7 +183,7 @@ fn section_6_again() {
         "figure-2.svg",
     ];
     assert_eq!(names[..4], expected);
-    assert_eq!(names[4..], ["paper.json", "report.md"]);
+    assert_eq!(names[4..], ["index.html", "paper.json"]);
 }
 
 /// SVG is XML with a marker for each mesh; PNG has its size where the format has it, and is not blank.
@@ -319,7 +321,8 @@ fn orders_stand_beside_theory() {
     assert!(ran.stdout.contains("1, method"), "{}", ran.stdout);
     let text = fs::read(folder.path().join("orders.json")).unwrap();
     let all: Value = serde_json::from_slice(&text).unwrap();
-    let all = all.as_array().unwrap();
+    assert_eq!(all["schema"], "faceoff/orders/1");
+    let all = all["orders"].as_array().unwrap();
     assert_eq!(all.len(), 9);
     for o in all {
         let (fit, theory) = (number(&o["h1"]["fit"]), number(&o["theory"]["h1"]));

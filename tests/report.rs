@@ -199,6 +199,266 @@ fn a_stranger_finds_engine_face_size_and_cause_at_the_top_of_the_page() {
     assert!(seen["size"]["width"].as_f64().unwrap() <= 700.0, "it fits");
 }
 
+/// The JSON of a file, which follows the schema of its name.
+fn valid_json(file: &Path, name: &str) -> Value {
+    assert_valid("json", &format!("src/report/schema/{name}-1.json"), file);
+    serde_json::from_slice(&fs::read(file).unwrap()).unwrap()
+}
+
+#[test]
+fn every_command_writes_a_page_and_json_that_follows_its_schema() {
+    let folder = folder();
+    let at = folder.path();
+    crate::common::write(at, "a.csv", "vertex,u\n0,1\n");
+    crate::common::write(at, "b.csv", "vertex,u\n0,2\n");
+    let out = at.join("out.json");
+    let commands: [(&[&str], &str, i32); 20] = [
+        (
+            &[
+                "verify",
+                "one-zone",
+                "--engines",
+                "rust,freefem",
+                "--n",
+                "4",
+                "--explain",
+            ],
+            "verify",
+            0,
+        ),
+        (&["compare", "a.csv", "b.csv"], "compare", 1),
+        (
+            &["solve", "one-zone", "--n", "4", "--certify", "--explain"],
+            "solve",
+            0,
+        ),
+        (&["solve", "one-zone-3d", "--n", "3"], "solve", 0),
+        (
+            &[
+                "solve", "one-zone", "--n", "4", "--engine", "freefem", "--out", "u.vtu",
+            ],
+            "solve",
+            0,
+        ),
+        (&["compare", "u.vtu", "u-faces.vtu"], "compare", 2),
+        (
+            &["solve", "transition-1.5", "--accuracy", "0.2"],
+            "solve",
+            0,
+        ),
+        (
+            &["solve", "one-zone", "--n", "4", "--max-iterations", "1"],
+            "solve",
+            1,
+        ),
+        (
+            &[
+                "orders",
+                "transition-1.5",
+                "--n",
+                "4,8",
+                "--methods",
+                "cr,penalty",
+            ],
+            "orders",
+            0,
+        ),
+        (
+            &[
+                "study",
+                "transition-1.5",
+                "--methods",
+                "cr-fc,p2",
+                "--budget",
+                "9s",
+                "--finest",
+                "16",
+            ],
+            "study",
+            0,
+        ),
+        (
+            &[
+                "stress",
+                "transition-1.5",
+                "--methods",
+                "cr,p1",
+                "--families",
+                "gamma0,bodies",
+            ],
+            "stress",
+            0,
+        ),
+        (&["paper", "--n", "4,8", "--fine", "8"], "paper", 0),
+        (&["paper", "--reference"], "paper-reference", 0),
+        (&["mesh", "make", "plate", "plate.msh"], "mesh-written", 0),
+        (
+            &["mesh", "convert", "plate.msh", "plate.vtu"],
+            "mesh-written",
+            0,
+        ),
+        (
+            &["mesh", "refine", "plate.msh", "fine.mesh", "--lossy"],
+            "mesh-written",
+            0,
+        ),
+        (&["mesh", "info", "u-faces.vtu"], "mesh-info", 0),
+        (&["mesh", "check", "plate.msh"], "mesh-check", 0),
+        (&["engines"], "engines", 0),
+        (&["engines", "check", "rust"], "engines-check", 0),
+    ];
+    for (k, (words, name, code)) in commands.into_iter().enumerate() {
+        let report = format!("report-{k}");
+        let to = ["--report", &report, "--json", "out.json", "--quiet"];
+        let ran = run(at, &[words, &to].concat());
+        assert_eq!(ran.code, Some(code), "{words:?}: {}", ran.stderr);
+        assert_eq!(ran.stdout, "", "{words:?}");
+        let found = valid_json(&out, name);
+        let kept = at.join(&report);
+        assert_eq!(found["error"].is_string(), code == 2, "{words:?}");
+        assert_eq!(valid_json(&kept.join(format!("{name}.json")), name), found);
+
+        let page = kept.join("index.html");
+        let seen = in_browser(&page, &["--size", "390x900"]);
+        assert!(
+            seen["size"]["width"].as_f64().unwrap() <= 390.0,
+            "{words:?} fits"
+        );
+        assert!(is_told(&seen, "status", ""), "{words:?}");
+        let html = fs::read_to_string(&page).unwrap();
+        assert!(
+            html.contains(&format!("<code>faceoff {}", words[0])),
+            "{words:?}"
+        );
+        assert!(html.len() < 5_000_000 && !html.contains("NaN") && !html.contains("0.00e0"));
+        // All that it leads to is there, and all that is there is named.
+        let leads = html
+            .split(" href=\"")
+            .skip(1)
+            .map(|rest| rest.split('"').next().unwrap());
+        let leads: Vec<&str> = leads.filter(|to| !to.starts_with(['#', 'd'])).collect();
+        assert!(
+            leads.iter().all(|name| kept.join(name).is_file()),
+            "{leads:?}"
+        );
+        for entry in fs::read_dir(&kept).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            assert!(
+                name == "index.html" || html.contains(&format!("\"{name}\"")),
+                "{name}"
+            );
+        }
+        // A second run may replace the first.
+        if !words.contains(&"study") {
+            assert_eq!(
+                run(at, &[words, &to].concat()).code,
+                Some(code),
+                "{words:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_command_that_fails_says_so_where_its_result_was_to_be() {
+    let folder = folder();
+    let at = folder.path();
+    let commands: [(&[&str], &str); 14] = [
+        (&["verify", "no-scene"], "verify"),
+        (&["compare", "none.vtu", "no.vtu"], "compare"),
+        (&["solve", "no-scene"], "solve"),
+        (&["orders", "no-scene"], "orders"),
+        (&["study", "no-scene"], "study"),
+        (&["stress", "no-scene"], "stress"),
+        (&["paper", "--n", "4"], "paper"),
+        (
+            &["paper", "--reference", "--zones", "4000000"],
+            "paper-reference",
+        ),
+        (&["mesh", "make", "no-scene", "a.msh"], "mesh-written"),
+        (&["mesh", "convert", "none.msh", "a.msh"], "mesh-written"),
+        (&["mesh", "refine", "none.msh", "a.msh"], "mesh-written"),
+        (&["mesh", "info", "none.msh"], "mesh-info"),
+        (&["mesh", "check", "none.msh"], "mesh-check"),
+        (&["engines", "check", "no-engine"], "engines-check"),
+    ];
+    for (words, name) in commands {
+        // What an earlier run wrote must not be taken for this one's.
+        let earlier = "<title>faceoff mesh: sound</title>";
+        crate::common::write(at, "report/index.html", earlier);
+        crate::common::write(at, "out.json", "{}");
+        let to = ["--report", "report", "--json", "out.json"];
+        let ran = run(at, &[words, &to].concat());
+        assert_eq!(ran.code, Some(2), "{words:?}: {}", ran.stderr);
+        let found = valid_json(&at.join("out.json"), name);
+        let why = found["error"].as_str().unwrap();
+        assert!(ran.stderr.contains(why), "{words:?}: {}", ran.stderr);
+        let html = fs::read_to_string(at.join("report/index.html")).unwrap();
+        let escaped = why.replace('\'', "&#39;").replace('"', "&quot;");
+        assert!(
+            html.contains(&escaped) && !html.contains("sound<"),
+            "{words:?}"
+        );
+    }
+    // What is no report of ours is left alone, and the rest is told.
+    crate::common::write(at, "mine/index.html", "mine");
+    let words = [
+        "mesh", "check", "none.msh", "--report", "mine", "--json", "out.json",
+    ];
+    let ran = run(at, &words);
+    assert!(ran.stderr.contains("nothing was touched"), "{}", ran.stderr);
+    assert!(valid_json(&at.join("out.json"), "mesh-check")["error"].is_string());
+    assert_eq!(
+        fs::read_to_string(at.join("mine/index.html")).unwrap(),
+        "mine"
+    );
+}
+
+#[test]
+fn verdicts_of_stress_and_of_checks_are_junit_and_badges() {
+    let folder = folder();
+    let at = folder.path();
+    let twice = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n\
+                 $Elements\n2\n1 2 0 1 2 3\n2 2 0 1 2 3\n$EndElements\n";
+    crate::common::write(at, "twice.msh", twice);
+    let commands: [(&[&str], i32, &str, &str); 3] = [
+        (
+            &["mesh", "check", "twice.msh"],
+            1,
+            "failures=\"1\"",
+            ">unsound<",
+        ),
+        (
+            &["engines", "check", "rust"],
+            0,
+            "failures=\"0\"",
+            ">right<",
+        ),
+        (
+            &[
+                "stress",
+                "transition-1.5",
+                "--methods",
+                "cr",
+                "--families",
+                "bodies",
+            ],
+            0,
+            "name=\"bodies ",
+            ">nothing wrong<",
+        ),
+    ];
+    for (words, code, junit, badge) in commands {
+        let to = ["--junit", "o.xml", "--badge", "o.svg", "--quiet"];
+        let ran = run(at, &[words, &to].concat());
+        assert_eq!(ran.code, Some(code), "{words:?}: {}", ran.stderr);
+        assert_valid("xsd", "tests/junit.xsd", &at.join("o.xml"));
+        let text = |name: &str| fs::read_to_string(at.join(name)).unwrap();
+        assert!(text("o.xml").contains(junit), "{}", text("o.xml"));
+        assert!(text("o.svg").contains(badge), "{}", text("o.svg"));
+    }
+}
+
 /// What the lines of one colour in a picture go through.
 fn lines<'a>(picture: &'a str, colour: &str) -> Vec<&'a str> {
     let of_colour = picture.split("<polyline ").skip(1);

@@ -87,7 +87,7 @@ fn a_study_ends_with_a_report_and_advice_that_holds() {
     assert_eq!(csv.lines().count(), rows.len() + 1);
     let columns = csv.lines().next().unwrap().split(',').count();
     assert!(csv.lines().all(|line| line.split(',').count() == columns));
-    let text = report("report.md");
+    let text = report("index.html");
     for advice in advice {
         assert!(text.contains(advice["command"].as_str().unwrap()));
     }
@@ -210,9 +210,9 @@ fn a_map_is_drawn_and_the_same_again() {
     let again = run(folder.path(), &words);
     assert_eq!(again.stdout, ran.stdout);
     let report = |name: &str| std::fs::read_to_string(folder.path().join("r").join(name)).unwrap();
-    assert!(report("map-rust.svg").contains("<svg"));
+    assert!(report("map-rust.svg").contains("<svg") && report("index.html").contains("<svg role"));
     assert_eq!(report("map.csv").lines().count(), cells.len() + 1);
-    assert!(report("report.md").contains("does not press it into contact"));
+    assert!(report("index.html").contains("does not press it into contact"));
 }
 
 #[test]

@@ -102,6 +102,92 @@ fn a_scene_names_no_mesh_outside_its_folder() {
     );
 }
 
+/// A known solution, contact nowhere, and a mesh that lies outside.
+const OUTSIDE: &str = r#"
+name = "theirs"
+
+[mesh]
+file = "../ours.msh"
+n = 16
+
+[boundary]
+dirichlet = ["clamp", "edge", "hole"]
+contact = ["base"]
+
+[data]
+g = "-1 - 0.1*x"
+
+[exact]
+u = "-1 - 0.1*x"
+
+[compare]
+rtol = 1e-9
+"#;
+
+#[test]
+fn every_command_with_a_scene_asks_for_trust() {
+    let folder = folder();
+    let home = folder.path();
+    fs::copy(source("meshes/plate.msh"), home.join("ours.msh")).unwrap();
+    write(home, "theirs/scene.toml", OUTSIDE);
+    write(home, "a.csv", "vertex,u\n0,1\n");
+    write(home, "b.csv", "vertex,u\n0,1.0\n");
+    let scene = "theirs/scene.toml";
+    for words in [
+        &[
+            "verify",
+            scene,
+            "--engines",
+            "rust,freefem",
+            "--methods",
+            "cr",
+        ][..],
+        &["compare", "a.csv", "b.csv", "--scene", scene],
+        &["solve", scene],
+        &["orders", scene, "--methods", "cr", "--n", "16,32"],
+        &[
+            "study",
+            scene,
+            "--methods",
+            "cr",
+            "--budget",
+            "1s",
+            "--finest",
+            "16",
+        ],
+        &["stress", scene, "--methods", "cr", "--families", "gamma0"],
+        &["mesh", "make", scene, "/dev/null", "--format", "msh"],
+    ] {
+        refused(home, words, "--allow-outside");
+        let trusted = [words, &["--allow-outside", "--quiet"]].concat();
+        let ran = run(home, &trusted);
+        assert_eq!(ran.code, Some(0), "{trusted:?}: {}", ran.stderr);
+    }
+    // What is advised can be typed.
+    let words = [
+        "study",
+        scene,
+        "--methods",
+        "cr",
+        "--budget",
+        "5s",
+        "--finest",
+        "16",
+    ];
+    let ran = run(
+        home,
+        &[&words[..], &["--allow-outside", "--json", "-"]].concat(),
+    );
+    for advice in ran.json()["advice"].as_array().unwrap() {
+        assert!(
+            advice["command"]
+                .as_str()
+                .unwrap()
+                .ends_with(" --allow-outside")
+        );
+    }
+}
+
 #[test]
 fn nothing_is_written_outside_what_is_named() {
     let folder = folder();

@@ -3,13 +3,13 @@
 use std::time::Instant;
 
 use super::DISAGREE;
-use super::answer::Answer;
 use super::args::Solve;
 use super::solve::finish;
-use super::tell::note;
 use super::verify::settings;
 use crate::engine::{self, Case, Explanation};
-use crate::report::{self, Certified};
+use crate::report::console::note;
+use crate::report::model::percent;
+use crate::report::{self, Answer, Certified, Output, deliver};
 use faceoff_fem::adapt::{Ended, Next, Step, Way, Wish, reach};
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Discretisation, Problem};
@@ -21,6 +21,7 @@ use faceoff_mesh::error::Result;
 /// Refines until the bound is below the accuracy, telling each mesh and what is to come.
 pub(super) fn run(
     arguments: &Solve,
+    to: &Output,
     scene: &Scene,
     discretisation: Discretisation,
     accuracy: f64,
@@ -40,7 +41,7 @@ pub(super) fn run(
         way: arguments.way,
     };
     let clock = Instant::now();
-    let quiet = arguments.output.quiet;
+    let quiet = to.quiet;
     let reached = reach(scene, &wish, |step, next| {
         if !quiet {
             note!("{}", line(step, next));
@@ -67,7 +68,11 @@ pub(super) fn run(
         let certificate = Some(&reached.certificate);
         report::write_solution(out, &case, &answer.u, engine::OWN, version, certificate)?;
     }
-    let code = finish(arguments, &told)?;
+    deliver(
+        &report::solve(&told, &case, &answer.u, Some(&reached.certificate))?,
+        to,
+    )?;
+    let code = finish(arguments, &told);
     if let Ended::NotReached(why) = reached.ended {
         note!(
             "faceoff: the accuracy {accuracy:e} was not reached, and this is the best that was certified: {why}"
@@ -84,9 +89,9 @@ fn line(step: &Step, next: Option<&Next>) -> String {
         (Way::Adaptive, _) => "adapted".into(),
     };
     let mut line = format!(
-        "{mesh}: {} cells, certified to {:.3} %, {:.2} s",
+        "{mesh}: {} cells, certified to {}, {:.2} s",
         step.cells,
-        100.0 * step.relative,
+        percent(step.relative),
         step.seconds
     );
     if let Some(next) = next {

@@ -10,6 +10,7 @@ use super::words::{
     method, methods, pair, seconds,
 };
 use crate::campaigns::paper;
+use crate::report;
 use faceoff_fem::adapt::Way;
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Iteration, Method};
@@ -56,15 +57,18 @@ pub(super) struct Output {
     /// Write the result as JSON to FILE (`-` for standard output)
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    /// Write a page, index.html, into DIR, and beside it figures and data
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
     /// Say nothing but errors
     #[arg(long)]
     pub quiet: bool,
 }
 
-/// What pipelines read.
+/// What pipelines read of what is judged.
 #[derive(Args)]
-pub(super) struct Told {
-    /// Write a JUnit XML file: a case for each scene, method, pair and field
+pub(super) struct Verdicts {
+    /// Write a JUnit XML file: a case for everything that is judged
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
     /// Write the verdict as a badge
@@ -95,6 +99,57 @@ impl Trust {
         match self.allow_outside {
             true => Scene::find_anywhere(name),
             false => Scene::find(name),
+        }
+    }
+}
+
+fn to<'a>(
+    command: &'static str,
+    output: &'a Output,
+    verdicts: Option<&'a Verdicts>,
+) -> report::Output<'a> {
+    report::Output {
+        command,
+        subject: None,
+        judges: verdicts.is_some(),
+        json: output.json.as_deref(),
+        report: output.report.as_deref(),
+        junit: verdicts.and_then(|v| v.junit.as_deref()),
+        badge: verdicts.and_then(|v| v.badge.as_deref()),
+        quiet: output.quiet,
+    }
+}
+
+impl Command {
+    /// Where the results go, and what they are of.
+    pub fn output(&self) -> report::Output<'_> {
+        match self {
+            Command::Verify(a) => to("verify", &a.output, Some(&a.verdicts)),
+            Command::Compare(a) => report::Output {
+                subject: Some(format!("{} – {}", a.a.display(), a.b.display())),
+                ..to("compare", &a.output, Some(&a.verdicts))
+            },
+            Command::Solve(a) => to("solve", &a.output, None),
+            Command::Orders(a) => to("orders", &a.output, None),
+            Command::Paper(a) if a.reference => to("paper reference", &a.output, None),
+            Command::Paper(a) => to("paper", &a.output, None),
+            Command::Study(a) => to("study", &a.output, None),
+            Command::Stress(a) => to("stress", &a.output, Some(&a.verdicts)),
+            Command::Mesh(a) => match &a.action {
+                MeshAction::Info { output, .. } => to("mesh info", output, None),
+                MeshAction::Check {
+                    output, verdicts, ..
+                } => to("mesh check", output, Some(verdicts)),
+                MeshAction::Convert { output, .. } => to("mesh convert", output, None),
+                MeshAction::Make { output, .. } => to("mesh make", output, None),
+                MeshAction::Refine { output, .. } => to("mesh refine", output, None),
+            },
+            Command::Engines(a) => match &a.action {
+                Some(EnginesAction::Check {
+                    output, verdicts, ..
+                }) => to("engines check", output, Some(verdicts)),
+                _ => to("engines", &a.output, None),
+            },
         }
     }
 }
@@ -157,9 +212,6 @@ pub(super) struct Verify {
     /// Judge without the engines that are missing
     #[arg(long)]
     pub allow_missing: bool,
-    /// Write index.html into DIR, and the fields of every case and engine as VTU
-    #[arg(long, value_name = "DIR")]
-    pub report: Option<PathBuf>,
     /// Where codes differ, match one ingredient at a time and name those that account for it
     #[arg(long)]
     pub diagnose: bool,
@@ -180,7 +232,7 @@ pub(super) struct Verify {
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]
-    pub told: Told,
+    pub verdicts: Verdicts,
     #[command(flatten)]
     pub output: Output,
 }
@@ -203,6 +255,8 @@ pub(super) struct Compare {
     /// Take the tolerances of the table compare of this scene where no option gives one
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<String>,
+    #[command(flatten)]
+    pub trust: Trust,
     /// Judge this field alone; may be given several times [default: every field of either file]
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
@@ -223,7 +277,7 @@ pub(super) struct Compare {
     #[arg(long)]
     pub allow_identical: bool,
     #[command(flatten)]
-    pub told: Told,
+    pub verdicts: Verdicts,
     #[command(flatten)]
     pub output: Output,
 }
@@ -337,9 +391,6 @@ pub(super) struct Study {
     /// Keep each measurement in FILE as it is made, and take from it what was measured before
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
-    /// Write report.md, rows.csv, study.json and figures into DIR
-    #[arg(long, value_name = "DIR")]
-    pub report: Option<PathBuf>,
     #[command(flatten)]
     pub trust: Trust,
     #[command(flatten)]
@@ -363,13 +414,12 @@ pub(super) struct Stress {
     /// What an engine does not have is left out for it
     #[arg(long, default_value = "cr,cr-fc,p1,p2,p1-vi,cr-vi,penalty,multiplier", value_parser = methods)]
     pub methods: Methods,
-    /// Write report.md, map.csv, stress.json and the map as a figure into DIR
-    #[arg(long, value_name = "DIR")]
-    pub report: Option<PathBuf>,
     #[command(flatten)]
     pub trust: Trust,
     #[command(flatten)]
     pub running: Running,
+    #[command(flatten)]
+    pub verdicts: Verdicts,
     #[command(flatten)]
     pub output: Output,
 }
@@ -377,7 +427,7 @@ pub(super) struct Stress {
 #[derive(Args)]
 pub(super) struct Paper {
     /// The mesh-free solutions only: contact set, norms, flux and samples
-    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "report", "time_limit", "ranks", "launcher", "keep", "tolerance", "max_iterations", "install"])]
+    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "time_limit", "ranks", "launcher", "keep", "tolerance", "max_iterations", "install"])]
     pub reference: bool,
     /// N of (6.2) besides the paper's 3 and 5
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
@@ -391,9 +441,6 @@ pub(super) struct Paper {
     /// Mesh of the P2 reference, a multiple of 4
     #[arg(long, value_name = "N", default_value_t = paper::FINE as u32, value_parser = clap::value_parser!(u32).range(4..))]
     pub fine: u32,
-    /// Write report.md, paper.json and the figures into DIR [default: tables to standard output only]
-    #[arg(long, value_name = "DIR")]
-    pub report: Option<PathBuf>,
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]
@@ -420,6 +467,8 @@ pub(super) enum MeshAction {
     Check {
         file: PathBuf,
         #[command(flatten)]
+        verdicts: Verdicts,
+        #[command(flatten)]
         output: Output,
     },
     /// Write a mesh in another format, which the suffix of OUT or --format names
@@ -430,6 +479,8 @@ pub(super) enum MeshAction {
         out: PathBuf,
         #[command(flatten)]
         form: Form,
+        #[command(flatten)]
+        output: Output,
     },
     /// Write the mesh of a scene
     Make {
@@ -443,6 +494,8 @@ pub(super) enum MeshAction {
         trust: Trust,
         #[command(flatten)]
         form: Form,
+        #[command(flatten)]
+        output: Output,
     },
     /// Halve every edge
     Refine {
@@ -455,6 +508,8 @@ pub(super) enum MeshAction {
         times: u32,
         #[command(flatten)]
         form: Form,
+        #[command(flatten)]
+        output: Output,
     },
 }
 
@@ -474,9 +529,6 @@ pub(super) struct Form {
     /// What the format cannot hold becomes a warning instead of an error
     #[arg(long)]
     pub lossy: bool,
-    /// Say nothing but errors
-    #[arg(long)]
-    pub quiet: bool,
 }
 
 #[derive(Args)]
@@ -501,6 +553,8 @@ pub(super) enum EnginesAction {
         /// Longest time one case may take, in seconds
         #[arg(long, value_name = "SECONDS", default_value = "300", value_parser = seconds, allow_negative_numbers = true)]
         time_limit: Duration,
+        #[command(flatten)]
+        verdicts: Verdicts,
         #[command(flatten)]
         output: Output,
     },

@@ -3,46 +3,23 @@
 use std::path::Path;
 
 use super::args::Compare;
-use super::tell::{note, output};
-use super::{DISAGREE, DONE, FAILED, tell_failure};
+use super::code;
 use crate::engine::meshio_python;
-use crate::report;
+use crate::report::console::note;
+use crate::report::{self, Output, deliver};
 use faceoff_fem::scene::{Bounds, Comparing, Scene};
 use faceoff_judge::{
-    Comparison, GivenTolerances, PartialTolerance, Tolerances, Verdict, compare_results,
-    refuse_copies,
+    GivenTolerances, PartialTolerance, Tolerances, compare_results, refuse_copies,
 };
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::io;
 
-pub(super) fn run(arguments: &Compare) -> Result<u8> {
-    let comparison = compare(arguments);
-    let told = &arguments.told;
-    if let Err(e) = &comparison {
-        let name = format!("{} – {}", arguments.a.display(), arguments.b.display());
-        tell_failure("compare", &name, e, told, &arguments.output)?;
-    }
-    let comparison = comparison?;
-    report::write_comparison_junit(told.junit.as_deref(), &comparison)?;
-    report::write_badge(told.badge.as_deref(), comparison.verdict)?;
-    let json = arguments.output.json.as_deref();
-    report::write_json(json, &report::document("compare", &comparison))?;
-    if !arguments.output.quiet && !report::is_stdout(json) {
-        output(format_args!("{}", report::comparison_table(&comparison)));
-    }
-    report::annotate_comparison(&comparison, report::is_stdout(json))?;
-    Ok(match comparison.verdict {
-        Verdict::Agree => DONE,
-        Verdict::Disagree => DISAGREE,
-        Verdict::Undetermined => FAILED,
-    })
-}
-
-fn compare(arguments: &Compare) -> Result<Comparison> {
+pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
     let (a, b) = (arguments.a.as_path(), arguments.b.as_path());
     refuse_copies(a, b, arguments.allow_identical)?;
-    let scene = arguments.scene.as_deref().map(Scene::find).transpose()?;
+    let scene = arguments.scene.as_deref();
+    let scene = scene.map(|name| arguments.trust.scene(name)).transpose()?;
     let mut tolerances = tolerances(arguments, scene_bounds(scene.as_ref())?);
     if let Some(out) = &arguments.out {
         report::check_vtu_path(out)?;
@@ -57,7 +34,7 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
     pair(&mut of_b, &of_a, &arguments.pair)?;
     for side in [&mut of_a, &mut of_b] {
         let others = arguments.dim.map_or(0, |dim| side.keep_dimension(dim));
-        if others > 0 && !arguments.output.quiet {
+        if others > 0 && !to.quiet {
             let source = &side.source;
             note!("faceoff: {source}: left out {others} cells of other dimensions");
         }
@@ -72,7 +49,7 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
     if !arguments.only.is_empty() {
         for side in [&mut of_a, &mut of_b] {
             let others = side.keep_only(&arguments.only);
-            if !others.is_empty() && !arguments.output.quiet {
+            if !others.is_empty() && !to.quiet {
                 note!("faceoff: {}: left out {}", side.source, others.join(", "));
             }
         }
@@ -89,7 +66,8 @@ fn compare(arguments: &Compare) -> Result<Comparison> {
     if let Some(out) = &arguments.out {
         report::write_differences(out, &of_a, &comparison)?;
     }
-    Ok(comparison)
+    deliver(&report::compare(&comparison, &of_a)?, to)?;
+    Ok(code(comparison.verdict))
 }
 
 /// Of the scene, and before it of the options.

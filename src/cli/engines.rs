@@ -4,12 +4,13 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::args::{Engines, EnginesAction, Output, Running};
-use super::tell::{note, tell};
-use super::{DISAGREE, DONE, FAILED};
+use super::args::{Engines, EnginesAction, Running};
+use super::{DONE, FAILED, code};
 use crate::campaigns::conformance::{Finding, check_count, conformance};
 use crate::engine::{self, Engine, Installation, Launch, Settings};
-use crate::report;
+use crate::report::console::{note, tell};
+use crate::report::model::{Block, Report, Suite, Table, TestCase, cells, count, short};
+use crate::report::{Output, deliver};
 use faceoff_fem::contact::{Iteration, Stop};
 use faceoff_fem::linear;
 use faceoff_judge::Verdict;
@@ -24,19 +25,30 @@ struct EngineState {
     problem: Option<String>,
 }
 
+#[derive(Serialize)]
+struct Here {
+    engines: Vec<EngineState>,
+}
+
+/// What `engines check` tells.
+#[derive(Serialize)]
+struct Checked {
+    engine: String,
+    version: Option<String>,
+    verdict: Verdict,
+    findings: Vec<Finding>,
+}
+
 /// Everything that `engines install` knows how to bring.
 const ALL: [&str; 3] = ["freefem", "fenicsx", "meshio"];
 
-pub(super) fn run(arguments: &Engines) -> Result<u8> {
-    let quiet = arguments.output.quiet;
+pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
     match &arguments.action {
         None => {}
-        Some(EnginesAction::Install) => install(&ALL, quiet)?,
+        Some(EnginesAction::Install) => install(&ALL, to.quiet)?,
         Some(EnginesAction::Check {
-            engine,
-            time_limit,
-            output,
-        }) => return check(engine, *time_limit, output),
+            engine, time_limit, ..
+        }) => return check(engine, *time_limit, to),
     }
     let mut states = Vec::new();
     for name in engine::NAMES {
@@ -49,46 +61,53 @@ pub(super) fn run(arguments: &Engines) -> Result<u8> {
             version: probed.ok(),
         });
     }
+    let missing = states.iter().filter(|s| s.problem.is_some()).count();
+    deliver(&state(&Here { engines: states })?, to)?;
+    Ok(if missing > 0 { FAILED } else { DONE })
+}
+
+/// What is here.
+fn state(here: &Here) -> Result<Report<'_>> {
+    let missing = here.engines.iter().filter(|s| s.problem.is_some()).count();
+    let headline = match missing {
+        0 => "all engines are here".to_owned(),
+        _ => format!("{} missing", count(missing, "engine")),
+    };
+    let question = "faceoff engines: which codes are here?";
+    let mut report = Report::new("engines", question, headline, here)?;
+    let mut rows: Vec<_> = here
+        .engines
+        .iter()
+        .map(|s| {
+            let problem = s.problem.as_ref().map(|p| format!("missing: {p}"));
+            cells![&s.engine, s.version.as_ref(), problem.or(s.doubt.clone())]
+        })
+        .collect();
+    rows.push(match engine::meshio_python() {
+        Some(python) => cells!["meshio", "", python.display().to_string()],
+        None => {
+            cells![
+                "meshio",
+                "",
+                "missing: formats beyond MSH, VTU, FreeFEM and Medit"
+            ]
+        }
+    });
+    let head = ["engine", "version", ""];
+    report.blocks.push(Table::new("", &head).with(rows).into());
     let plan = engine::plan(&ALL);
-    let missing = states.iter().any(|s| s.problem.is_some());
-    report::write_json(arguments.output.json.as_deref(), &states)?;
-    if !quiet && !report::is_stdout(arguments.output.json.as_deref()) {
-        for state in &states {
-            match (&state.version, &state.problem) {
-                (Some(version), _) => {
-                    tell!("{:<8} {version}", state.engine);
-                    if let Some(doubt) = &state.doubt {
-                        tell!("{:<8} {doubt}", "");
-                    }
-                }
-                (None, problem) => {
-                    tell!(
-                        "{:<8} missing: {}",
-                        state.engine,
-                        problem.as_deref().unwrap_or("")
-                    );
-                }
-            }
-        }
-        match engine::meshio_python() {
-            Some(python) => tell!("{:<8} {}", "meshio", python.display()),
-            None => tell!(
-                "{:<8} missing: formats beyond MSH, VTU, FreeFEM and Medit",
-                "meshio"
-            ),
-        }
-        if !plan.is_empty() {
-            tell!("\n`faceoff engines install` would type:");
-            for line in plan.iter().flat_map(Installation::typed) {
-                tell!("  {line}");
-            }
-        }
+    if !plan.is_empty() {
+        let lines = plan.iter().flat_map(Installation::typed);
+        report
+            .blocks
+            .push(Block::Text("`faceoff engines install` would type:".into()));
+        report.blocks.push(Block::Commands(lines.collect()));
     }
-    Ok(if missing { FAILED } else { DONE })
+    Ok(report)
 }
 
 /// Runs a code through what it must be able to do.
-fn check(name: &str, time_limit: Duration, output: &Output) -> Result<u8> {
+fn check(name: &str, time_limit: Duration, to: &Output) -> Result<u8> {
     let engine = engine::find(name)?;
     if !engine.is_installed() {
         engine.probe()?;
@@ -101,56 +120,106 @@ fn check(name: &str, time_limit: Duration, output: &Output) -> Result<u8> {
         time_limit,
         keep: None,
     };
-    let json = output.json.as_deref();
-    let is_told = !output.quiet && !report::is_stdout(json);
     let mut done = 0;
     let findings = conformance(&*engine, &settings, |finding| {
         done += 1;
-        if is_told {
+        if to.speaks() {
             tell!("{}", line(finding, done));
         }
     })?;
-    report::write_json(json, &findings)?;
-    let count = |verdict| findings.iter().filter(|f| f.verdict == verdict).count();
-    if is_told {
-        tell!(
-            "{}: {} right, {} wrong, {} without an answer",
-            engine.name(),
-            count(Verdict::Agree),
-            count(Verdict::Disagree),
-            count(Verdict::Undetermined)
-        );
+    let checked = Checked {
+        engine: engine.name().to_owned(),
+        version: engine.probe().ok(),
+        verdict: findings
+            .iter()
+            .map(|f| f.verdict)
+            .max()
+            .unwrap_or(Verdict::Undetermined),
+        findings,
+    };
+    deliver(&conforms(&checked)?, to)?;
+    Ok(code(checked.verdict))
+}
+
+/// What a check came to; the terminal has had it line by line.
+fn conforms(checked: &Checked) -> Result<Report<'_>> {
+    let count = |verdict| {
+        checked
+            .findings
+            .iter()
+            .filter(|f| f.verdict == verdict)
+            .count()
+    };
+    let headline = format!(
+        "{}: {} right, {} wrong, {} without an answer",
+        checked.engine,
+        count(Verdict::Agree),
+        count(Verdict::Disagree),
+        count(Verdict::Undetermined)
+    );
+    let question = "faceoff engines check: does a code do what the protocol asks?";
+    let mut report = Report::new("engines check", question, headline, checked)?;
+    report.verdict = Some((checked.verdict, right(checked.verdict)));
+    let version = checked.version.clone().unwrap_or_default();
+    report.engines.push((checked.engine.clone(), version));
+    let rows = checked.findings.iter().map(|f| {
+        cells![
+            &f.about,
+            f.method.as_ref(),
+            f.verdict,
+            f.difference,
+            f.why.as_ref()
+        ]
+    });
+    let head = ["check", "method", "verdict", "difference", "why"];
+    let table = Table::new("Small cases with known answers", &head).with(rows);
+    report.blocks.push(Block::Page(vec![table.into()]));
+    let cases = checked.findings.iter().map(|f| TestCase {
+        class: checked.engine.clone(),
+        name: titled(f),
+        title: None,
+        seconds: 0.0,
+        verdict: f.verdict,
+        message: f.why.clone().unwrap_or_default(),
+    });
+    let cases = cases.collect();
+    report.suites.push(Suite {
+        name: checked.engine.clone(),
+        properties: Vec::new(),
+        cases,
+    });
+    Ok(report)
+}
+
+fn right(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Agree => "right",
+        Verdict::Disagree => "wrong",
+        Verdict::Undetermined => "no answer",
     }
-    Ok(
-        match (count(Verdict::Disagree), count(Verdict::Undetermined)) {
-            (0, 0) => DONE,
-            (0, _) => FAILED,
-            _ => DISAGREE,
-        },
-    )
+}
+
+fn titled(finding: &Finding) -> String {
+    let method = finding.method.as_ref();
+    finding.about.clone() + &method.map_or(String::new(), |m| format!(", {m}"))
 }
 
 fn line(finding: &Finding, number: usize) -> String {
     let verdict = match finding.verdict {
-        Verdict::Agree => "right",
         Verdict::Disagree => "WRONG",
-        Verdict::Undetermined => "no answer",
+        other => right(other),
     };
-    let method = finding
-        .method
-        .as_ref()
-        .map_or(String::new(), |m| format!(", {m}"));
     let difference = finding
         .difference
-        .map_or(String::new(), |d| format!(" {d:.1e}"));
+        .map_or(String::new(), |d| format!(" {}", short(d)));
     let why = finding
         .why
         .as_ref()
         .map_or(String::new(), |why| format!(": {why}"));
     let all = check_count();
     format!(
-        "{number:>2}/{all} {verdict:<9}{difference:<8} {}{method}{why}",
-        finding.about
+        "{number:>2}/{all} {verdict:<9}{difference:<9} {}{why}",
+        titled(finding)
     )
 }
 

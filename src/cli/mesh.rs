@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use faceoff_mesh::error::{Error, Place, Result};
-use faceoff_mesh::io::{self, Content, Options};
+use faceoff_mesh::io::{self, Content, Format, Options};
 use faceoff_mesh::mesh::check::{Report, check as check_mesh};
 use faceoff_mesh::mesh::refine::refine as refine_mesh;
 use faceoff_mesh::mesh::{CellKind, Mesh};
@@ -18,6 +18,14 @@ pub struct Info {
     pub format: String,
     pub version: Option<String>,
     pub encoding: String,
+    #[serde(flatten)]
+    pub holds: Holds,
+    pub warnings: Vec<String>,
+}
+
+/// What a mesh holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Holds {
     /// All points of the file, those of no cell included.
     pub points: usize,
     pub vertices: usize,
@@ -28,10 +36,43 @@ pub struct Info {
     pub other_cells: BTreeMap<String, usize>,
     pub groups: Vec<GroupInfo>,
     pub fields: Vec<FieldInfo>,
+}
+
+/// What `mesh convert`, `refine` and `make` wrote.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Written {
+    /// The file that it was made of, or the scene.
+    pub of: String,
+    pub file: String,
+    /// None where meshio knows it by the suffix.
+    pub format: Option<String>,
+    #[serde(flatten)]
+    pub holds: Holds,
+    /// What did not come along.
     pub warnings: Vec<String>,
 }
 
-/// A group in [`Info`].
+impl Written {
+    /// A mesh that was written to `file`.
+    pub fn new(
+        of: String,
+        file: &Path,
+        mesh: &Mesh,
+        options: &Options,
+        warnings: Vec<String>,
+    ) -> Self {
+        let format = options.format.or_else(|| Format::of_suffix(file));
+        Written {
+            of,
+            file: file.display().to_string(),
+            format: format.map(|format| format.to_string()),
+            holds: Holds::new(mesh),
+            warnings,
+        }
+    }
+}
+
+/// A group in a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GroupInfo {
     pub dim: u8,
@@ -42,7 +83,7 @@ pub struct GroupInfo {
     pub cells: usize,
 }
 
-/// A field in [`Info`].
+/// A field on a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FieldInfo {
     pub name: String,
@@ -59,22 +100,47 @@ pub fn info(path: &Path, python: Option<&Path>) -> Result<Info> {
     Ok(describe(&io::open(path, python)?))
 }
 
-fn describe(content: &Content) -> Info {
-    let mesh = &content.mesh;
-    let named = [
-        CellKind::Vertex,
-        CellKind::Line,
-        CellKind::Triangle,
-        CellKind::Tetrahedron,
-    ];
-    let mut other_cells = BTreeMap::new();
-    for block in mesh
-        .blocks
-        .iter()
-        .filter(|block| !named.contains(&block.kind))
-    {
-        *other_cells.entry(block.kind.to_string()).or_insert(0) += block.len();
+impl Holds {
+    fn new(mesh: &Mesh) -> Self {
+        let named = [
+            CellKind::Vertex,
+            CellKind::Line,
+            CellKind::Triangle,
+            CellKind::Tetrahedron,
+        ];
+        let mut other_cells = BTreeMap::new();
+        for block in mesh
+            .blocks
+            .iter()
+            .filter(|block| !named.contains(&block.kind))
+        {
+            *other_cells.entry(block.kind.to_string()).or_insert(0) += block.len();
+        }
+        let groups = mesh.groups.iter().map(|group| GroupInfo {
+            dim: group.dim,
+            tag: group.tag,
+            name: group.name.clone().unwrap_or_default(),
+            cells: group.cells.len(),
+        });
+        let fields = mesh.fields.iter().map(|field| FieldInfo {
+            name: field.name.clone(),
+            on: field.on.to_string(),
+            components: field.components,
+        });
+        Holds {
+            points: mesh.points.len(),
+            vertices: mesh.count(CellKind::Vertex),
+            lines: mesh.count(CellKind::Line),
+            triangles: mesh.count(CellKind::Triangle),
+            tetrahedra: mesh.count(CellKind::Tetrahedron),
+            other_cells,
+            groups: groups.collect(),
+            fields: fields.collect(),
+        }
     }
+}
+
+fn describe(content: &Content) -> Info {
     let mut warnings = content.warnings.clone();
     warnings.extend(
         content
@@ -82,43 +148,16 @@ fn describe(content: &Content) -> Info {
             .iter()
             .map(|what| format!("not read: {what}")),
     );
-    if content.format == "other"
-        || !["msh", "vtu", "freefem", "medit"].contains(&content.format.as_str())
-    {
+    let own = ["msh", "vtu", "freefem", "medit"];
+    let own = own.into_iter().find(|own| *own == content.format);
+    if own.is_none() {
         warnings.push(format!("read by meshio as {}", content.format));
     }
-    let own = ["msh", "vtu", "freefem", "medit"]
-        .into_iter()
-        .find(|own| *own == content.format);
     Info {
         format: own.unwrap_or("other").to_owned(),
         version: content.version.clone(),
         encoding: content.encoding.clone(),
-        points: mesh.points.len(),
-        vertices: mesh.count(CellKind::Vertex),
-        lines: mesh.count(CellKind::Line),
-        triangles: mesh.count(CellKind::Triangle),
-        tetrahedra: mesh.count(CellKind::Tetrahedron),
-        other_cells,
-        groups: mesh
-            .groups
-            .iter()
-            .map(|group| GroupInfo {
-                dim: group.dim,
-                tag: group.tag,
-                name: group.name.clone().unwrap_or_default(),
-                cells: group.cells.len(),
-            })
-            .collect(),
-        fields: mesh
-            .fields
-            .iter()
-            .map(|field| FieldInfo {
-                name: field.name.clone(),
-                on: field.on.to_string(),
-                components: field.components,
-            })
-            .collect(),
+        holds: Holds::new(&content.mesh),
         warnings,
     }
 }
@@ -135,18 +174,20 @@ pub fn check(path: &Path, python: Option<&Path>) -> Result<Report> {
 ///
 /// # Errors
 /// A file cannot be read or written, or something would be lost.
-pub fn convert(input: &Path, output: &Path, options: &Options) -> Result<Vec<String>> {
+pub fn convert(input: &Path, output: &Path, options: &Options) -> Result<Written> {
     let content = io::open(input, options.python.as_deref())?;
     let unread = unread(input, &content, options)?;
     let mut warnings = content.warnings;
     warnings.extend(unread);
-    warnings.extend(io::write_with(
+    let mesh = &content.mesh;
+    warnings.extend(io::write_with(output, mesh, &content.whole, options)?);
+    Ok(Written::new(
+        input.display().to_string(),
         output,
-        &content.mesh,
-        &content.whole,
+        mesh,
         options,
-    )?);
-    Ok(warnings)
+        warnings,
+    ))
 }
 
 /// `mesh refine IN OUT`: `times` uniform red refinements.
@@ -154,7 +195,7 @@ pub fn convert(input: &Path, output: &Path, options: &Options) -> Result<Vec<Str
 /// # Errors
 /// A file cannot be read or written, the mesh has other cells than simplices of first order, or something
 /// would be lost.
-pub fn refine(input: &Path, output: &Path, times: u32, options: &Options) -> Result<Vec<String>> {
+pub fn refine(input: &Path, output: &Path, times: u32, options: &Options) -> Result<Written> {
     let content = io::open(input, options.python.as_deref())?;
     let mut warnings = content.warnings.clone();
     warnings.extend(unread(input, &content, options)?);
@@ -176,7 +217,13 @@ pub fn refine(input: &Path, output: &Path, times: u32, options: &Options) -> Res
         mesh = fine;
     }
     warnings.extend(io::write_with(output, &mesh, &whole, options)?);
-    Ok(warnings)
+    Ok(Written::new(
+        input.display().to_string(),
+        output,
+        &mesh,
+        options,
+        warnings,
+    ))
 }
 
 /// What the reader left behind: an error, or warnings where losses are allowed.
@@ -241,12 +288,12 @@ mod tests {
         assert_eq!(report.ungrouped_boundary.count, 0);
         let info = info(&out, None).expect("a sound mesh");
         assert_eq!(
-            (info.format.as_str(), info.triangles, info.lines),
+            (info.format.as_str(), info.holds.triangles, info.holds.lines),
             ("medit", 14 * 16, 8 * 4)
         );
         let back = folder.path().join("back.msh");
-        let warnings =
-            convert(&out, &back, &Options::default()).expect("MSH holds what Medit does");
-        assert!(warnings.is_empty(), "{warnings:?}");
+        let written = convert(&out, &back, &Options::default()).expect("MSH holds what Medit does");
+        assert!(written.warnings.is_empty(), "{written:?}");
+        assert_eq!(written.holds.triangles, 14 * 16);
     }
 }

@@ -1,53 +1,49 @@
 //! `faceoff mesh`: from arguments to files and text.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::args::{Form, Mesh, MeshAction};
-use super::tell::{note, tell};
 use super::{DISAGREE, DONE, mesh};
 use crate::engine::meshio_python;
-use crate::report::{is_stdout, write_json};
+use crate::report::console::note;
+use crate::report::model::{Block, Report, Suite, Table, TestCase, cells};
+use crate::report::{Judged, Output, deliver};
+use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::vtu::{Compressor, Encoding};
 use faceoff_mesh::io::{self, Format, Options, msh};
-use faceoff_mesh::mesh::check::{Findings, Report};
+use faceoff_mesh::mesh::check::{Findings, Report as Found};
 
-pub(super) fn run(arguments: &Mesh) -> Result<u8> {
+pub(super) fn run(arguments: &Mesh, to: &Output) -> Result<u8> {
     let python = meshio_python();
     match &arguments.action {
-        MeshAction::Info { file, output } => {
+        MeshAction::Info { file, .. } => {
             let info = mesh::info(file, python.as_deref())?;
-            write_json(output.json.as_deref(), &info)?;
-            if !output.quiet && !is_stdout(output.json.as_deref()) {
-                print_info(file, &info);
-            }
+            deliver(&info_report(file, &info)?, to)?;
         }
-        MeshAction::Check { file, output } => {
-            let report = mesh::check(file, python.as_deref())?;
-            write_json(output.json.as_deref(), &report)?;
-            if !output.quiet && !is_stdout(output.json.as_deref()) {
-                print_report(&report);
-            }
-            if !report.is_sound() {
+        MeshAction::Check { file, .. } => {
+            let found = mesh::check(file, python.as_deref())?;
+            let report = check_report(file, &found)?;
+            deliver(&report, to)?;
+            if !found.is_sound() {
                 return Ok(DISAGREE);
             }
         }
-        MeshAction::Convert { input, out, form } => {
-            warn(
-                form,
-                mesh::convert(input, out, &options(form, out, python)?)?,
-            );
+        MeshAction::Convert {
+            input, out, form, ..
+        } => {
+            let written = mesh::convert(input, out, &options(form, out, python)?)?;
+            done(&written, vec![input.clone()], to)?;
         }
         MeshAction::Refine {
             input,
             out,
             times,
             form,
+            ..
         } => {
-            warn(
-                form,
-                mesh::refine(input, out, *times, &options(form, out, python)?)?,
-            );
+            let written = mesh::refine(input, out, *times, &options(form, out, python)?)?;
+            done(&written, vec![input.clone()], to)?;
         }
         MeshAction::Make {
             scene,
@@ -55,16 +51,45 @@ pub(super) fn run(arguments: &Mesh) -> Result<u8> {
             n,
             trust,
             form,
+            ..
         } => {
-            let scene = trust.scene(scene)?;
-            let (_, made) = scene.mesh(n.map(|n| n as usize).or(scene.source().n()))?;
-            warn(form, io::write(out, &made, &options(form, out, python)?)?);
+            let found = trust.scene(scene)?;
+            let (_, made) = found.mesh(n.map(|n| n as usize).or(found.source().n()))?;
+            let options = options(form, out, python)?;
+            let warnings = io::write(out, &made, &options)?;
+            let written = mesh::Written::new(scene.clone(), out, &made, &options, warnings);
+            done(&written, Vec::new(), to)?;
         }
     }
     Ok(DONE)
 }
 
-fn options(form: &Form, out: &Path, python: Option<std::path::PathBuf>) -> Result<Options> {
+/// Says what was written, and on standard error what did not come along.
+fn done(written: &mesh::Written, inputs: Vec<PathBuf>, to: &Output) -> Result<()> {
+    let title = format!("faceoff {}: {}", to.command, written.of);
+    let format = written
+        .format
+        .as_ref()
+        .map_or(String::new(), |f| format!(" as {f}"));
+    let headline = format!("{} is written{format}", written.file);
+    let mut report = Report::new(to.command, &title, headline, written)?;
+    report.inputs = inputs;
+    let mut blocks = holds(&written.holds);
+    blocks.push(Block::List(written.warnings.clone()));
+    report.blocks = vec![Block::Page(blocks)];
+    // What is written may be standard output itself.
+    let silent = Output {
+        quiet: true,
+        ..to.clone()
+    };
+    deliver(&report, &silent)?;
+    for warning in written.warnings.iter().filter(|_| !to.quiet) {
+        note!("faceoff: warning: {warning}");
+    }
+    Ok(())
+}
+
+fn options(form: &Form, out: &Path, python: Option<PathBuf>) -> Result<Options> {
     let format = form.format.as_deref().map(|name| {
         Format::of_name(name).ok_or_else(|| {
             Error::usage(
@@ -129,107 +154,145 @@ fn vtu_encoding(name: Option<&str>) -> Result<Encoding> {
     }
 }
 
-fn warn(form: &Form, warnings: Vec<String>) {
-    if !form.quiet {
-        for warning in warnings {
-            note!("faceoff: warning: {warning}");
-        }
-    }
-}
-
-fn print_info(file: &Path, info: &mesh::Info) {
+fn info_report<'a>(file: &Path, info: &'a mesh::Info) -> Result<Report<'a>> {
     let version = info.version.as_deref().unwrap_or("");
-    tell!(
+    let about = format!(
         "{}: {} {version}, {}",
         file.display(),
         info.format,
         info.encoding
     );
-    tell!("  points {}", info.points);
-    for (name, count) in [
-        ("vertices", info.vertices),
-        ("lines", info.lines),
-        ("triangles", info.triangles),
-        ("tetrahedra", info.tetrahedra),
-    ] {
-        if count > 0 {
-            tell!("  {name} {count}");
-        }
-    }
-    for (name, count) in &info.other_cells {
-        tell!("  {name} {count}");
-    }
-    for group in &info.groups {
-        tell!(
-            "  group {} {:?} of dimension {}: {} cells",
-            group.tag,
-            group.name,
-            group.dim,
-            group.cells
-        );
-    }
-    for field in &info.fields {
-        tell!(
-            "  field {:?} on {}, {} components",
-            field.name,
-            field.on,
-            field.components
-        );
-    }
-    for warning in &info.warnings {
-        tell!("  warning: {warning}");
-    }
+    let mut report = Report::new(
+        "mesh info",
+        "faceoff mesh info: what is in a file?",
+        "",
+        info,
+    )?;
+    report.blocks.push(Block::Text(about));
+    report.blocks.extend(holds(&info.holds));
+    let warnings = info
+        .warnings
+        .iter()
+        .map(|warning| format!("warning: {warning}"));
+    report.blocks.push(Block::List(warnings.collect()));
+    report.inputs.push(file.to_owned());
+    Ok(report)
 }
 
-fn print_report(report: &Report) {
-    let mut clean = true;
-    for (what, findings) in [
-        ("inverted cells", &report.inverted),
-        ("degenerate cells", &report.degenerate),
-        ("duplicate cells", &report.duplicate),
-        ("orphan points", &report.orphans),
-        ("faces with more than two cells", &report.crowded_faces),
-        ("hanging nodes", &report.hanging_nodes),
-        ("boundary faces in no group", &report.ungrouped_boundary),
+fn holds<'a>(holds: &mesh::Holds) -> Vec<Block<'a>> {
+    let own = [
+        ("points", holds.points),
+        ("vertices", holds.vertices),
+        ("lines", holds.lines),
+        ("triangles", holds.triangles),
+        ("tetrahedra", holds.tetrahedra),
+    ];
+    let others = holds
+        .other_cells
+        .iter()
+        .map(|(name, count)| (name.as_str(), *count));
+    let counts = own
+        .into_iter()
+        .filter(|(name, count)| *name == "points" || *count > 0);
+    let facts = counts
+        .chain(others)
+        .map(|(name, count)| (name.to_owned(), count.to_string()));
+    let mut blocks = vec![Block::Facts(facts.collect())];
+    let groups = holds
+        .groups
+        .iter()
+        .map(|g| cells![g.tag.to_string(), &g.name, usize::from(g.dim), g.cells]);
+    let fields = holds
+        .fields
+        .iter()
+        .map(|f| cells![&f.name, &f.on, f.components]);
+    for table in [
+        Table::new("", &["group", "name", "dimension", "cells"]).with(groups),
+        Table::new("", &["field", "on", "components"]).with(fields),
     ] {
-        if findings.count > 0 {
-            clean = false;
-            print_findings(what, findings);
+        if !table.rows.is_empty() {
+            blocks.push(table.into());
         }
     }
-    if report.parts.count > 1 {
-        clean = false;
-        print_findings("parts that are not connected", &report.parts);
-    }
-    if clean {
-        tell!("nothing is wrong");
-    }
-    for (what, angle) in [
-        ("smallest", &report.smallest_angle),
-        ("largest", &report.largest_angle),
-    ] {
-        if let Some(angle) = angle {
-            tell!(
-                "{what} angle {:.3}° in cell {} at {:?}",
-                angle.degrees,
-                angle.cell,
-                angle.at
-            );
-        }
-    }
+    blocks
 }
 
-fn print_findings(what: &str, findings: &Findings) {
-    tell!("{what}: {}", findings.count);
-    for finding in &findings.first {
-        tell!(
-            "  cells {:?}, points {:?}, at {:?}",
-            finding.cells,
-            finding.points,
-            finding.at
+fn check_report<'a>(file: &Path, found: &'a Found) -> Result<Report<'a>> {
+    let kinds: [(&str, &Findings); 8] = [
+        ("inverted cells", &found.inverted),
+        ("degenerate cells", &found.degenerate),
+        ("duplicate cells", &found.duplicate),
+        ("orphan points", &found.orphans),
+        ("faces with more than two cells", &found.crowded_faces),
+        ("hanging nodes", &found.hanging_nodes),
+        ("boundary faces in no group", &found.ungrouped_boundary),
+        ("parts that are not connected", &found.parts),
+    ];
+    // One part is as it should be.
+    let least = |what: &str| usize::from(what.starts_with("parts"));
+    let odd = kinds
+        .iter()
+        .filter(|(what, findings)| findings.count > least(what));
+    let words: Vec<String> = odd
+        .clone()
+        .map(|(what, f)| format!("{} {what}", f.count))
+        .collect();
+    let headline = match (words.is_empty(), found.is_sound()) {
+        (true, _) => "nothing is wrong".to_owned(),
+        (_, true) => format!("sound, with {}", words.join(", ")),
+        _ => words.join(", "),
+    };
+    let (verdict, word) = match found.is_sound() {
+        true => (Verdict::Agree, "sound"),
+        false => (Verdict::Disagree, "unsound"),
+    };
+    let title = format!("faceoff mesh check: is {} sound?", file.display());
+    let judged = Judged { verdict, found };
+    let mut report = Report::new("mesh check", &title, headline, &judged)?;
+    report.verdict = Some((verdict, word));
+    report.inputs.push(file.to_owned());
+    for (what, findings) in odd {
+        let rows = findings.first.iter().map(|f| {
+            cells![
+                format!("{:?}", f.cells),
+                format!("{:?}", f.points),
+                format!("{:?}", f.at)
+            ]
+        });
+        let more = if findings.count > findings.first.len() {
+            ", the first of them"
+        } else {
+            ""
+        };
+        let caption = format!("{what}: {}{more}", findings.count);
+        report.blocks.push(
+            Table::new(caption, &["cells", "points", "at"])
+                .with(rows)
+                .into(),
         );
     }
-    if findings.count > findings.first.len() {
-        tell!("  …");
-    }
+    let angles = [
+        ("smallest angle", &found.smallest_angle),
+        ("largest angle", &found.largest_angle),
+    ];
+    let angles = angles.into_iter().filter_map(|(what, angle)| {
+        let a = angle.as_ref()?;
+        let where_ = format!("{:.1}° in cell {} at {:?}", a.degrees, a.cell, a.at);
+        Some((what.to_owned(), where_))
+    });
+    report.blocks.push(Block::Facts(angles.collect()));
+    let case = TestCase {
+        class: "mesh".into(),
+        name: file.display().to_string(),
+        title: None,
+        seconds: 0.0,
+        verdict,
+        message: report.headline.clone(),
+    };
+    report.suites.push(Suite {
+        name: "mesh check".into(),
+        properties: Vec::new(),
+        cases: vec![case],
+    });
+    Ok(report)
 }

@@ -1,7 +1,6 @@
 //! The command line: raw arguments become one valid request, and the request an exit code.
 
 mod accuracy;
-mod answer;
 mod args;
 mod compare;
 mod engines;
@@ -13,7 +12,6 @@ mod progress;
 mod solve;
 mod stress;
 mod study;
-mod tell;
 mod verify;
 mod words;
 
@@ -21,11 +19,10 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use crate::report;
-use args::{Arguments, Command, Output, Told};
+use crate::report::console::{self, note};
+use args::{Arguments, Command};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
-use tell::note;
 
 /// 0: agree, or done.
 const DONE: u8 = 0;
@@ -41,7 +38,7 @@ pub fn main() -> ExitCode {
         .with_writer(std::io::stderr)
         .with_env_filter(tracing_subscriber::EnvFilter::from_env("FACEOFF_LOG"))
         .init();
-    match run(arguments).and_then(|code| tell::check().map(|()| code)) {
+    match run(&arguments).and_then(|code| console::check().map(|()| code)) {
         Ok(code) => ExitCode::from(code),
         Err(e) => {
             complain(&e.to_string());
@@ -64,32 +61,36 @@ fn complain(message: &str) {
     note!("faceoff: {plain}");
 }
 
-fn run(arguments: Arguments) -> Result<u8> {
-    match arguments.command {
-        Command::Verify(arguments) => verify::run(&arguments),
-        Command::Compare(arguments) => compare::run(&arguments),
-        Command::Solve(arguments) => solve::run(&arguments),
-        Command::Orders(arguments) => orders::run(&arguments),
-        Command::Paper(arguments) => paper::run(&arguments),
-        Command::Study(arguments) => study::run(&arguments),
-        Command::Stress(arguments) => stress::run(&arguments),
-        Command::Mesh(arguments) => mesh_commands::run(&arguments),
-        Command::Engines(arguments) => engines::run(&arguments),
+/// Runs a command; one that ends early says so wherever something reads, but for an interruption.
+fn run(arguments: &Arguments) -> Result<u8> {
+    let output = arguments.command.output();
+    let to = &output;
+    let done = output.check().and_then(|()| match &arguments.command {
+        Command::Verify(arguments) => verify::run(arguments, to),
+        Command::Compare(arguments) => compare::run(arguments, to),
+        Command::Solve(arguments) => solve::run(arguments, to),
+        Command::Orders(arguments) => orders::run(arguments, to),
+        Command::Paper(arguments) => paper::run(arguments, to),
+        Command::Study(arguments) => study::run(arguments, to),
+        Command::Stress(arguments) => stress::run(arguments, to),
+        Command::Mesh(arguments) => mesh_commands::run(arguments, to),
+        Command::Engines(arguments) => engines::run(arguments, to),
+    });
+    if let Err(e) = &done
+        && !matches!(e, Error::Interrupted)
+        && let Err(other) = output.fail(e)
+        && other.to_string() != e.to_string()
+    {
+        complain(&other.to_string());
     }
+    done
 }
 
-/// Tells whoever reads what a run writes that it ended before anything was judged: a result of an earlier run must not
-/// stand there as this one's.
-fn tell_failure(
-    command: &str,
-    name: &str,
-    error: &Error,
-    told: &Told,
-    output: &Output,
-) -> Result<()> {
-    let json = output.json.as_deref();
-    report::write_json(json, &report::failure(command, error))?;
-    report::write_failed_junit(told.junit.as_deref(), name, error)?;
-    report::write_badge(told.badge.as_deref(), Verdict::Undetermined)?;
-    report::annotate_failure(name, error, report::is_stdout(json))
+/// The exit code of a verdict.
+fn code(verdict: Verdict) -> u8 {
+    match verdict {
+        Verdict::Agree => DONE,
+        Verdict::Disagree => DISAGREE,
+        Verdict::Undetermined => FAILED,
+    }
 }

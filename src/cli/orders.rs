@@ -2,37 +2,29 @@
 
 use super::args::Orders;
 use super::progress::watched;
-use super::tell::output;
 use super::{DISAGREE, DONE};
-use crate::campaigns::orders::{orders, table};
+use crate::campaigns::orders::orders;
 use crate::engine::Settings;
-use crate::report;
+use crate::report::{self, Output, deliver};
 use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::Result;
 
-pub(super) fn run(arguments: &Orders) -> Result<u8> {
-    let quiet = arguments.output.quiet;
-    let json = arguments.output.json.as_deref();
-    let names: Vec<&str> = if arguments.scenes.is_empty() {
-        Scene::exact_names()
-    } else {
-        arguments.scenes.iter().map(String::as_str).collect()
+pub(super) fn run(arguments: &Orders, to: &Output) -> Result<u8> {
+    let names = match &arguments.scenes[..] {
+        [] => Scene::exact_names()
+            .into_iter()
+            .map(str::to_owned)
+            .collect(),
+        asked => asked.to_vec(),
     };
-    let scenes = names
-        .iter()
-        .map(|name| arguments.trust.scene(name))
-        .collect::<Result<Vec<_>>>()?;
+    let scenes = arguments.trust.scenes(&names)?;
     let n: Vec<usize> = arguments.n.iter().map(|&n| n as usize).collect();
     let methods = &arguments.methods.0;
     let settings = Settings::default();
-    let all = watched(&[], vec![], quiet, |progress| {
+    let all = watched(&[], vec![], to.quiet, |progress| {
         orders(&scenes, methods, &n, &settings, progress)
-    });
-    let all = all?;
-    report::write_json(json, &all)?;
-    if !quiet && !report::is_stdout(json) {
-        output(format_args!("{}", table(&all)));
-    }
+    })?;
+    deliver(&report::orders(&all)?, to)?;
     let converged = all.iter().all(|o| o.levels.iter().all(|l| l.converged));
     Ok(if converged { DONE } else { DISAGREE })
 }

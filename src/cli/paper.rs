@@ -2,29 +2,20 @@
 
 use super::args::Paper;
 use super::progress::watched;
-use super::tell::{note, output};
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::campaigns::paper::{self, Example, PaperRequest, References};
 use crate::engine::{self, Engine};
-use crate::report;
+use crate::report::console::note;
+use crate::report::{self, Output, deliver};
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
 use faceoff_mesh::error::Result;
 
-/// The file by which an earlier report is known.
-const RESULT: &str = "paper.json";
-
-pub(super) fn run(arguments: &Paper) -> Result<u8> {
-    let quiet = arguments.output.quiet;
-    let json = arguments.output.json.as_deref();
-    let shown = !quiet && !report::is_stdout(json);
+pub(super) fn run(arguments: &Paper, to: &Output) -> Result<u8> {
     if arguments.reference {
         let references = References::new(&arguments.zones)?;
-        report::write_json(json, &references)?;
-        if shown {
-            output(format_args!("{}", paper::references_text(&references)));
-        }
+        deliver(&report::references(&references)?, to)?;
         return Ok(DONE);
     }
     let request = PaperRequest {
@@ -38,26 +29,10 @@ pub(super) fn run(arguments: &Paper) -> Result<u8> {
             linear::Settings::default(),
         ),
     };
-    if let Some(folder) = &arguments.report {
-        report::check_report_folder(folder, RESULT)?;
-    }
-    let outcome = watched(&[], vec![], quiet, |progress| {
+    let outcome = watched(&[], vec![], to.quiet, |progress| {
         paper::study(&request, progress)
-    });
-    let outcome = outcome?;
-    if let Some(folder) = &arguments.report {
-        report::write_report_folder(folder, |folder| {
-            for figure in paper::FIGURES {
-                paper::draw(figure, &outcome, folder)?;
-            }
-            report::write_text(&folder.join("report.md"), &paper::report(&outcome))?;
-            report::write_json(Some(&folder.join(RESULT)), &outcome)
-        })?;
-    }
-    report::write_json(json, &outcome)?;
-    if shown {
-        output(format_args!("{}", paper::tables(&outcome)));
-    }
+    })?;
+    deliver(&report::paper(&outcome)?, to)?;
     for failure in &outcome.failures {
         note!("faceoff: {}", failure.message);
     }

@@ -3,22 +3,21 @@
 use std::time::Instant;
 
 use super::accuracy;
-use super::answer::{Answer, print};
 use super::args::Solve;
 use super::progress::watched;
-use super::tell::note;
 use super::verify::{check_launch, settings};
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::engine::{self, Case, Explanation};
-use crate::report;
+use crate::report::console::note;
+use crate::report::{self, Answer, Output, deliver};
 use faceoff_fem::certify::certify;
 use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem};
 use faceoff_fem::linear::Settings;
 use faceoff_fem::scene::MeshSource;
 use faceoff_mesh::error::{Error, Result};
 
-pub(super) fn run(arguments: &Solve) -> Result<u8> {
-    let quiet = arguments.output.quiet;
+pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
+    let quiet = to.quiet;
     let mut scene = arguments.trust.scene(&arguments.scene)?;
     let usual = if arguments.accuracy.is_some() {
         Method::cr_fc()
@@ -38,7 +37,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
         if !method.is_nitsche() {
             return Err(Error::usage(
                 format!("gamma0 belongs to Nitsche's method, not to {}", method),
-                "leave it away; penalty and multiplier take theirs as in \"penalty(0.01)\"",
+                "leave it out; penalty and multiplier take theirs as in \"penalty(0.01)\"",
             ));
         }
         if !(gamma0 > 0.0 && gamma0.is_finite()) {
@@ -80,7 +79,7 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
     }
 
     if let Some(accuracy) = arguments.accuracy {
-        return accuracy::run(arguments, &scene, discretisation, accuracy);
+        return accuracy::run(arguments, to, &scene, discretisation, accuracy);
     }
 
     let clock = Instant::now();
@@ -134,27 +133,26 @@ pub(super) fn run(arguments: &Solve) -> Result<u8> {
             certificate,
         )?;
     }
-    finish(arguments, &told)
+    deliver(
+        &report::solve(&told, &case, &answer.u, certificate.as_ref())?,
+        to,
+    )?;
+    Ok(finish(arguments, &told))
 }
 
-/// Tells the answer; its exit code.
-pub(super) fn finish(arguments: &Solve, told: &Answer) -> Result<u8> {
-    let json = arguments.output.json.as_deref();
-    report::write_json(json, told)?;
-    if !arguments.output.quiet && !report::is_stdout(json) {
-        print(told);
-    }
+/// The exit code of an answer; says what it lacks.
+pub(super) fn finish(arguments: &Solve, told: &Answer) -> u8 {
     if !told.is_finite() {
         note!("faceoff: the result is not finite");
-        return Ok(FAILED);
+        return FAILED;
     }
     if !told.converged {
         note!("faceoff: {}", told.complaint(arguments.running.tolerance));
-        return Ok(DISAGREE);
+        return DISAGREE;
     }
     if !told.solves(arguments.running.tolerance) {
         note!("faceoff: {}", told.contradiction());
-        return Ok(DISAGREE);
+        return DISAGREE;
     }
-    Ok(DONE)
+    DONE
 }

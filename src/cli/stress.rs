@@ -3,26 +3,20 @@
 use super::args::Stress;
 use super::engines;
 use super::progress::watched;
-use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
-use crate::campaigns::stress::{self, StressRequest, stress};
-use crate::report;
+use crate::campaigns::stress::{StressRequest, stress};
+use crate::report::{self, Output, deliver};
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
 use faceoff_mesh::error::Result;
 
-/// The file by which an earlier report is known.
-const RESULT: &str = "stress.json";
-
-pub(super) fn run(arguments: &Stress) -> Result<u8> {
-    let quiet = arguments.output.quiet;
-    let json = arguments.output.json.as_deref();
+pub(super) fn run(arguments: &Stress, to: &Output) -> Result<u8> {
     let request = StressRequest {
         scenes: arguments.trust.scenes(&arguments.scenes)?,
         families: arguments.families.clone(),
         methods: arguments.methods.0.clone(),
-        engines: engines::find_all(&arguments.engines, &arguments.running, quiet)?,
+        engines: engines::find_all(&arguments.engines, &arguments.running, to.quiet)?,
         settings: settings(
             &arguments.running,
             Iteration::Newton,
@@ -30,23 +24,8 @@ pub(super) fn run(arguments: &Stress) -> Result<u8> {
         ),
         is_brief: false,
     };
-    if let Some(folder) = &arguments.report {
-        report::check_report_folder(folder, RESULT)?;
-    }
-    let outcome = watched(&[], vec![], quiet, |progress| stress(&request, progress));
-    let outcome = outcome?;
-    if let Some(folder) = &arguments.report {
-        report::write_report_folder(folder, |folder| {
-            stress::draw(&outcome, folder)?;
-            report::write_text(&folder.join("report.md"), &stress::report(&outcome))?;
-            report::write_text(&folder.join("map.csv"), &stress::csv(&outcome))?;
-            report::write_json(Some(&folder.join(RESULT)), &outcome)
-        })?;
-    }
-    report::write_json(json, &outcome)?;
-    if !quiet && !report::is_stdout(json) {
-        output(format_args!("{}", stress::table(&outcome)));
-    }
+    let outcome = watched(&[], vec![], to.quiet, |progress| stress(&request, progress))?;
+    deliver(&report::stress(&outcome)?, to)?;
     let wrong = outcome.entries.iter().any(|cell| cell.verdict.is_wrong());
     Ok(if wrong { DISAGREE } else { DONE })
 }

@@ -5,30 +5,25 @@ use std::process::{Command, Stdio};
 use super::args::Study;
 use super::engines;
 use super::progress::watched;
-use super::tell::output;
 use super::verify::settings;
 use super::{DISAGREE, DONE};
-use crate::campaigns::study::{self, Followed, StudyRequest, Subject, Varied, study};
-use crate::engine;
-use crate::report;
+use crate::campaigns::study::{Followed, StudyRequest, Subject, Varied, study};
+use crate::engine::{self, quoted};
+use crate::report::{self, Output, deliver};
 use faceoff_fem::contact::Iteration;
 use faceoff_fem::linear;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
-/// The file by which an earlier report is known.
-const RESULT: &str = "study.json";
-
-pub(super) fn run(arguments: &Study) -> Result<u8> {
-    let quiet = arguments.output.quiet;
-    let json = arguments.output.json.as_deref();
+pub(super) fn run(arguments: &Study, to: &Output) -> Result<u8> {
     let scenes = arguments.trust.scenes(&arguments.scenes)?;
     let subjects = arguments.scenes.iter().zip(scenes);
-    let subjects = subjects.map(|(name, scene)| Subject::new(name, scene));
+    let is_trusted = arguments.trust.allow_outside;
+    let subjects = subjects.map(|(name, scene)| Subject::new(name, scene, is_trusted));
     let request = StudyRequest {
         subjects: subjects.collect::<Result<_>>()?,
         methods: arguments.methods.0.clone(),
-        engines: engines::find_all(&arguments.engines, &arguments.running, quiet)?,
+        engines: engines::find_all(&arguments.engines, &arguments.running, to.quiet)?,
         budget: arguments.budget,
         settings: settings(
             &arguments.running,
@@ -39,23 +34,7 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
         journal: arguments.resume.clone(),
         follow: Some(Box::new(follow)),
     };
-    if let Some(folder) = &arguments.report {
-        report::check_report_folder(folder, RESULT)?;
-    }
-    let outcome = watched(&[], vec![], quiet, |progress| study(&request, progress));
-    let outcome = outcome?;
-    if let Some(folder) = &arguments.report {
-        report::write_report_folder(folder, |folder| {
-            study::draw(&outcome, folder)?;
-            report::write_text(&folder.join("report.md"), &study::report(&outcome))?;
-            report::write_text(&folder.join("rows.csv"), &study::csv(&outcome.rows))?;
-            report::write_json(Some(&folder.join(RESULT)), &outcome)
-        })?;
-    }
-    report::write_json(json, &outcome)?;
-    if !quiet && !report::is_stdout(json) {
-        output(format_args!("{}", study::summary(&outcome)));
-    }
+    let outcome = watched(&[], vec![], to.quiet, |progress| study(&request, progress))?;
     for left in &outcome.left_out {
         tracing::info!(what = left.what, why = left.why, "left out");
     }
@@ -69,6 +48,7 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
             "give a larger --budget, other scenes or other methods",
         ));
     }
+    deliver(&report::study(&outcome)?, to)?;
     // An extreme γ₀ that is not solved is a result.
     let mut usual = outcome.rows.iter().filter(|r| r.varied != Varied::Gamma0);
     let converged = usual.all(|row| row.converged);
@@ -78,7 +58,7 @@ pub(super) fn run(arguments: &Study) -> Result<u8> {
 /// Runs this program with these words, as a user would.
 fn follow(words: &[String]) -> Result<Followed> {
     let failed = |why: String| {
-        let words = words.join(" ");
+        let words = quoted(words);
         Error::engine(
             engine::OWN,
             format!("`faceoff {words}` {why}"),

@@ -2,41 +2,25 @@
 
 use std::collections::BTreeSet;
 
-use serde::Serialize;
-
 use super::args::{Running, Verify};
 use super::progress::watched;
-use super::tell::{note, output, tell};
-use super::{DISAGREE, DONE, FAILED, complain, engines, tell_failure};
-use crate::campaigns::verify::{CaseOutcome, VerifyOutcome, VerifyRequest, diagnose, verify};
-use crate::engine::{self, Baseline, Engine, Explanation, Launch, Settings};
-use crate::report;
+use super::{code, complain, engines};
+use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
+use crate::engine::{self, Baseline, Engine, Launch, Settings, quoted};
+use crate::report::console::note;
+use crate::report::{self, Output, Verified, deliver};
 use crate::run::Failure;
-use crate::why::Diagnosis;
 use faceoff_fem::contact::{Iteration, Stop};
 use faceoff_fem::linear;
 use faceoff_fem::scene::Scene;
-use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result, distinct};
 
-pub(super) fn run(arguments: &Verify) -> Result<u8> {
-    let code = judge(arguments);
-    if let Err(e) = &code
-        && !matches!(e, Error::Interrupted)
-    {
-        tell_failure("verify", "verify", e, &arguments.told, &arguments.output)?;
-    }
-    code
-}
-
-fn judge(arguments: &Verify) -> Result<u8> {
-    let quiet = arguments.output.quiet;
-    let scenes = if arguments.scenes.is_empty() {
-        let names: Vec<String> = Scene::builtin_names().map(str::to_owned).collect();
-        arguments.trust.scenes(&names)?
-    } else {
-        arguments.trust.scenes(&arguments.scenes)?
+pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
+    let scenes = match &arguments.scenes[..] {
+        [] => Scene::builtin_names().map(str::to_owned).collect(),
+        asked => asked.to_vec(),
     };
+    let scenes = arguments.trust.scenes(&scenes)?;
     distinct(&arguments.n, "n", "give different refinements")?;
     let (mut engines, missing) = present(arguments)?;
     if let Some(folder) = &arguments.against {
@@ -55,12 +39,8 @@ fn judge(arguments: &Verify) -> Result<u8> {
     };
     let engines: Vec<&dyn Engine> = request.engines.iter().map(|e| &**e).collect();
     check_launch(&request.settings, &engines)?;
-    if let Some(folder) = &arguments.report {
-        report::prepare_folder(folder)?;
-    }
-
     let names: Vec<&str> = request.engines.iter().map(|e| e.name()).collect();
-    let outcome = watched(&names, work(&request), quiet, |progress| {
+    let outcome = watched(&names, work(&request), to.quiet, |progress| {
         verify(&request, progress)
     })?;
 
@@ -70,48 +50,17 @@ fn judge(arguments: &Verify) -> Result<u8> {
         Vec::new()
     };
     if let Some(folder) = &arguments.record {
-        report::write_baseline(folder, &recipe(), &request, &outcome)?;
+        let recipe = format!("faceoff {}", quoted(std::env::args().skip(1)));
+        report::write_baseline(folder, &recipe, &request, &outcome)?;
     }
-    if let Some(folder) = &arguments.report {
-        report::write_fields(folder, &outcome)?;
-        report::write_html(folder, &request, &outcome, &diagnoses, &missing)?;
-    }
-    let json = arguments.output.json.as_deref();
-    let explained = if arguments.explain {
-        explained(&outcome)
-    } else {
-        Vec::new()
-    };
-    let found = Found {
+    let report = report::verify(Verified {
+        request: &request,
         outcome: &outcome,
         diagnoses: &diagnoses,
-        explanations: &explained,
-    };
-    report::write_json(json, &report::document("verify", &found))?;
-    report::write_junit(arguments.told.junit.as_deref(), &outcome, &missing)?;
-    report::write_badge(arguments.told.badge.as_deref(), outcome.verdict)?;
-    if !quiet && !report::is_stdout(json) {
-        output(format_args!("{}", report::table(&outcome)));
-        for told in &explained {
-            let n = told.n.map_or(String::new(), |n| format!(", n = {n}"));
-            tell!("{}, {}{n}:", told.scene, told.method);
-            for line in told.explanation.lines() {
-                tell!("  {line}");
-            }
-        }
-        for found in &diagnoses {
-            let n = found.n.map_or(String::new(), |n| format!(", n = {n}"));
-            let (scene, method) = (&found.scene, &found.method);
-            tell!(
-                "{scene}, {method}{n}: {} – {}: {}",
-                found.a,
-                found.b,
-                found.sentence()
-            );
-        }
-    }
-    let folder = arguments.report.as_deref();
-    report::annotate(&outcome, &missing, folder, report::is_stdout(json))?;
+        missing: &missing,
+        explain: arguments.explain,
+    })?;
+    deliver(&report, to)?;
     let answered = outcome.cases.iter().flat_map(|case| &case.engines);
     let doubts = answered.filter_map(|of| engine::doubt(&of.engine, &of.version));
     for doubt in doubts.collect::<BTreeSet<_>>() {
@@ -120,69 +69,7 @@ fn judge(arguments: &Verify) -> Result<u8> {
     for failure in &outcome.failures {
         complain(&failure.message);
     }
-    Ok(match outcome.verdict {
-        Verdict::Agree => DONE,
-        Verdict::Disagree => DISAGREE,
-        Verdict::Undetermined => FAILED,
-    })
-}
-
-/// What was found, as JSON has it.
-#[derive(Serialize)]
-struct Found<'a> {
-    #[serde(flatten)]
-    outcome: &'a VerifyOutcome,
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    diagnoses: &'a [Diagnosis],
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    explanations: &'a [Explained<'a>],
-}
-
-/// How a case was solved.
-#[derive(Serialize)]
-struct Explained<'a> {
-    scene: &'a str,
-    method: &'a str,
-    n: Option<usize>,
-    #[serde(flatten)]
-    explanation: Explanation,
-}
-
-/// Of every case that the Rust engine solved. A certificate is of all fields on a mesh, where methods are judged by it.
-fn explained(outcome: &VerifyOutcome) -> Vec<Explained<'_>> {
-    let of = |case: &'_ CaseOutcome| {
-        let mut explanation = case.explanation.clone()?;
-        explanation.certificate = outcome.cross.iter().any(|cross| {
-            let is_its = cross.a.method == case.method || cross.b.method == case.method;
-            cross.judged.is_some() && is_its && (&cross.scene, cross.n) == (&case.scene, case.n)
-        });
-        Some(explanation)
-    };
-    let cases = outcome.cases.iter();
-    cases
-        .filter_map(|case| {
-            Some(Explained {
-                scene: &case.scene,
-                method: &case.method,
-                n: case.n,
-                explanation: of(case)?,
-            })
-        })
-        .collect()
-}
-
-/// The command that this is, as one would type it.
-fn recipe() -> String {
-    let quoted = std::env::args().skip(1).map(|word| {
-        let plain = |c: char| c.is_alphanumeric() || "-_.,/=".contains(c);
-        if !word.is_empty() && word.chars().all(plain) {
-            word
-        } else {
-            format!("'{}'", word.replace('\'', "'\\''"))
-        }
-    });
-    let words: Vec<String> = quoted.collect();
-    format!("faceoff {}", words.join(" "))
+    Ok(code(outcome.verdict))
 }
 
 /// Engines that are there, and those that are not.

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use super::{fenicsx, freefem, process};
+use super::{fenicsx, freefem, process, quoted};
 use faceoff_mesh::error::{Error, Result};
 
 /// Something that an engine or a format needs, and the commands that bring it.
@@ -19,7 +19,7 @@ pub struct Installation {
 impl Installation {
     /// The commands as a user would type them.
     pub fn typed(&self) -> Vec<String> {
-        self.commands.iter().map(|words| words.join(" ")).collect()
+        self.commands.iter().map(quoted).collect()
     }
 }
 
@@ -108,7 +108,7 @@ pub fn install(plan: &[Installation], mut say: impl FnMut(&str)) -> Result<()> {
                 line.extend(["sudo", "-n"]);
             }
             line.extend(words.iter().map(String::as_str));
-            say(&format!("  {}", line.join(" ")));
+            say(&format!("  {}", quoted(&line)));
             let output = Command::new(line[0])
                 .args(&line[1..])
                 .env("DEBIAN_FRONTEND", "noninteractive")
@@ -120,7 +120,7 @@ pub fn install(plan: &[Installation], mut say: impl FnMut(&str)) -> Result<()> {
                 let last = told.lines().rev().find(|l| !l.trim().is_empty());
                 return Err(refuse(format!(
                     "`{}` failed: {}",
-                    line.join(" "),
+                    quoted(&line),
                     last.unwrap_or("it said nothing").trim()
                 )));
             }

@@ -11,6 +11,7 @@ mod kept;
 mod machine;
 mod process;
 mod program;
+mod quoted;
 mod recorded;
 mod rust;
 mod version;
@@ -25,6 +26,7 @@ pub use install::{Installation, install, meshio_python, plan};
 pub use job::{case_label, raw_values};
 pub use kept::{Kept, first_difference, identity};
 pub use machine::{HighWater, Machine, peak_memory_mb};
+pub use quoted::quoted;
 pub use recorded::{BASELINE, Baseline, record};
 pub use version::doubt;
 

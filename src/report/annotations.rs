@@ -7,11 +7,10 @@ use std::path::{Component, Path, PathBuf};
 
 use serde_json::json;
 
-use super::json::write_json;
-use super::junit::why;
-use crate::campaigns::verify::VerifyOutcome;
-use crate::run::Failure;
-use faceoff_judge::{Comparison, FieldVerdict, Verdict};
+use super::deliver::Output;
+use super::json::{is_stdout, write_text};
+use super::model::{Report, Suite, TestCase};
+use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 
 /// Most annotations of one run; GitHub shows ten of a step.
@@ -23,88 +22,31 @@ struct Note {
     message: String,
 }
 
-/// Tells of a run of [`crate::campaigns::verify::verify`]. `folder` is the report's, where there is one; commands go to standard
-/// error where standard output is taken.
+/// Says where a CI server shows it what a report found to be no pass; commands go to standard error where standard
+/// output is taken. Where nothing is judged, nothing is said.
 ///
 /// # Errors
 /// Files that cannot be written.
-pub fn annotate(
-    outcome: &VerifyOutcome,
-    missing: &[Failure],
-    folder: Option<&Path>,
-    stdout_is_taken: bool,
-) -> Result<()> {
-    let mut notes = Vec::new();
-    for case in &outcome.cases {
-        let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
-        let about = format!("{}, {}{n}", case.scene, case.method);
-        for engine in case.engines.iter().filter(|e| e.verdict != Verdict::Agree) {
-            notes.push(Note {
-                title: format!("{about}: {} does not solve the scheme", engine.engine),
-                message: format!("its backward error is {:.1e}", engine.residual),
-            });
-        }
-        for pair in case
-            .pairs
-            .iter()
-            .filter(|p| p.field.verdict != Verdict::Agree)
-        {
-            notes.push(note(
-                &format!("{about}: {} – {}", pair.a, pair.b),
-                &pair.field,
-            ));
-        }
-    }
-    for failure in outcome.failures.iter().chain(missing) {
-        notes.push(Note {
-            title: format!("no answer from {}", failure.engine),
-            message: failure.message.clone(),
-        });
-    }
-    tell(outcome.verdict, &notes, folder, stdout_is_taken)
-}
-
-/// Tells of a comparison of two files.
-///
-/// # Errors
-/// Files that cannot be written.
-pub fn annotate_comparison(comparison: &Comparison, stdout_is_taken: bool) -> Result<()> {
-    let about = format!("{} – {}", comparison.a, comparison.b);
-    let failed = comparison.fields.iter().map(|f| &f.field);
-    let failed = failed.filter(|f| f.verdict != Verdict::Agree);
-    let notes: Vec<Note> = failed.map(|field| note(&about, field)).collect();
-    tell(comparison.verdict, &notes, None, stdout_is_taken)
-}
-
-/// Tells of a run that ended before anything was judged.
-///
-/// # Errors
-/// Files that cannot be written.
-pub fn annotate_failure(name: &str, error: &Error, stdout_is_taken: bool) -> Result<()> {
-    let note = Note {
-        title: format!("{name} could not be judged"),
-        message: error.to_string(),
+pub(super) fn annotate(report: &Report, output: &Output) -> Result<()> {
+    let Some((_, word)) = report.verdict else {
+        return Ok(());
     };
-    tell(Verdict::Undetermined, &[note], None, stdout_is_taken)
-}
-
-fn note(about: &str, field: &FieldVerdict) -> Note {
-    Note {
-        title: format!("{about}: {}", field.field),
-        message: why(field),
-    }
-}
-
-fn tell(
-    verdict: Verdict,
-    notes: &[Note],
-    folder: Option<&Path>,
-    stdout_is_taken: bool,
-) -> Result<()> {
+    let of_suite = |suite: &Suite| -> Vec<Note> {
+        let failed = suite.cases.iter().filter(|c| c.verdict != Verdict::Agree);
+        let note = |case: &TestCase| Note {
+            title: case
+                .title
+                .clone()
+                .unwrap_or_else(|| format!("{}: {}", suite.name, case.name)),
+            message: case.message.clone(),
+        };
+        failed.map(note).collect()
+    };
+    let notes: Vec<Note> = report.suites.iter().flat_map(of_suite).collect();
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|v| v == "true");
     if is_set("GITHUB_ACTIONS") {
-        let commands = github_commands(notes);
-        let written = if stdout_is_taken {
+        let commands = github_commands(&notes);
+        let written = if is_stdout(output.json) {
             std::io::stderr().lock().write_all(commands.as_bytes())
         } else {
             std::io::stdout().lock().write_all(commands.as_bytes())
@@ -115,18 +57,21 @@ fn tell(
                 .append(true)
                 .create(true)
                 .open(&summary)
-                .and_then(|mut file| file.write_all(github_summary(verdict, notes).as_bytes()))
+                .and_then(|mut file| file.write_all(github_summary(word, &notes).as_bytes()))
                 .map_err(Error::io(&summary, "write"))?;
         }
     }
     if is_set("GITLAB_CI")
-        && let Some(folder) = folder
+        && let Some(folder) = output.report
     {
         let job = std::env::var("CI_JOB_URL").unwrap_or_default();
         let project = std::env::var_os("CI_PROJECT_DIR").map(PathBuf::from);
         let inside = in_project(folder, project.as_deref());
-        let told = gitlab_annotations(verdict, notes, &job, &inside);
-        write_json(Some(&folder.join("gitlab-annotations.json")), &told)?;
+        let links = gitlab_annotations(word, &notes, &job, &inside);
+        write_text(
+            &folder.join("gitlab-annotations.json"),
+            &format!("{links:#}\n"),
+        )?;
     }
     Ok(())
 }
@@ -153,8 +98,8 @@ fn github_commands(notes: &[Note]) -> String {
     text
 }
 
-fn github_summary(verdict: Verdict, notes: &[Note]) -> String {
-    let mut text = format!("### faceoff: {}\n\n", super::word(verdict));
+fn github_summary(verdict: &str, notes: &[Note]) -> String {
+    let mut text = format!("### faceoff: {verdict}\n\n");
     if !notes.is_empty() {
         text.push_str("| what | how much and where |\n| --- | --- |\n");
     }
@@ -181,15 +126,10 @@ fn in_project(folder: &Path, project: Option<&Path>) -> String {
 }
 
 /// Links from the job's page to the report among its artifacts.
-fn gitlab_annotations(
-    verdict: Verdict,
-    notes: &[Note],
-    job: &str,
-    folder: &str,
-) -> serde_json::Value {
+fn gitlab_annotations(verdict: &str, notes: &[Note], job: &str, folder: &str) -> serde_json::Value {
     let url = format!("{job}/artifacts/file/{folder}/index.html");
     let link = |label: String| json!({ "external_link": { "label": label, "url": url } });
-    let mut links = vec![link(format!("faceoff: {}", super::word(verdict)))];
+    let mut links = vec![link(format!("faceoff: {verdict}"))];
     links.extend(notes.iter().take(MOST).map(|note| link(note.title.clone())));
     json!({ "faceoff": links })
 }
@@ -215,14 +155,14 @@ mod tests {
             Some("::error title=a%2C b%3A 0::50 %25 | 1%0A2 <script>")
         );
         assert!(commands.ends_with("and 2 more\n"));
-        let summary = github_summary(Verdict::Disagree, &notes());
+        let summary = github_summary("disagree", &notes());
         assert_eq!(summary.lines().count(), 2 + 2 + 12);
         assert!(summary.contains("50 % \\| 1 2 &lt;script>"));
     }
 
     #[test]
     fn annotations_lead_to_the_report() {
-        let told = gitlab_annotations(Verdict::Disagree, &notes(), "https://ci/jobs/1", "r");
+        let told = gitlab_annotations("disagree", &notes(), "https://ci/jobs/1", "r");
         let first = &told["faceoff"][0]["external_link"];
         assert_eq!(first["label"], "faceoff: disagree");
         assert_eq!(

@@ -1,25 +1,13 @@
 //! A badge: the verdict as a small SVG that READMEs and pipelines show.
 
-use std::path::Path;
-
-use super::json::write_text;
 use faceoff_judge::Verdict;
-use faceoff_mesh::error::Result;
-
-/// Writes the badge of a verdict to `path`.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write_badge(path: Option<&Path>, verdict: Verdict) -> Result<()> {
-    path.map_or(Ok(()), |path| write_text(path, &badge(verdict)))
-}
 
 /// The verdict in words and colour; contrast with white is at least 4.5.
-fn badge(verdict: Verdict) -> String {
-    let (word, colour) = match verdict {
-        Verdict::Agree => ("agree", "#1a6e3c"),
-        Verdict::Disagree => ("disagree", "#b3261e"),
-        Verdict::Undetermined => ("undetermined", "#5f5f5f"),
+pub(super) fn badge(verdict: Verdict, word: &str) -> String {
+    let colour = match verdict {
+        Verdict::Agree => "#1a6e3c",
+        Verdict::Disagree => "#b3261e",
+        Verdict::Undetermined => "#5f5f5f",
     };
     // Widths of 11 px text, about 6.5 px a letter, are fixed by textLength whatever the font.
     let (left, right) = (52, 16 + 13 * word.len() / 2);
@@ -45,11 +33,11 @@ mod tests {
     #[test]
     fn the_badge_says_the_verdict_in_words() {
         for (verdict, word) in [
-            (Verdict::Agree, ">agree<"),
-            (Verdict::Disagree, ">disagree<"),
-            (Verdict::Undetermined, ">undetermined<"),
+            (Verdict::Agree, "agree"),
+            (Verdict::Disagree, "unsound"),
+            (Verdict::Undetermined, "undetermined"),
         ] {
-            assert!(badge(verdict).contains(word));
+            assert!(badge(verdict, word).contains(&format!(">{word}<")));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::folder::{check_report_folder, write_report_folder};
+use super::folder::{check_folder, write_folder};
 use crate::campaigns::verify::{VerifyOutcome, VerifyRequest};
 use crate::engine::{self, BASELINE, Kept, record};
 use faceoff_judge::Verdict;
@@ -13,7 +13,7 @@ use faceoff_mesh::error::{Error, Result};
 /// # Errors
 /// A file, or a folder with other things.
 pub fn check_baseline_folder(folder: &Path) -> Result<()> {
-    check_report_folder(folder, BASELINE)
+    check_folder(folder, |folder| folder.join(BASELINE).is_file())
 }
 
 /// Writes what every engine but ours answered.
@@ -40,7 +40,7 @@ pub fn write_baseline(
         let kept = kept.map(Kept::without_times).collect();
         cases.push((of, kept));
     }
-    write_report_folder(folder, |beside| {
+    write_folder(folder, |beside| {
         record(beside, recipe, &request.settings, cases)
     })
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::model::percent;
 use faceoff_fem::certify::{Certificate, Parts, Target};
 
 /// Bounds of ‖∇u - …‖ for one target, and what they are made of.
@@ -55,11 +56,11 @@ impl Certified {
             Target::UH => "of ∇u_h",
         };
         let relative = match self.relative {
-            Some(relative) => format!(", {:.3} % of ‖∇u‖", 100.0 * relative),
+            Some(relative) => format!(", {} of ‖∇u‖", percent(relative)),
             None => String::new(),
         };
         format!(
-            "certified: the error {of} is at most {:.4e}{relative}; ‖∇u‖ is in [{:.6e}, {:.6e}]",
+            "the error {of} is at most {:.4e}{relative}; ‖∇u‖ is in [{:.6e}, {:.6e}]",
             self.upper, self.gradient[0], self.gradient[1]
         )
     }

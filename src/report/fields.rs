@@ -14,14 +14,6 @@ use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 /// Binary64 bit for bit, and still XML.
 const ENCODING: Encoding = Encoding::Base64(Compressor::Zlib);
 
-/// Makes the folder that a report goes to, or checks that it is one.
-///
-/// # Errors
-/// A path that is a file, or that cannot be made.
-pub fn prepare_folder(folder: &Path) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(Error::io(folder, "make"))
-}
-
 /// A solution goes to `FILE.vtu` in a folder that is there.
 ///
 /// # Errors

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use faceoff_mesh::error::{Error, Result};
 
-/// Refuses a folder that a report would be mixed into: it must be missing, empty, or hold `marker`, an earlier
-/// report's own file.
+/// Refuses a folder that a report would be mixed into: it must be missing, empty, or hold an earlier report, by which
+/// `is_earlier` knows it.
 ///
 /// # Errors
 /// A file, or a folder with other things.
-pub fn check_report_folder(folder: &Path, marker: &str) -> Result<()> {
+pub fn check_folder(folder: &Path, is_earlier: impl Fn(&Path) -> bool) -> Result<()> {
     if !folder.exists() {
         return Ok(());
     }
@@ -21,10 +21,10 @@ pub fn check_report_folder(folder: &Path, marker: &str) -> Result<()> {
         ))
     };
     if !folder.is_dir() {
-        return refuse("is there and is no folder");
+        return refuse("is no folder");
     }
     let mut entries = fs::read_dir(folder).map_err(Error::io(folder, "read"))?;
-    if entries.next().is_some() && !folder.join(marker).is_file() {
+    if entries.next().is_some() && !is_earlier(folder) {
         return refuse("is not empty and holds no earlier report");
     }
     Ok(())
@@ -34,17 +34,30 @@ pub fn check_report_folder(folder: &Path, marker: &str) -> Result<()> {
 ///
 /// # Errors
 /// What `fill` returns, and files that cannot be moved. Nothing is left of a report that was not finished.
-pub fn write_report_folder(folder: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+pub fn write_folder(folder: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     fs::create_dir_all(folder).map_err(Error::io(folder, "make"))?;
     let beside = tempfile::Builder::new()
         .prefix(".faceoff-")
         .tempdir_in(folder)
         .map_err(Error::io(folder, "write in"))?;
     fill(beside.path())?;
-    for entry in fs::read_dir(beside.path()).map_err(Error::io(beside.path(), "read"))? {
-        let entry = entry.map_err(Error::io(beside.path(), "read"))?;
-        let target = folder.join(entry.file_name());
-        fs::rename(entry.path(), &target).map_err(Error::io(&target, "write"))?;
+    for name in names(beside.path())? {
+        let target = folder.join(&name);
+        fs::rename(beside.path().join(&name), &target).map_err(Error::io(&target, "write"))?;
     }
     Ok(())
+}
+
+/// What is in a folder, sorted.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub fn names(folder: &Path) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).map_err(Error::io(folder, "read"))? {
+        let entry = entry.map_err(Error::io(folder, "read"))?;
+        names.push(entry.file_name().to_string_lossy().into_owned());
+    }
+    names.sort();
+    Ok(names)
 }

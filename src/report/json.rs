@@ -1,21 +1,20 @@
-//! JSON to a file or to standard output, and text to a file.
+//! JSON documents, and texts to a file or to standard output.
 
 use std::io::Write;
 use std::path::Path;
 
 use serde::Serialize;
-use serde_json::json;
 
 use faceoff_judge::Verdict;
-use faceoff_mesh::error::{Error, Place, Result};
+use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::save;
 
-/// The version of the JSON that `verify` and `compare` write; `schema/` beside this file has its schemas.
+/// The version of every schema; `schema/` beside this file has them.
 const VERSION: u32 = 1;
 
 /// A result with what it is and who made it.
 #[derive(Serialize)]
-pub struct Document<'a, T> {
+struct Document<'a, T> {
     /// `faceoff/verify/1`: the name of the schema.
     schema: String,
     /// The program's version.
@@ -24,23 +23,37 @@ pub struct Document<'a, T> {
     result: &'a T,
 }
 
-/// The result of a command as its JSON.
-pub fn document<'a, T: Serialize>(command: &str, result: &'a T) -> Document<'a, T> {
-    Document {
-        schema: format!("faceoff/{command}/{VERSION}"),
-        faceoff: env!("CARGO_PKG_VERSION"),
-        result,
+/// A result and what it is judged to be.
+#[derive(Serialize)]
+pub struct Judged<'a, T> {
+    pub verdict: Verdict,
+    #[serde(flatten)]
+    pub found: &'a T,
+}
+
+/// `verify`, `mesh-check`: a command as schemas and files have it.
+pub fn slug(command: &str) -> String {
+    match command {
+        "mesh convert" | "mesh make" | "mesh refine" => "mesh-written".into(),
+        _ => command.replace(' ', "-"),
     }
 }
 
-/// The JSON of a command that ended before anything was judged.
-pub fn failure(command: &str, error: &Error) -> impl Serialize {
-    json!({
-        "schema": format!("faceoff/{command}/{VERSION}"),
-        "faceoff": env!("CARGO_PKG_VERSION"),
-        "verdict": Verdict::Undetermined,
-        "error": error.to_string(),
-    })
+/// The result of a command as JSON.
+///
+/// # Errors
+/// A result that JSON cannot hold.
+pub fn document(command: &str, result: &impl Serialize) -> Result<String> {
+    let document = Document {
+        schema: format!("faceoff/{}/{VERSION}", slug(command)),
+        faceoff: env!("CARGO_PKG_VERSION"),
+        result,
+    };
+    let text = serde_json::to_string_pretty(&document).map_err(|e| Error::Solver {
+        what: format!("the result of {command} cannot be JSON: {e}"),
+        remedy: "report this".into(),
+    })?;
+    Ok(text + "\n")
 }
 
 /// Does `-` mean that the result itself goes to standard output?
@@ -48,35 +61,42 @@ pub fn is_stdout(path: Option<&Path>) -> bool {
     path.is_some_and(|path| path.as_os_str() == "-")
 }
 
-/// Writes `value` to `path`, beside and then renamed; to standard output for `-`.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
-    let Some(path) = path else { return Ok(()) };
-    let mut text = serde_json::to_string_pretty(value).map_err(|e| {
-        Error::file(
-            path,
-            Place::Whole,
-            format!("no JSON can be made: {e}"),
-            "report this",
-        )
-    })?;
-    text.push('\n');
-    if is_stdout(Some(path)) {
-        let mut out = std::io::stdout().lock();
-        return out
-            .write_all(text.as_bytes())
-            .and_then(|()| out.flush())
-            .map_err(Error::io(path, "write"));
-    }
-    save(path, [text.as_bytes()])
-}
-
-/// Writes a text to `path`, beside and then renamed.
+/// Writes a text to `path`, beside and then renamed; to standard output for `-`.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub fn write_text(path: &Path, text: &str) -> Result<()> {
+    if is_stdout(Some(path)) {
+        let mut out = std::io::stdout().lock();
+        let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+        return written.map_err(Error::io(path, "write"));
+    }
     save(path, [text.as_bytes()])
+}
+
+/// Rows of texts as CSV (RFC 4180).
+pub fn csv(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let quoted = |field: String| match field.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", field.replace('"', "\"\"")),
+        false => field,
+    };
+    let mut text = head.join(",") + "\n";
+    for row in rows {
+        let fields: Vec<String> = row.into_iter().map(quoted).collect();
+        text += &fields.join(",");
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_field_with_a_comma_or_a_quote_is_quoted() {
+        let row = ["1e-3", "p2(1,0)", "it \"is\""].map(String::from).to_vec();
+        let text = csv(&["a", "b", "c"], [row].into_iter());
+        assert_eq!(text, "a,b,c\n1e-3,\"p2(1,0)\",\"it \"\"is\"\"\"\n");
+    }
 }

@@ -1,204 +1,24 @@
-//! JUnit XML, as CI servers read it: a suite for each scene, method and mesh, and in it a case for each engine, and
-//! for each pair and field. What disagrees is a failure, what could not be judged an error; nothing is skipped.
+//! JUnit XML, as CI servers read it. What disagrees is a failure, what could not be judged an error; nothing is skipped.
 
 use std::io;
-use std::path::Path;
 
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 
-use crate::campaigns::verify::{CaseOutcome, VerifyOutcome};
-use crate::run::Failure;
-use faceoff_judge::{Comparison, FieldVerdict, Verdict};
-use faceoff_mesh::error::{Error, Place, Result};
-use faceoff_mesh::io::save;
+use super::model::{Report, Suite, TestCase};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result};
 
-struct Suite {
-    name: String,
-    properties: Vec<(&'static str, String)>,
-    cases: Vec<TestCase>,
-}
-
-struct TestCase {
-    class: String,
-    name: String,
-    seconds: f64,
-    verdict: Verdict,
-    /// Why it is no pass.
-    message: String,
-}
-
-/// Writes what [`crate::campaigns::verify::verify`] found to `path`. `missing` are engines that were asked for and left out.
+/// What a report has judged, as XML.
 ///
 /// # Errors
-/// A file that cannot be written.
-pub fn write_junit(
-    path: Option<&Path>,
-    outcome: &VerifyOutcome,
-    missing: &[Failure],
-) -> Result<()> {
-    let mut suites: Vec<Suite> = outcome.cases.iter().map(suite).collect();
-    let cross: Vec<TestCase> = outcome
-        .cross
-        .iter()
-        .filter_map(|c| Some((c, c.judged?)))
-        .map(|(c, judged)| TestCase {
-            class: format!("{}.methods", c.scene),
-            name: format!(
-                "{}{} {} – {} {}",
-                c.n.map_or(String::new(), |n| format!("n = {n}: ")),
-                c.a.engine,
-                c.a.method,
-                c.b.engine,
-                c.b.method
-            ),
-            seconds: 0.0,
-            verdict: judged.verdict,
-            message: format!(
-                "distance {:e}, certified bounds {:e} and {:e}, the best on this mesh {:e}",
-                judged.distance, judged.bounds[0], judged.bounds[1], judged.best
-            ),
-        })
-        .collect();
-    let engines = outcome.failures.iter().chain(missing);
-    let engines: Vec<TestCase> = engines
-        .map(|failure| TestCase {
-            class: "engines".into(),
-            name: failure.engine.clone(),
-            seconds: 0.0,
-            verdict: Verdict::Undetermined,
-            message: failure.message.clone(),
-        })
-        .collect();
-    for (name, cases) in [("methods", cross), ("engines", engines)] {
-        if !cases.is_empty() {
-            suites.push(Suite {
-                name: name.into(),
-                properties: Vec::new(),
-                cases,
-            });
-        }
-    }
-    write(path, "faceoff verify", &suites)
-}
-
-/// Writes what a comparison of two files found to `path`.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write_comparison_junit(path: Option<&Path>, comparison: &Comparison) -> Result<()> {
-    let name = format!("{} – {}", comparison.a, comparison.b);
-    let cases = comparison.fields.iter().map(|field| TestCase {
-        class: name.clone(),
-        name: format!("{} on {:?}", field.field.field, field.on).to_lowercase(),
-        seconds: 0.0,
-        verdict: field.field.verdict,
-        message: why(&field.field),
-    });
-    let suite = Suite {
-        cases: cases.collect(),
-        properties: Vec::new(),
-        name,
-    };
-    write(path, "faceoff compare", &[suite])
-}
-
-/// Writes that a run ended before anything was judged: one case, which is an error.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write_failed_junit(path: Option<&Path>, name: &str, error: &Error) -> Result<()> {
-    let case = TestCase {
-        class: "faceoff".into(),
-        name: name.to_owned(),
-        seconds: 0.0,
-        verdict: Verdict::Undetermined,
-        message: error.to_string(),
-    };
-    let suite = Suite {
-        name: name.to_owned(),
-        properties: Vec::new(),
-        cases: vec![case],
-    };
-    write(path, "faceoff", &[suite])
-}
-
-fn suite(case: &CaseOutcome) -> Suite {
-    let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
-    // A dot would open a package of its own in the servers' trees.
-    let class = format!("{}.{}{n}", case.scene.replace('.', "_"), case.method);
-    let mut cases: Vec<TestCase> = Vec::new();
-    for engine in &case.engines {
-        cases.push(TestCase {
-            class: class.clone(),
-            name: format!("{} solves the scheme", engine.engine),
-            seconds: engine.seconds,
-            verdict: engine.verdict,
-            message: match engine.converged {
-                true => format!("its backward error is {:.1e}", engine.residual),
-                false => format!("it did not converge in {} steps", engine.iterations),
-            },
-        });
-    }
-    for pair in &case.pairs {
-        cases.push(TestCase {
-            class: class.clone(),
-            name: format!("{} – {}: {}", pair.a, pair.b, pair.field.field),
-            seconds: 0.0,
-            verdict: pair.field.verdict,
-            message: why(&pair.field),
-        });
-    }
-    if case.pairs.is_empty() {
-        cases.push(TestCase {
-            class: class.clone(),
-            name: "a pair to compare".into(),
-            seconds: 0.0,
-            verdict: Verdict::Undetermined,
-            message: "fewer than two engines answered".into(),
-        });
-    }
-    let versions = case.engines.iter();
-    let versions = versions.map(|e| format!("{} {}", e.engine, e.version));
-    Suite {
-        name: format!("{}, {}{n}", case.scene, case.method),
-        properties: vec![
-            ("engines", versions.collect::<Vec<_>>().join(", ")),
-            ("mesh", case.mesh_digest.clone()),
-            ("faces", case.faces.to_string()),
-        ],
-        cases,
-    }
-}
-
-/// How much, where and how many, in one sentence.
-pub(super) fn why(field: &FieldVerdict) -> String {
-    let place = field.worst.as_ref().map_or(String::new(), |worst| {
-        format!(
-            ", worst at {:?} {:?}: {:e} against {:e}",
-            worst.vertices, worst.midpoint, worst.a, worst.b
-        )
-    });
-    match &field.reason {
-        Some(reason) => reason.clone(),
-        None => format!(
-            "{} of {} beyond {:.0e}: |a-b| up to {:.3e}, relative {:.3e}{place}",
-            field.beyond, field.faces, field.tolerance, field.max_abs, field.max_rel
-        ),
-    }
-}
-
-fn write(path: Option<&Path>, name: &str, suites: &[Suite]) -> Result<()> {
-    let Some(path) = path else { return Ok(()) };
-    let bytes = encode(name, suites).map_err(|e| {
-        Error::file(
-            path,
-            Place::Whole,
-            format!("no XML can be made: {e}"),
-            "report this",
-        )
-    })?;
-    save(path, [bytes.as_slice()])
+/// Texts that XML cannot hold.
+pub(super) fn junit(report: &Report) -> Result<Vec<u8>> {
+    let name = format!("faceoff {}", report.command);
+    encode(&name, &report.suites).map_err(|e| Error::Solver {
+        what: format!("no XML can be made of what {name} found: {e}"),
+        remedy: "report this".into(),
+    })
 }
 
 /// Cases, failures, errors.
@@ -324,6 +144,7 @@ mod tests {
         let case = |verdict, message: &str| TestCase {
             class: "a.b".into(),
             name: "x <&\"> \u{1b}[31m".into(),
+            title: None,
             seconds: 0.25,
             verdict,
             message: message.into(),

@@ -4,7 +4,6 @@
 //! references: P2 on a fine mesh, as in the paper, and the mesh-free one of [`faceoff_fem::truth`].
 
 mod example;
-mod figures;
 mod fine;
 mod fine_study;
 mod iterations;
@@ -15,13 +14,12 @@ mod text;
 mod work;
 
 pub use example::Example;
-pub use figures::{FIGURES, Figure, draw};
 pub use fine_study::FineOutcome;
 pub use iterations::{CAP, Count};
 pub use reference::{Known, References};
 pub use statements::Statement;
 pub use study::{ExampleOutcome, PaperOutcome, PaperRequest, Series, SeriesLevel, study};
-pub use text::{references_text, report, tables};
+pub use text::intervals;
 
 /// The meshes of both examples: h/√2 ∈ {2^-(i+4)}, i = 0 … 4, on the unit square.
 pub const MESHES: [usize; 5] = [16, 32, 64, 128, 256];

@@ -278,7 +278,6 @@ mod tests {
             is_brief: true,
         };
         let outcome = stress(&request, &Silent).unwrap();
-        println!("{}", crate::campaigns::stress::table(&outcome));
         let of =
             |want: fn(&Finding) -> bool| outcome.entries.iter().filter(move |c| want(&c.verdict));
         let wrong: Vec<_> = of(Finding::is_wrong).collect();

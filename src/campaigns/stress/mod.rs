@@ -1,21 +1,17 @@
 //! What breaks: problems whose solution is known, taken to extremes, and what each engine and method makes of them.
 
 mod bodies;
-mod figure;
 mod judge;
 mod scaling;
 mod shapes;
 mod states;
-mod text;
 mod trial;
 #[cfg(test)]
 mod unit_tests;
 
 use serde::Serialize;
 
-pub use figure::draw;
 pub use judge::{Entry, Finding};
-pub use text::{csv, report, table};
 pub use trial::Trial;
 
 use crate::engine::{Engine, Progress, Settings};

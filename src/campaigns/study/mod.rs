@@ -4,7 +4,6 @@
 mod adapted;
 mod advice;
 mod campaign;
-mod figures;
 mod front;
 mod gamma;
 mod measure;
@@ -14,7 +13,6 @@ mod scaling;
 mod settings;
 mod subject;
 mod targets;
-mod text;
 mod waste;
 
 use std::path::PathBuf;
@@ -22,17 +20,15 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-pub use advice::{Advice, Alternative, Norm};
+pub use advice::{Advice, Alternative, NORMS, Norm, duration};
 pub use campaign::study;
-pub use figures::draw;
 pub use gamma::{Gammas, Safe};
 pub use rates::Rates;
 pub use row::{Row, Times, Varied};
 pub use scaling::Scaling;
 pub use subject::Subject;
 pub use targets::{Follow, Followed};
-pub use text::{csv, report, summary};
-pub use waste::Waste;
+pub use waste::{Waste, value};
 
 use crate::engine::{Engine, Machine, Settings};
 use faceoff_fem::contact::Method;

@@ -12,6 +12,8 @@ pub struct Subject {
     /// The name or the path that it was found by.
     pub argument: String,
     pub scene: Scene,
+    /// Does its mesh lie where the user had to allow it?
+    pub is_trusted: bool,
     /// Where it is known; else only bounds of the error are to be had.
     pub truth: Option<Arc<Truth>>,
 }
@@ -21,11 +23,12 @@ impl Subject {
     ///
     /// # Errors
     /// Those of [`Truth::of`].
-    pub fn new(argument: &str, scene: Scene) -> Result<Self> {
+    pub fn new(argument: &str, scene: Scene, is_trusted: bool) -> Result<Self> {
         Ok(Subject {
             argument: argument.to_owned(),
             truth: Truth::of(&scene)?.map(Arc::new),
             scene,
+            is_trusted,
         })
     }
 
@@ -34,6 +37,6 @@ impl Subject {
     /// # Errors
     /// Those of [`Scene::find`].
     pub fn find(name: &str) -> Result<Self> {
-        Subject::new(name, Scene::find(name)?)
+        Subject::new(name, Scene::find(name)?, false)
     }
 }

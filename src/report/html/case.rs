@@ -2,11 +2,12 @@
 
 use super::contact::contact;
 use super::map::{self, CLASSES};
-use super::markup::{Html, element, figure, leaf, table, text};
-use super::pair::{Pair, differences, pairs, place};
+use super::markup::{Html, element, facts, figure, leaf, table, text, word};
+use super::pair::{Pair, differences, pairs};
 use super::plots;
-use super::{label, number, word};
 use crate::campaigns::verify::{CaseOutcome, VerifyRequest};
+use crate::report::model::{Cell, Table, cells, exact, place, short};
+use crate::report::verify::{engines, label};
 use crate::run::Setup;
 use crate::why::Diagnosis;
 use faceoff_fem::scene::HRule;
@@ -26,13 +27,13 @@ pub(super) fn key_of(names: &[&str]) -> Html {
     element("ul", &[("class", "key")], items.collect::<Html>())
 }
 
-pub(super) fn section(
+pub(in crate::report) fn section(
     index: usize,
     case: &CaseOutcome,
     request: &VerifyRequest,
     diagnoses: &[Diagnosis],
 ) -> Result<Html> {
-    let mut parts = vec![engines(case)];
+    let mut parts = vec![table(&engines(case))];
     let mesh = &*case.setup.mesh;
     for pair in pairs(case) {
         let name = text(format!("{} in {}: ", pair.name(), label(case)));
@@ -77,29 +78,6 @@ pub(super) fn section(
     ))
 }
 
-fn engines(case: &CaseOutcome) -> Html {
-    let rows = case.engines.iter().map(|e| {
-        let steps = if e.converged { "" } else { " (not converged)" };
-        let cells = vec![
-            text(&e.engine),
-            text(&e.version),
-            text(format!("{}{steps}", e.iterations)),
-            text(format!("{:.3}", e.seconds)),
-            number(e.residual),
-            text(e.residual_at.as_ref().map_or(String::new(), |x| place(x))),
-            word(e.verdict),
-        ];
-        (crate::report::word(e.verdict), cells)
-    });
-    table(
-        "Answers; the residual is the backward error of an answer put into the scheme again",
-        &[
-            "engine", "version", "steps", "seconds", "residual", "most at", "verdict",
-        ],
-        rows.collect(),
-    )
-}
-
 fn diagnosis(found: &Diagnosis) -> Html {
     let rows = found.ingredients.iter().map(|i| {
         let accounts = if i.accounts {
@@ -107,25 +85,17 @@ fn diagnosis(found: &Diagnosis) -> Html {
         } else {
             "does not"
         };
-        let cells = vec![
-            text(&i.ingredient),
-            text(&i.matched),
-            number(i.left),
-            text(accounts),
-        ];
-        (if i.accounts { "disagree" } else { "" }, cells)
+        cells![&i.ingredient, &i.matched, i.left, accounts]
     });
-    Html::from([
-        leaf("p", &[], found.sentence()),
-        table(
-            &format!(
-                "One ingredient matched at a time; the difference to begin with is {:.1e} of max|u|",
-                found.difference
-            ),
-            &["ingredient", "matched", "difference left", "found"],
-            rows.collect(),
-        ),
-    ])
+    let caption = format!(
+        "One ingredient matched at a time; the difference to begin with is {} of max|u|",
+        short(found.difference)
+    );
+    let of = Table::new(
+        caption,
+        &["ingredient", "matched", "difference left", "found"],
+    );
+    Html::from([leaf("p", &[], found.sentence()), table(&of.with(rows))])
 }
 
 fn fields(case: &CaseOutcome, pair: &Pair) -> Html {
@@ -137,46 +107,40 @@ fn fields(case: &CaseOutcome, pair: &Pair) -> Html {
             }
             _ => String::new(),
         };
-        let cells = vec![
-            text(&f.field),
-            word(f.verdict),
-            number(f.max_abs),
-            number(f.max_rel),
-            number(f.tolerance),
-            number(f.rms),
-            text(format!("{} of {}", f.beyond, f.faces)),
-            text(worst.map_or(String::new(), |w| {
-                format!("{:?} at {}", w.vertices, place(&w.midpoint))
-            })),
-            text(worst.map_or(String::new(), |w| format!("{:e}", w.a))),
-            text(worst.map_or(String::new(), |w| format!("{:e}", w.b))),
-            text(f.reason.as_ref().unwrap_or(&flips)),
-        ];
-        (crate::report::word(f.verdict), cells)
+        cells![
+            &f.field,
+            f.verdict,
+            f.max_abs,
+            f.max_rel,
+            f.tolerance,
+            f.rms,
+            format!("{} of {}", f.beyond, f.faces),
+            worst.map(|w| format!("{:?} at {}", w.vertices, place(&w.midpoint))),
+            worst.map(|w| Cell::Number(w.a, exact(w.a))),
+            worst.map(|w| Cell::Number(w.b, exact(w.b))),
+            f.reason.as_ref().unwrap_or(&flips),
+        ]
     });
-    let of_a = format!("{} there", pair.a);
-    let of_b = format!("{} there", pair.b);
-    table(
-        &format!(
-            "Every field of {} in {}; relative to max|u| s, s being how much a field changes with the dofs",
-            pair.name(),
-            label(case)
-        ),
-        &[
-            "field",
-            "verdict",
-            "max |a-b|",
-            "relative",
-            "tolerance",
-            "rms",
-            "faces beyond",
-            "worst face",
-            &of_a,
-            &of_b,
-            "remarks",
-        ],
-        rows.collect(),
-    )
+    let caption = format!(
+        "Every field of {} in {}; relative to max|u| s, s being how much a field changes with the dofs",
+        pair.name(),
+        label(case)
+    );
+    let (of_a, of_b) = (format!("{} there", pair.a), format!("{} there", pair.b));
+    let head = [
+        "field",
+        "verdict",
+        "max |a-b|",
+        "relative",
+        "tolerance",
+        "rms",
+        "faces beyond",
+        "worst face",
+        &of_a,
+        &of_b,
+        "remarks",
+    ];
+    table(&Table::new(caption, &head).with(rows))
 }
 
 fn pictures(case: &CaseOutcome, pair: &Pair, mesh: &Triangulation) -> Result<Html> {
@@ -240,7 +204,7 @@ fn provenance(case: &CaseOutcome) -> Html {
         mesh,
         ..
     } = &case.setup;
-    let mut facts: Vec<(&str, String)> = vec![
+    let mut known: Vec<(&str, String)> = vec![
         ("faceoff", env!("CARGO_PKG_VERSION").into()),
         (
             "codes",
@@ -262,15 +226,15 @@ fn provenance(case: &CaseOutcome) -> Html {
         HRule::Local => "h the diameter of the cell behind the contact face",
         HRule::Global => "h the largest diameter of all cells",
     };
-    facts.push(("γ", format!("{} h, {h}", discretisation.gamma0)));
+    known.push(("γ", format!("{} h, {h}", discretisation.gamma0)));
     if let Ok([cell, face]) = discretisation.rules(mesh.dim) {
-        facts.push((
+        known.push((
             "quadrature",
             format!("{} for the load, {} on Γ_C and Γ_N", cell.name, face.name),
         ));
     }
     let data = scene.data();
-    facts.push((
+    known.push((
         "data",
         format!(
             "f = {}; g = {}; ∂ₙu = {}; ψ = {}",
@@ -281,20 +245,18 @@ fn provenance(case: &CaseOutcome) -> Html {
         ),
     ));
     let stop = settings.stop;
-    facts.push((
+    known.push((
         "stopping rule",
         format!(
             "relative broken H¹ norm of the increment at most {:e}, or {} steps",
             stop.increment, stop.max_iterations
         ),
     ));
-    facts.push(("start", "u = 0, and g on Γ_D".into()));
-    let items: Html = facts
+    known.push(("start", "u = 0, and g on Γ_D".into()));
+    let known: Vec<_> = known
         .into_iter()
-        .map(|(name, fact)| Html::from([leaf("dt", &[], name), leaf("dd", &[], fact)]))
+        .map(|(name, fact)| (name.to_owned(), fact))
         .collect();
-    Html::from([
-        leaf("h3", &[], format!("Provenance, {}", label(case))),
-        element("dl", &[], items),
-    ])
+    let heading = leaf("h3", &[], format!("Provenance, {}", label(case)));
+    Html::from([heading, facts(&known)])
 }

@@ -2,11 +2,11 @@
 
 use super::case::key_of;
 use super::chain::chain;
-use super::label;
 use super::map;
 use super::markup::{Html, element, figure, leaf, text};
 use super::plots::{self, Curves};
 use crate::campaigns::verify::CaseOutcome;
+use crate::report::verify::label;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
 use faceoff_mesh::mesh::Triangulation;
@@ -14,48 +14,40 @@ use faceoff_mesh::mesh::Triangulation;
 /// Trace and flux along Γ_C, and the histories.
 pub(super) fn contact(case: &CaseOutcome, mesh: &Triangulation) -> Result<Html> {
     let names: Vec<&str> = case.engines.iter().map(|e| e.engine.as_str()).collect();
+    let about = label(case);
     let curves = match Some(mesh).filter(|mesh| mesh.dim == 3) {
-        Some(mesh) => zones(case, mesh),
-        None => along(case)?.unwrap_or_default(),
+        Some(mesh) => zones(&case.fields, mesh, &about),
+        None => along(&case.fields, &about)?,
     };
-    let mut pictures = Vec::new();
-    let histories: Vec<(&str, &[f64])> = case
-        .engines
-        .iter()
+    let of = case.engines.iter();
+    let of: Vec<_> = of
         .map(|e| (e.engine.as_str(), e.increments.as_slice()))
         .collect();
-    if histories
-        .iter()
-        .any(|(_, increments)| !increments.is_empty())
-    {
-        pictures.push(figure(
-            plots::histories(&format!("iterations, {}", label(case)), &histories)?,
-            "Relative broken H¹ norm of the increment of each step.",
-        ));
-    }
+    let heading = format!("Along Γ_C and step by step, {about}");
+    let histories = element("div", &[("class", "row")], histories(&of, &about)?);
     Ok(Html::from([
-        leaf(
-            "h3",
-            &[],
-            format!("Along Γ_C and step by step, {}", label(case)),
-        ),
+        leaf("h3", &[], heading),
         engines_key(&names),
         curves,
-        element(
-            "div",
-            &[("class", "row")],
-            pictures.into_iter().collect::<Html>(),
-        ),
+        histories,
     ]))
 }
 
+/// The increments of every engine.
+pub(in crate::report) fn histories(engines: &[(&str, &[f64])], about: &str) -> Result<Html> {
+    if engines.iter().all(|(_, increments)| increments.is_empty()) {
+        return Ok(Html::default());
+    }
+    let picture = plots::histories(&format!("iterations, {about}"), engines)?;
+    Ok(figure(
+        picture,
+        "Relative broken H¹ norm of the increment of each step.",
+    ))
+}
+
 /// The contact status on a surface.
-fn zones(case: &CaseOutcome, mesh: &Triangulation) -> Html {
-    let columns: Vec<_> = case
-        .fields
-        .iter()
-        .filter_map(|f| f.column("status"))
-        .collect();
+pub(in crate::report) fn zones(all: &[FaceFields], mesh: &Triangulation, about: &str) -> Html {
+    let columns: Vec<_> = all.iter().filter_map(|f| f.column("status")).collect();
     let Some(first) = columns.first() else {
         return Html::default();
     };
@@ -81,21 +73,18 @@ fn zones(case: &CaseOutcome, mesh: &Triangulation) -> Html {
         .map(|(k, f)| (*f, of(k)))
         .collect();
     let differ = faces.iter().filter(|(_, status)| *status == 3).count();
-    let picture = map::status(
-        &format!("contact status on Γ_C, {}", label(case)),
-        mesh,
-        &faces,
-    );
+    let picture = map::status(&format!("contact status on Γ_C, {about}"), mesh, &faces);
     let caption = format!("The faces of Γ_C by their contact status; codes differ on {differ}.");
     Html::from([figure(picture, caption), key_of(&map::STATUS)])
 }
 
-fn along(case: &CaseOutcome) -> Result<Option<Html>> {
-    let Some(first) = case.fields.first().filter(|f| f.dim == 2) else {
-        return Ok(None);
+/// Trace and flux along Γ_C of 2D fields, one set of each engine.
+pub(in crate::report) fn along(all: &[FaceFields], about: &str) -> Result<Html> {
+    let Some(first) = all.first().filter(|f| f.dim == 2) else {
+        return Ok(Html::default());
     };
     let (Some(flux), Some(status)) = (first.column("flux"), first.column("status")) else {
-        return Ok(None);
+        return Ok(Html::default());
     };
     let chain = chain(first, &flux.faces);
     let of = |fields: &FaceFields, name: &str| -> Vec<f64> {
@@ -109,8 +98,7 @@ fn along(case: &CaseOutcome) -> Result<Option<Html>> {
         chain.rows.iter().map(value).collect()
     };
     let values = |name: &str| -> Vec<(&str, Vec<f64>)> {
-        case.fields
-            .iter()
+        all.iter()
             .map(|f| (f.source.as_str(), of(f, name)))
             .collect()
     };
@@ -133,7 +121,7 @@ fn along(case: &CaseOutcome) -> Result<Option<Html>> {
         let differs = |other: &FaceFields| {
             (0..points).any(|q| in_contact(first, row, q) != in_contact(other, row, q))
         };
-        if case.fields[1..].iter().any(differs) {
+        if all[1..].iter().any(differs) {
             flips.push(chain.s[k]);
         }
     }
@@ -149,7 +137,7 @@ fn along(case: &CaseOutcome) -> Result<Option<Html>> {
         curves("mean of ∂ₙu", values("flux")),
     ];
     let picture = plots::along_contact(
-        &format!("trace and flux along Γ_C, {}", label(case)),
+        &format!("trace and flux along Γ_C, {about}"),
         chain.axis,
         &panels,
     )?;
@@ -159,8 +147,7 @@ fn along(case: &CaseOutcome) -> Result<Option<Html>> {
         first.source,
         flips.len()
     );
-    let wide = figure(picture, caption);
-    Ok(Some(wide))
+    Ok(figure(picture, caption))
 }
 
 /// Colours of the engines.

@@ -2,9 +2,12 @@
 
 use std::fmt::Write as _;
 
+use crate::report::model::{Cell, Table, short, word as word_of};
+use faceoff_judge::Verdict;
+
 /// A piece of a page. Its only ways in are [`text`], [`element`] and [`raw`].
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Html(String);
+pub struct Html(String);
 
 impl Html {
     pub fn as_str(&self) -> &str {
@@ -60,32 +63,80 @@ pub(super) fn leaf(tag: &str, attributes: &[(&str, &str)], inner: impl AsRef<str
     element(tag, attributes, text(inner))
 }
 
-/// A table whose columns sort; `class` of a row may be empty.
-pub(super) fn table(caption: &str, head: &[&str], rows: Vec<(&str, Vec<Html>)>) -> Html {
-    let head: Html = head
-        .iter()
-        .map(|name| leaf("th", &[("scope", "col")], name))
-        .collect();
-    let rows: Html = rows
-        .into_iter()
-        .map(|(class, cells)| {
-            let cells: Html = cells
-                .into_iter()
-                .map(|cell| element("td", &[], cell))
-                .collect();
-            element("tr", &[("class", class)], cells)
-        })
-        .collect();
+/// A drawing that was made here, of this class and called `label` where it is not seen.
+pub(super) fn picture(svg: &str, label: &str, class: &str) -> Html {
+    let start = svg.find("<svg ").unwrap_or(0);
+    let label = escape(label);
+    let head = format!("<svg role=\"img\" aria-label=\"{label}\" class=\"{class}\" ");
+    raw(svg[start..].replacen("<svg ", &head, 1).replace('\n', ""))
+}
+
+/// A table whose columns sort. A row with a verdict that is no pass is set off.
+pub(super) fn table(table: &Table) -> Html {
+    let numeric: Vec<bool> = (0..table.head.len()).map(|k| table.is_numeric(k)).collect();
+    let class = |k: usize| {
+        if numeric[k] {
+            vec![("class", "n")]
+        } else {
+            vec![]
+        }
+    };
+    let head = table.head.iter().enumerate();
+    let head = head.map(|(k, name)| leaf("th", &[&[("scope", "col")], &*class(k)].concat(), name));
+    let rows = table.rows.iter().map(|row| {
+        let cells = row.iter().zip(0..numeric.len());
+        let cells = cells.map(|(cell, k)| {
+            let key = match cell {
+                Cell::Number(value, _) if value.is_finite() => value.to_string(),
+                _ => String::new(),
+            };
+            let mut attributes = class(k);
+            attributes.extend((!key.is_empty()).then_some(("data-key", key.as_str())));
+            element("td", &attributes, shown(cell))
+        });
+        let verdict = row.iter().filter_map(|cell| match cell {
+            Cell::Verdict(verdict) | Cell::Judged(verdict, _) => Some(*verdict),
+            _ => None,
+        });
+        let class = verdict.max().map_or("", word_of);
+        element("tr", &[("class", class)], cells.collect::<Html>())
+    });
     let table = element(
         "table",
         &[],
         [
-            leaf("caption", &[], caption),
-            element("thead", &[], element("tr", &[], head)),
-            element("tbody", &[], rows),
+            leaf("caption", &[], &table.caption),
+            element("thead", &[], element("tr", &[], head.collect::<Html>())),
+            element("tbody", &[], rows.collect::<Html>()),
         ],
     );
     element("div", &[("class", "wide")], table)
+}
+
+fn shown(cell: &Cell) -> Html {
+    match cell {
+        Cell::Text(words) => prose(words),
+        Cell::Number(_, digits) => text(digits),
+        Cell::Verdict(verdict) => word(*verdict),
+        Cell::Judged(verdict, number) => {
+            Html::from([word(*verdict), text(format!(" {}", short(*number)))])
+        }
+        Cell::Link(to, words) => leaf("a", &[("href", to)], words),
+    }
+}
+
+/// The verdict as a word that does not rely on its colour.
+pub(super) fn word(verdict: Verdict) -> Html {
+    let word = word_of(verdict);
+    leaf("span", &[("class", &format!("word {word}"))], word)
+}
+
+/// Names and what they are.
+pub(super) fn facts(facts: &[(String, String)]) -> Html {
+    let items = facts.iter();
+    let items = items
+        .map(|(name, fact)| Html::from([leaf("dt", &[], name), element("dd", &[], prose(fact))]));
+    element("dl", &[], items.collect::<Html>())
 }
 
 /// A picture with what it shows in words.

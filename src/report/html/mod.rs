@@ -1,5 +1,5 @@
-//! The report as one HTML file: the verdict, a matrix of everything judged, and for each case what differs where. It
-//! needs no network, no server and no scripts; a small one sorts tables.
+//! A report as one HTML file: the answer, then everything that it rests on. It needs no network, no server and no
+//! scripts; a small one sorts tables.
 
 mod case;
 mod chain;
@@ -10,47 +10,30 @@ mod pair;
 mod plots;
 mod summary;
 
+use std::fs;
 use std::path::Path;
 
-use super::json::write_text;
-use crate::campaigns::verify::{VerifyOutcome, VerifyRequest};
-use crate::run::Failure;
-use crate::why::Diagnosis;
-use faceoff_mesh::error::Result;
-use markup::{Html, element, leaf, raw, text};
+use super::folder::names;
+use super::model::{Block, Figure, Report, word as word_of};
+use super::provenance::provenance;
+pub(super) use case::section;
+pub(super) use contact::{along, histories, zones};
+use faceoff_mesh::error::{Error, Result};
+pub use markup::Html;
+use markup::{element, facts, leaf, picture, prose, raw, table, text};
+pub(super) use summary::top;
 
 /// Nothing in the page may ask for anything outside of it.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
-/// Writes `index.html` into `folder`. `missing` are engines that were asked for and left out.
+/// The page of a report whose figures and data are in `folder` already.
 ///
 /// # Errors
-/// Scenes whose meshes cannot be made again, and a file that cannot be written.
-pub fn write_html(
-    folder: &Path,
-    request: &VerifyRequest,
-    outcome: &VerifyOutcome,
-    diagnoses: &[Diagnosis],
-    missing: &[Failure],
-) -> Result<()> {
-    let page = page(request, outcome, diagnoses, missing)?;
-    write_text(&folder.join("index.html"), &page)
-}
-
-fn page(
-    request: &VerifyRequest,
-    outcome: &VerifyOutcome,
-    diagnoses: &[Diagnosis],
-    missing: &[Failure],
-) -> Result<String> {
-    let cases: Vec<Html> = outcome
-        .cases
-        .iter()
-        .enumerate()
-        .map(|(index, case)| case::section(index, case, request, diagnoses))
-        .collect::<Result<_>>()?;
-    let word = super::word(outcome.verdict);
+/// What a part of it is made of, and figures that cannot be read.
+pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
+    let command = report.command;
+    let headline = &report.headline;
     let head = Html::from([
         raw("<meta charset=\"utf-8\">"),
         raw(format!(
@@ -60,27 +43,26 @@ fn page(
         raw("<meta name=\"viewport\" content=\"width=device-width\">"),
         // No icon is asked for.
         raw("<link rel=\"icon\" href=\"data:,\">"),
-        leaf("title", &[], format!("faceoff: {word}")),
+        leaf("title", &[], format!("faceoff {command}: {headline}")),
         element("style", &[], raw(include_str!("style.css"))),
     ]);
+    let files = names(folder)?.into_iter();
+    let files = files.map(|name| element("li", &[], leaf("a", &[("href", &name)], &name)));
     let main = element(
         "main",
         &[],
         [
-            leaf("h1", &[], "faceoff: do the codes agree, face by face?"),
-            summary::verdict(request, outcome, diagnoses, missing)?,
-            leaf("h2", &[], "All that was judged"),
-            summary::matrix(outcome),
-            summary::methods(outcome),
-            cases.into_iter().collect(),
-            leaf(
-                "p",
-                &[],
-                format!("Written by faceoff {}.", env!("CARGO_PKG_VERSION")),
-            ),
+            leaf("h1", &[], &report.title),
+            answer(report, folder)?,
+            blocks(&report.blocks, folder)?,
+            leaf("h2", &[], "Provenance"),
+            facts(&provenance(report)),
+            leaf("h3", &[], "Beside this page"),
+            element("ul", &[("class", "files")], files.collect::<Html>()),
         ],
     );
-    let body = element("body", &[], [main, script()]);
+    let script = element("script", &[], raw(include_str!("sort.js")));
+    let body = element("body", &[], [main, script]);
     let html = element(
         "html",
         &[("lang", "en")],
@@ -89,27 +71,70 @@ fn page(
     Ok(format!("<!doctype html>\n{}\n", html.as_str()))
 }
 
-fn script() -> Html {
-    element("script", &[], raw(include_str!("sort.js")))
+/// What stands first.
+fn answer(report: &Report, folder: &Path) -> Result<Html> {
+    let (class, label) = match report.verdict {
+        Some((verdict, word)) => (word_of(verdict), format!("verdict: {word}")),
+        None => ("sentence", "result".to_owned()),
+    };
+    let headline = leaf("strong", &[("id", "verdict")], &report.headline);
+    Ok(element(
+        "section",
+        &[
+            ("class", &format!("verdict {class}")),
+            ("role", "status"),
+            ("aria-label", &label),
+        ],
+        [headline, blocks(&report.lead, folder)?],
+    ))
 }
 
-/// `one-zone, cr, n = 16`
-fn label(case: &crate::campaigns::verify::CaseOutcome) -> String {
-    let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
-    format!("{}, {}{n}", case.scene, case.method)
+fn blocks(all: &[Block], folder: &Path) -> Result<Html> {
+    all.iter().map(|of| block(of, folder)).collect()
 }
 
-/// The verdict as a word that does not rely on its colour.
-fn word(verdict: faceoff_judge::Verdict) -> Html {
-    let word = super::word(verdict);
-    leaf("span", &[("class", &format!("word {word}"))], word)
+fn block(block: &Block, folder: &Path) -> Result<Html> {
+    Ok(match block {
+        Block::Heading(level, words) => leaf(&format!("h{level}"), &[], words),
+        Block::Text(words) => element("p", &[], prose(words)),
+        Block::List(items) => {
+            let items = items.iter().map(|item| element("li", &[], prose(item)));
+            element("ul", &[], items.collect::<Html>())
+        }
+        Block::Commands(lines) => element(
+            "pre",
+            &[("class", "wide")],
+            leaf("code", &[], lines.join("\n")),
+        ),
+        Block::Facts(of) => facts(of),
+        Block::Table(of) => table(of),
+        Block::Figure(of) => on_paper(of, folder)?,
+        Block::Folded(summary, inner) => {
+            let summary = element("summary", &[], prose(summary));
+            element("details", &[], [summary, blocks(inner, folder)?])
+        }
+        Block::Page(inner) => blocks(inner, folder)?,
+        Block::Terminal(_) => Html::default(),
+        Block::Html(make) => make()?,
+    })
 }
 
-/// A number of a table, short, and sortable.
-fn number(value: f64) -> Html {
-    if value.is_finite() {
-        text(format!("{value:.1e}"))
-    } else {
-        text("–")
-    }
+/// A figure on white, whatever the page's ground.
+fn on_paper(of: &Figure, folder: &Path) -> Result<Html> {
+    let path = folder.join(format!("{}.svg", of.name));
+    let svg = fs::read_to_string(&path).map_err(Error::io(&path, "read"))?;
+    let drawn = element(
+        "div",
+        &[("class", "wide")],
+        picture(&svg, &of.caption, "paper"),
+    );
+    let links = ["svg", "png"].map(|suffix| {
+        let name = format!("{}.{suffix}", of.name);
+        Html::from([
+            text(" "),
+            leaf("a", &[("href", &name)], suffix.to_uppercase()),
+        ])
+    });
+    let caption = element("figcaption", &[], [prose(&of.caption), Html::from(links)]);
+    Ok(element("figure", &[], [drawn, caption]))
 }

@@ -63,12 +63,6 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// `(0.5000, 0.2500)`
-pub(super) fn place(x: &[f64]) -> String {
-    let x: Vec<String> = x.iter().map(|x| format!("{x:.4}")).collect();
-    format!("({})", x.join(", "))
-}
-
 /// What a map shows, without the mesh.
 pub(super) struct Differences {
     differences: Vec<(u32, f64)>,

@@ -1,14 +1,11 @@
 //! Plots as inline SVG: histograms, curves along Γ_C, histories. Black and white, and three colours that everybody can
 //! tell apart; the page's style turns them over in the dark.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::{FontStyle, register_font};
 
-use super::markup::{Html, escape, raw};
-use faceoff_mesh::error::{Error, Result};
-
-const FONT: &str = "DejaVu Sans, sans-serif";
+use super::markup::{Html, picture};
+use crate::report::drawing::{self, SvgArea, font};
+use faceoff_mesh::error::Result;
 
 /// M. Okabe and K. Ito's palette, in the order of the engines.
 pub(super) const COLOURS: [RGBColor; 4] = [
@@ -24,29 +21,11 @@ const SMALLEST: i32 = -18;
 /// What is larger is no answer, and beyond what axes can be drawn for.
 const MOST: f64 = 1e100;
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-/// Draws on a transparent ground; `label` is what the picture is called where it is not seen.
-fn draw(label: &str, size: (u32, u32), plot: impl FnOnce(&Area) -> Drawn) -> Result<Html> {
-    let failed = |what: String| Error::Solver {
-        what: format!("the picture `{label}` was not drawn: {what}"),
-        remedy: "report this".into(),
-    };
-    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
-        .map_err(|_| failed("the font that the program carries is no font".into()))?;
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        let drawn = plot(&area).and_then(|()| area.present());
-        drawn.map_err(|e| failed(e.to_string()))?;
-    }
-    let head = format!("<svg role=\"img\" aria-label=\"{}\" ", escape(label));
-    Ok(raw(svg.replacen("<svg ", &head, 1).replace('\n', "")))
-}
-
-fn font<'a>(size: u32) -> TextStyle<'a> {
-    (FONT, size).into_font().color(&BLACK)
+/// `label` is what the picture is called where it is not seen.
+fn draw(label: &str, size: (u32, u32), plot: impl FnOnce(&SvgArea) -> Drawn) -> Result<Html> {
+    Ok(picture(&drawing::svg(size, plot)?, label, "plot"))
 }
 
 /// How many faces differ by how much: one bar a power of ten, what is 0 at the left end.

@@ -8,7 +8,7 @@ for (const table of document.querySelectorAll("table")) {
     let up = false;
     button.addEventListener("click", () => {
       up = !up;
-      const key = (row) => row.cells[column].textContent.trim();
+      const key = (row) => row.cells[column].dataset.key ?? row.cells[column].textContent.trim();
       const rows = [...table.tBodies[0].rows];
       rows.sort((a, b) => {
         const [x, y] = [key(a), key(b)];

@@ -1,22 +1,24 @@
-//! What stands first: the verdict, which code, which face, how much, and why; then the matrix.
+//! What stands first: which code, which face, how much, and why.
 
 use super::case;
-use super::markup::{Html, element, figure, leaf, prose, table, text};
+use super::map;
+use super::markup::{Html, element, figure, leaf, prose, text};
 use super::pair::{self, Pair};
-use super::{label, map, number, word};
-use crate::campaigns::verify::{CaseOutcome, Source, VerifyOutcome, VerifyRequest, telling};
+use crate::campaigns::verify::{CaseOutcome, VerifyOutcome, VerifyRequest, telling};
+use crate::report::model::{count, exact, place, short};
+use crate::report::verify::label;
 use crate::run::{Failure, RESIDUAL_TOLERANCE};
 use crate::why::Diagnosis;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
-pub(super) fn verdict(
+/// What stands beside the verdict.
+pub(in crate::report) fn top(
     request: &VerifyRequest,
     outcome: &VerifyOutcome,
     diagnoses: &[Diagnosis],
     missing: &[Failure],
 ) -> Result<Html> {
-    let name = crate::report::word(outcome.verdict);
     let mut lines: Vec<Html> = Vec::new();
     let pairs: usize = outcome.cases.iter().map(|c| c.pairs.len()).sum();
     let failed = outcome.cases.iter().flat_map(|c| &c.pairs);
@@ -32,15 +34,15 @@ pub(super) fn verdict(
     for (c, _) in telling(&outcome.cross) {
         if let Some(judged) = c.judged.filter(|j| j.verdict != Verdict::Agree) {
             lines.push(text(format!(
-                "{}: {} by {} is certified to {:.2e} and {} by {} to {:.2e}, where {:.2e} is proved to be possible on that mesh.",
+                "{}: {} by {} is certified to {} and {} by {} to {}, where {} is proved to be possible on that mesh.",
                 c.scene,
                 c.a.method,
                 c.a.engine,
-                judged.bounds[0],
+                short(judged.bounds[0]),
                 c.b.method,
                 c.b.engine,
-                judged.bounds[1],
-                judged.best
+                short(judged.bounds[1]),
+                short(judged.best)
             )));
         }
     }
@@ -55,36 +57,8 @@ pub(super) fn verdict(
         .into_iter()
         .map(|line| element("li", &[], line))
         .collect();
-    let class = format!("verdict {name}");
-    Ok(element(
-        "section",
-        &[
-            ("class", &class),
-            ("role", "status"),
-            ("aria-label", &format!("verdict: {name}")),
-        ],
-        element(
-            "div",
-            &[("class", "first")],
-            [
-                element(
-                    "div",
-                    &[],
-                    [
-                        leaf("strong", &[("id", "verdict")], name),
-                        element("ul", &[], list),
-                    ],
-                ),
-                pictures,
-            ],
-        ),
-    ))
-}
-
-/// `1 case`, `2 cases`
-fn count(number: usize, noun: &str) -> String {
-    let plural = if number == 1 { "" } else { "s" };
-    format!("{number} {noun}{plural}")
+    let list = element("div", &[], element("ul", &[], list));
+    Ok(element("div", &[("class", "first")], [list, pictures]))
 }
 
 /// The pair and field that lies farthest beyond its tolerance; with the engine that is at fault, where that is told.
@@ -160,23 +134,23 @@ fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnos
                 text("Which face: "),
                 leaf("b", &[], format!("{:?}", worst.vertices)),
                 prose(format!(
-                    " at {}, in `{}`: {} has {:e}, {} has {:e}, which is {:.2e} apart.",
-                    pair::place(&worst.midpoint),
+                    " at {}, in `{}`: {} has {}, {} has {}, which is {} apart.",
+                    place(&worst.midpoint),
                     field.field,
                     pair.a,
-                    worst.a,
+                    exact(worst.a),
                     pair.b,
-                    worst.b,
-                    (worst.a - worst.b).abs()
+                    exact(worst.b),
+                    short((worst.a - worst.b).abs())
                 )),
             ]));
         }
         lines.push(Html::from([
             text("How much: "),
-            leaf("b", &[], format!("{:.2e}", field.max_rel)),
+            leaf("b", &[], short(field.max_rel)),
             text(format!(
-                " of max|u|, {:.1e} times the tolerance, beyond it on {} of {} faces.",
-                field.max_rel / field.tolerance,
+                " of max|u|, {} times the tolerance, beyond it on {} of {} faces.",
+                short(field.max_rel / field.tolerance),
                 field.beyond,
                 field.faces
             )),
@@ -212,13 +186,13 @@ fn why(case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> String {
     }
     for engine in &case.engines {
         if engine.verdict != Verdict::Agree {
-            let place = engine.residual_at.as_ref();
+            let at = engine.residual_at.as_ref();
             return format!(
-                "put into the scheme again, the answer of {} leaves a backward error of {:.1e}{}, where rounding leaves less \
+                "put into the scheme again, the answer of {} leaves a backward error of {}{}, where rounding leaves less \
                  than {:.0e}: it solves another scheme. `faceoff verify --diagnose` names the ingredient.",
                 engine.engine,
-                engine.residual,
-                place.map_or(String::new(), |x| format!(", most at {}", pair::place(x))),
+                short(engine.residual),
+                at.map_or(String::new(), |x| format!(", most at {}", place(x))),
                 RESIDUAL_TOLERANCE
             );
         }
@@ -242,82 +216,4 @@ fn picture(case: &CaseOutcome, pair: &Pair) -> Result<Html> {
         map::orientation(&shown)
     );
     Ok(element("div", &[], [figure(zoom, caption), case::key()]))
-}
-
-/// One row a case, one column a pair.
-pub(super) fn matrix(outcome: &VerifyOutcome) -> Html {
-    let mut names: Vec<String> = Vec::new();
-    for case in &outcome.cases {
-        for pair in pair::pairs(case) {
-            if !names.contains(&pair.name()) {
-                names.push(pair.name());
-            }
-        }
-    }
-    let head: Vec<&str> = ["scene", "method", "n"]
-        .into_iter()
-        .chain(names.iter().map(String::as_str))
-        .chain(["every answer solves the scheme"])
-        .collect();
-    let rows = outcome.cases.iter().enumerate().map(|(index, case)| {
-        let link = element(
-            "a",
-            &[("href", &format!("#case-{index}"))],
-            text(&case.scene),
-        );
-        let mut cells = vec![
-            link,
-            text(&case.method),
-            text(case.n.map_or(String::new(), |n| n.to_string())),
-        ];
-        for name in &names {
-            let found = pair::pairs(case).into_iter().find(|p| p.name() == *name);
-            cells.push(found.map_or(text("no answer"), |pair| {
-                let largest = pair.fields.iter().map(|f| f.max_rel).fold(0.0, f64::max);
-                Html::from([word(pair.verdict()), text(" "), number(largest)])
-            }));
-        }
-        let engines = case.engines.iter().map(|e| e.verdict).max();
-        cells.push(word(engines.unwrap_or(Verdict::Undetermined)));
-        (crate::report::word(case.verdict), cells)
-    });
-    table(
-        "Scenes, methods and pairs of codes; the number is the largest difference of any field, relative to max|u|",
-        &head,
-        rows.collect(),
-    )
-}
-
-/// The methods against each other.
-pub(super) fn methods(outcome: &VerifyOutcome) -> Html {
-    if outcome.cross.is_empty() {
-        return Html::default();
-    }
-    let rows = telling(&outcome.cross).into_iter().map(|(c, pairs)| {
-        let source = |s: &Source| text(format!("{} {}", s.engine, s.method));
-        let n = c.n.map_or(String::new(), |n| n.to_string());
-        let mut cells = vec![text(&c.scene), text(n), source(&c.a), source(&c.b)];
-        cells.push(text(pairs.to_string()));
-        match &c.judged {
-            Some(j) => {
-                let numbers = [j.distance, j.bounds[0], j.bounds[1], j.slack];
-                cells.extend(numbers.map(|x| text(format!("{x:.2e}"))));
-                cells.push(word(j.verdict));
-                (crate::report::word(j.verdict), cells)
-            }
-            None => {
-                cells.extend([""; 4].map(text));
-                let because = c.no_certificate.as_deref().unwrap_or_default();
-                cells.push(text(format!("no certificate, because {because}")));
-                ("none", cells)
-            }
-        }
-    });
-    table(
-        "Methods against each other: ‖∇(u_a-u_b)‖ and certified bounds of each error; of all pairs of codes the one with the least slack",
-        &[
-            "scene", "n", "a", "b", "pairs", "distance", "bound a", "bound b", "slack", "verdict",
-        ],
-        rows.collect(),
-    )
 }

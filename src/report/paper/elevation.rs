@@ -3,8 +3,8 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::super::study::PaperOutcome;
-use super::{Drawn, font};
+use crate::campaigns::paper::PaperOutcome;
+use crate::report::drawing::{Drawn, font};
 
 const YAW: f64 = 0.62;
 const PITCH: f64 = 0.42;

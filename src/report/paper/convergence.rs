@@ -7,9 +7,8 @@ use plotters::coord::combinators::BindKeyPoints;
 use plotters::coord::{CoordTranslate, Shift};
 use plotters::prelude::*;
 
-use super::super::study::{ExampleOutcome, PaperOutcome, SeriesLevel};
-use super::{Drawn, font};
-use crate::drawing::power_of_ten;
+use crate::campaigns::paper::{ExampleOutcome, PaperOutcome, SeriesLevel};
+use crate::report::drawing::{Drawn, font, power_of_ten};
 
 /// Half the size of a marker.
 const MARKER: i32 = 7;

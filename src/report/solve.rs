@@ -1,20 +1,22 @@
-//! What `faceoff solve` tells: for scripts, and for people.
+//! What `solve` answers.
 
-use super::tell::tell;
 use serde::Serialize;
 
+use super::certified::Certified;
+use super::html;
+use super::model::{Block, Cell, Report, Table, cells, count, percent, short};
 use crate::engine::{self, Case, Explanation};
-use crate::report;
 use crate::run::RESIDUAL_TOLERANCE;
-use faceoff_fem::adapt::Step;
-use faceoff_fem::contact::{ContactSet, Ended, Errors, Iteration, quantities};
+use faceoff_fem::adapt::{Step, Way};
+use faceoff_fem::certify::Certificate;
+use faceoff_fem::contact::{ContactSet, Ended, Errors, Iteration, face_fields, quantities};
 use faceoff_fem::known::Truth;
 use faceoff_fem::linear::Choice;
 use faceoff_mesh::error::Result;
 
 /// The answer, as scripts read it.
 #[derive(Serialize)]
-pub(super) struct Answer {
+pub struct Answer {
     scene: String,
     method: String,
     engine: String,
@@ -50,7 +52,7 @@ pub(super) struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Errors>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub certificate: Option<report::Certified>,
+    pub certificate: Option<Certified>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explanation: Option<Explanation>,
     /// The meshes on the way to an accuracy, and how they ended.
@@ -65,7 +67,7 @@ pub(super) struct Answer {
 
 /// Wall-clock seconds; null where an engine does not tell.
 #[derive(Serialize)]
-pub(super) struct Seconds {
+pub struct Seconds {
     pub mesh: f64,
     pub assembly: Option<f64>,
     pub factor: Option<f64>,
@@ -168,9 +170,10 @@ impl Answer {
     pub fn complaint(&self, tolerance: f64) -> String {
         if self.ended == Some(Ended::Undetermined) {
             return format!(
-                "{} solves the scheme up to a backward error of {:.1e}, but its matrix is singular to working precision, so that \
+                "{} solves the scheme up to a backward error of {}, but its matrix is singular to working precision, so that \
                  rounding decides what u is; this is no solution: use cells of less extreme shape, or a smaller gamma0",
-                self.engine, self.residual
+                self.engine,
+                short(self.residual)
             );
         }
         let which = match &self.residuals {
@@ -184,40 +187,107 @@ impl Answer {
     }
 }
 
-pub(super) fn print(a: &Answer) {
-    let n = a.n.map_or(String::new(), |n| format!(", n = {n}"));
-    tell!(
-        "{} by {} {} ({}){n}",
-        a.scene,
-        a.engine,
-        a.version,
-        a.method
-    );
-    tell!("  cells {}, faces {}, dofs {}", a.cells, a.faces, a.dofs);
+/// The report of an answer: u of a case, with its certificate where there is one.
+///
+/// # Errors
+/// None but of a broken installation.
+pub fn solve<'a>(
+    a: &'a Answer,
+    case: &'a Case,
+    u: &'a [f64],
+    certificate: Option<&'a Certificate>,
+) -> Result<Report<'a>> {
     let rounding = match a.ended {
         Some(Ended::Rounding) => ", to rounding: no smaller increments are to be had",
         _ => "",
     };
-    tell!(
-        "  {} iterations, backward error {:.1e}{rounding}",
-        a.iterations,
-        a.residual
+    let reached = if a.converged {
+        "reached"
+    } else {
+        "not reached"
+    };
+    let headline = format!(
+        "{reached} in {}, backward error {}{rounding}",
+        count(a.iterations, "iteration"),
+        short(a.residual)
     );
-    tell!("  ‖∇u‖²           {:.15e}", a.grad_norm_sq);
-    tell!("  ‖u‖             {:.15e}", a.l2_norm);
-    tell!("  flux on Γ_C     {:.15e}", a.contact_flux);
-    tell!("  ‖u-ψ+[P]₊‖_C    {:.15e}", a.contact_residual);
-    tell!("  contact on      {}", contact(&a.contact_set));
-    if let Some(Errors { h1, l2 }) = a.error {
-        tell!("  relative error  {h1:.3e} in ∇u, {l2:.3e} in u");
-    }
-    if let Some(c) = &a.certificate {
-        tell!("  {}", c.sentence());
-    }
-    tell!("  {:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
-    for line in a.explanation.iter().flat_map(Explanation::lines) {
-        tell!("  {line}");
-    }
+    let about = format!(
+        "{}, {}{}",
+        a.scene,
+        a.method,
+        a.n.map_or(String::new(), |n| format!(", n = {n}"))
+    );
+    let mut report = Report::new("solve", &format!("faceoff solve: {about}"), headline, a)?;
+    report.engines.push((a.engine.clone(), a.version.clone()));
+    let mesh = case.problem.space.mesh;
+    report.digests.push(("the mesh".into(), mesh.digest()));
+    let mut facts = vec![
+        ("by", format!("{} {}", a.engine, a.version)),
+        (
+            "mesh",
+            format!("{} cells, {} faces, {} dofs", a.cells, a.faces, a.dofs),
+        ),
+        ("‖∇u‖²", format!("{:.15e}", a.grad_norm_sq)),
+        ("‖u‖", format!("{:.15e}", a.l2_norm)),
+        ("flux on Γ_C", format!("{:.15e}", a.contact_flux)),
+        ("‖u-ψ+[P]₊‖_C", format!("{:.15e}", a.contact_residual)),
+        ("contact on", contact(&a.contact_set)),
+    ];
+    facts.extend(a.error.map(|Errors { h1, l2 }| {
+        (
+            "relative error",
+            format!("{} in ∇u, {} in u", short(h1), short(l2)),
+        )
+    }));
+    facts.extend(a.certificate.as_ref().map(|c| ("certified", c.sentence())));
+    facts.push((
+        "taken",
+        format!("{:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb),
+    ));
+    let facts = facts
+        .into_iter()
+        .map(|(name, fact)| (name.to_owned(), fact))
+        .collect();
+    let lines = a.explanation.iter().flat_map(Explanation::lines);
+    let of = Block::Text(about.clone());
+    report.blocks = vec![Block::Terminal(vec![of]), Block::Facts(facts)];
+    report.blocks.extend(lines.map(Block::Text));
+    let steps = a.meshes.iter().flatten().map(|step| {
+        let way = match step.way {
+            Way::Uniform => "uniform",
+            Way::Adaptive => "adaptive",
+        };
+        let percent = Cell::Number(step.relative, percent(step.relative));
+        cells![
+            way,
+            step.n,
+            step.cells,
+            percent,
+            Cell::fixed(step.seconds, 2)
+        ]
+    });
+    let head = ["mesh", "n", "cells", "certified to", "seconds"];
+    let steps = Table::new("The meshes on the way to the accuracy", &head).with(steps);
+    let mut page = Vec::new();
+    page.extend((!steps.rows.is_empty()).then(|| steps.into()));
+    page.push(Block::Html(Box::new(move || {
+        let fields = [face_fields(&case.problem, u, &a.engine)];
+        let along = match mesh.dim {
+            3 => html::zones(&fields, mesh, &about),
+            _ => html::along(&fields, &about)?,
+        };
+        let increments = [(a.engine.as_str(), a.increments.as_slice())];
+        Ok(html::Html::from([
+            along,
+            html::histories(&increments, &about)?,
+        ]))
+    })));
+    report.blocks.push(Block::Page(page));
+    report.files.push(Box::new(move |folder| {
+        let path = folder.join(format!("{}.vtu", a.scene));
+        super::write_solution(&path, case, u, &a.engine, &a.version, certificate)
+    }));
+    Ok(report)
 }
 
 fn contact(set: &ContactSet) -> String {

@@ -1,14 +1,12 @@
 //! The map as figures: a line an extreme, a column a method, a colour what became of it, or how rounding is amplified.
 
-use std::path::Path;
-
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::text::{amplified, find, lines, methods, word};
-use super::{Entry, Finding, StressOutcome};
-use crate::drawing::{self, Drawing, Drawn, font};
-use faceoff_mesh::error::Result;
+use super::{amplified, find, lines, methods, word};
+use crate::campaigns::stress::{Entry, Finding, StressOutcome};
+use crate::report::drawing::{Drawing, Drawn, font};
+use crate::report::model::Figure;
 
 const LABELS: i32 = 420;
 const WIDTH: i32 = 110;
@@ -24,24 +22,49 @@ struct Map<'a> {
     shown: fn(&Entry) -> (String, RGBColor),
 }
 
-/// Draws `map-ENGINE` and `condition-ENGINE` of every engine, as SVG and PNG.
-///
-/// # Errors
-/// Files that cannot be written.
-pub fn draw(outcome: &StressOutcome, folder: &Path) -> Result<()> {
-    for (engine, _) in &outcome.engines {
-        let mut map = Map {
-            outcome,
-            engine,
-            lines: lines(outcome, engine),
-            methods: methods(outcome, engine),
-            shown: |cell| (word(&cell.verdict), colour(&cell.verdict)),
-        };
-        drawing::draw(&map, folder, &format!("map-{engine}"))?;
-        map.shown = |cell| (amplified(cell), heat(cell.condition));
-        drawing::draw(&map, folder, &format!("condition-{engine}"))?;
+/// What became of each trial.
+pub fn map<'a>(outcome: &'a StressOutcome, engine: &'a str) -> Figure<'a> {
+    let shown = |cell: &Entry| (word(&cell.verdict), colour(&cell.verdict));
+    figure(
+        "map",
+        format!("What becomes of each extreme by {engine}."),
+        outcome,
+        engine,
+        shown,
+    )
+}
+
+/// How rounding is amplified at each answer.
+pub fn conditions<'a>(outcome: &'a StressOutcome, engine: &'a str) -> Figure<'a> {
+    let shown = |cell: &Entry| (amplified(cell), heat(cell.condition));
+    figure(
+        "condition",
+        format!("Condition estimates of the answers by {engine}."),
+        outcome,
+        engine,
+        shown,
+    )
+}
+
+fn figure<'a>(
+    name: &str,
+    caption: String,
+    outcome: &'a StressOutcome,
+    engine: &'a str,
+    shown: fn(&Entry) -> (String, RGBColor),
+) -> Figure<'a> {
+    let picture = Box::new(Map {
+        outcome,
+        engine,
+        lines: lines(outcome, engine),
+        methods: methods(outcome, engine),
+        shown,
+    });
+    Figure {
+        name: format!("{name}-{engine}"),
+        caption,
+        picture,
     }
-    Ok(())
 }
 
 impl Drawing for Map<'_> {

@@ -14,18 +14,18 @@ static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// A line on standard output.
 macro_rules! tell {
-    ($($words:tt)*) => { $crate::cli::tell::output(format_args!("{}\n", format_args!($($words)*))) };
+    ($($words:tt)*) => { $crate::report::console::output(format_args!("{}\n", format_args!($($words)*))) };
 }
 
 /// A line on standard error.
 macro_rules! note {
-    ($($words:tt)*) => { $crate::cli::tell::aside(format_args!($($words)*)) };
+    ($($words:tt)*) => { $crate::report::console::aside(format_args!($($words)*)) };
 }
 
-pub(super) use {note, tell};
+pub(crate) use {note, tell};
 
 /// Text on standard output, as it stands.
-pub(super) fn output(text: Arguments) {
+pub fn output(text: Arguments) {
     let mut out = io::stdout().lock();
     if let Err(e) = out.write_fmt(text).and_then(|()| out.flush())
         && e.kind() != ErrorKind::BrokenPipe
@@ -35,7 +35,7 @@ pub(super) fn output(text: Arguments) {
     }
 }
 
-pub(super) fn aside(text: Arguments) {
+pub fn aside(text: Arguments) {
     // Where standard error takes nothing there is nobody to be told.
     let _ = writeln!(io::stderr(), "{text}");
 }
@@ -44,7 +44,7 @@ pub(super) fn aside(text: Arguments) {
 ///
 /// # Errors
 /// Output that was lost.
-pub(super) fn check() -> Result<()> {
+pub fn check() -> Result<()> {
     let lost = LOST.lock().ok().and_then(|mut lost| lost.take());
     lost.map_or(Ok(()), |source| {
         Err(Error::Io {

@@ -1,17 +1,12 @@
 //! Work and precision, every engine and method on one page, and what γ₀ does: error over time and over γ₀, log-log.
 
-use std::path::Path;
-
 use plotters::coord::Shift;
 use plotters::coord::combinators::BindKeyPoints;
 use plotters::prelude::*;
 
-use super::advice::NORMS;
-use super::row::{Row, Varied};
-use super::text::scenes;
-use super::{Norm, StudyOutcome};
-use crate::drawing::{self, Drawing, Drawn, font, power_of_ten};
-use faceoff_mesh::error::Result;
+use crate::campaigns::study::{NORMS, Norm, Row, StudyOutcome, Varied};
+use crate::report::drawing::{Drawing, Drawn, font, power_of_ten};
+use crate::report::model::Figure;
 
 /// Colours that are told apart without red and green (M. Okabe, K. Ito), then darker ones.
 const COLOURS: [RGBColor; 8] = [
@@ -33,22 +28,29 @@ const MOST_LABELS: i32 = 12;
 /// Up to so many decades 2 and 5 are labelled as well.
 const FEW_DECADES: i32 = 2;
 
-/// Draws `work-SCENE` and `gamma0-SCENE`, as `.svg` and `.png`, of every scene that has rows for it.
-///
-/// # Errors
-/// Files that cannot be written.
-pub fn draw(outcome: &StudyOutcome, folder: &Path) -> Result<()> {
-    for scene in scenes(outcome) {
-        for (page, name) in [
-            (work(outcome, &scene), "work"),
-            (gamma(outcome, &scene), "gamma0"),
-        ] {
-            if !page.lines.is_empty() {
-                drawing::draw(&page, folder, &format!("{name}-{scene}"))?;
-            }
-        }
-    }
-    Ok(())
+/// Error over time; none without a row for it.
+pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
+    let caption = format!("Work and precision of {scene}.");
+    figure(work_page(outcome, scene), format!("work-{scene}"), caption)
+}
+
+/// Error over γ₀; none without a row for it.
+pub fn gamma<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
+    let caption = format!("Errors over γ₀ of {scene}.");
+    figure(
+        gamma_page(outcome, scene),
+        format!("gamma0-{scene}"),
+        caption,
+    )
+}
+
+fn figure(page: Page<'_>, name: String, caption: String) -> Option<Figure<'_>> {
+    let picture = Box::new(page);
+    (!picture.lines.is_empty()).then_some(Figure {
+        name,
+        caption,
+        picture,
+    })
 }
 
 /// Two panels, in the energy norm and in L², with a legend.
@@ -78,7 +80,7 @@ struct Point {
 }
 
 /// Error over time: uniform meshes and adapted ones.
-fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Page<'a> {
+fn work_page<'a>(outcome: &'a StudyOutcome, scene: &str) -> Page<'a> {
     let kinds = [
         (Varied::Mesh, None),
         (Varied::Adaptive, Some("dashed: adapted, certified")),
@@ -93,7 +95,7 @@ fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Page<'a> {
 }
 
 /// Error over γ₀.
-fn gamma<'a>(outcome: &'a StudyOutcome, scene: &str) -> Page<'a> {
+fn gamma_page<'a>(outcome: &'a StudyOutcome, scene: &str) -> Page<'a> {
     let mut lines = lines(outcome, scene, &[(Varied::Gamma0, None)], |row| row.gamma0);
     for line in &mut lines {
         let finest = line.points.iter().map(|(_, row)| row.n).max().flatten();

@@ -1,0 +1,132 @@
+//! The one place that writes what was asked for: the folder with its page, JSON, JUnit, a badge, the terminal, and what
+//! CI servers show.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::json;
+
+use super::annotations::annotate;
+use super::badge::badge;
+use super::console::output as say;
+use super::folder::{check_folder, write_folder};
+use super::html::page;
+use super::json::{is_stdout, slug, write_text};
+use super::junit::junit;
+use super::model::{Report, Suite, TestCase};
+use super::text::text;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::io::save;
+
+/// Where the results of a command go.
+#[derive(Debug, Clone, Default)]
+pub struct Output<'a> {
+    pub command: &'static str,
+    /// What it is about, where that is not the command.
+    pub subject: Option<String>,
+    /// Does it judge something?
+    pub judges: bool,
+    pub json: Option<&'a Path>,
+    pub report: Option<&'a Path>,
+    pub junit: Option<&'a Path>,
+    pub badge: Option<&'a Path>,
+    pub quiet: bool,
+}
+
+/// By this a page of ours is known.
+const MARK: &str = "<title>faceoff";
+
+impl Output<'_> {
+    /// Refuses, before anything is run, a folder with things that are no earlier report.
+    ///
+    /// # Errors
+    /// Such a folder, or a file.
+    pub fn check(&self) -> Result<()> {
+        let is_ours = |folder: &Path| {
+            let page = fs::read_to_string(folder.join("index.html"));
+            page.is_ok_and(|page| page.contains(MARK))
+        };
+        self.report
+            .map_or(Ok(()), |folder| check_folder(folder, is_ours))
+    }
+
+    /// Does anything go to the terminal?
+    pub fn speaks(&self) -> bool {
+        !self.quiet && !is_stdout(self.json)
+    }
+
+    /// Says wherever something reads that the command ended early: a result of an earlier run must not stand there as
+    /// this one's.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    pub fn fail(&self, error: &Error) -> Result<()> {
+        let subject = self.subject.as_deref().unwrap_or(self.command);
+        let message = error.to_string();
+        let result = match self.judges {
+            true => json!({ "verdict": Verdict::Undetermined, "error": message }),
+            false => json!({ "error": message }),
+        };
+        let title = format!("faceoff {}", self.command);
+        let mut report = Report::new(self.command, &title, message.as_str(), &result)?;
+        if self.judges {
+            report.verdict = Some((Verdict::Undetermined, "undetermined"));
+            let case = TestCase {
+                class: "faceoff".into(),
+                name: subject.to_owned(),
+                title: Some(format!("{subject} could not be judged")),
+                seconds: 0.0,
+                verdict: Verdict::Undetermined,
+                message,
+            };
+            report.suites.push(Suite {
+                name: subject.to_owned(),
+                properties: Vec::new(),
+                cases: vec![case],
+            });
+        }
+        let mut output = self.clone();
+        output.report = self.report.filter(|_| self.check().is_ok());
+        write(&report, &output)?;
+        annotate(&report, &output)
+    }
+}
+
+/// Writes a report to everything that was asked for, and to the terminal.
+///
+/// # Errors
+/// Files that cannot be written, and what a page is made of.
+pub fn deliver(report: &Report, output: &Output) -> Result<()> {
+    write(report, output)?;
+    if output.speaks() {
+        say(format_args!("{}", text(report)));
+    }
+    annotate(report, output)
+}
+
+fn write(report: &Report, output: &Output) -> Result<()> {
+    if let Some(folder) = output.report {
+        write_folder(folder, |beside| {
+            for write in &report.files {
+                write(beside)?;
+            }
+            for figure in report.figures() {
+                let file = |suffix: &str| beside.join(format!("{}.{suffix}", figure.name));
+                write_text(&file("svg"), &figure.picture.svg()?)?;
+                figure.picture.png(&file("png"))?;
+            }
+            write_text(&beside.join(slug(report.command) + ".json"), &report.json)?;
+            write_text(&beside.join("index.html"), &page(report, beside)?)
+        })?;
+    }
+    if let Some(path) = output.junit {
+        save(path, [junit(report)?.as_slice()])?;
+    }
+    if let (Some(path), Some((verdict, word))) = (output.badge, report.verdict) {
+        write_text(path, &badge(verdict, word))?;
+    }
+    output
+        .json
+        .map_or(Ok(()), |path| write_text(path, &report.json))
+}

@@ -1,0 +1,127 @@
+//! Figures: each drawn once, as SVG and as PNG.
+
+use std::path::Path;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
+
+use faceoff_mesh::error::{Error, Result};
+
+/// Registered with the font that the program carries; a viewer of SVG takes what it has.
+const FONT: &str = "DejaVu Sans, sans-serif";
+
+/// What drawing on a backend ends with.
+pub type Drawn<DB> =
+    std::result::Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+
+/// Something that can be drawn on any backend.
+pub trait Drawing {
+    /// Width and height in pixels.
+    fn size(&self) -> (u32, u32);
+
+    /// Draws on a white area of that size.
+    ///
+    /// # Errors
+    /// Those of the backend.
+    fn on<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB>;
+}
+
+/// What can be drawn, whatever it is.
+pub trait Picture {
+    /// As a document of its own.
+    ///
+    /// # Errors
+    /// What cannot be drawn.
+    fn svg(&self) -> Result<String>;
+
+    /// As a file.
+    ///
+    /// # Errors
+    /// What cannot be drawn, and a file that cannot be written.
+    fn png(&self, path: &Path) -> Result<()>;
+}
+
+impl<T: Drawing> Picture for T {
+    fn svg(&self) -> Result<String> {
+        svg(self.size(), |area| on_white(self, area))
+    }
+
+    fn png(&self, path: &Path) -> Result<()> {
+        set_up_font()?;
+        let (width, height) = self.size();
+        let mut pixels = vec![0; 3 * width as usize * height as usize];
+        {
+            let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+            on_white(self, &area).map_err(|e| failed(e.to_string()))?;
+        }
+        let bytes = encode(width, height, &pixels).map_err(|e| failed(e.to_string()))?;
+        std::fs::write(path, bytes).map_err(Error::io(path, "write"))
+    }
+}
+
+/// Rows of red, green and blue as PNG.
+fn encode(width: u32, height: u32, pixels: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// A part of a picture that becomes SVG.
+pub type SvgArea<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// SVG of a size in pixels, on a transparent ground.
+///
+/// # Errors
+/// What cannot be drawn.
+pub fn svg(
+    size: (u32, u32),
+    plot: impl FnOnce(&SvgArea) -> std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>,
+) -> Result<String> {
+    set_up_font()?;
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        let drawn = plot(&area).and_then(|()| area.present());
+        drawn.map_err(|e| failed(e.to_string()))?;
+    }
+    Ok(svg)
+}
+
+fn on_white<DB: DrawingBackend>(
+    drawing: &impl Drawing,
+    area: &DrawingArea<DB, Shift>,
+) -> Drawn<DB> {
+    area.fill(&WHITE)?;
+    drawing.on(area)?;
+    area.present()
+}
+
+fn set_up_font() -> Result<()> {
+    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
+        .map_err(|_| failed("the font that the program carries is no font".into()))
+}
+
+fn failed(why: String) -> Error {
+    Error::Solver {
+        what: format!("a figure cannot be drawn: {why}"),
+        remedy: "report this".into(),
+    }
+}
+
+/// Black text of a size in pixels.
+pub fn font(size: u32) -> TextStyle<'static> {
+    (FONT, size).into_font().color(&BLACK)
+}
+
+/// `-3` as `10⁻³`.
+pub fn power_of_ten(exponent: i32) -> String {
+    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let of = |c: char| c.to_digit(10).map_or('⁻', |d| digits[d as usize]);
+    let power: String = exponent.to_string().chars().map(of).collect();
+    format!("10{power}")
+}

@@ -1,0 +1,357 @@
+//! What a command has to say, said once: the page, the terminal, JSON, JUnit and annotations are made from it.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::drawing::Picture;
+use super::html::Html;
+use super::json::document;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::Result;
+
+/// The result of one command.
+pub struct Report<'a> {
+    /// `verify`, `mesh check`: as it is typed.
+    pub command: &'static str,
+    /// The question that it answers.
+    pub title: String,
+    /// Where something is judged: the verdict, and the word for it.
+    pub verdict: Option<(Verdict, &'static str)>,
+    /// The answer in one sentence, or in the verdict's word.
+    pub headline: String,
+    /// What stands beside the answer at the top of the page.
+    pub lead: Vec<Block<'a>>,
+    pub blocks: Vec<Block<'a>>,
+    /// Engines and their versions.
+    pub engines: Vec<(String, String)>,
+    /// Digests of meshes, by name.
+    pub digests: Vec<(String, String)>,
+    /// Files that were read, of which the page has the digests.
+    pub inputs: Vec<PathBuf>,
+    /// What was judged, one by one.
+    pub suites: Vec<Suite>,
+    /// Data that go into the folder of the report.
+    pub files: Vec<Write<'a>>,
+    /// The whole as JSON.
+    pub json: String,
+}
+
+/// Writes into a folder.
+pub type Write<'a> = Box<dyn Fn(&Path) -> Result<()> + 'a>;
+
+/// A part of a report. In texts, `…` encloses what one would type.
+pub enum Block<'a> {
+    /// From 2, the largest.
+    Heading(u8, String),
+    Text(String),
+    List(Vec<String>),
+    /// What one would type.
+    Commands(Vec<String>),
+    /// Names and what they are.
+    Facts(Vec<(String, String)>),
+    Table(Table),
+    Figure(Figure<'a>),
+    /// Folded on the page until it is asked for.
+    Folded(String, Vec<Block<'a>>),
+    /// What the terminal has no room for.
+    Page(Vec<Block<'a>>),
+    /// What the page says in another way.
+    Terminal(Vec<Block<'a>>),
+    /// A part of a page that is made when there is one.
+    Html(Box<dyn Fn() -> Result<Html> + 'a>),
+}
+
+/// A picture: in the page, and as NAME.svg and NAME.png beside it.
+pub struct Figure<'a> {
+    pub name: String,
+    pub caption: String,
+    pub picture: Box<dyn Picture + 'a>,
+}
+
+/// Rows of cells; a column of numbers is aligned as such.
+#[derive(Default)]
+pub struct Table {
+    pub caption: String,
+    pub head: Vec<String>,
+    pub rows: Vec<Vec<Cell>>,
+}
+
+/// What a table holds in one place.
+#[derive(Clone)]
+pub enum Cell {
+    Text(String),
+    /// The value by which it sorts, and the digits that are shown.
+    Number(f64, String),
+    Verdict(Verdict),
+    /// A verdict and the number that it is about.
+    Judged(Verdict, f64),
+    /// A text that leads to a place of the page.
+    Link(String, String),
+}
+
+/// What was judged together.
+pub struct Suite {
+    pub name: String,
+    pub properties: Vec<(&'static str, String)>,
+    pub cases: Vec<TestCase>,
+}
+
+/// One thing that was judged.
+pub struct TestCase {
+    pub class: String,
+    pub name: String,
+    /// How an annotation calls what is wrong, where that is not suite and name.
+    pub title: Option<String>,
+    pub seconds: f64,
+    pub verdict: Verdict,
+    /// Why it is no pass.
+    pub message: String,
+}
+
+impl<'a> Report<'a> {
+    /// A report without anything but its JSON.
+    ///
+    /// # Errors
+    /// A result that JSON cannot hold.
+    pub fn new(
+        command: &'static str,
+        title: &str,
+        headline: impl Into<String>,
+        result: &impl Serialize,
+    ) -> Result<Self> {
+        Ok(Report {
+            command,
+            title: title.to_owned(),
+            verdict: None,
+            headline: headline.into(),
+            lead: Vec::new(),
+            blocks: Vec::new(),
+            engines: Vec::new(),
+            digests: Vec::new(),
+            inputs: Vec::new(),
+            suites: Vec::new(),
+            files: Vec::new(),
+            json: document(command, result)?,
+        })
+    }
+
+    /// Adds a text file for the folder.
+    pub fn file(&mut self, name: &str, text: impl Fn() -> String + 'a) {
+        let name = name.to_owned();
+        self.files.push(Box::new(move |folder| {
+            super::json::write_text(&folder.join(&name), &text())
+        }));
+    }
+
+    /// Every figure, in the order of the page.
+    pub fn figures(&self) -> Vec<&Figure<'a>> {
+        fn collect<'r, 'a>(blocks: &'r [Block<'a>], found: &mut Vec<&'r Figure<'a>>) {
+            for block in blocks {
+                match block {
+                    Block::Figure(figure) => found.push(figure),
+                    Block::Folded(_, inner) | Block::Page(inner) => collect(inner, found),
+                    _ => {}
+                }
+            }
+        }
+        let mut found = Vec::new();
+        collect(&self.blocks, &mut found);
+        found
+    }
+}
+
+impl Table {
+    pub fn new<S: ToString>(caption: impl Into<String>, head: &[S]) -> Self {
+        Table {
+            caption: caption.into(),
+            head: head.iter().map(S::to_string).collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// With all of these rows.
+    pub fn with(mut self, rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
+        self.rows.extend(rows);
+        self
+    }
+
+    /// Does a column hold numbers, but for some words?
+    pub fn is_numeric(&self, column: usize) -> bool {
+        let cells = self.rows.iter().filter_map(|row| row.get(column));
+        let (mut numbers, mut words) = (0, 0);
+        for cell in cells {
+            match cell {
+                Cell::Number(..) => numbers += 1,
+                Cell::Text(text) if text.is_empty() => {}
+                _ => words += 1,
+            }
+        }
+        numbers > words
+    }
+}
+
+impl From<Table> for Block<'_> {
+    fn from(table: Table) -> Self {
+        Block::Table(table)
+    }
+}
+
+/// A row from values of any kind.
+macro_rules! cells {
+    ($($value:expr),* $(,)?) => { vec![$($crate::report::model::Cell::from($value)),*] };
+}
+pub(crate) use cells;
+
+impl Cell {
+    /// With so many digits after the point.
+    pub fn fixed(value: f64, digits: usize) -> Self {
+        match value {
+            v if !v.is_finite() => "–".into(),
+            0.0 => Cell::Number(0.0, format!("{:.digits$}", 0.0)),
+            v => Cell::Number(v, format!("{v:.digits$}")),
+        }
+    }
+
+    /// What the terminal shows.
+    pub fn text(&self) -> String {
+        match self {
+            Cell::Text(text) | Cell::Number(_, text) | Cell::Link(_, text) => text.clone(),
+            Cell::Verdict(verdict) => word(*verdict).to_owned(),
+            Cell::Judged(verdict, number) => format!("{} {}", word(*verdict), short(*number)),
+        }
+    }
+}
+
+/// Three digits.
+impl From<f64> for Cell {
+    fn from(value: f64) -> Self {
+        Cell::Number(value, short(value))
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(value: usize) -> Self {
+        Cell::Number(value as f64, value.to_string())
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Cell::Text(text)
+    }
+}
+
+impl From<&String> for Cell {
+    fn from(text: &String) -> Self {
+        Cell::Text(text.clone())
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Cell::Text(text.to_owned())
+    }
+}
+
+impl From<Verdict> for Cell {
+    fn from(verdict: Verdict) -> Self {
+        Cell::Verdict(verdict)
+    }
+}
+
+/// Nothing is an empty cell.
+impl<T: Into<Cell>> From<Option<T>> for Cell {
+    fn from(value: Option<T>) -> Self {
+        value.map_or(Cell::Text(String::new()), Into::into)
+    }
+}
+
+/// Three digits: `0.123`, `1.23e-4`; 0 is `0`, and what is not finite a dash.
+pub fn short(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    let text = format!("{value:.2e}");
+    let power = text
+        .split_once('e')
+        .and_then(|(_, power)| power.parse::<i32>().ok());
+    match power {
+        _ if value == 0.0 => "0".into(),
+        Some(power @ -1..=2) => format!("{value:.*}", (2 - power) as usize),
+        _ => text,
+    }
+}
+
+/// All digits.
+pub fn exact(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        v if (1e-3..1e6).contains(&v) => value.to_string(),
+        _ => format!("{value:e}"),
+    }
+}
+
+/// `1.23 %`, with three digits.
+pub fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    match percent.abs() {
+        p if (1e-3..1e3).contains(&p) => {
+            let digits = (2.0 - p.log10().floor()).max(0.0) as usize;
+            format!("{percent:.digits$} %")
+        }
+        _ => format!("{} %", short(percent)),
+    }
+}
+
+/// Three digits, in ms below a second.
+pub fn duration(seconds: f64) -> Cell {
+    Cell::Number(seconds, crate::campaigns::study::duration(seconds))
+}
+
+pub fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Agree => "agree",
+        Verdict::Disagree => "disagree",
+        Verdict::Undetermined => "undetermined",
+    }
+}
+
+/// `(0.5000, 0.2500)`
+pub fn place(x: &[f64]) -> String {
+    let x: Vec<String> = x.iter().map(|x| format!("{x:.4}")).collect();
+    format!("({})", x.join(", "))
+}
+
+/// `1 case`, `2 cases`
+pub fn count(number: usize, noun: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {noun}{plural}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits_and_zero_is_zero() {
+        assert_eq!(short(0.0), "0");
+        assert_eq!(short(-0.0), "0");
+        assert_eq!(short(-1.2345e-7), "-1.23e-7");
+        let values = [0.09996, 0.12345, 9.996, 123.4, 999.6, 1234.5];
+        let texts = ["0.100", "0.123", "10.0", "123", "1.00e3", "1.23e3"];
+        assert_eq!(values.map(short), texts);
+        assert_eq!([f64::NAN, f64::INFINITY].map(short), ["–", "–"]);
+        assert_eq!(Cell::fixed(-0.0, 2).text(), "0.00");
+        let shares = [0.0, 1.23456, 0.123456, 1.23456e-4, 1.23456e-6];
+        let texts = ["0 %", "123 %", "12.3 %", "0.0123 %", "1.23e-4 %"];
+        assert_eq!(shares.map(percent), texts);
+    }
+
+    #[test]
+    fn columns_of_numbers_are_known_by_what_they_hold() {
+        let rows = [cells!["a", 1.0, ""], cells!["b", None::<f64>, ""]];
+        let table = Table::new("", &["name", "error", "blank"]).with(rows);
+        assert_eq!([0, 1, 2].map(|k| table.is_numeric(k)), [false, true, false]);
+    }
+}

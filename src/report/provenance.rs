@@ -1,0 +1,94 @@
+//! Where a report comes from.
+
+use std::fs;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use super::model::Report;
+use crate::engine::{Machine, quoted};
+
+/// Program, command, machine, date, engines and digests, by name.
+pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
+    let machine = Machine::here();
+    let build = if machine.optimised {
+        ""
+    } else {
+        ", built without optimisation"
+    };
+    let memory = machine.memory_mb;
+    let memory = memory.map_or(String::new(), |mb| format!(", {:.0} GB", mb / 1024.0));
+    let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let host = format!(
+        "{} ({}, {}, {} threads{memory})",
+        host.trim(),
+        machine.system,
+        if machine.processor.is_empty() {
+            "unknown processor"
+        } else {
+            &machine.processor
+        },
+        machine.threads
+    );
+    let command = quoted(std::env::args().skip(1));
+    let mut facts = vec![
+        ("faceoff".to_owned(), format!("{}{build}", machine.version)),
+        ("command".to_owned(), format!("`faceoff {command}`")),
+        ("host".to_owned(), host),
+        ("date".to_owned(), date(SystemTime::now())),
+    ];
+    let engines = report.engines.iter();
+    let engines: Vec<String> = engines
+        .map(|(name, version)| format!("{name} {version}"))
+        .collect();
+    if !engines.is_empty() {
+        facts.push(("engines".to_owned(), engines.join(", ")));
+    }
+    let inputs = report.inputs.iter().map(|path| {
+        let digest = fs::read(path).map_or("it cannot be read again".into(), |bytes| {
+            blake3::hash(&bytes).to_hex()[..16].to_owned()
+        });
+        (path.display().to_string(), digest)
+    });
+    let digests = report.digests.iter().cloned().chain(inputs);
+    facts.extend(digests.map(|(name, digest)| (format!("digest of {name}"), digest)));
+    facts
+}
+
+/// `2026-11-22 04:02 UTC`
+fn date(now: SystemTime) -> String {
+    let seconds = now
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |since| since.as_secs());
+    let (days, minutes) = ((seconds / 86_400) as i64, seconds % 86_400 / 60);
+    // From days since 1970 to the Gregorian calendar, by eras of 400 years that begin in March (H. Hinnant).
+    let day = days + 719_468;
+    let (era, of_era) = (day.div_euclid(146_097), day.rem_euclid(146_097));
+    let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year + year / 4 - year / 100);
+    let month = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    let year = year + 400 * era + i64::from(month <= 2);
+    format!(
+        "{year}-{month:02}-{day:02} {:02}:{:02} UTC",
+        minutes / 60,
+        minutes % 60
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        for (seconds, text) in [
+            (0, "1970-01-01 00:00 UTC"),
+            (951_782_399, "2000-02-28 23:59 UTC"),
+            (951_782_400, "2000-02-29 00:00 UTC"),
+            (1_795_320_120, "2026-11-22 04:02 UTC"),
+        ] {
+            assert_eq!(date(UNIX_EPOCH + Duration::from_secs(seconds)), text);
+        }
+    }
+}

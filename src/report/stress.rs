@@ -1,0 +1,243 @@
+//! What breaks: a map with a line an extreme and a column a method.
+
+mod figure;
+
+use super::json::{Judged, csv};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells};
+use crate::campaigns::stress::{self, Finding, StressOutcome};
+use faceoff_mesh::error::Result;
+
+const HOW: &str = "Each problem has a known solution. `holds`: the relative error (the larger of energy norm and L²) is that of moderate \
+    values, or below 1e-8. `× 10`: it is ten times that. `refuses`: in words, below. `wrong`: an answer that claims to be one and is \
+    not. After a comma the steps.";
+const AMPLIFIED: &str = "An estimate, from below, of Skeel's condition number of the linearised scheme at each answer: so many times a relative \
+    rounding of its terms shows in u. After a comma the digits that agree with the moderate solution, where that has the same dofs.";
+
+/// The report of all trials.
+///
+/// # Errors
+/// None but of a broken installation.
+pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
+    let count =
+        |of: fn(&Finding) -> bool| outcome.entries.iter().filter(|c| of(&c.verdict)).count();
+    let wrong = count(Finding::is_wrong);
+    let headline = format!(
+        "{} hold, {} degrade, {} refuse, {wrong} wrong",
+        count(|v| *v == Finding::Holds),
+        count(|v| matches!(v, Finding::Degrades { .. })),
+        count(|v| matches!(v, Finding::Refuses { .. })),
+    );
+    let (verdict, word) = match wrong {
+        0 => (faceoff_judge::Verdict::Agree, "nothing wrong"),
+        _ => (faceoff_judge::Verdict::Disagree, "wrong"),
+    };
+    let found = Judged {
+        verdict,
+        found: outcome,
+    };
+    let mut report = Report::new("stress", "faceoff stress: what breaks?", headline, &found)?;
+    report.verdict = Some((verdict, word));
+    report.engines = outcome.engines.clone();
+    report
+        .blocks
+        .push(Block::Page(vec![Block::Text(HOW.into())]));
+    for (engine, version) in &outcome.engines {
+        report.suites.push(suite(outcome, engine));
+        report.blocks.extend([
+            Block::Heading(2, format!("{engine} {version}")),
+            Block::Page(vec![Block::Figure(figure::map(outcome, engine))]),
+            map(outcome, engine, became).into(),
+            Block::List(sentences(outcome, engine)),
+            Block::Page(vec![
+                Block::Heading(3, format!("How rounding is amplified in {engine}")),
+                Block::Text(AMPLIFIED.into()),
+                Block::Figure(figure::conditions(outcome, engine)),
+                map(outcome, engine, conditioning).into(),
+            ]),
+        ]);
+    }
+    report.file("map.csv", || cells_csv(outcome));
+    Ok(report)
+}
+
+/// The lines of an engine's map: family and value.
+fn lines<'a>(outcome: &'a StressOutcome, engine: &str) -> Vec<(&'a str, &'a str)> {
+    let mut lines: Vec<(&str, &str)> = Vec::new();
+    for cell in outcome.entries.iter().filter(|c| c.engine == engine) {
+        let line = (cell.family, &*cell.value);
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
+    // What is extreme in the same way stands together, whichever scene it is of.
+    let mut families: Vec<&str> = Vec::new();
+    for (family, _) in &lines {
+        if !families.contains(family) {
+            families.push(family);
+        }
+    }
+    lines.sort_by_key(|line| families.iter().position(|f| *f == line.0));
+    lines
+}
+
+/// The columns.
+fn methods<'a>(outcome: &'a StressOutcome, engine: &str) -> Vec<&'a str> {
+    let mut methods: Vec<&str> = Vec::new();
+    for cell in outcome.entries.iter().filter(|c| c.engine == engine) {
+        if !methods.contains(&&*cell.method) {
+            methods.push(&cell.method);
+        }
+    }
+    methods
+}
+
+fn find<'a>(
+    outcome: &'a StressOutcome,
+    engine: &str,
+    (family, value): (&str, &str),
+    method: &str,
+) -> Option<&'a stress::Entry> {
+    let place = (engine, family, value, method);
+    let cells = outcome.entries.iter();
+    cells
+        .into_iter()
+        .find(|c| (&*c.engine, c.family, &*c.value, &*c.method) == place)
+}
+
+/// One verdict, short.
+fn word(verdict: &Finding) -> String {
+    match verdict {
+        Finding::Holds => "holds".into(),
+        Finding::Degrades { factor } if *factor < 100.0 => format!("× {factor:.1}"),
+        Finding::Degrades { factor } => format!("× {factor:.0e}"),
+        Finding::Refuses { .. } => "refuses".into(),
+        Finding::Wrong { .. } => "wrong".into(),
+    }
+}
+
+/// Finding and steps.
+fn became(cell: &stress::Entry) -> String {
+    let steps = cell.steps.map(|steps| format!(", {steps}"));
+    word(&cell.verdict) + &steps.unwrap_or_default()
+}
+
+/// Condition and digits.
+fn conditioning(cell: &stress::Entry) -> String {
+    let digits = cell.digits.map(|digits| format!(", {digits:.0}"));
+    amplified(cell) + &digits.unwrap_or_default()
+}
+
+/// The condition, to a decade.
+fn amplified(cell: &stress::Entry) -> String {
+    cell.condition.map_or(String::new(), |c| format!("{c:.0e}"))
+}
+
+fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> String) -> Table {
+    let methods = methods(outcome, engine);
+    let head: Vec<&str> = ["extreme", ""]
+        .into_iter()
+        .chain(methods.iter().copied())
+        .collect();
+    let rows =
+        lines(outcome, engine).into_iter().map(|(family, value)| {
+            let mut row = cells![family, value];
+            row.extend(methods.iter().map(|method| {
+                Cell::from(find(outcome, engine, (family, value), method).map(words))
+            }));
+            row
+        });
+    Table::new("", &head).with(rows)
+}
+
+/// Each sentence once, with the places where it was said.
+fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<String> {
+    let mut said: Vec<(String, Vec<String>)> = Vec::new();
+    for cell in outcome.entries.iter().filter(|c| c.engine == engine) {
+        let sentence = match &cell.verdict {
+            Finding::Refuses { sentence } => format!("refuses: {sentence}"),
+            Finding::Wrong { why } => format!("wrong: {why}"),
+            _ => continue,
+        };
+        let place = format!("{} {} {}", cell.family, cell.value, cell.method);
+        match said.iter_mut().find(|(known, _)| *known == sentence) {
+            Some((_, places)) => places.push(place),
+            None => said.push((sentence, vec![place])),
+        }
+    }
+    let said = said.into_iter();
+    said.map(|(sentence, places)| format!("{sentence} ({})", places.join("; ")))
+        .collect()
+}
+
+/// A refusal in words is no failure; an answer that is none is.
+fn suite(outcome: &StressOutcome, engine: &str) -> Suite {
+    let cells = outcome.entries.iter().filter(|c| c.engine == engine);
+    let cases = cells.map(|cell| {
+        let (verdict, message) = match &cell.verdict {
+            Finding::Wrong { why } => (faceoff_judge::Verdict::Disagree, why.clone()),
+            _ => (faceoff_judge::Verdict::Agree, String::new()),
+        };
+        TestCase {
+            class: format!("{engine}.{}", cell.method),
+            name: format!("{} {}", cell.family, cell.value),
+            title: Some(format!(
+                "{engine}, {}: {} {}",
+                cell.method, cell.family, cell.value
+            )),
+            seconds: 0.0,
+            verdict,
+            message,
+        }
+    });
+    Suite {
+        name: engine.to_owned(),
+        properties: Vec::new(),
+        cases: cases.collect(),
+    }
+}
+
+/// All cells, one a line.
+fn cells_csv(outcome: &StressOutcome) -> String {
+    let head = [
+        "engine",
+        "method",
+        "family",
+        "value",
+        "verdict",
+        "factor",
+        "error",
+        "reference",
+        "digits",
+        "steps",
+        "residual",
+        "condition",
+        "sentence",
+    ];
+    let some = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:e}"));
+    csv(
+        &head,
+        outcome.entries.iter().map(|c| {
+            let (verdict, factor, sentence) = match &c.verdict {
+                Finding::Holds => ("holds", None, ""),
+                Finding::Degrades { factor } => ("degrades", Some(*factor), ""),
+                Finding::Refuses { sentence } => ("refuses", None, &**sentence),
+                Finding::Wrong { why } => ("wrong", None, &**why),
+            };
+            vec![
+                c.engine.clone(),
+                c.method.clone(),
+                c.family.to_owned(),
+                c.value.clone(),
+                verdict.to_owned(),
+                some(factor),
+                some(c.error),
+                some(c.reference),
+                some(c.digits),
+                c.steps.map_or(String::new(), |s| s.to_string()),
+                some(c.residual),
+                some(c.condition),
+                sentence.to_owned(),
+            ]
+        }),
+    )
+}

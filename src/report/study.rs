@@ -1,0 +1,402 @@
+//! What each digit costs.
+
+mod figures;
+
+use super::json::csv;
+use super::model::{Block, Cell, Report, Table, cells, count, duration, short};
+use crate::campaigns::study::{Gammas, Norm, Row, Safe, StudyOutcome, Varied, value};
+use crate::run::Fit;
+use faceoff_mesh::error::Result;
+
+const HOW: &str = "Times are medians over repetitions on a machine that may do other things as well, of mesh, assembly and solution, without \
+    start-up; the least and the largest are in `rows.csv`. Errors are relative to the norms of u; where u is not known the error in \
+    the energy norm is its guaranteed bound.";
+const ADVICE: &str = "Each command was measured as it stands, in a process of its own: its error, the median of its times as it tells them, and the \
+    peak memory of the process. Where the time is not certain to be affordable, `solve --accuracy` asks for the error instead, certified.";
+const RATES: &str = "Errors as h^p, time and memory as dofs^p, over the finest four meshes or three; after ± the standard error of the fit.";
+const SCALING: &str = "By the exponents above, taken as 1 where start-up still hides the rest, and as those of a factor in 3D where noise says \
+    more. Dofs here: what this machine's memory holds, and the time that they would take. Ranks: weak scaling on paper, each rank with the \
+    dofs of the finest mesh, work and memory shared evenly over a network that costs nothing: time as R^(p-1), memory of a rank as R^(q-1). \
+    Half at: the ranks at which half of the time is lost. A factor tends to p = 3/2, q = 1 in 2D and to p = 2, q = 4/3 in 3D, multigrid to 1: \
+    from the memory of this machine on, and in 3D well before it, iterations (`--linear iterative`, or dolfinx with `--ranks` and GMRES) are \
+    what to change to.";
+const WASTE: &str =
+    "The cheapest value from which on no error is larger by 1 % than with the most exact one.";
+const GAMMAS: &str = "The paper's theory asks for γ = γ₀h with γ₀ large enough. Over 24 decades:";
+
+/// The report of a study.
+///
+/// # Errors
+/// None but of a broken installation.
+pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
+    let headline = format!(
+        "{} in {:.1} s of {:.0} s; {} left out",
+        count(outcome.rows.len(), "measurement"),
+        outcome.spent,
+        outcome.budget,
+        outcome.left_out.len()
+    );
+    let question = "faceoff study: what does each digit cost?";
+    let mut report = Report::new("study", question, headline, outcome)?;
+    report.engines = outcome.engines.clone();
+    report
+        .blocks
+        .push(Block::Page(vec![Block::Text(HOW.into())]));
+    for scene in scenes(outcome) {
+        report.blocks.extend(of_scene(outcome, &scene));
+    }
+    if !outcome.left_out.is_empty() {
+        let left_out = outcome.left_out.iter();
+        let left_out = left_out
+            .map(|left| format!("{}: {}", left.what, left.why))
+            .collect();
+        report.blocks.push(Block::Page(vec![
+            Block::Heading(2, "Left out".into()),
+            Block::List(left_out),
+        ]));
+    }
+    report.file("rows.csv", || rows_csv(&outcome.rows));
+    Ok(report)
+}
+
+fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &str) -> Vec<Block<'a>> {
+    let advice = outcome.advice.iter().filter(|a| a.scene == scene);
+    let mut sentences: Vec<String> = advice
+        .clone()
+        .map(|a| format!("  {}", a.sentence()))
+        .collect();
+    if sentences.is_empty() {
+        sentences.push("  no error that advice is given for was reached".into());
+    }
+    let commands = advice.map(|a| {
+        let norm = match a.norm {
+            Norm::Energy => "energy",
+            Norm::L2 => "L²",
+        };
+        let target = Cell::Number(a.target, format!("{:e} {norm}", a.target));
+        cells![target, a.sentence(), format!("`{}`", a.command)]
+    });
+    let commands = Table::new("", &["wanted", "in words", "command"]).with(commands);
+    let mut page = vec![Block::Heading(2, scene.to_owned())];
+    page.extend(figures::work(outcome, scene).map(Block::Figure));
+    let gamma = figures::gamma(outcome, scene).map(Block::Figure);
+    let found = outcome
+        .gammas
+        .iter()
+        .filter(|g| g.scene == scene)
+        .map(gamma_sentence);
+    let gammas = [Some(Block::List(found.collect())), gamma];
+    for (title, text, more, table) in [
+        ("Advice", ADVICE, vec![], commands),
+        (
+            "What nothing beats in both time and error",
+            "",
+            vec![],
+            front(outcome, scene),
+        ),
+        ("Exponents", RATES, vec![], rates(outcome, scene)),
+        (
+            "Beyond this machine",
+            SCALING,
+            vec![],
+            scaling(outcome, scene),
+        ),
+        ("What is wasted", WASTE, vec![], waste(outcome, scene)),
+        (
+            "γ₀ \"large enough\"",
+            GAMMAS,
+            gammas.into_iter().flatten().collect(),
+            gamma_table(outcome, scene),
+        ),
+        ("Solver and precision", "", vec![], solvers(outcome, scene)),
+    ] {
+        if table.rows.is_empty() {
+            continue;
+        }
+        page.push(Block::Heading(3, title.into()));
+        page.extend((!text.is_empty()).then(|| Block::Text(text.into())));
+        page.extend(more);
+        page.push(table.into());
+    }
+    let mut told = vec![Block::Text(scene.to_owned())];
+    told.extend(sentences.into_iter().map(Block::Text));
+    vec![Block::Terminal(told), Block::Page(page)]
+}
+
+/// In the order in which they were asked for.
+fn scenes(outcome: &StudyOutcome) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for row in &outcome.rows {
+        if !names.contains(&row.scene) {
+            names.push(row.scene.clone());
+        }
+    }
+    names
+}
+
+fn megabytes(mb: f64) -> Cell {
+    Cell::fixed(mb, 0)
+}
+
+/// The number that a row is varied by.
+fn varied(row: &Row) -> Cell {
+    let text = value(row);
+    match text.parse() {
+        Ok(number) => Cell::Number(number, text),
+        Err(_) => text.into(),
+    }
+}
+
+fn front(outcome: &StudyOutcome, scene: &str) -> Table {
+    let mut rows: Vec<&Row> = outcome.front.iter().map(|&k| &outcome.rows[k]).collect();
+    rows.retain(|row| row.scene == scene);
+    rows.sort_by(|a, b| a.seconds.median.total_cmp(&b.seconds.median));
+    let rows = rows.into_iter().map(|row| {
+        cells![
+            &row.engine,
+            &row.method,
+            row.varied.to_string(),
+            varied(row),
+            row.dofs,
+            duration(row.seconds.median),
+            row.memory_mb.map(megabytes),
+            row.h1,
+            row.l2,
+            row.certified,
+        ]
+    });
+    let head = [
+        "code",
+        "method",
+        "varied",
+        "value",
+        "dofs",
+        "time",
+        "MB",
+        "energy",
+        "L²",
+        "certified",
+    ];
+    Table::new("", &head).with(rows)
+}
+
+fn rates(outcome: &StudyOutcome, scene: &str) -> Table {
+    let fit = |f: Option<Fit>| {
+        f.map(|f| {
+            Cell::Number(
+                f.exponent,
+                format!("{:.2} ± {:.2}", f.exponent, f.spread.unwrap_or(f64::NAN)),
+            )
+        })
+    };
+    let rows = outcome.rates.iter().filter(|r| r.scene == scene);
+    let rows = rows.map(|r| {
+        cells![
+            &r.engine,
+            &r.method,
+            fit(r.h1),
+            fit(r.l2),
+            fit(r.seconds),
+            fit(r.memory)
+        ]
+    });
+    Table::new("", &["code", "method", "energy", "L²", "time", "memory"]).with(rows)
+}
+
+fn scaling(outcome: &StudyOutcome, scene: &str) -> Table {
+    let rows = outcome
+        .scaling
+        .iter()
+        .filter(|s| s.scene == scene)
+        .map(|s| {
+            let mut row = cells![
+                &s.engine,
+                &s.method,
+                s.dofs,
+                duration(s.seconds),
+                megabytes(s.memory_mb),
+                s.most_dofs,
+                s.most_seconds.map(duration),
+            ];
+            let ranks = s.rank_seconds.iter().zip(&s.rank_memory_mb);
+            row.extend(ranks.map(|(seconds, mb)| {
+                Cell::Number(
+                    *seconds,
+                    format!("{}, {mb:.0} MB", duration(*seconds).text()),
+                )
+            }));
+            row.push(s.half_efficient.map_or("out of reach".into(), |ranks| {
+                Cell::Number(ranks, format!("{ranks:.0} ranks"))
+            }));
+            row
+        });
+    let head = [
+        "code",
+        "method",
+        "dofs",
+        "time",
+        "MB",
+        "dofs here",
+        "in",
+        "4 ranks",
+        "16",
+        "64",
+        "256",
+        "half at",
+    ];
+    Table::new("", &head).with(rows)
+}
+
+fn waste(outcome: &StudyOutcome, scene: &str) -> Table {
+    let rows = outcome.waste.iter().filter(|w| w.scene == scene).map(|w| {
+        cells![
+            &w.method,
+            w.n,
+            w.varied.to_string(),
+            &w.enough,
+            &w.most_exact,
+            Cell::Number(w.time_ratio, format!("{:.2} times the time", w.time_ratio)),
+            Cell::Number(
+                w.worst_change,
+                format!("{:.1} % of an error", 100.0 * w.worst_change)
+            ),
+        ]
+    });
+    let head = [
+        "method",
+        "n",
+        "setting",
+        "enough",
+        "most exact",
+        "which takes",
+        "the worst costs",
+    ];
+    Table::new("", &head).with(rows)
+}
+
+fn gamma_table(outcome: &StudyOutcome, scene: &str) -> Table {
+    let rows = outcome.rows.iter();
+    let rows: Vec<&Row> = rows
+        .filter(|r| r.scene == scene && r.varied == Varied::Gamma0)
+        .collect();
+    let is_finest = |row: &&&Row| {
+        let mut tracks = outcome.gammas.iter();
+        tracks.any(|g| (&g.scene, &g.method, Some(g.n)) == (&row.scene, &row.method, row.n))
+    };
+    let lines = rows.iter().filter(is_finest).map(|row| {
+        let coarse = rows.iter().find(|other| {
+            (other.track(), other.gamma0) == (row.track(), row.gamma0) && other.n < row.n
+        });
+        let order = |norm: Norm| {
+            let (a, b) = (coarse?.error(norm)?, row.error(norm)?);
+            let ratio = row.n? as f64 / coarse?.n? as f64;
+            Some(Cell::fixed((a / b).ln() / ratio.ln(), 2))
+        };
+        let reached = if row.converged { "" } else { " (not reached)" };
+        cells![
+            &row.method,
+            varied(row),
+            row.n,
+            Cell::Number(row.steps as f64, format!("{}{reached}", row.steps)),
+            row.h1.or(row.certified),
+            order(Norm::Energy),
+            row.l2,
+            order(Norm::L2),
+            row.residual,
+        ]
+    });
+    let head = [
+        "method", "gamma0", "n", "steps", "energy", "order", "L²", "order", "residual",
+    ];
+    Table::new("", &head).with(lines)
+}
+
+/// "cr, n = 64: solved at 25 of 25 values in 3 to 9 steps; the energy error is 3.1e-2 up to a tenth for γ₀ from 1 to 1e12, and
+/// below larger by 0.01 γ₀^-1.00"
+fn gamma_sentence(g: &Gammas) -> String {
+    let mut text = format!(
+        "{}, n = {}: solved at {} of {} values, in {} to {} steps",
+        g.method, g.n, g.solved, g.tried, g.steps[0], g.steps[1]
+    );
+    let mut add = |name: &str, safe: &Option<Safe>| {
+        let Some(safe) = safe else { return };
+        text += &format!(
+            "; the {name} is {}, or larger by less than a tenth, for γ₀ from {:e} to {:e}",
+            short(safe.least),
+            safe.from,
+            safe.to
+        );
+        for (side, fit) in [("below", safe.below), ("above", safe.above)] {
+            if let Some(fit) = fit {
+                text += &format!(
+                    ", {side} it grows by {:.2e} γ₀^{:.2} (± {:.2})",
+                    fit.constant,
+                    fit.exponent,
+                    fit.spread.unwrap_or(f64::NAN)
+                );
+            }
+        }
+    };
+    add("relative energy error", &g.energy);
+    add("relative L² error", &g.l2);
+    text
+}
+
+fn solvers(outcome: &StudyOutcome, scene: &str) -> Table {
+    let of = |row: &&Row| row.scene == scene && row.varied == Varied::Linear;
+    let rows = outcome.rows.iter().filter(of).map(|row| {
+        cells![
+            &row.method,
+            row.n,
+            value(row),
+            duration(row.seconds.median),
+            row.memory_mb.map(megabytes),
+            row.h1.or(row.certified),
+            row.residual,
+        ]
+    });
+    let head = ["method", "n", "solver", "time", "MB", "energy", "residual"];
+    Table::new("", &head).with(rows)
+}
+
+/// All rows, one a line, numbers with all digits.
+fn rows_csv(rows: &[Row]) -> String {
+    let head = "scene,engine,method,varied,n,accuracy,cells,dofs,tolerance,gamma0,load_quadrature,contact_quadrature,linear,precision,\
+        steps,converged,residual,h1,l2,certified,contact_residual,contact_flux,seconds,seconds_least,seconds_most,repeats,\
+        start_up,memory_mb";
+    let head: Vec<&str> = head.split(',').collect();
+    let some = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:e}"));
+    let of = |row: &Row| {
+        vec![
+            row.scene.clone(),
+            row.engine.clone(),
+            row.method.clone(),
+            row.varied.to_string(),
+            row.n.map_or(String::new(), |n| n.to_string()),
+            some(row.accuracy),
+            row.cells.to_string(),
+            row.dofs.to_string(),
+            format!("{:e}", row.tolerance),
+            format!("{:e}", row.gamma0),
+            row.load_quadrature.clone(),
+            row.contact_quadrature.clone(),
+            row.linear.clone(),
+            row.precision.clone(),
+            row.steps.to_string(),
+            row.converged.to_string(),
+            format!("{:e}", row.residual),
+            some(row.h1),
+            some(row.l2),
+            some(row.certified),
+            format!("{:e}", row.contact_residual),
+            format!("{:e}", row.contact_flux),
+            format!("{:e}", row.seconds.median),
+            format!("{:e}", row.seconds.least),
+            format!("{:e}", row.seconds.most),
+            row.seconds.repeats.to_string(),
+            some(row.start_up),
+            some(row.memory_mb),
+        ]
+    };
+    csv(&head, rows.iter().map(of))
+}

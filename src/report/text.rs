@@ -1,0 +1,75 @@
+//! A report on the terminal.
+
+use std::fmt::Write as _;
+
+use comfy_table::{CellAlignment, presets};
+
+use super::model::{Block, Report, Table};
+
+/// All that a terminal has room for; the answer stands last.
+pub(super) fn text(report: &Report) -> String {
+    let mut text = String::new();
+    // What is written to a string is never lost.
+    let _ = write(&mut text, &report.blocks);
+    if !report.headline.is_empty() {
+        text.push_str(&report.headline);
+        text.push('\n');
+    }
+    text
+}
+
+fn write(text: &mut String, blocks: &[Block]) -> std::fmt::Result {
+    for block in blocks {
+        match block {
+            Block::Heading(_, words) => writeln!(text, "{words}\n")?,
+            Block::Text(words) => writeln!(text, "{words}")?,
+            Block::List(items) => {
+                for item in items {
+                    writeln!(text, "- {item}")?;
+                }
+            }
+            Block::Commands(lines) => {
+                for line in lines {
+                    writeln!(text, "  {line}")?;
+                }
+            }
+            Block::Facts(facts) => {
+                let lengths = facts.iter().map(|(name, _)| name.chars().count());
+                let width = lengths.max().unwrap_or(0);
+                for (name, fact) in facts {
+                    writeln!(text, "  {name:<width$}  {fact}")?;
+                }
+            }
+            Block::Table(table) => write_table(text, table)?,
+            Block::Folded(summary, inner) => {
+                writeln!(text, "{summary}")?;
+                write(text, inner)?;
+            }
+            Block::Terminal(inner) => write(text, inner)?,
+            Block::Figure(_) | Block::Page(_) | Block::Html(_) => {}
+        }
+    }
+    Ok(())
+}
+
+fn write_table(text: &mut String, table: &Table) -> std::fmt::Result {
+    if !table.caption.is_empty() {
+        writeln!(text, "{}", table.caption)?;
+    }
+    let mut shown = comfy_table::Table::new();
+    shown.load_style(presets::NOTHING);
+    shown.set_header(&table.head);
+    for row in &table.rows {
+        shown.add_row(row.iter().map(|cell| cell.text()));
+    }
+    for (k, column) in shown.column_iter_mut().enumerate() {
+        column.set_cell_alignment(match table.is_numeric(k) {
+            true => CellAlignment::Right,
+            false => CellAlignment::Left,
+        });
+    }
+    for line in shown.lines() {
+        writeln!(text, "{}", line.trim_end())?;
+    }
+    writeln!(text)
+}
