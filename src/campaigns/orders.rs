@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::engine::{self, Answer, Progress, Settings, Silent};
 use crate::run::{Observed, Runner, Setup, check_meshes};
-use faceoff_fem::contact::{Errors, Law, Method, Problem};
+use faceoff_fem::contact::{Errors, Method, Problem};
 use faceoff_fem::known::Truth;
 use faceoff_fem::scene::Scene;
 use faceoff_fem::truth::exact::{Regularity, catalogue};
@@ -123,7 +123,7 @@ impl Theory {
         } else {
             (1.0, h1_limited_by)
         };
-        let consistency = consistency(method, load_free);
+        let consistency = method.law.highest_order(method.element, load_free);
         let (l2, l2_limited_by) = if h1 + gain > consistency {
             (consistency, Limit::Method)
         } else {
@@ -135,21 +135,6 @@ impl Theory {
             l2,
             l2_limited_by,
         }
-    }
-}
-
-/// The order in L² that a method cannot exceed, whatever u.
-///
-/// The penalty errs by ε = ε₀ h. The penalty-free law on CR leaves the flux (f, φ_F)/(γ|F|) on a
-/// free face, of order h where γ = γ₀ h; corrected, it has no such bound. The members with θ₁ ≠ -1 are not adjoint consistent,
-/// which costs 1/2 on a boundary condition.
-fn consistency(method: &Method, load_free: bool) -> f64 {
-    let degree = method.element.degree() as f64;
-    match method.law {
-        Law::Penalty { .. } => 1.0,
-        Law::Nitsche { .. } if method.element.on().faces && !load_free => 1.0,
-        Law::Nitsche { theta1, .. } if theta1 != -1 => degree + 0.5,
-        _ => degree + 1.0,
     }
 }
 

@@ -10,7 +10,7 @@ use super::tell::note;
 use super::verify::settings;
 use crate::engine::{self, Case, Explanation};
 use crate::report::{self, Certified};
-use faceoff_fem::adapt::{Ended, Next, Step, Way, Wish, reach};
+use faceoff_fem::adapt::{Next, Outcome, Step, Way, Wish, reach};
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Discretisation, Problem};
 use faceoff_fem::linear::Settings;
@@ -68,7 +68,7 @@ pub(super) fn run(
         report::write_solution(out, &case, &answer.u, engine::OWN, version, certificate)?;
     }
     let code = finish(arguments, &told)?;
-    if let Ended::NotReached(why) = reached.ended {
+    if let Outcome::NotReached(why) = reached.outcome {
         note!(
             "faceoff: the accuracy {accuracy:e} was not reached, and this is the best that was certified: {why}"
         );

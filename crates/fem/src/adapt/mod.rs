@@ -81,7 +81,7 @@ pub struct Next {
 /// Why it ended.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Ended {
+pub enum Outcome {
     Reached,
     /// Why not.
     NotReached(String),
@@ -95,7 +95,7 @@ pub struct Reached {
     pub solution: Solution,
     pub certificate: Certificate,
     pub steps: Vec<Step>,
-    pub ended: Ended,
+    pub outcome: Outcome,
 }
 
 /// Adapting pays where it is predicted to save more than this factor of cells: it solves on several meshes, and
@@ -138,7 +138,7 @@ pub fn reach(
         candidate = candidate.turned()?;
     }
     let mut stalls = 0;
-    let ended = loop {
+    let outcome = loop {
         let clock = Instant::now();
         let solved = solved(scene, wish, &candidate.mesh);
         let (solution, certificate) = match solved {
@@ -165,7 +165,7 @@ pub fn reach(
         if relative <= wish.accuracy {
             progress(step, None)?;
             best = Some(kept(candidate, solution, certificate));
-            break Ended::Reached;
+            break Outcome::Reached;
         }
         stalls = match &steps[..] {
             [.., last, this] if last.way == this.way && relative > PROGRESS * last.relative => {
@@ -237,7 +237,7 @@ pub fn reach(
         solution,
         certificate,
         steps,
-        ended,
+        outcome,
     })
 }
 
@@ -261,8 +261,8 @@ fn kept(candidate: Candidate, solution: Solution, certificate: Certificate) -> B
     )
 }
 
-fn not_reached(why: String) -> Ended {
-    Ended::NotReached(why)
+fn not_reached(why: String) -> Outcome {
+    Outcome::NotReached(why)
 }
 
 /// What a bound consists of that gets no smaller.

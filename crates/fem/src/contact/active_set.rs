@@ -23,7 +23,7 @@
 
 use std::ops::Range;
 
-use super::conditions::Condition;
+use super::condition::Condition;
 use super::iteration::Iteration;
 use super::system::{System, Weights};
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::Problem;
-use super::form::ContactFace;
+use super::face::ContactFace;
+use super::form::Problem;
 
 /// Along a curve the contact set is told by its ends, on a surface by its extent.
 #[derive(Debug, Clone, PartialEq, Serialize)]

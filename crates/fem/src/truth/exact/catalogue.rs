@@ -1,8 +1,8 @@
 //! The exact solutions that are built in.
 
 use super::{
-    CutOff, Elementary, Exact, Extruded, Gap, Hertz, HertzSphere, Kind, ManyZones, Monomial,
-    Periodic, Point, Profile, Regularity, Selector, Separated, Side, Solution, Text,
+    Benchmark, CutOff, Elementary, ExactSolution, Extruded, Gap, Hertz, HertzSphere, Kind,
+    ManyZones, Monomial, Periodic, Point, Profile, Regularity, Selector, Separated, Side, Text,
 };
 use Kind::{Contact, Dirichlet, Neumann};
 
@@ -31,10 +31,10 @@ fn unit_square(
     purpose: &'static str,
     regularity: Regularity,
     kinds: [Kind; 4],
-    solution: impl Solution + 'static,
+    solution: impl ExactSolution + 'static,
     text: Text,
-) -> Exact {
-    Exact {
+) -> Benchmark {
+    Benchmark {
         name,
         purpose,
         regularity,
@@ -52,10 +52,10 @@ fn wide(
     name: &'static str,
     purpose: &'static str,
     regularity: Regularity,
-    solution: impl Solution + 'static,
+    solution: impl ExactSolution + 'static,
     text: Text,
-) -> Exact {
-    Exact {
+) -> Benchmark {
+    Benchmark {
         lower: [-1.0, 0.0, 0.0],
         ..unit_square(name, purpose, regularity, OPEN, solution, text)
     }
@@ -68,9 +68,9 @@ fn solid(
     regularity: Regularity,
     lower: Point,
     kinds: [Kind; 6],
-    solution: impl Solution + 'static,
+    solution: impl ExactSolution + 'static,
     text: Text,
-) -> Exact {
+) -> Benchmark {
     let sides = (0..6)
         .map(|i| Side {
             kind: kinds[i],
@@ -79,7 +79,7 @@ fn solid(
             range: None,
         })
         .collect();
-    Exact {
+    Benchmark {
         name,
         purpose,
         regularity,
@@ -93,7 +93,7 @@ fn solid(
 }
 
 /// All of them, each with parameters that put its transitions off the lines of usual meshes.
-pub fn catalogue() -> Vec<Exact> {
+pub fn catalogue() -> Vec<Benchmark> {
     let mut all = Vec::new();
     // r^e has its trace in H^(e+1/2-ε) of a side and itself lies in H^(e+1-ε).
     let general = Regularity::transition(2.5);

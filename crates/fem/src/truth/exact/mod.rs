@@ -19,7 +19,7 @@ pub use zones::ManyZones;
 pub type Point = [f64; 3];
 
 /// A solution as functions of a point of the closed domain.
-pub trait Solution: Send + Sync {
+pub trait ExactSolution: Send + Sync {
     fn u(&self, p: Point) -> f64;
     fn grad(&self, p: Point) -> [f64; 3];
     fn f(&self, _: Point) -> f64 {
@@ -113,7 +113,7 @@ impl Regularity {
 }
 
 /// A solution on a box, with its boundary parts.
-pub struct Exact {
+pub struct Benchmark {
     /// Usable as a file name.
     pub name: &'static str,
     /// What it is for.
@@ -124,11 +124,11 @@ pub struct Exact {
     pub upper: Point,
     /// Every side of the box, in the order of the axes, lower before upper.
     pub sides: Vec<Side>,
-    pub solution: Box<dyn Solution>,
+    pub solution: Box<dyn ExactSolution>,
     pub text: Text,
 }
 
-impl Exact {
+impl Benchmark {
     pub fn u(&self, p: Point) -> f64 {
         self.solution.u(p)
     }
