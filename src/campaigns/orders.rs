@@ -371,7 +371,7 @@ mod tests {
     /// sees the place of a transition in its cell.
     #[test]
     fn observed_orders_in_space_are_those_of_theory() {
-        let scenes = Scene::exact_solid_names();
+        let scenes = Scene::exact_names_3d();
         let scenes: Vec<Scene> = scenes.iter().map(|s| Scene::find(s).unwrap()).collect();
         let methods = [Method::cr(), Method::cr_fc(), Method::p2()];
         let all = orders(&scenes, &methods, &[4, 8], &Settings::default(), &Silent).unwrap();

@@ -78,7 +78,7 @@ pub struct Next {
     pub seconds: f64,
 }
 
-/// Why it ended.
+/// Was the accuracy reached?
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
@@ -119,8 +119,8 @@ const PROGRESS: f64 = 0.97;
 /// No more meshes than that.
 const MESHES: usize = 60;
 
-/// Refines until the relative bound is below the accuracy. `progress` is told each mesh and what comes next, and may end
-/// it by an error.
+/// Refines until the relative bound is below the accuracy. `progress` is called with each mesh and what comes
+/// next; an error it returns ends the run.
 ///
 /// # Errors
 /// A scene without a certificate; a start that cannot be solved; what `progress` returns. An accuracy that
@@ -280,7 +280,7 @@ fn dominant(certificate: &Certificate) -> String {
 
 impl Next {
     fn new(way: Way, cells: f64, last: &Step) -> Self {
-        // The cost of a factor in the plane.
+        // The cost of a factor in 2D.
         let seconds = last.seconds * (cells / last.cells as f64).powf(1.15);
         Next {
             way,

@@ -11,7 +11,7 @@ use crate::quadrature::{Piece, WHOLE, exact, parts};
 use crate::scene::{Data, Exact, Expression, Scene};
 use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 
-/// Points that integrate over a cell what is smooth on a sixteenth of it, in space on an eighth.
+/// Points that integrate over a cell what is smooth on a sixteenth of it, in 3D on an eighth.
 fn points_of_cells(dim: usize) -> Vec<([f64; 4], f64)> {
     let mut pieces = vec![WHOLE];
     for _ in dim..4 {
@@ -150,7 +150,7 @@ fn bounds_hold_on_every_exact_scene() {
 
 #[test]
 fn bounds_hold_in_space() {
-    for name in Scene::exact_solid_names() {
+    for name in Scene::exact_names_3d() {
         for method in ["cr", "cr-fc", "p2"] {
             match ratios(name, method, 4) {
                 Ok(ratios) => {

@@ -429,10 +429,10 @@ mod tests {
                 let problem =
                     Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
                 let solve = |solver| {
-                    let told = |_, _| Ok(());
+                    let report = |_, _| Ok(());
                     let settings = with(solver);
                     let newton = Iteration::Newton;
-                    solve_by(&problem, newton, Stop::default(), settings, told).unwrap()
+                    solve_by(&problem, newton, Stop::default(), settings, report).unwrap()
                 };
                 let (found, direct) = (solve(Solver::Iterative), solve(Solver::Multifrontal));
                 assert!(

@@ -107,8 +107,8 @@ mod tests {
                 &Discretisation::of(&scene, method.parse().unwrap()),
             )
             .unwrap();
-            let told = |_, _| Ok(());
-            let u = solve(&problem, Iteration::Newton, Stop::default(), told)
+            let report = |_, _| Ok(());
+            let u = solve(&problem, Iteration::Newton, Stop::default(), report)
                 .unwrap()
                 .u;
             let system = system(Scheme::new(&problem), Settings::default()).unwrap();

@@ -29,10 +29,11 @@ const BACKWARD: f64 = 1e-9;
 /// Where steps of refinement stay larger than this part of u, or rounding in the contact terms, as large as it may be and
 /// with the worst signs, moves u by more, rounding decides what u is.
 const SETTLED: f64 = 1e-3;
-/// A fixed point's increments tell its error but for the factor 1/(1-rate).
+/// A fixed point's increments bound its error but for the factor 1/(1-rate).
 const SLOWEST: f64 = 100.0;
 
-/// Solves (3.1). `progress` is told each step and its relative increment, and may end the run.
+/// Solves (3.1). `progress` is called with each step and its relative increment; an error it returns
+/// ends the run.
 ///
 /// # Errors
 /// What `progress` returns; a fixed point for a method that has none; a stiffness that is not
@@ -245,7 +246,7 @@ const REFINEMENTS: usize = 20;
 /// Steps at all dofs until they are at rounding and the backward error is below `limit`; what is wrong where they do not
 /// come there, and that error. From a factor in f64 one step does, or two from faer's, which knows the Schur complement
 /// less well: without them the condition of the stiffness, of order h⁻², would show in the last digits. From one in f32,
-/// or after a loose tolerance, the active set is only right where it can be told so well, and is followed along.
+/// or after a loose tolerance, the active set is only right as far as u resolves it, and is updated with it.
 fn refine(
     problem: &Problem,
     scheme: &dyn System,

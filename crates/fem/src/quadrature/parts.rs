@@ -13,7 +13,7 @@ pub const WHOLE: Piece = [
     [0.0, 0.0, 0.0, 1.0],
 ];
 
-/// 2^d parts of equal measure, cut between the edges' midpoints: the corners, and in space the
+/// 2^d parts of equal measure, cut between the edges' midpoints: the corners, and in 3D the
 /// octahedron between them along one of its diagonals.
 pub fn parts(&[a, b, c, d]: &Piece, dim: usize) -> Vec<Piece> {
     let middle = |p: [f64; 4], q: [f64; 4]| std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
@@ -53,7 +53,7 @@ pub struct Sample {
 ///
 /// `rule` is believed on the 2^d parts of a part where it gives the same there, for the function and
 /// its first moments, as on the part itself, up to `tolerance`; elsewhere the parts are cut in turn,
-/// `deepest` times. The difference is what is told as the error: that of the parts is smaller.
+/// `deepest` times. The difference is reported as the error: that of the parts is smaller.
 pub fn samples(
     dim: usize,
     rule: &Rule,

@@ -7,7 +7,7 @@ use super::{
 use Kind::{Contact, Dirichlet, Neumann};
 
 /// Sides left, right, bottom, top of a rectangle.
-fn planar(kinds: [Kind; 4]) -> Vec<Side> {
+fn sides_2d(kinds: [Kind; 4]) -> Vec<Side> {
     let places = [(0, false), (0, true), (1, false), (1, true)];
     kinds
         .iter()
@@ -41,7 +41,7 @@ fn unit_square(
         dimension: 2,
         lower: [0.0; 3],
         upper: [1.0, 1.0, 0.0],
-        sides: planar(kinds),
+        sides: sides_2d(kinds),
         solution: Box::new(solution),
         text,
     }
@@ -61,8 +61,8 @@ fn wide(
     }
 }
 
-/// In space, with `upper` = (1, 1, 1). The kinds are those of x = lower, x = upper, y = lower, …
-fn solid(
+/// In 3D, with `upper` = (1, 1, 1). The kinds are those of x = lower, x = upper, y = lower, …
+fn in_3d(
     name: &'static str,
     purpose: &'static str,
     regularity: Regularity,
@@ -267,7 +267,7 @@ pub fn catalogue() -> Vec<Benchmark> {
     let open = [
         Dirichlet, Dirichlet, Dirichlet, Dirichlet, Contact, Dirichlet,
     ];
-    all.push(solid(
+    all.push(in_3d(
         "checkerboard",
         "homogeneous data, a checkerboard of zones",
         general,
@@ -278,7 +278,7 @@ pub fn catalogue() -> Vec<Benchmark> {
     ));
     let corner = [-1.0, -1.0, 0.0];
     let edge = Monomial::transition(1.5, 0.1);
-    all.push(solid(
+    all.push(in_3d(
         "transition-1.5-3d",
         "r^(3/2) along an edge",
         general,
@@ -288,7 +288,7 @@ pub fn catalogue() -> Vec<Benchmark> {
         edge.text().extruded(),
     ));
     let sphere = HertzSphere { a: 0.45 };
-    all.push(solid(
+    all.push(in_3d(
         "hertz-sphere",
         "contact on a disc",
         general,
@@ -312,7 +312,7 @@ pub fn catalogue() -> Vec<Benchmark> {
         ),
     ] {
         let smooth = Regularity::SMOOTH;
-        all.push(solid(
+        all.push(in_3d(
             name,
             purpose,
             smooth,

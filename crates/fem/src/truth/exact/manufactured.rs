@@ -7,9 +7,9 @@ use super::{ExactSolution, Monomial, Point, Text};
 /// s, positive where the contact side is free and negative where it is in contact.
 #[derive(Debug, Clone, Copy)]
 pub enum Selector {
-    /// cos 2πnx, planar.
+    /// cos 2πnx, 2D.
     Waves { n: u32 },
-    /// cos 2πx cos 2πy, in space.
+    /// cos 2πx cos 2πy, 3D.
     Checker,
 }
 

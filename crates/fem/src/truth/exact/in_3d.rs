@@ -1,4 +1,4 @@
-//! Solutions in space, in contact on z = 0.
+//! 3D solutions, in contact on z = 0.
 
 use std::f64::consts::FRAC_PI_8;
 
@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::{ExactSolution, Point, Text};
 
-/// A planar solution in x and z.
+/// A 2D solution in x and z.
 #[derive(Debug, Clone, Copy)]
 pub struct Extruded<S>(pub S);
 
