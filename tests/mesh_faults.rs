@@ -155,7 +155,7 @@ fn values_that_no_mesh_has() {
         ),
         (
             format!("{V22}{}{element}", NODES.replace("2 1 0 0", "1 1 0 0")),
-            "node 1 is there twice",
+            "node 1 appears twice",
         ),
         (
             format!("{V22}{}{element}", NODES.replace("2 1 0 0", "-2 1 0 0")),
@@ -171,11 +171,11 @@ fn values_that_no_mesh_has() {
         ),
         (
             format!("{V22}{NODES}$Elements\n2\n1 2 0 1 2 3\n1 2 0 2 3 1\n$EndElements\n"),
-            "element 1 is there twice",
+            "element 1 appears twice",
         ),
         (
             format!("{V22}{NODES}$Elements\n1\n1 2 0 1 2 3\n"),
-            "$EndElements is due",
+            "expected $EndElements",
         ),
         (format!("{V22}{NODES}"), "no elements"),
         (format!("{V22}{element}{NODES}"), "before the nodes"),
@@ -383,7 +383,7 @@ fn encodings_of_another_format() {
             "Gmsh's MSH has no encoding `base64-zlib`",
         ),
         ("out.mesh", "raw-lz4", "Medit has no encoding `raw-lz4`"),
-        ("out.mesh", "binary", "Medit has no binary form here"),
+        ("out.mesh", "binary", "Medit is written as text only"),
         ("out.vtu", "raw-gzip", "there is no encoding `raw-gzip`"),
         ("out.msh", "raw-gzip", "there is no encoding `raw-gzip`"),
     ];

@@ -289,17 +289,17 @@ fn errors_say_where() {
         (
             format!("{head}$Elements\n2\n1 2 2 1 1 1 2 3\n1 2 2 1 1 2 3 1\n$EndElements\n"),
             "$Elements",
-            "element 1 is there twice",
+            "element 1 appears twice",
         ),
         (
             format!("{head}$Elements\n1\n1 2 2 1 1 1 2 3\n"),
             "$Elements",
-            "$EndElements is due",
+            "expected $EndElements",
         ),
         (
             head.replace("2 1 0 0", "1 1 0 0"),
             "$Nodes",
-            "node 1 is there twice",
+            "node 1 appears twice",
         ),
         (head.replace("2 1 0 0", "2 nan 0 0"), ":7, $Nodes", "finite"),
         (head.replace("2.2 0 8", "3.0 0 8"), "$MeshFormat", "3.0"),
@@ -637,7 +637,7 @@ fn ranges_of_numbers_are_told_and_wide_ones_given_anew() {
         let anew = |of: &str| {
             warnings
                 .iter()
-                .any(|told| told.contains(&format!("the {of} are numbered anew")))
+                .any(|told| told.contains(&format!("the {of} are renumbered")))
         };
         assert!(anew("points") && anew("cells"), "{warnings:?}");
         let read = io::read(&path).unwrap();

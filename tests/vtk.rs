@@ -1,7 +1,7 @@
 //! VTK's own reader on what is written here. `FACEOFF_READERS` names a Python with the package `vtk`; `tests/run`
 //! makes one and sets it.
 
-use faceoff_mesh::field::{Whole, data::same_bits};
+use faceoff_mesh::field::{GlobalArray, data::same_bits};
 use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
 use serde_json::{Value, json};
@@ -21,7 +21,7 @@ const ENCODINGS: [Encoding; 9] = [
 ];
 
 /// Two triangles with corners of their own, so that a field may jump between them, and the five faces as lines.
-fn faces() -> (Mesh, Vec<Whole>) {
+fn faces() -> (Mesh, Vec<GlobalArray>) {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0 / 3.0], [0.0, 1.0]];
     let at = |corner: usize| [corners[corner][0], corners[corner][1], 0.0];
     // A NaN with a payload, the smallest number, and the largest.
@@ -54,9 +54,9 @@ fn faces() -> (Mesh, Vec<Whole>) {
         ..Mesh::default()
     };
     let whole = vec![
-        Whole::text("engine", "dolfinx 0.5.2"),
-        Whole::text("scene", "Signorini, Ω = (0, 1)²"),
-        Whole::numbers("gamma", Values::F64(vec![10.0])),
+        GlobalArray::text("engine", "dolfinx 0.5.2"),
+        GlobalArray::text("scene", "Signorini, Ω = (0, 1)²"),
+        GlobalArray::numbers("gamma", Values::F64(vec![10.0])),
     ];
     (mesh, whole)
 }

@@ -14,10 +14,11 @@ fuzz_target!(|bytes: &[u8]| {
     assert_eq!(content.mesh.validate(), Ok(()));
     for version in [msh::Version::V22, msh::Version::V41] {
         for binary in [false, true] {
-            let options = msh::Options {
-                version,
+            let options = io::Options {
+                msh_version: version,
                 binary,
                 lossy: true,
+                ..io::Options::default()
             };
             let (written, _) =
                 msh::to_bytes(path, &content.mesh, &options).expect("what was read is sound");

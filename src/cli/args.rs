@@ -15,7 +15,7 @@ use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Iteration, Method};
 use faceoff_fem::linear::{Precision, Solver};
 use faceoff_fem::scene::Scene;
-use faceoff_judge::Map;
+use faceoff_judge::MatchBy;
 use faceoff_mesh::error::{Result, distinct};
 
 /// Settle whether finite element codes agree, face by face.
@@ -234,11 +234,11 @@ pub(super) enum MapBy {
     Coordinates,
 }
 
-impl From<MapBy> for Map {
+impl From<MapBy> for MatchBy {
     fn from(map: MapBy) -> Self {
         match map {
-            MapBy::Vertices => Map::Vertices,
-            MapBy::Coordinates => Map::Coordinates,
+            MapBy::Vertices => MatchBy::Vertices,
+            MapBy::Coordinates => MatchBy::Coordinates,
         }
     }
 }

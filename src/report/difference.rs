@@ -4,7 +4,7 @@ use std::path::Path;
 
 use faceoff_judge::{Comparison, On};
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::field::{Results, Whole};
+use faceoff_mesh::field::{GlobalArray, Results};
 use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 
@@ -63,8 +63,8 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
         }
     }
     let whole = [
-        Whole::text("faceoff", env!("CARGO_PKG_VERSION")),
-        Whole::texts(
+        GlobalArray::text("faceoff", env!("CARGO_PKG_VERSION")),
+        GlobalArray::texts(
             "difference of",
             vec![comparison.a.clone(), comparison.b.clone()],
         ),

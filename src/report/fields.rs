@@ -7,7 +7,7 @@ use crate::engine::Case;
 use faceoff_fem::certify::Certificate;
 use faceoff_fem::contact::{ContactSet, Problem, face_fields};
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::field::{ColumnKind, FaceFields, Whole};
+use faceoff_mesh::field::{ColumnKind, FaceFields, GlobalArray};
 use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 
@@ -118,23 +118,23 @@ fn faces_path(path: &Path) -> PathBuf {
 }
 
 /// Where the values come from.
-fn provenance(case: &Case, engines: &[(&str, &str)]) -> Vec<Whole> {
+fn provenance(case: &Case, engines: &[(&str, &str)]) -> Vec<GlobalArray> {
     let problem = &case.problem;
     let engines = engines
         .iter()
         .map(|(name, version)| format!("{name} {version}"));
     vec![
-        Whole::text("faceoff", env!("CARGO_PKG_VERSION")),
-        Whole::text("scene", case.scene().name()),
-        Whole::text("method", problem.method().to_string()),
-        Whole::texts("engines", engines.collect()),
-        Whole::text("mesh", &*problem.space.mesh.name),
-        Whole::text("mesh digest", problem.space.mesh.digest()),
-        Whole::texts(
+        GlobalArray::text("faceoff", env!("CARGO_PKG_VERSION")),
+        GlobalArray::text("scene", case.scene().name()),
+        GlobalArray::text("method", problem.method().to_string()),
+        GlobalArray::texts("engines", engines.collect()),
+        GlobalArray::text("mesh", &*problem.space.mesh.name),
+        GlobalArray::text("mesh digest", problem.space.mesh.digest()),
+        GlobalArray::texts(
             "quadrature",
             vec![problem.cell_rule.name.into(), problem.face_rule.name.into()],
         ),
-        Whole::numbers("gamma0", Values::F64(vec![problem.discretisation.gamma0])),
+        GlobalArray::numbers("gamma0", Values::F64(vec![problem.discretisation.gamma0])),
     ]
 }
 
@@ -145,7 +145,7 @@ fn write_cells(
     problem: &Problem,
     solutions: &[(&str, &[f64])],
     mut fields: Vec<Field>,
-    whole: &[Whole],
+    whole: &[GlobalArray],
 ) -> Result<()> {
     let space = &problem.space;
     let source = space.mesh;
@@ -254,7 +254,7 @@ fn write_faces(
     problem: &Problem,
     solutions: &[(&str, &[f64])],
     engines: &[&FaceFields],
-    whole: &[Whole],
+    whole: &[GlobalArray],
 ) -> Result<()> {
     let source = problem.space.mesh;
     let faces = source.face_count();

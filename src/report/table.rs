@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use comfy_table::{CellAlignment, Table, presets};
 
 use crate::campaigns::verify::{Source, VerifyOutcome, telling};
-use faceoff_judge::{Comparison, FieldVerdict, Map, Verdict};
+use faceoff_judge::{Comparison, FieldVerdict, MatchBy, Verdict};
 
 /// The whole outcome as text.
 pub fn table(outcome: &VerifyOutcome) -> String {
@@ -128,8 +128,8 @@ pub fn comparison_table(comparison: &Comparison) -> String {
         ]);
     }
     let map = match comparison.map {
-        Map::Vertices => "vertices",
-        Map::Coordinates => "coordinates",
+        MatchBy::Vertices => "vertices",
+        MatchBy::Coordinates => "coordinates",
     };
     format!(
         "a: {}\nb: {}\nmatched by {map}\n{fields}\n{}\n",

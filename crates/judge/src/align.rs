@@ -1,31 +1,31 @@
-//! Which face of one result is which of the other: by sorted vertex ids, in O(N log N).
+//! Pairs the faces of two results by their sorted vertex ids, in O(N log N).
 
 use rayon::prelude::*;
 
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{FaceFields, PADDING};
 
-/// What is matched, and how near the two places of a match must be.
-pub(super) struct Matching<'a> {
+/// What is matched, and how close the positions of a matching pair must be.
+pub(super) struct Nearness<'a> {
     /// `face`, `cell`, `point`
     pub noun: &'a str,
-    /// The largest distance along an axis at the k-th of the first result.
+    /// The largest distance along an axis, for the k-th item of the first result.
     pub near: &'a (dyn Fn(usize) -> f64 + Sync),
 }
 
 /// For each face of `a`, the face of `b` with the same vertices.
 ///
 /// # Errors
-/// Faces that only one side has, faces that come twice, and faces of the same vertices that lie
-/// at different places.
+/// Faces that only one side has, faces that appear twice, and faces with the same vertices at
+/// different positions.
 pub fn align(a: &FaceFields, b: &FaceFields) -> Result<Vec<u32>> {
     let exponent = 1.0 / a.dim.saturating_sub(1).max(1) as f64;
     let near = |i: usize| 1e-9 * a.measures.get(i).map_or(1.0, |m| m.powf(exponent));
     let noun = "face";
-    align_by(a, b, &Matching { noun, near: &near })
+    align_by(a, b, &Nearness { noun, near: &near })
 }
 
-pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Matching) -> Result<Vec<u32>> {
+pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Nearness) -> Result<Vec<u32>> {
     let noun = by.noun;
     let refuse = |what: String| Error::Compare {
         a: a.source.clone(),
@@ -38,7 +38,7 @@ pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Matching) -> Result<
         let fits = |len: usize| len == 0 || len == count;
         if !fits(side.measures.len()) || !fits(side.midpoints.len()) {
             return Err(refuse(format!(
-                "{} has {count} {noun}s and another number of places",
+                "{} has {count} {noun}s but a different number of positions",
                 side.source
             )));
         }
@@ -81,7 +81,7 @@ pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Matching) -> Result<
         }
         let places = a.midpoints.get(i as usize).zip(b.midpoints.get(j as usize));
         let near = (by.near)(i as usize);
-        // Asked this way round, so that a coordinate that is not a number is not near.
+        // Negated, so that NaN is not near.
         if let Some((p, q)) = places
             && !(0..3).all(|c| (p[c] - q[c]).abs() <= near)
         {
@@ -94,7 +94,7 @@ pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Matching) -> Result<
     Ok(partner)
 }
 
-/// Vertices and, where it is known, the place.
+/// Vertices and, where known, the position.
 fn label(fields: &FaceFields, face: usize) -> String {
     let vertices = fields.face(face).iter().filter(|v| **v != PADDING);
     let vertices: Vec<_> = vertices.collect();

@@ -1,4 +1,4 @@
-//! One field of one pair: every difference measured, counted, and the worst located.
+//! One field on both sides: every difference is measured and counted, and the worst one located.
 
 use super::{FieldVerdict, Verdict, Worst};
 use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields, PADDING};
@@ -7,7 +7,7 @@ use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields, PADDING};
 pub(super) const NOWHERE: u32 = u32::MAX;
 
 impl FieldVerdict {
-    /// What could not be judged.
+    /// A field that could not be judged.
     pub(super) fn failed(name: &str, tolerance: f64, reason: String) -> Self {
         FieldVerdict {
             field: name.to_owned(),
@@ -37,7 +37,7 @@ pub(super) fn judge_column(
 ) -> FieldVerdict {
     let failed = |reason: String| FieldVerdict::failed(&a.name, tolerance, reason);
     if a.kind != b.kind || a.components != b.components {
-        return failed("the two sides have it in different form".into());
+        return failed("its type or number of components differs between the two".into());
     }
     if a.faces.is_empty() && b.faces.is_empty() && a.name == "jump" {
         // A mesh of one cell has no interior face, hence no jump to compare.
@@ -106,7 +106,7 @@ pub(super) fn judge_column(
         }
         weights += measure * a.components as f64;
         result.max_rel = result.max_rel.max(here);
-        // Negated, so that a size that is not a number cannot agree.
+        // Negated, so that NaN cannot agree.
         if !(here <= tolerance) {
             result.beyond += 1;
         }
@@ -131,8 +131,7 @@ pub(super) fn judge_column(
     result
 }
 
-/// |a - b| of two values, and relative to its unit. Of a status 1 where it flips, and as much as the larger P is away
-/// from 0.
+/// |a - b|, absolute and relative to the unit. For a status: 1 where it flips, and the larger |P|.
 pub(super) fn difference(kind: ColumnKind, x: f64, y: f64, unit: f64) -> (f64, f64) {
     match kind {
         ColumnKind::Value => {
@@ -152,7 +151,7 @@ fn relative(difference: f64, unit: f64) -> f64 {
     }
 }
 
-/// The row of each of `faces` faces in a column, [`NOWHERE`] where it does not carry it.
+/// The row of each of `faces` faces in a column; [`NOWHERE`] for faces without the field.
 pub(super) fn rows_of(column: &FaceColumn, faces: usize) -> Vec<u32> {
     let mut rows = vec![NOWHERE; faces];
     for (row, &face) in (0..).zip(&column.faces) {

@@ -2,7 +2,7 @@
 
 use super::*;
 use faceoff_mesh::error::Result;
-use faceoff_mesh::field::{Carried, PADDING, Results};
+use faceoff_mesh::field::{PADDING, ResultField, Results};
 
 /// An n × n square mesh of triangles with a field on points, one on cells, and both as discontinuous data when `broken`.
 fn results(source: &str, n: usize, broken: bool) -> Results {
@@ -49,8 +49,8 @@ fn results(source: &str, n: usize, broken: bool) -> Results {
     }
 }
 
-fn field(name: &str, components: usize, values: Vec<f64>) -> Carried {
-    Carried {
+fn field(name: &str, components: usize, values: Vec<f64>) -> ResultField {
+    ResultField {
         name: name.into(),
         components,
         values,
@@ -93,7 +93,7 @@ fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-fn compare(a: &Results, b: &Results, map: Option<Map>) -> Result<Comparison> {
+fn compare(a: &Results, b: &Results, map: Option<MatchBy>) -> Result<Comparison> {
     let tolerance = Tolerance {
         rtol: 1e-12,
         atol: 0.0,
@@ -113,11 +113,17 @@ fn verdict(a: &Results, b: &Results) -> Option<Verdict> {
 fn the_order_of_points_and_cells_does_not_matter() {
     for broken in [false, true] {
         let a = results("a", 6, broken);
-        let told = compare(&a, &permuted(&a), None).unwrap();
-        assert_eq!((told.verdict, told.map), (Verdict::Agree, Map::Coordinates));
-        assert_eq!(told.fields[0].field.faces, a.points.len());
-        assert_eq!(compare(&a, &a.clone(), None).unwrap().map, Map::Vertices);
-        assert!(compare(&a, &permuted(&a), Some(Map::Vertices)).is_err());
+        let comparison = compare(&a, &permuted(&a), None).unwrap();
+        assert_eq!(
+            (comparison.verdict, comparison.map),
+            (Verdict::Agree, MatchBy::Coordinates)
+        );
+        assert_eq!(comparison.fields[0].field.faces, a.points.len());
+        assert_eq!(
+            compare(&a, &a.clone(), None).unwrap().map,
+            MatchBy::Vertices
+        );
+        assert!(compare(&a, &permuted(&a), Some(MatchBy::Vertices)).is_err());
     }
 }
 
@@ -129,19 +135,25 @@ fn the_worst_is_named_by_the_first_files_own_numbers() {
         let point = b.points.iter().position(|p| *p == a.points[9]).unwrap();
         b.on_points[0].values[point] += 1e-3;
         b.on_cells[0].values[7] = 0.5;
-        let told = compare(&a, &b, None).unwrap();
-        let worst = told.fields[0].field.worst.clone().unwrap();
-        assert_eq!(told.fields[0].field.beyond, 1);
+        let comparison = compare(&a, &b, None).unwrap();
+        let worst = comparison.fields[0].field.worst.clone().unwrap();
+        assert_eq!(comparison.fields[0].field.beyond, 1);
         assert_eq!(worst.midpoint, a.points[9][..2]);
         let named = *worst.vertices.last().unwrap() as usize;
         assert_eq!(a.points[named], a.points[9]);
-        assert_eq!(told.fields[1].field.beyond, 1);
+        assert_eq!(comparison.fields[1].field.beyond, 1);
         assert_eq!(
-            told.fields[1].field.worst.as_ref().unwrap().vertices.len(),
+            comparison.fields[1]
+                .field
+                .worst
+                .as_ref()
+                .unwrap()
+                .vertices
+                .len(),
             3
         );
         let nonzero = |values: &[f64]| values.iter().filter(|v| v.abs() > 1e-6).count();
-        assert_eq!(nonzero(&told.differences[0].fields[0].2), 1);
+        assert_eq!(nonzero(&comparison.differences[0].fields[0].2), 1);
     }
 }
 
@@ -154,12 +166,12 @@ fn continuous_data_are_compared_with_discontinuous_corner_by_corner() {
     assert_eq!(verdict(&a, &b), Some(Verdict::Agree));
     assert_eq!(verdict(&b, &a), Some(Verdict::Agree));
     b.on_points[0].values[17] += 1.0;
-    let told = compare(&a, &b, None).unwrap();
+    let comparison = compare(&a, &b, None).unwrap();
     assert_eq!(
-        (told.verdict, told.fields[0].field.beyond),
+        (comparison.verdict, comparison.fields[0].field.beyond),
         (Verdict::Disagree, 1)
     );
-    assert_eq!(told.fields[0].on, On::Corners);
+    assert_eq!(comparison.fields[0].on, On::Corners);
 }
 
 type Fault = (&'static str, fn(&mut Results));
@@ -211,7 +223,7 @@ const FAULTS: [Fault; 30] = [
     ("all zero", |r| r.on_points[0].values.fill(0.0)),
     ("a field missing", |r| r.on_cells.clear()),
     ("a field too many", |r| {
-        r.on_points.push(Carried {
+        r.on_points.push(ResultField {
             name: "extra".into(),
             ..r.on_points[0].clone()
         })
@@ -261,8 +273,8 @@ fn every_fault_is_seen_from_either_side() {
             let mut faulty = base;
             faulty.source = "faulty".into();
             fault(&mut faulty);
-            for told in [verdict(&whole, &faulty), verdict(&faulty, &whole)] {
-                assert_ne!(told, Some(Verdict::Agree), "{name}");
+            for judged in [verdict(&whole, &faulty), verdict(&faulty, &whole)] {
+                assert_ne!(judged, Some(Verdict::Agree), "{name}");
             }
         }
     }
@@ -282,12 +294,12 @@ fn discontinuous_data_show_the_same_faults() {
 #[test]
 fn the_reason_of_every_fault_is_told() {
     let whole = results("a", 5, false);
-    let told = |fault: fn(&mut Results)| {
+    let reason = |fault: fn(&mut Results)| {
         let mut faulty = whole.clone();
         faulty.source = "b".into();
         fault(&mut faulty);
-        let told = compare(&whole, &faulty, None).unwrap();
-        let first = told
+        let comparison = compare(&whole, &faulty, None).unwrap();
+        let first = comparison
             .fields
             .iter()
             .find(|f| f.field.verdict != Verdict::Agree);
@@ -295,12 +307,12 @@ fn the_reason_of_every_fault_is_told() {
             .and_then(|f| f.field.reason.clone())
             .unwrap_or_default()
     };
-    assert!(told(|r| r.on_points[0].values[2] = f64::NAN).contains("has 0.9"));
+    assert!(reason(|r| r.on_points[0].values[2] = f64::NAN).contains("has 0.9"));
     assert_eq!(
-        told(|r| r.on_points[0].name = "w".into()),
+        reason(|r| r.on_points[0].name = "w".into()),
         "b does not have it"
     );
-    assert!(told(|r| r.on_cells.clear()).contains("b has no field on cells"));
+    assert!(reason(|r| r.on_cells.clear()).contains("b has no field on cells"));
     let none = compare_results(
         &whole,
         &Results {
@@ -331,8 +343,8 @@ fn all_values_that_are_not_finite_are_counted() {
     b.on_points[0].values[2] = f64::NAN;
     b.on_points[0].values[9] = f64::INFINITY;
     b.on_points[0].values[11] += 1.0;
-    let told = compare(&whole, &b, None).unwrap();
-    assert_eq!(told.fields[0].field.beyond, 3);
+    let comparison = compare(&whole, &b, None).unwrap();
+    assert_eq!(comparison.fields[0].field.beyond, 3);
 }
 
 #[test]
@@ -341,10 +353,10 @@ fn a_place_that_is_ambiguous_is_refused() {
     let a = results("a", 3, false);
     let mut b = permuted(&a);
     b.points[b.cells[1] as usize] = b.points[b.cells[0] as usize];
-    let told = compare(&a, &b, Some(Map::Coordinates))
+    let error = compare(&a, &b, Some(MatchBy::Coordinates))
         .unwrap_err()
         .to_string();
-    assert!(told.contains("ambiguous"), "{told}");
+    assert!(error.contains("ambiguous"), "{error}");
     let cloud = |source: &str| Results {
         width: 0,
         cells: Vec::new(),
@@ -353,10 +365,10 @@ fn a_place_that_is_ambiguous_is_refused() {
     };
     let (mut a, mut b) = (cloud("a"), cloud("b"));
     (a.points[3], b.points[3]) = (a.points[4], b.points[4]);
-    let told = compare(&a, &b, Some(Map::Coordinates))
+    let error = compare(&a, &b, Some(MatchBy::Coordinates))
         .unwrap_err()
         .to_string();
-    assert!(told.contains("ambiguous"), "{told}");
+    assert!(error.contains("ambiguous"), "{error}");
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Tolerance and verdict, field by field.
 //!
 //! A field agrees where |a - b| ≤ tolerance · max|u| · s on every face: max|u| is the size of the
-//! solution, s how much the field can change when the dofs change by 1. What is not finite,
-//! empty, missing on one side, or there on one side only, is never a pass.
+//! solution, s how much the field can change when the dofs change by 1. Values that are not
+//! finite, and fields that are empty or missing on one side, never pass.
 
 use serde::Serialize;
 
@@ -39,13 +39,13 @@ pub struct FieldVerdict {
     pub beyond: usize,
     /// Root of the mean of (a - b)², weighted by face measure.
     pub rms: f64,
-    /// Quadrature points of Γ_C with other status on either side, though P is beyond rounding.
+    /// Quadrature points of Γ_C whose status differs although P is beyond rounding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flips: Option<usize>,
-    /// The same where |P| is at rounding level: named, and not counted against agreement.
+    /// The same where |P| is at rounding level: reported, but not counted against agreement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounding_flips: Option<usize>,
-    /// Why it could not be judged, or why it fails whatever the values.
+    /// Why it could not be judged, or why it fails regardless of the values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
@@ -87,7 +87,7 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
         .collect())
 }
 
-/// max|u|, by the face means; NaN where one is.
+/// max|u| over the face means; NaN if any of them is.
 fn size(fields: &FaceFields) -> f64 {
     let means = fields.column("mean").map_or(&[][..], |c| &c.values);
     means.iter().fold(0.0, |max: f64, v| {
@@ -99,7 +99,7 @@ fn size(fields: &FaceFields) -> f64 {
     })
 }
 
-/// |a - b| / (max|u| s) on each face that carries `field` on both sides, as [`judge`] holds it against the tolerance:
+/// |a - b| / (max|u| s) on each face that carries `field` on both sides, as [`judge`] compares it with the tolerance:
 /// faces of `a`, and one number each, the largest of its values. NaN where one is not finite.
 ///
 /// # Errors

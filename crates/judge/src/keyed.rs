@@ -2,9 +2,9 @@
 
 use super::On;
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::field::{Carried, ColumnKind, FaceColumn, FaceFields, PADDING, Results};
+use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields, PADDING, ResultField, Results};
 
-pub(super) fn fields_on(results: &Results, on: On) -> &[Carried] {
+pub(super) fn fields_on(results: &Results, on: On) -> &[ResultField] {
     match on {
         On::Points => &results.on_points,
         On::Cells => &results.on_cells,
@@ -15,8 +15,8 @@ pub(super) fn fields_on(results: &Results, on: On) -> &[Carried] {
 /// The fields of one file on points, cells or corners, keyed so that they can be aligned.
 pub(super) struct Keyed<'a> {
     pub fields: FaceFields,
-    pub carried: &'a [Carried],
-    /// Which row of a field each corner takes, where the points became corners.
+    pub carried: &'a [ResultField],
+    /// Where points became corners: the row of a point field that each corner uses.
     pub corner_points: Option<Vec<u32>>,
 }
 
@@ -76,8 +76,8 @@ impl<'a> Keyed<'a> {
         })
     }
 
-    /// A field as the judge takes it.
-    pub fn column(&self, field: &Carried) -> FaceColumn {
+    /// A field in the form that [`super::column`] judges.
+    pub fn column(&self, field: &ResultField) -> FaceColumn {
         let all = || (0..self.fields.face_count() as u32).collect();
         let (faces, values): (Vec<u32>, Vec<f64>) = match &self.corner_points {
             None => (field.at.clone().unwrap_or_else(all), field.values.clone()),
@@ -109,7 +109,7 @@ impl<'a> Keyed<'a> {
     }
 }
 
-/// In the plane a vector of two components is the same with a third that is 0, as VTK wants it.
+/// In 2D a vector may have a third component, 0, as VTK requires.
 pub(super) fn same_length(a: &mut FaceColumn, b: &mut FaceColumn) {
     let shorter = match (a.components, b.components) {
         (2, 3) => a,
@@ -121,7 +121,7 @@ pub(super) fn same_length(a: &mut FaceColumn, b: &mut FaceColumn) {
     shorter.components = 3;
 }
 
-/// The numbers of a cell's points, ascending, and after them that of one of its corners.
+/// The numbers of a cell's points, ascending, followed by that of one of its corners.
 fn push_key(
     keys: &mut Vec<u32>,
     side: &Results,
@@ -140,7 +140,7 @@ fn push_key(
             what: format!(
                 "two points of cell {cell} lie at one place, so that its partner is ambiguous"
             ),
-            remedy: "match them by vertices, or mend the mesh".into(),
+            remedy: "match them by vertices, or repair the mesh".into(),
         });
     }
     keys.resize(start + side.width, PADDING);
@@ -148,7 +148,7 @@ fn push_key(
     Ok(())
 }
 
-/// Points of no cell have their place alone.
+/// Points that belong to no cell are keyed by themselves.
 fn add_orphans(keys: &mut Vec<u32>, points: &mut Vec<u32>, side: &Results, numbers: &[u32]) {
     let mut used = vec![false; side.point_count()];
     points.iter().for_each(|p| used[*p as usize] = true);

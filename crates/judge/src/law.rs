@@ -1,4 +1,4 @@
-//! What a fair comparison is: of two results rather than of one and its copy, within tolerances that are stated.
+//! What makes a comparison fair: two results rather than one and its copy, and tolerances that are stated.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ pub struct Tolerance {
 }
 
 impl Default for Tolerance {
-    /// What holds where nothing is given.
+    /// What applies where no tolerance is given.
     fn default() -> Self {
         Tolerance {
             rtol: 1e-9,
@@ -64,8 +64,8 @@ pub struct GivenTolerances {
 }
 
 impl Tolerances {
-    /// From several sources, of which later ones go first. What any of them gives for one field goes before what is
-    /// given for all.
+    /// From several sources, of which later ones take precedence. A tolerance for one field, from any source, takes
+    /// precedence over those for all fields.
     pub fn of_sources(sources: &[GivenTolerances]) -> Self {
         let of_all = sources.iter().map(|source| source.of_all);
         let mut tolerances = Tolerances {
@@ -79,7 +79,7 @@ impl Tolerances {
         tolerances
     }
 
-    /// The tolerance of the field of this name: the last that it has of its own, or that of all.
+    /// The tolerance of the field of this name: its own, or that of all fields.
     pub fn of(&self, field: &str) -> Tolerance {
         let own = self.of_field.iter().rfind(|(name, _)| name == field);
         own.map_or(self.of_all, |(_, tolerance)| *tolerance)
@@ -90,7 +90,7 @@ impl Tolerances {
 /// that both were computed.
 ///
 /// # Errors
-/// One result rather than two; files that cannot be read.
+/// The two are one result; a file cannot be read.
 pub fn refuse_copies(a: &Path, b: &Path, allow_identical: bool) -> Result<()> {
     let refuse = |what: &str, remedy: &str| {
         Err(Error::Compare {
@@ -130,7 +130,7 @@ pub fn refuse_copies(a: &Path, b: &Path, allow_identical: bool) -> Result<()> {
     Ok(())
 }
 
-/// By path, by a link of either kind, or by another way to it.
+/// Compares paths, and inodes for hard links.
 fn is_same_file(a: &Path, b: &Path) -> Result<bool> {
     let whole = |path: &Path| path.canonicalize().map_err(Error::io(path, "read"));
     if whole(a)? == whole(b)? {

@@ -1,4 +1,27 @@
-//! The judge: are two results the same? It sees fields on faces and nothing else.
+//! The judge: are two results the same?
+//!
+//! Every field is judged, and the worst position of each is named. Values that are not finite, fields that one side
+//! lacks, and a file compared with itself never pass. The judge sees meshes and fields, and nothing of the codes that
+//! computed them.
+//!
+//! ```
+//! use faceoff_judge::{Tolerances, Verdict, compare_results};
+//! use faceoff_mesh::io;
+//!
+//! # fn main() -> faceoff_mesh::Result<()> {
+//! let table = |name: &str, text: &str| io::read_results(name.as_ref(), text.as_bytes(), None);
+//! let a = table("a.csv", "x,y,u\n0,0,1.0\n1,0,2.0\n")?;
+//! // The same points in another order, and a value that differs.
+//! let b = table("b.csv", "x,y,u\n1,0,2.5\n0,0,1.0\n")?;
+//!
+//! let comparison = compare_results(&a, &b, None, &Tolerances::default())?;
+//! assert_eq!(comparison.verdict, Verdict::Disagree);
+//! let u = &comparison.fields[0].field;
+//! let worst = u.worst.as_ref().expect("a field with values has a worst position");
+//! assert_eq!((u.max_abs, &worst.midpoint[..]), (0.5, &[1.0, 0.0][..]));
+//! # Ok(())
+//! # }
+//! ```
 
 mod align;
 mod column;
@@ -11,7 +34,7 @@ mod results;
 pub use align::align;
 pub use judge::{FieldVerdict, Verdict, Worst, judge, relative_differences};
 pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, refuse_copies};
-pub use results::{ComparedField, Comparison, Differences, Map, On, compare_results};
+pub use results::{ComparedField, Comparison, Differences, MatchBy, On, compare_results};
 
 #[cfg(test)]
 mod face_fault_tests;

@@ -1,17 +1,17 @@
-//! Which point of one file is which of the other by its place, in O(N log N).
+//! Pairs the points of two files by their positions, in O(N log N).
 //!
-//! Along each axis the coordinates of both files are sorted, and those that follow each other within the tolerance get
-//! one number. Points with the same numbers on all axes are one place. No grid is laid over the points, so that none
-//! of its lines can separate what belongs together.
+//! Along each axis the coordinates of both files are sorted, and consecutive ones within the tolerance get
+//! one number. Points with the same numbers on all axes are at one place. There is no grid, whose lines could separate
+//! points that belong together.
 
 use rayon::prelude::*;
 
-/// What binary64 leaves of coordinates that two codes compute, relative to the extent of the mesh.
+/// How closely coordinates computed by two codes agree in binary64, relative to the extent of the mesh.
 const NEAR: f64 = 1e-9;
-/// What binary32 leaves of them, and what six decimal digits do, which C++ writes unless it is told otherwise.
+/// The same for binary32, and for six decimal digits, which C++ writes by default.
 const NEAR_ROUNDED: f64 = 1e-6;
 
-/// How far apart two points may be along an axis and still be one: more where one of the files holds rounded places.
+/// How far apart two points may be along an axis and still be one; more if a file holds rounded coordinates.
 pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let mut extent: f64 = 0.0;
     for axis in 0..3 {
@@ -39,7 +39,7 @@ pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     near * extent
 }
 
-/// The number of each point's place, of the points of `a` and then of those of `b`.
+/// The number of the place of each point, first of `a`, then of `b`.
 pub(super) fn numbers(a: &[[f64; 3]], b: &[[f64; 3]], near: f64) -> Vec<u32> {
     let count = a.len() + b.len();
     let mut place = vec![0u32; count];
@@ -49,7 +49,7 @@ pub(super) fn numbers(a: &[[f64; 3]], b: &[[f64; 3]], near: f64) -> Vec<u32> {
         if on_axis.iter().all(|n| *n == 0) {
             continue;
         }
-        // Together with the axes before: first which pairs there are, then their numbers.
+        // Combined with the previous axes: first the distinct pairs, then their numbers.
         keyed.clear();
         let pairs = place.iter().zip(&on_axis).zip(0..);
         keyed.extend(pairs.map(|((&p, &n), k)| (u64::from(p) << 32 | u64::from(n), k)));

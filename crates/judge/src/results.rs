@@ -1,24 +1,24 @@
-//! The fields of two files of any codes, matched and judged, each by its own scale.
+//! The fields of two files from any codes, matched and judged, each on its own scale.
 //!
-//! Matched by vertices, a point is its number and a cell the set of its points' numbers. Matched by coordinates, both
-//! are places. Where several points lie at one place, as discontinuous data have them, a point is a corner: the places
-//! of its cell, and its own.
+//! Matched by vertices, a point is identified by its number and a cell by the numbers of its points; matched by
+//! coordinates, by their positions. Where several points share a position, as in discontinuous data, each is identified
+//! as a corner of its cell.
 
 use serde::Serialize;
 
-use super::align::{Matching, align_by};
+use super::align::{Nearness, align_by};
 use super::column::judge_column;
 use super::keyed::{Keyed, fields_on, same_length};
 use super::law::{Tolerance, Tolerances};
 use super::places;
 use super::{FieldVerdict, Verdict};
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::field::{Carried, FaceColumn, PADDING, Results};
+use faceoff_mesh::field::{FaceColumn, PADDING, ResultField, Results};
 
-/// What is matched with what.
+/// How points and cells are matched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Map {
+pub enum MatchBy {
     Vertices,
     Coordinates,
 }
@@ -29,17 +29,17 @@ pub struct Comparison {
     pub verdict: Verdict,
     pub a: String,
     pub b: String,
-    pub map: Map,
+    pub map: MatchBy,
     pub fields: Vec<ComparedField>,
     #[serde(skip)]
     pub differences: Vec<Differences>,
 }
 
-/// One field of two files. In the verdict, a face is what carries the field.
+/// One field of two files. What the verdict calls a face is the point, cell or corner that carries the field.
 #[derive(Debug, Serialize)]
 pub struct ComparedField {
     pub on: On,
-    /// The largest |value| on either side, by which the field is judged.
+    /// The largest |value| on either side: the scale on which the field is judged.
     pub scale: Option<f64>,
     pub rtol: f64,
     pub atol: f64,
@@ -67,25 +67,44 @@ impl On {
     }
 }
 
-/// a - b on all that carries fields of one kind, in the order of the first file.
+/// a - b for all fields on points, cells or corners, in the order of the first file.
 #[derive(Debug)]
 pub struct Differences {
     pub on: On,
-    /// The corners of cells in turn; or the points, or cells, as the file has them.
+    /// Coordinates of the corners, cell by cell, or of the points or cells in the order of the file.
     pub places: Vec<[f64; 3]>,
     /// Name, components and values; NaN where a field is not carried.
     pub fields: Vec<(String, usize, Vec<f64>)>,
 }
 
-/// Judges every field of two files. `map` is found where it is not given: vertices where the points of both files lie
-/// in the same order at the same places.
+/// Judges every field of two files. Without `map`, they are matched by vertices if the points of both files are the
+/// same in the same order, and by coordinates otherwise.
+///
+/// ```
+/// use faceoff_judge::{Tolerance, Tolerances, Verdict, compare_results};
+/// use faceoff_mesh::io;
+///
+/// # fn main() -> faceoff_mesh::Result<()> {
+/// let table = |name: &str, text: &str| io::read_results(name.as_ref(), text.as_bytes(), None);
+/// let a = table("a.csv", "vertex,u\n0,1.0\n1,2.0\n")?;
+/// let b = table("b.csv", "vertex,u\n0,1.0\n1,2.001\n")?;
+/// let judged = |rtol| {
+///     let of_all = Tolerance { rtol, atol: 0.0 };
+///     let tolerances = Tolerances { of_all, ..Tolerances::default() };
+///     compare_results(&a, &b, None, &tolerances).map(|comparison| comparison.verdict)
+/// };
+/// assert_eq!(judged(1e-2)?, Verdict::Agree);
+/// assert_eq!(judged(1e-6)?, Verdict::Disagree);
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// # Errors
-/// Files that cannot be matched, fields with a tolerance and not there, files without any field.
+/// Files that cannot be matched, a tolerance for a field that neither has, files without fields.
 pub fn compare_results(
     a: &Results,
     b: &Results,
-    map: Option<Map>,
+    map: Option<MatchBy>,
     tolerances: &Tolerances,
 ) -> Result<Comparison> {
     let refuse = |what: String, remedy: &str| Error::Compare {
@@ -106,26 +125,26 @@ pub fn compare_results(
     };
     if let Some((name, _)) = tolerances.of_field.iter().find(|(name, _)| !has(name)) {
         let what = format!("neither has the field `{name}` that a tolerance is given for");
-        return Err(refuse(what, "name a field that is there"));
+        return Err(refuse(what, "name a field that one of them has"));
     }
     let near = places::tolerance(&a.points, &b.points);
     let map = match map {
-        Some(Map::Coordinates) if a.points.is_empty() || b.points.is_empty() => {
+        Some(MatchBy::Coordinates) if a.points.is_empty() || b.points.is_empty() => {
             let what = "one of them has no coordinates".to_owned();
             return Err(refuse(what, "match them by vertices"));
         }
         Some(map) => map,
-        None if same_points(a, b, near) => Map::Vertices,
-        None => Map::Coordinates,
+        None if same_points(a, b, near) => MatchBy::Vertices,
+        None => MatchBy::Coordinates,
     };
     let numbers = match map {
-        Map::Vertices => [by_id(a), by_id(b)].concat(),
-        Map::Coordinates => by_place(a, b, near),
+        MatchBy::Vertices => [by_id(a), by_id(b)].concat(),
+        MatchBy::Coordinates => by_place(a, b, near),
     };
     let (of_a, of_b) = numbers.split_at(a.point_count());
-    // A point of a cell that shares its place is known by the cell as well.
-    let broken = map == Map::Coordinates && (repeats(of_a) || repeats(of_b));
-    let near = if map == Map::Coordinates {
+    // A point that shares its position with others is identified together with its cell.
+    let broken = map == MatchBy::Coordinates && (repeats(of_a) || repeats(of_b));
+    let near = if map == MatchBy::Coordinates {
         4.0 * near
     } else {
         near
@@ -177,7 +196,7 @@ pub fn compare_results(
     Ok(comparison)
 }
 
-fn all_fields(results: &Results) -> impl Iterator<Item = &Carried> {
+fn all_fields(results: &Results) -> impl Iterator<Item = &ResultField> {
     let [points, cells, corners] =
         [On::Points, On::Cells, On::Corners].map(|on| fields_on(results, on));
     points.iter().chain(cells).chain(corners)
@@ -191,7 +210,7 @@ fn by_id(results: &Results) -> Vec<u32> {
     }
 }
 
-/// The number of each point: the first that lies at its place, those of `a` before those of `b`.
+/// The number of each point: that of the first point at its position, `a` before `b`.
 fn by_place(a: &Results, b: &Results, near: f64) -> Vec<u32> {
     let mut numbers = places::numbers(&a.points, &b.points, near);
     let mut first = vec![PADDING; numbers.len()];
@@ -203,12 +222,12 @@ fn by_place(a: &Results, b: &Results, near: f64) -> Vec<u32> {
     numbers
 }
 
-/// Do the points lie in the same order at the same places, as far as either file tells?
+/// Are the points the same in the same order, as far as the files have coordinates?
 fn same_points(a: &Results, b: &Results, near: f64) -> bool {
     if a.points.is_empty() || b.points.is_empty() {
         return true;
     }
-    // A table without numbers has its rows in any order.
+    // Without point numbers, the rows of a table may come in any order.
     a.points.len() == b.points.len()
         && a.ids == b.ids
         && a.points
@@ -234,7 +253,7 @@ fn judge_sets(
 ) -> Result<(Vec<ComparedField>, Differences)> {
     let noun = on.noun();
     let near = move |_| near;
-    let partner = align_by(&a.fields, &b.fields, &Matching { noun, near: &near })?;
+    let partner = align_by(&a.fields, &b.fields, &Nearness { noun, near: &near })?;
     let mut differences = Differences {
         on: if a.corner_points.is_some() {
             On::Corners
@@ -299,8 +318,8 @@ fn judge_sets(
     Ok((judged, differences))
 }
 
-/// The largest finite |value| of a field, or of the one that it is scaled by.
-fn scale(side: &Keyed, field: &Carried) -> f64 {
+/// The largest finite |value| of a field, or of the field that sets its scale.
+fn scale(side: &Keyed, field: &ResultField) -> f64 {
     let by = field.scaled_by.as_ref();
     let other = by.and_then(|name| side.carried.iter().find(|f| f.name == *name));
     let values = &other.unwrap_or(field).values;
@@ -308,7 +327,7 @@ fn scale(side: &Keyed, field: &Carried) -> f64 {
     finite.fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
-/// a - b on all that the first file has.
+/// a - b for everything in the first file.
 fn subtract(a: &FaceColumn, b: &FaceColumn, partner: &[u32]) -> Option<Vec<f64>> {
     if a.components != b.components {
         return None;

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Asks everything that runs to end, programs with their children. Was that asked before?
+/// Asks everything that runs to end, programs with their children. Returns whether that was asked before.
 pub fn interrupt() -> bool {
     INTERRUPTED.swap(true, Ordering::SeqCst)
 }
@@ -14,7 +14,7 @@ pub fn interrupt() -> bool {
 /// For loops that take long: costs no more than reading a byte.
 ///
 /// # Errors
-/// [`Error::Interrupted`] once [`interrupt`] was called.
+/// [`Error::Interrupted`] after [`interrupt`] was called.
 #[inline]
 pub fn check() -> Result<()> {
     if INTERRUPTED.load(Ordering::Relaxed) {

@@ -9,7 +9,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 /// Everything that can go wrong. The program answers each of these with exit code 2.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A file's content is not what its format says.
+    /// A file that violates its format.
     #[error("{}{place}: {what}; {remedy}", path.display())]
     File {
         path: PathBuf,
@@ -26,7 +26,7 @@ pub enum Error {
         source: std::io::Error,
     },
 
-    /// A mesh that was read whole, but on which the problem cannot be solved.
+    /// A mesh that was read, but on which the problem cannot be solved.
     #[error("mesh {mesh}: {what}; {remedy}")]
     Mesh {
         mesh: String,
@@ -119,7 +119,7 @@ impl Error {
         }
     }
 
-    /// For `map_err` on operations of the file system: `Error::io(path, "read")`.
+    /// For `map_err` on file system operations: `Error::io(path, "read")`.
     pub fn io(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();
         move |source| Error::Io {
@@ -149,10 +149,10 @@ impl Error {
     }
 }
 
-/// Refuses a list in which a name stands twice; `what` says what is named, as in ``engine `rust` is named twice``.
+/// Refuses a list that contains a name twice; `what` says what is named, as in ``engine `rust` is named twice``.
 ///
 /// # Errors
-/// [`Error::Usage`] with the first name that was there before.
+/// [`Error::Usage`] with the first repeated name.
 pub fn distinct<T: fmt::Display>(
     names: impl IntoIterator<Item = T>,
     what: &str,
@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_that_stands_twice_is_refused() {
+    fn a_repeated_name_is_refused() {
         assert!(distinct([1, 2, 3], "n", "give others").is_ok());
         let error = distinct(["a", "b", "a"], "engine", "name each once").unwrap_err();
         assert_eq!(

@@ -1,4 +1,4 @@
-//! Running a program to its end, or to ours: time limit, interruption, no child left behind.
+//! Runs a program with a time limit and interruption; none of its children is left behind.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -12,7 +12,7 @@ use process_wrap::std::{CommandWrap, ProcessGroup};
 use crate::cancel;
 use crate::error::{Error, Result};
 
-/// How often a running program is looked at.
+/// How often a running program is polled.
 const POLL: Duration = Duration::from_millis(5);
 
 /// How long a program may take to end when asked to, before it is killed. Its children die with
@@ -23,9 +23,9 @@ const GRACE: Duration = Duration::from_secs(2);
 const KILL: i32 = 9;
 const TERMINATE: i32 = 15;
 
-/// Becomes the program, after it has set a watcher beside it. The watcher reads a pipe that nobody
-/// writes to: it breaks when faceoff is gone, also when it was killed, and then the watcher ends the
-/// whole group. It has to be no child of the program, which may wait for all of its own.
+/// Starts a watcher and becomes the program. The watcher reads a pipe that nobody writes to: it
+/// breaks when faceoff has ended, even if killed, and then the watcher ends the whole group. It must
+/// not be a child of the program, which may wait for all of its children.
 const WATCHED: &str = r#"exec 3<&0 </dev/null
 ( (
   trap '' HUP INT TERM
@@ -36,7 +36,7 @@ const WATCHED: &str = r#"exec 3<&0 </dev/null
 exec 3<&-
 exec "$@""#;
 
-/// No line of a program is read further than this at once.
+/// Longer lines are read in parts.
 const LONGEST_LINE: u64 = 1 << 16;
 
 /// Lines of the log that a message quotes.
@@ -54,7 +54,7 @@ pub enum Failure {
     OutOfTime(Duration),
     #[error("its process was lost: {0}")]
     Lost(std::io::Error),
-    /// Most often for want of memory.
+    /// Usually for lack of memory.
     #[error("`{program}` was killed from outside{said}")]
     Killed { program: String, said: String },
     /// `said`: `: ` and what its log says of the failure.
@@ -66,7 +66,7 @@ pub enum Failure {
     },
 }
 
-/// Runs `command` in its own process group in `folder`, keeps all it says in `folder/log.txt`,
+/// Runs `command` in its own process group in `folder`, keeps its output in `folder/log.txt`,
 /// and passes each line of its standard output to `line`. The group ends with this process.
 ///
 /// # Errors
@@ -99,7 +99,7 @@ pub fn run(
         .spawn()
         .map_err(|e| not_started(e.to_string()))?;
     tracing::info!(program, folder = %folder.display(), "started");
-    // Held until the group has ended: the watcher's sign that this process is there.
+    // Held until the group has ended: it shows the watcher that this process is alive.
     let _alive = child.stdin().take();
     let output = child.stdout().take();
     let status = std::thread::scope(|scope| {
@@ -212,7 +212,7 @@ fn quote(log: &Path) -> String {
     let lines: Vec<&str> = text
         .lines()
         .map(str::trim)
-        // Rules of mpirun, and Python's marks below a line.
+        // Horizontal rules of mpirun, and Python's markers below a line.
         .filter(|line| !line.trim_matches(['-', '^', '~']).is_empty())
         .filter(|line| !line.starts_with("progress "))
         .collect();

@@ -67,7 +67,9 @@ pub fn trials() -> Result<Vec<Trial>> {
     boundary.neumann = floating.boundary().neumann.clone();
     boundary.neumann.pop();
     boundary.neumann.push(GroupName::Name("lid".into()));
-    let one_held = held.with_boundary(boundary);
+    let one_held = held
+        .with_boundary(boundary)
+        .with_exact(held.exact().cloned());
     add(
         "one held, one floating",
         &one_held,

@@ -66,7 +66,9 @@ pub fn trials() -> Result<Vec<Trial>> {
         };
         let mut boundary = scene.boundary().clone();
         boundary.neumann.retain(has);
-        let scene = scene.with_boundary(boundary);
+        let scene = scene
+            .with_boundary(boundary)
+            .with_exact(scene.exact().cloned());
         let mut trial = Trial::new("coarse", value, Place::on(scene, "coarse", mesh));
         trial.reference = Some(square.clone());
         all.push(trial);

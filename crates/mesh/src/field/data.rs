@@ -1,24 +1,24 @@
-//! Data about a mesh as a whole, beside the fields on its points and cells ([`crate::mesh::Field`]).
+//! Data about a mesh as a whole, in addition to the fields on its points and cells ([`crate::mesh::Field`]).
 
 use crate::mesh::Values;
 
 /// A named array about the whole mesh: provenance, parameters, tables.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Whole {
+pub struct GlobalArray {
     pub name: String,
     /// Values in one tuple: 1 for a list, 3 for a table of three columns. Never 0; 1 for text.
     pub components: usize,
-    pub values: WholeValues,
+    pub values: GlobalValues,
 }
 
 /// Numbers in exactly the type of the file, or text.
 #[derive(Debug, Clone, PartialEq)]
-pub enum WholeValues {
+pub enum GlobalValues {
     Numbers(Values),
     Text(Vec<String>),
 }
 
-/// Runs one expression for whichever vector of numbers `$values` holds.
+/// Evaluates one expression for the vector of numbers in `$values`, whatever its type.
 macro_rules! with_numbers {
     ($values:expr, $numbers:ident => $run:expr) => {
         match $values {
@@ -37,50 +37,50 @@ macro_rules! with_numbers {
 }
 pub(crate) use with_numbers;
 
-impl Whole {
+impl GlobalArray {
     /// A list of numbers.
     pub fn numbers(name: impl Into<String>, values: Values) -> Self {
-        Whole {
+        GlobalArray {
             name: name.into(),
             components: 1,
-            values: WholeValues::Numbers(values),
+            values: GlobalValues::Numbers(values),
         }
     }
 
     /// One text.
     pub fn text(name: impl Into<String>, text: impl Into<String>) -> Self {
-        Whole::texts(name, vec![text.into()])
+        GlobalArray::texts(name, vec![text.into()])
     }
 
     /// A list of texts.
     pub fn texts(name: impl Into<String>, texts: Vec<String>) -> Self {
-        Whole {
+        GlobalArray {
             name: name.into(),
             components: 1,
-            values: WholeValues::Text(texts),
+            values: GlobalValues::Text(texts),
         }
     }
 
     /// Number of tuples.
     pub fn tuples(&self) -> usize {
         let values = match &self.values {
-            WholeValues::Numbers(numbers) => numbers.len(),
-            WholeValues::Text(texts) => texts.len(),
+            GlobalValues::Numbers(numbers) => numbers.len(),
+            GlobalValues::Text(texts) => texts.len(),
         };
         values / self.components.max(1)
     }
 
-    /// Equal in name and every stored bit, NaN included.
-    pub fn same_bits(&self, other: &Whole) -> bool {
+    /// Equal name and equal bits, NaN included.
+    pub fn same_bits(&self, other: &GlobalArray) -> bool {
         let values = match (&self.values, &other.values) {
-            (WholeValues::Numbers(a), WholeValues::Numbers(b)) => same_bits(a, b),
+            (GlobalValues::Numbers(a), GlobalValues::Numbers(b)) => same_bits(a, b),
             (a, b) => a == b,
         };
         values && self.name == other.name && self.components == other.components
     }
 }
 
-/// Equal in type and every stored bit: NaN equals itself, 0 differs from -0.
+/// Equal type and equal bits: NaN equals itself, 0 differs from -0.
 pub fn same_bits(a: &Values, b: &Values) -> bool {
     match (a, b) {
         (Values::F32(a), Values::F32(b)) => {

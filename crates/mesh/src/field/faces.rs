@@ -1,23 +1,23 @@
-//! Fields on faces: what codes are compared by.
+//! Fields on faces, by which codes are compared.
 
-/// In place of a vertex where a face has fewer than others.
+/// Fills up faces that have fewer vertices than others.
 pub const PADDING: u32 = u32::MAX;
 
-/// Fields of one result, keyed by faces. Where files of other codes are compared, a face is whatever carries values:
-/// a cell, a point, or a corner of a cell.
+/// Fields of one result, keyed by faces. When files of other codes are compared, "face" stands for whatever carries
+/// values: a cell, a point, or a corner of a cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceFields {
-    /// Whose they are, as the comparison names it.
+    /// The name of the result in the comparison.
     pub source: String,
-    /// Number of vertices of a face: 2 in the plane, 3 in space.
+    /// Number of vertices of a face: 2 in 2D, 3 in 3D.
     pub dim: usize,
     /// Number of coordinates of a point: 2 or 3.
     pub space: usize,
     /// Vertices of the faces, `dim` each, ascending.
     pub vertices: Vec<u32>,
-    /// Centroids of the faces; none where nothing is known of places.
+    /// Centroids of the faces; empty if positions are unknown.
     pub midpoints: Vec<[f64; 3]>,
-    /// |F|; none where all weigh the same.
+    /// |F|; empty if all have the same weight.
     pub measures: Vec<f64>,
     pub columns: Vec<FaceColumn>,
 }
@@ -33,8 +33,8 @@ pub struct FaceColumn {
     pub faces: Vec<u32>,
     /// `components` values a face of `faces`.
     pub values: Vec<f64>,
-    /// By how much a value on that face can change when no dof changes by more than 1; this makes
-    /// a tolerance for dofs one for every field. Empty where a field is judged by its own scale.
+    /// How much a value on that face can change when no dof changes by more than 1: it turns a
+    /// tolerance for dofs into one for this field. Empty if the field is judged on its own scale.
     pub sensitivity: Vec<f64>,
 }
 

@@ -1,9 +1,9 @@
-//! Values that belong to a mesh: on its points, its cells, its faces, or the whole of it.
+//! Values that belong to a mesh: on its points, cells or faces, or to the mesh as a whole.
 
 pub mod data;
 mod faces;
 mod results;
 
-pub use data::{Whole, WholeValues};
+pub use data::{GlobalArray, GlobalValues};
 pub use faces::{ColumnKind, FaceColumn, FaceFields, PADDING};
-pub use results::{Carried, Results};
+pub use results::{ResultField, Results};

@@ -1,14 +1,14 @@
-//! The fields of a file as they are, before anything is matched with anything.
+//! The fields of one file as they are, before they are matched with those of another.
 
 use std::collections::HashMap;
 
 use super::PADDING;
 use crate::mesh::CellKind;
 
-/// What one file tells: values on points, cells and corners of cells.
+/// The fields of one file: values on points, cells and corners of cells.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Results {
-    /// Whose they are, as the comparison names it.
+    /// The name of the result in the comparison.
     pub source: String,
     /// Number of coordinates: 2 or 3.
     pub space: usize,
@@ -16,39 +16,39 @@ pub struct Results {
     pub points: Vec<[f64; 3]>,
     /// The number of each point; empty where they are numbered 0, 1, 2, ….
     pub ids: Vec<u32>,
-    /// Points of a cell at most; 0 where there are no cells.
+    /// The largest number of points of a cell; 0 if there are no cells.
     pub width: usize,
     /// Points of the cells, `width` each, [`PADDING`] where there are fewer.
     pub cells: Vec<u32>,
-    /// The kinds of the cells, in their order, and how many follow each other; empty where only numbers are known.
+    /// Runs of cells of one kind, in order: kind and number; empty if only point numbers are known.
     pub kinds: Vec<(CellKind, usize)>,
-    pub on_points: Vec<Carried>,
-    pub on_cells: Vec<Carried>,
+    pub on_points: Vec<ResultField>,
+    pub on_cells: Vec<ResultField>,
     /// Values at each point of each cell in turn.
-    pub on_corners: Vec<Carried>,
+    pub on_corners: Vec<ResultField>,
 }
 
 /// One field of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Carried {
+pub struct ResultField {
     pub name: String,
     pub components: usize,
     /// `components` for each item of `at`.
     pub values: Vec<f64>,
-    /// The points, cells or corners that carry it, ascending; none: all do.
+    /// The points, cells or corners that carry it, ascending; `None` if all do.
     pub at: Option<Vec<u32>>,
-    /// The field whose size is the scale of this one, which is a difference of such fields.
+    /// For a difference of two fields: the field whose size sets the scale.
     pub scaled_by: Option<String>,
 }
 
-impl Carried {
-    /// The row of each item that carries it; none: all do, in their order.
+impl ResultField {
+    /// The row of each item that carries it; `None` if all do, in their order.
     pub fn rows(&self) -> Option<HashMap<u32, u32>> {
         let at = self.at.as_ref()?;
         Some(at.iter().copied().zip(0..).collect())
     }
 
-    /// Keeps the rows of those points, cells or corners that are kept, which get numbers anew.
+    /// Keeps the rows of the points, cells or corners that are kept, which are renumbered.
     fn keep(&mut self, kept: &[bool]) {
         let mut count = 0;
         let numbers: Vec<Option<u32>> = kept
@@ -83,7 +83,7 @@ impl Results {
         all.iter().copied().filter(|p| *p != PADDING)
     }
 
-    /// Keeps the fields of these names; the names of the others.
+    /// Keeps the fields with these names; returns the names of the others.
     pub fn keep_only(&mut self, names: &[String]) -> Vec<String> {
         let mut others = Vec::new();
         for fields in [
@@ -102,7 +102,7 @@ impl Results {
         others
     }
 
-    /// Keeps the cells of one dimension and what they carry; how many others there were. A table has none.
+    /// Keeps the cells of one dimension and their values; returns the number of other cells. A table has none.
     pub fn keep_dimension(&mut self, dim: u8) -> usize {
         let each = |(kind, count): &(CellKind, usize)| std::iter::repeat_n(*kind, *count);
         let kinds: Vec<CellKind> = self.kinds.iter().flat_map(each).collect();
@@ -120,7 +120,7 @@ impl Results {
         let width = self.kinds.iter().map(|(kind, _)| kind.points()).max();
         let cells = self.cells.chunks_exact(self.width).zip(&kept);
         let cells = cells.filter(|(_, kept)| **kept);
-        // The widest of those that are left may be narrower.
+        // The remaining cells may have fewer points.
         let width = width.unwrap_or(0);
         self.cells = cells
             .flat_map(|(cell, _)| &cell[..width])
@@ -139,12 +139,12 @@ impl Results {
         dims
     }
 
-    /// Has it values on cells or at their corners?
+    /// Are there values on cells or at their corners?
     pub fn has_cell_fields(&self) -> bool {
         !self.on_cells.is_empty() || !self.on_corners.is_empty()
     }
 
-    /// Calls the field `old` of points, cells and corners `new`; was there one?
+    /// Renames the fields `old` to `new`; returns whether there was one.
     pub fn rename(&mut self, old: &str, new: &str) -> bool {
         let fields = [
             &mut self.on_points,
@@ -168,8 +168,7 @@ impl Results {
             .all(|fields| fields.is_empty())
     }
 
-    /// The cells as points at their centroids, with the fields of the cells: how a table that is keyed by midpoints
-    /// sees them.
+    /// The cells as points at their centroids, with the fields of the cells, for a table that is keyed by midpoints.
     pub fn centroids(&self) -> Results {
         let centroid = |cell: usize| {
             let (mut sum, mut count) = ([0.0; 3], 0.0);
@@ -196,7 +195,7 @@ mod tests {
 
     #[test]
     fn cells_of_other_dimensions_go_with_what_they_carry() {
-        let field = |values: &[f64], at: Option<&[u32]>| Carried {
+        let field = |values: &[f64], at: Option<&[u32]>| ResultField {
             name: "w".into(),
             components: 2,
             values: values.to_vec(),

@@ -1,4 +1,4 @@
-//! Many bytes in memory: those of a whole file, or of an array of one.
+//! Large amounts of memory: for a whole file, or for one of its arrays.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -9,16 +9,16 @@ use std::path::Path;
 use memmap2::{Advice, MmapMut};
 use rayon::prelude::*;
 
-/// Bytes, in pages of 2 MB where they are many and the system has such: it takes longer to be given a file's size of
-/// small pages than to read the file.
+/// Bytes, in pages of 2 MB if there are many and the system has such pages: allocating the size of a file in small
+/// pages takes longer than reading the file.
 pub enum Bytes {
     Small(Vec<u8>),
     Large(MmapMut),
 }
 
-/// How many bytes are many.
+/// From this many bytes on, large pages are used.
 const LARGE: u64 = 4 << 20;
-/// Bytes that one thread reads in one go.
+/// Bytes that one thread reads at a time.
 const SHARE: usize = 2 << 20;
 
 impl Deref for Bytes {
@@ -41,7 +41,7 @@ impl DerefMut for Bytes {
     }
 }
 
-/// So many zeros.
+/// `length` zeros.
 pub fn zeros(length: usize) -> Bytes {
     let large = (length as u64 >= LARGE).then(|| large(length));
     match large {
@@ -52,7 +52,7 @@ pub fn zeros(length: usize) -> Bytes {
 
 fn large(length: usize) -> io::Result<MmapMut> {
     let bytes = MmapMut::map_anon(length)?;
-    // Without large pages it takes longer, and nothing else.
+    // Large pages only save time.
     let _ = bytes.advise(Advice::HugePage);
     Ok(bytes)
 }
@@ -60,7 +60,7 @@ fn large(length: usize) -> io::Result<MmapMut> {
 /// Reads a file, or whatever else there is to read at `path`, to its end.
 ///
 /// # Errors
-/// As the file system answers.
+/// Those of the file system.
 pub fn read(path: &Path) -> io::Result<Bytes> {
     let mut file = File::open(path)?;
     let found = file.metadata()?;
@@ -70,16 +70,16 @@ pub fn read(path: &Path) -> io::Result<Bytes> {
     {
         return Ok(Bytes::Large(large));
     }
-    // Also a file that grows or shrinks meanwhile.
+    // This also reads a file that grows or shrinks meanwhile.
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)?;
     Ok(Bytes::Small(bytes))
 }
 
-/// Reads a file that has so many bytes.
+/// Reads a file of `length` bytes.
 fn read_large(file: &File, length: u64) -> io::Result<MmapMut> {
     let length = usize::try_from(length).map_err(io::Error::other)?;
-    // This memory is nobody else's, unlike the file itself, which others may change under our eyes.
+    // A copy, as others may change the file itself while we use it.
     let mut bytes = large(length)?;
     let shares = bytes.par_chunks_mut(SHARE).enumerate();
     shares.try_for_each(|(index, share)| file.read_exact_at(share, (index * SHARE) as u64))?;
@@ -106,7 +106,7 @@ mod tests {
         }
         assert!(read(folder.path()).is_err());
         assert!(read(&folder.path().join("none")).is_err());
-        // A file that has not the bytes it is taken for.
+        // A file of another length than was assumed.
         let file = File::open(&path).expect("there");
         for wrong in [LARGE, LARGE + 4096, LARGE + 4098] {
             assert!(read_large(&file, wrong).is_err(), "{wrong}");

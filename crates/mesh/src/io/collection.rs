@@ -9,7 +9,7 @@ use quick_xml::{Reader, XmlVersion};
 use super::bytes;
 use crate::error::{Error, Place, Result};
 
-/// Deeper than this no list goes: a `.pvd` of a `.pvtu` of pieces.
+/// The deepest nesting: a `.pvd` lists a `.pvtu`, which lists pieces.
 const DEPTH: usize = 3;
 
 pub(super) fn is_pvd(path: &Path) -> bool {
@@ -24,7 +24,7 @@ fn has_suffix(path: &Path, suffix: &str) -> bool {
 /// The one file that a `.pvd` names.
 ///
 /// # Errors
-/// No XML; a list of none, or of several, of which the user must choose.
+/// Not XML; a list of no file, or of several, from which the user must choose.
 pub(super) fn only_file(path: &Path, bytes: &[u8]) -> Result<PathBuf> {
     let files = listed(path, bytes)?;
     if let [one] = &files[..] {
@@ -37,12 +37,12 @@ pub(super) fn only_file(path: &Path, bytes: &[u8]) -> Result<PathBuf> {
         .collect();
     let more = if files.len() > 3 { ", …" } else { "" };
     let what = format!("it lists {} files: {}{more}", files.len(), names.join(", "));
-    let remedy = "name the one that is meant: a comparison is of one time";
+    let remedy = "give one of them: a comparison is of one time";
     Err(Error::file(path, Place::Whole, what, remedy))
 }
 
-/// The files that hold what `path` tells, each once: itself, or what it lists. dolfinx 0.5 lists a piece once for each
-/// kind of function in it.
+/// The files that hold the data of `path`, each once: itself, or those it lists. dolfinx 0.5 lists a piece once for
+/// each kind of function in it.
 ///
 /// # Errors
 /// A list that cannot be read.
@@ -71,7 +71,7 @@ pub fn sources(path: &Path) -> Result<Vec<PathBuf>> {
 /// `file` of each `<DataSet>` and `Source` of each `<Piece>`, beside or below `path`.
 fn listed(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>> {
     let refuse = |what: String| {
-        let remedy = "write the list anew, or name a .vtu file that it lists";
+        let remedy = "write the list again, or give a .vtu file that it lists";
         Error::file(path, Place::Whole, what, remedy)
     };
     let text = std::str::from_utf8(bytes).map_err(|_| refuse("the XML is not UTF-8".into()))?;
@@ -144,9 +144,9 @@ mod tests {
             ("<DataSet/>".into(), "does not name its file"),
             ("<DataSet".into(), "not well-formed"),
         ] {
-            let told = only_file(Path::new("l.pvd"), format!("{HEAD}{entries}").as_bytes());
-            let told = told.unwrap_err().to_string();
-            assert!(told.contains(part), "{entries}: {told}");
+            let error = only_file(Path::new("l.pvd"), format!("{HEAD}{entries}").as_bytes());
+            let error = error.unwrap_err().to_string();
+            assert!(error.contains(part), "{entries}: {error}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! FreeFEM's own two-dimensional `.msh`: numbers only, without a word that would say what it is.
+//! FreeFEM's own two-dimensional `.msh`: numbers only, without a keyword to recognise it by.
 //!
 //! Numbers of vertices, triangles and boundary edges; then x, y and label of each vertex; three vertices and
 //! the region of each triangle; two vertices and the label of each edge. Label 0 stands for none.
@@ -30,7 +30,7 @@ pub fn recognises(bytes: &[u8]) -> bool {
 /// Reads a mesh from its bytes.
 ///
 /// # Errors
-/// Anything that is not as the format demands, with its line.
+/// Any violation of the format, with its line.
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut scan = Scan::new(path, bytes);
     scan.section = "head".into();
@@ -53,7 +53,10 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let edges = cells(&mut scan, CellKind::Line, edges, points)?;
     if scan.peek().is_some() {
         scan.section = "end".into();
-        return Err(scan.error(format!("the end of the file is due, not {}", scan.shown())));
+        return Err(scan.error(format!(
+            "expected the end of the file, found {}",
+            scan.shown()
+        )));
     }
     mesh.groups = group_cells(&[(2, &triangles.1), (1, &edges.1)]);
     mesh.blocks.extend(
@@ -104,7 +107,7 @@ pub fn write(path: &Path, mesh: &Mesh, lossy: bool) -> Result<Vec<String>> {
             path,
             Place::Whole,
             what,
-            "mend the mesh before it is written",
+            "repair the mesh before it is written",
         )
     };
     mesh.validate().map_err(refuse)?;

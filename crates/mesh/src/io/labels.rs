@@ -8,8 +8,8 @@ use crate::mesh::{CellGroups, CellKind, Field, Group, Mesh, Support, Values};
 /// The name of the field that holds the labels of points.
 pub const POINT_LABEL: &str = "label";
 
-/// The groups that labels stand for. Each item has the dimension of some cells and their labels; the cells of
-/// all items are counted on.
+/// The groups that labels stand for. Each item is the dimension of some cells and their labels; cells are counted
+/// through all items.
 pub fn group_cells(items: &[(u8, &[i32])]) -> Vec<Group> {
     let mut groups: BTreeMap<(u8, i64), Vec<u32>> = BTreeMap::new();
     let mut cell = 0u32;
@@ -104,14 +104,14 @@ impl<'a> CellLabels<'a> {
     }
 }
 
-/// The labels of points: those of the field of that name, or else those of the vertex cells. Other fields are lost.
-/// Nothing when all are 0.
+/// The labels of points: those of the field of that name, or else those of the vertex cells; empty if all are 0.
+/// Other fields are lost.
 pub fn point_labels(mesh: &Mesh, cells: &CellLabels<'_>, losses: &mut Losses) -> Vec<i32> {
     let mut labels = None;
     for field in &mesh.fields {
         match (&field.values, labels.is_none()) {
             (Values::I32(values), true) if is_label(field) => labels = Some(values.clone()),
-            // What was a field of whole numbers may come back from another format as floating-point ones.
+            // Another format may have turned integers into floating-point numbers.
             (Values::F64(values), true)
                 if is_label(field) && values.iter().all(|&v| f64::from(v as i32) == v) =>
             {

@@ -1,16 +1,16 @@
-//! What a format cannot hold is never dropped in silence.
+//! What a format cannot hold is never dropped silently.
 
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
 use crate::mesh::{Mesh, Partitions};
 
-/// Gathers what a target format cannot hold.
+/// Collects what a target format cannot hold.
 #[derive(Default)]
 pub struct Losses {
     /// Cells, groups, names, fields, labels: an error, or a warning each when the user allows it.
     losses: Vec<String>,
-    /// What goes with a mesh without being part of it, such as the numbers of its points: a warning each.
+    /// What accompanies a mesh without being part of it, such as the numbers of its points: a warning each.
     notes: Vec<String>,
 }
 
@@ -33,10 +33,10 @@ impl Losses {
     /// Notes what only Gmsh's format holds of a mesh.
     pub fn note_gmsh(&mut self, mesh: &Mesh) {
         if !mesh.point_tags.is_empty() {
-            self.note("points are numbered anew");
+            self.note("points are renumbered");
         }
         if mesh.blocks.iter().any(|block| !block.tags.is_empty()) {
-            self.note("cells are numbered anew");
+            self.note("cells are renumbered");
         }
         let reversed = mesh.geometry.entities.iter();
         let reversed = reversed.filter(|entity| entity.is_reversed()).count();

@@ -1,6 +1,6 @@
 //! Medit's ASCII `.mesh`, in two and three dimensions: keywords, each with a count and rows that end in a label.
 //!
-//! Names of groups, which the format has no place for, are kept in comment lines that other readers pass over.
+//! The format has no names of groups: they are kept in comment lines, which other readers skip.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -24,7 +24,7 @@ const CELLS: [(&str, CellKind); 7] = [
     ("Pyramids", CellKind::Pyramid),
 ];
 
-/// Keywords that mark points and cells or tie them to a geometry: they carry no mesh, and are passed over.
+/// Keywords that mark points and cells or relate them to a geometry; skipped, as they hold no part of the mesh.
 const MARKS: [&str; 15] = [
     "AngleOfCornerBound",
     "Corners",
@@ -43,7 +43,7 @@ const MARKS: [&str; 15] = [
     "VertexOnSupportVertex",
 ];
 
-/// What starts the comment that names a group: dimension, label and name follow.
+/// Starts the comment that names a group; dimension, label and name follow.
 const NAME: &[u8] = b"# faceoff group ";
 
 pub fn recognises(bytes: &[u8]) -> bool {
@@ -55,7 +55,7 @@ pub fn recognises(bytes: &[u8]) -> bool {
 /// Reads a mesh from its bytes.
 ///
 /// # Errors
-/// Anything that is not as the format demands, with keyword and line.
+/// Any violation of the format, with keyword and line.
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut scan = Scan::with_comments(path, bytes, b'#');
     let mut content = Content {
@@ -73,7 +73,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     loop {
         scan.section.clear();
         let Some(word) = scan.peek() else {
-            return Err(scan.error("the End is missing"));
+            return Err(scan.error("End is missing"));
         };
         let word = String::from_utf8_lossy(word.get(..80).unwrap_or(word)).into_owned();
         scan.section.clone_from(&word);
@@ -86,25 +86,25 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
                 found @ (2 | 3) if dimension.is_none() => dimension = Some(found as usize),
                 other => {
                     return Err(scan.error(format!(
-                        "the dimension is 2 or 3 and there once, not {other}"
+                        "the dimension must be 2 or 3 and given once, not {other}"
                     )));
                 }
             },
             ("Vertices", ..) => {
                 let dimension = dimension
-                    .ok_or_else(|| scan.error("the vertices stand before the dimension"))?;
+                    .ok_or_else(|| scan.error("the vertices come before the dimension"))?;
                 if points.is_some() {
-                    return Err(scan.error("the vertices are there twice"));
+                    return Err(scan.error("the vertices appear twice"));
                 }
                 points = Some(vertices(&mut scan, dimension)?);
             }
             (_, Some((_, kind)), false) => {
                 let count = points.as_ref().map(|(points, _)| points.len());
-                let count = count.ok_or_else(|| scan.error("cells stand before the vertices"))?;
+                let count = count.ok_or_else(|| scan.error("cells come before the vertices"))?;
                 blocks.push(cells(&mut scan, *kind, count)?);
             }
             (.., true) => {
-                content.warnings.push(format!("{word} was passed over"));
+                content.warnings.push(format!("{word} was skipped"));
                 skip(&mut scan)?;
             }
             _ => {
@@ -165,14 +165,14 @@ fn cells(scan: &mut Scan<'_>, kind: CellKind, points: usize) -> Result<(CellBloc
     Ok((CellBlock::new(kind, nodes), labels))
 }
 
-/// Passes a section that is not known: all that follows up to the next word that is no number.
+/// Skips an unknown section: everything up to the next word that is not a number.
 fn skip(scan: &mut Scan<'_>) -> Result<()> {
     while let Some(word) = scan.peek() {
         if word.starts_with(b"\"") {
             scan.skip_blanks();
             scan.advance(1);
             if !scan.seek(b"\"") {
-                return Err(scan.error("a text does not end"));
+                return Err(scan.error("a quoted text does not end"));
             }
             scan.advance(1);
             continue;
@@ -185,7 +185,7 @@ fn skip(scan: &mut Scan<'_>) -> Result<()> {
     Err(scan.error("the file ends inside a section"))
 }
 
-/// Gives groups the names that comments tell.
+/// Gives groups the names in the comments.
 fn name_groups(groups: &mut [Group], bytes: &[u8]) {
     let mut names: HashMap<(u8, i64), String> = HashMap::new();
     for start in memchr::memmem::find_iter(bytes, NAME) {
@@ -206,7 +206,7 @@ fn name_groups(groups: &mut [Group], bytes: &[u8]) {
     }
 }
 
-/// Writes a mesh of first-order cells; `flat` writes two coordinates, which FreeFEM wants of a planar mesh.
+/// Writes a mesh of first-order cells, with two coordinates if it lies in the plane z = 0.
 ///
 /// # Errors
 /// The mesh is not sound, the format cannot hold it, or the file cannot be written.
@@ -216,7 +216,7 @@ pub fn write(path: &Path, mesh: &Mesh, lossy: bool) -> Result<Vec<String>> {
             path,
             Place::Whole,
             what,
-            "mend the mesh before it is written",
+            "repair the mesh before it is written",
         )
     };
     mesh.validate().map_err(refuse)?;
@@ -229,7 +229,7 @@ pub fn write(path: &Path, mesh: &Mesh, lossy: bool) -> Result<Vec<String>> {
     let point_labels = point_labels(mesh, &labels, &mut losses);
     losses.note_gmsh(mesh);
 
-    // A mesh in the plane z = 0 is written as one of two dimensions, which FreeFEM and dolfinx want it to be.
+    // FreeFEM and dolfinx expect a planar mesh to have two coordinates.
     let flat = mesh.dim() <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
     let dimension = if flat { 2 } else { 3 };
     let mut out = Out::to(path)?;

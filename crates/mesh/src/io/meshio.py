@@ -64,7 +64,7 @@ def read_series(source):
             for found, known in ((on_points, point_data), (on_cells, cell_data)):
                 for name, values in found.items():
                     if name in known:
-                        fail(f"the field {name!r} is there twice")
+                        fail(f"the field {name!r} appears twice")
                     known[name] = values
     return meshio.Mesh(points, cells, point_data=point_data, cell_data=cell_data)
 

@@ -1,7 +1,7 @@
-//! Every other format, by way of meshio: one process of a Python environment that has it.
+//! All other formats, through meshio, which runs as a process in a Python environment that has it.
 //!
-//! Between the process and us goes a plain file (`io::plain`). meshio drops in silence what a format cannot hold, so what was
-//! written is read back and compared before it counts.
+//! We exchange plain files (`io::plain`) with the process. meshio silently drops what a format cannot hold, so what was
+//! written is read back and compared.
 
 use std::path::Path;
 use std::process::Command;
@@ -16,13 +16,13 @@ use crate::mesh::{CellKind, Group, Mesh};
 use crate::process::{self, Failure};
 
 const SCRIPT: &str = include_str!("meshio.py");
-/// After this long the process is taken to hang.
+/// After this time the process is assumed to hang.
 const LIMIT: Duration = Duration::from_secs(600);
 
 /// Reads a file of the format that meshio calls `format`.
 ///
 /// # Errors
-/// There is no such environment, meshio fails, or what it gives is no sound mesh.
+/// There is no such environment, meshio fails, or its answer is not a sound mesh; an interruption.
 pub fn read(path: &Path, format: &str, python: Option<&Path>) -> Result<Content> {
     let folder = tempfile::tempdir().map_err(Error::io(path, "create a folder for"))?;
     let plain = folder.path().join("mesh");
@@ -32,16 +32,16 @@ pub fn read(path: &Path, format: &str, python: Option<&Path>) -> Result<Content>
         Error::file(
             path,
             Place::Whole,
-            format!("meshio read no sound mesh from this {format} file"),
+            format!("what meshio read from this {format} file is not a sound mesh"),
             "check the file",
         )
     })
 }
 
-/// Writes a file of the format that meshio calls `format`, and says what did not arrive in it.
+/// Writes a file of the format that meshio calls `format`; the warnings say what is missing in it.
 ///
 /// # Errors
-/// There is no such environment, meshio fails, or the format cannot hold the mesh.
+/// There is no such environment, meshio fails, or the format cannot hold the mesh; an interruption.
 pub fn write(
     path: &Path,
     mesh: &Mesh,
@@ -54,13 +54,16 @@ pub fn write(
             path,
             Place::Whole,
             what,
-            "mend the mesh before it is written",
+            "repair the mesh before it is written",
         )
     };
     mesh.validate().map_err(refuse)?;
     if is_special(path) {
         return Err(Error::usage(
-            format!("{} is no file, and meshio writes files", path.display()),
+            format!(
+                "{} is not a regular file, and meshio writes only those",
+                path.display()
+            ),
             "give the name of a file",
         ));
     }
@@ -68,7 +71,7 @@ pub fn write(
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
-    // Some formats are several files that name each other, so the names must be final from the start.
+    // Some formats consist of several files that refer to each other: they need their final names from the start.
     let folder = tempfile::Builder::new()
         .prefix(".faceoff-")
         .tempdir_in(parent)
@@ -111,7 +114,7 @@ fn run(
             "install it into the private environment with `faceoff engines install`",
         ));
     };
-    // The process gets a folder of its own.
+    // For the log of the process.
     let folder = tempfile::tempdir().map_err(Error::io(about, "create a folder for"))?;
     let absolute = |path: &Path| std::path::absolute(path).map_err(Error::io(path, "use"));
     let mut command = Command::new(absolute(python)?);
@@ -134,7 +137,7 @@ fn run(
     })
 }
 
-/// What of `mesh` did not arrive in `back`.
+/// Notes what of `mesh` is missing in `back`.
 fn compare(mesh: &Mesh, back: &Mesh, losses: &mut Losses) {
     if mesh.points.len() != back.points.len() {
         losses.lose(format!(

@@ -1,4 +1,4 @@
-//! Bytes to meshes and fields, and back.
+//! Reading and writing meshes and fields.
 
 mod bytes;
 mod collection;
@@ -27,7 +27,7 @@ pub use results::read_results;
 
 use crate::cancel;
 use crate::error::{Error, Place, Result};
-use crate::field::Whole;
+use crate::field::GlobalArray;
 use crate::mesh::Mesh;
 use loss::Losses;
 
@@ -36,55 +36,72 @@ use loss::Losses;
 pub struct Content {
     pub mesh: Mesh,
     /// Data about the mesh as a whole, which only VTU holds.
-    pub whole: Vec<Whole>,
-    /// The name of the format: `msh`, `vtu`, `freefem`, `medit`, or as meshio calls it.
+    pub whole: Vec<GlobalArray>,
+    /// The name of the format: `msh`, `vtu`, `freefem`, `medit`, or meshio's name.
     pub format: String,
     /// The format's version as the file gives it.
     pub version: Option<String>,
-    /// `ascii`, `binary-little`, `binary-big`, or what else the format calls it.
+    /// `ascii`, `binary-little`, `binary-big`, or the format's own name for it.
     pub encoding: String,
-    /// What is odd about the file, although it was read whole.
+    /// Oddities of a file that was read completely.
     pub warnings: Vec<String>,
-    /// What the file holds and `mesh` does not.
+    /// What the file holds but `mesh` does not.
     pub unread: Vec<String>,
 }
 
-/// Reads a mesh; [`open`] tells more.
+/// Reads a mesh; [`open`] returns all that the file holds.
+///
+/// ```
+/// use faceoff_mesh::io;
+///
+/// # fn main() -> faceoff_mesh::Result<()> {
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("triangle.mesh");
+/// let text = "MeshVersionFormatted 2 Dimension 2
+///     Vertices 3  0 0 0  1 0 0  0 1 0
+///     Triangles 1  1 2 3 7
+///     End";
+/// std::fs::write(&path, text).expect("written");
+/// let mesh = io::read(&path)?;
+/// assert_eq!((mesh.points.len(), mesh.groups[0].tag), (3, 7));
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// # Errors
-/// The file cannot be read, is not known, or is not as its format demands.
+/// The file cannot be read, its format is unknown, or it violates its format.
 pub fn read(path: &Path) -> Result<Mesh> {
     open(path, None).map(|content| content.mesh)
 }
 
-/// Reads a file of any format, which its content tells. `python` is the interpreter of an environment that has
-/// meshio, for the formats that are left to it.
+/// Reads a file of any format, which is recognised by its content. `python` is the interpreter of an environment that
+/// has meshio, for the formats that meshio reads.
 ///
 /// # Errors
-/// The file cannot be read, is not known, or is not as its format demands.
+/// The file cannot be read, its format is unknown, or it violates its format.
 pub fn open(path: &Path, python: Option<&Path>) -> Result<Content> {
     let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
     parse(path, &bytes, python)
 }
 
-/// [`open`] of a file whose bytes are there already; only meshio reads the file once more.
+/// [`open`] for a file whose bytes are in memory; only meshio reads the file again.
 ///
 /// # Errors
-/// The file is not known, or is not as its format demands.
+/// The format is unknown, or the file violates it.
 pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content> {
     cancel::check()?;
     let content = match recognise(path, bytes) {
         Some(Format::Msh) => msh::read(path, bytes),
         Some(Format::FreeFem) => freefem::read(path, bytes),
         Some(Format::Medit) => medit::read(path, bytes),
-        // Which has been asked already whether it is sound.
+        // Its mesh has been validated already.
         Some(Format::Vtu) => return read_vtu(path, bytes),
         Some(Format::Meshio(format)) => meshio::read(path, format, python),
         None => Err(Error::file(
             path,
             Place::Whole,
             recognise::unknown(bytes),
-            "give a mesh of a known format",
+            "give a mesh in a known format",
         )),
     }?;
     let unsound = |what| {
@@ -92,7 +109,7 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
             path,
             Place::Whole,
             what,
-            "mend the mesh with the program it comes from",
+            "repair the mesh with the program it comes from",
         )
     };
     content.mesh.validate().map_err(unsound)?;
@@ -118,10 +135,11 @@ pub struct Options {
     /// The format; `None` lets the suffix of the path decide.
     pub format: Option<Format>,
     pub msh_version: msh::Version,
+    /// MSH as little-endian binary rather than as text.
     pub binary: bool,
     /// How a VTU stores its arrays.
     pub vtu: vtu::Encoding,
-    /// What the format cannot hold becomes a warning rather than an error.
+    /// Whether what the format cannot hold is a warning rather than an error.
     pub lossy: bool,
     /// The interpreter of an environment that has meshio.
     pub python: Option<PathBuf>,
@@ -140,7 +158,21 @@ impl Default for Options {
     }
 }
 
-/// Writes a mesh beside `path` and renames it; the warnings say what could not be taken along.
+/// Writes a mesh to a temporary file beside `path` and renames it; the warnings say what the file does not hold.
+///
+/// ```
+/// use faceoff_mesh::{io, mesh::generate::union_jack};
+///
+/// # fn main() -> faceoff_mesh::Result<()> {
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("square.vtu");
+/// let mesh = union_jack(2, [1.0, 1.0]);
+/// let warnings = io::write(&path, &mesh, &io::Options::default())?;
+/// assert!(warnings.is_empty());
+/// assert_eq!(io::read(&path)?, mesh);
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// # Errors
 /// The mesh is not sound, the format cannot hold it, or the file cannot be written.
@@ -155,7 +187,7 @@ pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>>
 pub fn write_with(
     path: &Path,
     mesh: &Mesh,
-    whole: &[Whole],
+    whole: &[GlobalArray],
     options: &Options,
 ) -> Result<Vec<String>> {
     cancel::check()?;
@@ -164,7 +196,7 @@ pub fn write_with(
         .or_else(|| Format::of_suffix(path))
         .ok_or_else(|| {
             Error::usage(
-                format!("the suffix of {} tells no format", path.display()),
+                format!("the suffix of {} names no known format", path.display()),
                 "use .msh, .vtu, .mesh or another suffix that meshio knows, or name the format",
             )
         })?;
@@ -181,7 +213,7 @@ pub fn write_with(
     let ascii_only = matches!(format, Format::FreeFem | Format::Medit);
     if options.binary && ascii_only {
         return Err(Error::usage(
-            format!("{format} has no binary form here"),
+            format!("{format} is written as text only"),
             "leave out the binary option",
         ));
     }
@@ -199,17 +231,9 @@ pub fn write_with(
         });
     }
     let mut warnings = losses.settle(path, &format.to_string(), options.lossy)?;
-    let (version, binary, lossy) = (options.msh_version, options.binary, options.lossy);
+    let lossy = options.lossy;
     warnings.extend(match format {
-        Format::Msh => msh::write(
-            path,
-            mesh,
-            &msh::Options {
-                version,
-                binary,
-                lossy,
-            },
-        )?,
+        Format::Msh => msh::write(path, mesh, options)?,
         Format::FreeFem => freefem::write(path, mesh, lossy)?,
         Format::Medit => medit::write(path, mesh, lossy)?,
         Format::Vtu => {

@@ -1,5 +1,5 @@
-//! Bytes of a file in the making, and how they get to the disk: beside, then by rename, so that no file is ever half
-//! there. They go while the next are made, since memory that a file passes through once costs more than the file.
+//! Files are written beside their target and then renamed, so that none is ever incomplete. Bytes are written while the
+//! next ones are made, since holding a whole file in memory costs more time than writing it.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -10,33 +10,33 @@ use tempfile::NamedTempFile;
 use crate::cancel;
 use crate::error::{Error, Result};
 
-/// A file in the making.
+/// A file that is being written.
 #[derive(Default)]
 pub struct Out {
-    /// What has not gone to the file yet; everything, where there is no file.
+    /// What has not been written yet; everything, if there is no file.
     pub bytes: Vec<u8>,
     file: Option<Beside>,
-    /// The first thing that went wrong with the file, after which nothing more is written.
+    /// The first error, after which nothing more is written.
     failed: Option<io::Error>,
 }
 
-/// A file that will be another.
+/// A temporary file and its target.
 struct Beside {
     file: NamedTempFile,
     target: PathBuf,
 }
 
-/// Bytes that are gathered before they go to the file.
+/// Bytes that are collected before they are written.
 const BATCH: usize = 1 << 20;
-/// Bytes that one thread makes in one go.
+/// Bytes that one thread makes at a time.
 const SHARE: usize = 1 << 16;
 
 impl Out {
-    /// A file that [`Out::save`] puts at `path`. A link stays, and what it leads to is replaced; a device or a pipe is
-    /// written to, but only when all is there.
+    /// A file that [`Out::save`] moves to `path`. If `path` is a link, its target is replaced; a device or a pipe is
+    /// written to once all bytes are made.
     ///
     /// # Errors
-    /// [`Error::Io`]: there is no place beside.
+    /// [`Error::Io`]: no file can be made beside it.
     pub fn to(path: &Path) -> Result<Self> {
         let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         if is_special(&target) {
@@ -50,13 +50,13 @@ impl Out {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
-            // As any new file has them: the user's mask takes away what is too much.
+            // The permissions of any new file: the umask applies.
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
         let file = builder
             .prefix(".faceoff-")
             .tempfile_in(folder)
-            // The kind alone: the whole names the temporary file, which is nobody's business.
+            // Only the kind of the error: its text names the temporary file.
             .map_err(|error| Error::io(path, "write")(error.kind().into()))?;
         Ok(Out {
             bytes: Vec::with_capacity(BATCH + SHARE),
@@ -65,11 +65,11 @@ impl Out {
         })
     }
 
-    /// Rows of `size` bytes, made on all cores: `fill` makes those from the row of this index on, of zeros.
+    /// Appends rows of `size` bytes, made on all cores: `fill` gets the index of a first row and zeros to fill.
     pub fn rows(&mut self, count: usize, size: usize, fill: impl Fn(usize, &mut [u8]) + Sync) {
         let share = (SHARE / size.max(1)).max(1);
         let make = |first: usize, rows: &mut [u8]| {
-            // Waking the other cores takes longer than a few rows.
+            // A few rows take less time than waking the other cores.
             if rows.len() <= SHARE {
                 return fill(first, rows);
             }
@@ -102,13 +102,13 @@ impl Out {
         self.pass_on();
     }
 
-    /// Bytes that are there already.
+    /// Appends bytes.
     pub fn append(&mut self, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
         self.pass_on();
     }
 
-    /// Lets a batch go.
+    /// Writes the collected bytes if they make a batch.
     #[inline]
     pub fn pass_on(&mut self) {
         if self.bytes.len() >= BATCH {
@@ -131,7 +131,7 @@ impl Out {
         self
     }
 
-    /// A whole number and a blank.
+    /// Appends an integer and a blank.
     #[inline]
     pub fn int(&mut self, value: impl itoa::Integer) -> &mut Self {
         self.bytes
@@ -140,11 +140,11 @@ impl Out {
         self
     }
 
-    /// The shortest decimal that reads back as this number, and a blank.
+    /// Appends the shortest decimal that reads back as this number, and a blank.
     #[inline]
     pub fn float(&mut self, value: f64) -> &mut Self {
         if value.is_finite() {
-            // Whole numbers lose the ".0", which no reader needs.
+            // No reader needs the ".0" of integers.
             let mut buffer = zmij::Buffer::new();
             let text = buffer.format_finite(value);
             self.bytes
@@ -162,7 +162,7 @@ impl Out {
         self
     }
 
-    /// Ends the line; a blank before the end is taken back.
+    /// Ends the line, without a blank before its end.
     #[inline]
     pub fn end(&mut self) -> &mut Self {
         match self.bytes.last_mut() {
@@ -173,10 +173,10 @@ impl Out {
         self
     }
 
-    /// Ends the file and puts it at `path`, which is the one it was begun for.
+    /// Completes the file and moves it to `path`, the one that it was begun with.
     ///
     /// # Errors
-    /// [`Error::Io`], an interruption; the old file is then still there.
+    /// [`Error::Io`], an interruption; an old file is kept then.
     pub fn save(mut self, path: &Path) -> Result<()> {
         cancel::check()?;
         self.flush();
@@ -200,14 +200,14 @@ impl Out {
 /// Writes the parts, one after the other, beside `path`, then renames.
 ///
 /// # Errors
-/// [`Error::Io`]; the old file is then still there.
+/// [`Error::Io`], an interruption; an old file is kept then.
 pub fn save<'a>(path: &Path, parts: impl IntoIterator<Item = &'a [u8]>) -> Result<()> {
     let mut out = Out::to(path)?;
     parts.into_iter().for_each(|part| out.append(part));
     out.save(path)
 }
 
-/// Whether something is there that is no file, which a rename must not replace.
+/// Whether the path is something other than a regular file, which a rename must not replace.
 pub fn is_special(path: &Path) -> bool {
     path.metadata().is_ok_and(|found| !found.is_file())
 }
@@ -241,7 +241,7 @@ mod tests {
         }
     }
 
-    /// Bytes, texts and rows, each in small and in large, come out in their order, with a file or without one.
+    /// Bytes, texts and rows, few or many, are written in order, with or without a file.
     #[test]
     fn all_bytes_arrive_in_order() {
         let fill = |out: &mut Out| {
@@ -273,7 +273,7 @@ mod tests {
         let mut out = Out::default();
         fill(&mut out);
         assert!(out.bytes == expected);
-        // What is not saved leaves nothing.
+        // A file that is not saved leaves nothing behind.
         drop(Out::to(&path).map(|mut out| fill(&mut out)));
         assert_eq!(
             std::fs::read_dir(folder.path()).expect("a folder").count(),

@@ -1,4 +1,4 @@
-//! The plain file between meshio and us: a line of JSON, then arrays of binary64 and 64-bit integers, little-endian.
+//! The plain file that we exchange with meshio: a line of JSON, then arrays of binary64 and 64-bit integers, little-endian.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::Content;
 use super::loss::Losses;
 use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Group, Mesh, Support, Values};
 
-/// Cell data that meshio's readers and writers take for the physical tag and the elementary entity.
+/// The names under which meshio keeps the physical tag and the elementary entity of cells.
 pub const PHYSICAL: &str = "gmsh:physical";
 pub const ENTITY: &str = "gmsh:geometrical";
 
@@ -51,7 +51,7 @@ struct Name {
     dim: u8,
 }
 
-/// The mesh in a plain file; `None` where it is not sound.
+/// The mesh in a plain file; `None` if it is not sound.
 pub fn decode(bytes: &[u8], format: &str) -> Option<Content> {
     let end = memchr::memchr(b'\n', bytes)?;
     let head: Head = serde_json::from_slice(bytes.get(..end)?).ok()?;
@@ -222,7 +222,7 @@ pub fn encode(mesh: &Mesh, losses: &mut Losses) -> Vec<u8> {
     for field in &mesh.fields {
         if !field.at.is_empty() || field.on == Support::CellPoints {
             losses.lose(format!(
-                "the field {:?}, which has not one value a point or cell",
+                "the field {:?}, which does not have one value per point or cell",
                 field.name
             ));
             continue;

@@ -1,4 +1,4 @@
-//! What a file is, by its content; the suffix decides only where the content cannot.
+//! Recognises a file by its content; the suffix decides only where the content cannot.
 
 use std::fmt;
 use std::path::Path;
@@ -14,7 +14,7 @@ pub enum Format {
     FreeFem,
     /// Medit's ASCII `.mesh`.
     Medit,
-    /// Left to meshio, under the name that meshio gives it.
+    /// Read and written by meshio, which has this name for it.
     Meshio(&'static str),
 }
 
@@ -30,7 +30,7 @@ impl fmt::Display for Format {
     }
 }
 
-/// Suffixes of the formats that are left to meshio, with meshio's names for them.
+/// Suffixes of the formats that meshio reads and writes, with its names for them.
 const SUFFIXES: [(&str, &str); 31] = [
     ("avs", "avsucd"),
     ("bdf", "nastran"),
@@ -66,7 +66,7 @@ const SUFFIXES: [(&str, &str); 31] = [
 ];
 
 impl Format {
-    /// The format that the suffix of a path asks for.
+    /// The format that belongs to the suffix of a path.
     pub fn of_suffix(path: &Path) -> Option<Format> {
         let suffix = path.extension()?.to_str()?.to_ascii_lowercase();
         match suffix.as_str() {
@@ -149,14 +149,14 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
     if freefem::recognises(bytes) {
         return Some(Format::FreeFem);
     }
-    // Formats that are told by their suffix alone; but a .msh or .mesh that got here is not what it says.
+    // Formats known by their suffix alone; a .msh or .mesh that gets here is not what its suffix says.
     match Format::of_suffix(path) {
         Some(Format::Meshio(name)) => Some(Format::Meshio(name)),
         _ => None,
     }
 }
 
-/// In words, what a file looks like that is none of the known formats.
+/// Describes a file of unknown format.
 pub fn unknown(bytes: &[u8]) -> String {
     let text = start(bytes);
     let what = if text.is_empty() {
@@ -183,7 +183,7 @@ pub fn unknown(bytes: &[u8]) -> String {
         let line = text.split(|&byte| byte == b'\n').next().unwrap_or_default();
         let line = String::from_utf8_lossy(line.get(..line.len().min(60)).unwrap_or_default())
             .into_owned();
-        format!("this is no mesh format that is known here; it starts with {line:?}")
+        format!("this is not a known mesh format; it starts with {line:?}")
     };
     format!("not a mesh that can be read: {what}")
 }

@@ -1,26 +1,26 @@
-//! Any file's fields, for the comparison: tables as CSV, and every format of meshes that holds fields.
+//! The fields of any file, for comparison: CSV tables, and every mesh format that holds fields.
 //!
-//! Files of ours name a field and its engine. Where there is but one, its name is left out, so that the results of two
-//! engines have fields of the same names.
+//! Files written by faceoff name a field and its engine. If there is only one engine, its name is left out, so that the
+//! results of two engines have fields of the same names.
 
 use std::path::Path;
 
 use super::{collection, sol, table};
 use crate::error::Result;
-use crate::field::{Carried, PADDING, Results, Whole, WholeValues};
+use crate::field::{GlobalArray, GlobalValues, PADDING, ResultField, Results};
 use crate::mesh::{Field, Mesh, Support};
 
-/// Fields that faceoff writes on all faces although only some carry them; the others have NaN.
+/// Fields that faceoff writes on all faces although only some have them; the others have NaN.
 const PARTIAL: [&str; 5] = ["gamma", "contact", "jump", "flux", "P"];
 
-/// What VTK's own writers say of their numbering, and no result.
+/// VTK's own data about numbering, which are not results.
 const BOOKKEEPING: [&str; 3] = ["vtkOriginalPointIds", "vtkOriginalCellIds", "vtkGhostType"];
 
-/// Reads the fields of a file. `python` is the interpreter of an environment that has meshio, for the formats that are
-/// left to it.
+/// Reads the fields of a file. `python` is the interpreter of an environment that has meshio, for the formats that meshio
+/// reads.
 ///
 /// # Errors
-/// The file cannot be read, is not known, or is not as its format demands.
+/// The file cannot be read, its format is unknown, or it violates its format.
 pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Results> {
     let source = path.display().to_string();
     let has_suffix = |suffix: &str| {
@@ -43,7 +43,7 @@ pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<
     Ok(of_mesh(source, content.mesh, &content.whole))
 }
 
-fn of_mesh(source: String, mesh: Mesh, whole: &[Whole]) -> Results {
+fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {
     let ours = whole.iter().any(|data| data.name == "faceoff");
     let engine = only_engine(whole).map(|engine| format!(" {engine}"));
     let kinds = mesh.blocks.iter().map(|block| block.kind.points());
@@ -74,8 +74,8 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[Whole]) -> Results {
             Some((start, size))
         })
     };
-    let told = |field: &&Field| !BOOKKEEPING.contains(&field.name.as_str());
-    for field in mesh.fields.iter().filter(told) {
+    let is_result = |field: &&Field| !BOOKKEEPING.contains(&field.name.as_str());
+    for field in mesh.fields.iter().filter(is_result) {
         let mut carried = carry(field, ours);
         let quantity = engine.as_deref().and_then(|e| field.name.strip_suffix(e));
         if let Some(quantity) = quantity.filter(|_| ours) {
@@ -85,7 +85,7 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[Whole]) -> Results {
             Support::Points => results.on_points.push(carried),
             Support::Cells => results.on_cells.push(carried),
             Support::CellPoints => {
-                // Values are told cell by cell, and are carried corner by corner.
+                // The field lists cells, the result corners.
                 if let Some(cells) = carried.at.take() {
                     let starts: Vec<(u32, u32)> = starts().collect();
                     let corners = cells.iter().flat_map(|cell| {
@@ -102,17 +102,17 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[Whole]) -> Results {
     results
 }
 
-/// The engine whose results a file of ours holds, without its version, where it is one alone.
-fn only_engine(whole: &[Whole]) -> Option<&str> {
+/// The engine of a file written by faceoff, without its version, if there is only one.
+fn only_engine(whole: &[GlobalArray]) -> Option<&str> {
     let engines = whole.iter().find(|data| data.name == "engines")?;
     match &engines.values {
-        WholeValues::Text(texts) if texts.len() == 1 => Some(texts[0].rsplit_once(' ')?.0),
+        GlobalValues::Text(texts) if texts.len() == 1 => Some(texts[0].rsplit_once(' ')?.0),
         _ => None,
     }
 }
 
-fn carry(field: &Field, ours: bool) -> Carried {
-    let mut carried = Carried {
+fn carry(field: &Field, ours: bool) -> ResultField {
+    let mut carried = ResultField {
         name: field.name.clone(),
         components: field.components,
         values: field.values.to_f64(),
@@ -156,16 +156,23 @@ mod tests {
             ],
             ..Mesh::default()
         };
-        let ours = of_mesh("a".into(), mesh.clone(), &[Whole::text("faceoff", "1")]);
+        let ours = of_mesh(
+            "a".into(),
+            mesh.clone(),
+            &[GlobalArray::text("faceoff", "1")],
+        );
         assert_eq!(ours.on_cells[0].at, Some(vec![1]));
         assert_eq!(ours.on_cells[0].values, [2.0]);
         assert_eq!(ours.on_cells[1].at, None);
         assert_eq!(ours.on_cells[2].scaled_by.as_deref(), Some("mean rust"));
         let engines = |names: &[&str]| {
             let names = names.iter().map(|name| format!("{name} 1.2")).collect();
-            vec![Whole::text("faceoff", "1"), Whole::texts("engines", names)]
+            vec![
+                GlobalArray::text("faceoff", "1"),
+                GlobalArray::texts("engines", names),
+            ]
         };
-        let names = |whole: &[Whole]| -> Vec<String> {
+        let names = |whole: &[GlobalArray]| -> Vec<String> {
             let fields = of_mesh("a".into(), mesh.clone(), whole).on_cells;
             fields.into_iter().map(|field| field.name).collect()
         };

@@ -1,19 +1,19 @@
-//! Rows of one kind to rows of another on all cores: what large binary files consist of.
+//! Conversion of rows on all cores; large binary files consist of rows.
 
 use rayon::prelude::*;
 
-/// Rows that one thread takes in one go.
+/// Rows that one thread converts at a time.
 const SHARE: usize = 1 << 12;
 
-/// Makes rows of `to`, of so many items each, from those of `from`. `share` is given the index of the first row of its
-/// share, and `both` joins what it answers; `None` where there are no rows.
+/// Converts the rows of `from` to those of `to`, given with the number of items in a row. `share` gets the index of its
+/// first row, and `both` combines what it returns; `None` if there are no rows.
 pub fn convert<S: Sync, T: Send, A: Send>(
     (from, from_row): (&[S], usize),
     (to, to_row): (&mut [T], usize),
     share: impl Fn(usize, &[S], &mut [T]) -> A + Sync,
     both: impl Fn(A, A) -> A + Sync + Send,
 ) -> Option<A> {
-    // Waking the other cores takes longer than a few rows.
+    // A few rows take less time than waking the other cores.
     if from.len() <= SHARE * from_row {
         return (!from.is_empty()).then(|| share(0, from, to));
     }

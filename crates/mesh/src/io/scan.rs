@@ -1,5 +1,5 @@
-//! A cursor over a file's bytes. Nothing that is declared is believed before it is there, and every
-//! error says where the cursor stands.
+//! A cursor over a file's bytes. Declared sizes are checked against the bytes that follow, and every
+//! error says where the cursor is.
 
 use std::path::Path;
 
@@ -14,20 +14,20 @@ pub enum Numbers {
     Big,
 }
 
-/// A place in a file that is in memory as a whole.
+/// A cursor in a file that is in memory.
 #[derive(Clone)]
 pub struct Scan<'a> {
     pub path: &'a Path,
     data: &'a [u8],
     pos: usize,
     pub numbers: Numbers,
-    /// The section that errors name; empty before the first.
+    /// The section that errors name; empty outside of sections.
     pub section: String,
     /// What starts a comment that reaches to the end of its line.
     comment: Option<u8>,
 }
 
-/// What to do about a file that is not as its format demands.
+/// What to do about a file that violates its format.
 const DAMAGED: &str =
     "the file is damaged or cut short: write it again with the program it comes from";
 
@@ -43,7 +43,7 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// The same, but a `start` outside of words begins a comment.
+    /// The same, but `start` between words begins a comment.
     pub fn with_comments(path: &'a Path, data: &'a [u8], start: u8) -> Self {
         Scan {
             comment: Some(start),
@@ -116,7 +116,7 @@ impl<'a> Scan<'a> {
         self.clone().word()
     }
 
-    /// The rest of the line without its end, which is passed.
+    /// The rest of the line; the cursor moves to the next line.
     pub fn line(&mut self) -> &'a [u8] {
         let rest = self.rest();
         let (line, passed) = match memchr::memchr(b'\n', rest) {
@@ -127,7 +127,7 @@ impl<'a> Scan<'a> {
         line.strip_suffix(b"\r").unwrap_or(line)
     }
 
-    /// Moves to the first place from here that starts with `word`; `false` and no move if there is none.
+    /// Moves to the next occurrence of `word`; returns `false` and stays if there is none.
     pub fn seek(&mut self, word: &[u8]) -> bool {
         let found = memchr::memmem::find(self.rest(), word);
         self.pos += found.unwrap_or(0);
@@ -145,7 +145,7 @@ impl<'a> Scan<'a> {
             .and_then(|len| self.rest().get(..len));
         let bytes = bytes.ok_or_else(|| {
             self.error(format!(
-                "{count} items of {size} bytes are due, but only {} bytes follow",
+                "{count} items of {size} bytes are expected, but only {} bytes follow",
                 self.rest().len()
             ))
         })?;
@@ -155,13 +155,13 @@ impl<'a> Scan<'a> {
 
     fn array<const N: usize>(&mut self) -> Result<[u8; N]> {
         let Some(array) = self.rest().first_chunk::<N>() else {
-            return Err(self.error("the file ends where a number is due"));
+            return Err(self.error("the file ends where a number is expected"));
         };
         self.pos += N;
         Ok(*array)
     }
 
-    /// What stands at the cursor, for an error that names it.
+    /// The word at the cursor, for messages.
     pub fn shown(&self) -> String {
         match self.peek() {
             None => "the end of the file".into(),
@@ -203,7 +203,7 @@ impl<'a> Scan<'a> {
         }
         if self.pos == start || overflow || !self.at_word_end() {
             self.pos = start;
-            return Err(self.error(format!("a whole number is due, not {}", self.shown())));
+            return Err(self.error(format!("expected a whole number, found {}", self.shown())));
         }
         Ok(value)
     }
@@ -224,7 +224,7 @@ impl<'a> Scan<'a> {
         self.pos += 1;
         if !self.data.get(self.pos).is_some_and(u8::is_ascii_digit) {
             self.pos = start;
-            return Err(self.error(format!("a whole number is due, not {}", self.shown())));
+            return Err(self.error(format!("expected a whole number, found {}", self.shown())));
         }
         let value =
             i64::try_from(self.ascii_uint()?).map_err(|_| self.error("a number is too large"))?;
@@ -241,13 +241,13 @@ impl<'a> Scan<'a> {
             .filter(|d| !d.starts_with(b"-"))
             .unwrap_or(signed);
         let Ok((value, len)) = fast_float2::parse_partial::<f64, _>(digits) else {
-            return Err(self.error(format!("a number is due, not {}", self.shown())));
+            return Err(self.error(format!("expected a number, found {}", self.shown())));
         };
         let start = self.pos;
         self.pos += len + (signed.len() - digits.len());
         if !self.at_word_end() {
             self.pos = start;
-            return Err(self.error(format!("a number is due, not {}", self.shown())));
+            return Err(self.error(format!("expected a number, found {}", self.shown())));
         }
         Ok(value)
     }
@@ -293,7 +293,7 @@ impl<'a> Scan<'a> {
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(self.error(format!("a finite number is due, not {value}")))
+            Err(self.error(format!("expected a finite number, found {value}")))
         }
     }
 
@@ -313,8 +313,8 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// A declared number of items, believed only if the rest of the file can hold them at `bytes` each
-    /// (what one takes at the least).
+    /// A declared number of items, each of at least `bytes` bytes; an error if the rest of the file cannot
+    /// hold them.
     pub fn count(&mut self, of: &str, bytes: usize) -> Result<usize> {
         let declared = self.u64()?;
         self.believe(declared, of, bytes)

@@ -1,4 +1,4 @@
-//! Medit's ASCII `.sol`: values at the vertices or cells of the `.mesh` that lies beside it under the same name.
+//! Medit's ASCII `.sol`: values at the vertices or cells of the `.mesh` of the same name beside it.
 //!
 //! Each section has a count, the kinds of its fields (1 a scalar, 2 a vector, 3 a symmetric tensor), and a row of all of
 //! them for each item. Fields have no names: they are called `sol`, or `sol 1`, `sol 2`, ….
@@ -9,7 +9,7 @@ use super::scan::Scan;
 use crate::error::Result;
 use crate::mesh::{CellKind, Field, Mesh, Support, Values};
 
-/// Keywords of sections, and the cells that they are about; vertices have none.
+/// Keywords of sections, and their cells; `None` for vertices.
 const SECTIONS: [(&str, Option<CellKind>); 8] = [
     ("SolAtVertices", None),
     ("SolAtEdges", Some(CellKind::Line)),
@@ -27,7 +27,7 @@ const MOST: usize = 1000;
 /// Reads the fields of `mesh`.
 ///
 /// # Errors
-/// Anything that is not as the format demands, with keyword and line; values of another number of vertices or cells.
+/// Any violation of the format, with keyword and line; a number of values that does not fit the mesh.
 pub(super) fn read(path: &Path, bytes: &[u8], mesh: &Mesh) -> Result<Vec<Field>> {
     let mut scan = Scan::with_comments(path, bytes, b'#');
     if scan.word() != Some(b"MeshVersionFormatted") {
@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], mesh: &Mesh) -> Result<Vec<Field>>
     loop {
         scan.section.clear();
         let Some(word) = scan.word() else {
-            return Err(scan.error("the End is missing"));
+            return Err(scan.error("End is missing"));
         };
         let word = String::from_utf8_lossy(word.get(..80).unwrap_or(word)).into_owned();
         scan.section.clone_from(&word);
@@ -50,16 +50,16 @@ pub(super) fn read(path: &Path, bytes: &[u8], mesh: &Mesh) -> Result<Vec<Field>>
                 found @ (2 | 3) if dimension.is_none() => dimension = Some(found as usize),
                 other => {
                     return Err(scan.error(format!(
-                        "the dimension is 2 or 3 and there once, not {other}"
+                        "the dimension must be 2 or 3 and given once, not {other}"
                     )));
                 }
             },
             (_, Some((_, kind))) => {
-                let missing = || scan.error("the values stand before the dimension");
+                let missing = || scan.error("the values come before the dimension");
                 let dimension = dimension.ok_or_else(missing)?;
                 fields.extend(values(&mut scan, *kind, dimension, mesh)?);
             }
-            _ => return Err(scan.error("this is no section of values")),
+            _ => return Err(scan.error("this is not a section of values")),
         }
     }
     if fields.len() > 1 {
@@ -92,7 +92,7 @@ fn values(
     }
     let number = scan.count("fields", 2)?;
     if !(1..=MOST).contains(&number) {
-        return Err(scan.error(format!("{number} is no number of fields")));
+        return Err(scan.error(format!("{number} is not a possible number of fields")));
     }
     let mut components = Vec::new();
     for _ in 0..number {
@@ -100,7 +100,7 @@ fn values(
             1 => 1,
             2 => dimension,
             3 => dimension * (dimension + 1) / 2,
-            other => return Err(scan.error(format!("{other} is no kind of field"))),
+            other => return Err(scan.error(format!("{other} is not a kind of field"))),
         });
     }
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); number];
@@ -151,10 +151,10 @@ mod tests {
         let text =
             "SolAtVertices\n3\n2 1 2\n\n1 2 3\n4 5 6\n7 8 9\nSolAtTriangles\n1\n1 1\n0.5\nEnd\n";
         let found = fields(text).unwrap();
-        let told = |k: usize| (found[k].name.as_str(), found[k].values.to_f64());
-        assert_eq!(told(0), ("sol 1", vec![1.0, 4.0, 7.0]));
-        assert_eq!(told(1), ("sol 2", vec![2.0, 3.0, 5.0, 6.0, 8.0, 9.0]));
-        assert_eq!(told(2), ("sol 3", vec![0.5]));
+        let sol = |k: usize| (found[k].name.as_str(), found[k].values.to_f64());
+        assert_eq!(sol(0), ("sol 1", vec![1.0, 4.0, 7.0]));
+        assert_eq!(sol(1), ("sol 2", vec![2.0, 3.0, 5.0, 6.0, 8.0, 9.0]));
+        assert_eq!(sol(2), ("sol 3", vec![0.5]));
         assert_eq!((found[2].on, &found[2].at[..]), (Support::Cells, &[2][..]));
         assert_eq!(
             fields("SolAtTriangles\n1\n1 3\n1 2 3\nEnd").unwrap()[0].name,
@@ -168,14 +168,17 @@ mod tests {
             ("SolAtVertices\n2\n1 1\n1 2\nEnd", "2 rows, and 3 items"),
             ("SolAtVertices\n3\n1 1\n1 2\nEnd", "u.sol:"),
             ("SolAtVertices\n3\n1 1\n1 2 x\nEnd", "u.sol:"),
-            ("SolAtVertices\n3\n1 4\n1 2 3\nEnd", "no kind of field"),
-            ("SolAtVertices\n3\n0\n\nEnd", "no number of fields"),
-            ("SolAtTriangles\n1\n1 1\n0.5\n", "the End is missing"),
-            ("Vertices\n3\n", "no section of values"),
-            ("Dimension 2\nEnd", "there once"),
+            ("SolAtVertices\n3\n1 4\n1 2 3\nEnd", "not a kind of field"),
+            (
+                "SolAtVertices\n3\n0\n\nEnd",
+                "not a possible number of fields",
+            ),
+            ("SolAtTriangles\n1\n1 1\n0.5\n", "End is missing"),
+            ("Vertices\n3\n", "not a section of values"),
+            ("Dimension 2\nEnd", "given once"),
         ] {
-            let told = fields(text).unwrap_err().to_string();
-            assert!(told.contains(part), "{text:?}: {told}");
+            let error = fields(text).unwrap_err().to_string();
+            assert!(error.contains(part), "{text:?}: {error}");
         }
         let early = b"MeshVersionFormatted 1\nSolAtVertices\n3\n1 1\n1 2 3\nEnd";
         assert!(read(Path::new("u.sol"), early, &mesh()).is_err());

@@ -1,19 +1,19 @@
-//! Tables of values as CSV, with one line of names above them.
+//! Tables of values as CSV, with a header line of names.
 //!
 //! The names say what a row is: `vertex`, a point by its number from 0; `v0,v1[,v2…]`, a face or cell by the numbers
-//! of its vertices; `x,y[,z]`, a point by its coordinates. Every other column is a field, which a row carries where its
-//! entry is not empty.
+//! of its vertices; `x,y[,z]`, a point by its coordinates. Every other column is a field, which is missing where the
+//! entry is empty.
 
 use std::path::Path;
 
 use crate::cancel;
 use crate::error::{Error, Place, Result};
-use crate::field::{Carried, Results};
+use crate::field::{ResultField, Results};
 
 /// Reads a table.
 ///
 /// # Errors
-/// Rows without key or of another length, entries that are no number.
+/// Rows without a key or of another length; entries that are not numbers.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
     let refuse = |line: usize, what: String| {
         let remedy =
@@ -38,10 +38,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
         },
         ..Results::default()
     };
-    let mut fields: Vec<Carried> = columns
+    let mut fields: Vec<ResultField> = columns
         .fields
         .iter()
-        .map(|&column| Carried {
+        .map(|&column| ResultField {
             name: names[column].to_owned(),
             components: 1,
             values: Vec::new(),
@@ -69,7 +69,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
                 .ok_or_else(|| {
                     refuse(
                         line,
-                        format!("`{text}` in column `{name}` is no number of a vertex"),
+                        format!("`{text}` in column `{name}` is not the number of a vertex"),
                     )
                 })?;
             let ids = if results.width == 0 {
@@ -82,14 +82,14 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
         let number = |column: usize| {
             let (name, text) = entry(column);
             text.parse::<f64>()
-                .map_err(|_| refuse(line, format!("`{text}` in column `{name}` is no number")))
+                .map_err(|_| refuse(line, format!("`{text}` in column `{name}` is not a number")))
         };
         if !columns.place.is_empty() {
             let mut place = [0.0; 3];
             for (x, &column) in place.iter_mut().zip(&columns.place) {
                 *x = number(column)?;
                 if !x.is_finite() {
-                    return Err(refuse(line, format!("the coordinate {x} is no place")));
+                    return Err(refuse(line, format!("the coordinate {x} is not finite")));
                 }
             }
             results.points.push(place);
@@ -143,7 +143,7 @@ impl Columns {
             .iter()
             .map_while(|name| find(name))
             .collect();
-        // Of faces the vertices are the key, and places would be told twice.
+        // A face is identified by its vertices: coordinates would be a second key.
         let place = match (place.len(), vertices.len()) {
             (2.., 0 | 1) => place,
             (0, 1..) => place,
@@ -194,16 +194,16 @@ mod tests {
             ("x,u\n1,2\n", "no column is a key"),
             ("vertex,u\n1\n", ":2"),
             ("vertex,u\n1,2\n-1,2\n", ":3: `-1`"),
-            ("vertex,u\n1.5,2\n", "no number of a vertex"),
+            ("vertex,u\n1.5,2\n", "not the number of a vertex"),
             ("vertex,u\n1,two\n", "`two` in column `u`"),
-            ("x,y,u\n1,nan,2\n", "no place"),
+            ("x,y,u\n1,nan,2\n", "is not finite"),
             ("vertex,u,u\n1,2,3\n", "column 3"),
             ("vertex,v0,u\n1,2,3\n", "different things"),
             ("v0,v1,x,y,u\n1,2,3,4,5\n", "leave out"),
             ("", "no column is a key"),
         ] {
-            let told = table(text).unwrap_err().to_string();
-            assert!(told.contains(part), "{text:?}: {told}");
+            let error = table(text).unwrap_err().to_string();
+            assert!(error.contains(part), "{text:?}: {error}");
         }
     }
 }

@@ -1,12 +1,12 @@
-//! Newest-vertex bisection of triangles: refinement where it is wanted, conforming, and with no more than four
-//! shapes of triangles for each that there was (E. G. Sewell 1972; W. F. Mitchell, ACM Trans. Math. Softw. 15, 1989).
+//! Newest-vertex bisection of triangles: local refinement that stays conforming and produces at most four shapes of
+//! triangles for each original one (E. G. Sewell 1972; W. F. Mitchell, ACM Trans. Math. Softw. 15, 1989).
 //!
-//! A triangle is bisected at the edge opposite its last vertex, and the new vertex is the last of both parts.
+//! A triangle is bisected at the edge opposite its last vertex, and the new vertex is the last one of both parts.
 
 use super::{CellBlock, CellKind, Group, Mesh, Triangulation};
 use crate::error::{Error, Result};
 
-/// The same mesh with the vertices of each triangle turned so that the first bisection is that of its longest edge.
+/// The same mesh with the vertices of each triangle rotated so that its longest edge is bisected first.
 ///
 /// # Errors
 /// A mesh of tetrahedra.
@@ -17,8 +17,8 @@ pub fn at_longest_edges(mesh: &Triangulation) -> Result<Mesh> {
         let square = |p: [f64; 3], q: [f64; 3]| -> f64 {
             p.iter().zip(q).map(|(p, q)| (p - q) * (p - q)).sum()
         };
-        // Opposite the vertices 0, 1, 2. Of equal ones always the first: rounding must not decide differently
-        // from cell to cell, and does not have to, as closure mends what is not the same from both sides.
+        // Opposite the vertices 0, 1, 2. Among equal ones the first, so that rounding does not decide; the closure
+        // handles edges that the two sides treat differently.
         let lengths = [square(b, c), square(c, a), square(a, b)];
         let longest = lengths.iter().fold(0.0, |m: f64, l| m.max(*l));
         let opposite = lengths
@@ -32,11 +32,11 @@ pub fn at_longest_edges(mesh: &Triangulation) -> Result<Mesh> {
     Ok(assemble(mesh, mesh.points.clone(), triangles, &[]))
 }
 
-/// What a triangle is a part of: the triangle, and how often that was bisected for it.
+/// The triangle of which a triangle is a part, and how often it was bisected for that.
 pub type Origin = (u32, u8);
 
-/// Bisects the marked triangles, and others as far as the mesh must stay conforming. The parts of a face are in
-/// the groups of the whole.
+/// Bisects the marked triangles, and others as far as conformity requires. The parts of a face are in the groups of
+/// the face.
 ///
 /// # Errors
 /// A mesh of tetrahedra.
@@ -101,12 +101,12 @@ fn check(mesh: &Triangulation) -> Result<()> {
     }
     Err(Error::Mesh {
         mesh: mesh.name.clone(),
-        what: "bisection is there for triangles only".into(),
+        what: "only triangles can be bisected".into(),
         remedy: "refine tetrahedra uniformly".into(),
     })
 }
 
-/// Points and triangles with the groups of `source`, whose faces may have middles.
+/// Points and triangles with the groups of `source`, whose faces may have been cut.
 fn assemble(
     source: &Triangulation,
     points: Vec<[f64; 3]>,

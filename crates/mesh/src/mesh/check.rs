@@ -1,4 +1,4 @@
-//! What is wrong with a mesh, or may be: found by its topology and its geometry, and located.
+//! Finds and locates what is, or may be, wrong with the topology and geometry of a mesh.
 
 use std::collections::HashSet;
 
@@ -18,28 +18,28 @@ const FLAT: f64 = 1e-12;
 /// What [`check`] found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
-    /// Cells with a negative measure: clockwise ones of a planar mesh, and solids turned inside out.
+    /// Cells with a negative measure: clockwise ones of a planar mesh, inverted solids.
     pub inverted: Findings,
-    /// Cells with a node twice, or with no area or volume to speak of.
+    /// Cells with a repeated node, or with nearly no area or volume.
     pub degenerate: Findings,
     /// Cells with the same corners as an earlier one of the same type.
     pub duplicate: Findings,
-    /// Points of no cell but vertices.
+    /// Points that belong to no cell other than vertices.
     pub orphans: Findings,
     /// Faces that three or more cells share.
     pub crowded_faces: Findings,
-    /// Points inside a face or edge of which they are no corner.
+    /// Points inside a face or edge without being one of its corners.
     pub hanging_nodes: Findings,
     /// Faces of one cell only that are in no group.
     pub ungrouped_boundary: Findings,
-    /// The parts that share no face, each located by its first cell; one is as it should be.
+    /// Parts that share no face, each located by its first cell; a connected mesh has one.
     pub parts: Findings,
     /// Angles of triangles and quadrangles, dihedral angles of tetrahedra.
     pub smallest_angle: Option<Angle>,
     pub largest_angle: Option<Angle>,
 }
 
-/// How many there are, and where the first few.
+/// The number of findings, and the first few of them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Findings {
     pub count: usize,
@@ -53,7 +53,7 @@ pub struct Finding {
     pub cells: Vec<u64>,
     /// The file's numbers of the points concerned.
     pub points: Vec<u64>,
-    /// A place: the midpoint of the cell or face, or the point.
+    /// The midpoint of the cell or face, or the point.
     pub at: [f64; 3],
 }
 
@@ -66,7 +66,7 @@ pub struct Angle {
 }
 
 impl Report {
-    /// Whether a solver would stumble over something: all but the angles and boundary faces without a group.
+    /// Whether a solver can use the mesh: angles and boundary faces without a group do not count.
     pub fn is_sound(&self) -> bool {
         let faults = [
             &self.inverted,
@@ -89,8 +89,8 @@ impl Findings {
     }
 }
 
-/// Checks a mesh that is sound by [`Mesh::validate`]. Cells of the highest dimension are what is meshed; those of
-/// one dimension less mark faces. O(N log N).
+/// Checks a mesh that passes [`Mesh::validate`]. Cells of the highest dimension fill the domain; those of one
+/// dimension less mark faces. O(N log N).
 pub fn check(mesh: &Mesh) -> Report {
     let checker = Checker {
         mesh,
@@ -171,7 +171,7 @@ impl Checker<'_> {
 
     fn measures(&self) -> (Findings, Findings) {
         let (mut inverted, mut degenerate) = (Findings::default(), Findings::default());
-        // A planar mesh has a side one looks from: against z, or against the side that most of it shows.
+        // A planar mesh is seen from above; for a surface, most of its cells decide.
         let up = match self.mesh.plane().filter(|_| self.dim == 2) {
             Some(2) => Some(Vector3::z()),
             Some(axis) => {
@@ -185,7 +185,7 @@ impl Checker<'_> {
         for (cell, shape, nodes) in self.cells().filter(|(_, shape, _)| shape.dim() > 0) {
             let longest = self.longest(nodes);
             let scale = longest.powi(i32::from(shape.dim()));
-            // The least of the measures that the corners span: one for a simplex.
+            // The smallest of the measures that the corners span: one for a simplex.
             let measure = match (shape.dim(), up) {
                 (1, _) => longest,
                 (2, Some(up)) => self.corner_areas(shape, nodes, |area| area.dot(&up)),
@@ -238,7 +238,7 @@ impl Checker<'_> {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The least volume of the tetrahedra that a corner and its neighbours span.
+    /// The smallest volume of the tetrahedra spanned by a corner and its neighbours.
     fn corner_volumes(&self, shape: Shape, nodes: &[u32]) -> f64 {
         let spans: &[[usize; 4]] = match shape {
             Shape::Tetrahedron => &[[0, 1, 2, 3]],
@@ -277,7 +277,7 @@ impl Checker<'_> {
     fn duplicates(&self) -> Findings {
         let mut findings = Findings::default();
         let mut all: Vec<(Shape, Vec<u32>, u32)> = Vec::new();
-        // Faces and lines fit the fixed key, and so do tetrahedra; only the larger solids need a list.
+        // Faces, lines and tetrahedra fit the fixed key; only larger solids need a list.
         let mut small: Vec<(Shape, FaceKey, u32)> = Vec::new();
         for (cell, shape, nodes) in self.cells() {
             if nodes.len() <= 4 {
@@ -439,7 +439,7 @@ impl Checker<'_> {
     }
 }
 
-/// The faces of one cell only.
+/// The faces with one cell only.
 fn boundary(sides: &[Side]) -> impl Iterator<Item = Side> {
     sides
         .chunk_by(|a, b| a.key == b.key)

@@ -1,4 +1,4 @@
-//! Values that a mesh file carries on its points or cells.
+//! Values on the points or cells of a mesh.
 
 use crate::mesh::Mesh;
 
@@ -39,7 +39,7 @@ impl std::fmt::Display for Support {
 
 macro_rules! values {
     ($($variant:ident $type:ty),*) => {
-        /// Numbers in the type the file has them in.
+        /// Numbers in the type that the file uses.
         #[derive(Debug, Clone, PartialEq)]
         pub enum Values { $($variant(Vec<$type>)),* }
 

@@ -1,4 +1,4 @@
-//! The faces of simplices: found by bucketing local faces by their smallest vertex, so that they are
+//! The faces of simplices: local faces are bucketed by their smallest vertex, so that faces are
 //! numbered in the order of their vertices.
 
 use std::ops::Range;
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::triangulation::NONE;
 
-/// Vertices whose faces one task numbers.
+/// Vertices per task.
 const TASK: usize = 1 << 12;
 
 /// The faces of a mesh of simplices; local face i of a cell lies opposite its local vertex i.
@@ -18,7 +18,7 @@ pub(super) struct Faces {
     pub cells: Vec<[u32; 2]>,
     /// Faces of the cells, D + 1 each.
     pub of_cells: Vec<u32>,
-    /// The first face that has both its cells on one side.
+    /// The first face with both cells on one side.
     pub folded: Option<usize>,
 }
 
@@ -150,7 +150,7 @@ fn number_some<const D: usize>(
                 entry[0] = face as u32;
             }
             some.cells.push(owners);
-            // As all cells are positive, two on different sides of a face see it turned.
+            // As all cells are positive, two on different sides of a face see it in opposite orientations.
             if same.len() == 2 && sides[0] == sides[1] {
                 some.folded = some.folded.or(Some(face));
             }
@@ -159,7 +159,7 @@ fn number_some<const D: usize>(
     some
 }
 
-/// The vertices of local face i of a cell, ascending, and whether a positive cell sees them turned.
+/// The vertices of local face i of a cell, ascending, and whether sorting reverses their orientation.
 fn sorted_face<const D: usize>(cell: &[u32], i: usize) -> ([u32; D], bool) {
     let mut face = [0; D];
     for (k, vertex) in face.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! Generated meshes: one rule for rectangles and boxes.
+//! Generated meshes of rectangles and boxes.
 
 use std::convert::Infallible;
 
@@ -13,7 +13,7 @@ pub fn sides(dim: usize) -> &'static [&'static str] {
     &SIDES[..2 * dim]
 }
 
-/// The coordinate that is constant on a side, and whether it is there at its upper end.
+/// The coordinate that is constant on a side, and whether it has its upper value there.
 pub fn place(side: usize, dim: usize) -> (usize, bool) {
     match side {
         0 => (dim - 1, false),
@@ -48,7 +48,7 @@ impl Cuboid {
         }
     }
 
-    /// Number of the `n` edges of a rectangle's side that come before its split, by ascending
+    /// How many of the `n` edges of a rectangle's side lie before its split, by ascending
     /// coordinate.
     ///
     /// None where the split falls inside an edge or leaves one part empty.
@@ -80,13 +80,13 @@ pub fn union_cube(n: usize, size: [f64; 3]) -> Mesh {
 /// Each small cuboid is cut as by Kuhn (1960): a simplex is a path along d edges, one of each
 /// direction in any order, from the corner with even lattice coordinates to the opposite one.
 ///
-/// The small cuboids are numbered with the first coordinate running fastest; in the plane the lower
+/// The small cuboids are numbered with the first coordinate running fastest; in 2D the lower
 /// triangle of each comes first.
 ///
 /// Groups: bottom 1, right 2, top 3, left 4, front 5, back 6. A side of a rectangle that is split
 /// has two groups: that of the lower coordinates keeps the tag, the other's is larger by 4, and the
 /// names say where each lies, as in `bottom-left` and `bottom-right`. A split that falls on no
-/// vertex is not made. Boundary faces are oriented outwards.
+/// vertex is ignored. Boundary faces are oriented outwards.
 ///
 /// # Errors
 /// An interruption.
@@ -94,12 +94,12 @@ pub fn union_mesh(n: usize, cuboid: &Cuboid) -> Result<Mesh> {
     build(n, cuboid, cancel::check)
 }
 
-/// For meshes that take no time.
+/// For meshes that are made in no time.
 fn never() -> Result<(), Infallible> {
     Ok(())
 }
 
-/// [`union_mesh`], which `check` may end.
+/// [`union_mesh`], unless `check` stops it.
 fn build<E>(n: usize, cuboid: &Cuboid, check: impl Fn() -> Result<(), E>) -> Result<Mesh, E> {
     let dim = cuboid.dim;
     let row = n + 1;

@@ -1,4 +1,4 @@
-//! What a Gmsh file tells of the geometry behind a mesh. It is kept so that it can be written back.
+//! The geometry behind a mesh in a Gmsh file, kept so that it can be written back.
 
 /// The geometry behind a mesh; everything is empty for meshes of other formats.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -49,11 +49,11 @@ pub struct PointRun {
     pub dim: u8,
     pub entity: i32,
     pub count: usize,
-    /// The entity's own coordinates of each point, `dim` a point (none on a point); `None` when not given.
+    /// The parameters of each point on its entity, `dim` per point (none on a point); `None` if not given.
     pub parameters: Option<Vec<f64>>,
 }
 
-/// Points of one entity that mirror those of another.
+/// Points of one entity that are periodic images of those of another.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Periodic {
     pub dim: u8,
@@ -65,16 +65,16 @@ pub struct Periodic {
     pub pairs: Vec<[u32; 2]>,
 }
 
-/// How the cells are shared out among processes.
+/// How the cells are distributed among processes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Partitions {
     pub count: u64,
-    /// Tag and partition of each entity that holds nothing but ghost cells.
+    /// Tag and partition of each entity that holds only ghost cells.
     pub ghost_entities: Vec<[i32; 2]>,
     pub cells: Vec<CellPartitions>,
 }
 
-/// The partitions of one cell: those that own it, and those that know it as a ghost.
+/// The partitions of one cell: its owners, and those in which it is a ghost.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CellPartitions {
     pub cell: u32,

@@ -1,4 +1,4 @@
-//! Hanging nodes: where cells do not match, both sides are faces of one cell only, and corners of the finer
+//! Hanging nodes: where cells do not match, the faces on both sides have one cell only, and corners of the finer
 //! side lie on faces of the coarser one.
 
 use std::collections::HashMap;
@@ -33,7 +33,7 @@ pub(super) fn hanging_nodes(points: &[[f64; 3]], faces: &[&[u32]]) -> Vec<(u32, 
     found
 }
 
-/// Whether a point lies on a segment or plane polygon, away from its corners.
+/// Whether a point lies on a segment or planar polygon, away from its corners.
 fn lies_on(point: Vector3<f64>, corners: &[Vector3<f64>]) -> bool {
     let size = corners
         .iter()
@@ -45,7 +45,7 @@ fn lies_on(point: Vector3<f64>, corners: &[Vector3<f64>]) -> bool {
     }
     match corners {
         [a, b] => on_segment(point, *a, *b, near),
-        // Keys are sorted, so that the corners of a quadrangle may be crossed: its triangles of any three cover it.
+        // Keys are sorted, so the order of a quadrangle's corners is lost: all triangles of three corners cover it.
         [a, b, c] => on_triangle(point, *a, *b, *c, near),
         [a, b, c, d] => [[a, b, c], [a, b, d], [a, c, d], [b, c, d]]
             .iter()
@@ -81,7 +81,7 @@ fn on_triangle(
         || on_segment(point, c, a, near)
 }
 
-/// Points sorted into cubes.
+/// Points in a grid of cubes.
 struct Grid {
     low: Vector3<f64>,
     width: f64,
@@ -99,7 +99,7 @@ impl Grid {
             .fold(Vector3::repeat(f64::NEG_INFINITY), |high, (_, at)| {
                 high.sup(&at)
             });
-        // About as wide as a face of a boundary that is evenly meshed.
+        // About as wide as a face of an evenly meshed boundary.
         let width = (high - low).max() / (faces as f64).sqrt().max(1.0);
         let width = if width > 0.0 && width.is_finite() {
             width
@@ -148,7 +148,7 @@ impl Grid {
             .zip(&to)
             .map(|(a, b)| (b.saturating_sub(*a) as f64) + 1.0);
         let inside = |at: &Vector3<f64>| (0..3).all(|i| low[i] <= at[i] && at[i] <= high[i]);
-        // A face across much of the mesh would visit more cubes than there are points.
+        // A large face would visit more cubes than there are points.
         if spans.product::<f64>() > self.cubes.len() as f64 {
             let all = self.cubes.values().flatten().filter(|(_, at)| inside(at));
             all.for_each(|&(point, at)| visit(point, at));

@@ -36,7 +36,7 @@ pub struct OtherKind {
     points: u16,
 }
 
-/// What a cell is apart from its order.
+/// The shape of a cell, regardless of its order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Shape {
     Vertex,
@@ -75,8 +75,8 @@ const NAMED: [CellKind; 19] = [
     K::Pyramid13,
 ];
 
-/// Gmsh's numbers from 20 on: (first number, shape, points of that number and of those that follow).
-/// The types without a fixed number of points (polygons, polyhedra, cut cells) are not among them.
+/// Gmsh's numbers from 20 on: (first number, shape, points of that number and of the following ones).
+/// Types without a fixed number of points (polygons, polyhedra, cut cells) are left out.
 const HIGHER: [(u8, Shape, &[u16]); 20] = [
     (20, S::Triangle, &[9, 10, 12, 15, 15, 21]),
     (26, S::Line, &[4, 5, 6]),

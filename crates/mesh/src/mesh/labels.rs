@@ -1,13 +1,13 @@
-//! From groups, which list their cells, to cells, which list their groups.
+//! The groups of each cell, from groups that list their cells.
 
 use std::collections::HashMap;
 use std::ops::Range;
 
 use super::Mesh;
 
-/// The set of groups that each cell is in, each different set once.
+/// The set of groups of each cell; equal sets are stored once.
 pub struct CellGroups {
-    /// Cells in the same groups that follow each other, without gaps: the end of each run, and an index into `sets`.
+    /// Runs of consecutive cells in the same groups, without gaps: the end of each run, and an index into `sets`.
     pub runs: Vec<(u32, u32)>,
     /// Indices into [`Mesh::groups`], ascending. The first is the empty set.
     pub sets: Vec<Vec<u32>>,
@@ -75,7 +75,7 @@ impl CellGroups {
         self.sets.get(set).map_or(&[], Vec::as_slice)
     }
 
-    /// The first group of each set, as formats want it that give a cell one label; and how many cells have more.
+    /// The first group of each set, for formats with one label per cell, and how many cells have more.
     pub fn single(&self) -> (Vec<Option<u32>>, usize) {
         let first = self.sets.iter().map(|set| set.first().copied()).collect();
         let many = |set: u32| self.sets.get(set as usize).is_some_and(|set| set.len() > 1);
@@ -89,7 +89,7 @@ fn consecutive(cells: &[u32]) -> impl Iterator<Item = Range<u32>> {
     let mut rest = cells;
     std::iter::from_fn(move || {
         let &first = rest.first()?;
-        // Whether the run reaches so far: ascending numbers that end where they would without a gap have none.
+        // Ascending numbers without a gap: the last one is known from the first.
         let reaches = |place: usize| {
             let cell = rest.get(place).copied();
             cell.is_some_and(|cell| (cell - first) as usize == place)

@@ -1,4 +1,4 @@
-//! Meshes: as a file holds them ([`Mesh`]), and as the solver needs them.
+//! Meshes as a file holds them ([`Mesh`]) and as the solver needs them ([`Triangulation`]).
 
 pub mod bisect;
 pub mod check;
@@ -24,9 +24,22 @@ pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges};
 pub(crate) use validate::all_finite;
 
 /// A mesh as a file holds it: points, cells of any type, named groups of cells, and fields.
+///
+/// ```
+/// use faceoff_mesh::{CellBlock, CellKind, Mesh};
+///
+/// let mesh = Mesh {
+///     points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+///     blocks: vec![CellBlock::new(CellKind::Triangle, vec![0, 1, 2, 0, 2, 3])],
+///     ..Mesh::default()
+/// };
+/// assert_eq!(mesh.validate(), Ok(()));
+/// assert_eq!((mesh.dim(), mesh.cell_count()), (2, 2));
+/// assert_eq!(mesh.cell(1), Some((CellKind::Triangle, &[0, 2, 3][..])));
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
-    /// Coordinates, one row a point; planar meshes have z = 0.
+    /// Coordinates, one row per point; planar meshes have z = 0.
     pub points: Vec<[f64; 3]>,
     /// The file's own number of each point; empty when the file numbers them 1, 2, 3, ….
     pub point_tags: Vec<u64>,
@@ -36,7 +49,7 @@ pub struct Mesh {
     pub groups: Vec<Group>,
     /// Values on points and cells.
     pub fields: Vec<Field>,
-    /// The geometry behind the mesh, as Gmsh tells it.
+    /// The geometry behind the mesh, from Gmsh.
     pub geometry: Geometry,
 }
 
@@ -59,7 +72,7 @@ impl Mesh {
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellBlock {
     pub kind: CellKind,
-    /// Point indices from 0, `kind.points()` a cell, in Gmsh's order of nodes.
+    /// Point indices from 0, `kind.points()` per cell, in Gmsh's order of nodes.
     pub nodes: Vec<u32>,
     /// The file's own number of each cell; empty when it numbers cells 1, 2, 3, … through all blocks.
     pub tags: Vec<u64>,
@@ -67,7 +80,7 @@ pub struct CellBlock {
     pub entities: Vec<i32>,
 }
 
-/// A set of cells that carries a number and perhaps a name.
+/// A numbered set of cells, which may have a name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
     /// Dimension of its cells: 0 to 3.
@@ -151,8 +164,8 @@ impl Mesh {
         })
     }
 
-    /// The one coordinate plane all points lie in, as the index of the constant coordinate (0: x, 1: y, 2: z).
-    /// Where more than one is constant the last is named.
+    /// The coordinate plane that contains all points, as the index of the constant coordinate (0: x, 1: y, 2: z).
+    /// If several are constant, the last.
     pub fn plane(&self) -> Option<usize> {
         let first = self.points.first()?;
         (0..3)

@@ -23,7 +23,7 @@ pub fn refine(name: &str, mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
         ..Mesh::default()
     };
     let mut midpoints: HashMap<(u32, u32), u32> = HashMap::new();
-    // The parts of each cell, as the index of the first and their number.
+    // The parts of each cell: the index of the first, and their number.
     let mut parts: Vec<(u32, u32)> = Vec::with_capacity(mesh.cell_count());
     let mut count = 0u32;
     for block in &mesh.blocks {
@@ -97,7 +97,7 @@ fn left_out(mesh: &Mesh) -> Vec<String> {
     left
 }
 
-/// Appends the parts of one simplex, each oriented as the whole.
+/// Appends the parts of one simplex, each with its orientation.
 fn split(
     cell: &[u32],
     points: &mut Vec<[f64; 3]>,

@@ -101,8 +101,8 @@ pub(super) fn signed_measure(dim: usize, points: &[[f64; 3]; 4]) -> f64 {
     }
 }
 
-/// The smallest height of a tetrahedron over its shortest edge: a sliver has four vertices near one
-/// plane and yet no short edge, so that this is small. A flat cell of a thin layer is no sliver.
+/// The smallest height of a tetrahedron over its shortest edge. It is small for a sliver, whose four
+/// vertices are nearly in one plane while no edge is short; a flat cell of a thin layer is not a sliver.
 pub(super) fn thickness(points: &[[f64; 3]; 4]) -> f64 {
     let p = points.map(Vector3::from);
     let mut shortest = f64::INFINITY;
@@ -134,7 +134,7 @@ pub(super) fn dihedral_angles(points: &[[f64; 3]; 4]) -> [f64; 6] {
     })
 }
 
-/// Between two vectors, in degrees; unlike the arc cosine exact for small and for flat angles too.
+/// The angle between two vectors, in degrees; unlike the arc cosine accurate near 0° and 180° too.
 pub(super) fn angle(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
     a.cross(&b).norm().atan2(a.dot(&b)).to_degrees()
 }
@@ -151,7 +151,7 @@ pub(super) fn diameter(dim: usize, points: &[[f64; 3]; 4]) -> f64 {
     largest.sqrt()
 }
 
-/// What the stiffness of a simplex is made of, without the rest of its geometry.
+/// The part of a simplex's geometry that its stiffness needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Metric {
     /// |κ|
@@ -161,14 +161,14 @@ pub struct Metric {
 }
 
 impl Metric {
-    /// In the plane |κ| ∇λ_i·∇λ_j = e_i·e_j / 4|κ| with e_i the edge opposite vertex i; in space
-    /// the same with the faces' normals in the place of edges.
+    /// In 2D |κ| ∇λ_i·∇λ_j = e_i·e_j / 4|κ| with e_i the edge opposite vertex i; in 3D the same with
+    /// the faces' normals in place of edges.
     ///
     /// The products of a cell of measure zero are not finite.
     pub fn new(dim: usize, points: &[[f64; 3]; 4]) -> Self {
         let mut products = [[0.0; 4]; 4];
         if dim == 2 {
-            // Most of the time: with as little as it takes.
+            // The common case, with as few operations as possible.
             let [p, q, r, _] = points;
             let edge = |a: &[f64; 3], b: &[f64; 3]| [b[0] - a[0], b[1] - a[1]];
             let [a, b, c] = [edge(q, r), edge(r, p), edge(p, q)];

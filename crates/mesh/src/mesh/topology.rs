@@ -12,7 +12,7 @@ pub struct Side {
     pub cell: u32,
 }
 
-/// The sides of a shape, by its corners: edges of plane cells, faces of solid ones, ends of lines.
+/// The sides of a shape, by its corners: edges in 2D, faces in 3D, end points of lines.
 pub fn sides(shape: Shape) -> &'static [&'static [usize]] {
     match shape {
         Shape::Vertex => &[],
@@ -60,7 +60,7 @@ pub fn corners(shape: Shape, nodes: &[u32]) -> Option<&[u32]> {
     nodes.get(..shape.corners())
 }
 
-/// All sides of all cells of dimension `dim`, sorted, so that the sides of one face stand together.
+/// All sides of all cells of dimension `dim`, sorted, so that the sides of one face are adjacent.
 pub fn all_sides(mesh: &Mesh, dim: u8) -> Vec<Side> {
     let mut all = Vec::new();
     for (cell, kind, nodes) in mesh.cells().filter(|(_, kind, _)| kind.dim() == dim) {

@@ -11,18 +11,32 @@ use super::simplex::{diameter, dihedral_angles, signed_measure, thickness};
 use super::{CellGeometry, CellKind, Mesh};
 use crate::error::{Error, Result};
 
-/// No cell on the other side: the face lies on the boundary.
+/// In place of the second cell of a boundary face.
 pub const NONE: u32 = u32::MAX;
 
-/// A cell flatter than this (measure over diameter^dim) has no usable gradients.
+/// The gradients of a cell flatter than this (measure over diameter^dim) are unusable.
 const DEGENERATE: f64 = 1e-14;
 /// In a tetrahedron thinner than this, see `thickness`, half of the digits of a gradient are lost.
 const SLIVER: f64 = 1e-8;
 
 /// A conforming simplicial mesh. Local face i of a cell lies opposite its local vertex i.
+///
+/// ```
+/// use faceoff_mesh::{Triangulation, mesh::generate::union_jack};
+///
+/// # fn main() -> faceoff_mesh::Result<()> {
+/// let mesh = Triangulation::new("square", &union_jack(2, [1.0, 1.0]))?;
+/// assert_eq!((mesh.cell_count(), mesh.face_count()), (8, 16));
+/// for &face in &mesh.groups[0].faces {
+///     assert!(mesh.is_boundary(face as usize));
+///     assert_eq!(mesh.face_midpoint(face as usize)[1], 0.0);
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone)]
 pub struct Triangulation {
-    /// What the mesh is called in messages: a path or a generator.
+    /// The name of the mesh in messages: a path or a generator.
     pub name: String,
     /// 2 or 3.
     pub dim: usize,
@@ -111,7 +125,7 @@ impl Triangulation {
             .expect("invariant: the face belongs to the cell")
     }
 
-    /// Coordinates of a cell's vertices, `dim + 1` of the four places.
+    /// Coordinates of a cell's vertices in the first `dim + 1` of four entries.
     pub fn vertices(&self, cell: usize) -> [[f64; 3]; 4] {
         let mut points = [[0.0; 3]; 4];
         for (point, &vertex) in points.iter_mut().zip(self.cell(cell)) {
@@ -161,12 +175,12 @@ impl Triangulation {
         (edges, cell_edges)
     }
 
-    /// Builds the topology of a mesh and proves that it can carry the problem.
+    /// Builds the topology of a mesh and checks that the problem can be solved on it.
     ///
     /// # Errors
-    /// Any cell that is no simplex of the mesh's dimension, is degenerate or duplicate, any face
-    /// with three cells or with both its cells on one side, any hanging or orphan vertex, and any
-    /// marked line or triangle that is no face.
+    /// A cell that is not a simplex of the mesh's dimension, is degenerate or a duplicate; a face
+    /// with three cells or with both cells on one side; a hanging or orphan vertex; a marked line
+    /// or triangle that is not a face.
     pub fn new(name: &str, mesh: &Mesh) -> Result<Self> {
         let refuse = |what: String, remedy: &str| Error::Mesh {
             mesh: name.to_owned(),
@@ -181,7 +195,7 @@ impl Triangulation {
             _ => {
                 return Err(refuse(
                     "it has neither triangles nor tetrahedra".into(),
-                    "give a mesh of a plane domain or of a body",
+                    "give a mesh of triangles or of tetrahedra",
                 ));
             }
         };
@@ -205,7 +219,7 @@ impl Triangulation {
         {
             return Err(refuse(
                 format!("its triangles do not lie in one plane z = constant (vertex {k})"),
-                "give a plane mesh, or a body of tetrahedra",
+                "give a planar mesh, or a mesh of tetrahedra",
             ));
         }
 
@@ -293,7 +307,7 @@ impl Triangulation {
         Ok(())
     }
 
-    /// What is wrong with a cell that is degenerate or a sliver.
+    /// Describes a cell that is degenerate or a sliver.
     fn what_is_flat(&self, cell: usize) -> String {
         let geometry = self.geometry(cell);
         let mut what = format!("cell {cell} (vertices {:?}) is ", self.cell(cell));
@@ -318,8 +332,8 @@ impl Triangulation {
         what
     }
 
-    /// The order of a cell's vertices carries no meaning: makes all positive. The first cell that
-    /// is degenerate or a sliver, if any.
+    /// Orients all cells positively, as the order of a cell's vertices has no meaning. Returns the first
+    /// cell that is degenerate or a sliver, if any.
     fn orient_cells(&mut self) -> Option<usize> {
         let (dim, local) = (self.dim, self.dim + 1);
         let points = &self.points;
@@ -374,7 +388,7 @@ impl Triangulation {
         ))
     }
 
-    /// A vertex inside a boundary face hangs: the mesh does not conform there.
+    /// Refuses vertices inside boundary faces, where the mesh does not conform.
     fn check_hanging(&self, refuse: impl Fn(String, &str) -> Error) -> Result<()> {
         let boundary: Vec<&[u32]> = (0..self.face_count())
             .filter(|&face| self.is_boundary(face))
@@ -409,7 +423,10 @@ impl Triangulation {
             for &cell in &group.cells {
                 let Some((kind, nodes)) = mesh.cell(cell) else {
                     return Err(refuse(
-                        format!("group {} names cell {cell}, which is not there", group.tag),
+                        format!(
+                            "group {} names cell {cell}, which does not exist",
+                            group.tag
+                        ),
                         "repair the file",
                     ));
                 };
@@ -418,8 +435,8 @@ impl Triangulation {
                 }
                 let mut key = nodes.to_vec();
                 key.sort_unstable();
-                // A marked face inside the domain is nobody's boundary condition; a marked line
-                // that no cell has is an orphan.
+                // A marked face inside the domain has no boundary condition; a marked line
+                // that belongs to no cell is an orphan.
                 match self.find_face(&key) {
                     Some(face) if self.is_boundary(face) => faces.push(face as u32),
                     Some(_) => {}

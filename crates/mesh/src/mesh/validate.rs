@@ -4,12 +4,12 @@ use rayon::prelude::*;
 
 use super::{CellBlock, Group, Mesh, PointRun};
 
-/// Items that one thread looks at in one go.
+/// Items that one thread examines at a time.
 const CHUNK: usize = 1 << 16;
 
 impl Mesh {
     /// Checks what the types cannot: that indices, lengths and orders are as the fields' comments say.
-    /// Every reader answers with a mesh that passes, and every writer asks before it writes.
+    /// Every reader returns a mesh that passes, and every writer checks first.
     ///
     /// # Errors
     /// What is wrong, in words.
@@ -52,7 +52,7 @@ impl Mesh {
             .is_sorted_by(|a, b| (a.dim, a.tag) < (b.dim, b.tag))
         {
             return Err(
-                "groups are not in ascending order of dimension and tag, or one is there twice"
+                "groups are not in ascending order of dimension and tag, or one appears twice"
                     .into(),
             );
         }
@@ -71,7 +71,7 @@ impl Mesh {
     /// `ends` has the number of cells up to the end of each block.
     fn validate_group(&self, group: &Group, ends: &[usize]) -> Result<(), &'static str> {
         let mut left = group.cells.as_slice();
-        // Neighbours across the ends of chunks are in the chunk before.
+        // Neighbours across the ends of chunks belong to the earlier chunk.
         let ascends = |chunk: usize| {
             let end = left.len().min((chunk + 1) * CHUNK + 1);
             let cells = left.get(chunk * CHUNK..end).unwrap_or_default();
@@ -85,7 +85,7 @@ impl Mesh {
         if !ascends {
             return Err("has cells twice or not in ascending order");
         }
-        // As both ascend, a block's cells in the group stand together.
+        // As both ascend, the cells of a block are consecutive in the group.
         while let Some(&cell) = left.first() {
             let block = ends.partition_point(|&end| end <= cell as usize);
             let (Some(found), Some(&end)) = (self.blocks.get(block), ends.get(block)) else {
@@ -113,7 +113,7 @@ impl Mesh {
                 || run.dim > 3
         };
         if runs.iter().any(misfit) {
-            return Err("the parameters of points on entities are not one a dimension".into());
+            return Err("the points on entities do not have one parameter per dimension".into());
         }
         let mut pairs = self
             .geometry
@@ -156,7 +156,7 @@ fn validate_block(block: &CellBlock, points: usize) -> Result<(), String> {
         || (!block.entities.is_empty() && block.entities.len() != len)
     {
         return Err(format!(
-            "tags or entities of the {kind} cells are not one a cell"
+            "the {kind} cells do not have one tag and one entity each"
         ));
     }
     Ok(())
@@ -165,11 +165,11 @@ fn validate_block(block: &CellBlock, points: usize) -> Result<(), String> {
 /// Whether none of the numbers is NaN or infinite.
 pub(crate) fn all_finite(numbers: &[f64]) -> bool {
     let finite = |numbers: &[f64]| {
-        // Without an early end, so that many are looked at at once.
+        // No early exit, so that the loop vectorises.
         let each = numbers.iter().map(|x| x.is_finite());
         each.fold(true, |so_far, finite| so_far & finite)
     };
-    // Waking the other cores takes longer than a few numbers.
+    // A few numbers take less time than waking the other cores.
     if numbers.len() <= CHUNK {
         return finite(numbers);
     }
@@ -206,7 +206,7 @@ mod tests {
         }
     }
 
-    /// Faults in the first and last place and on both sides of the ends of chunks, where threads meet.
+    /// Faults in the first and last position and on both sides of chunk boundaries, where threads meet.
     #[test]
     fn faults_are_found_wherever_they_are() {
         let sound = chain(3 * CHUNK as u32 + 5);

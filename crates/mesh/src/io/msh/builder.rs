@@ -1,4 +1,4 @@
-//! What the sections of an MSH file, of whatever version, are gathered into.
+//! Collects the sections of an MSH file of any version.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -6,14 +6,14 @@ use crate::error::Result;
 use crate::io::scan::Scan;
 use crate::mesh::{CellBlock, CellKind, Entity, Group, Mesh};
 
-/// From the file's numbers of points or cells to indices from 0.
+/// Maps the file's numbers of points or cells to indices from 0.
 pub enum Lookup {
     /// The numbers are `first`, `first + 1`, ….
     Dense {
         first: u64,
         count: u32,
     },
-    /// Index plus one at the number less `first`; 0 where there is none.
+    /// Index plus one at position number - `first`; 0 for none.
     Table {
         first: u64,
         table: Vec<u32>,
@@ -23,7 +23,7 @@ pub enum Lookup {
 
 impl Lookup {
     /// # Errors
-    /// The first number that is there twice.
+    /// The first number that appears twice.
     pub fn new(tags: &[u64]) -> Result<Lookup, u64> {
         let count = tags.len() as u32;
         let first = tags.iter().copied().min().unwrap_or(1);
@@ -74,7 +74,7 @@ impl Lookup {
 #[derive(Default)]
 pub struct Numbering {
     count: usize,
-    /// All numbers, once one of them is not what it would be.
+    /// All numbers, as soon as one breaks the sequence.
     own: Vec<u64>,
 }
 
@@ -83,7 +83,7 @@ impl Numbering {
         self.count
     }
 
-    /// The number with which counting goes on; `None` where it has been left.
+    /// The next number of the sequence; `None` if it is broken.
     pub fn next(&self) -> Option<u64> {
         self.own.is_empty().then_some(self.count as u64 + 1)
     }
@@ -97,7 +97,7 @@ impl Numbering {
         }
     }
 
-    /// So many numbers that count on from [`Numbering::next`], which is there.
+    /// Appends `count` numbers that continue the sequence, which is not broken.
     pub fn count_on(&mut self, count: usize) {
         debug_assert!(self.own.is_empty());
         self.count += count;
@@ -138,17 +138,17 @@ pub struct CellIndex {
     pub kinds: Vec<CellKind>,
 }
 
-/// A mesh in the making.
+/// A mesh that is being read.
 #[derive(Default)]
 pub struct Builder {
     pub mesh: Mesh,
-    /// There once the points are complete.
+    /// Set once the points are complete.
     pub points: Option<Lookup>,
     /// Numbers of the cells so far.
     pub numbers: Numbering,
     cells: u32,
     groups: BTreeMap<(u8, i64), Group>,
-    /// Names by dimension and number; dimension `None` stands for whichever has the number.
+    /// Names by dimension and number; dimension `None` means any with that number.
     names: Vec<(Option<u8>, i64, String)>,
     pub elements_seen: bool,
     pub cell_index: Option<CellIndex>,
@@ -162,13 +162,13 @@ impl Builder {
         self.points = Some(if own.is_empty() {
             Lookup::Dense { first: 1, count }
         } else {
-            Lookup::new(&own).map_err(|tag| scan.error(format!("node {tag} is there twice")))?
+            Lookup::new(&own).map_err(|tag| scan.error(format!("node {tag} appears twice")))?
         });
         self.mesh.point_tags = own;
         Ok(())
     }
 
-    /// The block that cells of this type are to be appended to.
+    /// The block to which cells of this type are appended.
     #[inline]
     pub fn block(&mut self, kind: CellKind) -> &mut CellBlock {
         if self
@@ -194,7 +194,7 @@ impl Builder {
         self.cells = end;
     }
 
-    /// The group with this tag; made if it is not yet there.
+    /// The group with this tag, new if there is none yet.
     pub fn group(&mut self, dim: u8, tag: i64) -> &mut Group {
         let group = || Group {
             dim,
@@ -205,13 +205,13 @@ impl Builder {
         self.groups.entry((dim, tag)).or_insert_with(group)
     }
 
-    /// The cells by their numbers; to be asked for once they are complete.
+    /// The cells by their numbers, once they are complete.
     pub fn index_cells(&mut self) -> &CellIndex {
         let mesh = &self.mesh;
         self.cell_index.get_or_insert_with(|| {
             let tags: Vec<u64> = mesh.cell_tags().collect();
             CellIndex {
-                // That they are different was seen to when the cells were complete.
+                // Duplicates were refused when the cells were complete.
                 by_tag: Lookup::new(&tags).unwrap_or(Lookup::Sparse(HashMap::new())),
                 kinds: mesh.cells().map(|(_, kind, _)| kind).collect(),
             }
@@ -227,8 +227,8 @@ impl Builder {
     }
 
     /// MSH 1 and 2 mark elements that are reversed by a minus sign before the number of their group, 4 does so once for
-    /// an entity. `reversed` counts the former; where they are all cells of an entity, it becomes the latter. Returns
-    /// how many of them are not.
+    /// an entity. `reversed` counts the former; if they are all cells of an entity, the entity is marked. Returns the
+    /// number of marks that cannot be expressed so.
     pub fn reverse_groups(&mut self, reversed: &HashMap<EntityGroup, usize>) -> usize {
         if reversed.is_empty() {
             return 0;
@@ -277,8 +277,7 @@ impl Builder {
             return Ok(());
         }
         if !tags.is_sorted_by(|a, b| a < b) {
-            Lookup::new(&tags)
-                .map_err(|tag| scan.error(format!("element {tag} is there twice")))?;
+            Lookup::new(&tags).map_err(|tag| scan.error(format!("element {tag} appears twice")))?;
         }
         for block in self.mesh.blocks.iter_mut().rev() {
             block.tags = tags.split_off(tags.len().saturating_sub(block.len()));
@@ -286,12 +285,12 @@ impl Builder {
         Ok(())
     }
 
-    /// The mesh, with names given to its groups; a name without cells is a group without cells.
+    /// The mesh with its groups named; a name without cells becomes a group without cells.
     pub fn finish(mut self) -> Mesh {
         let mut names_of_any: HashMap<i64, String> = HashMap::new();
         for (dim, tag, name) in std::mem::take(&mut self.names) {
             match dim {
-                // Ours write an empty name for a group that has neither name nor cells.
+                // Our writers give an empty name to a group that has neither name nor cells.
                 Some(dim) => self.group(dim, tag).name = Some(name).filter(|name| !name.is_empty()),
                 None => {
                     names_of_any.insert(tag, name);

@@ -1,4 +1,4 @@
-//! Many rows of binary numbers at once, on all cores: what large files consist of.
+//! Many rows of binary numbers at once, on all cores, as large files have them.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::io::scan::Numbers;
 
 /// A whole number that files store.
 pub trait Word: Copy + PartialEq + Send + Sync {
-    /// The number; what is negative becomes a number that nothing has.
+    /// The number; negative ones become numbers that no item has.
     fn number(self, numbers: Numbers) -> u64;
 }
 
@@ -38,7 +38,7 @@ pub fn signed(word: [u8; 4], numbers: Numbers) -> i32 {
     }
 }
 
-/// Coordinates, which may be anything, of rows in which they come after `head` bytes.
+/// Unchecked coordinates, from rows in which they follow `head` bytes.
 pub fn points(bytes: &[u8], head: usize, numbers: Numbers) -> Vec<[f64; 3]> {
     let row = head + 24;
     let mut points = vec![[0.0; 3]; bytes.len() / row];
@@ -61,7 +61,7 @@ pub fn first_words<W: Word>(words: &[W], width: usize, numbers: Numbers) -> Vec<
         .collect()
 }
 
-/// Whether the first words of rows of `width` count on from this number.
+/// Whether the first words of rows of `width` are `first`, `first + 1`, ….
 pub fn count_on<W: Word>(words: &[W], width: usize, first: u64, numbers: Numbers) -> bool {
     const ROWS: usize = 1 << 14;
     let share = |(index, words): (usize, &[W])| {
@@ -81,14 +81,14 @@ pub fn count_on<W: Word>(words: &[W], width: usize, first: u64, numbers: Numbers
 pub struct Elements {
     /// The points of the nodes.
     pub nodes: Vec<u32>,
-    /// Whether their numbers count on from the expected one.
+    /// Whether their numbers continue the sequence.
     pub count_on: bool,
     /// Whether all have the tags of the first.
     pub alike: bool,
 }
 
-/// Elements in rows of `width` words: their number, tags up to `head` words in all, and nodes. The place of a word
-/// that is no node, otherwise.
+/// Elements in rows of `width` words: number and tags, `head` words in all, then nodes. The error is the position of
+/// a word that is not a node.
 pub fn elements<W: Word>(
     words: &[W],
     width: usize,
@@ -109,7 +109,7 @@ pub fn elements<W: Word>(
             let (head, row) = row.split_at(head);
             count_on &= head[0].number(numbers) == expected;
             alike &= head[1..] == *tags_of_first;
-            // Without an early end, which would take longer than the rest.
+            // No early exit: it would cost more than it saves.
             match points {
                 Lookup::Dense { first, count } => {
                     for (node, word) in nodes.iter_mut().zip(row) {

@@ -14,7 +14,7 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         ..
     } = reader;
     if builder.points.is_none() || !builder.elements_seen {
-        return Err(scan.error("the values stand before the nodes or elements"));
+        return Err(scan.error("the values come before the nodes or elements"));
     }
     if on != Support::Points {
         builder.index_cells();
@@ -102,7 +102,7 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
     Ok(())
 }
 
-struct Head {
+struct FieldHead {
     name: String,
     time: Option<f64>,
     step: Option<i32>,
@@ -111,7 +111,7 @@ struct Head {
 }
 
 /// The tags before the values, which are text in binary files too: strings, numbers, whole numbers.
-fn head(scan: &mut Scan<'_>, unread: &mut Vec<String>) -> Result<Head> {
+fn head(scan: &mut Scan<'_>, unread: &mut Vec<String>) -> Result<FieldHead> {
     let numbers = std::mem::replace(&mut scan.numbers, Numbers::Ascii);
     let strings = scan.count("strings", 2)?;
     scan.line();
@@ -132,7 +132,7 @@ fn head(scan: &mut Scan<'_>, unread: &mut Vec<String>) -> Result<Head> {
     let integers = scan.count("whole numbers", 2)?;
     let integers: Vec<i32> = (0..integers).map(|_| scan.i32()).collect::<Result<_>>()?;
     let &[step, components, rows, ref more @ ..] = integers.as_slice() else {
-        return Err(scan.error("step, number of components and number of rows are due"));
+        return Err(scan.error("step, number of components and number of rows are missing"));
     };
     if more.iter().any(|&value| value != 0) || reals.len() > 1 {
         unread.push(format!(
@@ -149,7 +149,7 @@ fn head(scan: &mut Scan<'_>, unread: &mut Vec<String>) -> Result<Head> {
     let components =
         components.ok_or_else(|| scan.error("the number of components is not sensible"))?;
     let rows = u64::try_from(rows).map_err(|_| scan.error(format!("{rows} rows are declared")))?;
-    Ok(Head {
+    Ok(FieldHead {
         name,
         time: reals.first().copied(),
         step: Some(step),

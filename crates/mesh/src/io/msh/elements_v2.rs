@@ -19,10 +19,10 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         ..
     } = reader;
     if builder.elements_seen {
-        return Err(scan.error("the elements are there twice"));
+        return Err(scan.error("the elements appear twice"));
     }
     if builder.points.is_none() {
-        return Err(scan.error("the elements stand before the nodes"));
+        return Err(scan.error("the elements come before the nodes"));
     }
     builder.elements_seen = true;
     let count = text_count(
@@ -88,7 +88,7 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     }
     if tags.odd > 0 {
         content.unread.push(format!(
-            "the third and later tags of {} elements, which do not tell partitions",
+            "the third and later tags of {} elements, which are not partitions",
             tags.odd
         ));
     }
@@ -111,7 +111,7 @@ fn element(
     layout: Layout,
 ) -> Result<()> {
     let Some(points) = builder.points.take() else {
-        return Err(scan.error("the elements stand before the nodes"));
+        return Err(scan.error("the elements come before the nodes"));
     };
     let block = builder.block(kind);
     for _ in 0..kind.points() {
@@ -148,7 +148,7 @@ fn element(
     Ok(())
 }
 
-/// [`element`] for a binary block of elements with no more tags than group and entity, which is what large files have.
+/// [`element`] for a binary block of elements that have at most group and entity as tags, as in most large files.
 fn plain_block(
     scan: &mut Scan<'_>,
     builder: &mut Builder,
@@ -158,13 +158,13 @@ fn plain_block(
     tags: &mut Tags,
 ) -> Result<()> {
     let Some(points) = builder.points.take() else {
-        return Err(scan.error("the elements stand before the nodes"));
+        return Err(scan.error("the elements come before the nodes"));
     };
     let numbers = scan.numbers;
     let row = 1 + tag_count + kind.points();
     let start = scan.clone();
     let (words, _) = scan.bytes(count, 4 * row)?.as_chunks::<4>();
-    // The error at a word of these.
+    // An error at the position of a word.
     let refuse = |word: usize, what: String| {
         let mut place = start.clone();
         place.advance(4 * word);
@@ -187,12 +187,12 @@ fn plain_block(
         let own = bulk::first_words(words, row, numbers);
         if let Some(bad) = own.iter().position(|&number| number > i32::MAX as u64) {
             let number = own.get(bad).map_or(0, |&number| number as i64);
-            let what = format!("{number} is no number of an element");
+            let what = format!("{number} is not the number of an element");
             return Err(refuse(bad * row, what));
         }
         builder.numbers.append(own);
     }
-    // Elements in the same group and on the same entity, which mostly all are.
+    // Runs of elements in the same group and on the same entity, often all of them.
     let tags_of = |words: &[[u8; 4]]| {
         let value = |place: usize| match words.get(place) {
             Some(&word) if place <= tag_count => bulk::signed(word, numbers),
@@ -237,7 +237,7 @@ fn kind(scan: &mut Scan<'_>) -> Result<CellKind> {
 pub fn unknown_type(scan: &Scan<'_>, number: i32) -> crate::error::Error {
     let what = match number {
         34 | 35 => "polygons and polyhedra without a fixed number of nodes are not read".into(),
-        _ => format!("{number} is no known type of element"),
+        _ => format!("{number} is not a known element type"),
     };
     scan.error_with(what, "save the mesh with standard element types")
 }

@@ -1,4 +1,4 @@
-//! What MSH files tell of the geometry: entities, their parts, periodic links, ghost cells.
+//! The geometry in MSH files: entities, their parts, periodic links, ghost cells.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{CellPartitions, Entity, Periodic};
 
 impl Reader<'_> {
-    /// The groups that each entity, by dimension and number, is in.
+    /// The groups of each entity, by dimension and number.
     pub fn physicals(&mut self) -> HashMap<(u8, i32), Vec<i64>> {
         let mut physicals: HashMap<(u8, i32), Vec<i64>> = HashMap::new();
         for entity in &self.builder.mesh.geometry.entities {
@@ -18,7 +18,7 @@ impl Reader<'_> {
             groups.sort_unstable();
             groups.dedup();
         }
-        // A group whose entities have no cells is a group all the same.
+        // A group exists even if its entities have no cells.
         for (&(dim, _), groups) in &physicals {
             for &tag in groups {
                 self.builder.group(dim, tag);
@@ -79,7 +79,7 @@ fn read_entities(reader: &mut Reader<'_>, layout: Layout, parts: bool) -> Result
     Ok(())
 }
 
-/// A corner of a bounding box. Gmsh writes infinite ones for entities it has no box of, and nothing depends on them.
+/// A corner of a bounding box. Gmsh writes infinity for entities without a box; nothing depends on it.
 fn bound(scan: &mut Scan<'_>) -> Result<[f64; 3]> {
     let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
     Ok([
@@ -98,7 +98,7 @@ fn list(scan: &mut Scan<'_>, of: &str) -> Result<Vec<i32>> {
 pub fn periodic(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     let Reader { scan, builder, .. } = reader;
     let Some(points) = &builder.points else {
-        return Err(scan.error("the periodic links stand before the nodes"));
+        return Err(scan.error("the periodic links come before the nodes"));
     };
     let numbers = scan.numbers;
     // In 2.x this section is text in binary files too.
@@ -108,7 +108,7 @@ pub fn periodic(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     let links = scan.count("periodic links", 6)?;
     for _ in 0..links {
         let dim = scan.i32()?;
-        let dim = u8::try_from(dim).map_err(|_| scan.error(format!("{dim} is no dimension")))?;
+        let dim = u8::try_from(dim).map_err(|_| scan.error(format!("{dim} is not a dimension")))?;
         let mut link = Periodic {
             dim,
             entity: scan.i32()?,
@@ -139,38 +139,37 @@ pub fn periodic(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
 
 /// The transformation of a link: counted in 4.1, after a word in older text, after a negative number in 4.0 binary.
 fn affine(scan: &mut Scan<'_>, layout: Layout) -> Result<Vec<f64>> {
-    let count = if layout == Layout::V41 {
-        scan.count(
-            "numbers of a transformation",
-            if scan.numbers == Numbers::Ascii { 2 } else { 8 },
-        )?
-    } else if scan.numbers == Numbers::Ascii {
-        if !scan
-            .peek()
-            .is_some_and(|word| word.eq_ignore_ascii_case(b"affine"))
-        {
-            return Ok(Vec::new());
-        }
-        scan.word();
-        let line = scan.line();
-        let mut numbers = Scan::new(scan.path, line);
-        let mut affine = Vec::new();
-        while numbers.peek().is_some() {
-            affine.push(
-                numbers
-                    .f64()
-                    .map_err(|_| scan.error("a transformation has something that is no number"))?,
-            );
-        }
-        return Ok(affine);
-    } else {
-        let peeked = scan.clone().u64()? as i64;
-        if peeked >= 0 {
-            return Ok(Vec::new());
-        }
-        scan.u64()?;
-        scan.believe(peeked.unsigned_abs(), "numbers of a transformation", 8)?
-    };
+    let count =
+        if layout == Layout::V41 {
+            scan.count(
+                "numbers of a transformation",
+                if scan.numbers == Numbers::Ascii { 2 } else { 8 },
+            )?
+        } else if scan.numbers == Numbers::Ascii {
+            if !scan
+                .peek()
+                .is_some_and(|word| word.eq_ignore_ascii_case(b"affine"))
+            {
+                return Ok(Vec::new());
+            }
+            scan.word();
+            let line = scan.line();
+            let mut numbers = Scan::new(scan.path, line);
+            let mut affine = Vec::new();
+            while numbers.peek().is_some() {
+                affine.push(numbers.f64().map_err(|_| {
+                    scan.error("a transformation has something that is not a number")
+                })?);
+            }
+            return Ok(affine);
+        } else {
+            let peeked = scan.clone().u64()? as i64;
+            if peeked >= 0 {
+                return Ok(Vec::new());
+            }
+            scan.u64()?;
+            scan.believe(peeked.unsigned_abs(), "numbers of a transformation", 8)?
+        };
     (0..count).map(|_| scan.f64()).collect()
 }
 

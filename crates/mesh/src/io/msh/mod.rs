@@ -17,4 +17,4 @@ mod write_v2;
 mod write_v4;
 
 pub use read::read;
-pub use write::{Options, Version, to_bytes, write};
+pub use write::{Version, to_bytes, write};

@@ -11,7 +11,7 @@ use crate::mesh::{PointRun, all_finite};
 pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
     let Reader { scan, builder, .. } = reader;
     if builder.points.is_some() {
-        return Err(scan.error("the nodes are there twice"));
+        return Err(scan.error("the nodes appear twice"));
     }
     let count = text_count(
         scan,
@@ -51,7 +51,7 @@ fn binary_nodes(scan: &mut Scan<'_>, builder: &mut Builder, count: usize) -> Res
         tags.append(bulk::first_words(words, 7, numbers));
     }
     if !counted || !all_finite(points.as_flattened()) {
-        // Whatever is wrong is found as it would be one by one.
+        // Find the first error, reading one by one.
         let mut place = start;
         for _ in 0..count {
             tag(&mut place)?;
@@ -62,11 +62,11 @@ fn binary_nodes(scan: &mut Scan<'_>, builder: &mut Builder, count: usize) -> Res
     Ok(tags)
 }
 
-/// `$ParametricNodes`: nodes that also tell the entity they lie on and their coordinates on it.
+/// `$ParametricNodes`: nodes with the entity on which they lie and their parameters on it.
 pub fn parametric_nodes(reader: &mut Reader<'_>) -> Result<()> {
     let Reader { scan, builder, .. } = reader;
     if builder.points.is_some() {
-        return Err(scan.error("the nodes are there twice"));
+        return Err(scan.error("the nodes appear twice"));
     }
     let count = text_count(
         scan,
@@ -119,10 +119,10 @@ pub fn parametric_nodes(reader: &mut Reader<'_>) -> Result<()> {
 
 fn number_of(scan: &Scan<'_>, value: i32) -> Result<u64> {
     u64::try_from(value)
-        .map_err(|_| scan.error(format!("{value} is no number of a node or element")))
+        .map_err(|_| scan.error(format!("{value} is not the number of a node or element")))
 }
 
-/// The number of a node or element, which is at least 1... in ASCII of up to 64 bits.
+/// The number of a node or element; in ASCII it may have up to 64 bits.
 #[inline]
 pub fn tag(scan: &mut Scan<'_>) -> Result<u64> {
     if scan.numbers == Numbers::Ascii {
@@ -132,7 +132,7 @@ pub fn tag(scan: &mut Scan<'_>) -> Result<u64> {
     number_of(scan, value)
 }
 
-/// A count that is text even in binary files; the rest of its line is passed.
+/// A count that is text even in binary files; the rest of its line is skipped.
 pub fn text_count(scan: &mut Scan<'_>, of: &str, bytes: usize) -> Result<usize> {
     let numbers = std::mem::replace(&mut scan.numbers, Numbers::Ascii);
     let declared = scan.u64()?;

@@ -1,4 +1,4 @@
-//! The frame of an MSH file: its format, and section after section.
+//! The frame of an MSH file: the format, then its sections.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::io::Content;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::Support;
 
-/// The versions that are read, which differ in layout.
+/// The layouts of the versions that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layout {
     V1,
@@ -24,7 +24,7 @@ pub enum Layout {
 /// Reads an MSH file of any version and encoding from its bytes.
 ///
 /// # Errors
-/// Anything that is not as the format demands, with section and line or byte.
+/// Any violation of the format, with section and line or byte.
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut reader = Reader {
         scan: Scan::new(path, bytes),
@@ -56,7 +56,7 @@ impl Reader<'_> {
         if !word.starts_with(b"$") || word.len() > 80 {
             return Err(self
                 .scan
-                .error(format!("a section is due, not {}", self.scan.shown())));
+                .error(format!("expected a section, found {}", self.scan.shown())));
         }
         let name = String::from_utf8_lossy(word).into_owned();
         self.scan.section.clone_from(&name);
@@ -76,9 +76,7 @@ impl Reader<'_> {
                 let encoding = std::mem::take(&mut self.content.encoding);
                 self.format()?;
                 if (self.layout, &self.content.encoding) != (Some(layout), &encoding) {
-                    return Err(self
-                        .scan
-                        .error("the format is there twice, and not the same"));
+                    return Err(self.scan.error("the format appears twice and differs"));
                 }
             }
             ("$NOD", None | Some(Layout::V1)) => {
@@ -86,7 +84,7 @@ impl Reader<'_> {
                 nodes_v2::nodes(self)?;
             }
             ("$ELM", Some(Layout::V1)) => elements_v2::elements(self, Layout::V1)?,
-            (_, None) => return Err(self.scan.error(format!("{name} stands before $MeshFormat"))),
+            (_, None) => return Err(self.scan.error(format!("{name} comes before $MeshFormat"))),
             ("$PhysicalNames", Some(_)) => self.physical_names()?,
             ("$Nodes", Some(Layout::V2 | Layout::V22)) => nodes_v2::nodes(self)?,
             ("$Elements", Some(layout @ (Layout::V2 | Layout::V22))) => {
@@ -117,11 +115,11 @@ impl Reader<'_> {
         }
         self.scan.numbers = Numbers::Ascii;
         if self.scan.peek() != Some(end.as_bytes()) {
-            // What is wrong is the declared number, or the numbers; in binary the byte says more than the line.
+            // The declared count or the numbers are wrong; in binary the byte says more than the line.
             self.scan.numbers = numbers;
             return Err(self
                 .scan
-                .error(format!("{end} is due, not {}", self.scan.shown())));
+                .error(format!("expected {end}, found {}", self.scan.shown())));
         }
         self.scan.word();
         self.scan.numbers = if name == "$MeshFormat" {
@@ -191,7 +189,7 @@ impl Reader<'_> {
                 _ => {
                     return Err(self
                         .scan
-                        .error("the number that tells the byte order is not one"));
+                        .error("the number that gives the byte order is not 1"));
                 }
             };
         }

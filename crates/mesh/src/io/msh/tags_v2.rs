@@ -12,7 +12,7 @@ use crate::mesh::CellPartitions;
 #[derive(Default)]
 pub struct Tags {
     pub values: Vec<i32>,
-    /// Elements whose further tags say nothing known.
+    /// Elements whose further tags have no known meaning.
     pub odd: usize,
     /// How many elements of each entity have a minus sign before the number of their group.
     pub reversed: HashMap<EntityGroup, usize>,
@@ -28,7 +28,7 @@ impl Tags {
         Ok(())
     }
 
-    /// The group of a physical tag of so many elements, which a minus sign may stand before; 0 means none.
+    /// The group of a physical tag, which may be negative, of `count` elements; 0 means none.
     #[inline]
     pub fn group(&mut self, dim: u8, entity: i32, physical: i32, count: usize) -> i64 {
         let group = i64::from(physical).abs();
@@ -38,7 +38,7 @@ impl Tags {
         group
     }
 
-    /// The partitions among the tags: in 2.2 their number and they, a negative one being a ghost's.
+    /// The partitions among the tags: in 2.2 their number, then each; negative for ghosts.
     pub fn partitions(&mut self, cell: u32, layout: Layout) -> Option<CellPartitions> {
         let ids = match (layout, self.values.get(2..)?) {
             (_, []) => return None,

@@ -9,7 +9,7 @@ use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{CellKind, PointRun, all_finite};
 
 /// `$Nodes`. A block has, in 4.1, the numbers of its nodes before their coordinates; in 4.0 each number
-/// stands before its coordinates and is 32 bits wide.
+/// comes before its coordinates and is 32 bits wide.
 pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     let Reader {
         scan,
@@ -18,7 +18,7 @@ pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         ..
     } = reader;
     if builder.points.is_some() {
-        return Err(scan.error("the nodes are there twice"));
+        return Err(scan.error("the nodes appear twice"));
     }
     let (blocks, count, range) = head(scan, layout, "nodes", 8)?;
     let mut tags = Numbering::default();
@@ -88,10 +88,10 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         ..
     } = reader;
     if builder.elements_seen {
-        return Err(scan.error("the elements are there twice"));
+        return Err(scan.error("the elements appear twice"));
     }
     let Some(points) = builder.points.take() else {
-        return Err(scan.error("the elements stand before the nodes"));
+        return Err(scan.error("the elements come before the nodes"));
     };
     builder.elements_seen = true;
     let (blocks, count, range) = head(scan, layout, "elements", 4)?;
@@ -160,11 +160,11 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         }
         block.entities.resize(block.len(), entity);
         let groups = physicals.get(&(dim, entity)).map_or(&[][..], Vec::as_slice);
-        // A list of groups that many blocks share would otherwise grow far beyond the file.
+        // Otherwise a list of groups shared by many blocks could take far more memory than the file.
         memberships = memberships.saturating_add(groups.len().saturating_mul(in_block));
         if memberships > 2 * scan.len() {
             return Err(scan.error(
-                "the elements are in more groups than a file of this size can be meant to say",
+                "the elements are in more groups than is plausible for a file of this size",
             ));
         }
         builder.appended(in_block as u32, dim, groups);
@@ -228,7 +228,7 @@ pub fn short(scan: &mut Scan<'_>) -> Result<u64> {
     }
     let value = scan.i32()?;
     u64::try_from(value)
-        .map_err(|_| scan.error(format!("{value} is no number of a node or element")))
+        .map_err(|_| scan.error(format!("{value} is not the number of a node or element")))
 }
 
 /// Appends `count` numbers of 64 bits.
@@ -257,13 +257,13 @@ fn coordinates(scan: &mut Scan<'_>, count: usize, to: &mut Vec<[f64; 3]>) -> Res
     if !all_finite(new.as_flattened()) {
         let odd = new.as_flattened().iter().find(|x| !x.is_finite());
         let odd = odd.copied().unwrap_or(f64::NAN);
-        return Err(scan.error(format!("a finite coordinate is due, not {odd}")));
+        return Err(scan.error(format!("expected a finite coordinate, found {odd}")));
     }
     append(to, new);
     Ok(())
 }
 
-/// Appends what is new; where there is nothing yet it is not copied.
+/// Appends `new`, without copying if `all` is empty.
 pub fn append<T>(all: &mut Vec<T>, mut new: Vec<T>) {
     if all.is_empty() {
         *all = new;

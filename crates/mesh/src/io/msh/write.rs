@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::{write_v2, write_v4};
 use crate::error::{Error, Place, Result};
+use crate::io::Options;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
 use crate::mesh::{CellGroups, Mesh};
@@ -20,17 +21,7 @@ pub enum Version {
     V41,
 }
 
-/// How to write.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Options {
-    pub version: Version,
-    /// Little-endian binary rather than ASCII.
-    pub binary: bool,
-    /// What the version cannot hold becomes a warning rather than an error.
-    pub lossy: bool,
-}
-
-/// Writes an MSH file; the warnings say what could not be taken along.
+/// Writes an MSH file; the warnings say what it does not hold.
 ///
 /// # Errors
 /// The mesh is not sound, the version cannot hold it, or the file cannot be written.
@@ -40,7 +31,7 @@ pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>>
     Ok(warnings)
 }
 
-/// The bytes that [`fn@write`] writes; `path` is named in messages only.
+/// The bytes that [`fn@write`] writes; `path` is only for messages.
 ///
 /// # Errors
 /// The mesh is not sound, or the version cannot hold it.
@@ -54,16 +45,16 @@ fn encode(path: &Path, mesh: &Mesh, options: &Options, out: Out) -> Result<(Out,
             path,
             Place::Whole,
             what,
-            "mend the mesh before it is written",
+            "repair the mesh before it is written",
         )
     })?;
     let mut losses = Losses::default();
     let writer = Writer::new(mesh, options.binary, out);
-    let out = match options.version {
+    let out = match options.msh_version {
         Version::V22 => write_v2::encode(writer, &mut losses),
         Version::V41 => write_v4::encode(writer, &mut losses),
     };
-    let name = match options.version {
+    let name = match options.msh_version {
         Version::V22 => "MSH 2.2",
         Version::V41 => "MSH 4.1",
     };
@@ -75,16 +66,16 @@ pub struct Writer<'a> {
     pub binary: bool,
     pub out: Out,
     pub groups: CellGroups,
-    /// All cells. The cells of an entity are in the same groups: Gmsh hangs groups on entities.
-    pub runs: Vec<Run>,
-    /// Each entity that has cells, with its set of groups; in the order of their first cells.
+    /// All cells. The cells of an entity are in the same groups, as Gmsh assigns groups to entities.
+    pub runs: Vec<EntityRun>,
+    /// Each entity that has cells, with its set of groups, in the order of first cells.
     pub entities: Vec<(u8, i32, u32)>,
     /// Entities whose cells were not all in the same groups.
     pub split: usize,
 }
 
-/// Cells of one block and one entity that follow each other.
-pub struct Run {
+/// Consecutive cells of one block and one entity.
+pub struct EntityRun {
     pub block: usize,
     /// Counted through all blocks.
     pub cells: Range<usize>,
@@ -119,7 +110,7 @@ impl<'a> Writer<'a> {
         let mut numbers: HashMap<(u8, Option<i32>, u32), i32> = HashMap::new();
         let mut given: HashSet<(u8, i32)> = HashSet::new();
         let mut entities = Vec::new();
-        let mut runs: Vec<Run> = Vec::new();
+        let mut runs: Vec<EntityRun> = Vec::new();
         let mut split = 0;
         for (block_index, cells, own, set) in plain_runs(mesh, &groups) {
             let dim = mesh
@@ -129,7 +120,7 @@ impl<'a> Writer<'a> {
             let entity = *numbers.entry((dim, own, set)).or_insert_with(|| {
                 let kept = own.filter(|entity| !given.contains(&(dim, *entity)));
                 split += usize::from(kept.is_none() && own.is_some());
-                // Cells that lie on no entity get the number of their group: most codes want the two alike.
+                // Cells without an entity get the number of their group: most codes expect the two to be equal.
                 let first = groups
                     .sets
                     .get(set as usize)
@@ -146,7 +137,7 @@ impl<'a> Writer<'a> {
                 entities.push((dim, number, set));
                 number
             });
-            runs.push(Run {
+            runs.push(EntityRun {
                 block: block_index,
                 cells,
                 entity,
@@ -164,8 +155,8 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The runs from this cell on, with the cells that are meant: all but those of the first run before it.
-    pub fn runs_from(&self, cell: usize) -> impl Iterator<Item = (Range<usize>, &Run)> {
+    /// The runs from this cell on, each with its cells; the first run is cut to start at the cell.
+    pub fn runs_from(&self, cell: usize) -> impl Iterator<Item = (Range<usize>, &EntityRun)> {
         let first = self.runs.partition_point(|run| run.cells.end <= cell);
         let runs = self.runs.get(first..).unwrap_or_default().iter();
         runs.map(move |run| (run.cells.start.max(cell)..run.cells.end, run))
@@ -182,8 +173,8 @@ impl<'a> Writer<'a> {
         self.out.text("$EndMeshFormat\n");
     }
 
-    /// `$PhysicalNames`: the named groups, and with an empty name those that no cell would tell of.
-    pub fn names(&mut self, told: impl Fn(u8, i64) -> bool, losses: &mut Losses) {
+    /// `$PhysicalNames`: the named groups and, with an empty name, groups that no cell shows.
+    pub fn names(&mut self, shown: impl Fn(u8, i64) -> bool, losses: &mut Losses) {
         let mut lines = Vec::new();
         for group in &self.mesh.groups {
             let name = group.name.as_deref().unwrap_or_default();
@@ -193,7 +184,7 @@ impl<'a> Writer<'a> {
                 ));
             }
             let name = name.replace(['"', '\n', '\r'], "'");
-            if !name.is_empty() || (group.cells.is_empty() && !told(group.dim, group.tag)) {
+            if !name.is_empty() || (group.cells.is_empty() && !shown(group.dim, group.tag)) {
                 lines.push(format!("{} {} \"{name}\"\n", group.dim, group.tag));
             }
         }
@@ -235,7 +226,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Rows of binary64, three a point.
+    /// Rows of three binary64 numbers.
     pub fn binary_points(&mut self, points: &[[f64; 3]]) {
         self.out.rows(points.len(), 24, |first, rows| {
             let (places, _) = rows.as_chunks_mut::<8>();
@@ -246,7 +237,7 @@ impl<'a> Writer<'a> {
         });
     }
 
-    /// The end of a line, which binary has not.
+    /// Ends a line, in ASCII.
     #[inline]
     pub fn end(&mut self) {
         if !self.binary {

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::write::Writer;
 use crate::mesh::{CellBlock, Mesh};
 
-/// What all elements need to know of the mesh.
+/// What is common to all elements.
 struct Context<'a, P> {
     /// Whether elements keep their numbers.
     keep_numbers: bool,
@@ -41,7 +41,7 @@ pub fn elements<P: Fn(u32) -> u64 + Sync>(
 }
 
 impl<P: Fn(u32) -> u64 + Sync> Context<'_, P> {
-    /// The number of a cell of a block that so many cells come before.
+    /// The number of a cell of a block; `before` cells precede the block.
     #[inline]
     fn number(&self, block: &CellBlock, before: usize, place: usize) -> u64 {
         let own = block.tags.get(place).filter(|_| self.keep_numbers);
@@ -151,7 +151,7 @@ impl<P: Fn(u32) -> u64 + Sync> Context<'_, P> {
     }
 }
 
-/// Dimension and number of each entity that a group holds reversed, and the number of the group.
+/// Dimension and number of each entity that a group holds reversed, with the number of the group.
 fn reversed(mesh: &Mesh) -> HashSet<(u8, i32, i32)> {
     let entities = mesh.geometry.entities.iter();
     let reversed = entities.flat_map(|entity| {
@@ -161,7 +161,7 @@ fn reversed(mesh: &Mesh) -> HashSet<(u8, i32, i32)> {
     reversed.collect()
 }
 
-/// The partitions of each cell that has some: those that own it, and with a minus sign those it is a ghost in.
+/// The partitions of each cell that has any: its owners and, negative, those in which it is a ghost.
 fn partitions(mesh: &Mesh) -> HashMap<u32, Vec<i32>> {
     let mut of_cell: HashMap<u32, Vec<i32>> = HashMap::new();
     let parts = mesh

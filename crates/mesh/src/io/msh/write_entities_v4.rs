@@ -1,4 +1,4 @@
-//! `$Entities` and `$PartitionedEntities` of MSH 4.1: what cells lie on, and what hangs on it.
+//! `$Entities` and `$PartitionedEntities` of MSH 4.1: the entities of cells, and their groups.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::write::Writer;
 use crate::mesh::Entity;
 
-/// The entities of the file that was read, and those that cells need beyond them; with the groups as they are now.
+/// The entities of the file that was read and further ones that cells need, with the present groups.
 pub fn all_entities(writer: &Writer<'_>) -> Vec<Entity> {
     let mesh = writer.mesh;
     let mut entities = mesh.geometry.entities.clone();
@@ -38,7 +38,7 @@ pub fn all_entities(writer: &Writer<'_>) -> Vec<Entity> {
             Some(entity) => {
                 let old = std::mem::take(&mut entity.physicals);
                 let mut new: Vec<i32> = tags.collect();
-                // As they were, signs and order included, where they are still the same groups.
+                // Signs and order are kept if the groups are still the same.
                 let mut before: Vec<i32> = old.iter().map(|tag| tag.wrapping_abs()).collect();
                 before.sort_unstable();
                 before.dedup();
@@ -112,7 +112,7 @@ fn bound(writer: &Writer<'_>, boxes: &HashMap<(u8, i32), usize>, entities: &mut 
     }
 }
 
-/// An entity that the first point is all of.
+/// An entity whose bounding box is the first point.
 fn entity_without_points() -> Entity {
     Entity {
         bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],

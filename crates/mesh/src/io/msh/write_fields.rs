@@ -5,7 +5,7 @@ use crate::io::loss::Losses;
 use crate::mesh::{Field, Support, Values};
 
 impl Writer<'_> {
-    /// The fields; `point_tag` tells the numbers that the file gives points, `keep_cells` whether cells keep theirs.
+    /// The fields; `point_tag` gives the number of a point in the file, `keep_cells` says whether cells keep theirs.
     pub fn fields(
         &mut self,
         point_tag: impl Fn(u32) -> u64,
@@ -67,7 +67,7 @@ impl Writer<'_> {
                 cell_tags.get(index as usize).copied().unwrap_or(0)
             }
         };
-        // Here a number is 32 bits wide in every version.
+        // These numbers have 32 bits in every version.
         if self.binary && at.iter().any(|&index| i32::try_from(tag(index)).is_err()) {
             losses.lose(format!(
                 "the field {:?}, as numbers of its points or cells exceed 32 bits",

@@ -75,12 +75,12 @@ pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
     writer.out
 }
 
-/// Whether all numbers fit 32 bits; where one does not, all are given anew.
+/// Whether all numbers fit 32 bits; otherwise all are renumbered.
 fn fit(mut tags: impl Iterator<Item = u64>, of: &str, losses: &mut Losses) -> bool {
     let fit = tags.all(|tag| i32::try_from(tag).is_ok());
     if !fit {
         losses.note(format!(
-            "the {of} are numbered anew, as their numbers exceed 32 bits"
+            "the {of} are renumbered, as their numbers exceed 32 bits"
         ));
     }
     fit

@@ -32,7 +32,7 @@ pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
         .partition(|entity| entity.parent.is_some());
     let partitioned = !parts.is_empty() || !geometry.partitions.ghost_entities.is_empty();
     if !partitioned && !geometry.partitions.cells.is_empty() {
-        losses.note("the partitions of cells are not written, as 4.1 hangs them on entities and these have none");
+        losses.note("the partitions of cells are not written, as 4.1 assigns them to entities and these have none");
     }
 
     writer.header("4.1");
@@ -68,7 +68,7 @@ fn nodes(writer: &mut Writer<'_>, wholes: &[Entity]) {
     let count = mesh.points.len();
     let one_run: [PointRun; 1];
     let runs = if mesh.geometry.point_runs.is_empty() && count > 0 {
-        // Where nothing is known, all points lie on an entity of the highest dimension.
+        // Without further knowledge, all points lie on an entity of the highest dimension.
         let top = wholes
             .iter()
             .max_by_key(|entity| entity.dim)
@@ -149,7 +149,7 @@ fn range_of_cells(mesh: &Mesh) -> (u64, u64) {
     range.unwrap_or((0, 0))
 }
 
-/// [`range_of_cells`] of one block, which so many cells come before.
+/// [`range_of_cells`] of one block; `before` cells precede it.
 fn range_of_block(block: &CellBlock, before: u64) -> (u64, u64) {
     match (block.tags.iter().min(), block.tags.iter().max()) {
         (Some(&low), Some(&high)) => (low, high),

@@ -1,4 +1,4 @@
-//! The numbers of one array of a file, in whichever of the four ways it holds them.
+//! The numbers of one array of a file, in any of its four encodings.
 //!
 //! `vtkio` (0.7.0-rc2) silently drops an array that does not decode; here it is an error that names the array.
 
@@ -17,13 +17,13 @@ use std::borrow::Cow;
 #[derive(Clone, Copy)]
 pub(super) enum Count {
     Exactly(u64),
-    /// VTK takes the first so many; here the rest is warned of.
+    /// VTK reads this many and ignores the rest, of which we warn.
     AtLeast(u64),
     Any,
 }
 
-/// The bytes of numbers of one type, as a file has them or, where it is text, as they would be.
-pub(super) struct Numbers<'b> {
+/// Numbers of one type as bytes; those of a text are converted.
+pub(super) struct RawNumbers<'b> {
     pub bytes: Unpacked<'b>,
     pub big_endian: bool,
 }
@@ -36,8 +36,8 @@ impl<'a> Decoder<'a> {
         numbers.map_err(|what| self.refuse(tag, what))
     }
 
-    /// The numbers of an array that must have so many.
-    pub fn numbers<'b>(&mut self, tag: &'b ArrayTag<'_>, count: u64) -> Result<Numbers<'b>>
+    /// The numbers of an array that must have `count`.
+    pub fn numbers<'b>(&mut self, tag: &'b ArrayTag<'_>, count: u64) -> Result<RawNumbers<'b>>
     where
         'a: 'b,
     {
@@ -55,7 +55,7 @@ impl<'a> Decoder<'a> {
         let mut numbers = if tag.format == "ascii" {
             self.ascii::<T>(tag, exact)?
         } else {
-            let Numbers { bytes, big_endian } = self.raw::<T>(tag, exact)?;
+            let RawNumbers { bytes, big_endian } = self.raw::<T>(tag, exact)?;
             T::from_bytes(&bytes, big_endian)
         };
         if let Count::AtLeast(count) = count {
@@ -80,7 +80,7 @@ impl<'a> Decoder<'a> {
         &mut self,
         tag: &'b ArrayTag<'_>,
         count: Option<u64>,
-    ) -> Result<Numbers<'b>, String>
+    ) -> Result<RawNumbers<'b>, String>
     where
         'a: 'b,
     {
@@ -88,7 +88,7 @@ impl<'a> Decoder<'a> {
             let numbers = self.ascii::<T>(tag, count)?;
             let mut bytes = vec![0; numbers.len() * T::WIDTH];
             T::put_le(&numbers, &mut bytes);
-            return Ok(Numbers {
+            return Ok(RawNumbers {
                 bytes: bytes.into(),
                 big_endian: false,
             });
@@ -98,14 +98,14 @@ impl<'a> Decoder<'a> {
         if !bytes.len().is_multiple_of(T::WIDTH) {
             return Err("it ends within a number".into());
         }
-        Ok(Numbers {
+        Ok(RawNumbers {
             bytes,
             big_endian: self.document.big_endian,
         })
     }
 
     fn ascii<T: Scalar>(&mut self, tag: &ArrayTag, count: Option<u64>) -> Result<Vec<T>, String> {
-        // Each number takes a byte and a blank at least, so that the text bounds them.
+        // Each number takes at least a byte and a blank, so the text bounds their number.
         let most = tag
             .texts
             .iter()
@@ -114,7 +114,7 @@ impl<'a> Decoder<'a> {
         let expected = count.map_or(most, |count| usize::try_from(count).unwrap_or(usize::MAX));
         if expected > most {
             return Err(format!(
-                "{expected} numbers are declared where at most {most} stand"
+                "{expected} numbers are declared where at most {most} fit"
             ));
         }
         self.budget.take((expected * T::WIDTH) as u64)?;
@@ -130,7 +130,7 @@ impl<'a> Decoder<'a> {
             }
             let number = T::parse(word).ok_or_else(|| {
                 let word = String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned();
-                format!("{word:?} is no {}", T::NAME)
+                format!("{word:?} is not of type {}", T::NAME)
             })?;
             numbers.push(number);
         }
@@ -157,7 +157,7 @@ impl<'a> Decoder<'a> {
         self.packing().unpack(self.stream(tag)?, expected)
     }
 
-    /// The bytes that an array takes in memory, as far as it says so before it is unpacked.
+    /// The memory that an array will take, as far as it is declared before unpacking.
     pub fn declared(&self, tag: &ArrayTag) -> Result<u64, String> {
         if tag.format == "ascii" {
             return Ok(0);
@@ -221,7 +221,7 @@ impl<'a> Decoder<'a> {
                 let bytes = codes.into_iter().map(byte).collect::<Result<Vec<u8>, _>>();
                 bytes
                     .map(Unpacked::from)
-                    .map_err(|_| "a text holds what is no byte".into())
+                    .map_err(|_| "a text holds a value that is not a byte".into())
             })
         } else {
             self.bytes(tag, None)

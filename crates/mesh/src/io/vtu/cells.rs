@@ -28,16 +28,16 @@ pub(super) fn vtk_type(kind: CellKind) -> Option<u8> {
     })
 }
 
-/// The type that is written with this number of VTK's.
+/// The type that is written with this VTK number.
 pub(super) fn written_kind(code: i64) -> Option<CellKind> {
     let gmsh = (1..=19).filter_map(CellKind::from_gmsh);
     let mut written = gmsh.filter_map(|kind| Some((kind, vtk_type(kind)?)));
     written.find_map(|(kind, vtk)| (i64::from(vtk) == code).then_some(kind))
 }
 
-/// Where in Gmsh's order each node of VTK's order stands; `None` where the two orders are the same.
+/// The position in Gmsh's order of each node in VTK's order; `None` if the two orders are the same.
 ///
-/// Corners agree. Gmsh runs through the edges by their lower corner, VTK round the faces; derived edge by edge
+/// Corners agree. Gmsh orders the edges by their lower corner, VTK goes around the faces; derived edge by edge
 /// from the figures of Gmsh's manual (node ordering) and of VTK's cell classes.
 pub(super) fn order(kind: CellKind) -> Option<&'static [usize]> {
     Some(match kind {
@@ -56,7 +56,7 @@ pub(super) fn order(kind: CellKind) -> Option<&'static [usize]> {
     })
 }
 
-/// All types that `vtkio`'s model names. A number beyond them is no cell type.
+/// All cell types of `vtkio`'s model.
 const TYPES: [CellType; 59] = {
     use CellType::*;
     [
@@ -131,7 +131,7 @@ pub(super) fn type_table() -> [Option<CellType>; 256] {
     table
 }
 
-/// The kind of a cell of VTK's and, where they differ from Gmsh's, the places of its nodes in Gmsh's order.
+/// The kind of a VTK cell and, if the orders differ, the positions of its nodes in Gmsh's order.
 ///
 /// Lagrange cells are what dolfinx writes for meshes of order one and two; VTK's numbering of theirs is that of the
 /// classical cells up to the tetrahedron. Polygons of three or four corners, and the pixels and voxels of images,

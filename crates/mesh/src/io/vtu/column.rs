@@ -1,4 +1,4 @@
-//! The numbers of an array in the making.
+//! The numbers of an array that is being written.
 
 use super::cells::{order, vtk_type};
 use super::scalar::Scalar;
@@ -6,7 +6,7 @@ use crate::field::data::with_numbers;
 use crate::mesh::{CellGroups, Mesh, Values};
 use std::borrow::Cow;
 
-/// Numbers that are there, or such as a mesh holds in another form: these are made as they are written.
+/// Numbers in memory, or derived from a mesh while they are written.
 pub(super) enum Column<'a> {
     Values(Cow<'a, Values>),
     Coordinates(&'a [[f64; 3]]),
@@ -83,7 +83,7 @@ impl Column<'_> {
         }
     }
 
-    /// Makes little-endian bytes of the numbers from the place `first` on, as many as there is room for.
+    /// Fills `bytes` with the numbers from `first` on, little-endian.
     pub fn fill(&self, first: usize, bytes: &mut [u8]) {
         fn put<T: Scalar>(numbers: &[T], first: usize, bytes: &mut [u8]) {
             T::put_le(numbers.get(first..).unwrap_or_default(), bytes);
@@ -144,7 +144,7 @@ impl Width {
         }
     }
 
-    /// Puts numbers in front, which fit; the bytes that are left.
+    /// Puts numbers in front, which fit; returns the remaining bytes.
     #[inline]
     fn put(self, bytes: &mut [u8], numbers: impl ExactSizeIterator<Item = i64>) -> &mut [u8] {
         let count = numbers.len().min(bytes.len() / self.bytes());
@@ -218,7 +218,7 @@ fn types(mesh: &Mesh, first: usize, mut bytes: &mut [u8]) {
             continue;
         };
         let (front, rest) = bytes.split_at_mut(left.min(bytes.len()));
-        // Kinds without a type were refused before.
+        // Kinds without a VTK type were refused earlier.
         front.fill(vtk_type(block.kind).unwrap_or(0));
         (bytes, skip) = (rest, 0);
     }
@@ -276,7 +276,7 @@ mod tests {
         }
     }
 
-    /// Whichever place a thread begins at, the bytes are those of the whole.
+    /// The bytes are the same wherever a thread begins.
     #[test]
     fn every_part_is_that_of_the_whole() {
         let mesh = mesh();

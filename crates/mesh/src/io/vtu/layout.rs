@@ -1,19 +1,19 @@
-//! How a mesh lies in a VTU file so that nothing of it is lost.
+//! How a mesh is stored in a VTU file without loss.
 //!
-//! VTU knows points, cells and arrays, but no groups, no numbers of the file's own, no blocks, and no field on a
-//! part of the points or cells. They travel as arrays; where meshio has a name for one, that name is used, so
-//! that its users find their groups.
+//! VTU has points, cells and arrays, but no groups, no numbers of points and cells, no blocks, and no field on a
+//! part of the points or cells. They are stored as arrays, under meshio's names where there are such, so that its
+//! users find their groups.
 
 use super::cells::vtk_type;
 use super::column::{Column, GroupTags, Width};
 use super::scalar::Scalar;
 use super::xml::MAX_ARRAYS_IN_SECTION;
-use crate::field::{Whole, WholeValues, data::with_numbers};
+use crate::field::{GlobalArray, GlobalValues, data::with_numbers};
 use crate::mesh::{CellGroups, Field, Group, Mesh, Support, Values};
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-/// What the names of all arrays below but meshio's start with.
+/// Prefix of the arrays below, except meshio's.
 const RESERVED: &str = "faceoff:";
 /// Own numbers of points, on points.
 pub(super) const POINT_TAG: &str = "faceoff:point_tag";
@@ -23,7 +23,7 @@ pub(super) const CELL_TAG: &str = "faceoff:cell_tag";
 pub(super) const ENTITY: &str = "gmsh:geometrical";
 /// Tags of the groups that hold a cell, on cells; as many components as groups overlap; meshio's name.
 pub(super) const GROUP: &str = "gmsh:physical";
-/// What [`GROUP`] holds where there is no (further) group; one value; 0 unless a group has the tag 0.
+/// The value in [`GROUP`] that stands for no (further) group: 0 unless a group has the tag 0.
 pub(super) const NO_GROUP: &str = "faceoff:no_group";
 /// Dimension, tag, and name of each group: 0 for none, 1 for one in [`GROUP_NAMES`], 2 if besides an array about
 /// the whole has that name and holds tag and dimension, which is where meshio looks for it.
@@ -32,7 +32,7 @@ pub(super) const GROUPS: &str = "faceoff:groups";
 pub(super) const GROUP_NAMES: &str = "faceoff:group_names";
 /// VTK type, number of cells, 1 for own cell numbers, 1 for entities, of each block.
 pub(super) const BLOCKS: &str = "faceoff:blocks";
-/// Of each field that a plain array cannot tell whole: support (0 points, 1 cells, 2 nodes of each cell),
+/// Of each field that a plain array cannot represent: support (0 points, 1 cells, 2 nodes of each cell),
 /// 1 for a time, 1 for a step, the step, length of its list in [`FIELD_AT`].
 pub(super) const FIELDS: &str = "faceoff:fields";
 /// The array that holds each field of [`FIELDS`].
@@ -43,8 +43,8 @@ pub(super) const FIELD_NAMES: &str = "faceoff:field_names";
 pub(super) const FIELD_TIMES: &str = "faceoff:field_times";
 /// One after the other, the indices of points or cells that the fields of [`FIELDS`] have values on.
 pub(super) const FIELD_AT: &str = "faceoff:field_at";
-/// The arrays about the whole that hold texts: of each text the bytes in UTF-8 and a NUL, as numbers. VTK has a type
-/// for texts, but meshio reads no file in which it occurs.
+/// The global arrays that hold texts: each text as UTF-8 bytes and a NUL, as numbers. VTK has a type for texts, but
+/// meshio cannot read files that use it.
 pub(super) const TEXTS: &str = "faceoff:texts";
 
 /// One array of a file.
@@ -56,7 +56,7 @@ pub(super) struct Array<'a> {
 
 /// A mesh and its fields as the arrays of a file.
 #[derive(Default)]
-pub(super) struct Layout<'a> {
+pub(super) struct FileArrays<'a> {
     pub points: Vec<Array<'a>>,
     pub cells: Vec<Array<'a>>,
     pub whole: Vec<Array<'a>>,
@@ -82,16 +82,16 @@ impl<'a> Array<'a> {
     }
 }
 
-/// Lays out a valid mesh; in words what VTU cannot hold, otherwise.
+/// Lays out a valid mesh; the error says what VTU cannot hold.
 pub(super) fn lay_out<'a>(
     mesh: &'a Mesh,
     fields: &'a [Field],
-    whole: &'a [Whole],
-) -> Result<Layout<'a>, String> {
-    let mut layout = Layout {
+    whole: &'a [GlobalArray],
+) -> Result<FileArrays<'a>, String> {
+    let mut layout = FileArrays {
         geometry: vec![Array::new("Points", 3, Column::Coordinates(&mesh.points))],
         topology: topology(mesh)?.into(),
-        ..Layout::default()
+        ..FileArrays::default()
     };
     layout.mesh(mesh);
     layout.fields(mesh, mesh.fields.iter().chain(fields))?;
@@ -109,7 +109,7 @@ fn topology(mesh: &Mesh) -> Result<[Array<'_>; 3], String> {
         return Err(format!("{kind} cells have no type in VTK"));
     }
     let length: usize = mesh.blocks.iter().map(|block| block.nodes.len()).sum();
-    // VTK wants connectivity and offsets in one and the same width.
+    // VTK requires the same width for connectivity and offsets.
     let width = match length.max(mesh.points.len()) <= i32::MAX as usize {
         true => Width::Narrow,
         false => Width::Wide,
@@ -121,7 +121,7 @@ fn topology(mesh: &Mesh) -> Result<[Array<'_>; 3], String> {
     ])
 }
 
-impl<'a> Layout<'a> {
+impl<'a> FileArrays<'a> {
     fn push_whole(&mut self, name: &str, components: usize, values: Values) {
         let values = Cow::Owned(values);
         self.whole.push(Array::new(name, components, values));
@@ -132,19 +132,19 @@ impl<'a> Layout<'a> {
         self.texts.push(name.into());
     }
 
-    /// Data about the whole as they are, texts as their bytes.
-    fn whole(&mut self, whole: &'a [Whole]) -> Result<(), String> {
+    /// The global arrays, texts as bytes.
+    fn whole(&mut self, whole: &'a [GlobalArray]) -> Result<(), String> {
         for array in whole {
             let (name, components) = (&array.name, array.components);
             match &array.values {
-                WholeValues::Numbers(numbers) => {
+                GlobalValues::Numbers(numbers) => {
                     if components == 0 || !numbers.len().is_multiple_of(components) {
                         return Err(format!("array {name:?} ends within a tuple"));
                     }
                     let values = Cow::Borrowed(numbers);
                     self.whole.push(Array::new(name, components, values));
                 }
-                WholeValues::Text(texts) => {
+                GlobalValues::Text(texts) => {
                     if components != 1 || texts.iter().any(|text| text.contains('\0')) {
                         return Err(format!(
                             "text {name:?} holds a NUL or has several components"
@@ -165,7 +165,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// Numbers of the file's own, entities, and blocks.
+    /// The file's own numbers, entities, and blocks.
     fn mesh(&mut self, mesh: &Mesh) {
         if !mesh.point_tags.is_empty() {
             let tags = Values::U64(mesh.point_tags.clone());
@@ -207,7 +207,7 @@ impl<'a> Layout<'a> {
                 .get(*group as usize)
                 .map_or(none, |group| group.tag)
         };
-        // The last group first, and what is free behind.
+        // The last group first, free places at the end.
         let row = |set: &Vec<u32>| {
             let free = std::iter::repeat(none);
             set.iter()
@@ -243,8 +243,8 @@ impl<'a> Layout<'a> {
         self.push_texts(GROUP_NAMES, names.map(Option::unwrap_or_default));
     }
 
-    /// Arrays that tell meshio the names of groups; for each group whether it has one. A name that another array has,
-    /// that XML cannot hold, or that comes after very many is told by the table alone.
+    /// Arrays that give meshio the names of groups; returns for each group whether it has one. A name that another array
+    /// has, that XML cannot hold, or that follows very many others is only in the table.
     fn show_names(&mut self, mesh: &Mesh) -> Vec<bool> {
         let mut taken: HashSet<String> =
             self.whole.iter().map(|array| array.name.clone()).collect();
@@ -263,7 +263,7 @@ impl<'a> Layout<'a> {
         mesh.groups.iter().map(&mut show).collect()
     }
 
-    /// Fields; those that are partial, timed, of one name, or on the nodes of each cell, with a row of [`FIELDS`].
+    /// Fields; those that are partial, have a time, share a name, or are on the nodes of each cell get a row of [`FIELDS`].
     fn fields(
         &mut self,
         mesh: &Mesh,
@@ -307,7 +307,7 @@ impl<'a> Layout<'a> {
         if !names.is_empty() {
             self.push_whole(FIELDS, 5, Values::I64(rows));
             self.push_whole(FIELD_TIMES, 1, Values::F64(times));
-            // meshio reads no empty array that is compressed.
+            // meshio cannot read a compressed empty array.
             if !at.is_empty() {
                 self.push_whole(FIELD_AT, 1, Values::U32(at));
             }
@@ -335,7 +335,7 @@ pub(super) fn is_in_xml(name: &str) -> bool {
     })
 }
 
-/// The field's name, or that name with a number where an array of the same section has it already.
+/// The field's name, with a number if an array of the same section already has it.
 fn unused_name(field: &Field, taken: &mut HashSet<(Support, String)>) -> String {
     let numbered = (2..).map(|i: u64| format!("{} {i}", field.name));
     let mut names = std::iter::once(field.name.clone()).chain(numbered);
@@ -343,7 +343,7 @@ fn unused_name(field: &Field, taken: &mut HashSet<(Support, String)>) -> String 
     name.expect("invariant: there are more numbers than fields")
 }
 
-/// A field's values for all points or cells, NaN (or 0, for whole numbers) where it has none.
+/// A field's values for all points or cells; NaN (0 for integers) where it has none.
 fn everywhere(field: &Field, rows: usize) -> Cow<'_, Values> {
     fn spread<T: Scalar>(values: &[T], field: &Field, rows: usize) -> Values {
         let width = field.components;

@@ -1,4 +1,4 @@
-//! Pieces to one mesh: one after the other, as VTK's own reader puts them together.
+//! Merges pieces into one mesh: one after the other, as VTK's own reader does.
 
 use super::scalar;
 use crate::field::data::with_numbers;
@@ -10,12 +10,12 @@ pub(super) struct Piece {
     pub cell_count: u64,
     /// Runs of cells of one type, whose nodes are points of this piece.
     pub blocks: Vec<CellBlock>,
-    pub on_points: Vec<Array>,
-    pub on_cells: Vec<Array>,
+    pub on_points: Vec<PieceArray>,
+    pub on_cells: Vec<PieceArray>,
 }
 
 /// An array on points or cells.
-pub(super) struct Array {
+pub(super) struct PieceArray {
     pub name: String,
     pub components: usize,
     pub values: Values,
@@ -26,11 +26,11 @@ pub(super) struct Array {
 pub(super) struct Merged {
     pub points: Vec<[f64; 3]>,
     pub blocks: Vec<CellBlock>,
-    pub on_points: Vec<Array>,
-    pub on_cells: Vec<Array>,
+    pub on_points: Vec<PieceArray>,
+    pub on_cells: Vec<PieceArray>,
 }
 
-/// Puts pieces together. Points that pieces share stay as many as they are in the file. In words what does not fit.
+/// Merges pieces; points shared by pieces are not merged. The error says what does not fit.
 pub(super) fn merge(pieces: Vec<Piece>) -> Result<Merged, String> {
     let mut merged = Merged::default();
     let mut cells = 0;
@@ -56,7 +56,7 @@ pub(super) fn merge(pieces: Vec<Piece>) -> Result<Merged, String> {
     Ok(merged)
 }
 
-/// Appends what is new; where there is nothing yet it is not copied.
+/// Appends `new`, without copying if `all` is empty.
 fn append<T>(all: &mut Vec<T>, mut new: Vec<T>) {
     if all.is_empty() {
         *all = new;
@@ -78,11 +78,11 @@ fn append_blocks(blocks: &mut Vec<CellBlock>, new: Vec<CellBlock>, base: u32) {
     }
 }
 
-/// Appends the arrays of a piece of `new` tuples to those of the `before` tuples so far; the name that does not fit,
-/// otherwise. A piece without tuples may lack arrays.
+/// Appends the arrays of a piece of `new` tuples to those of the `before` tuples so far. A piece without tuples may
+/// lack arrays. The error is the name that does not fit.
 fn append_arrays(
-    list: &mut Vec<Array>,
-    mut arrays: Vec<Array>,
+    list: &mut Vec<PieceArray>,
+    mut arrays: Vec<PieceArray>,
     new: usize,
     before: usize,
 ) -> Result<(), String> {
@@ -96,7 +96,8 @@ fn append_arrays(
         return Ok(());
     }
     for array in list {
-        let same = |other: &Array| other.name == array.name && other.components == array.components;
+        let same =
+            |other: &PieceArray| other.name == array.name && other.components == array.components;
         let Some(at) = arrays.iter().position(same) else {
             return Err(array.name.clone());
         };
@@ -110,7 +111,7 @@ fn append_arrays(
     }
 }
 
-/// Whether both are of one type, so that the second could be appended.
+/// Appends values of the same type; returns whether the types are the same.
 fn append_values(all: &mut Values, new: &Values) -> bool {
     fn append<T: scalar::Scalar>(all: &mut Vec<T>, new: &Values) -> bool {
         T::of_values(new)

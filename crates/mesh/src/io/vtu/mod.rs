@@ -4,8 +4,8 @@
 //! zlib, LZ4 or LZMA; headers of 32 or 64 bits; either byte order; any number of pieces. Writing gives
 //! ascii, base64 inline or raw appended, each of the latter two compressed or not.
 //!
-//! `vtkio` names the types of cells. What it reads or writes wrongly is done here instead; the comment at each such
-//! place names the defect it answers.
+//! `vtkio` provides the cell types. What it reads or writes wrongly is done here; a comment at each such place names
+//! the defect.
 
 mod array;
 mod cells;
@@ -25,7 +25,7 @@ mod xml;
 pub use write::write;
 
 use crate::error::{Error, Place, Result};
-use crate::field::Whole;
+use crate::field::GlobalArray;
 use crate::io::bytes;
 use crate::mesh::{Mesh, Partitions};
 use merge::Piece;
@@ -87,7 +87,7 @@ pub struct Vtu {
     /// With the fields on its points and cells.
     pub mesh: Mesh,
     /// Data about the mesh as a whole.
-    pub whole: Vec<Whole>,
+    pub whole: Vec<GlobalArray>,
     /// As the file gives it.
     pub version: Option<String>,
     /// `ascii`, `base64`, `appended base64` or `appended raw`, and the compressor.
@@ -98,14 +98,14 @@ pub struct Vtu {
 /// Reads a `.vtu`, or a `.pvtu` with the pieces beside or below it.
 ///
 /// # Errors
-/// [`Error::File`] with byte and array where a file is not sound, contradicts itself, holds cells that no mesh here
-/// holds, or would unpack to more than a file of its size may; [`Error::Io`] where it cannot be read.
+/// [`Error::File`] with byte and array if the file is damaged or inconsistent, has cells of unsupported types, or
+/// would unpack to more than is plausible for its size; [`Error::Io`] if it cannot be read.
 pub fn read(path: &Path) -> Result<Vtu> {
     let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
     from_bytes(path, &bytes)
 }
 
-/// [`fn@read`] for bytes that are there; the path names them in messages and leads to the pieces of a `.pvtu`.
+/// [`fn@read`] for bytes in memory; the path is for messages, and to find the pieces of a `.pvtu`.
 ///
 /// # Errors
 /// As [`fn@read`].
@@ -116,7 +116,7 @@ pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Vtu> {
     } else {
         read_serial(path, bytes.len(), &document)?
     };
-    let unsound = |what| Error::file(path, Place::Whole, what, "write the file anew");
+    let unsound = |what| Error::file(path, Place::Whole, what, "write the file again");
     let merged = merge::merge(std::mem::take(&mut file.pieces)).map_err(unsound)?;
     let (mesh, whole) = restore::restore(merged, file.whole);
     mesh.validate().map_err(unsound)?;
@@ -133,7 +133,7 @@ pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Vtu> {
 #[derive(Default)]
 struct Decoded {
     pieces: Vec<Piece>,
-    whole: Vec<Whole>,
+    whole: Vec<GlobalArray>,
     encoding: String,
     warnings: Vec<String>,
 }
@@ -204,7 +204,7 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
     Ok(all)
 }
 
-/// What a mesh knows that VTU has no place for, in words.
+/// Describes what of a mesh VTU cannot hold.
 pub fn losses(mesh: &Mesh) -> Vec<String> {
     let geometry = &mesh.geometry;
     let mut losses = Vec::new();

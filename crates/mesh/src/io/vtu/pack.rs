@@ -6,8 +6,7 @@ use std::io::Read;
 
 /// Bytes that are compressed together.
 const BLOCK: usize = 1 << 16;
-/// Meshes pack at this level as well as at the highest, within a few percent, in half of the time; at 1 they take
-/// twice the bytes.
+/// Within a few percent of the highest level for meshes, in half of the time; level 1 takes twice the bytes.
 const ZLIB_LEVEL: u32 = 2;
 const LZMA_LEVEL: u32 = 3;
 
@@ -25,8 +24,8 @@ impl Packed {
     }
 }
 
-/// Packs so many bytes of one array with 64-bit headers; `fill` makes those from a place on. Blocks are packed each for
-/// itself, so that the number of threads changes nothing.
+/// Packs the bytes of one array with 64-bit headers; `fill` makes them from an offset on. Blocks are packed separately,
+/// so that the number of threads does not matter.
 pub(super) fn pack(
     length: usize,
     fill: impl Fn(usize, &mut [u8]) + Sync,
@@ -65,7 +64,7 @@ pub(super) fn pack(
     })
 }
 
-/// `zlib` is there to be used again, as its tables take longer to make than a block to compress.
+/// `zlib` is reused, as its tables take longer to make than a block to compress.
 fn compress(
     block: &[u8],
     compressor: Compressor,
@@ -76,7 +75,7 @@ fn compress(
         Compressor::Lz4 => Ok(lz4_flex::block::compress(block)),
         Compressor::Zlib => {
             zlib.reset();
-            // What does not compress grows, by less than this.
+            // Incompressible data grow by less than this.
             let mut packed = Vec::with_capacity(block.len() + block.len() / 8 + 128);
             let status = zlib.compress_vec(block, &mut packed, flate2::FlushCompress::Finish)?;
             if status != flate2::Status::StreamEnd {
@@ -142,7 +141,7 @@ mod tests {
         for compressor in [Compressor::Zlib, Compressor::Lz4] {
             let alone = packed(1, compressor);
             assert!(packed(7, compressor) == alone);
-            // Nor on what was packed before.
+            // Nor do they depend on what was packed before.
             let last = pack_bytes(&bytes[19 * BLOCK..], compressor);
             assert!(last.blocks == alone[19..]);
         }

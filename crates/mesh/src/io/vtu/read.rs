@@ -1,13 +1,13 @@
-//! Pieces of a mesh, and the data about the whole, from the elements of a file.
+//! Pieces of a mesh, and global arrays, from the elements of a file.
 
-use super::array::{Count, Numbers, split_texts};
+use super::array::{Count, RawNumbers, split_texts};
 use super::layout::TEXTS;
-use super::merge::{Array, Piece};
+use super::merge::{Piece, PieceArray};
 use super::scalar::{Scalar, with_type};
 use super::unpack::Budget;
 use super::xml::{ArrayTag, Document, PieceTag};
 use crate::error::{Error, Place, Result};
-use crate::field::{Whole, WholeValues};
+use crate::field::{GlobalArray, GlobalValues};
 use crate::io::rows;
 use crate::mesh::{Values, all_finite};
 use std::collections::HashSet;
@@ -22,7 +22,7 @@ pub(super) struct Decoder<'a> {
 }
 
 impl<'a> Decoder<'a> {
-    /// Takes the memory of all packed arrays from the budget, before any is unpacked.
+    /// Reserves the memory of all packed arrays in the budget before any is unpacked.
     pub fn survey(&mut self) -> Result<()> {
         let document = self.document;
         let pieces = document.pieces.iter().flat_map(|piece| {
@@ -38,7 +38,7 @@ impl<'a> Decoder<'a> {
         Ok(())
     }
 
-    pub fn whole(&mut self) -> Result<Vec<Whole>> {
+    pub fn whole(&mut self) -> Result<Vec<GlobalArray>> {
         let document = self.document;
         let arrays = document.whole.iter();
         let whole = arrays.map(|tag| self.whole_array(tag));
@@ -47,10 +47,12 @@ impl<'a> Decoder<'a> {
         Ok(whole)
     }
 
-    /// Bytes become texts where the table of texts says so. What is no text stays as it is.
-    fn restore_texts(&mut self, whole: &mut Vec<Whole>) {
-        let mut texts = |array: &Whole| match &array.values {
-            WholeValues::Numbers(Values::U8(bytes)) if bytes.last().is_none_or(|&end| end == 0) => {
+    /// Converts bytes to texts where the table of texts says so and they are texts.
+    fn restore_texts(&mut self, whole: &mut Vec<GlobalArray>) {
+        let mut texts = |array: &GlobalArray| match &array.values {
+            GlobalValues::Numbers(Values::U8(bytes))
+                if bytes.last().is_none_or(|&end| end == 0) =>
+            {
                 split_texts(bytes, &mut self.budget).ok()
             }
             _ => None,
@@ -65,30 +67,30 @@ impl<'a> Decoder<'a> {
         whole.remove(table);
         for array in whole.iter_mut().filter(|array| names.contains(&array.name)) {
             if let Some(texts) = texts(array) {
-                array.values = WholeValues::Text(texts);
+                array.values = GlobalValues::Text(texts);
             }
         }
     }
 
-    fn whole_array(&mut self, tag: &ArrayTag) -> Result<Whole> {
+    fn whole_array(&mut self, tag: &ArrayTag) -> Result<GlobalArray> {
         let components = tag.components.unwrap_or(1);
         let count = tag
             .tuples
             .map(|tuples| self.product(tag, tuples, components));
         let count = count.transpose()?;
         let values = if tag.type_name == "String" {
-            WholeValues::Text(self.texts(tag, count)?)
+            GlobalValues::Text(self.texts(tag, count)?)
         } else {
             let count = count.map_or(Count::Any, Count::Exactly);
-            WholeValues::Numbers(self.array(tag, count)?)
+            GlobalValues::Numbers(self.array(tag, count)?)
         };
-        let whole = Whole {
+        let whole = GlobalArray {
             name: tag.name.clone(),
             components: self.components(tag)?,
             values,
         };
         match &whole.values {
-            WholeValues::Numbers(numbers) if !numbers.len().is_multiple_of(whole.components) => {
+            GlobalValues::Numbers(numbers) if !numbers.len().is_multiple_of(whole.components) => {
                 Err(self.refuse(tag, "it ends within a tuple"))
             }
             _ => Ok(whole),
@@ -128,7 +130,7 @@ impl<'a> Decoder<'a> {
         Err(self.refuse(tag, what))
     }
 
-    fn arrays(&mut self, tags: &[ArrayTag], tuples: u64) -> Result<Vec<Array>> {
+    fn arrays(&mut self, tags: &[ArrayTag], tuples: u64) -> Result<Vec<PieceArray>> {
         let mut arrays = Vec::with_capacity(tags.len());
         for tag in tags {
             if tag.type_name == "String" {
@@ -136,7 +138,7 @@ impl<'a> Decoder<'a> {
             }
             let components = self.components(tag)?;
             let count = self.product(tag, tuples, components as u64)?;
-            arrays.push(Array {
+            arrays.push(PieceArray {
                 name: tag.name.clone(),
                 components,
                 values: self.array(tag, Count::AtLeast(count))?,
@@ -162,17 +164,17 @@ impl<'a> Decoder<'a> {
 
     pub fn refuse(&self, tag: &ArrayTag, what: impl std::fmt::Display) -> Error {
         let place = Place::SectionByte(format!("array {:?}", tag.name), tag.byte);
-        Error::file(self.path, place, what.to_string(), "write the file anew")
+        Error::file(self.path, place, what.to_string(), "write the file again")
     }
 
     pub fn refuse_piece(&self, piece: &PieceTag, what: String) -> Error {
         let place = Place::SectionByte("<Piece>".into(), piece.byte);
-        Error::file(self.path, place, what, "write the file anew")
+        Error::file(self.path, place, what, "write the file again")
     }
 }
 
-/// Three coordinates a point.
-fn points<T: Scalar>(numbers: &Numbers) -> Vec<[f64; 3]> {
+/// Points, of three coordinates each.
+fn points<T: Scalar>(numbers: &RawNumbers) -> Vec<[f64; 3]> {
     let bytes = &*numbers.bytes;
     let mut points = vec![[0.0; 3]; bytes.len() / T::WIDTH / 3];
     let convert = |_, bytes: &[u8], points: &mut [[f64; 3]]| {

@@ -8,17 +8,17 @@ use super::layout::{
     BLOCKS, CELL_TAG, ENTITY, FIELD_ARRAYS, FIELD_AT, FIELD_NAMES, FIELD_TIMES, FIELDS, GROUP,
     GROUP_NAMES, GROUPS, NO_GROUP, POINT_TAG,
 };
-use super::merge::{Array, Merged};
+use super::merge::{Merged, PieceArray};
 use super::scalar::Scalar;
 use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::data::{to_i64, with_numbers};
-use crate::field::{Whole, WholeValues};
+use crate::field::{GlobalArray, GlobalValues};
 use crate::mesh::{CellBlock, Field, Group, Mesh, Support, Values};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-/// The mesh that the arrays tell, and the data about the whole that remain.
-pub(super) fn restore(merged: Merged, mut whole: Vec<Whole>) -> (Mesh, Vec<Whole>) {
+/// The mesh that the arrays describe, and the remaining global arrays.
+pub(super) fn restore(merged: Merged, mut whole: Vec<GlobalArray>) -> (Mesh, Vec<GlobalArray>) {
     let Merged {
         points,
         blocks,
@@ -48,7 +48,8 @@ pub(super) fn restore(merged: Merged, mut whole: Vec<Whole>) -> (Mesh, Vec<Whole
     restore_blocks(&mut mesh.blocks, &mut whole, tags, entities);
     restore_groups(&mut mesh, &mut on_cells, &mut whole);
 
-    let field = |on| move |array: Array| Field::new(array.name, on, array.components, array.values);
+    let field =
+        |on| move |array: PieceArray| Field::new(array.name, on, array.components, array.values);
     mesh.fields = (on_points.into_iter().map(field(Support::Points)))
         .chain(on_cells.into_iter().map(field(Support::Cells)))
         .collect();
@@ -56,49 +57,50 @@ pub(super) fn restore(merged: Merged, mut whole: Vec<Whole>) -> (Mesh, Vec<Whole
     (mesh, whole)
 }
 
-/// Takes an array out of a list if it has this name, so many components, and values that `get` understands.
+/// Removes an array from a list if it has this name and number of components, and `get` understands its values.
 fn take_array<T>(
-    list: &mut Vec<Array>,
+    list: &mut Vec<PieceArray>,
     name: &str,
     components: usize,
     get: impl Fn(&Values) -> Option<T>,
 ) -> Option<T> {
-    let fits =
-        |array: &Array| array.name == name && (array.components == components || components == 0);
+    let fits = |array: &PieceArray| {
+        array.name == name && (array.components == components || components == 0)
+    };
     let at = list.iter().position(fits)?;
     let values = get(&list[at].values)?;
     list.remove(at);
     Some(values)
 }
 
-fn find_whole<'a>(whole: &'a [Whole], name: &str) -> Option<&'a WholeValues> {
+fn find_whole<'a>(whole: &'a [GlobalArray], name: &str) -> Option<&'a GlobalValues> {
     whole
         .iter()
         .find(|array| array.name == name)
         .map(|array| &array.values)
 }
 
-fn find_numbers(whole: &[Whole], name: &str) -> Option<Vec<i64>> {
+fn find_numbers(whole: &[GlobalArray], name: &str) -> Option<Vec<i64>> {
     match find_whole(whole, name)? {
-        WholeValues::Numbers(numbers) => to_i64(numbers),
-        WholeValues::Text(_) => None,
+        GlobalValues::Numbers(numbers) => to_i64(numbers),
+        GlobalValues::Text(_) => None,
     }
 }
 
-fn find_texts<'a>(whole: &'a [Whole], name: &str) -> Option<&'a [String]> {
+fn find_texts<'a>(whole: &'a [GlobalArray], name: &str) -> Option<&'a [String]> {
     match find_whole(whole, name)? {
-        WholeValues::Numbers(_) => None,
-        WholeValues::Text(texts) => Some(texts),
+        GlobalValues::Numbers(_) => None,
+        GlobalValues::Text(texts) => Some(texts),
     }
 }
 
-fn remove(whole: &mut Vec<Whole>, names: &[&str]) {
+fn remove(whole: &mut Vec<GlobalArray>, names: &[&str]) {
     whole.retain(|array| !names.contains(&array.name.as_str()));
 }
 
 fn restore_blocks(
     blocks: &mut Vec<CellBlock>,
-    whole: &mut Vec<Whole>,
+    whole: &mut Vec<GlobalArray>,
     tags: Option<Vec<u64>>,
     entities: Option<Vec<i32>>,
 ) {
@@ -126,7 +128,7 @@ fn restore_blocks(
     }
 }
 
-/// Whether type and number of cells of the rows agree with runs of cells throughout.
+/// Whether the rows agree with the runs of cells in type and number.
 fn are_runs(rows: &[[i64; 4]], runs: &[CellBlock]) -> bool {
     let mut runs = runs.iter().map(|run| (run.kind, run.len())).peekable();
     for &[code, cells, _, _] in rows {
@@ -163,7 +165,7 @@ fn split_blocks(runs: Vec<CellBlock>, rows: &[[i64; 4]]) -> Vec<CellBlock> {
         if count > 0 && at == left.len() {
             (left, at) = (runs.next().map(|run| run.nodes).unwrap_or_default(), 0);
         }
-        // A whole run is a block without being copied.
+        // A complete run becomes a block without a copy.
         let nodes = if at == 0 && count == left.len() {
             std::mem::take(&mut left)
         } else {
@@ -175,8 +177,8 @@ fn split_blocks(runs: Vec<CellBlock>, rows: &[[i64; 4]]) -> Vec<CellBlock> {
     blocks
 }
 
-/// Groups from the tags on the cells; the table adds names, empty groups, and which tag stands for none.
-fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<Array>, whole: &mut Vec<Whole>) {
+/// Groups from the tags on the cells; the table adds names, empty groups, and the tag that stands for none.
+fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<PieceArray>, whole: &mut Vec<GlobalArray>) {
     let mut groups = BTreeMap::new();
     let table = group_table(whole);
     let none = table.as_ref().map_or(0, |(none, _)| *none);
@@ -190,7 +192,7 @@ fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<Array>, whole: &mut Vec<Whole
         }
         remove(whole, &[GROUPS, GROUP_NAMES, NO_GROUP]);
         whole.retain(|array| match (&array.values, shown.get(&array.name)) {
-            (WholeValues::Numbers(Values::I64(numbers)), Some(of_group)) => numbers != of_group,
+            (GlobalValues::Numbers(Values::I64(numbers)), Some(of_group)) => numbers != of_group,
             _ => true,
         });
     }
@@ -201,7 +203,7 @@ fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<Array>, whole: &mut Vec<Whole
         } else if let Some(tags) = to_i64(&array.values) {
             group_cells(&mesh.blocks, &tags, none, &mut groups);
         } else {
-            // What are no tags is a field.
+            // Values that are not tags are a field.
             cells.insert(place, array);
         }
     }
@@ -237,7 +239,7 @@ fn group_cells<T: Copy + PartialEq + Into<i64>>(
         let (mut mine, others) = rest.split_at(block.len() * components);
         rest = others;
         while let (Some(row), Some(next)) = (mine.get(..components), mine.get(components..)) {
-            // A row is the same as the one before as far as each number is that of a row before.
+            // A row equals the previous one if each number does.
             let same = next.iter().zip(mine).position(|(a, b)| a != b);
             let count = 1 + same.unwrap_or(next.len()) / components;
             let cells = cell..cell + count as u32;
@@ -251,7 +253,7 @@ fn group_cells<T: Copy + PartialEq + Into<i64>>(
 }
 
 /// The tag that stands for none; and groups without cells, with whether an array has the name of each.
-fn group_table(whole: &[Whole]) -> Option<(i64, Vec<(Group, bool)>)> {
+fn group_table(whole: &[GlobalArray]) -> Option<(i64, Vec<(Group, bool)>)> {
     let none = find_numbers(whole, NO_GROUP)?.first().copied()?;
     let rows = find_numbers(whole, GROUPS)?;
     let rows = rows.as_chunks::<3>().0;
@@ -271,8 +273,8 @@ fn group_table(whole: &[Whole]) -> Option<(i64, Vec<(Group, bool)>)> {
     Some((none, groups.collect::<Option<_>>()?))
 }
 
-/// What one row of the table of fields says.
-struct Row {
+/// One row of the table of fields.
+struct FieldRow {
     on: Support,
     array: String,
     name: String,
@@ -281,7 +283,7 @@ struct Row {
     at: Vec<u32>,
 }
 
-fn restore_fields(mesh: &mut Mesh, whole: &mut Vec<Whole>) {
+fn restore_fields(mesh: &mut Mesh, whole: &mut Vec<GlobalArray>) {
     let Some(rows) = field_table(whole) else {
         return;
     };
@@ -315,12 +317,12 @@ fn restore_fields(mesh: &mut Mesh, whole: &mut Vec<Whole>) {
     }
 }
 
-fn restore_cell_points(mesh: &mut Mesh, whole: &mut Vec<Whole>, row: Row) {
+fn restore_cell_points(mesh: &mut Mesh, whole: &mut Vec<GlobalArray>, row: FieldRow) {
     let Some(place) = whole.iter().position(|array| array.name == row.array) else {
         return;
     };
     let array = &whole[place];
-    if let WholeValues::Numbers(values) = &array.values {
+    if let GlobalValues::Numbers(values) = &array.values {
         let field = Field {
             at: row.at,
             time: row.time,
@@ -334,7 +336,7 @@ fn restore_cell_points(mesh: &mut Mesh, whole: &mut Vec<Whole>, row: Row) {
     }
 }
 
-fn field_table(whole: &[Whole]) -> Option<Vec<Row>> {
+fn field_table(whole: &[GlobalArray]) -> Option<Vec<FieldRow>> {
     let rows = find_numbers(whole, FIELDS)?;
     let rows = rows.as_chunks::<5>().0;
     let at = find_numbers(whole, FIELD_AT).unwrap_or_default();
@@ -346,10 +348,10 @@ fn field_table(whole: &[Whole]) -> Option<Vec<Row>> {
         find_texts(whole, FIELD_ARRAYS)?,
         find_texts(whole, FIELD_NAMES)?,
     );
-    let WholeValues::Numbers(Values::F64(times)) = find_whole(whole, FIELD_TIMES)? else {
+    let GlobalValues::Numbers(Values::F64(times)) = find_whole(whole, FIELD_TIMES)? else {
         return None;
     };
-    // Rows of fields on the nodes of cells are looked up one by one: no more of them than there can be arrays.
+    // Rows of fields on the nodes of cells are looked up one by one: bound them by the possible number of arrays.
     if rows.len() > 3 * MAX_ARRAYS_IN_SECTION {
         return None;
     }
@@ -364,7 +366,7 @@ fn field_table(whole: &[Whole]) -> Option<Vec<Row>> {
         if !at.is_sorted_by(|a, b| a < b) {
             return None;
         }
-        table.push(Row {
+        table.push(FieldRow {
             on: match on {
                 0 => Support::Points,
                 1 => Support::Cells,

@@ -9,7 +9,7 @@ pub(super) trait Scalar: Copy + Default + Send + Sync {
     const NAME: &'static str;
     /// Bytes of one value.
     const WIDTH: usize;
-    /// What stands where there is no value: NaN, or 0 where the type has none.
+    /// Stands for a missing value: NaN, or 0 for integers.
     const MISSING: Self;
 
     fn from_bytes(bytes: &[u8], big_endian: bool) -> Vec<Self>;
@@ -17,9 +17,9 @@ pub(super) trait Scalar: Copy + Default + Send + Sync {
     fn each(bytes: &[u8], big_endian: bool) -> impl ExactSizeIterator<Item = Self>;
     /// As a coordinate.
     fn float(self) -> f64;
-    /// Fills little-endian bytes with as many numbers as there are of both.
+    /// Writes numbers as little-endian bytes until either runs out.
     fn put_le(values: &[Self], bytes: &mut [u8]);
-    /// A whole number from 0 on; `None` for others.
+    /// The value as an index; `None` unless it is an integer of at least 0.
     fn index(self) -> Option<u64>;
     /// Reads the decimal form; floats also `nan` and `inf` in any case.
     fn parse(word: &[u8]) -> Option<Self>;
@@ -123,7 +123,7 @@ fn print_int<T: itoa::Integer>(value: T, out: &mut Vec<u8>) {
 }
 
 fn print_float<T: zmij::Float>(value: T, out: &mut Vec<u8>) {
-    // Gives "NaN", "inf" and "-inf" for the rest, which both sides read.
+    // Gives "NaN", "inf" and "-inf" for non-finite values, which VTK and meshio read.
     out.extend_from_slice(zmij::Buffer::new().format(value).as_bytes());
 }
 
@@ -132,7 +132,7 @@ fn index_of<T: TryInto<u64>>(value: T) -> Option<u64> {
     value.try_into().ok()
 }
 
-/// Runs one expression for whichever type `$name` names, or `$otherwise`.
+/// Evaluates one expression for the type that `$name` names, or `$otherwise`.
 macro_rules! with_type {
     ($name:expr, $type:ident => $run:expr, $otherwise:expr) => {
         match $name {

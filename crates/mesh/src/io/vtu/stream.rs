@@ -4,7 +4,7 @@ use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use std::borrow::Cow;
 
-/// The bytes of an array as they stand in a file.
+/// The bytes of an array in a file.
 pub(super) enum Stream<'a> {
     Raw(&'a [u8]),
     Base64(Base64<'a>),
@@ -19,7 +19,7 @@ impl<'a> Stream<'a> {
         })
     }
 
-    /// The most bytes that can still come.
+    /// An upper bound of the remaining bytes.
     pub fn remaining(&self) -> u64 {
         match self {
             Stream::Raw(bytes) => bytes.len() as u64,
@@ -30,7 +30,7 @@ impl<'a> Stream<'a> {
     }
 
     pub fn take(&mut self, count: u64) -> Result<Cow<'a, [u8]>, String> {
-        let missing = |there| format!("{count} bytes are declared where at most {there} stand");
+        let missing = |there| format!("{count} bytes are declared where at most {there} fit");
         if count > self.remaining() {
             return Err(missing(self.remaining()));
         }
@@ -52,8 +52,8 @@ impl<'a> Stream<'a> {
     }
 }
 
-/// Base64 in one or several padded runs. `vtkio` takes the header and the data for one run; many writers encode
-/// each for itself.
+/// Base64 in one or several padded runs. `vtkio` expects header and data in one run; many writers encode them
+/// separately.
 pub(super) struct Base64<'a> {
     text: Cow<'a, [u8]>,
     at: usize,

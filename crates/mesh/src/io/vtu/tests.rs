@@ -1,7 +1,7 @@
 //! What is written is read back, bit for bit; what is broken is refused.
 
 use super::*;
-use crate::field::{Whole, data::same_bits};
+use crate::field::{GlobalArray, data::same_bits};
 use crate::io::out::Out;
 use crate::mesh::{CellBlock, CellKind, Field, Group, Support, Values};
 use std::path::Path;
@@ -73,11 +73,11 @@ pub(super) fn square() -> Mesh {
     }
 }
 
-pub(super) fn provenance() -> Vec<Whole> {
+pub(super) fn provenance() -> Vec<GlobalArray> {
     vec![
-        Whole::text("engine", "FreeFEM 4.11, γ = 10"),
-        Whole::texts("notes", vec![String::new(), "second".into()]),
-        Whole::numbers("gamma", Values::F64(vec![10.0])),
+        GlobalArray::text("engine", "FreeFEM 4.11, γ = 10"),
+        GlobalArray::texts("notes", vec![String::new(), "second".into()]),
+        GlobalArray::numbers("gamma", Values::F64(vec![10.0])),
     ]
 }
 

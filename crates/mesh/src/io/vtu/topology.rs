@@ -1,9 +1,9 @@
 //! The cells of a piece: from connectivity, offsets and types to blocks of cells.
 //!
-//! `vtkio`'s model makes each of the three an array of 64-bit numbers of its own. Here they are read where they stand:
-//! what memory is touched is what a large mesh costs.
+//! `vtkio`'s model copies each of the three to an array of 64-bit numbers. Here they are read in place: the cost of a
+//! large mesh is the memory that is touched.
 
-use super::array::Numbers;
+use super::array::RawNumbers;
 use super::cells;
 use super::read::Decoder;
 use super::scalar::{Scalar, with_type};
@@ -13,11 +13,11 @@ use crate::error::Result;
 use crate::io::rows;
 use crate::mesh::CellBlock;
 
-/// Cells that are looked at together.
+/// Cells that are examined together.
 const CELLS: usize = 1 << 12;
 
-/// Cells of one type and width that follow each other.
-struct Run {
+/// Consecutive cells of one type and width.
+struct CellRun {
     code: u8,
     width: usize,
     cells: usize,
@@ -55,8 +55,8 @@ impl<'a> Decoder<'a> {
         piece: &PieceTag,
         connectivity: &ArrayTag,
         types: &ArrayTag,
-        nodes: &Numbers,
-        runs: &[Run],
+        nodes: &RawNumbers,
+        runs: &[CellRun],
     ) -> Result<Vec<CellBlock>> {
         let table = cells::type_table();
         let mut blocks: Vec<CellBlock> = Vec::new();
@@ -95,10 +95,10 @@ impl<'a> Decoder<'a> {
     }
 }
 
-const NO_INDEX: &str = "it holds what is no index";
+const NO_INDEX: &str = "it holds a value that is not an index";
 
-/// Codes of cell types as bytes, which they mostly are.
-fn codes_of<T: Scalar>(codes: Numbers) -> Result<Unpacked, String> {
+/// Codes of cell types as bytes, their usual form.
+fn codes_of<T: Scalar>(codes: RawNumbers) -> Result<Unpacked, String> {
     if T::NAME == u8::NAME {
         return Ok(codes.bytes);
     }
@@ -110,14 +110,14 @@ fn codes_of<T: Scalar>(codes: Numbers) -> Result<Unpacked, String> {
     codes.collect::<Result<Vec<u8>, _>>().map(Unpacked::from)
 }
 
-/// Puts cells of the same type and width together.
-fn runs_of<T: Scalar>(ends: &Numbers, codes: &[u8]) -> Result<Vec<Run>, &'static str> {
-    let mut runs: Vec<Run> = Vec::new();
+/// Collects consecutive cells of the same type and width.
+fn runs_of<T: Scalar>(ends: &RawNumbers, codes: &[u8]) -> Result<Vec<CellRun>, &'static str> {
+    let mut runs: Vec<CellRun> = Vec::new();
     let mut start = 0;
     let chunks = ends.bytes.chunks(CELLS * T::WIDTH).zip(codes.chunks(CELLS));
     for (bytes, codes) in chunks {
         let ends = || T::each(bytes, ends.big_endian).map(Scalar::index);
-        // Mostly all go on as the last run does, which is seen for many at once.
+        // Usually all continue the last run, which can be checked for many at once.
         if let Some(run) = runs.last_mut()
             && let Some(last) = (run.width as u64).checked_mul(codes.len() as u64)
             && let Some(last) = last.checked_add(start)
@@ -137,7 +137,7 @@ fn runs_of<T: Scalar>(ends: &Numbers, codes: &[u8]) -> Result<Vec<Run>, &'static
             start = end;
             match runs.last_mut() {
                 Some(run) if run.code == code && run.width == width => run.cells += 1,
-                _ => runs.push(Run {
+                _ => runs.push(CellRun {
                     code,
                     width,
                     cells: 1,
@@ -148,7 +148,7 @@ fn runs_of<T: Scalar>(ends: &Numbers, codes: &[u8]) -> Result<Vec<Run>, &'static
     Ok(runs)
 }
 
-/// Appends the nodes of cells, of which the file has VTK's `order`; whether all are below the number of points.
+/// Appends the nodes of cells, given in VTK's `order`; returns whether all are below the number of points.
 fn append<T: Scalar>(
     nodes: &mut Vec<u32>,
     words: &[u8],
@@ -167,7 +167,7 @@ fn append<T: Scalar>(
     let fill = |_, words: &[u8], nodes: &mut [u32]| {
         let mut there = true;
         let narrow = |word: T| {
-            // What is no index is beyond all points.
+            // An invalid index is beyond all points.
             let node = word.index().unwrap_or(u64::MAX);
             there &= node < points;
             node as u32
@@ -193,9 +193,9 @@ fn append<T: Scalar>(
     all.unwrap_or(true)
 }
 
-/// Says which entry of the connectivity is no point.
+/// Finds the entry of the connectivity that is not a point.
 #[cold]
-fn beyond<T: Scalar>(nodes: &Numbers, points: u64) -> String {
+fn beyond<T: Scalar>(nodes: &RawNumbers, points: u64) -> String {
     let mut nodes = T::each(&nodes.bytes, nodes.big_endian)
         .map(Scalar::index)
         .enumerate();

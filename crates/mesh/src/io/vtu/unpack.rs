@@ -8,13 +8,13 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Deref;
 
-/// Bytes that arrays may take in memory. A file whose arrays say that they take more together is refused before any of
-/// them is unpacked. So much for a file of any size, and [`PER_BYTE`] for each byte it has.
+/// Memory that arrays may take: this for a file of any size, and [`PER_BYTE`] for each of its bytes. A file whose arrays
+/// declare more in sum is refused before any is unpacked.
 const ALLOWANCE: u64 = 128 << 20;
 /// Well-packed meshes decode to five times their bytes or less.
 const PER_BYTE: u64 = 8;
 
-/// What is left of the memory that the arrays of one file may take.
+/// The remaining memory that the arrays of one file may take.
 pub(super) struct Budget(u64);
 
 impl Budget {
@@ -22,7 +22,7 @@ impl Budget {
         Budget(ALLOWANCE.saturating_add(PER_BYTE.saturating_mul(bytes as u64)))
     }
 
-    /// Takes so many bytes, or says that a file of this size does not get them.
+    /// Takes `bytes`; an error if the file is too small for so many.
     pub fn take(&mut self, bytes: u64) -> Result<(), String> {
         self.0 = self.0.checked_sub(bytes).ok_or_else(|| {
             format!(
@@ -33,7 +33,7 @@ impl Budget {
     }
 }
 
-/// The bytes of an array, which the file holds as they are or which were unpacked.
+/// The bytes of an array, in the file or unpacked.
 pub(super) enum Unpacked<'a> {
     Borrowed(&'a [u8]),
     Owned(Bytes),
@@ -73,7 +73,7 @@ pub(super) struct Packing {
     pub compressor: Compressor,
 }
 
-/// Number of blocks, bytes of each but the last, and bytes of the whole array; no blocks where nothing is compressed.
+/// Number of blocks, bytes of each but the last, and bytes of the whole array; no blocks if it is not compressed.
 #[derive(Default)]
 struct Extent {
     blocks: u64,
@@ -82,11 +82,11 @@ struct Extent {
 }
 
 impl Packing {
-    /// The bytes of one array, which must be `expected` many where that is known.
+    /// The bytes of one array, `expected` many if that is known.
     ///
-    /// `vtkio` loses the last block of an array whose length is a multiple of the block length, and believes the
-    /// number of blocks; here each declared length is held against the bytes that are there before any memory
-    /// is asked for.
+    /// `vtkio` loses the last block of an array whose length is a multiple of the block length, and trusts the
+    /// number of blocks; here each declared length is checked against the bytes that exist before memory is
+    /// allocated.
     pub fn unpack<'a>(
         self,
         mut stream: Stream<'a>,
@@ -128,7 +128,7 @@ impl Packing {
         self.extent(&mut stream).map(|extent| extent.length)
     }
 
-    /// What the header says before the lengths of the blocks.
+    /// The header up to the lengths of the blocks.
     fn extent(self, stream: &mut Stream) -> Result<Extent, String> {
         if stream.remaining() == 0 {
             return Ok(Extent::default());
@@ -175,7 +175,7 @@ impl Packing {
         };
         let zlib = || flate2::Decompress::new(true);
         let slots = out.par_chunks_mut(size).enumerate();
-        // LZMA asks for much memory for each block: one at a time.
+        // LZMA needs much memory for each block: one at a time.
         let slots = if self.compressor == Compressor::Lzma {
             slots.with_min_len(blocks.len())
         } else {
@@ -185,7 +185,7 @@ impl Packing {
         errors.find_first(Result::is_err).unwrap_or(Ok(()))
     }
 
-    /// Refuses blocks that are not there, and lengths that no compressor reaches from their bytes.
+    /// Refuses blocks that do not exist, and lengths that no compressor achieves.
     fn plausible(self, packed: &[u64], stream: &Stream, length: u64) -> Result<(), String> {
         let total = packed
             .iter()
@@ -216,14 +216,14 @@ impl Packing {
     }
 }
 
-/// Fills `slot` to the last byte, never beyond. `zlib` is there to be used again.
+/// Fills `slot` exactly. `zlib` is reused.
 fn decompress(
     bytes: &[u8],
     slot: &mut [u8],
     compressor: Compressor,
     zlib: &mut flate2::Decompress,
 ) -> Result<(), String> {
-    /// What the dictionary of an LZMA block may take; VTK's and meshio's take 8 MB.
+    /// The largest dictionary of an LZMA block; VTK and meshio use 8 MB.
     const LZMA_MEMORY: u64 = 100 << 20;
     let filled = match compressor {
         Compressor::None => return Err("it is not compressed".into()),

@@ -1,16 +1,16 @@
-//! Meshes and fields to VTU.
+//! Writes meshes and fields to VTU.
 //!
-//! `vtkio` has no place for `<FieldData>`, where names of groups and provenance live; it leaves the counts of an
-//! empty mesh out, which VTK refuses; its `export_ascii` and `export_le` write another format under a `.vtu` name.
-//! So every encoding is written here.
+//! `vtkio` cannot write `<FieldData>`, which holds names of groups and provenance; it omits the counts of an empty mesh,
+//! which VTK then refuses; its `export_ascii` and `export_le` write another format under a `.vtu` name. So every
+//! encoding is written here.
 
 use super::column::Column;
-use super::layout::{self, Array, Layout, is_in_xml};
+use super::layout::{self, Array, FileArrays, is_in_xml};
 use super::pack::{Packed, pack};
 use super::scalar::Scalar;
 use super::{Compressor, Encoding};
 use crate::error::{Error, Place, Result};
-use crate::field::Whole;
+use crate::field::GlobalArray;
 use crate::field::data::with_numbers;
 use crate::io::out::Out;
 use crate::mesh::{Field, Mesh, Values};
@@ -19,17 +19,17 @@ use base64::prelude::BASE64_STANDARD;
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Writes a mesh with its fields, further `fields`, and data about the `whole`; the file appears whole or not at
-/// all. What the mesh knows of geometry, periodicity and partitions has no place in VTU: see [`super::losses`].
+/// Writes a mesh with its fields, further `fields`, and data about the `whole`; the file appears complete or not
+/// at all. VTU cannot hold geometry, periodicity and partitions: see [`super::losses`].
 ///
 /// # Errors
-/// A mesh that contradicts itself or has cells that VTK does not know, a field that does not fit the mesh, names
-/// that are there twice or that XML cannot hold, a text with a NUL, and whatever the file system answers.
+/// A mesh that is not valid or has cells that VTK does not have, a field that does not fit the mesh, names that appear
+/// twice or that XML cannot hold, a text with a NUL, and errors of the file system.
 pub fn write(
     path: &Path,
     mesh: &Mesh,
     fields: &[Field],
-    whole: &[Whole],
+    whole: &[GlobalArray],
     encoding: Encoding,
 ) -> Result<()> {
     let out = encode(mesh, fields, whole, encoding, Out::to(path)?).map_err(|what| {
@@ -43,11 +43,11 @@ pub fn write(
     out.save(path)
 }
 
-/// A file, after what there is; in words why there is none, otherwise.
+/// Appends a file to `out`; the error says why it cannot be written.
 pub(super) fn encode(
     mesh: &Mesh,
     fields: &[Field],
-    whole: &[Whole],
+    whole: &[GlobalArray],
     encoding: Encoding,
     out: Out,
 ) -> Result<Out, String> {
@@ -58,7 +58,7 @@ pub(super) fn encode(
         .map_err(|error| format!("an array was not packed: {error}"))
 }
 
-fn check_arrays(layout: &Layout) -> Result<(), String> {
+fn check_arrays(layout: &FileArrays) -> Result<(), String> {
     check_names(layout.points.iter().map(|array| &array.name))?;
     check_names(layout.cells.iter().map(|array| &array.name))?;
     check_names(layout.whole.iter().map(|array| &array.name))
@@ -79,7 +79,7 @@ fn check_names<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), String
 
 fn document(
     mesh: &Mesh,
-    layout: &Layout,
+    layout: &FileArrays,
     encoding: Encoding,
     mut out: Out,
 ) -> std::io::Result<Out> {
@@ -113,36 +113,36 @@ fn document(
     Ok(out)
 }
 
-/// A file in the making; arrays of raw encoding come after the XML.
+/// A file that is being written; arrays of raw encoding come after the XML.
 struct File<'a> {
     out: Vec<u8>,
     encoding: Encoding,
     /// With the place in the XML where its offset belongs.
-    appended: Vec<(usize, Appended<'a>)>,
+    appended: Vec<(usize, Deferred<'a>)>,
 }
 
-/// An array after the XML. Plain numbers become bytes only there.
-enum Appended<'a> {
+/// An array after the XML. Plain numbers are converted to bytes only then.
+enum Deferred<'a> {
     Plain(&'a Column<'a>),
     Packed(Packed),
 }
 
-impl Appended<'_> {
+impl Deferred<'_> {
     fn len(&self) -> usize {
         match self {
-            Appended::Plain(column) => size_of::<u64>() + column.len() * column.width(),
-            Appended::Packed(packed) => packed.len(),
+            Deferred::Plain(column) => size_of::<u64>() + column.len() * column.width(),
+            Deferred::Packed(packed) => packed.len(),
         }
     }
 
     fn append(self, out: &mut Out) {
         match self {
-            Appended::Plain(column) => {
+            Deferred::Plain(column) => {
                 let (count, width) = (column.len(), column.width());
                 out.append(&((count * width) as u64).to_le_bytes());
                 out.rows(count, width, |first, bytes| column.fill(first, bytes));
             }
-            Appended::Packed(Packed { header, blocks }) => {
+            Deferred::Packed(Packed { header, blocks }) => {
                 out.append(&header);
                 blocks.iter().for_each(|block| out.append(block));
             }
@@ -176,7 +176,7 @@ impl<'a> File<'a> {
             values.type_name(),
             escape(name)
         ));
-        // One component goes without saying: meshio makes a table of one column of an array that says so.
+        // One component is the default; if it is written, meshio makes a table of one column.
         if components != 1 {
             self.text(&format!(" NumberOfComponents=\"{components}\""));
         }
@@ -192,7 +192,7 @@ impl<'a> File<'a> {
             Encoding::Base64(compressor) => {
                 self.text(" format=\"binary\">\n");
                 let Packed { header, blocks } = packed(values, compressor)?;
-                // Plain bytes continue the header's base64; compressed ones start afresh.
+                // Plain bytes continue the base64 of the header; compressed ones start a new run.
                 let text = if compressor == Compressor::None {
                     BASE64_STANDARD.encode([header, blocks.concat()].concat())
                 } else {
@@ -203,8 +203,8 @@ impl<'a> File<'a> {
             }
             Encoding::Raw(compressor) => {
                 let array = match compressor {
-                    Compressor::None => Appended::Plain(values),
-                    _ => Appended::Packed(packed(values, compressor)?),
+                    Compressor::None => Deferred::Plain(values),
+                    _ => Deferred::Packed(packed(values, compressor)?),
                 };
                 self.text(" format=\"appended\" offset=\"");
                 self.appended.push((self.out.len(), array));
@@ -239,7 +239,7 @@ fn packed(column: &Column, compressor: Compressor) -> std::io::Result<Packed> {
     pack(column.len() * width, fill, compressor)
 }
 
-/// Decimal numbers, one tuple a line.
+/// Decimal numbers, one tuple per line.
 fn print(values: &Values, components: usize, out: &mut Vec<u8>) {
     fn rows<T: Scalar>(values: &[T], width: usize, out: &mut Vec<u8>) {
         for row in values.chunks(width) {

@@ -1,4 +1,4 @@
-//! The XML of a VTU file: which arrays there are and where their data stand. No data are decoded here.
+//! The XML of a VTU file: its arrays, and where their data are. No data are decoded here.
 //!
 //! `vtkio` (0.7.0-rc2) hands the whole file to a deserializer, which fails on raw appended bytes, on counts with
 //! blanks (FreeFEM), on a missing `byte_order` (dolfinx) or `version`, and drops `<FieldData>`. Here the appended
@@ -12,7 +12,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 use std::path::Path;
 
-/// A file's elements as far as they matter.
+/// The relevant elements of a file.
 #[derive(Default)]
 pub(super) struct Document<'a> {
     /// `.pvtu`: the pieces are files.
@@ -48,7 +48,7 @@ pub(super) struct ArrayTag<'a> {
     pub tuples: Option<u64>,
     pub format: String,
     pub offset: Option<u64>,
-    /// What stands between its tags, blanks and child elements such as `<InformationKey>` left out.
+    /// The text between its tags, without blanks and child elements such as `<InformationKey>`.
     pub texts: Vec<&'a str>,
 }
 
@@ -58,7 +58,7 @@ pub(super) struct Appended<'a> {
     pub data: &'a [u8],
 }
 
-/// Bounds no honest file comes near: VTK itself nests seven deep.
+/// Far beyond any real file: VTK itself nests seven deep.
 const MAX_DEPTH: usize = 64;
 const MAX_ATTRIBUTES: usize = 128;
 const MAX_ARRAYS: usize = 100_000;
@@ -106,7 +106,7 @@ pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
             path,
             Place::Byte(byte),
             what,
-            "write the file anew: it is not sound VTU",
+            "write the file again: it is not sound VTU",
         )
     };
     let (head, tail) = match memmem::find(bytes, b"<AppendedData") {
@@ -155,7 +155,7 @@ pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
     Ok(parser.document)
 }
 
-/// Cuts `<AppendedData encoding="…">_…</AppendedData></VTKFile>`; its place within the bytes and words, otherwise.
+/// Cuts `<AppendedData encoding="…">_…</AppendedData></VTKFile>`; the error is a position and a text.
 fn appended(tail: &[u8]) -> Result<Appended<'_>, (u64, String)> {
     let cut_off = || {
         (
@@ -221,7 +221,7 @@ fn attributes(
     mut each: impl FnMut(&str, String) -> Result<(), String>,
 ) -> Result<(), String> {
     let mut list = tag.attributes();
-    // The check for double attributes compares each with all before; the bound below keeps a long list short.
+    // The check for duplicate attributes is quadratic; the bound below keeps the list short.
     for (count, attribute) in list.with_checks(false).enumerate() {
         let attribute = attribute.map_err(|error| format!("a broken attribute: {error}"))?;
         if count >= MAX_ATTRIBUTES {
@@ -238,7 +238,7 @@ fn attributes(
     Ok(())
 }
 
-/// A count; blanks around it are FreeFEM's.
+/// A count; FreeFEM writes blanks around it.
 fn count(name: &str, value: &str) -> Result<u64, String> {
     let value = value.trim();
     let parsed = value.parse();
@@ -298,7 +298,7 @@ impl<'a> Parser<'a> {
         }
         if self.open.last() == Some(&Element::Array) {
             let std::borrow::Cow::Borrowed(text) = text else {
-                return Err("a text that cannot be taken as it stands".into());
+                return Err("a text that cannot be read".into());
             };
             if let Some(array) = self.list(1).and_then(|list| list.last_mut()) {
                 array.texts.push(text);
@@ -331,10 +331,10 @@ impl<'a> Parser<'a> {
                 self.file(tag)?;
                 Element::File
             }
-            (None, _) => return Err(format!("<{name}> stands where <VTKFile> should, once")),
+            (None, _) => return Err(format!("<{name}> stands where one <VTKFile> is expected")),
             (Some(Element::File), "UnstructuredGrid" | "PUnstructuredGrid") => {
                 if self.grid_seen || parallel != name.starts_with('P') {
-                    return Err(format!("<{name}> stands where it does not belong"));
+                    return Err(format!("<{name}> is misplaced"));
                 }
                 self.grid_seen = true;
                 Element::Grid
@@ -366,7 +366,7 @@ impl<'a> Parser<'a> {
                 if let Some(list) = self.list(0) {
                     if list.len() >= MAX_ARRAYS_IN_SECTION {
                         return Err(format!(
-                            "more than {MAX_ARRAYS_IN_SECTION} arrays stand together"
+                            "more than {MAX_ARRAYS_IN_SECTION} arrays in one section"
                         ));
                     }
                     list.push(array);
@@ -456,7 +456,7 @@ impl<'a> Parser<'a> {
 fn array<'a>(tag: &BytesStart<'a>, byte: u64) -> Result<ArrayTag<'a>, String> {
     let mut array = ArrayTag {
         byte,
-        // What VTK takes an array for that does not say.
+        // VTK's default.
         format: "ascii".into(),
         ..ArrayTag::default()
     };
