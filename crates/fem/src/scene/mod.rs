@@ -111,7 +111,7 @@ pub enum HRule {
     Global,
 }
 
-/// The plane built-in scenes without a known solution, in the order in which `verify` runs them.
+/// The built-in 2D scenes without a known solution, in the order in which `verify` runs them.
 const BUILTIN: [(&str, &str); 4] = [
     ("one-zone", include_str!("builtin/one-zone.toml")),
     ("three-zones", include_str!("builtin/three-zones.toml")),
@@ -119,7 +119,7 @@ const BUILTIN: [(&str, &str); 4] = [
     ("plate", include_str!("builtin/plate.toml")),
 ];
 
-/// Ones that are run when they are named: the solid ones take longer, and what the corner of an L is for is adapting.
+/// Ones that are run when they are named: those in 3D take longer, and what the corner of an L is for is adapting.
 const NAMED: [(&str, &str); 3] = [
     ("l-shape", include_str!("builtin/l-shape.toml")),
     ("one-zone-3d", include_str!("builtin/one-zone-3d.toml")),
@@ -254,13 +254,13 @@ impl Scene {
         NAMED.iter().map(|(name, _)| *name)
     }
 
-    /// The names of the plane built-in scenes whose solution is known.
+    /// The names of the built-in 2D scenes whose solution is known.
     pub fn exact_names() -> Vec<&'static str> {
         exact::names(2)
     }
 
-    /// The names of the solid ones.
-    pub fn exact_solid_names() -> Vec<&'static str> {
+    /// The names of those in 3D.
+    pub fn exact_names_3d() -> Vec<&'static str> {
         exact::names(3)
     }
 
@@ -310,7 +310,7 @@ impl Scene {
             format!(
                 "give a TOML file or one of the built-in scenes: {}; with exact solutions: {}",
                 names.join(", "),
-                [Scene::exact_names(), Scene::exact_solid_names()]
+                [Scene::exact_names(), Scene::exact_names_3d()]
                     .concat()
                     .join(", ")
             ),
