@@ -488,8 +488,10 @@ fn tolerances_are_those_of_the_scene_unless_options_say_otherwise() {
     write(at, "a.csv", "vertex,u,v\n0,1,5\n1,2,6\n");
     write(at, "b.csv", "vertex,u,v\n0,1.001,5\n1,2,6.00001\n");
     let scene = |name: &str, tables: &str| {
-        let text =
-            fs::read_to_string(crate::common::source("src/scene/builtin/one-zone.toml")).unwrap();
+        let text = fs::read_to_string(crate::common::source(
+            "crates/fem/src/scene/builtin/one-zone.toml",
+        ))
+        .unwrap();
         write(at, name, &format!("{text}\n{tables}"));
     };
     scene("plain.toml", "");

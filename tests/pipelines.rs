@@ -101,6 +101,7 @@ fn the_cache_is_named_by_the_sources_of_the_program() {
         "Cargo.toml",
         "Cargo.lock",
         "src/a",
+        "crates/a",
         "freefem/a",
         "fenicsx/a",
         "meshes/a",
@@ -124,7 +125,7 @@ fn the_cache_is_named_by_the_sources_of_the_program() {
     };
     let first = digest();
     assert_eq!(digest(), first);
-    for changed in ["Cargo.lock", "src/a", "freefem/a", "fenicsx/a"] {
+    for changed in ["Cargo.lock", "src/a", "crates/a", "freefem/a", "fenicsx/a"] {
         let before = digest();
         write(at, changed, "two");
         assert_ne!(digest(), before, "{changed}");

@@ -204,7 +204,8 @@ fn a_mesh_of_any_format_gives_the_same_answer() {
         ("b.vtu", ["top", "bottom"]),
         ("d.msh", ["top", "bottom"]),
     ] {
-        let text = std::fs::read_to_string(source("src/scene/builtin/one-zone-3d.toml")).unwrap();
+        let text = std::fs::read_to_string(source("crates/fem/src/scene/builtin/one-zone-3d.toml"))
+            .unwrap();
         let text = text.replace(
             "generator = \"union-cube\"\nn = 8",
             &format!("file = \"{file}\""),

@@ -133,7 +133,7 @@ fn amplified(cell: &stress::Cell) -> String {
 
 fn map(outcome: &Outcome, engine: &str, words: fn(&stress::Cell) -> String) -> Table {
     let methods = methods(outcome, engine);
-    let head: Vec<&str> = ["extreme", ""]
+    let head: Vec<&str> = ["extreme", "value"]
         .into_iter()
         .chain(methods.iter().copied())
         .collect();
