@@ -23,11 +23,11 @@ pub struct Finding {
     pub verdict: Verdict,
     /// The largest difference to the known answer at any dof, relative to its largest value.
     pub difference: Option<f64>,
-    /// What is wrong, as far as it can be told.
+    /// What is wrong, as far as it is known.
     pub why: Option<String>,
 }
 
-/// A scene and what it tells of a code.
+/// A scene and what it shows about a code.
 struct Check {
     about: &'static str,
     /// The scene that this one is a change of; [`Change`] says of what.
@@ -185,18 +185,18 @@ pub fn check_count() -> usize {
         + 3
 }
 
-/// Runs `engine` through all checks; `told` hears of each as it ends.
+/// Runs `engine` through all checks; `ended` gets each finding as it is made.
 ///
 /// # Errors
 /// An interruption. What the engine does is no error but a finding.
 pub fn conformance(
     engine: &dyn Engine,
     settings: &Settings,
-    mut told: impl FnMut(&Finding),
+    mut ended: impl FnMut(&Finding),
 ) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
     let mut add = |finding: Finding| {
-        told(&finding);
+        ended(&finding);
         findings.push(finding);
     };
     for check in &CHECKS {
@@ -311,7 +311,7 @@ fn one(engine: &dyn Engine, check: &Check, setup: &Setup) -> Result<Finding> {
             Ok(finding(Verdict::Disagree, Some(difference), why))
         }
         Err(message) => {
-            // What it wrote may tell more than that it does not count.
+            // What it wrote may show more than that it does not count.
             let raw = raw_values(&kept.path().join(engine.name()), 0, &case.problem);
             let ordered = raw.map(|raw| in_order(&raw));
             Ok(

@@ -38,7 +38,7 @@ pub enum Reach {
     /// The fit reaches it.
     AsTheory,
     /// It does not, but the order still changes from mesh to mesh: the solution is not resolved, or the place of a transition in its
-    /// cell is what is seen. Finer meshes tell.
+    /// cell is what is seen. Finer meshes decide.
     NotSettled,
     /// It has settled below.
     Below,
@@ -279,7 +279,7 @@ mod tests {
         }
     }
 
-    /// Each on meshes fine enough for it: those that do not show their order yet are told by finer ones.
+    /// Each on meshes fine enough for it: those that do not show their order yet get finer ones.
     #[test]
     fn every_exact_scene_converges_with_every_method() {
         for scene in Scene::exact_names() {
@@ -310,7 +310,7 @@ mod tests {
         }
     }
 
-    /// In space, on meshes that the debug build can have. The checkerboard needs finer ones, and p2
+    /// In 3D, on meshes that the debug build can have. The checkerboard needs finer ones, and p2
     /// sees the place of a transition in its cell.
     #[test]
     fn observed_orders_in_space_are_those_of_theory() {

@@ -187,7 +187,7 @@ pub(super) fn probe() -> Result<String> {
     let version = version.ok_or_else(|| {
         Error::engine(
             "fenicsx",
-            "dolfinx does not tell its version",
+            "dolfinx does not report its version",
             "reinstall it",
         )
     })?;
@@ -253,7 +253,7 @@ pub(super) fn give_up_cache(folder: &Path, failure: &Error) -> bool {
     let log = fs::read(folder.join("log.txt")).unwrap_or_default();
     let told = format!("{} {failure}", String::from_utf8_lossy(&log));
     let of_cache = forms.to_string_lossy();
-    // As the system tells a crash, as mpirun, and as PETSc does.
+    // As the system, mpirun and PETSc report a crash.
     let signs = [
         "SIGSEGV",
         "SIGBUS",

@@ -83,7 +83,7 @@ fn environment() -> Option<PathBuf> {
     Some(home.join("faceoff/python"))
 }
 
-/// Does what a plan says; `say` is told each command before it runs.
+/// Does what a plan says; `say` gets each command before it runs.
 ///
 /// # Errors
 /// A system without apt, a user without root, a command that fails: with the commands to type.

@@ -24,7 +24,7 @@ pub(super) const PROTOCOL: u32 = 1;
 /// What an engine writes last.
 pub(super) const STATUS: &str = "out/status.json";
 
-/// Values of one dof told by several cells may differ by this, relative to max|u|.
+/// Values of one dof given by several cells may differ by this, relative to max|u|.
 const SAME_DOF: f64 = 1e-13;
 
 #[derive(Serialize)]
@@ -112,7 +112,7 @@ pub(super) fn jobs<'a, 'm>(cases: &'a [&'m Case<'m>]) -> Vec<&'a [&'m Case<'m>]>
 /// γ of each cell behind a contact face, by ascending cell.
 ///
 /// # Errors
-/// Two contact faces of one cell with different γ: no engine could tell them apart.
+/// Two contact faces of one cell with different γ: no engine could distinguish them.
 pub(super) fn gamma_by_cell(problem: &Problem) -> Result<BTreeMap<usize, f64>> {
     let mut gamma = BTreeMap::new();
     for face in &problem.contact {
@@ -252,43 +252,43 @@ pub(super) fn read(engine: &str, folder: &Path, cases: &[&Case]) -> Result<(Stri
         .map(|(index, case)| {
             let id = case_id(index);
             let label = case_label(case);
-            let mut told = status.cases.iter().filter(|c| c.id == id);
-            let (Some(told), None) = (told.next(), told.next()) else {
+            let mut reported = status.cases.iter().filter(|c| c.id == id);
+            let (Some(reported), None) = (reported.next(), reported.next()) else {
                 return Err(fault(format!(
                     "its status does not have {id} ({label}) exactly once"
                 )));
             };
             let space = &case.problem.space;
             let expected = space.mesh.cell_count() * space.local_dofs;
-            if told.rows != expected {
+            if reported.rows != expected {
                 return Err(fault(format!(
                     "it wrote {} values for {id} ({label}), and there are {expected}",
-                    told.rows
+                    reported.rows
                 )));
             }
-            if told.iterations != told.increments.len() {
+            if reported.iterations != reported.increments.len() {
                 return Err(fault(format!(
-                    "it tells {} iterations of {id} ({label}) and {} increments",
-                    told.iterations,
-                    told.increments.len()
+                    "it reports {} iterations of {id} ({label}) but {} increments",
+                    reported.iterations,
+                    reported.increments.len()
                 )));
             }
-            let values = read_values(folder, &told.dofs, expected, space.local_dofs)
-                .map_err(|what| fault(format!("{} of {id} ({label}): {what}", told.dofs)))?;
+            let values = read_values(folder, &reported.dofs, expected, space.local_dofs)
+                .map_err(|what| fault(format!("{} of {id} ({label}): {what}", reported.dofs)))?;
             let u = to_dofs(&case.problem, &values)
                 .map_err(|what| fault(format!("{id} ({label}): {what}")))?;
             Ok(Answer {
                 residual: case.problem.backward_error(&u).0,
                 u,
-                increments: told
+                increments: reported
                     .increments
                     .iter()
                     .map(|i| i.unwrap_or(f64::NAN))
                     .collect(),
-                converged: told.converged,
-                step: told.iterations,
+                converged: reported.converged,
+                step: reported.iterations,
                 history: None,
-                seconds: told.seconds.clone().into_iter().collect(),
+                seconds: reported.seconds.clone().into_iter().collect(),
             })
         })
         .collect::<Result<_>>()?;
@@ -377,7 +377,7 @@ pub(super) fn binary(bytes: &[u8], expected: usize) -> Result<Vec<f64>, String> 
     Ok(values.iter().map(|v| f64::from_le_bytes(*v)).collect())
 }
 
-/// One value a dof, after every cell that has it told the same.
+/// One value a dof, after every cell that has it gave the same.
 pub(super) fn to_dofs(problem: &Problem, values: &[f64]) -> Result<Vec<f64>, String> {
     let space = &problem.space;
     let size = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));

@@ -12,7 +12,7 @@ pub struct Machine {
     pub processor: String,
     /// Threads that may be used.
     pub threads: usize,
-    /// All of it, in MB; none where the system does not tell.
+    /// All of it, in MB; none where the system does not report it.
     pub memory_mb: Option<f64>,
     pub system: &'static str,
     pub version: &'static str,
@@ -39,7 +39,7 @@ impl Machine {
 
 /// Peak resident memory in MB: of this process, or of the largest program it ran.
 pub fn peak_memory_mb(children: bool) -> f64 {
-    // What getrusage tells of a process is at least what the one that started it held then.
+    // What getrusage reports of a process is at least what the one that started it held then.
     if let Some(own) = status("VmHWM").filter(|_| !children) {
         return own;
     }

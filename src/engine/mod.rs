@@ -101,7 +101,7 @@ pub struct Answer {
     pub step: usize,
     /// Why it ended, what changed and what was left after each step: of the Rust engine.
     pub history: Option<History>,
-    /// Seconds by phase, as the engine tells them: read or mesh, assembly, factor, iterate, …
+    /// Seconds by phase, as the engine reports them: read or mesh, assembly, factor, iterate, …
     pub seconds: Vec<(String, f64)>,
     /// How far u is from solving the scheme, recomputed here; see [`Problem::backward_error`].
     pub residual: f64,
@@ -132,7 +132,7 @@ impl Answer {
     }
 }
 
-/// What the Rust engine tells of its iteration beside the increments.
+/// What the Rust engine reports of its iteration besides the increments.
 #[derive(Debug, Clone)]
 pub struct History {
     pub ended: Ended,
@@ -186,7 +186,7 @@ pub trait Engine: Sync {
     /// Is the code there? Cheaper than [`Engine::probe`], and no proof that it runs.
     fn is_installed(&self) -> bool;
 
-    /// Is it the solver of this program, which tells more than the protocol has and must always answer?
+    /// Is it the solver of this program, which reports more than the protocol has and must always answer?
     fn is_own(&self) -> bool {
         false
     }

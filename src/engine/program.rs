@@ -194,7 +194,7 @@ impl Program {
         })?;
         let (told, answers) = job::read(&self.name, folder, cases)?;
         let version = match self.kind {
-            // What FreeFEM tells of itself is older than what Debian ships: 4.9 for 4.11.
+            // The version that FreeFEM reports is older than what Debian ships: 4.9 for 4.11.
             Kind::FreeFem { .. } => freefem::program()
                 .and_then(|program| freefem::package_version(&program))
                 .unwrap_or(told),

@@ -13,7 +13,7 @@ struct Known {
     remedy: &'static str,
 }
 
-/// FreeFEM 3 has neither the language of the script nor its elements in space. Debian's 4.11 tells 4.9 of itself.
+/// FreeFEM 3 has neither the language of the script nor its 3D elements. Debian's 4.11 reports 4.9.
 /// Before 0.5 dolfinx had other names for most of what the companion calls.
 const KNOWN: [Known; 2] = [
     Known {

@@ -61,7 +61,7 @@ impl<'a> Search<'a> {
         Ok(Some(search))
     }
 
-    /// What the answers alone tell: one thing at a time is changed in the Rust engine.
+    /// What the answers alone show: one thing at a time is changed in the Rust engine.
     ///
     /// # Errors
     /// An interruption.
@@ -83,7 +83,7 @@ impl<'a> Search<'a> {
         Ok(self)
     }
 
-    /// What only tells itself when both codes run again.
+    /// What shows only when both codes run again.
     ///
     /// # Errors
     /// An interruption.
@@ -347,7 +347,7 @@ fn candidates(setup: &Setup) -> Vec<(&'static str, String, Variation)> {
 }
 /// What is left when both codes start from either answer. Of two solutions the start decides which is found; but as the
 /// scheme is linear while no point of Γ_C changes its status, two of them differ there. Answers with the same status are
-/// one solution of one linear system, told apart by rounding alone.
+/// one solution of one linear system, which differ by rounding alone.
 fn start_decides(residuals: [f64; 2], flips: usize, difference: f64) -> (&'static str, f64) {
     // Each by itself: the larger of a number and of what is none is the number.
     let solved = residuals.iter().all(|r| *r <= RESIDUAL_TOLERANCE);

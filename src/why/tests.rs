@@ -104,7 +104,7 @@ fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
     (names, found.sentence())
 }
 
-/// The scene, what is to be named, what a code does otherwise, and how that is told.
+/// The scene, what is to be named, what a code does otherwise, and how that is reported.
 type Otherwise = (
     &'static str,
     &'static str,

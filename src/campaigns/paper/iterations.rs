@@ -1,6 +1,6 @@
 //! How many iterations the nonlinear problems take: semismooth Newton, and each splitting of a fixed point.
 //!
-//! The paper iterates a fixed point and tells its counts; it states neither γ₀ nor the splitting nor the start. Each
+//! The paper iterates a fixed point and reports its counts; it states neither γ₀ nor the splitting nor the start. Each
 //! splitting here runs from u = 0 with a γ with which it converges.
 
 use serde::{Serialize, Serializer};

@@ -17,7 +17,7 @@ pub struct Statement {
     pub example: String,
     /// What the paper says, in our words.
     pub says: String,
-    /// None where the paper does not state enough to tell.
+    /// None where the paper does not state enough to decide.
     pub holds: Option<bool>,
     /// What was found.
     pub found: String,
@@ -108,7 +108,7 @@ fn orders(e: &ExampleOutcome) -> Vec<Statement> {
     let Some(series) = e.series.first() else {
         return Vec::new();
     };
-    let told = |of: &Observed| {
+    let shown = |of: &Observed| {
         of.fit
             .map_or("no fit".to_owned(), |fit| format!("{fit:.3}"))
     };
@@ -116,8 +116,8 @@ fn orders(e: &ExampleOutcome) -> Vec<Statement> {
     let both = |fine: &Observed, exact: &Observed| {
         format!(
             "fit {} to the fine P2 solution, {} to the mesh-free one",
-            told(fine),
-            told(exact)
+            shown(fine),
+            shown(exact)
         )
     };
     vec![
@@ -139,7 +139,7 @@ fn orders(e: &ExampleOutcome) -> Vec<Statement> {
             near(&series.residual, 1.5),
             format!(
                 "fit {}{}; (5.12) promises at least 3/2, for it bounds γ^(-1/2) times this by O(h)",
-                told(&series.residual),
+                shown(&series.residual),
                 match series.residual.fit {
                     Some(fit) if fit > 1.5 + NEAR => ", higher",
                     Some(fit) if fit < 1.5 - NEAR => ", lower",

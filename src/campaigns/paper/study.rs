@@ -31,7 +31,7 @@ pub struct PaperRequest {
 /// Everything that was found.
 #[derive(Debug, Serialize)]
 pub struct PaperOutcome {
-    /// γ = γ₀ h of every solution whose error is told.
+    /// γ = γ₀ h of every solution whose error is reported.
     pub gamma0: f64,
     pub n: Vec<usize>,
     pub fine: usize,
@@ -102,7 +102,7 @@ pub struct SeriesLevel {
 /// Runs everything.
 ///
 /// # Errors
-/// Meshes that give no order, what solving refuses, an interruption. A companion that fails is told in the outcome.
+/// Meshes that give no order, what solving refuses, an interruption. A companion that fails is noted in the outcome.
 pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOutcome> {
     check(request)?;
     let gamma0 = request.examples[0].scene.gamma0();
@@ -225,7 +225,7 @@ fn run_engines(
     Ok((runs, failures))
 }
 
-/// The paper tells its counts for 6.1 only.
+/// The paper reports its counts for 6.1 only.
 fn run_counts(
     request: &PaperRequest,
     meshes: &[(usize, Triangulation)],

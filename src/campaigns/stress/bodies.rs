@@ -1,4 +1,4 @@
-//! Extremes of what holds the domain: several bodies, and bodies that contact alone holds.
+//! Extremes of what holds the domain: several components, and components that contact alone holds.
 
 use super::trial::{Place, Trial, rewritten};
 use faceoff_fem::scene::{GroupName, Scene};
@@ -38,7 +38,7 @@ f = "1"
 u = "y-0.5*y^2"
 "#;
 
-/// A floating body's constant is free in its error, and contact fixes it to the order of the method.
+/// A floating component's constant is free in its error, and contact fixes it to the order of the method.
 const ROOM: f64 = 3.0;
 
 pub fn trials() -> Result<Vec<Trial>> {
@@ -62,7 +62,7 @@ pub fn trials() -> Result<Vec<Trial>> {
     add("two, held", &held, &two, true);
     add("one, floating", &floating, &square, true);
     add("two, floating", &floating, &two, true);
-    // The lid of the second body has a name of its own, which Γ_N has.
+    // The lid of the second component has a name of its own, which Γ_N has.
     let mut boundary = held.boundary().clone();
     boundary.neumann = floating.boundary().neumann.clone();
     boundary.neumann.pop();

@@ -49,7 +49,7 @@ impl Campaign<'_> {
         Ok(())
     }
 
-    /// The row's number; none where the accuracy is not reached, which is told.
+    /// The row's number; none where the accuracy is not reached, which is reported.
     pub fn adapt(
         &mut self,
         subject: &Subject,

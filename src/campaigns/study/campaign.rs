@@ -53,7 +53,7 @@ struct Measured {
 ///
 /// # Errors
 /// An engine that is not there; a journal that cannot be used; an interruption. What a mesh, or a setting, refuses is
-/// told in the outcome.
+/// noted in the outcome.
 pub fn study(request: &StudyRequest, progress: &dyn Progress) -> Result<StudyOutcome> {
     let mut engines = Vec::new();
     for engine in &request.engines {

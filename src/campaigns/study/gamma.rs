@@ -9,7 +9,7 @@ use crate::run::Fit;
 
 /// An error above the least by less than this part is as good.
 const AS_GOOD: f64 = 0.1;
-/// Errors above the least by parts in this range tell how the excess grows.
+/// Errors above the least by parts in this range show how the excess grows.
 const EXCESS: std::ops::Range<f64> = 2e-3..3.0;
 
 /// One method on one mesh over all γ₀.

@@ -79,7 +79,7 @@ impl Setting<'_> {
 pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
     let own = setting.engine.is_own();
     let limit = Duration::try_from_secs_f64(limit).unwrap_or(setting.settings.time_limit);
-    // The system tells the largest of all children, and of each no less than what this process held when it started it.
+    // The system reports the largest of all children, and of each no less than what this process held when it started it.
     let before = peak_memory_mb(true).max(peak_memory_mb(false));
     let (mut times, mut start_ups) = (Vec::new(), Vec::new());
     let water = HighWater::begin().filter(|_| own);

@@ -62,7 +62,7 @@ pub struct Row {
     pub seconds: Times,
     /// Of a process of its own: from start to end, less `seconds`.
     pub start_up: Option<f64>,
-    /// Largest memory beyond what was held before; of another process all of it. None where that cannot be told.
+    /// Largest memory beyond what was held before; of another process all of it. None where that is not known.
     pub memory_mb: Option<f64>,
 }
 

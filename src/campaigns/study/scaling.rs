@@ -7,7 +7,7 @@
 //! time ~ R^(p-1),   memory of a rank ~ R^(q-1),   efficiency R^(1-p)
 //! ```
 //!
-//! A factor by nested dissection tends to p = 3/2, q = 1 in the plane and to p = 2, q = 4/3 in space (A. George, SIAM J. Numer.
+//! A factor by nested dissection tends to p = 3/2, q = 1 in 2D and to p = 2, q = 4/3 in 3D (A. George, SIAM J. Numer.
 //! Anal. 10, 1973), multigrid to p = q = 1: what no network mends is seen before a cluster is asked.
 
 use serde::Serialize;
@@ -15,7 +15,7 @@ use serde::Serialize;
 use super::rates::Rates;
 use super::row::{Row, Varied};
 
-/// Ranks that the model is told for.
+/// Ranks for which the model is reported.
 pub const RANKS: [u32; 4] = [4, 16, 64, 256];
 
 /// No machine has more ranks.
@@ -57,7 +57,7 @@ pub fn scaling(rows: &[Row], rates: &[Rates], memory_mb: Option<f64>) -> Vec<Sca
                 }
             }
             let now = finest.memory_mb?;
-            // Less than linear is start-up that is still to be outgrown, more than a factor in space is noise.
+            // Less than linear is start-up that is still to be outgrown, more than a factor in 3D is noise.
             let p = time.exponent.clamp(1.0, 2.0);
             let q = memory.exponent.clamp(1.0, 4.0 / 3.0);
             let half = 2.0_f64.powf(1.0 / (p - 1.0));

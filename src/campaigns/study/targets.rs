@@ -29,7 +29,7 @@ const WORTH: f64 = 1.02;
 /// What a command took.
 #[derive(Debug, Clone, Copy)]
 pub struct Followed {
-    /// As it tells itself, of mesh, assembly and solution.
+    /// As the command itself reports them: mesh, assembly and solution.
     pub seconds: f64,
     /// Peak of its process.
     pub memory_mb: f64,

@@ -1,7 +1,7 @@
 //! Other scheme, same problem: methods judged by certified bounds of their errors.
 //!
 //! ‖∇(u_a - u_b)‖ ≤ bound_a + bound_b holds for any two fields whose bounds are guaranteed, right or wrong
-//! ones: a distance beyond the sum would prove the bounds wrong. What tells a wrong field is that its bound
+//! ones: a distance beyond the sum would prove the bounds wrong. A wrong field shows in that its bound
 //! is large. So it is held against the best that any field on the mesh proves: the bound of the averaged gradient,
 //! which an honest field of these methods exceeds by no more than 3 on the scenes whose solution is known.
 

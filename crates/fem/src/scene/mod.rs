@@ -111,23 +111,21 @@ pub enum HRule {
     Global,
 }
 
-/// The built-in 2D scenes without a known solution, in the order in which `verify` runs them.
-const BUILTIN: [(&str, &str); 4] = [
-    ("one-zone", include_str!("builtin/one-zone.toml")),
-    ("three-zones", include_str!("builtin/three-zones.toml")),
-    ("five-zones", include_str!("builtin/five-zones.toml")),
-    ("plate", include_str!("builtin/plate.toml")),
-];
+/// Built-in scenes by name, each in `builtin/NAME.toml`.
+macro_rules! builtin {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("builtin/", $name, ".toml")))),*]
+    };
+}
 
-/// Ones that are run when they are named: those in 3D take longer, and what the corner of an L is for is adapting.
-const NAMED: [(&str, &str); 3] = [
-    ("l-shape", include_str!("builtin/l-shape.toml")),
-    ("one-zone-3d", include_str!("builtin/one-zone-3d.toml")),
-    ("block", include_str!("builtin/block.toml")),
-];
+/// The 2D built-in scenes without a formula for u, in the order in which `verify` runs them.
+const BUILTIN: &[(&str, &str)] = builtin!["one-zone", "three-zones", "five-zones", "plate"];
+
+/// Those that are run only when they are named: the 3D ones take longer, and `l-shape` is there to be adapted to.
+const NAMED: &[(&str, &str)] = builtin!["l-shape", "one-zone-3d", "block"];
 
 /// Meshes that built-in scenes name.
-const EMBEDDED: [(&str, &[u8]); 3] = [
+const EMBEDDED: &[(&str, &[u8])] = &[
     (
         "l-shape.msh",
         include_bytes!("../../../../meshes/l-shape.msh"),
@@ -290,7 +288,7 @@ impl Scene {
     }
 
     fn find_by(name: &str, anywhere: bool) -> Result<Self> {
-        let mut builtin = BUILTIN.iter().chain(&NAMED);
+        let mut builtin = BUILTIN.iter().chain(NAMED);
         if let Some((name, text)) = builtin.find(|(builtin, _)| *builtin == name) {
             return file::parse(name, text, None, anywhere);
         }
