@@ -1,7 +1,7 @@
 //! Certificates and accuracies on the command line, and against solutions that are known.
 
 use crate::common::{folder, run, write};
-use faceoff_fem::adapt::{Ended, Way, Wish, reach};
+use faceoff_fem::adapt::{Outcome, Way, Wish, reach};
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Discretisation, Method, Stop};
 use faceoff_fem::scene::Scene;
@@ -77,7 +77,7 @@ fn the_certificate_holds_against_the_mesh_free_reference() {
         way: None,
     };
     let reached = reach(&scene, &wish, |_, _| Ok(())).unwrap();
-    assert_eq!(reached.ended, Ended::Reached);
+    assert_eq!(reached.outcome, Outcome::Reached);
     let truth = Reference::one_zone(400).unwrap();
     let rule = faceoff_fem::quadrature::exact(2, 5);
     let mut square = 0.0;
@@ -143,8 +143,8 @@ fn a_corner_is_worth_adapting_and_a_smooth_solution_is_not() {
         };
         let reached = reach(&scene, &wish, |_, _| Ok(())).unwrap();
         assert_eq!(
-            (reached.way, reached.ended),
-            (way, Ended::Reached),
+            (reached.way, reached.outcome),
+            (way, Outcome::Reached),
             "{}",
             scene.name()
         );

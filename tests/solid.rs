@@ -336,8 +336,8 @@ fn scenes_and_meshes_of_different_dimension_are_refused() {
     );
     write(folder.path(), "surface.mesh", &surface);
     for (scene, mesh, part) in [
-        ("one-zone", "solid.msh", "the scene is plane"),
-        ("plate", "solid.msh", "the scene is plane"),
+        ("one-zone", "solid.msh", "the scene is 2D"),
+        ("plate", "solid.msh", "the scene is 2D"),
         ("one-zone-3d", "plane.msh", "has no tetrahedra"),
         ("block", "surface.mesh", "has no tetrahedra"),
     ] {

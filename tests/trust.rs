@@ -274,35 +274,6 @@ fn results_name_no_file_outside_their_folder() {
             "not beside or below",
         );
     }
-    // A baseline is a stranger's as well.
-    let words = [
-        "verify",
-        "one-zone",
-        "--n",
-        "4",
-        "--methods",
-        "cr",
-        "--engines",
-        "rust,freefem",
-    ];
-    let ran = run(
-        folder.path(),
-        &[&words[..], &["--record", "baseline"]].concat(),
-    );
-    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    let baseline = folder.path().join("baseline/baseline.json");
-    let text = fs::read_to_string(&baseline).unwrap();
-    let own = "\"dofs\": \"case-0.freefem.f64\"";
-    assert!(text.contains(own));
-    for dofs in ["../u.vtu", "/etc/passwd"] {
-        fs::write(
-            &baseline,
-            text.replace(own, &format!("\"dofs\": \"{dofs}\"")),
-        )
-        .unwrap();
-        let words = [&words[..6], &["--against", "baseline"]].concat();
-        refused(folder.path(), &words, "lies outside");
-    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::engine::{self, Answer, Progress, Settings, Silent};
 use crate::run::{Observed, Runner, Setup, check_meshes};
-use faceoff_fem::contact::{Errors, Law, Method, Problem};
+use faceoff_fem::contact::{Errors, Method, Problem};
 use faceoff_fem::known::Truth;
 use faceoff_fem::scene::Scene;
 use faceoff_fem::truth::exact::{Regularity, catalogue};
@@ -122,7 +122,7 @@ impl Theory {
         } else {
             (1.0, h1_limited_by)
         };
-        let consistency = consistency(method, load_free);
+        let consistency = method.law.highest_order(method.element, load_free);
         let (l2, l2_limited_by) = if h1 + gain > consistency {
             (consistency, Limit::Method)
         } else {
@@ -134,21 +134,6 @@ impl Theory {
             l2,
             l2_limited_by,
         }
-    }
-}
-
-/// The order in L² that a method cannot exceed, whatever u.
-///
-/// The penalty errs by ε = ε₀ h. The penalty-free law on CR leaves the flux (f, φ_F)/(γ|F|) on a
-/// free face, of order h where γ = γ₀ h; corrected, it has no such bound. The members with θ₁ ≠ -1 are not adjoint consistent,
-/// which costs 1/2 on a boundary condition.
-fn consistency(method: &Method, load_free: bool) -> f64 {
-    let degree = method.element.degree() as f64;
-    match method.law {
-        Law::Penalty { .. } => 1.0,
-        Law::Nitsche { .. } if method.element.on().faces && !load_free => 1.0,
-        Law::Nitsche { theta1, .. } if theta1 != -1 => degree + 0.5,
-        _ => degree + 1.0,
     }
 }
 
@@ -329,7 +314,7 @@ mod tests {
     /// sees the place of a transition in its cell.
     #[test]
     fn observed_orders_in_space_are_those_of_theory() {
-        let scenes = Scene::exact_solid_names();
+        let scenes = Scene::exact_names_3d();
         let scenes: Vec<Scene> = scenes.iter().map(|s| Scene::find(s).unwrap()).collect();
         let methods = [Method::cr(), Method::cr_fc(), Method::p2()];
         let all = orders(&scenes, &methods, &[4, 8], &Settings::default(), &Silent).unwrap();

@@ -10,7 +10,7 @@ use crate::engine::{self, Case, Explanation};
 use crate::report::console::note;
 use crate::report::model::percent;
 use crate::report::{self, Answer, Certified, Output, deliver};
-use faceoff_fem::adapt::{Ended, Next, Step, Way, Wish, reach};
+use faceoff_fem::adapt::{Next, Outcome, Step, Way, Wish, reach};
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Discretisation, Problem};
 use faceoff_fem::linear::Settings;
@@ -73,7 +73,7 @@ pub(super) fn run(
         to,
     )?;
     let code = finish(arguments, &told);
-    if let Ended::NotReached(why) = reached.ended {
+    if let Outcome::NotReached(why) = reached.outcome {
         note!(
             "faceoff: the accuracy {accuracy:e} was not reached, and this is the best that was certified: {why}"
         );

@@ -190,7 +190,7 @@ fn built_in() -> String {
         plane.join(", "),
         Scene::exact_names().join(", "),
         further.join(", "),
-        Scene::exact_solid_names().join(", ")
+        Scene::exact_names_3d().join(", ")
     )
 }
 

@@ -93,7 +93,7 @@ fn state(here: &Here) -> Result<Report<'_>> {
             ]
         }
     });
-    let head = ["engine", "version", ""];
+    let head = ["engine", "version", "remark"];
     report.blocks.push(Table::new("", &head).with(rows).into());
     let plan = engine::plan(&ALL);
     if !plan.is_empty() {

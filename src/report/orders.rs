@@ -70,7 +70,7 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         "steps",
         "H¹ error",
         "L² error",
-        "",
+        "remark",
     ];
     let levels = Table::new("Errors relative to the norms of u", &head).with(levels);
     let folded = Block::Folded("Every mesh".into(), vec![levels.into()]);
@@ -115,7 +115,7 @@ fn table<'a>(norm: &str, all: &'a [Orders], of: impl Fn(&'a Orders) -> Order<'a>
     let caption =
         format!("{norm}: the error on the finest mesh, relative to the norm of u, and its orders");
     let head = [
-        "scene", "method", "n", "error", "orders", "fit", "theory", "",
+        "scene", "method", "n", "error", "orders", "fit", "theory", "verdict",
     ];
     Table::new(caption, &head).with(rows)
 }

@@ -49,7 +49,7 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
         };
         cells![&s.example, &s.says, verdict, &s.found]
     });
-    let statements = Table::new("", &["example", "the paper", "", "found"]).with(statements);
+    let statements = Table::new("", &["example", "the paper", "verdict", "found"]).with(statements);
     report.blocks.push(Block::Heading(
         2,
         "What the paper says, and what holds".into(),

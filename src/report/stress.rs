@@ -134,7 +134,7 @@ fn amplified(cell: &stress::Entry) -> String {
 
 fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> String) -> Table {
     let methods = methods(outcome, engine);
-    let head: Vec<&str> = ["extreme", ""]
+    let head: Vec<&str> = ["extreme", "value"]
         .into_iter()
         .chain(methods.iter().copied())
         .collect();

@@ -117,7 +117,7 @@ impl<'a> Runner<'a> {
         for (engine, run) in engines.iter().zip(runs) {
             match run {
                 Ok(answers) => answered.push(answers),
-                Err(e @ (Error::Interrupted | Error::Usage { .. })) => return Err(e),
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(e) => failures.push(Failure {
                     engine: engine.name().to_owned(),
                     message: e.to_string(),

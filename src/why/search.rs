@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use super::{BADLY_CONDITIONED, Diagnosis, Ingredient, gamma};
 use crate::engine::{self, Engine};
 use crate::run::{Datum, RESIDUAL_TOLERANCE, Runner, Setup, Variation, tolerance};
-use faceoff_fem::contact::{Law, Method, Problem, face_fields};
+use faceoff_fem::contact::{Law, Method, Nitsche, Problem, face_fields};
 use faceoff_fem::linear::{self, Precision, Solver};
 use faceoff_fem::quadrature;
 use faceoff_fem::scene::HRule;
@@ -329,7 +329,7 @@ fn candidates(setup: &Setup) -> Vec<(&'static str, String, Variation)> {
             let plain = Variation::Method(Method::cr());
             all.push(("the flux", "no correction by the load".into(), plain));
         }
-        Law::Nitsche { theta1, theta2 } => {
+        Law::Nitsche(Nitsche { theta1, theta2 }) => {
             for (a, b) in [(1, 0), (1, 1), (0, 1), (-1, 0), (-1, 1)] {
                 if (a, b) != (theta1, theta2) {
                     let other = Variation::Method(Method::nitsche(method.element, a, b));

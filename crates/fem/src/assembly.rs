@@ -26,7 +26,7 @@ fn value_rule(space: &Space) -> Rule {
     quadrature::exact(space.mesh.dim, 2 * space.element.degree())
 }
 
-/// Σ over the cells of vectors on their dofs. `form` is told a range of cells and writes the
+/// Σ over the cells of vectors on their dofs. `form` takes a range of cells and writes the
 /// local vectors one after the other.
 fn sum_over_cells(
     space: &Space,
@@ -187,7 +187,7 @@ impl<'a> Stiffness<'a> {
     }
 
     /// Visits the entries of the cells' matrices: row, column, value. An entry of the whole is
-    /// the sum of what is told of it.
+    /// the sum of what is passed for it.
     pub fn for_each(
         &self,
         cells: impl Iterator<Item = usize>,
@@ -255,7 +255,7 @@ pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Re
         for cell in cells.clone() {
             let vertices = mesh.vertices(cell);
             points.extend(rule.iter().map(|([a, b, c, d], ..)| -> [f64; 3] {
-                // In the plane d and the fourth vertex are 0.
+                // In 2D d and the fourth vertex are 0.
                 let [p, q, r, s] = &vertices;
                 std::array::from_fn(|k| a * p[k] + b * q[k] + c * r[k] + d * s[k])
             }));

@@ -3,7 +3,7 @@
 
 mod parts;
 
-pub use parts::{Part, Sample, WHOLE, parts, samples};
+pub use parts::{Piece, Sample, WHOLE, parts, samples};
 
 /// A rule on the reference simplex: the weights are fractions of its measure.
 #[derive(Debug, Clone, PartialEq)]

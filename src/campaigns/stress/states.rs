@@ -140,7 +140,7 @@ fn strip(columns: usize, rows: usize) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use faceoff_fem::truth::exact::Solution;
+    use faceoff_fem::truth::exact::ExactSolution;
 
     /// The formula of a scene is the function, with hundreds of zones too.
     #[test]

@@ -9,7 +9,7 @@ use super::row::{Row, Times, Varied};
 use super::subject::Subject;
 use crate::engine::{self, HighWater, Settings};
 use crate::run::Evaluated;
-use faceoff_fem::adapt::{Ended, Way, Wish, reach};
+use faceoff_fem::adapt::{Outcome, Way, Wish, reach};
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Discretisation, Method, Problem};
 use faceoff_mesh::error::{Error, Result};
@@ -112,7 +112,7 @@ impl Campaign<'_> {
             return Ok(None);
         }
         let reached = reached?;
-        if let Ended::NotReached(why) = reached.ended {
+        if let Outcome::NotReached(why) = reached.outcome {
             return Err(Error::Solver {
                 what: why,
                 remedy: "ask for less".into(),

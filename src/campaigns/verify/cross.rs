@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use serde::Serialize;
 
 use crate::engine::Case;
-use faceoff_fem::certify::{Certificate, Data, Target, certify_with, distance};
+use faceoff_fem::certify::{Certificate, PreparedData, Target, certify_with, distance};
 use faceoff_judge::Verdict;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
@@ -102,7 +102,7 @@ pub(super) fn judge_methods(
             .take_while(|case| same_mesh(case, &cases[from]))
             .count();
         if of_mesh > 1 {
-            let data = words(Data::new(&cases[from].problem))?;
+            let data = words(PreparedData::new(&cases[from].problem))?;
             let certified = cases[from..from + of_mesh]
                 .iter()
                 .zip(&outcomes[from..])
@@ -131,7 +131,7 @@ fn words<T>(result: Result<T>) -> Result<Result<T, String>> {
 fn certified<'a>(
     case: &'a Case<'a>,
     outcome: &'a CaseOutcome,
-    data: Result<&Data, &String>,
+    data: Result<&PreparedData, &String>,
 ) -> Result<Certified<'a>> {
     let of_engines = outcome
         .engines

@@ -73,19 +73,27 @@ pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
 
 /// What stands first.
 fn answer(report: &Report, folder: &Path) -> Result<Html> {
+    let headline = &report.headline;
     let (class, label) = match report.verdict {
         Some((verdict, word)) => (word_of(verdict), format!("verdict: {word}")),
-        None => ("sentence", "result".to_owned()),
+        None => ("done", "result".to_owned()),
     };
-    let headline = leaf("strong", &[("id", "verdict")], &report.headline);
+    let size = if headline.contains(' ') {
+        " sentence"
+    } else {
+        ""
+    };
     Ok(element(
         "section",
         &[
-            ("class", &format!("verdict {class}")),
+            ("class", &format!("verdict {class}{size}")),
             ("role", "status"),
             ("aria-label", &label),
         ],
-        [headline, blocks(&report.lead, folder)?],
+        [
+            leaf("strong", &[("id", "verdict")], headline),
+            blocks(&report.lead, folder)?,
+        ],
     ))
 }
 

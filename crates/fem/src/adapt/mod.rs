@@ -78,10 +78,10 @@ pub struct Next {
     pub seconds: f64,
 }
 
-/// Why it ended.
+/// Was the accuracy reached?
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Ended {
+pub enum Outcome {
     Reached,
     /// Why not.
     NotReached(String),
@@ -95,7 +95,7 @@ pub struct Reached {
     pub solution: Solution,
     pub certificate: Certificate,
     pub steps: Vec<Step>,
-    pub ended: Ended,
+    pub outcome: Outcome,
 }
 
 /// Adapting pays where it is predicted to save more than this factor of cells: it solves on several meshes, and
@@ -119,8 +119,8 @@ const PROGRESS: f64 = 0.97;
 /// No more meshes than that.
 const MESHES: usize = 60;
 
-/// Refines until the relative bound is below the accuracy. `progress` is told each mesh and what comes next, and may end
-/// it by an error.
+/// Refines until the relative bound is below the accuracy. `progress` is called with each mesh and what comes
+/// next; an error it returns ends the run.
 ///
 /// # Errors
 /// A scene without a certificate; a start that cannot be solved; what `progress` returns. An accuracy that
@@ -138,7 +138,7 @@ pub fn reach(
         candidate = candidate.turned()?;
     }
     let mut stalls = 0;
-    let ended = loop {
+    let outcome = loop {
         let clock = Instant::now();
         let solved = solved(scene, wish, &candidate.mesh);
         let (solution, certificate) = match solved {
@@ -165,7 +165,7 @@ pub fn reach(
         if relative <= wish.accuracy {
             progress(step, None)?;
             best = Some(kept(candidate, solution, certificate));
-            break Ended::Reached;
+            break Outcome::Reached;
         }
         stalls = match &steps[..] {
             [.., last, this] if last.way == this.way && relative > PROGRESS * last.relative => {
@@ -237,7 +237,7 @@ pub fn reach(
         solution,
         certificate,
         steps,
-        ended,
+        outcome,
     })
 }
 
@@ -261,8 +261,8 @@ fn kept(candidate: Candidate, solution: Solution, certificate: Certificate) -> B
     )
 }
 
-fn not_reached(why: String) -> Ended {
-    Ended::NotReached(why)
+fn not_reached(why: String) -> Outcome {
+    Outcome::NotReached(why)
 }
 
 /// What a bound consists of that gets no smaller.
@@ -280,7 +280,7 @@ fn dominant(certificate: &Certificate) -> String {
 
 impl Next {
     fn new(way: Way, cells: f64, last: &Step) -> Self {
-        // The cost of a factor in the plane.
+        // The cost of a factor in 2D.
         let seconds = last.seconds * (cells / last.cells as f64).powf(1.15);
         Next {
             way,

@@ -1,7 +1,7 @@
 //! What to refine next: how many cells a uniform and how many an adapted mesh would take.
 //!
 //! On cells of measure |κ| the square of the bound is Σ η_κ², η_κ² ≈ w |κ|^{1+2/d} with a density w of the solution's own
-//! (first order in h = |κ|^{1/d}). In the plane a uniform mesh with the square T so needs |Ω| ∫w / T cells, and the
+//! (first order in h = |κ|^{1/d}). In 2D a uniform mesh with the square T so needs |Ω| ∫w / T cells, and the
 //! best one, on which all η_κ are equal, (∫√w)² / T, where ∫w = Σ η_κ²/|κ| and ∫√w = Σ η_κ. Their ratio
 //!
 //! ```text
@@ -10,7 +10,7 @@
 //!
 //! is what adapting saves; at a singularity ∫w, and S with it, grows as the mesh resolves it.
 
-/// Cells that carry the bound, as the certificate tells them.
+/// Cells that carry the bound, from the certificate.
 #[derive(Debug, Clone, Copy)]
 pub struct Spread {
     /// Σ η_κ

@@ -1,7 +1,7 @@
 //! A continuous piecewise linear v that keeps the constraints, v = g at the vertices of Γ_D and v ≤ ψ at those of
 //! Γ_C, from any discrete field.
 
-use super::data::Data;
+use super::data::PreparedData;
 use super::refusal;
 use crate::assembly::{Stiffness, value_at};
 use crate::contact::Problem;
@@ -35,7 +35,7 @@ pub(super) fn admissible(
     problem: &Problem,
     u: &[f64],
     lambda: &[f64],
-    data: &Data,
+    data: &PreparedData,
 ) -> Result<Vec<f64>> {
     let bounds = bounds(problem)?;
     let mut v = averages(problem, u);
@@ -127,7 +127,7 @@ fn averages(problem: &Problem, u: &[f64]) -> Vec<f64> {
 }
 
 /// Conjugate gradients for (∇v, ∇λ_i) = (f, λ_i) + <t, λ_i>_N where `held` does not hold v.
-fn descend(problem: &Problem, held: &[bool], data: &Data, v: &mut [f64]) {
+fn descend(problem: &Problem, held: &[bool], data: &PreparedData, v: &mut [f64]) {
     let mesh = problem.space.mesh;
     let space = Space::new(mesh, &P1);
     let stiffness = Stiffness::new(&space);

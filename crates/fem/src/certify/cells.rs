@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use std::borrow::Cow;
 
-use super::data::Data;
+use super::data::PreparedData;
 use super::lift::Lift;
 use super::{admissible, flux};
 use crate::assembly::combine;
@@ -36,7 +36,7 @@ pub(super) struct CellFields<'a> {
 
 /// What the bounds are computed from.
 pub(super) struct Ingredients<'a> {
-    pub data: Cow<'a, Data>,
+    pub data: Cow<'a, PreparedData>,
     /// σ·n on the contact faces.
     pub lambda: Vec<f64>,
     /// v at the vertices.
@@ -48,7 +48,11 @@ pub(super) struct Ingredients<'a> {
 impl<'a> CellFields<'a> {
     /// # Errors
     /// See [`super::certify`].
-    pub fn new(problem: &'a Problem<'a>, u: &'a [f64], data: Cow<'a, Data>) -> Result<Self> {
+    pub fn new(
+        problem: &'a Problem<'a>,
+        u: &'a [f64],
+        data: Cow<'a, PreparedData>,
+    ) -> Result<Self> {
         let lambda = flux::contact_fluxes(problem, u);
         let v = admissible::admissible(problem, u, &lambda, &data)?;
         let fluxes = flux::equilibrated(problem, u, &lambda, &data)?;

@@ -34,18 +34,18 @@ pub(super) fn poincare(dim: usize) -> f64 {
 
 /// The data of a problem on a mesh, the same for every field on it.
 #[derive(Debug, Clone)]
-pub struct Data {
+pub struct PreparedData {
     pub(super) loads: Vec<Load>,
     pub(super) tractions: Vec<Traction>,
     /// By cells.
     pub(super) lifts: Vec<Lift>,
 }
 
-impl Data {
+impl PreparedData {
     /// # Errors
     /// Data that are not finite, or that no function in the cells continues.
     pub fn new(problem: &Problem) -> Result<Self> {
-        Ok(Data {
+        Ok(PreparedData {
             loads: loads(problem)?,
             tractions: tractions(problem)?,
             lifts: lifts(problem)?,

@@ -10,7 +10,7 @@
 //! has the same value, with the other sign, from the other side, and -div σ = Π₀f, since the φ_F of a
 //! cell sum to 1. On Γ_N itself t is counted once, not taken away.
 
-use super::data::Data;
+use super::data::PreparedData;
 use crate::assembly::Stiffness;
 use crate::contact::Problem;
 use crate::element::{CR, Space};
@@ -54,7 +54,7 @@ pub(super) fn equilibrated(
     problem: &Problem,
     u: &[f64],
     lambda: &[f64],
-    data: &Data,
+    data: &PreparedData,
 ) -> Result<Vec<f64>> {
     let mesh = problem.space.mesh;
     let (dim, corners) = (mesh.dim, mesh.dim + 1);

@@ -63,7 +63,7 @@ impl Lift {
 /// The lifts of all faces that need one, by cells.
 ///
 /// # Errors
-/// Data on Γ_D or Γ_C of a body that are not linear on a face; data that are not finite.
+/// Data on Γ_D or Γ_C in 3D that are not linear on a face; data that are not finite.
 pub(super) fn lifts(problem: &Problem) -> Result<Vec<Lift>> {
     let (mesh, scene) = (problem.space.mesh, problem.scene);
     let mut lifts = Vec::new();
@@ -122,7 +122,7 @@ fn check_linear(
         if !((data.value(x) - linear).abs() <= ROUNDING.sqrt() * size) {
             return Err(refusal(
                 format!(
-                    "{name} is not linear on {}, and in space no extension into the cells is known",
+                    "{name} is not linear on {}, and in 3D no extension into the cells is known",
                     mesh.face_label(face)
                 ),
                 "give data on Γ_D and Γ_C that are linear on every face",

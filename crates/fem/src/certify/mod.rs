@@ -42,7 +42,7 @@ use crate::contact::Problem;
 use crate::element::Space;
 use crate::quadrature;
 use cells::{CellFields, CellSquares, Ingredients};
-pub use data::Data;
+pub use data::PreparedData;
 use faceoff_mesh::error::{Error, Result};
 
 /// What the data may be off by for their quadrature, relative to the bound.
@@ -151,14 +151,18 @@ fn refusal(because: impl Into<String>, remedy: impl Into<String>) -> Error {
 /// that cannot be continued into the cells, g above ψ, a field that is not g on Γ_D, data that this mesh does not
 /// integrate. Data that are not finite; those of the linear solver.
 pub fn certify(problem: &Problem, u: &[f64]) -> Result<Certificate> {
-    certify_with(problem, u, Cow::Owned(Data::new(problem)?))
+    certify_with(problem, u, Cow::Owned(PreparedData::new(problem)?))
 }
 
 /// [`certify`] with data that other fields on the same mesh share.
 ///
 /// # Errors
 /// Those of [`certify`].
-pub fn certify_with(problem: &Problem, u: &[f64], data: Cow<'_, Data>) -> Result<Certificate> {
+pub fn certify_with(
+    problem: &Problem,
+    u: &[f64],
+    data: Cow<'_, PreparedData>,
+) -> Result<Certificate> {
     check(problem, u)?;
     bounds(problem, &CellFields::new(problem, u, data)?)
 }
@@ -169,7 +173,7 @@ fn bounds(problem: &Problem, fields: &CellFields) -> Result<Certificate> {
     let Ingredients {
         data, lambda, v, ..
     } = &fields.ingredients;
-    let Data {
+    let PreparedData {
         loads, tractions, ..
     } = &**data;
     let mut oscillations: Vec<f64> = loads.iter().map(|load| load.oscillation).collect();

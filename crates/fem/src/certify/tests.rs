@@ -7,11 +7,11 @@ use super::cells::CellFields;
 use super::*;
 use crate::assembly::combine;
 use crate::contact::{Discretisation, Iteration, Method, Problem, Stop, solve};
-use crate::quadrature::{Part, WHOLE, exact, parts};
-use crate::scene::{Data as SceneData, Exact, Expression, Scene};
+use crate::quadrature::{Piece, WHOLE, exact, parts};
+use crate::scene::{Data, Exact, Expression, Scene};
 use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 
-/// Points that integrate over a cell what is smooth on a sixteenth of it, in space on an eighth.
+/// Points that integrate over a cell what is smooth on a sixteenth of it, in 3D on an eighth.
 fn points_of_cells(dim: usize) -> Vec<([f64; 4], f64)> {
     let mut pieces = vec![WHOLE];
     for _ in dim..4 {
@@ -19,7 +19,7 @@ fn points_of_cells(dim: usize) -> Vec<([f64; 4], f64)> {
     }
     let share = 1.0 / pieces.len() as f64;
     let rule = exact(dim, 5);
-    let of_piece = |piece: &Part| -> Vec<([f64; 4], f64)> {
+    let of_piece = |piece: &Piece| -> Vec<([f64; 4], f64)> {
         let at = |inner: [f64; 4]| {
             std::array::from_fn(|i| (0..=dim).map(|k| inner[k] * piece[k][i]).sum())
         };
@@ -75,8 +75,8 @@ fn errors(problem: &Problem, fields: &CellFields, u: &[f64], exact: &Expression)
     }
 }
 
-fn data(problem: &Problem) -> Cow<'static, Data> {
-    Cow::Owned(Data::new(problem).expect("data of a scene"))
+fn data(problem: &Problem) -> Cow<'static, PreparedData> {
+    Cow::Owned(PreparedData::new(problem).expect("data of a scene"))
 }
 
 fn solved(problem: &Problem) -> Vec<f64> {
@@ -91,7 +91,7 @@ fn ratios(name: &str, method: &str, n: usize) -> Result<[f64; 3]> {
     let method_of = method.parse().expect("a method");
     let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method_of))?;
     let u = solved(&problem);
-    let fields = CellFields::new(&problem, &u, Cow::Owned(Data::new(&problem)?))?;
+    let fields = CellFields::new(&problem, &u, Cow::Owned(PreparedData::new(&problem)?))?;
     let certificate = bounds(&problem, &fields)?;
     let exact = scene
         .exact()
@@ -150,7 +150,7 @@ fn bounds_hold_on_every_exact_scene() {
 
 #[test]
 fn bounds_hold_in_space() {
-    for name in Scene::exact_solid_names() {
+    for name in Scene::exact_names_3d() {
         for method in ["cr", "cr-fc", "p2"] {
             match ratios(name, method, 4) {
                 Ok(ratios) => {
@@ -220,7 +220,7 @@ proptest! {
         let u: Vec<f64> = problem.space.points().zip(&problem.dirichlet).map(|(x, g)| {
             g.unwrap_or_else(|| exact.value(x) + 10f64.powf(noise) * random())
         }).collect();
-        let certified = Data::new(&problem).and_then(|data| {
+        let certified = PreparedData::new(&problem).and_then(|data| {
             let fields = CellFields::new(&problem, &u, Cow::Owned(data))?;
             Ok((bounds(&problem, &fields)?, fields))
         });
@@ -335,7 +335,7 @@ fn what_has_no_certificate_is_refused_in_words() {
         &vec![1.0; problem.space.dofs],
         "violates its boundary data",
     );
-    let with = |change: &dyn Fn(&mut SceneData)| {
+    let with = |change: &dyn Fn(&mut Data)| {
         let mut data = scene.data().clone();
         change(&mut data);
         scene.with_data(data)

@@ -19,11 +19,11 @@
 //! θ = (1, 0) and several points on a face there is no proof: the status by faces comes first, so
 //! that Newton starts from its solution. Finite is not short: where γ is far from h, or data meet at
 //! a corner, a law at more points than a face has dofs may need more steps than are allowed, and the
-//! best iterate is told as such.
+//! best iterate is returned as not converged.
 
 use std::ops::Range;
 
-use super::conditions::Condition;
+use super::condition::Condition;
 use super::iteration::Iteration;
 use super::system::{System, Weights};
 

@@ -13,8 +13,8 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
-use super::Problem;
-use super::conditions::Condition;
+use super::condition::Condition;
+use super::form::Problem;
 use super::scheme::{Scheme, clear_rows};
 use super::system::{Built, Energy, System, Weights};
 use crate::linear::{

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::Problem;
-use super::form::ContactFace;
+use super::face::ContactFace;
+use super::form::Problem;
 
-/// Along a curve the contact set is told by its ends, on a surface by its extent.
+/// Along a curve the contact set is given by its ends, on a surface by its extent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum ContactSet {
-    /// In the plane: maximal runs of contact along Γ_C.
+    /// In 2D: maximal runs of contact along Γ_C.
     Runs(Vec<[f64; 2]>),
-    /// In space.
+    /// In 3D.
     Zones(Zones),
 }
 
@@ -49,7 +49,7 @@ impl ContactSet {
         }
     }
 
-    /// The runs, none in space.
+    /// The runs; none in 3D.
     pub fn runs(&self) -> &[[f64; 2]] {
         match self {
             ContactSet::Runs(runs) => runs,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::assembly::combine;
 use crate::element::Space;
-use crate::quadrature::{self, Part, Rule, WHOLE, parts};
+use crate::quadrature::{self, Piece, Rule, WHOLE, parts};
 use crate::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::CellGeometry;
@@ -105,7 +105,7 @@ struct Integrand<'a> {
 
 impl Integrand<'_> {
     /// Over a part with this share of the cell.
-    fn over(&self, part: &Part, share: f64) -> Squares {
+    fn over(&self, part: &Piece, share: f64) -> Squares {
         let corners = self.geometry.dim + 1;
         let measure = self.geometry.measure() * share;
         let mut sum = ZERO;
@@ -131,7 +131,7 @@ impl Integrand<'_> {
     /// The integral over a part of which `coarse` is the rule's answer.
     fn refined(
         &self,
-        part: &Part,
+        part: &Piece,
         measure: f64,
         coarse: Squares,
         share: &Squares,

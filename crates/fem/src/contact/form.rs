@@ -1,12 +1,14 @@
 //! The form (2.4), of which (3.2) is the penalty-free member.
 
-use super::conditions::{Condition, conditions};
+use super::condition::Condition;
 use super::discretisation::Discretisation;
-use super::method::{Law, Method};
-use crate::assembly::{self, FacePoints, Stiffness, value_at};
-use crate::element::{Basis, MAX_DOFS, Space};
+use super::face::ContactFace;
+use super::law::OnContact;
+use super::method::Method;
+use crate::assembly::{self, Stiffness, value_at};
+use crate::element::Space;
 use crate::quadrature::Rule;
-use crate::scene::{Expression, HRule, Part, Scene};
+use crate::scene::{HRule, Part, Scene};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 
@@ -32,62 +34,6 @@ pub struct Problem<'a> {
     /// The rules that the scheme is defined by.
     pub cell_rule: Rule,
     pub face_rule: Rule,
-}
-
-/// A contact face F.
-pub struct ContactFace {
-    pub face: usize,
-    pub cell: usize,
-    /// γ = γ₀ h, constant on F; of the penalty, ε.
-    pub gamma: f64,
-    /// |F|
-    pub measure: f64,
-    pub points: Vec<ContactPoint>,
-}
-
-/// One quadrature point of a contact face.
-pub struct ContactPoint {
-    /// Quadrature weight times |F|.
-    pub weight: f64,
-    pub x: [f64; 3],
-    /// φ_i
-    pub phi: Basis,
-    /// ∂ₙφ_i
-    pub dn: Basis,
-    /// The flux of u = 0: -L(φ_F)/|F| where the flux is corrected by the load, else 0.
-    pub flux_at_rest: f64,
-    /// ψ
-    pub psi: f64,
-}
-
-/// u_h on Γ_C at one quadrature point.
-#[derive(Debug, Clone, Copy)]
-pub struct Trace {
-    /// u - ψ
-    pub gap: f64,
-    /// ∂ₙu, or λ where the flux is corrected
-    pub flux: f64,
-    /// P(u) = γ ∂ₙu - (u - ψ)
-    pub p: f64,
-}
-
-impl ContactPoint {
-    /// The trace of a function with these local dofs.
-    pub fn trace(&self, gamma: f64, local: &Basis) -> Trace {
-        let dot = |basis: &Basis| -> f64 { basis.iter().zip(local).map(|(b, u)| b * u).sum() };
-        let flux = dot(&self.dn) + self.flux_at_rest;
-        Trace::new(dot(&self.phi) - self.psi, flux, gamma)
-    }
-}
-
-impl Trace {
-    pub(super) fn new(gap: f64, flux: f64, gamma: f64) -> Self {
-        Trace {
-            gap,
-            flux,
-            p: gamma * flux - gap,
-        }
-    }
 }
 
 impl<'a> Problem<'a> {
@@ -134,7 +80,7 @@ impl<'a> Problem<'a> {
                 Some(Part::Contact) => {
                     let gamma = |geometry: &CellGeometry, measure: f64| {
                         let h = match discretisation.h {
-                            _ if !method.is_nitsche() => {
+                            _ if method.law.gamma0().is_some() => {
                                 mesh.dim as f64 * geometry.measure() / measure
                             }
                             HRule::Local => geometry.diameter,
@@ -147,21 +93,16 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        if method.law == Law::FluxCorrected {
-            for face in &mut contact {
-                face.correct_flux(&space, &load);
-            }
-        }
+        method.law.prepare(&space, &load, &mut contact);
         let stiffness = Stiffness::new(&space);
-        let conditions = conditions(
-            &method,
-            &space,
-            &contact,
-            &scene.data().psi,
-            &stiffness,
-            &load,
-            &dirichlet,
-        )?;
+        let conditions = method.law.conditions(&OnContact {
+            space: &space,
+            faces: &contact,
+            psi: &scene.data().psi,
+            stiffness: &stiffness,
+            load: &load,
+            dirichlet: &dirichlet,
+        })?;
         let mut problem = Problem {
             scene,
             discretisation: discretisation.clone(),
@@ -329,59 +270,5 @@ impl<'a> Problem<'a> {
             }
         }
         worst
-    }
-}
-
-impl ContactFace {
-    /// `gamma` is told the geometry of the cell and |F|.
-    fn new(
-        space: &Space,
-        face: usize,
-        psi: &Expression,
-        gamma: impl Fn(&CellGeometry, f64) -> f64,
-        rule: &Rule,
-    ) -> Result<Self> {
-        let points = FacePoints::new(space, face, rule);
-        let mesh = space.mesh;
-        let cell = mesh.face_cells(face)[0] as usize;
-        let geometry = *points.geometry();
-        let normal = geometry.normal(mesh.local_face(cell, face));
-        let measure = points.measure();
-        let points = points
-            .map(|point| {
-                let gradients = space.gradients(&geometry, &point.lambda);
-                let mut dn = [0.0; MAX_DOFS];
-                for (dn, gradient) in dn.iter_mut().zip(&gradients) {
-                    *dn = gradient.dot(&normal);
-                }
-                Ok(ContactPoint {
-                    weight: point.weight,
-                    x: point.x,
-                    phi: space.element.values(mesh.dim, &point.lambda),
-                    dn,
-                    flux_at_rest: 0.0,
-                    psi: value_at(psi, "psi", point.x)?,
-                })
-            })
-            .collect::<Result<Vec<_>>>()?;
-        Ok(ContactFace {
-            face,
-            cell,
-            gamma: gamma(&geometry, measure),
-            measure,
-            points,
-        })
-    }
-
-    /// ∂ₙu becomes λ_F = ∂ₙu - L(φ_F)/|F|, φ_F the one basis function with a mean on F.
-    fn correct_flux(&mut self, space: &Space, load: &[f64]) {
-        let local = space.mesh.local_face(self.cell, self.face);
-        let on_face: f64 = space
-            .face_dofs(self.cell, local)
-            .map(|dof| load[dof as usize])
-            .sum();
-        for point in &mut self.points {
-            point.flux_at_rest = -on_face / self.measure;
-        }
     }
 }

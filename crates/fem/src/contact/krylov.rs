@@ -8,15 +8,14 @@
 
 use std::cell::{Cell, RefCell};
 
-use super::conditions::Condition;
-use super::method::Law;
-use super::nested::VertexValues;
+use super::condition::Condition;
 use super::scheme::Scheme;
 use super::system::{Built, Energy, System, Weights};
+use super::vertex_values::VertexValues;
 use crate::assembly::Stiffness;
 use crate::element::{P1, Space};
 use crate::linear::{
-    Choice, Elements, Embedded, KrylovStop, Precision, Role, Rows, Solver, Symmetric,
+    Choice, Csr, Elements, Embedded, KrylovStop, Precision, Role, Solver, Symmetric,
     conjugate_gradients, gmres, norm,
 };
 use faceoff_mesh::error::{Error, Result};
@@ -49,7 +48,7 @@ pub(super) struct Krylov<'a> {
 
 /// What is kept from step to step.
 struct State {
-    matrix: Rows,
+    matrix: Csr,
     laws: Vec<Weights>,
     preconditioner: Option<Preconditioner>,
 }
@@ -108,7 +107,7 @@ impl<'a> Krylov<'a> {
                 remedy: "refine the mesh".into(),
             });
         }
-        let mut matrix = Rows::from(&Symmetric::new(&problem.stiffness, &roles)?);
+        let mut matrix = Csr::from(&Symmetric::new(&problem.stiffness, &roles)?);
         let mut seen: Vec<u32> = scheme
             .conditions
             .iter()
@@ -140,7 +139,7 @@ impl<'a> Krylov<'a> {
     }
 
     /// The matrix of the linear scheme with these laws; the dofs wholly in contact.
-    fn put(&self, laws: &[Weights], matrix: &mut Rows) -> Vec<u32> {
+    fn put(&self, laws: &[Weights], matrix: &mut Csr) -> Vec<u32> {
         for (row, values) in &self.stiff {
             matrix.row_values_mut(*row as usize).copy_from_slice(values);
         }
@@ -187,13 +186,13 @@ impl<'a> Krylov<'a> {
             roles[vertex] = Role::Eliminated;
             count += 1;
         }
-        let mut embedding = Rows::empty(count as usize);
+        let mut embedding = Csr::empty(count as usize);
         for &dof in &self.dof_of {
             embedding.push(values.of(dof).filter_map(|(vertex, value)| {
                 number[vertex as usize].map(|column| (column, value))
             }));
         }
-        let coarse = Rows::from(&Symmetric::new(&self.coarse, &roles)?);
+        let coarse = Csr::from(&Symmetric::new(&self.coarse, &roles)?);
         Embedded::new(embedding, coarse).ok_or_else(|| Error::Solver {
             what: "the P1 matrix on this mesh does not coarsen (cells of extreme shape?)".into(),
             remedy: "use --linear multifrontal".into(),
@@ -364,7 +363,7 @@ fn own_dof(condition: &Condition) -> u32 {
 fn is_nearly_symmetric(scheme: &Scheme) -> bool {
     let problem = scheme.problem;
     let by_faces = scheme.conditions.iter().all(|c| c.row.is_some());
-    problem.floating.is_none() && (by_faces || problem.method().law == Law::Variational)
+    problem.floating.is_none() && (by_faces || problem.method().law.replaces_rows())
 }
 
 /// Iterations of Newton's method times those of each step, and of its last one, as measured: they
@@ -430,10 +429,10 @@ mod tests {
                 let problem =
                     Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
                 let solve = |solver| {
-                    let told = |_, _| Ok(());
+                    let report = |_, _| Ok(());
                     let settings = with(solver);
                     let newton = Iteration::Newton;
-                    solve_by(&problem, newton, Stop::default(), settings, told).unwrap()
+                    solve_by(&problem, newton, Stop::default(), settings, report).unwrap()
                 };
                 let (found, direct) = (solve(Solver::Iterative), solve(Solver::Multifrontal));
                 assert!(

@@ -10,33 +10,40 @@
 //! g = t = ψ = 0; with ψ, u becomes u-ψ wherever the contact condition is meant.
 
 mod active_set;
+mod choose;
 mod condensed;
-mod conditions;
+mod condition;
 mod contact_set;
 mod discretisation;
 mod errors;
+mod face;
 mod form;
 mod iteration;
 mod krylov;
+mod law;
 mod method;
-mod nested;
 mod quantities;
 mod scheme;
 mod sensitivity;
+mod solution;
 mod solve;
 mod system;
+mod vertex_values;
 
 pub use crate::assembly::combine as gradient;
-pub use conditions::Condition;
+pub use condition::Condition;
 pub use contact_set::{ContactSet, ZoneFace, Zones};
 pub use discretisation::Discretisation;
 pub use errors::{Errors, errors};
-pub use form::{ContactFace, Problem};
+pub use face::ContactFace;
+pub use form::Problem;
 pub use iteration::{Iteration, Splitting};
-pub use method::{Law, Method};
+pub use law::{Formula, Law, Multiplier, Nitsche, OnContact, Penalty};
+pub use method::Method;
 pub use quantities::{Quantities, face_fields, quantities};
 pub use sensitivity::condition;
-pub use solve::{Ended, Solution, Stop, Timings, solve, solve_by};
+pub use solution::{Ended, Solution, Stop, Timings};
+pub use solve::{solve, solve_by};
 pub use system::Built;
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! What is read off a discrete solution, whichever engine it came from: fields on the faces for
 //! the comparison, and the numbers that section 6 of the paper reports.
 
-use super::{ContactSet, Problem};
+use super::contact_set::ContactSet;
+use super::form::Problem;
 use crate::assembly::{self, FacePoints};
 use crate::element::{Basis, MAX_DOFS, Space};
 use crate::quadrature::{self, Rule};

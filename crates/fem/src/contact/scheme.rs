@@ -2,7 +2,7 @@
 //!
 //! The rows of the penalty-free law on CR, as (3.2) has them, all hold γ∂ₙu ∂ₙφ: beside γ far from
 //! h the stiffness drowns in it, or it in the stiffness. Combined within each contact cell they say
-//! the same without that (the derivation is in `conditions`; C are the contact faces of the cell κ):
+//! the same without that (derived in `law::flux_corrected`; C are the contact faces of the cell κ):
 //!
 //! ```text
 //! F in C      mean_F max(u-ψ, γ∂ₙu) = m_F,   Σ_{G ∈ C} (∇φ_G,∇φ_F)_κ m_G = L(φ_F)
@@ -15,8 +15,10 @@
 
 use std::borrow::Cow;
 
-use super::conditions::{Condition, Row};
-use super::{ContactFace, Law, Problem};
+use super::condition::{Condition, Row};
+use super::face::ContactFace;
+use super::form::Problem;
+use super::law::Law;
 
 pub(super) struct Scheme<'a> {
     pub problem: &'a Problem<'a>,
@@ -80,10 +82,8 @@ pub(super) fn clear_rows(conditions: &[Condition], r: &mut [f64]) {
 
 /// The penalty-free law, on CR.
 fn is_face_law(problem: &Problem) -> bool {
-    let penalty_free = match problem.method().law {
-        Law::Nitsche { .. } | Law::FluxCorrected => problem.method().law.thetas() == [1, 0],
-        _ => false,
-    };
+    let law = problem.method().law;
+    let penalty_free = law.is_nitsche() && law.thetas() == [1, 0];
     let element = problem.space.element;
     penalty_free && element.on().faces && element.degree() == 1
 }

@@ -1,12 +1,13 @@
 //! How far rounding moves a solution, after M. Arioli, J. W. Demmel, I. S. Duff, SIAM J. Matrix Anal. Appl. 10, 1989: the
 //! solution of the scheme linearised there, whose right side is off by what rounding may do to each row.
 
-use super::Problem;
 use super::active_set::{ActiveSet, Per};
-use super::conditions::Condition;
+use super::choose::system;
+use super::condition::Condition;
+use super::form::Problem;
 use super::iteration::Iteration;
 use super::scheme::{Scheme, clear_rows};
-use super::system::{System, Weights, largest, system};
+use super::system::{System, Weights, largest};
 use crate::linear::Settings;
 use faceoff_mesh::error::Result;
 
@@ -106,8 +107,8 @@ mod tests {
                 &Discretisation::of(&scene, method.parse().unwrap()),
             )
             .unwrap();
-            let told = |_, _| Ok(());
-            let u = solve(&problem, Iteration::Newton, Stop::default(), told)
+            let report = |_, _| Ok(());
+            let u = solve(&problem, Iteration::Newton, Stop::default(), report)
                 .unwrap()
                 .u;
             let system = system(Scheme::new(&problem), Settings::default()).unwrap();

@@ -182,9 +182,9 @@ fn linear_solvers_agree_on_all_methods() {
             .unwrap();
             let by = |solver, precision| {
                 let settings = Settings { solver, precision };
-                let told = |_, _| Ok(());
+                let report = |_, _| Ok(());
                 let solution =
-                    solve_by(&problem, Iteration::Newton, Stop::default(), settings, told);
+                    solve_by(&problem, Iteration::Newton, Stop::default(), settings, report);
                 let solution = solution.unwrap();
                 assert!(solution.converged, "{name} {solver} {precision}");
                 assert!(

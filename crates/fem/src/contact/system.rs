@@ -1,10 +1,8 @@
 //! What the iterations of `solve` need of a scheme, condensed or whole.
 
-use super::condensed::Condensed;
-use super::conditions::Condition;
-use super::krylov::Krylov;
+use super::condition::Condition;
 use super::scheme::Scheme;
-use crate::linear::{Choice, Settings, Solver};
+use crate::linear::Choice;
 use faceoff_mesh::error::Result;
 
 /// What the law `u-ψ + [P]₊` of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
@@ -116,24 +114,6 @@ pub(super) trait System {
     /// # Errors
     /// Those of [`System::step`].
     fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>>;
-}
-
-/// A scheme for a linear solver. `auto` condenses it, unless iterating is predicted to be faster, or
-/// the factor does not fit into memory.
-///
-/// # Errors
-/// Nothing to solve for; a stiffness that is not positive definite; a method that the solver does
-/// not take; memory that is not there.
-pub(super) fn system<'a>(scheme: Scheme<'a>, settings: Settings) -> Result<Box<dyn System + 'a>> {
-    let instead = match settings.solver {
-        Solver::Iterative => return Ok(Box::new(Krylov::new(scheme)?)),
-        Solver::Auto => Krylov::predicted(&scheme),
-        _ => None,
-    };
-    Ok(match Condensed::new(scheme, settings, instead)? {
-        Ok(condensed) => Box::new(condensed),
-        Err(scheme) => Box::new(Krylov::new(scheme)?),
-    })
 }
 
 /// The largest |v_i|; NaN where there is one.

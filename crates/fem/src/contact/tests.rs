@@ -206,7 +206,7 @@ fn the_newton_matrix_is_the_derivative_of_the_residual() {
             .map(|k| (7.3 * k as f64).sin())
             .collect();
         // A step from u along -R is exact where no status changes: R(u + εδ) = (1-ε) R(u).
-        let scheme = system::system(scheme::Scheme::new(&problem), Settings::default()).unwrap();
+        let scheme = choose::system(scheme::Scheme::new(&problem), Settings::default()).unwrap();
         let law = |condition: &Condition| {
             let p = condition.trace(&u).p;
             if p > 0.0 { [0.0, 1.0] } else { [1.0, 0.0] }

@@ -29,7 +29,7 @@ pub trait Function: Sync {
     fn l2_norm(&self) -> f64;
 }
 
-/// The errors of u_h (all dofs of a CR space in the plane), relative to the norms of u.
+/// The errors of u_h (all dofs of a CR space in 2D), relative to the norms of u.
 ///
 /// L² by the rule of degree 5 on each cell: u - u_h is close to quadratic there, whose square has degree 4.
 pub fn distance(space: &Space, u_h: &[f64], u: &dyn Function) -> Errors {

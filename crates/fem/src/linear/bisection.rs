@@ -204,7 +204,7 @@ fn split(points: &mut [Point], spare: &mut [Point]) -> usize {
     }
     points[below..].copy_from_slice(&spare[..above]);
     if below < count / 8 || above < count / 8 {
-        // More points on one spot than bins can tell apart.
+        // More points on one spot than bins can separate.
         points.sort_unstable_by(|a, b| a.at[axis].total_cmp(&b.at[axis]));
         return count / 2;
     }

@@ -9,31 +9,31 @@
 //!
 //! contracts whatever the size of the mesh: the sweeps reduce what P1 does not see.
 
-use super::aggregation::Aggregation;
-use super::rows::{Rows, Sweep};
+use super::amg::Amg;
+use super::csr::{Csr, Sweep};
 
 /// The embedding and the hierarchy below.
 pub struct Embedded {
-    embedding: Rows,
-    restriction: Rows,
-    coarse: Aggregation,
+    embedding: Csr,
+    restriction: Csr,
+    coarse: Amg,
     residual: Vec<f64>,
 }
 
 impl Embedded {
     /// `embedding`: dofs × coarse unknowns; `coarse`: the coarse matrix, EᵀAE. None if it does not
     /// coarsen or is not positive.
-    pub fn new(embedding: Rows, coarse: Rows) -> Option<Self> {
+    pub fn new(embedding: Csr, coarse: Csr) -> Option<Self> {
         Some(Embedded {
-            residual: vec![0.0; embedding.height()],
+            residual: vec![0.0; embedding.rows()],
             restriction: embedding.transpose(),
-            coarse: Aggregation::new(coarse)?,
+            coarse: Amg::new(coarse)?,
             embedding,
         })
     }
 
     /// x ≈ A⁻¹ b
-    pub fn apply(&mut self, matrix: &Rows, inverse_diagonal: &[f64], b: &[f64], x: &mut [f64]) {
+    pub fn apply(&mut self, matrix: &Csr, inverse_diagonal: &[f64], b: &[f64], x: &mut [f64]) {
         matrix.gauss_seidel_from_zero(inverse_diagonal, b, x);
         matrix.residual(b, x, &mut self.residual);
         self.restriction.times(&self.residual, self.coarse.rhs());

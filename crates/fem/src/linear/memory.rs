@@ -3,7 +3,7 @@
 use std::fs;
 
 /// Bytes that can be had: what the system says is available, or less where a control group sets
-/// a limit. None where the system does not tell.
+/// a limit. None where the system does not say.
 pub fn available() -> Option<u64> {
     let system = fs::read_to_string("/proc/meminfo")
         .ok()

@@ -1,9 +1,10 @@
 //! Linear algebra: the one wrapper of faer. It knows matrices, not meshes.
 
-mod aggregation;
+mod amg;
 mod analysis;
 mod bisection;
 mod cholesky;
+mod csr;
 mod elements;
 mod embedded;
 mod factor;
@@ -12,7 +13,6 @@ mod krylov;
 mod memory;
 mod multifrontal;
 mod pool;
-mod rows;
 mod schur;
 mod settings;
 mod sparse;
@@ -20,12 +20,12 @@ mod substitution;
 
 pub use analysis::Analysis;
 pub use cholesky::Cholesky;
+pub use csr::Csr;
 pub use elements::{Elements, Role};
 pub use embedded::Embedded;
 pub use factor::{Choice, Factor, Reduced, condense};
 pub use krylov::{KrylovStop, conjugate_gradients, gmres, norm};
 pub use multifrontal::Multifrontal;
-pub use rows::Rows;
 pub use schur::{Entry, LowRank, Row, Schur, SchurLu};
 pub use settings::{Precision, Settings, Solver};
 pub use sparse::Symmetric;

@@ -3,7 +3,7 @@
 use super::*;
 use proptest::prelude::*;
 
-/// Springs between points of the plane, each end also held by a spring of stiffness `ground`.
+/// Springs between points in 2D, each end also held by a spring of stiffness `ground`.
 pub(super) struct Network {
     pub points: Vec<[f64; 3]>,
     pub springs: Vec<([u32; 2], f64)>,

@@ -3,19 +3,19 @@
 use super::Rule;
 
 /// Corners of a part of a simplex in the simplex's barycentric coordinates, `dim + 1` of them.
-pub type Part = [[f64; 4]; 4];
+pub type Piece = [[f64; 4]; 4];
 
 /// The simplex itself.
-pub const WHOLE: Part = [
+pub const WHOLE: Piece = [
     [1.0, 0.0, 0.0, 0.0],
     [0.0, 1.0, 0.0, 0.0],
     [0.0, 0.0, 1.0, 0.0],
     [0.0, 0.0, 0.0, 1.0],
 ];
 
-/// 2^d parts of equal measure, cut between the edges' midpoints: the corners, and in space the
+/// 2^d parts of equal measure, cut between the edges' midpoints: the corners, and in 3D the
 /// octahedron between them along one of its diagonals.
-pub fn parts(&[a, b, c, d]: &Part, dim: usize) -> Vec<Part> {
+pub fn parts(&[a, b, c, d]: &Piece, dim: usize) -> Vec<Piece> {
     let middle = |p: [f64; 4], q: [f64; 4]| std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
     let ab = middle(a, b);
     if dim == 1 {
@@ -53,7 +53,7 @@ pub struct Sample {
 ///
 /// `rule` is believed on the 2^d parts of a part where it gives the same there, for the function and
 /// its first moments, as on the part itself, up to `tolerance`; elsewhere the parts are cut in turn,
-/// `deepest` times. The difference is what is told as the error: that of the parts is smaller.
+/// `deepest` times. The difference is reported as the error: that of the parts is smaller.
 pub fn samples(
     dim: usize,
     rule: &Rule,
@@ -84,7 +84,7 @@ struct Adaptive<'a, F> {
 }
 
 impl<F: Fn(&[f64; 4]) -> f64> Adaptive<'_, F> {
-    fn over(&self, part: &Part, share: f64) -> Vec<Sample> {
+    fn over(&self, part: &Piece, share: f64) -> Vec<Sample> {
         self.rule
             .iter()
             .map(|(inner, weight)| {
@@ -99,7 +99,7 @@ impl<F: Fn(&[f64; 4]) -> f64> Adaptive<'_, F> {
             .collect()
     }
 
-    fn refine(&mut self, part: &Part, share: f64, coarse: &[Sample], deeper: usize) {
+    fn refine(&mut self, part: &Piece, share: f64, coarse: &[Sample], deeper: usize) {
         let cut = parts(part, self.dim);
         let share = share / cut.len() as f64;
         let fine: Vec<Vec<Sample>> = cut.iter().map(|p| self.over(p, share)).collect();
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
     use crate::quadrature::exact;
 
-    fn volume(p: &Part, dim: usize) -> f64 {
+    fn volume(p: &Piece, dim: usize) -> f64 {
         let edge = |k: usize| nalgebra::Vector3::from_fn(|i, _| p[k][i + 1] - p[0][i + 1]);
         match dim {
             1 => edge(1).norm(),

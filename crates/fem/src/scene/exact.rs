@@ -47,7 +47,7 @@ fn formula(scene: &str, key: &str, text: &str) -> Result<Expression> {
     })
 }
 
-fn scene(exact: &exact::Exact) -> Result<Scene> {
+fn scene(exact: &exact::Benchmark) -> Result<Scene> {
     let text = &exact.text;
     let formula = |key: &str, text: &str| formula(exact.name, key, text);
     let (cuboid, boundary) = geometry(exact);
@@ -72,7 +72,7 @@ fn scene(exact: &exact::Exact) -> Result<Scene> {
 }
 
 /// The rectangle or box, split where two parts of a side meet, and the groups of each part.
-fn geometry(exact: &exact::Exact) -> (Cuboid, Boundary) {
+fn geometry(exact: &exact::Benchmark) -> (Cuboid, Boundary) {
     let dim = exact.dimension;
     let mut cuboid = Cuboid::new(
         exact.lower,
@@ -119,7 +119,7 @@ mod tests {
     use crate::scene::Part;
 
     /// Points of the closed rectangle or box without pattern, every fifth on the bottom.
-    fn points(e: &exact::Exact) -> impl Iterator<Item = [f64; 3]> + '_ {
+    fn points(e: &exact::Benchmark) -> impl Iterator<Item = [f64; 3]> + '_ {
         (1..=600).map(|i: u32| {
             let fractions = [0.819_172_513_396, 0.671_043_606_704, 0.549_700_477_902]
                 .map(|g| (g * f64::from(i)).fract());

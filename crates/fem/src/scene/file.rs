@@ -17,7 +17,7 @@ use faceoff_mesh::mesh::generate::{Cuboid, sides};
 /// The paper asks for γ₀ "large enough"; with f ≠ 0 the error of its law grows as 1/γ₀.
 pub(super) const GAMMA0: f64 = 100.0;
 
-/// The refinement of a plane scene that names none, and of a solid one.
+/// The refinement of a 2D scene that names none, and of a 3D one.
 pub(super) const N: usize = 16;
 pub(super) const N_SOLID: usize = 8;
 
@@ -348,7 +348,7 @@ fn reference(
     }
 }
 
-/// Are they one function, as far as points without pattern tell?
+/// Are they one function, as far as values at scattered points show?
 fn are_alike(a: &Expression, b: &Expression) -> bool {
     (1..=64).map(f64::from).all(|k| {
         let p = [0.819_172_513_396, 0.671_043_606_704, 0.549_700_477_902].map(|g| (k * g).fract());
@@ -504,22 +504,22 @@ f = "x"
         assert!(with("[exact]\nreference = \"two-zones\"").contains("no solution `two-zones`"));
         let other = with("[exact]\nreference = \"one-zone\"");
         assert!(other.contains("f is not that of `one-zone`"), "{other}");
-        let told = with("[compare.fields.u]\nrtol = -1");
-        assert!(told.contains("compare.fields.u.rtol: -1 is no tolerance"));
+        let negative = with("[compare.fields.u]\nrtol = -1");
+        assert!(negative.contains("compare.fields.u.rtol: -1 is no tolerance"));
         assert!(with("[compare]\natol = inf").contains("compare.atol"));
         assert!(with("[compare]\nu = 1").contains("unknown field `u`"));
         assert!(with("[method]\nload_quadrature = \"hammer-4\"").contains("radon-7"));
         let mesh = |line: &str| refusal(&GOOD.replace("n = 4", line));
-        let solid = |line: &str| {
+        let in_3d = |line: &str| {
             refusal(
                 &GOOD
                     .replace("union-jack", "union-cube")
                     .replace("n = 4", line),
             )
         };
-        assert!(solid("size = [1, 1]").contains("is not 3 finite numbers"));
-        assert!(solid("size = [1, 0, 1]").contains("not positive"));
-        assert!(solid("split = { top = 0.5 }").contains("only the sides of a rectangle"));
+        assert!(in_3d("size = [1, 1]").contains("is not 3 finite numbers"));
+        assert!(in_3d("size = [1, 0, 1]").contains("not positive"));
+        assert!(in_3d("split = { top = 0.5 }").contains("only the sides of a rectangle"));
         assert!(mesh("size = [1, 1, 1]").contains("is not 2 finite numbers"));
         assert!(mesh("origin = [0, inf]").contains("mesh.origin"));
         assert!(mesh("split = { lid = 0.5 }").contains("no such side"));

@@ -19,7 +19,7 @@ impl MeshSource {
         }
     }
 
-    /// The dimension of what the scene is made for; none where that cannot be told.
+    /// The dimension of what the scene is made for; none where that is not known.
     pub fn dim(&self) -> Option<usize> {
         let of = |mesh: Result<Mesh>| mesh.ok().map(|mesh| mesh.dim().into());
         match self {
@@ -66,11 +66,11 @@ impl Scene {
         {
             let (what, remedy) = match dim {
                 2 => (
-                    format!("the scene is plane, and mesh {name} is one of a body"),
-                    "give a mesh of triangles, or a scene that is made for bodies",
+                    format!("the scene is 2D, and mesh {name} is 3D"),
+                    "give a mesh of triangles, or a 3D scene",
                 ),
                 _ => (
-                    format!("the scene is solid, and mesh {name} has no tetrahedra"),
+                    format!("the scene is 3D, and mesh {name} has no tetrahedra"),
                     "mesh the volume: a surface alone does not do",
                 ),
             };

@@ -252,13 +252,13 @@ impl Scene {
         NAMED.iter().map(|(name, _)| *name)
     }
 
-    /// The names of the 2D built-in scenes whose solution is known.
+    /// The names of the built-in 2D scenes whose solution is known.
     pub fn exact_names() -> Vec<&'static str> {
         exact::names(2)
     }
 
-    /// The names of the 3D ones.
-    pub fn exact_solid_names() -> Vec<&'static str> {
+    /// The names of those in 3D.
+    pub fn exact_names_3d() -> Vec<&'static str> {
         exact::names(3)
     }
 
@@ -308,7 +308,7 @@ impl Scene {
             format!(
                 "give a TOML file or one of the built-in scenes: {}; with exact solutions: {}",
                 names.join(", "),
-                [Scene::exact_names(), Scene::exact_solid_names()]
+                [Scene::exact_names(), Scene::exact_names_3d()]
                     .concat()
                     .join(", ")
             ),

@@ -1,13 +1,13 @@
 //! The exact solutions that are built in.
 
 use super::{
-    CutOff, Elementary, Exact, Extruded, Gap, Hertz, HertzSphere, Kind, ManyZones, Monomial,
-    Periodic, Point, Profile, Regularity, Selector, Separated, Side, Solution, Text,
+    Benchmark, CutOff, Elementary, ExactSolution, Extruded, Gap, Hertz, HertzSphere, Kind,
+    ManyZones, Monomial, Periodic, Point, Profile, Regularity, Selector, Separated, Side, Text,
 };
 use Kind::{Contact, Dirichlet, Neumann};
 
 /// Sides left, right, bottom, top of a rectangle.
-fn planar(kinds: [Kind; 4]) -> Vec<Side> {
+fn sides_2d(kinds: [Kind; 4]) -> Vec<Side> {
     let places = [(0, false), (0, true), (1, false), (1, true)];
     kinds
         .iter()
@@ -31,17 +31,17 @@ fn unit_square(
     purpose: &'static str,
     regularity: Regularity,
     kinds: [Kind; 4],
-    solution: impl Solution + 'static,
+    solution: impl ExactSolution + 'static,
     text: Text,
-) -> Exact {
-    Exact {
+) -> Benchmark {
+    Benchmark {
         name,
         purpose,
         regularity,
         dimension: 2,
         lower: [0.0; 3],
         upper: [1.0, 1.0, 0.0],
-        sides: planar(kinds),
+        sides: sides_2d(kinds),
         solution: Box::new(solution),
         text,
     }
@@ -52,25 +52,25 @@ fn wide(
     name: &'static str,
     purpose: &'static str,
     regularity: Regularity,
-    solution: impl Solution + 'static,
+    solution: impl ExactSolution + 'static,
     text: Text,
-) -> Exact {
-    Exact {
+) -> Benchmark {
+    Benchmark {
         lower: [-1.0, 0.0, 0.0],
         ..unit_square(name, purpose, regularity, OPEN, solution, text)
     }
 }
 
-/// In space, with `upper` = (1, 1, 1). The kinds are those of x = lower, x = upper, y = lower, …
-fn solid(
+/// In 3D, with `upper` = (1, 1, 1). The kinds are those of x = lower, x = upper, y = lower, …
+fn in_3d(
     name: &'static str,
     purpose: &'static str,
     regularity: Regularity,
     lower: Point,
     kinds: [Kind; 6],
-    solution: impl Solution + 'static,
+    solution: impl ExactSolution + 'static,
     text: Text,
-) -> Exact {
+) -> Benchmark {
     let sides = (0..6)
         .map(|i| Side {
             kind: kinds[i],
@@ -79,7 +79,7 @@ fn solid(
             range: None,
         })
         .collect();
-    Exact {
+    Benchmark {
         name,
         purpose,
         regularity,
@@ -93,7 +93,7 @@ fn solid(
 }
 
 /// All of them, each with parameters that put its transitions off the lines of usual meshes.
-pub fn catalogue() -> Vec<Exact> {
+pub fn catalogue() -> Vec<Benchmark> {
     let mut all = Vec::new();
     // r^e has its trace in H^(e+1/2-ε) of a side and itself lies in H^(e+1-ε).
     let general = Regularity::transition(2.5);
@@ -267,7 +267,7 @@ pub fn catalogue() -> Vec<Exact> {
     let open = [
         Dirichlet, Dirichlet, Dirichlet, Dirichlet, Contact, Dirichlet,
     ];
-    all.push(solid(
+    all.push(in_3d(
         "checkerboard",
         "homogeneous data, a checkerboard of zones",
         general,
@@ -278,7 +278,7 @@ pub fn catalogue() -> Vec<Exact> {
     ));
     let corner = [-1.0, -1.0, 0.0];
     let edge = Monomial::transition(1.5, 0.1);
-    all.push(solid(
+    all.push(in_3d(
         "transition-1.5-3d",
         "r^(3/2) along an edge",
         general,
@@ -288,7 +288,7 @@ pub fn catalogue() -> Vec<Exact> {
         edge.text().extruded(),
     ));
     let sphere = HertzSphere { a: 0.45 };
-    all.push(solid(
+    all.push(in_3d(
         "hertz-sphere",
         "contact on a disc",
         general,
@@ -312,7 +312,7 @@ pub fn catalogue() -> Vec<Exact> {
         ),
     ] {
         let smooth = Regularity::SMOOTH;
-        all.push(solid(
+        all.push(in_3d(
             name,
             purpose,
             smooth,

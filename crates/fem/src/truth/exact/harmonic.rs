@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use num_complex::Complex64;
 
-use super::{Point, Solution, Text};
+use super::{ExactSolution, Point, Text};
 
 const I: Complex64 = Complex64::I;
 
@@ -86,7 +86,7 @@ impl Monomial {
     }
 }
 
-impl Solution for Monomial {
+impl ExactSolution for Monomial {
     fn u(&self, [x, y, _]: Point) -> f64 {
         (self.factor * upper(x - self.x0, y).powf(self.exponent)).re
     }
@@ -123,7 +123,7 @@ impl Gap {
     }
 }
 
-impl Solution for Gap {
+impl ExactSolution for Gap {
     fn u(&self, [x, y, _]: Point) -> f64 {
         -(-I * root(upper(x, y), self.a)).powu(3).re
     }
@@ -153,7 +153,7 @@ impl Hertz {
     }
 }
 
-impl Solution for Hertz {
+impl ExactSolution for Hertz {
     fn u(&self, [x, y, _]: Point) -> f64 {
         let z = upper(x, y);
         let r = root(z, self.a);
@@ -209,7 +209,7 @@ impl Periodic {
     }
 }
 
-impl Solution for Periodic {
+impl ExactSolution for Periodic {
     fn u(&self, p: Point) -> f64 {
         let (zeta, q, ..) = self.parts(p);
         let c = (FRAC_PI_2 * self.a).cos();

@@ -2,14 +2,14 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::{Monomial, Point, Solution, Text};
+use super::{ExactSolution, Monomial, Point, Text};
 
 /// s, positive where the contact side is free and negative where it is in contact.
 #[derive(Debug, Clone, Copy)]
 pub enum Selector {
-    /// cos 2πnx, planar.
+    /// cos 2πnx, 2D.
     Waves { n: u32 },
-    /// cos 2πx cos 2πy, in space.
+    /// cos 2πx cos 2πy, 3D.
     Checker,
 }
 
@@ -149,7 +149,7 @@ impl Separated {
     }
 }
 
-impl Solution for Separated {
+impl ExactSolution for Separated {
     fn u(&self, p: Point) -> f64 {
         let (s, _, _, normal) = self.select(p);
         let [a, b] = self.profile(s);
@@ -217,7 +217,7 @@ impl CutOff {
     }
 }
 
-impl Solution for CutOff {
+impl ExactSolution for CutOff {
     fn u(&self, p: Point) -> f64 {
         self.rest(p).powi(3) * self.inner().u(p)
     }
@@ -279,7 +279,7 @@ impl Elementary {
     }
 }
 
-impl Solution for Elementary {
+impl ExactSolution for Elementary {
     fn u(&self, [x, y, _]: Point) -> f64 {
         match self {
             Elementary::ContactEverywhere => (PI * y).sin(),

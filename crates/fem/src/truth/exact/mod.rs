@@ -6,20 +6,20 @@
 mod catalogue;
 mod harmonic;
 mod manufactured;
-mod solid;
+mod in_3d;
 mod zones;
 
 pub use catalogue::catalogue;
 pub use harmonic::{Gap, Hertz, Monomial, Periodic};
 pub use manufactured::{CutOff, Elementary, Profile, Selector, Separated};
-pub use solid::{Extruded, HertzSphere};
+pub use in_3d::{Extruded, HertzSphere};
 pub use zones::ManyZones;
 
-/// A point; planar solutions ignore the third coordinate.
+/// A point; 2D solutions ignore the third coordinate.
 pub type Point = [f64; 3];
 
 /// A solution as functions of a point of the closed domain.
-pub trait Solution: Send + Sync {
+pub trait ExactSolution: Send + Sync {
     fn u(&self, p: Point) -> f64;
     fn grad(&self, p: Point) -> [f64; 3];
     fn f(&self, _: Point) -> f64 {
@@ -49,7 +49,7 @@ pub struct Side {
     pub range: Option<[f64; 2]>,
 }
 
-/// The data of a solution as expressions in x, y and, in space, z: + - * / ^, pi, the elementary functions, min, max, and
+/// The data of a solution as expressions in x, y and, in 3D, z: + - * / ^, pi, the elementary functions, min, max, and
 /// `if(a < b, c, d)`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Text {
@@ -72,7 +72,7 @@ impl Text {
         }
     }
 
-    /// A planar solution's data in space, where z takes the place of y.
+    /// The data of a 2D solution in 3D, where z takes the place of y.
     fn extruded(self) -> Self {
         // No function's name has a y.
         let raise = |text: String| text.replace('y', "z");
@@ -113,7 +113,7 @@ impl Regularity {
 }
 
 /// A solution on a box, with its boundary parts.
-pub struct Exact {
+pub struct Benchmark {
     /// Usable as a file name.
     pub name: &'static str,
     /// What it is for.
@@ -124,11 +124,11 @@ pub struct Exact {
     pub upper: Point,
     /// Every side of the box, in the order of the axes, lower before upper.
     pub sides: Vec<Side>,
-    pub solution: Box<dyn Solution>,
+    pub solution: Box<dyn ExactSolution>,
     pub text: Text,
 }
 
-impl Exact {
+impl Benchmark {
     pub fn u(&self, p: Point) -> f64 {
         self.solution.u(p)
     }

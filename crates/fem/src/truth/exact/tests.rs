@@ -8,7 +8,7 @@ fn fractions(count: u32) -> impl Iterator<Item = Point> {
     })
 }
 
-fn place(e: &Exact, fraction: Point, margin: f64) -> Point {
+fn place(e: &Benchmark, fraction: Point, margin: f64) -> Point {
     std::array::from_fn(|k| {
         let (low, high) = (e.lower[k], e.upper[k]);
         if high > low {
@@ -25,7 +25,7 @@ fn shifted(mut p: Point, axis: usize, by: f64) -> Point {
 }
 
 /// Points of a side.
-fn on_side(e: &Exact, side: &Side) -> Vec<Point> {
+fn on_side(e: &Benchmark, side: &Side) -> Vec<Point> {
     fractions(400)
         .map(|fraction| {
             let mut p = place(e, fraction, 0.0);
@@ -57,7 +57,7 @@ fn apply(stencil: [f64; 7], divisor: f64, u: impl Fn(f64) -> f64, first: f64, h:
 }
 
 /// All errors small, or all but those at the breaks of a piecewise solution.
-fn assert_small(e: &Exact, what: &str, mut errors: Vec<f64>, tolerance: f64) {
+fn assert_small(e: &Benchmark, what: &str, mut errors: Vec<f64>, tolerance: f64) {
     errors.sort_by(f64::total_cmp);
     let share = if e.solution.is_piecewise() { 0.93 } else { 1.0 };
     let index = ((errors.len() as f64 * share) as usize).clamp(1, errors.len()) - 1;

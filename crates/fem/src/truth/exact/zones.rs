@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 
-use super::{Point, Solution, Text};
+use super::{ExactSolution, Point, Text};
 
 /// f = ω² cos ωx, ω = 2πN, on the unit square with the paper's sides, N + 1 zones about x = j/N.
 ///
@@ -119,7 +119,7 @@ impl ManyZones {
     }
 }
 
-impl Solution for ManyZones {
+impl ExactSolution for ManyZones {
     fn u(&self, [x, y, _]: Point) -> f64 {
         let omega = self.omega();
         let (t, cosine, r, _, _) = self.parts(x, y);

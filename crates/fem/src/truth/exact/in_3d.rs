@@ -1,16 +1,16 @@
-//! Solutions in space, in contact on z = 0.
+//! 3D solutions, in contact on z = 0.
 
 use std::f64::consts::FRAC_PI_8;
 
 use num_complex::Complex64;
 
-use super::{Point, Solution, Text};
+use super::{ExactSolution, Point, Text};
 
-/// A planar solution in x and z.
+/// A 2D solution in x and z.
 #[derive(Debug, Clone, Copy)]
 pub struct Extruded<S>(pub S);
 
-impl<S: Solution> Solution for Extruded<S> {
+impl<S: ExactSolution> ExactSolution for Extruded<S> {
     fn u(&self, [x, _, z]: Point) -> f64 {
         self.0.u([x, z, 0.0])
     }
@@ -66,7 +66,7 @@ impl HertzSphere {
     }
 }
 
-impl Solution for HertzSphere {
+impl ExactSolution for HertzSphere {
     fn u(&self, p: Point) -> f64 {
         let (square, z, depth, r, l) = self.parts(p);
         let potential =

@@ -1,4 +1,4 @@
-//! Smoothed aggregation (P. Vaněk, J. Mandel, M. Brezina, Computing 56, 1996): a hierarchy of
+//! Algebraic multigrid by smoothed aggregation (P. Vaněk, J. Mandel, M. Brezina, Computing 56, 1996): a hierarchy of
 //! coarser matrices for a symmetric positive definite one, and the V-cycle on it.
 //!
 //! ```text
@@ -12,7 +12,7 @@
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
-use super::rows::{Rows, Sweep};
+use super::csr::{Csr, Sweep};
 
 const STRONG: f64 = 0.08;
 const OMEGA: f64 = 2.0 / 3.0;
@@ -22,7 +22,7 @@ const COARSEST: usize = 500;
 const LEAST_PROGRESS: f64 = 0.9;
 
 /// The hierarchy.
-pub struct Aggregation {
+pub struct Amg {
     levels: Vec<Level>,
     coarsest: PartialPivLu<f64>,
     /// Right-hand side and solution on the coarsest level.
@@ -30,25 +30,25 @@ pub struct Aggregation {
 }
 
 struct Level {
-    matrix: Rows,
+    matrix: Csr,
     inverse_diagonal: Vec<f64>,
-    prolongation: Rows,
-    restriction: Rows,
+    prolongation: Csr,
+    restriction: Csr,
     /// Right-hand side, solution and residual of this level.
     b: Vec<f64>,
     x: Vec<f64>,
     r: Vec<f64>,
 }
 
-impl Aggregation {
+impl Amg {
     /// None if a diagonal entry is not positive, or if the matrix does not coarsen and is too
     /// large to be solved directly.
-    pub fn new(matrix: Rows) -> Option<Self> {
+    pub fn new(matrix: Csr) -> Option<Self> {
         let mut levels = Vec::new();
         let mut matrix = matrix;
         let mut threshold = STRONG;
-        while matrix.height() > COARSEST {
-            let n = matrix.height();
+        while matrix.rows() > COARSEST {
+            let n = matrix.rows();
             let diagonal = matrix.diagonal();
             if diagonal.iter().any(|d| !(*d > 0.0)) {
                 return None;
@@ -59,7 +59,7 @@ impl Aggregation {
                 threshold,
             };
             let prolongation = strength.prolongation();
-            if prolongation.width() as f64 > LEAST_PROGRESS * n as f64 {
+            if prolongation.columns() as f64 > LEAST_PROGRESS * n as f64 {
                 if n > 10 * COARSEST {
                     return None;
                 }
@@ -78,14 +78,14 @@ impl Aggregation {
             });
             threshold *= 0.5;
         }
-        let n = matrix.height();
+        let n = matrix.rows();
         let mut dense = Mat::<f64>::zeros(n, n);
         for i in 0..n {
             for (j, a) in matrix.row(i) {
                 dense[(i, j as usize)] += a;
             }
         }
-        Some(Aggregation {
+        Some(Amg {
             levels,
             coarsest: dense.partial_piv_lu(),
             bottom: [vec![0.0; n], vec![0.0; n]],
@@ -139,7 +139,7 @@ impl Aggregation {
 }
 
 struct Strength<'a> {
-    matrix: &'a Rows,
+    matrix: &'a Csr,
     diagonal: &'a [f64],
     threshold: f64,
 }
@@ -161,7 +161,7 @@ impl Strength<'_> {
     /// The aggregate of each index, and their number. Indices without strong neighbours belong to none:
     /// the sweeps alone solve for them.
     fn aggregates(&self) -> (Vec<u32>, usize) {
-        let n = self.matrix.height();
+        let n = self.matrix.rows();
         let mut of = vec![NONE; n];
         let mut count = 0;
         // Whole neighbourhoods of which nothing is taken yet.
@@ -203,9 +203,9 @@ impl Strength<'_> {
     }
 
     /// (I - ω D_F⁻¹ A_F) T
-    fn prolongation(&self) -> Rows {
+    fn prolongation(&self) -> Csr {
         let (of, count) = self.aggregates();
-        let mut prolongation = Rows::empty(count);
+        let mut prolongation = Csr::empty(count);
         for (i, &own) in of.iter().enumerate() {
             let row = self.matrix.row(i);
             let weak = row.filter(|&(j, a)| j as usize != i && !self.is_strong(i, j, a));
@@ -231,8 +231,8 @@ mod tests {
     use super::*;
 
     /// The five-point Laplacian of an n × n grid, with `across` as the weight of one direction.
-    fn laplacian(n: usize, across: f64) -> Rows {
-        let mut rows = Rows::empty(n * n);
+    fn laplacian(n: usize, across: f64) -> Csr {
+        let mut matrix = Csr::empty(n * n);
         for i in 0..n {
             for j in 0..n {
                 let at = |i: usize, j: usize| (i * n + j) as u32;
@@ -249,13 +249,13 @@ mod tests {
                 if i + 1 < n {
                     row.push((at(i + 1, j), -across));
                 }
-                rows.push(row);
+                matrix.push(row);
             }
         }
-        rows
+        matrix
     }
 
-    fn times(matrix: &Rows, x: &[f64]) -> Vec<f64> {
+    fn times(matrix: &Csr, x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; x.len()];
         matrix.times(x, &mut y);
         y
@@ -266,11 +266,9 @@ mod tests {
     }
 
     /// The error of x ← x + B (b - A x) after 8 cycles, to that at the start, in the energy norm.
-    fn reduction(matrix: &Rows) -> f64 {
-        let mut hierarchy = Aggregation::new(matrix.clone()).unwrap();
-        let mut error: Vec<f64> = (0..matrix.height())
-            .map(|k| ((k * k) as f64).sin())
-            .collect();
+    fn reduction(matrix: &Csr) -> f64 {
+        let mut hierarchy = Amg::new(matrix.clone()).unwrap();
+        let mut error: Vec<f64> = (0..matrix.rows()).map(|k| ((k * k) as f64).sin()).collect();
         let energy = |v: &[f64]| dot(&times(matrix, v), v);
         let start = energy(&error);
         for _ in 0..8 {
@@ -294,24 +292,24 @@ mod tests {
     #[test]
     fn a_cycle_is_symmetric() {
         let matrix = laplacian(30, 1.0);
-        let mut hierarchy = Aggregation::new(matrix.clone()).unwrap();
+        let mut hierarchy = Amg::new(matrix.clone()).unwrap();
         let mut apply = |b: &[f64]| {
             hierarchy.rhs().copy_from_slice(b);
             hierarchy.cycle();
             hierarchy.solution().to_vec()
         };
-        let b: Vec<f64> = (0..matrix.height()).map(|k| (k as f64).sin()).collect();
-        let c: Vec<f64> = (0..matrix.height()).map(|k| (k as f64).cos()).collect();
+        let b: Vec<f64> = (0..matrix.rows()).map(|k| (k as f64).sin()).collect();
+        let c: Vec<f64> = (0..matrix.rows()).map(|k| (k as f64).cos()).collect();
         let (left, right) = (dot(&apply(&b), &c), dot(&b, &apply(&c)));
         assert!((left - right).abs() < 1e-12 * left.abs().max(1.0));
     }
 
     #[test]
     fn what_is_not_positive_is_refused() {
-        let mut rows = Rows::empty(600);
+        let mut matrix = Csr::empty(600);
         for k in 0..600 {
-            rows.push([(k, f64::from(k % 2))]);
+            matrix.push([(k, f64::from(k % 2))]);
         }
-        assert!(Aggregation::new(rows).is_none());
+        assert!(Amg::new(matrix).is_none());
     }
 }

@@ -4,66 +4,67 @@ use rayon::prelude::*;
 
 use super::Symmetric;
 
-/// A sparse matrix; columns stand in each row in any order, once each.
+/// A matrix in compressed sparse rows; the columns of a row come in any order, once each.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rows {
-    width: usize,
-    /// One more than there are rows: positions in `columns` and `values`.
+pub struct Csr {
+    columns: usize,
+    /// One more than there are rows: positions in `indices` and `values`.
     starts: Vec<usize>,
-    columns: Vec<u32>,
+    /// The columns of the entries.
+    indices: Vec<u32>,
     values: Vec<f64>,
 }
 
 /// Rows that one task takes: many tasks for every core, and few enough that a task is worth it.
 const CHUNK: usize = 8192;
 
-impl Rows {
+impl Csr {
     /// A matrix without rows so far.
-    pub fn empty(width: usize) -> Self {
-        Rows {
-            width,
+    pub fn empty(columns: usize) -> Self {
+        Csr {
+            columns,
             starts: vec![0],
-            columns: Vec::new(),
+            indices: Vec::new(),
             values: Vec::new(),
         }
     }
 
     /// Adds a row below; entries of one column are summed.
     pub fn push(&mut self, entries: impl IntoIterator<Item = (u32, f64)>) {
-        let start = self.columns.len();
+        let start = self.indices.len();
         for (column, value) in entries {
-            match self.columns[start..].iter().position(|&c| c == column) {
+            match self.indices[start..].iter().position(|&c| c == column) {
                 Some(k) => self.values[start + k] += value,
                 None => {
-                    self.columns.push(column);
+                    self.indices.push(column);
                     self.values.push(value);
                 }
             }
         }
-        self.starts.push(self.columns.len());
+        self.starts.push(self.indices.len());
     }
 
-    pub fn height(&self) -> usize {
+    pub fn rows(&self) -> usize {
         self.starts.len() - 1
     }
 
-    pub fn width(&self) -> usize {
-        self.width
+    pub fn columns(&self) -> usize {
+        self.columns
     }
 
     /// Stored entries.
     pub fn entries(&self) -> usize {
-        self.columns.len()
+        self.indices.len()
     }
 
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
         let range = self.starts[i]..self.starts[i + 1];
-        let columns = self.columns[range.clone()].iter().copied();
-        columns.zip(self.values[range].iter().copied())
+        let indices = self.indices[range.clone()].iter().copied();
+        indices.zip(self.values[range].iter().copied())
     }
 
     pub fn row_columns(&self, i: usize) -> &[u32] {
-        &self.columns[self.starts[i]..self.starts[i + 1]]
+        &self.indices[self.starts[i]..self.starts[i + 1]]
     }
 
     /// The values of a row, in the order of its columns.
@@ -109,14 +110,14 @@ impl Rows {
 
     /// The largest Σ_j |a_ij|.
     pub fn norm(&self) -> f64 {
-        (0..self.height())
+        (0..self.rows())
             .map(|i| self.row(i).map(|(_, a)| a.abs()).sum())
             .fold(0.0, f64::max)
     }
 
     /// a_ii, 0 where there is none.
     pub fn diagonal(&self) -> Vec<f64> {
-        (0..self.height())
+        (0..self.rows())
             .map(|i| {
                 let mut row = self.row(i);
                 row.find(|&(j, _)| j as usize == i).map_or(0.0, |(_, a)| a)
@@ -124,53 +125,53 @@ impl Rows {
             .collect()
     }
 
-    pub fn transpose(&self) -> Rows {
-        let mut starts = vec![0usize; self.width + 1];
-        for &j in &self.columns {
+    pub fn transpose(&self) -> Csr {
+        let mut starts = vec![0usize; self.columns + 1];
+        for &j in &self.indices {
             starts[j as usize + 1] += 1;
         }
-        for j in 0..self.width {
+        for j in 0..self.columns {
             starts[j + 1] += starts[j];
         }
         let mut next = starts.clone();
-        let mut columns = vec![0; self.columns.len()];
+        let mut indices = vec![0; self.indices.len()];
         let mut values = vec![0.0; self.values.len()];
-        for i in 0..self.height() {
+        for i in 0..self.rows() {
             for (j, a) in self.row(i) {
                 let place = &mut next[j as usize];
-                columns[*place] = i as u32;
+                indices[*place] = i as u32;
                 values[*place] = a;
                 *place += 1;
             }
         }
-        Rows {
-            width: self.height(),
+        Csr {
+            columns: self.rows(),
             starts,
-            columns,
+            indices,
             values,
         }
     }
 
     /// A B, row by row (F. G. Gustavson, ACM Trans. Math. Softw. 4, 1978).
-    pub fn product(&self, other: &Rows) -> Rows {
-        let mut result = Rows::empty(other.width);
-        let mut place = vec![usize::MAX; other.width];
-        for i in 0..self.height() {
-            let start = result.columns.len();
+    pub fn product(&self, other: &Csr) -> Csr {
+        let mut result = Csr::empty(other.columns);
+        let mut place = vec![usize::MAX; other.columns];
+        for i in 0..self.rows() {
+            let start = result.indices.len();
             for (k, a) in self.row(i) {
                 for (j, b) in other.row(k as usize) {
                     let at = &mut place[j as usize];
                     // Places of earlier rows lie before `start`, or are not set.
-                    if *at >= start && *at < result.columns.len() {
+                    if *at >= start && *at < result.indices.len() {
                         result.values[*at] += a * b;
                     } else {
-                        *at = result.columns.len();
-                        result.columns.push(j);
+                        *at = result.indices.len();
+                        result.indices.push(j);
                         result.values.push(a * b);
                     }
                 }
             }
-            result.starts.push(result.columns.len());
+            result.starts.push(result.indices.len());
         }
         result
     }
@@ -179,14 +180,14 @@ impl Rows {
     pub fn gauss_seidel(&self, inverse_diagonal: &[f64], b: &[f64], x: &mut [f64], sweep: Sweep) {
         let mut relax = |i: usize| x[i] += inverse_diagonal[i] * (b[i] - self.dot(i, x));
         match sweep {
-            Sweep::Forward => (0..self.height()).for_each(&mut relax),
-            Sweep::Backward => (0..self.height()).rev().for_each(&mut relax),
+            Sweep::Forward => (0..self.rows()).for_each(&mut relax),
+            Sweep::Backward => (0..self.rows()).rev().for_each(&mut relax),
         }
     }
 
     /// The forward sweep from x = 0, which needs the entries left of the diagonal only.
     pub fn gauss_seidel_from_zero(&self, inverse_diagonal: &[f64], b: &[f64], x: &mut [f64]) {
-        for i in 0..self.height() {
+        for i in 0..self.rows() {
             let left = self.row(i).filter(|&(j, _)| (j as usize) < i);
             let known: f64 = left.map(|(j, a)| a * x[j as usize]).sum();
             x[i] = inverse_diagonal[i] * (b[i] - known);
@@ -201,7 +202,7 @@ pub enum Sweep {
     Backward,
 }
 
-impl From<&Symmetric> for Rows {
+impl From<&Symmetric> for Csr {
     /// Both halves.
     fn from(matrix: &Symmetric) -> Self {
         let n = matrix.n;
@@ -221,10 +222,10 @@ impl From<&Symmetric> for Rows {
             starts[k + 1] += starts[k];
         }
         let mut next = starts.clone();
-        let mut columns = vec![0; starts[n]];
+        let mut indices = vec![0; starts[n]];
         let mut values = vec![0.0; starts[n]];
         let mut put = |i: usize, j: usize, a: f64| {
-            columns[next[i]] = j as u32;
+            indices[next[i]] = j as u32;
             values[next[i]] = a;
             next[i] += 1;
         };
@@ -234,10 +235,10 @@ impl From<&Symmetric> for Rows {
                 put(j, i, a);
             }
         }));
-        Rows {
-            width: n,
+        Csr {
+            columns: n,
             starts,
-            columns,
+            indices,
             values,
         }
     }
@@ -247,8 +248,8 @@ impl From<&Symmetric> for Rows {
 mod tests {
     use super::*;
 
-    fn rows(width: usize, dense: &[&[f64]]) -> Rows {
-        let mut rows = Rows::empty(width);
+    fn rows(columns: usize, dense: &[&[f64]]) -> Csr {
+        let mut rows = Csr::empty(columns);
         for row in dense {
             rows.push((0..).zip(row.iter().copied()).filter(|(_, a)| *a != 0.0));
         }
@@ -268,7 +269,7 @@ mod tests {
         a.transpose()
             .residual(&[1.0, 1.0, 1.0], &[1.0, 2.0], &mut r);
         assert_eq!(r, [0.0, -1.0, -5.0]);
-        let mut twice = Rows::empty(2);
+        let mut twice = Csr::empty(2);
         twice.push([(1, 2.0), (0, 1.0), (1, 3.0)]);
         assert_eq!(twice.row(0).collect::<Vec<_>>(), [(1, 5.0), (0, 1.0)]);
     }
@@ -281,7 +282,7 @@ mod tests {
             rows: vec![0, 1, 1, 2, 2],
             values: vec![4.0, -1.0, 4.0, -1.0, 2.0],
         };
-        let a = Rows::from(&matrix);
+        let a = Csr::from(&matrix);
         let inverse: Vec<f64> = a.diagonal().iter().map(|d| 1.0 / d).collect();
         let b = [4.0, 8.0, 2.0];
         let mut x = [7.0; 3];

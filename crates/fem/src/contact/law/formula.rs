@@ -1,0 +1,78 @@
+//! What makes a law.
+
+use crate::assembly::Stiffness;
+use crate::contact::condition::Condition;
+use crate::contact::face::ContactFace;
+use crate::element::{Element, Space};
+use crate::scene::Expression;
+use faceoff_mesh::error::Result;
+
+/// A law of contact: the conditions it sets, and what the solvers have to know of it.
+pub trait Formula {
+    /// θ₁ and θ₂ of what the contact condition is tested with, θ₂γ⁻¹v + θ₁∂ₙv.
+    fn thetas(&self) -> [i8; 2];
+
+    /// The conditions on the contact faces.
+    ///
+    /// # Errors
+    /// A value of ψ that is not finite.
+    fn conditions(&self, on: &OnContact) -> Result<Vec<Condition>>;
+
+    /// A parameter of its own: γ is this times h_F = d|κ|/|F|. None: γ = γ₀ h of the scene.
+    fn gamma0(&self) -> Option<f64> {
+        None
+    }
+
+    /// Is it Nitsche's method, of the family (2.4) or with the flux corrected? All codes have it.
+    fn is_nitsche(&self) -> bool {
+        false
+    }
+
+    /// Does each of its conditions replace the row of one dof, so that the matrix is nearly symmetric?
+    fn replaces_rows(&self) -> bool {
+        false
+    }
+
+    /// What it changes about the contact faces once the load is known.
+    fn prepare(&self, _space: &Space, _load: &[f64], _faces: &mut [ContactFace]) {}
+
+    /// The order of the error in L² that it cannot exceed, whatever u.
+    fn highest_order(&self, element: &dyn Element, _load_free: bool) -> f64 {
+        element.degree() as f64 + 1.0
+    }
+}
+
+/// What conditions are made of.
+pub struct OnContact<'a> {
+    pub space: &'a Space<'a>,
+    pub faces: &'a [ContactFace],
+    /// ψ
+    pub psi: &'a Expression,
+    pub stiffness: &'a Stiffness<'a>,
+    /// L(φ_i)
+    pub load: &'a [f64],
+    /// The value of g at each dof on Γ_D, none elsewhere.
+    pub dirichlet: &'a [Option<f64>],
+}
+
+impl OnContact<'_> {
+    /// The traces at the rule's points, with the flux counted `times`.
+    pub fn at_points(&self, thetas: [i8; 2], times: f64) -> Vec<Condition> {
+        let mut conditions = Vec::new();
+        for face in self.faces {
+            let dofs = self.space.cell_dofs(face.cell);
+            conditions.extend(face.points.iter().map(|point| Condition {
+                weight: point.weight,
+                gamma: face.gamma,
+                dofs: dofs.to_vec(),
+                displacement: point.phi[..dofs.len()].to_vec(),
+                flux: point.dn[..dofs.len()].iter().map(|dn| times * dn).collect(),
+                flux_at_rest: times * point.flux_at_rest,
+                psi: point.psi,
+                thetas,
+                row: None,
+            }));
+        }
+        conditions
+    }
+}

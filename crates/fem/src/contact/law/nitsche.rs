@@ -1,0 +1,42 @@
+//! Nitsche's method (2.4).
+
+use super::formula::{Formula, OnContact};
+use crate::contact::condition::Condition;
+use crate::element::Element;
+use faceoff_mesh::error::Result;
+
+/// A member of the family (2.4), with γ = γ₀ h of the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nitsche {
+    /// θ₁ ∈ {-1, 0, 1}: weight of <u, ∂ₙv>_C.
+    pub theta1: i8,
+    /// θ₂ ∈ {0, 1}: weight of the penalty <γ⁻¹u, v>_C.
+    pub theta2: i8,
+}
+
+impl Formula for Nitsche {
+    fn thetas(&self) -> [i8; 2] {
+        [self.theta1, self.theta2]
+    }
+
+    fn conditions(&self, on: &OnContact) -> Result<Vec<Condition>> {
+        Ok(on.at_points(self.thetas(), 1.0))
+    }
+
+    fn is_nitsche(&self) -> bool {
+        true
+    }
+
+    /// On CR a free face carries the flux (f, φ_F)/(γ|F|), of order h where γ = γ₀ h. The members with θ₁ ≠ -1 are not
+    /// adjoint consistent, which costs 1/2 on a boundary condition.
+    fn highest_order(&self, element: &dyn Element, load_free: bool) -> f64 {
+        let degree = element.degree() as f64;
+        if element.on().faces && !load_free {
+            1.0
+        } else if self.theta1 != -1 {
+            degree + 0.5
+        } else {
+            degree + 1.0
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! When an iteration ends, and what it ends with.
+
+use super::system::Built;
+use crate::linear::Choice;
+
+/// When to stop: the relative broken H¹ norm of the increment, as in section 6; or where rounding
+/// leaves nothing to gain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// ‖δ‖_{1,h} < increment · ‖u‖_{1,h}
+    pub increment: f64,
+    pub max_iterations: usize,
+}
+
+impl Default for Stop {
+    fn default() -> Self {
+        Stop {
+            increment: 1e-12,
+            max_iterations: 50,
+        }
+    }
+}
+
+/// Why an iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ended {
+    /// The increment is below the tolerance, and so is the backward error.
+    Increment,
+    /// The residual is at rounding, so that the increments cannot get smaller.
+    Rounding,
+    /// The steps allowed are done, or an overflow; or refinement at all dofs finds no rest.
+    NotReached,
+    /// The residual is small, but the matrix is singular to working precision: rounding decides what u is.
+    Undetermined,
+}
+
+impl Ended {
+    /// Is u what was asked for?
+    pub fn converged(self) -> bool {
+        matches!(self, Ended::Increment | Ended::Rounding)
+    }
+}
+
+/// Seconds spent.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Timings {
+    pub factor: f64,
+    pub iterate: f64,
+    /// From u on the contact cells to u everywhere.
+    pub expand: f64,
+}
+
+/// What an iteration ended with.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// u at all dofs: of the last step, or where nothing was reached of the step with the smallest
+    /// residual.
+    pub u: Vec<f64>,
+    /// The step that u comes from, from 1; 0 is the start.
+    pub step: usize,
+    /// The relative increment of each step.
+    pub increments: Vec<f64>,
+    /// How many contact conditions changed their status after each step.
+    pub changes: Vec<usize>,
+    /// ‖R(u)‖ after each step, relative to ‖A‖ ‖u‖ and the contact terms, all in the maximum norm.
+    pub residuals: Vec<f64>,
+    pub ended: Ended,
+    /// Did it end by increment or rounding?
+    pub converged: bool,
+    /// [`Problem::backward_error`] of u.
+    pub backward_error: f64,
+    pub seconds: Timings,
+    /// What solved the linear systems.
+    pub linear: Choice,
+    /// What was built for it.
+    pub built: Built,
+}
