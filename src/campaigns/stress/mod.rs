@@ -82,7 +82,8 @@ fn trials(request: &StressRequest) -> Result<Vec<Trial>> {
             return Err(Error::Scene {
                 scene: scene.name().to_owned(),
                 place: "exact".into(),
-                what: "its solution is not known, so the error at an extreme cannot be measured".into(),
+                what: "its solution is not known, so the error at an extreme cannot be measured"
+                    .into(),
                 remedy: "give u under [exact], or one of the built-in scenes that have it".into(),
             });
         }
