@@ -1,5 +1,26 @@
 //! The Signorini problem by the penalty-free Nitsche method and its neighbours, its exact and mesh-free solutions, and
 //! guaranteed bounds of the error of any field.
+//!
+//! A [`scene::Scene`] is a problem, a [`contact::Discretisation`] says how it is discretised, and both on a mesh are a
+//! [`contact::Problem`], which [`contact::solve`] solves. [`certify::certify`] bounds the error.
+//!
+//! ```
+//! use faceoff_fem::certify::{Target, certify};
+//! use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Stop, solve};
+//! use faceoff_fem::scene::Scene;
+//!
+//! # fn main() -> faceoff_mesh::Result<()> {
+//! let scene = Scene::find("one-zone")?;
+//! let mesh = scene.triangulation(Some(16))?;
+//! let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::cr()))?;
+//! let solution = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()))?;
+//! assert!(solution.converged);
+//!
+//! let relative = certify(&problem, &solution.u)?.relative(Target::G);
+//! assert!(relative < 0.2, "an error of at most {relative}, relative to the norm of the gradient");
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod adapt;
 pub mod assembly;

@@ -146,6 +146,22 @@ fn refusal(because: impl Into<String>, remedy: impl Into<String>) -> Error {
 
 /// The bounds for a field u (values at all dofs) of the problem's space.
 ///
+/// ```
+/// use faceoff_fem::certify::certify;
+/// use faceoff_fem::contact::{Discretisation, Method, Problem};
+/// use faceoff_fem::scene::Scene;
+///
+/// # fn main() -> faceoff_mesh::Result<()> {
+/// let scene = Scene::find("one-zone")?;
+/// let mesh = scene.triangulation(Some(8))?;
+/// let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::cr()))?;
+/// // Any field has bounds: this one is far from the solution.
+/// let [least, most] = certify(&problem, &problem.start())?.u_h;
+/// assert!(0.0 < least && least <= most);
+/// # Ok(())
+/// # }
+/// ```
+///
 /// # Errors
 /// [`Error::Certificate`] where there is none: a part of the domain that Γ_D does not hold, data on Γ_D or Γ_C
 /// that cannot be continued into the cells, g above ψ, a field that is not g on Γ_D, data that this mesh does not

@@ -6,6 +6,21 @@ use crate::scene::{HRule, Scene};
 use faceoff_mesh::error::{Error, Result};
 
 /// The scheme for a problem; it is checked where a [`super::Problem`] is made of it.
+///
+/// ```
+/// use faceoff_fem::contact::{Discretisation, Method};
+/// use faceoff_fem::scene::Scene;
+///
+/// # fn main() -> faceoff_mesh::Result<()> {
+/// let usual = Discretisation::of(&Scene::find("one-zone")?, Method::p2());
+/// let other = Discretisation {
+///     gamma0: 1.0,
+///     ..usual.clone()
+/// };
+/// assert_eq!((usual.gamma0(), other.gamma0()), (100.0, 1.0));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Discretisation {
     pub method: Method,

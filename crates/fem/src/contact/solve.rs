@@ -35,6 +35,26 @@ const SLOWEST: f64 = 100.0;
 /// Solves (3.1). `progress` is called with each step and its relative increment; an error it returns
 /// ends the run.
 ///
+/// ```
+/// use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Stop, quantities, solve};
+/// use faceoff_fem::scene::Scene;
+///
+/// # fn main() -> faceoff_mesh::Result<()> {
+/// let scene = Scene::find("one-zone")?;
+/// let mesh = scene.triangulation(Some(8))?;
+/// let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::p2()))?;
+/// let mut steps = 0;
+/// let solution = solve(&problem, Iteration::Newton, Stop::default(), |step, _| {
+///     steps = step;
+///     Ok(())
+/// })?;
+/// assert_eq!(solution.increments.len(), steps);
+/// // What presses on the obstacle is negative.
+/// assert!(quantities(&problem, &solution.u).contact_flux < 0.0);
+/// # Ok(())
+/// # }
+/// ```
+///
 /// # Errors
 /// What `progress` returns; a fixed point for a method that has none; a stiffness that is not
 /// positive definite, or a singular Newton matrix. An iteration that does not reach its tolerance is

@@ -183,8 +183,13 @@ fn linear_solvers_agree_on_all_methods() {
             let by = |solver, precision| {
                 let settings = Settings { solver, precision };
                 let report = |_, _| Ok(());
-                let solution =
-                    solve_by(&problem, Iteration::Newton, Stop::default(), settings, report);
+                let solution = solve_by(
+                    &problem,
+                    Iteration::Newton,
+                    Stop::default(),
+                    settings,
+                    report,
+                );
                 let solution = solution.unwrap();
                 assert!(solution.converged, "{name} {solver} {precision}");
                 assert!(

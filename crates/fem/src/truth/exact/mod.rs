@@ -5,14 +5,14 @@
 
 mod catalogue;
 mod harmonic;
-mod manufactured;
 mod in_3d;
+mod manufactured;
 mod zones;
 
 pub use catalogue::catalogue;
 pub use harmonic::{Gap, Hertz, Monomial, Periodic};
-pub use manufactured::{CutOff, Elementary, Profile, Selector, Separated};
 pub use in_3d::{Extruded, HertzSphere};
+pub use manufactured::{CutOff, Elementary, Profile, Selector, Separated};
 pub use zones::ManyZones;
 
 /// A point; 2D solutions ignore the third coordinate.
