@@ -950,7 +950,11 @@ fn a_baseline_stands_in_for_engines_that_are_not_there() {
         fs::write(copy.join("baseline.json"), damaged).unwrap();
         let ran = judge();
         let refused = "its dofs have changed since they were kept";
-        assert!(ran.code == Some(2) && ran.stderr.contains(refused), "{}", ran.stderr);
+        assert!(
+            ran.code == Some(2) && ran.stderr.contains(refused),
+            "{}",
+            ran.stderr
+        );
     }
     let at = text.find("\"mesh digest\": \"").unwrap() + 16;
     let wrong = format!("{}0000{}", &text[..at], &text[at + 4..]);

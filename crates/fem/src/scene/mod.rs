@@ -16,6 +16,36 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::generate::Cuboid;
 
 /// The problem (1.1) with its data and its mesh, valid by construction, and the defaults of its discretisation.
+///
+/// ```
+/// use faceoff_fem::scene::{Data, Expression, Scene};
+///
+/// # fn main() -> faceoff_mesh::Result<()> {
+/// let scene = Scene::parse(
+///     r#"
+///     name = "square"
+///     [mesh]
+///     generator = "union-jack"
+///     n = 8
+///     [boundary]
+///     dirichlet = ["top"]
+///     neumann = ["left", "right"]
+///     contact = ["bottom"]
+///     [data]
+///     f = "-2*pi*sin(2*pi*x)"
+///     "#,
+/// )?;
+/// assert_eq!(scene.triangulation(None)?.cell_count(), 2 * 8 * 8);
+///
+/// let psi = Expression::parse("0.01*x").expect("a formula");
+/// let raised = scene.with_data(Data {
+///     psi,
+///     ..scene.data().clone()
+/// });
+/// assert_ne!(raised.data(), scene.data());
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone)]
 pub struct Scene {
     name: String,
