@@ -77,8 +77,9 @@ pub fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
 
 /// The built-in scene `name` with `from` replaced by `to`, as a file in `folder`.
 pub fn scene(folder: &Path, name: &str, from: &str, to: &str) -> String {
-    let text = std::fs::read_to_string(source(&format!("crates/fem/src/scene/builtin/{name}.toml")))
-        .expect("a built-in scene");
+    let text =
+        std::fs::read_to_string(source(&format!("crates/fem/src/scene/builtin/{name}.toml")))
+            .expect("a built-in scene");
     assert!(text.contains(from), "{name} does not have `{from}`");
     write(folder, "scene.toml", &text.replace(from, to));
     "scene.toml".into()
