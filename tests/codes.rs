@@ -242,7 +242,7 @@ fn what_a_code_gets_wrong_is_named() {
 #[test]
 fn a_code_that_leaves_something_out_is_told_what() {
     let folder = folder();
-    // A status without the increments, by a code that answers and one that crashes in space.
+    // A status without the increments, by a code that answers and one that crashes in 3D.
     let solver = r#"
 import json, pathlib
 job = json.loads(pathlib.Path("job.json").read_text())
@@ -271,9 +271,9 @@ pathlib.Path("out/status.json").write_text(json.dumps({"protocol": 1, "version":
         why("g on Γ_D")
     );
     assert!(
-        why("in space").contains("there is no space here"),
+        why("3D").contains("there is no space here"),
         "{}",
-        why("in space")
+        why("3D")
     );
     assert!(
         why("a protocol").contains("another protocol"),

@@ -344,7 +344,7 @@ def signals(at):
         which = (signal.SIGINT, signal.SIGTERM)[k % 2]
         begun = time.monotonic()
         process = start(words, at, env)
-        wait_for(lambda: listens(process.pid, which) or process.poll() is not None)
+        wait_for(lambda process=process, which=which: listens(process.pid, which) or process.poll() is not None)
         # The first as early as can be; the others up to the end, as long as a run takes by now.
         moment = luck.uniform(0, whole) if k else 0
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -420,7 +420,7 @@ def out_of_memory(at):
         wrapper.chmod(0o755)
         env = {"PATH": f"{wrapper.parent}:{os.environ['PATH']}"} if engine == "freefem" else {"FACEOFF_PYTHON": wrapper}
 
-        def solve(n, limit=0, more=()):
+        def solve(n, limit=0, more=(), engine=engine, env=env):
             peaks.unlink(missing_ok=True)
             words = ["solve", "one-zone", "--method", "p2", "--n", n, "--engine", engine, *more]
             code, out, err = run(words, at, {**env, "DATA_LIMIT": str(limit)})

@@ -285,7 +285,7 @@ fn bad_bodies_are_refused_in_words() {
                 &[],
                 &[[1, 2, 3, 1], [1, 2, 4, 2], [1, 3, 4, 2], [2, 3, 4, 2]],
             ),
-            ["triangles do not lie in one plane", "a body of tetrahedra"],
+            ["triangles do not lie in one plane", "a mesh of tetrahedra"],
         ),
         (
             medit(

@@ -8,7 +8,7 @@ use crate::engine::{self, Answer, Case, Engine, Settings, Silent, raw_values};
 use crate::run::{Runner, Setup, Variation, tolerance};
 use crate::why::{Ingredient, Search, elsewhere, order};
 use faceoff_fem::contact::{Iteration, Method, Stop, solve};
-use faceoff_fem::scene::{Boundary, Data, Exact, Expression, GroupName, Scene};
+use faceoff_fem::scene::{Boundary, Data, Expression, GroupName, Scene};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 
@@ -214,7 +214,7 @@ pub fn conformance(
 impl Check {
     fn setup(&self, method: Method, settings: &Settings) -> Result<Setup> {
         let mut scene = Scene::find(self.scene)?;
-        if let Change::Data([f, g, t, psi], neumann, u) = &self.change {
+        if let Change::Data([f, g, t, psi], neumann, _) = &self.change {
             let sides = match self.scene {
                 "one-zone-3d" => SIDES_3D,
                 _ => SIDES_2D,
@@ -233,9 +233,6 @@ impl Check {
                 t: parse(t)?,
                 psi: parse(psi)?,
             });
-            if let Some(u) = u {
-                scene = scene.with_exact(Some(Exact::Formula(parse(u)?)));
-            }
         }
         let setup = Setup::new(&scene, Some(self.n), method, settings)?;
         match self.change {
@@ -257,9 +254,10 @@ fn parse_method(name: &str) -> Result<Method> {
         .map_err(|e: String| Error::usage(e, "report this"))
 }
 
-/// What is known of a case: u itself if its formula is in the space, else what the Rust solver finds.
-fn known(case: &Case) -> Result<Vec<f64>> {
-    if let Some(u) = case.scene().exact().and_then(Exact::formula) {
+/// What is known of a case: u itself if it is in the space, else what the Rust solver finds.
+fn known(case: &Case, u: Option<&str>) -> Result<Vec<f64>> {
+    if let Some(u) = u {
+        let u = parse(u)?;
         return Ok(case.problem.space.points().map(|x| u.value(x)).collect());
     }
     let solution = solve(&case.problem, Iteration::Newton, Stop::default(), |_, _| {
@@ -272,7 +270,11 @@ fn known(case: &Case) -> Result<Vec<f64>> {
 fn one(engine: &dyn Engine, check: &Check, setup: &Setup) -> Result<Finding> {
     let case = setup.case()?;
     let method = &setup.discretisation.method;
-    let known = known(&case)?;
+    let u = match check.change {
+        Change::Data(_, _, u) => u,
+        _ => None,
+    };
+    let known = known(&case, u)?;
     let kept = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
     let finding = |verdict, difference, why| Finding {
         about: check.about.into(),
@@ -408,7 +410,7 @@ fn several(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
         }
         Ok(answers) => {
             for (case, answer) in cases.iter().zip(&answers) {
-                let difference = difference(&answer.u, &known(case)?);
+                let difference = difference(&answer.u, &known(case, None)?);
                 let method = case.problem.method();
                 if !(difference <= tolerance(&method) && answer.converged) {
                     finding.verdict = Verdict::Disagree;
@@ -432,7 +434,7 @@ fn stops(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
         Err(message) => (Verdict::Undetermined, Some(message)),
         Ok(answers) => {
             let answer = &answers[0];
-            let is_right = difference(&answer.u, &known(&case)?) <= tolerance(&Method::cr());
+            let is_right = difference(&answer.u, &known(&case, None)?) <= tolerance(&Method::cr());
             let steps = answer.increments.len();
             if steps > 1 {
                 let why = format!("stop.max_iterations is 1, and it took {steps} steps");

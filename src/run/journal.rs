@@ -51,7 +51,10 @@ impl Journal {
         let path = if is_file {
             path.to_owned()
         } else {
-            fs::create_dir_all(path).map_err(Error::io(path, "make"))?;
+            // A folder for it, but none around it: a path that is mistyped is no wish.
+            if !path.is_dir() {
+                fs::create_dir(path).map_err(Error::io(path, "make"))?;
+            }
             path.join("journal.jsonl")
         };
         let mut options = OpenOptions::new();

@@ -7,8 +7,6 @@
 mod gamma;
 mod order;
 mod search;
-#[cfg(test)]
-mod tests;
 
 use serde::Serialize;
 

@@ -2,6 +2,8 @@
 
 mod cross;
 #[cfg(test)]
+mod diagnose_tests;
+#[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;

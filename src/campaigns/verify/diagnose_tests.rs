@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use super::*;
-use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
+use super::{VerifyRequest, diagnose, verify};
+use crate::why::{Diagnosis, Ingredient};
+
 use crate::engine::{Answer, Case, Engine, Progress, Run, Settings, Silent};
 use faceoff_fem::contact::{Discretisation, Method, Problem, Stop, solve_by};
 use faceoff_fem::scene::{Expression, HRule, Scene};
