@@ -285,3 +285,35 @@ fn memory_is_that_of_the_program_alone() {
     let memory = number(&told["peak_rss_mb"]);
     assert!(memory > 1.0 && memory < 200.0, "{memory} MB");
 }
+
+/// All values of a family go to a code in one job, with what they are compared with.
+#[test]
+fn stress_starts_a_code_once() {
+    let folder = folder();
+    let real = std::env::split_paths(&std::env::var_os("PATH").unwrap())
+        .map(|place| place.join("FreeFem++-nw"))
+        .find(|program| program.is_file())
+        .expect("FreeFEM");
+    let starts = folder.path().join("starts");
+    let script = format!(
+        "#!/bin/sh\necho x >> {}\nexec {} \"$@\"\n",
+        starts.display(),
+        real.display()
+    );
+    write(folder.path(), "bin/FreeFem++-nw", &script);
+    let wrapper = folder.path().join("bin/FreeFem++-nw");
+    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    std::fs::set_permissions(&wrapper, mode).unwrap();
+    let path = format!(
+        "{}:{}",
+        folder.path().join("bin").display(),
+        std::env::var("PATH").unwrap()
+    );
+    let words = "stress transition-1.5 --methods cr --families gamma0 --engines freefem --json -";
+    let mut command = crate::common::faceoff(folder.path());
+    let output = command.args(words.split(' ')).env("PATH", path).output();
+    let ran = crate::common::told(output.unwrap());
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert_eq!(ran.json()["cells"].as_array().unwrap().len(), 7);
+    assert_eq!(std::fs::read_to_string(&starts).unwrap(), "x\n");
+}

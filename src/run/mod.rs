@@ -59,8 +59,8 @@ pub struct Runner<'a> {
     journal: Option<Journal>,
     /// By all that an answer, or a refusal, depends on.
     known: Mutex<HashMap<String, Result<Arc<Answer>, String>>>,
-    /// Jobs that each engine was given.
-    jobs: Mutex<HashMap<String, usize>>,
+    /// Jobs that each engine was given, and the version that answered.
+    jobs: Mutex<HashMap<String, (usize, String)>>,
 }
 
 impl<'a> Runner<'a> {
@@ -219,6 +219,18 @@ impl<'a> Runner<'a> {
             .collect())
     }
 
+    /// The version of an engine, as it answered, or where it did not, as it is found by running it.
+    ///
+    /// # Errors
+    /// Those of [`Engine::probe`].
+    pub fn version(&self, engine: &dyn Engine) -> Result<String> {
+        let jobs = lock(&self.jobs);
+        match jobs.get(engine.name()) {
+            Some((_, version)) if !version.is_empty() => Ok(version.clone()),
+            _ => engine.probe(),
+        }
+    }
+
     /// One job; `first` cases came before those of this one.
     fn job(
         &self,
@@ -228,21 +240,24 @@ impl<'a> Runner<'a> {
         first: usize,
     ) -> Result<Run> {
         let mut settings = settings.clone();
-        let mut jobs = lock(&self.jobs);
-        let before = jobs.entry(engine.name().to_owned()).or_default();
+        let job = {
+            let mut jobs = lock(&self.jobs);
+            let (job, _) = jobs.entry(engine.name().to_owned()).or_default();
+            *job += 1;
+            *job
+        };
         // Each job is kept in a folder of its own.
-        if *before > 0 {
-            settings.keep = settings
-                .keep
-                .map(|keep| keep.join(format!("job-{}", *before + 1)));
+        if job > 1 {
+            settings.keep = settings.keep.map(|keep| keep.join(format!("job-{job}")));
         }
-        *before += 1;
-        drop(jobs);
         let progress = Shifted {
             progress: self.progress,
             first,
         };
         let run = engine.run(cases, &settings, &progress)?;
+        if let Some((_, version)) = lock(&self.jobs).get_mut(engine.name()) {
+            version.clone_from(&run.version);
+        }
         if run.answers.len() == cases.len() {
             return Ok(run);
         }

@@ -55,7 +55,6 @@ pub fn stress(request: &StressRequest, progress: &dyn Progress) -> Result<Stress
     let (mut engines, mut entries) = (Vec::new(), Vec::new());
     let all = request.engines.len() * request.methods.len();
     for (index, engine) in request.engines.iter().enumerate() {
-        engines.push((engine.name().to_owned(), engine.probe()?));
         let mut by_method = Vec::new();
         for (k, method) in request.methods.iter().enumerate() {
             if engine.accepts(method).is_err() {
@@ -66,6 +65,7 @@ pub fn stress(request: &StressRequest, progress: &dyn Progress) -> Result<Stress
             progress.next(&format!("{} {method}", engine.name()), share);
             by_method.push(judge::judge(&runner, &**engine, *method, &trials)?.into_iter());
         }
+        engines.push((engine.name().to_owned(), runner.version(&**engine)?));
         // By trial, then by method.
         for _ in &trials {
             entries.extend(by_method.iter_mut().filter_map(Iterator::next));
