@@ -87,7 +87,7 @@ impl Campaign<'_> {
             return Ok(());
         };
         for subject in &self.request.subjects {
-            let meshes_of = |method| self.meshes_of(&subject.scene.name(), method);
+            let meshes_of = |method| self.meshes_of(subject.scene.name(), method);
             let all: Vec<_> = methods.iter().map(meshes_of).collect();
             let together = |&n: &usize| {
                 let cost_of = |meshes: &Vec<(usize, f64)>| {

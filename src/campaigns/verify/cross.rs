@@ -99,7 +99,7 @@ pub(super) fn judge_methods(
     while from < cases.len() {
         let of_mesh = cases[from..]
             .iter()
-            .take_while(|case| same_mesh(case, &cases[from]))
+            .take_while(|case| same_mesh(case, cases[from]))
             .count();
         if of_mesh > 1 {
             let data = words(PreparedData::new(&cases[from].problem))?;

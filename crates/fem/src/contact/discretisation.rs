@@ -33,7 +33,7 @@ pub struct Discretisation {
 }
 
 impl Discretisation {
-    /// A method with what the scene says under [method].
+    /// A method with what the scene says under `[method]`.
     pub fn of(scene: &Scene, method: Method) -> Self {
         Discretisation {
             method,

@@ -68,7 +68,7 @@ pub struct Solution {
     pub ended: Ended,
     /// Did it end by increment or rounding?
     pub converged: bool,
-    /// [`Problem::backward_error`] of u.
+    /// [`super::Problem::backward_error`] of u.
     pub backward_error: f64,
     pub seconds: Timings,
     /// What solved the linear systems.
