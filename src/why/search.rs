@@ -158,7 +158,8 @@ impl<'a> Search<'a> {
         };
         let answers = self.runner.each(&*self.rust, &[&case], &setup.settings)?;
         let answer = answers.into_iter().next().and_then(Result::ok);
-        Ok(answer.map(|answer| face_fields(&case.problem, &answer.u, "rust again")))
+        // By the scheme that was asked for, as the fields of the answers are.
+        Ok(answer.map(|answer| face_fields(&self.problem, &answer.u, "rust again")))
     }
 
     /// How far the Rust engine with a variation is from the nearest strange answer, and which that is.
