@@ -24,13 +24,16 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         .flat_map(|o| [o.h1_verdict, o.l2_verdict])
         .flatten();
     let of = |wanted: Reach| verdicts.clone().filter(|v| *v == wanted).count();
-    let headline = format!(
-        "{}: {} as theory, {} not settled, {} below",
-        count(verdicts.clone().count(), "order"),
-        of(Reach::AsTheory),
-        of(Reach::NotSettled),
-        of(Reach::Below)
-    );
+    let headline = match verdicts.clone().count() {
+        0 => "no theory is known of these solutions beside the orders".to_owned(),
+        _ => format!(
+            "{}: {} as theory, {} not settled, {} below",
+            count(verdicts.clone().count(), "order"),
+            of(Reach::AsTheory),
+            of(Reach::NotSettled),
+            of(Reach::Below)
+        ),
+    };
     let question = "faceoff orders: does every method converge as theory says?";
     let mut report = Report::new("orders", question, headline, &Found { orders: all })?;
     report.blocks.push(
