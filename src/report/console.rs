@@ -1,6 +1,6 @@
 //! What people read on standard output and standard error.
 //!
-//! A reader may be gone before everything is told, as with `| head`. What it does not take is dropped: the verdict is the
+//! A reader may be gone before everything is written, as with `| head`. What it does not take is dropped: the verdict is the
 //! exit code.
 
 use std::fmt::Arguments;
@@ -36,7 +36,7 @@ pub fn output(text: Arguments) {
 }
 
 pub fn aside(text: Arguments) {
-    // Where standard error takes nothing there is nobody to be told.
+    // Where standard error takes nothing nobody reads.
     let _ = writeln!(io::stderr(), "{text}");
 }
 

@@ -87,10 +87,11 @@ impl<'a> Runner<'a> {
         Ok(self)
     }
 
-    /// All engines at a time, each in a thread of its own. An engine that fails does not end the others.
+    /// All engines at a time, each in a thread of its own. An engine that fails, or whose answers the journal refuses, does not
+    /// end the others.
     ///
     /// # Errors
-    /// An interruption; a journal that cannot be used.
+    /// An interruption.
     pub fn side_by_side(
         &self,
         engines: &[Box<dyn Engine>],

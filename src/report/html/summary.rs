@@ -61,7 +61,7 @@ pub(in crate::report) fn top(
     Ok(element("div", &[("class", "first")], [list, pictures]))
 }
 
-/// The pair and field that lies farthest beyond its tolerance; with the engine that is at fault, where that is told.
+/// The pair and field that lies farthest beyond its tolerance; with the engine that is at fault, where that is known.
 fn most_telling(outcome: &VerifyOutcome) -> Option<(usize, Pair<'_>)> {
     let mut worst: Option<(f64, usize, Pair)> = None;
     for (index, case) in outcome.cases.iter().enumerate() {

@@ -8,7 +8,7 @@ use crate::campaigns::study::{NORMS, Norm, Row, StudyOutcome, Varied};
 use crate::report::drawing::{Drawing, Drawn, font, power_of_ten};
 use crate::report::model::Figure;
 
-/// Colours that are told apart without red and green (M. Okabe, K. Ito), then darker ones.
+/// Colours that can be distinguished without red and green (M. Okabe, K. Ito), then darker ones.
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
