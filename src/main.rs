@@ -3,13 +3,9 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    // The first interruption ends engines with their children and removes temporary folders; a
-    // second one does not wait. Where no handler can be set, the first one ends the program.
+    // Where no handler can be set, an interruption ends the program as it is.
     let _ = ctrlc::set_handler(|| {
-        if faceoff_mesh::cancel::interrupt() {
-            #[allow(clippy::exit, reason = "the user insists")]
-            std::process::exit(2);
-        }
+        faceoff_mesh::cancel::end(faceoff_mesh::cancel::Cause::Signal);
     });
     faceoff::cli::main()
 }

@@ -242,15 +242,22 @@ fn what_a_code_gets_wrong_is_named() {
 #[test]
 fn a_code_that_leaves_something_out_is_told_what() {
     let folder = folder();
-    // A status without the increments, by a code that answers and one that crashes in 3D.
+    // Zeros for plane cases, without the increments for those on unstructured meshes; a crash in 3D.
     let solver = r#"
-import json, pathlib
+import json, os, pathlib, struct
 job = json.loads(pathlib.Path("job.json").read_text())
-case = job["cases"][0]
-if case["dimension"] == 3:
-    raise SystemExit("error there is no space here")
-pathlib.Path("out/status.json").write_text(json.dumps({"protocol": 1, "version": "1", "cases": [
-    {"id": "case-0", "converged": True, "iterations": 0, "rows": 0, "dofs": "out/case-0.dofs.f64"}]}))
+cases = []
+for k, case in enumerate(job["cases"]):
+    if case["dimension"] == 3:
+        raise SystemExit("error there is no space here")
+    cells = os.path.getsize(case["mesh"]["cells"]) // 24
+    rows = cells * {"CR": 3, "P1": 3, "P2": 6}[case["element"]]
+    dofs = f"out/case-{k}.dofs.f64"
+    pathlib.Path(dofs).write_bytes(bytes(8 * rows))
+    cases.append({"id": case["id"], "converged": True, "iterations": 0, "rows": rows, "dofs": dofs})
+    if case["scene"] != "plate":
+        cases[-1]["increments"] = []
+pathlib.Path("out/status.json").write_text(json.dumps({"protocol": 1, "version": "1", "cases": cases}))
 "#;
     write(folder.path(), "solve.py", solver);
     write(
@@ -265,21 +272,26 @@ pathlib.Path("out/status.json").write_text(json.dumps({"protocol": 1, "version":
             .filter(|f| f["about"].as_str().unwrap().contains(about));
         found.next().unwrap()["why"].as_str().unwrap().to_owned()
     };
-    assert!(
-        why("g on Γ_D").contains("missing field `increments`"),
-        "{}",
-        why("g on Γ_D")
-    );
-    assert!(
-        why("3D").contains("there is no space here"),
-        "{}",
-        why("3D")
-    );
-    assert!(
-        why("a protocol").contains("another protocol"),
-        "{}",
-        why("a protocol")
-    );
+    for (about, part) in [
+        ("unstructured", "missing field `increments`"),
+        ("3D", "there is no space here"),
+        ("a protocol", "another protocol"),
+        ("several", "no case is right alone"),
+    ] {
+        assert!(why(about).contains(part), "{}", why(about));
+    }
+}
+
+#[test]
+fn a_code_that_does_not_run_is_said_once() {
+    let folder = folder();
+    let engine = "name = \"mine\"\ncommand = [\"python3\", \"sovle.py\"]\n";
+    write(folder.path(), "mine.toml", engine);
+    let ran = run(folder.path(), &["engines", "check", "mine.toml", "--quiet"]);
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    let said = "mine: it answers nothing";
+    assert_eq!(ran.stderr.matches(said).count(), 1, "{}", ran.stderr);
+    assert!(ran.stderr.contains("sovle.py"), "{}", ran.stderr);
 }
 
 /// The engine files of the repository's further codes, whose Python must be there.

@@ -185,33 +185,85 @@ pub fn check_count() -> usize {
         + 3
 }
 
-/// Runs `engine` through all checks; `ended` gets each finding as it is made.
+/// Runs `engine` through all checks; `ended` gets each finding as it is made. All cases go into one job, and each that is not
+/// right there into one of its own, so that no case is blamed for another.
 ///
 /// # Errors
-/// An interruption. What the engine does is no error but a finding.
+/// An interruption; a code that answers nothing at all. Whatever else the engine does is a finding.
 pub fn conformance(
     engine: &dyn Engine,
     settings: &Settings,
     mut ended: impl FnMut(&Finding),
 ) -> Result<Vec<Finding>> {
+    let mut checks = Vec::new();
+    for check in &CHECKS {
+        for method in check.methods {
+            checks.push((check, check.setup(parse_method(method)?, settings)?));
+        }
+    }
+    let cases = checks.iter().map(|(_, setup)| setup.case());
+    let cases = cases.collect::<Result<Vec<_>>>()?;
+    let all: Vec<&Case> = cases.iter().collect();
+    let together = run(engine, &all, settings, temporary()?.path())?;
     let mut findings = Vec::new();
     let mut add = |finding: Finding| {
         ended(&finding);
         findings.push(finding);
     };
-    for check in &CHECKS {
-        for method in check.methods {
-            let setup = check.setup(parse_method(method)?, settings)?;
-            add(one(engine, check, &setup)?);
+    let (mut right, mut silent) = (Vec::new(), Vec::new());
+    for (k, ((check, setup), case)) in checks.iter().zip(&cases).enumerate() {
+        let known = known(case, check.u())?;
+        let finding = match &together {
+            Ok(answers) if is_right(case, &answers[k], &known) => {
+                let difference = difference(&answers[k].u, &known);
+                check.finding(setup, Verdict::Agree, Some(difference), None)
+            }
+            _ => alone(engine, check, setup, case, &known)?,
+        };
+        match (finding.verdict, &finding.why) {
+            (Verdict::Agree, _) => right.push((k, known)),
+            (Verdict::Undetermined, Some(why)) => silent.push(why.clone()),
+            _ => {}
+        }
+        add(finding);
+        // A code that answers no method of the first check does not run.
+        if k + 1 == CHECKS[0].methods.len() && silent.len() > k {
+            let what = format!("it answers nothing: {}", silent[0]);
+            let remedy = "see that it runs; tests/engines/README.md says what it must do";
+            return Err(Error::engine(engine.name(), what, remedy));
         }
     }
-    add(several(engine, settings)?);
+    add(several(engine, settings, &together, &cases, &right)?);
     add(stops(engine, settings)?);
     add(protocol(engine, settings)?);
     Ok(findings)
 }
 
 impl Check {
+    /// u, if it is in the space.
+    fn u(&self) -> Option<&'static str> {
+        match self.change {
+            Change::Data(_, _, u) => u,
+            _ => None,
+        }
+    }
+
+    fn finding(
+        &self,
+        setup: &Setup,
+        verdict: Verdict,
+        difference: Option<f64>,
+        why: Option<String>,
+    ) -> Finding {
+        Finding {
+            about: self.about.into(),
+            method: Some(setup.discretisation.method.to_string()),
+            verdict,
+            difference,
+            why,
+        }
+    }
+
     fn setup(&self, method: Method, settings: &Settings) -> Result<Setup> {
         let mut scene = Scene::find(self.scene)?;
         if let Change::Data([f, g, t, psi], neumann, _) = &self.change {
@@ -266,64 +318,60 @@ fn known(case: &Case, u: Option<&str>) -> Result<Vec<f64>> {
     Ok(solution.u)
 }
 
+/// Does an answer solve a case, as far as it says and as is known?
+fn is_right(case: &Case, answer: &Answer, known: &[f64]) -> bool {
+    answer.converged && difference(&answer.u, known) <= tolerance(&case.problem.method())
+}
+
 /// One case in a job of its own.
-fn one(engine: &dyn Engine, check: &Check, setup: &Setup) -> Result<Finding> {
-    let case = setup.case()?;
-    let method = &setup.discretisation.method;
-    let u = match check.change {
-        Change::Data(_, _, u) => u,
-        _ => None,
-    };
-    let known = known(&case, u)?;
-    let kept = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
-    let finding = |verdict, difference, why| Finding {
-        about: check.about.into(),
-        method: Some(method.to_string()),
-        verdict,
-        difference,
-        why,
-    };
+fn alone(
+    engine: &dyn Engine,
+    check: &Check,
+    setup: &Setup,
+    case: &Case,
+    known: &[f64],
+) -> Result<Finding> {
     let in_order = |raw: &[f64]| {
-        let known = of_cells(&case, &known);
-        (
-            order(&case.problem, raw, &known),
-            elsewhere(&case.problem, raw, &known),
-        )
+        let known = of_cells(case, known);
+        let order = order(&case.problem, raw, &known);
+        (order, elsewhere(&case.problem, raw, &known))
     };
-    match run(engine, &[&case], &setup.settings, kept.path())? {
-        Ok(answers) => {
-            let (u, reached) = (&answers[0].u, answers[0].converged);
-            let difference = difference(u, &known);
-            if difference <= tolerance(method) && reached {
-                return Ok(finding(Verdict::Agree, Some(difference), None));
-            }
-            let mut why = Vec::new();
-            if !reached {
-                why.push("it says that it has not converged".to_owned());
-            }
-            if difference > tolerance(method) {
-                let (order, elsewhere) = in_order(&of_cells(&case, u));
-                let cause = match order {
-                    Some(order) => Some(order),
-                    None => single_change(engine, setup, u, &known)?.or(elsewhere),
-                };
-                why.extend(cause);
-            }
-            let why = (!why.is_empty()).then(|| why.join("; "));
-            Ok(finding(Verdict::Disagree, Some(difference), why))
-        }
+    let kept = temporary()?;
+    let answer = match run(engine, &[case], &setup.settings, kept.path())? {
+        Ok(answers) => answers.into_iter().next(),
         Err(message) => {
             // What it wrote may show more than that it does not count.
             let raw = raw_values(&kept.path().join(engine.name()), 0, &case.problem);
-            let ordered = raw.map(|raw| in_order(&raw));
-            Ok(
-                match ordered.and_then(|(order, elsewhere)| order.or(elsewhere)) {
-                    Some(order) => finding(Verdict::Disagree, None, Some(order)),
-                    None => finding(Verdict::Undetermined, None, Some(message)),
+            let cause = raw.map(|raw| in_order(&raw));
+            return Ok(
+                match cause.and_then(|(order, elsewhere)| order.or(elsewhere)) {
+                    Some(cause) => check.finding(setup, Verdict::Disagree, None, Some(cause)),
+                    None => check.finding(setup, Verdict::Undetermined, None, Some(message)),
                 },
-            )
+            );
         }
+    };
+    let Some(answer) = answer else {
+        let message = Some("it gave no answer".into());
+        return Ok(check.finding(setup, Verdict::Undetermined, None, message));
+    };
+    let difference = difference(&answer.u, known);
+    if is_right(case, &answer, known) {
+        return Ok(check.finding(setup, Verdict::Agree, Some(difference), None));
     }
+    let mut why = Vec::new();
+    if !answer.converged {
+        why.push("it says that it has not converged".to_owned());
+    }
+    if difference > tolerance(&case.problem.method()) {
+        let (order, elsewhere) = in_order(&of_cells(case, &answer.u));
+        why.extend(match order {
+            Some(order) => Some(order),
+            None => single_change(engine, setup, &answer.u, known)?.or(elsewhere),
+        });
+    }
+    let why = (!why.is_empty()).then(|| why.join("; "));
+    Ok(check.finding(setup, Verdict::Disagree, Some(difference), why))
 }
 
 /// The single changes that explain an answer, in words.
@@ -357,10 +405,15 @@ fn run(
     };
     match engine.run(cases, &settings, &Silent) {
         Ok(run) => Ok(Ok(run.answers)),
-        Err(Error::Interrupted) => Err(Error::Interrupted),
+        Err(Error::Ended(cause)) => Err(Error::Ended(cause)),
         Err(Error::Engine { what, .. }) => Ok(Err(what)),
         Err(other) => Ok(Err(other.to_string())),
     }
+}
+
+/// A folder that ends with its use.
+fn temporary() -> Result<tempfile::TempDir> {
+    tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))
 }
 
 /// max |a - b| / max |b|
@@ -379,23 +432,22 @@ fn of_cells(case: &Case, u: &[f64]) -> Vec<f64> {
     dofs.map(|dof| u[*dof as usize]).collect()
 }
 
-/// Two scenes on two meshes in one job.
-fn several(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
-    let mut setups = Vec::new();
-    for (scene, n) in [("three-zones", 6), ("one-zone", 3)] {
-        for method in ["cr", "p2"] {
-            let scene = Scene::find(scene)?;
-            setups.push(Setup::new(
-                &scene,
-                Some(n),
-                parse_method(method)?,
-                settings,
-            )?);
+/// All cases that are right alone in one job: the first one, or one without those that are not right.
+fn several(
+    engine: &dyn Engine,
+    settings: &Settings,
+    together: &Result<Vec<Answer>, String>,
+    cases: &[Case],
+    right: &[(usize, Vec<f64>)],
+) -> Result<Finding> {
+    let answers = match together {
+        Ok(answers) => Ok(right.iter().map(|(k, _)| answers[*k].clone()).collect()),
+        Err(_) if right.is_empty() => Err("no case is right alone".into()),
+        Err(_) => {
+            let batch: Vec<&Case> = right.iter().map(|(k, _)| &cases[*k]).collect();
+            run(engine, &batch, settings, temporary()?.path())?
         }
-    }
-    let cases = setups.iter().map(Setup::case).collect::<Result<Vec<_>>>()?;
-    let cases: Vec<&Case> = cases.iter().collect();
-    let kept = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
+    };
     let mut finding = Finding {
         about: "several cases in one job".into(),
         method: None,
@@ -403,18 +455,18 @@ fn several(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
         difference: None,
         why: None,
     };
-    match run(engine, &cases, settings, kept.path())? {
+    match answers {
         Err(message) => {
             finding.verdict = Verdict::Undetermined;
             finding.why = Some(message);
         }
         Ok(answers) => {
-            for (case, answer) in cases.iter().zip(&answers) {
-                let difference = difference(&answer.u, &known(case, None)?);
-                let method = case.problem.method();
-                if !(difference <= tolerance(&method) && answer.converged) {
+            for ((k, known), answer) in right.iter().zip(&answers) {
+                let case = &cases[*k];
+                let difference = difference(&answer.u, known);
+                if !is_right(case, answer, known) {
                     finding.verdict = Verdict::Disagree;
-                    let scene = case.scene().name();
+                    let (scene, method) = (case.scene().name(), case.problem.method());
                     finding.why = Some(format!("in such a job {scene}, {method} is wrong"));
                 }
                 finding.difference = Some(finding.difference.unwrap_or(0.0).max(difference));
@@ -429,8 +481,7 @@ fn stops(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
     let mut setup = Setup::new(&Scene::find("one-zone")?, Some(8), Method::cr(), settings)?;
     setup.settings.stop.max_iterations = 1;
     let case = setup.case()?;
-    let kept = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
-    let (verdict, why) = match run(engine, &[&case], &setup.settings, kept.path())? {
+    let (verdict, why) = match run(engine, &[&case], &setup.settings, temporary()?.path())? {
         Err(message) => (Verdict::Undetermined, Some(message)),
         Ok(answers) => {
             let answer = &answers[0];

@@ -6,8 +6,8 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand};
 
 use super::words::{
-    FieldTolerance, Methods, Words, accuracy, bound, budget, field_tolerance, increment, launcher,
-    method, methods, pair, seconds,
+    FieldTolerance, Methods, Words, accuracy, bound, field_tolerance, increment, launcher, memory,
+    method, methods, pair, time,
 };
 use crate::campaigns::paper;
 use crate::report;
@@ -27,6 +27,19 @@ use faceoff_mesh::error::{Result, distinct};
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub command: Command,
+    #[command(flatten)]
+    pub limits: Limits,
+}
+
+/// What a command may take, with all that it starts.
+#[derive(Args)]
+pub(super) struct Limits {
+    /// Longest time that the command may take, as in 90s, 5m or 1h
+    #[arg(long, global = true, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
+    pub time_limit: Option<Duration>,
+    /// Most memory that it may take, as in 500MB or 4GB [default: what is available]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = memory, allow_negative_numbers = true)]
+    pub memory: Option<u64>,
 }
 
 #[derive(Subcommand)]
@@ -157,9 +170,6 @@ impl Command {
 /// How engines are run.
 #[derive(Args)]
 pub(super) struct Running {
-    /// Longest time one engine may take, in seconds
-    #[arg(long, value_name = "SECONDS", default_value = "3600", value_parser = seconds, allow_negative_numbers = true)]
-    pub time_limit: Duration,
     /// Run fenicsx as R processes that share the mesh, by mpirun
     #[arg(long, value_name = "R", default_value = "1", value_parser = clap::value_parser!(u32).range(1..))]
     pub ranks: u32,
@@ -383,7 +393,7 @@ pub(super) struct Study {
     #[arg(long, default_value = "cr,cr-fc,p1,p2,p1-vi,cr-vi,penalty,multiplier", value_parser = methods)]
     pub methods: Methods,
     /// Wall-clock time for everything, as in 90s, 5m or 1h; the two coarsest meshes are measured in any case
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = budget, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = time, allow_negative_numbers = true)]
     pub budget: Duration,
     /// No finer uniform meshes than this, nor adapted ones that follow one with more dofs
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -427,7 +437,7 @@ pub(super) struct Stress {
 #[derive(Args)]
 pub(super) struct Paper {
     /// The mesh-free solutions only: contact set, norms, flux and samples
-    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "time_limit", "ranks", "launcher", "keep", "tolerance", "max_iterations", "install"])]
+    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "ranks", "launcher", "keep", "tolerance", "max_iterations", "install"])]
     pub reference: bool,
     /// N of (6.2) besides the paper's 3 and 5
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
@@ -550,9 +560,6 @@ pub(super) enum EnginesAction {
         /// A TOML file that describes an engine, or the name of one that is built in
         #[arg(value_name = "FILE")]
         engine: String,
-        /// Longest time one case may take, in seconds
-        #[arg(long, value_name = "SECONDS", default_value = "300", value_parser = seconds, allow_negative_numbers = true)]
-        time_limit: Duration,
         #[command(flatten)]
         verdicts: Verdicts,
         #[command(flatten)]

@@ -13,6 +13,7 @@ use faceoff_judge::{
 };
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
+use faceoff_mesh::file;
 use faceoff_mesh::io;
 
 pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
@@ -27,7 +28,7 @@ pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
     let python = meshio_python();
     // Each file's bytes go before the next is read into fields.
     let read = |path: &Path| -> Result<Results> {
-        let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+        let bytes = file::read(path)?;
         io::read_results(path, &bytes, python.as_deref())
     };
     let (mut of_a, mut of_b) = (read(a)?, read(b)?);

@@ -1,18 +1,14 @@
 //! `faceoff engines`: what is here, and what brings the rest.
 
-use std::time::Duration;
-
 use serde::Serialize;
 
 use super::args::{Engines, EnginesAction, Running};
 use super::{DONE, FAILED, code};
 use crate::campaigns::conformance::{Finding, check_count, conformance};
-use crate::engine::{self, Engine, Installation, Launch, Settings};
+use crate::engine::{self, Engine, Installation, Settings};
 use crate::report::console::{note, tell};
 use crate::report::model::{Block, Report, Suite, Table, TestCase, cells, count, short};
 use crate::report::{Output, deliver};
-use faceoff_fem::contact::{Iteration, Stop};
-use faceoff_fem::linear;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Result, distinct};
 
@@ -46,9 +42,7 @@ pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
     match &arguments.action {
         None => {}
         Some(EnginesAction::Install) => install(&ALL, to.quiet)?,
-        Some(EnginesAction::Check {
-            engine, time_limit, ..
-        }) => return check(engine, *time_limit, to),
+        Some(EnginesAction::Check { engine, .. }) => return check(engine, to),
     }
     let mut states = Vec::new();
     for name in engine::NAMES {
@@ -107,19 +101,12 @@ fn state(here: &Here) -> Result<Report<'_>> {
 }
 
 /// Runs a code through what it must be able to do.
-fn check(name: &str, time_limit: Duration, to: &Output) -> Result<u8> {
+fn check(name: &str, to: &Output) -> Result<u8> {
     let engine = engine::find(name)?;
     if !engine.is_installed() {
         engine.probe()?;
     }
-    let settings = Settings {
-        stop: Stop::default(),
-        iteration: Iteration::Newton,
-        linear: linear::Settings::default(),
-        launch: Launch::Alone,
-        time_limit,
-        keep: None,
-    };
+    let settings = Settings::default();
     let mut done = 0;
     let findings = conformance(&*engine, &settings, |finding| {
         done += 1;

@@ -16,13 +16,18 @@ mod verify;
 mod words;
 
 use std::process::ExitCode;
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
 
 use clap::Parser;
 
+use crate::engine::held_memory;
 use crate::report::console::{self, note};
-use args::{Arguments, Command};
+use args::{Arguments, Command, Limits};
 use faceoff_judge::Verdict;
+use faceoff_mesh::cancel::{self, Cause};
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::memory;
 
 /// 0: agree, or done.
 const DONE: u8 = 0;
@@ -31,18 +36,98 @@ const DISAGREE: u8 = 1;
 /// 2: could not judge: bad input, a code missing, crashed or out of time.
 const FAILED: u8 = 2;
 
-/// Parses the arguments of the process, does what they say, and returns its exit code.
+/// What polls for the end of a run ends by itself in this time; the rest is ended with the process.
+const GRACE: Duration = Duration::from_millis(600);
+
+/// How often the limits are looked at: time, and memory, which takes longer to find out.
+const POLL: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(200)];
+
+/// A thread's memory for calls; formulas may be nested deeply.
+const STACK: usize = 64 << 20;
+
+/// Parses the arguments of the process, does what they say, and returns its exit code: within a second after a signal or a
+/// limit, whatever was going on.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    // Never freed: the process ends while its command may still look at them.
+    let arguments: &'static Arguments = Box::leak(Box::new(Arguments::parse()));
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
         .with_env_filter(tracing_subscriber::EnvFilter::from_env("FACEOFF_LOG"))
         .init();
-    match run(&arguments).and_then(|code| console::check().map(|()| code)) {
+    let (done, ended) = mpsc::channel();
+    let begun = Instant::now();
+    if let Some(limit) = arguments.limits.time_limit {
+        cancel::set_deadline(begun + limit);
+    }
+    if let Some(most) = arguments.limits.memory {
+        memory::set_limit(most);
+    }
+    let most = memory::available().map(|there| there + memory::held());
+    let work = move || {
+        let code = run(arguments).and_then(|code| console::check().map(|()| code));
+        let _ = done.send(code);
+    };
+    let thread = std::thread::Builder::new().stack_size(STACK).spawn(work);
+    let code = match thread {
+        Ok(_) => wait(&ended, &arguments.limits, begun, most).unwrap_or_else(|e| {
+            // It hears nothing: what it has not delivered it never will.
+            arguments.command.output().give_up(&e);
+            Err(e)
+        }),
+        Err(e) => Err(Error::usage(
+            format!("no thread can be started: {e}"),
+            "close other programs, or allow more processes (ulimit -u)",
+        )),
+    };
+    match code {
         Ok(code) => ExitCode::from(code),
         Err(e) => {
             complain(&e.to_string());
             ExitCode::from(FAILED)
+        }
+    }
+}
+
+/// What the command comes to.
+///
+/// # Errors
+/// A command that did not end although it was asked to.
+fn wait(
+    ended: &mpsc::Receiver<Result<u8>>,
+    limits: &Limits,
+    begun: Instant,
+    most: Option<u64>,
+) -> Result<Result<u8>> {
+    let (mut asked, mut looked) = (None, begun);
+    loop {
+        match ended.recv_timeout(POLL[0]) {
+            Ok(code) => return Ok(code),
+            Err(mpsc::RecvTimeoutError::Timeout) => {}
+            Err(mpsc::RecvTimeoutError::Disconnected) => {
+                return Err(Error::Solver {
+                    what: "a defect of faceoff itself ended the command".into(),
+                    remedy: "report this, with the lines above".into(),
+                });
+            }
+        }
+        if let Some(cause) = cancel::cause() {
+            if asked.get_or_insert_with(Instant::now).elapsed() >= GRACE {
+                return Err(cause.into());
+            }
+            continue;
+        }
+        if let Some(limit) = limits.time_limit.filter(|limit| begun.elapsed() >= *limit) {
+            cancel::end(Cause::Time(limit));
+        }
+        if looked.elapsed() >= POLL[1] {
+            looked = Instant::now();
+            let used = held_memory();
+            if let Some(most) = most.filter(|most| used > *most) {
+                cancel::end(Cause::Memory {
+                    used: used / 1_000_000,
+                    most: most / 1_000_000,
+                });
+            }
         }
     }
 }
@@ -61,11 +146,11 @@ fn complain(message: &str) {
     note!("faceoff: {plain}");
 }
 
-/// Runs a command; one that ends early says so wherever something reads, but for an interruption.
+/// Runs a command; one that ends early says so wherever something reads.
 fn run(arguments: &Arguments) -> Result<u8> {
     let output = arguments.command.output();
     let to = &output;
-    let done = output.check().and_then(|()| match &arguments.command {
+    let done = output.begin().and_then(|()| match &arguments.command {
         Command::Verify(arguments) => verify::run(arguments, to),
         Command::Compare(arguments) => compare::run(arguments, to),
         Command::Solve(arguments) => solve::run(arguments, to),
@@ -77,7 +162,6 @@ fn run(arguments: &Arguments) -> Result<u8> {
         Command::Engines(arguments) => engines::run(arguments, to),
     });
     if let Err(e) = &done
-        && !matches!(e, Error::Interrupted)
         && let Err(other) = output.fail(e)
         && other.to_string() != e.to_string()
     {

@@ -126,8 +126,8 @@ pub(super) fn settings(
             (None, 1) => Launch::Alone,
             (None, ranks) => Launch::Ranks(ranks as usize),
         },
-        time_limit: running.time_limit,
         keep: running.keep.clone(),
+        ..Settings::default()
     }
 }
 

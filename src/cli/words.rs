@@ -41,16 +41,8 @@ pub(super) fn launcher(text: &str) -> Result<Words, String> {
     Ok(Words(words))
 }
 
-pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    text.parse::<f64>()
-        .ok()
-        .and_then(|s| Duration::try_from_secs_f64(s).ok())
-        .filter(|d| !d.is_zero())
-        .ok_or_else(|| format!("`{text}` is no positive number of seconds"))
-}
-
 /// `90s`, `5m`, `1h`, or seconds without a letter.
-pub(super) fn budget(text: &str) -> Result<Duration, String> {
+pub(super) fn time(text: &str) -> Result<Duration, String> {
     let (number, unit) = match text.char_indices().last() {
         Some((at, 's')) => (&text[..at], 1.0),
         Some((at, 'm')) => (&text[..at], 60.0),
@@ -63,6 +55,19 @@ pub(super) fn budget(text: &str) -> Result<Duration, String> {
         .and_then(|t| Duration::try_from_secs_f64(t * unit).ok())
         .filter(|d| !d.is_zero())
         .ok_or_else(|| format!("`{text}` is no positive time, as 90s, 5m or 1h"))
+}
+
+/// `500MB`, `4GB`, or MB without letters; in bytes.
+pub(super) fn memory(text: &str) -> Result<u64, String> {
+    let (number, unit) = [("GB", 1e9), ("MB", 1e6)]
+        .iter()
+        .find_map(|(letters, unit)| Some((text.strip_suffix(letters)?, *unit)))
+        .unwrap_or((text, 1e6));
+    let bytes = number.trim().parse::<f64>().map_or(0.0, |m| m * unit);
+    if (1.0..1e18).contains(&bytes) {
+        return Ok(bytes as u64);
+    }
+    Err(format!("`{text}` is no size of memory, as 500MB or 4GB"))
 }
 
 pub(super) fn accuracy(text: &str) -> Result<f64, String> {
@@ -142,11 +147,11 @@ mod tests {
 
     #[test]
     fn budgets_have_units() {
-        assert_eq!(budget("1.5m"), Ok(Duration::from_secs(90)));
-        assert_eq!(budget("90s"), budget("90"));
-        assert_eq!(budget("1h"), budget("60m"));
+        assert_eq!(time("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(time("90s"), time("90"));
+        assert_eq!(time("1h"), time("60m"));
         for wrong in ["", "m", "-1s", "0s", "nan", "1e400", "5 m s", "∞"] {
-            assert!(budget(wrong).is_err(), "{wrong}");
+            assert!(time(wrong).is_err(), "{wrong}");
         }
     }
 

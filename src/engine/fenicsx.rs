@@ -58,7 +58,7 @@ pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
             None => all.extend_from_slice(text.as_bytes()),
             Some(scripts) => {
                 let path = scripts.join(name);
-                all.extend(fs::read(&path).map_err(Error::io(&path, "read"))?);
+                all.extend(faceoff_mesh::file::read(&path)?);
             }
         }
     }

@@ -29,7 +29,7 @@ struct EngineFile {
 }
 
 pub(super) fn read(path: &Path) -> Result<Program> {
-    let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
+    let text = faceoff_mesh::file::text(path)?;
     let refuse = |place: Place, what: String| {
         Error::file(
             path,

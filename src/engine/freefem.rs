@@ -13,6 +13,7 @@ use faceoff_fem::contact::Law;
 use faceoff_fem::quadrature::Rule;
 use faceoff_fem::scene::{Expression, Scene};
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file;
 
 const SCRIPT: &str = include_str!("../../freefem/signorini.edp");
 const SCRIPT_NAME: &str = "signorini.edp";
@@ -36,7 +37,7 @@ pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
         return Ok(super::kept::digest(SCRIPT.as_bytes()));
     };
     let script = scripts.join(SCRIPT_NAME);
-    let text = fs::read(&script).map_err(Error::io(&script, "read"))?;
+    let text = file::read(&script)?;
     Ok(super::kept::digest(&text))
 }
 

@@ -17,6 +17,7 @@ use faceoff_fem::contact::{Law, Problem};
 use faceoff_fem::quadrature::Rule;
 use faceoff_fem::scene::Expression;
 use faceoff_mesh::error::{Error, Place, Result};
+use faceoff_mesh::file;
 
 /// Version of the protocol.
 pub(super) const PROTOCOL: u32 = 1;
@@ -98,15 +99,20 @@ pub fn case_label(case: &Case) -> String {
     format!("{}, {}{n}", case.scene().name(), case.problem.method())
 }
 
-/// The cases by jobs: those of a job stand together and have one dimension and one pair of rules.
-pub(super) fn jobs<'a, 'm>(cases: &'a [&'m Case<'m>]) -> Vec<&'a [&'m Case<'m>]> {
-    let kind = |case: &&Case| {
-        (
-            case.problem.cell_rule.clone(),
-            case.problem.face_rule.clone(),
-        )
-    };
-    cases.chunk_by(|a, b| kind(a) == kind(b)).collect()
+/// The cases of each job, by their places: those with one pair of rules, and so of one dimension.
+pub(super) fn jobs(cases: &[&Case]) -> Vec<Vec<usize>> {
+    let mut jobs: Vec<Vec<usize>> = Vec::new();
+    for (k, case) in cases.iter().enumerate() {
+        let has_its_rules = |job: &&mut Vec<usize>| {
+            let (a, b) = (&cases[job[0]].problem, &case.problem);
+            (&a.cell_rule, &a.face_rule) == (&b.cell_rule, &b.face_rule)
+        };
+        match jobs.iter_mut().find(has_its_rules) {
+            Some(job) => job.push(k),
+            None => jobs.push(vec![k]),
+        }
+    }
+    jobs
 }
 
 /// γ of each cell behind a contact face, by ascending cell.
@@ -236,8 +242,10 @@ pub(super) fn read(engine: &str, folder: &Path, cases: &[&Case]) -> Result<(Stri
         )
     };
     let path = folder.join(STATUS);
-    let text = fs::read_to_string(&path)
-        .map_err(|_| fault("it ended without writing out/status.json".into()))?;
+    if !path.exists() {
+        return Err(fault("it ended without writing out/status.json".into()));
+    }
+    let text = file::text(&path).map_err(|e| fault(e.to_string()))?;
     let status: Status = serde_json::from_str(&text)
         .map_err(|e| fault(format!("its out/status.json is not valid: {e}")))?;
     if status.protocol != PROTOCOL {
@@ -321,13 +329,8 @@ pub(super) fn read_values(
     expected: usize,
     local: usize,
 ) -> Result<Vec<f64>, String> {
-    let inside = Path::new(name)
-        .components()
-        .all(|c| matches!(c, std::path::Component::Normal(_)));
-    if !inside {
-        return Err("it lies outside the job folder".into());
-    }
-    let bytes = fs::read(folder.join(name)).map_err(|e| format!("it cannot be read: {e}"))?;
+    let path = file::beneath(folder, name).ok_or("it lies outside the job folder")?;
+    let bytes = file::read(&path).map_err(|e| e.to_string())?;
     if name.ends_with(".f64") {
         return binary(&bytes, expected);
     }

@@ -1,5 +1,6 @@
 //! The machine that times are of, and the memory of this process.
 
+use std::collections::HashMap;
 use std::fs;
 
 use nix::sys::resource::{UsageWho, getrusage};
@@ -50,6 +51,39 @@ pub fn peak_memory_mb(children: bool) -> f64 {
     };
     // Linux counts in KiB.
     getrusage(who).map_or(f64::NAN, |usage| usage.max_rss() as f64 / 1024.0)
+}
+
+/// Memory that this process and all that it started hold, in bytes; 0 where the system does not report it.
+pub fn held_memory() -> u64 {
+    // Of each process: its parent, and what it holds besides mapped files.
+    let mut processes = HashMap::new();
+    for entry in fs::read_dir("/proc").into_iter().flatten().flatten() {
+        let Some(id) = entry
+            .file_name()
+            .to_str()
+            .and_then(|name| name.parse::<u32>().ok())
+        else {
+            continue;
+        };
+        let text = fs::read_to_string(entry.path().join("status")).unwrap_or_default();
+        let parent = field(&text, "PPid").and_then(|parent| parent.parse::<u32>().ok());
+        let held = megabytes(&text, "RssAnon").unwrap_or(0.0) * 1024.0 * 1024.0;
+        processes.insert(id, (parent, held as u64));
+    }
+    let own = std::process::id();
+    let is_ours = |mut id: u32| {
+        // Deeper than any chain of parents, should one change while it is followed.
+        for _ in 0..64 {
+            match processes.get(&id) {
+                _ if id == own => return true,
+                Some((Some(parent), _)) => id = *parent,
+                _ => return false,
+            }
+        }
+        false
+    };
+    let ours = processes.iter().filter(|(id, _)| is_ours(**id));
+    ours.map(|(_, (_, held))| held).sum()
 }
 
 /// The largest memory that this process held from a moment on.

@@ -25,7 +25,7 @@ pub use explain::Explanation;
 pub use install::{Installation, install, meshio_python, plan};
 pub use job::{case_label, raw_values};
 pub use kept::{Kept, first_difference, identity};
-pub use machine::{HighWater, Machine, peak_memory_mb};
+pub use machine::{HighWater, Machine, held_memory, peak_memory_mb};
 pub use quoted::quoted;
 pub use recorded::{BASELINE, Baseline, record};
 pub use version::doubt;

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 pub(super) use faceoff_mesh::process::find_in_path;
 use faceoff_mesh::process::{self, Failure};
@@ -19,6 +20,7 @@ pub(super) fn run(
     time_limit: Duration,
     line: impl FnMut(&str) + Send,
 ) -> Result<()> {
+    let time_limit = cancel::share_of_time().map_or(time_limit, |share| share.min(time_limit));
     process::run(command, folder, time_limit, line).map_err(|failure| {
         let remedy = match failure {
             Failure::Ours(error) => return error,

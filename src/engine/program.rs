@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::kept::digest;
 use super::{Answer, Case, Engine, Progress, Run, Settings, fenicsx, freefem, job, process};
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file;
 
 /// A program and how it is spoken to.
 pub(super) struct Program {
@@ -121,7 +122,7 @@ impl Engine for Program {
             }),
             Kind::Other { command, folder } => {
                 let files = command.iter().map(|word| folder.join(word));
-                let digests = files.filter_map(|file| Some(digest(&fs::read(file).ok()?)));
+                let digests = files.filter_map(|path| Some(digest(&file::read(&path).ok()?)));
                 json!({ "command": command, "files": digests.collect::<Vec<_>>() })
             }
         })
@@ -142,54 +143,58 @@ impl Engine for Program {
             settings.time_limit,
             |_| {},
         ) {
-            Err(Error::Interrupted) => Err(Error::Interrupted),
+            Err(Error::Ended(cause)) => Err(Error::Ended(cause)),
             Err(_) => Ok(!folder.path.join(job::STATUS).exists()),
             Ok(()) => Ok(false),
         }
     }
 
     fn run(&self, cases: &[&Case], settings: &Settings, progress: &dyn Progress) -> Result<Run> {
-        let jobs = job::jobs(cases);
-        let mut run = Run {
-            version: String::new(),
-            answers: Vec::with_capacity(cases.len()),
-        };
-        for (number, job) in jobs.iter().enumerate() {
+        let mut version = String::new();
+        let mut answers = vec![None; cases.len()];
+        for (number, job) in job::jobs(cases).iter().enumerate() {
             let kept = match number {
                 0 => self.name.clone(),
                 _ => format!("{}-{}", self.name, number + 1),
             };
             let folder = Folder::new(settings.keep.as_deref(), &kept)?;
-            let first = run.answers.len();
-            let mut done = self.run_job(&folder.path, job, settings, progress, first);
+            let of_job: Vec<&Case> = job.iter().map(|k| cases[*k]).collect();
+            let step = |case: usize, step, increment| {
+                let case = job.get(case).copied().unwrap_or_default();
+                progress.step(&self.name, case, step, increment);
+            };
+            let run = || self.run_job(&folder.path, &of_job, settings, step);
+            let mut done = run();
             if let (Kind::Fenicsx { .. }, Err(failure)) = (&self.kind, &done)
                 && fenicsx::give_up_cache(&folder.path, failure)
             {
-                done = self.run_job(&folder.path, job, settings, progress, first);
+                done = run();
             }
-            let (version, answers) = done?;
-            run.version = version;
-            run.answers.extend(answers);
+            let told;
+            (version, told) = done?;
+            for (k, answer) in job.iter().zip(told) {
+                answers[*k] = Some(answer);
+            }
         }
         progress.done(&self.name);
-        Ok(run)
+        let answers = answers.into_iter().flatten().collect();
+        Ok(Run { version, answers })
     }
 }
 
 impl Program {
-    /// Runs one job; `first` cases came before it.
+    /// Runs one job; `step` hears the case, the iteration and its increment.
     fn run_job(
         &self,
         folder: &Path,
         cases: &[&Case],
         settings: &Settings,
-        progress: &dyn Progress,
-        first: usize,
+        step: impl Fn(usize, usize, f64) + Send + Sync,
     ) -> Result<(String, Vec<Answer>)> {
         let command = self.prepare(folder, cases, settings)?;
         process::run(&self.name, &command, folder, settings.time_limit, |line| {
-            if let Some((case, step, increment)) = parse_progress(line) {
-                progress.step(&self.name, first + case, step, increment);
+            if let Some((case, iteration, increment)) = parse_progress(line) {
+                step(case, iteration, increment);
             }
         })?;
         let (told, answers) = job::read(&self.name, folder, cases)?;

@@ -10,6 +10,7 @@ use super::kept::{Kept, first_difference, identity};
 use super::{Answer, Case, Engine, Progress, Run, Settings, job};
 use faceoff_fem::contact::Method;
 use faceoff_mesh::error::{Error, Place, Result};
+use faceoff_mesh::file;
 
 /// The file of a baseline's folder: who answered what, on which mesh, scene and settings, and how to record it again.
 pub const BASELINE: &str = "baseline.json";
@@ -76,7 +77,14 @@ impl Baseline {
     /// No baseline there, or one that is not as it must be.
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(BASELINE);
-        let text = std::fs::read_to_string(&path).map_err(Error::io(&path, "read"))?;
+        let text = match file::beneath(folder, BASELINE) {
+            Some(path) => file::text(&path)?,
+            None => {
+                let remedy = "put the baseline itself into the folder";
+                let what = "it is a link to a file outside its folder";
+                return Err(Error::file(&path, Place::Whole, what, remedy));
+            }
+        };
         let refuse = |what: String| {
             let remedy = "name a folder that `faceoff verify --record` of this version wrote, or record it again";
             Error::file(&path, Place::Whole, what, remedy)

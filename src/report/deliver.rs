@@ -2,7 +2,10 @@
 //! CI servers show.
 
 use std::fs;
+use std::io::Read as _;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use serde_json::json;
 
@@ -16,6 +19,7 @@ use super::junit::junit;
 use super::model::{Report, Suite, TestCase};
 use super::text::text;
 use faceoff_judge::Verdict;
+use faceoff_mesh::cancel::{self, Cause};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::save;
 
@@ -34,15 +38,42 @@ pub struct Output<'a> {
     pub quiet: bool,
 }
 
-/// By this a page of ours is known.
+/// By this a page of ours is known, and below JSON, JUnit and a badge.
 const MARK: &str = "<title>faceoff";
+const MARKS: [&str; 3] = ["\"schema\": \"faceoff/", "<testsuites name=\"faceoff", MARK];
+
+/// Is everything said? Locked while results are written, so that what is given up is not followed by a verdict.
+static IS_CLOSED: Mutex<bool> = Mutex::new(false);
+
+/// How long one who gives up waits for results that are being written.
+const PATIENCE: Duration = Duration::from_millis(200);
 
 impl Output<'_> {
-    /// Refuses, before anything is run, a folder with things that are no earlier report.
+    /// Refuses, before anything is run, a folder with things that are no earlier report; and says where an earlier run left
+    /// a result that this one has none yet, so that it is not taken for this one's, whatever ends it.
     ///
     /// # Errors
     /// Such a folder, or a file.
-    pub fn check(&self) -> Result<()> {
+    pub fn begin(&self) -> Result<()> {
+        self.check()?;
+        let [json, junit, badge] = MARKS;
+        let earlier = Output {
+            json: self.json.filter(|path| begins_with(path, json)),
+            junit: self.junit.filter(|path| begins_with(path, junit)),
+            badge: self.badge.filter(|path| begins_with(path, badge)),
+            report: self
+                .report
+                .filter(|folder| folder.join("index.html").exists()),
+            ..self.clone()
+        };
+        if [earlier.json, earlier.junit, earlier.badge, earlier.report] == [None; 4] {
+            return Ok(());
+        }
+        let message = "it has not ended; if it does not run any more, it was killed: run it again";
+        write(&earlier.failure(message)?, &earlier)
+    }
+
+    fn check(&self) -> Result<()> {
         let is_ours = |folder: &Path| {
             let page = fs::read_to_string(folder.join("index.html"));
             page.is_ok_and(|page| page.contains(MARK))
@@ -62,14 +93,40 @@ impl Output<'_> {
     /// # Errors
     /// Files that cannot be written.
     pub fn fail(&self, error: &Error) -> Result<()> {
+        let report = self.failure(&error.to_string())?;
+        let mut output = self.clone();
+        output.report = self.report.filter(|_| self.check().is_ok());
+        write(&report, &output)?;
+        annotate(&report, &output)
+    }
+
+    /// [`Output::fail`] for a command that does not end: whatever it says from now on is not written.
+    pub fn give_up(&self, error: &Error) {
+        let begun = Instant::now();
+        while begun.elapsed() < PATIENCE {
+            if let Ok(mut is_closed) = IS_CLOSED.try_lock() {
+                *is_closed = true;
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let mut output = self.clone();
+        output.report = self.report.filter(|_| self.check().is_ok());
+        // Nobody is left to hear that it cannot be written.
+        let _ = self
+            .failure(&error.to_string())
+            .and_then(|report| put(&report, &output));
+    }
+
+    /// The report of a command without a result.
+    fn failure(&self, message: &str) -> Result<Report<'static>> {
         let subject = self.subject.as_deref().unwrap_or(self.command);
-        let message = error.to_string();
         let result = match self.judges {
             true => json!({ "verdict": Verdict::Undetermined, "error": message }),
             false => json!({ "error": message }),
         };
         let title = format!("faceoff {}", self.command);
-        let mut report = Report::new(self.command, &title, message.as_str(), &result)?;
+        let mut report = Report::new(self.command, &title, message, &result)?;
         if self.judges {
             report.verdict = Some((Verdict::Undetermined, "undetermined"));
             let case = TestCase {
@@ -78,7 +135,7 @@ impl Output<'_> {
                 title: Some(format!("{subject} could not be judged")),
                 seconds: 0.0,
                 verdict: Verdict::Undetermined,
-                message,
+                message: message.to_owned(),
             };
             report.suites.push(Suite {
                 name: subject.to_owned(),
@@ -86,11 +143,15 @@ impl Output<'_> {
                 cases: vec![case],
             });
         }
-        let mut output = self.clone();
-        output.report = self.report.filter(|_| self.check().is_ok());
-        write(&report, &output)?;
-        annotate(&report, &output)
+        Ok(report)
     }
+}
+
+/// Does a file begin like one of ours?
+fn begins_with(path: &Path, mark: &str) -> bool {
+    let mut start = Vec::new();
+    let read = fs::File::open(path).and_then(|file| file.take(400).read_to_end(&mut start));
+    read.is_ok() && String::from_utf8_lossy(&start).contains(mark)
 }
 
 /// Writes a report to everything that was asked for, and to the terminal.
@@ -106,6 +167,14 @@ pub fn deliver(report: &Report, output: &Output) -> Result<()> {
 }
 
 fn write(report: &Report, output: &Output) -> Result<()> {
+    let is_closed = IS_CLOSED.lock().unwrap_or_else(PoisonError::into_inner);
+    if *is_closed {
+        return Err(Error::Ended(cancel::cause().unwrap_or(Cause::Signal)));
+    }
+    put(report, output)
+}
+
+fn put(report: &Report, output: &Output) -> Result<()> {
     if let Some(folder) = output.report {
         write_folder(folder, |beside| {
             for write in &report.files {

@@ -43,9 +43,10 @@ pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
         facts.push(("engines".to_owned(), engines.join(", ")));
     }
     let inputs = report.inputs.iter().map(|path| {
-        let digest = fs::read(path).map_or("it cannot be read again".into(), |bytes| {
-            blake3::hash(&bytes).to_hex()[..16].to_owned()
-        });
+        let digest = faceoff_mesh::file::read(path)
+            .map_or("it cannot be read again".into(), |bytes| {
+                blake3::hash(&bytes).to_hex()[..16].to_owned()
+            });
         (path.display().to_string(), digest)
     });
     let digests = report.digests.iter().cloned().chain(inputs);

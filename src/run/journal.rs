@@ -12,6 +12,7 @@ use serde_json::Value;
 
 use crate::engine::first_difference;
 use faceoff_mesh::error::{Error, Place, Result};
+use faceoff_mesh::file;
 
 /// The version of the file.
 const SCHEMA: &str = "faceoff/journal/1";
@@ -66,7 +67,7 @@ impl Journal {
         if file.try_lock().is_err() {
             return Err(refuse(&path, "is in use by another run".into()));
         }
-        let text = fs::read_to_string(&path).map_err(Error::io(&path, "read"))?;
+        let text = file::text(&path)?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let fault = |line: usize, what: String, remedy: &str| {
             Error::file(&path, Place::Line(line + 1), what, remedy)

@@ -118,7 +118,7 @@ impl<'a> Runner<'a> {
         for (engine, run) in engines.iter().zip(runs) {
             match run {
                 Ok(answers) => answered.push(answers),
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
                 Err(e) => failures.push(Failure {
                     engine: engine.name().to_owned(),
                     message: e.to_string(),
@@ -194,7 +194,7 @@ impl<'a> Runner<'a> {
         let keep = |which: &[usize], found: Result<Run>| -> Result<bool> {
             let mut known = lock(&self.known);
             match found {
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
                 Err(_) if which.len() > 1 => return Ok(false),
                 Err(e) => {
                     known.insert(keys[which[0]].clone(), Err(e.to_string()));

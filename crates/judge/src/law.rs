@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file;
 use faceoff_mesh::io;
 
 /// A field agrees where |a - b| ≤ max(rtol · largest value of the field, atol).
@@ -113,9 +114,8 @@ pub fn refuse_copies(a: &Path, b: &Path, allow_identical: bool) -> Result<()> {
         }
     }
     let equal = |(a, b): (&PathBuf, &PathBuf)| -> Result<bool> {
-        let read = |path: &Path| std::fs::read(path).map_err(Error::io(path, "read"));
         let size = |path: &Path| path.metadata().map(|m| m.len()).ok();
-        Ok(size(a) == size(b) && read(a)? == read(b)?)
+        Ok(size(a) == size(b) && file::read(a)? == file::read(b)?)
     };
     let mut copies = sources_a.len() == sources_b.len() && !sources_a.is_empty();
     for pair in sources_a.iter().zip(&sources_b) {

@@ -1,24 +1,57 @@
-//! Cancellation: one flag for the process, set by a signal and polled by everything that takes long.
+//! The end of a run before its time: one state for the process, set by a signal or by a limit of time or memory, and polled
+//! by everything that takes long.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 use crate::error::{Error, Result};
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Asks everything that runs to end, programs with their children. Returns whether that was asked before.
-pub fn interrupt() -> bool {
-    INTERRUPTED.swap(true, Ordering::SeqCst)
+/// Why a run has to end.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Cause {
+    #[error("interrupted; engines were ended and nothing was left half-written")]
+    Signal,
+    #[error("it did not end within the {} s of --time-limit; allow more, or ask for less: coarser meshes, fewer cases", .0.as_secs_f64())]
+    Time(Duration),
+    #[error(
+        "it takes {used} MB of memory, and {most} MB may be taken; allow more with --memory, or use coarser meshes"
+    )]
+    Memory { used: u64, most: u64 },
 }
 
-/// For loops that take long: costs no more than reading a byte.
+static CAUSE: OnceLock<Cause> = OnceLock::new();
+
+/// When the time of the run is over.
+static DEADLINE: OnceLock<Instant> = OnceLock::new();
+
+/// Asks everything that runs to end, programs with their children. Returns whether that was asked before.
+pub fn end(cause: Cause) -> bool {
+    CAUSE.set(cause).is_err()
+}
+
+/// Why the run has to end, if it has to.
+pub fn cause() -> Option<Cause> {
+    CAUSE.get().copied()
+}
+
+/// For loops that take long: costs no more than reading a word.
 ///
 /// # Errors
-/// [`Error::Interrupted`] after [`interrupt`] was called.
+/// [`Error::Ended`] after [`end`] was called.
 #[inline]
 pub fn check() -> Result<()> {
-    if INTERRUPTED.load(Ordering::Relaxed) {
-        return Err(Error::Interrupted);
-    }
-    Ok(())
+    CAUSE
+        .get()
+        .map_or(Ok(()), |cause| Err(Error::Ended(*cause)))
+}
+
+/// Says when the time of this run is over, so that each program that it starts can be given a share; the first time counts.
+pub fn set_deadline(deadline: Instant) {
+    let _ = DEADLINE.set(deadline);
+}
+
+/// What one program may take of the time that is left: nine tenths, so that the rest can still be judged without it.
+pub fn share_of_time() -> Option<Duration> {
+    let left = DEADLINE.get()?.saturating_duration_since(Instant::now());
+    Some(left.mul_f64(0.9))
 }

@@ -4,6 +4,8 @@ use std::collections::HashSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::cancel::Cause;
+
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Everything that can go wrong. The program answers each of these with exit code 2.
@@ -72,9 +74,9 @@ pub enum Error {
     #[error("{what}; {remedy}")]
     Usage { what: String, remedy: String },
 
-    /// The user ended the run.
-    #[error("interrupted; engines were ended and nothing was left half-written")]
-    Interrupted,
+    /// The run was ended: by the user, or at a limit that was set.
+    #[error(transparent)]
+    Ended(#[from] Cause),
 }
 
 /// Where in a file something is wrong.

@@ -26,7 +26,9 @@
 pub mod cancel;
 pub mod error;
 pub mod field;
+pub mod file;
 pub mod io;
+pub mod memory;
 pub mod mesh;
 pub mod process;
 

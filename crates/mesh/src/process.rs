@@ -17,7 +17,7 @@ const POLL: Duration = Duration::from_millis(5);
 
 /// How long a program may take to end when asked to, before it is killed. Its children die with
 /// it; those of `mpirun`, which are in groups of their own, only if it is not killed.
-const GRACE: Duration = Duration::from_secs(2);
+const GRACE: Duration = Duration::from_millis(500);
 
 /// SIGKILL and SIGTERM, whose numbers POSIX fixes.
 const KILL: i32 = 9;
@@ -50,7 +50,7 @@ pub enum Failure {
     Ours(#[from] Error),
     #[error("`{program}` cannot be started: {why}")]
     NotStarted { program: String, why: String },
-    #[error("it did not end within {} s and was killed", .0.as_secs_f64())]
+    #[error("it did not end within {:.1} s and was killed", .0.as_secs_f64())]
     OutOfTime(Duration),
     #[error("its process was lost: {0}")]
     Lost(std::io::Error),

@@ -214,7 +214,7 @@ fn run_engines(
         work.finish(finished.sum::<f64>() * request.examples.len() as f64);
         match run {
             Ok(run) => runs.push(run),
-            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
             Err(e) if engine.is_own() => return Err(e),
             Err(e) => failures.push(Failure {
                 engine: engine.name().to_owned(),

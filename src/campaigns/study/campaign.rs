@@ -188,7 +188,7 @@ impl<'a> Campaign<'a> {
                         self.leave_out(what, "the budget was spent");
                         return Ok(None);
                     }
-                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
                     Err(other) => {
                         self.leave_out(what, other.to_string());
                         return Ok(None);
@@ -319,6 +319,6 @@ pub(super) fn identity(subject: &Subject) -> Result<String> {
 }
 
 fn digest(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+    let bytes = faceoff_mesh::file::read(path)?;
     Ok(blake3::hash(&bytes).to_hex().to_string())
 }

@@ -9,8 +9,9 @@
 
 use super::cholesky::{Cholesky, Solved};
 use super::multifrontal::{Forward, Multifrontal, NotPositive};
-use super::{Analysis, Elements, Precision, Role, Schur, Settings, Solver, memory};
+use super::{Analysis, Elements, Precision, Role, Schur, Settings, Solver};
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::memory;
 
 /// What was chosen, and what it was predicted to take.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

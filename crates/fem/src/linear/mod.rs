@@ -10,7 +10,6 @@ mod embedded;
 mod factor;
 mod kernels;
 mod krylov;
-mod memory;
 mod multifrontal;
 mod pool;
 mod schur;

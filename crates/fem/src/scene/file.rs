@@ -1,7 +1,7 @@
 //! The TOML form of a scene.
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path};
+use std::path::Path;
 
 use serde::Deserialize;
 
@@ -12,6 +12,7 @@ use super::{
 };
 use crate::quadrature;
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file::beneath;
 use faceoff_mesh::mesh::generate::{Cuboid, sides};
 
 /// The paper asks for γ₀ "large enough"; with f ≠ 0 the error of its law grows as 1/γ₀.
@@ -218,7 +219,7 @@ pub(super) fn parse(
                 ));
             }
             match folder {
-                Some(folder) if !anywhere && !is_inside(folder, name) => {
+                Some(folder) if !anywhere && beneath(folder, name).is_none() => {
                     return Err(refuse(
                         "mesh.file",
                         format!("`{name}` lies outside the scene's folder"),
@@ -379,23 +380,6 @@ fn bounds(given: CompareFile, refuse: &impl Fn(&str, String, &str) -> Error) -> 
         of_all: checked("compare", given.rtol, given.atol)?,
         of_field: of_field.collect::<Result<_>>()?,
     })
-}
-
-/// Is the file of this name in the folder or below it, also where links lead?
-fn is_inside(folder: &Path, name: &str) -> bool {
-    let mut parts = Path::new(name).components();
-    if !parts.all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
-        return false;
-    }
-    let folder = match folder.as_os_str().is_empty() {
-        true => Path::new("."),
-        false => folder,
-    };
-    match (folder.canonicalize(), folder.join(name).canonicalize()) {
-        (Ok(folder), Ok(file)) => file.starts_with(folder),
-        // What is not there is not read.
-        _ => true,
-    }
 }
 
 /// The rectangle (D = 2) or box (D = 3) of a generator.

@@ -327,7 +327,7 @@ impl Scene {
         }
         let path = Path::new(name);
         if path.extension().is_some_and(|e| e == "toml") {
-            let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
+            let text = faceoff_mesh::file::text(path)?;
             return file::parse(name, &text, path.parent(), anywhere);
         }
         let names: Vec<_> = Scene::builtin_names()

@@ -9,6 +9,8 @@ use std::path::Path;
 use memmap2::{Advice, MmapMut};
 use rayon::prelude::*;
 
+use crate::file;
+
 /// Bytes, in pages of 2 MB if there are many and the system has such pages: allocating the size of a file in small
 /// pages takes longer than reading the file.
 pub enum Bytes {
@@ -57,15 +59,14 @@ fn large(length: usize) -> io::Result<MmapMut> {
     Ok(bytes)
 }
 
-/// Reads a file, or whatever else there is to read at `path`, to its end.
+/// Reads a regular file to its end.
 ///
 /// # Errors
-/// Those of the file system.
+/// Those of [`file::open`].
 pub fn read(path: &Path) -> io::Result<Bytes> {
-    let mut file = File::open(path)?;
+    let mut file = file::open(path)?;
     let found = file.metadata()?;
-    if found.is_file()
-        && found.len() >= LARGE
+    if found.len() >= LARGE
         && let Ok(large) = read_large(&file, found.len())
     {
         return Ok(Bytes::Large(large));

@@ -1,13 +1,15 @@
 //! Files that only list others: ParaView's `.pvd`, which names a `.vtu` or `.pvtu` for each time, and a `.pvtu`, which
 //! names its pieces.
 
-use std::path::{Component, Path, PathBuf};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 
 use quick_xml::events::Event;
 use quick_xml::{Reader, XmlVersion};
 
 use super::bytes;
 use crate::error::{Error, Place, Result};
+use crate::file;
 
 /// The deepest nesting: a `.pvd` lists a `.pvtu`, which lists pieces.
 const DEPTH: usize = 3;
@@ -58,12 +60,9 @@ pub fn sources(path: &Path) -> Result<Vec<PathBuf>> {
                 next.push(file);
             }
         }
-        found = Vec::with_capacity(next.len());
-        for file in next {
-            if !found.contains(&file) {
-                found.push(file);
-            }
-        }
+        let mut seen = HashSet::new();
+        next.retain(|file| seen.insert(file.clone()));
+        found = next;
     }
     Ok(found)
 }
@@ -96,11 +95,9 @@ fn listed(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>> {
                 .map(|v| v.into_owned())
         });
         let name = name.ok_or_else(|| refuse("an entry does not name its file".into()))?;
-        let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
-        if name.is_empty() || !Path::new(&name).components().all(inside) {
-            return Err(refuse(format!("{name:?} is not beside or below this file")));
-        }
-        files.push(path.with_file_name("").join(name));
+        let file = file::beneath(&path.with_file_name(""), &name);
+        let outside = || refuse(format!("{name:?} is not beside or below this file"));
+        files.push(file.ok_or_else(outside)?);
     }
 }
 

@@ -26,12 +26,13 @@ pub use write::write;
 
 use crate::error::{Error, Place, Result};
 use crate::field::GlobalArray;
+use crate::file;
 use crate::io::bytes;
 use crate::mesh::{Mesh, Partitions};
 use merge::Piece;
 use read::Decoder;
 use std::collections::HashSet;
-use std::path::{Component, Path};
+use std::path::Path;
 use unpack::Budget;
 use xml::Document;
 
@@ -168,16 +169,15 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
             Error::file(path, place, what, remedy)
         };
         let source = tag.source.as_deref().unwrap_or_default();
-        let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
-        if source.is_empty() || !Path::new(source).components().all(inside) {
-            return Err(refuse(format!(
+        let outside = || {
+            refuse(format!(
                 "the piece {source:?} is not beside or below this file"
-            )));
-        }
+            ))
+        };
+        let piece_path = file::beneath(&path.with_file_name(""), source).ok_or_else(outside)?;
         if !seen.insert(source) {
             return Err(refuse(format!("the piece {source:?} is listed twice")));
         }
-        let piece_path = path.with_file_name("").join(source);
         let bytes = bytes::read(&piece_path)
             .map_err(|error| refuse(format!("the piece {source:?} cannot be read: {error}")))?;
         let piece = xml::parse(&piece_path, &bytes)?;

@@ -1,10 +1,53 @@
-//! How much memory there is.
+//! How much memory there is, and may be taken.
 
 use std::fs;
+use std::sync::OnceLock;
 
-/// Bytes that can be had: what the system says is available, or less where a control group sets
-/// a limit. None where the system does not say.
+use crate::error::{Error, Result};
+
+/// Bytes that this process may take.
+static MOST: OnceLock<u64> = OnceLock::new();
+
+/// Sets what this process may take, in bytes; the first time counts.
+pub fn set_limit(bytes: u64) {
+    let _ = MOST.set(bytes);
+}
+
+/// Refuses what is predicted to take more bytes than can be had, before any of it is taken.
+///
+/// # Errors
+/// What it is, what it would take, and what can be had.
+pub fn require(bytes: f64, what: &str) -> Result<()> {
+    let there = available().map_or(f64::INFINITY, |there| there as f64);
+    if bytes <= there {
+        return Ok(());
+    }
+    Err(Error::usage(
+        format!(
+            "{what} would take about {:.0} MB of memory, and {:.0} MB can be had",
+            bytes / 1e6,
+            there / 1e6
+        ),
+        "take a coarser mesh, a machine with more memory, or allow more with --memory",
+    ))
+}
+
+/// Bytes that can be had: what the system says is available, or less where a control group or [`set_limit`] says so. None
+/// where nothing says.
 pub fn available() -> Option<u64> {
+    let may = MOST.get().map(|most| most.saturating_sub(held()));
+    [there(), may].into_iter().flatten().min()
+}
+
+/// What this process holds besides mapped files, in bytes; 0 where the system does not say.
+pub fn held() -> u64 {
+    let text = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = text.lines().find_map(|l| l.strip_prefix("RssAnon:"));
+    let kilobytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+    kilobytes.unwrap_or(0).saturating_mul(1024)
+}
+
+fn there() -> Option<u64> {
     let system = fs::read_to_string("/proc/meminfo")
         .ok()
         .as_deref()
@@ -88,5 +131,9 @@ mod tests {
         assert_eq!(left_in_group("3:cpu:/\n2:memory:/x\n", files), Some(50));
         assert_eq!(left_in_group("rubbish", files), None);
         assert!(available().is_none_or(|bytes| bytes > 0));
+        assert!(require(1e3, "a page").is_ok());
+        let refused = require(1e18, "a mesh of 7 cells").unwrap_err().to_string();
+        let said = "a mesh of 7 cells would take about 1000000000000 MB of memory, and ";
+        assert!(refused.starts_with(said), "{refused}");
     }
 }
