@@ -5,6 +5,7 @@ mod accuracy;
 mod codes;
 mod common;
 mod compare;
+mod ending;
 mod engines;
 mod false_alarms;
 mod faults;

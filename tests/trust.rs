@@ -4,7 +4,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
 
-use crate::common::{folder, run, scene, source, write};
+use crate::common::{faceoff, folder, run, scene, source, told, write};
 
 /// All files and folders below, as they are named from there.
 fn tree(folder: &Path) -> Vec<String> {
@@ -305,4 +305,161 @@ fn messages_send_no_commands_to_the_terminal() {
         "{:?}",
         ran.stderr
     );
+}
+
+/// Python takes modules from where it is started.
+#[test]
+fn no_module_beside_the_user_is_run() {
+    let folder = folder();
+    let home = folder.path();
+    let trap = "open('sprung', 'w').write('')\n";
+    let modules = [
+        "contextlib",
+        "types",
+        "functools",
+        "importlib",
+        "numpy",
+        "dolfinx",
+        "meshio",
+        "json",
+    ];
+    for module in modules {
+        write(home, &format!("{module}.py"), trap);
+    }
+    write(home, "mesh.mdpa", "Begin Nodes\nEnd Nodes\n");
+    for words in [
+        &["engines"][..],
+        &[
+            "verify",
+            "one-zone",
+            "--n",
+            "4",
+            "--engines",
+            "rust,fenicsx",
+            "--methods",
+            "cr",
+        ],
+        &["mesh", "info", "mesh.mdpa"],
+    ] {
+        run(home, words);
+        assert!(
+            !home.join("sprung").exists(),
+            "{words:?} ran a module of the folder"
+        );
+    }
+}
+
+/// A baseline is a file in its folder, and nothing that a link, a pipe or a device gives.
+#[test]
+fn a_baseline_reads_no_other_file() {
+    let folder = folder();
+    let home = folder.path();
+    fs::create_dir(home.join("kept")).unwrap();
+    let baseline = home.join("kept/baseline.json");
+    let words = [
+        "verify",
+        "one-zone",
+        "--n",
+        "4",
+        "--against",
+        "kept",
+        "--junit",
+        "j.xml",
+    ];
+    let check = |said: &str| {
+        let ran = told(
+            faceoff(home)
+                .args(words)
+                .env("SECRET", "do-not-tell")
+                .output()
+                .unwrap(),
+        );
+        assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+        assert!(ran.stderr.contains(said), "`{said}` in: {}", ran.stderr);
+        let junit = fs::read_to_string(home.join("j.xml")).unwrap();
+        for text in [ran.stdout, ran.stderr, junit] {
+            assert!(!text.contains("do-not-tell"), "{text}");
+        }
+        fs::remove_file(&baseline).unwrap();
+    };
+    symlink("/proc/self/environ", &baseline).unwrap();
+    check("a link to a file outside");
+    symlink("/dev/zero", &baseline).unwrap();
+    check("a link to a file outside");
+    let made = std::process::Command::new("mkfifo").arg(&baseline).status();
+    assert!(made.unwrap().success());
+    check("no regular file");
+}
+
+/// What is quoted of a stranger's names reaches neither a terminal nor a CI server as a command.
+#[test]
+fn what_strangers_wrote_is_printed_as_words() {
+    let folder = folder();
+    let home = folder.path();
+    let forged = "x\\n::error file=src/main.rs::forged\\u001b[2J";
+    write(home, "named.toml", &format!("name = \"{forged}\"\n"));
+    write(
+        home,
+        "engine.toml",
+        &format!("name = \"{forged}\"\ncommand = [\"true\"]\n"),
+    );
+    write(
+        home,
+        "a.csv",
+        "vertex,\"x\n::error file=src/main.rs::forged\u{1b}[2J\"\n0,1\n",
+    );
+    write(
+        home,
+        "b.csv",
+        "vertex,\"x\n::error file=src/main.rs::forged\u{1b}[2J\"\n0,2\n",
+    );
+    for words in [
+        &["solve", "named.toml"][..],
+        &["verify", "one-zone", "--engines", "rust,engine.toml"],
+        &["compare", "a.csv", "b.csv"],
+        &["solve", "x\n::error::forged"],
+        &["mesh", "info", "\u{1b}[2J"],
+    ] {
+        let ran = told(
+            faceoff(home)
+                .args(words)
+                .env("GITHUB_ACTIONS", "true")
+                .output()
+                .unwrap(),
+        );
+        assert_ne!(ran.code, Some(0));
+        for text in [&ran.stdout, &ran.stderr] {
+            assert!(!text.contains('\u{1b}'), "{words:?}: {text}");
+            let mut lines = text
+                .lines()
+                .filter(|line| line.trim_start().starts_with("::error"));
+            let is_forged =
+                |line: &&str| line.contains("::error file") || line.starts_with("::error::");
+            assert_eq!(lines.find(is_forged), None, "{words:?}: {text}");
+        }
+    }
+}
+
+/// Job folders in the folder for temporary files are for their owner alone.
+#[test]
+fn nobody_else_looks_into_a_job() {
+    let folder = folder();
+    let home = folder.path();
+    let script = "stat -c %a . > \"$1\"; exit 1";
+    write(home, "look.sh", script);
+    let told = home.join("mode");
+    let engine = format!("name = \"mine\"\ncommand = [\"sh\", \"look.sh\", {told:?}]\n");
+    write(home, "mine.toml", &engine);
+    run(
+        home,
+        &[
+            "verify",
+            "one-zone",
+            "--n",
+            "4",
+            "--engines",
+            "rust,mine.toml",
+        ],
+    );
+    assert_eq!(fs::read_to_string(told).unwrap().trim(), "700");
 }

@@ -11,6 +11,7 @@ use faceoff_fem::contact::{Iteration, Method, Stop, solve};
 use faceoff_fem::scene::{Boundary, Data, Expression, GroupName, Scene};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file::Temporary;
 
 /// What one case of a check came to.
 #[derive(Debug, Serialize)]
@@ -204,7 +205,7 @@ pub fn conformance(
     let cases = checks.iter().map(|(_, setup)| setup.case());
     let cases = cases.collect::<Result<Vec<_>>>()?;
     let all: Vec<&Case> = cases.iter().collect();
-    let together = run(engine, &all, settings, temporary()?.path())?;
+    let together = run(engine, &all, settings, Temporary::new()?.path())?;
     let mut findings = Vec::new();
     let mut add = |finding: Finding| {
         ended(&finding);
@@ -336,7 +337,7 @@ fn alone(
         let order = order(&case.problem, raw, &known);
         (order, elsewhere(&case.problem, raw, &known))
     };
-    let kept = temporary()?;
+    let kept = Temporary::new()?;
     let answer = match run(engine, &[case], &setup.settings, kept.path())? {
         Ok(answers) => answers.into_iter().next(),
         Err(message) => {
@@ -411,11 +412,6 @@ fn run(
     }
 }
 
-/// A folder that ends with its use.
-fn temporary() -> Result<tempfile::TempDir> {
-    tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "make a folder in"))
-}
-
 /// max |a - b| / max |b|
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     let largest = b.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
@@ -445,7 +441,7 @@ fn several(
         Err(_) if right.is_empty() => Err("no case is right alone".into()),
         Err(_) => {
             let batch: Vec<&Case> = right.iter().map(|(k, _)| &cases[*k]).collect();
-            run(engine, &batch, settings, temporary()?.path())?
+            run(engine, &batch, settings, Temporary::new()?.path())?
         }
     };
     let mut finding = Finding {
@@ -481,7 +477,7 @@ fn stops(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
     let mut setup = Setup::new(&Scene::find("one-zone")?, Some(8), Method::cr(), settings)?;
     setup.settings.stop.max_iterations = 1;
     let case = setup.case()?;
-    let (verdict, why) = match run(engine, &[&case], &setup.settings, temporary()?.path())? {
+    let (verdict, why) = match run(engine, &[&case], &setup.settings, Temporary::new()?.path())? {
         Err(message) => (Verdict::Undetermined, Some(message)),
         Ok(answers) => {
             let answer = &answers[0];

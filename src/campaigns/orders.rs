@@ -196,7 +196,10 @@ fn series(
         let setup = setup(n)?;
         let case = setup.case()?;
         let answers = runner.answers(&*rust, &[&case])?;
-        levels.push(level(n, &case.problem, &answers.answers[0], truth)?);
+        let answer = answers
+            .of(0)
+            .ok_or_else(|| Error::engine(engine::OWN, "it gave no answer", "report this"))?;
+        levels.push(level(n, &case.problem, answer, truth)?);
         let of = setup.discretisation.method;
         (scene, method) = (setup.scene.name().to_owned(), of.to_string());
         let known = catalogue().into_iter().find(|e| e.name == scene);

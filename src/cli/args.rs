@@ -186,6 +186,9 @@ pub(super) struct Running {
     /// Most iterations
     #[arg(long, value_name = "STEPS", default_value = "50", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_iterations: u32,
+    /// Run engines in a sandbox (bubblewrap): no network, none of your variables and files, their job folder alone to write in
+    #[arg(long)]
+    pub sandbox: bool,
     /// Install what is missing first
     #[arg(long)]
     pub install: bool,
@@ -437,7 +440,7 @@ pub(super) struct Stress {
 #[derive(Args)]
 pub(super) struct Paper {
     /// The mesh-free solutions only: contact set, norms, flux and samples
-    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "ranks", "launcher", "keep", "tolerance", "max_iterations", "install"])]
+    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "ranks", "launcher", "keep", "tolerance", "max_iterations", "sandbox", "install"])]
     pub reference: bool,
     /// N of (6.2) besides the paper's 3 and 5
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
@@ -560,6 +563,9 @@ pub(super) enum EnginesAction {
         /// A TOML file that describes an engine, or the name of one that is built in
         #[arg(value_name = "FILE")]
         engine: String,
+        /// Run it in a sandbox, as `verify --sandbox` does
+        #[arg(long)]
+        sandbox: bool,
         #[command(flatten)]
         verdicts: Verdicts,
         #[command(flatten)]

@@ -42,7 +42,9 @@ pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
     match &arguments.action {
         None => {}
         Some(EnginesAction::Install) => install(&ALL, to.quiet)?,
-        Some(EnginesAction::Check { engine, .. }) => return check(engine, to),
+        Some(EnginesAction::Check {
+            engine, sandbox, ..
+        }) => return check(engine, *sandbox, to),
     }
     let mut states = Vec::new();
     for name in engine::NAMES {
@@ -101,12 +103,15 @@ fn state(here: &Here) -> Result<Report<'_>> {
 }
 
 /// Runs a code through what it must be able to do.
-fn check(name: &str, to: &Output) -> Result<u8> {
+fn check(name: &str, sandbox: bool, to: &Output) -> Result<u8> {
     let engine = engine::find(name)?;
     if !engine.is_installed() {
         engine.probe()?;
     }
-    let settings = Settings::default();
+    let settings = Settings {
+        sandbox,
+        ..Settings::default()
+    };
     let mut done = 0;
     let findings = conformance(&*engine, &settings, |finding| {
         done += 1;

@@ -67,7 +67,10 @@ pub fn main() -> ExitCode {
         let code = run(arguments).and_then(|code| console::check().map(|()| code));
         let _ = done.send(code);
     };
-    let thread = std::thread::Builder::new().stack_size(STACK).spawn(work);
+    let thread = threads().and_then(|()| {
+        let thread = std::thread::Builder::new().stack_size(STACK);
+        thread.spawn(work).map_err(|e| e.to_string())
+    });
     let code = match thread {
         Ok(_) => wait(&ended, &arguments.limits, begun, most).unwrap_or_else(|e| {
             // It hears nothing: what it has not delivered it never will.
@@ -82,10 +85,20 @@ pub fn main() -> ExitCode {
     match code {
         Ok(code) => ExitCode::from(code),
         Err(e) => {
-            complain(&e.to_string());
+            note!("faceoff: {e}");
             ExitCode::from(FAILED)
         }
     }
+}
+
+/// Starts the threads that compute, as many as there are processors, or one where there may be no more.
+fn threads() -> Result<(), String> {
+    let start = |count: usize| {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(count)
+            .build_global()
+    };
+    start(0).or_else(|_| start(1)).map_err(|e| e.to_string())
 }
 
 /// What the command comes to.
@@ -132,20 +145,6 @@ fn wait(
     }
 }
 
-/// A message on standard error. It may quote what a stranger wrote, which must not reach a terminal as commands.
-fn complain(message: &str) {
-    let plain: String = message
-        .chars()
-        .map(|c| match c {
-            '\n' => c,
-            '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '\u{fffd}',
-            _ if c.is_control() => '\u{fffd}',
-            _ => c,
-        })
-        .collect();
-    note!("faceoff: {plain}");
-}
-
 /// Runs a command; one that ends early says so wherever something reads.
 fn run(arguments: &Arguments) -> Result<u8> {
     let output = arguments.command.output();
@@ -165,7 +164,7 @@ fn run(arguments: &Arguments) -> Result<u8> {
         && let Err(other) = output.fail(e)
         && other.to_string() != e.to_string()
     {
-        complain(&other.to_string());
+        note!("faceoff: {other}");
     }
     done
 }

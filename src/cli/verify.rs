@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use super::args::{Running, Verify};
 use super::progress::watched;
-use super::{code, complain, engines};
+use super::{code, engines};
 use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
-use crate::engine::{self, Baseline, Engine, Launch, Settings, quoted};
+use crate::engine::{self, Baseline, Engine, Launch, Settings, typed};
 use crate::report::console::note;
 use crate::report::{self, Output, Verified, deliver};
 use crate::run::Failure;
@@ -50,7 +50,7 @@ pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
         Vec::new()
     };
     if let Some(folder) = &arguments.record {
-        let recipe = format!("faceoff {}", quoted(std::env::args().skip(1)));
+        let recipe = format!("faceoff {}", typed());
         report::write_baseline(folder, &recipe, &request, &outcome)?;
     }
     let report = report::verify(Verified {
@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
         note!("faceoff: warning: {doubt}");
     }
     for failure in &outcome.failures {
-        complain(&failure.message);
+        note!("faceoff: {}", failure.message);
     }
     Ok(code(outcome.verdict))
 }
@@ -127,6 +127,7 @@ pub(super) fn settings(
             (None, ranks) => Launch::Ranks(ranks as usize),
         },
         keep: running.keep.clone(),
+        sandbox: running.sandbox,
         ..Settings::default()
     }
 }

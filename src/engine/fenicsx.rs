@@ -30,13 +30,15 @@ pub(super) fn python() -> Option<PathBuf> {
         .find(|python| has_module(python, "dolfinx"))
 }
 
-/// Can this Python import the module? Looks for it without loading it.
+/// Can this Python import the module? Looks for it without loading it, and in the root folder, as Python takes modules from
+/// where it is started, which may be a stranger's.
 pub(super) fn has_module(python: &Path, module: &str) -> bool {
     let question = format!(
         "import importlib.util, sys; sys.exit(importlib.util.find_spec('{module}') is None)"
     );
     Command::new(python)
         .args(["-c", &question])
+        .current_dir("/")
         .stdin(std::process::Stdio::null())
         .output()
         .is_ok_and(|output| output.status.success())
@@ -166,7 +168,7 @@ fn no_mpirun() -> Error {
 /// Imports dolfinx in a process of its own.
 pub(super) fn probe() -> Result<String> {
     let python = python().ok_or_else(missing)?;
-    let folder = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "write to"))?;
+    let folder = faceoff_mesh::file::Temporary::new()?;
     let mut version = None;
     let mut command = Command::new(python);
     command.args([
@@ -210,7 +212,7 @@ enum Cache {
 /// A private cache of compiled forms, shared by all runs. A compilation that was killed leaves a
 /// source file behind on which every later process waits in vain; so a run that finds itself
 /// alone removes such files first. Where there is no place for a cache, the job folder serves.
-fn cache(folder: &Path) -> PathBuf {
+pub(super) fn cache(folder: &Path) -> PathBuf {
     let mut held = CACHE
         .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner);

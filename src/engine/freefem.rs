@@ -65,7 +65,7 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>) -> Result<Command> 
 /// Debian's 4.11 says 4.9.
 pub(super) fn probe() -> Result<String> {
     let program = program().ok_or_else(missing)?;
-    let folder = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "write to"))?;
+    let folder = file::Temporary::new()?;
     let script = folder.path().join("probe.edp");
     let text = "mesh Th = square(2, 2); fespace Vh(Th, P1nc); Vh u, v;\n\
                 solve a(u, v, solver=UMFPACK) = int2d(Th)(dx(u)*dx(v) + dy(u)*dy(v)) - int2d(Th)(v) + on(1, u=0);\n\

@@ -14,6 +14,7 @@ mod program;
 mod quoted;
 mod recorded;
 mod rust;
+mod sandbox;
 mod version;
 
 use std::path::PathBuf;
@@ -26,7 +27,7 @@ pub use install::{Installation, install, meshio_python, plan};
 pub use job::{case_label, raw_values};
 pub use kept::{Kept, first_difference, identity};
 pub use machine::{HighWater, Machine, held_memory, peak_memory_mb};
-pub use quoted::quoted;
+pub use quoted::{quoted, typed};
 pub use recorded::{BASELINE, Baseline, record};
 pub use version::doubt;
 
@@ -60,6 +61,8 @@ pub struct Settings {
     pub launch: Launch,
     /// Longest time one process may take.
     pub time_limit: Duration,
+    /// Are other codes run in a sandbox?
+    pub sandbox: bool,
     /// Where job folders are kept; none: they are removed.
     pub keep: Option<PathBuf>,
 }
@@ -72,6 +75,7 @@ impl Default for Settings {
             linear: linear::Settings::default(),
             launch: Launch::Alone,
             time_limit: Duration::from_secs(3600),
+            sandbox: false,
             keep: None,
         }
     }

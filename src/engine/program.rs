@@ -7,9 +7,12 @@ use std::process::Command;
 use serde_json::{Value, json};
 
 use super::kept::digest;
-use super::{Answer, Case, Engine, Progress, Run, Settings, fenicsx, freefem, job, process};
+use super::sandbox::{self, Allowed};
+use super::{
+    Answer, Case, Engine, Launch, Progress, Run, Settings, fenicsx, freefem, job, process,
+};
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::file;
+use faceoff_mesh::file::{self, Temporary};
 
 /// A program and how it is spoken to.
 pub(super) struct Program {
@@ -46,6 +49,36 @@ impl Program {
 
     /// Writes the job and returns the command that does it.
     fn prepare(&self, folder: &Path, cases: &[&Case], settings: &Settings) -> Result<Command> {
+        let command = self.command(folder, cases, settings)?;
+        if !settings.sandbox {
+            return Ok(command);
+        }
+        if matches!(settings.launch, Launch::By(_)) {
+            let remedy = "use --ranks, or leave --sandbox out";
+            return Err(Error::usage(
+                "a launcher starts processes elsewhere, where no sandbox is",
+                remedy,
+            ));
+        }
+        let absolute = |path: &Path| std::path::absolute(path).map_err(Error::io(path, "find"));
+        let mut allowed = Allowed::default();
+        match &self.kind {
+            Kind::Fenicsx { scripts: None } => allowed.write.push(fenicsx::cache(folder)),
+            Kind::FreeFem { scripts: None } => {}
+            Kind::FreeFem {
+                scripts: Some(home),
+            }
+            | Kind::Fenicsx {
+                scripts: Some(home),
+            } => {
+                allowed.read.push(absolute(home)?);
+            }
+            Kind::Other { folder: home, .. } => allowed.read.push(absolute(home)?),
+        }
+        sandbox::enclose(&command, folder, &allowed)
+    }
+
+    fn command(&self, folder: &Path, cases: &[&Case], settings: &Settings) -> Result<Command> {
         match &self.kind {
             Kind::FreeFem { scripts } => {
                 freefem::write_job(&self.name, folder, cases, settings)?;
@@ -212,7 +245,7 @@ impl Program {
 /// A job's folder, which ends with the job unless it is to be kept.
 struct Folder {
     path: PathBuf,
-    _temporary: Option<tempfile::TempDir>,
+    _temporary: Option<Temporary>,
     /// Held while the job runs, so that no other run takes the folder.
     _lock: Option<File>,
 }
@@ -220,10 +253,7 @@ struct Folder {
 impl Folder {
     fn new(keep: Option<&Path>, name: &str) -> Result<Self> {
         let Some(keep) = keep else {
-            let temporary = tempfile::Builder::new()
-                .prefix("faceoff-")
-                .tempdir()
-                .map_err(Error::io(&std::env::temp_dir(), "make a folder in"))?;
+            let temporary = Temporary::new()?;
             return Ok(Folder {
                 path: temporary.path().to_owned(),
                 _temporary: Some(temporary),

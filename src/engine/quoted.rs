@@ -11,6 +11,15 @@ pub fn quoted<S: AsRef<str>>(words: impl IntoIterator<Item = S>) -> String {
     words.join(" ")
 }
 
+/// The arguments of this process, as one would type them; what is not Unicode is replaced.
+pub fn typed() -> String {
+    quoted(
+        std::env::args_os()
+            .skip(1)
+            .map(|word| word.to_string_lossy().into_owned()),
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

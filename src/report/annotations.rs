@@ -7,6 +7,7 @@ use std::path::{Component, Path, PathBuf};
 
 use serde_json::json;
 
+use super::console::plain;
 use super::deliver::Output;
 use super::json::{is_stdout, write_text};
 use super::model::{Report, Suite, TestCase};
@@ -34,11 +35,13 @@ pub(super) fn annotate(report: &Report, output: &Output) -> Result<()> {
     let of_suite = |suite: &Suite| -> Vec<Note> {
         let failed = suite.cases.iter().filter(|c| c.verdict != Verdict::Agree);
         let note = |case: &TestCase| Note {
-            title: case
-                .title
-                .clone()
-                .unwrap_or_else(|| format!("{}: {}", suite.name, case.name)),
-            message: case.message.clone(),
+            title: plain(
+                &case
+                    .title
+                    .clone()
+                    .unwrap_or_else(|| format!("{}: {}", suite.name, case.name)),
+            ),
+            message: plain(&case.message),
         };
         failed.map(note).collect()
     };

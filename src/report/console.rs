@@ -24,10 +24,34 @@ macro_rules! note {
 
 pub(crate) use {note, tell};
 
-/// Text on standard output, as it stands.
+/// What may be printed of a text that quotes strangers: no character that a terminal obeys or that turns the direction of
+/// reading, and no line that a CI server takes for a command of its own.
+pub fn plain(text: &str) -> String {
+    let shown = |c: char| match c {
+        '\n' => c,
+        '\t' => ' ',
+        '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '\u{fffd}',
+        '\u{2028}' | '\u{2029}' => '\u{fffd}',
+        _ if c.is_control() => '\u{fffd}',
+        _ => c,
+    };
+    let text: String = text.chars().map(shown).collect();
+    let lines = text.split('\n').map(|line| {
+        let is_command = line.trim_start().starts_with("::") || line.contains("##[");
+        if is_command {
+            format!("\u{fffd}{}", line.replace("##[", "#\u{fffd}["))
+        } else {
+            line.to_owned()
+        }
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Text on standard output.
 pub fn output(text: Arguments) {
     let mut out = io::stdout().lock();
-    if let Err(e) = out.write_fmt(text).and_then(|()| out.flush())
+    let text = plain(&text.to_string());
+    if let Err(e) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
         && e.kind() != ErrorKind::BrokenPipe
         && let Ok(mut lost) = LOST.lock()
     {
@@ -37,7 +61,7 @@ pub fn output(text: Arguments) {
 
 pub fn aside(text: Arguments) {
     // Where standard error takes nothing nobody reads.
-    let _ = writeln!(io::stderr(), "{text}");
+    let _ = writeln!(io::stderr(), "{}", plain(&text.to_string()));
 }
 
 /// Was all of it taken, or not wanted?
@@ -53,4 +77,28 @@ pub fn check() -> Result<()> {
             source,
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_stranger_wrote_is_no_command() {
+        for (text, shown) in [
+            ("a name\nand β\n", "a name\nand β\n"),
+            (
+                "x\n::error file=a.rs::forged",
+                "x\n\u{fffd}::error file=a.rs::forged",
+            ),
+            ("  ::stop-commands::t", "\u{fffd}  ::stop-commands::t"),
+            ("x ##[error]forged", "\u{fffd}x #\u{fffd}[error]forged"),
+            (
+                "\u{1b}[2J\r\u{9b}31m\u{202e}",
+                "\u{fffd}[2J\u{fffd}\u{fffd}31m\u{fffd}",
+            ),
+        ] {
+            assert_eq!(plain(text), shown);
+        }
+    }
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::model::Report;
-use crate::engine::{Machine, quoted};
+use crate::engine::{Machine, typed};
 
 /// Program, command, machine, date, engines and digests, by name.
 pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
@@ -28,7 +28,7 @@ pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
         },
         machine.threads
     );
-    let command = quoted(std::env::args().skip(1));
+    let command = typed();
     let mut facts = vec![
         ("faceoff".to_owned(), format!("{}{build}", machine.version)),
         ("command".to_owned(), format!("`faceoff {command}`")),

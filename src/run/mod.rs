@@ -44,12 +44,12 @@ pub struct Failure {
     pub message: String,
 }
 
-/// The answers of one engine, in the order of the cases.
+/// The answers of one engine, in the order of the cases; none where it gave none.
 #[derive(Debug, Clone)]
 pub struct Answers {
     pub engine: String,
     pub version: String,
-    pub answers: Vec<Arc<Answer>>,
+    answers: Vec<Option<Arc<Answer>>>,
 }
 
 /// Runs cases, and remembers their answers.
@@ -88,7 +88,7 @@ impl<'a> Runner<'a> {
     }
 
     /// All engines at a time, each in a thread of its own. An engine that fails, or whose answers the journal refuses, does not
-    /// end the others.
+    /// end the others; a case that the solver of this program refuses does not end its other ones.
     ///
     /// # Errors
     /// An interruption.
@@ -100,11 +100,14 @@ impl<'a> Runner<'a> {
         let lost = |engine: &dyn Engine, why: String| {
             Error::engine(engine.name(), why, "close other programs, or report this")
         };
-        let runs: Vec<Result<Answers>> = std::thread::scope(|scope| {
+        let runs: Vec<Result<(Answers, Vec<Failure>)>> = std::thread::scope(|scope| {
             let mut handles = Vec::with_capacity(engines.len());
             for engine in engines {
                 let thread = std::thread::Builder::new();
-                handles.push(thread.spawn_scoped(scope, || self.answers(&**engine, cases)));
+                handles.push(thread.spawn_scoped(scope, || match engine.is_own() {
+                    true => self.apart(&**engine, cases),
+                    false => Ok((self.answers(&**engine, cases)?, Vec::new())),
+                }));
             }
             let ended = handles.into_iter().zip(engines).map(|(handle, engine)| {
                 handle
@@ -117,7 +120,10 @@ impl<'a> Runner<'a> {
         let (mut answered, mut failures) = (Vec::new(), Vec::new());
         for (engine, run) in engines.iter().zip(runs) {
             match run {
-                Ok(answers) => answered.push(answers),
+                Ok((answers, refused)) => {
+                    answered.push(answers);
+                    failures.extend(refused);
+                }
                 Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
                 Err(e) => failures.push(Failure {
                     engine: engine.name().to_owned(),
@@ -128,19 +134,44 @@ impl<'a> Runner<'a> {
         Ok((answered, failures))
     }
 
+    /// Each case for itself: what is refused of one is refused of no other.
+    fn apart(&self, engine: &dyn Engine, cases: &[&Case]) -> Result<(Answers, Vec<Failure>)> {
+        let (mut found, mut failures) = (Answers::none(engine), Vec::new());
+        for (k, case) in cases.iter().enumerate() {
+            match self.answers_after(k, engine, &[case]) {
+                Ok(one) => {
+                    found.version = one.version;
+                    found.answers.extend(one.answers);
+                }
+                Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
+                Err(e) => {
+                    found.answers.push(None);
+                    failures.push(Failure {
+                        engine: engine.name().to_owned(),
+                        message: format!("{}: {e}", case_label(case)),
+                    });
+                }
+            }
+        }
+        self.progress.done(engine.name());
+        Ok((found, failures))
+    }
+
     /// The answers of one engine: in one batch, or, where a journal keeps them, one after the other.
     ///
     /// # Errors
     /// What the engine refuses, an interruption, a journal that cannot be used.
     pub fn answers(&self, engine: &dyn Engine, cases: &[&Case]) -> Result<Answers> {
-        let mut found = Answers {
-            engine: engine.name().to_owned(),
-            version: String::new(),
-            answers: Vec::with_capacity(cases.len()),
-        };
+        let found = self.answers_after(0, engine, cases)?;
+        self.progress.done(engine.name());
+        Ok(found)
+    }
+
+    /// [`Runner::answers`], where `first` cases came before these.
+    fn answers_after(&self, first: usize, engine: &dyn Engine, cases: &[&Case]) -> Result<Answers> {
+        let mut found = Answers::none(engine);
         let Some(journal) = &self.journal else {
-            found.extend(self.job(engine, cases, self.settings, 0)?);
-            self.progress.done(engine.name());
+            found.extend(self.job(engine, cases, self.settings, first)?);
             return Ok(found);
         };
         let program = engine.identity()?;
@@ -152,17 +183,16 @@ impl<'a> Runner<'a> {
                 && let Ok(answer) = kept.answer(case)
             {
                 found.version = kept.version;
-                found.answers.push(Arc::new(answer));
+                found.answers.push(Some(Arc::new(answer)));
                 continue;
             }
-            let run = self.job(engine, &[case], self.settings, k)?;
+            let run = self.job(engine, &[case], self.settings, first + k)?;
             for answer in &run.answers {
                 let kept = Kept::new(engine.name(), &run.version, case, answer);
                 journal.keep(&key, &asked, &kept)?;
             }
             found.extend(run);
         }
-        self.progress.done(engine.name());
         Ok(found)
     }
 
@@ -272,9 +302,23 @@ impl<'a> Runner<'a> {
 }
 
 impl Answers {
+    fn none(engine: &dyn Engine) -> Self {
+        Answers {
+            engine: engine.name().to_owned(),
+            version: String::new(),
+            answers: Vec::new(),
+        }
+    }
+
+    /// The answer to a case.
+    pub fn of(&self, case: usize) -> Option<&Arc<Answer>> {
+        self.answers.get(case)?.as_ref()
+    }
+
     fn extend(&mut self, run: Run) {
         self.version = run.version;
-        self.answers.extend(run.answers.into_iter().map(Arc::new));
+        let answers = run.answers.into_iter();
+        self.answers.extend(answers.map(|a| Some(Arc::new(a))));
     }
 }
 

@@ -1,9 +1,15 @@
 //! The boundary to files that others wrote: whatever the program reads is opened here. It is a regular file of a size that
-//! memory can hold, never a pipe or a device, and what a file names lies below the folder of that file.
+//! memory can hold, never a pipe or a device, and what a file names lies below the folder of that file. And folders of our
+//! own that nobody else enters.
 
-use std::fs::{self, File};
+use std::fs::{self, File, Permissions};
 use std::io::{self, Read};
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Once;
+use std::time::Duration;
+
+use tempfile::TempDir;
 
 use crate::error::{Error, Result};
 use crate::memory;
@@ -68,9 +74,96 @@ pub fn beneath(folder: &Path, name: &str) -> Option<PathBuf> {
     }
 }
 
+/// A folder for the time of its use, which nobody else may enter.
+#[derive(Debug)]
+pub struct Temporary {
+    folder: TempDir,
+    /// Held as long as it is used; where nobody holds it, a process that was killed left the folder behind.
+    _lock: File,
+}
+
+/// By this temporary folders are known.
+const PREFIX: &str = "faceoff-";
+
+/// A folder that is younger may not have its lock yet.
+const YOUNG: Duration = Duration::from_secs(60);
+
+impl Temporary {
+    /// A new one. The first one of a process also removes what processes that were killed left behind.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn new() -> Result<Self> {
+        static SWEPT: Once = Once::new();
+        let place = std::env::temp_dir();
+        let made = || {
+            let folder = tempfile::Builder::new()
+                .prefix(PREFIX)
+                .permissions(Permissions::from_mode(0o700))
+                .tempdir_in(&place)?;
+            let lock = File::open(folder.path())?;
+            lock.lock()?;
+            Ok(Temporary {
+                folder,
+                _lock: lock,
+            })
+        };
+        let new = made().map_err(Error::io(&place, "make a folder in"))?;
+        // What cannot be removed is no reason to do nothing.
+        SWEPT.call_once(|| drop(sweep(&place, new.path())));
+        Ok(new)
+    }
+
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+/// Removes temporary folders of the owner of `like` in which no process is.
+fn sweep(place: &Path, like: &Path) -> io::Result<()> {
+    let owner = fs::metadata(like)?.uid();
+    for entry in fs::read_dir(place)? {
+        let path = entry?.path();
+        let found = fs::symlink_metadata(&path)?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let age = found.modified()?.elapsed().unwrap_or_default();
+        let may_be = name.starts_with(PREFIX) && found.is_dir() && found.uid() == owner;
+        if may_be && age > YOUNG && File::open(&path)?.try_lock().is_ok() {
+            fs::remove_dir_all(&path)?;
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::SystemTime;
+
+    #[test]
+    fn what_a_killed_process_left_is_removed_and_nothing_else() {
+        let place = tempfile::tempdir().unwrap();
+        let old = SystemTime::now() - 2 * YOUNG;
+        let made = |name: &str, modified: SystemTime| {
+            let path = place.path().join(name);
+            fs::create_dir(&path).unwrap();
+            fs::write(path.join("file"), "").unwrap();
+            let folder = File::open(&path).unwrap();
+            folder.set_modified(modified).unwrap();
+            (path, folder)
+        };
+        let (left, _) = made("faceoff-left", old);
+        let (young, _) = made("faceoff-young", SystemTime::now());
+        let (other, _) = made("others", old);
+        let (held, folder) = made("faceoff-held", old);
+        folder.lock().unwrap();
+        sweep(place.path(), &held).unwrap();
+        assert!(!left.exists());
+        assert!(young.exists() && other.exists() && held.exists());
+        let new = Temporary::new().unwrap();
+        let mode = fs::metadata(new.path()).unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o700);
+    }
 
     #[test]
     fn devices_pipes_and_folders_are_no_files() {

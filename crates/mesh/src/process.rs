@@ -5,8 +5,11 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 use process_wrap::std::{CommandWrap, ProcessGroup};
 
 use crate::cancel;
@@ -18,10 +21,6 @@ const POLL: Duration = Duration::from_millis(5);
 /// How long a program may take to end when asked to, before it is killed. Its children die with
 /// it; those of `mpirun`, which are in groups of their own, only if it is not killed.
 const GRACE: Duration = Duration::from_millis(500);
-
-/// SIGKILL and SIGTERM, whose numbers POSIX fixes.
-const KILL: i32 = 9;
-const TERMINATE: i32 = 15;
 
 /// Starts a watcher and becomes the program. The watcher reads a pipe that nobody writes to: it
 /// breaks when faceoff has ended, even if killed, and then the watcher ends the whole group. It must
@@ -89,7 +88,9 @@ pub fn run(
         return Err(not_started("there is no such program".into()));
     }
     let mut command = watched(command);
+    let mark = mark();
     command
+        .env(MARK, &mark)
         .current_dir(folder)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -128,7 +129,7 @@ pub fn run(
         };
         // Also after a regular end: children that outlive the program would hold its output open.
         if status.is_err() {
-            let _ = child.signal(TERMINATE);
+            let _ = child.signal(Signal::SIGTERM as i32);
             let end = Instant::now() + GRACE;
             while Instant::now() < end && matches!(child.try_wait(), Ok(None)) {
                 std::thread::sleep(POLL);
@@ -138,6 +139,7 @@ pub fn run(
         if status.is_err() {
             let _ = child.wait();
         }
+        end_marked(&mark);
         let _ = reader.join();
         status
     })?;
@@ -146,7 +148,7 @@ pub fn run(
         return Ok(());
     }
     let said = quote(&log_path);
-    Err(if status.signal() == Some(KILL) {
+    Err(if status.signal() == Some(Signal::SIGKILL as i32) {
         Failure::Killed { program, said }
     } else {
         Failure::Failed {
@@ -155,6 +157,35 @@ pub fn run(
             said,
         }
     })
+}
+
+/// The variable by which everything that a program started is known, whatever group or session it has moved to.
+const MARK: &str = "FACEOFF_JOB";
+
+/// A value of its own for each program.
+fn mark() -> String {
+    static NEXT: AtomicUsize = AtomicUsize::new(0);
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    format!("{}-{number}", std::process::id())
+}
+
+/// Kills every process that carries a mark; those of others cannot be looked into.
+fn end_marked(mark: &str) {
+    let carried = format!("{MARK}={mark}");
+    for entry in std::fs::read_dir("/proc").into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let Some(id) = name.to_str().and_then(|name| name.parse::<i32>().ok()) else {
+            continue;
+        };
+        let environment = std::fs::read(entry.path().join("environ")).unwrap_or_default();
+        if environment
+            .split(|byte| *byte == 0)
+            .any(|v| v == carried.as_bytes())
+        {
+            // It may have ended by itself.
+            let _ = kill(Pid::from_raw(id), Signal::SIGKILL);
+        }
+    }
 }
 
 /// A program by name or path, as a shell finds it.

@@ -8,7 +8,7 @@ use super::iterations::{Count, Scheme, count, schemes};
 use super::statements::{Statement, statements};
 use super::work::{Listener, Work, cost};
 use super::{Example, TOL};
-use crate::engine::{Case, Engine, Progress, Settings};
+use crate::engine::{Answer, Case, Engine, Progress, Settings};
 use crate::run::{Answers, Failure, Observed, Runner, check_meshes};
 use faceoff_fem::contact::{Discretisation, Errors, Method, Problem, quantities};
 use faceoff_fem::known::{distance, transitions};
@@ -158,7 +158,9 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
             let mut levels = Vec::new();
             for k in of_example.clone() {
                 work.next(&format!("errors of {}, {}", example.title(), run.engine))?;
-                levels.push(level(&cases[k], run, k, example, &reference));
+                // A run of these is complete.
+                let answer = run.of(k);
+                levels.extend(answer.map(|a| level(&cases[k], a, example, &reference)));
                 work.finish(cost::errors(request.n[k - of_example.start]));
             }
             series.push(Series::new(run, levels));
@@ -259,9 +261,8 @@ fn run_counts(
     Ok(counts)
 }
 
-fn level(case: &Case, run: &Answers, index: usize, example: &Example, fine: &Fine) -> SeriesLevel {
+fn level(case: &Case, answer: &Answer, example: &Example, fine: &Fine) -> SeriesLevel {
     let problem = &case.problem;
-    let answer = &run.answers[index];
     SeriesLevel {
         n: case.n.unwrap_or(0),
         h: problem.space.mesh.geometry(0).diameter,

@@ -225,10 +225,10 @@ fn judge_case(
     let mesh = problem.space.mesh;
     let engines: Vec<EngineOutcome> = answered
         .iter()
-        .map(|run| {
-            let answer = &run.answers[index];
+        .filter_map(|run| {
+            let answer = run.of(index)?;
             let solves = answer.converged && answer.residual <= RESIDUAL_TOLERANCE;
-            EngineOutcome {
+            Some(EngineOutcome {
                 engine: run.engine.clone(),
                 version: run.version.clone(),
                 iterations: answer.increments.len(),
@@ -249,7 +249,7 @@ fn judge_case(
                     Verdict::Disagree
                 },
                 answer: Arc::clone(answer),
-            }
+            })
         })
         .collect();
     let fields: Vec<FaceFields> = engines
@@ -278,7 +278,7 @@ fn judge_case(
             .max()
             .unwrap_or(Verdict::Undetermined)
     };
-    let mut answers = answered.iter().map(|run| &run.answers[index]);
+    let mut answers = answered.iter().filter_map(|run| run.of(index));
     let own = answers.find(|answer| answer.history.is_some());
     Ok(CaseOutcome {
         explanation: own.map(|answer| Explanation::new(case, answer)),

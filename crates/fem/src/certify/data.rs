@@ -11,6 +11,7 @@ use crate::assembly::value_at;
 use crate::contact::Problem;
 use crate::quadrature::{self, Sample, samples};
 use crate::scene::{Expression, Part};
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::CellGeometry;
 
@@ -107,13 +108,14 @@ fn loads(problem: &Problem) -> Result<Vec<Load>> {
     let loads: Vec<Load> = (0..mesh.cell_count())
         .into_par_iter()
         .map(|cell| {
+            cancel::check()?;
             let geometry = mesh.geometry(cell);
             let value = |lambda: &[f64; 4]| f.value(geometry.point(lambda));
             let accuracy = ACCURACY * size;
             let (samples, error) = samples(mesh.dim, &rule, value, accuracy, DEEPEST[mesh.dim]);
-            load(&geometry, &samples, error)
+            Ok(load(&geometry, &samples, error))
         })
-        .collect();
+        .collect::<Result<_>>()?;
     let strange = loads.iter().position(|l| !l.oscillation.is_finite());
     if let Some(cell) = strange {
         let geometry = mesh.geometry(cell);

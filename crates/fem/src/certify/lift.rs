@@ -15,6 +15,7 @@ use super::refusal;
 use crate::contact::Problem;
 use crate::quadrature::{self, WHOLE, parts};
 use crate::scene::{Expression, Part};
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 use nalgebra::Vector3;
@@ -82,6 +83,7 @@ pub(super) fn lifts(problem: &Problem) -> Result<Vec<Lift>> {
             m.max(data.value(mesh.points[v as usize]).abs())
         });
         for face in faces {
+            cancel::check()?;
             if mesh.dim == 3 {
                 check_linear(mesh, face, name, data, size)?;
             } else if let Some(lift) = lift(mesh, face, data, size) {

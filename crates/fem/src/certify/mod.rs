@@ -43,6 +43,7 @@ use crate::element::Space;
 use crate::quadrature;
 use cells::{CellFields, CellSquares, Ingredients};
 pub use data::PreparedData;
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
 /// What the data may be off by for their quadrature, relative to the bound.
@@ -198,8 +199,8 @@ fn bounds(problem: &Problem, fields: &CellFields) -> Result<Certificate> {
     }
     let cells: Vec<CellSquares> = (0..mesh.cell_count())
         .into_par_iter()
-        .map(|cell| fields.squares(cell))
-        .collect();
+        .map(|cell| cancel::check().map(|()| fields.squares(cell)))
+        .collect::<Result<_>>()?;
     let touching = contact_terms(problem, v, lambda);
     let uncertain: f64 = loads.iter().map(|load| load.uncertain).sum();
     let parts = Parts {

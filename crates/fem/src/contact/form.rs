@@ -250,12 +250,17 @@ impl<'a> Problem<'a> {
             .zip(&self.dirichlet)
             .filter(|(_, g)| g.is_none());
         let largest = free.fold(0.0, |m: f64, (size, _)| m.max(*size));
+        let highest = u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+        // What is that small beside the largest is what rounding has left of 0.
+        let scale = |size: f64, largest: f64| match size < 1e3 * f64::EPSILON * largest {
+            true => largest,
+            false => size,
+        };
         let mut worst = (0.0, None);
         for i in 0..self.space.dofs {
             let scale = match self.dirichlet[i] {
-                Some(g) => g.abs().max(u[i].abs()),
-                None if size[i] < 1e3 * f64::EPSILON * largest => largest,
-                None => size[i],
+                Some(g) => scale(g.abs().max(u[i].abs()), highest),
+                None => scale(size[i], largest),
             };
             if residual[i] == 0.0 {
                 continue;

@@ -12,6 +12,7 @@ use super::loss::Losses;
 use super::out::is_special;
 use super::plain;
 use crate::error::{Error, Place, Result};
+use crate::file::Temporary;
 use crate::mesh::{CellKind, Group, Mesh};
 use crate::process::{self, Failure};
 
@@ -24,7 +25,7 @@ const LIMIT: Duration = Duration::from_secs(600);
 /// # Errors
 /// There is no such environment, meshio fails, or its answer is not a sound mesh; an interruption.
 pub fn read(path: &Path, format: &str, python: Option<&Path>) -> Result<Content> {
-    let folder = tempfile::tempdir().map_err(Error::io(path, "create a folder for"))?;
+    let folder = Temporary::new()?;
     let plain = folder.path().join("mesh");
     run(python, "read", path, &plain, format, path)?;
     let bytes = std::fs::read(&plain).map_err(Error::io(&plain, "read"))?;
@@ -115,7 +116,7 @@ fn run(
         ));
     };
     // For the log of the process.
-    let folder = tempfile::tempdir().map_err(Error::io(about, "create a folder for"))?;
+    let folder = Temporary::new()?;
     let absolute = |path: &Path| std::path::absolute(path).map_err(Error::io(path, "use"));
     let mut command = Command::new(absolute(python)?);
     command

@@ -177,8 +177,13 @@ impl Out {
     ///
     /// # Errors
     /// [`Error::Io`], an interruption; an old file is kept then.
-    pub fn save(mut self, path: &Path) -> Result<()> {
+    pub fn save(self, path: &Path) -> Result<()> {
         cancel::check()?;
+        self.complete(path)
+    }
+
+    /// [`Out::save`] also after the end of the run, which results tell of.
+    fn complete(mut self, path: &Path) -> Result<()> {
         self.flush();
         if let Some(error) = self.failed {
             return Err(Error::io(path, "write")(error));
@@ -200,11 +205,11 @@ impl Out {
 /// Writes the parts, one after the other, beside `path`, then renames.
 ///
 /// # Errors
-/// [`Error::Io`], an interruption; an old file is kept then.
+/// [`Error::Io`]; an old file is kept then.
 pub fn save<'a>(path: &Path, parts: impl IntoIterator<Item = &'a [u8]>) -> Result<()> {
     let mut out = Out::to(path)?;
     parts.into_iter().for_each(|part| out.append(part));
-    out.save(path)
+    out.complete(path)
 }
 
 /// Whether the path is something other than a regular file, which a rename must not replace.

@@ -5,6 +5,7 @@ use std::convert::Infallible;
 use super::{CellBlock, CellKind, Group, Mesh};
 use crate::cancel;
 use crate::error::Result;
+use crate::memory;
 
 /// The sides of a rectangle and of a box in the order of their groups' tags, which start at 1. The
 /// last coordinate points up.
@@ -89,10 +90,16 @@ pub fn union_cube(n: usize, size: [f64; 3]) -> Mesh {
 /// vertex is ignored. Boundary faces are oriented outwards.
 ///
 /// # Errors
-/// An interruption.
+/// A mesh that memory cannot hold; an interruption.
 pub fn union_mesh(n: usize, cuboid: &Cuboid) -> Result<Mesh> {
+    let simplices = if cuboid.dim == 2 { 2.0 } else { 6.0 };
+    let cells = simplices * (n as f64).powi(cuboid.dim as i32);
+    memory::require(BYTES * cells, &format!("a mesh of {cells} cells"))?;
     build(n, cuboid, cancel::check)
 }
+
+/// What a cell takes at least, with its faces and neighbours.
+const BYTES: f64 = 150.0;
 
 /// For meshes that are made in no time.
 fn never() -> Result<(), Infallible> {

@@ -5,6 +5,10 @@ use std::collections::HashMap;
 use super::{CellBlock, CellKind, Group, Mesh};
 use crate::cancel;
 use crate::error::{Error, Result};
+use crate::memory;
+
+/// What a cell takes at least, with its points.
+const BYTES: f64 = 40.0;
 
 /// Splits each line in two, each triangle in four, each tetrahedron in eight; vertices stay. The parts are in
 /// the groups and on the entity of the cell that was split. Old points keep their index and tag. Fields would have to
@@ -39,6 +43,7 @@ pub fn refine(name: &str, mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
             let what = "the refined mesh would have more than 2^32 - 1 cells";
             return Err(refuse(what.into()));
         }
+        memory::require(BYTES * total as f64, &format!("the refined mesh of {name}"))?;
         let mut nodes = Vec::with_capacity(block.nodes.len() * children as usize);
         for cell in block.cells() {
             cancel::check()?;

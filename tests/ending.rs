@@ -1,0 +1,286 @@
+//! However a run ends, its exit code is 0, 1 or 2, and no earlier verdict stands for this one's.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use crate::common::{Ran, faceoff, folder, interrupt, run, scene, told, until, write};
+
+/// The results that every judging command writes.
+const OUTPUTS: [&str; 8] = [
+    "--json", "out.json", "--junit", "out.xml", "--badge", "out.svg", "--report", "page",
+];
+
+fn with_outputs(folder: &Path, words: &[&str]) -> Command {
+    let mut command = faceoff(folder);
+    command.args(words).args(OUTPUTS);
+    command
+}
+
+/// Whether no output speaks of agreement, and each says `said`.
+fn assert_no_verdict(folder: &Path, said: &str) {
+    for file in ["out.json", "out.xml", "page/index.html", "out.svg"] {
+        let text = fs::read_to_string(folder.join(file)).unwrap();
+        assert!(
+            !text.contains(">agree<") && !text.contains("\"agree\""),
+            "{file}: {text}"
+        );
+        let words = if file == "out.svg" {
+            "undetermined"
+        } else {
+            said
+        };
+        assert!(text.contains(words), "`{words}` in {file}: {text}");
+    }
+}
+
+fn agreed(folder: &Path) -> Ran {
+    let words = ["compare", "a.csv", "b.csv", "--allow-identical"];
+    for name in ["a.csv", "b.csv"] {
+        write(folder, name, "vertex,u\n0,1\n1,2\n");
+    }
+    let ran = told(with_outputs(folder, &words).output().unwrap());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    ran
+}
+
+#[test]
+fn a_run_that_is_refused_or_ended_leaves_no_earlier_verdict() {
+    let folder = folder();
+    let path = folder.path();
+    agreed(path);
+    let refused = with_outputs(path, &["verify", "nosuch"]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    assert_no_verdict(path, "there is no scene `nosuch`");
+
+    agreed(path);
+    let words = [
+        "verify",
+        "one-zone",
+        "--engines",
+        "rust,fenicsx",
+        "--n",
+        "256",
+        "--time-limit",
+        "0.01",
+    ];
+    let ended = told(with_outputs(path, &words).output().unwrap());
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    assert_no_verdict(path, "--time-limit");
+}
+
+/// Nothing can be written any more by a process that is killed: what it would replace is marked before it begins.
+#[test]
+fn a_run_that_is_killed_leaves_no_earlier_verdict() {
+    let folder = folder();
+    let path = folder.path();
+    agreed(path);
+    let mut child = with_outputs(
+        path,
+        &[
+            "verify",
+            "one-zone",
+            "--engines",
+            "rust,freefem",
+            "--n",
+            "512",
+        ],
+    )
+    .stdout(Stdio::null())
+    .spawn()
+    .unwrap();
+    let is_marked = || {
+        fs::read_to_string(path.join("out.svg"))
+            .unwrap()
+            .contains("undetermined")
+    };
+    until(is_marked, "the earlier badge is marked");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_no_verdict(path, "it has not ended");
+}
+
+#[test]
+fn a_file_that_is_no_result_of_ours_is_left_until_there_is_one() {
+    let folder = folder();
+    let mine = write(folder.path(), "mine.json", "{\"schema\": \"mine\"}");
+    let mut child = faceoff(folder.path())
+        .args(["solve", "one-zone", "--n", "900", "--json", "mine.json"])
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    interrupt(&child);
+    assert_eq!(ended(&mut child), Some(2));
+    assert!(fs::read_to_string(mine).unwrap().contains("interrupted"));
+}
+
+fn ended(child: &mut Child) -> Option<i32> {
+    let status = std::cell::Cell::new(None);
+    until(
+        || {
+            status.set(child.try_wait().unwrap());
+            status.get().is_some()
+        },
+        "it ends",
+    );
+    status.get().and_then(|s| s.code())
+}
+
+/// Each would take minutes: a mesh that is made, checked, compared, solved on, certified.
+#[test]
+fn a_signal_and_a_time_limit_end_every_command() {
+    let folder = folder();
+    let path = folder.path();
+    let waves = scene(
+        path,
+        "one-zone",
+        "f = \"-2*pi*sin(2*pi*x)\"",
+        "f = \"-2*pi*sin(2*pi*x*60)-0.1\"",
+    );
+    let made = run(path, &["mesh", "make", "one-zone", "m.msh", "--n", "300"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let commands: [&[&str]; 8] = [
+        &["solve", "one-zone", "--n", "1500"],
+        &["solve", &waves, "--n", "128", "--certify"],
+        &[
+            "verify",
+            "one-zone",
+            "--n",
+            "700",
+            "--engines",
+            "rust,freefem",
+        ],
+        &["orders", "one-zone", "--n", "16,32,1024"],
+        &["stress", "transition-1.5"],
+        &["study", "one-zone", "--budget", "10m"],
+        &["paper", "--n", "64,128"],
+        &["mesh", "refine", "m.msh", "fine.msh", "--times", "5"],
+    ];
+    for words in commands {
+        let limited = [words, &["--time-limit", "1", "--json", "out.json"]].concat();
+        let ran = run(path, &limited);
+        assert_eq!(ran.code, Some(2), "{limited:?}: {}", ran.stderr);
+        assert!(
+            ran.stderr.contains("1 s of --time-limit"),
+            "{limited:?}: {}",
+            ran.stderr
+        );
+        let json = fs::read_to_string(path.join("out.json")).unwrap();
+        assert!(json.contains("1 s of --time-limit"), "{limited:?}: {json}");
+        assert!(!path.join("fine.msh").exists());
+
+        let mut child = faceoff(path)
+            .args(words)
+            .args(["--json", "out.json"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        interrupt(&child);
+        assert_eq!(ended(&mut child), Some(2), "{words:?}");
+        let json = fs::read_to_string(path.join("out.json")).unwrap();
+        assert!(json.contains("interrupted"), "{words:?}: {json}");
+    }
+}
+
+#[test]
+fn memory_that_may_not_be_taken_is_not() {
+    let folder = folder();
+    let path = folder.path();
+    for (words, said) in [
+        (
+            &["solve", "one-zone", "--n", "16384"][..],
+            "would take about",
+        ),
+        (
+            &["solve", "one-zone", "--n", "4294967295"],
+            "would take about",
+        ),
+        (
+            &["mesh", "make", "one-zone-3d", "m.msh", "--n", "4000"],
+            "would take about",
+        ),
+        (
+            &["solve", "one-zone", "--n", "256", "--memory", "40MB"],
+            "--memory",
+        ),
+        (
+            &[
+                "solve",
+                "one-zone-3d",
+                "--n",
+                "24",
+                "--method",
+                "p2",
+                "--memory",
+                "100MB",
+            ],
+            "MB",
+        ),
+    ] {
+        let ran = run(path, &[words, &["--json", "out.json"]].concat());
+        assert_eq!(ran.code, Some(2), "{words:?}: {}{}", ran.stdout, ran.stderr);
+        assert!(ran.stderr.contains(said), "{words:?}: {}", ran.stderr);
+        assert!(
+            fs::read_to_string(path.join("out.json"))
+                .unwrap()
+                .contains("error")
+        );
+    }
+    let scene = scene(path, "one-zone", "[mesh]", "[mesh]\nn = 16384");
+    let ran = run(path, &["solve", &scene]);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    let ran = run(path, &["solve", "one-zone", "--memory", "none"]);
+    assert!(ran.stderr.contains("no size of memory"), "{}", ran.stderr);
+}
+
+/// A limit on threads and memory from outside is no reason for a panic.
+#[test]
+fn a_system_that_gives_no_threads_is_told() {
+    let folder = folder();
+    let program = env!("CARGO_BIN_EXE_faceoff");
+    let script = format!("ulimit -v 60000; exec {program} solve one-zone --n 8");
+    let ran = told(
+        Command::new("sh")
+            .current_dir(folder.path())
+            .args(["-c", &script])
+            .output()
+            .unwrap(),
+    );
+    assert_eq!(ran.code, Some(2), "{}{}", ran.stdout, ran.stderr);
+    assert!(!ran.stderr.contains("panicked"), "{}", ran.stderr);
+}
+
+/// A child that has left its group and session, and one that has left its parents.
+#[test]
+fn nothing_outlives_an_engine() {
+    let folder = folder();
+    let path = folder.path();
+    let script = "setsid sleep 7771 & (setsid setsid sleep 7772 &) ; sleep 7773";
+    write(path, "hang.sh", script);
+    write(
+        path,
+        "mine.toml",
+        "name = \"mine\"\ncommand = [\"sh\", \"hang.sh\"]\n",
+    );
+    let words = [
+        "verify",
+        "one-zone",
+        "--n",
+        "4",
+        "--engines",
+        "rust,mine.toml",
+        "--time-limit",
+        "3",
+    ];
+    let ran = run(path, &words);
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    assert!(ran.stderr.contains("did not end within"), "{}", ran.stderr);
+    std::thread::sleep(Duration::from_millis(100));
+    let processes = told(Command::new("ps").args(["-eo", "args"]).output().unwrap());
+    for number in ["7771", "7772", "7773"] {
+        let is_running = processes.stdout.contains(&format!("sleep {number}"));
+        assert!(!is_running, "sleep {number} outlived its engine");
+    }
+}
