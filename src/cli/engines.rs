@@ -15,6 +15,7 @@ use faceoff_fem::contact::{Iteration, Stop};
 use faceoff_fem::linear;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Result, distinct};
+use faceoff_mesh::io;
 
 #[derive(Serialize)]
 struct EngineState {
@@ -86,11 +87,8 @@ fn state(here: &Here) -> Result<Report<'_>> {
     rows.push(match engine::meshio_python() {
         Some(python) => cells!["meshio", "", python.display().to_string()],
         None => {
-            cells![
-                "meshio",
-                "",
-                "missing: formats beyond MSH, VTU, FreeFEM and Medit"
-            ]
+            let ours = io::NATIVE.map(|format| format.title).join(", ");
+            cells!["meshio", "", format!("missing: formats beyond {ours}")]
         }
     });
     let head = ["engine", "version", "remark"];

@@ -90,18 +90,19 @@ fn listed(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>> {
             _ => continue,
         };
         let name = tag.attributes().flatten().find(|a| a.key.as_ref() == key);
-        let name = name.and_then(|a| {
-            a.normalized_value(XmlVersion::Implicit1_0)
-                .ok()
-                .map(|v| v.into_owned())
-        });
+        let name = name.and_then(|a| a.normalized_value(XmlVersion::Implicit1_0).ok());
         let name = name.ok_or_else(|| refuse("an entry does not name its file".into()))?;
-        let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
-        if name.is_empty() || !Path::new(&name).components().all(inside) {
-            return Err(refuse(format!("{name:?} is not beside or below this file")));
-        }
-        files.push(path.with_file_name("").join(name));
+        let beside = beside_or_below(path, &name);
+        let misplaced = || refuse(format!("{name:?} is not beside or below this file"));
+        files.push(beside.ok_or_else(misplaced)?);
     }
+}
+
+/// The file of this name beside or below `path`; none where the name leads elsewhere.
+pub(super) fn beside_or_below(path: &Path, name: &str) -> Option<PathBuf> {
+    let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    let is_below = !name.is_empty() && Path::new(name).components().all(inside);
+    is_below.then(|| path.with_file_name("").join(name))
 }
 
 #[cfg(test)]

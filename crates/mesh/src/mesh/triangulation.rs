@@ -242,26 +242,22 @@ impl Triangulation {
 
     /// How messages name a vertex.
     pub fn vertex_label(&self, vertex: u32) -> String {
-        let p = self.points[vertex as usize];
-        match self.dim {
-            2 => format!("vertex {vertex} at ({}, {})", p[0], p[1]),
-            _ => format!("vertex {vertex} at ({}, {}, {})", p[0], p[1], p[2]),
-        }
+        format!(
+            "vertex {vertex} at {}",
+            self.place(&self.points[vertex as usize])
+        )
     }
 
     /// How messages name a face.
     pub fn face_label(&self, face: usize) -> String {
-        let p = self.face_midpoint(face);
-        match self.dim {
-            2 => format!("face {:?} at ({}, {})", self.face(face), p[0], p[1]),
-            _ => format!(
-                "face {:?} at ({}, {}, {})",
-                self.face(face),
-                p[0],
-                p[1],
-                p[2]
-            ),
-        }
+        let place = self.place(&self.face_midpoint(face));
+        format!("face {:?} at {place}", self.face(face))
+    }
+
+    /// As many coordinates as there are dimensions: `(x, y)`.
+    fn place(&self, point: &[f64; 3]) -> String {
+        let coordinates = point[..self.dim].iter().map(f64::to_string);
+        format!("({})", coordinates.collect::<Vec<_>>().join(", "))
     }
 
     fn take_cells(
@@ -467,16 +463,11 @@ impl Triangulation {
 
     /// The face with these vertices, ascending: faces are numbered in that order.
     pub fn find_face(&self, vertices: &[u32]) -> Option<usize> {
-        let (mut low, mut high) = (0, self.face_count());
-        while low < high {
-            let middle = (low + high) / 2;
-            match self.face(middle).cmp(vertices) {
-                std::cmp::Ordering::Less => low = middle + 1,
-                std::cmp::Ordering::Equal => return Some(middle),
-                std::cmp::Ordering::Greater => high = middle,
-            }
-        }
-        None
+        let found = match self.dim {
+            2 => (self.faces.as_chunks::<2>().0).binary_search_by(|face| face[..].cmp(vertices)),
+            _ => (self.faces.as_chunks::<3>().0).binary_search_by(|face| face[..].cmp(vertices)),
+        };
+        found.ok()
     }
 
     /// For each cell the number of its connected part (cells connect through faces), and the

@@ -196,13 +196,8 @@ impl Builder {
 
     /// The group with this tag, new if there is none yet.
     pub fn group(&mut self, dim: u8, tag: i64) -> &mut Group {
-        let group = || Group {
-            dim,
-            tag,
-            name: None,
-            cells: Vec::new(),
-        };
-        self.groups.entry((dim, tag)).or_insert_with(group)
+        let group = self.groups.entry((dim, tag));
+        group.or_insert_with(|| Group::new(dim, tag))
     }
 
     /// The cells by their numbers, once they are complete.
@@ -236,13 +231,8 @@ impl Builder {
         let mesh = &mut self.mesh;
         let mut entities: BTreeMap<(u8, i32), (usize, Entity)> = BTreeMap::new();
         for &(dim, tag, group) in reversed.keys() {
-            let entity = || Entity {
-                dim,
-                tag,
-                bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
-                ..Entity::default()
-            };
-            let (_, entity) = entities.entry((dim, tag)).or_insert_with(|| (0, entity()));
+            let entity = entities.entry((dim, tag));
+            let (_, entity) = entity.or_insert_with(|| (0, Entity::without_points(dim, tag)));
             // The number is that of a 32-bit tag.
             entity.physicals.push(-group as i32);
         }
