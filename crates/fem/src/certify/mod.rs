@@ -41,6 +41,7 @@ use crate::assembly::combine;
 use crate::contact::Problem;
 use crate::element::Space;
 use crate::quadrature;
+use crate::scene::Expression;
 use cells::{CellFields, CellSquares, Ingredients};
 pub use data::PreparedData;
 use faceoff_mesh::error::{Error, Result};
@@ -308,6 +309,11 @@ fn check(problem: &Problem, u: &[f64]) -> Result<()> {
 /// Always in the same order.
 fn total(values: impl Iterator<Item = f64>) -> f64 {
     values.sum()
+}
+
+/// The largest |data| at some points.
+fn largest(data: &Expression, points: impl Iterator<Item = [f64; 3]>) -> f64 {
+    points.fold(0.0, |m: f64, x| m.max(data.value(x).abs()))
 }
 
 /// Of the box around all points, which is not less than that of the domain.
