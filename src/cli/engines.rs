@@ -87,8 +87,9 @@ fn state(here: &Here) -> Result<Report<'_>> {
     rows.push(match engine::meshio_python() {
         Some(python) => cells!["meshio", "", python.display().to_string()],
         None => {
-            let ours = io::NATIVE.map(|format| format.title).join(", ");
-            cells!["meshio", "", format!("missing: formats beyond {ours}")]
+            let ours: Vec<&str> = io::NATIVE.iter().map(|format| format.title).collect();
+            let missing = format!("missing: formats beyond {}", ours.join(", "));
+            cells!["meshio", "", missing]
         }
     });
     let head = ["engine", "version", "remark"];

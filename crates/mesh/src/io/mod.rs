@@ -34,7 +34,7 @@ use loss::Losses;
 
 /// The formats that are read and written here, in the order in which users see them. Whatever depends on the format asks
 /// this table.
-pub static NATIVE: [&Native; 4] = [&msh::FORMAT, &vtu::FORMAT, &freefem::FORMAT, &medit::FORMAT];
+pub static NATIVE: &[&Native] = &[&msh::FORMAT, &vtu::FORMAT, &freefem::FORMAT, &medit::FORMAT];
 
 /// A format that is read and written here.
 #[derive(Debug)]
@@ -88,7 +88,8 @@ impl fmt::Display for Format {
 
 /// The names of the native formats, as in `a, b, c`.
 pub fn native_names() -> String {
-    NATIVE.map(|format| format.names[0]).join(", ")
+    let names: Vec<&str> = NATIVE.iter().map(|format| format.names[0]).collect();
+    names.join(", ")
 }
 
 /// What a file holds.

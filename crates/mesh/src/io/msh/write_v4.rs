@@ -120,7 +120,8 @@ fn elements(writer: &mut Writer<'_>) {
     let mesh = writer.mesh;
     let count = mesh.cell_count();
     let has_own = mesh.blocks.iter().any(|block| !block.tags.is_empty());
-    let (low, high) = range(mesh.cell_tags().filter(|_| has_own), count);
+    let own = mesh.cell_tags().take(if has_own { count } else { 0 });
+    let (low, high) = range(own, count);
     writer.out.text("$Elements\n");
     writer.u64(writer.runs.len() as u64).u64(count as u64);
     writer.u64(low).u64(high).end();

@@ -106,13 +106,7 @@ pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
     };
     let text = std::str::from_utf8(head)
         .map_err(|error| fail(error.valid_up_to() as u64, "the XML is not UTF-8".into()))?;
-    let mut parser = Parser {
-        document: Document::default(),
-        open: Vec::new(),
-        arrays: 0,
-        root_seen: false,
-        grid_seen: false,
-    };
+    let mut parser = Parser::default();
     let mut reader = Reader::from_str(text);
     loop {
         let byte = reader.buffer_position();
@@ -232,6 +226,7 @@ fn count(name: &str, value: &str) -> Result<u64, String> {
     parsed.map_err(|_| format!("{name}={value:?} is not a count"))
 }
 
+#[derive(Default)]
 struct Parser<'a> {
     document: Document<'a>,
     /// The names of the elements around.
