@@ -54,8 +54,10 @@ pub struct Native {
     /// Reads a file from its bytes; the mesh is checked afterwards.
     read: fn(&Path, &[u8]) -> Result<Content>,
     /// Writes a mesh and data about it as a whole; the warnings say what the file does not hold.
-    write: fn(&Path, &Mesh, &[GlobalArray], &Options) -> Result<Vec<String>>,
+    write: Write,
 }
+
+type Write = fn(&Path, &Mesh, &[GlobalArray], &Options) -> Result<Vec<String>>;
 
 impl PartialEq for Native {
     fn eq(&self, other: &Self) -> bool {
