@@ -31,7 +31,7 @@ fn convert(input: &Path, output: &Path) -> Result<()> {
         println!("{dim}D group {tag}, {name}: {count} cells");
     }
     let options = io::Options {
-        format: Some(io::Format::Vtu),
+        format: Some(io::Format::VTU),
         // What VTU cannot hold becomes a warning.
         lossy: true,
         ..io::Options::default()

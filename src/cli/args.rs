@@ -18,6 +18,7 @@ use faceoff_fem::linear::{Precision, Solver};
 use faceoff_fem::scene::Scene;
 use faceoff_judge::MatchBy;
 use faceoff_mesh::error::{Result, distinct};
+use faceoff_mesh::io::native_names;
 
 /// Settle whether finite element codes agree, face by face.
 ///
@@ -529,8 +530,7 @@ pub(super) enum MeshAction {
 /// The form in which a mesh is written.
 #[derive(Args)]
 pub(super) struct Form {
-    /// msh, vtu, freefem, medit, or a format of meshio's [default: what the suffix says]
-    #[arg(long)]
+    #[arg(long, help = format!("{}, or a format of meshio's [default: what the suffix says]", native_names()))]
     pub format: Option<String>,
     /// Version of MSH: 2.2 or 4.1
     #[arg(long, default_value = "4.1")]

@@ -11,6 +11,7 @@ use crate::report::model::{Block, Report, Suite, Table, TestCase, cells, count, 
 use crate::report::{Output, deliver};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Result, distinct};
+use faceoff_mesh::io;
 
 #[derive(Serialize)]
 struct EngineState {
@@ -82,11 +83,9 @@ fn state(here: &Here) -> Result<Report<'_>> {
     rows.push(match engine::meshio_python() {
         Some(python) => cells!["meshio", "", python.display().to_string()],
         None => {
-            cells![
-                "meshio",
-                "",
-                "missing: formats beyond MSH, VTU, FreeFEM and Medit"
-            ]
+            let ours: Vec<&str> = io::NATIVE.iter().map(|format| format.title).collect();
+            let missing = format!("missing: formats beyond {}", ours.join(", "));
+            cells!["meshio", "", missing]
         }
     });
     let head = ["engine", "version", "remark"];

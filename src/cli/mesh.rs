@@ -14,7 +14,7 @@ use faceoff_mesh::mesh::{CellKind, Mesh};
 /// What `mesh info` tells; its JSON form is a contract.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Info {
-    /// `msh`, `vtu`, `freefem`, `medit` or `other`.
+    /// The name of a native format, or `other`.
     pub format: String,
     pub version: Option<String>,
     pub encoding: String,
@@ -148,8 +148,8 @@ fn describe(content: &Content) -> Info {
             .iter()
             .map(|what| format!("not read: {what}")),
     );
-    let own = ["msh", "vtu", "freefem", "medit"];
-    let own = own.into_iter().find(|own| *own == content.format);
+    let mut own = io::NATIVE.iter().map(|format| format.names[0]);
+    let own = own.find(|own| *own == content.format);
     if own.is_none() {
         warnings.push(format!("read by meshio as {}", content.format));
     }

@@ -94,7 +94,7 @@ fn options(form: &Form, out: &Path, python: Option<PathBuf>) -> Result<Options> 
         Format::of_name(name).ok_or_else(|| {
             Error::usage(
                 format!("there is no format `{name}`"),
-                "use msh, vtu, freefem, medit, or a name of meshio's",
+                format!("use {}, or a name of meshio's", io::native_names()),
             )
         })
     });
@@ -113,7 +113,7 @@ fn options(form: &Form, out: &Path, python: Option<PathBuf>) -> Result<Options> 
     let for_vtu = encoding.filter(|name| !["ascii", "binary"].contains(name));
     let target = format.or_else(|| Format::of_suffix(out));
     if let (Some(name), Some(target)) = (for_vtu, target)
-        && target != Format::Vtu
+        && target != Format::VTU
     {
         vtu_encoding(encoding)?;
         return Err(Error::usage(

@@ -3,7 +3,7 @@
 
 use super::trial::{Place, Trial};
 use faceoff_fem::scene::{Exact, Expression, Scene};
-use faceoff_fem::truth::exact::ManyZones;
+use faceoff_fem::truth::exact::{ExactSolution, ManyZones};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
 
@@ -140,7 +140,6 @@ fn strip(columns: usize, rows: usize) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use faceoff_fem::truth::exact::ExactSolution;
 
     /// The formula of a scene is the function, with hundreds of zones too.
     #[test]

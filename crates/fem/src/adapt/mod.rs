@@ -131,7 +131,7 @@ pub fn reach(
     mut progress: impl FnMut(&Step, Option<&Next>) -> Result<()>,
 ) -> Result<Reached> {
     let mut steps: Vec<Step> = Vec::new();
-    let mut best: Option<Best> = None;
+    let mut best: Option<(Candidate, Solution, Certificate)> = None;
     let first = first_n(scene);
     let mut candidate = Candidate::uniform(scene, first)?;
     if wish.way == Some(Way::Adaptive) {
@@ -144,7 +144,9 @@ pub fn reach(
         let (solution, certificate) = match solved {
             Ok(solved) => solved,
             // What the first mesh does not allow is an error; later it is where the way ends.
-            Err(Error::Solver { what, .. }) if !steps.is_empty() => break not_reached(what),
+            Err(Error::Solver { what, .. }) if !steps.is_empty() => {
+                break Outcome::NotReached(what);
+            }
             Err(other) => return Err(other),
         };
         let relative = certificate.relative(wish.target);
@@ -164,9 +166,11 @@ pub fn reach(
         let step = &steps[steps.len() - 1];
         if relative <= wish.accuracy {
             progress(step, None)?;
-            best = Some(kept(candidate, solution, certificate));
+            best = Some((candidate, solution, certificate));
             break Outcome::Reached;
         }
+        let before = best.as_ref();
+        let is_best = before.is_none_or(|(.., best)| relative < best.relative(wish.target));
         stalls = match &steps[..] {
             [.., last, this] if last.way == this.way && relative > PROGRESS * last.relative => {
                 stalls + 1
@@ -176,13 +180,10 @@ pub fn reach(
         if stalls > 1 || steps.len() == MESHES {
             progress(step, None)?;
             let why = dominant(&certificate);
-            if best
-                .as_ref()
-                .is_none_or(|b| relative < b.4.relative(wish.target))
-            {
-                best = Some(kept(candidate, solution, certificate));
+            if is_best {
+                best = Some((candidate, solution, certificate));
             }
-            break not_reached(why);
+            break Outcome::NotReached(why);
         }
         let square: f64 = certificate.local.iter().sum();
         let goal = (AIM * wish.accuracy / relative).powi(2) * square;
@@ -212,28 +213,25 @@ pub fn reach(
                 candidate.adapted(&certificate.local, spread, goal.max(square * STRIDE))
             }
         };
-        if best
-            .as_ref()
-            .is_none_or(|b| relative < b.4.relative(wish.target))
-        {
-            best = Some(kept(candidate, solution, certificate));
+        if is_best {
+            best = Some((candidate, solution, certificate));
         }
         candidate = match made {
             Ok(made) => made,
-            Err(other) => break not_reached(other.to_string()),
+            Err(other) => break Outcome::NotReached(other.to_string()),
         };
         candidate.seconds = clock.elapsed().as_secs_f64();
     };
-    let Some((mesh, way, n, solution, certificate)) = best else {
+    let Some((candidate, solution, certificate)) = best else {
         return Err(Error::Solver {
             what: "no mesh was solved on".into(),
             remedy: "report this".into(),
         });
     };
     Ok(Reached {
-        mesh,
-        way,
-        n,
+        mesh: candidate.mesh,
+        way: candidate.way,
+        n: candidate.n,
         solution,
         certificate,
         steps,
@@ -247,22 +245,6 @@ fn solved(scene: &Scene, wish: &Wish, mesh: &Triangulation) -> Result<(Solution,
     let solution = solve_by(&problem, Iteration::Newton, wish.stop, wish.linear, go_on)?;
     let certificate = certify(&problem, &solution.u)?;
     Ok((solution, certificate))
-}
-
-type Best = (Triangulation, Way, Option<usize>, Solution, Certificate);
-
-fn kept(candidate: Candidate, solution: Solution, certificate: Certificate) -> Best {
-    (
-        candidate.mesh,
-        candidate.way,
-        candidate.n,
-        solution,
-        certificate,
-    )
-}
-
-fn not_reached(why: String) -> Outcome {
-    Outcome::NotReached(why)
 }
 
 /// What a bound consists of that gets no smaller.

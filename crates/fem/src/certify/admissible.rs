@@ -2,13 +2,12 @@
 //! Γ_C, from any discrete field.
 
 use super::data::PreparedData;
-use super::refusal;
+use super::{largest, refusal};
 use crate::assembly::{Stiffness, value_at};
 use crate::contact::Problem;
 use crate::element::{P1, Space};
-use crate::scene::{Expression, Part};
+use crate::scene::Part;
 use faceoff_mesh::error::Result;
-use faceoff_mesh::mesh::Triangulation;
 
 /// Steps on the P1 energy. Averages alone cost up to a factor of 100 on slivers.
 const STEPS: usize = 10;
@@ -78,8 +77,9 @@ fn bounds(problem: &Problem) -> Result<Vec<Bound>> {
         let psi = value_at(&data.psi, "psi", mesh.points[vertex as usize])?;
         bounds[vertex as usize] = Bound::Below(psi);
     }
+    let points = |part| of(part).map(|vertex| mesh.points[vertex as usize]);
     let size =
-        largest(&data.g, mesh, of(Part::Dirichlet)) + largest(&data.psi, mesh, of(Part::Contact));
+        largest(&data.g, points(Part::Dirichlet)) + largest(&data.psi, points(Part::Contact));
     for vertex in of(Part::Dirichlet) {
         let mut g = value_at(&data.g, "g", mesh.points[vertex as usize])?;
         if let Bound::Below(psi) = bounds[vertex as usize] {
@@ -97,12 +97,6 @@ fn bounds(problem: &Problem) -> Result<Vec<Bound>> {
         bounds[vertex as usize] = Bound::Fixed(g);
     }
     Ok(bounds)
-}
-
-/// The largest absolute value at some vertices.
-fn largest(data: &Expression, mesh: &Triangulation, vertices: impl Iterator<Item = u32>) -> f64 {
-    let sizes = vertices.map(|vertex| data.value(mesh.points[vertex as usize]).abs());
-    sizes.fold(0.0, f64::max)
 }
 
 fn averages(problem: &Problem, u: &[f64]) -> Vec<f64> {

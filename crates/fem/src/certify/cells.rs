@@ -145,8 +145,7 @@ impl<'a> CellFields<'a> {
     /// G at the centroid, without the lift.
     pub fn gradient(&self, cell: usize) -> [f64; 3] {
         let geometry = self.problem.space.mesh.geometry(cell);
-        let mut lambda = [0.0; 4];
-        lambda[..=geometry.dim].fill(1.0 / (geometry.dim + 1) as f64);
-        (0.5 * (self.slope(cell) + self.sigma(cell, &geometry, &lambda))).into()
+        let sigma = self.sigma(cell, &geometry, &geometry.centroid());
+        (0.5 * (self.slope(cell) + sigma)).into()
     }
 }

@@ -6,11 +6,12 @@
 
 use rayon::prelude::*;
 
+use super::largest;
 use super::lift::{Lift, lifts};
 use crate::assembly::value_at;
 use crate::contact::Problem;
 use crate::quadrature::{self, Sample, samples};
-use crate::scene::{Expression, Part};
+use crate::scene::Part;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::CellGeometry;
@@ -104,7 +105,11 @@ fn loads(problem: &Problem) -> Result<Vec<Load>> {
         return Ok(vec![Load::default(); mesh.cell_count()]);
     }
     let rule = quadrature::exact(mesh.dim, 5);
-    let size = largest(f, (0..mesh.cell_count()).map(|cell| mesh.geometry(cell)));
+    let centroids = (0..mesh.cell_count()).map(|cell| {
+        let geometry = mesh.geometry(cell);
+        geometry.point(&geometry.centroid())
+    });
+    let size = largest(f, centroids);
     let loads: Vec<Load> = (0..mesh.cell_count())
         .into_par_iter()
         .map(|cell| {
@@ -124,16 +129,6 @@ fn loads(problem: &Problem) -> Result<Vec<Load>> {
         }
     }
     Ok(loads)
-}
-
-/// The largest |f| at the cells' centroids.
-fn largest(f: &Expression, cells: impl Iterator<Item = CellGeometry>) -> f64 {
-    let centroid = |cell: &CellGeometry| {
-        let mut lambda = [0.0; 4];
-        lambda[..=cell.dim].fill(1.0 / (cell.dim + 1) as f64);
-        f.value(cell.point(&lambda)).abs()
-    };
-    cells.fold(0.0, |m: f64, cell| m.max(centroid(&cell)))
 }
 
 fn load(cell: &CellGeometry, samples: &[Sample], error: f64) -> Load {

@@ -11,7 +11,7 @@
 //!
 //! A face of a tetrahedron has edges in common with others, where δ does not vanish: not covered.
 
-use super::refusal;
+use super::{largest, refusal};
 use crate::contact::Problem;
 use crate::quadrature::{self, WHOLE, parts};
 use crate::scene::{Expression, Part};
@@ -79,9 +79,7 @@ pub(super) fn lifts(problem: &Problem) -> Result<Vec<Lift>> {
             .filter(|&face| problem.parts[face] == Some(part))
             .collect();
         let vertices = faces.iter().flat_map(|&face| mesh.face(face));
-        let size = vertices.fold(0.0, |m: f64, &v| {
-            m.max(data.value(mesh.points[v as usize]).abs())
-        });
+        let size = largest(data, vertices.map(|&v| mesh.points[v as usize]));
         for face in faces {
             cancel::check()?;
             if mesh.dim == 3 {

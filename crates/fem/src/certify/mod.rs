@@ -41,6 +41,7 @@ use crate::assembly::combine;
 use crate::contact::Problem;
 use crate::element::Space;
 use crate::quadrature;
+use crate::scene::Expression;
 use cells::{CellFields, CellSquares, Ingredients};
 pub use data::PreparedData;
 use faceoff_mesh::cancel;
@@ -204,9 +205,9 @@ fn bounds(problem: &Problem, fields: &CellFields) -> Result<Certificate> {
     let touching = contact_terms(problem, v, lambda);
     let uncertain: f64 = loads.iter().map(|load| load.uncertain).sum();
     let parts = Parts {
-        misfit: total(cells.iter().map(|c| c.misfit.powi(2))).sqrt(),
+        misfit: norm(cells.iter().map(|c| c.misfit.powi(2))),
         contact: touching.iter().sum(),
-        oscillation: total(oscillations.iter().map(|o| o * o)).sqrt(),
+        oscillation: norm(oscillations.iter().map(|o| o * o)),
         quadrature: uncertain.sqrt() * diameter(&mesh.points),
     };
     let mut local: Vec<f64> = cells
@@ -214,7 +215,7 @@ fn bounds(problem: &Problem, fields: &CellFields) -> Result<Certificate> {
         .zip(&oscillations)
         .map(|(cell, o)| (cell.misfit + o).powi(2))
         .collect();
-    let a = total(local.iter().copied()).sqrt() + parts.quadrature;
+    let a = norm(local.iter().copied()) + parts.quadrature;
     let v_bound = 0.5 * a + (0.25 * a * a + parts.contact).sqrt();
     let left = parts.oscillation + parts.quadrature;
     let g_bound = (0.25 * parts.misfit.powi(2) + parts.contact + left * v_bound).sqrt();
@@ -227,11 +228,11 @@ fn bounds(problem: &Problem, fields: &CellFields) -> Result<Certificate> {
             "refine the mesh, or let its edges follow the jumps",
         ));
     }
-    let distance = total(cells.iter().map(|c| c.distance.powi(2))).sqrt();
-    let size = total(cells.iter().map(|c| c.gradient)).sqrt();
+    let distance = norm(cells.iter().map(|c| c.distance.powi(2)));
+    let size = norm(cells.iter().map(|c| c.gradient));
     let mut gradient = [(size - g_bound).max(0.0), size + g_bound];
     if given.g.is_zero() && given.psi.is_zero() {
-        let flux = total(cells.iter().map(|c| c.flux)).sqrt();
+        let flux = norm(cells.iter().map(|c| c.flux));
         let least = -2.0 * energy(problem, &fields.ingredients);
         gradient[0] = gradient[0].max(least.max(0.0).sqrt() - parts.quadrature);
         gradient[1] = gradient[1].min(flux + left);
@@ -274,7 +275,7 @@ pub fn distance(spaces: [&Space; 2], fields: [&[f64]; 2]) -> f64 {
             geometry.measure() * terms.sum::<f64>()
         })
         .collect();
-    total(squares.into_iter()).sqrt()
+    norm(squares.into_iter())
 }
 
 fn check(problem: &Problem, u: &[f64]) -> Result<()> {
@@ -306,9 +307,14 @@ fn check(problem: &Problem, u: &[f64]) -> Result<()> {
     Ok(())
 }
 
-/// Always in the same order.
-fn total(values: impl Iterator<Item = f64>) -> f64 {
-    values.sum()
+/// ‖·‖ from its squares on the cells, always in the same order.
+fn norm(squares: impl Iterator<Item = f64>) -> f64 {
+    squares.sum::<f64>().sqrt()
+}
+
+/// The largest |data| at some points.
+fn largest(data: &Expression, points: impl Iterator<Item = [f64; 3]>) -> f64 {
+    points.fold(0.0, |m: f64, x| m.max(data.value(x).abs()))
 }
 
 /// Of the box around all points, which is not less than that of the domain.

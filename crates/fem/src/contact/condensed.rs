@@ -18,8 +18,7 @@ use super::form::Problem;
 use super::scheme::{Scheme, clear_rows};
 use super::system::{Built, Energy, System, Weights};
 use crate::linear::{
-    Choice, Elements, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings,
-    condense,
+    Changed, Choice, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings, condense,
 };
 use faceoff_mesh::error::{Error, Result};
 
@@ -49,66 +48,29 @@ pub(super) struct Condensed<'a> {
     dense: Cell<usize>,
 }
 
-/// The stiffness by cells, and where Γ_D does not hold all of the domain the mass of Γ_C on top,
-/// so that the matrix is definite.
-struct Cells<'a> {
-    problem: &'a Problem<'a>,
-    shift: BTreeMap<usize, Vec<f64>>,
-}
-
-impl Elements for Cells<'_> {
-    fn unknowns(&self) -> usize {
-        self.problem.stiffness.unknowns()
+/// What is added to the stiffness of cells where Γ_D does not hold all of the domain: the mass of Γ_C, so that the matrix
+/// is definite.
+fn shift_of_cells(problem: &Problem) -> BTreeMap<usize, Vec<f64>> {
+    let mut shift = BTreeMap::new();
+    if problem.floating.is_none() {
+        return shift;
     }
-
-    fn count(&self) -> usize {
-        self.problem.stiffness.count()
-    }
-
-    fn size(&self) -> usize {
-        self.problem.stiffness.size()
-    }
-
-    fn of(&self, cell: usize) -> &[u32] {
-        self.problem.stiffness.of(cell)
-    }
-
-    fn centre(&self, cell: usize) -> [f64; 3] {
-        self.problem.stiffness.centre(cell)
-    }
-
-    fn matrix(&self, cell: usize, matrix: &mut [f64]) {
-        self.problem.stiffness.matrix(cell, matrix);
-        if let Some(shift) = self.shift.get(&cell) {
-            for (value, shift) in matrix.iter_mut().zip(shift) {
-                *value += shift;
-            }
-        }
-    }
-}
-
-impl<'a> Cells<'a> {
-    fn new(problem: &'a Problem<'a>) -> Self {
-        let mut shift = BTreeMap::new();
-        if problem.floating.is_some() {
-            let local = problem.space.local_dofs;
-            for face in &problem.contact {
-                let mass = shift.entry(face.cell).or_insert(vec![0.0; local * local]);
-                // Of the size of the stiffness, in any unit of length.
-                let mesh = problem.space.mesh;
-                let size = mesh.geometry(face.cell).diameter.powi(mesh.dim as i32 - 2);
-                for point in &face.points {
-                    let weight = size * point.weight / face.measure;
-                    for i in 0..local {
-                        for j in 0..local {
-                            mass[i * local + j] += weight * point.phi[i] * point.phi[j];
-                        }
-                    }
+    let local = problem.space.local_dofs;
+    for face in &problem.contact {
+        let mass = shift.entry(face.cell).or_insert(vec![0.0; local * local]);
+        // Of the size of the stiffness, in any unit of length.
+        let mesh = problem.space.mesh;
+        let size = mesh.geometry(face.cell).diameter.powi(mesh.dim as i32 - 2);
+        for point in &face.points {
+            let weight = size * point.weight / face.measure;
+            for i in 0..local {
+                for j in 0..local {
+                    mass[i * local + j] += weight * point.phi[i] * point.phi[j];
                 }
             }
         }
-        Cells { problem, shift }
     }
+    shift
 }
 
 impl<'a> Condensed<'a> {
@@ -163,9 +125,9 @@ impl<'a> Condensed<'a> {
             dofs.map(|&dof| floating[dof as usize]).collect()
         });
 
-        let cells = Cells::new(problem);
+        let of_cells = shift_of_cells(problem);
         let mut shift = Vec::new();
-        for (&cell, matrix) in &cells.shift {
+        for (&cell, matrix) in &of_cells {
             let dofs = space.cell_dofs(cell);
             for (&i, row) in dofs.iter().zip(matrix.chunks_exact(dofs.len())) {
                 for (&j, value) in dofs.iter().zip(row) {
@@ -176,6 +138,17 @@ impl<'a> Condensed<'a> {
                 }
             }
         }
+        let change = |cell: usize, matrix: &mut [f64]| {
+            let shift = of_cells.get(&cell).into_iter().flatten();
+            matrix
+                .iter_mut()
+                .zip(shift)
+                .for_each(|(a, shift)| *a += shift);
+        };
+        let cells = Changed {
+            elements: &problem.stiffness,
+            change,
+        };
         let b = right_side(&scheme, &problem.start());
         let Some((factor, reduced, schur, choice)) =
             condense(&cells, &roles, b, settings, instead)?

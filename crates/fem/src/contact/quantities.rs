@@ -175,11 +175,7 @@ struct Trace {
 fn traces(space: &Space, face: usize, rule: &Rule, u: &[f64]) -> Vec<(Trace, f64)> {
     let mesh = space.mesh;
     let [first, second] = mesh.face_cells(face);
-    let value = |cell: usize, lambda: &[f64; 4]| -> f64 {
-        let local: Basis = space.local(cell, u);
-        let phi = space.element.values(mesh.dim, lambda);
-        phi.iter().zip(&local).map(|(p, u)| p * u).sum()
-    };
+    let value = |cell: usize, lambda: &[f64; 4]| space.value(lambda, &space.local(cell, u));
     FacePoints::new(space, face, rule)
         .enumerate()
         .map(|(q, point)| {

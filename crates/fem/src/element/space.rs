@@ -100,6 +100,12 @@ impl<'a> Space<'a> {
         local
     }
 
+    /// Σ_i u_i φ_i at a point, from u at the dofs of the cell.
+    pub fn value(&self, lambda: &[f64; 4], local: &[f64; MAX_DOFS]) -> f64 {
+        let phi = self.element.values(self.mesh.dim, lambda);
+        phi.iter().zip(local).map(|(phi, u)| phi * u).sum()
+    }
+
     /// ∇φ_i at a point: Σ_j ∂φ_i/∂λ_j ∇λ_j.
     pub fn gradients(
         &self,

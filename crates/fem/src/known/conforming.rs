@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::nonconforming::{pieces, transitions};
+use super::nonconforming::{pieces, square_on_cell, transitions};
 use crate::contact::{Errors, Problem, Quantities};
 use crate::quadrature;
 use crate::truth::Reference;
@@ -32,9 +32,7 @@ pub fn fine_errors(problem: &Problem, u: &[f64], norms: &Quantities, truth: &Ref
                     *lambda = if vertices[i] == first { 1.0 - s } else { s };
                 }
             }
-            let phi = space.element.values(2, &lambda);
-            let value: f64 = phi.iter().zip(&values).map(|(p, u)| p * u).sum();
-            truth.flux(a[0] + s * (b[0] - a[0])) * value
+            truth.flux(a[0] + s * (b[0] - a[0])) * space.value(&lambda, &values)
         });
         product += face.measure * integral;
     }
@@ -42,20 +40,7 @@ pub fn fine_errors(problem: &Problem, u: &[f64], norms: &Quantities, truth: &Ref
     let rule = quadrature::exact(2, 5);
     let squares: Vec<f64> = (0..mesh.cell_count())
         .into_par_iter()
-        .map(|cell| {
-            let geometry = mesh.geometry(cell);
-            let local = space.local(cell, u);
-            let sum: f64 = rule
-                .iter()
-                .map(|(lambda, weight)| {
-                    let phi = space.element.values(2, &lambda);
-                    let value: f64 = phi.iter().zip(&local).map(|(p, u)| p * u).sum();
-                    let [x, y, _] = geometry.point(&lambda);
-                    weight * (truth.u(x, y) - value).powi(2)
-                })
-                .sum();
-            geometry.measure() * sum
-        })
+        .map(|cell| square_on_cell(space, u, truth, &rule, cell))
         .collect();
     Errors {
         h1: (square.max(0.0) / truth.grad_norm_sq).sqrt(),

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::contact::{Errors, gradient};
 use crate::element::Space;
-use crate::quadrature;
+use crate::quadrature::{self, Rule};
 use crate::truth::Reference;
 
 /// What errors are taken to.
@@ -51,15 +51,10 @@ pub fn distance(space: &Space, u_h: &[f64], u: &dyn Function) -> Errors {
             let local = space.local(cell, u_h);
             let interpolant: Vector3<f64> = gradient(&slopes, &space.local(cell, &means));
             let distance = interpolant - gradient(&slopes, &local);
-            let mut square = 0.0;
-            for (lambda, weight) in rule.iter() {
-                let phi = space.element.values(mesh.dim, &lambda);
-                let value: f64 = phi.iter().zip(&local).map(|(p, u)| p * u).sum();
-                let [x, y, _] = geometry.point(&lambda);
-                square += weight * (u.value(x, y) - value).powi(2);
-            }
-            [interpolant.norm_squared(), distance.norm_squared(), square]
-                .map(|part| geometry.measure() * part)
+            let [of_interpolant, of_distance] =
+                [interpolant, distance].map(|slope| geometry.measure() * slope.norm_squared());
+            let square = square_on_cell(space, u_h, u, &rule, cell);
+            [of_interpolant, of_distance, square]
         })
         .collect();
     let [interpolant, distance, square] = cells.iter().fold([0.0; 3], |sum, cell| {
@@ -70,6 +65,23 @@ pub fn distance(space: &Space, u_h: &[f64], u: &dyn Function) -> Errors {
         h1: ((beyond + distance) / u.grad_norm_sq()).sqrt(),
         l2: square.sqrt() / u.l2_norm(),
     }
+}
+
+/// ‖u - u_h‖² on a cell, by `rule`.
+pub(super) fn square_on_cell(
+    space: &Space,
+    u_h: &[f64],
+    u: &dyn Function,
+    rule: &Rule,
+    cell: usize,
+) -> f64 {
+    let geometry = space.mesh.geometry(cell);
+    let local = space.local(cell, u_h);
+    let terms = rule.iter().map(|(lambda, weight)| {
+        let [x, y, _] = geometry.point(&lambda);
+        weight * (u.value(x, y) - space.value(&lambda, &local)).powi(2)
+    });
+    geometry.measure() * terms.sum::<f64>()
 }
 
 impl Function for Reference {

@@ -49,7 +49,7 @@ impl Front {
 
 /// The fronts of a part of the tree: those of a small part in postorder, or one front above two
 /// parts that are independent of each other.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Plan {
     pub halves: Option<Box<[Plan; 2]>>,
     pub fronts: Vec<Front>,
@@ -251,16 +251,8 @@ impl<E: Elements> Numbering<'_, E> {
     fn plan(&self, root: usize) -> (Plan, Vec<u32>) {
         let part = self.tree.parts[root];
         let mut plan = Plan {
-            halves: None,
-            fronts: Vec::new(),
-            maps: Vec::new(),
-            places: Vec::new(),
             from: part.from as usize,
-            pivots: 0,
-            entries: 0,
-            flops: 0.0,
-            border: 0,
-            waiting: 0,
+            ..Plan::default()
         };
         let border = match part.left() {
             Some(left) if part.len() > self.grain => {

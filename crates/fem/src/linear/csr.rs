@@ -78,32 +78,26 @@ impl Csr {
 
     /// y = A x
     pub fn times(&self, x: &[f64], y: &mut [f64]) {
-        self.by_rows(y, |i| self.dot(i, x));
+        self.by_rows(y, |i, _| self.dot(i, x));
     }
 
     /// r = b - A x
     pub fn residual(&self, b: &[f64], x: &[f64], r: &mut [f64]) {
-        self.by_rows(r, |i| b[i] - self.dot(i, x));
+        self.by_rows(r, |i, _| b[i] - self.dot(i, x));
     }
 
     /// y += A x
     pub fn add_times(&self, x: &[f64], y: &mut [f64]) {
-        y.par_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(chunk, part)| {
-                for (k, y) in part.iter_mut().enumerate() {
-                    *y += self.dot(chunk * CHUNK + k, x);
-                }
-            });
+        self.by_rows(y, |i, y| y + self.dot(i, x));
     }
 
-    /// Rows do not depend on each other, so the result is the same on any number of cores.
-    fn by_rows(&self, y: &mut [f64], value: impl Fn(usize) -> f64 + Sync) {
+    /// Writes each entry from its row and what it was. Rows do not depend on each other, so the result is the same on any number of cores.
+    fn by_rows(&self, y: &mut [f64], value: impl Fn(usize, f64) -> f64 + Sync) {
         y.par_chunks_mut(CHUNK)
             .enumerate()
             .for_each(|(chunk, part)| {
                 for (k, y) in part.iter_mut().enumerate() {
-                    *y = value(chunk * CHUNK + k);
+                    *y = value(chunk * CHUNK + k, *y);
                 }
             });
     }

@@ -31,3 +31,36 @@ pub enum Role {
     /// Its value is given: its row and column are left out.
     Fixed,
 }
+
+/// Elements whose matrices `change` changes: it gets the number and the matrix of one.
+pub struct Changed<'a, E, F> {
+    pub elements: &'a E,
+    pub change: F,
+}
+
+impl<E: Elements, F: Fn(usize, &mut [f64]) + Sync> Elements for Changed<'_, E, F> {
+    fn unknowns(&self) -> usize {
+        self.elements.unknowns()
+    }
+
+    fn count(&self) -> usize {
+        self.elements.count()
+    }
+
+    fn size(&self) -> usize {
+        self.elements.size()
+    }
+
+    fn of(&self, element: usize) -> &[u32] {
+        self.elements.of(element)
+    }
+
+    fn centre(&self, element: usize) -> [f64; 3] {
+        self.elements.centre(element)
+    }
+
+    fn matrix(&self, element: usize, matrix: &mut [f64]) {
+        self.elements.matrix(element, matrix);
+        (self.change)(element, matrix);
+    }
+}

@@ -9,7 +9,7 @@
 
 use super::cholesky::{Cholesky, Solved};
 use super::multifrontal::{Forward, Multifrontal, NotPositive};
-use super::{Analysis, Elements, Precision, Role, Schur, Settings, Solver};
+use super::{Analysis, Changed, Elements, Precision, Role, Schur, Settings, Solver};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::memory;
 
@@ -81,53 +81,16 @@ impl Reduced {
     }
 }
 
-/// Elements over their unit.
-struct Scaled<'a, E> {
-    elements: &'a E,
-    inverse: f64,
-}
-
-impl<'a, E: Elements> Scaled<'a, E> {
-    /// With the power of two that the largest entry of the first element has.
-    fn new(elements: &'a E) -> (Self, f64) {
-        let mut matrix = vec![0.0; elements.size() * elements.size()];
-        if elements.count() > 0 {
-            elements.matrix(0, &mut matrix);
-        }
-        let largest = matrix.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
-        let exponent = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
-        let usable = exponent.is_normal() && exponent.recip().is_normal();
-        let unit = if usable { exponent } else { 1.0 };
-        let inverse = 1.0 / unit;
-        (Scaled { elements, inverse }, unit)
+/// The power of two that the largest entry of the first element has.
+fn unit_of(elements: &impl Elements) -> f64 {
+    let mut matrix = vec![0.0; elements.size() * elements.size()];
+    if elements.count() > 0 {
+        elements.matrix(0, &mut matrix);
     }
-}
-
-impl<E: Elements> Elements for Scaled<'_, E> {
-    fn unknowns(&self) -> usize {
-        self.elements.unknowns()
-    }
-
-    fn count(&self) -> usize {
-        self.elements.count()
-    }
-
-    fn size(&self) -> usize {
-        self.elements.size()
-    }
-
-    fn of(&self, element: usize) -> &[u32] {
-        self.elements.of(element)
-    }
-
-    fn centre(&self, element: usize) -> [f64; 3] {
-        self.elements.centre(element)
-    }
-
-    fn matrix(&self, element: usize, matrix: &mut [f64]) {
-        self.elements.matrix(element, matrix);
-        matrix.iter_mut().for_each(|a| *a *= self.inverse);
-    }
+    let largest = matrix.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+    let exponent = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
+    let usable = exponent.is_normal() && exponent.recip().is_normal();
+    if usable { exponent } else { 1.0 }
 }
 
 fn over(b: &[f64], unit: f64) -> Vec<f64> {
@@ -164,7 +127,10 @@ pub fn condense(
             "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate"
                 .into(),
     };
-    let (scaled, unit) = Scaled::new(elements);
+    let unit = unit_of(elements);
+    let inverse = 1.0 / unit;
+    let change = |_: usize, matrix: &mut [f64]| matrix.iter_mut().for_each(|a| *a *= inverse);
+    let scaled = Changed { elements, change };
     let mut b = b;
     b.iter_mut().for_each(|b| *b /= unit);
     let (kind, reduced, schur) = match (choice.solver, choice.precision) {

@@ -33,39 +33,28 @@ pub trait Number:
     fn root(self) -> Self;
 }
 
-impl Number for f64 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
+macro_rules! number {
+    ($type:ty) => {
+        impl Number for $type {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
 
-    fn of(value: f64) -> Self {
-        value
-    }
+            fn of(value: f64) -> Self {
+                value as $type
+            }
 
-    fn wide(self) -> f64 {
-        self
-    }
+            fn wide(self) -> f64 {
+                f64::from(self)
+            }
 
-    fn root(self) -> Self {
-        self.sqrt()
-    }
+            fn root(self) -> Self {
+                self.sqrt()
+            }
+        }
+    };
 }
-
-impl Number for f32 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-
-    fn of(value: f64) -> Self {
-        value as f32
-    }
-
-    fn wide(self) -> f64 {
-        f64::from(self)
-    }
-
-    fn root(self) -> Self {
-        self.sqrt()
-    }
-}
+number!(f64);
+number!(f32);
 
 /// Up to so many pivots faer's way into its kernels takes longer than the arithmetic.
 const SMALL: usize = 24;

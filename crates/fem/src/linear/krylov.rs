@@ -42,20 +42,15 @@ pub fn conjugate_gradients(
     precondition(&r, &mut z);
     let mut p = z.clone();
     let mut rz = dot(&r, &z);
-    for step in 0..stop.steps {
-        if norm(&r) <= stop.residual {
-            return Ended {
-                steps: step,
-                reached: true,
-            };
+    for steps in 0..stop.steps {
+        let reached = norm(&r) <= stop.residual;
+        if reached {
+            return Ended { steps, reached };
         }
         apply(&p, &mut q);
         let alpha = rz / dot(&p, &q);
         if !alpha.is_finite() {
-            return Ended {
-                steps: step,
-                reached: false,
-            };
+            return Ended { steps, reached };
         }
         add(x, &p, alpha);
         add(&mut r, &q, -alpha);

@@ -20,7 +20,7 @@ mod substitution;
 pub use analysis::Analysis;
 pub use cholesky::Cholesky;
 pub use csr::Csr;
-pub use elements::{Elements, Role};
+pub use elements::{Changed, Elements, Role};
 pub use embedded::Embedded;
 pub use factor::{Choice, Factor, Reduced, condense};
 pub use krylov::{KrylovStop, conjugate_gradients, gmres, norm};

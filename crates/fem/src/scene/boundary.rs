@@ -15,7 +15,8 @@ pub enum GroupName {
 }
 
 /// The groups of each part.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Boundary {
     pub dirichlet: Vec<GroupName>,
     pub neumann: Vec<GroupName>,

@@ -5,8 +5,6 @@ mod gradient;
 mod many;
 mod parse;
 
-use std::fmt::Write as _;
-
 /// A real-valued function of the point (x, y, z).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
@@ -182,11 +180,6 @@ impl Expression {
         self.root == Node::Number(0.0)
     }
 
-    /// Does the formula use z?
-    pub fn uses_z(&self) -> bool {
-        self.root.uses(2)
-    }
-
     /// The value at a point; NaN or infinite where the formula is.
     pub fn value(&self, point: [f64; 3]) -> f64 {
         self.root.value(&point)
@@ -194,16 +187,12 @@ impl Expression {
 
     /// The same formula in FreeFEM's syntax.
     pub fn to_freefem(&self) -> String {
-        let mut out = String::new();
-        self.root.write(&mut out, Syntax::FreeFem);
-        out
+        self.root.text(Syntax::FreeFem)
     }
 
     /// The same formula in the syntax of UFL, with the point as `x`.
     pub fn to_ufl(&self) -> String {
-        let mut out = String::new();
-        self.root.write(&mut out, Syntax::Ufl);
-        out
+        self.root.text(Syntax::Ufl)
     }
 }
 
@@ -214,14 +203,14 @@ enum Syntax {
 }
 
 impl Node {
-    fn uses(&self, axis: usize) -> bool {
+    fn is_constant(&self) -> bool {
         match self {
-            Node::Number(_) | Node::Pi => false,
-            Node::Coordinate(k) => *k == axis,
-            Node::Negative(a) => a.uses(axis),
-            Node::Binary(_, a, b) => a.uses(axis) || b.uses(axis),
-            Node::Call(_, arguments) => arguments.iter().any(|a| a.uses(axis)),
-            Node::If(_, parts) => parts.iter().any(|a| a.uses(axis)),
+            Node::Number(_) | Node::Pi => true,
+            Node::Coordinate(_) => false,
+            Node::Negative(a) => a.is_constant(),
+            Node::Binary(_, a, b) => a.is_constant() && b.is_constant(),
+            Node::Call(_, arguments) => arguments.iter().all(Node::is_constant),
+            Node::If(_, parts) => parts.iter().all(Node::is_constant),
         }
     }
 
@@ -250,103 +239,53 @@ impl Node {
 
     /// Fully parenthesised, so that no code's rules of precedence matter; every number is written
     /// as a real, because FreeFEM divides integers as integers.
-    fn write(&self, out: &mut String, syntax: Syntax) {
+    fn text(&self, syntax: Syntax) -> String {
+        let of = |node: &Node| node.text(syntax);
         match self {
-            Node::Number(value) if value.is_sign_negative() => {
-                let _ = write!(out, "({value:?})");
-            }
-            Node::Number(value) => {
-                let _ = write!(out, "{value:?}");
-            }
-            Node::Pi => out.push_str("pi"),
+            Node::Number(value) if value.is_sign_negative() => format!("({value:?})"),
+            Node::Number(value) => format!("{value:?}"),
+            Node::Pi => "pi".into(),
             Node::Coordinate(axis) => match syntax {
-                Syntax::FreeFem => out.push(['x', 'y', 'z'][*axis]),
-                Syntax::Ufl => {
-                    let _ = write!(out, "x[{axis}]");
-                }
+                Syntax::FreeFem => ["x", "y", "z"][*axis].into(),
+                Syntax::Ufl => format!("x[{axis}]"),
             },
-            Node::Negative(a) => {
-                out.push_str("(-");
-                a.write(out, syntax);
-                out.push(')');
-            }
+            Node::Negative(a) => format!("(-{})", of(a)),
             Node::Binary(operator, a, b) => {
-                out.push('(');
-                a.write(out, syntax);
-                out.push_str(match (operator, syntax) {
+                let sign = match (operator, syntax) {
                     (Operator::Add, _) => " + ",
                     (Operator::Subtract, _) => " - ",
                     (Operator::Multiply, _) => "*",
                     (Operator::Divide, _) => "/",
                     (Operator::Power, Syntax::FreeFem) => "^",
                     (Operator::Power, Syntax::Ufl) => "**",
-                });
-                b.write(out, syntax);
-                out.push(')');
+                };
+                format!("({}{sign}{})", of(a), of(b))
             }
             Node::Call(function, arguments) => {
-                if let Some((_, _, _, freefem, ufl)) =
-                    FUNCTIONS.iter().find(|row| row.2 == *function)
-                {
-                    out.push_str(match syntax {
-                        Syntax::FreeFem => freefem,
-                        Syntax::Ufl => ufl,
-                    });
-                }
-                write_arguments(out, arguments, syntax);
+                let row = FUNCTIONS.iter().find(|row| row.2 == *function);
+                let name = row.map_or("", |(.., freefem, ufl)| match syntax {
+                    Syntax::FreeFem => freefem,
+                    Syntax::Ufl => ufl,
+                });
+                let arguments: Vec<String> = arguments.iter().map(of).collect();
+                format!("{name}({})", arguments.join(", "))
             }
             Node::If(comparison, parts) => {
-                let [a, b, then, otherwise] = parts.as_ref();
+                let [a, b, then, otherwise] = parts.each_ref().map(of);
+                let (sign, name) = match comparison {
+                    Comparison::Less => ("<", "lt"),
+                    Comparison::LessEqual => ("<=", "le"),
+                    Comparison::Greater => (">", "gt"),
+                    Comparison::GreaterEqual => (">=", "ge"),
+                };
                 match syntax {
-                    Syntax::FreeFem => {
-                        // FreeFEM's `?:` on reals; only the chosen branch is evaluated.
-                        out.push_str("((");
-                        a.write(out, syntax);
-                        out.push_str(match comparison {
-                            Comparison::Less => " < ",
-                            Comparison::LessEqual => " <= ",
-                            Comparison::Greater => " > ",
-                            Comparison::GreaterEqual => " >= ",
-                        });
-                        b.write(out, syntax);
-                        out.push_str(") ? ");
-                        then.write(out, syntax);
-                        out.push_str(" : ");
-                        otherwise.write(out, syntax);
-                        out.push(')');
-                    }
-                    Syntax::Ufl => {
-                        out.push_str("conditional(");
-                        out.push_str(match comparison {
-                            Comparison::Less => "lt(",
-                            Comparison::LessEqual => "le(",
-                            Comparison::Greater => "gt(",
-                            Comparison::GreaterEqual => "ge(",
-                        });
-                        a.write(out, syntax);
-                        out.push_str(", ");
-                        b.write(out, syntax);
-                        out.push_str("), ");
-                        then.write(out, syntax);
-                        out.push_str(", ");
-                        otherwise.write(out, syntax);
-                        out.push(')');
-                    }
+                    // FreeFEM's `?:` on reals; only the chosen branch is evaluated.
+                    Syntax::FreeFem => format!("(({a} {sign} {b}) ? {then} : {otherwise})"),
+                    Syntax::Ufl => format!("conditional({name}({a}, {b}), {then}, {otherwise})"),
                 }
             }
         }
     }
-}
-
-fn write_arguments(out: &mut String, arguments: &[Node], syntax: Syntax) {
-    out.push('(');
-    for (k, argument) in arguments.iter().enumerate() {
-        if k > 0 {
-            out.push_str(", ");
-        }
-        argument.write(out, syntax);
-    }
-    out.push(')');
 }
 
 #[cfg(test)]

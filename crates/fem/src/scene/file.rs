@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::boundary::{Boundary, GroupName};
+use super::boundary::Boundary;
 use super::{
     Bounds, Comparing, Data, EMBEDDED, Exact, Expression, HRule, MeshSource, Scene, check_name,
     exact,
@@ -28,7 +28,7 @@ struct SceneFile {
     name: String,
     mesh: MeshFile,
     #[serde(default)]
-    boundary: BoundaryFile,
+    boundary: Boundary,
     #[serde(default)]
     data: DataFile,
     #[serde(default)]
@@ -49,17 +49,6 @@ struct MeshFile {
     /// Side and the coordinate along it at which its group ends and another begins.
     #[serde(default)]
     split: BTreeMap<String, f64>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct BoundaryFile {
-    #[serde(default)]
-    dirichlet: Vec<GroupName>,
-    #[serde(default)]
-    neumann: Vec<GroupName>,
-    #[serde(default)]
-    contact: Vec<GroupName>,
 }
 
 #[derive(Deserialize, Default)]
@@ -102,14 +91,7 @@ struct CompareFile {
     rtol: Option<f64>,
     atol: Option<f64>,
     #[serde(default)]
-    fields: BTreeMap<String, BoundsFile>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BoundsFile {
-    rtol: Option<f64>,
-    atol: Option<f64>,
+    fields: BTreeMap<String, Bounds>,
 }
 
 /// Parses a scene; `folder` is where its relative paths start, none for built-in scenes. Only with `anywhere` may they
@@ -303,11 +285,7 @@ pub(super) fn parse(
     Ok(Scene {
         name: file.name,
         source: mesh,
-        boundary: Boundary {
-            dirichlet: file.boundary.dirichlet,
-            neumann: file.boundary.neumann,
-            contact: file.boundary.contact,
-        },
+        boundary: file.boundary,
         data,
         gamma0,
         h,
@@ -360,8 +338,8 @@ fn are_alike(a: &Expression, b: &Expression) -> bool {
 
 /// The tolerances of `compare`.
 fn bounds(given: CompareFile, refuse: &impl Fn(&str, String, &str) -> Error) -> Result<Comparing> {
-    let checked = |place: &str, rtol: Option<f64>, atol: Option<f64>| {
-        for (key, value) in [("rtol", rtol), ("atol", atol)] {
+    let checked = |place: &str, bounds: Bounds| {
+        for (key, value) in [("rtol", bounds.rtol), ("atol", bounds.atol)] {
             if let Some(value) = value.filter(|v| !(*v >= 0.0 && v.is_finite())) {
                 return Err(refuse(
                     &format!("{place}.{key}"),
@@ -370,14 +348,15 @@ fn bounds(given: CompareFile, refuse: &impl Fn(&str, String, &str) -> Error) -> 
                 ));
             }
         }
-        Ok(Bounds { rtol, atol })
+        Ok(bounds)
     };
     let of_field = given.fields.into_iter().map(|(name, of)| {
-        let bounds = checked(&format!("compare.fields.{name}"), of.rtol, of.atol)?;
+        let bounds = checked(&format!("compare.fields.{name}"), of)?;
         Ok((name, bounds))
     });
+    let (rtol, atol) = (given.rtol, given.atol);
     Ok(Comparing {
-        of_all: checked("compare", given.rtol, given.atol)?,
+        of_all: checked("compare", Bounds { rtol, atol })?,
         of_field: of_field.collect::<Result<_>>()?,
     })
 }

@@ -9,6 +9,8 @@ mod load;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
+
 pub use boundary::{Boundary, GroupName, Part};
 pub use expression::Expression;
 
@@ -93,7 +95,8 @@ pub struct Comparing {
 }
 
 /// |a - b| ≤ max(rtol · largest value of the field, atol)
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Bounds {
     pub rtol: Option<f64>,
     pub atol: Option<f64>,

@@ -84,10 +84,10 @@ impl GlobalArray {
 pub fn same_bits(a: &Values, b: &Values) -> bool {
     match (a, b) {
         (Values::F32(a), Values::F32(b)) => {
-            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+            (a.iter().map(|x| x.to_bits())).eq(b.iter().map(|x| x.to_bits()))
         }
         (Values::F64(a), Values::F64(b)) => {
-            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+            (a.iter().map(|x| x.to_bits())).eq(b.iter().map(|x| x.to_bits()))
         }
         (a, b) => a == b,
     }

@@ -89,11 +89,7 @@ fn listed(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>> {
             _ => continue,
         };
         let name = tag.attributes().flatten().find(|a| a.key.as_ref() == key);
-        let name = name.and_then(|a| {
-            a.normalized_value(XmlVersion::Implicit1_0)
-                .ok()
-                .map(|v| v.into_owned())
-        });
+        let name = name.and_then(|a| a.normalized_value(XmlVersion::Implicit1_0).ok());
         let name = name.ok_or_else(|| refuse("an entry does not name its file".into()))?;
         let file = file::beneath(&path.with_file_name(""), &name);
         let outside = || refuse(format!("{name:?} is not beside or below this file"));

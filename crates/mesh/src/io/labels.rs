@@ -3,152 +3,190 @@
 use std::collections::BTreeMap;
 
 use super::loss::Losses;
-use crate::mesh::{CellGroups, CellKind, Field, Group, Mesh, Support, Values};
+use super::out::Out;
+use super::scan::Scan;
+use crate::error::Result;
+use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Group, Mesh, Support, Values};
 
 /// The name of the field that holds the labels of points.
-pub const POINT_LABEL: &str = "label";
+const POINT_LABEL: &str = "label";
 
-/// The groups that labels stand for. Each item is the dimension of some cells and their labels; cells are counted
-/// through all items.
-pub fn group_cells(items: &[(u8, &[i32])]) -> Vec<Group> {
-    let mut groups: BTreeMap<(u8, i64), Vec<u32>> = BTreeMap::new();
-    let mut cell = 0u32;
-    for (dim, labels) in items {
-        let mut last: Option<(i32, Vec<u32>)> = None;
-        for &label in *labels {
-            if let Some((value, cells)) = &mut last
-                && *value == label
-            {
-                cells.push(cell);
-            } else {
-                if let Some((value, cells)) = last.take() {
-                    groups
-                        .entry((*dim, i64::from(value)))
-                        .or_default()
-                        .extend(cells);
-                }
-                last = Some((label, vec![cell]));
-            }
-            cell += 1;
-        }
-        if let Some((value, cells)) = last {
-            groups
-                .entry((*dim, i64::from(value)))
-                .or_default()
-                .extend(cells);
-        }
-    }
-    let labelled = groups.into_iter().filter(|((_, tag), _)| *tag != 0);
-    labelled
-        .map(|((dim, tag), cells)| Group {
-            dim,
-            tag,
-            name: None,
-            cells,
-        })
-        .collect()
+/// A mesh that is being read from rows that end in a label.
+#[derive(Default)]
+pub struct Rows {
+    points: Vec<[f64; 3]>,
+    labels: Vec<i32>,
+    /// With the label of each cell.
+    blocks: Vec<(CellBlock, Vec<i32>)>,
 }
 
-/// The one label of each cell.
-pub struct CellLabels<'a> {
+impl Rows {
+    /// Reads points of two or three coordinates.
+    pub fn points(&mut self, scan: &mut Scan<'_>, count: usize, dimension: usize) -> Result<()> {
+        self.points.reserve_exact(count);
+        self.labels.reserve_exact(count);
+        for _ in 0..count {
+            let z = |scan: &mut Scan<'_>| if dimension == 3 { scan.f64() } else { Ok(0.0) };
+            self.points.push([scan.f64()?, scan.f64()?, z(scan)?]);
+            self.labels.push(scan.i32()?);
+        }
+        Ok(())
+    }
+
+    /// Reads cells of the points so far.
+    pub fn cells(&mut self, scan: &mut Scan<'_>, count: usize, kind: CellKind) -> Result<()> {
+        let mut nodes = Vec::with_capacity(count * kind.points());
+        let mut labels = Vec::with_capacity(count);
+        for _ in 0..count {
+            for _ in 0..kind.points() {
+                nodes.push(scan.vertex(self.points.len())?);
+            }
+            labels.push(scan.i32()?);
+        }
+        self.blocks.push((CellBlock::new(kind, nodes), labels));
+        Ok(())
+    }
+
+    /// The mesh, with a group for each label of cells.
+    pub fn finish(self) -> Mesh {
+        let mut mesh = Mesh {
+            points: self.points,
+            ..Mesh::default()
+        };
+        if self.labels.iter().any(|&label| label != 0) {
+            let labels = Values::I32(self.labels);
+            mesh.fields
+                .push(Field::new(POINT_LABEL, Support::Points, 1, labels));
+        }
+        let mut groups: BTreeMap<(u8, i64), Group> = BTreeMap::new();
+        let mut cell = 0;
+        for (block, labels) in self.blocks {
+            let dim = block.kind.dim();
+            for run in labels.chunk_by(|a, b| a == b) {
+                let (tag, cells) = (i64::from(run[0]), cell..cell + run.len() as u32);
+                cell = cells.end;
+                if tag != 0 {
+                    let group = groups.entry((dim, tag));
+                    let group = group.or_insert_with(|| Group::new(dim, tag));
+                    group.cells.extend(cells);
+                }
+            }
+            if !block.is_empty() {
+                mesh.blocks.push(block);
+            }
+        }
+        mesh.groups = groups.into_values().collect();
+        mesh
+    }
+}
+
+/// The one label of each cell and of each point.
+pub struct Labels<'a> {
     mesh: &'a Mesh,
     groups: CellGroups,
     of_set: Vec<i32>,
+    /// Empty if all are 0.
+    of_points: Vec<i32>,
 }
 
-impl<'a> CellLabels<'a> {
-    pub fn new(mesh: &'a Mesh, losses: &mut Losses) -> Self {
+impl<'a> Labels<'a> {
+    /// Those of cells; [`Labels::label_points`] adds those of points.
+    pub fn of_cells(mesh: &'a Mesh, losses: &mut Losses) -> Self {
         let groups = CellGroups::new(mesh);
-        let (first, many) = groups.single();
+        let (first, many) = groups.single(mesh);
         losses.lose_some(many, "cells that are in several groups");
-        let mut bad = 0;
-        for group in &mesh.groups {
-            bad += usize::from(group.tag == 0 || i32::try_from(group.tag).is_err());
-        }
-        losses.lose_some(bad, "groups whose number is 0 or exceeds 32 bits");
-        let empty = mesh
-            .groups
-            .iter()
-            .filter(|group| group.cells.is_empty())
-            .count();
-        losses.lose_some(empty, "groups without cells");
-        let tag = |first: Option<u32>| {
-            let group = first.and_then(|group| mesh.groups.get(group as usize));
-            group
-                .and_then(|group| i32::try_from(group.tag).ok())
-                .unwrap_or(0)
-        };
-        let of_set = first.into_iter().map(tag).collect();
-        CellLabels {
+        let bad = |group: &&Group| group.tag == 0 || i32::try_from(group.tag).is_err();
+        losses.lose_some(
+            mesh.groups.iter().filter(bad).count(),
+            "groups whose number is 0 or exceeds 32 bits",
+        );
+        let empty = mesh.groups.iter().filter(|group| group.cells.is_empty());
+        losses.lose_some(empty.count(), "groups without cells");
+        let label = |first: Option<&Group>| i32::try_from(first?.tag).ok();
+        let of_set = first.into_iter().map(|first| label(first).unwrap_or(0));
+        let of_set = of_set.collect();
+        Labels {
             mesh,
             groups,
             of_set,
+            of_points: Vec::new(),
         }
     }
 
-    pub fn of(&self, cell: u32) -> i32 {
+    fn of(&self, cell: u32) -> i32 {
         let set = self.groups.set_of(cell);
         self.of_set.get(set as usize).copied().unwrap_or(0)
     }
 
     pub fn lose_names(&self, losses: &mut Losses) {
-        let named = self
-            .mesh
-            .groups
-            .iter()
-            .filter_map(|group| group.name.as_ref());
-        let names: Vec<String> = named.map(|name| format!("{name:?}")).collect();
+        let names = self.mesh.groups.iter().filter_map(|g| g.name.as_ref());
+        let names: Vec<String> = names.map(|name| format!("{name:?}")).collect();
         if !names.is_empty() {
             losses.lose(format!("the group names {}", names.join(", ")));
         }
     }
-}
 
-/// The labels of points: those of the field of that name, or else those of the vertex cells; empty if all are 0.
-/// Other fields are lost.
-pub fn point_labels(mesh: &Mesh, cells: &CellLabels<'_>, losses: &mut Losses) -> Vec<i32> {
-    let mut labels = None;
-    for field in &mesh.fields {
-        match (&field.values, labels.is_none()) {
-            (Values::I32(values), true) if is_label(field) => labels = Some(values.clone()),
-            // Another format may have turned integers into floating-point numbers.
-            (Values::F64(values), true)
-                if is_label(field) && values.iter().all(|&v| f64::from(v as i32) == v) =>
-            {
-                labels = Some(values.iter().map(|&v| v as i32).collect());
+    /// Labels points: by the field of that name, or else by the vertex cells. Other fields are lost.
+    pub fn label_points(&mut self, losses: &mut Losses) {
+        let mesh = self.mesh;
+        let mut labels = None;
+        for field in &mesh.fields {
+            match (&field.values, labels.is_none()) {
+                (Values::I32(values), true) if is_label(field) => labels = Some(values.clone()),
+                // Another format may have turned integers into floating-point numbers.
+                (Values::F64(values), true)
+                    if is_label(field) && values.iter().all(|&v| f64::from(v as i32) == v) =>
+                {
+                    labels = Some(values.iter().map(|&v| v as i32).collect());
+                }
+                _ => losses.lose(format!("the field {:?} on {}", field.name, field.on)),
             }
-            _ => losses.lose(format!("the field {:?} on {}", field.name, field.on)),
         }
-    }
-    let mut labels = labels.unwrap_or_default();
-    let (mut dropped, mut turned) = (0, 0);
-    for (cell, _, nodes) in mesh
-        .cells()
-        .filter(|(_, kind, _)| *kind == CellKind::Vertex)
-    {
-        let (label, point) = (
-            cells.of(cell),
-            nodes.first().map_or(0, |&node| node as usize),
+        let mut labels = labels.unwrap_or_default();
+        let (mut dropped, mut turned) = (0, 0);
+        for (cell, _, nodes) in mesh.cells_of(CellKind::Vertex) {
+            labels.resize(mesh.points.len(), 0);
+            let label = self.of(cell);
+            match labels.get_mut(nodes[0] as usize) {
+                Some(place) if label != 0 && (*place == 0 || *place == label) => {
+                    *place = label;
+                    turned += 1;
+                }
+                _ => dropped += 1,
+            }
+        }
+        losses.lose_some(
+            dropped,
+            "vertex cells that are in no group or lie on a point with another label",
         );
-        labels.resize(mesh.points.len(), 0);
-        match labels.get_mut(point) {
-            Some(place) if label != 0 && (*place == 0 || *place == label) => {
-                *place = label;
-                turned += 1;
-            }
-            _ => dropped += 1,
+        if turned > 0 {
+            losses.note(format!(
+                "{turned} vertex cells become labels of their points"
+            ));
+        }
+        self.of_points = labels;
+    }
+
+    /// Writes a row for each point.
+    pub fn write_points(&self, out: &mut Out, dimension: usize) {
+        for (index, point) in self.mesh.points.iter().enumerate() {
+            point[..dimension].iter().for_each(|&x| {
+                out.float(x);
+            });
+            let label = self.of_points.get(index).copied();
+            out.int(label.unwrap_or(0)).end();
         }
     }
-    losses.lose_some(
-        dropped,
-        "vertex cells that are in no group or lie on a point with another label",
-    );
-    if turned > 0 {
-        losses.note(format!(
-            "{turned} vertex cells become labels of their points"
-        ));
+
+    /// Writes a row for each cell of this kind.
+    pub fn write_cells(&self, out: &mut Out, kind: CellKind) {
+        for (cell, _, nodes) in self.mesh.cells_of(kind) {
+            nodes.iter().for_each(|&node| {
+                out.int(node + 1);
+            });
+            out.int(self.of(cell)).end();
+        }
     }
-    labels
 }
 
 fn is_label(field: &Field) -> bool {
@@ -156,9 +194,4 @@ fn is_label(field: &Field) -> bool {
         && field.on == Support::Points
         && field.components == 1
         && field.at.is_empty()
-}
-
-/// The label of one point.
-pub fn point_labels_of(labels: &[i32], point: usize) -> i32 {
-    labels.get(point).copied().unwrap_or(0)
 }

@@ -5,16 +5,28 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::Content;
-use super::labels::{CellLabels, POINT_LABEL, group_cells, point_labels, point_labels_of};
+use super::labels::{Labels, Rows};
 use super::loss::Losses;
 use super::out::Out;
 use super::scan::Scan;
-use crate::error::{Error, Place, Result};
-use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
+use super::{Content, Native, Options, refuse_unsound};
+use crate::error::Result;
+use crate::field::GlobalArray;
+use crate::mesh::{CellKind, Group, Mesh};
+
+pub static FORMAT: Native = Native {
+    title: "Medit",
+    names: &["medit"],
+    suffixes: &["mesh"],
+    has_binary: false,
+    holds_whole: false,
+    recognises,
+    read,
+    write,
+};
 
 /// Keywords of cells, and the order of Gmsh's nodes among Medit's.
-const CELLS: [(&str, CellKind); 7] = [
+pub const CELLS: [(&str, CellKind); 7] = [
     ("Edges", CellKind::Line),
     ("Triangles", CellKind::Triangle),
     ("Quadrilaterals", CellKind::Quadrangle),
@@ -46,123 +58,93 @@ const MARKS: [&str; 15] = [
 /// Starts the comment that names a group; dimension, label and name follow.
 const NAME: &[u8] = b"# faceoff group ";
 
-pub fn recognises(bytes: &[u8]) -> bool {
-    let mut scan = Scan::with_comments(Path::new(""), bytes, b'#');
-    scan.word()
-        .is_some_and(|word| word == b"MeshVersionFormatted")
+/// The word that files start with.
+const FIRST: &[u8] = b"MeshVersionFormatted";
+
+fn recognises(bytes: &[u8]) -> bool {
+    Scan::with_comments(Path::new(""), bytes, b'#').word() == Some(FIRST)
+}
+
+/// Begins to read a file: its version.
+pub fn version(scan: &mut Scan<'_>) -> Result<u64> {
+    if scan.word() != Some(FIRST) {
+        return Err(scan.error("the file does not start with MeshVersionFormatted"));
+    }
+    scan.u64()
+}
+
+/// The next keyword, which is the section that errors name from here on.
+pub fn keyword(scan: &mut Scan<'_>) -> Result<String> {
+    scan.section.clear();
+    let Some(word) = scan.peek() else {
+        return Err(scan.error("End is missing"));
+    };
+    scan.section = String::from_utf8_lossy(word.get(..80).unwrap_or(word)).into_owned();
+    scan.word();
+    Ok(scan.section.clone())
+}
+
+/// The dimension, which is not `known` so far.
+pub fn dimension(scan: &mut Scan<'_>, known: Option<usize>) -> Result<usize> {
+    match scan.u64()? {
+        found @ (2 | 3) if known.is_none() => Ok(found as usize),
+        other => Err(scan.error(format!(
+            "the dimension must be 2 or 3 and given once, not {other}"
+        ))),
+    }
 }
 
 /// Reads a mesh from its bytes.
-///
-/// # Errors
-/// Any violation of the format, with keyword and line.
-pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
+fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut scan = Scan::with_comments(path, bytes, b'#');
     let mut content = Content {
         format: "medit".into(),
+        version: Some(version(&mut scan)?.to_string()),
         encoding: "ascii".into(),
         ..Content::default()
     };
-    let mut dimension = None;
-    let mut points: Option<(Vec<[f64; 3]>, Vec<i32>)> = None;
-    let mut blocks: Vec<(CellBlock, Vec<i32>)> = Vec::new();
-    if scan.word() != Some(b"MeshVersionFormatted") {
-        return Err(scan.error("the file does not start with MeshVersionFormatted"));
-    }
-    content.version = Some(scan.u64()?.to_string());
+    let mut known = None;
+    let mut rows = Rows::default();
+    let mut has_vertices = false;
     loop {
-        scan.section.clear();
-        let Some(word) = scan.peek() else {
-            return Err(scan.error("End is missing"));
-        };
-        let word = String::from_utf8_lossy(word.get(..80).unwrap_or(word)).into_owned();
-        scan.section.clone_from(&word);
-        scan.word();
+        let word = keyword(&mut scan)?;
         let cell = CELLS.iter().find(|(name, _)| *name == word);
-        let mark = MARKS.contains(&word.as_str());
-        match (word.as_str(), cell, mark) {
-            ("End", _, _) => break,
-            ("Dimension", ..) => match scan.u64()? {
-                found @ (2 | 3) if dimension.is_none() => dimension = Some(found as usize),
-                other => {
-                    return Err(scan.error(format!(
-                        "the dimension must be 2 or 3 and given once, not {other}"
-                    )));
-                }
-            },
-            ("Vertices", ..) => {
-                let dimension = dimension
-                    .ok_or_else(|| scan.error("the vertices come before the dimension"))?;
-                if points.is_some() {
+        match (word.as_str(), cell) {
+            ("End", _) => break,
+            ("Dimension", _) => known = Some(dimension(&mut scan, known)?),
+            ("Vertices", _) => {
+                let dimension =
+                    known.ok_or_else(|| scan.error("the vertices come before the dimension"))?;
+                if has_vertices {
                     return Err(scan.error("the vertices appear twice"));
                 }
-                points = Some(vertices(&mut scan, dimension)?);
+                has_vertices = true;
+                let count = scan.count("vertices", 2 * dimension + 2)?;
+                rows.points(&mut scan, count, dimension)?;
             }
-            (_, Some((_, kind)), false) => {
-                let count = points.as_ref().map(|(points, _)| points.len());
-                let count = count.ok_or_else(|| scan.error("cells come before the vertices"))?;
-                blocks.push(cells(&mut scan, *kind, count)?);
+            (_, Some((_, kind))) => {
+                if !has_vertices {
+                    return Err(scan.error("cells come before the vertices"));
+                }
+                let count = scan.count("cells", 2 * kind.points() + 2)?;
+                rows.cells(&mut scan, count, *kind)?;
             }
-            (.., true) => {
-                content.warnings.push(format!("{word} was skipped"));
+            (mark, None) if MARKS.contains(&mark) => {
+                content.warnings.push(format!("{mark} was skipped"));
                 skip(&mut scan)?;
             }
-            _ => {
-                content.unread.push(format!("the section {word}"));
+            (other, None) => {
+                content.unread.push(format!("the section {other}"));
                 skip(&mut scan)?;
             }
         }
     }
-    let Some((points, labels)) = points else {
+    if !has_vertices {
         return Err(scan.error("the file has no vertices"));
-    };
-    let mesh = &mut content.mesh;
-    mesh.points = points;
-    if labels.iter().any(|&label| label != 0) {
-        mesh.fields.push(Field::new(
-            POINT_LABEL,
-            Support::Points,
-            1,
-            Values::I32(labels),
-        ));
     }
-    let items: Vec<(u8, &[i32])> = blocks
-        .iter()
-        .map(|(block, labels)| (block.kind.dim(), labels.as_slice()))
-        .collect();
-    mesh.groups = group_cells(&items);
-    mesh.blocks = blocks
-        .into_iter()
-        .map(|(block, _)| block)
-        .filter(|block| !block.is_empty())
-        .collect();
-    name_groups(&mut mesh.groups, bytes);
+    content.mesh = rows.finish();
+    name_groups(&mut content.mesh.groups, bytes);
     Ok(content)
-}
-
-fn vertices(scan: &mut Scan<'_>, dimension: usize) -> Result<(Vec<[f64; 3]>, Vec<i32>)> {
-    let count = scan.count("vertices", 2 * dimension + 2)?;
-    let mut points = Vec::with_capacity(count);
-    let mut labels = Vec::with_capacity(count);
-    for _ in 0..count {
-        let z = |scan: &mut Scan<'_>| if dimension == 3 { scan.f64() } else { Ok(0.0) };
-        points.push([scan.f64()?, scan.f64()?, z(scan)?]);
-        labels.push(scan.i32()?);
-    }
-    Ok((points, labels))
-}
-
-fn cells(scan: &mut Scan<'_>, kind: CellKind, points: usize) -> Result<(CellBlock, Vec<i32>)> {
-    let count = scan.count("cells", 2 * kind.points() + 2)?;
-    let mut nodes = Vec::with_capacity(count * kind.points());
-    let mut labels = Vec::with_capacity(count);
-    for _ in 0..count {
-        for _ in 0..kind.points() {
-            nodes.push(scan.vertex(points)?);
-        }
-        labels.push(scan.i32()?);
-    }
-    Ok((CellBlock::new(kind, nodes), labels))
 }
 
 /// Skips an unknown section: everything up to the next word that is not a number.
@@ -207,26 +189,15 @@ fn name_groups(groups: &mut [Group], bytes: &[u8]) {
 }
 
 /// Writes a mesh of first-order cells, with two coordinates if it lies in the plane z = 0.
-///
-/// # Errors
-/// The mesh is not sound, the format cannot hold it, or the file cannot be written.
-pub fn write(path: &Path, mesh: &Mesh, lossy: bool) -> Result<Vec<String>> {
-    let refuse = |what: String| {
-        Error::file(
-            path,
-            Place::Whole,
-            what,
-            "repair the mesh before it is written",
-        )
-    };
-    mesh.validate().map_err(refuse)?;
+fn write(path: &Path, mesh: &Mesh, _: &[GlobalArray], options: &Options) -> Result<Vec<String>> {
+    refuse_unsound(path, mesh)?;
     let mut losses = Losses::default();
-    let labels = CellLabels::new(mesh, &mut losses);
+    let mut labels = Labels::of_cells(mesh, &mut losses);
     let held =
         |kind: CellKind| CELLS.iter().any(|(_, known)| *known == kind) || kind == CellKind::Vertex;
     let rest = mesh.cells().filter(|(_, kind, _)| !held(*kind)).count();
     losses.lose_some(rest, "cells of second or higher order");
-    let point_labels = point_labels(mesh, &labels, &mut losses);
+    labels.label_points(&mut losses);
     losses.note_gmsh(mesh);
 
     // FreeFEM and dolfinx expect a planar mesh to have two coordinates.
@@ -251,27 +222,16 @@ pub fn write(path: &Path, mesh: &Mesh, lossy: bool) -> Result<Vec<String>> {
         "Dimension {dimension}\nVertices\n{}\n",
         mesh.points.len()
     ));
-    for (index, point) in mesh.points.iter().enumerate() {
-        point.iter().take(dimension).for_each(|&x| {
-            out.float(x);
-        });
-        out.int(point_labels_of(&point_labels, index)).end();
-    }
-    for (keyword, wanted) in CELLS {
-        let count = mesh.count(wanted);
-        if count == 0 {
-            continue;
-        }
-        out.text(&format!("{keyword}\n{count}\n"));
-        for (cell, _, nodes) in mesh.cells().filter(|(_, kind, _)| *kind == wanted) {
-            nodes.iter().for_each(|&node| {
-                out.int(node + 1);
-            });
-            out.int(labels.of(cell)).end();
+    labels.write_points(&mut out, dimension);
+    for (keyword, kind) in CELLS {
+        let count = mesh.count(kind);
+        if count > 0 {
+            out.text(&format!("{keyword}\n{count}\n"));
+            labels.write_cells(&mut out, kind);
         }
     }
     out.text("End\n");
-    let warnings = losses.settle(path, "Medit", lossy)?;
+    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
     out.save(path)?;
     Ok(warnings)
 }

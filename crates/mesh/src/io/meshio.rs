@@ -7,10 +7,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use super::Content;
 use super::loss::Losses;
-use super::out::is_special;
-use super::plain;
+use super::out::{folder_of, is_special};
+use super::{Content, Options, plain, refuse_unsound};
 use crate::error::{Error, Place, Result};
 use crate::file::Temporary;
 use crate::mesh::{CellKind, Group, Mesh};
@@ -43,22 +42,9 @@ pub fn read(path: &Path, format: &str, python: Option<&Path>) -> Result<Content>
 ///
 /// # Errors
 /// There is no such environment, meshio fails, or the format cannot hold the mesh; an interruption.
-pub fn write(
-    path: &Path,
-    mesh: &Mesh,
-    format: &str,
-    lossy: bool,
-    python: Option<&Path>,
-) -> Result<Vec<String>> {
-    let refuse = |what: String| {
-        Error::file(
-            path,
-            Place::Whole,
-            what,
-            "repair the mesh before it is written",
-        )
-    };
-    mesh.validate().map_err(refuse)?;
+pub fn write(path: &Path, mesh: &Mesh, format: &str, options: &Options) -> Result<Vec<String>> {
+    refuse_unsound(path, mesh)?;
+    let python = options.python.as_deref();
     if is_special(path) {
         return Err(Error::usage(
             format!(
@@ -68,10 +54,7 @@ pub fn write(
             "give the name of a file",
         ));
     }
-    let parent = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
+    let parent = folder_of(path);
     // Some formats consist of several files that refer to each other: they need their final names from the start.
     let folder = tempfile::Builder::new()
         .prefix(".faceoff-")
@@ -89,7 +72,11 @@ pub fn write(
     let back = read(&made.join(name), format, python)?;
     compare(mesh, &back.mesh, &mut losses);
     losses.note_gmsh(mesh);
-    let warnings = losses.settle(path, &format!("{format}, as meshio writes it,"), lossy)?;
+    let warnings = losses.settle(
+        path,
+        &format!("{format}, as meshio writes it,"),
+        options.lossy,
+    )?;
     for entry in std::fs::read_dir(&made).map_err(Error::io(path, "list"))? {
         let entry = entry.map_err(Error::io(path, "list"))?;
         std::fs::rename(entry.path(), parent.join(entry.file_name()))

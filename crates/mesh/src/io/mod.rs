@@ -2,11 +2,11 @@
 
 mod bytes;
 mod collection;
-pub mod freefem;
+mod freefem;
 mod labels;
 mod loss;
-pub mod medit;
-pub mod meshio;
+mod medit;
+mod meshio;
 pub mod msh;
 mod out;
 mod plain;
@@ -18,11 +18,12 @@ mod sol;
 mod table;
 pub mod vtu;
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 pub use collection::sources;
 pub use out::save;
-pub use recognise::{Format, recognise};
+pub use recognise::recognise;
 pub use results::read_results;
 
 use crate::cancel;
@@ -31,13 +32,75 @@ use crate::field::GlobalArray;
 use crate::mesh::Mesh;
 use loss::Losses;
 
+/// The formats that are read and written here, in the order in which users see them. Whatever depends on the format asks
+/// this table.
+pub static NATIVE: &[&Native] = &[&msh::FORMAT, &vtu::FORMAT, &freefem::FORMAT, &medit::FORMAT];
+
+/// A format that is read and written here.
+#[derive(Debug)]
+pub struct Native {
+    /// What messages call it.
+    pub title: &'static str,
+    /// The names for [`Format::of_name`]; the first is that of [`Content::format`].
+    pub names: &'static [&'static str],
+    /// The suffixes of its files, in lower case.
+    pub suffixes: &'static [&'static str],
+    /// Whether it has a binary form besides text.
+    has_binary: bool,
+    /// Whether it holds data about the mesh as a whole.
+    holds_whole: bool,
+    /// Whether the bytes of a file look like this format, and like none of the others.
+    recognises: fn(&[u8]) -> bool,
+    /// Reads a file from its bytes; the mesh is checked afterwards.
+    read: fn(&Path, &[u8]) -> Result<Content>,
+    /// Writes a mesh and data about it as a whole; the warnings say what the file does not hold.
+    write: Write,
+}
+
+type Write = fn(&Path, &Mesh, &[GlobalArray], &Options) -> Result<Vec<String>>;
+
+impl PartialEq for Native {
+    fn eq(&self, other: &Self) -> bool {
+        self.names == other.names
+    }
+}
+
+impl Eq for Native {}
+
+/// The formats of meshes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    Native(&'static Native),
+    /// Read and written by meshio, which has this name for it.
+    Meshio(&'static str),
+}
+
+impl Format {
+    pub const VTU: Format = Format::Native(&vtu::FORMAT);
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Format::Native(native) => native.title,
+            Format::Meshio(name) => name,
+        })
+    }
+}
+
+/// The names of the native formats, as in `a, b, c`.
+pub fn native_names() -> String {
+    let names: Vec<&str> = NATIVE.iter().map(|format| format.names[0]).collect();
+    names.join(", ")
+}
+
 /// What a file holds.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Content {
     pub mesh: Mesh,
     /// Data about the mesh as a whole, which only VTU holds.
     pub whole: Vec<GlobalArray>,
-    /// The name of the format: `msh`, `vtu`, `freefem`, `medit`, or meshio's name.
+    /// The name of the format: the first of [`Native::names`], or meshio's name.
     pub format: String,
     /// The format's version as the file gives it.
     pub version: Option<String>,
@@ -91,11 +154,7 @@ pub fn open(path: &Path, python: Option<&Path>) -> Result<Content> {
 pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content> {
     cancel::check()?;
     let content = match recognise(path, bytes) {
-        Some(Format::Msh) => msh::read(path, bytes),
-        Some(Format::FreeFem) => freefem::read(path, bytes),
-        Some(Format::Medit) => medit::read(path, bytes),
-        // Its mesh has been validated already.
-        Some(Format::Vtu) => return read_vtu(path, bytes),
+        Some(Format::Native(format)) => (format.read)(path, bytes),
         Some(Format::Meshio(format)) => meshio::read(path, format, python),
         None => Err(Error::file(
             path,
@@ -114,19 +173,6 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
     };
     content.mesh.validate().map_err(unsound)?;
     Ok(content)
-}
-
-fn read_vtu(path: &Path, bytes: &[u8]) -> Result<Content> {
-    let file = vtu::from_bytes(path, bytes)?;
-    Ok(Content {
-        mesh: file.mesh,
-        whole: file.whole,
-        format: "vtu".into(),
-        version: file.version,
-        encoding: file.encoding,
-        warnings: file.warnings,
-        unread: Vec::new(),
-    })
 }
 
 /// How to write a mesh.
@@ -195,34 +241,24 @@ pub fn write_with(
         .format
         .or_else(|| Format::of_suffix(path))
         .ok_or_else(|| {
+            let suffixes = NATIVE.iter().filter_map(|format| format.suffixes.first());
+            let suffixes: String = suffixes.map(|suffix| format!(".{suffix}, ")).collect();
             Error::usage(
                 format!("the suffix of {} names no known format", path.display()),
-                "use .msh, .vtu, .mesh or another suffix that meshio knows, or name the format",
+                format!(
+                    "use {} or another suffix that meshio knows, or name the format",
+                    suffixes.trim_end_matches(", ")
+                ),
             )
         })?;
-    let suffix = path.extension().unwrap_or_default();
-    if format == Format::Vtu && suffix.eq_ignore_ascii_case("pvtu") {
-        return Err(Error::usage(
-            format!(
-                "{} would be a list of pieces, which is not written",
-                path.display()
-            ),
-            "write one .vtu file",
-        ));
-    }
-    let ascii_only = matches!(format, Format::FreeFem | Format::Medit);
-    if options.binary && ascii_only {
+    if options.binary && matches!(format, Format::Native(native) if !native.has_binary) {
         return Err(Error::usage(
             format!("{format} is written as text only"),
             "leave out the binary option",
         ));
     }
     let mut losses = Losses::default();
-    if format == Format::Vtu {
-        vtu::losses(mesh)
-            .into_iter()
-            .for_each(|what| losses.note(format!("VTU does not hold {what}")));
-    } else {
+    if !matches!(format, Format::Native(native) if native.holds_whole) {
         whole.iter().for_each(|data| {
             losses.lose(format!(
                 "the data {:?} about the mesh as a whole",
@@ -231,16 +267,22 @@ pub fn write_with(
         });
     }
     let mut warnings = losses.settle(path, &format.to_string(), options.lossy)?;
-    let lossy = options.lossy;
     warnings.extend(match format {
-        Format::Msh => msh::write(path, mesh, options)?,
-        Format::FreeFem => freefem::write(path, mesh, lossy)?,
-        Format::Medit => medit::write(path, mesh, lossy)?,
-        Format::Vtu => {
-            vtu::write(path, mesh, &[], whole, options.vtu)?;
-            Vec::new()
-        }
-        Format::Meshio(name) => meshio::write(path, mesh, name, lossy, options.python.as_deref())?,
+        Format::Native(native) => (native.write)(path, mesh, whole, options)?,
+        Format::Meshio(name) => meshio::write(path, mesh, name, options)?,
     });
     Ok(warnings)
+}
+
+/// What every writer does first.
+fn refuse_unsound(path: &Path, mesh: &Mesh) -> Result<()> {
+    let refuse = |what| {
+        Error::file(
+            path,
+            Place::Whole,
+            what,
+            "repair the mesh before it is written",
+        )
+    };
+    mesh.validate().map_err(refuse)
 }

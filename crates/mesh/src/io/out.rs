@@ -42,10 +42,6 @@ impl Out {
         if is_special(&target) {
             return Ok(Out::default());
         }
-        let folder = target
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty())
-            .unwrap_or(Path::new("."));
         let mut builder = tempfile::Builder::new();
         #[cfg(unix)]
         {
@@ -55,7 +51,7 @@ impl Out {
         }
         let file = builder
             .prefix(".faceoff-")
-            .tempfile_in(folder)
+            .tempfile_in(folder_of(&target))
             // Only the kind of the error: its text names the temporary file.
             .map_err(|error| Error::io(path, "write")(error.kind().into()))?;
         Ok(Out {
@@ -210,6 +206,13 @@ pub fn save<'a>(path: &Path, parts: impl IntoIterator<Item = &'a [u8]>) -> Resul
     let mut out = Out::to(path)?;
     parts.into_iter().for_each(|part| out.append(part));
     out.complete(path)
+}
+
+/// The folder that a file is in.
+pub fn folder_of(path: &Path) -> &Path {
+    let parent = path.parent();
+    let named = parent.filter(|folder| !folder.as_os_str().is_empty());
+    named.unwrap_or(Path::new("."))
 }
 
 /// Whether the path is something other than a regular file, which a rename must not replace.

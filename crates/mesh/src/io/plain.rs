@@ -51,34 +51,25 @@ struct Name {
     dim: u8,
 }
 
+type Groups = BTreeMap<(u8, i64), Group>;
+
+fn group(groups: &mut Groups, dim: u8, tag: i64) -> &mut Group {
+    groups
+        .entry((dim, tag))
+        .or_insert_with(|| Group::new(dim, tag))
+}
+
 /// The mesh in a plain file; `None` if it is not sound.
 pub fn decode(bytes: &[u8], format: &str) -> Option<Content> {
     let end = memchr::memchr(b'\n', bytes)?;
     let head: Head = serde_json::from_slice(bytes.get(..end)?).ok()?;
     let data = bytes.get(end + 1..)?;
-    let words = |at: [usize; 2]| {
-        Some(
-            data.get(at[0]..at[0].checked_add(at[1])?)?
-                .as_chunks::<8>()
-                .0,
-        )
+    let words = |[start, length]: [usize; 2]| {
+        let bytes = data.get(start..start.checked_add(length)?)?;
+        Some(bytes.as_chunks::<8>().0.iter().copied())
     };
-    let floats = |at| {
-        Some(
-            words(at)?
-                .iter()
-                .map(|word| f64::from_le_bytes(*word))
-                .collect::<Vec<f64>>(),
-        )
-    };
-    let ints = |at| {
-        Some(
-            words(at)?
-                .iter()
-                .map(|word| i64::from_le_bytes(*word))
-                .collect::<Vec<i64>>(),
-        )
-    };
+    let floats = |at| Some(words(at)?.map(f64::from_le_bytes).collect::<Vec<f64>>());
+    let ints = |at| Some(words(at)?.map(i64::from_le_bytes).collect::<Vec<i64>>());
     let indices = |at| {
         ints(at)?
             .into_iter()
@@ -102,40 +93,22 @@ pub fn decode(bytes: &[u8], format: &str) -> Option<Content> {
         }
     }
     let dims: Vec<u8> = mesh.cells().map(|(_, kind, _)| kind.dim()).collect();
-    let mut groups: BTreeMap<(u8, i64), Group> = BTreeMap::new();
-    let mut add = |dim: u8, tag: i64, cell: u32| {
-        let group = || Group {
-            dim,
-            tag,
-            name: None,
-            cells: Vec::new(),
-        };
-        groups
-            .entry((dim, tag))
-            .or_insert_with(group)
-            .cells
-            .push(cell);
-    };
-    for entry in head
-        .point_data
-        .into_iter()
-        .map(|d| (Support::Points, d))
-        .chain(head.cell_data.into_iter().map(|d| (Support::Cells, d)))
-    {
-        let (
-            on,
-            Data {
-                name,
-                integer,
-                components,
-                at,
-            },
-        ) = entry;
+    let mut groups = Groups::new();
+    let on = |on| move |data: Data| (on, data);
+    let on_points = head.point_data.into_iter().map(on(Support::Points));
+    let on_cells = head.cell_data.into_iter().map(on(Support::Cells));
+    for (on, data) in on_points.chain(on_cells) {
+        let Data {
+            name,
+            integer,
+            components,
+            at,
+        } = data;
         let tags = on == Support::Cells && integer && components == 1;
         if tags && name == PHYSICAL {
             for ((cell, &dim), tag) in (0u32..).zip(&dims).zip(ints(at)?) {
                 if tag != 0 {
-                    add(dim, tag, cell);
+                    group(&mut groups, dim, tag).cells.push(cell);
                 }
             }
         } else if tags && name == ENTITY {
@@ -156,14 +129,7 @@ pub fn decode(bytes: &[u8], format: &str) -> Option<Content> {
         }
     }
     for name in head.names {
-        let Name { name, tag, dim } = name;
-        let group = || Group {
-            dim,
-            tag,
-            name: None,
-            cells: Vec::new(),
-        };
-        groups.entry((dim, tag)).or_insert_with(group).name = Some(name);
+        group(&mut groups, name.dim, name.tag).name = Some(name.name);
     }
     for set in head.sets {
         let mut by_dim: BTreeMap<u8, Vec<u32>> = BTreeMap::new();
@@ -180,15 +146,8 @@ pub fn decode(bytes: &[u8], format: &str) -> Option<Content> {
                 .map(|group| group.tag);
             let tag = known
                 .unwrap_or_else(|| of_dim().map(|group| group.tag).max().unwrap_or(0).max(0) + 1);
-            groups.insert(
-                (dim, tag),
-                Group {
-                    dim,
-                    tag,
-                    name: Some(set.name.clone()),
-                    cells,
-                },
-            );
+            let group = group(&mut groups, dim, tag);
+            (group.name, group.cells) = (Some(set.name.clone()), cells);
         }
     }
     mesh.groups = groups.into_values().collect();
@@ -203,20 +162,15 @@ pub fn encode(mesh: &Mesh, losses: &mut Losses) -> Vec<u8> {
         words.for_each(|word| data.extend(word));
         [start, data.len() - start]
     };
+    let word = |index: &u32| i64::from(*index).to_le_bytes();
     let mut head = Head {
         points: place(&mut mesh.points.as_flattened().iter().map(|x| x.to_le_bytes())),
         ..Head::default()
     };
     for block in &mesh.blocks {
-        let nodes = place(
-            &mut block
-                .nodes
-                .iter()
-                .map(|&node| i64::from(node).to_le_bytes()),
-        );
         head.cells.push(Block {
             kind: i32::from(block.kind.gmsh()),
-            nodes,
+            nodes: place(&mut block.nodes.iter().map(word)),
         });
     }
     for field in &mesh.fields {
@@ -248,13 +202,8 @@ pub fn encode(mesh: &Mesh, losses: &mut Losses) -> Vec<u8> {
     }
     if !mesh.groups.is_empty() {
         let groups = CellGroups::new(mesh);
-        let (first, _) = groups.single();
-        let tag = |set: u32| {
-            let group = first.get(set as usize).copied().flatten();
-            group
-                .and_then(|group| mesh.groups.get(group as usize))
-                .map_or(0, |group| group.tag)
-        };
+        let (first, _) = groups.single(mesh);
+        let tag = |set: u32| first[set as usize].map_or(0, |group| group.tag);
         let runs = groups.runs_from(0);
         let tags = runs.flat_map(|(cells, set)| std::iter::repeat_n(tag(set), cells.len()));
         let at = place(&mut tags.map(i64::to_le_bytes));
@@ -267,15 +216,9 @@ pub fn encode(mesh: &Mesh, losses: &mut Losses) -> Vec<u8> {
     }
     for group in &mesh.groups {
         if let Some(name) = &group.name {
-            let cells = place(
-                &mut group
-                    .cells
-                    .iter()
-                    .map(|&cell| i64::from(cell).to_le_bytes()),
-            );
             head.sets.push(Set {
                 name: name.clone(),
-                cells,
+                cells: place(&mut group.cells.iter().map(word)),
             });
             head.names.push(Name {
                 name: name.clone(),

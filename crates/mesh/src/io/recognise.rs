@@ -1,37 +1,11 @@
 //! Recognises a file by its content; the suffix decides only where the content cannot.
 
-use std::fmt;
 use std::path::Path;
 
-use super::{freefem, medit};
-
-/// The formats of meshes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    Msh,
-    Vtu,
-    /// FreeFEM's own two-dimensional `.msh`.
-    FreeFem,
-    /// Medit's ASCII `.mesh`.
-    Medit,
-    /// Read and written by meshio, which has this name for it.
-    Meshio(&'static str),
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Format::Msh => "Gmsh's MSH",
-            Format::Vtu => "VTU",
-            Format::FreeFem => "FreeFEM's .msh",
-            Format::Medit => "Medit",
-            Format::Meshio(name) => name,
-        })
-    }
-}
+use super::{Format, NATIVE};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 31] = [
+const SUFFIXES: [(&str, &str); 32] = [
     ("avs", "avsucd"),
     ("bdf", "nastran"),
     ("cgns", "cgns"),
@@ -62,6 +36,7 @@ const SUFFIXES: [(&str, &str); 31] = [
     ("vol", "netgen"),
     ("vtk", "vtk"),
     ("xdmf", "xdmf"),
+    ("xmf", "xdmf"),
     ("xml", "dolfin-xml"),
 ];
 
@@ -69,63 +44,33 @@ impl Format {
     /// The format that belongs to the suffix of a path.
     pub fn of_suffix(path: &Path) -> Option<Format> {
         let suffix = path.extension()?.to_str()?.to_ascii_lowercase();
-        match suffix.as_str() {
-            "msh" => Some(Format::Msh),
-            "vtu" | "pvtu" => Some(Format::Vtu),
-            "mesh" => Some(Format::Medit),
-            "xmf" => Some(Format::Meshio("xdmf")),
-            _ => SUFFIXES
-                .iter()
-                .find(|(known, _)| *known == suffix)
-                .map(|(_, name)| Format::Meshio(name)),
-        }
+        let suffix = suffix.as_str();
+        let native = NATIVE.iter().find(|known| known.suffixes.contains(&suffix));
+        native.map(|native| Format::Native(native)).or_else(|| {
+            let known = SUFFIXES.iter().find(|(known, _)| *known == suffix);
+            known.map(|(_, name)| Format::Meshio(name))
+        })
     }
 
-    /// The format of this name: `msh`, `vtu`, `freefem`, `medit`, or one of meshio's names.
+    /// The format of this name: a native one's, or one of meshio's.
     pub fn of_name(name: &str) -> Option<Format> {
-        match name {
-            "msh" | "gmsh" => Some(Format::Msh),
-            "vtu" => Some(Format::Vtu),
-            "freefem" => Some(Format::FreeFem),
-            "medit" => Some(Format::Medit),
-            "ansys" => Some(Format::Meshio("ansys")),
-            _ => SUFFIXES
-                .iter()
-                .find(|(_, known)| *known == name)
-                .map(|(_, name)| Format::Meshio(name)),
-        }
+        let native = NATIVE.iter().find(|known| known.names.contains(&name));
+        native.map(|native| Format::Native(native)).or_else(|| {
+            let mut names = SUFFIXES.iter().map(|(_, name)| *name).chain(["ansys"]);
+            names.find(|known| *known == name).map(Format::Meshio)
+        })
     }
 }
 
 /// The format of a file.
 pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
-    let text = start(bytes);
-    let begins = |word: &str| {
-        text.get(..word.len())
-            .is_some_and(|start| start.eq_ignore_ascii_case(word.as_bytes()))
-    };
-    if [
-        "$MeshFormat",
-        "$NOD",
-        "$Comments",
-        "$PhysicalNames",
-        "$Nodes",
-    ]
-    .iter()
-    .any(|word| begins(word))
-    {
-        return Some(Format::Msh);
+    if let Some(native) = NATIVE.iter().find(|known| (known.recognises)(bytes)) {
+        return Some(Format::Native(native));
     }
-    if medit::recognises(bytes) {
-        return Some(Format::Medit);
-    }
-    if begins("<") {
-        let head = text.get(..text.len().min(4096)).unwrap_or_default();
-        let has = |word: &str| memchr::memmem::find(head, word.as_bytes()).is_some();
+    if begins(bytes, "<") {
         return match () {
-            () if has("<VTKFile") && has("UnstructuredGrid") => Some(Format::Vtu),
-            () if has("<Xdmf") => Some(Format::Meshio("xdmf")),
-            () if has("<dolfin") => Some(Format::Meshio("dolfin-xml")),
+            () if head_has(bytes, "<Xdmf") => Some(Format::Meshio("xdmf")),
+            () if head_has(bytes, "<dolfin") => Some(Format::Meshio("dolfin-xml")),
             () => None,
         };
     }
@@ -143,17 +88,11 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
         ("NDIME", "su2"),
         ("CDF", "exodus"),
     ];
-    if let Some((_, name)) = signatures.iter().find(|(word, _)| begins(word)) {
+    if let Some((_, name)) = signatures.iter().find(|(word, _)| begins(bytes, word)) {
         return Some(Format::Meshio(name));
     }
-    if freefem::recognises(bytes) {
-        return Some(Format::FreeFem);
-    }
     // Formats known by their suffix alone; a .msh or .mesh that gets here is not what its suffix says.
-    match Format::of_suffix(path) {
-        Some(Format::Meshio(name)) => Some(Format::Meshio(name)),
-        _ => None,
-    }
+    Format::of_suffix(path).filter(|format| matches!(format, Format::Meshio(_)))
 }
 
 /// Describes a file of unknown format.
@@ -163,9 +102,7 @@ pub fn unknown(bytes: &[u8]) -> String {
         "the file is empty".into()
     } else if text.starts_with(b"\x89HDF") {
         "this is an HDF5 file, whose suffix does not say which mesh format it holds".into()
-    } else if text.starts_with(b"<VTKFile")
-        || memchr::memmem::find(text, b"<VTKFile").is_some_and(|at| at < 4096)
-    {
+    } else if head_has(bytes, "<VTKFile") {
         "this is a VTK XML file, but not of an unstructured grid".into()
     } else if text.starts_with(b"<") {
         "this is an XML file of some other kind".into()
@@ -188,6 +125,20 @@ pub fn unknown(bytes: &[u8]) -> String {
     format!("not a mesh that can be read: {what}")
 }
 
+/// Whether a file begins with this word, in any case, after a byte order mark and blanks.
+pub fn begins(bytes: &[u8], word: &str) -> bool {
+    start(bytes)
+        .get(..word.len())
+        .is_some_and(|start| start.eq_ignore_ascii_case(word.as_bytes()))
+}
+
+/// Whether a word is among the first few thousand bytes.
+pub fn head_has(bytes: &[u8], word: &str) -> bool {
+    let text = start(bytes);
+    let head = text.get(..text.len().min(4096)).unwrap_or_default();
+    memchr::memmem::find(head, word.as_bytes()).is_some()
+}
+
 /// The bytes after a byte order mark and blanks.
 fn start(bytes: &[u8]) -> &[u8] {
     bytes
@@ -202,24 +153,25 @@ mod tests {
 
     #[test]
     fn content_goes_before_suffix() {
+        let native = |name| Format::of_name(name);
         let cases: [(&str, &[u8], Option<Format>); 9] = [
-            ("a.msh", b"$MeshFormat\n4.1 0 8\n", Some(Format::Msh)),
-            ("a.txt", b"\n$NOD\n1\n", Some(Format::Msh)),
+            ("a.msh", b"$MeshFormat\n4.1 0 8\n", native("msh")),
+            ("a.txt", b"\n$NOD\n1\n", native("msh")),
             (
                 "a.msh",
                 b"3 1 0\n0 0 1\n1 0 1\n0 1 1\n1 2 3 0\n",
-                Some(Format::FreeFem),
+                native("freefem"),
             ),
             (
                 "a.msh",
                 b"(0 \"GAMBIT to Fluent File\")\n",
                 Some(Format::Meshio("ansys")),
             ),
-            ("a.mesh", b"\nMeshVersionFormatted 2\n", Some(Format::Medit)),
+            ("a.mesh", b"\nMeshVersionFormatted 2\n", native("medit")),
             (
                 "a.xml",
                 b"<?xml version=\"1.0\"?><VTKFile type=\"UnstructuredGrid\">",
-                Some(Format::Vtu),
+                native("vtu"),
             ),
             (
                 "a.bdf",

@@ -24,6 +24,15 @@ pub fn convert<S: Sync, T: Send, A: Send>(
     answers.reduce_with(both)
 }
 
+/// Appends `new`, without copying if `all` is empty.
+pub fn append<T>(all: &mut Vec<T>, mut new: Vec<T>) {
+    if all.is_empty() {
+        *all = new;
+    } else {
+        all.append(&mut new);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

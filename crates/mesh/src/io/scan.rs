@@ -76,6 +76,14 @@ impl<'a> Scan<'a> {
         Error::file(self.path, place, what, remedy)
     }
 
+    /// The fewest bytes of an item, as text or in binary.
+    pub fn least(&self, text: usize, binary: usize) -> usize {
+        match self.numbers {
+            Numbers::Ascii => text,
+            Numbers::Little | Numbers::Big => binary,
+        }
+    }
+
     /// Number of bytes of the whole file.
     pub fn len(&self) -> usize {
         self.data.len()
@@ -274,6 +282,17 @@ impl<'a> Scan<'a> {
             Numbers::Little => self.array().map(u64::from_le_bytes),
             Numbers::Big => self.array().map(u64::from_be_bytes),
         }
+    }
+
+    /// The number of a node or element: of 32 bits in binary, of any size in ASCII.
+    #[inline]
+    pub fn tag(&mut self) -> Result<u64> {
+        if self.numbers == Numbers::Ascii {
+            return self.u64();
+        }
+        let value = self.i32()?;
+        u64::try_from(value)
+            .map_err(|_| self.error(format!("{value} is not the number of a node or element")))
     }
 
     /// A binary64 that may be NaN or infinite.

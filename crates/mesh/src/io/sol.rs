@@ -5,21 +5,10 @@
 
 use std::path::Path;
 
+use super::medit::{CELLS, dimension, keyword, version};
 use super::scan::Scan;
 use crate::error::Result;
 use crate::mesh::{CellKind, Field, Mesh, Support, Values};
-
-/// Keywords of sections, and their cells; `None` for vertices.
-const SECTIONS: [(&str, Option<CellKind>); 8] = [
-    ("SolAtVertices", None),
-    ("SolAtEdges", Some(CellKind::Line)),
-    ("SolAtTriangles", Some(CellKind::Triangle)),
-    ("SolAtQuadrilaterals", Some(CellKind::Quadrangle)),
-    ("SolAtTetrahedra", Some(CellKind::Tetrahedron)),
-    ("SolAtHexahedra", Some(CellKind::Hexahedron)),
-    ("SolAtPrisms", Some(CellKind::Prism)),
-    ("SolAtPyramids", Some(CellKind::Pyramid)),
-];
 
 /// The most fields of a section; the format's own readers hold no more.
 const MOST: usize = 1000;
@@ -30,37 +19,31 @@ const MOST: usize = 1000;
 /// Any violation of the format, with keyword and line; a number of values that does not fit the mesh.
 pub(super) fn read(path: &Path, bytes: &[u8], mesh: &Mesh) -> Result<Vec<Field>> {
     let mut scan = Scan::with_comments(path, bytes, b'#');
-    if scan.word() != Some(b"MeshVersionFormatted") {
-        return Err(scan.error("the file does not start with MeshVersionFormatted"));
-    }
-    scan.u64()?;
-    let mut dimension = None;
+    version(&mut scan)?;
+    let mut known = None;
     let mut fields: Vec<Field> = Vec::new();
     loop {
-        scan.section.clear();
-        let Some(word) = scan.word() else {
-            return Err(scan.error("End is missing"));
-        };
-        let word = String::from_utf8_lossy(word.get(..80).unwrap_or(word)).into_owned();
-        scan.section.clone_from(&word);
-        let section = SECTIONS.iter().find(|(name, _)| *name == word);
-        match (word.as_str(), section) {
-            ("End", _) => break,
-            ("Dimension", _) => match scan.u64()? {
-                found @ (2 | 3) if dimension.is_none() => dimension = Some(found as usize),
-                other => {
-                    return Err(scan.error(format!(
-                        "the dimension must be 2 or 3 and given once, not {other}"
-                    )));
-                }
-            },
-            (_, Some((_, kind))) => {
-                let missing = || scan.error("the values come before the dimension");
-                let dimension = dimension.ok_or_else(missing)?;
-                fields.extend(values(&mut scan, *kind, dimension, mesh)?);
-            }
-            _ => return Err(scan.error("this is not a section of values")),
+        let word = keyword(&mut scan)?;
+        if word == "End" {
+            break;
         }
+        if word == "Dimension" {
+            known = Some(dimension(&mut scan, known)?);
+            continue;
+        }
+        let on = word.strip_prefix("SolAt").unwrap_or_default();
+        let kind = CELLS.iter().find(|(name, _)| *name == on);
+        if kind.is_none() && on != "Vertices" {
+            return Err(scan.error("this is not a section of values"));
+        }
+        let missing = || scan.error("the values come before the dimension");
+        let dimension = known.ok_or_else(missing)?;
+        fields.extend(values(
+            &mut scan,
+            kind.map(|(_, kind)| *kind),
+            dimension,
+            mesh,
+        )?);
     }
     if fields.len() > 1 {
         for (field, k) in fields.iter_mut().zip(1..) {
@@ -79,10 +62,7 @@ fn values(
     let count = scan.count("rows", 2)?;
     let at: Vec<u32> = match kind {
         None => (0..mesh.points.len() as u32).collect(),
-        Some(kind) => {
-            let cells = mesh.cells().filter(|(_, of, _)| *of == kind);
-            cells.map(|(cell, ..)| cell).collect()
-        }
+        Some(kind) => mesh.cells_of(kind).map(|(cell, ..)| cell).collect(),
     };
     if at.len() != count {
         return Err(scan.error_with(

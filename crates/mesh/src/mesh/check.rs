@@ -1,6 +1,6 @@
 //! Finds and locates what is, or may be, wrong with the topology and geometry of a mesh.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -288,34 +288,17 @@ impl Checker<'_> {
                 all.push((shape, sorted, cell));
             }
         }
-        small.sort_unstable();
-        all.sort_unstable();
-        let mut pairs: Vec<(u32, u32)> = Vec::new();
-        for pair in small
-            .windows(2)
-            .filter(|pair| (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1))
-        {
-            pairs.push((pair[1].2, pair[0].2));
-        }
-        for pair in all
-            .windows(2)
-            .filter(|pair| (pair[0].0, &pair[0].1) == (pair[1].0, &pair[1].1))
-        {
-            pairs.push((pair[1].2, pair[0].2));
-        }
+        let mut pairs = twice(small);
+        pairs.extend(twice(all));
         pairs.sort_unstable();
         let shown: HashSet<u32> = pairs.iter().take(SHOWN).map(|pair| pair.0).collect();
-        let nodes_of: Vec<(u32, &[u32])> = self
+        let nodes_of: HashMap<u32, &[u32]> = self
             .cells()
             .filter(|(cell, ..)| shown.contains(cell))
             .map(|(cell, _, nodes)| (cell, nodes))
             .collect();
         for (cell, before) in pairs {
-            let nodes = nodes_of
-                .iter()
-                .find(|(found, _)| *found == cell)
-                .map_or(&[][..], |(_, nodes)| nodes);
-            findings.add(|| self.finding(&[before, cell], nodes));
+            findings.add(|| self.finding(&[before, cell], nodes_of[&cell]));
         }
         findings
     }
@@ -437,6 +420,14 @@ impl Checker<'_> {
         };
         (smallest.map(located), largest.map(located))
     }
+}
+
+/// Cells that are like another one of a list, each with that one.
+fn twice<K: Ord>(mut cells: Vec<(Shape, K, u32)>) -> Vec<(u32, u32)> {
+    cells.sort_unstable();
+    let alike = |pair: &&[(Shape, K, u32)]| (pair[0].0, &pair[0].1) == (pair[1].0, &pair[1].1);
+    let pairs = cells.windows(2).filter(alike);
+    pairs.map(|pair| (pair[1].2, pair[0].2)).collect()
 }
 
 /// The faces with one cell only.

@@ -79,39 +79,23 @@ impl Field {
 
     /// Number of values this field must have on `mesh`; `None` when an index of `at` is beyond the mesh.
     pub fn expected_len(&self, mesh: &Mesh) -> Option<usize> {
-        let rows = match self.on {
-            Support::CellPoints => {
-                let sizes = || {
-                    mesh.blocks
-                        .iter()
-                        .flat_map(|b| std::iter::repeat_n(b.kind.points(), b.len()))
-                };
-                if self.at.is_empty() {
-                    sizes().sum()
-                } else {
-                    let sizes: Vec<usize> = sizes().collect();
-                    let chosen = self
-                        .at
-                        .iter()
-                        .map(|&cell| sizes.get(cell as usize).copied());
-                    chosen.sum::<Option<usize>>()?
-                }
+        let all = match self.on {
+            Support::Points => mesh.points.len(),
+            Support::Cells | Support::CellPoints => mesh.cell_count(),
+        };
+        if self.at.iter().any(|&i| i as usize >= all) {
+            return None;
+        }
+        let sizes = mesh.blocks.iter();
+        let sizes = sizes.flat_map(|b| std::iter::repeat_n(b.kind.points(), b.len()));
+        let rows = match (self.on, self.at.is_empty()) {
+            (Support::CellPoints, true) => sizes.sum(),
+            (Support::CellPoints, false) => {
+                let sizes: Vec<usize> = sizes.collect();
+                self.at.iter().map(|&cell| sizes[cell as usize]).sum()
             }
-            Support::Points | Support::Cells => {
-                let all = if self.on == Support::Points {
-                    mesh.points.len()
-                } else {
-                    mesh.cell_count()
-                };
-                if self.at.iter().any(|&i| i as usize >= all) {
-                    return None;
-                }
-                if self.at.is_empty() {
-                    all
-                } else {
-                    self.at.len()
-                }
-            }
+            (_, true) => all,
+            (_, false) => self.at.len(),
         };
         rows.checked_mul(self.components)
     }

@@ -28,6 +28,16 @@ pub struct Entity {
 }
 
 impl Entity {
+    /// An entity whose bounding box is the first point that it is extended by.
+    pub fn without_points(dim: u8, tag: i32) -> Self {
+        Entity {
+            dim,
+            tag,
+            bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
+            ..Entity::default()
+        }
+    }
+
     /// Makes the bounding box large enough for a point.
     pub fn extend(&mut self, point: &[f64; 3]) {
         let [low, high] = &mut self.bounds;

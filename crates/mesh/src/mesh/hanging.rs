@@ -81,6 +81,12 @@ fn on_triangle(
         || on_segment(point, c, a, near)
 }
 
+/// The lowest and the highest coordinates.
+fn bounds(points: impl Iterator<Item = Vector3<f64>>) -> [Vector3<f64>; 2] {
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
+    points.fold(nothing, |[low, high], at| [low.inf(&at), high.sup(&at)])
+}
+
 /// Points in a grid of cubes.
 struct Grid {
     low: Vector3<f64>,
@@ -91,14 +97,7 @@ struct Grid {
 
 impl Grid {
     fn new(points: impl Iterator<Item = (u32, Vector3<f64>)> + Clone, faces: usize) -> Self {
-        let low = points
-            .clone()
-            .fold(Vector3::repeat(f64::INFINITY), |low, (_, at)| low.inf(&at));
-        let high = points
-            .clone()
-            .fold(Vector3::repeat(f64::NEG_INFINITY), |high, (_, at)| {
-                high.sup(&at)
-            });
+        let [low, high] = bounds(points.clone().map(|(_, at)| at));
         // About as wide as a face of an evenly meshed boundary.
         let width = (high - low).max() / (faces as f64).sqrt().max(1.0);
         let width = if width > 0.0 && width.is_finite() {
@@ -124,24 +123,14 @@ impl Grid {
 
     fn cube(&self, at: Vector3<f64>) -> [i64; 3] {
         let scaled = (at - self.low) / self.width;
-        [
-            scaled.x.floor() as i64,
-            scaled.y.floor() as i64,
-            scaled.z.floor() as i64,
-        ]
+        scaled.map(|x| x.floor() as i64).into()
     }
 
     /// Calls `visit` with every point in the cubes that the box around `corners` touches.
     fn near(&self, corners: &[Vector3<f64>], mut visit: impl FnMut(u32, Vector3<f64>)) {
         let margin = Vector3::repeat(self.width * 1e-6);
-        let low = corners
-            .iter()
-            .fold(Vector3::repeat(f64::INFINITY), |low, at| low.inf(at))
-            - margin;
-        let high = corners
-            .iter()
-            .fold(Vector3::repeat(f64::NEG_INFINITY), |high, at| high.sup(at))
-            + margin;
+        let [low, high] = bounds(corners.iter().copied());
+        let (low, high) = (low - margin, high + margin);
         let (from, to) = (self.cube(low), self.cube(high));
         let spans = from
             .iter()

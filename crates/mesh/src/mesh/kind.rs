@@ -124,26 +124,11 @@ impl CellKind {
     /// Gmsh's number of this type.
     pub fn gmsh(self) -> u8 {
         match self {
-            K::Line => 1,
-            K::Triangle => 2,
-            K::Quadrangle => 3,
-            K::Tetrahedron => 4,
-            K::Hexahedron => 5,
-            K::Prism => 6,
-            K::Pyramid => 7,
-            K::Line3 => 8,
-            K::Triangle6 => 9,
-            K::Quadrangle9 => 10,
-            K::Tetrahedron10 => 11,
-            K::Hexahedron27 => 12,
-            K::Prism18 => 13,
-            K::Pyramid14 => 14,
-            K::Vertex => 15,
-            K::Quadrangle8 => 16,
-            K::Hexahedron20 => 17,
-            K::Prism15 => 18,
-            K::Pyramid13 => 19,
             K::Other(other) => other.gmsh,
+            named => {
+                let place = NAMED.iter().position(|kind| *kind == named);
+                1 + place.expect("invariant: every variant is among those named") as u8
+            }
         }
     }
 
@@ -213,26 +198,13 @@ impl Shape {
             S::Hexahedron => 8,
         }
     }
-
-    fn name(self) -> &'static str {
-        match self {
-            S::Vertex => "vertex",
-            S::Line => "line",
-            S::Triangle => "triangle",
-            S::Quadrangle => "quadrangle",
-            S::Tetrahedron => "tetrahedron",
-            S::Hexahedron => "hexahedron",
-            S::Prism => "prism",
-            S::Pyramid => "pyramid",
-        }
-    }
 }
 
 /// The shape, followed by the number of points where that is not the number of corners: `triangle`, `triangle6`.
 impl fmt::Display for CellKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shape = self.shape();
-        f.write_str(shape.name())?;
+        write!(f, "{}", format!("{shape:?}").to_lowercase())?;
         if self.points() != shape.corners() {
             write!(f, "{}", self.points())?;
         }

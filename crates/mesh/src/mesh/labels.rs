@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::Mesh;
+use super::{Group, Mesh};
 
 /// The set of groups of each cell; equal sets are stored once.
 pub struct CellGroups {
@@ -76,8 +76,9 @@ impl CellGroups {
     }
 
     /// The first group of each set, for formats with one label per cell, and how many cells have more.
-    pub fn single(&self) -> (Vec<Option<u32>>, usize) {
-        let first = self.sets.iter().map(|set| set.first().copied()).collect();
+    pub fn single<'a>(&self, mesh: &'a Mesh) -> (Vec<Option<&'a Group>>, usize) {
+        let first = |set: &Vec<u32>| mesh.groups.get(*set.first()? as usize);
+        let first = self.sets.iter().map(first).collect();
         let many = |set: u32| self.sets.get(set as usize).is_some_and(|set| set.len() > 1);
         let runs = self.runs_from(0).filter(|(_, set)| many(*set));
         (first, runs.map(|(cells, _)| cells.len()).sum())
@@ -115,7 +116,7 @@ fn consecutive(cells: &[u32]) -> impl Iterator<Item = Range<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{CellBlock, CellKind, Group};
+    use crate::mesh::{CellBlock, CellKind};
 
     #[test]
     fn sets_are_told_apart() {
@@ -134,7 +135,7 @@ mod tests {
         let groups = CellGroups::new(&mesh);
         let sets: Vec<&[u32]> = (0..4).map(|cell| groups.of(cell)).collect();
         assert_eq!(sets, [&[0][..], &[0, 1], &[1], &[]]);
-        assert_eq!(groups.single().1, 1);
+        assert_eq!(groups.single(&mesh).1, 1);
     }
 
     #[test]

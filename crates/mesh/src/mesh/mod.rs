@@ -91,6 +91,18 @@ pub struct Group {
     pub cells: Vec<u32>,
 }
 
+impl Group {
+    /// A group without name and cells.
+    pub fn new(dim: u8, tag: i64) -> Self {
+        Group {
+            dim,
+            tag,
+            name: None,
+            cells: Vec::new(),
+        }
+    }
+}
+
 impl CellBlock {
     /// A block without tags and entities.
     pub fn new(kind: CellKind, nodes: Vec<u32>) -> Self {
@@ -144,6 +156,11 @@ impl Mesh {
         (0u32..)
             .zip(cells)
             .map(|(index, (kind, nodes))| (index, kind, nodes))
+    }
+
+    /// The [`Mesh::cells`] of one type.
+    pub fn cells_of(&self, kind: CellKind) -> impl Iterator<Item = (u32, CellKind, &[u32])> {
+        self.cells().filter(move |(_, found, _)| *found == kind)
     }
 
     /// The file's number of a point.

@@ -25,19 +25,11 @@ impl CellGeometry {
         for (vertex, point) in vertices.iter_mut().zip(points).take(dim + 1) {
             *vertex = Vector3::from(*point);
         }
-        let [e1, e2, e3] = match dim {
-            2 => [
-                vertices[1] - vertices[0],
-                vertices[2] - vertices[0],
-                Vector3::z(),
-            ],
-            _ => [
-                vertices[1] - vertices[0],
-                vertices[2] - vertices[0],
-                vertices[3] - vertices[0],
-            ],
-        };
-        let jacobian = Matrix3::from_columns(&[e1, e2, e3]);
+        let mut edges = [1, 2, 3].map(|i| vertices[i] - vertices[0]);
+        if dim == 2 {
+            edges[2] = Vector3::z();
+        }
+        let jacobian = Matrix3::from_columns(&edges);
         let determinant = jacobian.determinant();
         let inverse = jacobian
             .try_inverse()
@@ -50,17 +42,11 @@ impl CellGeometry {
             }
         }
         gradients[0] = -(gradients[1] + gradients[2] + gradients[3]);
-        let mut diameter = 0.0_f64;
-        for i in 0..=dim {
-            for j in 0..i {
-                diameter = diameter.max((vertices[i] - vertices[j]).norm());
-            }
-        }
         CellGeometry {
             dim,
             signed_measure: determinant / if dim == 2 { 2.0 } else { 6.0 },
             gradients,
-            diameter,
+            diameter: diameter(dim, points),
             vertices,
         }
     }
@@ -78,6 +64,13 @@ impl CellGeometry {
     /// |F_i| = d |κ| |∇λ_i|
     pub fn face_measure(&self, i: usize) -> f64 {
         self.dim as f64 * self.measure() * self.gradients[i].norm()
+    }
+
+    /// Barycentric coordinates of the centroid.
+    pub fn centroid(&self) -> [f64; 4] {
+        let mut lambda = [0.0; 4];
+        lambda[..=self.dim].fill(1.0 / (self.dim + 1) as f64);
+        lambda
     }
 
     /// The point with barycentric coordinates `lambda`.
@@ -140,7 +133,7 @@ pub(super) fn angle(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
 }
 
 /// Length of the longest edge.
-pub(super) fn diameter(dim: usize, points: &[[f64; 3]; 4]) -> f64 {
+pub(super) fn diameter(dim: usize, points: &[[f64; 3]]) -> f64 {
     let mut largest = 0.0_f64;
     for i in 0..=dim {
         for j in 0..i {

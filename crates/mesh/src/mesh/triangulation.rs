@@ -182,18 +182,23 @@ impl Triangulation {
     /// with three cells or with both cells on one side; a hanging or orphan vertex; a marked line
     /// or triangle that is not a face.
     pub fn new(name: &str, mesh: &Mesh) -> Result<Self> {
-        let refuse = |what: String, remedy: &str| Error::Mesh {
-            mesh: name.to_owned(),
-            what,
-            remedy: remedy.to_owned(),
-        };
         let top = mesh.blocks.iter().filter(|b| !b.is_empty());
-        let dim = top.clone().map(|b| b.kind.dim()).max().unwrap_or(0) as usize;
+        let dim = usize::from(mesh.dim());
+        let mut triangulation = Triangulation {
+            name: name.to_owned(),
+            dim,
+            points: mesh.points.clone(),
+            cells: Vec::new(),
+            faces: Vec::new(),
+            cell_faces: Vec::new(),
+            face_cells: Vec::new(),
+            groups: Vec::new(),
+        };
         let (cell_kind, face_kind) = match dim {
             2 => (CellKind::Triangle, CellKind::Line),
             3 => (CellKind::Tetrahedron, CellKind::Triangle),
             _ => {
-                return Err(refuse(
+                return Err(triangulation.refuse(
                     "it has neither triangles nor tetrahedra".into(),
                     "give a mesh of triangles or of tetrahedra",
                 ));
@@ -204,7 +209,7 @@ impl Triangulation {
                 || block.kind == face_kind
                 || (block.kind.dim() as usize) + 1 < dim;
             if !allowed {
-                return Err(refuse(
+                return Err(triangulation.refuse(
                     format!(
                         "it has {} cells of type {:?}, and the elements are linear simplices",
                         block.len(),
@@ -217,59 +222,48 @@ impl Triangulation {
         if dim == 2
             && let Some(k) = mesh.points.iter().position(|p| p[2] != mesh.points[0][2])
         {
-            return Err(refuse(
+            return Err(triangulation.refuse(
                 format!("its triangles do not lie in one plane z = constant (vertex {k})"),
                 "give a planar mesh, or a mesh of tetrahedra",
             ));
         }
 
-        let mut triangulation = Triangulation {
-            name: name.to_owned(),
-            dim,
-            points: mesh.points.clone(),
-            cells: Vec::new(),
-            faces: Vec::new(),
-            cell_faces: Vec::new(),
-            face_cells: Vec::new(),
-            groups: Vec::new(),
-        };
-        triangulation.take_cells(mesh, cell_kind, refuse)?;
-        triangulation.number_faces(refuse)?;
-        triangulation.check_hanging(refuse)?;
-        triangulation.take_groups(mesh, face_kind, refuse)?;
+        triangulation.take_cells(mesh, cell_kind)?;
+        triangulation.number_faces()?;
+        triangulation.check_hanging()?;
+        triangulation.take_groups(mesh, face_kind)?;
         Ok(triangulation)
+    }
+
+    fn refuse(&self, what: String, remedy: &str) -> Error {
+        Error::Mesh {
+            mesh: self.name.clone(),
+            what,
+            remedy: remedy.to_owned(),
+        }
     }
 
     /// How messages name a vertex.
     pub fn vertex_label(&self, vertex: u32) -> String {
-        let p = self.points[vertex as usize];
-        match self.dim {
-            2 => format!("vertex {vertex} at ({}, {})", p[0], p[1]),
-            _ => format!("vertex {vertex} at ({}, {}, {})", p[0], p[1], p[2]),
-        }
+        format!(
+            "vertex {vertex} at {}",
+            self.place(&self.points[vertex as usize])
+        )
     }
 
     /// How messages name a face.
     pub fn face_label(&self, face: usize) -> String {
-        let p = self.face_midpoint(face);
-        match self.dim {
-            2 => format!("face {:?} at ({}, {})", self.face(face), p[0], p[1]),
-            _ => format!(
-                "face {:?} at ({}, {}, {})",
-                self.face(face),
-                p[0],
-                p[1],
-                p[2]
-            ),
-        }
+        let place = self.place(&self.face_midpoint(face));
+        format!("face {:?} at {place}", self.face(face))
     }
 
-    fn take_cells(
-        &mut self,
-        mesh: &Mesh,
-        cell_kind: CellKind,
-        refuse: impl Fn(String, &str) -> Error,
-    ) -> Result<()> {
+    /// As many coordinates as there are dimensions: `(x, y)`.
+    fn place(&self, point: &[f64; 3]) -> String {
+        let coordinates = point[..self.dim].iter().map(f64::to_string);
+        format!("({})", coordinates.collect::<Vec<_>>().join(", "))
+    }
+
+    fn take_cells(&mut self, mesh: &Mesh, cell_kind: CellKind) -> Result<()> {
         let blocks = || mesh.blocks.iter().filter(|b| b.kind == cell_kind);
         self.cells
             .reserve_exact(blocks().map(|b| b.nodes.len()).sum());
@@ -281,7 +275,7 @@ impl Triangulation {
             match used.get_mut(node as usize) {
                 Some(used) => *used = true,
                 None => {
-                    return Err(refuse(
+                    return Err(self.refuse(
                         format!("a cell names vertex {node}, and there are {}", used.len()),
                         "repair the file",
                     ));
@@ -289,14 +283,14 @@ impl Triangulation {
             }
         }
         if let Some(cell) = self.orient_cells() {
-            return Err(refuse(
+            return Err(self.refuse(
                 self.what_is_flat(cell),
                 "remove the cell or move its vertices",
             ));
         }
         if let Some(vertex) = used.iter().position(|used| !used) {
             let orphans = used.iter().filter(|used| !**used).count();
-            return Err(refuse(
+            return Err(self.refuse(
                 format!(
                     "{} belongs to no cell ({orphans} such)",
                     self.vertex_label(vertex as u32)
@@ -361,13 +355,13 @@ impl Triangulation {
             .min()
     }
 
-    fn number_faces(&mut self, refuse: impl Fn(String, &str) -> Error) -> Result<()> {
+    fn number_faces(&mut self) -> Result<()> {
         let faces = match self.dim {
             2 => faces::number::<2>(&self.cells, self.points.len()),
             _ => faces::number::<3>(&self.cells, self.points.len()),
         };
         let faces = faces.map_err(|Crowded { face, cells }| {
-            refuse(
+            self.refuse(
                 format!("face {face:?} belongs to {} cells: {cells:?}", cells.len()),
                 "a face has one or two cells; remove duplicate or overlapping cells",
             )
@@ -379,7 +373,7 @@ impl Triangulation {
             return Ok(());
         };
         let [a, b] = self.face_cells(face);
-        Err(refuse(
+        Err(self.refuse(
             format!(
                 "cells {a} and {b} lie on the same side of {}: one of them is inverted",
                 self.face_label(face)
@@ -389,14 +383,14 @@ impl Triangulation {
     }
 
     /// Refuses vertices inside boundary faces, where the mesh does not conform.
-    fn check_hanging(&self, refuse: impl Fn(String, &str) -> Error) -> Result<()> {
+    fn check_hanging(&self) -> Result<()> {
         let boundary: Vec<&[u32]> = (0..self.face_count())
             .filter(|&face| self.is_boundary(face))
             .map(|face| self.face(face))
             .collect();
         match hanging_nodes(&self.points, &boundary).first() {
             None => Ok(()),
-            Some(&(vertex, face)) => Err(refuse(
+            Some(&(vertex, face)) => Err(self.refuse(
                 format!(
                     "{} lies inside the face {:?}: the mesh does not conform",
                     self.vertex_label(vertex),
@@ -407,12 +401,7 @@ impl Triangulation {
         }
     }
 
-    fn take_groups(
-        &mut self,
-        mesh: &Mesh,
-        face_kind: CellKind,
-        refuse: impl Fn(String, &str) -> Error,
-    ) -> Result<()> {
+    fn take_groups(&mut self, mesh: &Mesh, face_kind: CellKind) -> Result<()> {
         let mut groups = Vec::new();
         for group in mesh
             .groups
@@ -422,7 +411,7 @@ impl Triangulation {
             let mut faces = Vec::with_capacity(group.cells.len());
             for &cell in &group.cells {
                 let Some((kind, nodes)) = mesh.cell(cell) else {
-                    return Err(refuse(
+                    return Err(self.refuse(
                         format!(
                             "group {} names cell {cell}, which does not exist",
                             group.tag
@@ -441,7 +430,7 @@ impl Triangulation {
                     Some(face) if self.is_boundary(face) => faces.push(face as u32),
                     Some(_) => {}
                     None => {
-                        return Err(refuse(
+                        return Err(self.refuse(
                             format!(
                                 "the marked face {nodes:?} of group {} is a face of no cell",
                                 group.tag
@@ -467,16 +456,11 @@ impl Triangulation {
 
     /// The face with these vertices, ascending: faces are numbered in that order.
     pub fn find_face(&self, vertices: &[u32]) -> Option<usize> {
-        let (mut low, mut high) = (0, self.face_count());
-        while low < high {
-            let middle = (low + high) / 2;
-            match self.face(middle).cmp(vertices) {
-                std::cmp::Ordering::Less => low = middle + 1,
-                std::cmp::Ordering::Equal => return Some(middle),
-                std::cmp::Ordering::Greater => high = middle,
-            }
-        }
-        None
+        let found = match self.dim {
+            2 => (self.faces.as_chunks::<2>().0).binary_search_by(|face| face[..].cmp(vertices)),
+            _ => (self.faces.as_chunks::<3>().0).binary_search_by(|face| face[..].cmp(vertices)),
+        };
+        found.ok()
     }
 
     /// For each cell the number of its connected part (cells connect through faces), and the

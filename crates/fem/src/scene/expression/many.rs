@@ -10,10 +10,6 @@ impl Expression {
 }
 
 impl Node {
-    pub(super) fn is_constant(&self) -> bool {
-        (0..3).all(|axis| !self.uses(axis))
-    }
-
     /// `spare` is room of earlier calls. Both branches of a choice are walked: a value that is not
     /// taken does no harm.
     fn values(&self, points: &[[f64; 3]], values: &mut [f64], spare: &mut Vec<Vec<f64>>) {

@@ -36,6 +36,10 @@ pub(super) fn parse(text: &str) -> Result<Node, ParseError> {
     }
 }
 
+fn binary(operator: Operator, a: Node, b: Node) -> Node {
+    Node::Binary(operator, Box::new(a), Box::new(b))
+}
+
 struct Parser {
     chars: Vec<char>,
     at: usize,
@@ -101,7 +105,7 @@ impl Parser {
                 break;
             };
             self.chain()?;
-            left = Node::Binary(operator, Box::new(left), Box::new(self.product()?));
+            left = binary(operator, left, self.product()?);
         }
         self.depth = outer - 1;
         Ok(left)
@@ -131,7 +135,7 @@ impl Parser {
                 break;
             };
             self.chain()?;
-            left = Node::Binary(operator, Box::new(left), Box::new(self.sign()?));
+            left = binary(operator, left, self.sign()?);
         }
         self.depth = outer;
         Ok(left)
@@ -161,11 +165,7 @@ impl Parser {
         if self.take("^") || self.take("**") {
             self.chain()?;
             let exponent = self.sign()?;
-            return Ok(Node::Binary(
-                Operator::Power,
-                Box::new(base),
-                Box::new(exponent),
-            ));
+            return Ok(binary(Operator::Power, base, exponent));
         }
         Ok(base)
     }
@@ -267,27 +267,22 @@ impl Parser {
         self.expect(",")?;
         let exponent = self.sum()?;
         self.expect(")")?;
-        Ok(Node::Binary(
-            Operator::Power,
-            Box::new(base),
-            Box::new(exponent),
-        ))
+        Ok(binary(Operator::Power, base, exponent))
     }
 
     fn choice(&mut self) -> Result<Node, ParseError> {
         self.expect("(")?;
         let a = self.sum()?;
-        let comparison = if self.take("<=") {
-            Comparison::LessEqual
-        } else if self.take(">=") {
-            Comparison::GreaterEqual
-        } else if self.take("<") {
-            Comparison::Less
-        } else if self.take(">") {
-            Comparison::Greater
-        } else {
-            return Err(self.error("`if` needs a comparison (<, <=, >, >=) first"));
-        };
+        // The longer ones first.
+        let signs = [
+            ("<=", Comparison::LessEqual),
+            (">=", Comparison::GreaterEqual),
+            ("<", Comparison::Less),
+            (">", Comparison::Greater),
+        ];
+        let found = signs.into_iter().find(|(sign, _)| self.take(sign));
+        let needed = "`if` needs a comparison (<, <=, >, >=) first";
+        let (_, comparison) = found.ok_or_else(|| self.error(needed))?;
         let b = self.sum()?;
         self.expect(",")?;
         let then = self.sum()?;

@@ -2,101 +2,55 @@
 
 use super::{
     Benchmark, CutOff, Elementary, ExactSolution, Extruded, Gap, Hertz, HertzSphere, Kind,
-    ManyZones, Monomial, Periodic, Point, Profile, Regularity, Selector, Separated, Side, Text,
+    ManyZones, Monomial, Periodic, Point, Profile, Regularity, Selector, Separated, Side,
 };
 use Kind::{Contact, Dirichlet, Neumann};
-
-/// Sides left, right, bottom, top of a rectangle.
-fn sides_2d(kinds: [Kind; 4]) -> Vec<Side> {
-    let places = [(0, false), (0, true), (1, false), (1, true)];
-    kinds
-        .iter()
-        .zip(places)
-        .map(|(&kind, (axis, upper))| Side {
-            kind,
-            axis,
-            upper,
-            range: None,
-        })
-        .collect()
-}
 
 /// The paper's sides.
 const PAPER: [Kind; 4] = [Neumann, Neumann, Contact, Dirichlet];
 /// Data prescribed on all sides but the bottom.
 const OPEN: [Kind; 4] = [Dirichlet, Dirichlet, Contact, Dirichlet];
 
-fn unit_square(
+/// On the box from `lower` to `upper`. The kinds are those of x = lower, x = upper, y = lower, …
+fn on_box(
     name: &'static str,
     purpose: &'static str,
     regularity: Regularity,
-    kinds: [Kind; 4],
+    [lower, upper]: [Point; 2],
+    kinds: &[Kind],
     solution: impl ExactSolution + 'static,
-    text: Text,
 ) -> Benchmark {
+    let side = |(i, &kind): (usize, &Kind)| Side {
+        kind,
+        axis: i / 2,
+        upper: i % 2 == 1,
+        range: None,
+    };
     Benchmark {
         name,
         purpose,
         regularity,
-        dimension: 2,
-        lower: [0.0; 3],
-        upper: [1.0, 1.0, 0.0],
-        sides: sides_2d(kinds),
-        solution: Box::new(solution),
-        text,
-    }
-}
-
-/// [-1, 1] × [0, 1].
-fn wide(
-    name: &'static str,
-    purpose: &'static str,
-    regularity: Regularity,
-    solution: impl ExactSolution + 'static,
-    text: Text,
-) -> Benchmark {
-    Benchmark {
-        lower: [-1.0, 0.0, 0.0],
-        ..unit_square(name, purpose, regularity, OPEN, solution, text)
-    }
-}
-
-/// In 3D, with `upper` = (1, 1, 1). The kinds are those of x = lower, x = upper, y = lower, …
-fn in_3d(
-    name: &'static str,
-    purpose: &'static str,
-    regularity: Regularity,
-    lower: Point,
-    kinds: [Kind; 6],
-    solution: impl ExactSolution + 'static,
-    text: Text,
-) -> Benchmark {
-    let sides = (0..6)
-        .map(|i| Side {
-            kind: kinds[i],
-            axis: i / 2,
-            upper: i % 2 == 1,
-            range: None,
-        })
-        .collect();
-    Benchmark {
-        name,
-        purpose,
-        regularity,
-        dimension: 3,
+        dimension: kinds.len() / 2,
         lower,
-        upper: [1.0; 3],
-        sides,
+        upper,
+        sides: kinds.iter().enumerate().map(side).collect(),
+        text: solution.text(),
         solution: Box::new(solution),
-        text,
     }
 }
+
+const UNIT_SQUARE: [Point; 2] = [[0.0; 3], [1.0, 1.0, 0.0]];
+/// [-1, 1] × [0, 1].
+const WIDE: [Point; 2] = [[-1.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+const UNIT_CUBE: [Point; 2] = [[0.0; 3], [1.0; 3]];
+const WIDE_BOX: [Point; 2] = [[-1.0, -1.0, 0.0], [1.0; 3]];
 
 /// All of them, each with parameters that put its transitions off the lines of usual meshes.
 pub fn catalogue() -> Vec<Benchmark> {
     let mut all = Vec::new();
     // r^e has its trace in H^(e+1/2-ε) of a side and itself lies in H^(e+1-ε).
     let general = Regularity::transition(2.5);
+    let smooth = Regularity::SMOOTH;
     for (name, purpose, exponent) in [
         ("transition-1.5", "one transition as in general", 1.5),
         ("transition-3.5", "one transition, smoother", 3.5),
@@ -104,45 +58,30 @@ pub fn catalogue() -> Vec<Benchmark> {
     ] {
         let m = Monomial::transition(exponent, 0.1);
         let regularity = Regularity::transition(exponent + 1.0);
-        all.push(wide(name, purpose, regularity, m, m.text()));
+        all.push(on_box(name, purpose, regularity, WIDE, &OPEN, m));
     }
+    let purpose = "contact outside a gap, two transitions";
     let gap = Gap { a: 0.45 };
-    all.push(wide(
-        "gap",
-        "contact outside a gap, two transitions",
-        general,
-        gap,
-        gap.text(),
-    ));
+    all.push(on_box("gap", purpose, general, WIDE, &OPEN, gap));
+    let purpose = "contact inside a strip, two transitions";
     let hertz = Hertz { a: 0.45 };
-    all.push(wide(
-        "hertz",
-        "contact inside a strip, two transitions",
-        general,
-        hertz,
-        hertz.text(),
-    ));
+    all.push(on_box("hertz", purpose, general, WIDE, &OPEN, hertz));
     for (name, n) in [("periodic-1", 1), ("periodic-3", 3)] {
+        let purpose = "periodic zones between Neumann sides";
         let periodic = Periodic { a: 0.4, n };
-        all.push(unit_square(
+        all.push(on_box(
             name,
-            "periodic zones between Neumann sides",
+            purpose,
             general,
-            PAPER,
+            UNIT_SQUARE,
+            &PAPER,
             periodic,
-            periodic.text(),
         ));
     }
     for (name, n) in [("many-zones-3", 3), ("many-zones-5", 5)] {
+        let purpose = "the paper's 6.2 in closed form";
         let zones = ManyZones::new(n);
-        all.push(unit_square(
-            name,
-            "the paper's 6.2 in closed form",
-            general,
-            PAPER,
-            zones,
-            zones.text(),
-        ));
+        all.push(on_box(name, purpose, general, UNIT_SQUARE, &PAPER, zones));
     }
     for (name, purpose, sobolev, n, profile) in [
         (
@@ -176,26 +115,28 @@ pub fn catalogue() -> Vec<Benchmark> {
     ] {
         let selector = Selector::Waves { n };
         let separated = Separated { selector, profile };
-        all.push(unit_square(
+        let regularity = Regularity::transition(sobolev);
+        all.push(on_box(
             name,
             purpose,
-            Regularity::transition(sobolev),
-            PAPER,
+            regularity,
+            UNIT_SQUARE,
+            &PAPER,
             separated,
-            separated.text(),
         ));
     }
     let cut_off = CutOff {
         x0: 0.52,
         radius: 0.45,
     };
-    all.push(unit_square(
+    let purpose = "r^(3/2) with homogeneous data";
+    all.push(on_box(
         "cut-off",
-        "r^(3/2) with homogeneous data",
+        purpose,
         general,
-        PAPER,
+        UNIT_SQUARE,
+        &PAPER,
         cut_off,
-        cut_off.text(),
     ));
     for (name, purpose, kinds, e) in [
         (
@@ -229,32 +170,29 @@ pub fn catalogue() -> Vec<Benchmark> {
             Elementary::TwoSidesFree,
         ),
     ] {
-        let smooth = Regularity::SMOOTH;
-        all.push(unit_square(name, purpose, smooth, kinds, e, e.text()));
+        all.push(on_box(name, purpose, smooth, UNIT_SQUARE, &kinds, e));
     }
-    let touch = Monomial::touch();
-    all.push(wide(
-        "grazing-touch",
-        "free, touching in one point",
-        Regularity::SMOOTH,
-        touch,
-        touch.text(),
-    ));
-    let lift = Monomial::lift();
-    all.push(wide(
-        "grazing-lift",
-        "in contact, without pressure in one point",
-        Regularity::SMOOTH,
-        lift,
-        lift.text(),
-    ));
-    let meeting = Monomial::meeting();
-    let mut mixed = wide(
+    for (name, purpose, m) in [
+        (
+            "grazing-touch",
+            "free, touching in one point",
+            Monomial::touch(),
+        ),
+        (
+            "grazing-lift",
+            "in contact, without pressure in one point",
+            Monomial::lift(),
+        ),
+    ] {
+        all.push(on_box(name, purpose, smooth, WIDE, &OPEN, m));
+    }
+    let mut mixed = on_box(
         "dirichlet-meets-contact",
         "Γ_D and Γ_C share a flat side: outside the theory",
         Regularity::transition(1.5),
-        meeting,
-        meeting.text(),
+        WIDE,
+        &OPEN,
+        Monomial::meeting(),
     );
     mixed.sides = split_bottom(&mixed.sides);
     all.push(mixed);
@@ -267,35 +205,29 @@ pub fn catalogue() -> Vec<Benchmark> {
     let open = [
         Dirichlet, Dirichlet, Dirichlet, Dirichlet, Contact, Dirichlet,
     ];
-    all.push(in_3d(
+    all.push(on_box(
         "checkerboard",
         "homogeneous data, a checkerboard of zones",
         general,
-        [0.0; 3],
-        sealed,
+        UNIT_CUBE,
+        &sealed,
         checker,
-        checker.text(),
     ));
-    let corner = [-1.0, -1.0, 0.0];
-    let edge = Monomial::transition(1.5, 0.1);
-    all.push(in_3d(
+    all.push(on_box(
         "transition-1.5-3d",
         "r^(3/2) along an edge",
         general,
-        corner,
-        open,
-        Extruded(edge),
-        edge.text().extruded(),
+        WIDE_BOX,
+        &open,
+        Extruded(Monomial::transition(1.5, 0.1)),
     ));
-    let sphere = HertzSphere { a: 0.45 };
-    all.push(in_3d(
+    all.push(on_box(
         "hertz-sphere",
         "contact on a disc",
         general,
-        corner,
-        open,
-        sphere,
-        sphere.text(),
+        WIDE_BOX,
+        &open,
+        HertzSphere { a: 0.45 },
     ));
     for (name, purpose, kinds, e) in [
         (
@@ -311,16 +243,8 @@ pub fn catalogue() -> Vec<Benchmark> {
             Elementary::TwoSidesFree,
         ),
     ] {
-        let smooth = Regularity::SMOOTH;
-        all.push(in_3d(
-            name,
-            purpose,
-            smooth,
-            [0.0; 3],
-            kinds,
-            Extruded(e),
-            e.text().extruded(),
-        ));
+        let e = Extruded(e);
+        all.push(on_box(name, purpose, smooth, UNIT_CUBE, &kinds, e));
     }
     all
 }

@@ -26,43 +26,46 @@ pub struct Monomial {
 }
 
 impl Monomial {
-    /// Im (z-x0)^e, e = 3/2, 7/2, 11/2, …: contact for x > x0.
-    pub fn transition(exponent: f64, x0: f64) -> Self {
+    fn new(factor: Complex64, exponent: f64, x0: f64) -> Self {
         Monomial {
-            factor: -I,
+            factor,
             exponent,
             x0,
         }
     }
 
+    /// Im (z-x0)^e, e = 3/2, 7/2, 11/2, …: contact for x > x0.
+    pub fn transition(exponent: f64, x0: f64) -> Self {
+        Monomial::new(-I, exponent, x0)
+    }
+
     /// -Re z²: free, touching at 0.
     pub fn touch() -> Self {
-        Monomial {
-            factor: -Complex64::ONE,
-            exponent: 2.0,
-            x0: 0.0,
-        }
+        Monomial::new(-Complex64::ONE, 2.0, 0.0)
     }
 
     /// Im z³: in contact, without pressure at 0.
     pub fn lift() -> Self {
-        Monomial {
-            factor: -I,
-            exponent: 3.0,
-            x0: 0.0,
-        }
+        Monomial::new(-I, 3.0, 0.0)
     }
 
     /// -Re z^{1/2}: Γ_D for x < 0 meets a free Γ_C.
     pub fn meeting() -> Self {
-        Monomial {
-            factor: -Complex64::ONE,
-            exponent: 0.5,
-            x0: 0.0,
-        }
+        Monomial::new(-Complex64::ONE, 0.5, 0.0)
+    }
+}
+
+impl ExactSolution for Monomial {
+    fn u(&self, [x, y, _]: Point) -> f64 {
+        (self.factor * upper(x - self.x0, y).powf(self.exponent)).re
     }
 
-    pub fn text(&self) -> Text {
+    fn grad(&self, [x, y, _]: Point) -> [f64; 3] {
+        let z = upper(x - self.x0, y);
+        from_derivative(self.factor * self.exponent * z.powf(self.exponent - 1.0))
+    }
+
+    fn text(&self) -> Text {
         let Monomial {
             factor,
             exponent: e,
@@ -86,17 +89,6 @@ impl Monomial {
     }
 }
 
-impl ExactSolution for Monomial {
-    fn u(&self, [x, y, _]: Point) -> f64 {
-        (self.factor * upper(x - self.x0, y).powf(self.exponent)).re
-    }
-
-    fn grad(&self, [x, y, _]: Point) -> [f64; 3] {
-        let z = upper(x - self.x0, y);
-        from_derivative(self.factor * self.exponent * z.powf(self.exponent - 1.0))
-    }
-}
-
 /// √(z-a)√(z+a), arguments in [0, π].
 fn root(z: Complex64, a: f64) -> Complex64 {
     (z - a).sqrt() * (z + a).sqrt()
@@ -116,13 +108,6 @@ pub struct Gap {
     pub a: f64,
 }
 
-impl Gap {
-    pub fn text(&self) -> Text {
-        let [square, angle] = root_text(self.a);
-        Text::new(format!("-{square}^1.5*cos(1.5*({angle}-pi))"), "0")
-    }
-}
-
 impl ExactSolution for Gap {
     fn u(&self, [x, y, _]: Point) -> f64 {
         -(-I * root(upper(x, y), self.a)).powu(3).re
@@ -132,25 +117,17 @@ impl ExactSolution for Gap {
         let z = upper(x, y);
         from_derivative(3.0 * z * (-I * root(z, self.a)))
     }
+
+    fn text(&self) -> Text {
+        let [square, angle] = root_text(self.a);
+        Text::new(format!("-{square}^1.5*cos(1.5*({angle}-pi))"), "0")
+    }
 }
 
 /// A rigid cylinder: -½ Re[z√(z²-a²) - a² log((z+√(z²-a²))/a)], contact for |x| < a.
 #[derive(Debug, Clone, Copy)]
 pub struct Hertz {
     pub a: f64,
-}
-
-impl Hertz {
-    pub fn text(&self) -> Text {
-        let a = self.a;
-        let [square, angle] = root_text(a);
-        let (re, im) = (
-            format!("sqrt({square})*cos(0.5*{angle})"),
-            format!("sqrt({square})*sin(0.5*{angle})"),
-        );
-        let logarithm = format!("log(((x+{re})^2+(y+{im})^2)/{a}^2)");
-        Text::new(format!("-0.5*(x*{re}-y*{im}-0.5*{a}^2*{logarithm})"), "0")
-    }
 }
 
 impl ExactSolution for Hertz {
@@ -162,6 +139,17 @@ impl ExactSolution for Hertz {
 
     fn grad(&self, [x, y, _]: Point) -> [f64; 3] {
         from_derivative(-root(upper(x, y), self.a))
+    }
+
+    fn text(&self) -> Text {
+        let a = self.a;
+        let [square, angle] = root_text(a);
+        let (re, im) = (
+            format!("sqrt({square})*cos(0.5*{angle})"),
+            format!("sqrt({square})*sin(0.5*{angle})"),
+        );
+        let logarithm = format!("log(((x+{re})^2+(y+{im})^2)/{a}^2)");
+        Text::new(format!("-0.5*(x*{re}-y*{im}-0.5*{a}^2*{logarithm})"), "0")
     }
 }
 
@@ -188,8 +176,22 @@ impl Periodic {
         let q = -I * below.sqrt() * (zeta + c).sqrt();
         (zeta, q, sine, sign)
     }
+}
 
-    pub fn text(&self) -> Text {
+impl ExactSolution for Periodic {
+    fn u(&self, p: Point) -> f64 {
+        let (zeta, q, ..) = self.parts(p);
+        let c = (FRAC_PI_2 * self.a).cos();
+        -2.0 / (PI * f64::from(self.n)) * (zeta * q - c * c * ((zeta + q) / c).ln()).re
+    }
+
+    fn grad(&self, p: Point) -> [f64; 3] {
+        let (_, q, sine, sign) = self.parts(p);
+        let [gx, gy, gz] = from_derivative(2.0 * sine * q);
+        [sign * gx, gy, gz]
+    }
+
+    fn text(&self) -> Text {
         let n = self.n;
         let phase = format!("0.5*pi*{n}");
         let c = format!("cos(0.5*pi*{})", self.a);
@@ -206,19 +208,5 @@ impl Periodic {
             format!("-2/(pi*{n})*({re}*{q_re}+{im}*{q_im}-0.5*{c}^2*{logarithm})"),
             "0",
         )
-    }
-}
-
-impl ExactSolution for Periodic {
-    fn u(&self, p: Point) -> f64 {
-        let (zeta, q, ..) = self.parts(p);
-        let c = (FRAC_PI_2 * self.a).cos();
-        -2.0 / (PI * f64::from(self.n)) * (zeta * q - c * c * ((zeta + q) / c).ln()).re
-    }
-
-    fn grad(&self, p: Point) -> [f64; 3] {
-        let (_, q, sine, sign) = self.parts(p);
-        let [gx, gy, gz] = from_derivative(2.0 * sine * q);
-        [sign * gx, gy, gz]
     }
 }

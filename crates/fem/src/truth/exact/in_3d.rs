@@ -24,6 +24,10 @@ impl<S: ExactSolution> ExactSolution for Extruded<S> {
         self.0.f([x, z, 0.0])
     }
 
+    fn text(&self) -> Text {
+        self.0.text().extruded()
+    }
+
     fn is_piecewise(&self) -> bool {
         self.0.is_piecewise()
     }
@@ -46,24 +50,6 @@ impl HertzSphere {
         let r = r2.sqrt();
         (square, z.abs(), depth, r, (r + depth).ln())
     }
-
-    /// The same in real numbers, R = p + iq: Z²/2-zZ is real, so that the imaginary part above is
-    /// (r²/4-(z²+a²)/2) arg(R+Z) + ¾zq - ¼ap.
-    pub fn text(&self) -> Text {
-        let a = self.a;
-        // R² = A + iB. The larger of p and q is the root, the other B over twice that: no digits cancel.
-        let (real, imaginary) = (format!("(x^2+y^2+z^2-{a}^2)"), format!("(2*{a}*z)"));
-        let root = format!("sqrt(0.5*(sqrt({real}^2+{imaginary}^2)+abs({real})))");
-        let other = format!("{imaginary}/(2*max({root},1e-300))");
-        let p = format!("if({real}>0,{root},{other})");
-        let q = format!("if({real}>0,{other},{root})");
-        Text::new(
-            format!(
-                "pi/8*(2*{a}^2-x^2-y^2+2*z^2)+(0.25*(x^2+y^2)-0.5*(z^2+{a}^2))*atan2({q}+{a},{p}+z)+0.75*z*{q}-0.25*{a}*{p}"
-            ),
-            "0",
-        )
-    }
 }
 
 impl ExactSolution for HertzSphere {
@@ -84,5 +70,23 @@ impl ExactSolution for HertzSphere {
         let radial = 2.0 * (by_square.im - FRAC_PI_8);
         let normal = 4.0 * FRAC_PI_8 * z + ((depth - z) * l - (depth * l - r)).im;
         [p[0] * radial, p[1] * radial, normal]
+    }
+
+    /// The same in real numbers, R = p + iq: Z²/2-zZ is real, so that the imaginary part above is
+    /// (r²/4-(z²+a²)/2) arg(R+Z) + ¾zq - ¼ap.
+    fn text(&self) -> Text {
+        let a = self.a;
+        // R² = A + iB. The larger of p and q is the root, the other B over twice that: no digits cancel.
+        let (real, imaginary) = (format!("(x^2+y^2+z^2-{a}^2)"), format!("(2*{a}*z)"));
+        let root = format!("sqrt(0.5*(sqrt({real}^2+{imaginary}^2)+abs({real})))");
+        let other = format!("{imaginary}/(2*max({root},1e-300))");
+        let p = format!("if({real}>0,{root},{other})");
+        let q = format!("if({real}>0,{other},{root})");
+        Text::new(
+            format!(
+                "pi/8*(2*{a}^2-x^2-y^2+2*z^2)+(0.25*(x^2+y^2)-0.5*(z^2+{a}^2))*atan2({q}+{a},{p}+z)+0.75*z*{q}-0.25*{a}*{p}"
+            ),
+            "0",
+        )
     }
 }

@@ -89,8 +89,44 @@ impl Separated {
             Profile::Smooth => [smooth_ramp(s), smooth_ramp(-s)],
         }
     }
+}
 
-    pub fn text(&self) -> Text {
+impl ExactSolution for Separated {
+    fn u(&self, p: Point) -> f64 {
+        let (s, _, _, normal) = self.select(p);
+        let [a, b] = self.profile(s);
+        let y = p[normal];
+        (-a[0] + b[0] * y) * fade(y)[0]
+    }
+
+    fn grad(&self, p: Point) -> [f64; 3] {
+        let (s, ds, _, normal) = self.select(p);
+        let [a, b] = self.profile(s);
+        let y = p[normal];
+        let [fade, slope, _] = fade(y);
+        let across = (-a[1] - b[1] * y) * fade;
+        let up = b[0] * fade + (-a[0] + b[0] * y) * slope;
+        let mut grad = [across * ds[0], across * ds[1], 0.0];
+        grad[normal] = up;
+        grad
+    }
+
+    fn f(&self, p: Point) -> f64 {
+        let (s, ds, laplacian, normal) = self.select(p);
+        let [a, b] = self.profile(s);
+        let y = p[normal];
+        let [fade, slope, curvature] = fade(y);
+        let square = ds[0] * ds[0] + ds[1] * ds[1];
+        let free = -(a[2] * square + a[1] * laplacian);
+        let contact = b[2] * square - b[1] * laplacian;
+        -((free + contact * y) * fade + 2.0 * b[0] * slope + (-a[0] + b[0] * y) * curvature)
+    }
+
+    fn is_piecewise(&self) -> bool {
+        matches!(self.profile, Profile::Power { .. })
+    }
+
+    fn text(&self) -> Text {
         // s, |∇s|², -Δs, and the normal coordinate.
         let (s, gradient, curvature, y) = match self.selector {
             Selector::Waves { n } => {
@@ -149,42 +185,6 @@ impl Separated {
     }
 }
 
-impl ExactSolution for Separated {
-    fn u(&self, p: Point) -> f64 {
-        let (s, _, _, normal) = self.select(p);
-        let [a, b] = self.profile(s);
-        let y = p[normal];
-        (-a[0] + b[0] * y) * fade(y)[0]
-    }
-
-    fn grad(&self, p: Point) -> [f64; 3] {
-        let (s, ds, _, normal) = self.select(p);
-        let [a, b] = self.profile(s);
-        let y = p[normal];
-        let [fade, slope, _] = fade(y);
-        let across = (-a[1] - b[1] * y) * fade;
-        let up = b[0] * fade + (-a[0] + b[0] * y) * slope;
-        let mut grad = [across * ds[0], across * ds[1], 0.0];
-        grad[normal] = up;
-        grad
-    }
-
-    fn f(&self, p: Point) -> f64 {
-        let (s, ds, laplacian, normal) = self.select(p);
-        let [a, b] = self.profile(s);
-        let y = p[normal];
-        let [fade, slope, curvature] = fade(y);
-        let square = ds[0] * ds[0] + ds[1] * ds[1];
-        let free = -(a[2] * square + a[1] * laplacian);
-        let contact = b[2] * square - b[1] * laplacian;
-        -((free + contact * y) * fade + 2.0 * b[0] * slope + (-a[0] + b[0] * y) * curvature)
-    }
-
-    fn is_piecewise(&self) -> bool {
-        matches!(self.profile, Profile::Power { .. })
-    }
-}
-
 /// (1-r²/R²)³₊ Im (z-x0)^{3/2}: contact for x > x0, and nothing beyond the radius R.
 #[derive(Debug, Clone, Copy)]
 pub struct CutOff {
@@ -201,19 +201,6 @@ impl CutOff {
 
     fn inner(&self) -> Monomial {
         Monomial::transition(1.5, self.x0)
-    }
-
-    pub fn text(&self) -> Text {
-        let CutOff { x0, radius } = self;
-        let rest = format!("max(1-((x-{x0})^2+y^2)/{radius}^2,0)");
-        let inner = self.inner().text().u;
-        Text {
-            g: "0".into(),
-            ..Text::new(
-                format!("{rest}^3*{inner}"),
-                format!("(54*{rest}^2-24*{rest})/{radius}^2*{inner}"),
-            )
-        }
     }
 }
 
@@ -243,6 +230,19 @@ impl ExactSolution for CutOff {
     fn is_piecewise(&self) -> bool {
         true
     }
+
+    fn text(&self) -> Text {
+        let CutOff { x0, radius } = self;
+        let rest = format!("max(1-((x-{x0})^2+y^2)/{radius}^2,0)");
+        let inner = self.inner().text().u;
+        Text {
+            g: "0".into(),
+            ..Text::new(
+                format!("{rest}^3*{inner}"),
+                format!("(54*{rest}^2-24*{rest})/{radius}^2*{inner}"),
+            )
+        }
+    }
 }
 
 /// Solutions that a line writes down.
@@ -258,25 +258,6 @@ pub enum Elementary {
     TwoSidesContact,
     /// -sin ½πx cos ½πy, free on x = 1 and y = 0.
     TwoSidesFree,
-}
-
-impl Elementary {
-    pub fn text(&self) -> Text {
-        let (u, f) = match self {
-            Elementary::ContactEverywhere => ("sin(pi*y)", "pi^2*sin(pi*y)"),
-            Elementary::ContactNowhere => ("-cos(0.5*pi*y)", "-(0.5*pi)^2*cos(0.5*pi*y)"),
-            Elementary::GrazingEverywhere => ("y^2*(1-y)", "6*y-2"),
-            Elementary::TwoSidesContact => ("x*(1-x)*y*(1-y)", "2*(x*(1-x)+y*(1-y))"),
-            Elementary::TwoSidesFree => (
-                "-sin(0.5*pi*x)*cos(0.5*pi*y)",
-                "-0.5*pi^2*sin(0.5*pi*x)*cos(0.5*pi*y)",
-            ),
-        };
-        Text {
-            g: "0".into(),
-            ..Text::new(u, f)
-        }
-    }
 }
 
 impl ExactSolution for Elementary {
@@ -315,6 +296,23 @@ impl ExactSolution for Elementary {
             Elementary::GrazingEverywhere => 6.0 * y - 2.0,
             Elementary::TwoSidesContact => 2.0 * (x * (1.0 - x) + y * (1.0 - y)),
             Elementary::TwoSidesFree => 2.0 * FRAC_PI_2.powi(2) * self.u(p),
+        }
+    }
+
+    fn text(&self) -> Text {
+        let (u, f) = match self {
+            Elementary::ContactEverywhere => ("sin(pi*y)", "pi^2*sin(pi*y)"),
+            Elementary::ContactNowhere => ("-cos(0.5*pi*y)", "-(0.5*pi)^2*cos(0.5*pi*y)"),
+            Elementary::GrazingEverywhere => ("y^2*(1-y)", "6*y-2"),
+            Elementary::TwoSidesContact => ("x*(1-x)*y*(1-y)", "2*(x*(1-x)+y*(1-y))"),
+            Elementary::TwoSidesFree => (
+                "-sin(0.5*pi*x)*cos(0.5*pi*y)",
+                "-0.5*pi^2*sin(0.5*pi*x)*cos(0.5*pi*y)",
+            ),
+        };
+        Text {
+            g: "0".into(),
+            ..Text::new(u, f)
         }
     }
 }

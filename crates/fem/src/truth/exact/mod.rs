@@ -25,6 +25,8 @@ pub trait ExactSolution: Send + Sync {
     fn f(&self, _: Point) -> f64 {
         0.0
     }
+    /// The same for other codes.
+    fn text(&self) -> Text;
     /// Whether f may jump or bend inside the domain.
     fn is_piecewise(&self) -> bool {
         false

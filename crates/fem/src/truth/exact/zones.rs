@@ -79,8 +79,39 @@ impl ManyZones {
         let r = Complex64::new(square.re, -square.im.abs()).sqrt();
         (t, cosine, r, q, sign)
     }
+}
 
-    pub fn text(&self) -> Text {
+impl ExactSolution for ManyZones {
+    fn u(&self, [x, y, _]: Point) -> f64 {
+        let omega = self.omega();
+        let (t, cosine, r, _, _) = self.parts(x, y);
+        let ratio = 2.0 * Complex64::I * t * (1.0 - self.s) / (cosine + r);
+        let logarithm = ((r - Complex64::I * t) / self.s.sqrt()).ln() + 0.5 * omega * y.abs();
+        self.cosine_factor(y)[0] * (omega * x).cos()
+            + (PI * f64::from(self.n)).tanh() * (ratio + 2.0 * self.s * logarithm).re
+    }
+
+    fn grad(&self, [x, y, _]: Point) -> [f64; 3] {
+        let omega = self.omega();
+        let s = self.s;
+        let (t, cosine, r, q, sign) = self.parts(x, y);
+        let strength = omega * (0.5 * omega).tanh();
+        // cos ωz - 2r cos ½ωz + s without its cancellation.
+        let slope = (q * (1.0 - s)).powi(2) / (q * q * (1.0 + s) - 2.0 * t * t + 2.0 * r * cosine);
+        let d = Complex64::I * strength * (slope - s);
+        let [factor, factor_slope] = self.cosine_factor(y);
+        [
+            sign * d.re - factor * omega * (omega * x).sin(),
+            factor_slope * (omega * x).cos() - d.im,
+            0.0,
+        ]
+    }
+
+    fn f(&self, [x, ..]: Point) -> f64 {
+        self.omega().powi(2) * (self.omega() * x).cos()
+    }
+
+    fn text(&self) -> Text {
         let (n, s) = (self.n, self.s);
         let (phase, omega) = (format!("pi*{n}"), format!("(2*pi*{n})"));
         let [sin, cos] = ["sin", "cos"].map(|name| format!("abs({name}({phase}*x))"));
@@ -116,36 +147,5 @@ impl ManyZones {
                 format!("{omega}^2*cos({omega}*x)"),
             )
         }
-    }
-}
-
-impl ExactSolution for ManyZones {
-    fn u(&self, [x, y, _]: Point) -> f64 {
-        let omega = self.omega();
-        let (t, cosine, r, _, _) = self.parts(x, y);
-        let ratio = 2.0 * Complex64::I * t * (1.0 - self.s) / (cosine + r);
-        let logarithm = ((r - Complex64::I * t) / self.s.sqrt()).ln() + 0.5 * omega * y.abs();
-        self.cosine_factor(y)[0] * (omega * x).cos()
-            + (PI * f64::from(self.n)).tanh() * (ratio + 2.0 * self.s * logarithm).re
-    }
-
-    fn grad(&self, [x, y, _]: Point) -> [f64; 3] {
-        let omega = self.omega();
-        let s = self.s;
-        let (t, cosine, r, q, sign) = self.parts(x, y);
-        let strength = omega * (0.5 * omega).tanh();
-        // cos ωz - 2r cos ½ωz + s without its cancellation.
-        let slope = (q * (1.0 - s)).powi(2) / (q * q * (1.0 + s) - 2.0 * t * t + 2.0 * r * cosine);
-        let d = Complex64::I * strength * (slope - s);
-        let [factor, factor_slope] = self.cosine_factor(y);
-        [
-            sign * d.re - factor * omega * (omega * x).sin(),
-            factor_slope * (omega * x).cos() - d.im,
-            0.0,
-        ]
-    }
-
-    fn f(&self, [x, ..]: Point) -> f64 {
-        self.omega().powi(2) * (self.omega() * x).cos()
     }
 }

@@ -74,7 +74,7 @@ impl Lookup {
 #[derive(Default)]
 pub struct Numbering {
     count: usize,
-    /// All numbers, as soon as one breaks the sequence.
+    /// All numbers, as soon as one breaks the sequence; none before.
     own: Vec<u64>,
 }
 
@@ -122,11 +122,6 @@ impl Numbering {
             _ => (self.count > 0).then_some((1, self.count as u64)),
         }
     }
-
-    /// The numbers, if they are not 1, 2, 3, ….
-    fn into_own(self) -> Vec<u64> {
-        self.own
-    }
 }
 
 /// Dimension and number of an entity, and the number of a group that cells of it are in.
@@ -158,7 +153,7 @@ impl Builder {
     /// Takes the numbers of all points, which must be different.
     pub fn finish_points(&mut self, scan: &Scan<'_>, numbers: Numbering) -> Result<()> {
         let count = numbers.len() as u32;
-        let own = numbers.into_own();
+        let own = numbers.own;
         self.points = Some(if own.is_empty() {
             Lookup::Dense { first: 1, count }
         } else {
@@ -196,13 +191,8 @@ impl Builder {
 
     /// The group with this tag, new if there is none yet.
     pub fn group(&mut self, dim: u8, tag: i64) -> &mut Group {
-        let group = || Group {
-            dim,
-            tag,
-            name: None,
-            cells: Vec::new(),
-        };
-        self.groups.entry((dim, tag)).or_insert_with(group)
+        let group = self.groups.entry((dim, tag));
+        group.or_insert_with(|| Group::new(dim, tag))
     }
 
     /// The cells by their numbers, once they are complete.
@@ -236,13 +226,8 @@ impl Builder {
         let mesh = &mut self.mesh;
         let mut entities: BTreeMap<(u8, i32), (usize, Entity)> = BTreeMap::new();
         for &(dim, tag, group) in reversed.keys() {
-            let entity = || Entity {
-                dim,
-                tag,
-                bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
-                ..Entity::default()
-            };
-            let (_, entity) = entities.entry((dim, tag)).or_insert_with(|| (0, entity()));
+            let entity = entities.entry((dim, tag));
+            let (_, entity) = entity.or_insert_with(|| (0, Entity::without_points(dim, tag)));
             // The number is that of a 32-bit tag.
             entity.physicals.push(-group as i32);
         }
@@ -272,7 +257,7 @@ impl Builder {
 
     /// Takes the numbers of all cells, which must be different.
     pub fn finish_cells(&mut self, scan: &Scan<'_>) -> Result<()> {
-        let mut tags = std::mem::take(&mut self.numbers).into_own();
+        let mut tags = std::mem::take(&mut self.numbers).own;
         if tags.is_empty() {
             return Ok(());
         }

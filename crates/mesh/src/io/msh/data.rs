@@ -30,11 +30,7 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
     };
     let head = head(scan, &mut content.unread)?;
     let ascii = scan.numbers == Numbers::Ascii;
-    let width = if ascii {
-        2 + 2 * head.components
-    } else {
-        4 + 8 * head.components
-    };
+    let width = scan.least(2 + 2 * head.components, 4 + 8 * head.components);
     let rows = scan.believe(head.rows, "rows", width)?;
 
     let mut values = Vec::with_capacity(rows * head.components);

@@ -2,11 +2,11 @@
 
 use super::builder::Builder;
 use super::bulk;
-use super::nodes_v2::{tag, text_count};
+use super::nodes_v2::text_count;
 use super::read::{Layout, Reader};
 use super::tags_v2::Tags;
-use super::v4::append;
 use crate::error::Result;
+use crate::io::rows::append;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::CellKind;
 
@@ -25,19 +25,11 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         return Err(scan.error("the elements come before the nodes"));
     }
     builder.elements_seen = true;
-    let count = text_count(
-        scan,
-        "elements",
-        if scan.numbers == Numbers::Ascii {
-            8
-        } else {
-            12
-        },
-    )?;
+    let count = text_count(scan, "elements", scan.least(8, 12))?;
     let mut tags = Tags::default();
     if scan.numbers == Numbers::Ascii {
         for _ in 0..count {
-            let number = tag(scan)?;
+            let number = scan.tag()?;
             let kind = kind(scan)?;
             if layout == Layout::V1 {
                 let physical = scan.i32()?;
@@ -80,7 +72,7 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
                 continue;
             }
             for _ in 0..in_block {
-                let number = tag(scan)?;
+                let number = scan.tag()?;
                 tags.read(scan, tag_count)?;
                 element(scan, builder, kind, number, &mut tags, layout)?;
             }
@@ -115,7 +107,7 @@ fn element(
     };
     let block = builder.block(kind);
     for _ in 0..kind.points() {
-        let node = tag(scan)?;
+        let node = scan.tag()?;
         let Some(index) = points.get(node) else {
             return Err(scan.error(format!(
                 "element {number} has the node {node}, which does not exist"

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::read::{Layout, Reader};
-use super::v4::short;
+use super::v4::tag;
 use crate::error::Result;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{CellPartitions, Entity, Periodic};
@@ -28,11 +28,6 @@ impl Reader<'_> {
     }
 }
 
-/// `$Entities`: points, curves, surfaces and volumes.
-pub fn entities(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
-    read_entities(reader, layout, false)
-}
-
 /// `$PartitionedEntities`: the parts of entities, and those that hold only ghost cells.
 pub fn partitioned_entities(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     let Reader { scan, builder, .. } = reader;
@@ -42,10 +37,11 @@ pub fn partitioned_entities(reader: &mut Reader<'_>, layout: Layout) -> Result<(
     for _ in 0..ghosts {
         partitions.ghost_entities.push([scan.i32()?, scan.i32()?]);
     }
-    read_entities(reader, layout, true)
+    entities(reader, layout, true)
 }
 
-fn read_entities(reader: &mut Reader<'_>, layout: Layout, parts: bool) -> Result<()> {
+/// `$Entities`: points, curves, surfaces and volumes; or their `parts`.
+pub fn entities(reader: &mut Reader<'_>, layout: Layout, parts: bool) -> Result<()> {
     let Reader { scan, builder, .. } = reader;
     let entities = &mut builder.mesh.geometry.entities;
     let counts = [scan.u64()?, scan.u64()?, scan.u64()?, scan.u64()?];
@@ -90,7 +86,7 @@ fn bound(scan: &mut Scan<'_>) -> Result<[f64; 3]> {
 }
 
 fn list(scan: &mut Scan<'_>, of: &str) -> Result<Vec<i32>> {
-    let count = scan.count(of, if scan.numbers == Numbers::Ascii { 2 } else { 4 })?;
+    let count = scan.count(of, scan.least(2, 4))?;
     (0..count).map(|_| scan.i32()).collect()
 }
 
@@ -120,11 +116,7 @@ pub fn periodic(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         for _ in 0..pairs {
             let mut pair = [0; 2];
             for place in &mut pair {
-                let node = if layout == Layout::V41 {
-                    scan.u64()?
-                } else {
-                    short(scan)?
-                };
+                let node = tag(scan, layout)?;
                 let index = points.get(node);
                 *place =
                     index.ok_or_else(|| scan.error(format!("the node {node} does not exist")))?;
@@ -141,10 +133,7 @@ pub fn periodic(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
 fn affine(scan: &mut Scan<'_>, layout: Layout) -> Result<Vec<f64>> {
     let count =
         if layout == Layout::V41 {
-            scan.count(
-                "numbers of a transformation",
-                if scan.numbers == Numbers::Ascii { 2 } else { 8 },
-            )?
+            scan.count("numbers of a transformation", scan.least(2, 8))?
         } else if scan.numbers == Numbers::Ascii {
             if !scan
                 .peek()
@@ -178,11 +167,7 @@ pub fn ghosts(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     let Reader { scan, builder, .. } = reader;
     let count = scan.count("ghost elements", 6)?;
     for _ in 0..count {
-        let element = if layout == Layout::V41 {
-            scan.u64()?
-        } else {
-            short(scan)?
-        };
+        let element = tag(scan, layout)?;
         let cell = builder.index_cells().by_tag.get(element);
         let cell =
             cell.ok_or_else(|| scan.error(format!("the element {element} does not exist")))?;

@@ -17,4 +17,25 @@ mod write_v2;
 mod write_v4;
 
 pub use read::read;
-pub use write::{Version, to_bytes, write};
+pub use write::{Version, to_bytes};
+
+use super::Native;
+use super::recognise::begins;
+
+pub static FORMAT: Native = Native {
+    title: "Gmsh's MSH",
+    names: &["msh", "gmsh"],
+    suffixes: &["msh"],
+    has_binary: true,
+    holds_whole: false,
+    recognises,
+    read,
+    write: write::write,
+};
+
+fn recognises(bytes: &[u8]) -> bool {
+    let sections = ["MeshFormat", "NOD", "Comments", "PhysicalNames", "Nodes"];
+    sections
+        .iter()
+        .any(|name| begins(bytes, &format!("${name}")))
+}

@@ -13,15 +13,7 @@ pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
     if builder.points.is_some() {
         return Err(scan.error("the nodes appear twice"));
     }
-    let count = text_count(
-        scan,
-        "nodes",
-        if scan.numbers == Numbers::Ascii {
-            8
-        } else {
-            28
-        },
-    )?;
+    let count = text_count(scan, "nodes", scan.least(8, 28))?;
     if scan.numbers != Numbers::Ascii {
         let tags = binary_nodes(scan, builder, count)?;
         return builder.finish_points(scan, tags);
@@ -29,7 +21,7 @@ pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
     let mut tags = Numbering::default();
     builder.mesh.points.reserve_exact(count);
     for _ in 0..count {
-        tags.push(tag(scan)?);
+        tags.push(scan.tag()?);
         let point = scan.xyz()?;
         builder.mesh.points.push(point);
     }
@@ -54,7 +46,7 @@ fn binary_nodes(scan: &mut Scan<'_>, builder: &mut Builder, count: usize) -> Res
         // Find the first error, reading one by one.
         let mut place = start;
         for _ in 0..count {
-            tag(&mut place)?;
+            place.tag()?;
             place.xyz()?;
         }
     }
@@ -68,19 +60,11 @@ pub fn parametric_nodes(reader: &mut Reader<'_>) -> Result<()> {
     if builder.points.is_some() {
         return Err(scan.error("the nodes appear twice"));
     }
-    let count = text_count(
-        scan,
-        "nodes",
-        if scan.numbers == Numbers::Ascii {
-            12
-        } else {
-            36
-        },
-    )?;
+    let count = text_count(scan, "nodes", scan.least(12, 36))?;
     let mut tags = Numbering::default();
     let mut runs: Vec<PointRun> = Vec::new();
     for _ in 0..count {
-        tags.push(tag(scan)?);
+        tags.push(scan.tag()?);
         let point = scan.xyz()?;
         builder.mesh.points.push(point);
         let (dim, entity) = (scan.i32()?, scan.i32()?);
@@ -115,21 +99,6 @@ pub fn parametric_nodes(reader: &mut Reader<'_>) -> Result<()> {
     }
     builder.mesh.geometry.point_runs = runs;
     builder.finish_points(scan, tags)
-}
-
-fn number_of(scan: &Scan<'_>, value: i32) -> Result<u64> {
-    u64::try_from(value)
-        .map_err(|_| scan.error(format!("{value} is not the number of a node or element")))
-}
-
-/// The number of a node or element; in ASCII it may have up to 64 bits.
-#[inline]
-pub fn tag(scan: &mut Scan<'_>) -> Result<u64> {
-    if scan.numbers == Numbers::Ascii {
-        return scan.u64();
-    }
-    let value = scan.i32()?;
-    number_of(scan, value)
 }
 
 /// A count that is text even in binary files; the rest of its line is skipped.

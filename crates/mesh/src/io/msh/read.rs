@@ -94,7 +94,7 @@ impl Reader<'_> {
                 nodes_v2::parametric_nodes(self)?
             }
             ("$Entities", Some(layout)) if layout >= Layout::V40 => {
-                entities::entities(self, layout)?
+                entities::entities(self, layout, false)?
             }
             ("$PartitionedEntities", Some(layout)) if layout >= Layout::V40 => {
                 entities::partitioned_entities(self, layout)?;

@@ -5,6 +5,7 @@ use super::bulk::{self, Word};
 use super::elements_v2::unknown_type;
 use super::read::{Layout, Reader};
 use crate::error::Result;
+use crate::io::rows::append;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{CellKind, PointRun, all_finite};
 
@@ -51,7 +52,7 @@ pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         } else {
             for _ in 0..in_block {
                 if layout != Layout::V41 {
-                    tags.push(short(scan)?);
+                    tags.push(scan.tag()?);
                 }
                 let point = scan.xyz()?;
                 builder.mesh.points.push(point);
@@ -73,7 +74,8 @@ pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
             tags.len()
         )));
     }
-    warn_range(range, &tags, &mut content.warnings);
+    let warnings = &mut content.warnings;
+    warn_range("$Nodes declares node", range, &tags, warnings);
     builder.mesh.geometry.point_runs = runs;
     builder.finish_points(scan, tags)
 }
@@ -104,11 +106,7 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         if kind.dim() != dim {
             return Err(scan.error(format!("a {kind} lies on an entity of dimension {dim}")));
         }
-        let width = match (scan.numbers, layout) {
-            (Numbers::Ascii, _) => 2,
-            (_, Layout::V41) => 8,
-            _ => 4,
-        };
+        let width = scan.least(2, if layout == Layout::V41 { 8 } else { 4 });
         let row = kind.points() + 1;
         let in_block = scan.count("elements in a block", width * row)?;
         if in_block > left {
@@ -145,11 +143,10 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
             append(&mut block.nodes, new.nodes);
         } else {
             for _ in 0..in_block {
-                let wide = layout == Layout::V41;
-                let element = if wide { scan.u64()? } else { short(scan)? };
+                let element = tag(scan, layout)?;
                 numbers.push(element);
                 for _ in 1..row {
-                    let node = if wide { scan.u64()? } else { short(scan)? };
+                    let node = tag(scan, layout)?;
                     block.nodes.push(
                         points
                             .get(node)
@@ -175,14 +172,8 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         )));
     }
     builder.points = Some(points);
-    if let (Some((low, high)), Some(found)) = (range, numbers.range())
-        && found != (low, high)
-    {
-        content.warnings.push(format!(
-            "$Elements declares element numbers from {low} to {high}, but they go from {} to {}",
-            found.0, found.1
-        ));
-    }
+    let warnings = &mut content.warnings;
+    warn_range("$Elements declares element", range, &numbers, warnings);
     builder.numbers = numbers;
     builder.finish_cells(scan)
 }
@@ -220,15 +211,13 @@ fn block_head(scan: &mut Scan<'_>, layout: Layout) -> Result<(u8, i32, i32)> {
     }
 }
 
-/// A number of 32 bits in binary, of any size in ASCII.
+/// The number of a node or element, which has 64 bits in 4.1.
 #[inline]
-pub fn short(scan: &mut Scan<'_>) -> Result<u64> {
-    if scan.numbers == Numbers::Ascii {
-        return scan.u64();
+pub fn tag(scan: &mut Scan<'_>, layout: Layout) -> Result<u64> {
+    match layout {
+        Layout::V41 => scan.u64(),
+        _ => scan.tag(),
     }
-    let value = scan.i32()?;
-    u64::try_from(value)
-        .map_err(|_| scan.error(format!("{value} is not the number of a node or element")))
 }
 
 /// Appends `count` numbers of 64 bits.
@@ -263,21 +252,13 @@ fn coordinates(scan: &mut Scan<'_>, count: usize, to: &mut Vec<[f64; 3]>) -> Res
     Ok(())
 }
 
-/// Appends `new`, without copying if `all` is empty.
-pub fn append<T>(all: &mut Vec<T>, mut new: Vec<T>) {
-    if all.is_empty() {
-        *all = new;
-    } else {
-        all.append(&mut new);
-    }
-}
-
-fn warn_range(range: Option<Range>, tags: &Numbering, warnings: &mut Vec<String>) {
+/// Warns if a section declares another range of numbers than there is.
+fn warn_range(of: &str, range: Option<Range>, tags: &Numbering, warnings: &mut Vec<String>) {
     if let (Some((low, high)), Some((first, last))) = (range, tags.range())
         && (first, last) != (low, high)
     {
         warnings.push(format!(
-            "$Nodes declares node numbers from {low} to {high}, but they go from {first} to {last}"
+            "{of} numbers from {low} to {high}, but they go from {first} to {last}"
         ));
     }
 }

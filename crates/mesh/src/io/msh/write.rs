@@ -5,10 +5,11 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::{write_v2, write_v4};
-use crate::error::{Error, Place, Result};
-use crate::io::Options;
+use crate::error::Result;
+use crate::field::GlobalArray;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
+use crate::io::{Options, refuse_unsound};
 use crate::mesh::{CellGroups, Mesh};
 
 /// The versions that are written.
@@ -25,7 +26,12 @@ pub enum Version {
 ///
 /// # Errors
 /// The mesh is not sound, the version cannot hold it, or the file cannot be written.
-pub fn write(path: &Path, mesh: &Mesh, options: &Options) -> Result<Vec<String>> {
+pub fn write(
+    path: &Path,
+    mesh: &Mesh,
+    _: &[GlobalArray],
+    options: &Options,
+) -> Result<Vec<String>> {
     let (out, warnings) = encode(path, mesh, options, Out::to(path)?)?;
     out.save(path)?;
     Ok(warnings)
@@ -40,16 +46,15 @@ pub fn to_bytes(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Vec<u8>,
 }
 
 fn encode(path: &Path, mesh: &Mesh, options: &Options, out: Out) -> Result<(Out, Vec<String>)> {
-    mesh.validate().map_err(|what| {
-        Error::file(
-            path,
-            Place::Whole,
-            what,
-            "repair the mesh before it is written",
-        )
-    })?;
+    refuse_unsound(path, mesh)?;
     let mut losses = Losses::default();
     let writer = Writer::new(mesh, options.binary, out);
+    if writer.split > 0 {
+        losses.note(format!(
+            "{} entities with cells of different groups were split",
+            writer.split
+        ));
+    }
     let out = match options.msh_version {
         Version::V22 => write_v2::encode(writer, &mut losses),
         Version::V41 => write_v4::encode(writer, &mut losses),
@@ -173,6 +178,17 @@ impl<'a> Writer<'a> {
         self.out.text("$EndMeshFormat\n");
     }
 
+    /// Loses the groups whose numbers do not go from `least` to 2^31 - 1.
+    pub fn lose_groups(&self, least: i64, losses: &mut Losses) {
+        let fits = |tag: i64| (least..=i32::MAX.into()).contains(&tag);
+        for group in self.mesh.groups.iter().filter(|group| !fits(group.tag)) {
+            losses.lose(format!(
+                "group {} of dimension {}, whose number is not {least} to 2^31 - 1",
+                group.tag, group.dim
+            ));
+        }
+    }
+
     /// `$PhysicalNames`: the named groups and, with an empty name, groups that no cell shows.
     pub fn names(&mut self, shown: impl Fn(u8, i64) -> bool, losses: &mut Losses) {
         let mut lines = Vec::new();
@@ -199,30 +215,60 @@ impl<'a> Writer<'a> {
 
     /// A 32-bit whole number, with a blank in ASCII.
     #[inline]
-    pub fn i32(&mut self, value: i32) {
+    pub fn i32(&mut self, value: i32) -> &mut Self {
         if self.binary {
             self.out.bytes.extend(value.to_le_bytes());
         } else {
             self.out.int(value);
         }
+        self
     }
 
     /// A 64-bit whole number, with a blank in ASCII.
     #[inline]
-    pub fn u64(&mut self, value: u64) {
+    pub fn u64(&mut self, value: u64) -> &mut Self {
         if self.binary {
             self.out.bytes.extend(value.to_le_bytes());
         } else {
             self.out.int(value);
         }
+        self
     }
 
     #[inline]
-    pub fn f64(&mut self, value: f64) {
+    pub fn f64(&mut self, value: f64) -> &mut Self {
         if self.binary {
             self.out.bytes.extend(value.to_le_bytes());
         } else {
             self.out.float(value);
+        }
+        self
+    }
+
+    #[inline]
+    pub fn f64s(&mut self, values: &[f64]) -> &mut Self {
+        for &value in values {
+            self.f64(value);
+        }
+        self
+    }
+
+    /// A list with its length.
+    pub fn list(&mut self, values: &[i32]) -> &mut Self {
+        self.u64(values.len() as u64);
+        for &value in values {
+            self.i32(value);
+        }
+        self
+    }
+
+    /// The number of a node or element where it has 32 bits in binary.
+    #[inline]
+    pub fn tag(&mut self, tag: u64) -> &mut Self {
+        if self.binary {
+            self.i32(tag as i32)
+        } else {
+            self.u64(tag)
         }
     }
 
@@ -239,10 +285,11 @@ impl<'a> Writer<'a> {
 
     /// Ends a line, in ASCII.
     #[inline]
-    pub fn end(&mut self) {
+    pub fn end(&mut self) -> &mut Self {
         if !self.binary {
             self.out.end();
         }
+        self
     }
 
     /// The end of a section.

@@ -122,29 +122,24 @@ impl<P: Fn(u32) -> u64 + Sync> Context<'_, P> {
                 same_count = rest
                     .take_while(|&place| tags_of(place) == tag_count)
                     .count();
-                let head = [kind, same_count as i32, 2 + tag_count as i32];
-                head.into_iter().for_each(|value| writer.i32(value));
+                writer.i32(kind).i32(same_count as i32);
+                writer.i32(2 + tag_count as i32);
             }
-            let number = self.number(block, before, place);
+            writer.tag(self.number(block, before, place));
             if writer.binary {
                 same_count -= 1;
-                writer.i32(number as i32);
             } else {
-                writer.out.int(number).int(kind).int(2 + tag_count);
+                writer.i32(kind).i32(2 + tag_count as i32);
             }
-            writer.i32(self.physical(block, place, set));
-            writer.i32(entity);
+            writer.i32(self.physical(block, place, set)).i32(entity);
             if let Some(ids) = parts_of(place) {
                 writer.i32(ids.len() as i32);
-                ids.iter().for_each(|&id| writer.i32(id));
+                for &id in ids {
+                    writer.i32(id);
+                }
             }
             for &node in nodes {
-                let node = (self.point_tag)(node);
-                if writer.binary {
-                    writer.i32(node as i32);
-                } else {
-                    writer.u64(node);
-                }
+                writer.tag((self.point_tag)(node));
             }
             writer.end();
         }
@@ -164,22 +159,15 @@ fn reversed(mesh: &Mesh) -> HashSet<(u8, i32, i32)> {
 /// The partitions of each cell that has any: its owners and, negative, those in which it is a ghost.
 fn partitions(mesh: &Mesh) -> HashMap<u32, Vec<i32>> {
     let mut of_cell: HashMap<u32, Vec<i32>> = HashMap::new();
-    let parts = mesh
-        .geometry
-        .entities
-        .iter()
-        .filter(|entity| !entity.partitions.is_empty());
-    let parts: HashMap<(u8, i32), &[i32]> = parts
+    let entities = mesh.geometry.entities.iter();
+    let parts: HashMap<(u8, i32), &[i32]> = entities
+        .filter(|entity| !entity.partitions.is_empty())
         .map(|e| ((e.dim, e.tag), e.partitions.as_slice()))
         .collect();
     if !parts.is_empty() {
         let entities = mesh.blocks.iter().flat_map(|block| {
-            (0..block.len()).map(|i| {
-                (
-                    block.kind.dim(),
-                    block.entities.get(i).copied().unwrap_or(0),
-                )
-            })
+            let entity = |i: usize| block.entities.get(i).copied().unwrap_or(0);
+            (0..block.len()).map(move |i| (block.kind.dim(), entity(i)))
         });
         for (cell, entity) in (0u32..).zip(entities) {
             if let Some(ids) = parts.get(&entity) {

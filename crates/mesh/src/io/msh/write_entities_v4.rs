@@ -55,10 +55,8 @@ pub fn all_entities(writer: &Writer<'_>) -> Vec<Entity> {
             None => {
                 boxes.insert((dim, tag), entities.len());
                 entities.push(Entity {
-                    dim,
-                    tag,
                     physicals: tags.collect(),
-                    ..Entity::default()
+                    ..Entity::without_points(dim, tag)
                 });
             }
         }
@@ -71,11 +69,6 @@ pub fn all_entities(writer: &Writer<'_>) -> Vec<Entity> {
 fn bound(writer: &Writer<'_>, boxes: &HashMap<(u8, i32), usize>, entities: &mut [Entity]) {
     if boxes.is_empty() {
         return;
-    }
-    for &i in boxes.values() {
-        if let Some(entity) = entities.get_mut(i) {
-            entity.bounds = entity_without_points().bounds;
-        }
     }
     let mut first = 0;
     let mut last_block = 0;
@@ -99,7 +92,7 @@ fn bound(writer: &Writer<'_>, boxes: &HashMap<(u8, i32), usize>, entities: &mut 
             .unwrap_or_default()
             .par_chunks(1 << 16);
         let points = |nodes: &[u32]| {
-            let mut part = entity_without_points();
+            let mut part = Entity::without_points(0, 0);
             let points = nodes
                 .iter()
                 .filter_map(|&node| mesh.points.get(node as usize));
@@ -112,26 +105,15 @@ fn bound(writer: &Writer<'_>, boxes: &HashMap<(u8, i32), usize>, entities: &mut 
     }
 }
 
-/// An entity whose bounding box is the first point.
-fn entity_without_points() -> Entity {
-    Entity {
-        bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
-        ..Entity::default()
-    }
-}
-
 pub fn entities(writer: &mut Writer<'_>, section: &str, entities: &[Entity]) {
     writer.out.text(&format!("${section}\n"));
-    let parts = section == "PartitionedEntities";
-    if parts {
+    if section == "PartitionedEntities" {
         let partitions = &writer.mesh.geometry.partitions;
-        writer.u64(partitions.count);
-        writer.end();
-        writer.u64(partitions.ghost_entities.len() as u64);
-        writer.end();
-        for ghost in &partitions.ghost_entities {
-            ghost.iter().for_each(|&value| writer.i32(value));
-            writer.end();
+        let ghosts = &partitions.ghost_entities;
+        writer.u64(partitions.count).end();
+        writer.u64(ghosts.len() as u64).end();
+        for &[tag, partition] in ghosts {
+            writer.i32(tag).i32(partition).end();
         }
     }
     for dim in 0..4 {
@@ -142,28 +124,16 @@ pub fn entities(writer: &mut Writer<'_>, section: &str, entities: &[Entity]) {
         for entity in entities.iter().filter(|entity| entity.dim == dim) {
             writer.i32(entity.tag);
             if let Some((parent_dim, parent)) = entity.parent {
-                writer.i32(parent_dim);
-                writer.i32(parent);
-                list(writer, &entity.partitions);
+                writer.i32(parent_dim).i32(parent).list(&entity.partitions);
             }
             let corners = if dim == 0 { 1 } else { 2 };
-            entity
-                .bounds
-                .iter()
-                .take(corners)
-                .flatten()
-                .for_each(|&x| writer.f64(x));
-            list(writer, &entity.physicals);
+            writer.f64s(entity.bounds[..corners].as_flattened());
+            writer.list(&entity.physicals);
             if dim > 0 {
-                list(writer, &entity.boundary);
+                writer.list(&entity.boundary);
             }
             writer.end();
         }
     }
     writer.end_section(section);
-}
-
-pub fn list(writer: &mut Writer<'_>, values: &[i32]) {
-    writer.u64(values.len() as u64);
-    values.iter().for_each(|&value| writer.i32(value));
 }

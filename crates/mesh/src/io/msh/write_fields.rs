@@ -75,12 +75,9 @@ impl Writer<'_> {
             ));
             return;
         }
+        let kinds = self.mesh.cells().map(|(_, kind, _)| kind.points());
         let kinds: Vec<usize> = match field.on {
-            Support::CellPoints => self
-                .mesh
-                .cells()
-                .map(|(_, kind, _)| kind.points())
-                .collect(),
+            Support::CellPoints => kinds.collect(),
             Support::Points | Support::Cells => Vec::new(),
         };
         let (time, step) = (field.time.unwrap_or(0.0), field.step.unwrap_or(0));
@@ -92,12 +89,7 @@ impl Writer<'_> {
         let values = field.values.to_f64();
         let mut next = values.iter();
         for &index in at {
-            let tag = tag(index);
-            if self.binary {
-                self.i32(tag as i32)
-            } else {
-                self.u64(tag)
-            }
+            self.tag(tag(index));
             let points = kinds.get(index as usize).copied();
             if let Some(points) = points {
                 self.i32(points as i32);

@@ -4,7 +4,7 @@ use super::write::Writer;
 use super::write_elements_v2;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
-use crate::mesh::Mesh;
+use crate::mesh::{Group, Mesh};
 
 pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
     let mesh = writer.mesh;
@@ -14,13 +14,9 @@ pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
         "cells",
         losses,
     );
-    let point_tag = |point: u32| {
-        let anew = u64::from(point) + 1;
-        if keep_points {
-            mesh.point_tag(point)
-        } else {
-            anew
-        }
+    let point_tag = |point: u32| match keep_points {
+        true => mesh.point_tag(point),
+        false => u64::from(point) + 1,
     };
     let physical_of_set = physicals(&writer, losses);
     let geometry = &mesh.geometry;
@@ -31,13 +27,6 @@ pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
     {
         losses.note("the parametric coordinates of points are not written");
     }
-    if writer.split > 0 {
-        losses.note(format!(
-            "{} entities with cells of different groups were split",
-            writer.split
-        ));
-    }
-
     writer.header("2.2");
     writer.names(|_, _| false, losses);
     writer.out.text(&format!("$Nodes\n{}\n", mesh.points.len()));
@@ -56,9 +45,7 @@ pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
         });
     } else {
         for (point, index) in mesh.points.iter().zip(0u32..) {
-            writer.u64(point_tag(index));
-            point.iter().for_each(|&x| writer.f64(x));
-            writer.end();
+            writer.u64(point_tag(index)).f64s(point).end();
         }
     }
     writer.end_section("Nodes");
@@ -88,28 +75,12 @@ fn fit(mut tags: impl Iterator<Item = u64>, of: &str, losses: &mut Losses) -> bo
 
 /// The one physical tag that 2.2 gives a cell, for each set of groups; 0 means none.
 fn physicals(writer: &Writer<'_>, losses: &mut Losses) -> Vec<i32> {
-    let (first, many) = writer.groups.single();
+    let (first, many) = writer.groups.single(writer.mesh);
     losses.lose_some(many, "cells that are in several groups");
-    let tag_of = |tag: i64| i32::try_from(tag).ok().filter(|tag| *tag > 0);
-    for group in writer
-        .mesh
-        .groups
-        .iter()
-        .filter(|group| tag_of(group.tag).is_none())
-    {
-        losses.lose(format!(
-            "group {} of dimension {}, whose number is not 1 to 2^31 - 1",
-            group.tag, group.dim
-        ));
-    }
-    let group = |index: u32| writer.mesh.groups.get(index as usize);
-    let tag = |first: Option<u32>| {
-        first
-            .and_then(group)
-            .and_then(|group| tag_of(group.tag))
-            .unwrap_or(0)
-    };
-    first.into_iter().map(tag).collect()
+    writer.lose_groups(1, losses);
+    let tag = |first: Option<&Group>| i32::try_from(first?.tag).ok().filter(|tag| *tag > 0);
+    let tags = first.into_iter().map(|first| tag(first).unwrap_or(0));
+    tags.collect()
 }
 
 /// `$Periodic`, which is text in binary files too.

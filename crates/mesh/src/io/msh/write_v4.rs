@@ -3,30 +3,15 @@
 use std::collections::HashSet;
 
 use super::write::Writer;
-use super::write_entities_v4::{all_entities, entities, list};
+use super::write_entities_v4::{all_entities, entities};
 use crate::io::loss::Losses;
 use crate::io::out::Out;
-use crate::mesh::{CellBlock, Entity, Mesh, PointRun};
+use crate::mesh::{Entity, Mesh, PointRun};
 
 pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
     let mesh = writer.mesh;
     let geometry = &mesh.geometry;
-    for group in mesh
-        .groups
-        .iter()
-        .filter(|group| i32::try_from(group.tag).is_err() || group.tag < 0)
-    {
-        losses.lose(format!(
-            "group {} of dimension {}, whose number is not 0 to 2^31 - 1",
-            group.tag, group.dim
-        ));
-    }
-    if writer.split > 0 {
-        losses.note(format!(
-            "{} entities with cells of different groups were split",
-            writer.split
-        ));
-    }
+    writer.lose_groups(0, losses);
     let (parts, wholes): (Vec<Entity>, Vec<Entity>) = all_entities(&writer)
         .into_iter()
         .partition(|entity| entity.parent.is_some());
@@ -83,19 +68,15 @@ fn nodes(writer: &mut Writer<'_>, wholes: &[Entity]) {
     } else {
         &mesh.geometry.point_runs
     };
-    let (low, high) = range(&mesh.point_tags, count);
+    let (low, high) = range(mesh.point_tags.iter().copied(), count);
     writer.out.text("$Nodes\n");
-    [runs.len() as u64, count as u64, low, high]
-        .into_iter()
-        .for_each(|value| writer.u64(value));
-    writer.end();
+    writer.u64(runs.len() as u64).u64(count as u64);
+    writer.u64(low).u64(high).end();
     let mut first = 0;
     for run in runs {
-        writer.i32(i32::from(run.dim));
-        writer.i32(run.entity);
-        writer.i32(i32::from(run.parameters.is_some()));
-        writer.u64(run.count as u64);
-        writer.end();
+        let parametric = i32::from(run.parameters.is_some());
+        writer.i32(run.dim.into()).i32(run.entity).i32(parametric);
+        writer.u64(run.count as u64).end();
         let extra = usize::from(run.dim);
         let points = mesh.points.get(first..first + run.count);
         let points = points.unwrap_or_default();
@@ -111,14 +92,12 @@ fn nodes(writer: &mut Writer<'_>, wholes: &[Entity]) {
             continue;
         }
         for point in first..first + run.count {
-            writer.u64(mesh.point_tag(point as u32));
-            writer.end();
+            writer.u64(mesh.point_tag(point as u32)).end();
         }
         for (i, point) in points.iter().enumerate() {
-            point.iter().for_each(|&x| writer.f64(x));
+            writer.f64s(point);
             if let Some(parameters) = &run.parameters {
-                let parameters = parameters.iter().skip(i * extra).take(extra);
-                parameters.for_each(|&x| writer.f64(x));
+                writer.f64s(&parameters[i * extra..(i + 1) * extra]);
             }
             writer.end();
         }
@@ -127,49 +106,25 @@ fn nodes(writer: &mut Writer<'_>, wholes: &[Entity]) {
     writer.end_section("Nodes");
 }
 
-fn range(tags: &[u64], count: usize) -> (u64, u64) {
-    match (tags.iter().min(), tags.iter().max()) {
-        (Some(&low), Some(&high)) => (low, high),
-        _ => (u64::from(count > 0), count as u64),
-    }
-}
-
-/// The lowest and the highest number of a cell; 0 where there are none.
-fn range_of_cells(mesh: &Mesh) -> (u64, u64) {
-    let mut before = 0;
-    let mut range: Option<(u64, u64)> = None;
-    for block in mesh.blocks.iter().filter(|block| !block.is_empty()) {
-        let (mut low, mut high) = range_of_block(block, before);
-        if let Some(so_far) = range {
-            (low, high) = (low.min(so_far.0), high.max(so_far.1));
-        }
-        range = Some((low, high));
-        before += block.len() as u64;
-    }
-    range.unwrap_or((0, 0))
-}
-
-/// [`range_of_cells`] of one block; `before` cells precede it.
-fn range_of_block(block: &CellBlock, before: u64) -> (u64, u64) {
-    match (block.tags.iter().min(), block.tags.iter().max()) {
-        (Some(&low), Some(&high)) => (low, high),
-        _ => (before + 1, before + block.len() as u64),
-    }
+/// The lowest and the highest of `count` numbers, which are 1, 2, 3, … if there are none of their own.
+fn range(own: impl Iterator<Item = u64>, count: usize) -> (u64, u64) {
+    let wider = |range: Option<(u64, u64)>, tag: u64| {
+        let (low, high) = range.unwrap_or((tag, tag));
+        Some((low.min(tag), high.max(tag)))
+    };
+    own.fold(None, wider)
+        .unwrap_or((u64::from(count > 0), count as u64))
 }
 
 fn elements(writer: &mut Writer<'_>) {
     let mesh = writer.mesh;
-    let (low, high) = range_of_cells(mesh);
+    let count = mesh.cell_count();
+    let has_own = mesh.blocks.iter().any(|block| !block.tags.is_empty());
+    let own = mesh.cell_tags().take(if has_own { count } else { 0 });
+    let (low, high) = range(own, count);
     writer.out.text("$Elements\n");
-    [
-        writer.runs.len() as u64,
-        mesh.cell_count() as u64,
-        low,
-        high,
-    ]
-    .into_iter()
-    .for_each(|value| writer.u64(value));
-    writer.end();
+    writer.u64(writer.runs.len() as u64).u64(count as u64);
+    writer.u64(low).u64(high).end();
     let mut before = 0;
     let mut last_block = 0;
     for run in std::mem::take(&mut writer.runs) {
@@ -179,11 +134,9 @@ fn elements(writer: &mut Writer<'_>) {
         if run.block != last_block {
             (last_block, before) = (run.block, run.cells.start);
         }
-        writer.i32(i32::from(block.kind.dim()));
-        writer.i32(run.entity);
-        writer.i32(i32::from(block.kind.gmsh()));
-        writer.u64(run.cells.len() as u64);
-        writer.end();
+        writer.i32(block.kind.dim().into()).i32(run.entity);
+        writer.i32(block.kind.gmsh().into());
+        writer.u64(run.cells.len() as u64).end();
         let width = block.kind.points();
         // The elements from the place of one in the run on: number and nodes of each.
         let from = |place: usize| {
@@ -211,9 +164,9 @@ fn elements(writer: &mut Writer<'_>) {
         } else {
             for (number, nodes) in from(0) {
                 writer.u64(number);
-                nodes
-                    .iter()
-                    .for_each(|&node| writer.u64(mesh.point_tag(node)));
+                for &node in nodes {
+                    writer.u64(mesh.point_tag(node));
+                }
                 writer.end();
             }
         }
@@ -224,22 +177,16 @@ fn elements(writer: &mut Writer<'_>) {
 fn periodic(writer: &mut Writer<'_>) {
     let mesh: &Mesh = writer.mesh;
     writer.out.text("$Periodic\n");
-    writer.u64(mesh.geometry.periodic.len() as u64);
-    writer.end();
+    writer.u64(mesh.geometry.periodic.len() as u64).end();
     for link in &mesh.geometry.periodic {
-        writer.i32(i32::from(link.dim));
-        writer.i32(link.entity);
-        writer.i32(link.master);
-        writer.end();
+        writer.i32(link.dim.into()).i32(link.entity);
+        writer.i32(link.master).end();
         writer.u64(link.affine.len() as u64);
-        link.affine.iter().for_each(|&x| writer.f64(x));
-        writer.end();
-        writer.u64(link.pairs.len() as u64);
-        writer.end();
+        writer.f64s(&link.affine).end();
+        writer.u64(link.pairs.len() as u64).end();
         for pair in &link.pairs {
-            pair.iter()
-                .for_each(|&point| writer.u64(mesh.point_tag(point)));
-            writer.end();
+            let [own, of_master] = pair.map(|point| mesh.point_tag(point));
+            writer.u64(own).u64(of_master).end();
         }
     }
     writer.end_section("Periodic");
@@ -249,13 +196,11 @@ fn ghosts(writer: &mut Writer<'_>) {
     let cell_tags: Vec<u64> = writer.mesh.cell_tags().collect();
     let cells = &writer.mesh.geometry.partitions.cells;
     writer.out.text("$GhostElements\n");
-    writer.u64(cells.len() as u64);
-    writer.end();
+    writer.u64(cells.len() as u64).end();
     for cell in cells {
         writer.u64(cell_tags.get(cell.cell as usize).copied().unwrap_or(0));
         writer.i32(cell.owners.first().copied().unwrap_or(0));
-        list(writer, &cell.ghosts);
-        writer.end();
+        writer.list(&cell.ghosts).end();
     }
     writer.end_section("GhostElements");
 }

@@ -2,7 +2,6 @@
 //!
 //! `vtkio` (0.7.0-rc2) silently drops an array that does not decode; here it is an error that names the array.
 
-use super::Compressor;
 use super::read::Decoder;
 use super::scalar::{Scalar, with_type};
 use super::stream::Stream;
@@ -169,7 +168,7 @@ impl<'a> Decoder<'a> {
         Packing {
             big_endian: self.document.big_endian,
             wide_headers: self.document.wide_headers,
-            compressor: self.document.compressor.unwrap_or(Compressor::None),
+            compressor: self.document.compressor,
         }
     }
 

@@ -56,81 +56,6 @@ pub(super) fn order(kind: CellKind) -> Option<&'static [usize]> {
     })
 }
 
-/// All cell types of `vtkio`'s model.
-const TYPES: [CellType; 59] = {
-    use CellType::*;
-    [
-        Vertex,
-        PolyVertex,
-        Line,
-        PolyLine,
-        Triangle,
-        TriangleStrip,
-        Polygon,
-        Pixel,
-        Quad,
-        Tetra,
-        Voxel,
-        Hexahedron,
-        Wedge,
-        Pyramid,
-        QuadraticEdge,
-        QuadraticTriangle,
-        QuadraticQuad,
-        QuadraticTetra,
-        QuadraticHexahedron,
-        QuadraticWedge,
-        QuadraticPyramid,
-        BiquadraticQuad,
-        TriquadraticHexahedron,
-        QuadraticLinearQuad,
-        QuadraticLinearWedge,
-        BiquadraticQuadraticWedge,
-        BiquadraticQuadraticHexahedron,
-        BiquadraticTriangle,
-        CubicLine,
-        ConvexPointSet,
-        Polyhedron,
-        ParametricCurve,
-        ParametricSurface,
-        ParametricTriSurface,
-        ParametricQuadSurface,
-        ParametricTetraRegion,
-        ParametricHexRegion,
-        HigherOrderEdge,
-        HigherOrderTriangle,
-        HigherOrderQuad,
-        HigherOrderPolygon,
-        HigherOrderTetrahedron,
-        HigherOrderWedge,
-        HigherOrderPyramid,
-        HigherOrderHexahedron,
-        LagrangeCurve,
-        LagrangeTriangle,
-        LagrangeQuadrilateral,
-        LagrangeTetrahedron,
-        LagrangeHexahedron,
-        LagrangeWedge,
-        LagrangePyramid,
-        BezierCurve,
-        BezierTriangle,
-        BezierQuadrilateral,
-        BezierTetrahedron,
-        BezierHexahedron,
-        BezierWedge,
-        BezierPyramid,
-    ]
-};
-
-/// The cell type of each number of VTK's.
-pub(super) fn type_table() -> [Option<CellType>; 256] {
-    let mut table = [None; 256];
-    for known in TYPES {
-        table[known as usize] = Some(known);
-    }
-    table
-}
-
 /// The kind of a VTK cell and, if the orders differ, the positions of its nodes in Gmsh's order.
 ///
 /// Lagrange cells are what dolfinx writes for meshes of order one and two; VTK's numbering of theirs is that of the
@@ -169,6 +94,7 @@ pub(super) fn kind(vtk: CellType, points: usize) -> Option<(CellKind, Option<&'s
 #[cfg(test)]
 mod tests {
     use super::*;
+    use num_traits::FromPrimitive;
 
     /// The ends of the edges in the order of their nodes, after the figures of VTK's and of Gmsh's manual.
     type Edges = &'static [[usize; 2]];
@@ -273,10 +199,9 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_as_the_same_kind() {
-        let table = type_table();
         for kind in (1..=19).filter_map(CellKind::from_gmsh) {
             if let Some(code) = vtk_type(kind) {
-                let vtk = table[usize::from(code)].expect("a type of VTK's");
+                let vtk = CellType::from_u8(code).expect("a type of VTK's");
                 assert_eq!(super::kind(vtk, kind.points()), Some((kind, order(kind))));
                 assert_eq!(written_kind(code.into()), Some(kind));
             }

@@ -1,7 +1,7 @@
 //! The numbers of an array that is being written.
 
 use super::cells::{order, vtk_type};
-use super::scalar::Scalar;
+use super::scalar::{Scalar, with_type};
 use crate::field::data::with_numbers;
 use crate::mesh::{CellGroups, Mesh, Values};
 use std::borrow::Cow;
@@ -71,16 +71,7 @@ impl Column<'_> {
 
     /// Bytes of one number.
     pub fn width(&self) -> usize {
-        fn width<T: Scalar>(_: &[T]) -> usize {
-            T::WIDTH
-        }
-        match self {
-            Column::Values(values) => with_numbers!(values.as_ref(), numbers => width(numbers)),
-            Column::Coordinates(_) => f64::WIDTH,
-            Column::Connectivity(_, width) | Column::Offsets(_, width) => width.bytes(),
-            Column::Types(_) => u8::WIDTH,
-            Column::Groups(tags) => tags.width.bytes(),
-        }
+        with_type!(self.type_name(), T => T::WIDTH, 0)
     }
 
     /// Fills `bytes` with the numbers from `first` on, little-endian.
@@ -102,23 +93,17 @@ impl Column<'_> {
 
     /// All numbers in memory.
     pub fn values(&self) -> Cow<'_, Values> {
-        let all = || {
-            let mut bytes = vec![0; self.len() * self.width()];
-            self.fill(0, &mut bytes);
-            bytes
-        };
-        fn values<T: Scalar>(bytes: &[u8]) -> Values {
-            T::values(T::from_bytes(bytes, false))
+        if let Column::Values(values) = self {
+            return Cow::Borrowed(values.as_ref());
         }
-        match self {
-            Column::Values(values) => Cow::Borrowed(values.as_ref()),
-            Column::Coordinates(_) => Cow::Owned(values::<f64>(&all())),
-            Column::Types(_) => Cow::Owned(values::<u8>(&all())),
-            Column::Connectivity(_, width) | Column::Offsets(_, width) => {
-                Cow::Owned(width.values(&all()))
-            }
-            Column::Groups(tags) => Cow::Owned(tags.width.values(&all())),
-        }
+        let mut bytes = vec![0; self.len() * self.width()];
+        self.fill(0, &mut bytes);
+        let values = with_type!(
+            self.type_name(),
+            T => T::values(T::from_bytes(&bytes, false)),
+            Values::U8(bytes)
+        );
+        Cow::Owned(values)
     }
 }
 
@@ -137,13 +122,6 @@ impl Width {
         }
     }
 
-    fn values(self, bytes: &[u8]) -> Values {
-        match self {
-            Width::Narrow => Values::I32(i32::from_bytes(bytes, false)),
-            Width::Wide => Values::I64(i64::from_bytes(bytes, false)),
-        }
-    }
-
     /// Puts numbers in front, which fit; returns the remaining bytes.
     #[inline]
     fn put(self, bytes: &mut [u8], numbers: impl ExactSizeIterator<Item = i64>) -> &mut [u8] {
@@ -151,16 +129,14 @@ impl Width {
         let (front, rest) = bytes.split_at_mut(count * self.bytes());
         match self {
             Width::Narrow => {
-                let words = front.as_chunks_mut::<4>().0.iter_mut();
-                words
-                    .zip(numbers)
-                    .for_each(|(word, x)| *word = (x as i32).to_le_bytes());
+                for (word, x) in front.as_chunks_mut().0.iter_mut().zip(numbers) {
+                    *word = (x as i32).to_le_bytes();
+                }
             }
             Width::Wide => {
-                let words = front.as_chunks_mut::<8>().0.iter_mut();
-                words
-                    .zip(numbers)
-                    .for_each(|(word, x)| *word = x.to_le_bytes());
+                for (word, x) in front.as_chunks_mut().0.iter_mut().zip(numbers) {
+                    *word = x.to_le_bytes();
+                }
             }
         }
         rest

@@ -41,7 +41,7 @@ impl Default for File {
 }
 
 impl File {
-    fn read(&self) -> Result<Vtu> {
+    fn read(&self) -> Result<Content> {
         let File {
             head,
             root,

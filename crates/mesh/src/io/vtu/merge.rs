@@ -2,6 +2,7 @@
 
 use super::scalar;
 use crate::field::data::with_numbers;
+use crate::io::rows::append;
 use crate::mesh::{CellBlock, Values};
 
 /// What one `<Piece>` holds.
@@ -54,15 +55,6 @@ pub(super) fn merge(pieces: Vec<Piece>) -> Result<Merged, String> {
             .map_err(|name| misfit("cells", name))?;
     }
     Ok(merged)
-}
-
-/// Appends `new`, without copying if `all` is empty.
-fn append<T>(all: &mut Vec<T>, mut new: Vec<T>) {
-    if all.is_empty() {
-        *all = new;
-    } else {
-        all.append(&mut new);
-    }
 }
 
 /// Appends runs of cells whose nodes count from the point `base`, which fits as all points do.
@@ -123,7 +115,8 @@ fn append_values(all: &mut Values, new: &Values) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Vtu, from_bytes};
+    use super::super::from_bytes;
+    use crate::io::Content;
     use crate::mesh::{CellKind, Support, Values};
     use std::path::Path;
 
@@ -160,7 +153,7 @@ mod tests {
         format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>")
     }
 
-    fn read(pieces: &[String]) -> crate::error::Result<Vtu> {
+    fn read(pieces: &[String]) -> crate::error::Result<Content> {
         let text = format!(
             "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>{}</UnstructuredGrid></VTKFile>",
             pieces.concat()

@@ -27,7 +27,8 @@ pub use write::write;
 use crate::error::{Error, Place, Result};
 use crate::field::GlobalArray;
 use crate::file;
-use crate::io::bytes;
+use crate::io::recognise::{begins, head_has};
+use crate::io::{Content, Native, Options, bytes};
 use crate::mesh::{Mesh, Partitions};
 use merge::Piece;
 use read::Decoder;
@@ -48,8 +49,9 @@ pub enum Encoding {
 }
 
 /// How the bytes of an array are packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Compressor {
+    #[default]
     None,
     Zlib,
     Lz4,
@@ -82,35 +84,26 @@ impl Compressor {
     }
 }
 
-/// What a file holds.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Vtu {
-    /// With the fields on its points and cells.
-    pub mesh: Mesh,
-    /// Data about the mesh as a whole.
-    pub whole: Vec<GlobalArray>,
-    /// As the file gives it.
-    pub version: Option<String>,
-    /// `ascii`, `base64`, `appended base64` or `appended raw`, and the compressor.
-    pub encoding: String,
-    pub warnings: Vec<String>,
-}
+pub static FORMAT: Native = Native {
+    title: "VTU",
+    names: &["vtu"],
+    suffixes: &["vtu", "pvtu"],
+    has_binary: true,
+    holds_whole: true,
+    recognises: |bytes| {
+        let words = ["<VTKFile", "UnstructuredGrid"];
+        begins(bytes, "<") && words.iter().all(|word| head_has(bytes, word))
+    },
+    read: from_bytes,
+    write: write_content,
+};
 
 /// Reads a `.vtu`, or a `.pvtu` with the pieces beside or below it.
 ///
 /// # Errors
 /// [`Error::File`] with byte and array if the file is damaged or inconsistent, has cells of unsupported types, or
 /// would unpack to more than is plausible for its size; [`Error::Io`] if it cannot be read.
-pub fn read(path: &Path) -> Result<Vtu> {
-    let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
-    from_bytes(path, &bytes)
-}
-
-/// [`fn@read`] for bytes in memory; the path is for messages, and to find the pieces of a `.pvtu`.
-///
-/// # Errors
-/// As [`fn@read`].
-pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Vtu> {
+fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Content> {
     let document = xml::parse(path, bytes)?;
     let mut file = if document.parallel {
         read_parallel(path, &document)?
@@ -120,14 +113,39 @@ pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Vtu> {
     let unsound = |what| Error::file(path, Place::Whole, what, "write the file again");
     let merged = merge::merge(std::mem::take(&mut file.pieces)).map_err(unsound)?;
     let (mesh, whole) = restore::restore(merged, file.whole);
-    mesh.validate().map_err(unsound)?;
-    Ok(Vtu {
+    Ok(Content {
         mesh,
         whole,
+        format: "vtu".into(),
         version: document.version,
         encoding: file.encoding,
         warnings: file.warnings,
+        unread: Vec::new(),
     })
+}
+
+/// [`write()`] as the table of formats has it.
+fn write_content(
+    path: &Path,
+    mesh: &Mesh,
+    whole: &[GlobalArray],
+    options: &Options,
+) -> Result<Vec<String>> {
+    let suffix = path.extension().unwrap_or_default();
+    if suffix.eq_ignore_ascii_case("pvtu") {
+        return Err(Error::usage(
+            format!(
+                "{} would be a list of pieces, which is not written",
+                path.display()
+            ),
+            "write one .vtu file",
+        ));
+    }
+    write(path, mesh, &[], whole, options.vtu)?;
+    let losses = losses(mesh).into_iter();
+    Ok(losses
+        .map(|what| format!("VTU does not hold {what}"))
+        .collect())
 }
 
 /// What one file, or the files of a `.pvtu` together, decode to.
@@ -169,12 +187,11 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
             Error::file(path, place, what, remedy)
         };
         let source = tag.source.as_deref().unwrap_or_default();
-        let outside = || {
-            refuse(format!(
+        let Some(piece_path) = file::beneath(&path.with_file_name(""), source) else {
+            return Err(refuse(format!(
                 "the piece {source:?} is not beside or below this file"
-            ))
+            )));
         };
-        let piece_path = file::beneath(&path.with_file_name(""), source).ok_or_else(outside)?;
         if !seen.insert(source) {
             return Err(refuse(format!("the piece {source:?} is listed twice")));
         }
@@ -205,7 +222,7 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
 }
 
 /// Describes what of a mesh VTU cannot hold.
-pub fn losses(mesh: &Mesh) -> Vec<String> {
+fn losses(mesh: &Mesh) -> Vec<String> {
     let geometry = &mesh.geometry;
     let mut losses = Vec::new();
     if !geometry.entities.is_empty() || !geometry.point_runs.is_empty() {

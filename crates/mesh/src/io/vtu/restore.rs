@@ -37,11 +37,11 @@ pub(super) fn restore(merged: Merged, mut whole: Vec<GlobalArray>) -> (Mesh, Vec
             .map(|tag| tag.try_into().ok())
             .collect(),
     };
-    if let Some(tags) = take_array(&mut on_points, POINT_TAG, 1, own_tags) {
+    if let Some(tags) = take_array(&mut on_points, POINT_TAG, own_tags) {
         mesh.point_tags = tags;
     }
-    let tags = take_array(&mut on_cells, CELL_TAG, 1, own_tags);
-    let entities = take_array(&mut on_cells, ENTITY, 1, |values| {
+    let tags = take_array(&mut on_cells, CELL_TAG, own_tags);
+    let entities = take_array(&mut on_cells, ENTITY, |values| {
         let numbers = to_i64(values)?.into_iter();
         numbers.map(|entity| entity.try_into().ok()).collect()
     });
@@ -57,16 +57,13 @@ pub(super) fn restore(merged: Merged, mut whole: Vec<GlobalArray>) -> (Mesh, Vec
     (mesh, whole)
 }
 
-/// Removes an array from a list if it has this name and number of components, and `get` understands its values.
+/// Removes an array of one component from a list if it has this name, and `get` understands its values.
 fn take_array<T>(
     list: &mut Vec<PieceArray>,
     name: &str,
-    components: usize,
     get: impl Fn(&Values) -> Option<T>,
 ) -> Option<T> {
-    let fits = |array: &PieceArray| {
-        array.name == name && (array.components == components || components == 0)
-    };
+    let fits = |array: &PieceArray| array.name == name && array.components == 1;
     let at = list.iter().position(fits)?;
     let values = get(&list[at].values)?;
     list.remove(at);
@@ -222,12 +219,8 @@ fn group_cells<T: Copy + PartialEq + Into<i64>>(
         return;
     };
     let mut join = |dim: u8, tag: i64, cells: Range<u32>| {
-        let group = groups.entry((dim, tag)).or_insert_with(|| Group {
-            dim,
-            tag,
-            name: None,
-            cells: Vec::new(),
-        });
+        let group = groups.entry((dim, tag));
+        let group = group.or_insert_with(|| Group::new(dim, tag));
         // A row may name a group twice.
         if group.cells.last().is_none_or(|&last| last < cells.start) {
             group.cells.extend(cells);
@@ -262,12 +255,9 @@ fn group_table(whole: &[GlobalArray]) -> Option<(i64, Vec<(Group, bool)>)> {
         return None;
     }
     let groups = rows.iter().zip(names).map(|(&[dim, tag, named], name)| {
-        let group = Group {
-            dim: u8::try_from(dim).ok().filter(|&dim| dim <= 3)?,
-            tag,
-            name: (named != 0).then(|| name.clone()),
-            cells: Vec::new(),
-        };
+        let dim = u8::try_from(dim).ok().filter(|&dim| dim <= 3)?;
+        let mut group = Group::new(dim, tag);
+        group.name = (named != 0).then(|| name.clone());
         Some((group, named == 2))
     });
     Some((none, groups.collect::<Option<_>>()?))

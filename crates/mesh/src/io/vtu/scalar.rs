@@ -135,47 +135,17 @@ fn index_of<T: TryInto<u64>>(value: T) -> Option<u64> {
 /// Evaluates one expression for the type that `$name` names, or `$otherwise`.
 macro_rules! with_type {
     ($name:expr, $type:ident => $run:expr, $otherwise:expr) => {
+        $crate::io::vtu::scalar::with_type!(
+            @match $name, $type => $run, $otherwise;
+            i8 u8 i16 u16 i32 u32 i64 u64 f32 f64
+        )
+    };
+    (@match $name:expr, $type:ident => $run:expr, $otherwise:expr; $($number:ident)*) => {
         match $name {
-            "Int8" => {
-                type $type = i8;
+            $(name if name == <$number as $crate::io::vtu::scalar::Scalar>::NAME => {
+                type $type = $number;
                 $run
-            }
-            "UInt8" => {
-                type $type = u8;
-                $run
-            }
-            "Int16" => {
-                type $type = i16;
-                $run
-            }
-            "UInt16" => {
-                type $type = u16;
-                $run
-            }
-            "Int32" => {
-                type $type = i32;
-                $run
-            }
-            "UInt32" => {
-                type $type = u32;
-                $run
-            }
-            "Int64" => {
-                type $type = i64;
-                $run
-            }
-            "UInt64" => {
-                type $type = u64;
-                $run
-            }
-            "Float32" => {
-                type $type = f32;
-                $run
-            }
-            "Float64" => {
-                type $type = f64;
-                $run
-            }
+            })*
             _ => $otherwise,
         }
     };

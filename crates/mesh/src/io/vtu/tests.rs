@@ -113,7 +113,7 @@ fn bytes_of(mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
         .bytes
 }
 
-fn reads(bytes: &[u8]) -> Result<Vtu> {
+fn reads(bytes: &[u8]) -> Result<Content> {
     from_bytes(Path::new("test.vtu"), bytes)
 }
 

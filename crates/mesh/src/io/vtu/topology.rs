@@ -12,6 +12,8 @@ use super::xml::{ArrayTag, PieceTag};
 use crate::error::Result;
 use crate::io::rows;
 use crate::mesh::CellBlock;
+use num_traits::FromPrimitive;
+use vtkio::model::CellType;
 
 /// Cells that are examined together.
 const CELLS: usize = 1 << 12;
@@ -58,12 +60,11 @@ impl<'a> Decoder<'a> {
         nodes: &RawNumbers,
         runs: &[CellRun],
     ) -> Result<Vec<CellBlock>> {
-        let table = cells::type_table();
         let mut blocks: Vec<CellBlock> = Vec::new();
         let mut rest = &*nodes.bytes;
         let mut cell = 0;
         for run in runs {
-            let vtk = table[usize::from(run.code)]
+            let vtk = CellType::from_u8(run.code)
                 .ok_or_else(|| self.refuse(types, format!("VTK has no cell type {}", run.code)))?;
             let (kind, order) = cells::kind(vtk, run.width).ok_or_else(|| {
                 let width = run.width;

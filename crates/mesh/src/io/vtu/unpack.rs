@@ -174,13 +174,12 @@ impl Packing {
             unpacked.map_err(|what| format!("block {index}: {what}"))
         };
         let zlib = || flate2::Decompress::new(true);
-        let slots = out.par_chunks_mut(size).enumerate();
         // LZMA needs much memory for each block: one at a time.
-        let slots = if self.compressor == Compressor::Lzma {
-            slots.with_min_len(blocks.len())
-        } else {
-            slots.with_min_len(1)
+        let least = match self.compressor {
+            Compressor::Lzma => blocks.len(),
+            _ => 1,
         };
+        let slots = out.par_chunks_mut(size).enumerate().with_min_len(least);
         let errors = slots.map_init(zlib, |zlib, (index, slot)| unpack(zlib, index, slot));
         errors.find_first(Result::is_err).unwrap_or(Ok(()))
     }

@@ -20,7 +20,7 @@ use std::collections::HashSet;
 use std::path::Path;
 
 /// Writes a mesh with its fields, further `fields`, and data about the `whole`; the file appears complete or not
-/// at all. VTU cannot hold geometry, periodicity and partitions: see [`super::losses`].
+/// at all. VTU cannot hold geometry, periodicity and partitions, of which [`crate::io::write`] warns.
 ///
 /// # Errors
 /// A mesh that is not valid or has cells that VTK does not have, a field that does not fit the mesh, names that appear

@@ -20,7 +20,7 @@ pub(super) struct Document<'a> {
     pub version: Option<String>,
     pub big_endian: bool,
     pub wide_headers: bool,
-    pub compressor: Option<Compressor>,
+    pub compressor: Compressor,
     pub whole: Vec<ArrayTag<'a>>,
     pub pieces: Vec<PieceTag<'a>>,
     pub appended: Option<Appended<'a>>,
@@ -78,27 +78,18 @@ impl Document<'_> {
             _ => return "ascii".into(),
         };
         match self.compressor {
-            None | Some(Compressor::None) => base.into(),
-            Some(Compressor::Zlib) => format!("{base}, zlib"),
-            Some(Compressor::Lz4) => format!("{base}, LZ4"),
-            Some(Compressor::Lzma) => format!("{base}, LZMA"),
+            Compressor::None => base.into(),
+            Compressor::Zlib => format!("{base}, zlib"),
+            Compressor::Lz4 => format!("{base}, LZ4"),
+            Compressor::Lzma => format!("{base}, LZMA"),
         }
     }
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Element {
-    File,
-    Grid,
-    Piece,
-    PointData,
-    CellData,
-    Points,
-    Cells,
-    FieldData,
-    Array,
-    Other,
-}
+/// What stands for elements that are not read, or not where they are.
+const OTHER: &str = "";
+/// An array; its own name is that of either kind.
+const ARRAY: &str = "DataArray";
 
 pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
     let fail = |byte: u64, what: String| {
@@ -115,13 +106,7 @@ pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
     };
     let text = std::str::from_utf8(head)
         .map_err(|error| fail(error.valid_up_to() as u64, "the XML is not UTF-8".into()))?;
-    let mut parser = Parser {
-        document: Document::default(),
-        open: Vec::new(),
-        arrays: 0,
-        root_seen: false,
-        grid_seen: false,
-    };
+    let mut parser = Parser::default();
     let mut reader = Reader::from_str(text);
     loop {
         let byte = reader.buffer_position();
@@ -140,7 +125,7 @@ pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
     let complete = if tail.is_empty() {
         parser.root_seen && parser.open.is_empty()
     } else {
-        parser.open == [Element::File]
+        parser.open == ["VTKFile"]
     };
     if !complete {
         return Err(fail(end, "the file ends before its elements do".into()));
@@ -157,12 +142,8 @@ pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
 
 /// Cuts `<AppendedData encoding="…">_…</AppendedData></VTKFile>`; the error is a position and a text.
 fn appended(tail: &[u8]) -> Result<Appended<'_>, (u64, String)> {
-    let cut_off = || {
-        (
-            tail.len() as u64,
-            "the file ends within <AppendedData>".to_owned(),
-        )
-    };
+    let end = tail.len() as u64;
+    let cut_off = || (end, "the file ends within <AppendedData>".to_owned());
     let tag_end = memchr::memchr(b'>', tail).ok_or_else(cut_off)?;
     let tag = std::str::from_utf8(&tail[1..tag_end])
         .map_err(|_| (0, "the tag <AppendedData> is not UTF-8".to_owned()))?;
@@ -245,9 +226,11 @@ fn count(name: &str, value: &str) -> Result<u64, String> {
     parsed.map_err(|_| format!("{name}={value:?} is not a count"))
 }
 
+#[derive(Default)]
 struct Parser<'a> {
     document: Document<'a>,
-    open: Vec<Element>,
+    /// The names of the elements around.
+    open: Vec<&'static str>,
     arrays: usize,
     root_seen: bool,
     grid_seen: bool,
@@ -273,7 +256,7 @@ impl<'a> Parser<'a> {
             Event::CData(text) => self.text(text.into_inner())?,
             Event::GeneralRef(reference) => {
                 let name = reference.into_inner();
-                if self.open.last() == Some(&Element::Array) || !is_predefined(&name) {
+                if self.open.last() == Some(&ARRAY) || !is_predefined(&name) {
                     return Err(format!("the reference &{name}; is not expanded"));
                 }
             }
@@ -296,7 +279,7 @@ impl<'a> Parser<'a> {
         if self.open.is_empty() {
             return Err("text outside of <VTKFile>".into());
         }
-        if self.open.last() == Some(&Element::Array) {
+        if self.open.last() == Some(&ARRAY) {
             let std::borrow::Cow::Borrowed(text) = text else {
                 return Err("a text that cannot be read".into());
             };
@@ -310,52 +293,47 @@ impl<'a> Parser<'a> {
     /// The arrays of the section that is open `above` elements up.
     fn list(&mut self, above: usize) -> Option<&mut Vec<ArrayTag<'a>>> {
         let section = *self.open.iter().rev().nth(above)?;
-        if section == Element::FieldData {
+        if section == "FieldData" {
             return Some(&mut self.document.whole);
         }
         let piece = self.document.pieces.last_mut()?;
         match section {
-            Element::PointData => Some(&mut piece.point_data),
-            Element::CellData => Some(&mut piece.cell_data),
-            Element::Points => Some(&mut piece.coordinates),
-            Element::Cells => Some(&mut piece.topology),
+            "PointData" => Some(&mut piece.point_data),
+            "CellData" => Some(&mut piece.cell_data),
+            "Points" => Some(&mut piece.coordinates),
+            "Cells" => Some(&mut piece.topology),
             _ => None,
         }
     }
 
-    fn begin(&mut self, tag: &BytesStart<'a>, byte: u64) -> Result<Element, String> {
+    /// The name of an element that begins, [`OTHER`] if it is not read.
+    fn begin(&mut self, tag: &BytesStart<'a>, byte: u64) -> Result<&'static str, String> {
         let name = tag.name().into_inner();
         let parallel = self.document.parallel;
-        let element = match (self.open.last(), name) {
+        Ok(match (self.open.last().copied(), name) {
             (None, "VTKFile") if !self.root_seen => {
                 self.file(tag)?;
-                Element::File
+                "VTKFile"
             }
             (None, _) => return Err(format!("<{name}> stands where one <VTKFile> is expected")),
-            (Some(Element::File), "UnstructuredGrid" | "PUnstructuredGrid") => {
+            (Some("VTKFile"), "UnstructuredGrid" | "PUnstructuredGrid") => {
                 if self.grid_seen || parallel != name.starts_with('P') {
                     return Err(format!("<{name}> is misplaced"));
                 }
                 self.grid_seen = true;
-                Element::Grid
+                "UnstructuredGrid"
             }
-            (Some(Element::Grid), "FieldData") => Element::FieldData,
-            (Some(Element::Grid), "Piece") => {
+            (Some("UnstructuredGrid"), "FieldData") => "FieldData",
+            (Some("UnstructuredGrid"), "Piece") => {
                 self.piece(tag, byte)?;
-                Element::Piece
+                "Piece"
             }
-            (Some(Element::Piece), "PointData") => Element::PointData,
-            (Some(Element::Piece), "CellData") => Element::CellData,
-            (Some(Element::Piece), "Points") => Element::Points,
-            (Some(Element::Piece), "Cells") => Element::Cells,
+            (Some("Piece"), "PointData") => "PointData",
+            (Some("Piece"), "CellData") => "CellData",
+            (Some("Piece"), "Points") => "Points",
+            (Some("Piece"), "Cells") => "Cells",
             (
-                Some(
-                    Element::PointData
-                    | Element::CellData
-                    | Element::Points
-                    | Element::Cells
-                    | Element::FieldData,
-                ),
+                Some("PointData" | "CellData" | "Points" | "Cells" | "FieldData"),
                 "DataArray" | "Array",
             ) => {
                 self.arrays += 1;
@@ -371,11 +349,10 @@ impl<'a> Parser<'a> {
                     }
                     list.push(array);
                 }
-                Element::Array
+                ARRAY
             }
-            _ => Element::Other,
-        };
-        Ok(element)
+            _ => OTHER,
+        })
     }
 
     fn file(&mut self, tag: &BytesStart<'a>) -> Result<(), String> {
@@ -402,11 +379,9 @@ impl<'a> Parser<'a> {
                 }
                 "compressor" => {
                     document.compressor = match value.trim() {
-                        "" => None,
-                        known => Some(
-                            Compressor::of_vtk_name(known)
-                                .ok_or_else(|| format!("the compressor {value:?} is unknown"))?,
-                        ),
+                        "" => Compressor::None,
+                        known => Compressor::of_vtk_name(known)
+                            .ok_or_else(|| format!("the compressor {value:?} is unknown"))?,
                     }
                 }
                 _ => {}
