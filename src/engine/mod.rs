@@ -240,6 +240,17 @@ fn accepts_family(engine: &str, method: &Method) -> Result<()> {
     ))
 }
 
+/// Each once, in the order in which they come first.
+pub fn unique<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for one in all {
+        if !found.contains(&one) {
+            found.push(one);
+        }
+    }
+    found
+}
+
 /// The name of the solver of this program.
 pub const OWN: &str = "rust";
 

@@ -289,13 +289,9 @@ pub fn solve<'a>(
     page.extend((!steps.rows.is_empty()).then(|| steps.into()));
     page.push(Block::Html(Box::new(move || {
         let fields = [face_fields(&case.problem, u, &a.engine)];
-        let along = match mesh.dim {
-            3 => html::zones(&fields, mesh, &about),
-            _ => html::along(&fields, &about)?,
-        };
         let increments = [(a.engine.as_str(), a.increments.as_slice())];
         Ok(html::Html::from([
-            along,
+            html::on_contact(&fields, mesh, &about)?,
             html::histories(&increments, &about)?,
         ]))
     })));

@@ -2,9 +2,9 @@
 
 use super::map::Shown;
 use crate::campaigns::verify::CaseOutcome;
+use crate::why::Diagnosis;
 use faceoff_judge::{FieldVerdict, Verdict, relative_differences};
 use faceoff_mesh::error::Result;
-use faceoff_mesh::mesh::Triangulation;
 
 /// Two engines and every field of theirs.
 pub(super) struct Pair<'a> {
@@ -34,6 +34,26 @@ impl<'a> Pair<'a> {
         format!("{} – {}", self.a, self.b)
     }
 
+    /// Those of `all` that are about these two in this case.
+    pub fn diagnoses<'d>(
+        &self,
+        case: &CaseOutcome,
+        all: &'d [Diagnosis],
+    ) -> impl Iterator<Item = &'d Diagnosis> {
+        let of = (&*case.scene, &*case.method, case.n);
+        all.iter().filter(move |d| d.is_of(of, (self.a, self.b)))
+    }
+
+    /// How far a field lies beyond its tolerance.
+    pub fn factor(field: &FieldVerdict) -> f64 {
+        let factor = field.max_rel / field.tolerance;
+        match field.verdict {
+            Verdict::Agree => factor,
+            _ if factor.is_nan() => f64::INFINITY,
+            _ => factor,
+        }
+    }
+
     pub fn verdict(&self) -> Verdict {
         let all = self.fields.iter().map(|f| f.verdict);
         all.max().unwrap_or(Verdict::Undetermined)
@@ -43,18 +63,8 @@ impl<'a> Pair<'a> {
     /// tolerance.
     pub fn worst(&self) -> Option<&'a FieldVerdict> {
         let means = self.fields.iter().find(|f| f.field == "mean");
-        let farthest = self
-            .fields
-            .iter()
-            .filter(|f| f.field != "status")
-            .max_by(|f, g| {
-                let factor = |f: &FieldVerdict| match (f.verdict, f.max_rel / f.tolerance) {
-                    (Verdict::Agree, factor) => factor,
-                    (_, factor) if factor.is_nan() => f64::INFINITY,
-                    (_, factor) => factor,
-                };
-                factor(f).total_cmp(&factor(g))
-            });
+        let values = self.fields.iter().filter(|f| f.field != "status");
+        let farthest = values.max_by(|f, g| Pair::factor(f).total_cmp(&Pair::factor(g)));
         match (means, farthest) {
             (Some(means), _) if means.verdict != Verdict::Agree => Some(means),
             (Some(means), Some(farthest)) if farthest.verdict == Verdict::Agree => Some(means),
@@ -63,28 +73,8 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// What a map shows, without the mesh.
-pub(super) struct Differences {
-    differences: Vec<(u32, f64)>,
-    tolerance: f64,
-    pub disagrees: bool,
-    worst: Option<u32>,
-}
-
-impl Differences {
-    pub fn on<'a>(&'a self, mesh: &'a Triangulation) -> Shown<'a> {
-        Shown {
-            mesh,
-            differences: &self.differences,
-            tolerance: self.tolerance,
-            disagrees: self.disagrees,
-            worst: self.worst,
-        }
-    }
-}
-
 /// What the map of a pair shows: in 3D only Γ_C.
-pub(super) fn differences(case: &CaseOutcome, pair: &Pair) -> Result<Option<Differences>> {
+pub(super) fn differences<'a>(case: &'a CaseOutcome, pair: &Pair) -> Result<Option<Shown<'a>>> {
     let mesh = &*case.setup.mesh;
     let find = |name: &str| case.fields.iter().find(|f| f.source == name);
     let (Some(a), Some(b), Some(field)) = (find(pair.a), find(pair.b), pair.worst()) else {
@@ -101,7 +91,8 @@ pub(super) fn differences(case: &CaseOutcome, pair: &Pair) -> Result<Option<Diff
         .and_then(|w| mesh.find_face(&w.vertices));
     let worst = worst.map(|face| face as u32);
     let worst = worst.filter(|face| differences.iter().any(|(f, _)| f == face));
-    Ok(Some(Differences {
+    Ok(Some(Shown {
+        mesh,
         differences,
         tolerance: field.tolerance,
         disagrees: field.verdict != Verdict::Agree,

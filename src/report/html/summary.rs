@@ -1,8 +1,7 @@
 //! What stands first: which code, which face, how much, and why.
 
-use super::case;
-use super::map;
-use super::markup::{Html, element, figure, leaf, prose, text};
+use super::map::{self, CLASSES};
+use super::markup::{Html, element, figure, key, leaf, prose, text};
 use super::pair::{self, Pair};
 use crate::campaigns::verify::{CaseOutcome, VerifyOutcome, VerifyRequest, telling};
 use crate::report::model::{count, exact, place, short};
@@ -53,11 +52,8 @@ pub(in crate::report) fn top(
         lines.extend(sentences(*index, case, pair, diagnoses));
         pictures = picture(case, pair)?;
     }
-    let list: Html = lines
-        .into_iter()
-        .map(|line| element("li", &[], line))
-        .collect();
-    let list = element("div", &[], element("ul", &[], list));
+    let items = lines.into_iter().map(|line| element("li", &[], line));
+    let list = element("div", &[], element("ul", &[], items));
     Ok(element("div", &[("class", "first")], [list, pictures]))
 }
 
@@ -70,12 +66,7 @@ fn most_telling(outcome: &VerifyOutcome) -> Option<(usize, Pair<'_>)> {
             if field.verdict == Verdict::Agree {
                 continue;
             }
-            let factor = field.max_rel / field.tolerance;
-            let factor = if factor.is_nan() {
-                f64::INFINITY
-            } else {
-                factor
-            };
+            let factor = Pair::factor(field);
             if worst.as_ref().is_none_or(|(other, ..)| factor > *other) {
                 worst = Some((factor, index, pair));
             }
@@ -156,46 +147,32 @@ fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnos
             )),
         ]));
     }
-    lines.push(Html::from([
-        text("Why: "),
-        prose(why(case, pair, diagnoses)),
-    ]));
+    let why = prose(why(case, pair, diagnoses));
+    lines.push(Html::from([text("Why: "), why]));
     let anchor = format!("#case-{index}");
-    lines.push(element(
-        "a",
-        &[("href", &anchor)],
-        text("All about this case"),
-    ));
+    lines.push(leaf("a", &[("href", &anchor)], "All about this case"));
     lines
 }
 
 fn why(case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> String {
-    if let Some(found) = diagnoses
-        .iter()
-        .find(|d| d.is_of((&case.scene, &case.method, case.n), (pair.a, pair.b)))
-    {
+    if let Some(found) = pair.diagnoses(case, diagnoses).next() {
         return found.sentence();
     }
-    for engine in &case.engines {
-        if !engine.converged {
-            return format!(
-                "{} did not converge in {} steps.",
-                engine.engine, engine.iterations
-            );
-        }
+    let mut engines = case.engines.iter();
+    if let Some(engine) = engines.clone().find(|e| !e.converged) {
+        let (name, steps) = (&engine.engine, engine.iterations);
+        return format!("{name} did not converge in {steps} steps.");
     }
-    for engine in &case.engines {
-        if engine.verdict != Verdict::Agree {
-            let at = engine.residual_at.as_ref();
-            return format!(
-                "put into the scheme again, the answer of {} leaves a backward error of {}{}, where rounding leaves less \
-                 than {:.0e}: it solves another scheme. `faceoff verify --diagnose` names the ingredient.",
-                engine.engine,
-                short(engine.residual),
-                at.map_or(String::new(), |x| format!(", most at {}", place(x))),
-                RESIDUAL_TOLERANCE
-            );
-        }
+    if let Some(engine) = engines.find(|e| e.verdict != Verdict::Agree) {
+        let at = engine.residual_at.as_ref();
+        return format!(
+            "put into the scheme again, the answer of {} leaves a backward error of {}{}, where rounding leaves less \
+             than {:.0e}: it solves another scheme. `faceoff verify --diagnose` names the ingredient.",
+            engine.engine,
+            short(engine.residual),
+            at.map_or(String::new(), |x| format!(", most at {}", place(x))),
+            RESIDUAL_TOLERANCE
+        );
     }
     "every answer solves the scheme to rounding, so that the scheme itself leaves room: more than one solution, or a \
      badly conditioned mesh."
@@ -206,7 +183,6 @@ fn picture(case: &CaseOutcome, pair: &Pair) -> Result<Html> {
     let Some(shown) = pair::differences(case, pair)? else {
         return Ok(Html::default());
     };
-    let shown = shown.on(&case.setup.mesh);
     let name = pair.worst().map_or("", |f| f.field.as_str());
     let Some(zoom) = map::zoom(&format!("the worst face of {}", label(case)), &shown) else {
         return Ok(Html::default());
@@ -215,5 +191,6 @@ fn picture(case: &CaseOutcome, pair: &Pair) -> Result<Html> {
         "Around the worst face (circle): faces by |a-b| of `{name}` in units of the tolerance; {}.",
         map::orientation(&shown)
     );
-    Ok(element("div", &[], [figure(zoom, caption), case::key()]))
+    let key = key("k", CLASSES.len(), &CLASSES);
+    Ok(element("div", &[], [figure(zoom, caption), key]))
 }
