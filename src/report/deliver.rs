@@ -73,18 +73,10 @@ impl Output<'_> {
         if self.judges {
             report.verdict = Some((Verdict::Undetermined, "undetermined"));
             let case = TestCase {
-                class: "faceoff".into(),
-                name: subject.to_owned(),
                 title: Some(format!("{subject} could not be judged")),
-                seconds: 0.0,
-                verdict: Verdict::Undetermined,
-                message,
+                ..TestCase::new("faceoff", subject, Verdict::Undetermined, message)
             };
-            report.suites.push(Suite {
-                name: subject.to_owned(),
-                properties: Vec::new(),
-                cases: vec![case],
-            });
+            report.suites.push(Suite::new(subject, [case]));
         }
         let mut output = self.clone();
         output.report = self.report.filter(|_| self.check().is_ok());
