@@ -234,12 +234,10 @@ fn level(n: usize, problem: &Problem, answer: &Answer, truth: &Truth) -> Result<
     })
 }
 
+/// The name that it has in JSON.
 impl std::fmt::Display for Limit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(match self {
-            Limit::Regularity => "regularity",
-            Limit::Method => "method",
-        })
+        self.serialize(f)
     }
 }
 
