@@ -109,16 +109,9 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
     let work = Work::new(request, progress);
     // All examples have one domain with one boundary.
     let square = |n: usize| Ok((n, request.examples[0].scene.triangulation(Some(n))?));
-    let (fine_meshes, meshes) = rayon::join(
-        || {
-            [4, 2, 1]
-                .map(|part| square(request.fine / part))
-                .into_iter()
-                .collect()
-        },
-        || request.n.iter().map(|&n| square(n)).collect(),
-    );
-    let (fine_meshes, meshes): (Result<Vec<_>>, Result<Vec<_>>) = (fine_meshes, meshes);
+    let squares = |all: &[usize]| all.iter().map(|&n| square(n)).collect::<Result<Vec<_>>>();
+    let fine = [4, 2, 1].map(|part| request.fine / part);
+    let (fine_meshes, meshes) = rayon::join(|| squares(&fine), || squares(&request.n));
     let (fine_meshes, meshes) = (fine_meshes?, meshes?);
 
     let mut cases = Vec::new();
@@ -131,19 +124,16 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
             });
         }
     }
+    let all: Vec<&Case> = cases.iter().collect();
     let (fines, (runs, counts)) = rayon::join(
         || {
-            let fines = request
-                .examples
-                .iter()
-                .map(|e| run_fine(e, &fine_meshes, &work));
+            let examples = request.examples.iter();
+            let fines = examples.map(|e| run_fine(e, &fine_meshes, &work));
             fines.collect::<Result<Vec<_>>>()
         },
         || {
-            (
-                run_engines(request, &cases.iter().collect::<Vec<_>>(), &work),
-                run_counts(request, &meshes, gamma0, &work),
-            )
+            let runs = run_engines(request, &all, &work);
+            (runs, run_counts(request, &meshes, gamma0, &work))
         },
     );
     let (fines, counts) = (fines?, counts?);
@@ -152,13 +142,12 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
     let mut examples = Vec::new();
     for (index, (example, (solved, fine))) in request.examples.iter().zip(fines).enumerate() {
         let of_example = index * meshes.len()..(index + 1) * meshes.len();
-        let reference = solved.known();
         let mut series = Vec::new();
         for run in &runs {
             let mut levels = Vec::new();
             for k in of_example.clone() {
                 work.next(&format!("errors of {}, {}", example.title(), run.engine))?;
-                levels.push(level(&cases[k], run, k, example, &reference));
+                levels.push(level(&cases[k], run, k, example, &solved));
                 work.finish(cost::errors(request.n[k - of_example.start]));
             }
             series.push(Series::new(run, levels));
