@@ -5,10 +5,9 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
-use std::time::Duration;
 
 use super::job::{self, Files};
-use super::process::{self, find_in_path};
+use super::process::find_in_path;
 use super::{Case, Launch, Settings, version};
 use faceoff_fem::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
@@ -24,10 +23,8 @@ const SCRIPTS: [(&str, &str); 3] = [
 pub(super) fn python() -> Option<PathBuf> {
     let named = std::env::var_os("FACEOFF_PYTHON").map(PathBuf::from);
     let debian = Some(PathBuf::from("/usr/bin/python3"));
-    [named, debian, find_in_path("python3")]
-        .into_iter()
-        .flatten()
-        .find(|python| has_module(python, "dolfinx"))
+    let all = [named, debian, find_in_path("python3")].into_iter();
+    all.flatten().find(|python| has_module(python, "dolfinx"))
 }
 
 /// Can this Python import the module? Looks for it without loading it.
@@ -52,17 +49,7 @@ fn missing() -> Error {
 
 /// Of the script that is run and what it imports.
 pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
-    let mut all = Vec::new();
-    for (name, text) in SCRIPTS {
-        match scripts {
-            None => all.extend_from_slice(text.as_bytes()),
-            Some(scripts) => {
-                let path = scripts.join(name);
-                all.extend(fs::read(&path).map_err(Error::io(&path, "read"))?);
-            }
-        }
-    }
-    Ok(super::kept::digest(&all))
+    super::digest_of(&SCRIPTS, scripts)
 }
 
 /// Runs the companion in the job folder.
@@ -167,30 +154,16 @@ fn no_mpirun() -> Error {
 pub(super) fn probe() -> Result<String> {
     let python = python().ok_or_else(missing)?;
     let folder = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir(), "write to"))?;
-    let mut version = None;
+    let question = "import dolfinx, dolfinx.fem.petsc; print('version', dolfinx.__version__)";
     let mut command = Command::new(python);
-    command.args([
-        "-c",
-        "import dolfinx, dolfinx.fem.petsc; print('version', dolfinx.__version__)",
-    ]);
-    process::run(
+    let told = version::told(
         "fenicsx",
-        &command,
+        command.args(["-c", question]),
         folder.path(),
-        Duration::from_secs(120),
-        |line| {
-            if let Some(told) = line.strip_prefix("version ") {
-                version = Some(told.trim().to_owned());
-            }
-        },
+        120,
     )?;
-    let version = version.ok_or_else(|| {
-        Error::engine(
-            "fenicsx",
-            "dolfinx does not report its version",
-            "reinstall it",
-        )
-    })?;
+    let what = "dolfinx does not report its version";
+    let version = told.ok_or_else(|| Error::engine("fenicsx", what, "reinstall it"))?;
     version::accept("fenicsx", &version)?;
     Ok(version)
 }
@@ -224,10 +197,7 @@ fn cache(folder: &Path) -> PathBuf {
 }
 
 fn share() -> Option<(PathBuf, File)> {
-    let home = std::env::var_os("XDG_CACHE_HOME")
-        .map(PathBuf::from)
-        .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache")))?;
-    let path = std::path::absolute(home.join("faceoff")).ok()?;
+    let path = std::path::absolute(super::own_folder("XDG_CACHE_HOME", ".cache")?).ok()?;
     fs::create_dir_all(&path).ok()?;
     let lock = File::create(path.join("lock")).ok()?;
     if lock.try_lock().is_ok() {

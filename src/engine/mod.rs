@@ -16,7 +16,8 @@ mod recorded;
 mod rust;
 mod version;
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde_json::{Value, json};
@@ -249,6 +250,25 @@ pub fn unique<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
         }
     }
     found
+}
+
+/// Of a companion's scripts, by name and text, or of the copies in a folder.
+fn digest_of(companion: &[(&str, &str)], scripts: Option<&Path>) -> Result<String> {
+    let mut all = Vec::new();
+    for (name, text) in companion {
+        match scripts.map(|folder| folder.join(name)) {
+            None => all.extend_from_slice(text.as_bytes()),
+            Some(path) => all.extend(fs::read(&path).map_err(Error::io(&path, "read"))?),
+        }
+    }
+    Ok(kept::digest(&all))
+}
+
+/// The folder of this program in one that a variable names, or else in this one at home.
+fn own_folder(variable: &str, at_home: &str) -> Option<PathBuf> {
+    let named = std::env::var_os(variable).map(PathBuf::from);
+    let home = || Some(PathBuf::from(std::env::var_os("HOME")?).join(at_home));
+    Some(named.or_else(home)?.join("faceoff"))
 }
 
 /// The name of the solver of this program.
