@@ -444,7 +444,7 @@ fn unread(content: &Content) -> Vec<String> {
 mod tests {
     use super::*;
 
-    fn data(name: &str) -> std::path::PathBuf {
+    fn data(name: &str) -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("tests/data")
             .join(name)

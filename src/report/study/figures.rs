@@ -5,7 +5,8 @@ use plotters::coord::combinators::BindKeyPoints;
 use plotters::prelude::*;
 
 use crate::campaigns::study::{NORMS, Norm, Row, StudyOutcome, Varied};
-use crate::report::drawing::{Drawing, Drawn, font, power_of_ten};
+use crate::engine::unique;
+use crate::report::drawing::{Drawing, Drawn, axes, font, power_of_ten};
 use crate::report::model::Figure;
 
 /// Colours that can be distinguished without red and green (M. Okabe, K. Ito), then darker ones.
@@ -137,16 +138,6 @@ fn lines<'a>(
     lines
 }
 
-fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
-    let mut seen = Vec::new();
-    for name in names {
-        if !seen.contains(&name) {
-            seen.push(name);
-        }
-    }
-    seen
-}
-
 impl Drawing for Page<'_> {
     fn size(&self) -> (u32, u32) {
         (1500, 760)
@@ -164,11 +155,11 @@ impl Drawing for Page<'_> {
 
 impl Page<'_> {
     fn engines(&self) -> Vec<&str> {
-        distinct(self.lines.iter().map(|line| line.engine))
+        unique(self.lines.iter().map(|line| line.engine))
     }
 
     fn methods(&self) -> Vec<&str> {
-        distinct(self.lines.iter().map(|line| line.method))
+        unique(self.lines.iter().map(|line| line.method))
     }
 
     /// The points of each line that has some in this norm. Below rounding there is nothing to see.
@@ -177,10 +168,9 @@ impl Page<'_> {
             let points = line.points.iter();
             let points = points.filter_map(|(x, row)| {
                 let y = row.error(norm).filter(|e| *e > 1e-14 && e.is_finite())?;
-                let range = if self.has_spread {
-                    [row.seconds.least, row.seconds.most]
-                } else {
-                    [*x; 2]
+                let range = match self.has_spread {
+                    true => [row.seconds.least, row.seconds.most],
+                    false => [*x; 2],
                 };
                 Some(Point { x: *x, y, range })
             });
@@ -218,12 +208,8 @@ impl Page<'_> {
                 xs.log_scale().with_key_points(x_powers),
                 errors.log_scale().with_key_points(error_powers),
             )?;
-        chart
-            .configure_mesh()
-            .bold_line_style(BLACK.mix(0.12))
-            .light_line_style(TRANSPARENT)
+        axes(&mut chart.configure_mesh(), 0.12, 17)
             .label_style(font(15))
-            .axis_desc_style(font(17))
             .x_desc(self.x)
             .y_desc(y)
             .x_label_formatter(&|t| label(*t))
@@ -300,14 +286,12 @@ fn decades(values: impl Iterator<Item = f64> + Clone) -> (std::ops::Range<f64>, 
     let low = values.clone().fold(f64::INFINITY, f64::min).log10().floor() as i32;
     let high = (values.fold(0.0, f64::max).log10().ceil() as i32).max(low + 1);
     let step = (high - low).div_euclid(MOST_LABELS) + 1;
-    let multiples: &[f64] = if high - low <= FEW_DECADES {
-        &[1.0, 2.0, 5.0]
-    } else {
-        &[1.0]
+    let multiples: &[f64] = match high - low {
+        ..=FEW_DECADES => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
     };
-    let powers = (low..=high)
-        .step_by(step as usize)
-        .map(|k| 10.0_f64.powi(k));
+    let powers = (low..=high).step_by(step as usize);
+    let powers = powers.map(|k| 10.0_f64.powi(k));
     let labelled = powers.flat_map(|power| multiples.iter().map(move |m| m * power));
     (10.0_f64.powi(low)..10.0_f64.powi(high), labelled.collect())
 }
