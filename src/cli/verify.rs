@@ -139,12 +139,8 @@ pub(super) fn check_launch(settings: &Settings, engines: &[&dyn Engine]) -> Resu
 fn work(request: &VerifyRequest) -> Vec<(String, u64)> {
     let mut cases = Vec::new();
     for scene in &request.scenes {
-        let own = [scene.source().n().unwrap_or(16)];
-        let levels: &[usize] = match scene.source().n() {
-            Some(_) if !request.n.is_empty() => &request.n,
-            _ => &own,
-        };
-        for n in levels {
+        for n in request.levels(scene) {
+            let n = n.unwrap_or(16);
             for method in &request.methods {
                 let weight = (n * n * method.element.degree()).max(1) as u64;
                 cases.push((format!("{} {method} n = {n}", scene.name()), weight));

@@ -264,41 +264,25 @@ impl Cell {
     }
 }
 
-/// Three digits.
-impl From<f64> for Cell {
-    fn from(value: f64) -> Self {
-        Cell::Number(value, short(value))
-    }
+/// What a cell is made of.
+macro_rules! cell_from {
+    ($($of:ty: $value:ident => $cell:expr;)*) => {
+        $(impl From<$of> for Cell {
+            fn from($value: $of) -> Self {
+                $cell
+            }
+        })*
+    };
 }
 
-impl From<usize> for Cell {
-    fn from(value: usize) -> Self {
-        Cell::Number(value as f64, value.to_string())
-    }
-}
-
-impl From<String> for Cell {
-    fn from(text: String) -> Self {
-        Cell::Text(text)
-    }
-}
-
-impl From<&String> for Cell {
-    fn from(text: &String) -> Self {
-        Cell::Text(text.clone())
-    }
-}
-
-impl From<&str> for Cell {
-    fn from(text: &str) -> Self {
-        Cell::Text(text.to_owned())
-    }
-}
-
-impl From<Verdict> for Cell {
-    fn from(verdict: Verdict) -> Self {
-        Cell::Verdict(verdict)
-    }
+cell_from! {
+    // Three digits.
+    f64: value => Cell::Number(value, short(value));
+    usize: value => Cell::Number(value as f64, value.to_string());
+    String: text => Cell::Text(text);
+    &String: text => Cell::Text(text.clone());
+    &str: text => Cell::Text(text.to_owned());
+    Verdict: verdict => Cell::Verdict(verdict);
 }
 
 /// Nothing is an empty cell.

@@ -64,10 +64,8 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
 
 fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &str) -> Vec<Block<'a>> {
     let advice = outcome.advice.iter().filter(|a| a.scene == scene);
-    let mut sentences: Vec<String> = advice
-        .clone()
-        .map(|a| format!("  {}", a.sentence()))
-        .collect();
+    let sentences = advice.clone().map(|a| format!("  {}", a.sentence()));
+    let mut sentences: Vec<String> = sentences.collect();
     if sentences.is_empty() {
         sentences.push("  no error that advice is given for was reached".into());
     }
@@ -83,44 +81,39 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &str) -> Vec<Block<'a>> {
     let mut page = vec![Block::Heading(2, scene.to_owned())];
     page.extend(figures::work(outcome, scene).map(Block::Figure));
     let gamma = figures::gamma(outcome, scene).map(Block::Figure);
-    let found = outcome
-        .gammas
-        .iter()
-        .filter(|g| g.scene == scene)
-        .map(gamma_sentence);
-    let gammas = [Some(Block::List(found.collect())), gamma];
-    for (title, text, more, table) in [
-        ("Advice", ADVICE, vec![], commands),
-        (
-            "What nothing beats in both time and error",
-            "",
-            vec![],
-            front(outcome, scene),
-        ),
-        ("Exponents", RATES, vec![], rates(outcome, scene)),
-        (
-            "Beyond this machine",
-            SCALING,
-            vec![],
-            scaling(outcome, scene),
-        ),
-        ("What is wasted", WASTE, vec![], waste(outcome, scene)),
-        (
-            "γ₀ \"large enough\"",
-            GAMMAS,
-            gammas.into_iter().flatten().collect(),
-            gamma_table(outcome, scene),
-        ),
-        ("Solver and precision", "", vec![], solvers(outcome, scene)),
-    ] {
-        if table.rows.is_empty() {
-            continue;
+    let found = outcome.gammas.iter().filter(|g| g.scene == scene);
+    let found = found.map(gamma_sentence);
+    let gammas = Vec::from_iter(
+        [Some(Block::List(found.collect())), gamma]
+            .into_iter()
+            .flatten(),
+    );
+    let mut section = |title: &str, text: &str, more: Vec<Block<'a>>, table: Table| {
+        if !table.rows.is_empty() {
+            page.push(Block::Heading(3, title.into()));
+            page.extend((!text.is_empty()).then(|| Block::Text(text.into())));
+            page.extend(more);
+            page.push(table.into());
         }
-        page.push(Block::Heading(3, title.into()));
-        page.extend((!text.is_empty()).then(|| Block::Text(text.into())));
-        page.extend(more);
-        page.push(table.into());
-    }
+    };
+    let unbeaten = "What nothing beats in both time and error";
+    section("Advice", ADVICE, vec![], commands);
+    section(unbeaten, "", vec![], front(outcome, scene));
+    section("Exponents", RATES, vec![], rates(outcome, scene));
+    section(
+        "Beyond this machine",
+        SCALING,
+        vec![],
+        scaling(outcome, scene),
+    );
+    section("What is wasted", WASTE, vec![], waste(outcome, scene));
+    section(
+        "γ₀ \"large enough\"",
+        GAMMAS,
+        gammas,
+        gamma_table(outcome, scene),
+    );
+    section("Solver and precision", "", vec![], solvers(outcome, scene));
     let mut told = vec![Block::Text(scene.to_owned())];
     told.extend(sentences.into_iter().map(Block::Text));
     vec![Block::Terminal(told), Block::Page(page)]

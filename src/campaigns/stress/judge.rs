@@ -71,9 +71,19 @@ impl Entry {
             condition: None,
         }
     }
+
+    fn but(self, verdict: Finding) -> Self {
+        Entry { verdict, ..self }
+    }
 }
 
 impl Finding {
+    fn refuses(sentence: &str) -> Self {
+        Finding::Refuses {
+            sentence: sentence.to_owned(),
+        }
+    }
+
     pub fn is_wrong(&self) -> bool {
         matches!(self, Finding::Wrong { .. })
     }
@@ -133,48 +143,31 @@ fn of_trial(
 ) -> Result<Entry> {
     let (case, answer) = match extreme {
         Ok(answered) => answered,
-        Err(sentence) => {
-            let sentence = sentence.clone();
-            entry.verdict = Finding::Refuses { sentence };
-            return Ok(entry);
-        }
+        Err(sentence) => return Ok(entry.but(Finding::refuses(sentence))),
     };
     let steps = answer.increments.len();
     entry.steps = Some(steps);
     entry.residual = Some(answer.residual);
     let amplified = condition(&case.problem, &answer.u, linear::Settings::default()).ok();
     entry.condition = amplified.filter(|condition| condition.is_finite());
-    let wrong = |why: String| Finding::Wrong { why };
-    if !answer.converged {
-        let ended = answer.history.as_ref().map(|history| history.ended);
-        let sentence = if ended == Some(Ended::Undetermined) {
-            format!(
-                "the matrix is singular to working precision; rounding decides what u is, with a backward error of {:.1e}",
-                answer.residual
-            )
-        } else {
-            format!(
-                "not reached in {steps} steps; the best iterate has the backward error {:.1e}",
-                answer.residual
-            )
-        };
-        entry.verdict = Finding::Refuses { sentence };
-        return Ok(entry);
-    }
-    if trial.must_refuse {
-        entry.verdict = wrong("it answers, and there is no solution".into());
-        return Ok(entry);
-    }
-    if !answer.u.iter().all(|u| u.is_finite()) {
-        entry.verdict = wrong("the answer is not finite".into());
-        return Ok(entry);
-    }
-    if !(answer.residual <= RESIDUAL) {
-        entry.verdict = wrong(format!(
-            "it says that it converged, and the backward error is {:e}",
-            answer.residual
-        ));
-        return Ok(entry);
+    let (residual, history) = (answer.residual, answer.history.as_ref());
+    let wrong = |why: &str| Finding::Wrong { why: why.into() };
+    let at_once = match history.map(|history| history.ended) {
+        Some(Ended::Undetermined) if !answer.converged => Some(Finding::refuses(&format!(
+            "the matrix is singular to working precision; rounding decides what u is, with a backward error of {residual:.1e}"
+        ))),
+        _ if !answer.converged => Some(Finding::refuses(&format!(
+            "not reached in {steps} steps; the best iterate has the backward error {residual:.1e}"
+        ))),
+        _ if trial.must_refuse => Some(wrong("it answers, and there is no solution")),
+        _ if !answer.u.iter().all(|u| u.is_finite()) => Some(wrong("the answer is not finite")),
+        _ if !(residual <= RESIDUAL) => Some(wrong(&format!(
+            "it says that it converged, and the backward error is {residual:e}"
+        ))),
+        _ => None,
+    };
+    if let Some(verdict) = at_once {
+        return Ok(entry.but(verdict));
     }
     let u: Vec<f64> = answer.u.iter().map(|u| u / trial.scale).collect();
     let (moderate_case, moderate) = reference.as_ref().map_err(|what| {
@@ -204,7 +197,7 @@ fn of_trial(
     entry.verdict = if error <= (trial.room * reference).max(NEGLIGIBLE) {
         Finding::Holds
     } else if !trial.is_parameter && !(error <= NOTHING_LEFT) && reference < 0.1 * NOTHING_LEFT {
-        wrong(format!(
+        wrong(&format!(
             "the relative error is {error:.1e}, and at moderate values {reference:.1e}"
         ))
     } else {

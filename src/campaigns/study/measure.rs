@@ -7,7 +7,7 @@ use super::row::{Row, Times, Varied};
 use super::subject::Subject;
 use crate::engine::{self, Engine, HighWater, Settings, Silent, peak_memory_mb};
 use crate::run::{Evaluated, Setup, Variation, certificate};
-use faceoff_fem::certify::Target;
+use faceoff_fem::certify::{Target, certify};
 use faceoff_fem::contact::{Method, Problem};
 use faceoff_fem::known::Truth;
 use faceoff_mesh::error::{Error, Result};
@@ -32,10 +32,7 @@ pub struct Setting<'a> {
 impl Setting<'_> {
     fn setup(&self) -> Result<Setup> {
         let setup = Setup::new(&self.subject.scene, self.n, self.method, &self.settings)?;
-        match &self.variation {
-            Some(variation) => setup.with(variation),
-            None => Ok(setup),
-        }
+        setup.varied(self.variation.as_ref())
     }
 
     /// All that makes it what it is, but for the engine's version.
@@ -115,7 +112,7 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
         }
         let (name, truth) = (setting.engine.name(), setting.subject.truth.as_deref());
         let row = evaluated(&case.problem, name, &answer, truth)?;
-        let bound = certificate(&case.problem, &answer.u)?.ok();
+        let bound = certificate(certify(&case.problem, &answer.u))?.ok();
         let bound = bound.map(|c| c.relative(Target::UH));
         return Ok(Row {
             varied: setting.varied,

@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::engine::{Answer, Case, Engine, Explanation, Progress, Settings, Silent, unique};
 use crate::run::{Answers, Failure, RESIDUAL_TOLERANCE, Runner, Setup, tolerance};
 use crate::why::{Diagnosis, Search};
-use faceoff_fem::contact::{Discretisation, Method, face_fields};
+use faceoff_fem::contact::{Method, face_fields};
 use faceoff_fem::scene::Scene;
 use faceoff_judge::{FieldVerdict, Verdict, judge};
 use faceoff_mesh::error::{Error, Result, distinct};
@@ -33,6 +33,16 @@ pub struct VerifyRequest {
     pub settings: Settings,
     /// Where answers are kept as they come, and taken from.
     pub journal: Option<PathBuf>,
+}
+
+impl VerifyRequest {
+    /// The refinements of a scene: its own, or those asked for where it has one.
+    pub fn levels(&self, scene: &Scene) -> Vec<Option<usize>> {
+        match scene.source().n() {
+            Some(_) if !self.n.is_empty() => self.n.iter().map(|&n| Some(n)).collect(),
+            own => vec![own],
+        }
+    }
 }
 
 /// Everything that was found.
@@ -152,22 +162,12 @@ pub fn verify(request: &VerifyRequest, progress: &dyn Progress) -> Result<Verify
 fn setups(request: &VerifyRequest) -> Result<Vec<Setup>> {
     let mut setups = Vec::new();
     for scene in &request.scenes {
-        let own = [scene.source().n()];
-        let asked: Vec<Option<usize>> = request.n.iter().map(|&n| Some(n)).collect();
-        let levels = if asked.is_empty() || own[0].is_none() {
-            &own[..]
-        } else {
-            &asked
-        };
-        for &n in levels {
+        for n in request.levels(scene) {
             let mesh = Arc::new(scene.triangulation(n)?);
-            setups.extend(request.methods.iter().map(|method| Setup {
-                scene: scene.clone(),
-                n,
-                mesh: Arc::clone(&mesh),
-                discretisation: Discretisation::of(scene, *method),
-                settings: request.settings.clone(),
-            }));
+            let of = |method: &Method| {
+                Setup::on(Arc::clone(&mesh), scene, n, *method, &request.settings)
+            };
+            setups.extend(request.methods.iter().map(of));
         }
     }
     Ok(setups)
