@@ -76,14 +76,7 @@ pub fn verify(verified: Verified) -> Result<Report> {
 
     let mut told = Vec::new();
     for case in &outcome.cases {
-        told.push(Block::Text(format!(
-            "{}: {} cells, {} faces, {} of them contact, {} dofs",
-            label(case),
-            case.cells,
-            case.faces,
-            case.contact_faces,
-            case.dofs
-        )));
+        told.push(Block::Text(format!("{}: {}", label(case), sizes(case))));
         told.extend([engines(case, "").into(), pairs(case).into()]);
     }
     if !outcome.cross.is_empty() {
@@ -333,6 +326,13 @@ fn suite(case: &CaseOutcome) -> Suite {
         ],
         ..Suite::new(label(case), cases)
     }
+}
+
+pub(super) fn sizes(case: &CaseOutcome) -> String {
+    format!(
+        "{} cells, {} faces, {} of them contact, {} dofs",
+        case.cells, case.faces, case.contact_faces, case.dofs
+    )
 }
 
 /// Every code with its version.

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::example::Example;
 use super::fine::{Fine, step_between};
 use super::study::steps_to;
-use super::work::{Work, cost};
+use super::work::{Part, Work};
 use crate::campaigns::orders::Theory;
 use crate::run::Observed;
 use faceoff_fem::contact::{
@@ -85,7 +85,7 @@ pub fn run_fine<'a>(
         converged &= solution.converged;
         dofs.push(problem.space.dofs);
         steps.push(steps_to(super::TOL, &solution.increments));
-        work.finish(cost::fine(n));
+        work.finish(Part::Fine.cost(n));
         let Problem { space, .. } = problem;
         last = Some(Fine {
             n,

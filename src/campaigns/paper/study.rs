@@ -6,7 +6,7 @@ use super::fine::Fine;
 use super::fine_study::{FineOutcome, run_fine};
 use super::iterations::{Count, Scheme, count, schemes};
 use super::statements::{Statement, statements};
-use super::work::{Listener, Work, cost};
+use super::work::{Listener, Part, Work};
 use super::{Example, TOL};
 use crate::engine::{Case, Engine, Progress, Settings};
 use crate::run::{Answers, Failure, Observed, Runner, check_meshes};
@@ -148,7 +148,7 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
             for k in of_example.clone() {
                 work.next(&format!("errors of {}, {}", example.title(), run.engine))?;
                 levels.push(level(&cases[k], run, k, example, &solved));
-                work.finish(cost::errors(request.n[k - of_example.start]));
+                work.finish(Part::Errors.cost(request.n[k - of_example.start]));
             }
             series.push(Series::new(run, levels));
         }
@@ -199,7 +199,8 @@ fn run_engines(
     let runner = Runner::new(&request.settings, &listener);
     for engine in &request.engines {
         let run = runner.answers(&**engine, cases);
-        let finished = request.n.iter().map(|&n| cost::engine(engine.is_own(), n));
+        let part = Part::of_engine(engine.is_own());
+        let finished = request.n.iter().map(|&n| part.cost(n));
         work.finish(finished.sum::<f64>() * request.examples.len() as f64);
         match run {
             Ok(run) => runs.push(run),
@@ -234,7 +235,7 @@ fn run_counts(
                 ))
             };
             iterations.push(count(&example.scene, mesh, Method::cr(), scheme, tell)?);
-            work.finish(cost::count(*n));
+            work.finish(Part::Count.cost(*n));
         }
         counts.push(Count {
             example: example.scene.name().to_owned(),

@@ -107,10 +107,8 @@ pub fn judge(
     }
     let mut cases: Vec<Result<Case, String>> = Vec::new();
     for setup in &setups {
-        cases.push(match setup {
-            Ok(setup) => setup.case().map_err(|e| e.to_string()),
-            Err(e) => Err(e.to_string()),
-        });
+        let case = setup.as_ref().map_err(ToString::to_string);
+        cases.push(case.and_then(|setup| setup.case().map_err(|e| e.to_string())));
     }
     let sound: Vec<&Case> = cases.iter().flatten().collect();
     let mut answers = runner.each(engine, &sound, runner.settings)?.into_iter();
@@ -171,14 +169,10 @@ fn of_trial(
     }
     let u: Vec<f64> = answer.u.iter().map(|u| u / trial.scale).collect();
     let (moderate_case, moderate) = reference.as_ref().map_err(|what| {
-        Error::engine(
-            &entry.engine,
-            format!(
-                "the moderate problem of {} {}: {what}",
-                trial.family, trial.value
-            ),
-            "report this, or give scenes whose moderate values it solves",
-        )
+        let (family, value) = (trial.family, &trial.value);
+        let what = format!("the moderate problem of {family} {value}: {what}");
+        let remedy = "report this, or give scenes whose moderate values it solves";
+        Error::engine(&entry.engine, what, remedy)
     })?;
     let error = match &trial.home {
         None => problem_error(&case.problem, &u)?,
@@ -218,10 +212,8 @@ fn problem_error(problem: &Problem, u: &[f64]) -> Result<f64> {
 /// -log₁₀ of the largest difference over the largest value; 17 where there is none.
 fn digits(a: &[f64], b: &[f64]) -> f64 {
     let largest = b.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
-    let apart = a
-        .iter()
-        .zip(b)
-        .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    let apart = a.iter().zip(b);
+    let apart = apart.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
     if apart == 0.0 {
         return 17.0;
     }

@@ -7,7 +7,7 @@ use super::pair::{Pair, differences, pairs};
 use super::plots;
 use crate::campaigns::verify::{CaseOutcome, VerifyRequest};
 use crate::report::model::{self, Cell, exact, short};
-use crate::report::verify::{engines, label, versions, worst};
+use crate::report::verify::{engines, label, sizes, versions, worst};
 use crate::run::Setup;
 use crate::why::Diagnosis;
 use faceoff_fem::scene::HRule;
@@ -98,8 +98,7 @@ fn fields(case: &CaseOutcome, pair: &Pair) -> Html {
 }
 
 fn pictures(case: &CaseOutcome, pair: &Pair, mesh: &Triangulation) -> Result<Html> {
-    let find = |name: &str| case.fields.iter().find(|f| f.source == name);
-    let (Some(a), Some(b)) = (find(pair.a), find(pair.b)) else {
+    let Some([a, b]) = pair.of(case) else {
         return Ok(Html::default());
     };
     let about = format!("{} in {}", pair.name(), label(case));
@@ -150,48 +149,34 @@ fn provenance(case: &CaseOutcome) -> Html {
         mesh,
         ..
     } = &case.setup;
-    let mut known: Vec<(&str, String)> = vec![
-        ("faceoff", env!("CARGO_PKG_VERSION").into()),
-        ("codes", versions(case)),
-        (
-            "mesh",
-            format!(
-                "{} cells, {} faces, {} of them contact, {} dofs; digest {}",
-                case.cells, case.faces, case.contact_faces, case.dofs, case.mesh_digest
-            ),
-        ),
-    ];
     let h = match discretisation.h {
         HRule::Local => "h the diameter of the cell behind the contact face",
         HRule::Global => "h the largest diameter of all cells",
     };
-    known.push(("γ", format!("{} h, {h}", discretisation.gamma0)));
-    if let Ok([cell, face]) = discretisation.rules(mesh.dim) {
-        known.push((
-            "quadrature",
-            format!("{} for the load, {} on Γ_C and Γ_N", cell.name, face.name),
-        ));
-    }
     let data = scene.data();
-    known.push((
-        "data",
-        format!(
-            "f = {}; g = {}; ∂ₙu = {}; ψ = {}",
-            data.f.text(),
-            data.g.text(),
-            data.t.text(),
-            data.psi.text()
+    let [f, g, t, psi] = [&data.f, &data.g, &data.t, &data.psi].map(|e| e.text());
+    let mut known = vec![
+        ("faceoff", env!("CARGO_PKG_VERSION").to_owned()),
+        ("codes", versions(case)),
+        (
+            "mesh",
+            format!("{}; digest {}", sizes(case), case.mesh_digest),
         ),
-    ));
-    let stop = settings.stop;
-    known.push((
-        "stopping rule",
-        format!(
-            "relative broken H¹ norm of the increment at most {:e}, or {} steps",
-            stop.increment, stop.max_iterations
-        ),
-    ));
-    known.push(("start", "u = 0, and g on Γ_D".into()));
+        ("γ", format!("{} h, {h}", discretisation.gamma0)),
+    ];
+    if let Ok([cell, face]) = discretisation.rules(mesh.dim) {
+        let rules = format!("{} for the load, {} on Γ_C and Γ_N", cell.name, face.name);
+        known.push(("quadrature", rules));
+    }
+    let stop = format!(
+        "relative broken H¹ norm of the increment at most {:e}, or {} steps",
+        settings.stop.increment, settings.stop.max_iterations
+    );
+    known.extend([
+        ("data", format!("f = {f}; g = {g}; ∂ₙu = {t}; ψ = {psi}")),
+        ("stopping rule", stop),
+        ("start", "u = 0, and g on Γ_D".into()),
+    ]);
     let heading = leaf("h3", &[], format!("Provenance, {}", label(case)));
     Html::from([heading, facts(&known)])
 }

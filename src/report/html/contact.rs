@@ -60,9 +60,8 @@ fn zones(all: &[FaceFields], mesh: &Triangulation, about: &str) -> Html {
     let of = |k: usize| {
         let in_contact = |row: &[f64]| row.iter().filter(|p| **p <= 0.0).count();
         let same = |row: &[f64]| {
-            row.iter()
-                .zip(first.row(k))
-                .all(|(p, q)| (*p <= 0.0) == (*q <= 0.0))
+            let mut both = row.iter().zip(first.row(k));
+            both.all(|(p, q)| (*p <= 0.0) == (*q <= 0.0))
         };
         match in_contact(first.row(k)) {
             _ if !statuses(k).all(same) => 3,
@@ -99,9 +98,8 @@ fn along(all: &[FaceFields], about: &str) -> Result<Html> {
         chain.rows.iter().map(value).collect()
     };
     let values = |name: &str| -> Vec<(&str, Vec<f64>)> {
-        all.iter()
-            .map(|f| (f.source.as_str(), of(f, name)))
-            .collect()
+        let all = all.iter();
+        all.map(|f| (&*f.source, of(f, name))).collect()
     };
     let in_contact = |fields: &FaceFields, row: usize, q: usize| {
         let column = fields.column("status");

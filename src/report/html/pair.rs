@@ -5,6 +5,7 @@ use crate::campaigns::verify::CaseOutcome;
 use crate::why::Diagnosis;
 use faceoff_judge::{FieldVerdict, Verdict, relative_differences};
 use faceoff_mesh::error::Result;
+use faceoff_mesh::field::FaceFields;
 
 /// Two engines and every field of theirs.
 pub(super) struct Pair<'a> {
@@ -19,11 +20,10 @@ pub(super) fn pairs(case: &CaseOutcome) -> Vec<Pair<'_>> {
         let (a, b) = (outcome.a.as_str(), outcome.b.as_str());
         match pairs.iter_mut().find(|p| (p.a, p.b) == (a, b)) {
             Some(pair) => pair.fields.push(&outcome.field),
-            None => pairs.push(Pair {
-                a,
-                b,
-                fields: vec![&outcome.field],
-            }),
+            None => {
+                let fields = vec![&outcome.field];
+                pairs.push(Pair { a, b, fields });
+            }
         }
     }
     pairs
@@ -32,6 +32,12 @@ pub(super) fn pairs(case: &CaseOutcome) -> Vec<Pair<'_>> {
 impl<'a> Pair<'a> {
     pub fn name(&self) -> String {
         format!("{} – {}", self.a, self.b)
+    }
+
+    /// What both gave.
+    pub fn of<'c>(&self, case: &'c CaseOutcome) -> Option<[&'c FaceFields; 2]> {
+        let find = |name: &str| case.fields.iter().find(|f| f.source == name);
+        Some([find(self.a)?, find(self.b)?])
     }
 
     /// Those of `all` that are about these two in this case.
@@ -76,8 +82,7 @@ impl<'a> Pair<'a> {
 /// What the map of a pair shows: in 3D only Γ_C.
 pub(super) fn differences<'a>(case: &'a CaseOutcome, pair: &Pair) -> Result<Option<Shown<'a>>> {
     let mesh = &*case.setup.mesh;
-    let find = |name: &str| case.fields.iter().find(|f| f.source == name);
-    let (Some(a), Some(b), Some(field)) = (find(pair.a), find(pair.b), pair.worst()) else {
+    let (Some([a, b]), Some(field)) = (pair.of(case), pair.worst()) else {
         return Ok(None);
     };
     let mut differences = relative_differences(a, b, &field.field)?;
@@ -85,10 +90,8 @@ pub(super) fn differences<'a>(case: &'a CaseOutcome, pair: &Pair) -> Result<Opti
         let contact = a.column("flux").map_or(&[][..], |c| &c.faces);
         differences.retain(|(face, _)| contact.binary_search(face).is_ok());
     }
-    let worst = field
-        .worst
-        .as_ref()
-        .and_then(|w| mesh.find_face(&w.vertices));
+    let worst = field.worst.as_ref();
+    let worst = worst.and_then(|w| mesh.find_face(&w.vertices));
     let worst = worst.map(|face| face as u32);
     let worst = worst.filter(|face| differences.iter().any(|(f, _)| f == face));
     Ok(Some(Shown {

@@ -77,75 +77,56 @@ fn most_telling(outcome: &VerifyOutcome) -> Option<(usize, Pair<'_>)> {
 
 /// Who is at fault, as far as the others tell: whose answer does not solve the scheme, or who alone differs from all.
 fn suspect(case: &CaseOutcome) -> Option<&str> {
-    let unsolved: Vec<_> = case
-        .engines
-        .iter()
-        .filter(|e| e.verdict != Verdict::Agree)
-        .collect();
-    if let [one] = unsolved[..] {
+    let engines = || case.engines.iter();
+    let mut unsolved = engines().filter(|e| e.verdict != Verdict::Agree);
+    if let (Some(one), None) = (unsolved.next(), unsolved.next()) {
         return Some(&one.engine);
     }
-    let failed: Vec<_> = case
-        .pairs
-        .iter()
+    let failed = case.pairs.iter();
+    let failed: Vec<_> = failed
         .filter(|p| p.field.verdict != Verdict::Agree)
         .collect();
     let in_all = |name: &str| failed.iter().all(|p| p.a == name || p.b == name);
-    let mut alone = case
-        .engines
-        .iter()
-        .map(|e| e.engine.as_str())
-        .filter(|e| in_all(e));
-    let first = alone
-        .next()
-        .filter(|_| case.engines.len() > 2 && !failed.is_empty())?;
+    let mut alone = engines().map(|e| &*e.engine).filter(|e| in_all(e));
+    let is_told = case.engines.len() > 2 && !failed.is_empty();
+    let first = alone.next().filter(|_| is_told)?;
     alone.next().is_none().then_some(first)
 }
 
 fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> Vec<Html> {
-    let mut lines = Vec::new();
-    let who = match suspect(case) {
-        Some(name) => Html::from([
-            text("Which code: "),
-            leaf("b", &[], name),
-            text(format!(" in {}.", label(case))),
-        ]),
-        None => Html::from([
-            text("Which code: one of "),
-            leaf("b", &[], pair.a),
-            text(" and "),
-            leaf("b", &[], pair.b),
-            text(format!(" in {}; nothing tells which.", label(case))),
-        ]),
-    };
-    lines.push(who);
+    // What stands out between words.
+    let line =
+        |first: &str, bold: &str, rest: Html| Html::from([text(first), leaf("b", &[], bold), rest]);
+    let about = label(case);
+    let mut lines = vec![match suspect(case) {
+        Some(name) => line("Which code: ", name, text(format!(" in {about}."))),
+        None => {
+            let rest = text(format!(" in {about}; nothing tells which."));
+            line("Which code: one of ", pair.a, line(" and ", pair.b, rest))
+        }
+    }];
     if let Some(field) = pair.worst() {
         if let Some(worst) = &field.worst {
-            lines.push(Html::from([
-                text("Which face: "),
-                leaf("b", &[], format!("{:?}", worst.vertices)),
-                prose(format!(
-                    " at {}, in `{}`: {} has {}, {} has {}, which is {} apart.",
-                    place(&worst.midpoint),
-                    field.field,
-                    pair.a,
-                    exact(worst.a),
-                    pair.b,
-                    exact(worst.b),
-                    short((worst.a - worst.b).abs())
-                )),
-            ]));
+            let rest = format!(
+                " at {}, in `{}`: {} has {}, {} has {}, which is {} apart.",
+                place(&worst.midpoint),
+                field.field,
+                pair.a,
+                exact(worst.a),
+                pair.b,
+                exact(worst.b),
+                short((worst.a - worst.b).abs())
+            );
+            let face = format!("{:?}", worst.vertices);
+            lines.push(line("Which face: ", &face, prose(rest)));
         }
-        lines.push(Html::from([
-            text("How much: "),
-            leaf("b", &[], short(field.max_rel)),
-            text(format!(
-                " of max|u|, {} times the tolerance, beyond it on {} of {} faces.",
-                short(field.max_rel / field.tolerance),
-                field.beyond,
-                field.faces
-            )),
-        ]));
+        let rest = format!(
+            " of max|u|, {} times the tolerance, beyond it on {} of {} faces.",
+            short(field.max_rel / field.tolerance),
+            field.beyond,
+            field.faces
+        );
+        lines.push(line("How much: ", &short(field.max_rel), text(rest)));
     }
     let why = prose(why(case, pair, diagnoses));
     lines.push(Html::from([text("Why: "), why]));

@@ -29,20 +29,37 @@ const MOST_LABELS: i32 = 12;
 /// Up to so many decades 2 and 5 are labelled as well.
 const FEW_DECADES: i32 = 2;
 
-/// Error over time; none without a row for it.
+/// Error over time, on uniform meshes and adapted ones; none without a row for it.
 pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
+    let kinds = [
+        (Varied::Mesh, None),
+        (Varied::Adaptive, Some("dashed: adapted, certified")),
+    ];
+    let page = Page {
+        title: scene.to_owned(),
+        x: "seconds: mesh, assembly and solution",
+        has_spread: true,
+        lines: lines(outcome, scene, &kinds, |row| row.seconds.median),
+    };
     let caption = format!("Work and precision of {scene}.");
-    figure(work_page(outcome, scene), format!("work-{scene}"), caption)
+    figure(page, format!("work-{scene}"), caption)
 }
 
 /// Error over γ₀; none without a row for it.
 pub fn gamma<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
+    let mut lines = lines(outcome, scene, &[(Varied::Gamma0, None)], |row| row.gamma0);
+    for line in &mut lines {
+        let finest = line.points.iter().map(|(_, row)| row.n).max().flatten();
+        line.points.retain(|(_, row)| row.n == finest);
+    }
+    let page = Page {
+        title: scene.to_owned(),
+        x: "γ₀",
+        has_spread: false,
+        lines,
+    };
     let caption = format!("Errors over γ₀ of {scene}.");
-    figure(
-        gamma_page(outcome, scene),
-        format!("gamma0-{scene}"),
-        caption,
-    )
+    figure(page, format!("gamma0-{scene}"), caption)
 }
 
 fn figure(page: Page<'_>, name: String, caption: String) -> Option<Figure<'_>> {
@@ -78,36 +95,6 @@ struct Point {
     y: f64,
     /// Of x.
     range: [f64; 2],
-}
-
-/// Error over time: uniform meshes and adapted ones.
-fn work_page<'a>(outcome: &'a StudyOutcome, scene: &str) -> Page<'a> {
-    let kinds = [
-        (Varied::Mesh, None),
-        (Varied::Adaptive, Some("dashed: adapted, certified")),
-    ];
-    let x = |row: &Row| row.seconds.median;
-    Page {
-        title: scene.to_owned(),
-        x: "seconds: mesh, assembly and solution",
-        has_spread: true,
-        lines: lines(outcome, scene, &kinds, x),
-    }
-}
-
-/// Error over γ₀.
-fn gamma_page<'a>(outcome: &'a StudyOutcome, scene: &str) -> Page<'a> {
-    let mut lines = lines(outcome, scene, &[(Varied::Gamma0, None)], |row| row.gamma0);
-    for line in &mut lines {
-        let finest = line.points.iter().map(|(_, row)| row.n).max().flatten();
-        line.points.retain(|(_, row)| row.n == finest);
-    }
-    Page {
-        title: scene.to_owned(),
-        x: "γ₀",
-        has_spread: false,
-        lines,
-    }
 }
 
 fn lines<'a>(
