@@ -6,7 +6,7 @@ use std::sync::{Mutex, OnceLock};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-use crate::engine::{Progress, Silent};
+use crate::engine::{Progress, Silent, lock};
 
 /// Runs `run` with bars on a terminal, which are gone when it ends.
 pub(super) fn watched<T>(
@@ -65,11 +65,7 @@ impl Bars {
     }
 
     fn with_bar(&self, engine: &str, act: impl FnOnce(&ProgressBar)) {
-        let bars = self
-            .bars
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
-        if let Some(bar) = bars.get(engine) {
+        if let Some(bar) = lock(&self.bars).get(engine) {
             act(bar);
         }
     }

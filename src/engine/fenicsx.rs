@@ -8,7 +8,7 @@ use std::sync::Mutex;
 
 use super::job::{self, Files};
 use super::process::find_in_path;
-use super::{Case, Launch, Settings, version};
+use super::{Case, Launch, Settings, lock, version};
 use faceoff_fem::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
 
@@ -184,9 +184,7 @@ enum Cache {
 /// source file behind on which every later process waits in vain; so a run that finds itself
 /// alone removes such files first. Where there is no place for a cache, the job folder serves.
 fn cache(folder: &Path) -> PathBuf {
-    let mut held = CACHE
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut held = lock(&CACHE);
     if matches!(*held, Cache::Unknown) {
         *held = share().map_or(Cache::OfJob, |(path, lock)| Cache::Shared(path, lock));
     }
@@ -213,9 +211,7 @@ fn share() -> Option<(PathBuf, File)> {
 /// After a failure: if what was said in `folder` puts it down to the shared cache, or the process crashed, which a
 /// broken library does, that cache is given up, for good if nobody else uses it. Then another try has a chance.
 pub(super) fn give_up_cache(folder: &Path, failure: &Error) -> bool {
-    let mut held = CACHE
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut held = lock(&CACHE);
     let Cache::Shared(path, lock) = &*held else {
         return false;
     };

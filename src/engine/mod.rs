@@ -18,6 +18,7 @@ mod version;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde_json::{Value, json};
@@ -239,6 +240,11 @@ fn accepts_family(engine: &str, method: &Method) -> Result<()> {
         format!("it has Nitsche's method, the family (2.4) and cr-fc, and {method} is not of it"),
         "solve it with --engine rust, which alone has the classical methods",
     ))
+}
+
+/// What a mutex holds, though a thread that held it panicked.
+pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Each once, in the order in which they come first.

@@ -209,22 +209,16 @@ pub fn solve<'a>(
         Some(Ended::Rounding) => ", to rounding: no smaller increments are to be had",
         _ => "",
     };
-    let reached = if a.converged {
-        "reached"
-    } else {
-        "not reached"
+    let reached = match a.converged {
+        true => "reached",
+        false => "not reached",
     };
     let headline = format!(
         "{reached} in {}, backward error {}{rounding}",
         count(a.iterations, "iteration"),
         short(a.residual)
     );
-    let about = format!(
-        "{}, {}{}",
-        a.scene,
-        a.method,
-        a.n.map_or(String::new(), |n| format!(", n = {n}"))
-    );
+    let about = engine::case_label(case);
     let mut report = Report::new("solve", &format!("faceoff solve: {about}"), headline, a)?;
     report.engines.push((a.engine.clone(), a.version.clone()));
     let mesh = case.problem.space.mesh;

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use super::iterations::schemes;
 use super::study::PaperRequest;
-use crate::engine::{Case, Progress};
+use crate::engine::{Case, Progress, lock};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
@@ -61,20 +61,14 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn done(&self) -> std::sync::MutexGuard<'_, f64> {
-        self.done
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
-
     pub fn next(&self, what: &str) -> Result<()> {
-        let share = *self.done() / self.total;
+        let share = *lock(&self.done) / self.total;
         self.progress.next(what, share);
         cancel::check()
     }
 
     pub fn finish(&self, cost: f64) {
-        *self.done() += cost;
+        *lock(&self.done) += cost;
     }
 }
 

@@ -64,12 +64,9 @@ impl Trial {
         }
     }
 
-    pub fn home(&self) -> &Place {
-        self.home.as_ref().unwrap_or(&self.extreme)
-    }
-
     pub fn reference(&self) -> &Place {
-        self.reference.as_ref().unwrap_or_else(|| self.home())
+        let other = self.reference.as_ref().or(self.home.as_ref());
+        other.unwrap_or(&self.extreme)
     }
 }
 

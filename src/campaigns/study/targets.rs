@@ -275,6 +275,7 @@ fn cheapest(
 mod tests {
     use super::super::row::sample;
     use super::*;
+    use faceoff_fem::scene::Scene;
 
     fn rows(errors: &[(usize, f64)]) -> Vec<Row> {
         let of = |&(n, error): &(usize, f64)| Row {
@@ -287,7 +288,8 @@ mod tests {
 
     #[test]
     fn meshes_lie_between_measured_ones_and_never_beyond() {
-        let subject = Subject::find("manufactured-3").unwrap();
+        let scene = Scene::find("manufactured-3").unwrap();
+        let subject = Subject::new("manufactured-3", scene, false).unwrap();
         let way = |errors: &[(usize, f64)], target: f64| {
             let rows = rows(errors);
             let track: Vec<_> = rows.iter().map(|row| (row, 1.0)).collect();
