@@ -162,7 +162,7 @@ impl<'a> Report<'a> {
 }
 
 impl Table {
-    /// Without rows; see also [`table!`].
+    /// Without rows; `table!` makes one with them.
     pub fn new<S: ToString>(caption: impl Into<String>, head: &[S]) -> Self {
         Table {
             caption: caption.into(),

@@ -59,7 +59,10 @@ pub fn verify(verified: Verified) -> Result<Report> {
         missing,
         explain,
     } = verified;
-    let explanations = explain.then(|| explained(outcome)).unwrap_or_default();
+    let explanations = match explain {
+        true => explained(outcome),
+        false => Vec::new(),
+    };
     let found = Found {
         outcome,
         diagnoses,
