@@ -83,11 +83,8 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &str) -> Vec<Block<'a>> {
     let gamma = figures::gamma(outcome, scene).map(Block::Figure);
     let found = outcome.gammas.iter().filter(|g| g.scene == scene);
     let found = found.map(gamma_sentence);
-    let gammas = Vec::from_iter(
-        [Some(Block::List(found.collect())), gamma]
-            .into_iter()
-            .flatten(),
-    );
+    let mut gammas = vec![Block::List(found.collect())];
+    gammas.extend(gamma);
     let mut section = |title: &str, text: &str, more: Vec<Block<'a>>, table: Table| {
         if !table.rows.is_empty() {
             page.push(Block::Heading(3, title.into()));
