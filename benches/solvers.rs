@@ -132,11 +132,8 @@ fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
     let seconds_assembly = clock.elapsed().as_secs_f64();
     let settings = Settings {
         stop: STOP,
-        iteration: Iteration::Newton,
-        linear: Default::default(),
         time_limit: Duration::from_secs(7200),
-        keep: None,
-        launch: Default::default(),
+        ..Settings::default()
     };
     let case = Case {
         n: Some(n),

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::engine::{self, Answer, Progress, Settings, Silent};
+use crate::engine::{self, Progress, Settings, Silent};
 use crate::run::{Observed, Runner, Setup, check_meshes};
-use faceoff_fem::contact::{Errors, Method, Problem};
+use faceoff_fem::contact::{Errors, Method};
 use faceoff_fem::known::Truth;
 use faceoff_fem::scene::Scene;
 use faceoff_fem::truth::exact::{Regularity, catalogue};
@@ -159,11 +159,8 @@ pub fn orders(
             remedy: "give u under [exact], or one of the built-in scenes that have it".into(),
         })?;
         let truth = Arc::new(truth);
-        studies.extend(
-            methods
-                .iter()
-                .map(|method| (scene, Arc::clone(&truth), *method)),
-        );
+        let of = |method: &Method| (scene, Arc::clone(&truth), *method);
+        studies.extend(methods.iter().map(of));
     }
     let runner = Runner::new(settings, &Silent);
     let (begun, total) = (AtomicUsize::new(0), studies.len() * n.len());
@@ -199,7 +196,13 @@ fn series(
         let answer = answers
             .of(0)
             .ok_or_else(|| Error::engine(engine::OWN, "it gave no answer", "report this"))?;
-        levels.push(level(n, &case.problem, answer, truth)?);
+        levels.push(ErrorsOnMesh {
+            n,
+            dofs: case.problem.space.dofs,
+            steps: answer.increments.len(),
+            converged: answer.converged,
+            errors: truth.errors(&case.problem, &answer.u)?,
+        });
         let of = setup.discretisation.method;
         (scene, method) = (setup.scene.name().to_owned(), of.to_string());
         let known = catalogue().into_iter().find(|e| e.name == scene);
@@ -227,22 +230,10 @@ fn series(
     })
 }
 
-fn level(n: usize, problem: &Problem, answer: &Answer, truth: &Truth) -> Result<ErrorsOnMesh> {
-    Ok(ErrorsOnMesh {
-        n,
-        dofs: problem.space.dofs,
-        steps: answer.increments.len(),
-        converged: answer.converged,
-        errors: truth.errors(problem, &answer.u)?,
-    })
-}
-
+/// The name that it has in JSON.
 impl std::fmt::Display for Limit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(match self {
-            Limit::Regularity => "regularity",
-            Limit::Method => "method",
-        })
+        self.serialize(f)
     }
 }
 

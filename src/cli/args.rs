@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{Args, Parser, Subcommand};
 
 use super::words::{
@@ -282,8 +283,8 @@ pub(super) struct Compare {
     pub dim: Option<u8>,
     /// Match points and cells by their numbers or by their places [default: by numbers where the points of both files
     /// are the same]
-    #[arg(long, value_enum)]
-    pub map: Option<MapBy>,
+    #[arg(long, value_parser = PossibleValuesParser::new(["vertices", "coordinates"]).map(match_by))]
+    pub map: Option<MatchBy>,
     /// Write the differences of all fields on the mesh of A
     #[arg(long, value_name = "FILE.vtu")]
     pub out: Option<PathBuf>,
@@ -296,18 +297,10 @@ pub(super) struct Compare {
     pub output: Output,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
-pub(super) enum MapBy {
-    Vertices,
-    Coordinates,
-}
-
-impl From<MapBy> for MatchBy {
-    fn from(map: MapBy) -> Self {
-        match map {
-            MapBy::Vertices => MatchBy::Vertices,
-            MapBy::Coordinates => MatchBy::Coordinates,
-        }
+fn match_by(word: String) -> MatchBy {
+    match word.as_str() {
+        "vertices" => MatchBy::Vertices,
+        _ => MatchBy::Coordinates,
     }
 }
 

@@ -56,14 +56,11 @@ pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
         }
     }
     // A scene is of several files: what none of these two has may be in others.
-    let (here, options) = (
-        |name: &str| of_a.has(name) || of_b.has(name),
-        &arguments.field,
-    );
-    tolerances
-        .of_field
-        .retain(|(name, _)| here(name) || options.iter().any(|(known, _)| known == name));
-    let comparison = compare_results(&of_a, &of_b, arguments.map.map(Into::into), &tolerances)?;
+    let is_here = |name: &str| of_a.has(name) || of_b.has(name);
+    let is_given = |name: &str| arguments.field.iter().any(|(known, _)| known == name);
+    let all = &mut tolerances.of_field;
+    all.retain(|(name, _)| is_here(name) || is_given(name));
+    let comparison = compare_results(&of_a, &of_b, arguments.map, &tolerances)?;
     if let Some(out) = &arguments.out {
         report::write_differences(out, &of_a, &comparison)?;
     }
@@ -79,13 +76,12 @@ fn tolerances(options: &Compare, scene: Option<&Comparing>) -> Tolerances {
         of_field: options.field.clone(),
     };
     let of = |&Bounds { rtol, atol }: &Bounds| PartialTolerance { rtol, atol };
-    let of_scene = |scene: &Comparing| GivenTolerances {
-        of_all: of(&scene.of_all),
-        of_field: scene
-            .of_field
-            .iter()
-            .map(|(name, bounds)| (name.clone(), of(bounds)))
-            .collect(),
+    let of_scene = |scene: &Comparing| {
+        let fields = scene.of_field.iter();
+        GivenTolerances {
+            of_all: of(&scene.of_all),
+            of_field: fields.map(|(name, b)| (name.clone(), of(b))).collect(),
+        }
     };
     let scene = scene.map(of_scene).unwrap_or_default();
     Tolerances::of_sources(&[scene, options])

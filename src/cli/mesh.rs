@@ -1,66 +1,317 @@
 //! `faceoff mesh`: what a file holds, what is wrong with it, and the same in another format or finer.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::args::{Form, Mesh as Arguments, MeshAction};
+use super::{DISAGREE, DONE};
+use crate::engine::meshio_python;
+use crate::report::console::note;
+use crate::report::model::{Block, Report, Suite, Table, TestCase, table};
+use crate::report::{Judged, Output, deliver};
+use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Place, Result};
-use faceoff_mesh::io::{self, Content, Format, Options};
-use faceoff_mesh::mesh::check::{Report, check as check_mesh};
-use faceoff_mesh::mesh::refine::refine as refine_mesh;
+use faceoff_mesh::io::vtu::{Compressor, Encoding};
+use faceoff_mesh::io::{self, Content, Format, Options, msh};
+use faceoff_mesh::mesh::check::{Findings, Report as Found, check};
+use faceoff_mesh::mesh::refine::refine;
 use faceoff_mesh::mesh::{CellKind, Mesh};
+
+pub(super) fn run(arguments: &Arguments, to: &Output) -> Result<u8> {
+    let python = meshio_python();
+    match &arguments.action {
+        MeshAction::Info { file, .. } => {
+            let info = Info::new(&io::open(file, python.as_deref())?);
+            deliver(&info_report(file, &info)?, to)?;
+        }
+        MeshAction::Check { file, .. } => {
+            let found = check(&io::open(file, python.as_deref())?.mesh);
+            deliver(&check_report(file, &found)?, to)?;
+            if !found.is_sound() {
+                return Ok(DISAGREE);
+            }
+        }
+        MeshAction::Convert {
+            input, out, form, ..
+        } => {
+            let written = rewrite(input, out, 0, &options(form, out, python)?)?;
+            done(&written, vec![input.clone()], to)?;
+        }
+        MeshAction::Refine {
+            input,
+            out,
+            times,
+            form,
+            ..
+        } => {
+            let written = rewrite(input, out, *times, &options(form, out, python)?)?;
+            done(&written, vec![input.clone()], to)?;
+        }
+        MeshAction::Make {
+            scene,
+            out,
+            n,
+            trust,
+            form,
+            ..
+        } => {
+            let found = trust.scene(scene)?;
+            let (_, made) = found.mesh(n.map(|n| n as usize).or(found.source().n()))?;
+            let options = options(form, out, python)?;
+            let warnings = io::write(out, &made, &options)?;
+            let written = Written::new(scene.clone(), out, &made, &options, warnings);
+            done(&written, Vec::new(), to)?;
+        }
+    }
+    Ok(DONE)
+}
+
+/// Says what was written, and on standard error what did not come along.
+fn done(written: &Written, inputs: Vec<PathBuf>, to: &Output) -> Result<()> {
+    let title = format!("faceoff {}: {}", to.command, written.of);
+    let format = written.format.as_ref();
+    let format = format.map_or(String::new(), |f| format!(" as {f}"));
+    let headline = format!("{} is written{format}", written.file);
+    let mut report = Report::new(to.command, &title, headline, written)?;
+    report.inputs = inputs;
+    let mut blocks = holds(&written.holds);
+    blocks.push(Block::List(written.warnings.clone()));
+    report.blocks = vec![Block::Page(blocks)];
+    // What is written may be standard output itself.
+    let silent = Output {
+        quiet: true,
+        ..to.clone()
+    };
+    deliver(&report, &silent)?;
+    for warning in written.warnings.iter().filter(|_| !to.quiet) {
+        note!("faceoff: warning: {warning}");
+    }
+    Ok(())
+}
+
+fn options(form: &Form, out: &Path, python: Option<PathBuf>) -> Result<Options> {
+    let format = form.format.as_deref().map(|name| {
+        Format::of_name(name).ok_or_else(|| {
+            Error::usage(
+                format!("there is no format `{name}`"),
+                format!("use {}, or a name of meshio's", io::native_names()),
+            )
+        })
+    });
+    let msh_version = match form.msh_version.as_str() {
+        "2.2" | "2" => msh::Version::V22,
+        "4.1" | "4" => msh::Version::V41,
+        other => {
+            return Err(Error::usage(
+                format!("MSH {other} is not written"),
+                "use --msh-version 2.2 or 4.1",
+            ));
+        }
+    };
+    let format = format.transpose()?;
+    let encoding = form.encoding.as_deref();
+    let for_vtu = encoding.filter(|name| !["ascii", "binary"].contains(name));
+    let target = format.or_else(|| Format::of_suffix(out));
+    if let (Some(name), Some(target)) = (for_vtu, target)
+        && target != Format::VTU
+    {
+        vtu_encoding(encoding)?;
+        return Err(Error::usage(
+            format!("{target} has no encoding `{name}`"),
+            "use ascii or binary",
+        ));
+    }
+    Ok(Options {
+        format,
+        msh_version,
+        binary: encoding == Some("binary"),
+        vtu: vtu_encoding(encoding)?,
+        lossy: form.lossy,
+        python,
+    })
+}
+
+fn vtu_encoding(name: Option<&str>) -> Result<Encoding> {
+    let Some(name) = name.filter(|name| *name != "binary") else {
+        return Ok(Options::default().vtu);
+    };
+    let (form, compressor) = name.split_once('-').unwrap_or((name, "none"));
+    let compressor = match compressor {
+        "none" => Some(Compressor::None),
+        "zlib" => Some(Compressor::Zlib),
+        "lz4" => Some(Compressor::Lz4),
+        "lzma" => Some(Compressor::Lzma),
+        _ => None,
+    };
+    match (form, compressor) {
+        ("ascii", Some(Compressor::None)) => Ok(Encoding::Ascii),
+        ("base64", Some(compressor)) => Ok(Encoding::Base64(compressor)),
+        ("raw", Some(compressor)) => Ok(Encoding::Raw(compressor)),
+        _ => Err(Error::usage(
+            format!("there is no encoding `{name}`"),
+            "use ascii, binary (MSH), base64 or raw (VTU), the latter two also with -zlib, -lz4 or -lzma",
+        )),
+    }
+}
+
+fn info_report<'a>(file: &Path, info: &'a Info) -> Result<Report<'a>> {
+    let version = info.version.as_deref().unwrap_or("");
+    let about = format!(
+        "{}: {} {version}, {}",
+        file.display(),
+        info.format,
+        info.encoding
+    );
+    let question = "faceoff mesh info: what is in a file?";
+    let mut report = Report::new("mesh info", question, "", info)?;
+    report.blocks.push(Block::Text(about));
+    report.blocks.extend(holds(&info.holds));
+    let warnings = info.warnings.iter().map(|what| format!("warning: {what}"));
+    report.blocks.push(Block::List(warnings.collect()));
+    report.inputs.push(file.to_owned());
+    Ok(report)
+}
+
+fn holds<'a>(holds: &Holds) -> Vec<Block<'a>> {
+    let own = [
+        ("points", holds.points),
+        ("vertices", holds.vertices),
+        ("lines", holds.lines),
+        ("triangles", holds.triangles),
+        ("tetrahedra", holds.tetrahedra),
+    ];
+    let own = own.into_iter();
+    let counts = own.filter(|(name, count)| *name == "points" || *count > 0);
+    let others = holds.other_cells.iter();
+    let counts = counts.chain(others.map(|(name, count)| (name.as_str(), *count)));
+    let mut blocks = vec![Block::facts(
+        counts.map(|(n, count)| (n, count.to_string())),
+    )];
+    let groups = table!("", &holds.groups, |g|
+        "group" => g.tag.to_string(),
+        "name" => &g.name,
+        "dimension" => usize::from(g.dim),
+        "cells" => g.cells,
+    );
+    let fields = table!("", &holds.fields, |f|
+        "field" => &f.name,
+        "on" => &f.on,
+        "components" => f.components,
+    );
+    let tables = [groups, fields].into_iter();
+    blocks.extend(tables.filter(|of| !of.rows.is_empty()).map(Table::into));
+    blocks
+}
+
+fn check_report<'a>(file: &Path, found: &'a Found) -> Result<Report<'a>> {
+    let kinds: [(&str, &Findings); 8] = [
+        ("inverted cells", &found.inverted),
+        ("degenerate cells", &found.degenerate),
+        ("duplicate cells", &found.duplicate),
+        ("orphan points", &found.orphans),
+        ("faces with more than two cells", &found.crowded_faces),
+        ("hanging nodes", &found.hanging_nodes),
+        ("boundary faces in no group", &found.ungrouped_boundary),
+        ("parts that are not connected", &found.parts),
+    ];
+    // One part is as it should be.
+    let least = |what: &str| usize::from(what.starts_with("parts"));
+    let odd = kinds
+        .iter()
+        .filter(|(what, findings)| findings.count > least(what));
+    let words: Vec<String> = odd
+        .clone()
+        .map(|(what, f)| format!("{} {what}", f.count))
+        .collect();
+    let headline = match (words.is_empty(), found.is_sound()) {
+        (true, _) => "nothing is wrong".to_owned(),
+        (_, true) => format!("sound, with {}", words.join(", ")),
+        _ => words.join(", "),
+    };
+    let (verdict, word) = match found.is_sound() {
+        true => (Verdict::Agree, "sound"),
+        false => (Verdict::Disagree, "unsound"),
+    };
+    let title = format!("faceoff mesh check: is {} sound?", file.display());
+    let judged = Judged { verdict, found };
+    let mut report = Report::new("mesh check", &title, headline, &judged)?;
+    report.verdict = Some((verdict, word));
+    report.inputs.push(file.to_owned());
+    for (what, findings) in odd {
+        let more = match findings.count > findings.first.len() {
+            true => ", the first of them",
+            false => "",
+        };
+        let caption = format!("{what}: {}{more}", findings.count);
+        let found = table!(caption, &findings.first, |f|
+            "cells" => format!("{:?}", f.cells),
+            "points" => format!("{:?}", f.points),
+            "at" => format!("{:?}", f.at),
+        );
+        report.blocks.push(found.into());
+    }
+    let angles = [
+        ("smallest angle", &found.smallest_angle),
+        ("largest angle", &found.largest_angle),
+    ];
+    let angles = angles.into_iter().filter_map(|(what, angle)| {
+        let a = angle.as_ref()?;
+        let place = format!("{:.1}° in cell {} at {:?}", a.degrees, a.cell, a.at);
+        Some((what, place))
+    });
+    report.blocks.push(Block::facts(angles));
+    let (name, message) = (file.display().to_string(), report.headline.clone());
+    let case = TestCase::new("mesh", name, verdict, message);
+    report.suites.push(Suite::new("mesh check", [case]));
+    Ok(report)
+}
 
 /// What `mesh info` tells; its JSON form is a contract.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Info {
+struct Info {
     /// The name of a native format, or `other`.
-    pub format: String,
-    pub version: Option<String>,
-    pub encoding: String,
+    format: String,
+    version: Option<String>,
+    encoding: String,
     #[serde(flatten)]
-    pub holds: Holds,
-    pub warnings: Vec<String>,
+    holds: Holds,
+    warnings: Vec<String>,
 }
 
 /// What a mesh holds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Holds {
+struct Holds {
     /// All points of the file, those of no cell included.
-    pub points: usize,
-    pub vertices: usize,
-    pub lines: usize,
-    pub triangles: usize,
-    pub tetrahedra: usize,
+    points: usize,
+    vertices: usize,
+    lines: usize,
+    triangles: usize,
+    tetrahedra: usize,
     /// Number of cells of each other type.
-    pub other_cells: BTreeMap<String, usize>,
-    pub groups: Vec<GroupInfo>,
-    pub fields: Vec<FieldInfo>,
+    other_cells: BTreeMap<String, usize>,
+    groups: Vec<GroupInfo>,
+    fields: Vec<FieldInfo>,
 }
 
 /// What `mesh convert`, `refine` and `make` wrote.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Written {
+struct Written {
     /// The file that it was made of, or the scene.
-    pub of: String,
-    pub file: String,
+    of: String,
+    file: String,
     /// None where meshio knows it by the suffix.
-    pub format: Option<String>,
+    format: Option<String>,
     #[serde(flatten)]
-    pub holds: Holds,
+    holds: Holds,
     /// What did not come along.
-    pub warnings: Vec<String>,
+    warnings: Vec<String>,
 }
 
 impl Written {
     /// A mesh that was written to `file`.
-    pub fn new(
-        of: String,
-        file: &Path,
-        mesh: &Mesh,
-        options: &Options,
-        warnings: Vec<String>,
-    ) -> Self {
+    fn new(of: String, file: &Path, mesh: &Mesh, options: &Options, warnings: Vec<String>) -> Self {
         let format = options.format.or_else(|| Format::of_suffix(file));
         Written {
             of,
@@ -74,30 +325,22 @@ impl Written {
 
 /// A group in a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct GroupInfo {
-    pub dim: u8,
-    pub tag: i64,
+struct GroupInfo {
+    dim: u8,
+    tag: i64,
     /// Empty for a group without a name.
-    pub name: String,
+    name: String,
     /// Number of its cells.
-    pub cells: usize,
+    cells: usize,
 }
 
 /// A field on a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FieldInfo {
-    pub name: String,
+struct FieldInfo {
+    name: String,
     /// `points`, `cells` or `cell points`.
-    pub on: String,
-    pub components: usize,
-}
-
-/// `mesh info FILE`. `python` is the interpreter of an environment with meshio, for formats that need it.
-///
-/// # Errors
-/// The file cannot be read.
-pub fn info(path: &Path, python: Option<&Path>) -> Result<Info> {
-    Ok(describe(&io::open(path, python)?))
+    on: String,
+    components: usize,
 }
 
 impl Holds {
@@ -109,11 +352,8 @@ impl Holds {
             CellKind::Tetrahedron,
         ];
         let mut other_cells = BTreeMap::new();
-        for block in mesh
-            .blocks
-            .iter()
-            .filter(|block| !named.contains(&block.kind))
-        {
+        let others = mesh.blocks.iter().filter(|b| !named.contains(&b.kind));
+        for block in others {
             *other_cells.entry(block.kind.to_string()).or_insert(0) += block.len();
         }
         let groups = mesh.groups.iter().map(|group| GroupInfo {
@@ -140,117 +380,71 @@ impl Holds {
     }
 }
 
-fn describe(content: &Content) -> Info {
-    let mut warnings = content.warnings.clone();
-    warnings.extend(
-        content
-            .unread
-            .iter()
-            .map(|what| format!("not read: {what}")),
-    );
-    let mut own = io::NATIVE.iter().map(|format| format.names[0]);
-    let own = own.find(|own| *own == content.format);
-    if own.is_none() {
-        warnings.push(format!("read by meshio as {}", content.format));
-    }
-    Info {
-        format: own.unwrap_or("other").to_owned(),
-        version: content.version.clone(),
-        encoding: content.encoding.clone(),
-        holds: Holds::new(&content.mesh),
-        warnings,
-    }
-}
-
-/// `mesh check FILE`.
-///
-/// # Errors
-/// The file cannot be read; what is wrong with a mesh that can be is in the report.
-pub fn check(path: &Path, python: Option<&Path>) -> Result<Report> {
-    Ok(check_mesh(&io::open(path, python)?.mesh))
-}
-
-/// `mesh convert IN OUT`: the warnings say what did not come along, which only `options.lossy` allows.
-///
-/// # Errors
-/// A file cannot be read or written, or something would be lost.
-pub fn convert(input: &Path, output: &Path, options: &Options) -> Result<Written> {
-    let content = io::open(input, options.python.as_deref())?;
-    let unread = unread(input, &content, options)?;
-    let mut warnings = content.warnings;
-    warnings.extend(unread);
-    let mesh = &content.mesh;
-    warnings.extend(io::write_with(output, mesh, &content.whole, options)?);
-    Ok(Written::new(
-        input.display().to_string(),
-        output,
-        mesh,
-        options,
-        warnings,
-    ))
-}
-
-/// `mesh refine IN OUT`: `times` uniform red refinements.
-///
-/// # Errors
-/// A file cannot be read or written, the mesh has other cells than simplices of first order, or something
-/// would be lost.
-pub fn refine(input: &Path, output: &Path, times: u32, options: &Options) -> Result<Written> {
-    let content = io::open(input, options.python.as_deref())?;
-    let mut warnings = content.warnings.clone();
-    warnings.extend(unread(input, &content, options)?);
-    let whole = content.whole;
-    let mut mesh: Mesh = content.mesh;
-    for _ in 0..times {
-        let (fine, left_out) = refine_mesh(&input.display().to_string(), &mesh)?;
-        if !left_out.is_empty() && !options.lossy {
-            return Err(Error::usage(
-                format!("refining {} loses {}", input.display(), left_out.join(", ")),
-                "allow the loss with --lossy",
-            ));
+impl Info {
+    fn new(content: &Content) -> Self {
+        let mut warnings = [content.warnings.clone(), unread(content)].concat();
+        let mut own = io::NATIVE.iter().map(|format| format.names[0]);
+        let own = own.find(|own| *own == content.format);
+        if own.is_none() {
+            warnings.push(format!("read by meshio as {}", content.format));
         }
-        warnings.extend(
-            left_out
-                .into_iter()
-                .map(|what| format!("not in the refined mesh: {what}")),
-        );
-        mesh = fine;
+        Info {
+            format: own.unwrap_or("other").to_owned(),
+            version: content.version.clone(),
+            encoding: content.encoding.clone(),
+            holds: Holds::new(&content.mesh),
+            warnings,
+        }
     }
-    warnings.extend(io::write_with(output, &mesh, &whole, options)?);
-    Ok(Written::new(
-        input.display().to_string(),
-        output,
-        &mesh,
-        options,
-        warnings,
-    ))
 }
 
-/// What the reader left behind: an error, or warnings where losses are allowed.
-fn unread(path: &Path, content: &Content, options: &Options) -> Result<Vec<String>> {
-    if !content.unread.is_empty() && !options.lossy {
+/// What is in one file, red-refined so many times, in another. The warnings say what did not come along, which only
+/// `options.lossy` allows.
+///
+/// # Errors
+/// A file cannot be read or written, a mesh that is refined has other cells than simplices of first order, or something
+/// would be lost.
+fn rewrite(input: &Path, output: &Path, times: u32, options: &Options) -> Result<Written> {
+    let content = io::open(input, options.python.as_deref())?;
+    let unread = unread(&content);
+    if !unread.is_empty() && !options.lossy {
+        let what = content.unread.join("; ");
         return Err(Error::file(
-            path,
+            input,
             Place::Whole,
-            format!(
-                "not everything in it can be read: {}",
-                content.unread.join("; ")
-            ),
+            format!("not everything in it can be read: {what}"),
             "allow the loss with --lossy",
         ));
     }
-    Ok(content
-        .unread
-        .iter()
-        .map(|what| format!("not read: {what}"))
-        .collect())
+    let mut warnings = [content.warnings, unread].concat();
+    let (mut mesh, of) = (content.mesh, input.display().to_string());
+    for _ in 0..times {
+        let (fine, left_out) = refine(&of, &mesh)?;
+        if !left_out.is_empty() && !options.lossy {
+            return Err(Error::usage(
+                format!("refining {of} loses {}", left_out.join(", ")),
+                "allow the loss with --lossy",
+            ));
+        }
+        let left_out = left_out.into_iter();
+        warnings.extend(left_out.map(|what| format!("not in the refined mesh: {what}")));
+        mesh = fine;
+    }
+    warnings.extend(io::write_with(output, &mesh, &content.whole, options)?);
+    Ok(Written::new(of, output, &mesh, options, warnings))
+}
+
+/// What the reader left behind.
+fn unread(content: &Content) -> Vec<String> {
+    let unread = content.unread.iter();
+    unread.map(|what| format!("not read: {what}")).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn data(name: &str) -> std::path::PathBuf {
+    fn data(name: &str) -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("tests/data")
             .join(name)
@@ -258,7 +452,8 @@ mod tests {
 
     #[test]
     fn info_is_what_the_contract_says() {
-        let info = info(&data("square-2.2-binary.msh"), None).expect("a sound mesh");
+        let content = io::open(&data("square-2.2-binary.msh"), None).expect("a sound mesh");
+        let info = Info::new(&content);
         let json = serde_json::to_value(&info).expect("JSON");
         assert_eq!(json["format"], "msh");
         assert_eq!(json["version"], "2.2");
@@ -282,17 +477,19 @@ mod tests {
             lossy: true,
             ..Options::default()
         };
-        refine(&data("square-4.1.msh"), &out, 2, &options).expect("refined");
-        let report = check(&out, None).expect("a sound mesh");
+        rewrite(&data("square-4.1.msh"), &out, 2, &options).expect("refined");
+        let content = io::open(&out, None).expect("a sound mesh");
+        let report = check(&content.mesh);
         assert!(report.is_sound(), "{report:?}");
         assert_eq!(report.ungrouped_boundary.count, 0);
-        let info = info(&out, None).expect("a sound mesh");
+        let info = Info::new(&content);
         assert_eq!(
             (info.format.as_str(), info.holds.triangles, info.holds.lines),
             ("medit", 14 * 16, 8 * 4)
         );
         let back = folder.path().join("back.msh");
-        let written = convert(&out, &back, &Options::default()).expect("MSH holds what Medit does");
+        let written = rewrite(&out, &back, 0, &Options::default());
+        let written = written.expect("MSH holds what Medit does");
         assert!(written.warnings.is_empty(), "{written:?}");
         assert_eq!(written.holds.triangles, 14 * 16);
     }

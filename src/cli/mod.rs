@@ -1,17 +1,12 @@
 //! The command line: raw arguments become one valid request, and the request an exit code.
 
-mod accuracy;
 mod args;
+mod campaigns;
 mod compare;
 mod engines;
-pub mod mesh;
-mod mesh_commands;
-mod orders;
-mod paper;
+mod mesh;
 mod progress;
 mod solve;
-mod stress;
-mod study;
 mod verify;
 mod words;
 
@@ -153,11 +148,11 @@ fn run(arguments: &Arguments) -> Result<u8> {
         Command::Verify(arguments) => verify::run(arguments, to),
         Command::Compare(arguments) => compare::run(arguments, to),
         Command::Solve(arguments) => solve::run(arguments, to),
-        Command::Orders(arguments) => orders::run(arguments, to),
-        Command::Paper(arguments) => paper::run(arguments, to),
-        Command::Study(arguments) => study::run(arguments, to),
-        Command::Stress(arguments) => stress::run(arguments, to),
-        Command::Mesh(arguments) => mesh_commands::run(arguments, to),
+        Command::Orders(arguments) => campaigns::orders(arguments, to),
+        Command::Paper(arguments) => campaigns::paper(arguments, to),
+        Command::Study(arguments) => campaigns::study(arguments, to),
+        Command::Stress(arguments) => campaigns::stress(arguments, to),
+        Command::Mesh(arguments) => mesh::run(arguments, to),
         Command::Engines(arguments) => engines::run(arguments, to),
     });
     if let Err(e) = &done

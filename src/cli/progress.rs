@@ -6,7 +6,7 @@ use std::sync::{Mutex, OnceLock};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-use crate::engine::{Progress, Silent};
+use crate::engine::{Progress, Silent, lock};
 
 /// Runs `run` with bars on a terminal, which are gone when it ends.
 pub(super) fn watched<T>(
@@ -48,21 +48,13 @@ impl Bars {
         }
         let total = USUAL_STEPS * cases.iter().map(|c| c.1).sum::<u64>();
         let all = MultiProgress::new();
-        let style = ProgressStyle::with_template(
-            "{prefix:>8} {bar:24} {percent:>3}% {elapsed:>4}, left {eta:<4} {msg}",
-        )
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-        let bars = engines
-            .iter()
-            .map(|engine| {
-                let bar = all.add(ProgressBar::new(total));
-                bar.set_style(style.clone());
-                bar.set_prefix((*engine).to_owned());
-                bar.set_message("starting");
-                bar.enable_steady_tick(std::time::Duration::from_millis(200));
-                ((*engine).to_owned(), bar)
-            })
-            .collect();
+        let of_engine = |engine: &&str| {
+            let bar = add_bar(&all, "{prefix:>8} ", total);
+            bar.set_prefix((*engine).to_owned());
+            bar.set_message("starting");
+            ((*engine).to_owned(), bar)
+        };
+        let bars = engines.iter().map(of_engine).collect();
         Some(Bars {
             cases,
             bars: Mutex::new(bars),
@@ -73,11 +65,7 @@ impl Bars {
     }
 
     fn with_bar(&self, engine: &str, act: impl FnOnce(&ProgressBar)) {
-        let bars = self
-            .bars
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
-        if let Some(bar) = bars.get(engine) {
+        if let Some(bar) = lock(&self.bars).get(engine) {
             act(bar);
         }
     }
@@ -97,15 +85,8 @@ impl Progress for Bars {
     }
 
     fn next(&self, what: &str, share: f64) {
-        let bar = self.whole.get_or_init(|| {
-            let bar = self.all.add(ProgressBar::new(FINE as u64));
-            let style = ProgressStyle::with_template(
-                "{bar:24} {percent:>3}% {elapsed:>4}, left {eta:<4} {msg}",
-            );
-            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-            bar.enable_steady_tick(std::time::Duration::from_millis(200));
-            bar
-        });
+        let whole = &self.whole;
+        let bar = whole.get_or_init(|| add_bar(&self.all, "", FINE as u64));
         bar.set_position((FINE * share.clamp(0.0, 1.0)) as u64);
         bar.set_message(what.to_owned());
     }
@@ -116,4 +97,15 @@ impl Progress for Bars {
             bar.finish_with_message("done");
         });
     }
+}
+
+/// A bar that moves by itself, after something of its own.
+fn add_bar(all: &MultiProgress, first: &str, steps: u64) -> ProgressBar {
+    let template =
+        format!("{first}{{bar:24}} {{percent:>3}}% {{elapsed:>4}}, left {{eta:<4}} {{msg}}");
+    let style = ProgressStyle::with_template(&template);
+    let bar = all.add(ProgressBar::new(steps));
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+    bar
 }

@@ -1,28 +1,29 @@
-//! `faceoff solve`.
+//! `faceoff solve`, by itself and until an accuracy.
 
 use std::time::Instant;
 
-use super::accuracy;
 use super::args::Solve;
 use super::progress::watched;
 use super::verify::{check_launch, settings};
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::engine::{self, Case, Explanation};
 use crate::report::console::note;
-use crate::report::{self, Answer, Output, deliver};
-use faceoff_fem::certify::certify;
+use crate::report::model::percent;
+use crate::report::{self, Answer, Certified, Output, deliver};
+use faceoff_fem::adapt::{Next, Outcome, Step, Way, Wish, reach};
+use faceoff_fem::certify::{Certificate, Target, certify};
 use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem};
 use faceoff_fem::linear::Settings;
-use faceoff_fem::scene::MeshSource;
+use faceoff_fem::scene::{MeshSource, Scene};
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
 pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
     let quiet = to.quiet;
     let mut scene = arguments.trust.scene(&arguments.scene)?;
-    let usual = if arguments.accuracy.is_some() {
-        Method::cr_fc()
-    } else {
-        Method::cr()
+    let usual = match arguments.accuracy {
+        Some(_) => Method::cr_fc(),
+        None => Method::cr(),
     };
     let method = arguments.method.unwrap_or(usual);
     if let Some(path) = &arguments.mesh {
@@ -72,14 +73,26 @@ pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
     if !engine.is_installed() {
         engine.probe()?;
     }
-    let settings = settings(&arguments.running, arguments.iteration, linear);
+    let settings = engine::Settings {
+        iteration: arguments.iteration,
+        linear,
+        ..settings(&arguments.running)
+    };
     check_launch(&settings, &[&*engine])?;
     if let Some(out) = &arguments.out {
         report::check_vtu_path(out)?;
     }
 
     if let Some(accuracy) = arguments.accuracy {
-        return accuracy::run(arguments, to, &scene, discretisation, accuracy);
+        let wish = Wish {
+            discretisation,
+            target: arguments.certify.unwrap_or(Target::G),
+            accuracy,
+            stop: settings.stop,
+            linear,
+            way: arguments.way,
+        };
+        return refine(arguments, to, &scene, &wish);
     }
 
     let clock = Instant::now();
@@ -98,61 +111,104 @@ pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
         note!("faceoff: warning: {doubt}");
     }
     let total = clock.elapsed().as_secs_f64();
-    let Some(answer) = run.answers.pop() else {
-        return Err(Error::engine(
-            engine.name(),
-            "it gave no answer",
-            "report this",
-        ));
-    };
-
-    let certificate = arguments
-        .certify
-        .map(|_| certify(&case.problem, &answer.u))
-        .transpose()?;
+    let lost = || Error::engine(engine.name(), "it gave no answer", "report this");
+    let answer = run.answers.pop().ok_or_else(lost)?;
+    let certificate = arguments.certify;
+    let certificate = certificate.map(|_| certify(&case.problem, &answer.u));
+    let certificate = certificate.transpose()?;
     let seconds = (seconds_mesh, seconds_problem, total);
     let of = (engine.name(), run.version.as_str());
-    let mut told = Answer::new(&case, settings.iteration, of, &answer, seconds)?;
-    told.certificate = arguments
-        .certify
-        .zip(certificate.as_ref())
-        .map(|(target, certificate)| report::Certified::new(target, certificate));
+    let told = Answer::new(&case, settings.iteration, of, &answer, seconds)?;
+    finish(arguments, to, &case, (&answer, of), told, certificate)
+}
+
+/// Refines until the bound is below the accuracy, telling each mesh and what is to come.
+fn refine(arguments: &Solve, to: &Output, scene: &Scene, wish: &Wish) -> Result<u8> {
+    let clock = Instant::now();
+    let reached = reach(scene, wish, |step, next| {
+        if !to.quiet {
+            note!("{}", line(step, next));
+        }
+        cancel::check()
+    })?;
+    let total = clock.elapsed().as_secs_f64();
+    let case = Case {
+        n: reached.n,
+        problem: Problem::new(scene, &reached.mesh, &wish.discretisation)?,
+    };
+    let answer = engine::Answer::new(reached.solution);
+    let own = (engine::OWN, env!("CARGO_PKG_VERSION"));
+    let mut told = Answer::new(&case, arguments.iteration, own, &answer, (0.0, 0.0, total))?;
+    told.meshes = Some(reached.steps);
+    let certificate = Some(reached.certificate);
+    let code = finish(arguments, to, &case, (&answer, own), told, certificate)?;
+    if let Outcome::NotReached(why) = reached.outcome {
+        note!(
+            "faceoff: the accuracy {:e} was not reached, and this is the best that was certified: {why}",
+            wish.accuracy
+        );
+        return Ok(code.max(DISAGREE));
+    }
+    Ok(code)
+}
+
+fn line(step: &Step, next: Option<&Next>) -> String {
+    let mesh = match (step.way, step.n) {
+        (Way::Uniform, Some(n)) => format!("n = {n}"),
+        (Way::Uniform, None) => "the mesh itself".into(),
+        (Way::Adaptive, _) => "adapted".into(),
+    };
+    let mut line = format!(
+        "{mesh}: {} cells, certified to {}, {:.2} s",
+        step.cells,
+        percent(step.relative),
+        step.seconds
+    );
+    if let Some(next) = next {
+        let way = match next.way {
+            Way::Uniform => "uniform",
+            Way::Adaptive => "adaptive",
+        };
+        line += &format!(
+            "; about {:.0} cells to come, {way}, {:.1} s",
+            next.cells, next.seconds
+        );
+    }
+    line
+}
+
+/// Writes and delivers an answer of a code and its version; the exit code, and what the answer lacks.
+fn finish(
+    arguments: &Solve,
+    to: &Output,
+    case: &Case,
+    (answer, (engine, version)): (&engine::Answer, (&str, &str)),
+    mut told: Answer,
+    certificate: Option<Certificate>,
+) -> Result<u8> {
+    let certificate = certificate.as_ref();
+    let target = arguments.certify.unwrap_or(Target::G);
+    told.certificate = certificate.map(|c| Certified::new(target, c));
     if arguments.explain {
-        let mut explanation = Explanation::new(&case, &answer);
+        let mut explanation = Explanation::new(case, answer);
         explanation.certificate = certificate.is_some();
         told.explanation = Some(explanation);
     }
     if let Some(out) = &arguments.out {
-        let certificate = certificate.as_ref();
-        report::write_solution(
-            out,
-            &case,
-            &answer.u,
-            engine.name(),
-            &run.version,
-            certificate,
-        )?;
+        report::write_solution(out, case, &answer.u, engine, version, certificate)?;
     }
-    deliver(
-        &report::solve(&told, &case, &answer.u, certificate.as_ref())?,
-        to,
-    )?;
-    Ok(finish(arguments, &told))
-}
-
-/// The exit code of an answer; says what it lacks.
-pub(super) fn finish(arguments: &Solve, told: &Answer) -> u8 {
+    deliver(&report::solve(&told, case, &answer.u, certificate)?, to)?;
     if !told.is_finite() {
         note!("faceoff: the result is not finite");
-        return FAILED;
+        return Ok(FAILED);
     }
     if !told.converged {
         note!("faceoff: {}", told.complaint(arguments.running.tolerance));
-        return DISAGREE;
+        return Ok(DISAGREE);
     }
     if !told.solves(arguments.running.tolerance) {
         note!("faceoff: {}", told.contradiction());
-        return DISAGREE;
+        return Ok(DISAGREE);
     }
-    DONE
+    Ok(DONE)
 }

@@ -10,8 +10,7 @@ use crate::engine::{self, Baseline, Engine, Launch, Settings, typed};
 use crate::report::console::note;
 use crate::report::{self, Output, Verified, deliver};
 use crate::run::Failure;
-use faceoff_fem::contact::{Iteration, Stop};
-use faceoff_fem::linear;
+use faceoff_fem::contact::Stop;
 use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::{Error, Result, distinct};
 
@@ -34,7 +33,7 @@ pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
         methods: arguments.methods.0.clone(),
         n: arguments.n.iter().map(|&n| n as usize).collect(),
         engines,
-        settings: settings(&arguments.running, Iteration::Newton, Default::default()),
+        settings: settings(&arguments.running),
         journal: arguments.resume.clone(),
     };
     let engines: Vec<&dyn Engine> = request.engines.iter().map(|e| &**e).collect();
@@ -44,10 +43,9 @@ pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
         verify(&request, progress)
     })?;
 
-    let diagnoses = if arguments.diagnose {
-        diagnose(&request, &outcome)?
-    } else {
-        Vec::new()
+    let diagnoses = match arguments.diagnose {
+        true => diagnose(&request, &outcome)?,
+        false => Vec::new(),
     };
     if let Some(folder) = &arguments.record {
         let recipe = format!("faceoff {}", typed());
@@ -79,10 +77,9 @@ type Present = (Vec<Box<dyn Engine>>, Vec<Failure>);
 fn present(arguments: &Verify) -> Result<Present> {
     let mut names: Vec<&str> = arguments.engines.iter().map(String::as_str).collect();
     if names.is_empty() {
-        let all = if arguments.against.is_some() {
-            &engine::NAMES[..1]
-        } else {
-            &engine::NAMES
+        let all = match arguments.against {
+            Some(_) => &engine::NAMES[..1],
+            None => &engine::NAMES,
         };
         names.extend(all);
     }
@@ -109,18 +106,13 @@ fn present(arguments: &Verify) -> Result<Present> {
     Ok((present, missing))
 }
 
-pub(super) fn settings(
-    running: &Running,
-    iteration: Iteration,
-    linear: linear::Settings,
-) -> Settings {
+/// By Newton's method, and with the linear solver that is chosen by itself.
+pub(super) fn settings(running: &Running) -> Settings {
     Settings {
         stop: Stop {
             increment: running.tolerance,
             max_iterations: running.max_iterations as usize,
         },
-        iteration,
-        linear,
         launch: match (&running.launcher, running.ranks) {
             (Some(words), _) => Launch::By(words.0.clone()),
             (None, 1) => Launch::Alone,
@@ -147,12 +139,8 @@ pub(super) fn check_launch(settings: &Settings, engines: &[&dyn Engine]) -> Resu
 fn work(request: &VerifyRequest) -> Vec<(String, u64)> {
     let mut cases = Vec::new();
     for scene in &request.scenes {
-        let own = [scene.source().n().unwrap_or(16)];
-        let levels: &[usize] = match scene.source().n() {
-            Some(_) if !request.n.is_empty() => &request.n,
-            _ => &own,
-        };
-        for n in levels {
+        for n in request.levels(scene) {
+            let n = n.unwrap_or(16);
             for method in &request.methods {
                 let weight = (n * n * method.element.degree()).max(1) as u64;
                 cases.push((format!("{} {method} n = {n}", scene.name()), weight));

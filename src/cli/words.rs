@@ -41,6 +41,13 @@ pub(super) fn launcher(text: &str) -> Result<Words, String> {
     Ok(Words(words))
 }
 
+/// A positive number of units, so many seconds each.
+fn duration(number: &str, unit: f64) -> Option<Duration> {
+    let seconds = number.parse::<f64>().ok()? * unit;
+    let duration = Duration::try_from_secs_f64(seconds).ok();
+    duration.filter(|d| !d.is_zero())
+}
+
 /// `90s`, `5m`, `1h`, or seconds without a letter.
 pub(super) fn time(text: &str) -> Result<Duration, String> {
     let (number, unit) = match text.char_indices().last() {
@@ -49,12 +56,13 @@ pub(super) fn time(text: &str) -> Result<Duration, String> {
         Some((at, 'h')) => (&text[..at], 3600.0),
         _ => (text, 1.0),
     };
-    number
-        .parse::<f64>()
-        .ok()
-        .and_then(|t| Duration::try_from_secs_f64(t * unit).ok())
-        .filter(|d| !d.is_zero())
-        .ok_or_else(|| format!("`{text}` is no positive time, as 90s, 5m or 1h"))
+    duration(number, unit).ok_or_else(|| format!("`{text}` is no positive time, as 90s, 5m or 1h"))
+}
+
+/// A number in a range.
+fn number(text: &str, is_valid: impl Fn(f64) -> bool, what: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|t| is_valid(*t));
+    number.ok_or_else(|| format!("`{text}` is no {what}"))
 }
 
 /// `500MB`, `4GB`, or MB without letters; in bytes.
@@ -71,17 +79,13 @@ pub(super) fn memory(text: &str) -> Result<u64, String> {
 }
 
 pub(super) fn accuracy(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|t| *t > 0.0 && *t < 1.0)
-        .ok_or_else(|| format!("`{text}` is no relative accuracy between 0 and 1, as 1e-2 for 1 %"))
+    let what = "relative accuracy between 0 and 1, as 1e-2 for 1 %";
+    number(text, |t| t > 0.0 && t < 1.0, what)
 }
 
 pub(super) fn bound(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|t: &f64| *t >= 0.0 && t.is_finite())
-        .ok_or_else(|| format!("`{text}` is no tolerance: give a finite number of at least 0"))
+    let what = "tolerance: give a finite number of at least 0";
+    number(text, |t| t >= 0.0 && t.is_finite(), what)
 }
 
 /// A field's name and what is given of its tolerance.
@@ -115,10 +119,7 @@ pub(super) fn pair(text: &str) -> Result<(String, String), String> {
 }
 
 pub(super) fn increment(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|t| *t > 0.0 && *t < 1.0)
-        .ok_or_else(|| format!("`{text}` is no tolerance between 0 and 1"))
+    number(text, |t| t > 0.0 && t < 1.0, "tolerance between 0 and 1")
 }
 
 #[cfg(test)]

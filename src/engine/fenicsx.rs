@@ -5,11 +5,10 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
-use std::time::Duration;
 
 use super::job::{self, Files};
-use super::process::{self, find_in_path};
-use super::{Case, Launch, Settings, version};
+use super::process::find_in_path;
+use super::{Case, Launch, Settings, lock, version};
 use faceoff_fem::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
 
@@ -24,10 +23,8 @@ const SCRIPTS: [(&str, &str); 3] = [
 pub(super) fn python() -> Option<PathBuf> {
     let named = std::env::var_os("FACEOFF_PYTHON").map(PathBuf::from);
     let debian = Some(PathBuf::from("/usr/bin/python3"));
-    [named, debian, find_in_path("python3")]
-        .into_iter()
-        .flatten()
-        .find(|python| has_module(python, "dolfinx"))
+    let all = [named, debian, find_in_path("python3")].into_iter();
+    all.flatten().find(|python| has_module(python, "dolfinx"))
 }
 
 /// Can this Python import the module? Looks for it without loading it, and in the root folder, as Python takes modules from
@@ -54,17 +51,7 @@ fn missing() -> Error {
 
 /// Of the script that is run and what it imports.
 pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
-    let mut all = Vec::new();
-    for (name, text) in SCRIPTS {
-        match scripts {
-            None => all.extend_from_slice(text.as_bytes()),
-            Some(scripts) => {
-                let path = scripts.join(name);
-                all.extend(faceoff_mesh::file::read(&path)?);
-            }
-        }
-    }
-    Ok(super::kept::digest(&all))
+    super::digest_of(&SCRIPTS, scripts)
 }
 
 /// Runs the companion in the job folder.
@@ -169,30 +156,16 @@ fn no_mpirun() -> Error {
 pub(super) fn probe() -> Result<String> {
     let python = python().ok_or_else(missing)?;
     let folder = faceoff_mesh::file::Temporary::new()?;
-    let mut version = None;
+    let question = "import dolfinx, dolfinx.fem.petsc; print('version', dolfinx.__version__)";
     let mut command = Command::new(python);
-    command.args([
-        "-c",
-        "import dolfinx, dolfinx.fem.petsc; print('version', dolfinx.__version__)",
-    ]);
-    process::run(
+    let told = version::told(
         "fenicsx",
-        &command,
+        command.args(["-c", question]),
         folder.path(),
-        Duration::from_secs(120),
-        |line| {
-            if let Some(told) = line.strip_prefix("version ") {
-                version = Some(told.trim().to_owned());
-            }
-        },
+        120,
     )?;
-    let version = version.ok_or_else(|| {
-        Error::engine(
-            "fenicsx",
-            "dolfinx does not report its version",
-            "reinstall it",
-        )
-    })?;
+    let what = "dolfinx does not report its version";
+    let version = told.ok_or_else(|| Error::engine("fenicsx", what, "reinstall it"))?;
     version::accept("fenicsx", &version)?;
     Ok(version)
 }
@@ -213,9 +186,7 @@ enum Cache {
 /// source file behind on which every later process waits in vain; so a run that finds itself
 /// alone removes such files first. Where there is no place for a cache, the job folder serves.
 pub(super) fn cache(folder: &Path) -> PathBuf {
-    let mut held = CACHE
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut held = lock(&CACHE);
     if matches!(*held, Cache::Unknown) {
         *held = share().map_or(Cache::OfJob, |(path, lock)| Cache::Shared(path, lock));
     }
@@ -226,10 +197,7 @@ pub(super) fn cache(folder: &Path) -> PathBuf {
 }
 
 fn share() -> Option<(PathBuf, File)> {
-    let home = std::env::var_os("XDG_CACHE_HOME")
-        .map(PathBuf::from)
-        .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache")))?;
-    let path = std::path::absolute(home.join("faceoff")).ok()?;
+    let path = std::path::absolute(super::own_folder("XDG_CACHE_HOME", ".cache")?).ok()?;
     fs::create_dir_all(&path).ok()?;
     let lock = File::create(path.join("lock")).ok()?;
     if lock.try_lock().is_ok() {
@@ -245,9 +213,7 @@ fn share() -> Option<(PathBuf, File)> {
 /// After a failure: if what was said in `folder` puts it down to the shared cache, or the process crashed, which a
 /// broken library does, that cache is given up, for good if nobody else uses it. Then another try has a chance.
 pub(super) fn give_up_cache(folder: &Path, failure: &Error) -> bool {
-    let mut held = CACHE
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut held = lock(&CACHE);
     let Cache::Shared(path, lock) = &*held else {
         return false;
     };

@@ -30,14 +30,8 @@ struct EngineFile {
 
 pub(super) fn read(path: &Path) -> Result<Program> {
     let text = faceoff_mesh::file::text(path)?;
-    let refuse = |place: Place, what: String| {
-        Error::file(
-            path,
-            place,
-            what,
-            "give `name` and either `command`, or `companion` and `scripts`",
-        )
-    };
+    let remedy = "give `name` and either `command`, or `companion` and `scripts`";
+    let refuse = |place: Place, what: String| Error::file(path, place, what, remedy);
     let file: EngineFile = toml::from_str(&text).map_err(|e| {
         let line = e
             .span()
@@ -46,19 +40,12 @@ pub(super) fn read(path: &Path) -> Result<Program> {
     })?;
     let valid = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
     if file.name.is_empty() || !file.name.chars().all(valid) {
-        return Err(refuse(
-            Place::Whole,
-            format!(
-                "`{}` cannot name an engine (letters, digits, `-`, `_`)",
-                file.name
-            ),
-        ));
+        let what = "cannot name an engine (letters, digits, `-`, `_`)";
+        return Err(refuse(Place::Whole, format!("`{}` {what}", file.name)));
     }
     if super::NAMES.contains(&file.name.as_str()) {
-        return Err(refuse(
-            Place::Whole,
-            format!("`{}` is the name of an engine that is built in", file.name),
-        ));
+        let what = "is the name of an engine that is built in";
+        return Err(refuse(Place::Whole, format!("`{}` {what}", file.name)));
     }
     let home = path.parent().unwrap_or(Path::new("")).to_owned();
     let kind = match (file.command, file.companion.as_deref(), file.scripts) {
@@ -66,15 +53,14 @@ pub(super) fn read(path: &Path) -> Result<Program> {
             command,
             folder: home,
         },
-        (None, Some("freefem"), Some(scripts)) => Kind::FreeFem {
-            scripts: Some(home.join(scripts)),
-        },
-        (None, Some("fenicsx"), Some(scripts)) => Kind::Fenicsx {
-            scripts: Some(home.join(scripts)),
-        },
-        _ => {
-            return Err(refuse(Place::Whole, "it does not say what to run".into()));
+        (None, Some(companion @ ("freefem" | "fenicsx")), Some(scripts)) => {
+            let scripts = Some(home.join(scripts));
+            match companion {
+                "freefem" => Kind::FreeFem { scripts },
+                _ => Kind::Fenicsx { scripts },
+            }
         }
+        _ => return Err(refuse(Place::Whole, "it does not say what to run".into())),
     };
     Ok(Program {
         name: file.name,

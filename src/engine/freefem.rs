@@ -4,14 +4,13 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Duration;
 
 use super::job::{self, Files};
-use super::process::{self, find_in_path};
-use super::{Case, Settings, version};
+use super::process::find_in_path;
+use super::{Case, Settings, unique, version};
 use faceoff_fem::contact::Law;
 use faceoff_fem::quadrature::Rule;
-use faceoff_fem::scene::{Expression, Scene};
+use faceoff_fem::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
 
@@ -33,12 +32,7 @@ fn missing() -> Error {
 
 /// Of the script that is run.
 pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
-    let Some(scripts) = scripts else {
-        return Ok(super::kept::digest(SCRIPT.as_bytes()));
-    };
-    let script = scripts.join(SCRIPT_NAME);
-    let text = file::read(&script)?;
-    Ok(super::kept::digest(&text))
+    super::digest_of(&[(SCRIPT_NAME, SCRIPT)], scripts)
 }
 
 /// Runs the job's copy of the script in `folder`.
@@ -72,25 +66,11 @@ pub(super) fn probe() -> Result<String> {
                 cout << \"version \" << version << endl;\n\
                 if (!(u[].max > 0)) exit(3);\n";
     fs::write(&script, text).map_err(Error::io(&script, "write"))?;
-    let mut version = None;
     let mut command = Command::new(&program);
-    command
-        .args(["-ne", "-v", "0", "-nw", "probe.edp"])
-        .env("LC_ALL", "C");
-    process::run(
-        "freefem",
-        &command,
-        folder.path(),
-        Duration::from_secs(60),
-        |line| {
-            if let Some(told) = line.strip_prefix("version ") {
-                version = Some(told.trim().to_owned());
-            }
-        },
-    )?;
-    let version = package_version(&program)
-        .or(version)
-        .unwrap_or_else(|| "unknown".into());
+    command.args(["-ne", "-v", "0", "-nw", "probe.edp"]);
+    let told = version::told("freefem", command.env("LC_ALL", "C"), folder.path(), 60)?;
+    let version = package_version(&program).or(told);
+    let version = version.unwrap_or_else(|| "unknown".into());
     version::accept("freefem", &version)?;
     Ok(version)
 }
@@ -193,32 +173,19 @@ fn job_idp(cases: &[&Case], settings: &Settings) -> String {
         write_rule(&mut text, "faceRule", &case.problem.face_rule);
     }
     // Cases of one scene share its functions.
-    let mut scenes: Vec<&Scene> = Vec::new();
-    let numbers: Vec<usize> = cases
-        .iter()
-        .map(|case| {
-            let known = scenes.iter().position(|s| s.data() == case.scene().data());
-            known.unwrap_or_else(|| {
-                scenes.push(case.scene());
-                scenes.len() - 1
-            })
-        })
-        .collect();
+    let scenes = unique(cases.iter().map(|case| case.scene().data()));
+    let number = |k: usize| scenes.iter().position(|of| *of == cases[k].scene().data());
     for name in ["sceneF", "sceneG", "sceneT", "scenePsi"] {
         let _ = writeln!(text, "func real {name}(int k) {{");
-        for (number, scene) in scenes.iter().enumerate() {
-            let data = scene.data();
+        for (number, data) in scenes.iter().enumerate() {
             let expression = match name {
                 "sceneF" => &data.f,
                 "sceneG" => &data.g,
                 "sceneT" => &data.t,
                 _ => &data.psi,
             };
-            let _ = writeln!(
-                text,
-                "  if (k == {number}) return {};",
-                expression.to_freefem()
-            );
+            let value = expression.to_freefem();
+            let _ = writeln!(text, "  if (k == {number}) return {value};");
         }
         text.push_str("  return noScene(k);\n}\n");
     }
@@ -241,7 +208,7 @@ fn job_idp(cases: &[&Case], settings: &Settings) -> String {
         list(&|k| format!("\"{}\"", job::case_id(k))),
         list(&|k| format!("\"{}\"", job::case_id(k))),
         list(&|k| format!("\"{}\"", method(k).element.name())),
-        list(&|k| numbers[k].to_string()),
+        list(&|k| number(k).unwrap_or_default().to_string()),
         list(&|k| format!("{}.", method(k).law.thetas()[0])),
         list(&|k| format!("{}.", method(k).law.thetas()[1])),
         list(&|k| u8::from(method(k).law == Law::FluxCorrected).to_string()),
@@ -250,18 +217,10 @@ fn job_idp(cases: &[&Case], settings: &Settings) -> String {
 }
 
 fn write_rule(text: &mut String, name: &str, rule: &Rule) {
-    let rows: Vec<String> = rule
-        .points
-        .iter()
-        .zip(&rule.weights)
-        .map(|(point, weight)| {
-            let numbers: Vec<String> = point
-                .iter()
-                .chain([weight])
-                .map(|v| format!("{v:?}"))
-                .collect();
-            format!("[{}]", numbers.join(", "))
-        })
+    // As FreeFEM writes an array, Rust writes a vector.
+    let rows = rule.points.iter().zip(&rule.weights);
+    let rows: Vec<Vec<f64>> = rows
+        .map(|(point, w)| [&point[..], &[*w]].concat())
         .collect();
-    let _ = writeln!(text, "real[int,int] {name} = [{}];", rows.join(", "));
+    let _ = writeln!(text, "real[int,int] {name} = {rows:?};");
 }

@@ -67,20 +67,13 @@ pub fn plan(names: &[&str]) -> Vec<Installation> {
 pub fn meshio_python() -> Option<PathBuf> {
     let named = std::env::var_os("FACEOFF_MESHIO_PYTHON").map(PathBuf::from);
     let private = environment().map(|home| home.join("bin/python3"));
-    [named, private]
-        .into_iter()
-        .flatten()
-        .find(|python| fenicsx::has_module(python, "meshio"))
+    let mut all = [named, private].into_iter().flatten();
+    all.find(|python| fenicsx::has_module(python, "meshio"))
 }
 
 /// Where the private environment is, or would be.
 fn environment() -> Option<PathBuf> {
-    let home = std::env::var_os("XDG_DATA_HOME")
-        .map(PathBuf::from)
-        .or_else(|| {
-            std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".local/share"))
-        })?;
-    Some(home.join("faceoff/python"))
+    Some(super::own_folder("XDG_DATA_HOME", ".local/share")?.join("python"))
 }
 
 /// Does what a plan says; `say` gets each command before it runs.

@@ -17,7 +17,8 @@ mod rust;
 mod sandbox;
 mod version;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde_json::{Value, json};
@@ -242,6 +243,41 @@ fn accepts_family(engine: &str, method: &Method) -> Result<()> {
         format!("it has Nitsche's method, the family (2.4) and cr-fc, and {method} is not of it"),
         "solve it with --engine rust, which alone has the classical methods",
     ))
+}
+
+/// What a mutex holds, though a thread that held it panicked.
+pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Each once, in the order in which they come first.
+pub fn unique<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for one in all {
+        if !found.contains(&one) {
+            found.push(one);
+        }
+    }
+    found
+}
+
+/// Of a companion's scripts, by name and text, or of the copies in a folder.
+fn digest_of(companion: &[(&str, &str)], scripts: Option<&Path>) -> Result<String> {
+    let mut all = Vec::new();
+    for (name, text) in companion {
+        match scripts.map(|folder| folder.join(name)) {
+            None => all.extend_from_slice(text.as_bytes()),
+            Some(path) => all.extend(faceoff_mesh::file::read(&path)?),
+        }
+    }
+    Ok(kept::digest(&all))
+}
+
+/// The folder of this program in one that a variable names, or else in this one at home.
+fn own_folder(variable: &str, at_home: &str) -> Option<PathBuf> {
+    let named = std::env::var_os(variable).map(PathBuf::from);
+    let home = || Some(PathBuf::from(std::env::var_os("HOME")?).join(at_home));
+    Some(named.or_else(home)?.join("faceoff"))
 }
 
 /// The name of the solver of this program.

@@ -1,5 +1,10 @@
 //! Which releases of the other codes the companions are made for, and what is to be said of others.
 
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use super::process;
 use faceoff_mesh::error::{Error, Result};
 
 /// A code with a companion.
@@ -31,6 +36,26 @@ const KNOWN: [Known; 2] = [
         remedy: "install 0.5 or later: Debian 12 has it; or name a Python that has it in FACEOFF_PYTHON",
     },
 ];
+
+/// What a command that runs in `folder` says in a line `version …`.
+///
+/// # Errors
+/// A command that fails, or takes longer than so many seconds.
+pub(super) fn told(
+    engine: &str,
+    command: &Command,
+    folder: &Path,
+    seconds: u64,
+) -> Result<Option<String>> {
+    let mut version = None;
+    let limit = Duration::from_secs(seconds);
+    process::run(engine, command, folder, limit, |line| {
+        if let Some(told) = line.strip_prefix("version ") {
+            version = Some(told.trim().to_owned());
+        }
+    })?;
+    Ok(version)
+}
 
 /// Refuses a release that is too old for the companion of `engine`.
 ///

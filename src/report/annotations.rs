@@ -34,13 +34,9 @@ pub(super) fn annotate(report: &Report, output: &Output) -> Result<()> {
     };
     let of_suite = |suite: &Suite| -> Vec<Note> {
         let failed = suite.cases.iter().filter(|c| c.verdict != Verdict::Agree);
+        let usual = |case: &TestCase| format!("{}: {}", suite.name, case.name);
         let note = |case: &TestCase| Note {
-            title: plain(
-                &case
-                    .title
-                    .clone()
-                    .unwrap_or_else(|| format!("{}: {}", suite.name, case.name)),
-            ),
+            title: plain(&case.title.clone().unwrap_or_else(|| usual(case))),
             message: plain(&case.message),
         };
         failed.map(note).collect()
@@ -49,11 +45,11 @@ pub(super) fn annotate(report: &Report, output: &Output) -> Result<()> {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|v| v == "true");
     if is_set("GITHUB_ACTIONS") {
         let commands = github_commands(&notes);
-        let written = if is_stdout(output.json) {
-            std::io::stderr().lock().write_all(commands.as_bytes())
-        } else {
-            std::io::stdout().lock().write_all(commands.as_bytes())
+        let to: &mut dyn std::io::Write = match is_stdout(output.json) {
+            true => &mut std::io::stderr(),
+            false => &mut std::io::stdout(),
         };
+        let written = to.write_all(commands.as_bytes());
         written.map_err(Error::io(Path::new("-"), "write"))?;
         if let Some(summary) = std::env::var_os("GITHUB_STEP_SUMMARY").map(PathBuf::from) {
             std::fs::OpenOptions::new()
@@ -71,10 +67,8 @@ pub(super) fn annotate(report: &Report, output: &Output) -> Result<()> {
         let project = std::env::var_os("CI_PROJECT_DIR").map(PathBuf::from);
         let inside = in_project(folder, project.as_deref());
         let links = gitlab_annotations(word, &notes, &job, &inside);
-        write_text(
-            &folder.join("gitlab-annotations.json"),
-            &format!("{links:#}\n"),
-        )?;
+        let path = folder.join("gitlab-annotations.json");
+        write_text(&path, &format!("{links:#}\n"))?;
     }
     Ok(())
 }
@@ -91,12 +85,8 @@ fn github_commands(notes: &[Note]) -> String {
         let title = escape(&note.title).replace(':', "%3A").replace(',', "%2C");
         let _ = writeln!(text, "::error title={title}::{}", escape(&note.message));
     }
-    if notes.len() > MOST {
-        let _ = writeln!(
-            text,
-            "::error title=faceoff::and {} more",
-            notes.len() - MOST
-        );
+    if let Some(more @ 1..) = notes.len().checked_sub(MOST) {
+        let _ = writeln!(text, "::error title=faceoff::and {more} more");
     }
     text
 }

@@ -1,9 +1,9 @@
 //! What `compare` found.
 
 use super::difference::write_differences;
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, count, word};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, count, table, word};
 use super::verify::{remark, why, worst};
-use faceoff_judge::{Comparison, FieldVerdict, MatchBy, Verdict};
+use faceoff_judge::{ComparedField, Comparison, FieldVerdict, MatchBy, Verdict};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Results;
 
@@ -41,29 +41,22 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
         MatchBy::Vertices => "vertices",
         MatchBy::Coordinates => "coordinates",
     };
-    let facts = [
-        ("a", comparison.a.as_str()),
-        ("b", &comparison.b),
-        ("matched by", map),
-    ];
-    let facts = facts.map(|(name, fact)| (name.to_owned(), fact.to_owned()));
-    report.blocks.push(Block::Facts(facts.into()));
+    report.blocks.push(Block::facts([
+        ("a", comparison.a.clone()),
+        ("b", comparison.b.clone()),
+        ("matched by", map.to_owned()),
+    ]));
     report.blocks.push(fields_table(comparison).into());
     let name = format!("{} – {}", comparison.a, comparison.b);
-    let cases = comparison.fields.iter().map(|field| TestCase {
-        class: name.clone(),
-        name: format!("{} on {:?}", field.field.field, field.on).to_lowercase(),
-        title: Some(format!("{name}: {}", field.field.field)),
-        seconds: 0.0,
-        verdict: field.field.verdict,
-        message: why(&field.field),
+    let cases = comparison.fields.iter().map(|compared| {
+        let field = &compared.field;
+        let of = format!("{} on {:?}", field.field, compared.on).to_lowercase();
+        TestCase {
+            title: Some(format!("{name}: {}", field.field)),
+            ..TestCase::new(&name, of, field.verdict, why(field))
+        }
     });
-    let cases = cases.collect();
-    report.suites.push(Suite {
-        name,
-        properties: Vec::new(),
-        cases,
-    });
+    report.suites.push(Suite::new(&name, cases));
     report.inputs = [&comparison.a, &comparison.b].map(Into::into).into();
     // A table of keys has no places.
     if !a.points.is_empty() {
@@ -76,45 +69,25 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
 
 /// One line a field.
 fn fields_table(comparison: &Comparison) -> Table {
-    let rows = comparison.fields.iter().map(|compared| {
-        let field = &compared.field;
-        let on = format!("{:?}", compared.on).to_lowercase();
-        let given = |value: f64| {
-            Cell::Number(
-                value,
-                if value == 0.0 {
-                    "0".into()
-                } else {
-                    format!("{value:e}")
-                },
-            )
-        };
-        cells![
-            &field.field,
-            on.as_str(),
-            field.max_abs,
-            field.max_rel,
-            compared.scale,
-            given(compared.rtol),
-            given(compared.atol),
-            worst(field),
-            field.verdict,
-            remark(field, &on)
-                .split_once(": ")
-                .map(|(_, what)| what.to_owned()),
-        ]
-    });
-    let head = [
-        "field",
-        "on",
-        "max |a-b|",
-        "relative",
-        "scale",
-        "rtol",
-        "atol",
-        "worst",
-        "verdict",
-        "remark",
-    ];
-    Table::new("", &head).with(rows)
+    let on = |of: &ComparedField| format!("{:?}", of.on).to_lowercase();
+    let given = |value: f64| match value {
+        0.0 => Cell::from(0_usize),
+        _ => Cell::Number(value, format!("{value:e}")),
+    };
+    let remark = |of: &ComparedField| {
+        let remark = remark(&of.field, &on(of));
+        remark.split_once(": ").map(|(_, what)| what.to_owned())
+    };
+    table!("", &comparison.fields, |of|
+        "field" => &of.field.field,
+        "on" => on(of),
+        "max |a-b|" => of.field.max_abs,
+        "relative" => of.field.max_rel,
+        "scale" => of.scale,
+        "rtol" => given(of.rtol),
+        "atol" => given(of.atol),
+        "worst" => worst(&of.field),
+        "verdict" => of.field.verdict,
+        "remark" => remark(of),
+    )
 }

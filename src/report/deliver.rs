@@ -130,18 +130,15 @@ impl Output<'_> {
         if self.judges {
             report.verdict = Some((Verdict::Undetermined, "undetermined"));
             let case = TestCase {
-                class: "faceoff".into(),
-                name: subject.to_owned(),
                 title: Some(format!("{subject} could not be judged")),
-                seconds: 0.0,
-                verdict: Verdict::Undetermined,
-                message: message.to_owned(),
+                ..TestCase::new(
+                    "faceoff",
+                    subject,
+                    Verdict::Undetermined,
+                    message.to_owned(),
+                )
             };
-            report.suites.push(Suite {
-                name: subject.to_owned(),
-                properties: Vec::new(),
-                cases: vec![case],
-            });
+            report.suites.push(Suite::new(subject, [case]));
         }
         Ok(report)
     }

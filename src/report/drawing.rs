@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
+use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
@@ -116,6 +118,18 @@ fn failed(why: String) -> Error {
 /// Black text of a size in pixels.
 pub fn font(size: u32) -> TextStyle<'static> {
     (FONT, size).into_font().color(&BLACK)
+}
+
+/// Axes of a chart with pale lines where the labels are, and with text of a size.
+pub fn axes<'m, 'a, 'b, X: Ranged, Y: Ranged, DB: DrawingBackend>(
+    mesh: &'m mut MeshStyle<'a, 'b, X, Y, DB>,
+    shade: f64,
+    size: u32,
+) -> &'m mut MeshStyle<'a, 'b, X, Y, DB> {
+    mesh.bold_line_style(BLACK.mix(shade))
+        .light_line_style(TRANSPARENT)
+        .label_style(font(size))
+        .axis_desc_style(font(size))
 }
 
 /// `-3` as `10⁻³`.

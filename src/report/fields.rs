@@ -1,6 +1,6 @@
 //! Fields as VTU: the cells for viewing, and the faces as cells of their own with exact values.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::campaigns::verify::{CaseOutcome, VerifyOutcome};
 use crate::engine::Case;
@@ -51,17 +51,15 @@ pub fn write_solution(
     version: &str,
     certificate: Option<&Certificate>,
 ) -> Result<()> {
-    let fields = face_fields(&case.problem, u, engine);
-    let whole = provenance(case, &[(engine, version)]);
+    let fields = [face_fields(&case.problem, u, engine)];
     let certified = certificate.map(|c| certified_fields(&case.problem, c));
-    let certified = certified.unwrap_or_default();
-    write_cells(path, &case.problem, &[(engine, u)], certified, &whole)?;
-    write_faces(
-        &faces_path(path),
-        &case.problem,
-        &[(engine, u)],
-        &[&fields],
-        &whole,
+    let solution = (engine, version, u);
+    write_both(
+        path,
+        case,
+        &[solution],
+        &fields,
+        certified.unwrap_or_default(),
     )
 }
 
@@ -75,28 +73,33 @@ pub fn write_fields(folder: &Path, outcome: &VerifyOutcome) -> Result<()> {
         let again = case.setup.case()?;
         let n = case.n.map_or(String::new(), |n| format!("-n{n}"));
         let path = folder.join(format!("{}-{}{n}.vtu", case.scene, file_name(case)));
-        let engines: Vec<(&str, &str)> = case
-            .engines
-            .iter()
-            .map(|e| (e.engine.as_str(), e.version.as_str()))
+        let engines = case.engines.iter();
+        let solutions: Vec<_> = engines
+            .map(|e| (&*e.engine, &*e.version, &*e.answer.u))
             .collect();
-        let solutions: Vec<(&str, &[f64])> = case
-            .engines
-            .iter()
-            .map(|e| (e.engine.as_str(), e.answer.u.as_slice()))
-            .collect();
-        let whole = provenance(&again, &engines);
-        write_cells(&path, &again.problem, &solutions, Vec::new(), &whole)?;
-        let fields: Vec<&FaceFields> = case.fields.iter().collect();
-        write_faces(
-            &faces_path(&path),
-            &again.problem,
-            &solutions,
-            &fields,
-            &whole,
-        )?;
+        write_both(&path, &again, &solutions, &case.fields, Vec::new())?;
     }
     Ok(())
+}
+
+/// A code, its version and its u.
+type Solution<'a> = (&'a str, &'a str, &'a [f64]);
+
+/// The cells with some further fields of theirs, and the faces.
+fn write_both(
+    path: &Path,
+    case: &Case,
+    solutions: &[Solution],
+    fields: &[FaceFields],
+    further: Vec<Field>,
+) -> Result<()> {
+    let whole = provenance(case, solutions);
+    let (mesh, of_cells) = cells(&case.problem, solutions, further);
+    vtu::write(path, &mesh, &of_cells, &whole, ENCODING)?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let path = path.with_file_name(format!("{stem}-faces.vtu"));
+    let (mesh, of_faces) = faces(&case.problem, solutions, fields);
+    vtu::write(&path, &mesh, &of_faces, &whole, ENCODING)
 }
 
 /// `p2(1,0)` as part of a file's name.
@@ -104,17 +107,11 @@ fn file_name(case: &CaseOutcome) -> String {
     case.method.replace(['(', ','], "_").replace(')', "")
 }
 
-fn faces_path(path: &Path) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}-faces.vtu"))
-}
-
 /// Where the values come from.
-fn provenance(case: &Case, engines: &[(&str, &str)]) -> Vec<GlobalArray> {
+fn provenance(case: &Case, solutions: &[Solution]) -> Vec<GlobalArray> {
     let problem = &case.problem;
-    let engines = engines
-        .iter()
-        .map(|(name, version)| format!("{name} {version}"));
+    let engines = solutions.iter();
+    let engines = engines.map(|(name, version, _)| format!("{name} {version}"));
     vec![
         GlobalArray::text("faceoff", env!("CARGO_PKG_VERSION")),
         GlobalArray::text("scene", case.scene().name()),
@@ -132,35 +129,23 @@ fn provenance(case: &Case, engines: &[(&str, &str)]) -> Vec<GlobalArray> {
 
 /// Cells with vertices of their own, so that a viewer shows what jumps: u as DG1 on the points,
 /// means and gradients on the cells, and the differences to the first engine.
-fn write_cells(
-    path: &Path,
-    problem: &Problem,
-    solutions: &[(&str, &[f64])],
-    mut fields: Vec<Field>,
-    whole: &[GlobalArray],
-) -> Result<()> {
+fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (Mesh, Vec<Field>) {
     let space = &problem.space;
     let source = space.mesh;
     let corners = source.dim + 1;
     let cells = source.cell_count();
-    let kind = if source.dim == 2 {
-        CellKind::Triangle
-    } else {
-        CellKind::Tetrahedron
+    let kind = match source.dim {
+        2 => CellKind::Triangle,
+        _ => CellKind::Tetrahedron,
     };
-    let mesh = Mesh {
-        points: (0..cells)
-            .flat_map(|cell| source.cell(cell))
-            .map(|&v| source.points[v as usize])
-            .collect(),
-        blocks: vec![CellBlock::new(
-            kind,
-            (0..(cells * corners) as u32).collect(),
-        )],
-        ..Mesh::default()
+    let points = source.all_cells().iter();
+    let points = points.map(|&v| source.points[v as usize]).collect();
+    let nodes = (0..(cells * corners) as u32).collect();
+    let mut add = |name, on, components, values| {
+        fields.push(Field::new(name, on, components, Values::F64(values)));
     };
     let mut first: Option<(&str, Vec<f64>)> = None;
-    for (engine, u) in solutions {
+    for (engine, _, u) in solutions {
         let (mut values, mut means, mut gradients) = (Vec::new(), Vec::new(), Vec::new());
         for cell in 0..cells {
             let geometry = source.geometry(cell);
@@ -185,35 +170,28 @@ fn write_cells(
         match &first {
             None => first = Some((engine, values.clone())),
             Some((reference, of_reference)) => {
-                let difference = values.iter().zip(of_reference).map(|(a, b)| a - b);
-                fields.push(Field::new(
-                    format!("u {engine} - {reference}"),
-                    Support::Points,
-                    1,
-                    Values::F64(difference.collect()),
-                ));
+                let name = format!("u {engine} - {reference}");
+                add(name, Support::Points, 1, difference(&values, of_reference));
             }
         }
-        fields.push(Field::new(
-            format!("u {engine}"),
-            Support::Points,
-            1,
-            Values::F64(values),
-        ));
-        fields.push(Field::new(
-            format!("mean {engine}"),
-            Support::Cells,
-            1,
-            Values::F64(means),
-        ));
-        fields.push(Field::new(
-            format!("gradient {engine}"),
-            Support::Cells,
-            3,
-            Values::F64(gradients),
-        ));
+        add(format!("u {engine}"), Support::Points, 1, values);
+        add(format!("mean {engine}"), Support::Cells, 1, means);
+        add(format!("gradient {engine}"), Support::Cells, 3, gradients);
     }
-    vtu::write(path, &mesh, &fields, whole, ENCODING)
+    (block(points, kind, nodes), fields)
+}
+
+/// A mesh of one block of cells.
+fn block(points: Vec<[f64; 3]>, kind: CellKind, nodes: Vec<u32>) -> Mesh {
+    Mesh {
+        points,
+        blocks: vec![CellBlock::new(kind, nodes)],
+        ..Mesh::default()
+    }
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
 /// v on the cells' own vertices; on the cells the averaged gradient, the most accurate that is known, and
@@ -226,14 +204,10 @@ fn certified_fields(problem: &Problem, certificate: &Certificate) -> Vec<Field> 
     let field = |name: &str, on, components, values| {
         Field::new(name.to_owned(), on, components, Values::F64(values))
     };
+    let gradients = gradients.copied().collect();
     vec![
         field("admissible v", Support::Points, 1, v.collect()),
-        field(
-            "averaged gradient",
-            Support::Cells,
-            3,
-            gradients.copied().collect(),
-        ),
+        field("averaged gradient", Support::Cells, 3, gradients),
         field("bound", Support::Cells, 1, local.collect()),
     ]
 }
@@ -241,45 +215,28 @@ fn certified_fields(problem: &Problem, certificate: &Certificate) -> Vec<Field> 
 /// The faces as cells, on the mesh's own vertices: exact dofs, every compared field of every
 /// engine, and the differences to the first. What a face does not carry is NaN. In space also the
 /// part of each contact face that is in contact, and the number of its zone, -1 where there is none.
-fn write_faces(
-    path: &Path,
-    problem: &Problem,
-    solutions: &[(&str, &[f64])],
-    engines: &[&FaceFields],
-    whole: &[GlobalArray],
-) -> Result<()> {
+fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (Mesh, Vec<Field>) {
     let source = problem.space.mesh;
     let faces = source.face_count();
-    let kind = if source.dim == 2 {
-        CellKind::Line
-    } else {
-        CellKind::Triangle
+    let kind = match source.dim {
+        2 => CellKind::Line,
+        _ => CellKind::Triangle,
     };
-    let mesh = Mesh {
-        points: source.points.clone(),
-        blocks: vec![CellBlock::new(
-            kind,
-            (0..faces).flat_map(|f| source.face(f)).copied().collect(),
-        )],
-        ..Mesh::default()
-    };
-    let on_cells = |name: String, components: usize, values: Values| {
-        Field::new(name, Support::Cells, components, values)
-    };
+    let nodes = (0..faces).flat_map(|f| source.face(f)).copied().collect();
+    let mesh = block(source.points.clone(), kind, nodes);
     let part = |face: usize| problem.parts[face].map_or(0, |part| part as i32);
     let mut gamma = vec![f64::NAN; faces];
     for face in &problem.contact {
         gamma[face.face] = face.gamma;
     }
-    let mut fields = vec![
-        on_cells(
-            "part".into(),
-            1,
-            Values::I32((0..faces).map(part).collect()),
-        ),
-        on_cells("gamma".into(), 1, Values::F64(gamma)),
-    ];
-    for (engine, u) in solutions {
+    let mut fields = Vec::new();
+    let mut add = |name, components, values| {
+        fields.push(Field::new(name, Support::Cells, components, values));
+    };
+    let parts = (0..faces).map(part).collect();
+    add("part".to_owned(), 1, Values::I32(parts));
+    add("gamma".to_owned(), 1, Values::F64(gamma));
+    for (engine, _, u) in solutions {
         let mut values = Vec::new();
         let mut components = 0;
         for face in 0..faces {
@@ -291,11 +248,7 @@ fn write_faces(
             components = dofs.len();
             values.extend(dofs.iter().map(|&dof| u[dof as usize]));
         }
-        fields.push(on_cells(
-            format!("dofs {engine}"),
-            components,
-            Values::F64(values),
-        ));
+        add(format!("dofs {engine}"), components, Values::F64(values));
         if let ContactSet::Zones(zones) = ContactSet::new(problem, u) {
             let mut shares = vec![f64::NAN; faces];
             let mut numbers = vec![-1; faces];
@@ -306,16 +259,12 @@ fn write_faces(
                 shares[face.face] = face.share;
                 numbers[face.face] = face.zone as i32;
             }
-            fields.push(on_cells(
-                format!("contact {engine}"),
-                1,
-                Values::F64(shares),
-            ));
-            fields.push(on_cells(format!("zone {engine}"), 1, Values::I32(numbers)));
+            add(format!("contact {engine}"), 1, Values::F64(shares));
+            add(format!("zone {engine}"), 1, Values::I32(numbers));
         }
     }
     let Some(first) = engines.first() else {
-        return vtu::write(path, &mesh, &fields, whole, ENCODING);
+        return (mesh, fields);
     };
     for column in &first.columns {
         let spread = |of: &FaceFields| -> Option<Vec<f64>> {
@@ -337,20 +286,17 @@ fn write_faces(
             let Some(values) = spread(engine) else {
                 continue;
             };
-            if let (Some(reference), true) = (&reference, engine.source != first.source) {
-                let difference = values.iter().zip(reference).map(|(a, b)| a - b);
-                fields.push(on_cells(
-                    format!("{name} {} - {}", engine.source, first.source),
-                    column.components,
-                    Values::F64(difference.collect()),
-                ));
+            let (components, source) = (column.components, &engine.source);
+            if let (Some(reference), true) = (&reference, *source != first.source) {
+                let difference = Values::F64(difference(&values, reference));
+                add(
+                    format!("{name} {source} - {}", first.source),
+                    components,
+                    difference,
+                );
             }
-            fields.push(on_cells(
-                format!("{name} {}", engine.source),
-                column.components,
-                Values::F64(values),
-            ));
+            add(format!("{name} {source}"), components, Values::F64(values));
         }
     }
-    vtu::write(path, &mesh, &fields, whole, ENCODING)
+    (mesh, fields)
 }

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use serde::Serialize;
+use serde_json::Value;
 
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
@@ -74,19 +75,24 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
     save(path, [text.as_bytes()])
 }
 
-/// Rows of texts as CSV (RFC 4180).
-pub fn csv(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
-    let quoted = |field: String| match field.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", field.replace('"', "\"\"")),
-        false => field,
+/// Serialized values as CSV (RFC 4180): one a line, of each the fields that the head names; numbers with all digits, and
+/// nothing where there is nothing.
+pub fn csv(head: &str, rows: impl Iterator<Item = Value>) -> String {
+    let text = |field: &Value| match field {
+        Value::Null => String::new(),
+        Value::Number(n) if n.is_f64() => format!("{:e}", n.as_f64().unwrap_or(f64::NAN)),
+        Value::String(text) if text.contains([',', '"', '\n', '\r']) => {
+            format!("\"{}\"", text.replace('"', "\"\""))
+        }
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
     };
-    let mut text = head.join(",") + "\n";
+    let mut csv = head.to_owned() + "\n";
     for row in rows {
-        let fields: Vec<String> = row.into_iter().map(quoted).collect();
-        text += &fields.join(",");
-        text.push('\n');
+        let fields: Vec<String> = head.split(',').map(|name| text(&row[name])).collect();
+        csv += &(fields.join(",") + "\n");
     }
-    text
+    csv
 }
 
 #[cfg(test)]
@@ -95,8 +101,8 @@ mod tests {
 
     #[test]
     fn a_field_with_a_comma_or_a_quote_is_quoted() {
-        let row = ["1e-3", "p2(1,0)", "it \"is\""].map(String::from).to_vec();
-        let text = csv(&["a", "b", "c"], [row].into_iter());
-        assert_eq!(text, "a,b,c\n1e-3,\"p2(1,0)\",\"it \"\"is\"\"\"\n");
+        let row = serde_json::json!({ "c": "it \"is\"", "b": "p2(1,0)", "a": 1e-3, "d": 1 });
+        let text = csv("a,b,c,d,e", [row].into_iter());
+        assert_eq!(text, "a,b,c,d,e\n1e-3,\"p2(1,0)\",\"it \"\"is\"\"\",1,\n");
     }
 }

@@ -34,7 +34,7 @@ pub use fields::{check_vtu_path, write_fields, write_solution};
 pub use json::Judged;
 pub use orders::orders;
 pub use paper::{paper, references};
-pub use solve::{Answer, solve};
+pub use solve::{Answer, solve, words_of};
 pub use stress::stress;
 pub use study::study;
 pub use verify::{Verified, verify};

@@ -162,6 +162,7 @@ impl<'a> Report<'a> {
 }
 
 impl Table {
+    /// Without rows; `table!` makes one with them.
     pub fn new<S: ToString>(caption: impl Into<String>, head: &[S]) -> Self {
         Table {
             caption: caption.into(),
@@ -191,6 +192,39 @@ impl Table {
     }
 }
 
+impl TestCase {
+    /// What took no time of its own, and which annotations call by suite and name.
+    pub fn new(class: &str, name: impl Into<String>, verdict: Verdict, message: String) -> Self {
+        TestCase {
+            class: class.to_owned(),
+            name: name.into(),
+            title: None,
+            seconds: 0.0,
+            verdict,
+            message,
+        }
+    }
+}
+
+impl Suite {
+    /// Without properties.
+    pub fn new(name: impl Into<String>, cases: impl IntoIterator<Item = TestCase>) -> Self {
+        Suite {
+            name: name.into(),
+            properties: Vec::new(),
+            cases: cases.into_iter().collect(),
+        }
+    }
+}
+
+impl Block<'_> {
+    /// Names and what they are.
+    pub fn facts<N: Into<String>>(facts: impl IntoIterator<Item = (N, String)>) -> Self {
+        let facts = facts.into_iter();
+        Block::Facts(facts.map(|(name, fact)| (name.into(), fact)).collect())
+    }
+}
+
 impl From<Table> for Block<'_> {
     fn from(table: Table) -> Self {
         Block::Table(table)
@@ -201,7 +235,14 @@ impl From<Table> for Block<'_> {
 macro_rules! cells {
     ($($value:expr),* $(,)?) => { vec![$($crate::report::model::Cell::from($value)),*] };
 }
-pub(crate) use cells;
+/// A table with a line a column: its name, and the cell of a row.
+macro_rules! table {
+    ($caption:expr, $rows:expr, |$row:pat_param| $($name:expr => $value:expr),* $(,)?) => {{
+        let rows = $rows.into_iter().map(|$row| $crate::report::model::cells![$($value),*]);
+        $crate::report::model::Table::new($caption, &[$($name),*]).with(rows)
+    }};
+}
+pub(crate) use {cells, table};
 
 impl Cell {
     /// With so many digits after the point.
@@ -223,41 +264,25 @@ impl Cell {
     }
 }
 
-/// Three digits.
-impl From<f64> for Cell {
-    fn from(value: f64) -> Self {
-        Cell::Number(value, short(value))
-    }
+/// What a cell is made of.
+macro_rules! cell_from {
+    ($($of:ty: $value:ident => $cell:expr;)*) => {
+        $(impl From<$of> for Cell {
+            fn from($value: $of) -> Self {
+                $cell
+            }
+        })*
+    };
 }
 
-impl From<usize> for Cell {
-    fn from(value: usize) -> Self {
-        Cell::Number(value as f64, value.to_string())
-    }
-}
-
-impl From<String> for Cell {
-    fn from(text: String) -> Self {
-        Cell::Text(text)
-    }
-}
-
-impl From<&String> for Cell {
-    fn from(text: &String) -> Self {
-        Cell::Text(text.clone())
-    }
-}
-
-impl From<&str> for Cell {
-    fn from(text: &str) -> Self {
-        Cell::Text(text.to_owned())
-    }
-}
-
-impl From<Verdict> for Cell {
-    fn from(verdict: Verdict) -> Self {
-        Cell::Verdict(verdict)
-    }
+cell_from! {
+    // Three digits.
+    f64: value => Cell::Number(value, short(value));
+    usize: value => Cell::Number(value as f64, value.to_string());
+    String: text => Cell::Text(text);
+    &String: text => Cell::Text(text.clone());
+    &str: text => Cell::Text(text.to_owned());
+    Verdict: verdict => Cell::Verdict(verdict);
 }
 
 /// Nothing is an empty cell.
@@ -321,6 +346,11 @@ pub fn word(verdict: Verdict) -> &'static str {
 pub fn place(x: &[f64]) -> String {
     let x: Vec<String> = x.iter().map(|x| format!("{x:.4}")).collect();
     format!("({})", x.join(", "))
+}
+
+/// Words with something between them.
+pub fn joined(words: impl IntoIterator<Item = String>, between: &str) -> String {
+    words.into_iter().collect::<Vec<_>>().join(between)
 }
 
 /// `1 case`, `2 cases`

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::model::{Block, Cell, Report, Table, cells, count};
+use super::model::{Block, Cell, Report, Table, count, joined, table};
 use crate::campaigns::orders::{Limit, Orders, Reach};
 use crate::run::Observed;
 use faceoff_fem::contact::Errors;
@@ -36,46 +36,28 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
     };
     let question = "faceoff orders: does every method converge as theory says?";
     let mut report = Report::new("orders", question, headline, &Found { orders: all })?;
-    report.blocks.push(
-        table("H¹", all, |o| {
-            let theory = o.theory.as_ref().map(|t| ("", t.h1, t.h1_limited_by));
-            (&o.h1, theory, o.h1_verdict, |e| e.h1)
-        })
-        .into(),
-    );
-    report.blocks.push(
-        table("L²", all, |o| {
-            let theory = o.theory.as_ref().map(|t| ("≥ ", t.l2, t.l2_limited_by));
-            (&o.l2, theory, o.l2_verdict, |e| e.l2)
-        })
-        .into(),
-    );
-    let levels = all.iter().flat_map(|o| {
-        o.levels.iter().map(move |l| {
-            let reached = if l.converged { "" } else { "not converged" };
-            cells![
-                &o.scene,
-                &o.method,
-                l.n,
-                l.dofs,
-                l.steps,
-                l.errors.h1,
-                l.errors.l2,
-                reached
-            ]
-        })
+    let h1 = in_norm("H¹", all, |o| {
+        let theory = o.theory.as_ref().map(|t| ("", t.h1, t.h1_limited_by));
+        (&o.h1, theory, o.h1_verdict, |e| e.h1)
     });
-    let head = [
-        "scene",
-        "method",
-        "n",
-        "dofs",
-        "steps",
-        "H¹ error",
-        "L² error",
-        "remark",
-    ];
-    let levels = Table::new("Errors relative to the norms of u", &head).with(levels);
+    let l2 = in_norm("L²", all, |o| {
+        let theory = o.theory.as_ref().map(|t| ("≥ ", t.l2, t.l2_limited_by));
+        (&o.l2, theory, o.l2_verdict, |e| e.l2)
+    });
+    report.blocks.extend([h1.into(), l2.into()]);
+    let levels = all
+        .iter()
+        .flat_map(|o| o.levels.iter().map(move |l| (o, l)));
+    let levels = table!("Errors relative to the norms of u", levels, |(o, l)|
+        "scene" => &o.scene,
+        "method" => &o.method,
+        "n" => l.n,
+        "dofs" => l.dofs,
+        "steps" => l.steps,
+        "H¹ error" => l.errors.h1,
+        "L² error" => l.errors.l2,
+        "remark" => if l.converged { "" } else { "not converged" },
+    );
     let folded = Block::Folded("Every mesh".into(), vec![levels.into()]);
     report.blocks.push(Block::Page(vec![folded]));
     Ok(report)
@@ -89,36 +71,31 @@ type Order<'a> = (
 );
 
 /// One line a scene and method.
-fn table<'a>(norm: &str, all: &'a [Orders], of: impl Fn(&'a Orders) -> Order<'a>) -> Table {
-    let rows = all.iter().map(|o| {
-        let (observed, theory, verdict, error) = of(o);
-        let n: Vec<String> = o.levels.iter().map(|l| l.n.to_string()).collect();
-        let last = o.levels.last().map(|level| match level.converged {
-            true => Cell::from(error(&level.errors)),
-            false => "not converged".into(),
-        });
-        let steps: Vec<String> = observed.steps.iter().map(|o| format!("{o:.2}")).collect();
-        let theory = theory.map(|(at_least, order, limit)| format!("{at_least}{order}, {limit}"));
-        let verdict = verdict.map(|verdict| match verdict {
-            Reach::AsTheory => "as theory",
-            Reach::NotSettled => "not settled",
-            Reach::Below => "below",
-        });
-        cells![
-            &o.scene,
-            &o.method,
-            n.join(" "),
-            last,
-            steps.join(" "),
-            observed.fit.map(|fit| Cell::fixed(fit, 2)),
-            theory.unwrap_or("unknown".into()),
-            verdict,
-        ]
-    });
+fn in_norm<'a>(norm: &str, all: &'a [Orders], of: impl Fn(&'a Orders) -> Order<'a>) -> Table {
+    let last = |o: &Orders, error: fn(&Errors) -> f64| match o.levels.last()? {
+        level if level.converged => Some(Cell::from(error(&level.errors))),
+        _ => Some("not converged".into()),
+    };
+    let theory = |theory: Option<(&str, f64, Limit)>| match theory {
+        Some((at_least, order, limit)) => format!("{at_least}{order}, {limit}"),
+        None => "unknown".into(),
+    };
+    let verdict = |verdict| match verdict {
+        Reach::AsTheory => "as theory",
+        Reach::NotSettled => "not settled",
+        Reach::Below => "below",
+    };
     let caption =
         format!("{norm}: the error on the finest mesh, relative to the norm of u, and its orders");
-    let head = [
-        "scene", "method", "n", "error", "orders", "fit", "theory", "verdict",
-    ];
-    Table::new(caption, &head).with(rows)
+    let rows = all.iter().map(|o| (o, of(o)));
+    table!(caption, rows, |(o, (observed, promised, reach, error))|
+        "scene" => &o.scene,
+        "method" => &o.method,
+        "n" => joined(o.levels.iter().map(|l| l.n.to_string()), " "),
+        "error" => last(o, error),
+        "orders" => joined(observed.steps.iter().map(|o| format!("{o:.2}")), " "),
+        "fit" => observed.fit.map(|fit| Cell::fixed(fit, 2)),
+        "theory" => theory(promised),
+        "verdict" => reach.map(verdict),
+    )
 }

@@ -2,13 +2,17 @@
 
 mod convergence;
 mod elevation;
-mod figures;
 
-use super::model::{Block, Cell, Report, Table, cells, count, short};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::drawing::{Drawing, Drawn};
+use super::model::{Block, Cell, Figure, Report, Table, cells, count, short, table};
 use crate::campaigns::paper::{
     CAP, Count, ExampleOutcome, FINE_ITERATIONS, ITERATIONS, MESHES, PaperOutcome, References,
-    Series, TOL, intervals,
+    Series, SeriesLevel, TOL, intervals,
 };
+use crate::engine::unique;
 use crate::run::Observed;
 use faceoff_mesh::error::Result;
 
@@ -19,13 +23,8 @@ const QUESTION: &str = "faceoff paper: Burman, Hansbo, Larson (2017), section 6,
 /// # Errors
 /// None but of a broken installation.
 pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
-    let of = |holds| {
-        outcome
-            .statements
-            .iter()
-            .filter(|s| s.holds == holds)
-            .count()
-    };
+    let all = || outcome.statements.iter();
+    let of = |holds| all().filter(|s| s.holds == holds).count();
     let headline = format!(
         "{} of the paper: {} hold, {} do not, {} cannot be told",
         count(outcome.statements.len(), "statement"),
@@ -41,31 +40,28 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
          starts from u = 0.",
         outcome.gamma0, outcome.fine,
     )));
-    let statements = outcome.statements.iter().map(|s| {
-        let verdict = match s.holds {
-            Some(true) => "holds",
-            Some(false) => "does not hold",
-            None => "cannot be told",
-        };
-        cells![&s.example, &s.says, verdict, &s.found]
-    });
-    let statements = Table::new("", &["example", "the paper", "verdict", "found"]).with(statements);
-    report.blocks.push(Block::Heading(
-        2,
-        "What the paper says, and what holds".into(),
-    ));
-    report.blocks.push(statements.into());
-    let figures = figures::figures(outcome).into_iter().map(Block::Figure);
-    report.blocks.push(Block::Page(figures.collect()));
-    for example in &outcome.examples {
-        report.blocks.extend(of_example(example));
-        for series in &example.series {
-            let known = (series.engine.clone(), series.version.clone());
-            if !report.engines.contains(&known) {
-                report.engines.push(known);
-            }
-        }
-    }
+    let verdict = |holds| match holds {
+        Some(true) => "holds",
+        Some(false) => "does not hold",
+        None => "cannot be told",
+    };
+    let statements = table!("", all(), |s|
+        "example" => &s.example,
+        "the paper" => &s.says,
+        "verdict" => verdict(s.holds),
+        "found" => &s.found,
+    );
+    let figures = figures(outcome).into_iter().map(Block::Figure);
+    report.blocks.extend([
+        Block::Heading(2, "What the paper says, and what holds".into()),
+        statements.into(),
+        Block::Page(figures.collect()),
+    ]);
+    report
+        .blocks
+        .extend(outcome.examples.iter().flat_map(of_example));
+    let series = outcome.examples.iter().flat_map(|example| &example.series);
+    report.engines = unique(series.map(|of| (of.engine.clone(), of.version.clone())));
     report.blocks.extend(counts(&outcome.counts));
     let failures = outcome.failures.iter();
     report.blocks.extend(
@@ -76,29 +72,16 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
 
 fn of_example(e: &ExampleOutcome) -> Vec<Block<'_>> {
     let fine = &e.fine;
-    let rows = (0..fine.n.len()).map(|k| {
-        let between = k.checked_sub(1).and_then(|k| fine.steps_between.get(k));
-        cells![
-            fine.n[k],
-            fine.dofs[k],
-            reached(fine.steps[k]),
-            fine.errors[k].h1,
-            order(&fine.h1, k),
-            fine.errors[k].l2,
-            order(&fine.l2, k),
-            between.copied(),
-        ]
-    });
-    let head = [
-        "P2, n",
-        "dofs",
-        "steps",
-        "H¹ error",
-        "order",
-        "L² error",
-        "order",
-        "‖∇(U_n-U_n/2)‖",
-    ];
+    let levels = table!("", 0..fine.n.len(), |k|
+        "P2, n" => fine.n[k],
+        "dofs" => fine.dofs[k],
+        "steps" => reached(fine.steps[k]),
+        "H¹ error" => fine.errors[k].h1,
+        "order" => order(&fine.h1, k),
+        "L² error" => fine.errors[k].l2,
+        "order" => order(&fine.l2, k),
+        "‖∇(U_n-U_n/2)‖" => before(&fine.steps_between, k),
+    );
     let mut blocks = vec![
         Block::Heading(2, format!("{}: f = {}", e.title, e.f)),
         Block::Text(format!(
@@ -108,7 +91,7 @@ fn of_example(e: &ExampleOutcome) -> Vec<Block<'_>> {
             e.l2_norm,
             e.contact_flux,
         )),
-        Table::new("", &head).with(rows).into(),
+        levels.into(),
     ];
     if let Some(last) = fine.errors.last() {
         let [low, high] = fine.predicted.map(short);
@@ -123,53 +106,42 @@ fn of_example(e: &ExampleOutcome) -> Vec<Block<'_>> {
 }
 
 fn of_series(s: &Series) -> Table {
-    let orders = [&s.h1, &s.h1_to_fine, &s.l2, &s.l2_to_fine, &s.residual];
-    let levels = s.levels.iter().enumerate().map(|(k, l)| {
-        let errors = [
-            l.errors.h1,
-            l.errors_to_fine.h1,
-            l.errors.l2,
-            l.errors_to_fine.l2,
-            l.residual,
-        ];
-        let mut row = cells![l.n, reached(l.steps)];
-        for (error, observed) in errors.into_iter().zip(orders) {
-            row.extend([error.into(), order(observed, k)]);
-        }
-        row
-    });
-    let mut fits = cells!["fit", ""];
-    for observed in orders {
-        fits.extend([
-            "".into(),
-            observed.fit.map(|fit| Cell::fixed(fit, 3)).into(),
-        ]);
-    }
-    let head = [
-        "CR, n",
-        "steps",
-        "H¹, mesh-free",
-        "order",
-        "H¹, P2",
-        "order",
-        "L², mesh-free",
-        "order",
-        "L², P2",
-        "order",
-        "‖u_h+[P]₊‖_C",
-        "order",
-    ];
     let caption = format!(
         "CR by {} {}; the fit is over the last three meshes.",
         s.engine, s.version
     );
-    Table::new(caption, &head).with(levels.chain([fits]))
+    // Each mesh, and the fit at last.
+    let rows = s.levels.iter().map(Some).chain([None]).enumerate();
+    let order = |level: Option<&SeriesLevel>, k: usize, observed: &Observed| match level {
+        Some(_) => order(observed, k),
+        None => observed.fit.map(|fit| Cell::fixed(fit, 3)).into(),
+    };
+    table!(caption, rows, |(k, l)|
+        "CR, n" => l.map_or("fit".into(), |l| Cell::from(l.n)),
+        "steps" => l.map(|l| reached(l.steps)),
+        "H¹, mesh-free" => l.map(|l| l.errors.h1),
+        "order" => order(l, k, &s.h1),
+        "H¹, P2" => l.map(|l| l.errors_to_fine.h1),
+        "order" => order(l, k, &s.h1_to_fine),
+        "L², mesh-free" => l.map(|l| l.errors.l2),
+        "order" => order(l, k, &s.l2),
+        "L², P2" => l.map(|l| l.errors_to_fine.l2),
+        "order" => order(l, k, &s.l2_to_fine),
+        "‖u_h+[P]₊‖_C" => l.map(|l| l.residual),
+        "order" => order(l, k, &s.residual),
+    )
 }
 
 /// The order from the mesh before.
 fn order(observed: &Observed, k: usize) -> Cell {
-    let order = k.checked_sub(1).and_then(|k| observed.steps.get(k));
-    order.map(|order| Cell::fixed(*order, 2)).into()
+    before(&observed.steps, k)
+        .map(|order| Cell::fixed(order, 2))
+        .into()
+}
+
+/// Of values between meshes, that between the mesh before and this one.
+fn before(between: &[f64], k: usize) -> Option<f64> {
+    between.get(k.checked_sub(1)?).copied()
 }
 
 fn counts(counts: &[Count]) -> Vec<Block<'_>> {
@@ -214,15 +186,55 @@ fn reached(iterations: Option<usize>) -> Cell {
 pub fn references(references: &References) -> Result<Report<'_>> {
     let mut report = Report::new("paper reference", QUESTION, "", references)?;
     for (name, known) in &references.0 {
-        let facts = [
+        report.blocks.push(Block::Heading(2, name.clone()));
+        report.blocks.push(Block::facts([
             ("contact on", intervals(&known.contact_set, 13)),
             ("‖∇u‖²", format!("{:.12}", known.grad_norm_sq)),
             ("‖u‖", format!("{:.12}", known.l2_norm)),
             ("flux on Γ_C", format!("{:.12}", known.contact_flux)),
-        ];
-        let facts = facts.map(|(name, fact)| (name.to_owned(), fact));
-        report.blocks.push(Block::Heading(2, name.clone()));
-        report.blocks.push(Block::Facts(facts.into()));
+        ]));
     }
     Ok(report)
+}
+
+/// Figure 1 of an outcome.
+struct Elevation<'a>(&'a PaperOutcome);
+
+/// Figure 2.
+struct Convergence<'a>(&'a PaperOutcome);
+
+impl Drawing for Elevation<'_> {
+    fn size(&self) -> (u32, u32) {
+        (1000, 760)
+    }
+
+    fn on<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
+        elevation::draw(area, self.0)
+    }
+}
+
+impl Drawing for Convergence<'_> {
+    fn size(&self) -> (u32, u32) {
+        (1500, 820)
+    }
+
+    fn on<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
+        convergence::draw(area, self.0)
+    }
+}
+
+/// The paper's figures from what was computed.
+fn figures(outcome: &PaperOutcome) -> [Figure<'_>; 2] {
+    [
+        Figure {
+            name: "figure-1".into(),
+            caption: elevation::caption(outcome),
+            picture: Box::new(Elevation(outcome)),
+        },
+        Figure {
+            name: "figure-2".into(),
+            caption: convergence::caption(outcome),
+            picture: Box::new(Convergence(outcome)),
+        },
+    ]
 }

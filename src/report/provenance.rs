@@ -3,31 +3,25 @@
 use std::fs;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::model::Report;
+use super::model::{Report, joined};
 use crate::engine::{Machine, typed};
 
 /// Program, command, machine, date, engines and digests, by name.
 pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
     let machine = Machine::here();
-    let build = if machine.optimised {
-        ""
-    } else {
-        ", built without optimisation"
+    let build = match machine.optimised {
+        true => "",
+        false => ", built without optimisation",
     };
     let memory = machine.memory_mb;
     let memory = memory.map_or(String::new(), |mb| format!(", {:.0} GB", mb / 1024.0));
     let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
-    let host = format!(
-        "{} ({}, {}, {} threads{memory})",
-        host.trim(),
-        machine.system,
-        if machine.processor.is_empty() {
-            "unknown processor"
-        } else {
-            &machine.processor
-        },
-        machine.threads
-    );
+    let processor = match &*machine.processor {
+        "" => "unknown processor",
+        known => known,
+    };
+    let (name, system, threads) = (host.trim(), machine.system, machine.threads);
+    let host = format!("{name} ({system}, {processor}, {threads} threads{memory})");
     let command = typed();
     let mut facts = vec![
         ("faceoff".to_owned(), format!("{}{build}", machine.version)),
@@ -36,11 +30,9 @@ pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
         ("date".to_owned(), date(SystemTime::now())),
     ];
     let engines = report.engines.iter();
-    let engines: Vec<String> = engines
-        .map(|(name, version)| format!("{name} {version}"))
-        .collect();
+    let engines = joined(engines.map(|(name, v)| format!("{name} {v}")), ", ");
     if !engines.is_empty() {
-        facts.push(("engines".to_owned(), engines.join(", ")));
+        facts.push(("engines".to_owned(), engines));
     }
     let inputs = report.inputs.iter().map(|path| {
         let digest = faceoff_mesh::file::read(path)
@@ -56,9 +48,8 @@ pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
 
 /// `2026-11-22 04:02 UTC`
 fn date(now: SystemTime) -> String {
-    let seconds = now
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |since| since.as_secs());
+    let since = now.duration_since(UNIX_EPOCH);
+    let seconds = since.map_or(0, |since| since.as_secs());
     let (days, minutes) = ((seconds / 86_400) as i64, seconds % 86_400 / 60);
     // From days since 1970 to the Gregorian calendar, by eras of 400 years that begin in March (H. Hinnant).
     let day = days + 719_468;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::certified::Certified;
 use super::html;
-use super::model::{Block, Cell, Report, Table, cells, count, percent, short};
+use super::model::{Block, Cell, Report, count, joined, percent, short, table};
 use crate::engine::{self, Case, Explanation};
 use crate::run::RESIDUAL_TOLERANCE;
 use faceoff_fem::adapt::{Step, Way};
@@ -141,15 +141,10 @@ impl Answer {
             explanation: None,
             meshes: None,
             seconds: Seconds {
-                mesh: if own {
-                    mesh
-                } else {
-                    mesh + phase("read").unwrap_or(0.0) + phase("mesh").unwrap_or(0.0)
-                },
-                assembly: if own {
-                    Some(assembly)
-                } else {
-                    phase("assemble").map(|s| s + phase("space").unwrap_or(0.0))
+                mesh: mesh + phase("read").unwrap_or(0.0) + phase("mesh").unwrap_or(0.0),
+                assembly: match own {
+                    true => Some(assembly),
+                    false => phase("assemble").map(|s| s + phase("space").unwrap_or(0.0)),
                 },
                 factor: phase("factor"),
                 iterate: phase("iterate").or(phase("solve")),
@@ -214,32 +209,24 @@ pub fn solve<'a>(
         Some(Ended::Rounding) => ", to rounding: no smaller increments are to be had",
         _ => "",
     };
-    let reached = if a.converged {
-        "reached"
-    } else {
-        "not reached"
+    let reached = match a.converged {
+        true => "reached",
+        false => "not reached",
     };
     let headline = format!(
         "{reached} in {}, backward error {}{rounding}",
         count(a.iterations, "iteration"),
         short(a.residual)
     );
-    let about = format!(
-        "{}, {}{}",
-        a.scene,
-        a.method,
-        a.n.map_or(String::new(), |n| format!(", n = {n}"))
-    );
+    let about = engine::case_label(case);
     let mut report = Report::new("solve", &format!("faceoff solve: {about}"), headline, a)?;
     report.engines.push((a.engine.clone(), a.version.clone()));
     let mesh = case.problem.space.mesh;
     report.digests.push(("the mesh".into(), mesh.digest()));
+    let sizes = format!("{} cells, {} faces, {} dofs", a.cells, a.faces, a.dofs);
     let mut facts = vec![
         ("by", format!("{} {}", a.engine, a.version)),
-        (
-            "mesh",
-            format!("{} cells, {} faces, {} dofs", a.cells, a.faces, a.dofs),
-        ),
+        ("mesh", sizes),
         ("‖∇u‖²", format!("{:.15e}", a.grad_norm_sq)),
         ("‖u‖", format!("{:.15e}", a.l2_norm)),
         ("flux on Γ_C", format!("{:.15e}", a.contact_flux)),
@@ -250,52 +237,30 @@ pub fn solve<'a>(
         let words = format!("not computed on more than {MOST_CELLS} cells; `faceoff orders` does");
         facts.push(("relative error", words));
     }
-    facts.extend(a.error.map(|Errors { h1, l2 }| {
-        (
-            "relative error",
-            format!("{} in ∇u, {} in u", short(h1), short(l2)),
-        )
-    }));
+    let errors = |Errors { h1, l2 }| format!("{} in ∇u, {} in u", short(h1), short(l2));
+    facts.extend(a.error.map(|found| ("relative error", errors(found))));
     facts.extend(a.certificate.as_ref().map(|c| ("certified", c.sentence())));
-    facts.push((
-        "taken",
-        format!("{:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb),
-    ));
-    let facts = facts
-        .into_iter()
-        .map(|(name, fact)| (name.to_owned(), fact))
-        .collect();
+    let taken = format!("{:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
+    facts.push(("taken", taken));
     let lines = a.explanation.iter().flat_map(Explanation::lines);
     let of = Block::Text(about.clone());
-    report.blocks = vec![Block::Terminal(vec![of]), Block::Facts(facts)];
+    report.blocks = vec![Block::Terminal(vec![of]), Block::facts(facts)];
     report.blocks.extend(lines.map(Block::Text));
-    let steps = a.meshes.iter().flatten().map(|step| {
-        let way = match step.way {
-            Way::Uniform => "uniform",
-            Way::Adaptive => "adaptive",
-        };
-        let percent = Cell::Number(step.relative, percent(step.relative));
-        cells![
-            way,
-            step.n,
-            step.cells,
-            percent,
-            Cell::fixed(step.seconds, 2)
-        ]
-    });
-    let head = ["mesh", "n", "cells", "certified to", "seconds"];
-    let steps = Table::new("The meshes on the way to the accuracy", &head).with(steps);
+    let caption = "The meshes on the way to the accuracy";
+    let steps = table!(caption, a.meshes.iter().flatten(), |step|
+        "mesh" => words_of(step.way),
+        "n" => step.n,
+        "cells" => step.cells,
+        "certified to" => Cell::Number(step.relative, percent(step.relative)),
+        "seconds" => Cell::fixed(step.seconds, 2),
+    );
     let mut page = Vec::new();
     page.extend((!steps.rows.is_empty()).then(|| steps.into()));
     page.push(Block::Html(Box::new(move || {
         let fields = [face_fields(&case.problem, u, &a.engine)];
-        let along = match mesh.dim {
-            3 => html::zones(&fields, mesh, &about),
-            _ => html::along(&fields, &about)?,
-        };
         let increments = [(a.engine.as_str(), a.increments.as_slice())];
         Ok(html::Html::from([
-            along,
+            html::on_contact(&fields, mesh, &about)?,
             html::histories(&increments, &about)?,
         ]))
     })));
@@ -305,6 +270,14 @@ pub fn solve<'a>(
         super::write_solution(&path, case, u, &a.engine, &a.version, certificate)
     }));
     Ok(report)
+}
+
+/// How a mesh is made.
+pub fn words_of(way: Way) -> &'static str {
+    match way {
+        Way::Uniform => "uniform",
+        Way::Adaptive => "adaptive",
+    }
 }
 
 fn contact(set: &ContactSet) -> String {
@@ -317,7 +290,7 @@ fn contact(set: &ContactSet) -> String {
         ),
         ContactSet::Runs(runs) if !runs.is_empty() => {
             let run = |[from, to]: &[f64; 2]| format!("[{from:.6}, {to:.6}]");
-            runs.iter().map(run).collect::<Vec<_>>().join(" ")
+            joined(runs.iter().map(run), " ")
         }
         _ => "nothing".into(),
     }

@@ -2,9 +2,13 @@
 
 mod figure;
 
+use serde_json::json;
+
 use super::json::{Judged, csv};
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells};
 use crate::campaigns::stress::{self, Finding, StressOutcome};
+use crate::engine::unique;
+use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
 const HOW: &str = "Each problem has a known solution. `holds`: the relative error (the larger of energy norm and L²) is that of moderate \
@@ -28,8 +32,8 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
         count(|v| matches!(v, Finding::Refuses { .. })),
     );
     let (verdict, word) = match wrong {
-        0 => (faceoff_judge::Verdict::Agree, "nothing wrong"),
-        _ => (faceoff_judge::Verdict::Disagree, "wrong"),
+        0 => (Verdict::Agree, "nothing wrong"),
+        _ => (Verdict::Disagree, "wrong"),
     };
     let found = Judged {
         verdict,
@@ -60,35 +64,25 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     Ok(report)
 }
 
+fn entries<'a>(
+    outcome: &'a StressOutcome,
+    engine: &str,
+) -> impl Iterator<Item = &'a stress::Entry> {
+    outcome.entries.iter().filter(move |c| c.engine == engine)
+}
+
 /// The lines of an engine's map: family and value.
 fn lines<'a>(outcome: &'a StressOutcome, engine: &str) -> Vec<(&'a str, &'a str)> {
-    let mut lines: Vec<(&str, &str)> = Vec::new();
-    for cell in outcome.entries.iter().filter(|c| c.engine == engine) {
-        let line = (cell.family, &*cell.value);
-        if !lines.contains(&line) {
-            lines.push(line);
-        }
-    }
+    let mut lines = unique(entries(outcome, engine).map(|c| (c.family, &*c.value)));
     // What is extreme in the same way stands together, whichever scene it is of.
-    let mut families: Vec<&str> = Vec::new();
-    for (family, _) in &lines {
-        if !families.contains(family) {
-            families.push(family);
-        }
-    }
+    let families = unique(lines.iter().map(|line| line.0));
     lines.sort_by_key(|line| families.iter().position(|f| *f == line.0));
     lines
 }
 
 /// The columns.
 fn methods<'a>(outcome: &'a StressOutcome, engine: &str) -> Vec<&'a str> {
-    let mut methods: Vec<&str> = Vec::new();
-    for cell in outcome.entries.iter().filter(|c| c.engine == engine) {
-        if !methods.contains(&&*cell.method) {
-            methods.push(&cell.method);
-        }
-    }
-    methods
+    unique(entries(outcome, engine).map(|c| &*c.method))
 }
 
 fn find<'a>(
@@ -97,11 +91,8 @@ fn find<'a>(
     (family, value): (&str, &str),
     method: &str,
 ) -> Option<&'a stress::Entry> {
-    let place = (engine, family, value, method);
-    let cells = outcome.entries.iter();
-    cells
-        .into_iter()
-        .find(|c| (&*c.engine, c.family, &*c.value, &*c.method) == place)
+    let place = (family, value, method);
+    entries(outcome, engine).find(|c| (c.family, &*c.value, &*c.method) == place)
 }
 
 /// One verdict, short.
@@ -134,25 +125,20 @@ fn amplified(cell: &stress::Entry) -> String {
 
 fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> String) -> Table {
     let methods = methods(outcome, engine);
-    let head: Vec<&str> = ["extreme", "value"]
-        .into_iter()
-        .chain(methods.iter().copied())
-        .collect();
-    let rows =
-        lines(outcome, engine).into_iter().map(|(family, value)| {
-            let mut row = cells![family, value];
-            row.extend(methods.iter().map(|method| {
-                Cell::from(find(outcome, engine, (family, value), method).map(words))
-            }));
-            row
-        });
+    let head = [&["extreme", "value"], &methods[..]].concat();
+    let rows = lines(outcome, engine).into_iter().map(|line| {
+        let mut row = cells![line.0, line.1];
+        let cell = |method: &&str| find(outcome, engine, line, method).map(words);
+        row.extend(methods.iter().map(|method| Cell::from(cell(method))));
+        row
+    });
     Table::new("", &head).with(rows)
 }
 
 /// Each sentence once, with the places where it was said.
 fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<String> {
     let mut said: Vec<(String, Vec<String>)> = Vec::new();
-    for cell in outcome.entries.iter().filter(|c| c.engine == engine) {
+    for cell in entries(outcome, engine) {
         let sentence = match &cell.verdict {
             Finding::Refuses { sentence } => format!("refuses: {sentence}"),
             Finding::Wrong { why } => format!("wrong: {why}"),
@@ -171,73 +157,30 @@ fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<String> {
 
 /// A refusal in words is no failure; an answer that is none is.
 fn suite(outcome: &StressOutcome, engine: &str) -> Suite {
-    let cells = outcome.entries.iter().filter(|c| c.engine == engine);
-    let cases = cells.map(|cell| {
+    let cases = entries(outcome, engine).map(|cell| {
         let (verdict, message) = match &cell.verdict {
-            Finding::Wrong { why } => (faceoff_judge::Verdict::Disagree, why.clone()),
-            _ => (faceoff_judge::Verdict::Agree, String::new()),
+            Finding::Wrong { why } => (Verdict::Disagree, why.clone()),
+            _ => (Verdict::Agree, String::new()),
         };
+        let class = format!("{engine}.{}", cell.method);
+        let name = format!("{} {}", cell.family, cell.value);
         TestCase {
-            class: format!("{engine}.{}", cell.method),
-            name: format!("{} {}", cell.family, cell.value),
-            title: Some(format!(
-                "{engine}, {}: {} {}",
-                cell.method, cell.family, cell.value
-            )),
-            seconds: 0.0,
-            verdict,
-            message,
+            title: Some(format!("{engine}, {}: {name}", cell.method)),
+            ..TestCase::new(&class, name, verdict, message)
         }
     });
-    Suite {
-        name: engine.to_owned(),
-        properties: Vec::new(),
-        cases: cases.collect(),
-    }
+    Suite::new(engine, cases)
 }
 
 /// All cells, one a line.
 fn cells_csv(outcome: &StressOutcome) -> String {
-    let head = [
-        "engine",
-        "method",
-        "family",
-        "value",
-        "verdict",
-        "factor",
-        "error",
-        "reference",
-        "digits",
-        "steps",
-        "residual",
-        "condition",
-        "sentence",
-    ];
-    let some = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:e}"));
-    csv(
-        &head,
-        outcome.entries.iter().map(|c| {
-            let (verdict, factor, sentence) = match &c.verdict {
-                Finding::Holds => ("holds", None, ""),
-                Finding::Degrades { factor } => ("degrades", Some(*factor), ""),
-                Finding::Refuses { sentence } => ("refuses", None, &**sentence),
-                Finding::Wrong { why } => ("wrong", None, &**why),
-            };
-            vec![
-                c.engine.clone(),
-                c.method.clone(),
-                c.family.to_owned(),
-                c.value.clone(),
-                verdict.to_owned(),
-                some(factor),
-                some(c.error),
-                some(c.reference),
-                some(c.digits),
-                c.steps.map_or(String::new(), |s| s.to_string()),
-                some(c.residual),
-                some(c.condition),
-                sentence.to_owned(),
-            ]
-        }),
-    )
+    let head = "engine,method,family,value,verdict,factor,error,reference,digits,steps,residual,condition,sentence";
+    let of = |cell: &stress::Entry| {
+        let mut fields = json!(cell);
+        if let Finding::Wrong { why } = &cell.verdict {
+            fields["sentence"] = json!(why);
+        }
+        fields
+    };
+    csv(head, outcome.entries.iter().map(of))
 }

@@ -2,9 +2,12 @@
 
 mod figures;
 
+use serde_json::json;
+
 use super::json::csv;
-use super::model::{Block, Cell, Report, Table, cells, count, duration, short};
-use crate::campaigns::study::{Gammas, Norm, Row, Safe, StudyOutcome, Varied, value};
+use super::model::{Block, Cell, Report, Table, count, duration, short, table};
+use crate::campaigns::study::{Gammas, Norm, Row, Safe, Scaling, StudyOutcome, Varied, value};
+use crate::engine::unique;
 use crate::run::Fit;
 use faceoff_mesh::error::Result;
 
@@ -42,8 +45,8 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
     report
         .blocks
         .push(Block::Page(vec![Block::Text(HOW.into())]));
-    for scene in scenes(outcome) {
-        report.blocks.extend(of_scene(outcome, &scene));
+    for scene in unique(outcome.rows.iter().map(|row| &row.scene)) {
+        report.blocks.extend(of_scene(outcome, scene));
     }
     if !outcome.left_out.is_empty() {
         let left_out = outcome.left_out.iter();
@@ -61,77 +64,56 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
 
 fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &str) -> Vec<Block<'a>> {
     let advice = outcome.advice.iter().filter(|a| a.scene == scene);
-    let mut sentences: Vec<String> = advice
-        .clone()
-        .map(|a| format!("  {}", a.sentence()))
-        .collect();
+    let sentences = advice.clone().map(|a| format!("  {}", a.sentence()));
+    let mut sentences: Vec<String> = sentences.collect();
     if sentences.is_empty() {
         sentences.push("  no error that advice is given for was reached".into());
     }
-    let commands = advice.map(|a| {
-        let norm = match a.norm {
-            Norm::Energy => "energy",
-            Norm::L2 => "L²",
-        };
-        let target = Cell::Number(a.target, format!("{:e} {norm}", a.target));
-        cells![target, a.sentence(), format!("`{}`", a.command)]
-    });
-    let commands = Table::new("", &["wanted", "in words", "command"]).with(commands);
+    let norm = |norm: Norm| match norm {
+        Norm::Energy => "energy",
+        Norm::L2 => "L²",
+    };
+    let commands = table!("", advice, |a|
+        "wanted" => Cell::Number(a.target, format!("{:e} {}", a.target, norm(a.norm))),
+        "in words" => a.sentence(),
+        "command" => format!("`{}`", a.command),
+    );
     let mut page = vec![Block::Heading(2, scene.to_owned())];
     page.extend(figures::work(outcome, scene).map(Block::Figure));
     let gamma = figures::gamma(outcome, scene).map(Block::Figure);
-    let found = outcome
-        .gammas
-        .iter()
-        .filter(|g| g.scene == scene)
-        .map(gamma_sentence);
-    let gammas = [Some(Block::List(found.collect())), gamma];
-    for (title, text, more, table) in [
-        ("Advice", ADVICE, vec![], commands),
-        (
-            "What nothing beats in both time and error",
-            "",
-            vec![],
-            front(outcome, scene),
-        ),
-        ("Exponents", RATES, vec![], rates(outcome, scene)),
-        (
-            "Beyond this machine",
-            SCALING,
-            vec![],
-            scaling(outcome, scene),
-        ),
-        ("What is wasted", WASTE, vec![], waste(outcome, scene)),
-        (
-            "γ₀ \"large enough\"",
-            GAMMAS,
-            gammas.into_iter().flatten().collect(),
-            gamma_table(outcome, scene),
-        ),
-        ("Solver and precision", "", vec![], solvers(outcome, scene)),
-    ] {
-        if table.rows.is_empty() {
-            continue;
+    let found = outcome.gammas.iter().filter(|g| g.scene == scene);
+    let found = found.map(gamma_sentence);
+    let mut gammas = vec![Block::List(found.collect())];
+    gammas.extend(gamma);
+    let mut section = |title: &str, text: &str, more: Vec<Block<'a>>, table: Table| {
+        if !table.rows.is_empty() {
+            page.push(Block::Heading(3, title.into()));
+            page.extend((!text.is_empty()).then(|| Block::Text(text.into())));
+            page.extend(more);
+            page.push(table.into());
         }
-        page.push(Block::Heading(3, title.into()));
-        page.extend((!text.is_empty()).then(|| Block::Text(text.into())));
-        page.extend(more);
-        page.push(table.into());
-    }
+    };
+    let unbeaten = "What nothing beats in both time and error";
+    section("Advice", ADVICE, vec![], commands);
+    section(unbeaten, "", vec![], front(outcome, scene));
+    section("Exponents", RATES, vec![], rates(outcome, scene));
+    section(
+        "Beyond this machine",
+        SCALING,
+        vec![],
+        scaling(outcome, scene),
+    );
+    section("What is wasted", WASTE, vec![], waste(outcome, scene));
+    section(
+        "γ₀ \"large enough\"",
+        GAMMAS,
+        gammas,
+        gamma_table(outcome, scene),
+    );
+    section("Solver and precision", "", vec![], solvers(outcome, scene));
     let mut told = vec![Block::Text(scene.to_owned())];
     told.extend(sentences.into_iter().map(Block::Text));
     vec![Block::Terminal(told), Block::Page(page)]
-}
-
-/// In the order in which they were asked for.
-fn scenes(outcome: &StudyOutcome) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for row in &outcome.rows {
-        if !names.contains(&row.scene) {
-            names.push(row.scene.clone());
-        }
-    }
-    names
 }
 
 fn megabytes(mb: f64) -> Cell {
@@ -151,127 +133,71 @@ fn front(outcome: &StudyOutcome, scene: &str) -> Table {
     let mut rows: Vec<&Row> = outcome.front.iter().map(|&k| &outcome.rows[k]).collect();
     rows.retain(|row| row.scene == scene);
     rows.sort_by(|a, b| a.seconds.median.total_cmp(&b.seconds.median));
-    let rows = rows.into_iter().map(|row| {
-        cells![
-            &row.engine,
-            &row.method,
-            row.varied.to_string(),
-            varied(row),
-            row.dofs,
-            duration(row.seconds.median),
-            row.memory_mb.map(megabytes),
-            row.h1,
-            row.l2,
-            row.certified,
-        ]
-    });
-    let head = [
-        "code",
-        "method",
-        "varied",
-        "value",
-        "dofs",
-        "time",
-        "MB",
-        "energy",
-        "L²",
-        "certified",
-    ];
-    Table::new("", &head).with(rows)
+    table!("", rows, |row|
+        "code" => &row.engine,
+        "method" => &row.method,
+        "varied" => row.varied.to_string(),
+        "value" => varied(row),
+        "dofs" => row.dofs,
+        "time" => duration(row.seconds.median),
+        "MB" => row.memory_mb.map(megabytes),
+        "energy" => row.h1,
+        "L²" => row.l2,
+        "certified" => row.certified,
+    )
 }
 
 fn rates(outcome: &StudyOutcome, scene: &str) -> Table {
-    let fit = |f: Option<Fit>| {
-        f.map(|f| {
-            Cell::Number(
-                f.exponent,
-                format!("{:.2} ± {:.2}", f.exponent, f.spread.unwrap_or(f64::NAN)),
-            )
-        })
+    let cell = |f: Fit| {
+        let spread = f.spread.unwrap_or(f64::NAN);
+        Cell::Number(f.exponent, format!("{:.2} ± {spread:.2}", f.exponent))
     };
     let rows = outcome.rates.iter().filter(|r| r.scene == scene);
-    let rows = rows.map(|r| {
-        cells![
-            &r.engine,
-            &r.method,
-            fit(r.h1),
-            fit(r.l2),
-            fit(r.seconds),
-            fit(r.memory)
-        ]
-    });
-    Table::new("", &["code", "method", "energy", "L²", "time", "memory"]).with(rows)
+    table!("", rows, |r|
+        "code" => &r.engine,
+        "method" => &r.method,
+        "energy" => r.h1.map(cell),
+        "L²" => r.l2.map(cell),
+        "time" => r.seconds.map(cell),
+        "memory" => r.memory.map(cell),
+    )
 }
 
 fn scaling(outcome: &StudyOutcome, scene: &str) -> Table {
-    let rows = outcome
-        .scaling
-        .iter()
-        .filter(|s| s.scene == scene)
-        .map(|s| {
-            let mut row = cells![
-                &s.engine,
-                &s.method,
-                s.dofs,
-                duration(s.seconds),
-                megabytes(s.memory_mb),
-                s.most_dofs,
-                s.most_seconds.map(duration),
-            ];
-            let ranks = s.rank_seconds.iter().zip(&s.rank_memory_mb);
-            row.extend(ranks.map(|(seconds, mb)| {
-                Cell::Number(
-                    *seconds,
-                    format!("{}, {mb:.0} MB", duration(*seconds).text()),
-                )
-            }));
-            row.push(s.half_efficient.map_or("out of reach".into(), |ranks| {
-                Cell::Number(ranks, format!("{ranks:.0} ranks"))
-            }));
-            row
-        });
-    let head = [
-        "code",
-        "method",
-        "dofs",
-        "time",
-        "MB",
-        "dofs here",
-        "in",
-        "4 ranks",
-        "16",
-        "64",
-        "256",
-        "half at",
-    ];
-    Table::new("", &head).with(rows)
+    let rows = outcome.scaling.iter().filter(|s| s.scene == scene);
+    let ranks = |s: &Scaling, k: usize| {
+        let (seconds, mb) = (s.rank_seconds[k], s.rank_memory_mb[k]);
+        Cell::Number(seconds, format!("{}, {mb:.0} MB", duration(seconds).text()))
+    };
+    let half = |ranks: f64| Cell::Number(ranks, format!("{ranks:.0} ranks"));
+    table!("", rows, |s|
+        "code" => &s.engine,
+        "method" => &s.method,
+        "dofs" => s.dofs,
+        "time" => duration(s.seconds),
+        "MB" => megabytes(s.memory_mb),
+        "dofs here" => s.most_dofs,
+        "in" => s.most_seconds.map(duration),
+        "4 ranks" => ranks(s, 0),
+        "16" => ranks(s, 1),
+        "64" => ranks(s, 2),
+        "256" => ranks(s, 3),
+        "half at" => s.half_efficient.map_or("out of reach".into(), half),
+    )
 }
 
 fn waste(outcome: &StudyOutcome, scene: &str) -> Table {
-    let rows = outcome.waste.iter().filter(|w| w.scene == scene).map(|w| {
-        cells![
-            &w.method,
-            w.n,
-            w.varied.to_string(),
-            &w.enough,
-            &w.most_exact,
-            Cell::Number(w.time_ratio, format!("{:.2} times the time", w.time_ratio)),
-            Cell::Number(
-                w.worst_change,
-                format!("{:.1} % of an error", 100.0 * w.worst_change)
-            ),
-        ]
-    });
-    let head = [
-        "method",
-        "n",
-        "setting",
-        "enough",
-        "most exact",
-        "which takes",
-        "the worst costs",
-    ];
-    Table::new("", &head).with(rows)
+    let rows = outcome.waste.iter().filter(|w| w.scene == scene);
+    let part = |of: f64| Cell::Number(of, format!("{:.1} % of an error", 100.0 * of));
+    table!("", rows, |w|
+        "method" => &w.method,
+        "n" => w.n,
+        "setting" => w.varied.to_string(),
+        "enough" => &w.enough,
+        "most exact" => &w.most_exact,
+        "which takes" => Cell::Number(w.time_ratio, format!("{:.2} times the time", w.time_ratio)),
+        "the worst costs" => part(w.worst_change),
+    )
 }
 
 fn gamma_table(outcome: &StudyOutcome, scene: &str) -> Table {
@@ -283,32 +209,29 @@ fn gamma_table(outcome: &StudyOutcome, scene: &str) -> Table {
         let mut tracks = outcome.gammas.iter();
         tracks.any(|g| (&g.scene, &g.method, Some(g.n)) == (&row.scene, &row.method, row.n))
     };
-    let lines = rows.iter().filter(is_finest).map(|row| {
+    let order = |row: &Row, norm: Norm| {
         let coarse = rows.iter().find(|other| {
             (other.track(), other.gamma0) == (row.track(), row.gamma0) && other.n < row.n
-        });
-        let order = |norm: Norm| {
-            let (a, b) = (coarse?.error(norm)?, row.error(norm)?);
-            let ratio = row.n? as f64 / coarse?.n? as f64;
-            Some(Cell::fixed((a / b).ln() / ratio.ln(), 2))
-        };
+        })?;
+        let ratio = row.n? as f64 / coarse.n? as f64;
+        let order = (coarse.error(norm)? / row.error(norm)?).ln() / ratio.ln();
+        Some(Cell::fixed(order, 2))
+    };
+    let steps = |row: &Row| {
         let reached = if row.converged { "" } else { " (not reached)" };
-        cells![
-            &row.method,
-            varied(row),
-            row.n,
-            Cell::Number(row.steps as f64, format!("{}{reached}", row.steps)),
-            row.h1.or(row.certified),
-            order(Norm::Energy),
-            row.l2,
-            order(Norm::L2),
-            row.residual,
-        ]
-    });
-    let head = [
-        "method", "gamma0", "n", "steps", "energy", "order", "L²", "order", "residual",
-    ];
-    Table::new("", &head).with(lines)
+        Cell::Number(row.steps as f64, format!("{}{reached}", row.steps))
+    };
+    table!("", rows.iter().filter(is_finest), |row|
+        "method" => &row.method,
+        "gamma0" => varied(row),
+        "n" => row.n,
+        "steps" => steps(row),
+        "energy" => row.h1.or(row.certified),
+        "order" => order(row, Norm::Energy),
+        "L²" => row.l2,
+        "order" => order(row, Norm::L2),
+        "residual" => row.residual,
+    )
 }
 
 /// "cr, n = 64: solved at 25 of 25 values in 3 to 9 steps; the energy error is 3.1e-2 up to a tenth for γ₀ from 1 to 1e12, and
@@ -344,59 +267,29 @@ fn gamma_sentence(g: &Gammas) -> String {
 
 fn solvers(outcome: &StudyOutcome, scene: &str) -> Table {
     let of = |row: &&Row| row.scene == scene && row.varied == Varied::Linear;
-    let rows = outcome.rows.iter().filter(of).map(|row| {
-        cells![
-            &row.method,
-            row.n,
-            value(row),
-            duration(row.seconds.median),
-            row.memory_mb.map(megabytes),
-            row.h1.or(row.certified),
-            row.residual,
-        ]
-    });
-    let head = ["method", "n", "solver", "time", "MB", "energy", "residual"];
-    Table::new("", &head).with(rows)
+    table!("", outcome.rows.iter().filter(of), |row|
+        "method" => &row.method,
+        "n" => row.n,
+        "solver" => value(row),
+        "time" => duration(row.seconds.median),
+        "MB" => row.memory_mb.map(megabytes),
+        "energy" => row.h1.or(row.certified),
+        "residual" => row.residual,
+    )
 }
 
-/// All rows, one a line, numbers with all digits.
+/// All rows, one a line.
 fn rows_csv(rows: &[Row]) -> String {
     let head = "scene,engine,method,varied,n,accuracy,cells,dofs,tolerance,gamma0,load_quadrature,contact_quadrature,linear,precision,\
         steps,converged,residual,h1,l2,certified,contact_residual,contact_flux,seconds,seconds_least,seconds_most,repeats,\
         start_up,memory_mb";
-    let head: Vec<&str> = head.split(',').collect();
-    let some = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:e}"));
     let of = |row: &Row| {
-        vec![
-            row.scene.clone(),
-            row.engine.clone(),
-            row.method.clone(),
-            row.varied.to_string(),
-            row.n.map_or(String::new(), |n| n.to_string()),
-            some(row.accuracy),
-            row.cells.to_string(),
-            row.dofs.to_string(),
-            format!("{:e}", row.tolerance),
-            format!("{:e}", row.gamma0),
-            row.load_quadrature.clone(),
-            row.contact_quadrature.clone(),
-            row.linear.clone(),
-            row.precision.clone(),
-            row.steps.to_string(),
-            row.converged.to_string(),
-            format!("{:e}", row.residual),
-            some(row.h1),
-            some(row.l2),
-            some(row.certified),
-            format!("{:e}", row.contact_residual),
-            format!("{:e}", row.contact_flux),
-            format!("{:e}", row.seconds.median),
-            format!("{:e}", row.seconds.least),
-            format!("{:e}", row.seconds.most),
-            row.seconds.repeats.to_string(),
-            some(row.start_up),
-            some(row.memory_mb),
-        ]
+        let mut fields = json!(row);
+        fields["seconds"] = json!(row.seconds.median);
+        fields["seconds_least"] = json!(row.seconds.least);
+        fields["seconds_most"] = json!(row.seconds.most);
+        fields["repeats"] = json!(row.seconds.repeats);
+        fields
     };
-    csv(&head, rows.iter().map(of))
+    csv(head, rows.iter().map(of))
 }

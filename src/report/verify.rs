@@ -3,9 +3,13 @@
 use serde::Serialize;
 
 use super::html::{section, top};
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, exact, place, short, word};
-use crate::campaigns::verify::{CaseOutcome, Source, VerifyOutcome, VerifyRequest, telling};
-use crate::engine::Explanation;
+use super::model::{
+    Block, Cell, Report, Suite, Table, TestCase, cells, exact, joined, place, short, table, word,
+};
+use crate::campaigns::verify::{
+    CaseOutcome, EngineOutcome, Source, VerifyOutcome, VerifyRequest, telling,
+};
+use crate::engine::{Explanation, unique};
 use crate::run::Failure;
 use crate::why::Diagnosis;
 use faceoff_judge::{FieldVerdict, Verdict, Worst};
@@ -55,10 +59,9 @@ pub fn verify(verified: Verified) -> Result<Report> {
         missing,
         explain,
     } = verified;
-    let explanations = if explain {
-        explained(outcome)
-    } else {
-        Vec::new()
+    let explanations = match explain {
+        true => explained(outcome),
+        false => Vec::new(),
     };
     let found = Found {
         outcome,
@@ -76,20 +79,8 @@ pub fn verify(verified: Verified) -> Result<Report> {
 
     let mut told = Vec::new();
     for case in &outcome.cases {
-        told.push(Block::Text(format!(
-            "{}: {} cells, {} faces, {} of them contact, {} dofs",
-            label(case),
-            case.cells,
-            case.faces,
-            case.contact_faces,
-            case.dofs
-        )));
-        let caption = String::new();
-        told.push(Block::Table(Table {
-            caption,
-            ..engines(case)
-        }));
-        told.push(pairs(case).into());
+        told.push(Block::Text(format!("{}: {}", label(case), sizes(case))));
+        told.extend([engines(case, "").into(), pairs(case).into()]);
     }
     if !outcome.cross.is_empty() {
         told.push(methods(outcome).into());
@@ -117,17 +108,11 @@ pub fn verify(verified: Verified) -> Result<Report> {
         page.push(Block::Html(Box::new(move || {
             section(index, case, request, diagnoses)
         })));
-        let digest = (label(case), case.mesh_digest.clone());
-        report
-            .digests
-            .push((format!("the mesh of {}", digest.0), digest.1));
-        for engine in &case.engines {
-            let known = (engine.engine.clone(), engine.version.clone());
-            if !report.engines.contains(&known) {
-                report.engines.push(known);
-            }
-        }
+        let name = format!("the mesh of {}", label(case));
+        report.digests.push((name, case.mesh_digest.clone()));
     }
+    let engines = outcome.cases.iter().flat_map(|case| &case.engines);
+    report.engines = unique(engines.map(|e| (e.engine.clone(), e.version.clone())));
     report.blocks = vec![Block::Terminal(told), Block::Page(page)];
     report
         .files
@@ -146,74 +131,52 @@ pub(super) fn label(case: &CaseOutcome) -> String {
 }
 
 /// Of every case that the Rust engine solved. A certificate is of all fields on a mesh, where methods are judged by it.
-fn explained(outcome: &VerifyOutcome) -> Vec<Explained<'_>> {
-    let of = |case: &'_ CaseOutcome| {
+fn explained<'a>(outcome: &'a VerifyOutcome) -> Vec<Explained<'a>> {
+    let of = |case: &'a CaseOutcome| {
         let mut explanation = case.explanation.clone()?;
         explanation.certificate = outcome.cross.iter().any(|cross| {
             let is_its = cross.a.method == case.method || cross.b.method == case.method;
             cross.judged.is_some() && is_its && (&cross.scene, cross.n) == (&case.scene, case.n)
         });
-        Some(explanation)
-    };
-    let cases = outcome.cases.iter();
-    cases
-        .filter_map(|case| {
-            Some(Explained {
-                scene: &case.scene,
-                method: &case.method,
-                n: case.n,
-                explanation: of(case)?,
-            })
+        Some(Explained {
+            scene: &case.scene,
+            method: &case.method,
+            n: case.n,
+            explanation,
         })
-        .collect()
+    };
+    outcome.cases.iter().filter_map(of).collect()
 }
 
 /// The answers to a case.
-pub(super) fn engines(case: &CaseOutcome) -> Table {
-    let rows = case.engines.iter().map(|e| {
-        let steps = if e.converged { "" } else { " (not converged)" };
-        cells![
-            &e.engine,
-            &e.version,
-            Cell::Number(e.iterations as f64, format!("{}{steps}", e.iterations)),
-            Cell::fixed(e.seconds, 3),
-            e.residual,
-            e.residual_at.as_ref().map(|x| place(x)),
-            e.verdict,
-        ]
-    });
-    let caption =
-        "Answers; the residual is the backward error of an answer put into the scheme again";
-    let head = [
-        "engine", "version", "steps", "seconds", "residual", "most at", "verdict",
-    ];
-    Table::new(caption, &head).with(rows)
+pub(super) fn engines(case: &CaseOutcome, caption: &str) -> Table {
+    let steps = |e: &EngineOutcome| {
+        let remark = if e.converged { "" } else { " (not converged)" };
+        Cell::Number(e.iterations as f64, format!("{}{remark}", e.iterations))
+    };
+    table!(caption, &case.engines, |e|
+        "engine" => &e.engine,
+        "version" => &e.version,
+        "steps" => steps(e),
+        "seconds" => Cell::fixed(e.seconds, 3),
+        "residual" => e.residual,
+        "most at" => e.residual_at.as_ref().map(|x| place(x)),
+        "verdict" => e.verdict,
+    )
 }
 
 /// Every field of every pair.
 fn pairs(case: &CaseOutcome) -> Table {
-    let rows = case.pairs.iter().map(|pair| {
-        let field = &pair.field;
-        cells![
-            format!("{} – {}", pair.a, pair.b),
-            &field.field,
-            field.max_abs,
-            field.max_rel,
-            Cell::Number(field.tolerance, format!("{:e}", field.tolerance)),
-            worst(field),
-            remark(field, "faces"),
-        ]
-    });
-    let head = [
-        "pair",
-        "field",
-        "max |a-b|",
-        "relative",
-        "tolerance",
-        "worst face",
-        "verdict",
-    ];
-    Table::new("", &head).with(rows)
+    let given = |tolerance: f64| Cell::Number(tolerance, format!("{tolerance:e}"));
+    table!("", &case.pairs, |pair|
+        "pair" => format!("{} – {}", pair.a, pair.b),
+        "field" => &pair.field.field,
+        "max |a-b|" => pair.field.max_abs,
+        "relative" => pair.field.max_rel,
+        "tolerance" => given(pair.field.tolerance),
+        "worst face" => worst(&pair.field),
+        "verdict" => remark(&pair.field, "faces"),
+    )
 }
 
 /// `[14, 31] at (0.8750, 0.0312)`
@@ -261,12 +224,8 @@ pub(super) fn why(field: &FieldVerdict) -> String {
 /// One row a case, one column a pair.
 fn matrix(outcome: &VerifyOutcome) -> Table {
     let name = |a: &str, b: &str| format!("{a} – {b}");
-    let mut names: Vec<String> = Vec::new();
-    for pair in outcome.cases.iter().flat_map(|case| &case.pairs) {
-        if !names.contains(&name(&pair.a, &pair.b)) {
-            names.push(name(&pair.a, &pair.b));
-        }
-    }
+    let pairs = outcome.cases.iter().flat_map(|case| &case.pairs);
+    let names = unique(pairs.map(|pair| name(&pair.a, &pair.b)));
     let rows = outcome.cases.iter().enumerate().map(|(index, case)| {
         let link = Cell::Link(format!("#case-{index}"), case.scene.clone());
         let mut row = cells![link, &case.method, case.n];
@@ -289,73 +248,50 @@ fn matrix(outcome: &VerifyOutcome) -> Table {
 
 /// The methods against each other.
 fn methods(outcome: &VerifyOutcome) -> Table {
-    let rows = telling(&outcome.cross).into_iter().map(|(c, pairs)| {
-        let source = |s: &Source| format!("{} {}", s.engine, s.method);
-        let mut row = cells![&c.scene, c.n, source(&c.a), source(&c.b), pairs];
-        row.extend(match &c.judged {
-            Some(j) => cells![j.distance, j.bounds[0], j.bounds[1], j.slack, j.verdict],
-            None => {
-                let because = c.no_certificate.as_deref().unwrap_or_default();
-                cells!["", "", "", "", format!("no certificate, because {because}")]
-            }
-        });
-        row
-    });
+    let source = |s: &Source| format!("{} {}", s.engine, s.method);
+    let because = |because: &Option<String>| {
+        let because = because.as_deref().unwrap_or_default();
+        Cell::from(format!("no certificate, because {because}"))
+    };
     let caption = "Methods against each other: ‖∇(u_a-u_b)‖ and certified bounds of each error; of all pairs of codes the one with the least slack";
-    let head = [
-        "scene", "n", "a", "b", "pairs", "distance", "bound a", "bound b", "slack", "verdict",
-    ];
-    Table::new(caption, &head).with(rows)
+    table!(caption, telling(&outcome.cross), |(c, pairs)|
+        "scene" => &c.scene,
+        "n" => c.n,
+        "a" => source(&c.a),
+        "b" => source(&c.b),
+        "pairs" => pairs,
+        "distance" => c.judged.map(|j| j.distance),
+        "bound a" => c.judged.map(|j| j.bounds[0]),
+        "bound b" => c.judged.map(|j| j.bounds[1]),
+        "slack" => c.judged.map(|j| j.slack),
+        "verdict" => c.judged.map_or_else(|| because(&c.no_certificate), |j| j.verdict.into()),
+    )
 }
 
 /// A suite for each scene, method and mesh, and in it a case for each engine, and for each pair and field.
 fn suites(outcome: &VerifyOutcome, missing: &[Failure]) -> Vec<Suite> {
     let mut suites: Vec<Suite> = outcome.cases.iter().map(suite).collect();
-    let cross = outcome.cross.iter();
-    let cross = cross
-        .filter_map(|c| Some((c, c.judged?)))
-        .map(|(c, judged)| TestCase {
-            class: format!("{}.methods", c.scene),
-            name: format!(
-                "{}{} {} – {} {}",
-                c.n.map_or(String::new(), |n| format!("n = {n}: ")),
-                c.a.engine,
-                c.a.method,
-                c.b.engine,
-                c.b.method
-            ),
-            title: None,
-            seconds: 0.0,
-            verdict: judged.verdict,
-            message: format!(
+    let cross = outcome.cross.iter().filter_map(|c| {
+        let judged = c.judged?;
+        let n = c.n.map_or(String::new(), |n| format!("n = {n}: "));
+        let (a, b) = (&c.a, &c.b);
+        Some(TestCase::new(
+            &format!("{}.methods", c.scene),
+            format!("{n}{} {} – {} {}", a.engine, a.method, b.engine, b.method),
+            judged.verdict,
+            format!(
                 "distance {:e}, certified bounds {:e} and {:e}, the best on this mesh {:e}",
                 judged.distance, judged.bounds[0], judged.bounds[1], judged.best
             ),
-        });
-    let engines = outcome
-        .failures
-        .iter()
-        .chain(missing)
-        .map(|failure| TestCase {
-            class: "engines".into(),
-            name: failure.engine.clone(),
-            title: Some(format!("no answer from {}", failure.engine)),
-            seconds: 0.0,
-            verdict: Verdict::Undetermined,
-            message: failure.message.clone(),
-        });
-    for (name, cases) in [
-        ("methods", cross.collect::<Vec<_>>()),
-        ("engines", engines.collect()),
-    ] {
-        if !cases.is_empty() {
-            suites.push(Suite {
-                name: name.into(),
-                properties: Vec::new(),
-                cases,
-            });
-        }
-    }
+        ))
+    });
+    let failures = outcome.failures.iter().chain(missing);
+    let engines = failures.map(|Failure { engine, message }| TestCase {
+        title: Some(format!("no answer from {engine}")),
+        ..TestCase::new("engines", engine, Verdict::Undetermined, message.clone())
+    });
+    suites.extend([Suite::new("methods", cross), Suite::new("engines", engines)]);
+    suites.retain(|suite| !suite.cases.is_empty());
     suites
 }
 
@@ -363,14 +299,7 @@ fn suite(case: &CaseOutcome) -> Suite {
     let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
     // A dot would open a package of its own in the servers' trees.
     let class = format!("{}.{}{n}", case.scene.replace('.', "_"), case.method);
-    let test = |name: String, verdict, message| TestCase {
-        class: class.clone(),
-        name,
-        title: None,
-        seconds: 0.0,
-        verdict,
-        message,
-    };
+    let test = |name, verdict, message| TestCase::new(&class, name, verdict, message);
     let engines = case.engines.iter().map(|engine| {
         let message = match engine.converged {
             true => format!("its backward error is {}", short(engine.residual)),
@@ -392,17 +321,25 @@ fn suite(case: &CaseOutcome) -> Suite {
         let why = "fewer than two engines answered".to_owned();
         cases.push(test("a pair to compare".into(), Verdict::Undetermined, why));
     }
-    let versions = case.engines.iter();
-    let versions: Vec<String> = versions
-        .map(|e| format!("{} {}", e.engine, e.version))
-        .collect();
     Suite {
-        name: label(case),
         properties: vec![
-            ("engines", versions.join(", ")),
+            ("engines", versions(case)),
             ("mesh", case.mesh_digest.clone()),
             ("faces", case.faces.to_string()),
         ],
-        cases,
+        ..Suite::new(label(case), cases)
     }
+}
+
+pub(super) fn sizes(case: &CaseOutcome) -> String {
+    format!(
+        "{} cells, {} faces, {} of them contact, {} dofs",
+        case.cells, case.faces, case.contact_faces, case.dofs
+    )
+}
+
+/// Every code with its version.
+pub(super) fn versions(case: &CaseOutcome) -> String {
+    let of = |e: &EngineOutcome| format!("{} {}", e.engine, e.version);
+    joined(case.engines.iter().map(of), ", ")
 }

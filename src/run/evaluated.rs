@@ -1,6 +1,5 @@
 //! What an answer is worth: its errors where the solution is known, its quantities, and its certificate.
 
-use faceoff_fem::certify::{Certificate, certify};
 use faceoff_fem::contact::{Errors, Problem, Quantities, quantities};
 use faceoff_fem::known::Truth;
 use faceoff_mesh::error::{Error, Result};
@@ -28,13 +27,13 @@ impl Evaluated {
     }
 }
 
-/// A certificate, or why there is none.
+/// What is certified, or why nothing is.
 ///
 /// # Errors
-/// Those of the linear solver, and an interruption.
-pub fn certificate(problem: &Problem, u: &[f64]) -> Result<Result<Certificate, String>> {
-    match certify(problem, u) {
-        Ok(certificate) => Ok(Ok(certificate)),
+/// Other errors than a refusal: those of the linear solver, and an interruption.
+pub fn certificate<T>(found: Result<T>) -> Result<Result<T, String>> {
+    match found {
+        Ok(certified) => Ok(Ok(certified)),
         Err(Error::Certificate { because, .. }) => Ok(Err(because)),
         Err(other) => Err(other),
     }

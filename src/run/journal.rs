@@ -4,13 +4,13 @@ use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::engine::first_difference;
+use crate::engine::{first_difference, lock};
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::file;
 
@@ -145,7 +145,7 @@ impl Journal {
             asked: asked.clone(),
             found: serde_json::to_value(found).unwrap_or_default(),
         };
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut file = lock(&self.file);
         append(&mut file, &self.path, &entry)
     }
 }

@@ -94,13 +94,36 @@ impl Setup {
         method: Method,
         settings: &Settings,
     ) -> Result<Self> {
-        Ok(Setup {
-            mesh: Arc::new(scene.triangulation(n)?),
-            discretisation: Discretisation::of(scene, method),
+        let mesh = Arc::new(scene.triangulation(n)?);
+        Ok(Setup::on(mesh, scene, n, method, settings))
+    }
+
+    /// The same on any mesh.
+    pub fn on(
+        mesh: Arc<Triangulation>,
+        scene: &Scene,
+        n: Option<usize>,
+        method: Method,
+        settings: &Settings,
+    ) -> Self {
+        Setup {
             scene: scene.clone(),
             n,
+            mesh,
+            discretisation: Discretisation::of(scene, method),
             settings: settings.clone(),
-        })
+        }
+    }
+
+    /// The same, or with one thing changed.
+    ///
+    /// # Errors
+    /// Those of [`Setup::with`].
+    pub fn varied(self, variation: Option<&Variation>) -> Result<Self> {
+        match variation {
+            Some(variation) => self.with(variation),
+            None => Ok(self),
+        }
     }
 
     /// The case, assembled.

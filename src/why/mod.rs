@@ -10,6 +10,8 @@ mod search;
 
 use serde::Serialize;
 
+use crate::engine::unique;
+
 pub use order::{elsewhere, order};
 pub use search::Search;
 
@@ -108,12 +110,8 @@ impl Diagnosis {
             .filter(|i| i.left < 0.5 * self.difference);
         let nearest = nearer.min_by(|i, j| i.left.total_cmp(&j.left));
         let nearest = nearest.map_or(String::new(), |i| {
-            format!(
-                " {} with {} comes nearest and leaves {:.1e}.",
-                i.ingredient,
-                i.words(),
-                i.left
-            )
+            let (name, words, left) = (&i.ingredient, i.words(), i.left);
+            format!(" {name} with {words} comes nearest and leaves {left:.1e}.")
         });
         format!(
             "no ingredient alone accounts for the difference of {:.1e}, neither {}.{nearest}",
@@ -124,11 +122,5 @@ impl Diagnosis {
 }
 
 fn names<'a>(ingredients: impl Iterator<Item = &'a Ingredient>) -> Vec<&'a str> {
-    let mut names: Vec<&str> = Vec::new();
-    for ingredient in ingredients {
-        if !names.contains(&&*ingredient.ingredient) {
-            names.push(&ingredient.ingredient);
-        }
-    }
-    names
+    unique(ingredients.map(|i| &*i.ingredient))
 }

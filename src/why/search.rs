@@ -90,17 +90,11 @@ impl<'a> Search<'a> {
     pub fn by_running(self, engines: [&dyn Engine; 2]) -> Result<Self> {
         let stop = self.setup.settings.stop;
         let increment = 1e-14_f64.min(0.01 * stop.increment);
+        let small = format!("increments of at most {increment:e}");
+        let reversed = "the cells in reverse order for both codes".to_owned();
         let mut again = vec![
-            (
-                "the tolerance",
-                format!("increments of at most {increment:e}"),
-                Variation::Increment(increment, 4),
-            ),
-            (
-                "the order of the mesh",
-                "the cells in reverse order for both codes".into(),
-                Variation::CellsReversed,
-            ),
+            ("the tolerance", small, Variation::Increment(increment, 4)),
+            ("the order of the mesh", reversed, Variation::CellsReversed),
         ];
         if self.reaches_inside() {
             let matched = "a constant f and no t in both codes";
@@ -167,29 +161,24 @@ impl<'a> Search<'a> {
         let Ok(setup) = self.setup.with(variation) else {
             return Ok(None);
         };
-        let Some(fields) = self.rust(&setup)? else {
-            return Ok(None);
+        let of = |fields: FaceFields| {
+            let left = |k: &usize| (*k, distance(&fields, &self.answers[*k]));
+            let all = self.strange.iter().map(left);
+            all.min_by(|a, b| a.1.total_cmp(&b.1))
         };
-        let left = |k: &usize| (*k, distance(&fields, &self.answers[*k]));
-        let all = self.strange.iter().map(left);
-        Ok(all.min_by(|a, b| a.1.total_cmp(&b.1)))
+        Ok(self.rust(&setup)?.and_then(of))
     }
 
     /// u times a constant.
     fn scale(&self) {
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        let means = |f: &FaceFields| {
-            f.column("mean")
-                .map(|c| c.values.clone())
-                .unwrap_or_default()
-        };
+        let means = |f: &FaceFields| f.column("mean").map_or(vec![], |c| c.values.clone());
         let own = means(&self.own);
         for &k in &self.strange {
             let other = means(&self.answers[k]);
             let factor = dot(&other, &own) / dot(&own, &own);
-            let largest = other
-                .iter()
-                .fold(f64::MIN_POSITIVE, |m: f64, v| m.max(v.abs()));
+            let largest = other.iter();
+            let largest = largest.fold(f64::MIN_POSITIVE, |m: f64, v| m.max(v.abs()));
             let apart = other.iter().zip(&own);
             let apart = apart.fold(0.0, |m: f64, (a, b)| m.max((a - factor * b).abs()));
             let is_other = (factor - 1.0).abs() > 1e-6 && factor.abs() > 1e-6;
@@ -279,6 +268,9 @@ const GAMMA: &str = "γ = γ₀ h";
 fn candidates(setup: &Setup) -> Vec<(&'static str, String, Variation)> {
     let (dim, discretisation) = (setup.mesh.dim, &setup.discretisation);
     let mut all = Vec::new();
+    let mut add = |ingredient, matched: &str, variation| {
+        all.push((ingredient, matched.to_owned(), variation));
+    };
     if let Ok([load, contact]) = discretisation.rules(dim) {
         let others = |dim: usize, own: &'static str| {
             quadrature::names(dim)
@@ -286,66 +278,54 @@ fn candidates(setup: &Setup) -> Vec<(&'static str, String, Variation)> {
                 .filter(move |rule| **rule != own)
         };
         for rule in others(dim, load.name) {
-            let variation = Variation::LoadRule((*rule).into());
-            all.push((LOAD, (*rule).to_owned(), variation));
+            add(LOAD, rule, Variation::LoadRule((*rule).into()));
         }
         for rule in others(dim - 1, contact.name) {
             let variation = Variation::ContactRule((*rule).into());
-            all.push(("the quadrature on Γ_C", (*rule).to_owned(), variation));
+            add("the quadrature on Γ_C", rule, variation);
         }
     }
     let (h, name) = match discretisation.h {
         HRule::Local => (HRule::Global, "global h"),
         HRule::Global => (HRule::Local, "local h"),
     };
-    all.push((GAMMA, name.into(), Variation::H(h)));
+    add(GAMMA, name, Variation::H(h));
     for datum in Datum::ALL {
         if !datum.of(setup.scene.data()).is_zero() {
-            all.push((
-                datum.name(),
-                "the other sign".into(),
-                Variation::Negated(datum),
-            ));
-            all.push((
-                datum.name(),
-                "0 in its place".into(),
-                Variation::Zero(datum),
-            ));
+            add(datum.name(), "the other sign", Variation::Negated(datum));
+            add(datum.name(), "0 in its place", Variation::Zero(datum));
         }
     }
     for (i, k, names) in [
-        (2, 1, "Γ_C and Γ_N"),
-        (2, 0, "Γ_C and Γ_D"),
-        (1, 0, "Γ_N and Γ_D"),
+        (2, 1, "Γ_C and Γ_N swapped"),
+        (2, 0, "Γ_C and Γ_D swapped"),
+        (1, 0, "Γ_N and Γ_D swapped"),
     ] {
-        all.push((
-            "the boundary",
-            format!("{names} swapped"),
-            Variation::Swapped(i, k),
-        ));
+        add("the boundary", names, Variation::Swapped(i, k));
     }
     let method = discretisation.method;
     match method.law {
         Law::FluxCorrected => {
             let plain = Variation::Method(Method::cr());
-            all.push(("the flux", "no correction by the load".into(), plain));
+            add("the flux", "no correction by the load", plain);
         }
         Law::Nitsche(Nitsche { theta1, theta2 }) => {
             for (a, b) in [(1, 0), (1, 1), (0, 1), (-1, 0), (-1, 1)] {
                 if (a, b) != (theta1, theta2) {
                     let other = Variation::Method(Method::nitsche(method.element, a, b));
-                    all.push(("θ", format!("θ₁ = {a} and θ₂ = {b}"), other));
+                    add("θ", &format!("θ₁ = {a} and θ₂ = {b}"), other);
                 }
             }
             if method == Method::cr() {
                 let corrected = Variation::Method(Method::cr_fc());
-                all.push(("the flux", "the correction by the load".into(), corrected));
+                add("the flux", "the correction by the load", corrected);
             }
         }
         _ => {}
     }
     all
 }
+
 /// What is left when both codes start from either answer. Of two solutions the start decides which is found; but as the
 /// scheme is linear while no point of Γ_C changes its status, two of them differ there. Answers with the same status are
 /// one solution of one linear system, which differ by rounding alone.
@@ -370,12 +350,9 @@ fn start_decides(residuals: [f64; 2], flips: usize, difference: f64) -> (&'stati
 pub(super) fn distance(a: &FaceFields, b: &FaceFields) -> f64 {
     let judged = judge(a, b, 1.0).unwrap_or_default();
     let values = judged.iter().filter(|f| f.field != "status");
-    let largest = values.map(|f| {
-        if f.max_rel.is_nan() {
-            f64::INFINITY
-        } else {
-            f.max_rel
-        }
+    let largest = values.map(|f| match f.max_rel.is_nan() {
+        true => f64::INFINITY,
+        false => f.max_rel,
     });
     largest.reduce(f64::max).unwrap_or(f64::INFINITY)
 }

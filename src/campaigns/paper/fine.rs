@@ -6,23 +6,10 @@ use faceoff_fem::known::Function;
 
 /// A function of a P2 space on the Union-Jack mesh of n × n squares of the unit square.
 pub struct Fine<'a> {
-    space: &'a Space<'a>,
-    u: &'a [f64],
-    n: usize,
-    grad_norm_sq: f64,
-    l2_norm: f64,
-}
-
-impl<'a> Fine<'a> {
-    pub fn new(space: &'a Space<'a>, u: &'a [f64], n: usize, norms: &Quantities) -> Self {
-        Fine {
-            space,
-            u,
-            n,
-            grad_norm_sq: norms.grad_norm_sq,
-            l2_norm: norms.l2_norm,
-        }
-    }
+    pub space: Space<'a>,
+    pub u: Vec<f64>,
+    pub n: usize,
+    pub norms: Quantities,
 }
 
 impl Function for Fine<'_> {
@@ -37,7 +24,7 @@ impl Function for Fine<'_> {
             *lambda = 1.0 + slope.x * (x - corner.x) + slope.y * (y - corner.y);
         }
         let phi = self.space.element.values(2, &lambda);
-        let local = self.space.local(cell, self.u);
+        let local = self.space.local(cell, &self.u);
         phi.iter().zip(&local).map(|(p, u)| p * u).sum()
     }
 
@@ -66,11 +53,11 @@ impl Function for Fine<'_> {
     }
 
     fn grad_norm_sq(&self) -> f64 {
-        self.grad_norm_sq
+        self.norms.grad_norm_sq
     }
 
     fn l2_norm(&self) -> f64 {
-        self.l2_norm
+        self.norms.l2_norm
     }
 }
 
@@ -128,10 +115,16 @@ mod tests {
         }
     }
 
-    fn fine<'a>(space: &'a Space<'a>, u: &'a [f64], n: usize) -> Fine<'a> {
-        let energy = faceoff_fem::assembly::Stiffness::new(space).energy(u);
-        let mass = faceoff_fem::assembly::norm_squared(space, u);
-        Fine::new(space, u, n, &norms([energy, mass.sqrt()]))
+    fn fine<'a>(mesh: &'a Triangulation, u: &[f64], n: usize) -> Fine<'a> {
+        let space = Space::new(mesh, &P2);
+        let energy = faceoff_fem::assembly::Stiffness::new(&space).energy(u);
+        let mass = faceoff_fem::assembly::norm_squared(&space, u);
+        Fine {
+            space,
+            u: u.to_vec(),
+            n,
+            norms: norms([energy, mass.sqrt()]),
+        }
     }
 
     #[test]
@@ -140,7 +133,7 @@ mod tests {
             let mesh = mesh(n);
             let space = Space::new(&mesh, &P2);
             let u = wavy(&space);
-            let fine = fine(&space, &u, n);
+            let fine = fine(&mesh, &u, n);
             for (p, u) in space.points().zip(&u) {
                 assert!((fine.value(p[0], p[1]) - u).abs() < 1e-12, "n = {n}: {p:?}");
             }
@@ -153,7 +146,7 @@ mod tests {
         let mesh = mesh(7);
         let space = Space::new(&mesh, &P2);
         let u = wavy(&space);
-        let fine = fine(&space, &u, 7);
+        let fine = fine(&mesh, &u, 7);
         for (a, b) in [
             ([0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]),
             ([2.0 / 3.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]),
@@ -181,7 +174,7 @@ mod tests {
             .points()
             .map(|p| (2.0 * p[0]).sin() * (1.0 - p[1] * p[1]))
             .collect();
-        let fine = fine(&space, &smooth, 12);
+        let fine = fine(&fine_mesh, &smooth, 12);
         let coarse = Space::new(&coarse_mesh, &CR);
         let u_h: Vec<f64> = coarse.points().map(|p| p[0] - p[1] * p[0]).collect();
         let here = distance(&coarse, &u_h, &fine);
@@ -213,8 +206,8 @@ mod tests {
             }
         }
         let expected = Errors {
-            h1: (h1 / fine.grad_norm_sq).sqrt(),
-            l2: l2.sqrt() / fine.l2_norm,
+            h1: (h1 / fine.grad_norm_sq()).sqrt(),
+            l2: l2.sqrt() / fine.l2_norm(),
         };
         assert!(
             (here.h1 / expected.h1 - 1.0).abs() < 1e-9,
@@ -267,7 +260,7 @@ mod tests {
             "{here:?} {there:?}"
         );
         // P2 is nearly orthogonal: e₁² ≈ e₂² + step².
-        let coarse = Fine::new(&solved[0].0.space, &solved[0].1, 24, &norms([1.0, 1.0]));
+        let coarse = fine(&meshes[0], &solved[0].1, 24);
         let step = step_between(problem, u, &coarse);
         let sum = step.hypot(here.h1);
         assert!((sum / of(0).h1 - 1.0).abs() < 0.1, "{sum} {:?}", of(0));

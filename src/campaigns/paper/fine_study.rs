@@ -5,13 +5,12 @@ use serde::Serialize;
 use super::example::Example;
 use super::fine::{Fine, step_between};
 use super::study::steps_to;
-use super::work::{Work, cost};
+use super::work::{Part, Work};
 use crate::campaigns::orders::Theory;
 use crate::run::Observed;
 use faceoff_fem::contact::{
-    Discretisation, Errors, Iteration, Method, Problem, Quantities, Stop, quantities, solve,
+    Discretisation, Errors, Iteration, Method, Problem, Stop, quantities, solve,
 };
-use faceoff_fem::element::Space;
 use faceoff_fem::known::{Function, fine_errors};
 use faceoff_fem::truth::exact::Regularity;
 use faceoff_mesh::error::{Error, Result};
@@ -43,25 +42,14 @@ pub struct FineOutcome {
 /// The elevation is drawn from this many intervals each way.
 const ELEVATION: usize = 48;
 
-/// P2 on one mesh.
-pub struct Solved<'a> {
-    n: usize,
-    space: Space<'a>,
-    u: Vec<f64>,
-    norms: Quantities,
-}
-
-impl Solved<'_> {
-    pub fn known(&self) -> Fine<'_> {
-        Fine::new(&self.space, &self.u, self.n, &self.norms)
-    }
-
-    fn elevation(&self) -> Vec<Vec<f64>> {
-        let known = self.known();
-        let at = |k: usize| k as f64 / ELEVATION as f64;
-        let row = |j: usize| (0..=ELEVATION).map(|i| known.value(at(i), at(j))).collect();
-        (0..=ELEVATION).map(row).collect()
-    }
+fn elevation(solved: &Fine) -> Vec<Vec<f64>> {
+    let at = |k: usize| k as f64 / ELEVATION as f64;
+    let row = |j: usize| {
+        (0..=ELEVATION)
+            .map(|i| solved.value(at(i), at(j)))
+            .collect()
+    };
+    (0..=ELEVATION).map(row).collect()
 }
 
 /// Solves on `meshes`, each with twice the n of the one before, and keeps the last solution.
@@ -72,10 +60,10 @@ pub fn run_fine<'a>(
     example: &'a Example,
     meshes: &'a [(usize, Triangulation)],
     work: &Work,
-) -> Result<(Solved<'a>, FineOutcome)> {
+) -> Result<(Fine<'a>, FineOutcome)> {
     let (mut dofs, mut steps, mut errors, mut between) = (vec![], vec![], vec![], vec![]);
     let mut converged = true;
-    let mut last: Option<Solved<'a>> = None;
+    let mut last: Option<Fine<'a>> = None;
     for (n, mesh) in meshes {
         let n = *n;
         let what = format!("{}, p2 on {n} × {n}", example.title());
@@ -92,14 +80,14 @@ pub fn run_fine<'a>(
         let norms = quantities(&problem, &solution.u);
         errors.push(fine_errors(&problem, &solution.u, &norms, &example.truth));
         if let Some(coarse) = &last {
-            between.push(step_between(&problem, &solution.u, &coarse.known()));
+            between.push(step_between(&problem, &solution.u, coarse));
         }
         converged &= solution.converged;
         dofs.push(problem.space.dofs);
         steps.push(steps_to(super::TOL, &solution.increments));
-        work.finish(cost::fine(n));
+        work.finish(Part::Fine.cost(n));
         let Problem { space, .. } = problem;
-        last = Some(Solved {
+        last = Some(Fine {
             n,
             space,
             u: solution.u,
@@ -114,6 +102,7 @@ pub fn run_fine<'a>(
         let pairs: Vec<_> = n.iter().copied().zip(errors.iter().map(error)).collect();
         Observed::new(&pairs)
     };
+    let last_step = between.last().copied().unwrap_or(f64::NAN);
     let outcome = FineOutcome {
         h1: observed(|e| e.h1),
         l2: observed(|e| e.l2),
@@ -122,13 +111,10 @@ pub fn run_fine<'a>(
         steps,
         converged,
         errors,
-        predicted: predicted(
-            between.last().copied().unwrap_or(f64::NAN),
-            order_of_theory(),
-        ),
+        predicted: predicted(last_step, order_of_theory()),
         steps_between: between,
         contact_set: solved.norms.contact_set.runs().to_vec(),
-        elevation: solved.elevation(),
+        elevation: elevation(&solved),
     };
     Ok((solved, outcome))
 }

@@ -10,7 +10,6 @@ mod iterations;
 mod reference;
 mod statements;
 mod study;
-mod text;
 mod work;
 
 pub use example::Example;
@@ -19,7 +18,6 @@ pub use iterations::{CAP, Count};
 pub use reference::{Known, References};
 pub use statements::Statement;
 pub use study::{ExampleOutcome, PaperOutcome, PaperRequest, Series, SeriesLevel, study};
-pub use text::intervals;
 
 /// The meshes of both examples: h/√2 ∈ {2^-(i+4)}, i = 0 … 4, on the unit square.
 pub const MESHES: [usize; 5] = [16, 32, 64, 128, 256];
@@ -33,3 +31,20 @@ pub const ITERATIONS: [usize; 5] = [79, 84, 66, 54, 58];
 pub const FINE_ITERATIONS: usize = 127;
 /// N of (6.2).
 pub const ZONES: [u32; 2] = [3, 5];
+
+/// Of more intervals words have only the first ones.
+const MOST_INTERVALS: usize = 8;
+
+/// `[0, 0.1] ∪ [0.3, 0.4]`; of very many the first ones.
+pub fn intervals(set: &[[f64; 2]], digits: usize) -> String {
+    let shown = set.iter().take(MOST_INTERVALS);
+    let words: Vec<String> = shown
+        .map(|[a, b]| format!("[{a:.digits$}, {b:.digits$}]"))
+        .collect();
+    let more = if set.len() > MOST_INTERVALS {
+        format!(" ∪ … ({} in all)", set.len())
+    } else {
+        String::new()
+    };
+    words.join(" ∪ ") + &more
+}

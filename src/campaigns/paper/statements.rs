@@ -4,8 +4,7 @@ use serde::Serialize;
 
 use super::iterations::Count;
 use super::study::{ExampleOutcome, PaperRequest};
-use super::text::intervals;
-use super::{FINE, FINE_ITERATIONS, ITERATIONS, MESHES};
+use super::{FINE, FINE_ITERATIONS, ITERATIONS, MESHES, intervals};
 use crate::run::Observed;
 use faceoff_fem::contact::Iteration;
 
@@ -72,13 +71,8 @@ fn contact(e: &ExampleOutcome) -> Statement {
             statement(e, "contact on one half of the side y = 0", half, found)
         }
         Some(n) => {
-            let holds = e.contact_set.len() > 1;
-            statement(
-                e,
-                format!("several contact zones for N = {n}"),
-                holds,
-                found,
-            )
+            let says = format!("several contact zones for N = {n}");
+            statement(e, says, e.contact_set.len() > 1, found)
         }
     }
 }
@@ -88,19 +82,14 @@ fn changes(e: &ExampleOutcome) -> Statement {
     let stated = e.zones.map_or(1, |n| n as usize + 1);
     let plural =
         |count: usize, word: &str| format!("{count} {word}{}", if count == 1 { "" } else { "s" });
-    statement(
-        e,
-        format!(
-            "the solution changes from contact to non-contact in {}",
-            plural(stated, "point")
-        ),
-        points == stated,
-        format!(
-            "{} with {}",
-            plural(zones, "zone"),
-            plural(points, "change")
-        ),
-    )
+    let changes = plural(stated, "point");
+    let says = format!("the solution changes from contact to non-contact in {changes}");
+    let found = format!(
+        "{} with {}",
+        plural(zones, "zone"),
+        plural(points, "change")
+    );
+    statement(e, says, points == stated, found)
 }
 
 /// First order, second order, and "close to 3/2".
@@ -108,31 +97,23 @@ fn orders(e: &ExampleOutcome) -> Vec<Statement> {
     let Some(series) = e.series.first() else {
         return Vec::new();
     };
-    let shown = |of: &Observed| {
-        of.fit
-            .map_or("no fit".to_owned(), |fit| format!("{fit:.3}"))
-    };
+    let shown = |of: &Observed| of.fit.map_or("no fit".into(), |fit| format!("{fit:.3}"));
     let near = |of: &Observed, order: f64| of.fit.is_some_and(|fit| (fit - order).abs() <= NEAR);
-    let both = |fine: &Observed, exact: &Observed| {
-        format!(
+    let both = |says: &str, order: f64, fine: &Observed, exact: &Observed| {
+        let found = format!(
             "fit {} to the fine P2 solution, {} to the mesh-free one",
             shown(fine),
             shown(exact)
-        )
+        );
+        statement(e, says, near(fine, order) && near(exact, order), found)
     };
+    let (h1, l2) = (
+        "the relative H¹ error has order 1",
+        "the relative L² error has order 2",
+    );
     vec![
-        statement(
-            e,
-            "the relative H¹ error has order 1",
-            near(&series.h1_to_fine, 1.0) && near(&series.h1, 1.0),
-            both(&series.h1_to_fine, &series.h1),
-        ),
-        statement(
-            e,
-            "the relative L² error has order 2",
-            near(&series.l2_to_fine, 2.0) && near(&series.l2, 2.0),
-            both(&series.l2_to_fine, &series.l2),
-        ),
+        both(h1, 1.0, &series.h1_to_fine, &series.h1),
+        both(l2, 2.0, &series.l2_to_fine, &series.l2),
         statement(
             e,
             "‖u_h + [P(u_h)]₊‖ on Γ_C has an order close to 3/2",
@@ -189,29 +170,27 @@ fn iterations(
     let Some(example) = examples.first().filter(|e| e.zones.is_none()) else {
         return Vec::new();
     };
-    let list = |items: &[String]| items.join(", ");
     let mut all = Vec::new();
     if request.n == MESHES {
         let stated: Vec<Option<usize>> = ITERATIONS.iter().map(|&k| Some(k)).collect();
-        let fixed: Vec<&Count> = counts
-            .iter()
-            .filter(|c| c.iteration != Iteration::Newton)
-            .collect();
-        let same = fixed.iter().find(|c| c.iterations == stated);
+        let newton = Iteration::Newton;
+        let mut fixed = counts.iter().filter(|c| c.iteration != newton);
+        let splittings = fixed.clone().count();
+        let same = fixed.find(|c| c.iterations == stated);
         let found = match same {
-            Some(count) => format!(
-                "{} with γ = {} gives just these",
-                count.iteration, count.gamma
-            ),
+            Some(Count {
+                iteration, gamma, ..
+            }) => {
+                format!("{iteration} with γ = {gamma} gives just these")
+            }
             None => format!(
-                "none of {} splittings gives them (γ₀, splitting and start are not stated); see the table",
-                fixed.len()
+                "none of {splittings} splittings gives them (γ₀, splitting and start are not stated); see the table"
             ),
         };
         let words: Vec<String> = ITERATIONS.iter().map(ToString::to_string).collect();
         all.push(statement(
             example,
-            format!("the fixed point takes {} iterations", list(&words)),
+            format!("the fixed point takes {} iterations", words.join(", ")),
             same.map(|_| true),
             found,
         ));

@@ -6,7 +6,7 @@ use super::fine::Fine;
 use super::fine_study::{FineOutcome, run_fine};
 use super::iterations::{Count, Scheme, count, schemes};
 use super::statements::{Statement, statements};
-use super::work::{Listener, Work, cost};
+use super::work::{Listener, Part, Work};
 use super::{Example, TOL};
 use crate::engine::{Answer, Case, Engine, Progress, Settings};
 use crate::run::{Answers, Failure, Observed, Runner, check_meshes};
@@ -109,16 +109,9 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
     let work = Work::new(request, progress);
     // All examples have one domain with one boundary.
     let square = |n: usize| Ok((n, request.examples[0].scene.triangulation(Some(n))?));
-    let (fine_meshes, meshes) = rayon::join(
-        || {
-            [4, 2, 1]
-                .map(|part| square(request.fine / part))
-                .into_iter()
-                .collect()
-        },
-        || request.n.iter().map(|&n| square(n)).collect(),
-    );
-    let (fine_meshes, meshes): (Result<Vec<_>>, Result<Vec<_>>) = (fine_meshes, meshes);
+    let squares = |all: &[usize]| all.iter().map(|&n| square(n)).collect::<Result<Vec<_>>>();
+    let fine = [4, 2, 1].map(|part| request.fine / part);
+    let (fine_meshes, meshes) = rayon::join(|| squares(&fine), || squares(&request.n));
     let (fine_meshes, meshes) = (fine_meshes?, meshes?);
 
     let mut cases = Vec::new();
@@ -131,19 +124,16 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
             });
         }
     }
+    let all: Vec<&Case> = cases.iter().collect();
     let (fines, (runs, counts)) = rayon::join(
         || {
-            let fines = request
-                .examples
-                .iter()
-                .map(|e| run_fine(e, &fine_meshes, &work));
+            let examples = request.examples.iter();
+            let fines = examples.map(|e| run_fine(e, &fine_meshes, &work));
             fines.collect::<Result<Vec<_>>>()
         },
         || {
-            (
-                run_engines(request, &cases.iter().collect::<Vec<_>>(), &work),
-                run_counts(request, &meshes, gamma0, &work),
-            )
+            let runs = run_engines(request, &all, &work);
+            (runs, run_counts(request, &meshes, gamma0, &work))
         },
     );
     let (fines, counts) = (fines?, counts?);
@@ -152,7 +142,6 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
     let mut examples = Vec::new();
     for (index, (example, (solved, fine))) in request.examples.iter().zip(fines).enumerate() {
         let of_example = index * meshes.len()..(index + 1) * meshes.len();
-        let reference = solved.known();
         let mut series = Vec::new();
         for run in &runs {
             let mut levels = Vec::new();
@@ -160,8 +149,8 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
                 work.next(&format!("errors of {}, {}", example.title(), run.engine))?;
                 // A run of these is complete.
                 let answer = run.of(k);
-                levels.extend(answer.map(|a| level(&cases[k], a, example, &reference)));
-                work.finish(cost::errors(request.n[k - of_example.start]));
+                levels.extend(answer.map(|a| level(&cases[k], a, example, &solved)));
+                work.finish(Part::Errors.cost(request.n[k - of_example.start]));
             }
             series.push(Series::new(run, levels));
         }
@@ -212,7 +201,8 @@ fn run_engines(
     let runner = Runner::new(&request.settings, &listener);
     for engine in &request.engines {
         let run = runner.answers(&**engine, cases);
-        let finished = request.n.iter().map(|&n| cost::engine(engine.is_own(), n));
+        let part = Part::of_engine(engine.is_own());
+        let finished = request.n.iter().map(|&n| part.cost(n));
         work.finish(finished.sum::<f64>() * request.examples.len() as f64);
         match run {
             Ok(run) => runs.push(run),
@@ -247,7 +237,7 @@ fn run_counts(
                 ))
             };
             iterations.push(count(&example.scene, mesh, Method::cr(), scheme, tell)?);
-            work.finish(cost::count(*n));
+            work.finish(Part::Count.cost(*n));
         }
         counts.push(Count {
             example: example.scene.name().to_owned(),

@@ -4,24 +4,34 @@ use std::sync::Mutex;
 
 use super::iterations::schemes;
 use super::study::PaperRequest;
-use crate::engine::{Case, Progress};
+use crate::engine::{Case, Progress, lock};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
-/// Rough shares of the work; they only shape the bar.
-pub mod cost {
-    pub fn fine(n: usize) -> f64 {
-        20.0 * (n * n) as f64
+/// Rough shares of the work, a square of a mesh; they only shape the bar.
+#[derive(Clone, Copy)]
+pub enum Part {
+    /// P2, with its errors.
+    Fine = 20,
+    /// CR by the Rust engine, and by a code that is slower.
+    Own = 2,
+    Other = 60,
+    /// Iterations, counted.
+    Count = 10,
+    Errors = 8,
+}
+
+impl Part {
+    /// On a mesh of n × n squares.
+    pub fn cost(self, n: usize) -> f64 {
+        (self as usize * n * n) as f64
     }
-    pub fn engine(is_own: bool, n: usize) -> f64 {
-        let slowness = if is_own { 2.0 } else { 60.0 };
-        slowness * (n * n) as f64
-    }
-    pub fn count(n: usize) -> f64 {
-        10.0 * (n * n) as f64
-    }
-    pub fn errors(n: usize) -> f64 {
-        8.0 * (n * n) as f64
+
+    pub fn of_engine(is_own: bool) -> Self {
+        match is_own {
+            true => Part::Own,
+            false => Part::Other,
+        }
     }
 }
 
@@ -35,21 +45,15 @@ pub struct Work<'a> {
 impl<'a> Work<'a> {
     pub fn new(request: &PaperRequest, progress: &'a dyn Progress) -> Self {
         let examples = request.examples.len() as f64;
-        let fine: f64 = [4, 2, 1]
-            .map(|part| cost::fine(request.fine / part))
-            .iter()
-            .sum();
-        let cr: f64 = request
-            .n
-            .iter()
-            .map(|&n| {
-                let engines = request.engines.iter();
-                let solving: f64 = engines
-                    .map(|e| cost::engine(e.is_own(), n) + cost::errors(n))
-                    .sum();
-                examples * solving + schemes(1.0).len() as f64 * cost::count(n)
-            })
-            .sum();
+        let fine = [4, 2, 1].map(|part| Part::Fine.cost(request.fine / part));
+        let fine: f64 = fine.iter().sum();
+        let of_cr = |&n: &usize| {
+            let engines = request.engines.iter();
+            let engines = engines.map(|e| Part::of_engine(e.is_own()).cost(n));
+            let solving: f64 = engines.map(|cost| cost + Part::Errors.cost(n)).sum();
+            examples * solving + schemes(1.0).len() as f64 * Part::Count.cost(n)
+        };
+        let cr: f64 = request.n.iter().map(of_cr).sum();
         Work {
             total: examples * fine + cr,
             done: Mutex::new(0.0),
@@ -57,20 +61,14 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn done(&self) -> std::sync::MutexGuard<'_, f64> {
-        self.done
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
-
     pub fn next(&self, what: &str) -> Result<()> {
-        let share = *self.done() / self.total;
+        let share = *lock(&self.done) / self.total;
         self.progress.next(what, share);
         cancel::check()
     }
 
     pub fn finish(&self, cost: f64) {
-        *self.done() += cost;
+        *lock(&self.done) += cost;
     }
 }
 

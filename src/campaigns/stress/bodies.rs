@@ -48,15 +48,13 @@ pub fn trials() -> Result<Vec<Trial>> {
     let one = Place::on(held.clone(), "one body", square.clone());
     let mut all = Vec::new();
     let mut add = |value: &str, scene: &Scene, mesh: &Mesh, is_solvable: bool| {
-        let mut trial = Trial::new(
-            "bodies",
-            value,
-            Place::on(scene.clone(), value, mesh.clone()),
-        );
-        trial.must_refuse = !is_solvable;
-        trial.reference = Some(one.clone());
-        trial.room = ROOM;
-        all.push(trial);
+        let place = Place::on(scene.clone(), value, mesh.clone());
+        all.push(Trial {
+            must_refuse: !is_solvable,
+            reference: Some(one.clone()),
+            room: ROOM,
+            ..Trial::new("bodies", value, place)
+        });
     };
     let two = joined(&square, &square, 2.0);
     add("two, held", &held, &two, true);
@@ -67,15 +65,10 @@ pub fn trials() -> Result<Vec<Trial>> {
     boundary.neumann = floating.boundary().neumann.clone();
     boundary.neumann.pop();
     boundary.neumann.push(GroupName::Name("lid".into()));
-    let one_held = held
-        .with_boundary(boundary)
-        .with_exact(held.exact().cloned());
-    add(
-        "one held, one floating",
-        &one_held,
-        &joined(&square, &open(&square), 2.0),
-        true,
-    );
+    let one_held = held.with_boundary(boundary);
+    let one_held = one_held.with_exact(held.exact().cloned());
+    let lidded = joined(&square, &open(&square), 2.0);
+    add("one held, one floating", &one_held, &lidded, true);
     for (value, f) in [
         ("floating, pulled off", "-1"),
         ("floating, balanced", "x-0.5"),
@@ -105,20 +98,15 @@ fn open(square: &Mesh) -> Mesh {
 fn joined(a: &Mesh, b: &Mesh, shift: f64) -> Mesh {
     let mut whole = a.clone();
     let points = a.points.len() as u32;
-    whole
-        .points
-        .extend(b.points.iter().map(|p| [p[0] + shift, p[1], p[2]]));
+    let shifted = b.points.iter().map(|p| [p[0] + shift, p[1], p[2]]);
+    whole.points.extend(shifted);
     // Faces stand first in both, and only they are in groups.
     let faces = a.blocks[0].len() as u32;
-    whole.blocks = a
-        .blocks
-        .iter()
-        .zip(&b.blocks)
-        .map(|(a, b)| {
-            let further = b.nodes.iter().map(|node| node + points);
-            CellBlock::new(a.kind, a.nodes.iter().copied().chain(further).collect())
-        })
-        .collect();
+    let block = |(a, b): (&CellBlock, &CellBlock)| {
+        let further = b.nodes.iter().map(|node| node + points);
+        CellBlock::new(a.kind, a.nodes.iter().copied().chain(further).collect())
+    };
+    whole.blocks = a.blocks.iter().zip(&b.blocks).map(block).collect();
     for group in &b.groups {
         let cells = group.cells.iter().map(|cell| cell + faces);
         match whole.groups.iter_mut().find(|other| other.tag == group.tag) {

@@ -71,9 +71,19 @@ impl Entry {
             condition: None,
         }
     }
+
+    fn but(self, verdict: Finding) -> Self {
+        Entry { verdict, ..self }
+    }
 }
 
 impl Finding {
+    fn refuses(sentence: &str) -> Self {
+        Finding::Refuses {
+            sentence: sentence.to_owned(),
+        }
+    }
+
     pub fn is_wrong(&self) -> bool {
         matches!(self, Finding::Wrong { .. })
     }
@@ -97,10 +107,8 @@ pub fn judge(
     }
     let mut cases: Vec<Result<Case, String>> = Vec::new();
     for setup in &setups {
-        cases.push(match setup {
-            Ok(setup) => setup.case().map_err(|e| e.to_string()),
-            Err(e) => Err(e.to_string()),
-        });
+        let case = setup.as_ref().map_err(ToString::to_string);
+        cases.push(case.and_then(|setup| setup.case().map_err(|e| e.to_string())));
     }
     let sound: Vec<&Case> = cases.iter().flatten().collect();
     let mut answers = runner.each(engine, &sound, runner.settings)?.into_iter();
@@ -133,59 +141,38 @@ fn of_trial(
 ) -> Result<Entry> {
     let (case, answer) = match extreme {
         Ok(answered) => answered,
-        Err(sentence) => {
-            let sentence = sentence.clone();
-            entry.verdict = Finding::Refuses { sentence };
-            return Ok(entry);
-        }
+        Err(sentence) => return Ok(entry.but(Finding::refuses(sentence))),
     };
     let steps = answer.increments.len();
     entry.steps = Some(steps);
     entry.residual = Some(answer.residual);
     let amplified = condition(&case.problem, &answer.u, linear::Settings::default()).ok();
     entry.condition = amplified.filter(|condition| condition.is_finite());
-    let wrong = |why: String| Finding::Wrong { why };
-    if !answer.converged {
-        let ended = answer.history.as_ref().map(|history| history.ended);
-        let sentence = if ended == Some(Ended::Undetermined) {
-            format!(
-                "the matrix is singular to working precision; rounding decides what u is, with a backward error of {:.1e}",
-                answer.residual
-            )
-        } else {
-            format!(
-                "not reached in {steps} steps; the best iterate has the backward error {:.1e}",
-                answer.residual
-            )
-        };
-        entry.verdict = Finding::Refuses { sentence };
-        return Ok(entry);
-    }
-    if trial.must_refuse {
-        entry.verdict = wrong("it answers, and there is no solution".into());
-        return Ok(entry);
-    }
-    if !answer.u.iter().all(|u| u.is_finite()) {
-        entry.verdict = wrong("the answer is not finite".into());
-        return Ok(entry);
-    }
-    if !(answer.residual <= RESIDUAL) {
-        entry.verdict = wrong(format!(
-            "it says that it converged, and the backward error is {:e}",
-            answer.residual
-        ));
-        return Ok(entry);
+    let (residual, history) = (answer.residual, answer.history.as_ref());
+    let wrong = |why: &str| Finding::Wrong { why: why.into() };
+    let at_once = match history.map(|history| history.ended) {
+        Some(Ended::Undetermined) if !answer.converged => Some(Finding::refuses(&format!(
+            "the matrix is singular to working precision; rounding decides what u is, with a backward error of {residual:.1e}"
+        ))),
+        _ if !answer.converged => Some(Finding::refuses(&format!(
+            "not reached in {steps} steps; the best iterate has the backward error {residual:.1e}"
+        ))),
+        _ if trial.must_refuse => Some(wrong("it answers, and there is no solution")),
+        _ if !answer.u.iter().all(|u| u.is_finite()) => Some(wrong("the answer is not finite")),
+        _ if !(residual <= RESIDUAL) => Some(wrong(&format!(
+            "it says that it converged, and the backward error is {residual:e}"
+        ))),
+        _ => None,
+    };
+    if let Some(verdict) = at_once {
+        return Ok(entry.but(verdict));
     }
     let u: Vec<f64> = answer.u.iter().map(|u| u / trial.scale).collect();
     let (moderate_case, moderate) = reference.as_ref().map_err(|what| {
-        Error::engine(
-            &entry.engine,
-            format!(
-                "the moderate problem of {} {}: {what}",
-                trial.family, trial.value
-            ),
-            "report this, or give scenes whose moderate values it solves",
-        )
+        let (family, value) = (trial.family, &trial.value);
+        let what = format!("the moderate problem of {family} {value}: {what}");
+        let remedy = "report this, or give scenes whose moderate values it solves";
+        Error::engine(&entry.engine, what, remedy)
     })?;
     let error = match &trial.home {
         None => problem_error(&case.problem, &u)?,
@@ -204,7 +191,7 @@ fn of_trial(
     entry.verdict = if error <= (trial.room * reference).max(NEGLIGIBLE) {
         Finding::Holds
     } else if !trial.is_parameter && !(error <= NOTHING_LEFT) && reference < 0.1 * NOTHING_LEFT {
-        wrong(format!(
+        wrong(&format!(
             "the relative error is {error:.1e}, and at moderate values {reference:.1e}"
         ))
     } else {
@@ -225,10 +212,8 @@ fn problem_error(problem: &Problem, u: &[f64]) -> Result<f64> {
 /// -log₁₀ of the largest difference over the largest value; 17 where there is none.
 fn digits(a: &[f64], b: &[f64]) -> f64 {
     let largest = b.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
-    let apart = a
-        .iter()
-        .zip(b)
-        .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    let apart = a.iter().zip(b);
+    let apart = apart.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
     if apart == 0.0 {
         return 17.0;
     }
@@ -241,20 +226,7 @@ mod tests {
     use crate::campaigns::stress::trial::Place;
     use crate::campaigns::stress::{StressRequest, stress};
     use crate::engine::{self, Answer, Progress, Run, Silent};
-    use faceoff_fem::contact::{Iteration, Stop};
     use faceoff_fem::scene::Scene;
-    use std::time::Duration;
-
-    fn settings() -> Settings {
-        Settings {
-            launch: Default::default(),
-            stop: Stop::default(),
-            iteration: Iteration::Newton,
-            linear: linear::Settings::default(),
-            time_limit: Duration::from_secs(60),
-            keep: None,
-        }
-    }
 
     /// The map of the Rust engine, but for what takes seconds.
     #[test]
@@ -274,7 +246,7 @@ mod tests {
             families: vec![],
             methods: methods.map(|m| m.parse().unwrap()).to_vec(),
             engines: vec![engine::find("rust").unwrap()],
-            settings: settings(),
+            settings: Settings::default(),
             is_brief: true,
         };
         let outcome = stress(&request, &Silent).unwrap();
@@ -302,7 +274,7 @@ mod tests {
             families: vec!["gamma0".into()],
             methods: vec![Method::cr(), Method::p2()],
             engines: vec![engine::find(engine::OWN).unwrap()],
-            settings: settings(),
+            settings: Settings::default(),
             is_brief: true,
         };
         Ok(stress(&request, &Silent)?.entries)
@@ -358,7 +330,7 @@ mod tests {
         let mut trial = Trial::new("lie", "1", extreme);
         trial.home = Some(home);
         let verdict = |lie: fn(&mut Answer), trial: &Trial| {
-            let settings = settings();
+            let settings = Settings::default();
             let runner = Runner::new(&settings, &Silent);
             let trials = std::slice::from_ref(trial);
             let found = judge(&runner, &Liar(lie), Method::cr(), trials);

@@ -41,16 +41,10 @@ pub fn trials() -> Result<Vec<Trial>> {
             add("first layer", one_in.clone(), layer(1, small));
             add("thin column", one_in.clone(), layer(0, small));
             add("sheared", one_in.clone(), sheared(10.0_f64.powi(k)));
-            add(
-                "sliver inside",
-                one_in.clone(),
-                sliver([4, 4], [1.0, 0.5], small),
-            );
-            add(
-                "sliver on contact",
-                one_in,
-                sliver([5, 1], [-0.5, -1.0], small),
-            );
+            let inside = sliver([4, 4], [1.0, 0.5], small);
+            add("sliver inside", one_in.clone(), inside);
+            let on_contact = sliver([5, 1], [-0.5, -1.0], small);
+            add("sliver on contact", one_in, on_contact);
         }
     }
     let scene = linear("hung", "y", &["top"], &["left", "right"])?;
@@ -124,11 +118,9 @@ fn sliver([i, j]: [usize; 2], to: [f64; 2], distance: f64) -> Mesh {
     let mut mesh = union_jack(N, [1.0; 2]);
     let point = &mut mesh.points[vertex(i, j)];
     for axis in 0..2 {
-        let whole = to[axis].abs() == 1.0;
-        let less = if whole {
-            to[axis].signum() * distance
-        } else {
-            0.0
+        let less = match to[axis].abs() {
+            1.0 => to[axis] * distance,
+            _ => 0.0,
         };
         point[axis] += (to[axis] - less) / N as f64;
     }

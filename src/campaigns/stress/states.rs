@@ -50,10 +50,11 @@ pub fn trials() -> Result<Vec<Trial>> {
         .parse()
         .map_err(|what: String| Error::usage(what, "report this: a built-in method is at fault"))?;
     for (value, name) in STATES {
-        let mut trial = Trial::new("state", value, Place::of(&Scene::find(name)?, Some(N))?);
-        trial.reference_method = Some(moderate);
-        trial.room = ROOM;
-        all.push(trial);
+        all.push(Trial {
+            reference_method: Some(moderate),
+            room: ROOM,
+            ..Trial::new("state", value, Place::of(&Scene::find(name)?, Some(N))?)
+        });
     }
     let nothing = Place::of(&Scene::parse(NOTHING)?, Some(N))?;
     all.push(Trial::new("state", "f = 0", nothing));

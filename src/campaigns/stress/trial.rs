@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::engine::Settings;
 use crate::run::{Setup, Variation};
-use faceoff_fem::contact::{Discretisation, Method};
+use faceoff_fem::contact::Method;
 use faceoff_fem::scene::{Expression, Scene};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Mesh, Triangulation};
@@ -64,12 +64,9 @@ impl Trial {
         }
     }
 
-    pub fn home(&self) -> &Place {
-        self.home.as_ref().unwrap_or(&self.extreme)
-    }
-
     pub fn reference(&self) -> &Place {
-        self.reference.as_ref().unwrap_or_else(|| self.home())
+        let other = self.reference.as_ref().or(self.home.as_ref());
+        other.unwrap_or(&self.extreme)
     }
 }
 
@@ -98,17 +95,8 @@ impl Place {
     /// # Errors
     /// A mesh that no problem can be solved on.
     pub fn setup(&self, method: Method, settings: &Settings) -> Result<Setup> {
-        let setup = Setup {
-            scene: self.scene.clone(),
-            n: None,
-            mesh: Arc::new(Triangulation::new(&self.name, &self.mesh)?),
-            discretisation: Discretisation::of(&self.scene, method),
-            settings: settings.clone(),
-        };
-        match &self.variation {
-            Some(variation) => setup.with(variation),
-            None => Ok(setup),
-        }
+        let mesh = Arc::new(Triangulation::new(&self.name, &self.mesh)?);
+        Setup::on(mesh, &self.scene, None, method, settings).varied(self.variation.as_ref())
     }
 }
 

@@ -4,11 +4,10 @@ use std::cell::Cell;
 use std::time::Instant;
 
 use super::campaign::{ADAPTIVE, Campaign, GROWTH, dimension, identity};
-use super::measure::described;
+use super::measure::evaluated;
 use super::row::{Row, Times, Varied};
 use super::subject::Subject;
 use crate::engine::{self, HighWater, Settings};
-use crate::run::Evaluated;
 use faceoff_fem::adapt::{Outcome, Way, Wish, reach};
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Discretisation, Method, Problem};
@@ -28,10 +27,8 @@ impl Campaign<'_> {
                 continue;
             }
             for method in request.methods.iter().filter(|m| m.is_nitsche()) {
-                let name = method.to_string();
-                let track = (subject.scene.name(), engine::OWN, &*name);
-                let uniform = self.rows.iter().filter(|row| row.track() == track);
-                let most = uniform.map(|row| row.dofs).max().unwrap_or(0);
+                let uniform = self.of(subject, *method, Varied::Mesh);
+                let most = uniform.map(|(row, _)| row.dofs).max().unwrap_or(0);
                 let (mut last, mut dofs) = (0.0, 0);
                 for accuracy in ACCURACIES {
                     // Beyond the finest uniform mesh there is nothing to compare with.
@@ -118,26 +115,16 @@ impl Campaign<'_> {
                 remedy: "ask for less".into(),
             });
         }
-        let discretisation = Discretisation::of(&subject.scene, method);
-        let problem = Problem::new(&subject.scene, &reached.mesh, &discretisation)?;
-        let solution = &reached.solution;
-        let of = Evaluated::new(&problem, &solution.u, subject.truth.as_deref())?;
+        let problem = Problem::new(&subject.scene, &reached.mesh, &wish.discretisation)?;
+        let answer = engine::Answer::new(reached.solution);
+        let truth = subject.truth.as_deref();
         Ok(Some(Row {
             accuracy: Some(accuracy),
             tolerance: stop.increment,
-            linear: solution.linear.solver.to_string(),
-            precision: solution.linear.precision.to_string(),
-            steps: solution.increments.len(),
-            converged: solution.converged,
-            residual: solution.backward_error,
-            h1: of.errors.map(|e| e.h1),
-            l2: of.errors.map(|e| e.l2),
             certified: Some(reached.certificate.relative(Target::UH)),
-            contact_residual: of.quantities.contact_residual,
-            contact_flux: of.quantities.contact_flux,
             seconds: Times::new(vec![seconds]),
             memory_mb: water.and_then(|water| water.megabytes()),
-            ..described(&problem, engine::OWN)
+            ..evaluated(&problem, engine::OWN, &answer, truth)?
         }))
     }
 }

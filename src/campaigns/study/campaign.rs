@@ -1,7 +1,6 @@
 //! What is measured in which order: coarse meshes first over all engines and methods, so that a small budget gives a whole
 //! picture, then settings beside their neighbours, and at last what is to be advised.
 
-use std::path::Path;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
@@ -17,7 +16,7 @@ use super::scaling::scaling;
 use super::subject::Subject;
 use super::waste::waste;
 use super::{LeftOut, StudyOutcome, StudyRequest};
-use crate::engine::{Engine, Machine, Progress};
+use crate::engine::{self, Engine, Machine, Progress};
 use crate::run::Journal;
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::MeshSource;
@@ -124,9 +123,7 @@ pub(super) struct Campaign<'a> {
 
 /// One engine and method on one scene over its meshes.
 struct Track<'a> {
-    subject: &'a Subject,
-    engine: &'a dyn Engine,
-    method: Method,
+    setting: Setting<'a>,
     n: usize,
     /// Seconds of the last two meshes.
     costs: Vec<f64>,
@@ -162,6 +159,20 @@ impl<'a> Campaign<'a> {
     pub fn rust(&self) -> Option<&'a dyn Engine> {
         let engines = self.request.engines.iter();
         engines.map(|e| &**e).find(|e| e.is_own())
+    }
+
+    /// What the Rust engine was measured with so far, and what each measurement cost.
+    pub fn of(
+        &self,
+        subject: &Subject,
+        method: Method,
+        varied: Varied,
+    ) -> impl Iterator<Item = (&Row, f64)> + use<'_> {
+        let (scene, method) = (subject.scene.name().to_owned(), method.to_string());
+        let all = self.rows.iter().zip(self.costs.iter().copied());
+        all.filter(move |(row, _)| {
+            row.varied == varied && row.track() == (&*scene, engine::OWN, &*method)
+        })
     }
 
     /// What is made once of a setting: from the journal, or now. What is refused is left out, and no row comes of it; nor
@@ -230,9 +241,15 @@ impl<'a> Campaign<'a> {
                         continue;
                     }
                     tracks.push(Track {
-                        subject,
-                        engine: &**engine,
-                        method: *method,
+                        setting: Setting {
+                            subject,
+                            engine: &**engine,
+                            method: *method,
+                            n: None,
+                            varied: Varied::Mesh,
+                            variation: None,
+                            settings: request.settings.clone(),
+                        },
                         n: first(subject),
                         costs: Vec::new(),
                         is_over: false,
@@ -251,15 +268,9 @@ impl<'a> Campaign<'a> {
     }
 
     fn next_mesh(&mut self, track: &mut Track<'a>) -> Result<()> {
-        let setting = Setting {
-            subject: track.subject,
-            engine: track.engine,
-            method: track.method,
-            n: Some(track.n).filter(|_| track.subject.scene.source().n().is_some()),
-            varied: Varied::Mesh,
-            variation: None,
-            settings: self.request.settings.clone(),
-        };
+        // A file that does not say what n it counts as has one mesh.
+        let is_alone = track.setting.subject.scene.source().n().is_none();
+        track.setting.n = Some(track.n).filter(|_| !is_alone);
         let predicted = match track.costs[..] {
             [] => 0.0,
             [only] => only * GROWTH,
@@ -271,12 +282,11 @@ impl<'a> Campaign<'a> {
             track.is_over = true;
             return Ok(());
         }
-        match self.add(&setting)? {
+        match self.add(&track.setting)? {
             Some(row) => track.costs.push(self.costs[row]),
             None => track.is_over = true,
         }
-        // A file that does not say what n it counts as has one mesh.
-        track.is_over |= track.subject.scene.source().n().is_none();
+        track.is_over |= is_alone;
         track.n *= 2;
         Ok(())
     }
@@ -312,13 +322,11 @@ pub(super) fn dimension(subject: &Subject) -> usize {
 pub(super) fn identity(subject: &Subject) -> Result<String> {
     let scene = &subject.scene;
     let content = match scene.source() {
-        MeshSource::File { path, .. } => digest(path)?,
+        MeshSource::File { path, .. } => {
+            let bytes = faceoff_mesh::file::read(path)?;
+            blake3::hash(&bytes).to_hex().to_string()
+        }
         _ => String::new(),
     };
     Ok(format!("{scene:?} {content}"))
-}
-
-fn digest(path: &Path) -> Result<String> {
-    let bytes = faceoff_mesh::file::read(path)?;
-    Ok(blake3::hash(&bytes).to_hex().to_string())
 }

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::advice::Norm;
-use super::row::{Row, Varied};
+use super::row::{Row, Varied, tracks};
 use crate::run::Fit;
 
 /// An error above the least by less than this part is as good.
@@ -40,36 +40,25 @@ pub struct Safe {
 
 /// Of every track whose γ₀ was varied, on its finest mesh.
 pub fn gammas(rows: &[Row]) -> Vec<Gammas> {
-    let mut found: Vec<Gammas> = Vec::new();
-    let varied = |row: &&Row| row.varied == Varied::Gamma0;
-    for row in rows.iter().filter(varied) {
-        if found
-            .iter()
-            .any(|g| (&g.scene, &g.method) == (&row.scene, &row.method))
-        {
-            continue;
-        }
-        let of_track = |r: &&Row| r.track() == row.track();
-        let track: Vec<&Row> = rows.iter().filter(varied).filter(of_track).collect();
-        let Some(n) = track.iter().filter_map(|r| r.n).max() else {
-            continue;
-        };
-        let mut track: Vec<&Row> = track.into_iter().filter(|r| r.n == Some(n)).collect();
+    let of = |mut track: Vec<&Row>| {
+        let n = track.iter().filter_map(|r| r.n).max()?;
+        track.retain(|r| r.n == Some(n));
         track.sort_by(|a, b| a.gamma0.total_cmp(&b.gamma0));
         let solved: Vec<&Row> = track.iter().copied().filter(|r| r.converged).collect();
         let steps = solved.iter().map(|r| r.steps);
-        found.push(Gammas {
-            scene: row.scene.clone(),
-            method: row.method.clone(),
+        Some(Gammas {
+            scene: track[0].scene.clone(),
+            method: track[0].method.clone(),
             n,
             tried: track.len(),
             solved: solved.len(),
             steps: [steps.clone().min().unwrap_or(0), steps.max().unwrap_or(0)],
             energy: safe(&solved, Norm::Energy),
             l2: safe(&solved, Norm::L2),
-        });
-    }
-    found
+        })
+    };
+    let tracks = tracks(rows, Varied::Gamma0).into_iter();
+    tracks.filter_map(of).collect()
 }
 
 /// `rows` by rising γ₀.
@@ -81,16 +70,11 @@ fn safe(rows: &[&Row], norm: Norm) -> Option<Safe> {
         .enumerate()
         .min_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
     let is_good = |(_, error): &(f64, f64)| *error <= (1.0 + AS_GOOD) * least;
-    let before = points[..best]
-        .iter()
-        .rev()
-        .take_while(|p| is_good(p))
-        .count();
-    let after = points[best..].iter().take_while(|p| is_good(p)).count();
+    let (before, after) = points.split_at(best);
+    let before = before.iter().rev().take_while(|p| is_good(p)).count();
+    let after = after.iter().take_while(|p| is_good(p)).count();
     let excess = |points: &[(f64, f64)]| {
-        let points = points
-            .iter()
-            .map(|(gamma0, error)| (*gamma0, error - least));
+        let points = points.iter().map(|(gamma0, e)| (*gamma0, e - least));
         let seen = points.filter(|(_, e)| EXCESS.contains(&(e / least)));
         Fit::new(&seen.collect::<Vec<_>>()).filter(|fit| fit.spread.is_some())
     };

@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 use super::campaign::identity;
 use super::row::{Row, Times, Varied};
 use super::subject::Subject;
-use crate::engine::{self, Case, Engine, HighWater, Settings, Silent, peak_memory_mb};
+use crate::engine::{self, Engine, HighWater, Settings, Silent, peak_memory_mb};
 use crate::run::{Evaluated, Setup, Variation, certificate};
-use faceoff_fem::certify::Target;
+use faceoff_fem::certify::{Target, certify};
 use faceoff_fem::contact::{Method, Problem};
+use faceoff_fem::known::Truth;
 use faceoff_mesh::error::{Error, Result};
 
 /// Most repetitions of one measurement, and the least time over which a short one is repeated.
@@ -31,10 +32,7 @@ pub struct Setting<'a> {
 impl Setting<'_> {
     fn setup(&self) -> Result<Setup> {
         let setup = Setup::new(&self.subject.scene, self.n, self.method, &self.settings)?;
-        match &self.variation {
-            Some(variation) => setup.with(variation),
-            None => Ok(setup),
-        }
+        setup.varied(self.variation.as_ref())
     }
 
     /// All that makes it what it is, but for the engine's version.
@@ -112,67 +110,60 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
             // A smaller one is not seen.
             memory = Some(peak_memory_mb(true)).filter(|peak| *peak > before);
         }
-        let mut row = evaluate(setting, &setup, &case, &answer)?;
-        row.seconds = Times::new(times);
-        row.start_up = (!own).then(|| Times::new(start_ups).median);
-        row.memory_mb = memory;
-        return Ok(row);
+        let (name, truth) = (setting.engine.name(), setting.subject.truth.as_deref());
+        let row = evaluated(&case.problem, name, &answer, truth)?;
+        let bound = certificate(certify(&case.problem, &answer.u))?.ok();
+        let bound = bound.map(|c| c.relative(Target::UH));
+        return Ok(Row {
+            varied: setting.varied,
+            n: setting.n,
+            tolerance: setup.settings.stop.increment,
+            certified: bound.filter(|bound| bound.is_finite()),
+            seconds: Times::new(times),
+            start_up: (!own).then(|| Times::new(start_ups).median),
+            memory_mb: memory,
+            ..row
+        });
     }
 }
 
-/// All that is not time.
-fn evaluate(setting: &Setting, setup: &Setup, case: &Case, answer: &engine::Answer) -> Result<Row> {
-    let problem = &case.problem;
-    let mut row = described(problem, setting.engine.name());
-    let of = Evaluated::new(problem, &answer.u, setting.subject.truth.as_deref())?;
-    let certificate = certificate(problem, &answer.u)?;
-    let certificate = certificate.ok().map(|c| c.relative(Target::UH));
-    row.varied = setting.varied;
-    row.n = setting.n;
-    row.tolerance = setup.settings.stop.increment;
-    if let Some(history) = &answer.history {
-        row.linear = history.linear.solver.to_string();
-        row.precision = history.linear.precision.to_string();
-    }
-    row.steps = answer.increments.len();
-    row.converged = answer.converged;
-    row.residual = answer.residual;
-    row.h1 = of.errors.map(|e| e.h1);
-    row.l2 = of.errors.map(|e| e.l2);
-    row.certified = certificate.filter(|bound| bound.is_finite());
-    row.contact_residual = of.quantities.contact_residual;
-    row.contact_flux = of.quantities.contact_flux;
-    Ok(row)
-}
-
-/// What is known without solving.
-pub fn described(problem: &Problem, engine: &str) -> Row {
-    let mesh = problem.space.mesh;
-    Row {
+/// What an answer is worth: all but its time and memory, and what bounds its error.
+///
+/// # Errors
+/// A known solution that is not finite.
+pub fn evaluated(
+    problem: &Problem,
+    engine: &str,
+    answer: &engine::Answer,
+    truth: Option<&Truth>,
+) -> Result<Row> {
+    let (space, linear) = (&problem.space, answer.history.as_ref().map(|h| h.linear));
+    let of = Evaluated::new(problem, &answer.u, truth)?;
+    Ok(Row {
         scene: problem.scene.name().to_owned(),
         engine: engine.to_owned(),
         method: problem.method().to_string(),
         varied: Varied::Mesh,
         n: None,
         accuracy: None,
-        cells: mesh.cell_count(),
-        dofs: problem.space.dofs,
+        cells: space.mesh.cell_count(),
+        dofs: space.dofs,
         tolerance: 0.0,
         gamma0: problem.discretisation.gamma0(),
         load_quadrature: problem.cell_rule.name.to_owned(),
         contact_quadrature: problem.face_rule.name.to_owned(),
-        linear: String::new(),
-        precision: String::new(),
-        steps: 0,
-        converged: false,
-        residual: f64::NAN,
-        h1: None,
-        l2: None,
+        linear: linear.map_or(String::new(), |l| l.solver.to_string()),
+        precision: linear.map_or(String::new(), |l| l.precision.to_string()),
+        steps: answer.increments.len(),
+        converged: answer.converged,
+        residual: answer.residual,
+        h1: of.errors.map(|e| e.h1),
+        l2: of.errors.map(|e| e.l2),
         certified: None,
-        contact_residual: f64::NAN,
-        contact_flux: f64::NAN,
+        contact_residual: of.quantities.contact_residual,
+        contact_flux: of.quantities.contact_flux,
         seconds: Times::new(vec![]),
         start_up: None,
         memory_mb: None,
-    }
+    })
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::row::{Row, Varied};
+use super::row::{Row, Varied, tracks};
 use crate::run::Fit;
 
 /// How errors, time and memory of one engine and method change with the mesh.
@@ -21,25 +21,16 @@ pub struct Rates {
 
 /// The rates of every track over its uniform meshes.
 pub fn rates(rows: &[Row]) -> Vec<Rates> {
-    let mut found: Vec<Rates> = Vec::new();
-    for row in rows.iter().filter(|row| row.varied == Varied::Mesh) {
-        if found
-            .iter()
-            .any(|r| (&*r.scene, &*r.engine, &*r.method) == row.track())
-        {
-            continue;
-        }
-        let track: Vec<&Row> = rows
-            .iter()
-            .filter(|r| r.varied == Varied::Mesh && r.track() == row.track() && r.converged)
-            .collect();
+    let of = |track: Vec<&Row>| {
+        let solved = || track.iter().filter(|r| r.converged);
         let over = |x: fn(&Row) -> Option<f64>, y: fn(&Row) -> Option<f64>| {
-            let points = track.iter().filter_map(|r| Some((x(r)?, y(r)?)));
+            let points = solved().filter_map(|r| Some((x(r)?, y(r)?)));
             Fit::of_finest(&points.collect::<Vec<_>>()).filter(|fit| fit.spread.is_some())
         };
         let h: fn(&Row) -> Option<f64> = |r| Some(1.0 / r.n? as f64);
         let dofs: fn(&Row) -> Option<f64> = |r| Some(r.dofs as f64);
-        found.push(Rates {
+        let row = track[0];
+        Rates {
             scene: row.scene.clone(),
             engine: row.engine.clone(),
             method: row.method.clone(),
@@ -47,7 +38,7 @@ pub fn rates(rows: &[Row]) -> Vec<Rates> {
             l2: over(h, |r| r.l2),
             seconds: over(dofs, |r| Some(r.seconds.median)),
             memory: over(dofs, |r| r.memory_mb),
-        });
-    }
-    found
+        }
+    };
+    tracks(rows, Varied::Mesh).into_iter().map(of).collect()
 }

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::Norm;
+use crate::engine::unique;
 
 /// What a row is varied in; everything else is as usual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -110,18 +111,18 @@ impl Row {
     }
 }
 
+/// The rows that are varied in one thing, by scene, engine and method.
+pub fn tracks(rows: &[Row], varied: Varied) -> Vec<Vec<&Row>> {
+    let all = || rows.iter().filter(|row| row.varied == varied);
+    let tracks = unique(all().map(Row::track)).into_iter();
+    let of = |track| all().filter(|row| row.track() == track).collect();
+    tracks.map(of).collect()
+}
+
+/// The name that it has in JSON.
 impl fmt::Display for Varied {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Varied::Mesh => "mesh",
-            Varied::Target => "target",
-            Varied::Adaptive => "adaptive",
-            Varied::Tolerance => "tolerance",
-            Varied::ContactQuadrature => "contact-quadrature",
-            Varied::LoadQuadrature => "load-quadrature",
-            Varied::Linear => "linear",
-            Varied::Gamma0 => "gamma0",
-        })
+        self.serialize(f)
     }
 }
 

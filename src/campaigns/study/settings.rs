@@ -5,7 +5,6 @@ use super::campaign::{Campaign, GAMMAS, RULES, SOLVERS, TOLERANCES, dimension};
 use super::measure::Setting;
 use super::row::Varied;
 use super::subject::Subject;
-use crate::engine;
 use crate::run::Variation;
 use faceoff_fem::contact::Method;
 use faceoff_fem::linear::{self, Precision, Solver};
@@ -87,7 +86,7 @@ impl Campaign<'_> {
             return Ok(());
         };
         for subject in &self.request.subjects {
-            let meshes_of = |method| self.meshes_of(subject.scene.name(), method);
+            let meshes_of = |method: &Method| self.meshes_of(subject, *method);
             let all: Vec<_> = methods.iter().map(meshes_of).collect();
             let together = |&n: &usize| {
                 let cost_of = |meshes: &Vec<(usize, f64)>| {
@@ -130,12 +129,9 @@ impl Campaign<'_> {
     }
 
     /// The meshes of a track up to the usual n, the finest first, and what each cost.
-    fn meshes_of(&self, scene: &str, method: &Method) -> Vec<(usize, f64)> {
-        let method = method.to_string();
-        let rows = self.rows.iter().zip(&self.costs).filter(|(row, _)| {
-            row.varied == Varied::Mesh && row.track() == (scene, engine::OWN, &*method)
-        });
-        let meshes = rows.filter_map(|(row, cost)| Some((row.n?, *cost)));
+    fn meshes_of(&self, subject: &Subject, method: Method) -> Vec<(usize, f64)> {
+        let rows = self.of(subject, method, Varied::Mesh);
+        let meshes = rows.filter_map(|(row, cost)| Some((row.n?, cost)));
         let mut meshes: Vec<_> = meshes.filter(|(n, _)| *n <= USUAL).collect();
         meshes.sort_by_key(|mesh| std::cmp::Reverse(mesh.0));
         meshes

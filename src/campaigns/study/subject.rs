@@ -31,12 +31,4 @@ impl Subject {
             is_trusted,
         })
     }
-
-    /// [`Subject::new`] of a scene by its name or path.
-    ///
-    /// # Errors
-    /// Those of [`Scene::find`].
-    pub fn find(name: &str) -> Result<Self> {
-        Subject::new(name, Scene::find(name)?, false)
-    }
 }

@@ -7,7 +7,6 @@ use super::measure::{Setting, measure};
 use super::row::{Row, Times, Varied};
 use super::subject::Subject;
 use super::waste::waste;
-use crate::engine;
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::MeshSource;
 use faceoff_mesh::error::Result;
@@ -106,13 +105,9 @@ impl Campaign<'_> {
             return ways;
         }
         for &method in &self.request.methods {
-            let name = method.to_string();
             let of = |varied: Varied| -> Vec<(&Row, f64)> {
-                let all = self.rows.iter().zip(self.costs.iter().copied());
-                let track = (subject.scene.name(), engine::OWN, &*name);
-                let mut rows: Vec<_> = all
-                    .filter(|(r, _)| r.varied == varied && r.track() == track && r.converged)
-                    .collect();
+                let rows = self.of(subject, method, varied);
+                let mut rows: Vec<_> = rows.filter(|(row, _)| row.converged).collect();
                 rows.sort_by_key(|(row, _)| row.cells);
                 rows
             };
@@ -133,10 +128,8 @@ impl Campaign<'_> {
 
     /// Was such a target of this track measured already?
     fn has(&self, subject: &Subject, method: Method, which: impl Fn(&Row) -> bool) -> bool {
-        let name = method.to_string();
-        let track = (subject.scene.name(), engine::OWN, &*name);
-        let mut rows = self.rows.iter();
-        rows.any(|r| r.varied == Varied::Target && r.track() == track && which(r))
+        let mut rows = self.of(subject, method, Varied::Target);
+        rows.any(|(row, _)| which(row))
     }
 
     fn uniform(
@@ -150,11 +143,9 @@ impl Campaign<'_> {
         let mut tolerance = self.enough(subject, method).unwrap_or(usual);
         for k in 0..TRIES {
             // Something measured may do already.
-            let reaches = |r: &Row| {
-                let fits = r.accuracy.is_none() && r.n == n && r.tolerance == tolerance;
-                fits && r.converged && r.error(norm).is_some_and(|error| error <= target)
-            };
             let known = |r: &Row| r.accuracy.is_none() && r.n == n && r.tolerance == tolerance;
+            let is_below = |error: f64| error <= target;
+            let reaches = |r: &Row| known(r) && r.converged && r.error(norm).is_some_and(is_below);
             if !self.has(subject, method, known) && !self.sized(subject, method, n, tolerance)? {
                 return Ok(());
             }
@@ -226,12 +217,8 @@ impl Campaign<'_> {
 
     /// The loosest tolerance that costs no accuracy, where that saves time.
     fn enough(&self, subject: &Subject, method: Method) -> Option<f64> {
-        let name = method.to_string();
-        let rows = self.rows.iter().filter(|r| r.varied == Varied::Tolerance);
-        let rows: Vec<Row> = rows
-            .filter(|r| r.track() == (subject.scene.name(), engine::OWN, &*name))
-            .cloned()
-            .collect();
+        let rows = self.of(subject, method, Varied::Tolerance);
+        let rows: Vec<Row> = rows.map(|(row, _)| row.clone()).collect();
         let found = waste(&rows);
         let found = found.first().filter(|w| w.time_ratio > WORTH)?;
         found.enough.parse().ok()
@@ -288,6 +275,7 @@ fn cheapest(
 mod tests {
     use super::super::row::sample;
     use super::*;
+    use faceoff_fem::scene::Scene;
 
     fn rows(errors: &[(usize, f64)]) -> Vec<Row> {
         let of = |&(n, error): &(usize, f64)| Row {
@@ -300,7 +288,8 @@ mod tests {
 
     #[test]
     fn meshes_lie_between_measured_ones_and_never_beyond() {
-        let subject = Subject::find("manufactured-3").unwrap();
+        let scene = Scene::find("manufactured-3").unwrap();
+        let subject = Subject::new("manufactured-3", scene, false).unwrap();
         let way = |errors: &[(usize, f64)], target: f64| {
             let rows = rows(errors);
             let track: Vec<_> = rows.iter().map(|row| (row, 1.0)).collect();

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::Norm;
-use super::row::{Row, Varied};
+use super::NORMS;
+use super::row::{Row, Varied, tracks};
 
 /// An error that is larger by less than this part is the same.
 const HARMLESS: f64 = 0.01;
@@ -31,41 +31,29 @@ pub fn waste(rows: &[Row]) -> Vec<Waste> {
         Varied::ContactQuadrature,
         Varied::LoadQuadrature,
     ];
-    let mut found: Vec<Waste> = Vec::new();
-    for row in rows.iter().filter(|row| kinds.contains(&row.varied)) {
-        let known =
-            |w: &Waste| (&w.scene, &w.method, w.varied) == (&row.scene, &row.method, row.varied);
-        if found.iter().any(known) {
-            continue;
-        }
-        let track: Vec<&Row> = rows
-            .iter()
-            .filter(|r| r.varied == row.varied && r.track() == row.track())
-            .collect();
-        let (Some(exact), Some(n)) = (track.last(), row.n) else {
-            continue;
-        };
+    let of = |track: Vec<&Row>| {
+        let (row, exact) = (track.first()?, track.last()?);
         let change = |r: &Row| {
-            [Norm::Energy, Norm::L2]
-                .iter()
-                .filter_map(|norm| Some(r.error(*norm)? / exact.error(*norm)? - 1.0))
-                .fold(0.0, f64::max)
+            let norms = NORMS.into_iter();
+            let changes = norms.filter_map(|norm| Some(r.error(norm)? / exact.error(norm)? - 1.0));
+            changes.fold(0.0, f64::max)
         };
         // All from `enough` on are harmless, so that one lucky value does not count.
         let harmful = track.iter().rposition(|r| !(change(r) < HARMLESS));
         let enough = track[harmful.map_or(0, |k| k + 1).min(track.len() - 1)];
-        found.push(Waste {
+        Some(Waste {
             scene: row.scene.clone(),
             method: row.method.clone(),
-            n,
+            n: row.n?,
             varied: row.varied,
             enough: value(enough),
             most_exact: value(exact),
             time_ratio: exact.seconds.median / enough.seconds.median,
             worst_change: track.iter().map(|r| change(r)).fold(0.0, f64::max),
-        });
-    }
-    found
+        })
+    };
+    let tracks = kinds.into_iter().flat_map(|varied| tracks(rows, varied));
+    tracks.filter_map(of).collect()
 }
 
 /// The value of what a row is varied in.

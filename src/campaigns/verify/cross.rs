@@ -10,10 +10,11 @@ use std::borrow::Cow;
 use serde::Serialize;
 
 use crate::engine::Case;
+use crate::run::certificate as refusal;
 use faceoff_fem::certify::{Certificate, PreparedData, Target, certify_with, distance};
 use faceoff_judge::Verdict;
 use faceoff_mesh::cancel;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::Result;
 
 use super::CaseOutcome;
 
@@ -102,7 +103,7 @@ pub(super) fn judge_methods(
             .take_while(|case| same_mesh(case, cases[from]))
             .count();
         if of_mesh > 1 {
-            let data = words(PreparedData::new(&cases[from].problem))?;
+            let data = refusal(PreparedData::new(&cases[from].problem))?;
             let certified = cases[from..from + of_mesh]
                 .iter()
                 .zip(&outcomes[from..])
@@ -119,15 +120,6 @@ pub(super) fn judge_methods(
     Ok(cross)
 }
 
-/// A refusal becomes its reason.
-fn words<T>(result: Result<T>) -> Result<Result<T, String>> {
-    match result {
-        Ok(value) => Ok(Ok(value)),
-        Err(Error::Certificate { because, .. }) => Ok(Err(because)),
-        Err(other) => Err(other),
-    }
-}
-
 fn certified<'a>(
     case: &'a Case<'a>,
     outcome: &'a CaseOutcome,
@@ -141,15 +133,11 @@ fn certified<'a>(
             let certificate = match data {
                 Ok(data) => {
                     let data = Cow::Borrowed(data);
-                    words(certify_with(&case.problem, &engine.answer.u, data))?
+                    refusal(certify_with(&case.problem, &engine.answer.u, data))?
                 }
                 Err(because) => Err(because.clone()),
             };
-            Ok((
-                engine.engine.as_str(),
-                engine.answer.u.as_slice(),
-                certificate,
-            ))
+            Ok((&*engine.engine, &*engine.answer.u, certificate))
         })
         .collect::<Result<Vec<_>>>()?;
     Ok(Certified { case, of_engines })
@@ -204,10 +192,9 @@ fn judge(distance: f64, bounds: [f64; 2], (best, gradient): (f64, f64)) -> Judge
         slack,
         best,
         gradient,
-        verdict: if slack >= -rounding && as_good {
-            Verdict::Agree
-        } else {
-            Verdict::Disagree
+        verdict: match slack >= -rounding && as_good {
+            true => Verdict::Agree,
+            false => Verdict::Disagree,
         },
     }
 }

@@ -1,7 +1,5 @@
 //! Codes with one known fault each, and what is named for it.
 
-use std::time::Duration;
-
 use super::{VerifyRequest, diagnose, verify};
 use crate::why::{Diagnosis, Ingredient};
 
@@ -82,10 +80,7 @@ fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
         methods: vec![method],
         n: if scene == "one-zone" { vec![N] } else { vec![] },
         engines: vec![Box::new(a), Box::new(b)],
-        settings: Settings {
-            time_limit: Duration::from_secs(60),
-            ..Settings::default()
-        },
+        settings: Settings::default(),
         journal: None,
     };
     let outcome = verify(&request, &Silent).unwrap();

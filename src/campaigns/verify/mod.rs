@@ -12,10 +12,10 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::engine::{Answer, Case, Engine, Explanation, Progress, Settings, Silent};
+use crate::engine::{Answer, Case, Engine, Explanation, Progress, Settings, Silent, unique};
 use crate::run::{Answers, Failure, RESIDUAL_TOLERANCE, Runner, Setup, tolerance};
 use crate::why::{Diagnosis, Search};
-use faceoff_fem::contact::{Discretisation, Method, face_fields};
+use faceoff_fem::contact::{Method, face_fields};
 use faceoff_fem::scene::Scene;
 use faceoff_judge::{FieldVerdict, Verdict, judge};
 use faceoff_mesh::error::{Error, Result, distinct};
@@ -33,6 +33,16 @@ pub struct VerifyRequest {
     pub settings: Settings,
     /// Where answers are kept as they come, and taken from.
     pub journal: Option<PathBuf>,
+}
+
+impl VerifyRequest {
+    /// The refinements of a scene: its own, or those asked for where it has one.
+    pub fn levels(&self, scene: &Scene) -> Vec<Option<usize>> {
+        match scene.source().n() {
+            Some(_) if !self.n.is_empty() => self.n.iter().map(|&n| Some(n)).collect(),
+            own => vec![own],
+        }
+    }
 }
 
 /// Everything that was found.
@@ -152,22 +162,12 @@ pub fn verify(request: &VerifyRequest, progress: &dyn Progress) -> Result<Verify
 fn setups(request: &VerifyRequest) -> Result<Vec<Setup>> {
     let mut setups = Vec::new();
     for scene in &request.scenes {
-        let own = [scene.source().n()];
-        let asked: Vec<Option<usize>> = request.n.iter().map(|&n| Some(n)).collect();
-        let levels = if asked.is_empty() || own[0].is_none() {
-            &own[..]
-        } else {
-            &asked
-        };
-        for &n in levels {
+        for n in request.levels(scene) {
             let mesh = Arc::new(scene.triangulation(n)?);
-            setups.extend(request.methods.iter().map(|method| Setup {
-                scene: scene.clone(),
-                n,
-                mesh: Arc::clone(&mesh),
-                discretisation: Discretisation::of(scene, *method),
-                settings: request.settings.clone(),
-            }));
+            let of = |method: &Method| {
+                Setup::on(Arc::clone(&mesh), scene, n, *method, &request.settings)
+            };
+            setups.extend(request.methods.iter().map(of));
         }
     }
     Ok(setups)
@@ -184,21 +184,13 @@ pub fn diagnose(request: &VerifyRequest, outcome: &VerifyOutcome) -> Result<Vec<
     };
     let runner = Runner::new(&settings, &Silent);
     let mut found = Vec::new();
-    for case in outcome
-        .cases
-        .iter()
-        .filter(|c| c.verdict == Verdict::Disagree)
-    {
+    let cases = outcome.cases.iter();
+    for case in cases.filter(|c| c.verdict == Verdict::Disagree) {
         let mut setup = case.setup.clone();
         setup.settings.keep = None;
         let disagree = |p: &&PairOutcome| p.field.verdict == Verdict::Disagree;
-        let mut pairs: Vec<[&str; 2]> = Vec::new();
-        for pair in case.pairs.iter().filter(disagree) {
-            if !pairs.contains(&[&pair.a, &pair.b]) {
-                pairs.push([&pair.a, &pair.b]);
-            }
-        }
-        for pair in pairs {
+        let pairs = case.pairs.iter().filter(disagree);
+        for pair in unique(pairs.map(|pair| [&*pair.a, &*pair.b])) {
             let engine = |name: &str| request.engines.iter().find(|e| e.name() == name);
             let answer = |name: &str| case.engines.iter().find(|e| e.engine == name);
             let ([Some(a), Some(b)], [Some(of_a), Some(of_b)]) =
@@ -252,10 +244,9 @@ fn judge_case(
             })
         })
         .collect();
-    let fields: Vec<FaceFields> = engines
-        .iter()
-        .map(|e| face_fields(problem, &e.answer.u, &e.engine))
-        .collect();
+    let fields = engines.iter();
+    let fields = fields.map(|e| face_fields(problem, &e.answer.u, &e.engine));
+    let fields: Vec<FaceFields> = fields.collect();
     let mut pairs = Vec::new();
     for (k, a) in fields.iter().enumerate() {
         for b in &fields[k + 1..] {
@@ -268,16 +259,9 @@ fn judge_case(
             }
         }
     }
-    let verdict = if pairs.is_empty() {
-        Verdict::Undetermined
-    } else {
-        let of_pairs = pairs.iter().map(|p| p.field.verdict);
-        let of_engines = engines.iter().map(|e| e.verdict);
-        of_pairs
-            .chain(of_engines)
-            .max()
-            .unwrap_or(Verdict::Undetermined)
-    };
+    let of_pairs = pairs.iter().map(|p| p.field.verdict).max();
+    let of_engines = engines.iter().map(|e| e.verdict).max();
+    let verdict = of_pairs.map_or(Verdict::Undetermined, |v| v.max(of_engines.unwrap_or(v)));
     let mut answers = answered.iter().filter_map(|run| run.of(index));
     let own = answers.find(|answer| answer.history.is_some());
     Ok(CaseOutcome {

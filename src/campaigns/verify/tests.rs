@@ -1,7 +1,5 @@
 //! Answers of a code with one thing wrong, each of which must be no agreement.
 
-use std::time::Duration;
-
 use super::*;
 use crate::engine::{Answer, Run};
 use faceoff_fem::contact::{Stop, solve_by};
@@ -65,10 +63,7 @@ fn judged(a: Changed, b: Changed) -> Result<VerifyOutcome> {
         methods: ["cr", "p2"].map(|name| name.parse().unwrap()).into(),
         n: vec![6],
         engines: vec![Box::new(a), Box::new(b)],
-        settings: Settings {
-            time_limit: Duration::from_secs(60),
-            ..Settings::default()
-        },
+        settings: Settings::default(),
         journal: None,
     };
     verify(&request, &Silent)

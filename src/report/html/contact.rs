@@ -1,10 +1,9 @@
 //! What happens on Γ_C: curves in the plane, a map on a surface; and how the iterations went.
 
-use super::case::key_of;
 use super::chain::chain;
-use super::map;
-use super::markup::{Html, element, figure, leaf, text};
-use super::plots::{self, Curves};
+use super::map::{self, STATUS};
+use super::markup::{Html, element, figure, key, leaf};
+use super::plots::{self, COLOURS, Curves};
 use crate::campaigns::verify::CaseOutcome;
 use crate::report::verify::label;
 use faceoff_mesh::error::Result;
@@ -15,22 +14,28 @@ use faceoff_mesh::mesh::Triangulation;
 pub(super) fn contact(case: &CaseOutcome, mesh: &Triangulation) -> Result<Html> {
     let names: Vec<&str> = case.engines.iter().map(|e| e.engine.as_str()).collect();
     let about = label(case);
-    let curves = match Some(mesh).filter(|mesh| mesh.dim == 3) {
-        Some(mesh) => zones(&case.fields, mesh, &about),
-        None => along(&case.fields, &about)?,
-    };
-    let of = case.engines.iter();
-    let of: Vec<_> = of
-        .map(|e| (e.engine.as_str(), e.increments.as_slice()))
-        .collect();
+    let of: Vec<_> = case.engines.iter().map(|e| &*e.increments).collect();
+    let of: Vec<_> = names.iter().copied().zip(of).collect();
     let heading = format!("Along Γ_C and step by step, {about}");
     let histories = element("div", &[("class", "row")], histories(&of, &about)?);
     Ok(Html::from([
         leaf("h3", &[], heading),
-        engines_key(&names),
-        curves,
+        key("e", COLOURS.len(), &names),
+        on_contact(&case.fields, mesh, &about)?,
         histories,
     ]))
+}
+
+/// What happens on Γ_C, as it can be shown in the plane or on a surface.
+pub(in crate::report) fn on_contact(
+    all: &[FaceFields],
+    mesh: &Triangulation,
+    about: &str,
+) -> Result<Html> {
+    match mesh.dim {
+        3 => Ok(zones(all, mesh, about)),
+        _ => along(all, about),
+    }
 }
 
 /// The increments of every engine.
@@ -46,7 +51,7 @@ pub(in crate::report) fn histories(engines: &[(&str, &[f64])], about: &str) -> R
 }
 
 /// The contact status on a surface.
-pub(in crate::report) fn zones(all: &[FaceFields], mesh: &Triangulation, about: &str) -> Html {
+fn zones(all: &[FaceFields], mesh: &Triangulation, about: &str) -> Html {
     let columns: Vec<_> = all.iter().filter_map(|f| f.column("status")).collect();
     let Some(first) = columns.first() else {
         return Html::default();
@@ -55,9 +60,8 @@ pub(in crate::report) fn zones(all: &[FaceFields], mesh: &Triangulation, about: 
     let of = |k: usize| {
         let in_contact = |row: &[f64]| row.iter().filter(|p| **p <= 0.0).count();
         let same = |row: &[f64]| {
-            row.iter()
-                .zip(first.row(k))
-                .all(|(p, q)| (*p <= 0.0) == (*q <= 0.0))
+            let mut both = row.iter().zip(first.row(k));
+            both.all(|(p, q)| (*p <= 0.0) == (*q <= 0.0))
         };
         match in_contact(first.row(k)) {
             _ if !statuses(k).all(same) => 3,
@@ -66,20 +70,16 @@ pub(in crate::report) fn zones(all: &[FaceFields], mesh: &Triangulation, about: 
             _ => 2,
         }
     };
-    let faces: Vec<(u32, usize)> = first
-        .faces
-        .iter()
-        .enumerate()
-        .map(|(k, f)| (*f, of(k)))
-        .collect();
+    let faces = first.faces.iter().enumerate();
+    let faces: Vec<(u32, usize)> = faces.map(|(k, f)| (*f, of(k))).collect();
     let differ = faces.iter().filter(|(_, status)| *status == 3).count();
     let picture = map::status(&format!("contact status on Γ_C, {about}"), mesh, &faces);
     let caption = format!("The faces of Γ_C by their contact status; codes differ on {differ}.");
-    Html::from([figure(picture, caption), key_of(&map::STATUS)])
+    Html::from([figure(picture, caption), key("k", STATUS.len(), &STATUS)])
 }
 
 /// Trace and flux along Γ_C of 2D fields, one set of each engine.
-pub(in crate::report) fn along(all: &[FaceFields], about: &str) -> Result<Html> {
+fn along(all: &[FaceFields], about: &str) -> Result<Html> {
     let Some(first) = all.first().filter(|f| f.dim == 2) else {
         return Ok(Html::default());
     };
@@ -98,9 +98,8 @@ pub(in crate::report) fn along(all: &[FaceFields], about: &str) -> Result<Html> 
         chain.rows.iter().map(value).collect()
     };
     let values = |name: &str| -> Vec<(&str, Vec<f64>)> {
-        all.iter()
-            .map(|f| (f.source.as_str(), of(f, name)))
-            .collect()
+        let all = all.iter();
+        all.map(|f| (&*f.source, of(f, name))).collect()
     };
     let in_contact = |fields: &FaceFields, row: usize, q: usize| {
         let column = fields.column("status");
@@ -136,11 +135,8 @@ pub(in crate::report) fn along(all: &[FaceFields], about: &str) -> Result<Html> 
         curves("mean of u", values("mean")),
         curves("mean of ∂ₙu", values("flux")),
     ];
-    let picture = plots::along_contact(
-        &format!("trace and flux along Γ_C, {about}"),
-        chain.axis,
-        &panels,
-    )?;
+    let name = format!("trace and flux along Γ_C, {about}");
+    let picture = plots::along_contact(&name, chain.axis, &panels)?;
     let caption = format!(
         "Means over the contact faces, in the scene's units; what coincides lies under the thinner line. Shaded: faces at least \
          partly in contact by {}. Crosses: faces where the contact status differs at a quadrature point ({}).",
@@ -148,13 +144,4 @@ pub(in crate::report) fn along(all: &[FaceFields], about: &str) -> Result<Html> 
         flips.len()
     );
     Ok(figure(picture, caption))
-}
-
-/// Colours of the engines.
-fn engines_key(names: &[&str]) -> Html {
-    let items = names.iter().enumerate().map(|(k, name)| {
-        let swatch = leaf("i", &[("class", &format!("e{}", k % 4))], "");
-        element("li", &[], [swatch, text(name)])
-    });
-    element("ul", &[("class", "key")], items.collect::<Html>())
 }

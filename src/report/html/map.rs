@@ -28,7 +28,7 @@ pub(super) const CLASSES: [&str; 7] = [
 pub(super) struct Shown<'a> {
     pub mesh: &'a Triangulation,
     /// Faces that carry the field, and |a-b| relative to its unit.
-    pub differences: &'a [(u32, f64)],
+    pub differences: Vec<(u32, f64)>,
     pub tolerance: f64,
     pub disagrees: bool,
     /// The face with the largest difference, where it lies on what is shown.
@@ -95,145 +95,135 @@ impl View {
     }
 }
 
-/// Which two coordinates are shown: x and y in the plane; on a surface those in which it extends most.
-fn axes(shown: &Shown) -> [usize; 2] {
-    if shown.mesh.dim == 2 {
-        return [0, 1];
+/// The faces of a mesh as they are shown: by x and y in the plane; a surface by the coordinates in which it extends most.
+struct Flat<'a> {
+    mesh: &'a Triangulation,
+    axes: [usize; 2],
+}
+
+impl<'a> Flat<'a> {
+    fn new(mesh: &'a Triangulation, faces: impl Iterator<Item = u32> + Clone) -> Self {
+        let extent = |axis: usize| {
+            let of = faces.clone().map(|f| mesh.face_midpoint(f as usize)[axis]);
+            let ends = (f64::INFINITY, f64::NEG_INFINITY);
+            let (low, high) = of.fold(ends, |e, x| (e.0.min(x), e.1.max(x)));
+            high - low
+        };
+        let mut axes = [0, 1, 2];
+        if mesh.dim == 3 {
+            axes.sort_by(|&i, &j| extent(j).total_cmp(&extent(i)));
+        }
+        let mut axes = [axes[0], axes[1]];
+        axes.sort_unstable();
+        Flat { mesh, axes }
     }
-    let extent = |axis: usize| {
-        let of = shown
-            .differences
-            .iter()
-            .map(|(f, _)| shown.mesh.face_midpoint(*f as usize)[axis]);
-        let ends = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = of.fold(ends, |e, x| (e.0.min(x), e.1.max(x)));
-        high - low
-    };
-    let mut axes = [0, 1, 2];
-    axes.sort_by(|&i, &j| extent(j).total_cmp(&extent(i)));
-    let mut axes = [axes[0], axes[1]];
-    axes.sort_unstable();
-    axes
+
+    fn of(shown: &Shown<'a>) -> Self {
+        Flat::new(shown.mesh, shown.differences.iter().map(|(face, _)| *face))
+    }
+
+    fn at(&self, p: [f64; 3]) -> [f64; 2] {
+        self.axes.map(|axis| p[axis])
+    }
+
+    fn midpoint(&self, face: u32) -> [f64; 2] {
+        self.at(self.mesh.face_midpoint(face as usize))
+    }
+
+    fn corners(&self, face: u32) -> impl Iterator<Item = [f64; 2]> {
+        let vertices = self.mesh.face(face as usize).iter();
+        vertices.map(|v| self.at(self.mesh.points[*v as usize]))
+    }
+
+    fn view(&self, faces: impl Iterator<Item = u32>) -> View {
+        View::of(faces.flat_map(|face| self.corners(face)))
+    }
+
+    /// Is a face an area, and no line?
+    fn is_filled(&self) -> bool {
+        self.mesh.dim == 3
+    }
+
+    fn add_shape(&self, path: &mut String, view: &View, face: u32) {
+        for (k, corner) in self.corners(face).enumerate() {
+            let [x, y] = view.pixel(corner);
+            let _ = write!(path, "{}{x:.1} {y:.1}", if k == 0 { 'M' } else { 'L' });
+        }
+        if self.is_filled() {
+            path.push('Z');
+        }
+    }
 }
 
 /// The names of the axes of the map: `x to the right, y upwards`.
 pub(super) fn orientation(shown: &Shown) -> String {
-    let [i, j] = axes(shown).map(|axis| ["x", "y", "z"][axis]);
+    let [i, j] = Flat::of(shown).axes.map(|axis| ["x", "y", "z"][axis]);
     format!("{i} to the right, {j} upwards")
 }
 
 /// All faces that carry the field, the worst marked.
 pub(super) fn overview(label: &str, shown: &Shown) -> Html {
-    let axes = axes(shown);
-    let flat = |p: [f64; 3]| axes.map(|axis| p[axis]);
-    let corners = |face: u32| {
-        shown
-            .mesh
-            .face(face as usize)
-            .iter()
-            .map(|v| flat(shown.mesh.points[*v as usize]))
-    };
-    let view = View::of(shown.differences.iter().flat_map(|(f, _)| corners(*f)));
+    let flat = Flat::of(shown);
+    let view = flat.view(shown.differences.iter().map(|(face, _)| *face));
     let mut paths: [String; 7] = Default::default();
     let coarse = shown.mesh.dim == 2 && shown.differences.len() > MOST;
     if coarse {
-        for (square, class) in squares(shown, &view, flat) {
+        for (square, class) in squares(shown, &view, &flat) {
             paths[class].push_str(&square);
         }
     } else {
-        for &(face, difference) in shown.differences {
-            let path = &mut paths[class(difference, shown.tolerance)];
-            add_shape(
-                path,
-                corners(face).map(|p| view.pixel(p)),
-                shown.mesh.dim == 3,
-            );
+        for &(face, difference) in &shown.differences {
+            flat.add_shape(&mut paths[class(difference, shown.tolerance)], &view, face);
         }
     }
-    let filled = coarse || shown.mesh.dim == 3;
     let mark = shown.worst.map(|face| Mark {
-        at: view.pixel(flat(shown.mesh.face_midpoint(face as usize))),
+        at: view.pixel(flat.midpoint(face)),
         radius: 9.0,
         face: String::new(),
     });
+    let filled = coarse || flat.is_filled();
     svg(label, &view, &paths, &CLASSES, filled, mark)
 }
 
 /// The worst face and some faces around it.
 pub(super) fn zoom(label: &str, shown: &Shown) -> Option<Html> {
-    let worst = shown.worst? as usize;
-    let axes = axes(shown);
-    let mesh = shown.mesh;
-    let flat = |p: [f64; 3]| axes.map(|axis| p[axis]);
-    let corners = |face: usize| {
-        mesh.face(face)
-            .iter()
-            .map(|v| flat(mesh.points[*v as usize]))
-    };
-    let at = flat(mesh.face_midpoint(worst));
-    let reach = corners(worst)
+    let worst = shown.worst?;
+    let flat = Flat::of(shown);
+    let at = flat.midpoint(worst);
+    let reach = flat
+        .corners(worst)
         .map(|p| (p[0] - at[0]).abs().max((p[1] - at[1]).abs()))
         .fold(0.0, f64::max);
     let half = 7.0 * reach;
     // Not beyond the mesh, where there is nothing to see.
-    let all = shown
-        .differences
-        .iter()
-        .flat_map(|(f, _)| corners(*f as usize));
-    let all = View::of(all);
+    let all = flat.view(shown.differences.iter().map(|(face, _)| *face));
     let low = [0, 1].map(|k| (at[k] - half).min(all.high[k] - 2.0 * half).max(all.low[k]));
     let high = [0, 1].map(|k| (low[k] + 2.0 * half).min(all.high[k]));
     let view = View::new(low, high);
     let mut paths: [String; 7] = Default::default();
-    for &(face, difference) in shown.differences {
-        let face = face as usize;
-        if corners(face).any(|p| view.holds(p)) {
-            let path = &mut paths[class(difference, shown.tolerance)];
-            add_shape(path, corners(face).map(|p| view.pixel(p)), mesh.dim == 3);
+    for &(face, difference) in &shown.differences {
+        if flat.corners(face).any(|p| view.holds(p)) {
+            flat.add_shape(&mut paths[class(difference, shown.tolerance)], &view, face);
         }
     }
     let mut face = String::new();
-    add_shape(
-        &mut face,
-        corners(worst).map(|p| view.pixel(p)),
-        mesh.dim == 3,
-    );
-    let mark = Mark {
+    flat.add_shape(&mut face, &view, worst);
+    let mark = Some(Mark {
         at: view.pixel(at),
         radius: 16.0,
         face,
-    };
-    Some(svg(
-        label,
-        &view,
-        &paths,
-        &CLASSES,
-        mesh.dim == 3,
-        Some(mark),
-    ))
-}
-
-fn add_shape(path: &mut String, corners: impl Iterator<Item = [f64; 2]>, closed: bool) {
-    for (k, [x, y]) in corners.enumerate() {
-        let _ = write!(path, "{}{x:.1} {y:.1}", if k == 0 { 'M' } else { 'L' });
-    }
-    if closed {
-        path.push('Z');
-    }
+    });
+    Some(svg(label, &view, &paths, &CLASSES, flat.is_filled(), mark))
 }
 
 /// Squares with a face in them, each in the class of its largest difference.
-fn squares(
-    shown: &Shown,
-    view: &View,
-    flat: impl Fn([f64; 3]) -> [f64; 2],
-) -> Vec<(String, usize)> {
+fn squares(shown: &Shown, view: &View, flat: &Flat) -> Vec<(String, usize)> {
     let across = ACROSS[usize::from(!shown.disagrees)];
     let side = (SIZE - 2.0 * MARGIN) / across;
     let columns = across as usize + 1;
     let mut worst: Vec<Option<usize>> = vec![None; columns * columns];
-    for &(face, difference) in shown.differences {
-        let [x, y] = view.pixel(flat(shown.mesh.face_midpoint(face as usize)));
+    for &(face, difference) in &shown.differences {
+        let [x, y] = view.pixel(flat.midpoint(face));
         let place = |x: f64| (((x - MARGIN) / side).max(0.0) as usize).min(columns - 1);
         let square = &mut worst[place(y) * columns + place(x)];
         *square = (*square).max(Some(class(difference, shown.tolerance)));
@@ -241,10 +231,8 @@ fn squares(
     let drawn = worst.into_iter().enumerate().filter_map(|(k, class)| {
         let at = |k: usize| MARGIN + k as f64 * side;
         let (x, y) = (at(k % columns), at(k / columns));
-        Some((
-            format!("M{x:.1} {y:.1}h{side:.1}v{side:.1}h-{side:.1}z"),
-            class?,
-        ))
+        let square = format!("M{x:.1} {y:.1}h{side:.1}v{side:.1}h-{side:.1}z");
+        Some((square, class?))
     });
     drawn.collect()
 }
@@ -266,26 +254,12 @@ pub(super) const STATUS: [&str; 4] = [
 
 /// A surface by the contact status of its faces, each an index into [`STATUS`].
 pub(super) fn status(label: &str, mesh: &Triangulation, faces: &[(u32, usize)]) -> Html {
-    let differences: Vec<(u32, f64)> = faces.iter().map(|(face, _)| (*face, 0.0)).collect();
-    let axes = axes(&Shown {
-        mesh,
-        differences: &differences,
-        tolerance: 1.0,
-        disagrees: false,
-        worst: None,
-    });
-    let corners = |face: u32| {
-        let vertices = mesh.face(face as usize).iter();
-        vertices.map(|v| axes.map(|axis| mesh.points[*v as usize][axis]))
-    };
-    let view = View::of(faces.iter().flat_map(|(face, _)| corners(*face)));
+    let all = faces.iter().map(|(face, _)| *face);
+    let flat = Flat::new(mesh, all.clone());
+    let view = flat.view(all);
     let mut paths: [String; 7] = Default::default();
     for &(face, status) in faces {
-        add_shape(
-            &mut paths[status],
-            corners(face).map(|p| view.pixel(p)),
-            true,
-        );
+        flat.add_shape(&mut paths[status], &view, face);
     }
     svg(label, &view, &paths, &STATUS, true, None)
 }
@@ -305,16 +279,11 @@ fn svg(
          width=\"{width:.0}\" height=\"{height:.0}\">",
         if filled { " filled" } else { "" },
     );
-    for (k, path) in paths
-        .iter()
-        .enumerate()
-        .filter(|(_, path)| !path.is_empty())
-    {
-        let name = names[k];
-        let _ = write!(
-            svg,
-            "<path class=\"d{k}\" d=\"{path}\"><title>{name}</title></path>"
-        );
+    for (k, (path, name)) in paths.iter().zip(names).enumerate() {
+        if !path.is_empty() {
+            let title = format!("<title>{name}</title>");
+            let _ = write!(svg, "<path class=\"d{k}\" d=\"{path}\">{title}</path>");
+        }
     }
     if let Some(mark) = mark {
         let ([x, y], radius, face) = (mark.at, mark.radius, mark.face);

@@ -23,6 +23,16 @@ impl FromIterator<Html> for Html {
     }
 }
 
+/// A piece is all that there is of it.
+impl IntoIterator for Html {
+    type Item = Html;
+    type IntoIter = std::iter::Once<Html>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        std::iter::once(self)
+    }
+}
+
 impl<const N: usize> From<[Html; N]> for Html {
     fn from(pieces: [Html; N]) -> Self {
         pieces.into_iter().collect()
@@ -49,12 +59,16 @@ pub(super) fn raw(html: impl Into<String>) -> Html {
     Html(html.into())
 }
 
-pub(super) fn element(tag: &str, attributes: &[(&str, &str)], inner: impl Into<Html>) -> Html {
+pub(super) fn element(
+    tag: &str,
+    attributes: &[(&str, &str)],
+    inner: impl IntoIterator<Item = Html>,
+) -> Html {
     let mut html = format!("<{tag}");
     for (name, value) in attributes {
         let _ = write!(html, " {name}=\"{}\"", escape(value));
     }
-    let _ = write!(html, ">{}</{tag}>", inner.into().0);
+    let _ = write!(html, ">{}</{tag}>", inner.into_iter().collect::<Html>().0);
     Html(html)
 }
 
@@ -74,13 +88,7 @@ pub(super) fn picture(svg: &str, label: &str, class: &str) -> Html {
 /// A table whose columns sort. A row with a verdict that is no pass is set off.
 pub(super) fn table(table: &Table) -> Html {
     let numeric: Vec<bool> = (0..table.head.len()).map(|k| table.is_numeric(k)).collect();
-    let class = |k: usize| {
-        if numeric[k] {
-            vec![("class", "n")]
-        } else {
-            vec![]
-        }
-    };
+    let class = |k: usize| Vec::from_iter(numeric[k].then_some(("class", "n")));
     let head = table.head.iter().enumerate();
     let head = head.map(|(k, name)| leaf("th", &[&[("scope", "col")], &*class(k)].concat(), name));
     let rows = table.rows.iter().map(|row| {
@@ -99,15 +107,15 @@ pub(super) fn table(table: &Table) -> Html {
             _ => None,
         });
         let class = verdict.max().map_or("", word_of);
-        element("tr", &[("class", class)], cells.collect::<Html>())
+        element("tr", &[("class", class)], cells)
     });
     let table = element(
         "table",
         &[],
         [
             leaf("caption", &[], &table.caption),
-            element("thead", &[], element("tr", &[], head.collect::<Html>())),
-            element("tbody", &[], rows.collect::<Html>()),
+            element("thead", &[], element("tr", &[], head)),
+            element("tbody", &[], rows),
         ],
     );
     element("div", &[("class", "wide")], table)
@@ -132,11 +140,20 @@ pub(super) fn word(verdict: Verdict) -> Html {
 }
 
 /// Names and what they are.
-pub(super) fn facts(facts: &[(String, String)]) -> Html {
+pub(super) fn facts(facts: &[(impl AsRef<str>, String)]) -> Html {
     let items = facts.iter();
-    let items = items
-        .map(|(name, fact)| Html::from([leaf("dt", &[], name), element("dd", &[], prose(fact))]));
-    element("dl", &[], items.collect::<Html>())
+    let items =
+        items.flat_map(|(name, fact)| [leaf("dt", &[], name), element("dd", &[], prose(fact))]);
+    element("dl", &[], items)
+}
+
+/// What the colours of a picture mean: of the classes `k0`, `k1`, … the one that each name has.
+pub(super) fn key(class: &str, classes: usize, names: &[&str]) -> Html {
+    let items = names.iter().enumerate().map(|(k, name)| {
+        let swatch = leaf("i", &[("class", &format!("{class}{}", k % classes))], "");
+        element("li", &[], [swatch, text(name)])
+    });
+    element("ul", &[("class", "key")], items)
 }
 
 /// A picture with what it shows in words.

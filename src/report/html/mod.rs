@@ -17,7 +17,7 @@ use super::folder::names;
 use super::model::{Block, Figure, Report, word as word_of};
 use super::provenance::provenance;
 pub(super) use case::section;
-pub(super) use contact::{along, histories, zones};
+pub(super) use contact::{histories, on_contact};
 use faceoff_mesh::error::{Error, Result};
 pub use markup::Html;
 use markup::{element, facts, leaf, picture, prose, raw, table, text};
@@ -58,7 +58,7 @@ pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
             leaf("h2", &[], "Provenance"),
             facts(&provenance(report)),
             leaf("h3", &[], "Beside this page"),
-            element("ul", &[("class", "files")], files.collect::<Html>()),
+            element("ul", &[("class", "files")], files),
         ],
     );
     let script = element("script", &[], raw(include_str!("sort.js")));
@@ -107,7 +107,7 @@ fn block(block: &Block, folder: &Path) -> Result<Html> {
         Block::Text(words) => element("p", &[], prose(words)),
         Block::List(items) => {
             let items = items.iter().map(|item| element("li", &[], prose(item)));
-            element("ul", &[], items.collect::<Html>())
+            element("ul", &[], items)
         }
         Block::Commands(lines) => element(
             "pre",

@@ -4,7 +4,7 @@
 use plotters::prelude::*;
 
 use super::markup::{Html, picture};
-use crate::report::drawing::{self, SvgArea, font};
+use crate::report::drawing::{self, SvgArea, axes, font};
 use faceoff_mesh::error::Result;
 
 /// M. Okabe and K. Ito's palette, in the order of the engines.
@@ -35,11 +35,8 @@ pub(super) fn histogram(label: &str, differences: &[f64], tolerance: f64) -> Res
     let last = largest.log10().floor() as i32 + 1;
     let mut counts = vec![0usize; (last - SMALLEST) as usize];
     for d in differences.iter().filter(|d| d.is_finite()) {
-        let power = if *d > 0.0 {
-            d.log10().floor() as i32
-        } else {
-            SMALLEST
-        };
+        // Of 0 it is the least integer.
+        let power = d.log10().floor() as i32;
         counts[(power.max(SMALLEST) - SMALLEST) as usize] += 1;
     }
     let most = counts.iter().copied().max().unwrap_or(1).max(1) as f64;
@@ -51,16 +48,11 @@ pub(super) fn histogram(label: &str, differences: &[f64], tolerance: f64) -> Res
             .x_label_area_size(42)
             .y_label_area_size(48)
             .build_cartesian_2d(range, 0.0..1.05 * most)?;
-        chart
-            .configure_mesh()
+        axes(&mut chart.configure_mesh(), 0.15, 12)
             .disable_x_mesh()
-            .bold_line_style(BLACK.mix(0.15))
-            .light_line_style(TRANSPARENT)
             .axis_style(BLACK)
             .x_labels((last - SMALLEST).min(8) as usize)
             .y_labels(4)
-            .label_style(font(12))
-            .axis_desc_style(font(12))
             .x_desc("|a-b| / (max|u| s)")
             .y_desc("values")
             .x_label_formatter(&|x| match x.round() as i32 {
@@ -74,10 +66,8 @@ pub(super) fn histogram(label: &str, differences: &[f64], tolerance: f64) -> Res
             let low = f64::from(SMALLEST) + k as f64;
             let beyond = low >= tolerance.log10() - 1e-9;
             let colour = if beyond { COLOURS[1] } else { COLOURS[0] };
-            Rectangle::new(
-                [(low + 0.06, 0.0), (low + 0.94, *count as f64)],
-                colour.filled(),
-            )
+            let corners = [(low + 0.06, 0.0), (low + 0.94, *count as f64)];
+            Rectangle::new(corners, colour.filled())
         }))?;
         let at = tolerance.log10();
         let line = vec![(at, 0.0), (at, 1.05 * most)];
@@ -117,20 +107,12 @@ pub(super) fn along_contact(label: &str, axis: &str, panels: &[Curves]) -> Resul
                 .x_label_area_size(36)
                 .y_label_area_size(74)
                 .build_cartesian_2d(from..to, low..high)?;
-            chart.draw_series(
-                curves
-                    .zones
-                    .iter()
-                    .map(|&(a, b)| Rectangle::new([(a, low), (b, high)], BLACK.mix(0.1).filled())),
-            )?;
-            chart
-                .configure_mesh()
-                .bold_line_style(BLACK.mix(0.12))
-                .light_line_style(TRANSPARENT)
+            let grey = BLACK.mix(0.1).filled();
+            let shaded = |&(a, b): &(f64, f64)| Rectangle::new([(a, low), (b, high)], grey);
+            chart.draw_series(curves.zones.iter().map(shaded))?;
+            axes(&mut chart.configure_mesh(), 0.12, 12)
                 .axis_style(BLACK)
                 .y_labels(5)
-                .label_style(font(12))
-                .axis_desc_style(font(12))
                 .x_desc(axis)
                 .y_desc(curves.name)
                 .y_label_formatter(&|y| format!("{:.3}", if y.abs() < 1e-12 { 0.0 } else { *y }))
@@ -142,11 +124,8 @@ pub(super) fn along_contact(label: &str, axis: &str, panels: &[Curves]) -> Resul
                 let style = COLOURS[k % 4].stroke_width(thickest - 2 * k as u32 - 1);
                 chart.draw_series(LineSeries::new(points, style))?;
             }
-            let crosses = curves
-                .flips
-                .iter()
-                .map(|&s| Cross::new((s, low), 6, BLACK.stroke_width(2)));
-            chart.draw_series(crosses)?;
+            let cross = |&s: &f64| Cross::new((s, low), 6, BLACK.stroke_width(2));
+            chart.draw_series(curves.flips.iter().map(cross))?;
         }
         Ok(())
     })
@@ -155,20 +134,12 @@ pub(super) fn along_contact(label: &str, axis: &str, panels: &[Curves]) -> Resul
 /// The relative increment of each step, of each engine.
 pub(super) fn histories(label: &str, engines: &[(&str, &[f64])]) -> Result<Html> {
     let shown = |v: f64| v > 0.0 && v < MOST;
-    let all = || {
-        engines
-            .iter()
-            .flat_map(|(_, v)| v.iter().copied())
-            .filter(|v| shown(*v))
-    };
+    let all = || engines.iter().flat_map(|(_, v)| v.iter().copied());
+    let all = || all().filter(|v| shown(*v));
     let low = 10_f64.powf(all().fold(1.0, f64::min).max(1e-20).log10().floor());
     let high = 10_f64.powf(all().fold(low * 10.0, f64::max).log10().ceil());
-    let steps = engines
-        .iter()
-        .map(|(_, v)| v.len())
-        .max()
-        .unwrap_or(1)
-        .max(2);
+    let steps = engines.iter().map(|(_, v)| v.len());
+    let steps = steps.max().unwrap_or(1).max(2);
     draw(label, (460, 230), |area| {
         let mut chart = ChartBuilder::on(area)
             .margin(8)
@@ -176,39 +147,25 @@ pub(super) fn histories(label: &str, engines: &[(&str, &[f64])]) -> Result<Html>
             .x_label_area_size(42)
             .y_label_area_size(60)
             .build_cartesian_2d(0.8..steps as f64 + 0.2, (low..high).log_scale())?;
-        chart
-            .configure_mesh()
-            .bold_line_style(BLACK.mix(0.15))
-            .light_line_style(TRANSPARENT)
+        axes(&mut chart.configure_mesh(), 0.15, 12)
             .axis_style(BLACK)
             .x_labels(steps.min(10))
             .y_labels(6)
-            .label_style(font(12))
-            .axis_desc_style(font(12))
             .x_desc("step")
             .y_desc("relative increment")
             .x_label_formatter(&|x| format!("{x:.0}"))
             .y_label_formatter(&|y| format!("{y:.0e}"))
             .draw()?;
         for (k, (_, values)) in engines.iter().enumerate() {
-            let points: Vec<(f64, f64)> = (1..)
-                .map(f64::from)
-                .zip(
-                    values
-                        .iter()
-                        .copied()
-                        .map(|v| if v > 0.0 { v } else { low }),
-                )
-                .filter(|p| p.1 >= low && p.1 < MOST)
-                .collect();
+            let values = values.iter().map(|v| if *v > 0.0 { *v } else { low });
+            let points = (1..).map(f64::from).zip(values);
+            let points: Vec<_> = points.filter(|p| p.1 >= low && p.1 < MOST).collect();
             let colour = COLOURS[k % 4];
             let width = (2 * (engines.len() - k) - 1) as u32;
             chart.draw_series(LineSeries::new(points.clone(), colour.stroke_width(width)))?;
             let size = 2 + 2 * (engines.len() - k) as i32;
-            let marks = points
-                .into_iter()
-                .map(|p| Circle::new(p, size, colour.stroke_width(1)));
-            chart.draw_series(marks)?;
+            let marks = points.into_iter();
+            chart.draw_series(marks.map(|p| Circle::new(p, size, colour.stroke_width(1))))?;
         }
         Ok(())
     })

@@ -1,8 +1,7 @@
 //! What stands first: which code, which face, how much, and why.
 
-use super::case;
-use super::map;
-use super::markup::{Html, element, figure, leaf, prose, text};
+use super::map::{self, CLASSES};
+use super::markup::{Html, element, figure, key, leaf, prose, text};
 use super::pair::{self, Pair};
 use crate::campaigns::verify::{CaseOutcome, VerifyOutcome, VerifyRequest, telling};
 use crate::report::model::{count, exact, place, short};
@@ -53,11 +52,8 @@ pub(in crate::report) fn top(
         lines.extend(sentences(*index, case, pair, diagnoses));
         pictures = picture(case, pair)?;
     }
-    let list: Html = lines
-        .into_iter()
-        .map(|line| element("li", &[], line))
-        .collect();
-    let list = element("div", &[], element("ul", &[], list));
+    let items = lines.into_iter().map(|line| element("li", &[], line));
+    let list = element("div", &[], element("ul", &[], items));
     Ok(element("div", &[("class", "first")], [list, pictures]))
 }
 
@@ -70,12 +66,7 @@ fn most_telling(outcome: &VerifyOutcome) -> Option<(usize, Pair<'_>)> {
             if field.verdict == Verdict::Agree {
                 continue;
             }
-            let factor = field.max_rel / field.tolerance;
-            let factor = if factor.is_nan() {
-                f64::INFINITY
-            } else {
-                factor
-            };
+            let factor = Pair::factor(field);
             if worst.as_ref().is_none_or(|(other, ..)| factor > *other) {
                 worst = Some((factor, index, pair));
             }
@@ -86,116 +77,83 @@ fn most_telling(outcome: &VerifyOutcome) -> Option<(usize, Pair<'_>)> {
 
 /// Who is at fault, as far as the others tell: whose answer does not solve the scheme, or who alone differs from all.
 fn suspect(case: &CaseOutcome) -> Option<&str> {
-    let unsolved: Vec<_> = case
-        .engines
-        .iter()
-        .filter(|e| e.verdict != Verdict::Agree)
-        .collect();
-    if let [one] = unsolved[..] {
+    let engines = || case.engines.iter();
+    let mut unsolved = engines().filter(|e| e.verdict != Verdict::Agree);
+    if let (Some(one), None) = (unsolved.next(), unsolved.next()) {
         return Some(&one.engine);
     }
-    let failed: Vec<_> = case
-        .pairs
-        .iter()
+    let failed = case.pairs.iter();
+    let failed: Vec<_> = failed
         .filter(|p| p.field.verdict != Verdict::Agree)
         .collect();
     let in_all = |name: &str| failed.iter().all(|p| p.a == name || p.b == name);
-    let mut alone = case
-        .engines
-        .iter()
-        .map(|e| e.engine.as_str())
-        .filter(|e| in_all(e));
-    let first = alone
-        .next()
-        .filter(|_| case.engines.len() > 2 && !failed.is_empty())?;
+    let mut alone = engines().map(|e| &*e.engine).filter(|e| in_all(e));
+    let is_told = case.engines.len() > 2 && !failed.is_empty();
+    let first = alone.next().filter(|_| is_told)?;
     alone.next().is_none().then_some(first)
 }
 
 fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> Vec<Html> {
-    let mut lines = Vec::new();
-    let who = match suspect(case) {
-        Some(name) => Html::from([
-            text("Which code: "),
-            leaf("b", &[], name),
-            text(format!(" in {}.", label(case))),
-        ]),
-        None => Html::from([
-            text("Which code: one of "),
-            leaf("b", &[], pair.a),
-            text(" and "),
-            leaf("b", &[], pair.b),
-            text(format!(" in {}; nothing tells which.", label(case))),
-        ]),
-    };
-    lines.push(who);
+    // What stands out between words.
+    let line =
+        |first: &str, bold: &str, rest: Html| Html::from([text(first), leaf("b", &[], bold), rest]);
+    let about = label(case);
+    let mut lines = vec![match suspect(case) {
+        Some(name) => line("Which code: ", name, text(format!(" in {about}."))),
+        None => {
+            let rest = text(format!(" in {about}; nothing tells which."));
+            line("Which code: one of ", pair.a, line(" and ", pair.b, rest))
+        }
+    }];
     if let Some(field) = pair.worst() {
         if let Some(worst) = &field.worst {
-            lines.push(Html::from([
-                text("Which face: "),
-                leaf("b", &[], format!("{:?}", worst.vertices)),
-                prose(format!(
-                    " at {}, in `{}`: {} has {}, {} has {}, which is {} apart.",
-                    place(&worst.midpoint),
-                    field.field,
-                    pair.a,
-                    exact(worst.a),
-                    pair.b,
-                    exact(worst.b),
-                    short((worst.a - worst.b).abs())
-                )),
-            ]));
+            let rest = format!(
+                " at {}, in `{}`: {} has {}, {} has {}, which is {} apart.",
+                place(&worst.midpoint),
+                field.field,
+                pair.a,
+                exact(worst.a),
+                pair.b,
+                exact(worst.b),
+                short((worst.a - worst.b).abs())
+            );
+            let face = format!("{:?}", worst.vertices);
+            lines.push(line("Which face: ", &face, prose(rest)));
         }
-        lines.push(Html::from([
-            text("How much: "),
-            leaf("b", &[], short(field.max_rel)),
-            text(format!(
-                " of max|u|, {} times the tolerance, beyond it on {} of {} faces.",
-                short(field.max_rel / field.tolerance),
-                field.beyond,
-                field.faces
-            )),
-        ]));
+        let rest = format!(
+            " of max|u|, {} times the tolerance, beyond it on {} of {} faces.",
+            short(field.max_rel / field.tolerance),
+            field.beyond,
+            field.faces
+        );
+        lines.push(line("How much: ", &short(field.max_rel), text(rest)));
     }
-    lines.push(Html::from([
-        text("Why: "),
-        prose(why(case, pair, diagnoses)),
-    ]));
+    let why = prose(why(case, pair, diagnoses));
+    lines.push(Html::from([text("Why: "), why]));
     let anchor = format!("#case-{index}");
-    lines.push(element(
-        "a",
-        &[("href", &anchor)],
-        text("All about this case"),
-    ));
+    lines.push(leaf("a", &[("href", &anchor)], "All about this case"));
     lines
 }
 
 fn why(case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> String {
-    if let Some(found) = diagnoses
-        .iter()
-        .find(|d| d.is_of((&case.scene, &case.method, case.n), (pair.a, pair.b)))
-    {
+    if let Some(found) = pair.diagnoses(case, diagnoses).next() {
         return found.sentence();
     }
-    for engine in &case.engines {
-        if !engine.converged {
-            return format!(
-                "{} did not converge in {} steps.",
-                engine.engine, engine.iterations
-            );
-        }
+    let mut engines = case.engines.iter();
+    if let Some(engine) = engines.clone().find(|e| !e.converged) {
+        let (name, steps) = (&engine.engine, engine.iterations);
+        return format!("{name} did not converge in {steps} steps.");
     }
-    for engine in &case.engines {
-        if engine.verdict != Verdict::Agree {
-            let at = engine.residual_at.as_ref();
-            return format!(
-                "put into the scheme again, the answer of {} leaves a backward error of {}{}, where rounding leaves less \
-                 than {:.0e}: it solves another scheme. `faceoff verify --diagnose` names the ingredient.",
-                engine.engine,
-                short(engine.residual),
-                at.map_or(String::new(), |x| format!(", most at {}", place(x))),
-                RESIDUAL_TOLERANCE
-            );
-        }
+    if let Some(engine) = engines.find(|e| e.verdict != Verdict::Agree) {
+        let at = engine.residual_at.as_ref();
+        return format!(
+            "put into the scheme again, the answer of {} leaves a backward error of {}{}, where rounding leaves less \
+             than {:.0e}: it solves another scheme. `faceoff verify --diagnose` names the ingredient.",
+            engine.engine,
+            short(engine.residual),
+            at.map_or(String::new(), |x| format!(", most at {}", place(x))),
+            RESIDUAL_TOLERANCE
+        );
     }
     "every answer solves the scheme to rounding, so that the scheme itself leaves room: more than one solution, or a \
      badly conditioned mesh."
@@ -206,7 +164,6 @@ fn picture(case: &CaseOutcome, pair: &Pair) -> Result<Html> {
     let Some(shown) = pair::differences(case, pair)? else {
         return Ok(Html::default());
     };
-    let shown = shown.on(&case.setup.mesh);
     let name = pair.worst().map_or("", |f| f.field.as_str());
     let Some(zoom) = map::zoom(&format!("the worst face of {}", label(case)), &shown) else {
         return Ok(Html::default());
@@ -215,5 +172,6 @@ fn picture(case: &CaseOutcome, pair: &Pair) -> Result<Html> {
         "Around the worst face (circle): faces by |a-b| of `{name}` in units of the tolerance; {}.",
         map::orientation(&shown)
     );
-    Ok(element("div", &[], [figure(zoom, caption), case::key()]))
+    let key = key("k", CLASSES.len(), &CLASSES);
+    Ok(element("div", &[], [figure(zoom, caption), key]))
 }

@@ -8,7 +8,7 @@ use plotters::coord::{CoordTranslate, Shift};
 use plotters::prelude::*;
 
 use crate::campaigns::paper::{ExampleOutcome, PaperOutcome, SeriesLevel};
-use crate::report::drawing::{Drawn, font, power_of_ten};
+use crate::report::drawing::{Drawn, axes, font, power_of_ten};
 
 /// Half the size of a marker.
 const MARKER: i32 = 7;
@@ -122,12 +122,8 @@ fn draw_panel<DB: DrawingBackend>(
         .y_label_area_size(84)
         .caption(heading(examples), font(22))
         .build_cartesian_2d(x, y)?;
-    chart
-        .configure_mesh()
-        .bold_line_style(BLACK.mix(0.12))
-        .light_line_style(TRANSPARENT)
+    axes(&mut chart.configure_mesh(), 0.12, 19)
         .label_style(font(17))
-        .axis_desc_style(font(19))
         .x_desc("h")
         .y_desc("relative error, residual")
         .x_label_formatter(&|h| format!("√2/{:.0}", 2.0_f64.sqrt() / h))
@@ -141,10 +137,9 @@ fn draw_panel<DB: DrawingBackend>(
         chart.plotting_area().draw(&label)?;
     }
     for (k, example) in examples.iter().enumerate() {
-        let share = if examples.len() > 1 {
-            k as f64 / (examples.len() - 1) as f64
-        } else {
-            1.0
+        let share = match examples.len() {
+            1 => 1.0,
+            all => k as f64 / (all - 1) as f64,
         };
         let grey = (255.0 * (1.0 - share)) as u8;
         for (marker, _, value) in SHOWN {
@@ -162,12 +157,11 @@ fn draw_panel<DB: DrawingBackend>(
 /// The factor of h^order that lies above all points for `beyond` > 1, and below them for `beyond` < 1.
 fn reference(points: &[(f64, f64)], order: i32, beyond: f64) -> f64 {
     let factors = points.iter().map(|(h, e)| e / h.powi(order));
-    beyond
-        * if beyond > 1.0 {
-            factors.fold(0.0, f64::max)
-        } else {
-            factors.fold(f64::INFINITY, f64::min)
-        }
+    let factor = match beyond > 1.0 {
+        true => factors.fold(0.0, f64::max),
+        false => factors.fold(f64::INFINITY, f64::min),
+    };
+    beyond * factor
 }
 
 fn draw_marker<DB: DrawingBackend, CT: CoordTranslate>(

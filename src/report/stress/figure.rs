@@ -25,25 +25,15 @@ struct Map<'a> {
 /// What became of each trial.
 pub fn map<'a>(outcome: &'a StressOutcome, engine: &'a str) -> Figure<'a> {
     let shown = |cell: &Entry| (word(&cell.verdict), colour(&cell.verdict));
-    figure(
-        "map",
-        format!("What becomes of each extreme by {engine}."),
-        outcome,
-        engine,
-        shown,
-    )
+    let caption = format!("What becomes of each extreme by {engine}.");
+    figure("map", caption, outcome, engine, shown)
 }
 
 /// How rounding is amplified at each answer.
 pub fn conditions<'a>(outcome: &'a StressOutcome, engine: &'a str) -> Figure<'a> {
     let shown = |cell: &Entry| (amplified(cell), heat(cell.condition));
-    figure(
-        "condition",
-        format!("Condition estimates of the answers by {engine}."),
-        outcome,
-        engine,
-        shown,
-    )
+    let caption = format!("Condition estimates of the answers by {engine}.");
+    figure("condition", caption, outcome, engine, shown)
 }
 
 fn figure<'a>(

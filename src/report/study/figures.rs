@@ -5,7 +5,8 @@ use plotters::coord::combinators::BindKeyPoints;
 use plotters::prelude::*;
 
 use crate::campaigns::study::{NORMS, Norm, Row, StudyOutcome, Varied};
-use crate::report::drawing::{Drawing, Drawn, font, power_of_ten};
+use crate::engine::unique;
+use crate::report::drawing::{Drawing, Drawn, axes, font, power_of_ten};
 use crate::report::model::Figure;
 
 /// Colours that can be distinguished without red and green (M. Okabe, K. Ito), then darker ones.
@@ -28,20 +29,37 @@ const MOST_LABELS: i32 = 12;
 /// Up to so many decades 2 and 5 are labelled as well.
 const FEW_DECADES: i32 = 2;
 
-/// Error over time; none without a row for it.
+/// Error over time, on uniform meshes and adapted ones; none without a row for it.
 pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
+    let kinds = [
+        (Varied::Mesh, None),
+        (Varied::Adaptive, Some("dashed: adapted, certified")),
+    ];
+    let page = Page {
+        title: scene.to_owned(),
+        x: "seconds: mesh, assembly and solution",
+        has_spread: true,
+        lines: lines(outcome, scene, &kinds, |row| row.seconds.median),
+    };
     let caption = format!("Work and precision of {scene}.");
-    figure(work_page(outcome, scene), format!("work-{scene}"), caption)
+    figure(page, format!("work-{scene}"), caption)
 }
 
 /// Error over γ₀; none without a row for it.
 pub fn gamma<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
+    let mut lines = lines(outcome, scene, &[(Varied::Gamma0, None)], |row| row.gamma0);
+    for line in &mut lines {
+        let finest = line.points.iter().map(|(_, row)| row.n).max().flatten();
+        line.points.retain(|(_, row)| row.n == finest);
+    }
+    let page = Page {
+        title: scene.to_owned(),
+        x: "γ₀",
+        has_spread: false,
+        lines,
+    };
     let caption = format!("Errors over γ₀ of {scene}.");
-    figure(
-        gamma_page(outcome, scene),
-        format!("gamma0-{scene}"),
-        caption,
-    )
+    figure(page, format!("gamma0-{scene}"), caption)
 }
 
 fn figure(page: Page<'_>, name: String, caption: String) -> Option<Figure<'_>> {
@@ -79,36 +97,6 @@ struct Point {
     range: [f64; 2],
 }
 
-/// Error over time: uniform meshes and adapted ones.
-fn work_page<'a>(outcome: &'a StudyOutcome, scene: &str) -> Page<'a> {
-    let kinds = [
-        (Varied::Mesh, None),
-        (Varied::Adaptive, Some("dashed: adapted, certified")),
-    ];
-    let x = |row: &Row| row.seconds.median;
-    Page {
-        title: scene.to_owned(),
-        x: "seconds: mesh, assembly and solution",
-        has_spread: true,
-        lines: lines(outcome, scene, &kinds, x),
-    }
-}
-
-/// Error over γ₀.
-fn gamma_page<'a>(outcome: &'a StudyOutcome, scene: &str) -> Page<'a> {
-    let mut lines = lines(outcome, scene, &[(Varied::Gamma0, None)], |row| row.gamma0);
-    for line in &mut lines {
-        let finest = line.points.iter().map(|(_, row)| row.n).max().flatten();
-        line.points.retain(|(_, row)| row.n == finest);
-    }
-    Page {
-        title: scene.to_owned(),
-        x: "γ₀",
-        has_spread: false,
-        lines,
-    }
-}
-
 fn lines<'a>(
     outcome: &'a StudyOutcome,
     scene: &str,
@@ -137,16 +125,6 @@ fn lines<'a>(
     lines
 }
 
-fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
-    let mut seen = Vec::new();
-    for name in names {
-        if !seen.contains(&name) {
-            seen.push(name);
-        }
-    }
-    seen
-}
-
 impl Drawing for Page<'_> {
     fn size(&self) -> (u32, u32) {
         (1500, 760)
@@ -164,11 +142,11 @@ impl Drawing for Page<'_> {
 
 impl Page<'_> {
     fn engines(&self) -> Vec<&str> {
-        distinct(self.lines.iter().map(|line| line.engine))
+        unique(self.lines.iter().map(|line| line.engine))
     }
 
     fn methods(&self) -> Vec<&str> {
-        distinct(self.lines.iter().map(|line| line.method))
+        unique(self.lines.iter().map(|line| line.method))
     }
 
     /// The points of each line that has some in this norm. Below rounding there is nothing to see.
@@ -177,10 +155,9 @@ impl Page<'_> {
             let points = line.points.iter();
             let points = points.filter_map(|(x, row)| {
                 let y = row.error(norm).filter(|e| *e > 1e-14 && e.is_finite())?;
-                let range = if self.has_spread {
-                    [row.seconds.least, row.seconds.most]
-                } else {
-                    [*x; 2]
+                let range = match self.has_spread {
+                    true => [row.seconds.least, row.seconds.most],
+                    false => [*x; 2],
                 };
                 Some(Point { x: *x, y, range })
             });
@@ -218,12 +195,8 @@ impl Page<'_> {
                 xs.log_scale().with_key_points(x_powers),
                 errors.log_scale().with_key_points(error_powers),
             )?;
-        chart
-            .configure_mesh()
-            .bold_line_style(BLACK.mix(0.12))
-            .light_line_style(TRANSPARENT)
+        axes(&mut chart.configure_mesh(), 0.12, 17)
             .label_style(font(15))
-            .axis_desc_style(font(17))
             .x_desc(self.x)
             .y_desc(y)
             .x_label_formatter(&|t| label(*t))
@@ -300,14 +273,12 @@ fn decades(values: impl Iterator<Item = f64> + Clone) -> (std::ops::Range<f64>, 
     let low = values.clone().fold(f64::INFINITY, f64::min).log10().floor() as i32;
     let high = (values.fold(0.0, f64::max).log10().ceil() as i32).max(low + 1);
     let step = (high - low).div_euclid(MOST_LABELS) + 1;
-    let multiples: &[f64] = if high - low <= FEW_DECADES {
-        &[1.0, 2.0, 5.0]
-    } else {
-        &[1.0]
+    let multiples: &[f64] = match high - low {
+        ..=FEW_DECADES => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
     };
-    let powers = (low..=high)
-        .step_by(step as usize)
-        .map(|k| 10.0_f64.powi(k));
+    let powers = (low..=high).step_by(step as usize);
+    let powers = powers.map(|k| 10.0_f64.powi(k));
     let labelled = powers.flat_map(|power| multiples.iter().map(move |m| m * power));
     (10.0_f64.powi(low)..10.0_f64.powi(high), labelled.collect())
 }

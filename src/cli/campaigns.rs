@@ -1,0 +1,165 @@
+//! `faceoff orders`, `paper`, `study` and `stress`.
+
+use std::process::{Command, Stdio};
+
+use super::args::{Orders, Paper, Stress, Study};
+use super::progress::watched;
+use super::verify::settings;
+use super::{DISAGREE, DONE, FAILED, engines};
+use crate::campaigns::orders::orders as observed;
+use crate::campaigns::paper::{self, Example, PaperRequest, References};
+use crate::campaigns::stress::{self, StressRequest};
+use crate::campaigns::study::{self, Followed, StudyRequest, Subject, Varied};
+use crate::engine::{self, Engine, Settings, quoted};
+use crate::report::console::note;
+use crate::report::{self, Output, deliver};
+use faceoff_fem::scene::Scene;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Result};
+
+pub(super) fn orders(arguments: &Orders, to: &Output) -> Result<u8> {
+    let names = match &arguments.scenes[..] {
+        [] => Scene::exact_names().into_iter().map(Into::into).collect(),
+        asked => asked.to_vec(),
+    };
+    let scenes = arguments.trust.scenes(&names)?;
+    let n: Vec<usize> = arguments.n.iter().map(|&n| n as usize).collect();
+    let methods = &arguments.methods.0;
+    let settings = Settings::default();
+    let all = watched(&[], vec![], to.quiet, |progress| {
+        observed(&scenes, methods, &n, &settings, progress)
+    })?;
+    deliver(&report::orders(&all)?, to)?;
+    let converged = all.iter().all(|o| o.levels.iter().all(|l| l.converged));
+    Ok(if converged { DONE } else { DISAGREE })
+}
+
+pub(super) fn paper(arguments: &Paper, to: &Output) -> Result<u8> {
+    if arguments.reference {
+        let references = References::new(&arguments.zones)?;
+        deliver(&report::references(&references)?, to)?;
+        return Ok(DONE);
+    }
+    let request = PaperRequest {
+        examples: examples(&arguments.zones)?,
+        n: arguments.n.iter().map(|&n| n as usize).collect(),
+        fine: arguments.fine as usize,
+        engines: codes(arguments)?,
+        settings: settings(&arguments.running),
+    };
+    let outcome = watched(&[], vec![], to.quiet, |progress| {
+        paper::study(&request, progress)
+    })?;
+    deliver(&report::paper(&outcome)?, to)?;
+    for failure in &outcome.failures {
+        note!("faceoff: {}", failure.message);
+    }
+    Ok(if !outcome.failures.is_empty() {
+        FAILED
+    } else if outcome.converged {
+        DONE
+    } else {
+        note!("faceoff: not every iteration of Newton reached its tolerance");
+        DISAGREE
+    })
+}
+
+/// 6.1, then 6.2 with the paper's N and those asked for, rising.
+fn examples(zones: &[u32]) -> Result<Vec<Example>> {
+    let mut all: Vec<u32> = paper::ZONES.iter().chain(zones).copied().collect();
+    all.sort_unstable();
+    all.dedup();
+    let many = all.into_iter().map(Example::zones);
+    std::iter::once(Example::one_zone()).chain(many).collect()
+}
+
+/// The Rust engine, and those asked for.
+fn codes(arguments: &Paper) -> Result<Vec<Box<dyn Engine>>> {
+    let mut names = vec![engine::OWN.to_owned()];
+    let asked = arguments.engines.iter().filter(|name| *name != engine::OWN);
+    names.extend(asked.cloned());
+    engines::find_all(&names, &arguments.running, arguments.output.quiet)
+}
+
+pub(super) fn study(arguments: &Study, to: &Output) -> Result<u8> {
+    let scenes = arguments.trust.scenes(&arguments.scenes)?;
+    let subjects = arguments.scenes.iter().zip(scenes);
+    let is_trusted = arguments.trust.allow_outside;
+    let subjects = subjects.map(|(name, scene)| Subject::new(name, scene, is_trusted));
+    let request = StudyRequest {
+        subjects: subjects.collect::<Result<_>>()?,
+        methods: arguments.methods.0.clone(),
+        engines: engines::find_all(&arguments.engines, &arguments.running, to.quiet)?,
+        budget: arguments.budget,
+        settings: settings(&arguments.running),
+        finest: arguments.finest.map_or(usize::MAX, |n| n as usize),
+        journal: arguments.resume.clone(),
+        follow: Some(Box::new(follow)),
+    };
+    let outcome = watched(&[], vec![], to.quiet, |progress| {
+        study::study(&request, progress)
+    })?;
+    for left in &outcome.left_out {
+        tracing::info!(what = left.what, why = left.why, "left out");
+    }
+    if outcome.rows.is_empty() {
+        let why = outcome.left_out.first();
+        let why = why.map_or("no engine has these methods", |left| &left.why);
+        return Err(Error::usage(
+            format!("nothing was measured: {why}"),
+            "give a larger --budget, other scenes or other methods",
+        ));
+    }
+    deliver(&report::study(&outcome)?, to)?;
+    // An extreme γ₀ that is not solved is a result.
+    let mut usual = outcome.rows.iter().filter(|r| r.varied != Varied::Gamma0);
+    let converged = usual.all(|row| row.converged);
+    Ok(if converged { DONE } else { DISAGREE })
+}
+
+/// Runs this program with these words, as a user would.
+fn follow(words: &[String]) -> Result<Followed> {
+    let failed = |why: String| {
+        let what = format!("`faceoff {}` {why}", quoted(words));
+        Error::engine(engine::OWN, what, "type it to see more")
+    };
+    let program = std::env::current_exe().map_err(|e| failed(format!("is not found: {e}")))?;
+    let output = Command::new(program)
+        .args(words)
+        .args(["--quiet", "--json", "-"])
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|e| failed(format!("cannot be started: {e}")))?;
+    cancel::check()?;
+    if !output.status.success() {
+        let (status, said) = (output.status, String::from_utf8_lossy(&output.stderr));
+        return Err(failed(format!("ended with {status}: {}", said.trim())));
+    }
+    let told: serde_json::Value =
+        serde_json::from_slice(&output.stdout).map_err(|e| failed(format!("told no JSON: {e}")))?;
+    let number = |value: &serde_json::Value| {
+        let number = value.as_f64();
+        number.ok_or_else(|| failed("did not tell its time and memory".into()))
+    };
+    Ok(Followed {
+        seconds: number(&told["seconds"]["total"])?,
+        memory_mb: number(&told["peak_rss_mb"])?,
+    })
+}
+
+pub(super) fn stress(arguments: &Stress, to: &Output) -> Result<u8> {
+    let request = StressRequest {
+        scenes: arguments.trust.scenes(&arguments.scenes)?,
+        families: arguments.families.clone(),
+        methods: arguments.methods.0.clone(),
+        engines: engines::find_all(&arguments.engines, &arguments.running, to.quiet)?,
+        settings: settings(&arguments.running),
+        is_brief: false,
+    };
+    let outcome = watched(&[], vec![], to.quiet, |progress| {
+        stress::stress(&request, progress)
+    })?;
+    deliver(&report::stress(&outcome)?, to)?;
+    let wrong = outcome.entries.iter().any(|cell| cell.verdict.is_wrong());
+    Ok(if wrong { DISAGREE } else { DONE })
+}
