@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use faceoff::engine::{self, Case, Settings, Silent};
-use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Stop};
+use faceoff_fem::contact::{Discretisation, Method, Problem, Stop};
 use faceoff_fem::scene::Scene;
 use serde::{Deserialize, Serialize};
 

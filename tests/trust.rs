@@ -433,8 +433,10 @@ fn what_strangers_wrote_is_printed_as_words() {
             let mut lines = text
                 .lines()
                 .filter(|line| line.trim_start().starts_with("::error"));
-            let is_forged =
-                |line: &&str| line.contains("::error file") || line.starts_with("::error::");
+            let is_forged = |line: &&str| {
+                line.trim_start().starts_with("::error file")
+                    || line.trim_start().starts_with("::error::")
+            };
             assert_eq!(lines.find(is_forged), None, "{words:?}: {text}");
         }
     }
@@ -462,4 +464,83 @@ fn nobody_else_looks_into_a_job() {
         ],
     );
     assert_eq!(fs::read_to_string(told).unwrap().trim(), "700");
+}
+
+/// It sees no secret of the user, reaches no network, and writes in its job folder alone; and it answers all the same.
+#[test]
+fn an_engine_in_a_sandbox_has_its_job_and_nothing_else() {
+    let folder = folder();
+    let home = folder.path();
+    write(home, "secret", "do-not-tell");
+    fs::create_dir(home.join("engine")).unwrap();
+    let script = r#"
+import os, pathlib, socket
+told = [os.environ.get("SECRET", "no variable")]
+for place in SECRETS:
+    try:
+        told.append(pathlib.Path(place).read_text())
+    except OSError:
+        told.append("no file")
+try:
+    pathlib.Path(SECRETS[0] + ".mine").write_text("")
+    told.append("written")
+except OSError:
+    pass
+try:
+    socket.create_connection(("127.0.0.1", PORT), timeout=5)
+    told.append("connected")
+except OSError:
+    pass
+raise SystemExit("error " + ", ".join(told))
+"#;
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let secrets = format!("[{:?}]", home.join("secret"));
+    let script = script
+        .replace("SECRETS", &secrets)
+        .replace("PORT", &port.to_string());
+    write(home, "engine/look.py", &script);
+    write(
+        home,
+        "engine/mine.toml",
+        "name = \"mine\"\ncommand = [\"python3\", \"look.py\"]\n",
+    );
+    let words = [
+        "verify",
+        "one-zone",
+        "--n",
+        "4",
+        "--engines",
+        "rust,engine/mine.toml",
+    ];
+    let look = |sandbox: &[&str]| {
+        let words = [&words[..], sandbox].concat();
+        told(
+            faceoff(home)
+                .args(words)
+                .env("SECRET", "do-not-tell")
+                .output()
+                .unwrap(),
+        )
+        .stderr
+    };
+    let seen = look(&[]);
+    assert!(
+        seen.contains("do-not-tell, do-not-tell, written, connected"),
+        "{seen}"
+    );
+    let seen = look(&["--sandbox"]);
+    assert!(seen.contains("no variable, no file"), "{seen}");
+    for word in ["do-not-tell", "written", "connected"] {
+        assert!(!seen.contains(word), "{seen}");
+    }
+    let words = ["verify", "one-zone", "--n", "4", "--sandbox"];
+    let ran = run(home, &words);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let skfem = source("tests/engines/skfem.toml")
+        .to_string_lossy()
+        .into_owned();
+    let engines = format!("rust,{skfem}");
+    let ran = run(home, &[&words[..], &["--engines", &engines]].concat());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
 }
