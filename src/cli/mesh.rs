@@ -167,7 +167,7 @@ fn describe(content: &Content) -> Info {
 /// # Errors
 /// The file cannot be read; what is wrong with a mesh that can be is in the report.
 pub fn check(path: &Path, python: Option<&Path>) -> Result<Report> {
-    Ok(check_mesh(&io::open(path, python)?.mesh))
+    check_mesh(&io::open(path, python)?.mesh)
 }
 
 /// `mesh convert IN OUT`: the warnings say what did not come along, which only `options.lossy` allows.

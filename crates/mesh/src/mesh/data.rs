@@ -81,20 +81,16 @@ impl Field {
     pub fn expected_len(&self, mesh: &Mesh) -> Option<usize> {
         let rows = match self.on {
             Support::CellPoints => {
-                let sizes = || {
-                    mesh.blocks
-                        .iter()
-                        .flat_map(|b| std::iter::repeat_n(b.kind.points(), b.len()))
-                };
                 if self.at.is_empty() {
-                    sizes().sum()
+                    mesh.blocks.iter().map(|block| block.nodes.len()).sum()
                 } else {
-                    let sizes: Vec<usize> = sizes().collect();
-                    let chosen = self
-                        .at
-                        .iter()
-                        .map(|&cell| sizes.get(cell as usize).copied());
-                    chosen.sum::<Option<usize>>()?
+                    // One field of many may be on few of many cells.
+                    let ends = mesh.block_ends();
+                    let size = |&cell: &u32| {
+                        let block = ends.partition_point(|&end| end <= cell as usize);
+                        Some(mesh.blocks.get(block)?.kind.points())
+                    };
+                    self.at.iter().map(size).sum::<Option<usize>>()?
                 }
             }
             Support::Points | Support::Cells => {
