@@ -83,8 +83,21 @@ impl Tolerances {
 
     /// The tolerance of the field of this name: its own, or that of all fields.
     pub fn of(&self, field: &str) -> Tolerance {
+        self.own(field).unwrap_or(self.of_all)
+    }
+
+    /// The tolerance of a field of integers: its own, or none, since numbers and labels that are nearly the same are others.
+    pub(super) fn of_integers(&self, field: &str) -> Tolerance {
+        let exact = Tolerance {
+            rtol: 0.0,
+            atol: 0.0,
+        };
+        self.own(field).unwrap_or(exact)
+    }
+
+    fn own(&self, field: &str) -> Option<Tolerance> {
         let own = self.of_field.iter().rfind(|(name, _)| name == field);
-        own.map_or(self.of_all, |(_, tolerance)| *tolerance)
+        own.map(|(_, tolerance)| *tolerance)
     }
 }
 

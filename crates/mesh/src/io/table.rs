@@ -46,6 +46,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
             name: names[column].to_owned(),
             components: 1,
             values: Vec::new(),
+            rest: None,
             at: Some(Vec::new()),
             scaled_by: None,
         })
