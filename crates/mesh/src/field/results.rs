@@ -76,13 +76,11 @@ impl ResultField {
             .collect();
         let all = || (0..kept.len() as u32).collect();
         let items = self.at.take().unwrap_or_else(all);
-        let rows = |values: &[f64]| -> Vec<f64> {
+        for values in std::iter::once(&mut self.values).chain(&mut self.rest) {
             let rows = items.iter().zip(values.chunks_exact(self.components));
-            let kept = rows.filter(|(item, _)| kept[**item as usize]);
-            kept.flat_map(|(_, row)| row).copied().collect()
-        };
-        self.values = rows(&self.values);
-        self.rest = self.rest.as_deref().map(rows);
+            let rows = rows.filter(|(item, _)| kept[**item as usize]);
+            *values = rows.flat_map(|(_, row)| row).copied().collect();
+        }
         let at = items.iter().filter_map(|item| numbers[*item as usize]);
         let at: Vec<u32> = at.collect();
         self.at = (at.len() < count as usize).then_some(at);
