@@ -170,6 +170,8 @@ fn tables_are_matched_by_numbers_or_places() {
     let ran = compare(at, &["p.csv", "q.csv"]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     assert_eq!(ran.json()["map"], "coordinates");
+    refused(at, &["faces.csv", "p.csv"], "faces.csv has no coordinates");
+    refused(at, &["p.csv", "faces.csv"], "faces.csv has no coordinates");
     write(at, "twice.csv", "x,y,u\n0,0,1\n0,0,2\n1,0,3\n");
     refused(at, &["p.csv", "twice.csv"], "ambiguous");
     for (name, text, part) in [

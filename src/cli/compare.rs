@@ -9,7 +9,7 @@ use crate::report::console::note;
 use crate::report::{self, Output, deliver};
 use faceoff_fem::scene::{Bounds, Comparing, Scene};
 use faceoff_judge::{
-    GivenTolerances, PartialTolerance, Tolerances, compare_results, refuse_copies,
+    GivenTolerances, PartialTolerance, Tolerances, at_midpoints, compare_results, refuse_copies,
 };
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
@@ -40,13 +40,7 @@ pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
             note!("faceoff: {source}: left out {others} cells of other dimensions");
         }
     }
-    // A table of places beside fields on cells: the places are the cells' midpoints.
-    let is_table = |r: &Results| r.width == 0 && !r.points.is_empty();
-    if is_table(&of_a) && of_b.on_points.is_empty() && of_b.width > 0 {
-        of_b = of_b.centroids();
-    } else if is_table(&of_b) && of_a.on_points.is_empty() && of_a.width > 0 {
-        of_a = of_a.centroids();
-    }
+    at_midpoints(&mut of_a, &mut of_b)?;
     if !arguments.only.is_empty() {
         for side in [&mut of_a, &mut of_b] {
             let others = side.keep_only(&arguments.only);

@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &Arguments, to: &Output) -> Result<u8> {
             deliver(&info_report(file, &info)?, to)?;
         }
         MeshAction::Check { file, .. } => {
-            let found = check(&io::open(file, python.as_deref())?.mesh);
+            let found = check(&io::open(file, python.as_deref())?.mesh)?;
             deliver(&check_report(file, &found)?, to)?;
             if !found.is_sound() {
                 return Ok(DISAGREE);
@@ -479,7 +479,7 @@ mod tests {
         };
         rewrite(&data("square-4.1.msh"), &out, 2, &options).expect("refined");
         let content = io::open(&out, None).expect("a sound mesh");
-        let report = check(&content.mesh);
+        let report = check(&content.mesh).unwrap();
         assert!(report.is_sound(), "{report:?}");
         assert_eq!(report.ungrouped_boundary.count, 0);
         let info = Info::new(&content);

@@ -36,6 +36,7 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     lead.extend(
         farthest.map(|field| format!("Farthest beyond: `{}`: {}.", field.field, why(field))),
     );
+    lead.extend(comparison.notes.iter().cloned());
     report.lead.push(Block::List(lead));
     let map = match comparison.map {
         MatchBy::Vertices => "vertices",

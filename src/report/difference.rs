@@ -55,7 +55,7 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
             (On::Cells, _) => Support::Cells,
             (On::Corners, _) | (On::Points, None) => Support::Points,
             // Values on points of which there are several now.
-            (On::Points, Some(_)) => continue,
+            (On::Points, Some(_)) | (On::Whole, _) => continue,
         };
         for (name, components, values) in &set.fields {
             let values = Values::F64(values.clone());

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{FaceFields, PADDING};
 
@@ -58,6 +59,7 @@ pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Nearness) -> Result<
     let (order_a, order_b) = rayon::join(|| sorted(a), || sorted(b));
     let mut partner = vec![0; a.face_count()];
     for (k, (&i, &j)) in order_a.iter().zip(&order_b).enumerate() {
+        cancel::check()?;
         let (face, other) = (a.face(i as usize), b.face(j as usize));
         let twice = |order: &[u32], of: &FaceFields, face: &[u32]| {
             k > 0 && of.face(order[k - 1] as usize) == face

@@ -1,6 +1,8 @@
 //! One field on both sides: every difference is measured and counted, and the worst one located.
 
 use super::{FieldVerdict, Verdict, Worst};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
 use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields, PADDING};
 
 /// A face that does not carry a field.
@@ -34,29 +36,30 @@ pub(super) fn judge_column(
     partner: &[u32],
     unit: impl Fn(usize) -> f64,
     tolerance: f64,
-) -> FieldVerdict {
+) -> Result<FieldVerdict> {
     let failed = |reason: String| FieldVerdict::failed(&a.name, tolerance, reason);
     if a.kind != b.kind || a.components != b.components {
-        return failed("its type or number of components differs between the two".into());
+        let reason = "its type or number of components differs between the two";
+        return Ok(failed(reason.into()));
     }
     if a.faces.is_empty() && b.faces.is_empty() && a.name == "jump" {
         // A mesh of one cell has no interior face, hence no jump to compare.
-        return FieldVerdict {
+        return Ok(FieldVerdict {
             max_abs: 0.0,
             max_rel: 0.0,
             rms: 0.0,
             verdict: Verdict::Agree,
             ..failed("the mesh has no interior face".into())
-        };
+        });
     }
     if a.faces.is_empty() || a.faces.len() != b.faces.len() {
-        return failed(format!(
+        return Ok(failed(format!(
             "one side has it on {} faces, the other on {}",
             a.faces.len(),
             b.faces.len()
-        ));
+        )));
     }
-    let rows = rows_of(b, partner.len());
+    let rows = rows_of(b, partner.len())?;
     let mut result = FieldVerdict {
         verdict: Verdict::Agree,
         faces: a.faces.len(),
@@ -68,25 +71,29 @@ pub(super) fn judge_column(
     };
     let (mut sum, mut weights, mut flips, mut rounding) = (0.0, 0.0, 0, 0);
     let mut worst = (-1.0, 0, 0.0, 0.0);
+    let mut rounded: Option<(f64, f64)> = None;
     let mut not_finite: Option<(u32, f64, f64)> = None;
     for (k, &face) in a.faces.iter().enumerate() {
+        cancel::check()?;
         let other = rows[partner[face as usize] as usize];
         if other == NOWHERE {
-            return failed(format!(
+            return Ok(failed(format!(
                 "only one side has it on face {:?}",
                 vertices(fields, face)
-            ));
+            )));
         }
         let unit = unit(k);
         let measure = fields.measures.get(face as usize).copied().unwrap_or(1.0);
         let mut here: f64 = 0.0;
-        for (&x, &y) in a.row(k).iter().zip(b.row(other as usize)) {
+        let pairs = a.row(k).iter().zip(b.row(other as usize));
+        for (component, (&x, &y)) in pairs.enumerate() {
             if !x.is_finite() || !y.is_finite() {
                 not_finite.get_or_insert((face, x, y));
                 here = f64::NAN;
                 continue;
             }
-            let (mut absolute, mut relative) = difference(a.kind, x, y, unit);
+            let rests = (a.rest(k, component), b.rest(other as usize, component));
+            let (mut absolute, mut relative) = difference(a.kind, x, y, rests.0 - rests.1, unit);
             if a.kind == ColumnKind::Status && (x <= 0.0) != (y <= 0.0) {
                 if relative <= tolerance {
                     rounding += 1;
@@ -102,6 +109,7 @@ pub(super) fn judge_column(
             sum += measure * absolute * absolute;
             if relative > worst.0 {
                 worst = (relative, face, x, y);
+                rounded = (relative > tolerance && x == y).then_some(rests);
             }
         }
         weights += measure * a.components as f64;
@@ -117,6 +125,15 @@ pub(super) fn judge_column(
     }
     result.rms = (sum / weights).sqrt();
     result.worst = Some(place(fields, worst.1, worst.2, worst.3));
+    if let Some(rests) = rounded {
+        let exact = |value: f64, rest: f64| value as i128 + rest as i128;
+        result.reason = Some(format!(
+            "face {:?} has {} against {}",
+            vertices(fields, worst.1),
+            exact(worst.2, rests.0),
+            exact(worst.3, rests.1)
+        ));
+    }
     if let Some((face, x, y)) = not_finite {
         result.reason = Some(format!(
             "face {:?} has {x} against {y}",
@@ -128,14 +145,14 @@ pub(super) fn judge_column(
     if result.beyond > 0 {
         result.verdict = Verdict::Disagree;
     }
-    result
+    Ok(result)
 }
 
-/// |a - b|, absolute and relative to the unit. For a status: 1 where it flips, and the larger |P|.
-pub(super) fn difference(kind: ColumnKind, x: f64, y: f64, unit: f64) -> (f64, f64) {
+/// |a - b|, absolute and relative to the unit; `rest` is what rounding has taken from a - b. For a status: 1 where it flips, and the larger |P|.
+pub(super) fn difference(kind: ColumnKind, x: f64, y: f64, rest: f64, unit: f64) -> (f64, f64) {
     match kind {
         ColumnKind::Value => {
-            let difference = (x - y).abs();
+            let difference = (x - y + rest).abs();
             (difference, relative(difference, unit))
         }
         ColumnKind::Status if (x <= 0.0) == (y <= 0.0) => (0.0, 0.0),
@@ -152,12 +169,13 @@ fn relative(difference: f64, unit: f64) -> f64 {
 }
 
 /// The row of each of `faces` faces in a column; [`NOWHERE`] for faces without the field.
-pub(super) fn rows_of(column: &FaceColumn, faces: usize) -> Vec<u32> {
+pub(super) fn rows_of(column: &FaceColumn, faces: usize) -> Result<Vec<u32>> {
     let mut rows = vec![NOWHERE; faces];
     for (row, &face) in (0..).zip(&column.faces) {
+        cancel::check()?;
         rows[face as usize] = row;
     }
-    rows
+    Ok(rows)
 }
 
 fn vertices(fields: &FaceFields, face: u32) -> Vec<u32> {

@@ -54,6 +54,7 @@ fn field(name: &str, components: usize, values: Vec<f64>) -> ResultField {
         name: name.into(),
         components,
         values,
+        rest: None,
         at: None,
         scaled_by: None,
     }

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::align;
 use super::column::{NOWHERE, difference, judge_column, rows_of};
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
 
@@ -72,7 +73,7 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
             names.push(&column.name);
         }
     }
-    Ok(names
+    names
         .into_iter()
         .map(|name| match (a.column(name), b.column(name)) {
             (Some(of_a), Some(of_b)) => {
@@ -81,10 +82,11 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
             }
             (one, _) => {
                 let without = if one.is_some() { &b.source } else { &a.source };
-                FieldVerdict::failed(name, tolerance, format!("{without} does not have it"))
+                let reason = format!("{without} does not have it");
+                Ok(FieldVerdict::failed(name, tolerance, reason))
             }
         })
-        .collect())
+        .collect()
 }
 
 /// max|u| over the face means; NaN if any of them is.
@@ -114,20 +116,21 @@ pub fn relative_differences(
     let (Some(of_a), Some(of_b)) = (a.column(field), b.column(field)) else {
         return Ok(Vec::new());
     };
-    let rows = rows_of(of_b, b.face_count());
-    let on = |k: usize, face: u32| -> Option<(u32, f64)> {
+    let rows = rows_of(of_b, b.face_count())?;
+    let on = |k: usize, face: u32| -> Option<Result<(u32, f64)>> {
         let row = rows[partner[face as usize] as usize];
         (row != NOWHERE).then(|| {
+            cancel::check()?;
             let values = of_a.row(k).iter().zip(of_b.row(row as usize));
             let unit = size * of_a.sensitivity[k];
             let largest = values
-                .map(|(&x, &y)| difference(of_a.kind, x, y, unit).1)
+                .map(|(&x, &y)| difference(of_a.kind, x, y, 0.0, unit).1)
                 .fold(0.0, |m: f64, d| if d.is_nan() { d } else { m.max(d) });
-            (face, largest)
+            Ok((face, largest))
         })
     };
     let faces = of_a.faces.iter().enumerate();
-    Ok(faces.filter_map(|(k, &face)| on(k, face)).collect())
+    faces.filter_map(|(k, &face)| on(k, face)).collect()
 }
 
 #[cfg(test)]
@@ -144,6 +147,7 @@ mod tests {
             values: (0..carriers.len() * components)
                 .map(|k| (1.0 + k as f64).sin())
                 .collect(),
+            rest: Vec::new(),
             sensitivity: vec![1.0; carriers.len()],
             faces: carriers,
         };

@@ -1,6 +1,10 @@
 //! The fields of one file, each value keyed by points, so that two files can be aligned.
 
+use std::collections::HashMap;
+
 use super::On;
+use super::parts::number;
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields, PADDING, ResultField, Results};
 
@@ -9,6 +13,7 @@ pub(super) fn fields_on(results: &Results, on: On) -> &[ResultField] {
         On::Points => &results.on_points,
         On::Cells => &results.on_cells,
         On::Corners => &results.on_corners,
+        On::Whole => &results.whole,
     }
 }
 
@@ -16,6 +21,7 @@ pub(super) fn fields_on(results: &Results, on: On) -> &[ResultField] {
 pub(super) struct Keyed<'a> {
     pub fields: FaceFields,
     pub carried: &'a [ResultField],
+    by_name: HashMap<&'a str, &'a ResultField>,
     /// Where points became corners: the row of a point field that each corner uses.
     pub corner_points: Option<Vec<u32>>,
 }
@@ -38,14 +44,14 @@ impl<'a> Keyed<'a> {
                 fields.midpoints.clone_from(&side.points);
             }
             On::Cells => {
-                fields.dim = side.width;
+                fields.dim = side.width.max(1);
                 for cell in 0..side.cell_count() {
                     push_key(&mut fields.vertices, side, cell, numbers, None)?;
                 }
-                if !side.points.is_empty() {
-                    fields.midpoints = side.centroids().points;
-                }
+                fields.midpoints = side.centroids()?;
             }
+            // One array at a time, each of its own length: see `Keyed::of_whole`.
+            On::Whole => {}
             On::Points | On::Corners => {
                 fields.dim = side.width + 1;
                 let corners = side.width * side.cell_count();
@@ -61,8 +67,8 @@ impl<'a> Keyed<'a> {
                     add_orphans(&mut fields.vertices, &mut points, side, numbers);
                 }
                 if !side.points.is_empty() {
-                    let places = points.iter().map(|p| side.points[*p as usize]);
-                    fields.midpoints = places.collect();
+                    let place = |p: &u32| cancel::check().map(|()| side.points[*p as usize]);
+                    fields.midpoints = points.iter().map(place).collect::<Result<_>>()?;
                 }
                 if on == On::Points {
                     corner_points = Some(points);
@@ -70,42 +76,77 @@ impl<'a> Keyed<'a> {
             }
         }
         Ok(Keyed {
-            fields,
-            carried: fields_on(side, on),
             corner_points,
+            ..Keyed::of(fields, fields_on(side, on))
         })
     }
 
-    /// A field in the form that [`super::column`] judges.
-    pub fn column(&self, field: &ResultField) -> FaceColumn {
-        let all = || (0..self.fields.face_count() as u32).collect();
-        let (faces, values): (Vec<u32>, Vec<f64>) = match &self.corner_points {
-            None => (field.at.clone().unwrap_or_else(all), field.values.clone()),
-            Some(points) => {
-                let rows = field.rows();
-                let row = |point: u32| {
-                    rows.as_ref()
-                        .map_or(Some(point), |r| r.get(&point).copied())
-                };
-                let corners = points.iter().zip(0..);
-                let carried = corners.filter_map(|(&point, corner)| Some((corner, row(point)?)));
-                let carried: Vec<(u32, u32)> = carried.collect();
-                let values = carried.iter().flat_map(|(_, row)| {
-                    let start = *row as usize * field.components;
-                    &field.values[start..start + field.components]
-                });
-                let values = values.copied().collect();
-                (carried.iter().map(|(corner, _)| *corner).collect(), values)
-            }
+    /// One array about the file as a whole, keyed by the order of its entries.
+    pub fn of_whole(side: &Results, array: &'a ResultField) -> Self {
+        let fields = FaceFields {
+            source: side.source.clone(),
+            dim: 1,
+            space: side.space,
+            vertices: (0..array.len() as u32).collect(),
+            midpoints: Vec::new(),
+            measures: Vec::new(),
+            columns: Vec::new(),
         };
-        FaceColumn {
+        Keyed::of(fields, std::slice::from_ref(array))
+    }
+
+    fn of(fields: FaceFields, carried: &'a [ResultField]) -> Self {
+        let by_name = carried.iter().map(|field| (field.name.as_str(), field));
+        Keyed {
+            fields,
+            carried,
+            by_name: by_name.collect(),
+            corner_points: None,
+        }
+    }
+
+    /// A field in the form that [`super::column`] judges.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn column(&self, field: &ResultField) -> Result<FaceColumn> {
+        let mut column = FaceColumn {
             name: field.name.clone(),
             kind: ColumnKind::Value,
             components: field.components,
-            faces,
-            values,
+            faces: Vec::new(),
+            values: Vec::new(),
+            rest: Vec::new(),
             sensitivity: Vec::new(),
+        };
+        let rest = field.rest.as_deref().unwrap_or_default();
+        let Some(points) = &self.corner_points else {
+            let all = || (0..self.fields.face_count() as u32).collect();
+            column.faces = field.at.clone().unwrap_or_else(all);
+            column.values.clone_from(&field.values);
+            column.rest = rest.to_vec();
+            return Ok(column);
+        };
+        for (corner, &point) in (0..).zip(points) {
+            cancel::check()?;
+            if let Some(row) = field.row_of(point) {
+                let row = row * field.components..(row + 1) * field.components;
+                column.faces.push(corner);
+                column.values.extend_from_slice(&field.values[row.clone()]);
+                column.rest.extend(rest.get(row).into_iter().flatten());
+            }
         }
+        Ok(column)
+    }
+
+    /// The values that set the scale of a field: its own, or those of another.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn scaling(&self, field: &ResultField) -> Result<Option<FaceColumn>> {
+        let by = field.scaled_by.as_deref();
+        let other = by.and_then(|name| self.by_name.get(name));
+        other.map(|field| self.column(field)).transpose()
     }
 }
 
@@ -116,8 +157,10 @@ pub(super) fn same_length(a: &mut FaceColumn, b: &mut FaceColumn) {
         (3, 2) => b,
         _ => return,
     };
-    let vectors = shorter.values.chunks_exact(2);
-    shorter.values = vectors.flat_map(|v| [v[0], v[1], 0.0]).collect();
+    for values in [&mut shorter.values, &mut shorter.rest] {
+        let vectors = values.chunks_exact(2);
+        *values = vectors.flat_map(|v| [v[0], v[1], 0.0]).collect();
+    }
     shorter.components = 3;
 }
 
@@ -129,9 +172,9 @@ fn push_key(
     numbers: &[u32],
     corner: Option<u32>,
 ) -> Result<()> {
+    cancel::check()?;
     let start = keys.len();
-    let number = |point: u32| numbers.get(point as usize).copied().unwrap_or(point);
-    keys.extend(side.cell(cell).map(number));
+    keys.extend(side.cell(cell).map(|point| number(numbers, point)));
     keys[start..].sort_unstable();
     if keys[start..].windows(2).any(|pair| pair[0] == pair[1]) {
         return Err(Error::Compare {
@@ -144,7 +187,7 @@ fn push_key(
         });
     }
     keys.resize(start + side.width, PADDING);
-    keys.extend(corner.map(number));
+    keys.extend(corner.map(|point| number(numbers, point)));
     Ok(())
 }
 

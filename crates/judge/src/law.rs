@@ -1,5 +1,6 @@
 //! What makes a comparison fair: two results rather than one and its copy, and tolerances that are stated.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use faceoff_mesh::error::{Error, Result};
@@ -82,8 +83,21 @@ impl Tolerances {
 
     /// The tolerance of the field of this name: its own, or that of all fields.
     pub fn of(&self, field: &str) -> Tolerance {
+        self.own(field).unwrap_or(self.of_all)
+    }
+
+    /// The tolerance of a field of integers: its own, or none, since numbers and labels that are nearly the same are others.
+    pub(super) fn of_integers(&self, field: &str) -> Tolerance {
+        let exact = Tolerance {
+            rtol: 0.0,
+            atol: 0.0,
+        };
+        self.own(field).unwrap_or(exact)
+    }
+
+    fn own(&self, field: &str) -> Option<Tolerance> {
         let own = self.of_field.iter().rfind(|(name, _)| name == field);
-        own.map_or(self.of_all, |(_, tolerance)| *tolerance)
+        own.map(|(_, tolerance)| *tolerance)
     }
 }
 
@@ -103,15 +117,14 @@ pub fn refuse_copies(a: &Path, b: &Path, allow_identical: bool) -> Result<()> {
     };
     // A list of files may name the other file, or one that it lists as well.
     let (sources_a, sources_b) = (io::sources(a)?, io::sources(b)?);
-    for of_a in &sources_a {
-        for of_b in &sources_b {
-            if is_same_file(of_a, of_b)? {
-                return refuse(
-                    "they are one file, and a file against itself proves nothing",
-                    "name two results",
-                );
-            }
-        }
+    let files = |sources: &[PathBuf]| -> Result<HashSet<_>> {
+        sources.iter().map(|path| identity(path)).collect()
+    };
+    if !files(&sources_a)?.is_disjoint(&files(&sources_b)?) {
+        return refuse(
+            "they are one file, and a file against itself proves nothing",
+            "name two results",
+        );
     }
     let equal = |(a, b): (&PathBuf, &PathBuf)| -> Result<bool> {
         let size = |path: &Path| path.metadata().map(|m| m.len()).ok();
@@ -130,23 +143,17 @@ pub fn refuse_copies(a: &Path, b: &Path, allow_identical: bool) -> Result<()> {
     Ok(())
 }
 
-/// Compares paths, and inodes for hard links.
-fn is_same_file(a: &Path, b: &Path) -> Result<bool> {
-    let whole = |path: &Path| path.canonicalize().map_err(Error::io(path, "read"));
-    if whole(a)? == whole(b)? {
-        return Ok(true);
-    }
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt;
-        let inode = |path: &Path| {
-            let found = path.metadata().map_err(Error::io(path, "read"))?;
-            Ok::<_, Error>((found.dev(), found.ino()))
-        };
-        Ok(inode(a)? == inode(b)?)
-    }
-    #[cfg(not(unix))]
-    Ok(false)
+/// What all names of a file have in common: device and inode, which hard links share.
+#[cfg(unix)]
+fn identity(path: &Path) -> Result<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    let found = path.metadata().map_err(Error::io(path, "read"))?;
+    Ok((found.dev(), found.ino()))
+}
+
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Result<PathBuf> {
+    path.canonicalize().map_err(Error::io(path, "read"))
 }
 
 #[cfg(test)]

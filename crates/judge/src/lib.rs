@@ -5,7 +5,7 @@
 //! computed them.
 //!
 //! ```
-//! use faceoff_judge::{Tolerances, Verdict, compare_results};
+//! use faceoff_judge::{Tolerances, Verdict, at_midpoints, compare_results};
 //! use faceoff_mesh::io;
 //!
 //! # fn main() -> faceoff_mesh::Result<()> {
@@ -24,19 +24,25 @@
 //! ```
 
 mod align;
+mod cells;
 mod column;
 mod judge;
 mod keyed;
 mod law;
+mod parts;
 mod places;
 mod results;
 
 pub use align::align;
 pub use judge::{FieldVerdict, Verdict, Worst, judge, relative_differences};
 pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, refuse_copies};
-pub use results::{ComparedField, Comparison, Differences, MatchBy, On, compare_results};
+pub use results::{
+    ComparedField, Comparison, Differences, MatchBy, On, at_midpoints, compare_results,
+};
 
 #[cfg(test)]
 mod face_fault_tests;
 #[cfg(test)]
 mod fault_tests;
+#[cfg(test)]
+mod file_tests;

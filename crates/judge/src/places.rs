@@ -6,13 +6,19 @@
 
 use rayon::prelude::*;
 
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
+
 /// How closely coordinates computed by two codes agree in binary64, relative to the extent of the mesh.
 const NEAR: f64 = 1e-9;
 /// The same for binary32, and for six decimal digits, which C++ writes by default.
 const NEAR_ROUNDED: f64 = 1e-6;
 
 /// How far apart two points may be along an axis and still be one; more if a file holds rounded coordinates.
-pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+///
+/// # Errors
+/// [`faceoff_mesh::Error::Ended`].
+pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> Result<f64> {
     let mut extent: f64 = 0.0;
     for axis in 0..3 {
         let of = |points: &[[f64; 3]]| {
@@ -27,7 +33,7 @@ pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let is_rounded = |points: &[[f64; 3]]| {
         let all = |rounded: fn(f64) -> bool| {
             let points = points.par_iter();
-            points.all(|p| p.iter().all(|x| rounded(*x)))
+            points.all(|p| cancel::cause().is_none() && p.iter().all(|x| rounded(*x)))
         };
         all(|x| f64::from(x as f32) == x) || all(|x| format!("{x:.5e}").parse() == Ok(x))
     };
@@ -36,16 +42,20 @@ pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     } else {
         NEAR
     };
-    near * extent
+    cancel::check()?;
+    Ok(near * extent)
 }
 
 /// The number of the place of each point, first of `a`, then of `b`.
-pub(super) fn numbers(a: &[[f64; 3]], b: &[[f64; 3]], near: f64) -> Vec<u32> {
+///
+/// # Errors
+/// [`faceoff_mesh::Error::Ended`].
+pub(super) fn numbers(a: &[[f64; 3]], b: &[[f64; 3]], near: f64) -> Result<Vec<u32>> {
     let count = a.len() + b.len();
     let mut place = vec![0u32; count];
     let mut keyed: Vec<(u64, u32)> = Vec::new();
     for axis in 0..3 {
-        let on_axis = numbers_on_axis(a, b, axis, near);
+        let on_axis = numbers_on_axis(a, b, axis, near)?;
         if on_axis.iter().all(|n| *n == 0) {
             continue;
         }
@@ -56,28 +66,30 @@ pub(super) fn numbers(a: &[[f64; 3]], b: &[[f64; 3]], near: f64) -> Vec<u32> {
         keyed.par_sort_unstable();
         let mut number = 0;
         for k in 0..keyed.len() {
+            cancel::check()?;
             if k > 0 && keyed[k].0 != keyed[k - 1].0 {
                 number += 1;
             }
             place[keyed[k].1 as usize] = number;
         }
     }
-    place
+    Ok(place)
 }
 
-fn numbers_on_axis(a: &[[f64; 3]], b: &[[f64; 3]], axis: usize, near: f64) -> Vec<u32> {
+fn numbers_on_axis(a: &[[f64; 3]], b: &[[f64; 3]], axis: usize, near: f64) -> Result<Vec<u32>> {
     let points = a.iter().chain(b).map(|p| p[axis]);
     let mut sorted: Vec<(f64, u32)> = points.zip(0..).collect();
     sorted.par_sort_unstable_by(|p, q| p.0.total_cmp(&q.0));
     let mut numbers = vec![0; sorted.len()];
     let mut number = 0;
     for k in 0..sorted.len() {
+        cancel::check()?;
         if k > 0 && sorted[k].0 - sorted[k - 1].0 > near {
             number += 1;
         }
         numbers[sorted[k].1 as usize] = number;
     }
-    numbers
+    Ok(numbers)
 }
 
 #[cfg(test)]
@@ -88,7 +100,7 @@ mod tests {
     fn points_are_one_place_within_the_tolerance_on_every_axis() {
         let a = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
         let b = [[1.0, 1.0 - 1e-12, 0.0], [1e-12, 0.0, 0.0], [1.0, 0.0, 1.0]];
-        let n = numbers(&a, &b, tolerance(&[[0.1; 3]], &a));
+        let n = numbers(&a, &b, tolerance(&[[0.1; 3]], &a).unwrap()).unwrap();
         assert_eq!((n[0], n[2]), (n[4], n[3]));
         let mut distinct = n.clone();
         distinct.sort_unstable();
@@ -100,12 +112,15 @@ mod tests {
     fn the_tolerance_is_that_of_the_coarser_file() {
         let third = [[1.0 / 3.0, 1.0, 0.0], [0.0, 0.0, 0.0]];
         let single = third.map(|p| p.map(|x| f64::from(x as f32)));
+        fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+            super::tolerance(a, b).unwrap()
+        }
         assert_eq!(tolerance(&third, &third), 1e-9);
         assert_eq!(tolerance(&third, &single), 1e-6);
         let decimal = [[0.333333, 1.0, 0.0], [0.0, 0.0, 0.0]];
         assert_eq!(tolerance(&decimal, &third), 1e-6);
         for rounded in [single, decimal] {
-            let n = numbers(&third, &rounded, tolerance(&third, &rounded));
+            let n = numbers(&third, &rounded, tolerance(&third, &rounded)).unwrap();
             assert_eq!(n[..2], n[2..]);
         }
     }

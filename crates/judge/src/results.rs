@@ -3,15 +3,22 @@
 //! Matched by vertices, a point is identified by its number and a cell by the numbers of its points; matched by
 //! coordinates, by their positions. Where several points share a position, as in discontinuous data, each is identified
 //! as a corner of its cell.
+//!
+//! Relative tolerances refer to the largest value of a field on each connected part of the mesh.
+
+use std::collections::HashMap;
 
 use serde::Serialize;
 
 use super::align::{Nearness, align_by};
-use super::column::judge_column;
+use super::cells::same_cells;
+use super::column::{judge_column, rows_of};
 use super::keyed::{Keyed, fields_on, same_length};
 use super::law::{Tolerance, Tolerances};
+use super::parts::Parts;
 use super::places;
 use super::{FieldVerdict, Verdict};
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{FaceColumn, PADDING, ResultField, Results};
 
@@ -31,6 +38,9 @@ pub struct Comparison {
     pub b: String,
     pub map: MatchBy,
     pub fields: Vec<ComparedField>,
+    /// What only one file has without being judged.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     #[serde(skip)]
     pub differences: Vec<Differences>,
 }
@@ -39,12 +49,25 @@ pub struct Comparison {
 #[derive(Debug, Serialize)]
 pub struct ComparedField {
     pub on: On,
-    /// The largest |value| on either side: the scale on which the field is judged.
+    /// The largest |value| on either side: the scale on which the field is judged; each connected part has its own.
     pub scale: Option<f64>,
     pub rtol: f64,
     pub atol: f64,
     #[serde(flatten)]
     pub field: FieldVerdict,
+}
+
+impl ComparedField {
+    fn unjudged(on: On, name: &str, tolerances: &Tolerances, reason: String) -> Self {
+        let Tolerance { rtol, atol } = tolerances.of(name);
+        ComparedField {
+            on,
+            scale: None,
+            rtol,
+            atol,
+            field: FieldVerdict::failed(name, rtol, reason),
+        }
+    }
 }
 
 /// What carries a field.
@@ -55,6 +78,8 @@ pub enum On {
     Cells,
     /// Corners of cells, which need not agree where they meet.
     Corners,
+    /// The file as a whole.
+    Whole,
 }
 
 impl On {
@@ -63,6 +88,7 @@ impl On {
             On::Points => "point",
             On::Cells => "cell",
             On::Corners => "corner",
+            On::Whole => "entry",
         }
     }
 }
@@ -100,7 +126,7 @@ pub struct Differences {
 /// ```
 ///
 /// # Errors
-/// Files that cannot be matched, a tolerance for a field that neither has, files without fields.
+/// Files that cannot be matched, meshes with different cells, a tolerance for a field that neither has, files without fields.
 pub fn compare_results(
     a: &Results,
     b: &Results,
@@ -119,15 +145,12 @@ pub fn compare_results(
             return Err(refuse(what, "write the fields into it"));
         }
     }
-    let has = |name: &str| {
-        let sides = [a, b].into_iter().flat_map(all_fields);
-        sides.into_iter().any(|field| field.name == name)
-    };
+    let has = |name: &str| a.has(name) || b.has(name);
     if let Some((name, _)) = tolerances.of_field.iter().find(|(name, _)| !has(name)) {
         let what = format!("neither has the field `{name}` that a tolerance is given for");
         return Err(refuse(what, "name a field that one of them has"));
     }
-    let near = places::tolerance(&a.points, &b.points);
+    let near = places::tolerance(&a.points, &b.points)?;
     let map = match map {
         Some(MatchBy::Coordinates) if a.points.is_empty() || b.points.is_empty() => {
             let what = "one of them has no coordinates".to_owned();
@@ -139,11 +162,15 @@ pub fn compare_results(
     };
     let numbers = match map {
         MatchBy::Vertices => [by_id(a), by_id(b)].concat(),
-        MatchBy::Coordinates => by_place(a, b, near),
+        MatchBy::Coordinates => by_place(a, b, near)?,
     };
     let (of_a, of_b) = numbers.split_at(a.point_count());
     // A point that shares its position with others is identified together with its cell.
-    let broken = map == MatchBy::Coordinates && (repeats(of_a) || repeats(of_b));
+    let broken = map == MatchBy::Coordinates && (repeats(of_a)? || repeats(of_b)?);
+    let parts = match a.cell_count() {
+        0 => Parts::new(b, of_b, near),
+        _ => Parts::new(a, of_a, near),
+    }?;
     let near = if map == MatchBy::Coordinates {
         4.0 * near
     } else {
@@ -151,7 +178,13 @@ pub fn compare_results(
     };
     let (dims_a, dims_b) = (a.dimensions(), b.dimensions());
     let by_cells = broken || [a, b].iter().all(|side| side.has_cell_fields());
-    if by_cells && dims_a != dims_b && !dims_a.is_empty() && !dims_b.is_empty() {
+    // Of lines beside triangles, which mark their sides, values on points are independent; points alone are no mesh.
+    let others = match (dims_a.last(), dims_b.last()) {
+        (Some(_), Some(_)) if by_cells => dims_a != dims_b,
+        (Some(top @ 1..), Some(other @ 1..)) => top != other,
+        _ => false,
+    };
+    if others {
         let what = format!("one has cells of dimension {dims_a:?}, the other of {dims_b:?}");
         return Err(refuse(what, "judge those of one dimension, as in --dim 2"));
     }
@@ -162,6 +195,7 @@ pub fn compare_results(
         b: b.source.clone(),
         map,
         fields: Vec::new(),
+        notes: Vec::new(),
         differences: Vec::new(),
     };
     for on in [On::Points, On::Cells, On::Corners] {
@@ -169,7 +203,8 @@ pub fn compare_results(
         if exists(a) && exists(b) {
             let keyed = |side, numbers| Keyed::new(side, numbers, on, broken);
             let (side_a, side_b) = (keyed(a, of_a)?, keyed(b, of_b)?);
-            let (fields, differences) = judge_sets(on, &side_a, &side_b, near, tolerances)?;
+            let (fields, differences) =
+                judge_sets(on, [&side_a, &side_b], near, &parts, tolerances)?;
             comparison.fields.extend(fields);
             comparison.differences.push(differences);
         } else {
@@ -178,28 +213,113 @@ pub fn compare_results(
                 false => (fields_on(b, on), a),
             };
             let missing = fields.iter().map(|field| {
-                let Tolerance { rtol, atol } = tolerances.of(&field.name);
                 let reason = format!("{} has no field on {}s", without.source, on.noun());
-                ComparedField {
-                    on,
-                    scale: None,
-                    rtol,
-                    atol,
-                    field: FieldVerdict::failed(&field.name, rtol, reason),
-                }
+                ComparedField::unjudged(on, &field.name, tolerances, reason)
             });
             comparison.fields.extend(missing);
         }
     }
+    same_cells((a, of_a), (b, of_b))?;
+    judge_whole(a, b, tolerances, &mut comparison)?;
     let verdicts = comparison.fields.iter().map(|f| f.field.verdict);
     comparison.verdict = verdicts.max().unwrap_or(Verdict::Undetermined);
     Ok(comparison)
 }
 
-fn all_fields(results: &Results) -> impl Iterator<Item = &ResultField> {
-    let [points, cells, corners] =
-        [On::Points, On::Cells, On::Corners].map(|on| fields_on(results, on));
-    points.iter().chain(cells).chain(corners)
+/// Where one side is a table of places and the other has fields on cells only, the places are the midpoints of the cells:
+/// that side becomes points with these fields.
+///
+/// # Errors
+/// Cells whose points have no coordinates.
+pub fn at_midpoints(a: &mut Results, b: &mut Results) -> Result<()> {
+    let is_table = |r: &Results| r.width == 0 && !r.points.is_empty();
+    let by_cells = |r: &Results| r.width > 0 && r.on_points.is_empty();
+    let (cells, table) = match (by_cells(a) && is_table(b), by_cells(b) && is_table(a)) {
+        (true, _) => (a, b),
+        (_, true) => (b, a),
+        _ => return Ok(()),
+    };
+    if cells.points.is_empty() {
+        return Err(Error::Compare {
+            a: cells.source.clone(),
+            b: table.source.clone(),
+            what: format!(
+                "{} has no coordinates to match with those of {}",
+                cells.source, table.source
+            ),
+            remedy: "key both by vertices, or both by coordinates".into(),
+        });
+    }
+    *cells = Results {
+        points: cells.centroids()?,
+        on_points: std::mem::take(&mut cells.on_cells),
+        source: std::mem::take(&mut cells.source),
+        space: cells.space,
+        whole: std::mem::take(&mut cells.whole),
+        ..Results::default()
+    };
+    Ok(())
+}
+
+/// Numbers about the files as a whole that both have, and a note of what only one has: there is no need to write a time.
+fn judge_whole(
+    a: &Results,
+    b: &Results,
+    tolerances: &Tolerances,
+    comparison: &mut Comparison,
+) -> Result<()> {
+    let mut only = [Vec::new(), Vec::new()];
+    for (name, sides) in by_name(&a.whole, &b.whole) {
+        match (&sides[0][..], &sides[1][..]) {
+            (&[of_a], &[of_b]) if of_a.is_empty() && of_b.is_empty() => {}
+            (&[of_a], &[of_b]) if of_a.len() == of_b.len() => {
+                let (of_a, of_b) = (Keyed::of_whole(a, of_a), Keyed::of_whole(b, of_b));
+                let parts = Parts::default();
+                let (fields, _) = judge_sets(On::Whole, [&of_a, &of_b], 0.0, &parts, tolerances)?;
+                comparison.fields.extend(fields);
+            }
+            ([], _) => only[1].push(format!("`{name}`")),
+            (_, []) => only[0].push(format!("`{name}`")),
+            (of_a, of_b) => {
+                let count = |arrays: &[&ResultField]| arrays.iter().map(|f| f.len()).sum::<usize>();
+                let (count_a, count_b) = (count(of_a), count(of_b));
+                let reason = format!("one side has {count_a} entries, the other {count_b}");
+                let unjudged = ComparedField::unjudged(On::Whole, name, tolerances, reason);
+                comparison.fields.push(unjudged);
+            }
+        }
+    }
+    for (names, side) in only.iter().zip([a, b]) {
+        if !names.is_empty() {
+            let names = names.join(", ");
+            let note = format!(
+                "only {} has, about the file as a whole, {names}",
+                side.source
+            );
+            comparison.notes.push(note);
+        }
+    }
+    Ok(())
+}
+
+/// Every name, in order of appearance, with the fields on either side that have it.
+fn by_name<'a>(
+    a: &'a [ResultField],
+    b: &'a [ResultField],
+) -> Vec<(&'a str, [Vec<&'a ResultField>; 2])> {
+    let mut known = HashMap::new();
+    let mut names = Vec::new();
+    for (side, fields) in [a, b].into_iter().enumerate() {
+        for field in fields {
+            let name = field.name.as_str();
+            let k = *known.entry(name).or_insert(names.len());
+            if k == names.len() {
+                names.push((name, [Vec::new(), Vec::new()]));
+            }
+            names[k].1[side].push(field);
+        }
+    }
+    names
 }
 
 fn by_id(results: &Results) -> Vec<u32> {
@@ -211,15 +331,16 @@ fn by_id(results: &Results) -> Vec<u32> {
 }
 
 /// The number of each point: that of the first point at its position, `a` before `b`.
-fn by_place(a: &Results, b: &Results, near: f64) -> Vec<u32> {
-    let mut numbers = places::numbers(&a.points, &b.points, near);
+fn by_place(a: &Results, b: &Results, near: f64) -> Result<Vec<u32>> {
+    let mut numbers = places::numbers(&a.points, &b.points, near)?;
     let mut first = vec![PADDING; numbers.len()];
     for (k, number) in (0..).zip(&mut numbers) {
+        cancel::check()?;
         let first = &mut first[*number as usize];
         *first = k.min(*first);
         *number = *first;
     }
-    numbers
+    Ok(numbers)
 }
 
 /// Are the points the same in the same order, as far as the files have coordinates?
@@ -236,113 +357,125 @@ fn same_points(a: &Results, b: &Results, near: f64) -> bool {
             .all(|(p, q)| (0..3).all(|c| (p[c] - q[c]).abs() <= near))
 }
 
-fn repeats(numbers: &[u32]) -> bool {
+fn repeats(numbers: &[u32]) -> Result<bool> {
     let last = numbers.iter().max().copied().unwrap_or(0);
     let mut seen = vec![false; last as usize + 1];
-    numbers
-        .iter()
-        .any(|&n| std::mem::replace(&mut seen[n as usize], true))
+    for &number in numbers {
+        cancel::check()?;
+        if std::mem::replace(&mut seen[number as usize], true) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 fn judge_sets(
     on: On,
-    a: &Keyed,
-    b: &Keyed,
+    [a, b]: [&Keyed; 2],
     near: f64,
+    parts: &Parts,
     tolerances: &Tolerances,
 ) -> Result<(Vec<ComparedField>, Differences)> {
     let noun = on.noun();
     let near = move |_| near;
     let partner = align_by(&a.fields, &b.fields, &Nearness { noun, near: &near })?;
+    let faces = 0..a.fields.face_count();
+    let part = |face: usize| cancel::check().map(|()| parts.of(a.fields.face(face)));
+    let of_a = faces.map(part).collect::<Result<Vec<u32>>>()?;
+    let mut of_b = vec![0; of_a.len()];
+    for (&other, &part) in partner.iter().zip(&of_a) {
+        of_b[other as usize] = part;
+    }
+    let on = if a.corner_points.is_some() {
+        On::Corners
+    } else {
+        on
+    };
     let mut differences = Differences {
-        on: if a.corner_points.is_some() {
-            On::Corners
-        } else {
-            on
-        },
+        on,
         places: Vec::new(),
         fields: Vec::new(),
     };
-    let mut names: Vec<&str> = Vec::new();
-    for field in a.carried.iter().chain(b.carried) {
-        if !names.contains(&field.name.as_str()) {
-            names.push(&field.name);
-        }
-    }
     let mut judged = Vec::new();
-    for name in names {
-        let tolerance = tolerances.of(name);
-        let find = |side: &Keyed| -> Vec<usize> {
-            let named = side.carried.iter().enumerate();
-            named
-                .filter(|(_, f)| f.name == name)
-                .map(|(k, _)| k)
-                .collect()
+    for (name, sides) in by_name(a.carried, b.carried) {
+        let (&[field_a], &[field_b]) = (&sides[0][..], &sides[1][..]) else {
+            let reason = if sides.iter().any(|fields| fields.len() > 1) {
+                "a file has it more than once".to_owned()
+            } else {
+                let without = if sides[0].is_empty() { a } else { b };
+                format!("{} does not have it", without.fields.source)
+            };
+            judged.push(ComparedField::unjudged(on, name, tolerances, reason));
+            continue;
         };
-        let (scale, field) = match (&find(a)[..], &find(b)[..]) {
-            (&[i], &[j]) => {
-                let (mut of_a, mut of_b) = (a.column(&a.carried[i]), b.column(&b.carried[j]));
-                if a.fields.space == 2 && b.fields.space == 2 {
-                    same_length(&mut of_a, &mut of_b);
-                }
-                let scale = scale(a, &a.carried[i]).max(scale(b, &b.carried[j]));
-                let (allowed, unit) = tolerance.of_scale(scale);
-                let verdict = judge_column(&a.fields, &of_a, &of_b, &partner, |_| unit, allowed);
-                if let Some(values) = subtract(&of_a, &of_b, &partner) {
-                    let components = of_a.components;
-                    differences
-                        .fields
-                        .push((name.to_owned(), components, values));
-                }
-                (Some(scale), verdict)
-            }
-            (of_a, of_b) => {
-                let reason = if of_a.len() > 1 || of_b.len() > 1 {
-                    "a file has it more than once".to_owned()
-                } else {
-                    let without = if of_a.is_empty() { a } else { b };
-                    format!("{} does not have it", without.fields.source)
-                };
-                (None, FieldVerdict::failed(name, tolerance.rtol, reason))
-            }
+        let tolerance = if field_a.rest.is_some() && field_b.rest.is_some() {
+            tolerances.of_integers(name)
+        } else {
+            tolerances.of(name)
         };
+        let (mut column_a, mut column_b) = (a.column(field_a)?, b.column(field_b)?);
+        if a.fields.space == 2 && b.fields.space == 2 {
+            same_length(&mut column_a, &mut column_b);
+        }
+        let mut scales = vec![0.0; parts.count + 1];
+        for (side, field, column, part) in [
+            (a, field_a, &column_a, &of_a),
+            (b, field_b, &column_b, &of_b),
+        ] {
+            let scaling = side.scaling(field)?;
+            add_scales(&mut scales, scaling.as_ref().unwrap_or(column), part)?;
+        }
+        let allowed = tolerance.of_scale(0.0).0;
+        let unit = |k: usize| {
+            let part = of_a[column_a.faces[k] as usize];
+            tolerance.of_scale(scales[part as usize]).1
+        };
+        let verdict = judge_column(&a.fields, &column_a, &column_b, &partner, unit, allowed)?;
+        if let Some(values) = subtract(&column_a, &column_b, &partner)? {
+            let components = column_a.components;
+            let difference = (name.to_owned(), components, values);
+            differences.fields.push(difference);
+        }
         judged.push(ComparedField {
-            on: differences.on,
-            scale,
+            on,
+            scale: Some(scales.into_iter().fold(0.0, f64::max)),
             rtol: tolerance.rtol,
             atol: tolerance.atol,
-            field,
+            field: verdict,
         });
     }
     differences.places.clone_from(&a.fields.midpoints);
     Ok((judged, differences))
 }
 
-/// The largest finite |value| of a field, or of the field that sets its scale.
-fn scale(side: &Keyed, field: &ResultField) -> f64 {
-    let by = field.scaled_by.as_ref();
-    let other = by.and_then(|name| side.carried.iter().find(|f| f.name == *name));
-    let values = &other.unwrap_or(field).values;
-    let finite = values.iter().filter(|v| v.is_finite());
-    finite.fold(0.0, |m: f64, v| m.max(v.abs()))
+/// The largest finite |value| of a column on each part; `part` is that of each face.
+fn add_scales(scales: &mut [f64], column: &FaceColumn, part: &[u32]) -> Result<()> {
+    for (k, &face) in column.faces.iter().enumerate() {
+        cancel::check()?;
+        let scale = &mut scales[part[face as usize] as usize];
+        let finite = column.row(k).iter().filter(|v| v.is_finite());
+        *scale = finite.fold(*scale, |m, v| m.max(v.abs()));
+    }
+    Ok(())
 }
 
 /// a - b for everything in the first file.
-fn subtract(a: &FaceColumn, b: &FaceColumn, partner: &[u32]) -> Option<Vec<f64>> {
+fn subtract(a: &FaceColumn, b: &FaceColumn, partner: &[u32]) -> Result<Option<Vec<f64>>> {
     if a.components != b.components {
-        return None;
+        return Ok(None);
     }
-    let rows = super::column::rows_of(b, partner.len());
+    let rows = rows_of(b, partner.len())?;
     let mut values = vec![f64::NAN; partner.len() * a.components];
     for (k, &face) in a.faces.iter().enumerate() {
+        cancel::check()?;
         let row = rows[partner[face as usize] as usize];
         if row != super::column::NOWHERE {
             let start = face as usize * a.components;
             let pairs = a.row(k).iter().zip(b.row(row as usize));
-            for (value, (x, y)) in values[start..].iter_mut().zip(pairs) {
-                *value = x - y;
+            for (c, (value, (x, y))) in values[start..].iter_mut().zip(pairs).enumerate() {
+                *value = x - y + (a.rest(k, c) - b.rest(row as usize, c));
             }
         }
     }
-    Some(values)
+    Ok(Some(values))
 }

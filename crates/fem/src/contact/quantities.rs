@@ -132,6 +132,7 @@ fn column(name: &str, components: usize, capacity: usize) -> FaceColumn {
         components,
         faces: Vec::with_capacity(capacity),
         values: Vec::with_capacity(capacity * components),
+        rest: Vec::new(),
         sensitivity: Vec::with_capacity(capacity),
     }
 }

@@ -1,8 +1,8 @@
 //! The fields of one file as they are, before they are matched with those of another.
 
-use std::collections::HashMap;
-
 use super::PADDING;
+use crate::cancel;
+use crate::error::Result;
 use crate::mesh::CellKind;
 
 /// The fields of one file: values on points, cells and corners of cells.
@@ -26,6 +26,8 @@ pub struct Results {
     pub on_cells: Vec<ResultField>,
     /// Values at each point of each cell in turn.
     pub on_corners: Vec<ResultField>,
+    /// Numbers about the file as a whole: its time, its cycle.
+    pub whole: Vec<ResultField>,
 }
 
 /// One field of a file.
@@ -35,6 +37,9 @@ pub struct ResultField {
     pub components: usize,
     /// `components` for each item of `at`.
     pub values: Vec<f64>,
+    /// For integers, what is to be added to each of `values`, which are rounded; empty where that is nothing. `None` for
+    /// floats.
+    pub rest: Option<Vec<f64>>,
     /// The points, cells or corners that carry it, ascending; `None` if all do.
     pub at: Option<Vec<u32>>,
     /// For a difference of two fields: the field whose size sets the scale.
@@ -42,10 +47,21 @@ pub struct ResultField {
 }
 
 impl ResultField {
-    /// The row of each item that carries it; `None` if all do, in their order.
-    pub fn rows(&self) -> Option<HashMap<u32, u32>> {
-        let at = self.at.as_ref()?;
-        Some(at.iter().copied().zip(0..).collect())
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.values.len() / self.components.max(1)
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// The row of a point, cell or corner; `None` if it does not carry the field.
+    pub fn row_of(&self, item: u32) -> Option<usize> {
+        match &self.at {
+            None => Some(item as usize),
+            Some(at) => at.binary_search(&item).ok(),
+        }
     }
 
     /// Keeps the rows of the points, cells or corners that are kept, which are renumbered.
@@ -60,10 +76,13 @@ impl ResultField {
             .collect();
         let all = || (0..kept.len() as u32).collect();
         let items = self.at.take().unwrap_or_else(all);
-        let rows = items.iter().zip(self.values.chunks_exact(self.components));
-        let rows = rows.filter_map(|(item, row)| Some((numbers[*item as usize]?, row)));
-        let (at, values): (Vec<u32>, Vec<&[f64]>) = rows.unzip();
-        self.values = values.concat();
+        for values in std::iter::once(&mut self.values).chain(&mut self.rest) {
+            let rows = items.iter().zip(values.chunks_exact(self.components));
+            let rows = rows.filter(|(item, _)| kept[**item as usize]);
+            *values = rows.flat_map(|(_, row)| row).copied().collect();
+        }
+        let at = items.iter().filter_map(|item| numbers[*item as usize]);
+        let at: Vec<u32> = at.collect();
         self.at = (at.len() < count as usize).then_some(at);
     }
 }
@@ -78,7 +97,7 @@ impl Results {
         self.points.len().max(self.ids.len())
     }
 
-    pub fn cell(&self, cell: usize) -> impl Iterator<Item = u32> {
+    pub fn cell(&self, cell: usize) -> impl Iterator<Item = u32> + Clone {
         let all = &self.cells[self.width * cell..self.width * (cell + 1)];
         all.iter().copied().filter(|p| *p != PADDING)
     }
@@ -86,11 +105,7 @@ impl Results {
     /// Keeps the fields with these names; returns the names of the others.
     pub fn keep_only(&mut self, names: &[String]) -> Vec<String> {
         let mut others = Vec::new();
-        for fields in [
-            &mut self.on_points,
-            &mut self.on_cells,
-            &mut self.on_corners,
-        ] {
+        for fields in self.all_mut() {
             fields.retain(|field| {
                 let kept = names.contains(&field.name);
                 if !kept {
@@ -104,8 +119,7 @@ impl Results {
 
     /// Keeps the cells of one dimension and their values; returns the number of other cells. A table has none.
     pub fn keep_dimension(&mut self, dim: u8) -> usize {
-        let each = |(kind, count): &(CellKind, usize)| std::iter::repeat_n(*kind, *count);
-        let kinds: Vec<CellKind> = self.kinds.iter().flat_map(each).collect();
+        let kinds: Vec<CellKind> = self.each_kind().collect();
         let kept: Vec<bool> = kinds.iter().map(|kind| kind.dim() == dim).collect();
         let others = kept.iter().filter(|kept| !**kept).count();
         if others == 0 {
@@ -130,6 +144,18 @@ impl Results {
         others
     }
 
+    fn each_kind(&self) -> impl Iterator<Item = CellKind> {
+        let runs = self.kinds.iter();
+        runs.flat_map(|(kind, count)| std::iter::repeat_n(*kind, *count))
+    }
+
+    /// The dimension of each cell; 0 for all where only numbers are known.
+    pub fn cell_dimensions(&self) -> Vec<u8> {
+        let mut dims: Vec<u8> = self.each_kind().map(|kind| kind.dim()).collect();
+        dims.resize(self.cell_count(), 0);
+        dims
+    }
+
     /// The dimensions of the cells, ascending; empty where only numbers are known.
     pub fn dimensions(&self) -> Vec<u8> {
         let filled = self.kinds.iter().filter(|(_, count)| *count > 0);
@@ -146,46 +172,57 @@ impl Results {
 
     /// Renames the fields `old` to `new`; returns whether there was one.
     pub fn rename(&mut self, old: &str, new: &str) -> bool {
-        let fields = [
-            &mut self.on_points,
-            &mut self.on_cells,
-            &mut self.on_corners,
-        ];
-        let named = fields.into_iter().flatten().filter(|f| f.name == old);
+        let named = self.all_mut().into_iter().flatten();
+        let named = named.filter(|f| f.name == old);
         named.map(|f| new.clone_into(&mut f.name)).count() > 0
     }
 
     /// Is there a field of this name?
     pub fn has(&self, name: &str) -> bool {
-        let fields = [&self.on_points, &self.on_cells, &self.on_corners];
-        fields.into_iter().flatten().any(|f| f.name == name)
+        self.all().any(|f| f.name == name)
     }
 
-    /// Is there any field at all?
+    /// All fields, those of the whole last.
+    pub fn all(&self) -> impl Iterator<Item = &ResultField> {
+        let all = [&self.on_points, &self.on_cells, &self.on_corners];
+        all.into_iter().chain([&self.whole]).flatten()
+    }
+
+    fn all_mut(&mut self) -> [&mut Vec<ResultField>; 4] {
+        [
+            &mut self.on_points,
+            &mut self.on_cells,
+            &mut self.on_corners,
+            &mut self.whole,
+        ]
+    }
+
+    /// Is there any field at all on the mesh?
     pub fn is_empty(&self) -> bool {
         [&self.on_points, &self.on_cells, &self.on_corners]
             .iter()
             .all(|fields| fields.is_empty())
     }
 
-    /// The cells as points at their centroids, with the fields of the cells, for a table that is keyed by midpoints.
-    pub fn centroids(&self) -> Results {
-        let centroid = |cell: usize| {
-            let (mut sum, mut count) = ([0.0; 3], 0.0);
-            for point in self.cell(cell) {
-                let x = self.points[point as usize];
-                sum.iter_mut().zip(x).for_each(|(s, x)| *s += x);
-                count += 1.0;
-            }
-            sum.map(|s| s / count)
-        };
-        Results {
-            source: self.source.clone(),
-            space: self.space,
-            points: (0..self.cell_count()).map(centroid).collect(),
-            on_points: self.on_cells.clone(),
-            ..Results::default()
+    /// The centroids of the cells; none where the points have no coordinates.
+    ///
+    /// # Errors
+    /// [`crate::Error::Ended`].
+    pub fn centroids(&self) -> Result<Vec<[f64; 3]>> {
+        let centroids = (0..self.cell_count()).filter_map(|cell| self.centroid(cell));
+        let polled = centroids.map(|at| cancel::check().map(|()| at));
+        polled.collect()
+    }
+
+    /// The mean of a cell's points; `None` where a point has no coordinates.
+    pub fn centroid(&self, cell: usize) -> Option<[f64; 3]> {
+        let (mut sum, mut count) = ([0.0; 3], 0.0);
+        for point in self.cell(cell) {
+            let x = self.points.get(point as usize)?;
+            sum.iter_mut().zip(x).for_each(|(s, x)| *s += x);
+            count += 1.0;
         }
+        Some(sum.map(|s| s / count))
     }
 }
 
@@ -199,6 +236,7 @@ mod tests {
             name: "w".into(),
             components: 2,
             values: values.to_vec(),
+            rest: None,
             at: at.map(<[u32]>::to_vec),
             scaled_by: None,
         };

@@ -74,6 +74,7 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {
             Some((start, size))
         })
     };
+    let mut of_cells = None;
     let is_result = |field: &&Field| !BOOKKEEPING.contains(&field.name.as_str());
     for field in mesh.fields.iter().filter(is_result) {
         let mut carried = carry(field, ours);
@@ -87,9 +88,10 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {
             Support::CellPoints => {
                 // The field lists cells, the result corners.
                 if let Some(cells) = carried.at.take() {
-                    let starts: Vec<(u32, u32)> = starts().collect();
+                    let of_cells: &Vec<(u32, u32)> =
+                        of_cells.get_or_insert_with(|| starts().collect());
                     let corners = cells.iter().flat_map(|cell| {
-                        let (start, size) = starts[*cell as usize];
+                        let (start, size) = of_cells[*cell as usize];
                         start..start + size
                     });
                     carried.at = Some(corners.collect());
@@ -99,6 +101,20 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {
         }
     }
     results.points = mesh.points;
+    // Texts say where a file comes from.
+    let numbers = whole.iter().filter_map(|data| match &data.values {
+        GlobalValues::Numbers(values) => Some((data, values)),
+        GlobalValues::Text(_) => None,
+    });
+    let about = numbers.map(|(data, values)| ResultField {
+        name: data.name.clone(),
+        components: data.components,
+        values: values.to_f64(),
+        rest: values.rest(),
+        at: None,
+        scaled_by: None,
+    });
+    results.whole = about.collect();
     results
 }
 
@@ -116,6 +132,7 @@ fn carry(field: &Field, ours: bool) -> ResultField {
         name: field.name.clone(),
         components: field.components,
         values: field.values.to_f64(),
+        rest: field.values.rest(),
         at: (!field.at.is_empty()).then(|| field.at.clone()),
         scaled_by: None,
     };

@@ -4,6 +4,7 @@
 //! of its vertices; `x,y[,z]`, a point by its coordinates. Every other column is a field, which is missing where the
 //! entry is empty.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use crate::cancel;
@@ -45,6 +46,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
             name: names[column].to_owned(),
             components: 1,
             values: Vec::new(),
+            rest: None,
             at: Some(Vec::new()),
             scaled_by: None,
         })
@@ -126,12 +128,13 @@ struct Columns {
 
 impl Columns {
     fn new(names: &csv::StringRecord) -> Result<Self, String> {
-        let find = |name: &str| names.iter().position(|n| n == name);
+        let mut columns = HashMap::with_capacity(names.len());
         for (k, name) in names.iter().enumerate() {
-            if name.is_empty() || names.iter().take(k).any(|n| n == name) {
+            if name.is_empty() || columns.insert(name, k).is_some() {
                 return Err(format!("column {} has no name of its own", k + 1));
             }
         }
+        let find = |name: &str| columns.get(name).copied();
         let mut vertices: Vec<usize> = (0..).map_while(|k| find(&format!("v{k}"))).collect();
         if let Some(vertex) = find("vertex") {
             if !vertices.is_empty() {
@@ -154,8 +157,12 @@ impl Columns {
             }
             _ => return Err("no column is a key".into()),
         };
-        let fields = (0..names.len()).filter(|k| !vertices.contains(k) && !place.contains(k));
-        let fields = fields.collect();
+        let mut is_key = vec![false; names.len()];
+        vertices
+            .iter()
+            .chain(&place)
+            .for_each(|&k| is_key[k] = true);
+        let fields = (0..names.len()).filter(|&k| !is_key[k]).collect();
         Ok(Columns {
             vertices,
             place,
@@ -185,6 +192,24 @@ mod tests {
         assert_eq!(faces.on_cells[1].at, Some(vec![1]));
         let places = table("x,y,u\n0,1,2\n0.5,1,3\n").unwrap();
         assert_eq!(places.points, [[0.0, 1.0, 0.0], [0.5, 1.0, 0.0]]);
+    }
+
+    /// Comparing each name with all others would take an hour.
+    #[test]
+    fn a_table_may_have_many_columns() {
+        let names = |name: &str| {
+            let names: Vec<String> = (0..200_000).map(|k| format!("{name}{k}")).collect();
+            names.join(",")
+        };
+        let fields = table(&format!("vertex,{}\n", names("f"))).unwrap();
+        assert_eq!(fields.on_points.len(), 200_000);
+        assert_eq!(
+            table(&format!("{},mean\n", names("v"))).unwrap().width,
+            200_000
+        );
+        let twice = table(&format!("vertex,{},f7\n", names("f")));
+        let error = twice.unwrap_err().to_string();
+        assert!(error.contains("column 200002"), "{error}");
     }
 
     #[test]

@@ -8,7 +8,9 @@ use serde::Serialize;
 use super::hanging::hanging_nodes;
 use super::simplex::{angle, dihedral_angles};
 use super::topology::{FaceKey, Side, all_sides, corners, key};
-use super::{Mesh, Shape};
+use super::{Mesh, Shape, Union};
+use crate::cancel;
+use crate::error::Result;
 
 /// How many findings of a kind are located.
 const SHOWN: usize = 5;
@@ -91,27 +93,30 @@ impl Findings {
 
 /// Checks a mesh that passes [`Mesh::validate`]. Cells of the highest dimension fill the domain; those of one
 /// dimension less mark faces. O(N log N).
-pub fn check(mesh: &Mesh) -> Report {
+///
+/// # Errors
+/// [`crate::Error::Ended`].
+pub fn check(mesh: &Mesh) -> Result<Report> {
     let checker = Checker {
         mesh,
         dim: mesh.dim(),
         tags: mesh.cell_tags().collect(),
     };
-    let sides = all_sides(mesh, checker.dim);
-    let (inverted, degenerate) = checker.measures();
-    let (smallest_angle, largest_angle) = checker.angles();
-    Report {
+    let sides = all_sides(mesh, checker.dim)?;
+    let (inverted, degenerate) = checker.measures()?;
+    let (smallest_angle, largest_angle) = checker.angles()?;
+    Ok(Report {
         inverted,
         degenerate,
-        duplicate: checker.duplicates(),
-        orphans: checker.orphans(),
-        crowded_faces: checker.crowded(&sides),
-        hanging_nodes: checker.hanging(&sides),
-        ungrouped_boundary: checker.ungrouped(&sides),
-        parts: checker.parts(&sides),
+        duplicate: checker.duplicates()?,
+        orphans: checker.orphans()?,
+        crowded_faces: checker.crowded(&sides)?,
+        hanging_nodes: checker.hanging(&sides)?,
+        ungrouped_boundary: checker.ungrouped(&sides)?,
+        parts: checker.parts(&sides)?,
         smallest_angle,
         largest_angle,
-    }
+    })
 }
 
 struct Checker<'a> {
@@ -122,19 +127,19 @@ struct Checker<'a> {
 }
 
 impl Checker<'_> {
-    fn hanging(&self, sides: &[Side]) -> Findings {
+    fn hanging(&self, sides: &[Side]) -> Result<Findings> {
         let mut findings = Findings::default();
         if self.dim < 2 {
-            return findings;
+            return Ok(findings);
         }
         let faces: Vec<(Side, Vec<u32>)> = boundary(sides)
             .map(|side| (side, nodes_of(&side.key)))
             .collect();
         let corners: Vec<&[u32]> = faces.iter().map(|(_, nodes)| nodes.as_slice()).collect();
-        for (point, face) in hanging_nodes(&self.mesh.points, &corners) {
+        for (point, face) in hanging_nodes(&self.mesh.points, &corners)? {
             findings.add(|| self.finding(&[faces[face].0.cell], &[point]));
         }
-        findings
+        Ok(findings)
     }
 
     fn point(&self, index: u32) -> Vector3<f64> {
@@ -169,7 +174,7 @@ impl Checker<'_> {
         })
     }
 
-    fn measures(&self) -> (Findings, Findings) {
+    fn measures(&self) -> Result<(Findings, Findings)> {
         let (mut inverted, mut degenerate) = (Findings::default(), Findings::default());
         // A planar mesh is seen from above; for a surface, most of its cells decide.
         let up = match self.mesh.plane().filter(|_| self.dim == 2) {
@@ -183,6 +188,7 @@ impl Checker<'_> {
             None => None,
         };
         for (cell, shape, nodes) in self.cells().filter(|(_, shape, _)| shape.dim() > 0) {
+            cancel::check()?;
             let longest = self.longest(nodes);
             let scale = longest.powi(i32::from(shape.dim()));
             // The smallest of the measures that the corners span: one for a simplex.
@@ -201,7 +207,7 @@ impl Checker<'_> {
                 inverted.add(|| self.finding(&[cell], nodes));
             }
         }
-        (inverted, degenerate)
+        Ok((inverted, degenerate))
     }
 
     fn longest(&self, nodes: &[u32]) -> f64 {
@@ -274,12 +280,13 @@ impl Checker<'_> {
         spans.iter().map(volume).fold(f64::INFINITY, f64::min)
     }
 
-    fn duplicates(&self) -> Findings {
+    fn duplicates(&self) -> Result<Findings> {
         let mut findings = Findings::default();
         let mut all: Vec<(Shape, Vec<u32>, u32)> = Vec::new();
         // Faces, lines and tetrahedra fit the fixed key; only larger solids need a list.
         let mut small: Vec<(Shape, FaceKey, u32)> = Vec::new();
         for (cell, shape, nodes) in self.cells() {
+            cancel::check()?;
             if nodes.len() <= 4 {
                 small.push((shape, key(nodes.iter().copied()), cell));
             } else {
@@ -300,12 +307,13 @@ impl Checker<'_> {
         for (cell, before) in pairs {
             findings.add(|| self.finding(&[before, cell], nodes_of[&cell]));
         }
-        findings
+        Ok(findings)
     }
 
-    fn orphans(&self) -> Findings {
+    fn orphans(&self) -> Result<Findings> {
         let mut used = vec![false; self.mesh.points.len()];
         for (_, kind, nodes) in self.mesh.cells() {
+            cancel::check()?;
             for &node in nodes {
                 if let Some(used) = used.get_mut(node as usize)
                     && kind.dim() > 0
@@ -318,22 +326,23 @@ impl Checker<'_> {
         for (point, _) in (0u32..).zip(&used).filter(|(_, used)| !**used) {
             findings.add(|| self.finding(&[], &[point]));
         }
-        findings
+        Ok(findings)
     }
 
-    fn crowded(&self, sides: &[Side]) -> Findings {
+    fn crowded(&self, sides: &[Side]) -> Result<Findings> {
         let mut findings = Findings::default();
-        for face in sides
-            .chunk_by(|a, b| a.key == b.key)
-            .filter(|face| face.len() > 2)
-        {
+        for face in sides.chunk_by(|a, b| a.key == b.key) {
+            cancel::check()?;
+            if face.len() <= 2 {
+                continue;
+            }
             let cells: Vec<u32> = face.iter().map(|side| side.cell).collect();
             findings.add(|| self.finding(&cells, &nodes_of(&face[0].key)));
         }
-        findings
+        Ok(findings)
     }
 
-    fn ungrouped(&self, sides: &[Side]) -> Findings {
+    fn ungrouped(&self, sides: &[Side]) -> Result<Findings> {
         let mut grouped = vec![false; self.tags.len()];
         for group in self
             .mesh
@@ -350,43 +359,42 @@ impl Checker<'_> {
         let marked = self
             .cells()
             .filter(|(cell, ..)| grouped.get(*cell as usize) == Some(&true));
-        let marked: HashSet<FaceKey> = marked
-            .map(|(.., nodes)| key(nodes.iter().copied()))
-            .collect();
+        let marked = marked.map(|(.., nodes)| {
+            cancel::check()?;
+            Ok(key(nodes.iter().copied()))
+        });
+        let marked = marked.collect::<Result<HashSet<FaceKey>>>()?;
         let mut findings = Findings::default();
         for side in boundary(sides).filter(|side| !marked.contains(&side.key)) {
+            cancel::check()?;
             findings.add(|| self.finding(&[side.cell], &nodes_of(&side.key)));
         }
-        findings
+        Ok(findings)
     }
 
-    fn parts(&self, sides: &[Side]) -> Findings {
-        let mut parent: Vec<u32> = (0..self.tags.len() as u32).collect();
-        for face in sides.chunk_by(|a, b| a.key == b.key) {
-            for pair in face.windows(2) {
-                let (a, b) = (
-                    root(&mut parent, pair[0].cell),
-                    root(&mut parent, pair[1].cell),
-                );
-                // The lowest cell stays the root.
-                if let Some(place) = parent.get_mut(a.max(b) as usize) {
-                    *place = a.min(b);
-                }
+    fn parts(&self, sides: &[Side]) -> Result<Findings> {
+        let mut parts = Union::new(self.tags.len());
+        for pair in sides.windows(2) {
+            cancel::check()?;
+            if pair[0].key == pair[1].key {
+                parts.join(pair[0].cell, pair[1].cell);
             }
         }
         let mut findings = Findings::default();
         for (cell, shape, nodes) in self.cells() {
-            if shape.dim() == self.dim && root(&mut parent, cell) == cell {
+            cancel::check()?;
+            if shape.dim() == self.dim && parts.root(cell) == cell {
                 findings.add(|| self.finding(&[cell], nodes));
             }
         }
-        findings
+        Ok(findings)
     }
 
-    fn angles(&self) -> (Option<Angle>, Option<Angle>) {
+    fn angles(&self) -> Result<(Option<Angle>, Option<Angle>)> {
         let mut smallest: Option<(f64, u32, &[u32])> = None;
         let mut largest: Option<(f64, u32, &[u32])> = None;
         for (cell, shape, nodes) in self.cells().filter(|(_, shape, _)| shape.dim() == self.dim) {
+            cancel::check()?;
             let p: Vec<Vector3<f64>> = nodes.iter().map(|&node| self.point(node)).collect();
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
             let mut take = |angle: f64| (low, high) = (low.min(angle), high.max(angle));
@@ -418,7 +426,7 @@ impl Checker<'_> {
                 at: self.finding(&[], nodes).at,
             }
         };
-        (smallest.map(located), largest.map(located))
+        Ok((smallest.map(located), largest.map(located)))
     }
 }
 
@@ -443,21 +451,6 @@ fn nodes_of(key: &FaceKey) -> Vec<u32> {
         .copied()
         .filter(|&node| node != u32::MAX)
         .collect()
-}
-
-/// The root of a cell in a union-find forest; paths are halved on the way.
-fn root(parent: &mut [u32], mut cell: u32) -> u32 {
-    loop {
-        let up = parent.get(cell as usize).copied().unwrap_or(cell);
-        if up == cell {
-            return cell;
-        }
-        let top = parent.get(up as usize).copied().unwrap_or(up);
-        if let Some(place) = parent.get_mut(cell as usize) {
-            *place = top;
-        }
-        cell = top;
-    }
 }
 
 #[cfg(test)]

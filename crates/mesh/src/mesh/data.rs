@@ -48,7 +48,7 @@ macro_rules! values {
                 match self { $(Values::$variant(values) => values.len()),* }
             }
 
-            /// Each value as binary64; 64-bit integers beyond 2^53 are rounded.
+            /// Each value as binary64; 64-bit integers beyond 2^53 are rounded, by [`Values::rest`].
             pub fn to_f64(&self) -> Vec<f64> {
                 match self { $(Values::$variant(values) => values.iter().map(|&v| v as f64).collect()),* }
             }
@@ -60,6 +60,24 @@ values!(F64 f64, F32 f32, I8 i8, U8 u8, I16 i16, U16 u16, I32 i32, U32 u32, I64 
 impl Values {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// What rounding to binary64 takes from each integer: value + rest is exact. Empty where it takes nothing; `None`
+    /// for floats.
+    pub fn rest(&self) -> Option<Vec<f64>> {
+        fn of<T: Copy + Into<i128>>(numbers: &[T], rounded: impl Fn(T) -> f64) -> Vec<f64> {
+            let rest = |&n: &T| (n.into() - rounded(n) as i128) as f64;
+            match numbers.iter().any(|n| rest(n) != 0.0) {
+                true => numbers.iter().map(rest).collect(),
+                false => Vec::new(),
+            }
+        }
+        match self {
+            Values::F64(_) | Values::F32(_) => None,
+            Values::I64(numbers) => Some(of(numbers, |n| n as f64)),
+            Values::U64(numbers) => Some(of(numbers, |n| n as f64)),
+            _ => Some(Vec::new()),
+        }
     }
 }
 
@@ -79,23 +97,35 @@ impl Field {
 
     /// Number of values this field must have on `mesh`; `None` when an index of `at` is beyond the mesh.
     pub fn expected_len(&self, mesh: &Mesh) -> Option<usize> {
-        let all = match self.on {
-            Support::Points => mesh.points.len(),
-            Support::Cells | Support::CellPoints => mesh.cell_count(),
-        };
-        if self.at.iter().any(|&i| i as usize >= all) {
-            return None;
-        }
-        let sizes = mesh.blocks.iter();
-        let sizes = sizes.flat_map(|b| std::iter::repeat_n(b.kind.points(), b.len()));
-        let rows = match (self.on, self.at.is_empty()) {
-            (Support::CellPoints, true) => sizes.sum(),
-            (Support::CellPoints, false) => {
-                let sizes: Vec<usize> = sizes.collect();
-                self.at.iter().map(|&cell| sizes[cell as usize]).sum()
+        let rows = match self.on {
+            Support::CellPoints => {
+                if self.at.is_empty() {
+                    mesh.blocks.iter().map(|block| block.nodes.len()).sum()
+                } else {
+                    // One field of many may be on few of many cells.
+                    let ends = mesh.block_ends();
+                    let size = |&cell: &u32| {
+                        let block = ends.partition_point(|&end| end <= cell as usize);
+                        Some(mesh.blocks.get(block)?.kind.points())
+                    };
+                    self.at.iter().map(size).sum::<Option<usize>>()?
+                }
             }
-            (_, true) => all,
-            (_, false) => self.at.len(),
+            Support::Points | Support::Cells => {
+                let all = if self.on == Support::Points {
+                    mesh.points.len()
+                } else {
+                    mesh.cell_count()
+                };
+                if self.at.iter().any(|&i| i as usize >= all) {
+                    return None;
+                }
+                if self.at.is_empty() {
+                    all
+                } else {
+                    self.at.len()
+                }
+            }
         };
         rows.checked_mul(self.components)
     }

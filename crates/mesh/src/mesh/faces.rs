@@ -6,6 +6,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::triangulation::NONE;
+use crate::cancel;
+use crate::error::Result;
 
 /// Vertices per task.
 const TASK: usize = 1 << 12;
@@ -44,9 +46,12 @@ struct Numbered {
 /// each.
 ///
 /// # Errors
-/// The first face with more than two cells.
-pub(super) fn number<const D: usize>(cells: &[u32], vertices: usize) -> Result<Faces, Crowded> {
-    let (starts, mut entries) = buckets::<D>(cells, vertices);
+/// [`crate::Error::Ended`]; inside, the first face with more than two cells.
+pub(super) fn number<const D: usize>(
+    cells: &[u32],
+    vertices: usize,
+) -> Result<std::result::Result<Faces, Crowded>> {
+    let (starts, mut entries) = buckets::<D>(cells, vertices)?;
     let mut tasks = Vec::new();
     let mut rest = &mut entries[..];
     for first in (0..vertices).step_by(TASK) {
@@ -58,8 +63,11 @@ pub(super) fn number<const D: usize>(cells: &[u32], vertices: usize) -> Result<F
     }
     let numbered: Vec<Numbered> = tasks
         .into_par_iter()
-        .map(|(vertices, entries)| number_some(cells, &starts, vertices, entries))
-        .collect();
+        .map(|(vertices, entries)| {
+            cancel::check()?;
+            Ok(number_some(cells, &starts, vertices, entries))
+        })
+        .collect::<Result<_>>()?;
 
     let count = numbered.iter().map(|some| some.cells.len()).sum();
     let mut faces = Faces {
@@ -71,7 +79,7 @@ pub(super) fn number<const D: usize>(cells: &[u32], vertices: usize) -> Result<F
     let mut entries = entries.iter();
     for (some, first) in numbered.into_iter().zip((0..vertices).step_by(TASK)) {
         if let Some(crowded) = some.crowded {
-            return Err(crowded);
+            return Ok(Err(crowded));
         }
         let before = faces.cells.len();
         let last = (first + TASK).min(vertices);
@@ -82,15 +90,17 @@ pub(super) fn number<const D: usize>(cells: &[u32], vertices: usize) -> Result<F
         faces.folded = faces.folded.or(some.folded.map(|face| before + face));
         faces.vertices.extend(some.vertices);
         faces.cells.extend(some.cells);
+        cancel::check()?;
     }
-    Ok(faces)
+    Ok(Ok(faces))
 }
 
 /// Local faces by their smallest vertex, and where those of each vertex start.
-fn buckets<const D: usize>(cells: &[u32], vertices: usize) -> (Vec<u32>, Vec<Entry<D>>) {
+fn buckets<const D: usize>(cells: &[u32], vertices: usize) -> Result<(Vec<u32>, Vec<Entry<D>>)> {
     let local = D + 1;
     let mut starts = vec![0u32; vertices + 1];
     for cell in cells.chunks_exact(local) {
+        cancel::check()?;
         for i in 0..local {
             starts[sorted_face::<D>(cell, i).0[0] as usize + 1] += 1;
         }
@@ -101,6 +111,7 @@ fn buckets<const D: usize>(cells: &[u32], vertices: usize) -> (Vec<u32>, Vec<Ent
     let mut next = starts.clone();
     let mut entries = vec![[0; D]; cells.len()];
     for (cell, vertices) in cells.chunks_exact(local).enumerate() {
+        cancel::check()?;
         for i in 0..local {
             let (face, _) = sorted_face::<D>(vertices, i);
             let slot = &mut next[face[0] as usize];
@@ -110,7 +121,7 @@ fn buckets<const D: usize>(cells: &[u32], vertices: usize) -> (Vec<u32>, Vec<Ent
             *slot += 1;
         }
     }
-    (starts, entries)
+    Ok((starts, entries))
 }
 
 /// Numbers the faces whose smallest vertices are these, from 0, and writes each one's number into

@@ -1,45 +1,43 @@
 //! Hanging nodes: where cells do not match, the faces on both sides have one cell only, and corners of the finer
 //! side lie on faces of the coarser one.
 
-use std::collections::HashMap;
+use std::ops::Range;
 
 use nalgebra::Vector3;
 
+use crate::cancel;
+use crate::error::Result;
+
 /// A point this close to a face, in units of the face's size, lies on it.
 const ON: f64 = 1e-9;
+/// A box with so few points is not halved.
+const FEW: usize = 8;
 
 /// Points that lie on one of these boundary faces without being a corner of it, each with the first such face;
-/// ascending in the points. `faces` are corner indices.
-pub(super) fn hanging_nodes(points: &[[f64; 3]], faces: &[&[u32]]) -> Vec<(u32, usize)> {
+/// ascending in the points. `faces` are corner indices. O(N log N) for N faces about as large as their neighbours,
+/// wherever they lie.
+///
+/// # Errors
+/// [`crate::Error::Ended`].
+pub(super) fn hanging_nodes(points: &[[f64; 3]], faces: &[&[u32]]) -> Result<Vec<(u32, usize)>> {
     let place = |point: u32| Vector3::from(points[point as usize]);
     let mut corners: Vec<u32> = faces.iter().flat_map(|face| face.iter().copied()).collect();
     corners.sort_unstable();
     corners.dedup();
-    let grid = Grid::new(
-        corners.iter().map(|&point| (point, place(point))),
-        faces.len(),
-    );
+    let corners = corners.into_iter().map(|point| (point, place(point)));
+    let mut tree = Tree::new(corners.collect())?;
     let mut found = Vec::new();
-    for (index, face) in faces.iter().enumerate() {
-        let at: Vec<Vector3<f64>> = face.iter().map(|&corner| place(corner)).collect();
-        grid.near(&at, |point, x| {
-            if !face.contains(&point) && lies_on(x, &at) {
-                found.push((point, index));
-            }
-        });
+    for (index, nodes) in faces.iter().enumerate() {
+        cancel::check()?;
+        let face = Face::new(nodes, nodes.iter().map(|&corner| place(corner)).collect());
+        tree.find(0, &face, &mut |point| found.push((point, index)));
     }
     found.sort_unstable();
-    found.dedup_by_key(|(point, _)| *point);
-    found
+    Ok(found)
 }
 
 /// Whether a point lies on a segment or planar polygon, away from its corners.
-fn lies_on(point: Vector3<f64>, corners: &[Vector3<f64>]) -> bool {
-    let size = corners
-        .iter()
-        .flat_map(|a| corners.iter().map(move |b| (b - a).norm()))
-        .fold(0.0, f64::max);
-    let near = ON * size;
+fn lies_on(point: Vector3<f64>, corners: &[Vector3<f64>], near: f64) -> bool {
     if corners.iter().any(|corner| (point - corner).norm() <= near) {
         return false;
     }
@@ -81,76 +79,188 @@ fn on_triangle(
         || on_segment(point, c, a, near)
 }
 
-/// The lowest and the highest coordinates.
-fn bounds(points: impl Iterator<Item = Vector3<f64>>) -> [Vector3<f64>; 2] {
-    let nothing = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
-    points.fold(nothing, |[low, high], at| [low.inf(&at), high.sup(&at)])
+/// Points in a tree of boxes, each of which is halved until few points are left.
+struct Tree {
+    /// In the order of the boxes.
+    points: Vec<(u32, Vector3<f64>)>,
+    /// The points that were found, which no face needs to find again.
+    found: Vec<bool>,
+    boxes: Vec<Bounds>,
 }
 
-/// Points in a grid of cubes.
-struct Grid {
+/// The box around some points.
+struct Bounds {
     low: Vector3<f64>,
-    width: f64,
-    cubes: HashMap<[i64; 3], Vec<(u32, Vector3<f64>)>>,
-    points: usize,
+    high: Vector3<f64>,
+    points: Range<usize>,
+    /// How many of them have not been found.
+    left: usize,
+    /// The boxes of either half.
+    halves: Option<[usize; 2]>,
 }
 
-impl Grid {
-    fn new(points: impl Iterator<Item = (u32, Vector3<f64>)> + Clone, faces: usize) -> Self {
-        let [low, high] = bounds(points.clone().map(|(_, at)| at));
-        // About as wide as a face of an evenly meshed boundary.
-        let width = (high - low).max() / (faces as f64).sqrt().max(1.0);
-        let width = if width > 0.0 && width.is_finite() {
-            width
-        } else {
-            1.0
+impl Tree {
+    fn new(points: Vec<(u32, Vector3<f64>)>) -> Result<Self> {
+        let mut tree = Tree {
+            found: vec![false; points.len()],
+            points,
+            boxes: Vec::new(),
         };
-        let mut grid = Grid {
+        tree.halve(0..tree.points.len())?;
+        Ok(tree)
+    }
+
+    /// Adds the box of these points, and those of its parts; returns its number.
+    fn halve(&mut self, range: Range<usize>) -> Result<usize> {
+        cancel::check()?;
+        let points = &mut self.points[range.clone()];
+        let none = Vector3::repeat(f64::INFINITY);
+        let (low, high) = points.iter().fold((none, -none), |(low, high), (_, at)| {
+            (low.inf(at), high.sup(at))
+        });
+        let axis = (high - low).imax();
+        let number = self.boxes.len();
+        self.boxes.push(Bounds {
             low,
-            width,
-            cubes: HashMap::new(),
-            points: 0,
-        };
-        for (point, at) in points {
-            grid.points += 1;
-            grid.cubes
-                .entry(grid.cube(at))
-                .or_default()
-                .push((point, at));
+            high,
+            left: points.len(),
+            points: range.clone(),
+            halves: None,
+        });
+        if points.len() > FEW {
+            let half = points.len() / 2;
+            points.select_nth_unstable_by(half, |p, q| p.1[axis].total_cmp(&q.1[axis]));
+            let middle = range.start + half;
+            let halves = [
+                self.halve(range.start..middle)?,
+                self.halve(middle..range.end)?,
+            ];
+            self.boxes[number].halves = Some(halves);
         }
-        grid
+        Ok(number)
     }
 
-    fn cube(&self, at: Vector3<f64>) -> [i64; 3] {
-        let scaled = (at - self.low) / self.width;
-        scaled.map(|x| x.floor() as i64).into()
-    }
-
-    /// Calls `visit` with every point in the cubes that the box around `corners` touches.
-    fn near(&self, corners: &[Vector3<f64>], mut visit: impl FnMut(u32, Vector3<f64>)) {
-        let margin = Vector3::repeat(self.width * 1e-6);
-        let [low, high] = bounds(corners.iter().copied());
-        let (low, high) = (low - margin, high + margin);
-        let (from, to) = (self.cube(low), self.cube(high));
-        let spans = from
-            .iter()
-            .zip(&to)
-            .map(|(a, b)| (b.saturating_sub(*a) as f64) + 1.0);
-        let inside = |at: &Vector3<f64>| (0..3).all(|i| low[i] <= at[i] && at[i] <= high[i]);
-        // A large face would visit more cubes than there are points.
-        if spans.product::<f64>() > self.cubes.len() as f64 {
-            let all = self.cubes.values().flatten().filter(|(_, at)| inside(at));
-            all.for_each(|&(point, at)| visit(point, at));
-            return;
+    /// Calls `found` with the points of a box that lie on a face and were not found before; returns their number.
+    fn find(&mut self, number: usize, face: &Face, found: &mut impl FnMut(u32)) -> usize {
+        let of = &self.boxes[number];
+        if of.left == 0 || face.misses(of) {
+            return 0;
         }
-        for x in from[0]..=to[0] {
-            for y in from[1]..=to[1] {
-                for z in from[2]..=to[2] {
-                    let cube = self.cubes.get(&[x, y, z]).into_iter().flatten();
-                    cube.filter(|(_, at)| inside(at))
-                        .for_each(|&(point, at)| visit(point, at));
+        let mut count = 0;
+        if let Some(halves) = of.halves {
+            for half in halves {
+                count += self.find(half, face, found);
+            }
+        } else {
+            for place in of.points.clone() {
+                let (point, at) = self.points[place];
+                if !self.found[place] && face.carries(point, at) {
+                    self.found[place] = true;
+                    found(point);
+                    count += 1;
                 }
             }
+        }
+        self.boxes[number].left -= count;
+        count
+    }
+}
+
+/// A segment or planar polygon.
+struct Face<'a> {
+    nodes: &'a [u32],
+    corners: Vec<Vector3<f64>>,
+    /// How close a point on it is.
+    near: f64,
+    /// Directions across which it is thin.
+    across: Vec<Vector3<f64>>,
+}
+
+impl<'a> Face<'a> {
+    fn new(nodes: &'a [u32], corners: Vec<Vector3<f64>>) -> Self {
+        let pairs = corners
+            .iter()
+            .flat_map(|a| corners.iter().map(move |b| (b - a).norm()));
+        let near = ON * pairs.fold(0.0, f64::max);
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+        let mut across = axes.to_vec();
+        match corners[..] {
+            [a, b] => across.extend(axes.map(|axis| (b - a).cross(&axis))),
+            [a, b, c, ..] => across.push((b - a).cross(&(c - a))),
+            _ => {}
+        }
+        Face {
+            nodes,
+            corners,
+            near,
+            across,
+        }
+    }
+
+    /// Whether no point of a box can lie on the face: the box is beside it, or at one of its corners.
+    fn misses(&self, of: &Bounds) -> bool {
+        let (middle, half) = ((of.low + of.high) / 2.0, (of.high - of.low) / 2.0);
+        let beside = self.across.iter().any(|axis| {
+            let along = self
+                .corners
+                .iter()
+                .map(|corner| (corner - middle).dot(axis));
+            let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
+                (low.min(at), high.max(at))
+            });
+            // Twice as far as a point on it may be, for rounding.
+            let reach = half.dot(&axis.abs()) + 2.0 * self.near * axis.norm();
+            low > reach || high < -reach
+        });
+        let farthest = |corner: &Vector3<f64>| ((middle - corner).abs() + half).norm();
+        beside
+            || self
+                .corners
+                .iter()
+                .any(|corner| farthest(corner) <= self.near)
+    }
+
+    /// Whether a point lies on it, away from its corners.
+    fn carries(&self, point: u32, at: Vector3<f64>) -> bool {
+        !self.nodes.contains(&point) && lies_on(at, &self.corners, self.near)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against every point with every face, on coordinates with few digits, so that many do lie on faces.
+    #[test]
+    fn the_tree_finds_what_a_search_of_all_points_finds() {
+        let mut random = 2017u32;
+        let mut next = |below: u32| {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 16) % below
+        };
+        for corners in [2, 3, 4] {
+            let points: Vec<[f64; 3]> = (0..300)
+                .map(|_| [(); 3].map(|()| f64::from(next(5)) / 3.0))
+                .map(|p| [p[0], p[1], if corners == 4 { 0.0 } else { p[2] }])
+                .collect();
+            let faces: Vec<Vec<u32>> = (0..200)
+                .map(|_| (0..corners).map(|_| next(300)).collect())
+                .collect();
+            let faces: Vec<&[u32]> = faces.iter().map(Vec::as_slice).collect();
+            let mut used = faces.concat();
+            used.sort_unstable();
+            used.dedup();
+            let at = |point: u32| Vector3::from(points[point as usize]);
+            let first = |&point: &u32| {
+                let on = |face: &&[u32]| {
+                    let corners = face.iter().map(|&corner| at(corner)).collect();
+                    Face::new(face, corners).carries(point, at(point))
+                };
+                faces.iter().position(on).map(|face| (point, face))
+            };
+            let expected: Vec<_> = used.iter().filter_map(first).collect();
+            assert!(expected.len() > 20);
+            assert_eq!(hanging_nodes(&points, &faces).unwrap(), expected);
         }
     }
 }

@@ -13,6 +13,7 @@ pub mod refine;
 mod simplex;
 mod topology;
 mod triangulation;
+mod union;
 mod validate;
 
 pub use data::{Field, Support, Values};
@@ -21,6 +22,7 @@ pub use kind::{CellKind, OtherKind, Shape};
 pub use labels::CellGroups;
 pub use simplex::{CellGeometry, Metric};
 pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges};
+pub use union::Union;
 pub(crate) use validate::all_finite;
 
 /// A mesh as a file holds it: points, cells of any type, named groups of cells, and fields.
@@ -133,6 +135,15 @@ impl Mesh {
     /// Number of cells of all types.
     pub fn cell_count(&self) -> usize {
         self.blocks.iter().map(CellBlock::len).sum()
+    }
+
+    /// The number of cells up to the end of each block.
+    pub(crate) fn block_ends(&self) -> Vec<usize> {
+        let ends = self.blocks.iter().scan(0, |end, block| {
+            *end += block.len();
+            Some(*end)
+        });
+        ends.collect()
     }
 
     /// Number of cells of one type.

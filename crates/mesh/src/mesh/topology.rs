@@ -1,6 +1,8 @@
 //! The faces of cells of the highest dimension, found by sorting.
 
 use super::{Mesh, Shape};
+use crate::cancel;
+use crate::error::Result;
 
 /// Corner indices of a face, ascending; unused places hold `u32::MAX`.
 pub type FaceKey = [u32; 4];
@@ -61,9 +63,13 @@ pub fn corners(shape: Shape, nodes: &[u32]) -> Option<&[u32]> {
 }
 
 /// All sides of all cells of dimension `dim`, sorted, so that the sides of one face are adjacent.
-pub fn all_sides(mesh: &Mesh, dim: u8) -> Vec<Side> {
+///
+/// # Errors
+/// [`crate::Error::Ended`].
+pub fn all_sides(mesh: &Mesh, dim: u8) -> Result<Vec<Side>> {
     let mut all = Vec::new();
     for (cell, kind, nodes) in mesh.cells().filter(|(_, kind, _)| kind.dim() == dim) {
+        cancel::check()?;
         let Some(corners) = corners(kind.shape(), nodes) else {
             continue;
         };
@@ -75,5 +81,5 @@ pub fn all_sides(mesh: &Mesh, dim: u8) -> Vec<Side> {
         }
     }
     all.sort_unstable();
-    all
+    Ok(all)
 }

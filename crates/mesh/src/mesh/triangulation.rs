@@ -9,6 +9,7 @@ use super::faces::{self, Crowded};
 use super::hanging::hanging_nodes;
 use super::simplex::{diameter, dihedral_angles, signed_measure, thickness};
 use super::{CellGeometry, CellKind, Mesh};
+use crate::cancel;
 use crate::error::{Error, Result};
 
 /// In place of the second cell of a boundary face.
@@ -268,10 +269,12 @@ impl Triangulation {
         self.cells
             .reserve_exact(blocks().map(|b| b.nodes.len()).sum());
         for block in blocks() {
+            cancel::check()?;
             self.cells.extend_from_slice(&block.nodes);
         }
         let mut used = vec![false; self.points.len()];
         for &node in &self.cells {
+            cancel::check()?;
             match used.get_mut(node as usize) {
                 Some(used) => *used = true,
                 None => {
@@ -282,7 +285,9 @@ impl Triangulation {
                 }
             }
         }
-        if let Some(cell) = self.orient_cells() {
+        let flat = self.orient_cells();
+        cancel::check()?;
+        if let Some(cell) = flat {
             return Err(self.refuse(
                 self.what_is_flat(cell),
                 "remove the cell or move its vertices",
@@ -332,6 +337,9 @@ impl Triangulation {
         let (dim, local) = (self.dim, self.dim + 1);
         let points = &self.points;
         let degenerate = |(cell, nodes): (usize, &mut [u32])| {
+            if cancel::cause().is_some() {
+                return None;
+            }
             let mut vertices = [[0.0; 3]; 4];
             for (vertex, &node) in vertices.iter_mut().zip(nodes.iter()) {
                 *vertex = points[node as usize];
@@ -357,8 +365,8 @@ impl Triangulation {
 
     fn number_faces(&mut self) -> Result<()> {
         let faces = match self.dim {
-            2 => faces::number::<2>(&self.cells, self.points.len()),
-            _ => faces::number::<3>(&self.cells, self.points.len()),
+            2 => faces::number::<2>(&self.cells, self.points.len())?,
+            _ => faces::number::<3>(&self.cells, self.points.len())?,
         };
         let faces = faces.map_err(|Crowded { face, cells }| {
             self.refuse(
@@ -388,7 +396,7 @@ impl Triangulation {
             .filter(|&face| self.is_boundary(face))
             .map(|face| self.face(face))
             .collect();
-        match hanging_nodes(&self.points, &boundary).first() {
+        match hanging_nodes(&self.points, &boundary)?.first() {
             None => Ok(()),
             Some(&(vertex, face)) => Err(self.refuse(
                 format!(
@@ -403,6 +411,14 @@ impl Triangulation {
 
     fn take_groups(&mut self, mesh: &Mesh, face_kind: CellKind) -> Result<()> {
         let mut groups = Vec::new();
+        // Where each block ends: a mesh may have as many blocks as cells.
+        let ends = mesh.block_ends();
+        let cell_of = |cell: u32| {
+            let at = ends.partition_point(|&end| end <= cell as usize);
+            let block = mesh.blocks.get(at)?;
+            let nodes = block.cells().nth(cell as usize + block.len() - ends[at])?;
+            Some((block.kind, nodes))
+        };
         for group in mesh
             .groups
             .iter()
@@ -410,7 +426,8 @@ impl Triangulation {
         {
             let mut faces = Vec::with_capacity(group.cells.len());
             for &cell in &group.cells {
-                let Some((kind, nodes)) = mesh.cell(cell) else {
+                cancel::check()?;
+                let Some((kind, nodes)) = cell_of(cell) else {
                     return Err(self.refuse(
                         format!(
                             "group {} names cell {cell}, which does not exist",

@@ -56,11 +56,7 @@ impl Mesh {
                     .into(),
             );
         }
-        let ends = self.blocks.iter().scan(0, |end, block| {
-            *end += block.len();
-            Some(*end)
-        });
-        let ends: Vec<usize> = ends.collect();
+        let ends = self.block_ends();
         for group in &self.groups {
             self.validate_group(group, &ends)
                 .map_err(|what| format!("group {} of dimension {} {what}", group.tag, group.dim))?;

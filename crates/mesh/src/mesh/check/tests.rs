@@ -29,7 +29,7 @@ fn square() -> Mesh {
 
 #[test]
 fn a_good_mesh_is_sound() {
-    let report = check(&square());
+    let report = check(&square()).unwrap();
     assert!(report.is_sound(), "{report:?}");
     assert_eq!(
         (report.ungrouped_boundary.count, report.parts.count),
@@ -47,7 +47,7 @@ fn a_good_mesh_is_sound() {
 fn inverted_degenerate_and_duplicate_cells() {
     let mut mesh = square();
     mesh.blocks[1].nodes.swap(0, 1);
-    let inverted = check(&mesh).inverted;
+    let inverted = check(&mesh).unwrap().inverted;
     assert_eq!(
         (inverted.count, inverted.first[0].cells.as_slice()),
         (1, &[5][..])
@@ -56,12 +56,12 @@ fn inverted_degenerate_and_duplicate_cells() {
 
     let mut mesh = square();
     mesh.points[4] = [0.5, 0.0, 0.0];
-    let report = check(&mesh);
+    let report = check(&mesh).unwrap();
     assert_eq!((report.degenerate.count, report.inverted.count), (1, 0));
 
     let mut mesh = square();
     mesh.blocks[1].nodes.extend([4, 0, 1]);
-    let report = check(&mesh);
+    let report = check(&mesh).unwrap();
     assert_eq!(report.duplicate.count, 1);
     assert_eq!(report.duplicate.first[0].cells, [5, 9]);
     assert_eq!(report.crowded_faces.count, 2);
@@ -78,7 +78,7 @@ fn orphans_parts_and_open_boundary() {
     ]);
     mesh.point_tags = (11..20).collect();
     mesh.blocks[1].nodes.extend([6, 7, 8]);
-    let report = check(&mesh);
+    let report = check(&mesh).unwrap();
     assert_eq!(
         (
             report.orphans.count,
@@ -98,7 +98,7 @@ fn hanging_nodes_in_two_and_three_dimensions() {
     // The side 1-2 is halved for a neighbour only.
     mesh.points.extend([[1.0, 0.5, 0.0], [2.0, 0.5, 0.0]]);
     mesh.blocks[1].nodes.extend([1, 6, 5, 5, 6, 2]);
-    let report = check(&mesh);
+    let report = check(&mesh).unwrap();
     assert_eq!(
         (
             report.hanging_nodes.count,
@@ -123,7 +123,7 @@ fn hanging_nodes_in_two_and_three_dimensions() {
         )],
         ..Mesh::default()
     };
-    let report = check(&solid);
+    let report = check(&solid).unwrap();
     assert_eq!(
         (
             report.hanging_nodes.count,
@@ -160,9 +160,45 @@ fn solids_of_all_shapes_are_the_right_way_round() {
         ],
         ..Mesh::default()
     };
-    let report = check(&mesh);
+    let report = check(&mesh).unwrap();
     assert!(report.is_sound(), "{report:?}");
     let mut wrong = mesh;
     wrong.blocks[2].nodes = vec![5, 10, 6, 1, 9, 2];
-    assert_eq!(check(&wrong).inverted.count, 1);
+    assert_eq!(check(&wrong).unwrap().inverted.count, 1);
+}
+
+/// Loose triangles in a row, in one heap with one far away, all at one place, and each inside the next: a face that looked at
+/// every point would take minutes.
+#[test]
+fn loose_triangles_take_no_time() {
+    let count = 10_000;
+    let triangle = |at: f64, size: f64| [[at, 0.0, 0.0], [at + size, 0.0, 0.0], [at, size, 0.0]];
+    let arranged = |place: &dyn Fn(usize) -> [[f64; 3]; 3]| Mesh {
+        points: (0..count).flat_map(place).collect(),
+        blocks: vec![CellBlock::new(
+            CellKind::Triangle,
+            (0..3 * count as u32).collect(),
+        )],
+        ..Mesh::default()
+    };
+    let last = |k: usize| f64::from(u8::from(k == count - 1));
+    for (mesh, hanging) in [
+        (arranged(&|k| triangle(2.0 * k as f64, 1.0)), 0),
+        (
+            arranged(&|k| triangle(2.0 * k as f64 + 1e12 * last(k), 1.0)),
+            0,
+        ),
+        (arranged(&|_| triangle(0.0, 1.0)), 0),
+        // On two of the sides of each lie corners of all that are smaller.
+        (
+            arranged(&|k| triangle(0.0, 1.0 + k as f64)),
+            2 * (count - 1),
+        ),
+    ] {
+        let report = check(&mesh).unwrap();
+        assert_eq!(
+            (report.parts.count, report.hanging_nodes.count),
+            (count, hanging)
+        );
+    }
 }
