@@ -249,10 +249,11 @@ def main():
     with tempfile.TemporaryDirectory() as place:
         home = Path(place)
         cases = Cases(program, home)
+        order = random.Random(arguments.seed).sample(range(len(cases.kinds)), len(cases.kinds))
         number = 0
         while number < arguments.runs if end is None else time.monotonic() < end:
             draw = random.Random(f"{arguments.seed} {number}")
-            damaged, words, fixed = cases.kinds[number % len(cases.kinds)]
+            damaged, words, fixed = cases.kinds[order[number % len(order)]]
             work = home / "work"
             shutil.rmtree(work, ignore_errors=True)
             work.mkdir()
