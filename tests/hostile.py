@@ -213,7 +213,7 @@ def wrong(program, work, words):
         return f"exit code {done.returncode}: {said[-400:]}"
     if "panicked" in said:
         return f"a panic: {said[-400:]}"
-    if done.returncode == 2 and "faceoff: " not in said and "error: " not in said:
+    if done.returncode == 2 and not said and b"undetermined" not in done.stdout:
         return "it fails and does not say why"
     if any(byte in done.stdout + done.stderr for byte in (0x1B, 0x07, 0x00)):
         return "what it prints speaks to the terminal"

@@ -276,7 +276,7 @@ fn bad_requests_are_refused_in_words() {
 }
 
 #[test]
-fn an_interrupted_run_leaves_no_report() {
+fn an_interrupted_run_leaves_no_result_but_says_so() {
     let folder = folder();
     let words = [
         "paper",
@@ -297,7 +297,12 @@ fn an_interrupted_run_leaves_no_report() {
     let ran = told(child.wait_with_output().unwrap());
     assert_eq!(ran.code, Some(2), "{}", ran.stderr);
     assert!(ran.stderr.contains("interrupted"), "{}", ran.stderr);
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    for file in ["out.json", "out/index.html", "out/paper.json"] {
+        let text = fs::read_to_string(folder.path().join(file)).unwrap();
+        assert!(text.contains("interrupted"), "{file}: {text}");
+    }
+    let files = fs::read_dir(folder.path().join("out")).unwrap();
+    assert_eq!(files.count(), 2);
 }
 
 #[test]

@@ -75,7 +75,12 @@ fn both_servers_run_what_is_asked_and_keep_what_is_told() {
         ];
         for (k, (command, code, has_methods)) in runs.into_iter().enumerate() {
             let report = format!("out-{k}");
-            let ran = shell(at, &script, &[(names[0], command), (names[1], &report)]);
+            let variables = [
+                (names[0], command),
+                (names[1], &report),
+                ("SANDBOX", "true"),
+            ];
+            let ran = shell(at, &script, &variables);
             assert_eq!(ran.code, Some(code), "{server}, {command}: {}", ran.stderr);
             let kept = at.join(&report);
             let told = ["faceoff.json", "junit.xml", "badge.svg", "index.html"];

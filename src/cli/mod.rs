@@ -22,7 +22,7 @@ use args::{Arguments, Command, Limits};
 use faceoff_judge::Verdict;
 use faceoff_mesh::cancel::{self, Cause};
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::memory;
+use faceoff_mesh::{file, memory};
 
 /// 0: agree, or done.
 const DONE: u8 = 0;
@@ -70,6 +70,7 @@ pub fn main() -> ExitCode {
         Ok(_) => wait(&ended, &arguments.limits, begun, most).unwrap_or_else(|e| {
             // It hears nothing: what it has not delivered it never will.
             arguments.command.output().give_up(&e);
+            file::abandon();
             Err(e)
         }),
         Err(e) => Err(Error::usage(

@@ -349,3 +349,64 @@ fn of_settings(settings: &Settings) -> Value {
         "launch": format!("{:?}", settings.launch),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::{self, Progress, Silent};
+    use faceoff_fem::scene::Scene;
+
+    /// The solver of this program, but for one mesh.
+    struct Refusing(Box<dyn Engine>);
+
+    impl Engine for Refusing {
+        fn name(&self) -> &str {
+            self.0.name()
+        }
+
+        fn probe(&self) -> Result<String> {
+            self.0.probe()
+        }
+
+        fn is_installed(&self) -> bool {
+            true
+        }
+
+        fn is_own(&self) -> bool {
+            true
+        }
+
+        fn run(
+            &self,
+            cases: &[&Case],
+            settings: &Settings,
+            progress: &dyn Progress,
+        ) -> Result<Run> {
+            if cases.iter().any(|case| case.n == Some(3)) {
+                return Err(Error::Solver {
+                    what: "it is singular".into(),
+                    remedy: "take another".into(),
+                });
+            }
+            self.0.run(cases, settings, progress)
+        }
+    }
+
+    #[test]
+    fn what_is_refused_of_one_case_costs_no_other_its_answer() {
+        let settings = Settings::default();
+        let scene = Scene::find("one-zone").unwrap();
+        let setups =
+            [2, 3, 4].map(|n| Setup::new(&scene, Some(n), Method::cr(), &settings).unwrap());
+        let cases = setups.each_ref().map(|setup| setup.case().unwrap());
+        let engines: Vec<Box<dyn Engine>> =
+            vec![Box::new(Refusing(engine::find(engine::OWN).unwrap()))];
+        let runner = Runner::new(&settings, &Silent);
+        let (answered, failures) = runner.side_by_side(&engines, &cases.each_ref()).unwrap();
+        let has_answer = [0, 1, 2].map(|k| answered[0].of(k).is_some());
+        assert_eq!(has_answer, [true, false, true]);
+        let message = "one-zone, cr, n = 3: solver: it is singular; take another";
+        assert_eq!(failures.len(), 1);
+        assert_eq!(failures[0].message, message);
+    }
+}

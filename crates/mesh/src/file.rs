@@ -6,7 +6,7 @@ use std::fs::{self, File, Permissions};
 use std::io::{self, Read};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Component, Path, PathBuf};
-use std::sync::Once;
+use std::sync::{Mutex, Once, PoisonError};
 use std::time::Duration;
 
 use tempfile::TempDir;
@@ -82,6 +82,25 @@ pub struct Temporary {
     _lock: File,
 }
 
+/// Those of this process, which [`abandon`] removes.
+static IN_USE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the temporary folders of a process that ends without waiting for what works in them.
+pub fn abandon() {
+    let in_use = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
+    for folder in in_use.iter() {
+        // The process ends whether this can be done or not.
+        let _ = fs::remove_dir_all(folder);
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        let mut in_use = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
+        in_use.retain(|folder| folder != self.folder.path());
+    }
+}
+
 /// By this temporary folders are known.
 const PREFIX: &str = "faceoff-";
 
@@ -109,6 +128,8 @@ impl Temporary {
             })
         };
         let new = made().map_err(Error::io(&place, "make a folder in"))?;
+        let mut in_use = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
+        in_use.push(new.path().to_owned());
         // What cannot be removed is no reason to do nothing.
         SWEPT.call_once(|| drop(sweep(&place, new.path())));
         Ok(new)

@@ -258,3 +258,22 @@ fn two_runs_are_the_same_and_threads_differ_by_rounding() {
         }
     }
 }
+
+/// 1e-17 beside g = 0 is what rounding leaves, and 1e-9 beside it is not.
+#[test]
+fn rounding_on_the_dirichlet_part_is_no_residual() {
+    let scene = Scene::find("one-zone").unwrap();
+    let mesh = scene.triangulation(Some(4)).unwrap();
+    let discretisation = Discretisation::of(&scene, "cr".parse().unwrap());
+    let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+    let mut u = newton(&problem).u;
+    let fixed = problem
+        .dirichlet
+        .iter()
+        .position(|g| *g == Some(0.0))
+        .unwrap();
+    u[fixed] = 1e-17;
+    assert!(problem.backward_error(&u).0 < 1e-14);
+    u[fixed] = 1e-9;
+    assert_eq!(problem.backward_error(&u), (1.0, Some(fixed)));
+}

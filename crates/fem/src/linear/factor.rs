@@ -231,7 +231,7 @@ fn choose(
             choice.predicted_mb,
             there.unwrap_or(0) as f64 / 1e6
         ),
-        remedy: "take a coarser mesh, --precision f32-refined, --linear iterative with cr, or a machine with more memory".into(),
+        remedy: "take a coarser mesh, --precision f32-refined, --linear iterative with cr, or a machine with more memory; or allow more with --memory".into(),
     })
 }
 
