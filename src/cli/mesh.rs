@@ -15,7 +15,7 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::io::vtu::{Compressor, Encoding};
 use faceoff_mesh::io::{self, Content, Format, Options, msh};
-use faceoff_mesh::mesh::check::{Findings, Report as Found, check};
+use faceoff_mesh::mesh::check::{Defects, Soundness, check};
 use faceoff_mesh::mesh::refine::refine;
 use faceoff_mesh::mesh::{CellKind, Mesh};
 
@@ -205,8 +205,8 @@ fn holds<'a>(holds: &Holds) -> Vec<Block<'a>> {
     blocks
 }
 
-fn check_report<'a>(file: &Path, found: &'a Found) -> Result<Report<'a>> {
-    let kinds: [(&str, &Findings); 8] = [
+fn check_report<'a>(file: &Path, found: &'a Soundness) -> Result<Report<'a>> {
+    let kinds: [(&str, &Defects); 8] = [
         ("inverted cells", &found.inverted),
         ("degenerate cells", &found.degenerate),
         ("duplicate cells", &found.duplicate),

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::json::{Judged, csv};
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells};
-use crate::campaigns::stress::{self, Finding, StressOutcome};
+use crate::campaigns::stress::{self, Behaviour, StressOutcome};
 use crate::engine::unique;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
@@ -23,13 +23,13 @@ const AMPLIFIED: &str = "An estimate, from below, of Skeel's condition number of
 /// None but of a broken installation.
 pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     let count =
-        |of: fn(&Finding) -> bool| outcome.entries.iter().filter(|c| of(&c.verdict)).count();
-    let wrong = count(Finding::is_wrong);
+        |of: fn(&Behaviour) -> bool| outcome.entries.iter().filter(|c| of(&c.verdict)).count();
+    let wrong = count(Behaviour::is_wrong);
     let headline = format!(
         "{} hold, {} degrade, {} refuse, {wrong} wrong",
-        count(|v| *v == Finding::Holds),
-        count(|v| matches!(v, Finding::Degrades { .. })),
-        count(|v| matches!(v, Finding::Refuses { .. })),
+        count(|v| *v == Behaviour::Holds),
+        count(|v| matches!(v, Behaviour::Degrades { .. })),
+        count(|v| matches!(v, Behaviour::Refuses { .. })),
     );
     let (verdict, word) = match wrong {
         0 => (Verdict::Agree, "nothing wrong"),
@@ -96,17 +96,17 @@ fn find<'a>(
 }
 
 /// One verdict, short.
-fn word(verdict: &Finding) -> String {
+fn word(verdict: &Behaviour) -> String {
     match verdict {
-        Finding::Holds => "holds".into(),
-        Finding::Degrades { factor } if *factor < 100.0 => format!("× {factor:.1}"),
-        Finding::Degrades { factor } => format!("× {factor:.0e}"),
-        Finding::Refuses { .. } => "refuses".into(),
-        Finding::Wrong { .. } => "wrong".into(),
+        Behaviour::Holds => "holds".into(),
+        Behaviour::Degrades { factor } if *factor < 100.0 => format!("× {factor:.1}"),
+        Behaviour::Degrades { factor } => format!("× {factor:.0e}"),
+        Behaviour::Refuses { .. } => "refuses".into(),
+        Behaviour::Wrong { .. } => "wrong".into(),
     }
 }
 
-/// Finding and steps.
+/// Behaviour and steps.
 fn became(cell: &stress::Entry) -> String {
     let steps = cell.steps.map(|steps| format!(", {steps}"));
     word(&cell.verdict) + &steps.unwrap_or_default()
@@ -140,8 +140,8 @@ fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<String> {
     let mut said: Vec<(String, Vec<String>)> = Vec::new();
     for cell in entries(outcome, engine) {
         let sentence = match &cell.verdict {
-            Finding::Refuses { sentence } => format!("refuses: {sentence}"),
-            Finding::Wrong { why } => format!("wrong: {why}"),
+            Behaviour::Refuses { sentence } => format!("refuses: {sentence}"),
+            Behaviour::Wrong { why } => format!("wrong: {why}"),
             _ => continue,
         };
         let place = format!("{} {} {}", cell.family, cell.value, cell.method);
@@ -159,7 +159,7 @@ fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<String> {
 fn suite(outcome: &StressOutcome, engine: &str) -> Suite {
     let cases = entries(outcome, engine).map(|cell| {
         let (verdict, message) = match &cell.verdict {
-            Finding::Wrong { why } => (Verdict::Disagree, why.clone()),
+            Behaviour::Wrong { why } => (Verdict::Disagree, why.clone()),
             _ => (Verdict::Agree, String::new()),
         };
         let class = format!("{engine}.{}", cell.method);
@@ -177,7 +177,7 @@ fn cells_csv(outcome: &StressOutcome) -> String {
     let head = "engine,method,family,value,verdict,factor,error,reference,digits,steps,residual,condition,sentence";
     let of = |cell: &stress::Entry| {
         let mut fields = json!(cell);
-        if let Finding::Wrong { why } = &cell.verdict {
+        if let Behaviour::Wrong { why } = &cell.verdict {
             fields["sentence"] = json!(why);
         }
         fields

@@ -27,7 +27,7 @@ pub struct Entry {
     pub family: &'static str,
     pub value: String,
     #[serde(flatten)]
-    pub verdict: Finding,
+    pub verdict: Behaviour,
     /// The larger of the relative errors in the energy norm and in L².
     pub error: Option<f64>,
     /// The same of the moderate problem.
@@ -44,7 +44,7 @@ pub struct Entry {
 /// What became of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "verdict", rename_all = "kebab-case")]
-pub enum Finding {
+pub enum Behaviour {
     /// The error is that of moderate values.
     Holds,
     /// The error is so many times that of moderate values.
@@ -62,7 +62,7 @@ impl Entry {
             method: method.to_string(),
             family: trial.family,
             value: trial.value.clone(),
-            verdict: Finding::Holds,
+            verdict: Behaviour::Holds,
             error: None,
             reference: None,
             digits: None,
@@ -72,20 +72,20 @@ impl Entry {
         }
     }
 
-    fn but(self, verdict: Finding) -> Self {
+    fn but(self, verdict: Behaviour) -> Self {
         Entry { verdict, ..self }
     }
 }
 
-impl Finding {
+impl Behaviour {
     fn refuses(sentence: &str) -> Self {
-        Finding::Refuses {
+        Behaviour::Refuses {
             sentence: sentence.to_owned(),
         }
     }
 
     pub fn is_wrong(&self) -> bool {
-        matches!(self, Finding::Wrong { .. })
+        matches!(self, Behaviour::Wrong { .. })
     }
 }
 
@@ -141,7 +141,7 @@ fn of_trial(
 ) -> Result<Entry> {
     let (case, answer) = match extreme {
         Ok(answered) => answered,
-        Err(sentence) => return Ok(entry.but(Finding::refuses(sentence))),
+        Err(sentence) => return Ok(entry.but(Behaviour::refuses(sentence))),
     };
     let steps = answer.increments.len();
     entry.steps = Some(steps);
@@ -149,12 +149,12 @@ fn of_trial(
     let amplified = condition(&case.problem, &answer.u, linear::Settings::default()).ok();
     entry.condition = amplified.filter(|condition| condition.is_finite());
     let (residual, history) = (answer.residual, answer.history.as_ref());
-    let wrong = |why: &str| Finding::Wrong { why: why.into() };
+    let wrong = |why: &str| Behaviour::Wrong { why: why.into() };
     let at_once = match history.map(|history| history.ended) {
-        Some(Ended::Undetermined) if !answer.converged => Some(Finding::refuses(&format!(
+        Some(Ended::Undetermined) if !answer.converged => Some(Behaviour::refuses(&format!(
             "the matrix is singular to working precision; rounding decides what u is, with a backward error of {residual:.1e}"
         ))),
-        _ if !answer.converged => Some(Finding::refuses(&format!(
+        _ if !answer.converged => Some(Behaviour::refuses(&format!(
             "not reached in {steps} steps; the best iterate has the backward error {residual:.1e}"
         ))),
         _ if trial.must_refuse => Some(wrong("it answers, and there is no solution")),
@@ -189,13 +189,13 @@ fn of_trial(
     entry.reference = Some(reference);
     let factor = error / reference.max(NEGLIGIBLE);
     entry.verdict = if error <= (trial.room * reference).max(NEGLIGIBLE) {
-        Finding::Holds
+        Behaviour::Holds
     } else if !trial.is_parameter && !(error <= NOTHING_LEFT) && reference < 0.1 * NOTHING_LEFT {
         wrong(&format!(
             "the relative error is {error:.1e}, and at moderate values {reference:.1e}"
         ))
     } else {
-        Finding::Degrades { factor }
+        Behaviour::Degrades { factor }
     };
     Ok(entry)
 }
@@ -251,21 +251,22 @@ mod tests {
         };
         let outcome = stress(&request, &Silent).unwrap();
         let of =
-            |want: fn(&Finding) -> bool| outcome.entries.iter().filter(move |c| want(&c.verdict));
-        let wrong: Vec<_> = of(Finding::is_wrong).collect();
+            |want: fn(&Behaviour) -> bool| outcome.entries.iter().filter(move |c| want(&c.verdict));
+        let wrong: Vec<_> = of(Behaviour::is_wrong).collect();
         assert!(wrong.is_empty(), "{wrong:#?}");
         // Units are no extreme.
         for cell in &outcome.entries {
             if ["data", "domain"].contains(&cell.family) {
-                assert_eq!(cell.verdict, Finding::Holds, "{cell:?}");
+                assert_eq!(cell.verdict, Behaviour::Holds, "{cell:?}");
                 assert!(cell.digits.unwrap() > 10.0, "{cell:?}");
             }
         }
         // What has no solution is refused by all, and with a sentence.
         let unsolvable = |c: &&Entry| c.value.starts_with("floating, ");
-        let refused = of(|v| matches!(v, Finding::Refuses { sentence } if sentence.contains("; ")));
+        let refused =
+            of(|v| matches!(v, Behaviour::Refuses { sentence } if sentence.contains("; ")));
         assert_eq!(refused.filter(unsolvable).count(), 3 * methods.len());
-        assert!(of(|v| *v == Finding::Holds).count() > outcome.entries.len() / 2);
+        assert!(of(|v| *v == Behaviour::Holds).count() > outcome.entries.len() / 2);
     }
 
     fn tried(scene: Scene) -> Result<Vec<Entry>> {
@@ -336,15 +337,15 @@ mod tests {
             let found = judge(&runner, &Liar(lie), Method::cr(), trials);
             found.unwrap().remove(0).verdict
         };
-        assert_eq!(verdict(|_| {}, &trial), Finding::Holds);
+        assert_eq!(verdict(|_| {}, &trial), Behaviour::Holds);
         assert!(verdict(|a| a.u[7] = f64::NAN, &trial).is_wrong());
         assert!(verdict(|a| a.residual = 1e-3, &trial).is_wrong());
         assert!(verdict(|a| a.residual = f64::NAN, &trial).is_wrong());
         assert!(verdict(|a| a.u.iter_mut().for_each(|u| *u *= 2.0), &trial).is_wrong());
         let slightly = verdict(|a| a.u.iter_mut().for_each(|u| *u *= 1.2), &trial);
-        assert!(matches!(slightly, Finding::Degrades { factor } if factor > 1.2));
+        assert!(matches!(slightly, Behaviour::Degrades { factor } if factor > 1.2));
         let unreached = verdict(|a| a.converged = false, &trial);
-        assert!(matches!(unreached, Finding::Refuses { .. }));
+        assert!(matches!(unreached, Behaviour::Refuses { .. }));
         trial.must_refuse = true;
         assert!(verdict(|_| {}, &trial).is_wrong());
     }

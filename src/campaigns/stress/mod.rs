@@ -11,7 +11,7 @@ mod unit_tests;
 
 use serde::Serialize;
 
-pub use judge::{Entry, Finding};
+pub use judge::{Behaviour, Entry};
 pub use trial::Trial;
 
 use crate::engine::{Engine, Progress, Settings};

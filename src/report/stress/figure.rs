@@ -4,7 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::{amplified, find, lines, methods, word};
-use crate::campaigns::stress::{Entry, Finding, StressOutcome};
+use crate::campaigns::stress::{Behaviour, Entry, StressOutcome};
 use crate::report::drawing::{Drawing, Drawn, font};
 use crate::report::model::Figure;
 
@@ -98,12 +98,12 @@ impl Drawing for Map<'_> {
 }
 
 /// Pale for what holds, from yellow to orange by decades of what is lost, grey for words, dark red for what is wrong.
-fn colour(verdict: &Finding) -> RGBColor {
+fn colour(verdict: &Behaviour) -> RGBColor {
     match verdict {
-        Finding::Holds => RGBColor(200, 230, 201),
-        Finding::Degrades { factor } => warm(factor.log10() / 6.0),
-        Finding::Refuses { .. } => RGBColor(207, 216, 220),
-        Finding::Wrong { .. } => RGBColor(229, 57, 53),
+        Behaviour::Holds => RGBColor(200, 230, 201),
+        Behaviour::Degrades { factor } => warm(factor.log10() / 6.0),
+        Behaviour::Refuses { .. } => RGBColor(207, 216, 220),
+        Behaviour::Wrong { .. } => RGBColor(229, 57, 53),
     }
 }
 

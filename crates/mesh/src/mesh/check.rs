@@ -19,23 +19,23 @@ const FLAT: f64 = 1e-12;
 
 /// What [`check`] found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Report {
+pub struct Soundness {
     /// Cells with a negative measure: clockwise ones of a planar mesh, inverted solids.
-    pub inverted: Findings,
+    pub inverted: Defects,
     /// Cells with a repeated node, or with nearly no area or volume.
-    pub degenerate: Findings,
+    pub degenerate: Defects,
     /// Cells with the same corners as an earlier one of the same type.
-    pub duplicate: Findings,
+    pub duplicate: Defects,
     /// Points that belong to no cell other than vertices.
-    pub orphans: Findings,
+    pub orphans: Defects,
     /// Faces that three or more cells share.
-    pub crowded_faces: Findings,
+    pub crowded_faces: Defects,
     /// Points inside a face or edge without being one of its corners.
-    pub hanging_nodes: Findings,
+    pub hanging_nodes: Defects,
     /// Faces of one cell only that are in no group.
-    pub ungrouped_boundary: Findings,
+    pub ungrouped_boundary: Defects,
     /// Parts that share no face, each located by its first cell; a connected mesh has one.
-    pub parts: Findings,
+    pub parts: Defects,
     /// Angles of triangles and quadrangles, dihedral angles of tetrahedra.
     pub smallest_angle: Option<Angle>,
     pub largest_angle: Option<Angle>,
@@ -43,14 +43,14 @@ pub struct Report {
 
 /// The number of findings, and the first few of them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct Findings {
+pub struct Defects {
     pub count: usize,
-    pub first: Vec<Finding>,
+    pub first: Vec<Defect>,
 }
 
 /// One finding.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Finding {
+pub struct Defect {
     /// The file's numbers of the cells concerned.
     pub cells: Vec<u64>,
     /// The file's numbers of the points concerned.
@@ -67,7 +67,7 @@ pub struct Angle {
     pub at: [f64; 3],
 }
 
-impl Report {
+impl Soundness {
     /// Whether a solver can use the mesh: angles and boundary faces without a group do not count.
     pub fn is_sound(&self) -> bool {
         let faults = [
@@ -82,8 +82,8 @@ impl Report {
     }
 }
 
-impl Findings {
-    fn add(&mut self, finding: impl FnOnce() -> Finding) {
+impl Defects {
+    fn add(&mut self, finding: impl FnOnce() -> Defect) {
         self.count += 1;
         if self.first.len() < SHOWN {
             self.first.push(finding());
@@ -96,7 +96,7 @@ impl Findings {
 ///
 /// # Errors
 /// [`crate::Error::Ended`].
-pub fn check(mesh: &Mesh) -> Result<Report> {
+pub fn check(mesh: &Mesh) -> Result<Soundness> {
     let checker = Checker {
         mesh,
         dim: mesh.dim(),
@@ -105,7 +105,7 @@ pub fn check(mesh: &Mesh) -> Result<Report> {
     let sides = all_sides(mesh, checker.dim)?;
     let (inverted, degenerate) = checker.measures()?;
     let (smallest_angle, largest_angle) = checker.angles()?;
-    Ok(Report {
+    Ok(Soundness {
         inverted,
         degenerate,
         duplicate: checker.duplicates()?,
@@ -127,8 +127,8 @@ struct Checker<'a> {
 }
 
 impl Checker<'_> {
-    fn hanging(&self, sides: &[Side]) -> Result<Findings> {
-        let mut findings = Findings::default();
+    fn hanging(&self, sides: &[Side]) -> Result<Defects> {
+        let mut findings = Defects::default();
         if self.dim < 2 {
             return Ok(findings);
         }
@@ -155,9 +155,9 @@ impl Checker<'_> {
         self.tags.get(cell as usize).copied().unwrap_or(0)
     }
 
-    fn finding(&self, cells: &[u32], points: &[u32]) -> Finding {
+    fn finding(&self, cells: &[u32], points: &[u32]) -> Defect {
         let sum: Vector3<f64> = points.iter().map(|&point| self.point(point)).sum();
-        Finding {
+        Defect {
             cells: cells.iter().map(|&cell| self.tag(cell)).collect(),
             points: points
                 .iter()
@@ -174,8 +174,8 @@ impl Checker<'_> {
         })
     }
 
-    fn measures(&self) -> Result<(Findings, Findings)> {
-        let (mut inverted, mut degenerate) = (Findings::default(), Findings::default());
+    fn measures(&self) -> Result<(Defects, Defects)> {
+        let (mut inverted, mut degenerate) = (Defects::default(), Defects::default());
         // A planar mesh is seen from above; for a surface, most of its cells decide.
         let up = match self.mesh.plane().filter(|_| self.dim == 2) {
             Some(2) => Some(Vector3::z()),
@@ -280,8 +280,8 @@ impl Checker<'_> {
         spans.iter().map(volume).fold(f64::INFINITY, f64::min)
     }
 
-    fn duplicates(&self) -> Result<Findings> {
-        let mut findings = Findings::default();
+    fn duplicates(&self) -> Result<Defects> {
+        let mut findings = Defects::default();
         let mut all: Vec<(Shape, Vec<u32>, u32)> = Vec::new();
         // Faces, lines and tetrahedra fit the fixed key; only larger solids need a list.
         let mut small: Vec<(Shape, FaceKey, u32)> = Vec::new();
@@ -310,7 +310,7 @@ impl Checker<'_> {
         Ok(findings)
     }
 
-    fn orphans(&self) -> Result<Findings> {
+    fn orphans(&self) -> Result<Defects> {
         let mut used = vec![false; self.mesh.points.len()];
         for (_, kind, nodes) in self.mesh.cells() {
             cancel::check()?;
@@ -322,15 +322,15 @@ impl Checker<'_> {
                 }
             }
         }
-        let mut findings = Findings::default();
+        let mut findings = Defects::default();
         for (point, _) in (0u32..).zip(&used).filter(|(_, used)| !**used) {
             findings.add(|| self.finding(&[], &[point]));
         }
         Ok(findings)
     }
 
-    fn crowded(&self, sides: &[Side]) -> Result<Findings> {
-        let mut findings = Findings::default();
+    fn crowded(&self, sides: &[Side]) -> Result<Defects> {
+        let mut findings = Defects::default();
         for face in sides.chunk_by(|a, b| a.key == b.key) {
             cancel::check()?;
             if face.len() <= 2 {
@@ -342,7 +342,7 @@ impl Checker<'_> {
         Ok(findings)
     }
 
-    fn ungrouped(&self, sides: &[Side]) -> Result<Findings> {
+    fn ungrouped(&self, sides: &[Side]) -> Result<Defects> {
         let mut grouped = vec![false; self.tags.len()];
         for group in self
             .mesh
@@ -364,7 +364,7 @@ impl Checker<'_> {
             Ok(key(nodes.iter().copied()))
         });
         let marked = marked.collect::<Result<HashSet<FaceKey>>>()?;
-        let mut findings = Findings::default();
+        let mut findings = Defects::default();
         for side in boundary(sides).filter(|side| !marked.contains(&side.key)) {
             cancel::check()?;
             findings.add(|| self.finding(&[side.cell], &nodes_of(&side.key)));
@@ -372,7 +372,7 @@ impl Checker<'_> {
         Ok(findings)
     }
 
-    fn parts(&self, sides: &[Side]) -> Result<Findings> {
+    fn parts(&self, sides: &[Side]) -> Result<Defects> {
         let mut parts = Union::new(self.tags.len());
         for pair in sides.windows(2) {
             cancel::check()?;
@@ -380,7 +380,7 @@ impl Checker<'_> {
                 parts.join(pair[0].cell, pair[1].cell);
             }
         }
-        let mut findings = Findings::default();
+        let mut findings = Defects::default();
         for (cell, shape, nodes) in self.cells() {
             cancel::check()?;
             if shape.dim() == self.dim && parts.root(cell) == cell {
