@@ -198,10 +198,6 @@ fn memory_that_may_not_be_taken_is_not() {
             "--memory",
         ),
         (
-            &["stress", "transition-1.5", "--memory", "1MB"],
-            "may be taken",
-        ),
-        (
             &[
                 "solve",
                 "one-zone-3d",
@@ -229,6 +225,33 @@ fn memory_that_may_not_be_taken_is_not() {
     assert_eq!(ran.code, Some(2), "{}", ran.stderr);
     let ran = run(path, &["solve", "one-zone", "--memory", "none"]);
     assert!(ran.stderr.contains("no size of memory"), "{}", ran.stderr);
+}
+
+/// What nobody predicts, and what an engine takes.
+#[test]
+fn memory_of_engines_counts() {
+    let folder = folder();
+    let path = folder.path();
+    let script = "import time\nheld = b'1' * (400 << 20)\ntime.sleep(600)\n";
+    write(path, "hungry.py", script);
+    let engine = "name = \"hungry\"\ncommand = [\"python3\", \"hungry.py\"]\n";
+    write(path, "hungry.toml", engine);
+    let engines = [
+        "verify",
+        "one-zone",
+        "--n",
+        "4",
+        "--engines",
+        "rust,hungry.toml",
+    ];
+    let ran = run(
+        path,
+        &[&engines[..], &["--memory", "200MB", "--json", "out.json"]].concat(),
+    );
+    assert_eq!(ran.code, Some(2), "{}{}", ran.stdout, ran.stderr);
+    assert!(ran.stderr.contains("200 MB may be taken"), "{}", ran.stderr);
+    let json = fs::read_to_string(path.join("out.json")).unwrap();
+    assert!(json.contains("200 MB may be taken"), "{json}");
 }
 
 /// A limit on threads and memory from outside is no reason for a panic.

@@ -449,7 +449,7 @@ fn an_interruption_ends_everything() {
     assert_eq!(ran.code, Some(2), "{}", ran.stderr);
     assert!(ran.stderr.contains("interrupted"), "{}", ran.stderr);
     until(|| !is_running(&asleep(1654)), "the engine is gone");
-    let json = std::fs::read_to_string(folder.path().join("out.json")).unwrap();
+    let json = fs::read_to_string(folder.path().join("out.json")).unwrap();
     assert!(json.contains("interrupted"), "{json}");
 }
 

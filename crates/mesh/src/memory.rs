@@ -24,7 +24,7 @@ pub fn require(bytes: f64, what: &str) -> Result<()> {
     }
     Err(Error::usage(
         format!(
-            "{what} would take about {:.0} MB of memory, and {:.0} MB can be had",
+            "{what} would take about {:.1} MB of memory, and {:.1} MB can be had",
             bytes / 1e6,
             there / 1e6
         ),
@@ -133,7 +133,7 @@ mod tests {
         assert!(available().is_none_or(|bytes| bytes > 0));
         assert!(require(1e3, "a page").is_ok());
         let refused = require(1e18, "a mesh of 7 cells").unwrap_err().to_string();
-        let said = "a mesh of 7 cells would take about 1000000000000 MB of memory, and ";
+        let said = "a mesh of 7 cells would take about 1000000000000.0 MB of memory, and ";
         assert!(refused.starts_with(said), "{refused}");
     }
 }
