@@ -37,7 +37,7 @@ pub fn write(
     Ok(warnings)
 }
 
-/// The bytes that [`fn@write`] writes; `path` is only for messages.
+/// The bytes that `write` writes; `path` is only for messages.
 ///
 /// # Errors
 /// The mesh is not sound, or the version cannot hold it.
