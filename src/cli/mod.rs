@@ -51,8 +51,9 @@ pub fn main() -> ExitCode {
         .init();
     let (done, ended) = mpsc::channel();
     let begun = Instant::now();
-    if let Some(limit) = arguments.limits.time_limit {
-        cancel::set_deadline(begun + limit);
+    let limit = arguments.limits.time_limit;
+    if let Some(deadline) = limit.and_then(|limit| begun.checked_add(limit)) {
+        cancel::set_deadline(deadline);
     }
     if let Some(most) = arguments.limits.memory {
         memory::set_limit(most);
@@ -67,24 +68,25 @@ pub fn main() -> ExitCode {
         thread.spawn(work).map_err(|e| e.to_string())
     });
     let code = match thread {
-        Ok(_) => wait(&ended, &arguments.limits, begun, most).unwrap_or_else(|e| {
-            // It hears nothing: what it has not delivered it never will.
-            arguments.command.output().give_up(&e);
-            file::abandon();
-            Err(e)
-        }),
+        Ok(_) => wait(&ended, &arguments.limits, begun, most),
         Err(e) => Err(Error::usage(
             format!("no thread can be started: {e}"),
             "close other programs, or allow more processes (ulimit -u)",
         )),
     };
-    match code {
-        Ok(code) => ExitCode::from(code),
-        Err(e) => {
+    let code = code.unwrap_or_else(|e| {
+        // The command hears nothing: what it has not delivered it never will.
+        arguments.command.output().give_up(&e);
+        file::abandon();
+        Err(e)
+    });
+    code.map_or_else(
+        |e| {
             note!("faceoff: {e}");
             ExitCode::from(FAILED)
-        }
-    }
+        },
+        ExitCode::from,
+    )
 }
 
 /// Starts the threads that compute, as many as there are processors, or one where there may be no more.
