@@ -303,3 +303,25 @@ fn nothing_outlives_an_engine() {
         assert!(!is_running, "sleep {number} outlived its engine");
     }
 }
+
+/// Names of files need not be Unicode.
+#[test]
+fn a_name_that_is_no_text_is_a_name() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = folder();
+    let name = OsStr::from_bytes(b"kept-\xff");
+    let words = [
+        "verify",
+        "one-zone",
+        "--n",
+        "4",
+        "--engines",
+        "rust,freefem",
+    ];
+    let mut command = faceoff(folder.path());
+    command.args(words).args(["--report", "page", "--record"]);
+    let ran = told(command.arg(name).output().unwrap());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    assert!(folder.path().join(name).join("baseline.json").is_file());
+}

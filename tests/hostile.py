@@ -83,9 +83,9 @@ def damage(data, random):
     return bytes(data)
 
 
-# Answers zeros, of the right number, and claims to have converged.
-ZEROS = """
-import json, os, pathlib
+# Answers a constant that solves nothing, of the right number, and claims to have converged.
+CONSTANT = """
+import json, os, pathlib, struct
 job = json.loads(pathlib.Path("job.json").read_text())
 cases = []
 for case in job["cases"]:
@@ -93,13 +93,13 @@ for case in job["cases"]:
     cells = os.path.getsize(case["mesh"]["cells"]) // (8 * (dimension + 1))
     rows = cells * {"CR": dimension + 1, "P1": dimension + 1, "P2": (dimension + 1) * (dimension + 2) // 2}[case["element"]]
     dofs = "out/" + case["id"] + ".dofs.f64"
-    pathlib.Path(dofs).write_bytes(bytes(8 * rows))
+    pathlib.Path(dofs).write_bytes(struct.pack("<d", 0.12345) * rows)
     cases.append({"id": case["id"], "converged": True, "iterations": 1, "increments": [0.0], "rows": rows, "dofs": dofs})
 pathlib.Path("out/status.json").write_text(json.dumps({"protocol": 1, "version": "1", "cases": cases}))
 """
 
 # The same, and then what stands beside it, damaged, takes the place of its answer.
-DAMAGED = ZEROS + """
+DAMAGED = CONSTANT + """
 import shutil
 home = pathlib.Path(HOME)
 for name in ("status.json", "case-0.dofs.f64"):
@@ -120,21 +120,21 @@ class Cases:
         seeds = [p for p in (SOURCE / "fuzz/seeds").rglob("*") if p.is_file()]
         meshes = sorted(seeds) + sorted((SOURCE / "meshes").glob("*.msh"))
         scenes = sorted((SOURCE / "crates/fem/src/scene/builtin").glob("*.toml"))
-        (home / "zeros.py").write_text(ZEROS)
-        (home / "zeros.toml").write_text('name = "zeros"\ncommand = ["python3", "zeros.py"]\n')
+        (home / "constant.py").write_text(CONSTANT)
+        (home / "constant.toml").write_text('name = "constant"\ncommand = ["python3", "constant.py"]\n')
 
         def ran(*words):
             done = subprocess.run([program, *words], cwd=home, capture_output=True, check=False)
             assert done.returncode in (0, 1), (words, done.stderr.decode())
 
-        zeros = ("--engines", "rust,zeros.toml", "--methods", "cr", "--n", "4")
-        ran("verify", "one-zone", *zeros, "--resume", "journal")
-        ran("verify", "one-zone", *zeros, "--keep", "kept")
+        constant = ("--engines", "rust,constant.toml", "--methods", "cr", "--n", "4")
+        ran("verify", "one-zone", *constant, "--resume", "journal")
+        ran("verify", "one-zone", *constant, "--keep", "kept")
         ran("solve", "one-zone", "--n", "3", "--out", "solved.vtu")
         recorded = (SOURCE / "tests/baseline/baseline.json").read_bytes()
         journal = (home / "journal/journal.jsonl").read_bytes()
-        status = (home / "kept/zeros/out/status.json").read_bytes()
-        dofs = (home / "kept/zeros/out/case-0.dofs.f64").read_bytes()
+        status = (home / "kept/constant/out/status.json").read_bytes()
+        dofs = (home / "kept/constant/out/case-0.dofs.f64").read_bytes()
         solved = [(home / name).read_bytes() for name in ("solved.vtu", "solved-faces.vtu")]
 
         def other(text):
@@ -155,7 +155,7 @@ class Cases:
                 self.add({name: data}, words)
         for path in scenes:
             self.add({"s.toml": path.read_bytes()}, ["solve", "s.toml", "--n", "4", "--max-iterations", "5"])
-            words = ["verify", "s.toml", "--engines", "rust,zeros.toml", "--methods", "cr", "--n", "3"]
+            words = ["verify", "s.toml", "--engines", "rust,constant.toml", "--methods", "cr", "--n", "3"]
             self.add({"s.toml": path.read_bytes()}, words)
         for text in (CSV, PLACES, FACES):
             fixed = {"b.csv": other(text).encode()}
@@ -170,9 +170,9 @@ class Cases:
         self.add({"a.sol": sol}, ["compare", "a.sol", "b.csv"], {"a.mesh": medit, "b.csv": b"vertex,u\n0,9\n1,9\n2,9\n"})
         against = ["verify", "one-zone", "--against", "base", "--n", "5", "--methods", "cr"]
         self.add({"base/baseline.json": recorded}, against)
-        resume = ["verify", "one-zone", *zeros, "--resume", "j"]
+        resume = ["verify", "one-zone", *constant, "--resume", "j"]
         self.add({"j/journal.jsonl": journal}, resume)
-        engine = (home / "zeros.toml").read_bytes()
+        engine = (home / "constant.toml").read_bytes()
         self.add({"e.toml": engine}, ["verify", "one-zone", "--engines", "rust,e.toml", "--methods", "cr", "--n", "3"])
         answer = {
             "damaged.py": DAMAGED.replace("HOME", repr(str(home / "work/answer"))).encode(),
@@ -257,7 +257,7 @@ def main():
             work = home / "work"
             shutil.rmtree(work, ignore_errors=True)
             work.mkdir()
-            for name in ("zeros.py", "zeros.toml"):
+            for name in ("constant.py", "constant.toml"):
                 shutil.copy(home / name, work)
             for name, data in fixed.items():
                 (work / name).write_bytes(data)
