@@ -276,8 +276,11 @@ fn a_system_that_gives_no_threads_is_told() {
 fn nothing_outlives_an_engine() {
     let folder = folder();
     let path = folder.path();
-    let script = "setsid sleep 7771 & (setsid setsid sleep 7772 &) ; sleep 7773";
-    write(path, "hang.sh", script);
+    // Those of another run of this test have other numbers.
+    let numbers = [1, 2, 3].map(|k| format!("{k}{}", std::process::id()));
+    let [a, b, c] = &numbers;
+    let script = format!("setsid sleep {a} & (setsid setsid sleep {b} &) ; sleep {c}");
+    write(path, "hang.sh", &script);
     write(
         path,
         "mine.toml",
@@ -298,7 +301,7 @@ fn nothing_outlives_an_engine() {
     assert!(ran.stderr.contains("did not end within"), "{}", ran.stderr);
     std::thread::sleep(Duration::from_millis(100));
     let processes = told(Command::new("ps").args(["-eo", "args"]).output().unwrap());
-    for number in ["7771", "7772", "7773"] {
+    for number in numbers {
         let is_running = processes.stdout.contains(&format!("sleep {number}"));
         assert!(!is_running, "sleep {number} outlived its engine");
     }
