@@ -147,7 +147,7 @@ fn a_signal_and_a_time_limit_end_every_command() {
         &["stress", "transition-1.5"],
         &["study", "one-zone", "--budget", "10m"],
         &["paper", "--n", "64,128"],
-        &["mesh", "refine", "m.msh", "fine.msh", "--times", "5"],
+        &["mesh", "refine", "m.msh", "fine.msh", "--times", "4"],
     ];
     for words in commands {
         let limited = [words, &["--time-limit", "1", "--json", "out.json"]].concat();
