@@ -529,6 +529,17 @@ raise SystemExit("error " + ", ".join(told))
         seen.contains("do-not-tell, do-not-tell, written, connected"),
         "{seen}"
     );
+    // In a chroot the system makes no namespaces: then nothing is run, rather than without a sandbox.
+    let mut probe = std::process::Command::new("bwrap");
+    let probe = probe.args(["--unshare-all", "--ro-bind", "/", "/", "true"]);
+    if !probe.status().is_ok_and(|status| status.success()) {
+        let seen = look(&["--sandbox"]);
+        assert!(
+            seen.contains("bwrap") && !seen.contains("do-not-tell"),
+            "{seen}"
+        );
+        return;
+    }
     let written = home.join("secret.mine");
     fs::remove_file(&written).unwrap();
     let seen = look(&["--sandbox"]);
