@@ -101,8 +101,8 @@ impl Drop for Temporary {
     }
 }
 
-/// By this temporary folders are known.
-const PREFIX: &str = "faceoff-";
+/// By this temporary folders are known: no name that somebody would give a folder of results.
+const PREFIX: &str = ".faceoff-temporary-";
 
 /// A folder that is younger may not have its lock yet.
 const YOUNG: Duration = Duration::from_secs(60);
@@ -173,10 +173,10 @@ mod tests {
             folder.set_modified(modified).unwrap();
             (path, folder)
         };
-        let (left, _) = made("faceoff-left", old);
-        let (young, _) = made("faceoff-young", SystemTime::now());
-        let (other, _) = made("others", old);
-        let (held, folder) = made("faceoff-held", old);
+        let (left, _) = made(".faceoff-temporary-left", old);
+        let (young, _) = made(".faceoff-temporary-young", SystemTime::now());
+        let (other, _) = made("faceoff-report", old);
+        let (held, folder) = made(".faceoff-temporary-held", old);
         folder.lock().unwrap();
         sweep(place.path(), &held).unwrap();
         assert!(!left.exists());
