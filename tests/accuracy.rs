@@ -207,22 +207,72 @@ fn what_cannot_be_had_is_said() {
     ];
     let told = run(folder.path(), &words).json();
     assert!(number(&told["certificate"]["relative"]) < 0.5);
-    // A discontinuity that no quadrature on so coarse a mesh resolves.
+    // Jumps that no mesh follows: the interval is wide, not refused, and it is no accident that it is.
     let jump = write(
         folder.path(),
         "jump.toml",
         "name = \"jump\"\n[mesh]\ngenerator = \"union-jack\"\nn = 1\n[boundary]\ndirichlet = [\"top\"]\nneumann = [\"left\", \"right\"]\ncontact = [\"bottom\"]\n[data]\nf = \"if(sin(1e4*x*x+3e3*y) > 0, 1e3, -1e3)\"\n",
     );
-    let ran = run(
-        folder.path(),
-        &["solve", jump.to_str().unwrap(), "--certify"],
-    );
-    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    let words = ["solve", jump.to_str().unwrap(), "--certify", "--json", "-"];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let certificate = &ran.json()["certificate"];
     assert!(
-        ran.stderr.contains("cannot be integrated"),
-        "{}",
-        ran.stderr
+        number(&certificate["parts"]["unknown"]) > 10.0,
+        "{certificate}"
     );
+}
+
+/// The interval of the force closes in on the value of the solution without a mesh, and so does what is proved of the
+/// contact set: the transition of 6.1 is at 0.6976799791204.
+#[test]
+fn the_contact_force_and_the_contact_set_are_in_their_intervals() {
+    let folder = folder();
+    let mut widths = Vec::new();
+    for n in ["16", "32", "64"] {
+        let words = ["solve", "one-zone", "--n", n, "--certify", "--json", "-"];
+        let ran = run(folder.path(), &words);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let certificate = ran.json()["certificate"].clone();
+        let pair = |of: &Value| [0, 1].map(|k| number(&of[k]));
+        let [low, high] = pair(&certificate["numbers"]["contact_force"]);
+        assert!(low <= -0.26583 && -0.26582 <= high, "{low} {high}");
+        let [from, to] = pair(&certificate["gradient"]);
+        assert!(from * from <= 0.92350807787588 && 0.92350807787588 <= to * to);
+        let contact = &certificate["numbers"]["contact"];
+        let free = pair(contact["free"].as_array().unwrap().last().unwrap())[1];
+        let touched = &contact["touched"][0];
+        let begins = number(&touched["from"]) + number(&touched["window"]);
+        assert!(
+            free < 0.697679979120 && 0.697679979120 < begins,
+            "{free} {begins}"
+        );
+        widths.push((high - low, to * to - from * from, free, begins));
+    }
+    println!("{widths:?}");
+    for pair in widths.windows(2) {
+        assert!(
+            pair[1].0 < 0.6 * pair[0].0 && pair[1].1 < 0.4 * pair[0].1,
+            "{widths:?}"
+        );
+        assert!(
+            pair[1].2 >= pair[0].2 && pair[1].3 <= pair[0].3,
+            "{widths:?}"
+        );
+    }
+    let (force, square, ..) = widths[2];
+    assert!(force <= 0.05 * 0.26583 && square < 1e-3, "{widths:?}");
+    let words = [
+        "solve",
+        "one-zone",
+        "--accuracy",
+        "0.1:contact-force",
+        "--json",
+        "-",
+    ];
+    let told = run(folder.path(), &words).json();
+    assert_eq!(told["certificate"]["target"], "contact-force");
+    assert!(number(&told["certificate"]["relative"]) <= 0.1);
 }
 
 #[test]

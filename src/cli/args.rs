@@ -7,8 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{Args, Parser, Subcommand};
 
 use super::words::{
-    FieldTolerance, Methods, Words, accuracy, bound, field_tolerance, increment, launcher, memory,
-    method, methods, pair, time,
+    Accuracy, FieldTolerance, Methods, Words, accuracy, bound, field_tolerance, increment,
+    launcher, memory, method, methods, pair, time,
 };
 use crate::campaigns::paper;
 use crate::report;
@@ -337,14 +337,14 @@ pub(super) struct Solve {
     /// the same digits (Rust engine only)
     #[arg(long, default_value = "f64")]
     pub precision: Precision,
-    /// Refine until the certified relative error in the energy norm is below TOL (Rust engine only)
-    #[arg(long, value_name = "TOL", value_parser = accuracy, allow_negative_numbers = true, conflicts_with_all = ["n", "mesh", "engine", "iteration"])]
-    pub accuracy: Option<f64>,
+    /// Refine until the certified relative error, in the energy norm or of the contact force, is below TOL (Rust engine only)
+    #[arg(long, value_name = "TOL[:g|v|u_h|contact-force]", value_parser = accuracy, allow_negative_numbers = true, conflicts_with_all = ["n", "mesh", "engine", "iteration"])]
+    pub accuracy: Option<Accuracy>,
     /// With --accuracy: uniform or adaptive meshes only [default: what is predicted to be cheaper]
     #[arg(long, value_name = "uniform|adaptive", requires = "accuracy")]
     pub way: Option<Way>,
-    /// Bound the error of the averaged gradient (g), of an admissible function (v) or of u_h
-    #[arg(long, value_name = "g|v|u_h", num_args = 0..=1, require_equals = true, default_missing_value = "g")]
+    /// Bound the error of the averaged gradient (g), of an admissible function (v), of u_h, or of the contact force
+    #[arg(long, value_name = "g|v|u_h|contact-force", num_args = 0..=1, require_equals = true, default_missing_value = "g")]
     pub certify: Option<Target>,
     /// Tell which model was chosen, what was left out, and what was built for it
     #[arg(long)]

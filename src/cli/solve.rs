@@ -11,7 +11,7 @@ use crate::report::console::note;
 use crate::report::model::percent;
 use crate::report::{self, Answer, Certified, Output, deliver};
 use faceoff_fem::adapt::{Next, Outcome, Step, Way, Wish, reach};
-use faceoff_fem::certify::{Certificate, Target, certify};
+use faceoff_fem::certify::{Certificate, Target, examine};
 use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem};
 use faceoff_fem::linear::Settings;
 use faceoff_fem::scene::{MeshSource, Scene};
@@ -86,8 +86,8 @@ pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
     if let Some(accuracy) = arguments.accuracy {
         let wish = Wish {
             discretisation,
-            target: arguments.certify.unwrap_or(Target::G),
-            accuracy,
+            target: accuracy.target.or(arguments.certify).unwrap_or(Target::G),
+            accuracy: accuracy.tolerance,
             stop: settings.stop,
             linear,
             way: arguments.way,
@@ -114,7 +114,7 @@ pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
     let lost = || Error::engine(engine.name(), "it gave no answer", "report this");
     let answer = run.answers.pop().ok_or_else(lost)?;
     let certificate = arguments.certify;
-    let certificate = certificate.map(|_| certify(&case.problem, &answer.u));
+    let certificate = certificate.map(|_| examine(&case.problem, &answer.u));
     let certificate = certificate.transpose()?;
     let seconds = (seconds_mesh, seconds_problem, total);
     let of = (engine.name(), run.version.as_str());
@@ -187,7 +187,8 @@ fn finish(
     certificate: Option<Certificate>,
 ) -> Result<u8> {
     let certificate = certificate.as_ref();
-    let target = arguments.certify.unwrap_or(Target::G);
+    let wished = arguments.accuracy.and_then(|accuracy| accuracy.target);
+    let target = wished.or(arguments.certify).unwrap_or(Target::G);
     told.certificate = certificate.map(|c| Certified::new(target, c));
     if arguments.explain {
         let mut explanation = Explanation::new(case, answer);

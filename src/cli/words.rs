@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use faceoff_fem::certify::Target;
 use faceoff_fem::contact::Method;
 use faceoff_judge::PartialTolerance;
 use faceoff_mesh::error::distinct;
@@ -78,9 +79,21 @@ pub(super) fn memory(text: &str) -> Result<u64, String> {
     Err(format!("`{text}` is no size of memory, as 500MB or 4GB"))
 }
 
-pub(super) fn accuracy(text: &str) -> Result<f64, String> {
-    let what = "relative accuracy between 0 and 1, as 1e-2 for 1 %";
-    number(text, |t| t > 0.0 && t < 1.0, what)
+pub(super) fn accuracy(text: &str) -> Result<Accuracy, String> {
+    let what = "relative accuracy between 0 and 1, as 1e-2 for 1 %, or 1e-2:contact-force for what it is of";
+    let (first, target) = match text.split_once(':') {
+        Some((first, target)) => (first, Some(target.parse::<Target>()?)),
+        None => (text, None),
+    };
+    let tolerance = number(first, |t| t > 0.0 && t < 1.0, what)?;
+    Ok(Accuracy { tolerance, target })
+}
+
+/// What `--accuracy` asks for.
+#[derive(Debug, Clone, Copy)]
+pub struct Accuracy {
+    pub tolerance: f64,
+    pub target: Option<Target>,
 }
 
 pub(super) fn bound(text: &str) -> Result<f64, String> {

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::model::percent;
-use faceoff_fem::certify::{Certificate, Parts, Target};
+use super::model::{joined, percent};
+use faceoff_fem::certify::{Certificate, Numbers, Parts, Target};
 
 /// Bounds of ‖∇u - …‖ for one target, and what they are made of.
 #[derive(Debug, Clone, Serialize)]
@@ -19,6 +19,11 @@ pub struct Certified {
     pub bounds: Bounds,
     /// ‖∇u‖ is at least and at most this.
     pub gradient: [f64; 2],
+    /// J(u) = ½‖∇u‖² - (f,u) - <t,u> is at least and at most this.
+    pub energy: [f64; 2],
+    /// Numbers of u, each in its interval.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub numbers: Option<Numbers>,
 }
 
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -45,7 +50,51 @@ impl Certified {
                 u_h: of(Target::UH),
             },
             gradient: certificate.gradient,
+            energy: certificate.energy,
+            numbers: certificate.numbers.clone(),
         }
+    }
+
+    /// What is proved of u, a line each.
+    pub fn facts(&self) -> Vec<(&'static str, String)> {
+        let interval = |[low, high]: [f64; 2]| format!("in [{low:.8e}, {high:.8e}]");
+        let mut facts = vec![("energy J(u)", interval(self.energy))];
+        let Some(numbers) = &self.numbers else {
+            return facts;
+        };
+        facts.extend(
+            numbers
+                .contact_force
+                .map(|of| ("contact force", interval(of))),
+        );
+        facts.extend(
+            numbers
+                .dirichlet_flux
+                .map(|of| ("flux on Γ_D", interval(of))),
+        );
+        facts.push(("mean of u", interval(numbers.mean)));
+        if let Some(contact) = &numbers.contact {
+            let free = contact
+                .free
+                .iter()
+                .map(|[from, to]| format!("[{from:.4}, {to:.4}]"));
+            let touched = contact.touched.iter().map(|t| {
+                format!(
+                    "in every window of length {:.4} in [{:.4}, {:.4}]",
+                    t.window, t.from, t.to
+                )
+            });
+            let or_none = |words: String| {
+                if words.is_empty() {
+                    "nowhere".into()
+                } else {
+                    words
+                }
+            };
+            facts.push(("free for certain", or_none(joined(free, ", "))));
+            facts.push(("contact for certain", or_none(joined(touched, "; "))));
+        }
+        facts
     }
 
     /// One line.
@@ -54,8 +103,12 @@ impl Certified {
             Target::G => "of the averaged gradient",
             Target::V => "of the admissible v",
             Target::UH => "of ∇u_h",
+            Target::ContactForce => "of the contact force, taken as the middle of its interval,",
         };
         let relative = match self.relative {
+            Some(relative) if self.target == Target::ContactForce => {
+                format!(", {} of it", percent(relative))
+            }
             Some(relative) => format!(", {} of ‖∇u‖", percent(relative)),
             None => String::new(),
         };

@@ -239,7 +239,10 @@ pub fn solve<'a>(
     }
     let errors = |Errors { h1, l2 }| format!("{} in ∇u, {} in u", short(h1), short(l2));
     facts.extend(a.error.map(|found| ("relative error", errors(found))));
-    facts.extend(a.certificate.as_ref().map(|c| ("certified", c.sentence())));
+    if let Some(certificate) = &a.certificate {
+        facts.push(("certified", certificate.sentence()));
+        facts.extend(certificate.facts());
+    }
     let taken = format!("{:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
     facts.push(("taken", taken));
     let lines = a.explanation.iter().flat_map(Explanation::lines);

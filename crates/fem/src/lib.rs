@@ -27,6 +27,7 @@ pub mod assembly;
 pub mod certify;
 pub mod contact;
 pub mod element;
+pub mod interval;
 pub mod known;
 pub mod linear;
 pub mod quadrature;

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::certify::{Certificate, Target, certify};
+use crate::certify::{Certificate, Target, certify, examine};
 use crate::contact::{Discretisation, Iteration, Problem, Solution, Stop, solve_by};
 use crate::linear::Settings;
 use crate::scene::Scene;
@@ -143,10 +143,9 @@ pub fn reach(
         let solved = solved(scene, wish, &candidate.mesh);
         let (solution, certificate) = match solved {
             Ok(solved) => solved,
-            // What the first mesh does not allow is an error; later it is where the way ends.
-            Err(Error::Solver { what, .. }) if !steps.is_empty() => {
-                break Outcome::NotReached(what);
-            }
+            // What the first mesh does not allow is an error; later it is where the way ends, with the best so far.
+            Err(other @ Error::Ended(_)) => return Err(other),
+            Err(other) if best.is_some() => break Outcome::NotReached(other.to_string()),
             Err(other) => return Err(other),
         };
         let relative = certificate.relative(wish.target);
@@ -243,16 +242,25 @@ fn solved(scene: &Scene, wish: &Wish, mesh: &Triangulation) -> Result<(Solution,
     let problem = Problem::new(scene, mesh, &wish.discretisation)?;
     let go_on = |_, _| Ok(());
     let solution = solve_by(&problem, Iteration::Newton, wish.stop, wish.linear, go_on)?;
-    let certificate = certify(&problem, &solution.u)?;
-    Ok((solution, certificate))
+    if wish.target != Target::ContactForce {
+        let certificate = certify(&problem, &solution.u)?;
+        return Ok((solution, certificate));
+    }
+    let certificate = examine(&problem, &solution.u)?;
+    if certificate.of(wish.target)[1].is_finite() {
+        return Ok((solution, certificate));
+    }
+    Err(Error::Certificate {
+        because: "the contact force has no interval where Γ_C meets Γ_D, as no bound of ∇u tells their shares apart".into(),
+        remedy: "leave a free part of the boundary between both, or ask for g, v or u_h".into(),
+    })
 }
 
 /// What a bound consists of that gets no smaller.
 fn dominant(certificate: &Certificate) -> String {
     let parts = certificate.parts;
-    if parts.quadrature > 0.5 * certificate.g {
-        return "f jumps or is singular inside cells, and its quadrature leaves more than all else"
-            .into();
+    if parts.unknown > 0.5 * certificate.g {
+        return "what is not known of the data inside cells, where they jump or have peaks, outweighs all else".into();
     }
     if parts.oscillation > parts.misfit {
         return "the oscillation of the data, which no flux balances, outweighs all else".into();

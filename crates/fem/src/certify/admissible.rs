@@ -1,18 +1,18 @@
-//! A continuous piecewise linear v that keeps the constraints, v = g at the vertices of Γ_D and v ≤ ψ at those of
-//! Γ_C, from any discrete field.
+//! A continuous piecewise linear v that keeps the constraints with the lifts, v = g on Γ_D and v ≤ ψ on Γ_C, from any
+//! discrete field.
 
 use super::data::PreparedData;
-use super::{largest, refusal};
-use crate::assembly::{Stiffness, value_at};
+use super::refusal;
+use crate::assembly::Stiffness;
 use crate::contact::Problem;
 use crate::element::{P1, Space};
-use crate::scene::Part;
+use crate::interval::Interval;
 use faceoff_mesh::error::Result;
 
 /// Steps on the P1 energy. Averages alone cost up to a factor of 100 on slivers.
 const STEPS: usize = 10;
 
-/// What may be rounding where g meets ψ, relative to the largest of both.
+/// Where g and ψ meet their intervals are no wider than this for rounding, relative to the largest value.
 const ROUNDING: f64 = 1e-12;
 
 /// What is known of a vertex.
@@ -20,13 +20,14 @@ const ROUNDING: f64 = 1e-12;
 enum Bound {
     Free,
     /// g
-    Fixed(f64),
-    /// ψ
+    Fixed(Interval),
+    /// At most this, so that v is nowhere above ψ.
     Below(f64),
 }
 
-/// v at the vertices: the averages of u_h over the cells around, ψ where λ < 0 (so that <λ, v-ψ> vanishes),
-/// brought nearer to the least energy by a few steps of conjugate gradients preconditioned by the diagonal.
+/// v at the vertices, for u in the data's unit: the averages of u_h over the cells around, as high as may be where λ < 0
+/// (so that <λ, v-ψ> vanishes), brought nearer to the least energy by a few steps of conjugate gradients preconditioned
+/// by the diagonal. An interval on Γ_D alone, where no f64 may be g.
 ///
 /// # Errors
 /// g above ψ where Γ_D meets Γ_C: then no function keeps both.
@@ -35,8 +36,8 @@ pub(super) fn admissible(
     u: &[f64],
     lambda: &[f64],
     data: &PreparedData,
-) -> Result<Vec<f64>> {
-    let bounds = bounds(problem)?;
+) -> Result<Vec<Interval>> {
+    let bounds = bounds(problem, data)?;
     let mut v = averages(problem, u);
     let mut held = vec![false; v.len()];
     for (face, lambda) in problem.contact.iter().zip(lambda) {
@@ -49,52 +50,72 @@ pub(super) fn admissible(
     for ((v, bound), held) in v.iter_mut().zip(&bounds).zip(&mut held) {
         match *bound {
             Bound::Free => {}
-            Bound::Fixed(g) => (*v, *held) = (g, true),
-            Bound::Below(psi) => {
-                *held |= *v >= psi;
-                *v = if *held { psi } else { *v };
+            Bound::Fixed(g) => (*v, *held) = (g.mid(), true),
+            Bound::Below(ceiling) => {
+                *held |= *v >= ceiling;
+                *v = if *held { ceiling } else { *v };
             }
         }
     }
-    descend(problem, &held, data, &mut v);
-    for (v, bound) in v.iter_mut().zip(&bounds) {
-        if let Bound::Below(psi) = bound {
-            *v = v.min(*psi);
-        }
-    }
-    Ok(v)
+    descend(problem, &held, loads(problem, data), &mut v);
+    let pairs = v.into_iter().zip(bounds);
+    Ok(pairs
+        .map(|(v, bound)| match bound {
+            Bound::Free => Interval::at(v),
+            Bound::Fixed(g) => g,
+            Bound::Below(ceiling) => Interval::at(v.min(ceiling)),
+        })
+        .collect())
 }
 
-fn bounds(problem: &Problem) -> Result<Vec<Bound>> {
+fn bounds(problem: &Problem, data: &PreparedData) -> Result<Vec<Bound>> {
     let mesh = problem.space.mesh;
-    let data = problem.scene.data();
     let mut bounds = vec![Bound::Free; mesh.points.len()];
-    let of = |part: Part| {
-        let faces = (0..mesh.face_count()).filter(move |&f| problem.parts[f] == Some(part));
-        faces.flat_map(|face| mesh.face(face)).copied()
-    };
-    for vertex in of(Part::Contact) {
-        let psi = value_at(&data.psi, "psi", mesh.points[vertex as usize])?;
-        bounds[vertex as usize] = Bound::Below(psi);
+    for (contact, obstacle) in problem.contact.iter().zip(&data.obstacles) {
+        for (&vertex, ceiling) in mesh.face(contact.face).iter().zip(obstacle.ceiling) {
+            let bound = &mut bounds[vertex as usize];
+            *bound = Bound::Below(match *bound {
+                Bound::Below(other) => ceiling.min(other),
+                _ => ceiling,
+            });
+        }
     }
-    let points = |part| of(part).map(|vertex| mesh.points[vertex as usize]);
-    let size =
-        largest(&data.g, points(Part::Dirichlet)) + largest(&data.psi, points(Part::Contact));
-    for vertex in of(Part::Dirichlet) {
-        let mut g = value_at(&data.g, "g", mesh.points[vertex as usize])?;
-        if let Bound::Below(psi) = bounds[vertex as usize] {
-            if g - psi > ROUNDING * size {
+    for (bound, g) in bounds.iter_mut().zip(&data.dirichlet) {
+        if let Some(g) = g {
+            *bound = Bound::Fixed(*g);
+        }
+    }
+    // Where both meet g has to be below ψ; what cannot be told apart is read as equal.
+    let values = data.obstacles.iter().flat_map(|obstacle| &obstacle.values);
+    let values = values.chain(data.dirichlet.iter().flatten());
+    let size = values.fold(0.0, |m: f64, value| m.max(value.magnitude()));
+    for (contact, obstacle) in problem.contact.iter().zip(&data.obstacles) {
+        let corners = mesh.face(contact.face).iter().zip(&obstacle.ceiling);
+        for ((&vertex, ceiling), psi) in corners.zip(obstacle.values) {
+            let Some(g) = data.dirichlet[vertex as usize] else {
+                continue;
+            };
+            if g.low > psi.high {
                 return Err(refusal(
                     format!(
-                        "no function is g on Γ_D and below ψ on Γ_C: at {} g = {g} and ψ = {psi}",
-                        mesh.vertex_label(vertex)
+                        "no function is g on Γ_D and below ψ on Γ_C: at {} g = {} and ψ = {}",
+                        mesh.vertex_label(vertex),
+                        g.mid(),
+                        psi.mid()
                     ),
                     "give data with g ≤ ψ where Γ_D meets Γ_C",
                 ));
             }
-            g = g.min(psi);
+            if !obstacle.is_lifted && g.high > ceiling + ROUNDING * size {
+                return Err(refusal(
+                    format!(
+                        "ψ is too steep beside Γ_D, at {}: no function that is g there is shown to stay below it",
+                        mesh.vertex_label(vertex)
+                    ),
+                    "refine the mesh there, or give an obstacle with a smaller slope",
+                ));
+            }
         }
-        bounds[vertex as usize] = Bound::Fixed(g);
     }
     Ok(bounds)
 }
@@ -120,25 +141,36 @@ fn averages(problem: &Problem, u: &[f64]) -> Vec<f64> {
     v
 }
 
-/// Conjugate gradients for (∇v, ∇λ_i) = (f, λ_i) + <t, λ_i>_N where `held` does not hold v.
-fn descend(problem: &Problem, held: &[bool], data: &PreparedData, v: &mut [f64]) {
+/// (f, λ_i) + <t, λ_i>_N
+fn loads(problem: &Problem, data: &PreparedData) -> Vec<f64> {
     let mesh = problem.space.mesh;
-    let space = Space::new(mesh, &P1);
-    let stiffness = Stiffness::new(&space);
-    let (mut r, mut diagonal) = (vec![0.0; v.len()], vec![0.0; v.len()]);
-    let corners = mesh.dim + 1;
-    let mut matrix = vec![0.0; corners * corners];
+    let mut r = vec![0.0; mesh.points.len()];
     for (cell, load) in data.loads.iter().enumerate() {
-        stiffness.cell_matrix(cell, &mut matrix);
         let measure = mesh.geometry(cell).measure();
         for (i, &vertex) in mesh.cell(cell).iter().enumerate() {
             r[vertex as usize] += measure * load.moment(mesh.dim, i);
-            diagonal[vertex as usize] += matrix[i * corners + i];
         }
     }
     for traction in &data.tractions {
         for (&vertex, moment) in mesh.cell(traction.cell).iter().zip(traction.moments) {
-            r[vertex as usize] += moment;
+            r[vertex as usize] += moment.mid();
+        }
+    }
+    r
+}
+
+/// Conjugate gradients for (∇v, ∇λ_i) = r_i where `held` does not hold v.
+pub(super) fn descend(problem: &Problem, held: &[bool], mut r: Vec<f64>, v: &mut [f64]) {
+    let mesh = problem.space.mesh;
+    let space = Space::new(mesh, &P1);
+    let stiffness = Stiffness::new(&space);
+    let mut diagonal = vec![0.0; v.len()];
+    let corners = mesh.dim + 1;
+    let mut matrix = vec![0.0; corners * corners];
+    for cell in 0..mesh.cell_count() {
+        stiffness.cell_matrix(cell, &mut matrix);
+        for (i, &vertex) in mesh.cell(cell).iter().enumerate() {
+            diagonal[vertex as usize] += matrix[i * corners + i];
         }
     }
     for (r, y) in r.iter_mut().zip(stiffness.times(v)) {

@@ -1,71 +1,113 @@
-//! What of the data f and t a piecewise polynomial flux can balance, and what is left over.
-//!
-//! On a cell κ the flux has -div σ = Π₁f, the L² projection onto linear functions; what is left,
-//! f - Π₁f, has mean 0 and so is bounded by Poincaré's inequality. On a face F of Γ_N σ·n is the mean
-//! of t, and what is left is bounded by the trace inequality.
+//! The data of a problem, enclosed on a mesh: what a piecewise polynomial flux can balance of f and t, what v has to be on
+//! Γ_D and Γ_C, and what of all this is not known.
 
 use rayon::prelude::*;
 
-use super::largest;
+use super::balance::poincare;
 use super::lift::{Lift, lifts};
-use crate::assembly::value_at;
+use super::model::{Domain, Effort, Tree};
+use super::obstacle::{Obstacle, obstacles};
+use super::patch;
+use super::refusal;
+use super::simplex::Simplex;
 use crate::contact::Problem;
-use crate::quadrature::{self, Sample, samples};
+use crate::interval::Interval;
 use crate::scene::Part;
+use crate::scene::expression::Order;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
-use faceoff_mesh::mesh::CellGeometry;
 
-/// The first positive zero of the Bessel function J₁.
-const J11: f64 = 3.831_705_970_207_512;
-
-/// Data are integrated until the moments of a cell are right to this part of their size.
-const ACCURACY: f64 = 1e-7;
-/// A cell is cut in 2^d at most so often for a jump or a singularity of the data, by dimension.
-const DEEPEST: [usize; 4] = [0, 12, 6, 2];
-
-/// ‖w - w̄‖_κ ≤ C h_κ ‖∇w‖_κ: C = 1/π on convex cells (L. E. Payne, H. F. Weinberger, Arch. Rational Mech.
-/// Anal. 5, 1960), 1/j₁₁ on triangles (R. S. Laugesen, B. A. Siudeja, J. Differential Equations 249, 2010).
-pub(super) fn poincare(dim: usize) -> f64 {
-    if dim == 2 {
-        1.0 / J11
-    } else {
-        std::f64::consts::FRAC_1_PI
-    }
-}
+/// ∫ |r| of f and t is wanted below this part of h ‖f‖, which costs the bound a hundredth or two.
+const TOLERANCE: f64 = 0.02;
+/// Leaves beyond one a cell: so many a cell and so many more, and never beyond the last.
+const PER_CELL: usize = 30;
+const MORE: usize = 60_000;
+const MOST: usize = 2_000_000;
+/// Data of sizes beyond these powers of two are scaled.
+const LARGE: i32 = 200;
 
 /// The data of a problem on a mesh, the same for every field on it.
 #[derive(Debug, Clone)]
 pub struct PreparedData {
+    /// All that follows is of 2^unit times the data, whose squares are in range.
+    pub(super) unit: i32,
     pub(super) loads: Vec<Load>,
+    /// f by cells.
+    pub(super) trees: Vec<Tree>,
     pub(super) tractions: Vec<Traction>,
     /// By cells.
     pub(super) lifts: Vec<Lift>,
+    /// g at the vertices of Γ_D.
+    pub(super) dirichlet: Vec<Option<Interval>>,
+    /// ψ on the contact faces.
+    pub(super) obstacles: Vec<Obstacle>,
 }
 
 impl PreparedData {
     /// # Errors
-    /// Data that are not finite, or that no function in the cells continues.
+    /// Data that are not bounded on a cell or a face, g that no function in H¹ has, an interruption.
     pub fn new(problem: &Problem) -> Result<Self> {
+        let unit = unit(problem);
+        let (trees, loads) = loads(problem, unit)?;
+        let dirichlet = dirichlet(problem, unit)?;
+        let (obstacles, of_psi) = obstacles(problem, unit)?;
+        let mut lifts = lifts(problem, unit)?;
+        lifts.extend(of_psi);
+        lifts.sort_by_key(|lift| lift.cell);
         Ok(PreparedData {
-            loads: loads(problem)?,
-            tractions: tractions(problem)?,
-            lifts: lifts(problem)?,
+            unit,
+            tractions: tractions(problem, unit)?,
+            loads,
+            trees,
+            lifts,
+            dirichlet,
+            obstacles,
         })
+    }
+
+    /// Are the squares of all data in range as they are?
+    pub(super) fn scaled(&self, value: f64) -> f64 {
+        if self.unit == 0 {
+            return value;
+        }
+        Interval::at(value).times_power_of_two(self.unit).mid()
     }
 }
 
-/// f on one cell.
+/// The power of two that brings the largest of the data to 1; 0 where they are of ordinary size.
+fn unit(problem: &Problem) -> i32 {
+    let (mesh, data) = (problem.space.mesh, problem.scene.data());
+    let cells = (0..mesh.cell_count()).map(|cell| {
+        let geometry = mesh.geometry(cell);
+        data.f.value(geometry.point(&geometry.centroid())).abs()
+    });
+    let boundary = (0..mesh.face_count()).filter_map(|face| {
+        let of = match problem.parts[face]? {
+            Part::Dirichlet => &data.g,
+            Part::Neumann => &data.t,
+            Part::Contact => &data.psi,
+        };
+        Some(of.value(mesh.face_midpoint(face)).abs())
+    });
+    let largest = cells
+        .chain(boundary)
+        .filter(|v| v.is_finite())
+        .fold(0.0, f64::max);
+    let exponent = if largest > 0.0 {
+        largest.log2() as i32
+    } else {
+        0
+    };
+    if exponent.abs() > LARGE { -exponent } else { 0 }
+}
+
+/// f on one cell, as the flux balances it.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Load {
-    /// The mean of f.
+    /// About the mean of f.
     pub mean: f64,
-    /// (Π₁f - Π₀f) at the vertices; they sum to 0.
+    /// About (Π₁f - Π₀f) at the vertices.
     pub slopes: [f64; 4],
-    /// C h ‖f - Π₁f‖_κ
-    pub oscillation: f64,
-    /// |κ| δ², δ what the mean may be off by for the quadrature.
-    pub uncertain: f64,
 }
 
 impl Load {
@@ -86,132 +128,228 @@ impl Load {
 pub(super) struct Traction {
     pub face: usize,
     pub cell: usize,
-    /// ∫_F t λ_i for the vertices of the cell; 0 for the one opposite F.
-    pub moments: [f64; 4],
-    /// ∫_F t
+    /// ∫_F p λ_i of t's model p, for the vertices of the cell; 0 for the one opposite F.
+    pub moments: [Interval; 4],
+    /// ∫_F σ·n, about ∫_F t
     pub total: f64,
-    /// C_F ‖t - t̄‖_F
+    /// |(t - σ·n, w)_F| ≤ oscillation ‖∇w‖_κ for what is known
     pub oscillation: f64,
+    /// The mean over F of what bounds the unknown.
+    pub error: f64,
+    /// |(e - ē, |w|)_F| ≤ spread ‖∇w‖_κ
+    pub spread: f64,
+    /// ∫_F |s| and ∫_F |r| of the model at most.
+    pub wave: f64,
+    pub rest: f64,
+}
+
+/// What may be spent on the data of a part of the mesh.
+fn effort(count: usize, h: f64) -> Effort {
+    Effort {
+        tolerance: TOLERANCE * h,
+        budget: (PER_CELL * count + MORE).min(MOST),
+    }
 }
 
 /// f on all cells.
-///
-/// # Errors
-/// A value that is not finite.
-fn loads(problem: &Problem) -> Result<Vec<Load>> {
+fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>)> {
     let mesh = problem.space.mesh;
-    let f = &problem.scene.data().f;
-    if f.is_zero() {
-        return Ok(vec![Load::default(); mesh.cell_count()]);
+    let measures: Vec<f64> = (0..mesh.cell_count())
+        .map(|cell| mesh.geometry(cell).measure())
+        .collect();
+    let volume: f64 = measures.iter().sum();
+    // h ‖f‖ |Ω|^½ over the domain's size.
+    let size = volume.powf(1.0 / mesh.dim as f64);
+    let h = size / (mesh.cell_count() as f64).powf(1.0 / mesh.dim as f64);
+    let domain = Domain {
+        expression: &problem.scene.data().f,
+        vertices: (0..mesh.cell_count())
+            .map(|cell| mesh.vertices(cell))
+            .collect(),
+        measures,
+        dim: mesh.dim,
+        space: mesh.dim,
+        unit,
+    };
+    let trees = domain.enclose(&effort(mesh.cell_count(), h * volume.sqrt() / size))?;
+    for (cell, tree) in trees.iter().enumerate() {
+        bounded("f", tree, mesh.dim, || format!("cell {cell}"))?;
     }
-    let rule = quadrature::exact(mesh.dim, 5);
-    let centroids = (0..mesh.cell_count()).map(|cell| {
-        let geometry = mesh.geometry(cell);
-        geometry.point(&geometry.centroid())
-    });
-    let size = largest(f, centroids);
-    let loads: Vec<Load> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(|cell| {
-            cancel::check()?;
-            let geometry = mesh.geometry(cell);
-            let value = |lambda: &[f64; 4]| f.value(geometry.point(lambda));
-            let accuracy = ACCURACY * size;
-            let (samples, error) = samples(mesh.dim, &rule, value, accuracy, DEEPEST[mesh.dim]);
-            Ok(load(&geometry, &samples, error))
-        })
-        .collect::<Result<_>>()?;
-    let strange = loads.iter().position(|l| !l.oscillation.is_finite());
-    if let Some(cell) = strange {
-        let geometry = mesh.geometry(cell);
-        for (lambda, _) in rule.iter() {
-            value_at(f, "f", geometry.point(&lambda))?;
+    let loads = trees.par_iter().map(|tree| {
+        let (mean, moments) = moments(tree, mesh.dim);
+        let (mean, moments) = (mean.mid(), moments.map(Interval::mid));
+        let count = mesh.dim as f64 + 1.0;
+        Load {
+            mean,
+            slopes: moments.map(|moment| count * (count + 1.0) * (moment - mean / count)),
         }
-    }
-    Ok(loads)
+    });
+    let mut loads: Vec<Load> = loads.collect();
+    loads
+        .iter_mut()
+        .for_each(|load| load.slopes[mesh.dim + 1..].fill(0.0));
+    Ok((trees, loads))
 }
 
-fn load(cell: &CellGeometry, samples: &[Sample], error: f64) -> Load {
-    let d = cell.dim as f64;
-    let mean: f64 = samples.iter().map(|s| s.weight * s.value).sum();
-    let mut slopes = [0.0; 4];
-    for (i, slope) in slopes.iter_mut().enumerate().take(cell.dim + 1) {
-        let moment: f64 = samples
-            .iter()
-            .map(|s| s.weight * s.value * s.lambda[i])
-            .sum();
-        *slope = (d + 1.0) * (d + 2.0) * (moment - mean / (d + 1.0));
+/// The means of p and of p λ_i.
+pub(super) fn moments(tree: &Tree, dim: usize) -> (Interval, [Interval; 4]) {
+    let count = dim + 1;
+    let (mut mean, mut moments) = (Interval::ZERO, [Interval::ZERO; 4]);
+    tree.for_each(dim, &mut |node, piece, share| {
+        let values = tree.leaf(node).values.map(Interval::at);
+        let all: Interval = values[..count].iter().copied().sum();
+        mean += share * all / Interval::at(count as f64);
+        for (i, moment) in moments.iter_mut().enumerate().take(count) {
+            let sides: Interval = piece[..count]
+                .iter()
+                .map(|corner| Interval::at(corner[i]))
+                .sum();
+            let mixed: Interval = (0..count).map(|j| piece[j][i] * values[j]).sum();
+            *moment += share * (mixed + all * sides) / Interval::at((count * (count + 1)) as f64);
+        }
+    });
+    (mean, moments)
+}
+
+/// What is not bounded cannot be charged.
+fn bounded(name: &str, tree: &Tree, dim: usize, place: impl Fn() -> String) -> Result<()> {
+    let mut is_bounded = true;
+    tree.for_each(dim, &mut |node, _, _| {
+        is_bounded &= tree.leaf(node).error.is_finite()
+    });
+    if is_bounded {
+        return Ok(());
     }
-    let rest = |s: &Sample| {
-        let linear: f64 = s.lambda.iter().zip(&slopes).map(|(l, a)| l * a).sum();
-        s.weight * (s.value - mean - linear).powi(2)
-    };
-    let left: f64 = samples.iter().map(rest).sum();
-    Load {
-        mean,
-        slopes,
-        oscillation: poincare(cell.dim) * cell.diameter * (cell.measure() * left).sqrt(),
-        uncertain: cell.measure() * error * error,
+    Err(refusal(
+        format!(
+            "{name} could not be bounded on {}: it is singular or not defined there",
+            place()
+        ),
+        "give data that are bounded, or leave their singularity out of the domain",
+    ))
+}
+
+/// g at the vertices of Γ_D.
+fn dirichlet(problem: &Problem, unit: i32) -> Result<Vec<Option<Interval>>> {
+    let (mesh, g) = (problem.space.mesh, &problem.scene.data().g);
+    let mut values = vec![None; mesh.points.len()];
+    for face in (0..mesh.face_count()).filter(|&f| problem.parts[f] == Some(Part::Dirichlet)) {
+        for &vertex in mesh.face(face) {
+            if values[vertex as usize].is_some() {
+                continue;
+            }
+            let at = mesh.points[vertex as usize].map(Interval::at);
+            let value = g
+                .enclosure(at, mesh.dim, Order::Value)
+                .value
+                .times_power_of_two(unit);
+            if !value.is_finite() {
+                return Err(refusal(
+                    format!("g could not be bounded at {}", mesh.vertex_label(vertex)),
+                    "give data that are defined and finite on Γ_D",
+                ));
+            }
+            values[vertex as usize] = Some(value);
+        }
     }
+    Ok(values)
 }
 
 /// t on all faces of Γ_N where it is not 0.
 ///
-/// With w̄ the mean over κ, the divergence theorem for |w - w̄|² (x - x_F), x_F the vertex opposite F, gives
-/// ‖w - w̄‖²_F ≤ (|F|/|κ|) (‖w - w̄‖² + (2h/d) ‖w - w̄‖ ‖∇w‖) ≤ C_F² ‖∇w‖², C_F² = |F| h²/|κ| · C (C + 2/d).
-///
-/// # Errors
-/// A value that is not finite.
-fn tractions(problem: &Problem) -> Result<Vec<Traction>> {
+/// With z of mean 0 over κ, the divergence theorem for z² (x - c), c the vertex opposite F and ℓ the longest edge from
+/// it, gives ‖z‖²_F ≤ (|F|/|κ|) (‖z‖² + (2ℓ/d) ‖z‖ ‖∇z‖) ≤ C_F² ‖∇z‖², C_F² = (|F|/|κ|) C h (C h + 2ℓ/d).
+fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
     let t = &problem.scene.data().t;
     if t.is_zero() {
         return Ok(Vec::new());
     }
     let mesh = problem.space.mesh;
-    let rule = quadrature::exact(mesh.dim - 1, 5);
-    let faces = problem.parts.iter().enumerate();
-    let faces = faces.filter(|(_, part)| **part == Some(Part::Neumann));
-    faces
-        .map(|(face, _)| {
-            let cell = mesh.face_cells(face)[0] as usize;
-            let geometry = mesh.geometry(cell);
+    let faces: Vec<usize> = (0..mesh.face_count())
+        .filter(|&face| problem.parts[face] == Some(Part::Neumann))
+        .collect();
+    let cells: Vec<usize> = faces
+        .iter()
+        .map(|&face| mesh.face_cells(face)[0] as usize)
+        .collect();
+    let vertices = faces.iter().map(|&face| {
+        let mut corners = [[0.0; 3]; 4];
+        for (corner, &vertex) in corners.iter_mut().zip(mesh.face(face)) {
+            *corner = mesh.points[vertex as usize];
+        }
+        corners
+    });
+    let measures: Vec<f64> = faces
+        .iter()
+        .zip(&cells)
+        .map(|(&face, &cell)| {
+            mesh.geometry(cell)
+                .face_measure(mesh.local_face(cell, face))
+        })
+        .collect();
+    let whole: f64 = measures.iter().sum();
+    let h = 1.0 / (faces.len().max(1) as f64).powf(1.0 / (mesh.dim - 1) as f64);
+    let domain = Domain {
+        expression: t,
+        vertices: vertices.collect(),
+        measures,
+        dim: mesh.dim - 1,
+        space: mesh.dim,
+        unit,
+    };
+    let trees = domain.enclose(&effort(faces.len(), h * whole.sqrt()))?;
+    let pairs = faces.into_iter().zip(cells);
+    pairs
+        .zip(&trees)
+        .map(|((face, cell), tree)| {
+            cancel::check()?;
+            bounded("t", tree, mesh.dim - 1, || mesh.face_label(face))?;
+            let simplex = Simplex::new(mesh, cell);
             let local = mesh.local_face(cell, face);
-            let corners: Vec<usize> = (0..=mesh.dim).filter(|&i| i != local).collect();
-            let in_cell = |on_face: &[f64; 4]| {
-                let mut lambda = [0.0; 4];
-                for (k, &corner) in corners.iter().enumerate() {
-                    lambda[corner] = on_face[k];
-                }
-                lambda
-            };
-            let at = |on_face: &[f64; 4]| t.value(geometry.point(&in_cell(on_face)));
-            let size = rule.iter().fold(0.0, |m: f64, (l, _)| m.max(at(&l).abs()));
-            let deepest = DEEPEST[mesh.dim - 1];
-            let (samples, _) = samples(mesh.dim - 1, &rule, at, ACCURACY * size, deepest);
-            let measure = geometry.face_measure(local);
-            let mean: f64 = samples.iter().map(|s| s.weight * s.value).sum();
-            let mut moments = [0.0; 4];
-            let mut left = 0.0;
-            for sample in &samples {
-                for (sum, lambda) in moments.iter_mut().zip(in_cell(&sample.lambda)) {
-                    *sum += measure * sample.weight * sample.value * lambda;
-                }
-                left += measure * sample.weight * (sample.value - mean).powi(2);
+            let vertex_of = |v: &u32| mesh.cell(cell).iter().position(|c| c == v);
+            let corners: Vec<usize> = mesh.face(face).iter().filter_map(vertex_of).collect();
+            let measure = simplex.face_measure(local);
+            let (mean, on_face) = moments(tree, mesh.dim - 1);
+            let total = (measure * mean).mid();
+            let mut moments = [Interval::ZERO; 4];
+            for (&corner, moment) in corners.iter().zip(on_face) {
+                moments[corner] = measure * moment;
             }
-            if !(mean.is_finite() && left.is_finite()) {
-                for (lambda, _) in rule.iter() {
-                    value_at(t, "t", geometry.point(&in_cell(&lambda)))?;
-                }
-            }
-            let (c, h) = (poincare(mesh.dim), geometry.diameter);
-            let trace = measure * h * h / geometry.measure() * c * (c + 2.0 / mesh.dim as f64);
+            let [mut wave, mut rest] = [Interval::ZERO; 2];
+            tree.for_each(mesh.dim - 1, &mut |node, _, share| {
+                wave += share * Interval::at(tree.leaf(node).wave);
+                rest += share * Interval::at(tree.leaf(node).error);
+            });
+            let patch = patch::patch(
+                &simplex,
+                local,
+                &corners,
+                tree,
+                Interval::at(total) / measure,
+            );
             Ok(Traction {
                 face,
                 cell,
                 moments,
-                total: measure * mean,
-                oscillation: (trace * left).sqrt(),
+                total,
+                oscillation: patch.oscillation,
+                error: patch.error,
+                spread: patch.spread,
+                wave: (wave * measure).high,
+                rest: (rest * measure).high,
             })
         })
         .collect()
+}
+
+/// C_F: ‖z - z̄‖_F ≤ C_F ‖∇z‖_κ.
+pub(super) fn trace(cell: &Simplex, local: usize) -> Interval {
+    let length = (0..=cell.dim)
+        .filter(|&i| i != local)
+        .map(|i| super::simplex::norm(&cell.edge(local, i), cell.dim).high);
+    let length = Interval::at(length.fold(0.0, f64::max));
+    let c = poincare(cell.dim) * Interval::at(cell.diameter);
+    let ratio = cell.face_measure(local) / cell.measure;
+    let sum = c + length * Interval::at(2.0) / Interval::at(cell.dim as f64);
+    (ratio * c * sum).root()
 }

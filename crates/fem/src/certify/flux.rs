@@ -10,20 +10,25 @@
 //! has the same value, with the other sign, from the other side, and -div σ = Π₀f, since the φ_F of a
 //! cell sum to 1. On Γ_N itself t is counted once, not taken away.
 
+use super::balance::Coefficients;
 use super::data::PreparedData;
+use super::refusal;
+use super::simplex::{Simplex, Vector};
 use crate::assembly::Stiffness;
 use crate::contact::Problem;
 use crate::element::{CR, Space};
-use crate::linear::{Role, Settings, condense};
+use crate::interval::{Interval, above_of_product};
+use crate::linear::{Factor, Role, Settings, condense};
 use crate::quadrature;
 use crate::scene::Part;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::CellGeometry;
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 /// σ·n on the contact faces that u_h says: its flux where P(u_h) ≤ 0, with the cell's height for γ
 /// (with γ itself the paper's law has a spurious flux where nothing touches), and never positive.
-pub(super) fn contact_fluxes(problem: &Problem, u: &[f64]) -> Vec<f64> {
+pub(super) fn contact_fluxes(problem: &Problem, u: &[f64], data: &PreparedData) -> Vec<f64> {
     let mesh = problem.space.mesh;
     let flux = |face: &crate::contact::ContactFace| {
         let local = problem.space.local(face.cell, u);
@@ -35,7 +40,7 @@ pub(super) fn contact_fluxes(problem: &Problem, u: &[f64]) -> Vec<f64> {
         }
         let height = mesh.dim as f64 * mesh.geometry(face.cell).measure() / face.measure;
         if height * flux - gap <= 0.0 {
-            flux.min(0.0)
+            data.scaled(flux.min(0.0))
         } else {
             0.0
         }
@@ -43,131 +48,348 @@ pub(super) fn contact_fluxes(problem: &Problem, u: &[f64]) -> Vec<f64> {
     problem.contact.iter().map(flux).collect()
 }
 
-/// ∫_F σ·n out of each cell, by its local faces: `dim + 1` numbers a cell.
-///
-/// Takes u_h itself for w where it solves these equations to rounding, as `cr-fc` does where the rule of
-/// its load is exact; else solves them.
-///
-/// # Errors
-/// Those of the linear solver.
-pub(super) fn equilibrated(
-    problem: &Problem,
-    u: &[f64],
-    lambda: &[f64],
-    data: &PreparedData,
-) -> Result<Vec<f64>> {
-    let mesh = problem.space.mesh;
-    let (dim, corners) = (mesh.dim, mesh.dim + 1);
-    let space = Space::new(mesh, &CR);
-    let stiffness = Stiffness::new(&space);
-    let measure = |cell: usize| mesh.geometry(cell).measure();
-    // (f, φ)_κ, and <t, φ> on the faces of κ that are not on Γ_N.
-    let mut cells = vec![0.0; corners * mesh.cell_count()];
-    for (cell, (of_cell, load)) in cells.chunks_exact_mut(corners).zip(&data.loads).enumerate() {
-        let measure = measure(cell);
-        for (i, b) in of_cell.iter_mut().enumerate() {
-            *b = measure * load.on_face(dim, i);
+/// Raviart–Thomas fluxes from the Crouzeix–Raviart matrix, which is factored once for σ and for the majorant.
+pub(super) struct Fluxes<'a> {
+    problem: &'a Problem<'a>,
+    space: Space<'a>,
+    stiffness: Stiffness<'a>,
+    roles: Vec<Role>,
+    factor: Option<Factor>,
+}
+
+impl<'a> Fluxes<'a> {
+    pub fn new(problem: &'a Problem<'a>) -> Self {
+        let space = Space::new(problem.space.mesh, &CR);
+        let is_fixed = |part: &Option<Part>| *part == Some(Part::Dirichlet);
+        let role = |fixed: bool| if fixed { Role::Fixed } else { Role::Eliminated };
+        Fluxes {
+            problem,
+            stiffness: Stiffness::new(&space),
+            space,
+            roles: problem
+                .parts
+                .iter()
+                .map(|part| role(is_fixed(part)))
+                .collect(),
+            factor: None,
         }
     }
-    let mut b = vec![0.0; space.dofs];
-    for traction in &data.tractions {
-        b[traction.face] += traction.total;
-        for (i, &face) in mesh.cell_faces(traction.cell).iter().enumerate() {
-            if face as usize != traction.face {
-                let on_other = traction.total - dim as f64 * traction.moments[i];
-                cells[corners * traction.cell + i] += on_other;
+
+    /// The same with values given on further faces.
+    pub fn with_values(problem: &'a Problem<'a>, faces: impl Iterator<Item = usize>) -> Self {
+        let mut fluxes = Fluxes::new(problem);
+        faces.for_each(|face| fluxes.roles[face] = Role::Fixed);
+        fluxes
+    }
+
+    /// z with -Δz = `loads` on the cells, z = `on_contact` on the faces with values off Γ_D, 0 on Γ_D, with `given` fluxes
+    /// through some faces and none through the rest, and its fluxes.
+    ///
+    /// # Errors
+    /// Those of the linear solver.
+    pub fn dual(
+        &mut self,
+        loads: &[f64],
+        on_contact: f64,
+        given: &[(usize, f64)],
+    ) -> Result<[Vec<f64>; 2]> {
+        let mesh = self.problem.space.mesh;
+        let corners = mesh.dim + 1;
+        let cells = (0..mesh.cell_count()).flat_map(|cell| {
+            vec![mesh.geometry(cell).measure() * loads[cell] / corners as f64; corners]
+        });
+        let cells: Vec<f64> = cells.collect();
+        let mut b = vec![0.0; self.space.dofs];
+        self.add_cells(&mut b, &cells);
+        given.iter().for_each(|(face, flux)| b[*face] += flux);
+        let mut w = vec![0.0; b.len()];
+        let is_given = |face: usize| self.roles[face] == Role::Fixed;
+        for contact in self
+            .problem
+            .contact
+            .iter()
+            .filter(|contact| is_given(contact.face))
+        {
+            w[contact.face] = on_contact;
+        }
+        let w = self.solution(w, &b)?;
+        let mut fluxes = self.out(&w, &cells);
+        for (face, part) in self.problem.parts.iter().enumerate() {
+            if part.is_some() && self.roles[face] != Role::Fixed {
+                self.set(&mut fluxes, face, 0.0);
+            }
+        }
+        given
+            .iter()
+            .for_each(|(face, flux)| self.set(&mut fluxes, *face, *flux));
+        Ok([w, fluxes])
+    }
+
+    /// ∫_F σ·n out of each cell, by its local faces: `dim + 1` numbers a cell, one number a face but for its sign.
+    ///
+    /// Takes u_h itself for w where it solves the equations to rounding, as `cr-fc` does where the rule of its load is
+    /// exact; else solves them.
+    ///
+    /// # Errors
+    /// Those of the linear solver.
+    pub fn equilibrated(
+        &mut self,
+        u: &[f64],
+        lambda: &[f64],
+        data: &PreparedData,
+    ) -> Result<Vec<f64>> {
+        let mesh = self.problem.space.mesh;
+        let (dim, corners) = (mesh.dim, mesh.dim + 1);
+        // (f, φ)_κ, and <t, φ> on the faces of κ that are not on Γ_N.
+        let mut cells = vec![0.0; corners * mesh.cell_count()];
+        for (cell, (of_cell, load)) in cells.chunks_exact_mut(corners).zip(&data.loads).enumerate()
+        {
+            let measure = mesh.geometry(cell).measure();
+            for (i, b) in of_cell.iter_mut().enumerate() {
+                *b = measure * load.on_face(dim, i);
+            }
+        }
+        let mut b = vec![0.0; self.space.dofs];
+        for traction in &data.tractions {
+            b[traction.face] += traction.total;
+            for (i, &face) in mesh.cell_faces(traction.cell).iter().enumerate() {
+                if face as usize != traction.face {
+                    let on_other = traction.total - dim as f64 * traction.moments[i].mid();
+                    cells[corners * traction.cell + i] += on_other;
+                }
+            }
+        }
+        self.add_cells(&mut b, &cells);
+        for (face, lambda) in self.problem.contact.iter().zip(lambda) {
+            b[face.face] += lambda * face.measure;
+        }
+        let is_own = self.problem.space.element.name() == "CR" && self.is_solution(u, &b);
+        let w = if is_own {
+            u.to_vec()
+        } else {
+            self.solution(self.on_dirichlet(data), &b)?
+        };
+        let mut fluxes = self.out(&w, &cells);
+        // What is given is given, not equal up to rounding.
+        for (face, part) in self.problem.parts.iter().enumerate() {
+            if *part == Some(Part::Neumann) {
+                self.set(&mut fluxes, face, 0.0);
+            }
+        }
+        for traction in &data.tractions {
+            self.set(&mut fluxes, traction.face, traction.total);
+        }
+        for (face, lambda) in self.problem.contact.iter().zip(lambda) {
+            self.set(&mut fluxes, face.face, lambda * face.measure);
+        }
+        Ok(fluxes)
+    }
+
+    /// Fluxes of a q with -div q ≥ `cells` on every cell, q·n ≥ `neumann` on the faces of Γ_N and q·n = 0 on Γ_C, proved.
+    ///
+    /// # Errors
+    /// Those of the linear solver, and where its rounding is too large.
+    pub fn majorant(&mut self, cells: &[f64], neumann: &[(usize, f64)]) -> Result<Vec<f64>> {
+        let mesh = self.problem.space.mesh;
+        let corners = mesh.dim + 1;
+        if cells.iter().all(|e| *e == 0.0) && neumann.iter().all(|(_, e)| *e == 0.0) {
+            return Ok(vec![0.0; corners * mesh.cell_count()]);
+        }
+        let measure = |cell: usize| mesh.geometry(cell).measure();
+        let face_measure = |face: usize| {
+            let cell = mesh.face_cells(face)[0] as usize;
+            mesh.geometry(cell)
+                .face_measure(mesh.local_face(cell, face))
+        };
+        let volume: f64 = (0..mesh.cell_count()).map(measure).sum();
+        let total: f64 = (0..mesh.cell_count())
+            .map(|cell| cells[cell] * measure(cell))
+            .sum::<f64>()
+            + neumann
+                .iter()
+                .map(|(face, e)| e * face_measure(*face))
+                .sum::<f64>();
+        for inflation in [1e-8, 1e-5, 1e-2] {
+            let wanted = |cell: usize| cells[cell] * (1.0 + inflation) + inflation * total / volume;
+            let loads: Vec<f64> = (0..mesh.cell_count())
+                .flat_map(|cell| vec![measure(cell) * wanted(cell) / corners as f64; corners])
+                .collect();
+            let mut b = vec![0.0; self.space.dofs];
+            self.add_cells(&mut b, &loads);
+            for (face, error) in neumann {
+                b[*face] += error * (1.0 + inflation) * face_measure(*face);
+            }
+            let w = self.solution(vec![0.0; b.len()], &b)?;
+            let mut fluxes = self.out(&w, &loads);
+            for (face, part) in self.problem.parts.iter().enumerate() {
+                if matches!(part, Some(Part::Contact | Part::Neumann)) {
+                    self.set(&mut fluxes, face, 0.0);
+                }
+            }
+            for (face, error) in neumann {
+                // |F| of the certificate's own geometry, rounded up.
+                let cell = mesh.face_cells(*face)[0] as usize;
+                let simplex = Simplex::new(mesh, cell);
+                let size = simplex.face_measure(mesh.local_face(cell, *face)).high;
+                self.set(&mut fluxes, *face, above_of_product(*error, size));
+            }
+            let holds = |cell: usize| {
+                let out: Interval = fluxes[corners * cell..corners * (cell + 1)]
+                    .iter()
+                    .map(|f| Interval::at(*f))
+                    .sum();
+                (-out / Simplex::new(mesh, cell).measure).low >= cells[cell]
+            };
+            if (0..mesh.cell_count()).into_par_iter().all(holds) {
+                return Ok(fluxes);
+            }
+        }
+        Err(refusal(
+            "the rounding of the linear solver is larger than what the certificate has to bound",
+            "use cells of less extreme shape",
+        ))
+    }
+
+    fn add_cells(&self, b: &mut [f64], cells: &[f64]) {
+        let mesh = self.problem.space.mesh;
+        let corners = mesh.dim + 1;
+        for cell in 0..mesh.cell_count() {
+            for (&face, part) in mesh.cell_faces(cell).iter().zip(&cells[corners * cell..]) {
+                b[face as usize] += part;
             }
         }
     }
-    for cell in 0..mesh.cell_count() {
-        for (&face, part) in mesh.cell_faces(cell).iter().zip(&cells[corners * cell..]) {
-            b[face as usize] += part;
+
+    /// The fluxes of w: one number on either side of a face, the mean of both.
+    fn out(&self, w: &[f64], cells: &[f64]) -> Vec<f64> {
+        let mesh = self.problem.space.mesh;
+        let corners = mesh.dim + 1;
+        let mut fluxes = vec![0.0; cells.len()];
+        let mut matrix = vec![0.0; corners * corners];
+        for cell in 0..mesh.cell_count() {
+            self.stiffness.cell_matrix(cell, &mut matrix);
+            let local = self.space.local(cell, w);
+            for i in 0..corners {
+                let row = &matrix[corners * i..corners * (i + 1)];
+                let out: f64 = row.iter().zip(&local).map(|(a, w)| a * w).sum();
+                fluxes[corners * cell + i] = out - cells[corners * cell + i];
+            }
         }
-    }
-    for (face, lambda) in problem.contact.iter().zip(lambda) {
-        b[face.face] += lambda * face.measure;
-    }
-
-    let own = (problem.space.element.name() == "CR")
-        .then(|| u.to_vec())
-        .filter(|w| is_solution(problem, &stiffness, w, &b));
-    let w = match own {
-        Some(w) => w,
-        None => solution(problem, &stiffness, &b)?,
-    };
-
-    let mut fluxes = vec![0.0; cells.len()];
-    let mut matrix = vec![0.0; corners * corners];
-    for cell in 0..mesh.cell_count() {
-        stiffness.cell_matrix(cell, &mut matrix);
-        let local = space.local(cell, &w);
-        for i in 0..corners {
-            let row = &matrix[corners * i..corners * (i + 1)];
-            let out: f64 = row.iter().zip(&local).map(|(a, w)| a * w).sum();
-            fluxes[corners * cell + i] = out - cells[corners * cell + i];
+        for face in 0..mesh.face_count() {
+            if mesh.is_boundary(face) {
+                continue;
+            }
+            let [a, b] = mesh
+                .face_cells(face)
+                .map(|cell| corners * cell as usize + mesh.local_face(cell as usize, face));
+            let mean = 0.5 * (fluxes[a] - fluxes[b]);
+            (fluxes[a], fluxes[b]) = (mean, -mean);
         }
+        fluxes
     }
-    // What is given is given, not equal up to rounding.
-    for (face, lambda) in problem.contact.iter().zip(lambda) {
-        let local = mesh.local_face(face.cell, face.face);
-        fluxes[corners * face.cell + local] = lambda * face.measure;
+
+    /// Gives a boundary face its flux.
+    fn set(&self, fluxes: &mut [f64], face: usize, value: f64) {
+        let mesh = self.problem.space.mesh;
+        let cell = mesh.face_cells(face)[0] as usize;
+        fluxes[(mesh.dim + 1) * cell + mesh.local_face(cell, face)] = value;
     }
-    Ok(fluxes)
-}
 
-/// Do the rows off Γ_D hold to rounding?
-fn is_solution(problem: &Problem, stiffness: &Stiffness, w: &[f64], b: &[f64]) -> bool {
-    let (product, sizes) = (stiffness.times(w), stiffness.sizes(w));
-    (0..w.len()).all(|face| {
-        problem.parts[face] == Some(Part::Dirichlet)
-            || (product[face] - b[face]).abs() <= 1e-13 * (sizes[face] + b[face].abs())
-    })
-}
+    /// Do the rows off Γ_D hold to rounding?
+    fn is_solution(&self, w: &[f64], b: &[f64]) -> bool {
+        let (product, sizes) = (self.stiffness.times(w), self.stiffness.sizes(w));
+        (0..w.len()).all(|face| {
+            self.roles[face] == Role::Fixed
+                || (product[face] - b[face]).abs() <= 1e-13 * (sizes[face] + b[face].abs())
+        })
+    }
 
-fn solution(problem: &Problem, stiffness: &Stiffness, b: &[f64]) -> Result<Vec<f64>> {
-    let g = &problem.scene.data().g;
-    let mesh = problem.space.mesh;
-    let mut w = vec![0.0; b.len()];
-    let mut roles = vec![Role::Eliminated; b.len()];
-    let rule = quadrature::exact(mesh.dim - 1, 5);
-    for (face, part) in problem.parts.iter().enumerate() {
-        if *part == Some(Part::Dirichlet) {
-            roles[face] = Role::Fixed;
+    /// The means of g.
+    fn on_dirichlet(&self, data: &PreparedData) -> Vec<f64> {
+        let g = &self.problem.scene.data().g;
+        let mesh = self.problem.space.mesh;
+        let mut w = vec![0.0; self.space.dofs];
+        let rule = quadrature::exact(mesh.dim - 1, 5);
+        for face in (0..w.len()).filter(|&face| self.roles[face] == Role::Fixed) {
             let vertices = mesh.face(face);
             for (lambda, weight) in rule.iter() {
                 let x: [f64; 3] = std::array::from_fn(|k| {
                     let corners = vertices.iter().zip(lambda);
                     corners.map(|(&v, l)| l * mesh.points[v as usize][k]).sum()
                 });
-                w[face] += weight * g.value(x);
+                w[face] += weight * data.scaled(g.value(x));
             }
         }
+        w
     }
-    let rest = |w: &[f64]| -> Vec<f64> {
-        let product = stiffness.times(w);
-        b.iter().zip(product).map(|(b, y)| b - y).collect()
-    };
-    let condensed = condense(stiffness, &roles, rest(&w), Settings::default(), None)?;
-    let Some((factor, reduced, ..)) = condensed else {
-        return Err(Error::Solver {
-            what: "no solver was chosen for the flux".into(),
-            remedy: "report this".into(),
-        });
-    };
-    // The second solve takes away the rounding of the first.
-    let mut add = |reduced: &crate::linear::Reduced| {
-        let mut step = vec![0.0; w.len()];
-        factor.expand(reduced, &[], &mut step);
-        for ((w, step), role) in w.iter_mut().zip(step).zip(&roles) {
-            if *role != Role::Fixed {
-                *w += step;
+
+    /// w with these values on Γ_D and the rows of b elsewhere.
+    fn solution(&mut self, mut w: Vec<f64>, b: &[f64]) -> Result<Vec<f64>> {
+        let rest = |w: &[f64]| -> Vec<f64> {
+            let product = self.stiffness.times(w);
+            b.iter().zip(product).map(|(b, y)| b - y).collect()
+        };
+        let mut left = rest(&w);
+        // The second solve takes away the rounding of the first.
+        for _ in 0..2 {
+            let reduced = match &self.factor {
+                Some(factor) => factor.reduce(&left),
+                None => {
+                    let settings = Settings::default();
+                    let condensed = condense(&self.stiffness, &self.roles, left, settings, None)?;
+                    let Some((factor, reduced, ..)) = condensed else {
+                        return Err(Error::Solver {
+                            what: "no solver was chosen for the flux".into(),
+                            remedy: "report this".into(),
+                        });
+                    };
+                    self.factor = Some(factor);
+                    reduced
+                }
+            };
+            let mut step = vec![0.0; w.len()];
+            if let Some(factor) = &self.factor {
+                factor.expand(&reduced, &[], &mut step);
             }
+            for ((w, step), role) in w.iter_mut().zip(step).zip(&self.roles) {
+                if *role != Role::Fixed {
+                    *w += step;
+                }
+            }
+            left = rest(&w);
         }
-        rest(&w)
-    };
-    let left = add(&reduced);
-    add(&factor.reduce(&left));
-    Ok(w)
+        Ok(w)
+    }
+}
+
+/// A Raviart–Thomas field of lowest order at a point.
+pub(super) fn raviart_thomas(cell: &Simplex, fluxes: &[f64], lambda: &[f64; 4]) -> Vector {
+    cell.vector(&coefficients(cell, fluxes, &[0.0; 4], lambda))
+}
+
+/// The coefficients of σ at a point: see [`value`].
+pub(super) fn coefficients(
+    cell: &Simplex,
+    fluxes: &[f64],
+    slopes: &[f64; 4],
+    lambda: &[f64; 4],
+) -> Coefficients {
+    let count = cell.dim + 1;
+    let volume = cell.dim as f64 * cell.measure;
+    let mut weights = [Interval::ZERO; 4];
+    for i in 0..count {
+        let bubble = Interval::at(slopes[i]) * Interval::at(lambda[i]) / Interval::at(count as f64);
+        weights[i] = Interval::at(fluxes[i]) / volume - bubble;
+    }
+    // Σ_i w_i (x - x_i) with x = Σ λ_k x_k.
+    let all: Interval = weights[..count].iter().copied().sum();
+    std::array::from_fn(|k| {
+        if k < count {
+            all * Interval::at(lambda[k]) - weights[k]
+        } else {
+            Interval::ZERO
+        }
+    })
 }
 
 /// σ on one cell: the Raviart–Thomas part Σ_i flux_i (x - x_i)/(d|κ|), and τ = -1/(d+1) Σ_i a_i λ_i (x - x_i)

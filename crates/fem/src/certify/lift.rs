@@ -1,215 +1,386 @@
-//! Boundary values that no linear function holds: what g on Γ_D, and ψ on Γ_C, have beyond their linear
-//! interpolant on a face.
+//! Boundary values that no linear function has: what g on Γ_D, and ψ on Γ_C, have beyond their linear interpolant on a face
+//! of a triangle.
 //!
-//! On a triangle κ with the face F opposite z, δ = g - I_h g extends to w(z + r(y-z)) = r δ(y), y ∈ F, r ∈ [0, 1]:
-//! w = δ on F, and 0 on both other edges, as δ vanishes at the vertices. With the unit tangent τ, the normal n and
-//! the height H of κ over F, s = (y-z)·τ,
+//! On a triangle κ with the face F = ab opposite z, δ = g - I_h g extends to w(z + r(y-z)) = r δ(s), y = a + s (b-a),
+//! r ∈ [0, 1]: w = δ on F, and 0 on both other edges, as δ vanishes at the vertices. With r = λ_a + λ_b, s = λ_b/r,
 //!
 //! ```text
-//! ∇w = δ' τ + (δ - s δ')/H n     the same along each ray from z
+//! ∇w = (δ - s δ') ∇λ_a + (δ + (1-s) δ') ∇λ_b     the same along each ray from z
 //! ```
 //!
-//! A face of a tetrahedron has edges in common with others, where δ does not vanish: not covered.
+//! δ and δ' are enclosed on the leaves of F, so ∇w is a vector and a box on the sector of each leaf. That δ is continuous
+//! is proved, not supposed: on a leaf where an `if` is not decided there is no lift. Where the branches on both sides of a
+//! vertex cannot be told from its value they are read as equal. A face of a tetrahedron has edges in common with others,
+//! where δ does not vanish: not covered.
 
-use super::{largest, refusal};
+use super::data::PreparedData;
+use super::refusal;
+use super::simplex::{Simplex, Vector, ZERO, add, corners, dot, minus, norm};
 use crate::contact::Problem;
-use crate::quadrature::{self, WHOLE, parts};
+use crate::interval::{Interval, above_of_all, above_of_product};
+use crate::quadrature::Piece;
+use crate::scene::expression::Order;
 use crate::scene::{Expression, Part};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
-use faceoff_mesh::mesh::Triangulation;
-use nalgebra::Vector3;
 
-/// δ below this, relative to the largest value, is the rounding of a linear function.
+/// Leaves of a face: at most so many, fewer once the box is below this part of the vector, in the norm of ∇w.
+const LEAVES: usize = 400;
+const ACCURACY: f64 = 0.05;
+/// |δ| below this, relative to the largest value on the face, is the rounding of a linear function.
 const ROUNDING: f64 = 1e-13;
-/// Faces are cut in two so often for the rule with five points.
-const CUTS: usize = 4;
+/// A leaf at a vertex as small as this shows the value there.
+const TINY: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// w on one cell.
 #[derive(Debug, Clone)]
 pub(super) struct Lift {
     pub cell: usize,
-    /// The face's local number.
+    /// The cell's corners: z, a, b.
     pub local: usize,
-    /// Points y on the face: barycentric coordinates in the cell, weights that sum to 1, and ∇w on the ray.
-    pub rays: Vec<([f64; 4], f64, Vector3<f64>)>,
+    pub ends: [usize; 2],
+    pub sectors: Vec<Sector>,
+}
+
+/// The part of a cell between z and a leaf of its face.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sector {
+    /// The leaf: s from here to there.
+    pub from: f64,
+    pub to: f64,
+    /// ∇w is about slopes[0] ∇λ_a + slopes[1] ∇λ_b, and off by no more than this.
+    pub slopes: [f64; 2],
+    pub radius: f64,
+    /// |δ|
+    pub height: f64,
 }
 
 impl Lift {
-    /// ‖∇w‖²_κ
-    pub fn square(&self, measure: f64) -> f64 {
-        let rays = self.rays.iter();
-        measure
-            * rays
-                .map(|(_, w, slope)| w * slope.norm_squared())
-                .sum::<f64>()
+    /// The part in the cell's barycentric coordinates: z and both ends of the leaf.
+    pub fn piece(&self, sector: &Sector) -> Piece {
+        let mut piece = [[0.0; 4]; 4];
+        piece[0][self.local] = 1.0;
+        for (corner, s) in piece[1..3].iter_mut().zip([sector.from, sector.to]) {
+            corner[self.ends[0]] = 1.0 - s;
+            corner[self.ends[1]] = s;
+        }
+        piece
     }
 
-    /// Points that integrate over κ what is a polynomial of degree 4 along the rays: barycentric
-    /// coordinates, weights as fractions of |κ|, and ∇w.
-    pub fn points(&self) -> Vec<([f64; 4], f64, Vector3<f64>)> {
-        let along = quadrature::exact(1, 5);
-        let mut points = Vec::new();
-        for (on_face, weight, slope) in &self.rays {
-            for ([_, r, ..], part) in along.iter() {
-                let mut lambda = on_face.map(|l| r * l);
-                lambda[self.local] = 1.0 - r;
-                points.push((lambda, weight * part * 2.0 * r, *slope));
-            }
+    /// The middle of ∇w on a sector.
+    pub fn slope(&self, cell: &Simplex, sector: &Sector) -> Vector {
+        let mut slope = ZERO;
+        for (value, end) in sector.slopes.iter().zip(self.ends) {
+            add(&mut slope, Interval::at(*value), &cell.gradients[end], 2);
         }
-        points
+        slope
+    }
+
+    /// ‖∇w‖_κ at most, and what of it is the box.
+    pub fn norms(&self, cell: &Simplex) -> [f64; 2] {
+        let measure = cell.measure.high;
+        let of = |size: &dyn Fn(&Sector) -> f64| {
+            let parts = self.sectors.iter().map(|sector| {
+                above_of_product(
+                    sector.to - sector.from,
+                    Interval::at(size(sector)).square().high,
+                )
+            });
+            (Interval::at(measure) * Interval::at(above_of_all(parts)))
+                .root()
+                .high
+        };
+        let radius = of(&|sector| sector.radius);
+        let middle = of(&|sector| {
+            let slope = self.slope(cell, sector);
+            norm(&slope, 2).high
+        });
+        [(Interval::at(middle) + Interval::at(radius)).high, radius]
     }
 }
 
-/// The lifts of all faces that need one, by cells.
+/// Why there is no lift of a face.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum NoLift {
+    Jump,
+    Slope,
+}
+
+/// The lifts of g on all faces that need one.
 ///
 /// # Errors
-/// Data on Γ_D or Γ_C in 3D that are not linear on a face; data that are not finite.
-pub(super) fn lifts(problem: &Problem) -> Result<Vec<Lift>> {
-    let (mesh, scene) = (problem.space.mesh, problem.scene);
+/// g that is not in H¹ along Γ_D or cannot be proved to be; in 3D g that is not linear on a face.
+pub(super) fn lifts(problem: &Problem, unit: i32) -> Result<Vec<Lift>> {
+    let (mesh, g) = (problem.space.mesh, &problem.scene.data().g);
     let mut lifts = Vec::new();
-    for (part, name, data) in [
-        (Part::Dirichlet, "g", &scene.data().g),
-        (Part::Contact, "psi", &scene.data().psi),
-    ] {
-        if data.is_zero() {
+    if g.is_zero() {
+        return Ok(lifts);
+    }
+    for face in (0..mesh.face_count()).filter(|&f| problem.parts[f] == Some(Part::Dirichlet)) {
+        cancel::check()?;
+        let cell = mesh.face_cells(face)[0] as usize;
+        let simplex = Simplex::new(mesh, cell);
+        let local = mesh.local_face(cell, face);
+        if mesh.dim == 3 {
+            check_linear(problem, face, &simplex, local, unit)?;
             continue;
         }
-        let faces: Vec<usize> = (0..mesh.face_count())
-            .filter(|&face| problem.parts[face] == Some(part))
-            .collect();
-        let vertices = faces.iter().flat_map(|&face| mesh.face(face));
-        let size = largest(data, vertices.map(|&v| mesh.points[v as usize]));
-        for face in faces {
-            cancel::check()?;
-            if mesh.dim == 3 {
-                check_linear(mesh, face, name, data, size)?;
-            } else if let Some(lift) = lift(mesh, face, data, size) {
-                if !lift.square(1.0).is_finite() {
-                    return Err(refusal(
-                        format!(
-                            "the slope of {name} is not finite on {}",
-                            mesh.face_label(face)
-                        ),
-                        "give data with a square-integrable slope along the boundary",
-                    ));
-                }
-                lifts.push(lift);
+        match lift(&simplex, cell, local, g, unit) {
+            Ok(lift) => lifts.extend(lift),
+            Err(why) => {
+                let label = mesh.face_label(face);
+                return Err(match why {
+                    NoLift::Jump => refusal(
+                        format!("g may jump on {label}, and no function in H¹ has a jump on Γ_D"),
+                        "write a continuous g with max, min or abs instead of `if`, or put a vertex where its branches meet",
+                    ),
+                    NoLift::Slope => refusal(
+                        format!("the slope of g is not bounded on {label}"),
+                        "give data with a bounded slope along the boundary",
+                    ),
+                });
             }
         }
     }
-    lifts.sort_by_key(|lift| lift.cell);
     Ok(lifts)
 }
 
+/// In 3D: g - I_h g is 0 but for rounding of g's own slopes on the face.
 fn check_linear(
-    mesh: &Triangulation,
+    problem: &Problem,
     face: usize,
-    name: &str,
-    data: &Expression,
-    size: f64,
+    cell: &Simplex,
+    local: usize,
+    unit: i32,
 ) -> Result<()> {
-    let corners: Vec<[f64; 3]> = mesh
-        .face(face)
-        .iter()
-        .map(|&v| mesh.points[v as usize])
-        .collect();
-    let at_corners: Vec<f64> = corners.iter().map(|x| data.value(*x)).collect();
-    for (lambda, _) in quadrature::exact(2, 5).iter() {
-        let x: [f64; 3] =
-            std::array::from_fn(|k| corners.iter().zip(lambda).map(|(c, l)| l * c[k]).sum());
-        let linear: f64 = at_corners.iter().zip(lambda).map(|(v, l)| v * l).sum();
-        if !((data.value(x) - linear).abs() <= ROUNDING.sqrt() * size) {
-            return Err(refusal(
-                format!(
-                    "{name} is not linear on {}, and in 3D no extension into the cells is known",
-                    mesh.face_label(face)
-                ),
-                "give data on Γ_D and Γ_C that are linear on every face",
-            ));
-        }
+    let (mesh, g) = (problem.space.mesh, &problem.scene.data().g);
+    let others: Vec<usize> = (0..4).filter(|&i| i != local).collect();
+    let at = |i: usize| cell.vertices[i].map(Interval::at);
+    let mut around = at(others[0]);
+    for &i in &others[1..] {
+        around = std::array::from_fn(|k| around[k].hull(at(i)[k]));
     }
-    Ok(())
+    let on_box = g.enclosure_inside(around, 3, Order::Gradient, 2);
+    let values = |i: usize| {
+        g.enclosure(at(i), 3, Order::Value)
+            .value
+            .times_power_of_two(unit)
+    };
+    let is_linear = others[1..].iter().all(|&i| {
+        // δ' along the edge, against the variation of g along it: an offset hides nothing.
+        let edge = minus(&at(i), &at(others[0]));
+        let slope = dot(
+            &on_box.gradient.map(|g| g.times_power_of_two(unit)),
+            &edge,
+            3,
+        );
+        let off = slope - (values(i) - values(others[0]));
+        off.contains(0.0)
+            && off.magnitude() <= ROUNDING * (slope.magnitude() + values(i).magnitude())
+    });
+    if is_linear && !on_box.may_jump {
+        return Ok(());
+    }
+    Err(refusal(
+        format!(
+            "g is not linear on {}, and in 3D no extension into the cells is known",
+            mesh.face_label(face)
+        ),
+        "give data on Γ_D that are linear on every face",
+    ))
 }
 
-fn lift(mesh: &Triangulation, face: usize, data: &Expression, size: f64) -> Option<Lift> {
-    let cell = mesh.face_cells(face)[0] as usize;
-    let local = mesh.local_face(cell, face);
-    let geometry = mesh.geometry(cell);
-    let [i, j] = [1, 2].map(|k| (local + k) % 3);
-    let [a, b, z] = [i, j, local].map(|k| geometry.vertices[k]);
-    let length = (b - a).norm();
-    let tangent = (b - a) / length;
-    let normal = geometry.normal(local);
-    let height = 2.0 * geometry.measure() / length;
-    let (at_a, at_b) = (data.value(a.into()), data.value(b.into()));
-    let mut pieces = vec![WHOLE];
-    for _ in 0..CUTS {
-        pieces = pieces.iter().flat_map(|piece| parts(piece, 1)).collect();
-    }
-    let rule = quadrature::exact(1, 9);
-    let share = 1.0 / pieces.len() as f64;
-    let mut largest = 0.0_f64;
-    let mut rays = Vec::new();
-    for piece in &pieces {
-        for ([p, q, ..], weight) in rule.iter() {
-            let s = p * piece[0][1] + q * piece[1][1];
-            let y = a + s * (b - a);
-            let (value, gradient) = data.with_gradient(y.into());
-            let delta = value - (at_a + s * (at_b - at_a));
-            let slope = Vector3::from(gradient).dot(&tangent) - (at_b - at_a) / length;
-            largest = largest.max(delta.abs());
-            let across = (delta - slope * (y - z).dot(&tangent)) / height;
-            let mut lambda = [0.0; 4];
-            (lambda[i], lambda[j]) = (1.0 - s, s);
-            rays.push((lambda, weight * share, slope * tangent + across * normal));
+/// The lift of one face of a triangle; none where δ is 0.
+pub(super) fn lift(
+    cell: &Simplex,
+    number: usize,
+    local: usize,
+    data: &Expression,
+    unit: i32,
+) -> std::result::Result<Option<Lift>, NoLift> {
+    let ends = [(local + 1) % 3, (local + 2) % 3];
+    let face = Face::new(cell, ends, data, unit);
+    for (vertex, end) in [
+        (face.values[0], [0.0, TINY]),
+        (face.values[1], [1.0 - TINY, 1.0]),
+    ] {
+        let near = face.value(end);
+        if near.low > vertex.high || near.high < vertex.low {
+            return Err(NoLift::Jump);
         }
     }
-    (!(largest <= ROUNDING * size)).then_some(Lift { cell, local, rays })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use faceoff_mesh::mesh::generate::union_jack;
-
-    /// ∫_κ ∂w/∂x_k = ∫_F δ n_k, as w vanishes on the other edges.
-    #[test]
-    fn the_divergence_theorem_holds() {
-        let mesh = Triangulation::new("uj", &union_jack(2, [2.0, 1.0])).unwrap();
-        let data = Expression::parse("x^3 - y^2*x + sin(3*y)").unwrap();
-        let mut lifted = 0;
-        for face in (0..mesh.face_count()).filter(|&face| mesh.is_boundary(face)) {
-            let Some(lift) = lift(&mesh, face, &data, 1.0) else {
-                continue;
+    let size = face.values[0].magnitude().max(face.values[1].magnitude());
+    let mut leaves = vec![face.leaf(0.0, 1.0)];
+    let gradients = ends.map(|end| cell.gradients[end]);
+    let of_r = norm(&super::simplex::plus(&gradients[0], &gradients[1]), 2).high;
+    let of_s = norm(&gradients[1], 2).high;
+    loop {
+        let radius = |leaf: &Delta| {
+            let [first, slope] = [leaf.first.radius(), leaf.slope.radius()];
+            above_of_product(first, of_r) + above_of_product(slope, of_s)
+        };
+        let cost = |leaf: &Delta| {
+            let radius = if leaf.may_jump {
+                f64::INFINITY
+            } else {
+                radius(leaf)
             };
-            lifted += 1;
-            let geometry = mesh.geometry(lift.cell);
-            let mut inside = Vector3::zeros();
-            for (_, weight, slope) in lift.points() {
-                inside += geometry.measure() * weight * slope;
+            (leaf.to - leaf.from) * radius * radius
+        };
+        let costs: Vec<f64> = leaves.iter().map(cost).collect();
+        let total: f64 = costs.iter().sum();
+        let slope = |leaf: &Delta| {
+            let (first, along) = (leaf.first.mid(), leaf.slope.mid());
+            let mut of = ZERO;
+            add(&mut of, Interval::at(first), &gradients[0], 2);
+            add(&mut of, Interval::at(first + along), &gradients[1], 2);
+            (leaf.to - leaf.from) * dot(&of, &of, 2).high
+        };
+        let energy: f64 = leaves.iter().map(slope).sum();
+        let height = leaves
+            .iter()
+            .map(|leaf| leaf.height.magnitude())
+            .fold(0.0, f64::max);
+        let is_done = total <= ACCURACY * ACCURACY * energy || height <= ROUNDING * size;
+        if is_done || leaves.len() >= LEAVES {
+            if !total.is_finite() {
+                let jumps = leaves.iter().any(|leaf| leaf.may_jump);
+                return Err(if jumps { NoLift::Jump } else { NoLift::Slope });
             }
-            let [a, b]: [Vector3<f64>; 2] =
-                [0, 1].map(|k| mesh.points[mesh.face(face)[k] as usize].into());
-            let mean: f64 = quadrature::exact(1, 9)
+            let sectors: Vec<Sector> = leaves
                 .iter()
-                .map(|([p, q, ..], w)| {
-                    let linear = p * data.value(a.into()) + q * data.value(b.into());
-                    w * (data.value((p * a + q * b).into()) - linear)
+                .map(|leaf| {
+                    let first = leaf.first.mid();
+                    let second = first + leaf.slope.mid();
+                    // What rounding of the second coefficient adds.
+                    let rounding = above_of_product(second.abs() * f64::EPSILON, of_s);
+                    Sector {
+                        from: leaf.from,
+                        to: leaf.to,
+                        slopes: [first, second],
+                        radius: (Interval::at(radius(leaf)) + Interval::at(rounding))
+                            .high
+                            .next_up(),
+                        height: leaf.height.magnitude(),
+                    }
                 })
-                .sum();
-            let outside = mean * geometry.face_measure(lift.local) * geometry.normal(lift.local);
-            assert!((inside - outside).norm() < 1e-8, "{inside} {outside}");
+                .collect();
+            let is_nothing = |s: &Sector| s.slopes == [0.0; 2] && s.height == 0.0;
+            let lift = Lift {
+                cell: number,
+                local,
+                ends,
+                sectors,
+            };
+            return Ok((!lift.sectors.iter().all(is_nothing)).then_some(lift));
         }
-        assert!(lifted > 4);
+        let worst = costs.iter().copied().fold(0.0, f64::max);
+        leaves = leaves
+            .into_iter()
+            .zip(costs)
+            .flat_map(|(leaf, cost)| {
+                if cost < 0.3 * worst && cost.is_finite() {
+                    return vec![leaf];
+                }
+                let middle = 0.5 * (leaf.from + leaf.to);
+                if middle <= leaf.from + TINY {
+                    return vec![leaf];
+                }
+                vec![face.leaf(leaf.from, middle), face.leaf(middle, leaf.to)]
+            })
+            .collect();
+        if leaves.len() > 1 && leaves.iter().all(|leaf| leaf.to - leaf.from <= 2.0 * TINY) {
+            return Err(NoLift::Jump);
+        }
+    }
+}
+
+/// Data along a face.
+struct Face<'a> {
+    ends: [[f64; 3]; 2],
+    data: &'a Expression,
+    unit: i32,
+    values: [Interval; 2],
+    edge: Vector,
+}
+
+/// δ on a leaf.
+#[derive(Clone, Copy)]
+struct Delta {
+    from: f64,
+    to: f64,
+    /// δ - s δ'
+    first: Interval,
+    /// δ'
+    slope: Interval,
+    /// δ
+    height: Interval,
+    may_jump: bool,
+}
+
+impl<'a> Face<'a> {
+    fn new(cell: &Simplex, ends: [usize; 2], data: &'a Expression, unit: i32) -> Self {
+        let vertices = ends.map(|i| cell.vertices[i]);
+        let value = |x: [f64; 3]| {
+            let of = data.enclosure(x.map(Interval::at), 2, Order::Value).value;
+            of.times_power_of_two(unit)
+        };
+        Face {
+            ends: vertices,
+            data,
+            unit,
+            values: vertices.map(value),
+            edge: cell.edge(ends[0], ends[1]),
+        }
     }
 
-    #[test]
-    fn linear_data_need_none() {
-        let mesh = Triangulation::new("uj", &union_jack(2, [2.0, 1.0])).unwrap();
-        let data = Expression::parse("3*x - 7*y + 0.1").unwrap();
-        for face in (0..mesh.face_count()).filter(|&face| mesh.is_boundary(face)) {
-            assert!(lift(&mesh, face, &data, 6.0).is_none());
+    fn around(&self, [from, to]: [f64; 2]) -> [Interval; 3] {
+        let mut piece = [[0.0; 4]; 4];
+        (piece[0], piece[1]) = ([1.0 - from, from, 0.0, 0.0], [1.0 - to, to, 0.0, 0.0]);
+        let [a, b, ..] = corners(&self.ends, &piece, 2);
+        std::array::from_fn(|k| a[k].hull(b[k]))
+    }
+
+    /// The data on a leaf.
+    fn value(&self, leaf: [f64; 2]) -> Interval {
+        let of = self
+            .data
+            .enclosure_inside(self.around(leaf), 2, Order::Gradient, 1);
+        of.value.times_power_of_two(self.unit)
+    }
+
+    fn leaf(&self, from: f64, to: f64) -> Delta {
+        let on_box = self
+            .data
+            .enclosure_inside(self.around([from, to]), 2, Order::Gradient, 1);
+        let scaled = |of: Interval| of.times_power_of_two(self.unit);
+        let difference = self.values[1] - self.values[0];
+        let slope = dot(&on_box.gradient.map(scaled), &self.edge, 2) - difference;
+        let s = Interval::new(from, to);
+        let linear = |s: Interval| self.values[0] + s * difference;
+        let range = scaled(on_box.value) - linear(s);
+        let middle = 0.5 * (from + to);
+        let at_middle = self
+            .data
+            .enclosure(self.around([middle, middle]), 2, Order::Value);
+        let centre = scaled(at_middle.value) - linear(Interval::at(middle));
+        let steps = Interval::around_zero(0.5 * (to - from));
+        let height = range.meet(centre + slope * steps);
+        Delta {
+            from,
+            to,
+            first: height - s * slope,
+            slope,
+            height,
+            may_jump: on_box.may_jump,
         }
     }
+}
+
+/// The lifts of a cell.
+pub(super) fn of_cell(data: &PreparedData, cell: usize) -> &[Lift] {
+    let lifts = &data.lifts;
+    let first = lifts.partition_point(|lift| lift.cell < cell);
+    let count = lifts[first..].partition_point(|lift| lift.cell == cell);
+    &lifts[first..first + count]
 }

@@ -1,54 +1,47 @@
 //! Guaranteed bounds of the error, from a discrete field alone.
 //!
-//! Let v ∈ K = {v = g on Γ_D, v ≤ ψ on Γ_C} and let σ have -div σ = Πf on every cell, σ·n = t̄ on Γ_N and
-//! σ·n = λ ≤ 0 on Γ_C. Integrating (∇(v-u), ∇u-σ) by parts, with -Δu = f, ∂ₙu = t and (u-ψ) ∂ₙu = 0,
-//!
-//! ```text
-//! ‖∇(v-u)‖² + ‖σ-∇u‖² + 2<∂ₙu, v-ψ>_C + 2<λ, u-ψ>_C
-//!     = ‖∇v-σ‖² + 2<λ, v-ψ>_C + 2(f-Πf, u-v) + 2<t-t̄, u-v>_N
-//! ```
-//!
-//! where nothing on the left is negative (W. Prager, J. L. Synge, Quart. Appl. Math. 5, 1947, with a
-//! contact side). Write M = ‖∇v-σ‖, B = <λ, v-ψ>_C ≥ 0, and o_κ for what Poincaré's inequality on κ makes of
-//! f-Πf and the trace inequality of t-t̄. With A² = Σ (M_κ + o_κ)²
-//!
-//! ```text
-//! ‖∇(u-v)‖ ≤ η = A/2 + √(A²/4 + B)                 from (∇(u-v), ∇(u-v)) ≤ Σ (M_κ+o_κ) ‖∇(u-v)‖_κ + B
-//! ‖∇u-G‖  ≤ R = √(M²/4 + B + ‖o‖ η)                for G = (∇v+σ)/2, by the parallelogram law
-//! ‖∇u-∇u_h‖_h ≤ ‖G-∇u_h‖_h + R                     for any u_h
-//! -2J(v) ≤ ‖∇u‖² ≤ (‖σ‖ + ‖o‖)²                     where g = ψ = 0
-//! ```
-//!
-//! Nothing is asked of u_h: that it solves a scheme, or how well, only makes the bounds small. f and t
-//! are integrated until their moments are right to seven digits; what is left, where they jump inside a cell, counts
-//! as δ with ‖δ‖ diam(Ω) for Friedrichs' inequality, and is refused where that matters.
+//! Nothing is asked of u_h: that it solves a scheme, or how well, only makes the bounds small. [`certify`] bounds the error;
+//! [`examine`] gives intervals of numbers of u as well, and what is proved of its contact set. The data are not sampled but
+//! enclosed, and rounding is part of the bounds ([`crate::interval`]).
+#![doc = include_str!("theorem.md")]
 
 mod admissible;
+mod balance;
 mod cells;
 mod data;
 mod flux;
+mod goal;
 mod lift;
+mod model;
+mod obstacle;
+mod patch;
+mod proof;
+#[cfg(test)]
+mod random_tests;
+mod simplex;
 #[cfg(test)]
 mod tests;
 
 use std::borrow::Cow;
 
-use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::assembly::combine;
 use crate::contact::Problem;
 use crate::element::Space;
+use crate::interval::{Interval, above_of_all, below_of_all};
 use crate::quadrature;
-use crate::scene::Expression;
-use cells::{CellFields, CellSquares, Ingredients};
+use balance::Balance;
+use cells::{CellFields, CellNorms};
 pub use data::PreparedData;
+use data::Traction;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
-
-/// What the data may be off by for their quadrature, relative to the bound.
-const INTEGRATED: f64 = 0.1;
+use flux::Fluxes;
+use goal::{Goal, Known};
+pub use proof::{ContactProof, Touched};
+use simplex::{Simplex, length, up};
 
 /// How far a field may be off on Γ_D, relative to its largest value.
 const ON_DIRICHLET: f64 = 1e-9;
@@ -64,11 +57,35 @@ pub struct Certificate {
     pub u_h: [f64; 2],
     /// ‖∇u‖ is at least and at most this.
     pub gradient: [f64; 2],
+    /// J(u) is at least and at most this.
+    pub energy: [f64; 2],
     pub parts: Parts,
-    /// (M_κ + o_κ)² + 2B_κ: what each cell adds to the square of the bound, and where to refine.
+    /// Numbers of u, where they were asked for: see [`examine`].
+    pub numbers: Option<Numbers>,
+    /// (M_κ + o_κ + Q_κ)² + 2B_κ: what each cell adds to the square of the bound, and where to refine.
+    ///
+    /// In units of 4^-`unit`.
     pub local: Vec<f64>,
+    /// 0 but where the squares of the data are out of range.
+    pub unit: i32,
     /// The best that is known of u and ∇u.
     pub fields: Fields,
+}
+
+/// Numbers of u, each in its interval.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Numbers {
+    /// <∂ₙu, 1>_C; none where Γ_C meets Γ_D, which carry a share of it that no bound of ∇u tells apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_force: Option<[f64; 2]>,
+    /// <∂ₙu, 1>_D = -(f,1) - <t,1>_N - <∂ₙu,1>_C
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dirichlet_flux: Option<[f64; 2]>,
+    /// The mean of u over the domain.
+    pub mean: [f64; 2],
+    /// What is proved of the contact set, in 2D where Γ_C lies on one line parallel to an axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactProof>,
 }
 
 /// What the bounds are made of.
@@ -78,10 +95,10 @@ pub struct Parts {
     pub misfit: f64,
     /// B = <λ, v-ψ>_C
     pub contact: f64,
-    /// ‖o‖
+    /// ‖o‖: what is known of the data and no flux balances.
     pub oscillation: f64,
-    /// ‖δ‖ diam(Ω): quadrature of the data.
-    pub quadrature: f64,
+    /// ‖Q‖: what is not known of the data, and all rounding.
+    pub unknown: f64,
 }
 
 /// Fields that the bounds speak of.
@@ -103,6 +120,9 @@ pub enum Target {
     V,
     /// The discrete field itself.
     UH,
+    /// The contact force: half the width of its interval.
+    #[serde(rename = "contact-force")]
+    ContactForce,
 }
 
 impl std::str::FromStr for Target {
@@ -113,7 +133,8 @@ impl std::str::FromStr for Target {
             "g" => Ok(Target::G),
             "v" => Ok(Target::V),
             "u_h" => Ok(Target::UH),
-            _ => Err("use g, v or u_h".into()),
+            "contact-force" => Ok(Target::ContactForce),
+            _ => Err("use g, v, u_h or contact-force".into()),
         }
     }
 }
@@ -125,16 +146,30 @@ impl Certificate {
             Target::G => [0.0, self.g],
             Target::V => [0.0, self.v],
             Target::UH => self.u_h,
+            Target::ContactForce => {
+                let width = self.contact_force().map(|[low, high]| 0.5 * (high - low));
+                [0.0, width.unwrap_or(f64::INFINITY)]
+            }
         }
     }
 
-    /// The bound from above relative to ‖∇u‖, of which a bound from below is known; infinite where none is.
+    fn contact_force(&self) -> Option<[f64; 2]> {
+        self.numbers
+            .as_ref()
+            .and_then(|numbers| numbers.contact_force)
+    }
+
+    /// The bound from above relative to ‖∇u‖, or to the force, of which a bound from below is known; infinite where none is.
     pub fn relative(&self, target: Target) -> f64 {
         let upper = self.of(target)[1];
         if upper == 0.0 {
             return 0.0;
         }
-        upper / self.gradient[0]
+        let least = match (target, self.contact_force()) {
+            (Target::ContactForce, Some([low, high])) => Interval::new(low, high).mignitude(),
+            _ => self.gradient[0],
+        };
+        upper / least
     }
 }
 
@@ -182,78 +217,195 @@ pub fn certify_with(
     data: Cow<'_, PreparedData>,
 ) -> Result<Certificate> {
     check(problem, u)?;
-    bounds(problem, &CellFields::new(problem, u, data)?)
+    let mut solver = Fluxes::new(problem);
+    let fields = CellFields::new(problem, u, data, &mut solver)?;
+    bounds(&fields, &mut solver).map(|(certificate, _)| certificate)
 }
 
-fn bounds(problem: &Problem, fields: &CellFields) -> Result<Certificate> {
-    let given = problem.scene.data();
-    let mesh = problem.space.mesh;
-    let Ingredients {
-        data, lambda, v, ..
-    } = &fields.ingredients;
-    let PreparedData {
-        loads, tractions, ..
-    } = &**data;
-    let mut oscillations: Vec<f64> = loads.iter().map(|load| load.oscillation).collect();
-    for traction in tractions {
-        oscillations[traction.cell] += traction.oscillation;
-    }
-    let cells: Vec<CellSquares> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(|cell| cancel::check().map(|()| fields.squares(cell)))
-        .collect::<Result<_>>()?;
-    let touching = contact_terms(problem, v, lambda);
-    let uncertain: f64 = loads.iter().map(|load| load.uncertain).sum();
-    let parts = Parts {
-        misfit: norm(cells.iter().map(|c| c.misfit.powi(2))),
-        contact: touching.iter().sum(),
-        oscillation: norm(oscillations.iter().map(|o| o * o)),
-        quadrature: uncertain.sqrt() * diameter(&mesh.points),
+/// A certificate with intervals of numbers of u, and what is proved of its contact set.
+///
+/// The numbers take a dual problem each, the contact set some more.
+///
+/// # Errors
+/// Those of [`certify`].
+pub fn examine(problem: &Problem, u: &[f64]) -> Result<Certificate> {
+    check(problem, u)?;
+    let mut solver = Fluxes::new(problem);
+    let data = Cow::Owned(PreparedData::new(problem)?);
+    let fields = CellFields::new(problem, u, data, &mut solver)?;
+    let (mut certificate, known) = bounds(&fields, &mut solver)?;
+    certificate.numbers = Some(numbers(&fields, known, &mut solver)?);
+    Ok(certificate)
+}
+
+fn numbers(fields: &CellFields, mut known: Known, solver: &mut Fluxes) -> Result<Numbers> {
+    let mesh = fields.problem.space.mesh;
+    let cells = 0..mesh.cell_count();
+    // (1, |w|) ≤ ‖q‖ ‖∇w‖ for the q of the load 1.
+    let q = solver.majorant(&vec![1.0; mesh.cell_count()], &[])?;
+    known.friedrichs =
+        length(cells.clone().map(|cell| {
+            cells::norm_of_fluxes(&Simplex::new(mesh, cell), fields.fluxes_of(&q, cell))
+        }));
+    let uniform = |mean: f64, on_contact: f64| Goal {
+        means: vec![mean; mesh.cell_count()],
+        rests: Vec::new(),
+        on_contact,
     };
-    let mut local: Vec<f64> = cells
+    let force = goal::interval(fields, &known, &uniform(0.0, 1.0))?;
+    let mean = goal::interval(fields, &known, &uniform(1.0, 0.0))?;
+    let volume: Interval = cells.map(|cell| Simplex::new(mesh, cell).measure).sum();
+    let total = load(fields, &vec![Interval::ONE; mesh.points.len()]);
+    let ends = |of: Interval| {
+        let back = |value: f64| Interval::at(value).times_power_of_two(-fields.data.unit);
+        [back(of.low).low, back(of.high).high]
+    };
+    Ok(Numbers {
+        contact_force: force.map(|n| ends(-n)),
+        dirichlet_flux: force.map(|n| ends(n - total)),
+        mean: ends(mean.unwrap_or(Interval::WHOLE) / volume),
+        contact: proof::contact(fields, &known)?,
+    })
+}
+
+fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Known)> {
+    let (problem, data) = (fields.problem, &*fields.data);
+    let mesh = problem.space.mesh;
+    let cells = 0..mesh.cell_count();
+    let balances: Vec<Balance> = cells
+        .clone()
+        .into_par_iter()
+        .map(|cell| cancel::check().map(|()| fields.balance(cell)))
+        .collect::<Result<_>>()?;
+    let errors: Vec<f64> = balances.iter().map(|balance| balance.error).collect();
+    let on_neumann: Vec<(usize, f64)> = data
+        .tractions
         .iter()
-        .zip(&oscillations)
-        .map(|(cell, o)| (cell.misfit + o).powi(2))
+        .map(|traction| (traction.face, traction.error))
         .collect();
-    let a = norm(local.iter().copied()) + parts.quadrature;
-    let v_bound = 0.5 * a + (0.25 * a * a + parts.contact).sqrt();
-    let left = parts.oscillation + parts.quadrature;
-    let g_bound = (0.25 * parts.misfit.powi(2) + parts.contact + left * v_bound).sqrt();
-    if parts.quadrature > INTEGRATED * g_bound {
-        return Err(refusal(
-            format!(
-                "f cannot be integrated on this mesh: its jumps or singularities inside cells leave {:e}, and the bound is {g_bound:e}",
-                parts.quadrature
-            ),
-            "refine the mesh, or let its edges follow the jumps",
-        ));
+    let q = solver.majorant(&errors, &on_neumann)?;
+    let (mut oscillations, mut unknown) = (Vec::new(), Vec::new());
+    for (cell, balance) in balances.iter().enumerate() {
+        let simplex = Simplex::new(mesh, cell);
+        let of_q = cells::norm_of_fluxes(&simplex, fields.fluxes_of(&q, cell));
+        oscillations.push(balance.oscillation);
+        unknown.push(up(of_q, balance.spread));
     }
-    let distance = norm(cells.iter().map(|c| c.distance.powi(2)));
-    let size = norm(cells.iter().map(|c| c.gradient));
-    let mut gradient = [(size - g_bound).max(0.0), size + g_bound];
+    for traction in &data.tractions {
+        let oscillation = &mut oscillations[traction.cell];
+        *oscillation = up(*oscillation, traction.oscillation);
+        unknown[traction.cell] = up(unknown[traction.cell], traction.spread);
+    }
+    let norms: Vec<CellNorms> = cells
+        .clone()
+        .into_par_iter()
+        .map(|cell| cancel::check().map(|()| fields.norms(cell, &balances[cell])))
+        .collect::<Result<_>>()?;
+    let touching = contact_terms(fields);
+
+    let at = Interval::at;
+    let left: Vec<f64> = oscillations
+        .iter()
+        .zip(&unknown)
+        .map(|(o, q)| up(*o, *q))
+        .collect();
+    let all = norms
+        .iter()
+        .zip(&left)
+        .map(|(cell, left)| up(cell.misfit, *left));
+    let all: Vec<f64> = all.collect();
+    let misfit = length(norms.iter().map(|cell| cell.misfit));
+    let contact = above_of_all(touching.iter().copied());
+    let rest = length(left.iter().copied());
+    let half = at(0.5) * at(length(all.iter().copied()));
+    let eta = (half + (half.square() + at(contact)).root()).high;
+    let half = at(0.5) * at(misfit);
+    let of_g = (half.square() + at(contact) + at(rest) * at(eta))
+        .root()
+        .high;
+    let distance = whole(norms.iter().map(|cell| cell.distance));
+    let size = whole(norms.iter().map(|cell| cell.gradient));
+    let energy_of_v = energy(fields, &norms);
+    let gap = at(0.5) * at(misfit).square() + at(contact) + at(rest) * at(eta);
+    let mut gradient = around(size, of_g);
+    let given = problem.scene.data();
     if given.g.is_zero() && given.psi.is_zero() {
-        let flux = norm(cells.iter().map(|c| c.flux));
-        let least = -2.0 * energy(problem, &fields.ingredients);
-        gradient[0] = gradient[0].max(least.max(0.0).sqrt() - parts.quadrature);
-        gradient[1] = gradient[1].min(flux + left);
+        let flux = length(norms.iter().map(|cell| cell.flux));
+        let least = (-2.0 * energy_of_v).low.max(0.0);
+        gradient[0] = gradient[0].max(at(least).root().low);
+        gradient[1] = gradient[1].min(up(flux, rest));
     }
+
+    // Back in the unit of the data.
+    let back = |value: f64| at(value).times_power_of_two(-data.unit);
+    let both = |[low, high]: [f64; 2]| [back(low).low.max(0.0), back(high).high];
+    let twice = |value: Interval| {
+        back(value.low)
+            .hull(back(value.high))
+            .times_power_of_two(-data.unit)
+    };
+    let mut local: Vec<f64> = all.iter().map(|all| all * all).collect();
     for (face, term) in problem.contact.iter().zip(&touching) {
         local[face.cell] += 2.0 * term;
     }
-    Ok(Certificate {
-        v: v_bound,
-        g: g_bound,
-        u_h: [(distance - g_bound).max(0.0), distance + g_bound],
-        gradient,
-        parts,
-        local,
-        fields: Fields {
-            gradient: (0..mesh.cell_count())
-                .map(|cell| fields.gradient(cell))
-                .collect(),
-            v: v.clone(),
+    let energy = Interval::new((energy_of_v - gap).low, energy_of_v.high);
+    let certificate = Certificate {
+        v: back(eta).high,
+        g: back(of_g).high,
+        u_h: both(around(distance, of_g)),
+        gradient: both(gradient),
+        energy: [twice(energy).low, twice(energy).high],
+        parts: Parts {
+            misfit: back(misfit).high,
+            contact: twice(at(contact)).high,
+            oscillation: back(length(oscillations)).high,
+            unknown: back(length(unknown)).high,
         },
-    })
+        numbers: None,
+        local,
+        unit: data.unit,
+        fields: Fields {
+            gradient: cells
+                .map(|cell| fields.gradient(cell).map(|g| back(g).mid()))
+                .collect(),
+            v: fields.v.iter().map(|v| back(v.mid()).mid()).collect(),
+        },
+    };
+    if !(certificate.g.is_finite() && certificate.u_h[1].is_finite()) {
+        return Err(refusal(
+            "the bound is not finite: the data or the cells are beyond the range of numbers",
+            "scale the problem, or use cells of less extreme shape",
+        ));
+    }
+    let apart = balances.iter().enumerate().map(|(cell, balance)| {
+        let simplex = Simplex::new(mesh, cell);
+        let lifts = lift::of_cell(data, cell)
+            .iter()
+            .map(|lift| lift.norms(&simplex)[0]);
+        above_of_all(lifts.chain([balance.norm]))
+    });
+    let known = Known {
+        of_g: up(of_g, 0.5 * length(apart)),
+        eta,
+        terms: gap.high,
+        contact,
+        friedrichs: f64::INFINITY,
+    };
+    Ok((certificate, known))
+}
+
+/// A norm over all cells from those on each.
+fn whole(norms: impl Iterator<Item = Interval> + Clone) -> Interval {
+    let squares = norms.map(|norm| norm.square());
+    let low = below_of_all(squares.clone().map(|s| s.low));
+    let high = above_of_all(squares.map(|s| s.high));
+    Interval::new(low, high).root()
+}
+
+/// What is within `radius` of a norm.
+fn around(norm: Interval, radius: f64) -> [f64; 2] {
+    let of = norm + Interval::around_zero(radius);
+    [of.low.max(0.0), of.high]
 }
 
 /// ‖∇(u_a - u_b)‖, broken over the cells of the mesh that both spaces have.
@@ -312,56 +464,112 @@ fn norm(squares: impl Iterator<Item = f64>) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// The largest |data| at some points.
-fn largest(data: &Expression, points: impl Iterator<Item = [f64; 3]>) -> f64 {
-    points.fold(0.0, |m: f64, x| m.max(data.value(x).abs()))
-}
-
-/// Of the box around all points, which is not less than that of the domain.
-fn diameter(points: &[[f64; 3]]) -> f64 {
-    let extent = |k: usize| {
-        let values = points.iter().map(|p| p[k]);
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (low.min(x), high.max(x))
-        });
-        high - low
-    };
-    (0..3).map(|k| extent(k).powi(2)).sum::<f64>().sqrt()
-}
-
-/// λ_F ∫_F (v-ψ) of each contact face, both as linear functions on it.
-fn contact_terms(problem: &Problem, v: &[f64], lambda: &[f64]) -> Vec<f64> {
-    let psi = &problem.scene.data().psi;
-    let mesh = problem.space.mesh;
-    let of_face = |(face, lambda): (&crate::contact::ContactFace, &f64)| {
-        let vertices = mesh.face(face.face).iter();
-        let gaps =
-            vertices.map(|&vertex| v[vertex as usize] - psi.value(mesh.points[vertex as usize]));
-        // v was held at or below ψ: what is above is rounding.
-        lambda * face.measure * gaps.map(|gap| gap.min(0.0)).sum::<f64>() / mesh.dim as f64
-    };
-    problem.contact.iter().zip(lambda).map(of_face).collect()
+/// λ_F ∫_F (v-ψ) of each contact face at most.
+fn contact_terms(fields: &CellFields) -> Vec<f64> {
+    let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
+    let pairs = problem.contact.iter().zip(&fields.data.obstacles);
+    pairs
+        .map(|(contact, obstacle)| {
+            let local = mesh.local_face(contact.cell, contact.face);
+            let flux = fields.fluxes_of(&fields.fluxes, contact.cell)[local];
+            let vertices = mesh.face(contact.face).iter().zip(obstacle.values);
+            let gaps: Interval = vertices
+                .map(|(&vertex, psi)| {
+                    let v = fields.v[vertex as usize];
+                    if obstacle.is_lifted { v - psi } else { v }
+                })
+                .sum();
+            let mut gap = gaps / Interval::at(mesh.dim as f64);
+            if !obstacle.is_lifted {
+                gap = gap - obstacle.mean;
+            }
+            // v is nowhere above ψ: what is positive here is rounding.
+            (Interval::at(flux) * Interval::at(gap.low.min(0.0)))
+                .high
+                .max(0.0)
+        })
+        .collect()
 }
 
 /// J(v) = ½‖∇v‖² - (f,v) - <t,v>_N
-fn energy(problem: &Problem, ingredients: &Ingredients) -> f64 {
-    let Ingredients { data, v, .. } = ingredients;
-    let mesh = problem.space.mesh;
-    let mut sum = 0.0;
-    for (cell, load) in data.loads.iter().enumerate() {
-        let geometry = mesh.geometry(cell);
-        let mut slope = Vector3::zeros();
-        for (i, &vertex) in mesh.cell(cell).iter().enumerate() {
-            let value = v[vertex as usize];
-            slope += value * geometry.gradients[i];
-            sum -= geometry.measure() * load.moment(mesh.dim, i) * value;
-        }
-        sum += 0.5 * geometry.measure() * slope.norm_squared();
+fn energy(fields: &CellFields, norms: &[CellNorms]) -> Interval {
+    let mut sum: Interval = norms.iter().map(|cell| 0.5 * cell.slope.square()).sum();
+    // v's lifts, which vanish on Γ_N.
+    for lift in &fields.data.lifts {
+        let simplex = fields.simplex(lift.cell);
+        let mut sup = 0.0_f64;
+        let tree = &fields.data.trees[lift.cell];
+        tree.for_each(simplex.dim, &mut |node, _, _| {
+            let leaf = tree.leaf(node);
+            let most = leaf.values[..=simplex.dim]
+                .iter()
+                .fold(0.0, |m: f64, p| m.max(p.abs()));
+            sup = sup.max(up(up(most, leaf.wave), leaf.error));
+        });
+        let size = Interval::at(sup) * Interval::at(cells::size_of_lift(&simplex, lift));
+        sum += Interval::around_zero(size.high);
     }
-    for traction in &data.tractions {
-        for (&vertex, moment) in mesh.cell(traction.cell).iter().zip(traction.moments) {
-            sum -= moment * v[vertex as usize];
+    sum - load(fields, &fields.v)
+}
+
+/// (f, z) + <t, z>_N for the continuous piecewise linear z with these values at the vertices.
+fn load(fields: &CellFields, z: &[Interval]) -> Interval {
+    let cells = 0..fields.problem.space.mesh.cell_count();
+    let of_cell = |cell: usize| load_of_cell(fields, cell, &fields.corners_of(z, cell));
+    let cells: Vec<Interval> = cells.into_par_iter().map(of_cell).collect();
+    let of_face = |t: &Traction| load_of_face(fields, t, &fields.corners_of(z, t.cell));
+    cells
+        .into_iter()
+        .chain(fields.data.tractions.iter().map(of_face))
+        .sum()
+}
+
+/// (f, z)_κ of corner values.
+fn load_of_cell(fields: &CellFields, cell: usize, z: &[Interval; 4]) -> Interval {
+    let mesh = fields.problem.space.mesh;
+    let (dim, count) = (mesh.dim, mesh.dim + 1);
+    let (at, tree) = (Interval::at, &fields.data.trees[cell]);
+    let mut load = Interval::ZERO;
+    tree.for_each(dim, &mut |node, piece, share| {
+        let leaf = tree.leaf(node);
+        let mut here = [Interval::ZERO; 4];
+        for (value, corner) in here.iter_mut().zip(piece).take(count) {
+            *value = (0..count).map(|i| corner[i] * z[i]).sum();
         }
-    }
-    sum
+        let p = leaf.values.map(at);
+        let mixed: Interval = (0..count).map(|j| p[j] * here[j]).sum();
+        let sums = [&p, &here].map(|of| of[..count].iter().copied().sum::<Interval>());
+        // The wave has mean 0.
+        let (away, largest) = reach(&here[..count]);
+        let slack = at(leaf.wave) * at(away) + at(leaf.error) * at(largest);
+        let mean = (mixed + sums[0] * sums[1]) / at((count * (count + 1)) as f64);
+        load += share * (mean + Interval::around_zero(slack.high));
+    });
+    load * Simplex::new(mesh, cell).measure
+}
+
+/// <t, z>_F of the corner values of the cell.
+fn load_of_face(fields: &CellFields, traction: &Traction, z: &[Interval; 4]) -> Interval {
+    let mesh = fields.problem.space.mesh;
+    let local = mesh.local_face(traction.cell, traction.face);
+    let corners = (0..=mesh.dim).filter(|&i| i != local);
+    let on_face: Vec<Interval> = corners.map(|i| z[i]).collect();
+    let (away, largest) = reach(&on_face);
+    let at = Interval::at;
+    let slack = at(traction.wave) * at(away) + at(traction.rest) * at(largest);
+    let mean: Interval = (0..=mesh.dim).map(|i| traction.moments[i] * z[i]).sum();
+    mean + Interval::around_zero(slack.high)
+}
+
+/// How far values are from their mean at most, and the largest of their sizes.
+fn reach(values: &[Interval]) -> (f64, f64) {
+    let mean = values.iter().copied().sum::<Interval>() / Interval::at(values.len() as f64);
+    let away = values
+        .iter()
+        .map(|v| (*v - mean).magnitude())
+        .fold(0.0, f64::max);
+    (
+        away,
+        values.iter().map(|v| v.magnitude()).fold(0.0, f64::max),
+    )
 }

@@ -1,9 +1,12 @@
 //! Expressions of a scene: parsed once into a tree, evaluated here, and written out from the tree
 //! for the other codes. What is not in the tree's vocabulary cannot reach any engine.
 
+mod enclosure;
 mod gradient;
 mod many;
 mod parse;
+
+pub use enclosure::{AXES, Enclosure, Order};
 
 /// A real-valued function of the point (x, y, z).
 #[derive(Debug, Clone, PartialEq)]

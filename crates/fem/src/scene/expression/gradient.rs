@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use super::{Comparison, Expression, Function, Node, Operator};
+use crate::interval::Interval;
 
 /// A value and its gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,19 +70,27 @@ fn times(derivative: f64, slope: f64) -> f64 {
 
 /// The terms of a formula, each behind those it is made of; the last one is the whole.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Steps(Vec<Step>);
+pub(super) struct Steps(pub(super) Vec<Step>);
 
 /// A term; others by their places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Step {
-    /// The bits of a number: of all that no coordinate is in.
-    Number(u64),
+pub(super) enum Step {
+    /// Of all that no coordinate is in: the bits of the number, and of an interval that holds what it stands for.
+    Number(u64, [u64; 2]),
     Coordinate(usize),
     Negative(usize),
     Binary(Operator, usize, usize),
     One(Function, usize),
     Two(Function, usize, usize),
     If(Comparison, [usize; 4]),
+}
+
+impl Step {
+    fn constant(node: &Node) -> Self {
+        let Interval { low, high } = node.enclosure();
+        let value = node.value(&[0.0; 3]);
+        Step::Number(value.to_bits(), [low.to_bits(), high.to_bits()])
+    }
 }
 
 impl Steps {
@@ -96,7 +105,7 @@ impl Steps {
         let mut all: Vec<Dual> = Vec::with_capacity(self.0.len());
         for step in &self.0 {
             all.push(match *step {
-                Step::Number(bits) => Dual::constant(f64::from_bits(bits)),
+                Step::Number(bits, _) => Dual::constant(f64::from_bits(bits)),
                 Step::Coordinate(axis) => {
                     let mut dual = Dual::constant(point[axis]);
                     dual.slope[axis] = 1.0;
@@ -120,18 +129,18 @@ impl Steps {
 fn place(node: &Node, steps: &mut Vec<Step>, known: &mut HashMap<Step, usize>) -> usize {
     let mut of = |node: &Node| place(node, steps, known);
     let step = if node.is_constant() {
-        Step::Number(node.value(&[0.0; 3]).to_bits())
+        Step::constant(node)
     } else {
         match node {
-            Node::Number(value) => Step::Number(value.to_bits()),
-            Node::Pi => Step::Number(std::f64::consts::PI.to_bits()),
+            Node::Number(_) | Node::Pi => Step::constant(node),
             Node::Coordinate(axis) => Step::Coordinate(*axis),
             Node::Negative(a) => Step::Negative(of(a)),
             Node::Binary(operator, a, b) => Step::Binary(*operator, of(a), of(b)),
             Node::Call(function, arguments) => match &arguments[..] {
                 [a] => Step::One(*function, of(a)),
                 [a, b, ..] => Step::Two(*function, of(a), of(b)),
-                [] => Step::Number(f64::NAN.to_bits()),
+                // The parser counts arguments.
+                [] => Step::constant(&Node::Number(f64::NAN)),
             },
             Node::If(comparison, parts) => Step::If(*comparison, parts.each_ref().map(of)),
         }

@@ -1,0 +1,345 @@
+//! Numbers that people ask for, as intervals: the contact force and means of u, by a dual problem.
+//!
+//! For N(u) = (k, u) - β <∂ₙu, 1>_C let z ∈ P1 vanish on Γ_D, q ∈ RT0 have q·n = 0 on Γ_N and q·n = μ on Γ_C. As
+//! (q, ∇u) = -(div q, u) + <q·n, g>_D + <μ, u>_C and (∇z, ∇u) = (f, z) + <t, z>_N + <∂ₙu, z>_C,
+//!
+//! ```text
+//! N(u) = (q-∇z, ∇u) + (f, z) + <t, z>_N - <q·n, g>_D - <μ, ψ>_C + (k+div q, u) + <∂ₙu, z-β>_C - <μ, u-ψ>_C
+//! ```
+//!
+//! Now (q-∇z, ∇u) = (q-∇z, G) ± R ‖q-∇z‖, and where |μ| ≤ c |λ| and |z-β| ≤ c (ψ-v) on Γ_C, the last two are at most
+//! c (<∂ₙu, v-ψ> + <λ, u-ψ>) ≤ c E²/2, E² = M² + 2B + 2Lη (see [`super`]): both errors are of second order. Along the rim of
+//! the contact set the dual solution's μ is singular where λ vanishes: it is cut off at c |λ|, and z stays β, which costs
+//! ‖q-∇z‖. k enters by its means k̄ on the cells, by sup |k-k̄| on each, as (k-k̄, u) = (k-k̄, v-v̄) + (k-k̄, w), and by what
+//! is not known of it.
+
+use rayon::prelude::*;
+
+use super::admissible;
+use super::balance::poincare;
+use super::cells::CellFields;
+use super::flux::{Fluxes, raviart_thomas};
+use super::lift;
+use super::simplex::{Simplex, Vector, dot, half, length, mean_square_of_linear, minus, plus, up};
+use crate::contact::Problem;
+use crate::interval::{Interval, above_of_all};
+use crate::quadrature::WHOLE;
+use crate::scene::Part;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
+
+/// A linear functional (k, u) - β <∂ₙu, 1>_C.
+#[derive(Debug, Clone)]
+pub(super) struct Goal {
+    /// k̄ by cells.
+    pub means: Vec<f64>,
+    /// Of each cell; empty where k is constant on all.
+    pub rests: Vec<Rest>,
+    /// β
+    pub on_contact: f64,
+}
+
+/// k on a cell is k̄, a part of mean 0, and what is not known.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Rest {
+    /// The part of mean 0 is at most this.
+    pub spread: f64,
+    /// The rest is at most this, and in the mean at most that.
+    pub most: f64,
+    pub mean: f64,
+}
+
+/// What the bounds of the primal problem are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known {
+    /// ‖∇u-G‖, G without lifts and τ
+    pub of_g: f64,
+    /// ‖∇(u-v)‖
+    pub eta: f64,
+    /// E²/2
+    pub terms: f64,
+    /// B
+    pub contact: f64,
+    /// (1, |w|) ≤ this ‖∇w‖ for w that vanishes on Γ_D.
+    pub friedrichs: f64,
+}
+
+/// c is tried at these multiples of what makes both errors about equal; on many cells at the first alone, as each takes a
+/// factorisation.
+const FACTORS: [f64; 3] = [1.0, 2.0, 0.5];
+const MANY: usize = 20_000;
+/// ‖q-∇z‖ of a dual solution, relative to its own norm: a guess.
+const AWAY: f64 = 0.15;
+
+/// The interval of N(u), the smallest of those with several c; none where Γ_D and Γ_C meet and β is not 0.
+///
+/// # Errors
+/// Those of the linear solver.
+pub(super) fn interval(
+    fields: &CellFields,
+    known: &Known,
+    goal: &Goal,
+) -> Result<Option<Interval>> {
+    if goal.on_contact != 0.0 && meets(fields) {
+        return Ok(None);
+    }
+    let problem = fields.problem;
+    let mesh = problem.space.mesh;
+    // With z = β wherever u_h touches.
+    let mut plain = Dual::new(fields, known, 0.0);
+    let [w, fluxes] = plain.solver.dual(&goal.means, goal.on_contact, &[])?;
+    let mut best = goal.with(fields, known, &w, &fluxes);
+    let pressed: Vec<f64> = fields.lambda.iter().map(|l| l.abs()).collect();
+    if pressed.iter().all(|l| *l == 0.0) {
+        return Ok(Some(best));
+    }
+    let size = length((0..mesh.cell_count()).map(|cell| {
+        super::cells::norm_of_fluxes(&Simplex::new(mesh, cell), fields.fluxes_of(&fluxes, cell))
+    }));
+    let equal = AWAY * known.of_g * size / known.terms.max(f64::MIN_POSITIVE);
+    let tried = if mesh.cell_count() > MANY {
+        1
+    } else {
+        FACTORS.len()
+    };
+    for factor in &FACTORS[..tried] {
+        cancel::check()?;
+        let c = factor * equal;
+        // Where μ is too large it is given, as large as may be.
+        let mut capped = Vec::new();
+        for (contact, lambda) in problem.contact.iter().zip(&pressed) {
+            let local = mesh.local_face(contact.cell, contact.face);
+            let mu = fields.fluxes_of(&fluxes, contact.cell)[local];
+            if *lambda > 0.0 && mu.abs() > c * lambda * contact.measure {
+                capped.push((contact.face, mu.signum() * c * lambda * contact.measure));
+            }
+        }
+        let is_capped = |face: usize| capped.iter().any(|(other, _)| *other == face);
+        let fixed = problem.contact.iter().zip(&pressed);
+        let fixed = fixed.filter(|(contact, lambda)| **lambda > 0.0 && !is_capped(contact.face));
+        let mut solver = Fluxes::with_values(problem, fixed.map(|(contact, _)| contact.face));
+        let [w, fluxes] = solver.dual(&goal.means, goal.on_contact, &capped)?;
+        best = best.meet(goal.with(fields, known, &w, &fluxes));
+    }
+    Ok(Some(best))
+}
+
+/// Dual problems with z = β where λ is at least a part of its largest value: one factorisation for all goals.
+pub(super) struct Dual<'a> {
+    fields: &'a CellFields<'a>,
+    known: &'a Known,
+    solver: Fluxes<'a>,
+}
+
+impl<'a> Dual<'a> {
+    pub fn new(fields: &'a CellFields<'a>, known: &'a Known, strip: f64) -> Self {
+        let problem = fields.problem;
+        let most = fields.lambda.iter().fold(0.0, |m: f64, l| m.max(-l));
+        let fixed = problem.contact.iter().zip(&fields.lambda);
+        let fixed = fixed.filter(|(_, lambda)| **lambda < 0.0 && -**lambda >= strip * most);
+        let solver = Fluxes::with_values(problem, fixed.map(|(contact, _)| contact.face));
+        Dual {
+            fields,
+            known,
+            solver,
+        }
+    }
+
+    /// # Errors
+    /// Those of the linear solver.
+    pub fn interval(&mut self, goal: &Goal) -> Result<Interval> {
+        let [w, fluxes] = self.solver.dual(&goal.means, goal.on_contact, &[])?;
+        Ok(goal.with(self.fields, self.known, &w, &fluxes))
+    }
+}
+
+impl Goal {
+    /// By one dual solution: w of Crouzeix and Raviart, and its fluxes.
+    fn with(&self, fields: &CellFields, known: &Known, w: &[f64], fluxes: &[f64]) -> Interval {
+        let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
+        let at = Interval::at;
+        let out = |cell: usize| fields.fluxes_of(fluxes, cell);
+        // |μ| ≤ c |λ|
+        let mut c = 0.0_f64;
+        let mut on_contact = Interval::ZERO;
+        for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
+            let local = mesh.local_face(contact.cell, contact.face);
+            let mu = out(contact.cell)[local];
+            if mu != 0.0 {
+                let lambda = fields.fluxes_of(&fields.fluxes, contact.cell)[local];
+                c = c.max((at(mu) / at(lambda)).magnitude());
+            }
+            on_contact += at(mu) * obstacle.mean;
+        }
+        // z: the dual solution at the vertices, as near to β on Γ_C as c allows.
+        let mut z = averages(problem, w);
+        let mut held = vec![false; z.len()];
+        for (vertex, _) in fields
+            .data
+            .dirichlet
+            .iter()
+            .enumerate()
+            .filter(|(_, g)| g.is_some())
+        {
+            (z[vertex], held[vertex]) = (0.0, true);
+        }
+        let pressed = problem
+            .contact
+            .iter()
+            .zip(&fields.lambda)
+            .filter(|(_, l)| **l < 0.0);
+        for (contact, _) in pressed {
+            for &vertex in mesh.face(contact.face) {
+                let vertex = vertex as usize;
+                z[vertex] = if held[vertex] {
+                    z[vertex]
+                } else {
+                    self.on_contact
+                };
+                held[vertex] = true;
+            }
+        }
+        let mut loads = vec![0.0; z.len()];
+        for cell in 0..mesh.cell_count() {
+            let share = self.means[cell] * mesh.geometry(cell).measure() / (mesh.dim + 1) as f64;
+            mesh.cell(cell)
+                .iter()
+                .for_each(|&vertex| loads[vertex as usize] += share);
+        }
+        if self.rests.is_empty() {
+            admissible::descend(problem, &held, loads, &mut z);
+        }
+        for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
+            for (&vertex, ceiling) in mesh.face(contact.face).iter().zip(obstacle.ceiling) {
+                if fields.data.dirichlet[vertex as usize].is_some() {
+                    continue;
+                }
+                let gap = (at(ceiling) - at(fields.v[vertex as usize].high))
+                    .low
+                    .max(0.0);
+                let reach = (at(c) * at(gap)).low.max(0.0);
+                let value = &mut z[vertex as usize];
+                *value = value.clamp(self.on_contact - reach, self.on_contact + reach);
+            }
+        }
+        let z: Vec<Interval> = z.into_iter().map(at).collect();
+        let terms: Vec<[Interval; 5]> = (0..mesh.cell_count())
+            .into_par_iter()
+            .map(|cell| {
+                let simplex = Simplex::new(mesh, cell);
+                let fluxes = out(cell);
+                let slope = simplex.gradient(&fields.corners_of(&z, cell));
+                let of_v = fields.slope(&simplex, cell);
+                let count = simplex.dim + 1;
+                let (mut difference, mut mean) = (Vec::new(), Vec::new());
+                for j in 0..count {
+                    let q = raviart_thomas(&simplex, fluxes, &WHOLE[j]);
+                    difference.push(minus(&q, &slope));
+                    let own = fields.fluxes_of(&fields.fluxes, cell);
+                    let sigma = raviart_thomas(&simplex, own, &WHOLE[j]);
+                    mean.push(half(&plus(&of_v, &sigma)));
+                }
+                let square: Interval = (0..simplex.dim)
+                    .map(|k| {
+                        mean_square_of_linear(&difference.iter().map(|d| d[k]).collect::<Vec<_>>())
+                    })
+                    .sum();
+                // G's bubble is half of σ's, and counts with its norm.
+                let bubble = 0.5 * fields.norm_of_bubble(&simplex, cell);
+                let own = (square * simplex.measure).root();
+                let product = mean_product(&difference, &mean, simplex.dim) * simplex.measure
+                    + Interval::around_zero((own * at(bubble)).high);
+                let sum: Interval = fluxes.iter().map(|f| at(*f)).sum();
+                let divergence = at(self.means[cell]) + sum / simplex.measure;
+                let v = fields.corner_values(cell);
+                let mean_of_v = v[..count].iter().copied().sum::<Interval>() / at(count as f64);
+                let of_lifts: f64 = above_of_all(
+                    lift::of_cell(&fields.data, cell)
+                        .iter()
+                        .map(|l| super::cells::size_of_lift(&simplex, l)),
+                );
+                let mut missing =
+                    divergence * (mean_of_v * simplex.measure + Interval::around_zero(of_lifts));
+                let mut away = Interval::ZERO;
+                let mut unknown = 0.0;
+                if let Some(rest) = self
+                    .rests
+                    .get(cell)
+                    .filter(|rest| rest.spread > 0.0 || rest.most > 0.0)
+                {
+                    let off = v[..count].iter().map(|v| (*v - mean_of_v).magnitude());
+                    let off = at(off.fold(0.0, f64::max)) * simplex.measure + at(of_lifts);
+                    let largest = v[..count].iter().map(|v| v.magnitude()).fold(0.0, f64::max);
+                    let all = at(rest.spread) * off
+                        + at(rest.mean) * at(largest) * simplex.measure
+                        + at(rest.most) * at(of_lifts);
+                    missing += Interval::around_zero(all.high);
+                    let size = at(rest.spread) * simplex.measure.root();
+                    away = (poincare(simplex.dim) * at(simplex.diameter) * size).square();
+                    unknown = rest.most;
+                }
+                [
+                    product,
+                    square * simplex.measure,
+                    missing,
+                    divergence.abs() + at(unknown),
+                    away,
+                ]
+            })
+            .collect();
+        let sum = |k: usize| -> Interval { terms.iter().map(|t| t[k]).sum() };
+        let missing = terms.iter().map(|t| t[3].high).fold(0.0, f64::max);
+        let away = length([sum(1).root().high]);
+        let mut on_dirichlet = Interval::ZERO;
+        for (face, part) in problem.parts.iter().enumerate() {
+            if *part == Some(Part::Dirichlet) {
+                let cell = mesh.face_cells(face)[0] as usize;
+                let local = mesh.local_face(cell, face);
+                on_dirichlet += at(out(cell)[local]) * fields.mean_of_g(cell, local);
+            }
+        }
+        let base = sum(0) + super::load(fields, &z) - on_dirichlet - on_contact + sum(2);
+        let radius = at(known.of_g) * at(away)
+            + (at(missing) * at(known.friedrichs) + sum(4).root()) * at(known.eta)
+            + at(c) * at(up(known.terms, known.contact));
+        base + Interval::around_zero(radius.high)
+    }
+}
+
+/// The mean of the product of two linear fields of these corner values.
+fn mean_product(a: &[Vector], b: &[Vector], dim: usize) -> Interval {
+    let count = a.len() as f64;
+    let sum = |of: &[Vector]| of[1..].iter().fold(of[0], |sum, v| plus(&sum, v));
+    let diagonal: Interval = a.iter().zip(b).map(|(a, b)| dot(a, b, dim)).sum();
+    (diagonal + dot(&sum(a), &sum(b), dim)) / Interval::at(count * (count + 1.0))
+}
+
+/// Have Γ_D and Γ_C a vertex in common?
+pub(super) fn meets(fields: &CellFields) -> bool {
+    let mesh = fields.problem.space.mesh;
+    let mut vertices = fields
+        .problem
+        .contact
+        .iter()
+        .flat_map(|contact| mesh.face(contact.face));
+    vertices.any(|&vertex| fields.data.dirichlet[vertex as usize].is_some())
+}
+
+/// A Crouzeix–Raviart function at the vertices: the means over the cells around.
+fn averages(problem: &Problem, w: &[f64]) -> Vec<f64> {
+    let mesh = problem.space.mesh;
+    let (mut values, mut count) = (vec![0.0; mesh.points.len()], vec![0.0; mesh.points.len()]);
+    for cell in 0..mesh.cell_count() {
+        let faces = mesh.cell_faces(cell);
+        let all: f64 = faces.iter().map(|&face| w[face as usize]).sum();
+        for (&vertex, &opposite) in mesh.cell(cell).iter().zip(faces) {
+            values[vertex as usize] += all - mesh.dim as f64 * w[opposite as usize];
+            count[vertex as usize] += 1.0;
+        }
+    }
+    values
+        .iter_mut()
+        .zip(count)
+        .for_each(|(v, count)| *v /= count);
+    values
+}

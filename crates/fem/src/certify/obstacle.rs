@@ -1,0 +1,156 @@
+//! What v may be on the contact faces: a linear function that is nowhere above ψ, or ψ itself by a lift.
+//!
+//! In 2D v is ψ's interpolant and its lift where ψ is not linear. Where there is no lift, in 3D and where ψ jumps or has a
+//! spike, v stays below ψ by as much as its interpolant is above it somewhere on the face: that costs <λ, v-ψ>.
+
+use super::lift::{Lift, lift};
+use super::model::{Domain, Effort};
+use super::refusal;
+use super::simplex::Simplex;
+use crate::contact::Problem;
+use crate::interval::{Interval, above_of_all, above_of_product};
+use crate::scene::Part;
+use crate::scene::expression::Order;
+use faceoff_mesh::error::Result;
+
+/// What v stays below ψ for rounding alone, relative to the largest |ψ| on the face.
+const ROUNDING: f64 = 1e-12;
+/// Leaves of ψ beyond one a face, and of each face.
+const MORE: usize = 20_000;
+const PER_FACE: usize = 32;
+
+/// ψ on a contact face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Obstacle {
+    /// v at the vertices is at most this, by the mesh's order of the face.
+    pub ceiling: [f64; 4],
+    /// ψ at the vertices.
+    pub values: [Interval; 4],
+    /// Is v's P1 part compared with ψ's interpolant, the rest being lifted?
+    pub is_lifted: bool,
+    /// The mean of ψ.
+    pub mean: Interval,
+}
+
+/// ψ on all contact faces, and its lifts.
+///
+/// # Errors
+/// ψ that is not bounded on a face; an interruption.
+pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, Vec<Lift>)> {
+    let (mesh, psi) = (problem.space.mesh, &problem.scene.data().psi);
+    let zero = Obstacle {
+        ceiling: [0.0; 4],
+        values: [Interval::ZERO; 4],
+        is_lifted: false,
+        mean: Interval::ZERO,
+    };
+    if psi.is_zero() {
+        return Ok((vec![zero; problem.contact.len()], Vec::new()));
+    }
+    let vertices = problem.contact.iter().map(|contact| {
+        let mut corners = [[0.0; 3]; 4];
+        for (corner, &vertex) in corners.iter_mut().zip(mesh.face(contact.face)) {
+            *corner = mesh.points[vertex as usize];
+        }
+        corners
+    });
+    let domain = Domain {
+        expression: psi,
+        vertices: vertices.collect(),
+        measures: problem
+            .contact
+            .iter()
+            .map(|contact| contact.measure)
+            .collect(),
+        dim: mesh.dim - 1,
+        space: mesh.dim,
+        unit,
+    };
+    let trees = domain.enclose(&Effort {
+        tolerance: 1e-6,
+        budget: PER_FACE * problem.contact.len() + MORE,
+    })?;
+    let mut on_dirichlet = vec![false; mesh.points.len()];
+    for face in (0..mesh.face_count()).filter(|&f| problem.parts[f] == Some(Part::Dirichlet)) {
+        mesh.face(face)
+            .iter()
+            .for_each(|&v| on_dirichlet[v as usize] = true);
+    }
+    let (mut obstacles, mut lifts) = (Vec::new(), Vec::new());
+    for (contact, tree) in problem.contact.iter().zip(&trees) {
+        let face = mesh.face(contact.face);
+        let mut obstacle = zero;
+        for (value, &vertex) in obstacle.values.iter_mut().zip(face) {
+            let at = mesh.points[vertex as usize].map(Interval::at);
+            *value = psi
+                .enclosure(at, mesh.dim, Order::Value)
+                .value
+                .times_power_of_two(unit);
+        }
+        // How far the interpolant of the vertex values is above ψ, and the mean of ψ.
+        let (mut drop, mut size, mut means) = (0.0_f64, 0.0_f64, Interval::ZERO);
+        tree.for_each(mesh.dim - 1, &mut |node, piece, share| {
+            let leaf = tree.leaf(node);
+            let slack = Interval::at(leaf.wave) + Interval::at(leaf.error);
+            for j in 0..mesh.dim {
+                let linear: Interval = (0..mesh.dim)
+                    .map(|i| piece[j][i] * obstacle.values[i])
+                    .sum();
+                drop = drop.max((linear - Interval::at(leaf.values[j]) + slack).high);
+                size = size.max(leaf.values[j].abs());
+            }
+            let sum: Interval = leaf.values[..mesh.dim]
+                .iter()
+                .map(|v| Interval::at(*v))
+                .sum();
+            means +=
+                share * (sum / Interval::at(mesh.dim as f64) + Interval::around_zero(leaf.error));
+        });
+        if !drop.is_finite() {
+            return Err(refusal(
+                format!(
+                    "psi could not be bounded on {}",
+                    mesh.face_label(contact.face)
+                ),
+                "give an obstacle that is defined and finite on Γ_C",
+            ));
+        }
+        let meets_dirichlet = face.iter().any(|&v| on_dirichlet[v as usize]);
+        if mesh.dim == 2 && drop > 0.0 && (meets_dirichlet || drop > ROUNDING * size) {
+            let simplex = Simplex::new(mesh, contact.cell);
+            let local = mesh.local_face(contact.cell, contact.face);
+            if let Ok(lift) = lift(&simplex, contact.cell, local, psi, unit)
+                && lift
+                    .as_ref()
+                    .is_none_or(|lift| is_worth_it(&simplex, lift, drop))
+            {
+                lifts.extend(lift);
+                obstacle.is_lifted = true;
+            }
+        }
+        obstacle.mean = means;
+        for (ceiling, value) in obstacle
+            .ceiling
+            .iter_mut()
+            .zip(obstacle.values)
+            .take(mesh.dim)
+        {
+            let below = if obstacle.is_lifted {
+                value
+            } else {
+                value - Interval::at(drop)
+            };
+            *ceiling = below.low;
+        }
+        obstacles.push(obstacle);
+    }
+    Ok((obstacles, lifts))
+}
+
+/// A lift over a spike costs more than passing below it: the slope of what is lifted is much steeper than its height over
+/// the cell's size.
+fn is_worth_it(cell: &Simplex, lift: &Lift, drop: f64) -> bool {
+    let flat = above_of_product(drop, 1.0 / cell.diameter) * cell.measure.high.sqrt();
+    let steep = lift.norms(cell)[0];
+    steep <= 30.0 * flat || above_of_all([steep]) == 0.0
+}

@@ -1,0 +1,212 @@
+//! What is left of t on a face of Γ_N once σ·n has taken its mean.
+//!
+//! In 2D, on a face F = ab of a triangle with c opposite, t's constants on the leaves of F are normal traces of an
+//! explicit flux without divergence: where the halves of a segment differ from its mean by ±δ, it is δ |F|/(2|κ|) times
+//! (a-c) in the child at a, (c-b) in the child at b, (a-b) in the middle one, of the triangle cut in four; so on each
+//! level, on triangles nested at F. What is linear on a leaf with mean 0, and all of it in 3D, is bounded by the trace
+//! inequality.
+
+use super::data::trace;
+use super::model::Tree;
+use super::simplex::{
+    Simplex, Vector, ZERO, dot, length, mean_square_of_linear, plus, root_of_product, times, up,
+};
+use crate::interval::{Interval, above_of_all, above_of_product};
+
+/// The bounds of one face.
+pub(super) struct Patch {
+    pub oscillation: f64,
+    pub error: f64,
+    pub spread: f64,
+}
+
+/// The patch of the face opposite vertex `local`, its corners `corners` in the cell, for σ·n = `flux` on it.
+pub(super) fn patch(
+    cell: &Simplex,
+    local: usize,
+    corners: &[usize],
+    tree: &Tree,
+    flux: Interval,
+) -> Patch {
+    let dim = cell.dim - 1;
+    let count = dim + 1;
+    let measure = cell.face_measure(local).high;
+    let scale = trace(cell, local).high;
+    let nodes = 1 + tree.rest.len();
+    let (mut means, mut errors, mut depths) = (vec![0.0; nodes], vec![0.0; nodes], vec![0; nodes]);
+    let (mut leaves, mut plain, mut waves) = (Vec::new(), Vec::new(), Vec::new());
+    for node in 0..nodes as u32 {
+        if let Some(parts) = tree.parts_of(node, dim) {
+            parts.for_each(|part| depths[part as usize] = depths[node as usize] + 1);
+        }
+    }
+    tree.for_each(dim, &mut |node, _, share| {
+        let leaf = tree.leaf(node);
+        let values = leaf.values[..count].iter().map(|v| Interval::at(*v));
+        let mean = values.clone().sum::<Interval>() / Interval::at(count as f64);
+        let off: Vec<Interval> = values.clone().map(|v| v - mean).collect();
+        // In 2D the trace inequality holds on a triangle that is smaller by 2^-depth, and C_F² with it.
+        let smaller = if dim == 1 {
+            0.5_f64.powi(depths[node as usize])
+        } else {
+            1.0
+        };
+        let own = above_of_product(scale, Interval::at(smaller).root().high);
+        let size = |square: f64| root_of_product(above_of_product(share, measure), square);
+        leaves.push(above_of_product(
+            own,
+            size(mean_square_of_linear(&off).high),
+        ));
+        let from_mean: Vec<Interval> = values.map(|v| v - flux).collect();
+        plain.push(size(mean_square_of_linear(&from_mean).high));
+        waves.push(above_of_product(
+            own,
+            size(Interval::at(leaf.wave).square().high),
+        ));
+        means[node as usize] = mean.mid();
+        errors[node as usize] = up(leaf.error, mean.radius());
+    });
+    let waves = length(waves);
+    let plain = above_of_product(scale, length(plain));
+    if !tree.is_cut() || dim != 1 {
+        // What the mean differs from σ·n by is unknown as well, not oscillation: it is no function of mean 0.
+        let off = mean_of(tree, dim, &means) - flux;
+        let worst = errors.iter().copied().fold(0.0, f64::max);
+        let mean_error = if tree.is_cut() {
+            average(tree, dim, &errors)
+        } else {
+            worst
+        };
+        let mut away = Vec::new();
+        tree.for_each(dim, &mut |node, _, share| {
+            let off = Interval::at(errors[node as usize]) - Interval::at(mean_error);
+            away.push(above_of_product(share, off.square().high));
+        });
+        let spread = if tree.is_cut() {
+            root_of_product(measure, above_of_all(away))
+        } else {
+            0.0
+        };
+        return Patch {
+            oscillation: up(plain, waves),
+            error: up(mean_error, off.magnitude()),
+            spread: above_of_product(scale, spread),
+        };
+    }
+    fill(tree, &mut means);
+    let known = means[0];
+    let [a, b] = [corners[0], corners[1]];
+    let quotient = cell.face_measure(local) / (2.0 * cell.measure);
+    let nested = Nested {
+        cell,
+        tree,
+        toward_a: times(quotient, &cell.edge(local, a)),
+        toward_b: times(quotient, &cell.edge(b, local)),
+        along: times(quotient, &cell.edge(b, a)),
+    };
+    let mut off = vec![0.0; nodes];
+    let square = nested.square(
+        0,
+        cell.measure,
+        ZERO,
+        Interval::ZERO,
+        &means,
+        &mut |node, represented| {
+            let missing = Interval::at(means[node as usize]) - (Interval::at(known) + represented);
+            off[node as usize] = missing.magnitude();
+        },
+    );
+    let by_flux = up(square.root().high, length(leaves));
+    for (error, off) in errors.iter_mut().zip(off) {
+        *error = up(*error, off);
+    }
+    let mut bounds = errors.clone();
+    fill(tree, &mut bounds);
+    let mut rounding = 0.0_f64;
+    let square = nested.square(
+        0,
+        cell.measure,
+        ZERO,
+        Interval::ZERO,
+        &bounds,
+        &mut |node, represented| {
+            let missing =
+                Interval::at(bounds[node as usize]) - (Interval::at(bounds[0]) + represented);
+            rounding = rounding.max(missing.magnitude());
+        },
+    );
+    let mut away = Vec::new();
+    tree.for_each(dim, &mut |node, _, share| {
+        let off = Interval::at(bounds[node as usize]) - Interval::at(bounds[0]);
+        away.push(above_of_product(share, off.square().high));
+    });
+    let of_face = above_of_product(scale, root_of_product(measure, above_of_all(away)));
+    let unbalanced = (Interval::at(known) - flux).magnitude();
+    Patch {
+        oscillation: up(by_flux.min(plain), waves),
+        error: up(up(bounds[0], rounding), unbalanced),
+        spread: of_face.min(square.root().high),
+    }
+}
+
+/// The mean of all leaves in interval arithmetic.
+fn mean_of(tree: &Tree, dim: usize, means: &[f64]) -> Interval {
+    let mut sum = Interval::ZERO;
+    tree.for_each(dim, &mut |node, _, share| {
+        sum += share * Interval::at(means[node as usize])
+    });
+    sum
+}
+
+fn average(tree: &Tree, dim: usize, values: &[f64]) -> f64 {
+    mean_of(tree, dim, values).high
+}
+
+/// The means of what was cut, from those of the leaves.
+fn fill(tree: &Tree, means: &mut [f64]) {
+    for node in (0..means.len()).rev() {
+        if let Some(parts) = tree.parts_of(node as u32, 1) {
+            means[node] = 0.5 * parts.map(|part| means[part as usize]).sum::<f64>();
+        }
+    }
+}
+
+struct Nested<'a> {
+    cell: &'a Simplex,
+    tree: &'a Tree,
+    /// (a-c), (c-b) and (a-b) times |F|/(2|κ|)
+    toward_a: Vector,
+    toward_b: Vector,
+    along: Vector,
+}
+
+impl Nested<'_> {
+    /// ∫ |flux|² over the triangle at this node, with what the levels above put there.
+    fn square(
+        &self,
+        node: u32,
+        area: Interval,
+        above: Vector,
+        represented: Interval,
+        means: &[f64],
+        leaf: &mut impl FnMut(u32, Interval),
+    ) -> Interval {
+        let dim = self.cell.dim;
+        let Some(mut parts) = self.tree.parts_of(node, 1) else {
+            leaf(node, represented);
+            return area * dot(&above, &above, dim);
+        };
+        let (Some(at_a), Some(at_b)) = (parts.next(), parts.next()) else {
+            return Interval::WHOLE;
+        };
+        let delta = Interval::at(means[at_a as usize] - means[node as usize]);
+        let quarter = area / Interval::at(4.0);
+        let middle = plus(&above, &times(delta, &self.along));
+        let own = dot(&above, &above, dim) + dot(&middle, &middle, dim);
+        let inside = |v: &Vector| plus(&above, &times(delta, v));
+        let (toward_a, toward_b) = (inside(&self.toward_a), inside(&self.toward_b));
+        quarter * own
+            + self.square(at_a, quarter, toward_a, represented + delta, means, leaf)
+            + self.square(at_b, quarter, toward_b, represented - delta, means, leaf)
+    }
+}

@@ -1,0 +1,569 @@
+//! What is proved of the contact set of u itself, not of a discrete one.
+//!
+//! *Some contact in a window*: for a hat z ≥ 0 on Γ_C that vanishes on Γ_D,
+//!
+//! ```text
+//! <∂ₙu, z>_C = (∇u, ∇z) - (f, z) - <t, z>_N ≤ (G, ∇z) - (f, z) - <t, z>_N + R ‖∇z‖
+//! ```
+//!
+//! and where that is below 0, ∂ₙu is not 0 on all of z's support, so u = ψ somewhere in it. That all of a window is in
+//! contact cannot be proved this way.
+//!
+//! *Free*: let the half-ball of radius ρ about x₀ ∈ Γ_C be in Ω with its flat side in Γ_C. u reflected in Γ_C has
+//! -Δu ≤ F = max(0, sup f) in the ball, as ∂ₙu ≤ 0; so u + F |x-x₀|²/(2d) is subharmonic, and with a radial k of mass m
+//!
+//! ```text
+//! m u(x₀) ≤ (2k, u) + F/(2d) ∫ k |x-x₀|²      over the half-ball and the ball
+//! ```
+//!
+//! where (2k, u) has an upper bound by a dual problem ([`super::goal`]). Where it is below m ψ(x₀), x₀ is free; and so is
+//! what is nearer to it than the slack over the slope: |(2k_x - 2k_y, u)| ≤ |x-y| ‖2k‖ ‖∇u‖, on the half-balls between.
+//! Here d = 2 and k = c (1 - |x-x₀|²/ρ²)₊², whose mass is c π ρ²/3.
+
+use serde::Serialize;
+
+use super::cells::CellFields;
+use super::data::moments;
+use super::flux::raviart_thomas;
+use super::goal::{Dual, Goal, Known, Rest};
+use super::model::{Domain, Effort};
+use super::simplex::{Simplex, dot, half, length, plus, up};
+use super::{load_of_cell, load_of_face};
+use crate::interval::Interval;
+use crate::quadrature::WHOLE;
+use crate::scene::Expression;
+use crate::scene::expression::Order;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
+use std::collections::BTreeSet;
+
+/// Proved of the contact set: coordinates along Γ_C.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ContactProof {
+    /// u < ψ on each of these, from here to there.
+    pub free: Vec<[f64; 2]>,
+    /// Where contact is.
+    pub touched: Vec<Touched>,
+}
+
+/// Every window of this length between these ends has a point of contact.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Touched {
+    pub from: f64,
+    pub to: f64,
+    pub window: f64,
+}
+
+/// Radii of hats, in lengths of a contact face.
+const HATS: [f64; 10] = [1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0];
+/// No more hats than that along Γ_C, and no more balls.
+const MOST_HATS: usize = 200;
+const MOST_BALLS: usize = 30;
+/// A ball that proves nothing is followed by smaller ones, down to so many lengths of a contact face.
+const SMALLER: f64 = 0.4;
+const SMALLEST: f64 = 2.5;
+/// On more cells than that nothing is looked for: each ball is a dual problem.
+const MANY: usize = 20_000;
+/// Leaves of a kernel beyond one a cell.
+const KERNEL: usize = 800;
+/// The strip of the dual problems.
+const STRIP: f64 = 0.15;
+
+/// What is proved of the contact set, in 2D where Γ_C lies on one line parallel to an axis; else nothing.
+///
+/// # Errors
+/// Those of the linear solver.
+pub(super) fn contact(fields: &CellFields, known: &Known) -> Result<Option<ContactProof>> {
+    let mesh = fields.problem.space.mesh;
+    if mesh.dim != 2 || mesh.cell_count() > MANY {
+        return Ok(None);
+    }
+    let Some(line) = Line::of(fields) else {
+        return Ok(None);
+    };
+    Ok(Some(ContactProof {
+        touched: line.touched(fields, known)?,
+        free: line.free(fields, known)?,
+    }))
+}
+
+/// Γ_C on a line parallel to an axis.
+struct Line {
+    /// The axis, and the other coordinate.
+    axis: usize,
+    level: f64,
+    /// Indices of the contact faces in order, with their ends.
+    faces: Vec<(usize, [f64; 2])>,
+}
+
+impl Line {
+    fn of(fields: &CellFields) -> Option<Self> {
+        let mesh = fields.problem.space.mesh;
+        let contact = &fields.problem.contact;
+        let points = || {
+            contact
+                .iter()
+                .flat_map(|c| mesh.face(c.face))
+                .map(|&v| mesh.points[v as usize])
+        };
+        let first = points().next()?;
+        let axis = (0..2).find(|&axis| points().all(|p| p[1 - axis] == first[1 - axis]))?;
+        let mut faces: Vec<(usize, [f64; 2])> = contact
+            .iter()
+            .enumerate()
+            .map(|(k, contact)| {
+                let ends = [0, 1].map(|i| mesh.points[mesh.face(contact.face)[i] as usize][axis]);
+                (k, [ends[0].min(ends[1]), ends[0].max(ends[1])])
+            })
+            .collect();
+        faces.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
+        Some(Line {
+            axis,
+            level: first[1 - axis],
+            faces,
+        })
+    }
+
+    fn point(&self, s: f64) -> [f64; 3] {
+        let mut x = [0.0; 3];
+        (x[self.axis], x[1 - self.axis]) = (s, self.level);
+        x
+    }
+
+    /// Windows with contact, joined where they overlap.
+    fn touched(&self, fields: &CellFields, known: &Known) -> Result<Vec<Touched>> {
+        let mesh = fields.problem.space.mesh;
+        let mut around: Vec<Vec<u32>> = vec![Vec::new(); mesh.points.len()];
+        for cell in 0..mesh.cell_count() {
+            mesh.cell(cell)
+                .iter()
+                .for_each(|&v| around[v as usize].push(cell as u32));
+        }
+        let pressed: Vec<&(usize, [f64; 2])> = self
+            .faces
+            .iter()
+            .filter(|(k, _)| fields.lambda[*k] < 0.0)
+            .collect();
+        let stride = pressed.len().div_ceil(MOST_HATS).max(1);
+        let mut windows: Vec<[f64; 2]> = Vec::new();
+        for (k, [from, to]) in pressed.iter().step_by(stride) {
+            cancel::check()?;
+            let face = fields.problem.contact[*k].face;
+            for hat in HATS {
+                let radius = hat * (to - from);
+                let window = hat_proves(fields, known, &around, mesh.face(face), self.axis, radius);
+                if let Some(window) = window {
+                    windows.push(window);
+                    break;
+                }
+            }
+        }
+        // Only the smallest: none that has another inside.
+        windows.sort_by(|a, b| a[1].total_cmp(&b[1]).then(b[0].total_cmp(&a[0])));
+        let mut smallest: Vec<[f64; 2]> = Vec::new();
+        for window in windows {
+            if smallest.last().is_none_or(|last| window[0] > last[0]) {
+                smallest.push(window);
+            }
+        }
+        let mut groups: Vec<Touched> = Vec::new();
+        let mut last = [f64::NEG_INFINITY; 2];
+        for window in smallest {
+            match groups.last_mut() {
+                Some(group) if window[0] <= last[1] => {
+                    group.to = window[1];
+                    group.window = group.window.max(up(window[1], -last[0]));
+                }
+                _ => groups.push(Touched {
+                    from: window[0],
+                    to: window[1],
+                    window: up(window[1], -window[0]),
+                }),
+            }
+            last = window;
+        }
+        Ok(groups)
+    }
+
+    /// Where u < ψ is proved.
+    fn free(&self, fields: &CellFields, known: &Known) -> Result<Vec<[f64; 2]>> {
+        // Runs of faces that the discrete field does not press.
+        let mut runs: Vec<[f64; 2]> = Vec::new();
+        for (k, [from, to]) in &self.faces {
+            if fields.lambda[*k] < 0.0 {
+                continue;
+            }
+            match runs.last_mut() {
+                Some(run) if run[1] == *from => run[1] = *to,
+                _ => runs.push([*from, *to]),
+            }
+        }
+        let mut dual = Dual::new(fields, known, STRIP);
+        let mut left = MOST_BALLS;
+        let mut proved: Vec<[f64; 2]> = Vec::new();
+        for run in runs {
+            // From the middle outward, as far as each ball shows.
+            let middle = 0.5 * (run[0] + run[1]);
+            let Some((start, radius)) =
+                self.ball(fields, known, &mut dual, middle, f64::INFINITY, &mut left)?
+            else {
+                continue;
+            };
+            let mut found = start;
+            for side in [0, 1] {
+                let sign = if side == 0 { -1.0 } else { 1.0 };
+                let (mut reach, mut largest) = (0.5 * (start[1] - start[0]), radius);
+                let mut fails = 0;
+                while left > 0 && fails < 2 && reach > 0.005 * (run[1] - run[0]) {
+                    let next = found[side] + sign * 0.9 * reach;
+                    let inside = (run[side] - next) * sign > 0.0;
+                    let ball = match inside {
+                        true => {
+                            self.ball(fields, known, &mut dual, next, 1.5 * largest, &mut left)?
+                        }
+                        false => None,
+                    };
+                    match ball {
+                        Some((more, radius)) if more[0] <= found[1] && found[0] <= more[1] => {
+                            found = [found[0].min(more[0]), found[1].max(more[1])];
+                            (reach, largest) = (0.5 * (more[1] - more[0]), radius);
+                        }
+                        // Free as well, but what is between is not shown to be.
+                        Some((more, _)) => reach = (0.5 * (more[1] - more[0])).min(0.5 * reach),
+                        None => {
+                            reach *= 0.4;
+                            fails += usize::from(inside);
+                        }
+                    }
+                }
+            }
+            proved.push(found);
+        }
+        Ok(proved)
+    }
+
+    /// An interval about a point of Γ_C that is free, and the ball's radius.
+    fn ball(
+        &self,
+        fields: &CellFields,
+        known: &Known,
+        dual: &mut Dual,
+        s: f64,
+        largest: f64,
+        left: &mut usize,
+    ) -> Result<Option<([f64; 2], f64)>> {
+        let room = self.room(fields, s);
+        let h = self
+            .faces
+            .iter()
+            .map(|(_, [from, to])| to - from)
+            .fold(0.0, f64::max);
+        let mut radius = (0.8 * room).min(largest);
+        let mut best: Option<([f64; 2], f64)> = None;
+        while *left > 0 && radius > SMALLEST * h {
+            *left -= 1;
+            cancel::check()?;
+            let ball = Ball::new(self, fields, s, radius, room)?;
+            let upper = dual.interval(&ball.goal)?.high;
+            // From the widest interval that the room has to narrow ones.
+            let widest = 0.9 * (room - ball.radius.high);
+            let widths = (0..14).map(|k| widest * 0.6_f64.powi(k));
+            let width = widths
+                .filter(|w| *w > 0.0)
+                .find(|w| ball.is_free(self, fields, known, upper, *w));
+            // As long as smaller balls show more: f bends u by ρ², a narrow kernel costs more.
+            match (width, best) {
+                (Some(width), Some((of_larger, _)))
+                    if 2.0 * width <= of_larger[1] - of_larger[0] =>
+                {
+                    break;
+                }
+                (Some(width), _) => best = Some(([s - width, s + width], radius)),
+                (None, Some(_)) => break,
+                (None, None) => {}
+            }
+            radius *= SMALLER;
+        }
+        Ok(best)
+    }
+
+    /// No boundary but this line's Γ_C is nearer to a point of it.
+    fn room(&self, fields: &CellFields, s: f64) -> f64 {
+        let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
+        let x = self.point(s);
+        let of_contact: BTreeSet<usize> =
+            problem.contact.iter().map(|contact| contact.face).collect();
+        let others =
+            (0..mesh.face_count()).filter(|f| mesh.is_boundary(*f) && !of_contact.contains(f));
+        let distance = others.map(|face| {
+            let [a, b] = [0, 1].map(|i| mesh.points[mesh.face(face)[i] as usize]);
+            let edge = [b[0] - a[0], b[1] - a[1]];
+            let square = edge[0] * edge[0] + edge[1] * edge[1];
+            let along = ((x[0] - a[0]) * edge[0] + (x[1] - a[1]) * edge[1]) / square;
+            let t = along.clamp(0.0, 1.0);
+            (x[0] - a[0] - t * edge[0]).hypot(x[1] - a[1] - t * edge[1])
+        });
+        // Rounding moves it by far less.
+        distance.fold(f64::INFINITY, f64::min) * (1.0 - 1e-9)
+    }
+}
+
+/// Is there contact in the support of the hat about a face? Its ends along the axis.
+fn hat_proves(
+    fields: &CellFields,
+    known: &Known,
+    around: &[Vec<u32>],
+    face: &[u32],
+    axis: usize,
+    radius: f64,
+) -> Option<[f64; 2]> {
+    let mesh = fields.problem.space.mesh;
+    let [a, b] = [0, 1].map(|i| mesh.points[face[i] as usize]);
+    let centre = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+    let hat = |v: u32| -> f64 {
+        if fields.data.dirichlet[v as usize].is_some() {
+            return 0.0;
+        }
+        let x = mesh.points[v as usize];
+        (1.0 - (x[0] - centre[0]).hypot(x[1] - centre[1]) / radius).max(0.0)
+    };
+    // The cells where z is not 0, from the face outward.
+    let (mut cells, mut seen) = (BTreeSet::new(), BTreeSet::new());
+    let mut next: Vec<u32> = face.to_vec();
+    while let Some(vertex) = next.pop() {
+        if hat(vertex) > 0.0 && seen.insert(vertex) {
+            for &cell in &around[vertex as usize] {
+                if cells.insert(cell) {
+                    next.extend(mesh.cell(cell as usize));
+                }
+            }
+        }
+    }
+    let (mut sum, mut square) = (Interval::ZERO, Vec::new());
+    for &cell in &cells {
+        let cell = cell as usize;
+        let simplex = Simplex::new(mesh, cell);
+        let mut z = [Interval::ZERO; 4];
+        for (value, &vertex) in z.iter_mut().zip(mesh.cell(cell)) {
+            *value = Interval::at(hat(vertex));
+        }
+        let slope = simplex.gradient(&z);
+        // G's mean; its bubble, with mean not 0, is charged below.
+        let centroid = [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0];
+        let flat = raviart_thomas(&simplex, fields.fluxes_of(&fields.fluxes, cell), &centroid);
+        let g = half(&plus(&fields.slope(&simplex, cell), &flat));
+        let bubble = 0.5 * fields.norm_of_bubble(&simplex, cell);
+        let own = (dot(&slope, &slope, 2) * simplex.measure).root();
+        // 1/3 is no f64: the mean of σ is moved by less than this.
+        let rounding = own * (dot(&flat, &flat, 2) * simplex.measure).root() * Interval::at(1e-14);
+        sum += dot(&g, &slope, 2) * simplex.measure
+            + Interval::around_zero(up((own * Interval::at(bubble)).high, rounding.high))
+            - load_of_cell(fields, cell, &z);
+        for traction in fields.data.tractions.iter().filter(|t| t.cell == cell) {
+            sum += -load_of_face(fields, traction, &z);
+        }
+        square.push(own.high);
+    }
+    let upper = sum + Interval::at(known.of_g) * Interval::at(length(square));
+    if !(upper.high < 0.0) {
+        return None;
+    }
+    let mut window = [f64::INFINITY, f64::NEG_INFINITY];
+    for contact in &fields.problem.contact {
+        let vertices = mesh.face(contact.face);
+        if vertices.iter().any(|&v| hat(v) > 0.0) {
+            for &v in vertices {
+                let s = mesh.points[v as usize][axis];
+                window = [window[0].min(s), window[1].max(s)];
+            }
+        }
+    }
+    Some(window)
+}
+
+/// A half-ball and its kernel.
+struct Ball {
+    goal: Goal,
+    centre: f64,
+    /// ρ
+    radius: Interval,
+    /// c, and ρ² as the kernel has it
+    scale: f64,
+    square: f64,
+    /// The cells that the ball or one beside it may meet, nearest first.
+    around: Vec<Around>,
+}
+
+/// A cell near a ball.
+struct Around {
+    /// No point of the cell is nearer to the ball's centre.
+    distance: f64,
+    /// sup f at most
+    load: f64,
+    /// ‖G‖_κ at most
+    gradient: f64,
+}
+
+impl Around {
+    fn new(fields: &CellFields, cell: usize, x: [f64; 3]) -> Self {
+        let (mesh, at) = (fields.problem.space.mesh, Interval::at);
+        let geometry = mesh.geometry(cell);
+        let c = geometry.point(&geometry.centroid());
+        let distance = (c[0] - x[0]).hypot(c[1] - x[1]) * (1.0 - 1e-9) - geometry.diameter;
+        let tree = &fields.data.trees[cell];
+        let mut load = 0.0_f64;
+        tree.for_each(2, &mut |node, _, _| {
+            let leaf = tree.leaf(node);
+            let most = leaf.values[..3]
+                .iter()
+                .fold(f64::NEG_INFINITY, |m: f64, v| m.max(*v));
+            load = load.max((at(most) + at(leaf.wave) + at(leaf.error)).high);
+        });
+        let simplex = Simplex::new(mesh, cell);
+        let own = fields.fluxes_of(&fields.fluxes, cell);
+        let slope = fields.slope(&simplex, cell);
+        let largest = WHOLE[..3].iter().map(|corner| {
+            let g = half(&plus(&slope, &raviart_thomas(&simplex, own, corner)));
+            dot(&g, &g, 2).high
+        });
+        // A linear field is nowhere larger than at a corner; its bubble counts by its norm.
+        let flat = (at(largest.fold(0.0, f64::max)) * simplex.measure).root();
+        Around {
+            distance,
+            load,
+            gradient: up(flat.high, 0.5 * fields.norm_of_bubble(&simplex, cell)),
+        }
+    }
+}
+
+impl Ball {
+    fn new(line: &Line, fields: &CellFields, s: f64, radius: f64, room: f64) -> Result<Self> {
+        let mesh = fields.problem.space.mesh;
+        let x = line.point(s);
+        let square = radius * radius;
+        let scale = 3.0 / (std::f64::consts::PI * square);
+        let text = format!(
+            "{:?}*max(0,1-((x-({:?}))^2+(y-({:?}))^2)/{square:?})^2",
+            2.0 * scale,
+            x[0],
+            x[1]
+        );
+        // It is written by us; a number that cannot be read again would make a kernel of 0, which proves nothing.
+        let kernel = Expression::parse(&text).unwrap_or(Expression::constant(0.0));
+        let box_of = |cell: usize| -> [Interval; 3] {
+            let of = |k: usize| {
+                mesh.cell(cell)
+                    .iter()
+                    .map(move |&v| Interval::at(mesh.points[v as usize][k]))
+            };
+            [0, 1, 2].map(|k| of(k).reduce(Interval::hull).unwrap_or(Interval::WHOLE))
+        };
+        let is_near = |cell: &usize| {
+            !kernel
+                .enclosure(box_of(*cell), 2, Order::Value)
+                .value
+                .is_zero()
+        };
+        let near: Vec<usize> = (0..mesh.cell_count()).filter(is_near).collect();
+        let domain = Domain {
+            expression: &kernel,
+            vertices: near.iter().map(|&cell| mesh.vertices(cell)).collect(),
+            measures: near
+                .iter()
+                .map(|&cell| mesh.geometry(cell).measure())
+                .collect(),
+            dim: 2,
+            space: 2,
+            unit: 0,
+        };
+        let trees = domain.enclose(&Effort {
+            tolerance: 1e-3 * radius,
+            budget: KERNEL,
+        })?;
+        let mut means = vec![0.0; mesh.cell_count()];
+        let mut rests = vec![Rest::default(); mesh.cell_count()];
+        for (&cell, tree) in near.iter().zip(&trees) {
+            let exact = moments(tree, 2).0;
+            let mean = exact.mid();
+            let mut rest = Rest {
+                mean: exact.radius(),
+                ..Rest::default()
+            };
+            tree.for_each(2, &mut |node, _, share| {
+                let leaf = tree.leaf(node);
+                for value in &leaf.values[..3] {
+                    let off = (Interval::at(*value) - exact).abs() + Interval::at(leaf.wave);
+                    rest.spread = rest.spread.max(off.high);
+                }
+                rest.most = rest.most.max(up(leaf.error, exact.radius()));
+                rest.mean = (Interval::at(rest.mean) + share * Interval::at(leaf.error)).high;
+            });
+            (means[cell], rests[cell]) = (mean, rest);
+        }
+        let mut around: Vec<Around> = (0..mesh.cell_count())
+            .filter(|&cell| {
+                let c = mesh.points[mesh.cell(cell)[0] as usize];
+                (c[0] - x[0]).hypot(c[1] - x[1]) <= 1.01 * room + 2.0 * mesh.geometry(cell).diameter
+            })
+            .map(|cell| Around::new(fields, cell, x))
+            .collect();
+        around.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        Ok(Ball {
+            goal: Goal {
+                means,
+                rests,
+                on_contact: 0.0,
+            },
+            centre: s,
+            radius: Interval::at(square).sqrt(),
+            scale,
+            square,
+            around,
+        })
+    }
+
+    /// Is u < ψ within `width` of the centre, as (2k, u) ≤ `upper`?
+    fn is_free(
+        &self,
+        line: &Line,
+        fields: &CellFields,
+        known: &Known,
+        upper: f64,
+        width: f64,
+    ) -> bool {
+        let data = &fields.data;
+        let at = Interval::at;
+        let reach = self.radius.high + width;
+        // F and ‖∇u‖ on all half-balls: cells that may meet them.
+        let (mut load, mut squares) = (0.0_f64, Vec::new());
+        for around in self
+            .around
+            .iter()
+            .take_while(|around| around.distance <= reach)
+        {
+            load = load.max(around.load);
+            squares.push(around.gradient);
+        }
+        let slope = up(length(squares), known.of_g);
+        // ‖2k‖² over the half-ball: 2 c² π ρ²/5.
+        let area = Interval::PI * at(self.square);
+        let kernel = (2.0 * (at(self.scale).square() * area) / at(5.0)).root();
+        let mass = at(self.scale) * area / at(3.0);
+        // ∫ k |x-x₀|² = c π ρ⁴/12, over 2d = 4.
+        let bent = at(load) * at(self.scale) * area * at(self.square) / at(48.0);
+        let moved = at(width) * kernel * at(slope);
+        let total = at(upper) + bent + moved;
+        // ψ on the whole interval.
+        let psi = &fields.problem.scene.data().psi;
+        let mut around = line.point(self.centre).map(at);
+        around[line.axis] = Interval::new(
+            (at(self.centre) - at(width)).low,
+            (at(self.centre) + at(width)).high,
+        );
+        let psi = psi
+            .enclosure(around, 2, Order::Value)
+            .value
+            .times_power_of_two(data.unit);
+        (mass * psi - total).low > 0.0
+    }
+}

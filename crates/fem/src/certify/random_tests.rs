@@ -1,0 +1,414 @@
+//! Random scenes whose solution is made first: sums of products X(x) Y(y) Z(z) with steps, peaks, kinks, waves and
+//! offsets, and their integrals by one-dimensional quadrature with breaks wherever a factor has one. Nothing here looks at
+//! what the code can do: widths, places and sizes are drawn over decades.
+//!
+//! Contact at the bottom: every term is even in the last coordinate, but b max(0, x-c)² times one with slope 1 at 0. So
+//! ∂ₙu = -b max(0, x-c)² ≤ 0 there, and ψ = u + max(0, c-x)² is touched on [c, 1] alone.
+
+use super::*;
+use crate::contact::{Discretisation, Iteration, Problem, Stop, solve};
+use crate::scene::{Data, Expression, Scene};
+
+/// A factor of one coordinate.
+#[derive(Debug, Clone, Copy)]
+enum Factor {
+    One,
+    /// max(0, s-c)^p
+    Ramp(f64, i32),
+    /// exp(-((s-c)/w)²), with its mirror image at -c where that is wanted
+    Peak(f64, f64, bool),
+    /// cos(k s)
+    Wave(f64),
+    /// s, and s (1-s)
+    Identity,
+    Arch,
+    /// 1-s²
+    Cap,
+}
+
+impl Factor {
+    /// The text of the factor's derivative of order 0, 1 or 2.
+    fn text(self, s: &str, order: usize) -> String {
+        let n = |v: f64| format!("({v:?})");
+        match (self, order) {
+            (Factor::One, 0) => "1".into(),
+            (Factor::Ramp(c, p), 0) => format!("max(0,{s}-{})^{p}", n(c)),
+            (Factor::Ramp(c, p), 1) => format!("{p}*max(0,{s}-{})^{}", n(c), p - 1),
+            (Factor::Ramp(c, 2), _) => format!("if({s}>{},2,0)", n(c)),
+            (Factor::Ramp(c, p), _) => format!("{}*max(0,{s}-{})^{}", p * (p - 1), n(c), p - 2),
+            (Factor::Peak(c, w, even), _) => {
+                let one = |c: f64| {
+                    let r = format!("(({s}-{})/{})", n(c), n(w));
+                    let e = format!("exp(-{r}^2)");
+                    match order {
+                        0 => e,
+                        1 => format!("(-2*{r}/{}*{e})", n(w)),
+                        _ => format!("((4*{r}^2-2)/{}*{e})", n(w * w)),
+                    }
+                };
+                if even {
+                    format!("({}+{})", one(c), one(-c))
+                } else {
+                    one(c)
+                }
+            }
+            (Factor::Wave(k), 0) => format!("cos({}*{s})", n(k)),
+            (Factor::Wave(k), 1) => format!("(-{}*sin({}*{s}))", n(k), n(k)),
+            (Factor::Wave(k), _) => format!("(-{}*cos({}*{s}))", n(k * k), n(k)),
+            (Factor::Identity, 0) => s.into(),
+            (Factor::Identity, 1) => "1".into(),
+            (Factor::Arch, 0) => format!("({s}*(1-{s}))"),
+            (Factor::Arch, 1) => format!("(1-2*{s})"),
+            (Factor::Arch, _) => "(-2)".into(),
+            (Factor::Cap, 0) => format!("(1-{s}^2)"),
+            (Factor::Cap, 1) => format!("(-2*{s})"),
+            (Factor::Cap, _) => "(-2)".into(),
+            _ => "0".into(),
+        }
+    }
+
+    fn value(self, s: f64, order: usize) -> f64 {
+        match (self, order) {
+            (Factor::One, 0) => 1.0,
+            (Factor::Ramp(c, p), 0) => (s - c).max(0.0).powi(p),
+            (Factor::Ramp(c, p), 1) => f64::from(p) * (s - c).max(0.0).powi(p - 1),
+            (Factor::Peak(c, w, even), _) => {
+                let one = |c: f64| {
+                    let r = (s - c) / w;
+                    let e = (-r * r).exp();
+                    if order == 0 { e } else { -2.0 * r / w * e }
+                };
+                one(c) + if even { one(-c) } else { 0.0 }
+            }
+            (Factor::Wave(k), 0) => (k * s).cos(),
+            (Factor::Wave(k), 1) => -k * (k * s).sin(),
+            (Factor::Identity, 0) => s,
+            (Factor::Arch, 0) => s * (1.0 - s),
+            (Factor::Arch, 1) => 1.0 - 2.0 * s,
+            (Factor::Cap, 0) => 1.0 - s * s,
+            (Factor::Cap, 1) => -2.0 * s,
+            (Factor::Identity, 1) => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Where to break an integral, from coarse to fine about what is narrow.
+    fn breaks(self, all: &mut Vec<f64>) {
+        match self {
+            Factor::Ramp(c, _) => all.push(c),
+            Factor::Peak(c, w, even) => {
+                for centre in if even { vec![c, -c] } else { vec![c] } {
+                    all.push(centre);
+                    for k in -4..12 {
+                        let step = w * 2f64.powi(k);
+                        all.extend([centre - step, centre + step]);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// ∫₀¹ of a product of two factors' derivatives, by Gauss' rule with 5 points between the breaks.
+fn integral(a: Factor, i: usize, b: Factor, j: usize) -> f64 {
+    let mut breaks: Vec<f64> = (0..=64).map(|k| f64::from(k) / 64.0).collect();
+    a.breaks(&mut breaks);
+    b.breaks(&mut breaks);
+    breaks.retain(|s| (0.0..=1.0).contains(s));
+    breaks.sort_by(f64::total_cmp);
+    let rule = quadrature::exact(1, 9);
+    let over = |w: &[f64]| -> f64 {
+        let at = |x: f64| {
+            let s = w[0] + x * (w[1] - w[0]);
+            a.value(s, i) * b.value(s, j)
+        };
+        (w[1] - w[0])
+            * rule
+                .iter()
+                .map(|([_, x, ..], weight)| weight * at(x))
+                .sum::<f64>()
+    };
+    breaks.windows(2).map(over).sum()
+}
+
+/// u = scale Σ a X Y Z, and what is known of it.
+struct Made {
+    terms: Vec<(f64, [Factor; 3])>,
+    dim: usize,
+    /// Where contact begins.
+    c: f64,
+    scale: f64,
+}
+
+struct Random(u64);
+
+impl Random {
+    /// In [0, 1).
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn sign(&mut self) -> f64 {
+        if self.next() < 0.5 { -1.0 } else { 1.0 }
+    }
+
+    /// Between two powers of ten.
+    fn decades(&mut self, low: f64, high: f64) -> f64 {
+        10f64.powf(low + (high - low) * self.next())
+    }
+}
+
+impl Made {
+    fn draw(random: &mut Random, dim: usize) -> Made {
+        let last = |factor: Factor| {
+            if dim == 3 {
+                [Factor::One, Factor::One, factor]
+            } else {
+                [Factor::One, factor, Factor::One]
+            }
+        };
+        let mut terms = Vec::new();
+        let count = 1 + (random.next() * 4.0) as usize;
+        for _ in 0..count {
+            let a = random.sign() * random.decades(-3.0, 2.0);
+            let mut factors = last(if dim == 3 { Factor::Cap } else { Factor::One });
+            let axis = (random.next() * dim as f64) as usize;
+            let is_last = axis == dim - 1;
+            let width = random.decades(-4.0, 0.0);
+            let (kind, c) = (random.next(), random.next());
+            let factor = match kind {
+                k if k < 0.25 => Factor::Ramp(c, 2),
+                k if k < 0.4 => Factor::Ramp(c, 3),
+                k if k < 0.7 => Factor::Peak(c, width, is_last),
+                _ => Factor::Wave(random.decades(-1.0, 1.7)),
+            };
+            // A narrow peak of height a has forces a/w²: keep some of them of ordinary size.
+            let a = if random.next() < 0.5 && kind >= 0.4 && kind < 0.7 {
+                a * width * width
+            } else {
+                a
+            };
+            if !(dim == 3 && is_last) {
+                factors[axis] = factor;
+                if kind >= 0.4 && kind < 0.7 && random.next() < 0.6 && dim == 2 {
+                    factors[1 - axis] = Factor::Peak(random.next(), width, axis == 0);
+                }
+            }
+            terms.push((a, factors));
+        }
+        if dim == 2 && random.next() < 0.3 {
+            terms.push((random.sign() * random.decades(0.0, 8.0), [Factor::One; 3]));
+        }
+        let c = 0.1 + 0.8 * random.next();
+        let b = random.decades(-2.0, 1.0);
+        let mut touching = last(if dim == 3 {
+            Factor::Arch
+        } else {
+            Factor::Identity
+        });
+        touching[0] = Factor::Ramp(c, 2);
+        terms.push((b, touching));
+        let scale = if random.next() < 0.2 {
+            random.decades(-165.0, 8.0)
+        } else {
+            1.0
+        };
+        Made {
+            terms,
+            dim,
+            c,
+            scale,
+        }
+    }
+
+    /// Σ a of the derivatives of these orders, as text.
+    fn text(&self, orders: [usize; 3]) -> String {
+        let terms = self.terms.iter().map(|(a, factors)| {
+            let factors = (0..3).map(|k| factors[k].text(["x", "y", "z"][k], orders[k]));
+            let factors: Vec<String> = factors.filter(|f| f != "1").collect();
+            if factors.iter().any(|f| f == "0") {
+                return String::new();
+            }
+            [vec![format!("({a:?})")], factors].concat().join("*")
+        });
+        let terms: Vec<String> = terms.filter(|t| !t.is_empty()).collect();
+        let sum = if terms.is_empty() {
+            "0".into()
+        } else {
+            terms.join("+")
+        };
+        format!("{:?}*({sum})", self.scale)
+    }
+
+    fn scene(&self) -> Scene {
+        let parsed = |text: String| Expression::parse(&text).unwrap();
+        let axis = |k: usize, order: usize| {
+            let mut orders = [0; 3];
+            orders[k] = order;
+            orders
+        };
+        let laplace: Vec<String> = (0..self.dim).map(|k| self.text(axis(k, 2))).collect();
+        let mut t = format!("(2*x-1)*({})", self.text(axis(0, 1)));
+        if self.dim == 3 {
+            // On the sides x = 0 and 1, y = 0 and 1: the outer normal by where the point is.
+            let along = format!("(2*y-1)*({})", self.text(axis(1, 1)));
+            t = format!("if(abs(x-0.5)>=0.5,{t},{along})");
+        }
+        let data = Data {
+            f: parsed(format!("-({})", laplace.join("+"))),
+            t: parsed(t),
+            g: if self.dim == 3 {
+                Expression::constant(0.0)
+            } else {
+                parsed(self.text([0; 3]))
+            },
+            psi: parsed(format!(
+                "{}+{:?}*max(0,{:?}-x)^2",
+                self.text([0; 3]),
+                self.scale,
+                self.c
+            )),
+        };
+        let base = if self.dim == 3 {
+            "one-zone-3d"
+        } else {
+            "one-zone"
+        };
+        Scene::find(base).unwrap().with_data(data)
+    }
+
+    /// ‖∇u‖, the mean of u, and <∂ₙu, 1>_C, over `scale`.
+    fn truth(&self) -> [f64; 3] {
+        let pair = |p: &[Factor; 3], q: &[Factor; 3], axis: usize| -> f64 {
+            (0..self.dim)
+                .map(|k| integral(p[k], usize::from(k == axis), q[k], usize::from(k == axis)))
+                .product()
+        };
+        let mut square = 0.0;
+        for (a, p) in &self.terms {
+            for (b, q) in &self.terms {
+                square += a * b * (0..self.dim).map(|axis| pair(p, q, axis)).sum::<f64>();
+            }
+        }
+        let one = [Factor::One; 3];
+        let mean: f64 = self.terms.iter().map(|(a, p)| a * pair(p, &one, 3)).sum();
+        let (b, _) = self.terms[self.terms.len() - 1];
+        [
+            square.max(0.0).sqrt(),
+            mean,
+            -b * (1.0 - self.c).powi(3) / 3.0,
+        ]
+    }
+}
+
+/// What one scene shows; none where there is no certificate.
+fn try_one(seed: u64, dim: usize) -> Option<f64> {
+    let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    for _ in 0..8 {
+        random.next();
+    }
+    let made = Made::draw(&mut random, dim);
+    let scene = made.scene();
+    let n = if dim == 3 {
+        2 + (random.next() * 2.0) as usize
+    } else {
+        2 + (random.next() * 7.0) as usize
+    };
+    let mesh = scene.triangulation(Some(n)).unwrap();
+    let method = ["cr", "cr-fc", "p1", "p2"][(random.next() * 4.0) as usize];
+    let problem = Problem::new(
+        &scene,
+        &mesh,
+        &Discretisation::of(&scene, method.parse().unwrap()),
+    )
+    .ok()?;
+    let u = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()))
+        .ok()?
+        .u;
+    let certificate = match examine(&problem, &u) {
+        Ok(certificate) => certificate,
+        Err(Error::Certificate { .. } | Error::Solver { .. }) => return None,
+        Err(other) => panic!("{seed} {other}"),
+    };
+    let [norm, mean, force] = made.truth();
+    let about = || {
+        format!(
+            "seed {seed}, {dim}D, {method}, n = {n}, scale {:e}, {:?}",
+            made.scale, made.terms
+        )
+    };
+    // The truth is known to twelve digits or so of its largest terms.
+    let size: f64 = made.terms.iter().map(|(a, _)| a.abs()).sum::<f64>();
+    let check = |name: &str, [low, high]: [f64; 2], truth: f64, size: f64| {
+        let slack = 1e-9 * size;
+        assert!(
+            low / made.scale <= truth + slack && truth - slack <= high / made.scale,
+            "{name}: [{low:e}, {high:e}] {truth:e}; {}",
+            about()
+        );
+    };
+    check("‖∇u‖", certificate.gradient, norm, norm);
+    let numbers = certificate.numbers.as_ref().unwrap();
+    check("mean", numbers.mean, mean, size);
+    if let Some(of_force) = numbers.contact_force {
+        check("force", of_force, force, size);
+    }
+    if let Some(contact) = &numbers.contact {
+        for [from, to] in &contact.free {
+            assert!(
+                0.0 <= *from && *to <= made.c,
+                "free {from} {to} c {}; {}",
+                made.c,
+                about()
+            );
+        }
+        for touched in &contact.touched {
+            assert!(
+                touched.to >= made.c,
+                "{touched:?} c {}; {}",
+                made.c,
+                about()
+            );
+            assert!(
+                touched.from + touched.window >= made.c,
+                "{touched:?} c {}; {}",
+                made.c,
+                about()
+            );
+        }
+    }
+    Some(certificate.g / (norm * made.scale))
+}
+
+fn campaign(count: u64, dim: usize, least: usize) {
+    let first = std::env::var("FACEOFF_SEED").map_or(1, |seed| seed.parse().unwrap());
+    let found: Vec<Option<f64>> = (0..count)
+        .into_par_iter()
+        .map(|k| try_one(first + k, dim))
+        .collect();
+    let bounds: Vec<f64> = found.into_iter().flatten().collect();
+    let useful = bounds.iter().filter(|b| **b < 0.5).count();
+    println!(
+        "{dim}D: {} certificates of {count}, {useful} below half of ‖∇u‖",
+        bounds.len()
+    );
+    assert!(
+        bounds.len() >= least && useful * 4 >= bounds.len(),
+        "{} {useful}",
+        bounds.len()
+    );
+}
+
+#[test]
+fn no_random_scene_is_outside_its_interval() {
+    campaign(700, 2, 500);
+}
+
+#[test]
+fn no_random_scene_in_space_is_outside_its_interval() {
+    campaign(150, 3, 60);
+}
