@@ -85,7 +85,6 @@ pub fn certify<'a>(
         ("result", told.result.clone()),
         ("understood as", told.understood.sentence()),
         ("mesh", sizes),
-        ("certified", c.sentence()),
         ("‖∇u-∇u_h‖", between([c.lower, c.upper])),
         ("‖∇u‖", between(c.gradient)),
         (
