@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod accuracy;
+mod certify;
 mod codes;
 mod common;
 mod compare;

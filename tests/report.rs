@@ -212,7 +212,7 @@ fn every_command_writes_a_page_and_json_that_follows_its_schema() {
     crate::common::write(at, "a.csv", "vertex,u\n0,1\n");
     crate::common::write(at, "b.csv", "vertex,u\n0,2\n");
     let out = at.join("out.json");
-    let commands: [(&[&str], &str, i32); 20] = [
+    let commands: [(&[&str], &str, i32); 22] = [
         (
             &[
                 "verify",
@@ -241,6 +241,8 @@ fn every_command_writes_a_page_and_json_that_follows_its_schema() {
             0,
         ),
         (&["compare", "u.vtu", "u-faces.vtu"], "compare", 2),
+        (&["certify", "u.vtu", "--scene", "one-zone"], "certify", 0),
+        (&["certify", "u.vtu", "--scene", "plate"], "certify", 2),
         (
             &["solve", "transition-1.5", "--accuracy", "0.2"],
             "solve",

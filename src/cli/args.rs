@@ -50,6 +50,8 @@ pub(super) enum Command {
     Verify(Verify),
     /// Judge two files of any codes against each other, field by field
     Compare(Compare),
+    /// Bound the error of a result of any code
+    Certify(Certify),
     /// Solve one scene with one engine
     Solve(Solve),
     /// Observed orders of convergence beside theory, where the solution is known
@@ -144,6 +146,7 @@ impl Command {
                 subject: Some(format!("{} – {}", a.a.display(), a.b.display())),
                 ..to("compare", &a.output, Some(&a.verdicts))
             },
+            Command::Certify(a) => to("certify", &a.output, None),
             Command::Solve(a) => to("solve", &a.output, None),
             Command::Orders(a) => to("orders", &a.output, None),
             Command::Paper(a) if a.reference => to("paper reference", &a.output, None),
@@ -302,6 +305,42 @@ fn match_by(word: String) -> MatchBy {
         "vertices" => MatchBy::Vertices,
         _ => MatchBy::Coordinates,
     }
+}
+
+/// Guaranteed bounds of the error of a field, whatever code and method it comes from. What the file has values on says what
+/// the field is: at vertices P1, at vertices and midpoints of edges P2, at corners of cells or on faces CR.
+///
+/// Exit code: 0 certified; 2 no certificate.
+#[derive(Args)]
+#[command(after_help = built_in())]
+pub(super) struct Certify {
+    /// A file of any kind that `faceoff compare` reads
+    pub result: PathBuf,
+    /// The problem: a built-in scene or a TOML file
+    #[arg(long, value_name = "SCENE")]
+    pub scene: String,
+    #[command(flatten)]
+    pub trust: Trust,
+    /// The field [default: the only one that can be u, or the one of that name]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
+    /// Take the field as a function of this space, if it is one
+    #[arg(long, value_parser = PossibleValuesParser::new(["cr", "p1", "p2"]).try_map(|word| method(&word)))]
+    pub element: Option<Method>,
+    /// The method that it comes from: the flux on Γ_C is read as this method has it, which is sharper for cr-fc
+    #[arg(long, value_parser = method, conflicts_with = "element")]
+    pub method: Option<Method>,
+    /// The mesh of the result, with the groups that the scene names [default: that of the file, or the scene's where it has none]
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
+    /// Refinement of the scene's mesh, for a file without one [default: the scene's own]
+    #[arg(long, conflicts_with = "mesh", value_parser = clap::value_parser!(u32).range(1..))]
+    pub n: Option<u32>,
+    /// Write the field, and what each cell adds to the bound, as FILE.vtu, and its faces as FILE-faces.vtu
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 #[derive(Args)]

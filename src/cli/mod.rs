@@ -2,6 +2,7 @@
 
 mod args;
 mod campaigns;
+mod certify;
 mod compare;
 mod engines;
 mod mesh;
@@ -150,6 +151,7 @@ fn run(arguments: &Arguments) -> Result<u8> {
     let done = output.begin().and_then(|()| match &arguments.command {
         Command::Verify(arguments) => verify::run(arguments, to),
         Command::Compare(arguments) => compare::run(arguments, to),
+        Command::Certify(arguments) => certify::run(arguments, to),
         Command::Solve(arguments) => solve::run(arguments, to),
         Command::Orders(arguments) => campaigns::orders(arguments, to),
         Command::Paper(arguments) => campaigns::paper(arguments, to),

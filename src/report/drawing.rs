@@ -132,6 +132,14 @@ pub fn axes<'m, 'a, 'b, X: Ranged, Y: Ranged, DB: DrawingBackend>(
         .axis_desc_style(font(size))
 }
 
+/// From deep blue below to pale yellow at the top.
+pub fn shade(share: f64) -> RGBColor {
+    let share = share.clamp(0.0, 1.0);
+    let (low, high) = ([49.0, 84.0, 150.0], [250.0, 244.0, 200.0]);
+    let mix = |k: usize| (low[k] + share * (high[k] - low[k])) as u8;
+    RGBColor(mix(0), mix(1), mix(2))
+}
+
 /// `-3` as `10⁻³`.
 pub fn power_of_ten(exponent: i32) -> String {
     let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];

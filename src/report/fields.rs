@@ -9,7 +9,7 @@ use faceoff_fem::contact::{ContactSet, Problem, face_fields};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ColumnKind, FaceFields, GlobalArray};
 use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
-use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
+use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values, quadratic_edges};
 
 /// Binary64 bit for bit, and still XML.
 const ENCODING: Encoding = Encoding::Base64(Compressor::Zlib);
@@ -61,6 +61,19 @@ pub fn write_solution(
         &fields,
         certified.unwrap_or_default(),
     )
+}
+
+/// [`write_solution`] of a field that a file held, and whose code is not known.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn write_certified(
+    path: &Path,
+    case: &Case,
+    u: &[f64],
+    certificate: &Certificate,
+) -> Result<()> {
+    write_solution(path, case, u, "given", "field", Some(certificate))
 }
 
 /// Writes every case of an outcome to `SCENE-METHOD-nN.vtu` and `…-faces.vtu` in `folder`.
@@ -134,13 +147,13 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
     let source = space.mesh;
     let corners = source.dim + 1;
     let cells = source.cell_count();
-    let kind = match source.dim {
-        2 => CellKind::Triangle,
-        _ => CellKind::Tetrahedron,
-    };
-    let points = source.all_cells().iter();
-    let points = points.map(|&v| source.points[v as usize]).collect();
-    let nodes = (0..(cells * corners) as u32).collect();
+    let (kind, places) = nodes(problem);
+    let mut points = Vec::with_capacity(cells * places.len());
+    for cell in 0..cells {
+        let vertices = source.vertices(cell);
+        points.extend(places.iter().map(|lambda| at_vertices(lambda, &vertices)));
+    }
+    let nodes = (0..points.len() as u32).collect();
     let mut add = |name, on, components, values| {
         fields.push(Field::new(name, on, components, Values::F64(values)));
     };
@@ -154,11 +167,7 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
                 let phi = space.element.values(source.dim, lambda);
                 phi.iter().zip(&local).map(|(p, u)| p * u).sum()
             };
-            for corner in 0..corners {
-                let mut lambda = [0.0; 4];
-                lambda[corner] = 1.0;
-                values.push(at(&lambda));
-            }
+            values.extend(places.iter().map(at));
             let rule = &problem.cell_rule;
             means.push(rule.iter().map(|(lambda, w)| w * at(&lambda)).sum());
             let mut center = [0.0; 4];
@@ -181,6 +190,39 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
     (block(points, kind, nodes), fields)
 }
 
+/// The cells that hold a function of the problem's space, quadratic ones for P2, and their nodes as λ.
+fn nodes(problem: &Problem) -> (CellKind, Vec<[f64; 4]>) {
+    let dim = problem.space.mesh.dim;
+    let mut nodes = vec![[0.0; 4]; dim + 1];
+    (0..=dim).for_each(|corner| nodes[corner][corner] = 1.0);
+    let is_quadratic = problem.space.element.degree() == 2;
+    if is_quadratic {
+        nodes.extend(quadratic_edges(dim).iter().map(|&[a, b]| {
+            let mut middle = [0.0; 4];
+            (middle[a], middle[b]) = (0.5, 0.5);
+            middle
+        }));
+    }
+    let kind = match (dim, is_quadratic) {
+        (2, false) => CellKind::Triangle,
+        (2, true) => CellKind::Triangle6,
+        (_, false) => CellKind::Tetrahedron,
+        (_, true) => CellKind::Tetrahedron10,
+    };
+    (kind, nodes)
+}
+
+/// Σ λ_i x_i; a vertex itself, to the last bit.
+fn at_vertices<const N: usize>(lambda: &[f64; 4], of_vertices: &[[f64; N]; 4]) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for (lambda, of_vertex) in lambda.iter().zip(of_vertices).filter(|(l, _)| **l != 0.0) {
+        sum.iter_mut()
+            .zip(of_vertex)
+            .for_each(|(sum, x)| *sum += lambda * x);
+    }
+    sum
+}
+
 /// A mesh of one block of cells.
 fn block(points: Vec<[f64; 3]>, kind: CellKind, nodes: Vec<u32>) -> Mesh {
     Mesh {
@@ -194,11 +236,19 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-/// v on the cells' own vertices; on the cells the averaged gradient, the most accurate that is known, and
+/// v at the cells' own nodes; on the cells the averaged gradient, the most accurate that is known, and
 /// the root of what each adds to the square of the bound.
 fn certified_fields(problem: &Problem, certificate: &Certificate) -> Vec<Field> {
-    let vertices = problem.space.mesh.all_cells().iter();
-    let v = vertices.map(|&vertex| certificate.fields.v[vertex as usize]);
+    let mesh = problem.space.mesh;
+    let (_, places) = nodes(problem);
+    let v = (0..mesh.cell_count()).flat_map(|cell| {
+        let mut at_corners = [[0.0]; 4];
+        for (at_corner, &vertex) in at_corners.iter_mut().zip(mesh.cell(cell)) {
+            *at_corner = [certificate.fields.v[vertex as usize]];
+        }
+        let at = move |lambda: &[f64; 4]| at_vertices(lambda, &at_corners)[0];
+        places.iter().map(at)
+    });
     let gradients = certificate.fields.gradient.iter().flatten();
     let local = certificate.local.iter().map(|part| part.sqrt());
     let field = |name: &str, on, components, values| {

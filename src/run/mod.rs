@@ -2,6 +2,7 @@
 //! answered already.
 
 mod evaluated;
+pub mod foreign;
 mod journal;
 mod orders;
 mod variation;

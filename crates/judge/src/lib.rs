@@ -36,6 +36,7 @@ mod results;
 pub use align::align;
 pub use judge::{FieldVerdict, Verdict, Worst, judge, relative_differences};
 pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, refuse_copies};
+pub use places::{first_at_place, partners};
 pub use results::{
     ComparedField, Comparison, Differences, MatchBy, On, at_midpoints, compare_results,
 };

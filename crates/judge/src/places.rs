@@ -76,6 +76,42 @@ pub(super) fn numbers(a: &[[f64; 3]], b: &[[f64; 3]], near: f64) -> Result<Vec<u
     Ok(place)
 }
 
+/// For each point the first at its place.
+///
+/// # Errors
+/// [`faceoff_mesh::Error::Ended`].
+pub fn first_at_place(points: &[[f64; 3]]) -> Result<Vec<u32>> {
+    let numbers = numbers(points, &[], tolerance(points, &[])?)?;
+    let mut first = vec![None; points.len()];
+    let of = (0..)
+        .zip(&numbers)
+        .map(|(point, place)| *first[*place as usize].get_or_insert(point));
+    Ok(of.collect())
+}
+
+/// For each point of `a` the point of `b` at its place; none where there is none, or where either side has several.
+///
+/// # Errors
+/// [`faceoff_mesh::Error::Ended`].
+pub fn partners(a: &[[f64; 3]], b: &[[f64; 3]]) -> Result<Vec<Option<u32>>> {
+    let place = numbers(a, b, tolerance(a, b)?)?;
+    let (of_a, of_b) = place.split_at(a.len());
+    let places = place.iter().max().map_or(0, |last| *last as usize + 1);
+    let mut there = vec![(0u32, 0u32, 0u32); places];
+    for &place in of_a {
+        there[place as usize].0 += 1;
+    }
+    for (&place, point) in of_b.iter().zip(0..) {
+        let there = &mut there[place as usize];
+        (there.1, there.2) = (there.1 + 1, point);
+    }
+    let partner = |place: &u32| match there[*place as usize] {
+        (1, 1, point) => Some(point),
+        _ => None,
+    };
+    Ok(of_a.iter().map(partner).collect())
+}
+
 fn numbers_on_axis(a: &[[f64; 3]], b: &[[f64; 3]], axis: usize, near: f64) -> Result<Vec<u32>> {
     let points = a.iter().chain(b).map(|p| p[axis]);
     let mut sorted: Vec<(f64, u32)> = points.zip(0..).collect();
@@ -106,6 +142,19 @@ mod tests {
         distinct.sort_unstable();
         distinct.dedup();
         assert_eq!(distinct.len(), 4);
+    }
+
+    #[test]
+    fn a_partner_is_the_only_one_at_its_place() {
+        let a = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0 / 3.0; 3]];
+        let b = [
+            [2.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0 / 3.0; 3],
+        ];
+        assert_eq!(partners(&a, &b).unwrap(), [None, None, Some(0), Some(3)]);
+        assert_eq!(first_at_place(&b).unwrap(), [0, 1, 1, 3]);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use crate::campaigns::paper::PaperOutcome;
-use crate::report::drawing::{Drawn, font};
+use crate::report::drawing::{Drawn, font, shade};
 
 const YAW: f64 = 0.62;
 const PITCH: f64 = 0.42;
@@ -114,12 +114,4 @@ pub fn draw<DB: DrawingBackend>(
 /// Rounding must not print as -0.0.
 fn unsigned_zero(value: f64) -> f64 {
     if value.abs() < 1e-9 { 0.0 } else { value }
-}
-
-/// From deep blue below to pale yellow at the top.
-fn shade(share: f64) -> RGBColor {
-    let share = share.clamp(0.0, 1.0);
-    let (low, high) = ([49.0, 84.0, 150.0], [250.0, 244.0, 200.0]);
-    let mix = |k: usize| (low[k] + share * (high[k] - low[k])) as u8;
-    RGBColor(mix(0), mix(1), mix(2))
 }

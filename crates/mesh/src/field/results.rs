@@ -3,7 +3,7 @@
 use super::PADDING;
 use crate::cancel;
 use crate::error::Result;
-use crate::mesh::CellKind;
+use crate::mesh::{CellKind, Group};
 
 /// The fields of one file: values on points, cells and corners of cells.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -22,6 +22,8 @@ pub struct Results {
     pub cells: Vec<u32>,
     /// Runs of cells of one kind, in order: kind and number; empty if only point numbers are known.
     pub kinds: Vec<(CellKind, usize)>,
+    /// Groups of cells, by their numbers among `cells`.
+    pub groups: Vec<Group>,
     pub on_points: Vec<ResultField>,
     pub on_cells: Vec<ResultField>,
     /// Values at each point of each cell in turn.
@@ -130,6 +132,17 @@ impl Results {
         let corners: Vec<bool> = corners.collect();
         self.on_cells.iter_mut().for_each(|f| f.keep(&kept));
         self.on_corners.iter_mut().for_each(|f| f.keep(&corners));
+        let before: Vec<u32> = kept
+            .iter()
+            .scan(0, |count, kept| {
+                *count += u32::from(*kept);
+                Some(*count - u32::from(*kept))
+            })
+            .collect();
+        self.groups.retain(|group| group.dim == dim);
+        for cell in self.groups.iter_mut().flat_map(|group| &mut group.cells) {
+            *cell = before[*cell as usize];
+        }
         self.kinds.retain(|(kind, _)| kind.dim() == dim);
         let width = self.kinds.iter().map(|(kind, _)| kind.points()).max();
         let cells = self.cells.chunks_exact(self.width).zip(&kept);
@@ -261,12 +274,18 @@ mod tests {
             ],
             ..Results::default()
         };
+        let group = |dim, cells: &[u32]| Group {
+            cells: cells.to_vec(),
+            ..Group::new(dim, 7)
+        };
+        results.groups = vec![group(1, &[1]), group(2, &[0, 2])];
         let corners: Vec<f64> = (0..24).map(f64::from).collect();
         results.on_corners = vec![field(&corners, None)];
         assert_eq!(results.dimensions(), [1, 2, 3]);
         assert_eq!(results.keep_dimension(2), 2);
         assert_eq!((results.width, results.dimensions()), (3, vec![2]));
         assert_eq!(results.cells, [0, 1, 2, 1, 2, 3]);
+        assert_eq!(results.groups, [group(2, &[0, 1])]);
         assert_eq!(results.on_cells[0], field(&[0.0, 0.5, 2.0, 2.5], None));
         assert_eq!(results.on_cells[1], field(&[2.0, 2.5], Some(&[1])));
         let kept: Vec<f64> = (0..6).chain(10..16).map(f64::from).collect();

@@ -101,6 +101,7 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {
         }
     }
     results.points = mesh.points;
+    results.groups = mesh.groups;
     // Texts say where a file comes from.
     let numbers = whole.iter().filter_map(|data| match &data.values {
         GlobalValues::Numbers(values) => Some((data, values)),

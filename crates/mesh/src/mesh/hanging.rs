@@ -36,6 +36,34 @@ pub(super) fn hanging_nodes(points: &[[f64; 3]], faces: &[&[u32]]) -> Result<Vec
     Ok(found)
 }
 
+/// For each point the first of these faces, given by their corners, that it lies on, up to `near`; here a face has its
+/// corners. O(N log N) for N faces about as large as their neighbours.
+///
+/// # Errors
+/// [`crate::Error::Ended`].
+pub fn carriers(
+    points: &[[f64; 3]],
+    faces: &[Vec<[f64; 3]>],
+    near: f64,
+) -> Result<Vec<Option<usize>>> {
+    let mut carriers = vec![None; points.len()];
+    if points.is_empty() {
+        return Ok(carriers);
+    }
+    let places = (0..).zip(points.iter().map(|&at| Vector3::from(at)));
+    let mut tree = Tree::new(places.collect())?;
+    for (index, corners) in faces.iter().enumerate() {
+        cancel::check()?;
+        let mut face = Face::new(&[], corners.iter().map(|&at| at.into()).collect());
+        face.near = near;
+        face.has_corners = true;
+        tree.find(0, &face, &mut |point| {
+            carriers[point as usize] = Some(index)
+        });
+    }
+    Ok(carriers)
+}
+
 /// Whether a point lies on a segment or planar polygon, away from its corners.
 fn lies_on(point: Vector3<f64>, corners: &[Vector3<f64>], near: f64) -> bool {
     if corners.iter().any(|corner| (point - corner).norm() <= near) {
@@ -174,6 +202,8 @@ struct Face<'a> {
     near: f64,
     /// Directions across which it is thin.
     across: Vec<Vector3<f64>>,
+    /// Do its corners lie on it?
+    has_corners: bool,
 }
 
 impl<'a> Face<'a> {
@@ -194,10 +224,11 @@ impl<'a> Face<'a> {
             corners,
             near,
             across,
+            has_corners: false,
         }
     }
 
-    /// Whether no point of a box can lie on the face: the box is beside it, or at one of its corners.
+    /// Whether no point of a box can lie on the face: the box is beside it, or at a corner that does not count.
     fn misses(&self, of: &Bounds) -> bool {
         let (middle, half) = ((of.low + of.high) / 2.0, (of.high - of.low) / 2.0);
         let beside = self.across.iter().any(|axis| {
@@ -213,15 +244,16 @@ impl<'a> Face<'a> {
             low > reach || high < -reach
         });
         let farthest = |corner: &Vector3<f64>| ((middle - corner).abs() + half).norm();
-        beside
-            || self
-                .corners
-                .iter()
-                .any(|corner| farthest(corner) <= self.near)
+        let mut corners = self.corners.iter();
+        beside || !self.has_corners && corners.any(|corner| farthest(corner) <= self.near)
     }
 
-    /// Whether a point lies on it, away from its corners.
+    /// Whether a point lies on it.
     fn carries(&self, point: u32, at: Vector3<f64>) -> bool {
+        let is_near = |corner: &Vector3<f64>| (at - corner).norm() <= self.near;
+        if self.has_corners && self.corners.iter().any(is_near) {
+            return true;
+        }
         !self.nodes.contains(&point) && lies_on(at, &self.corners, self.near)
     }
 }
@@ -229,6 +261,24 @@ impl<'a> Face<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn corners_carry_and_what_is_beside_a_face_does_not() {
+        let faces = [
+            vec![[0.0; 3], [1.0, 0.0, 0.0]],
+            vec![[1.0, 0.0, 0.0], [1.0, 2.0, 0.0]],
+        ];
+        let points = [
+            [0.5, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0 + 1e-8, 1.0, 0.0],
+            [1.0, 2.0 + 1e-8, 0.0],
+            [1.0, 2.1, 0.0],
+            [0.5, 1e-6, 0.0],
+        ];
+        let found = carriers(&points, &faces, 1e-7).unwrap();
+        assert_eq!(found, [Some(0), Some(0), Some(1), Some(1), None, None]);
+    }
 
     /// Against every point with every face, on coordinates with few digits, so that many do lie on faces.
     #[test]

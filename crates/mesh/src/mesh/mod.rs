@@ -18,10 +18,11 @@ mod validate;
 
 pub use data::{Field, Support, Values};
 pub use geometry::{CellPartitions, Entity, Geometry, Partitions, Periodic, PointRun};
+pub use hanging::carriers;
 pub use kind::{CellKind, OtherKind, Shape};
 pub use labels::CellGroups;
 pub use simplex::{CellGeometry, Metric};
-pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges};
+pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges, quadratic_edges};
 pub use union::Union;
 pub(crate) use validate::all_finite;
 

@@ -534,6 +534,14 @@ pub fn local_edges(dim: usize) -> &'static [[usize; 2]] {
     }
 }
 
+/// Local vertices of the edges whose midpoints follow the corners of a `Triangle6` or `Tetrahedron10`, in Gmsh's order.
+pub fn quadratic_edges(dim: usize) -> &'static [[usize; 2]] {
+    match dim {
+        2 => &[[0, 1], [1, 2], [0, 2]],
+        _ => &[[0, 1], [1, 2], [0, 2], [0, 3], [2, 3], [1, 3]],
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
