@@ -5,7 +5,7 @@ use super::args::Certify;
 use crate::engine::Case;
 use crate::report::{self, Certification, Output, deliver};
 use crate::run::foreign::{Foreign, Options, take_boundary_values};
-use faceoff_fem::certify::certify;
+use faceoff_fem::certify::examine;
 use faceoff_fem::contact::{Discretisation, Problem};
 use faceoff_mesh::error::Result;
 
@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Certify, to: &Output) -> Result<u8> {
     let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method))?;
     let off = take_boundary_values(&problem, &mut u);
     let case = Case { n: None, problem };
-    let certificate = certify(&case.problem, &u)?;
+    let certificate = examine(&case.problem, &u)?;
     let told = Certification::new(&arguments.result, &case, understood, off, &certificate);
     if let Some(out) = &arguments.out {
         report::write_certified(out, &case, &u, &certificate)?;

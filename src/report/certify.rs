@@ -95,14 +95,15 @@ pub fn certify<'a>(
         (
             "made of",
             format!(
-                "misfit {}, contact {}, oscillation {}, quadrature {}",
+                "misfit {}, contact {}, oscillation {}, not known of the data {}",
                 short(parts.misfit),
                 short(parts.contact),
                 short(parts.oscillation),
-                short(parts.quadrature)
+                short(parts.unknown)
             ),
         ),
     ];
+    facts.extend(c.facts());
     facts.extend(told.boundary_off.map(|off| {
         let what = format!("boundary values were off by up to {off:.1e} and taken as g");
         ("on Γ_D", what)
@@ -136,7 +137,7 @@ fn worst(mesh: &Triangulation, certificate: &Certificate) -> super::model::Table
     table!("The cells that add most to the bound", cells, |cell|
         "cell" => cell,
         "centroid" => place(&centroid(mesh, cell)[..mesh.dim]),
-        "adds" => local[cell].sqrt(),
+        "adds" => certificate.part(cell),
         "of all squares" => Cell::Number(local[cell] / all, percent(local[cell] / all)),
     )
 }

@@ -250,7 +250,7 @@ fn certified_fields(problem: &Problem, certificate: &Certificate) -> Vec<Field> 
         places.iter().map(at)
     });
     let gradients = certificate.fields.gradient.iter().flatten();
-    let local = certificate.local.iter().map(|part| part.sqrt());
+    let local = (0..certificate.local.len()).map(|cell| certificate.part(cell));
     let field = |name: &str, on, components, values| {
         Field::new(name.to_owned(), on, components, Values::F64(values))
     };

@@ -18,10 +18,10 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
 /// ∫ |r| of f and t is wanted below this part of h ‖f‖, which costs the bound a hundredth or two.
-const TOLERANCE: f64 = 0.02;
+const TOLERANCE: f64 = 0.006;
 /// Leaves beyond one a cell: so many a cell and so many more, and never beyond the last.
-const PER_CELL: usize = 30;
-const MORE: usize = 60_000;
+const PER_CELL: usize = 60;
+const MORE: usize = 20_000;
 const MOST: usize = 2_000_000;
 /// Data of sizes beyond these powers of two are scaled.
 const LARGE: i32 = 200;

@@ -48,7 +48,7 @@ pub(super) struct Sector {
     /// The leaf: s from here to there.
     pub from: f64,
     pub to: f64,
-    /// ∇w is about slopes[0] ∇λ_a + slopes[1] ∇λ_b, and off by no more than this.
+    /// ∇w is about a ∇λ_a + b ∇λ_b with these a and b, and off by no more than the radius.
     pub slopes: [f64; 2],
     pub radius: f64,
     /// |δ|
@@ -211,6 +211,8 @@ pub(super) fn lift(
     }
     let size = face.values[0].magnitude().max(face.values[1].magnitude());
     let mut leaves = vec![face.leaf(0.0, 1.0)];
+    // No leaf that costs can be cut any more.
+    let mut is_stuck = false;
     let gradients = ends.map(|end| cell.gradients[end]);
     let of_r = norm(&super::simplex::plus(&gradients[0], &gradients[1]), 2).high;
     let of_s = norm(&gradients[1], 2).high;
@@ -242,7 +244,7 @@ pub(super) fn lift(
             .map(|leaf| leaf.height.magnitude())
             .fold(0.0, f64::max);
         let is_done = total <= ACCURACY * ACCURACY * energy || height <= ROUNDING * size;
-        if is_done || leaves.len() >= LEAVES {
+        if is_done || is_stuck || leaves.len() >= LEAVES {
             if !total.is_finite() {
                 let jumps = leaves.iter().any(|leaf| leaf.may_jump);
                 return Err(if jumps { NoLift::Jump } else { NoLift::Slope });
@@ -274,6 +276,7 @@ pub(super) fn lift(
             };
             return Ok((!lift.sectors.iter().all(is_nothing)).then_some(lift));
         }
+        let before = leaves.len();
         let worst = costs.iter().copied().fold(0.0, f64::max);
         leaves = leaves
             .into_iter()
@@ -289,9 +292,7 @@ pub(super) fn lift(
                 vec![face.leaf(leaf.from, middle), face.leaf(middle, leaf.to)]
             })
             .collect();
-        if leaves.len() > 1 && leaves.iter().all(|leaf| leaf.to - leaf.from <= 2.0 * TINY) {
-            return Err(NoLift::Jump);
-        }
+        is_stuck = leaves.len() == before;
     }
 }
 

@@ -140,6 +140,12 @@ impl std::str::FromStr for Target {
 }
 
 impl Certificate {
+    /// What a cell adds to the bound: the root of its part of the square.
+    pub fn part(&self, cell: usize) -> f64 {
+        let root = Interval::at(self.local[cell].sqrt());
+        root.times_power_of_two(-self.unit).mid()
+    }
+
     /// The bounds, from below and above, for a target.
     pub fn of(&self, target: Target) -> [f64; 2] {
         match target {
