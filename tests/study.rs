@@ -133,8 +133,25 @@ fn a_study_is_resumed() {
     let more = times(&studied(folder.path(), &words));
     let kept = first.iter().filter(|time| more.contains(time)).count();
     assert!(kept >= 2 && more.iter().any(|time| !first.contains(time)));
-    let ran = run(folder.path(), &["study", "--resume", "/no/such/folder/j"]);
-    assert_eq!(ran.code, Some(2));
+    let refused = |place: &str, sentence: &str| {
+        let words = "study transition-1.5 --methods cr-fc --finest 16 --resume";
+        let words: Vec<&str> = words.split(' ').chain([place]).collect();
+        let ran = run(folder.path(), &words);
+        assert_eq!(ran.code, Some(2), "{place}: {}", ran.stdout);
+        assert!(ran.stderr.contains(sentence), "{}", ran.stderr);
+    };
+    refused("/no/such/folder/j", "No such file");
+    // One run at a time, and times of this machine alone.
+    let journal = folder.path().join("journal/journal.jsonl");
+    let held = std::fs::File::open(&journal).unwrap();
+    held.lock().unwrap();
+    refused("journal", "is in use by another run");
+    drop(held);
+    let text = std::fs::read_to_string(&journal).unwrap();
+    let other = text.replacen("\"processor\":\"", "\"processor\":\"other ", 1);
+    assert_ne!(other, text);
+    write(folder.path(), "journal/journal.jsonl", &other);
+    refused("journal", "was begun with something else: processor was");
 }
 
 /// `solve --accuracy` reaches the true error that is asked for, on a mesh less than twice as fine as it takes: the bound

@@ -383,6 +383,28 @@ mod tests {
         assert!(Observed::new(&errors[..1]).fit.is_none());
     }
 
+    /// Of 6.1 there is no formula: the errors are those to the mesh-free solution, on which no theory is noted.
+    #[test]
+    fn the_orders_of_one_zone_are_known() {
+        let scenes = [Scene::find("one-zone").unwrap()];
+        let methods = [Method::cr(), Method::p2()];
+        let all = orders(
+            &scenes,
+            &methods,
+            &[8, 16, 32],
+            &Settings::default(),
+            &Silent,
+        )
+        .unwrap();
+        let found = [0, 1].map(|k| all[k].h1.fit.unwrap());
+        for (found, order) in found.into_iter().zip([1.0, 1.5]) {
+            assert!(
+                found > order - 0.1 && found < order + 0.3,
+                "{found}: {all:#?}"
+            );
+        }
+    }
+
     #[test]
     fn a_scene_without_a_solution_is_refused() {
         let scenes = [Scene::find("plate").unwrap()];

@@ -191,14 +191,25 @@ mod tests {
         assert_eq!(again.find::<f64>("b", &asked).unwrap(), None);
         assert_eq!(again.find::<f64>("c", &asked).unwrap(), None);
         again.keep("c", &asked, &0.0).unwrap();
+        // Of what could not be used and was found again, the later holds.
+        again.keep("a", &asked, &3.5).unwrap();
         drop(again);
         let again = Journal::open(&path, &of).unwrap();
         assert_eq!(again.find("c", &asked).unwrap(), Some(0.0));
+        assert_eq!(again.find("a", &asked).unwrap(), Some(3.5));
         let other = again.find::<f64>("a", &json!({"n": 16})).unwrap_err();
         assert!(
             other.to_string().contains("of a, n was 8 and is 16"),
             "{other}"
         );
+        drop(again);
+        // Killed while it began.
+        fs::write(&path, "{\"schema\":\"faceoff/jou").unwrap();
+        let again = Journal::open(&path, &of).unwrap();
+        again.keep("a", &asked, &2.5).unwrap();
+        drop(again);
+        let again = Journal::open(&path, &of).unwrap();
+        assert_eq!(again.find("a", &asked).unwrap(), Some(2.5));
     }
 
     #[test]
@@ -206,10 +217,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("j.jsonl");
         let foreign = r#"{"schema":"faceoff/journal/1","of":{"machine":"B"}}"#.to_owned() + "\n";
+        let later = r#"{"schema":"faceoff/journal/2","of":{"machine":"A"}}"#.to_owned() + "\n";
         let of = json!({"machine": "A"});
         for (text, sentence) in [
             ("mine", "no journal"),
             ("mine\nand mine", "no journal"),
+            (&later, "no journal"),
             (&foreign, "machine was \"B\" and is \"A\""),
         ] {
             fs::write(&path, text).unwrap();
@@ -217,7 +230,9 @@ mod tests {
             assert!(refused.contains(sentence), "{refused}");
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
-        // A folder gets a file.
+        // A folder gets a file, and is made, but none around it.
+        assert!(Journal::open(&folder.path().join("no/such"), &of).is_err());
+        assert!(!folder.path().join("no").exists());
         drop(Journal::open(&folder.path().join("new"), &of).unwrap());
         let mut text = fs::read_to_string(folder.path().join("new/journal.jsonl")).unwrap();
         text += "{\"key\":\"a\"}\n";

@@ -448,6 +448,18 @@ mod tests {
     #[test]
     fn norms_of_polynomials_are_exact() {
         let mesh = Triangulation::new("uj", &union_jack(3, [2.0, 1.0])).unwrap();
+        // Two bodies, whose values have no large part in common.
+        let bodies = faceoff_mesh::mesh::Mesh {
+            points: [0.0, 9.0]
+                .map(|x| [[x, 0.0, 0.0], [x + 0.9, 0.1, 0.0], [x + 0.2, 0.7, 0.0]])
+                .concat(),
+            blocks: vec![faceoff_mesh::mesh::CellBlock::new(
+                faceoff_mesh::mesh::CellKind::Triangle,
+                (0..6).collect(),
+            )],
+            ..Default::default()
+        };
+        let bodies = Triangulation::new("bodies", &bodies).unwrap();
         for element in [&CR as &'static dyn Element, &P1, &P2] {
             let space = Space::new(&mesh, element);
             let u = polynomial(&space, |x| 1.0 + 2.0 * x[0] - 3.0 * x[1]);
@@ -455,6 +467,11 @@ mod tests {
             assert!((stiffness.energy(&u) - 26.0).abs() < 1e-12);
             let lifted: Vec<f64> = u.iter().map(|u| u + 1e8).collect();
             assert!((stiffness.energy(&lifted) - 26.0).abs() < 1e-5);
+            let apart = Space::new(&bodies, element);
+            let lift = |x: f64| if x < 5.0 { 0.0 } else { 1e8 };
+            let of_bodies = polynomial(&apart, |x| 2.0 * x[0] - 3.0 * x[1] + lift(x[0]));
+            let energy = Stiffness::new(&apart).energy(&of_bodies);
+            assert!((energy - 13.0 * 0.61).abs() < 1e-5, "{energy}");
             let products = stiffness.times(&u).into_iter().zip(&u);
             assert!((products.map(|(y, u)| y * u).sum::<f64>() - 26.0).abs() < 1e-12);
             // ∫∫ (1 + 2x - 3y)² over (0,2) × (0,1)

@@ -126,6 +126,40 @@ mod tests {
         assert!(sources(&at("none.pvd")).is_err());
     }
 
+    /// The nanoseconds that this thread has worked, whatever else the machine does.
+    fn worked() -> u64 {
+        let told = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap();
+        told.split(' ').next().unwrap().parse().unwrap()
+    }
+
+    /// Eight times the entries take eight times the work, and not 64 times as if each were compared with all others.
+    #[test]
+    fn the_work_for_a_list_grows_like_the_list() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("l.pvd");
+        let work = |count: usize| {
+            let entries = (0..count).map(|k| format!("<DataSet file=\"{k}.vtu\"/>"));
+            let text = format!(
+                "{HEAD}{}</Collection></VTKFile>",
+                entries.collect::<String>()
+            );
+            std::fs::write(&path, &text).unwrap();
+            let begun = worked();
+            assert_eq!(sources(&path).unwrap().len(), count);
+            let error = only_file(&path, text.as_bytes()).unwrap_err().to_string();
+            assert!(
+                error.contains(&format!("it lists {count} files")),
+                "{error}"
+            );
+            worked() - begun
+        };
+        let [few, many] = [2_000, 16_000].map(work);
+        assert!(
+            many < 24 * few,
+            "{many} ns for 16000 entries, {few} for 2000"
+        );
+    }
+
     #[test]
     fn a_list_that_is_no_one_file_is_refused() {
         let entry = |name: &str| format!("<DataSet file=\"{name}\"/>");

@@ -280,6 +280,26 @@ mod tests {
         assert_eq!(found, [Some(0), Some(0), Some(1), Some(1), None, None]);
     }
 
+    /// The order of a quadrangle's corners is lost: whatever it is, all of it carries.
+    #[test]
+    fn a_quadrangle_carries_everywhere_in_any_order_of_its_corners() {
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let points = [
+            [0.5, 0.1, 0.0],
+            [0.9, 0.5, 0.0],
+            [0.5, 0.9, 0.0],
+            [0.1, 0.5, 0.0],
+            [0.5, 1.1, 0.0],
+            [0.5, 0.5, 0.1],
+        ];
+        let expected = [Some(0), Some(0), Some(0), Some(0), None, None];
+        for order in [[0, 1, 2, 3], [0, 2, 1, 3], [0, 1, 3, 2]] {
+            let face = order.map(|k| corners[k]).to_vec();
+            let found = carriers(&points, &[face], 1e-9).unwrap();
+            assert_eq!(found, expected, "{order:?}");
+        }
+    }
+
     /// Against every point with every face, on coordinates with few digits, so that many do lie on faces.
     #[test]
     fn the_tree_finds_what_a_search_of_all_points_finds() {
