@@ -505,10 +505,19 @@ impl Mul for Interval {
         if (all[0] + all[1] + (all[2] + all[3])).is_nan() {
             return Interval::WHOLE;
         }
-        Interval::new(
-            below(smaller(smaller(all[0], all[1]), smaller(all[2], all[3]))),
-            above(larger(larger(all[0], all[1]), larger(all[2], all[3]))),
-        )
+        let low = smaller(smaller(all[0], all[1]), smaller(all[2], all[3]));
+        let high = larger(larger(all[0], all[1]), larger(all[2], all[3]));
+        let (mut low, mut high) = (below(low), above(high));
+        // No rounding changes the sign of a product.
+        let (a, b) = (self.low >= 0.0, other.low >= 0.0);
+        let (c, d) = (self.high <= 0.0, other.high <= 0.0);
+        if a && b || c && d {
+            low = low.max(0.0);
+        }
+        if a && d || c && b {
+            high = high.min(0.0);
+        }
+        Interval::new(low, high)
     }
 }
 

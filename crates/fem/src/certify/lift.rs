@@ -25,8 +25,8 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
 /// Leaves of a face: at most so many, fewer once the box is below this part of the vector, in the norm of ∇w.
-const LEAVES: usize = 400;
-const ACCURACY: f64 = 0.05;
+const LEAVES: usize = 120;
+const ACCURACY: f64 = 0.1;
 /// |δ| below this, relative to the largest value on the face, is the rounding of a linear function.
 const ROUNDING: f64 = 1e-13;
 /// A leaf at a vertex as small as this shows the value there.
