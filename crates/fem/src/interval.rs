@@ -60,14 +60,9 @@ impl Interval {
         }
     }
 
-    /// What both hold; the first where they have nothing in common.
+    /// What both hold, of one number. Where they have nothing in common they contradict each other, and nothing is known.
     pub fn meet(self, other: Self) -> Self {
-        let (low, high) = (self.low.max(other.low), self.high.min(other.high));
-        if low <= high {
-            Interval { low, high }
-        } else {
-            self
-        }
+        Interval::new(self.low.max(other.low), self.high.min(other.high))
     }
 
     pub fn is_finite(self) -> bool {
@@ -414,34 +409,27 @@ pub fn above_of_product(a: f64, b: f64) -> f64 {
     }
 }
 
-/// The sum of numbers that are not negative, at most a few ulps above.
-///
-/// One rounding errs by 2⁻⁵³ of its result at most, n of them by less than (1 + 2⁻⁵²)ⁿ.
+/// The sum of numbers that are not negative, rounded up.
 pub fn above_of_all(values: impl IntoIterator<Item = f64>) -> f64 {
-    let (mut sum, mut count) = (0.0, 1.0);
-    for value in values {
-        sum += value;
-        count += 1.0;
-    }
-    if sum == 0.0 {
-        0.0
-    } else {
-        above(sum * (1.0 + count * f64::EPSILON))
-    }
+    let (sum, slack) = sum_of_all(values);
+    above_of_product(sum, 1.0 + slack)
 }
 
-/// The same from below.
+/// The same rounded down.
 pub fn below_of_all(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, slack) = sum_of_all(values);
+    below(sum * (1.0 - slack)).max(0.0)
+}
+
+/// A sum, and what it may be off by relative to itself: each rounding errs by 2⁻⁵³ of its result at most, n of them by less
+/// than (1 + 2⁻⁵²)ⁿ.
+fn sum_of_all(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let (mut sum, mut count) = (0.0, 1.0);
     for value in values {
         sum += value;
         count += 1.0;
     }
-    if sum == 0.0 {
-        0.0
-    } else {
-        below(sum * (1.0 - count * f64::EPSILON)).max(0.0)
-    }
+    (sum, count * f64::EPSILON)
 }
 
 impl Add for Interval {

@@ -3,7 +3,7 @@
 
 mod parts;
 
-pub use parts::{Piece, Sample, WHOLE, parts, samples};
+pub use parts::{Piece, WHOLE, parts};
 
 /// A rule on the reference simplex: the weights are fractions of its measure.
 #[derive(Debug, Clone, PartialEq)]

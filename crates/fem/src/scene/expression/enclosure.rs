@@ -426,13 +426,8 @@ mod tests {
     /// Every vocabulary word, with values and derivatives at points of the box, the latter from `with_gradient`.
     #[test]
     fn values_and_derivatives_at_points_are_inside() {
-        let mut state = 1_u64;
-        let mut random = || {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut random = crate::Random::new(1);
+        let mut random = || random.next();
         for text in [
             "x + 2*y - 3*z",
             "-x*y/z",
