@@ -11,8 +11,6 @@ use crate::contact::Problem;
 use crate::interval::Interval;
 use crate::quadrature::{Piece, WHOLE};
 use faceoff_mesh::error::Result;
-use faceoff_mesh::mesh::CellGeometry;
-use nalgebra::Vector3;
 use std::borrow::Cow;
 
 /// What the theorem needs of one cell.
@@ -257,19 +255,13 @@ impl<'a> CellFields<'a> {
         slope
     }
 
-    /// σ without τ at a point, as pictures and the tests take it.
-    pub fn sigma(&self, cell: usize, geometry: &CellGeometry, lambda: &[f64; 4]) -> Vector3<f64> {
-        let fluxes = self.fluxes_of(&self.fluxes, cell);
-        flux::value(geometry, fluxes, &self.data.loads[cell].slopes, lambda)
-    }
-
     /// G at the centroid, without the lift.
     pub fn gradient(&self, cell: usize) -> [f64; 3] {
         let simplex = self.simplex(cell);
-        let geometry = self.problem.space.mesh.geometry(cell);
-        let sigma = self.sigma(cell, &geometry, &geometry.centroid());
-        let slope = Vector3::from(self.slope(&simplex, cell).map(Interval::mid));
-        (0.5 * (slope + sigma)).into()
+        let mut centroid = [0.0; 4];
+        centroid[..=simplex.dim].fill(1.0 / (simplex.dim + 1) as f64);
+        let sigma = self.sigma_at(&simplex, cell, &centroid);
+        half(&plus(&self.slope(&simplex, cell), &sigma)).map(Interval::mid)
     }
 }
 

@@ -22,8 +22,6 @@ use crate::linear::{Factor, Role, Settings, condense};
 use crate::quadrature;
 use crate::scene::Part;
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::mesh::CellGeometry;
-use nalgebra::Vector3;
 use rayon::prelude::*;
 
 /// σ·n on the contact faces that u_h says: its flux where P(u_h) ≤ 0, with the cell's height for γ
@@ -367,7 +365,9 @@ pub(super) fn raviart_thomas(cell: &Simplex, fluxes: &[f64], lambda: &[f64; 4]) 
     cell.vector(&coefficients(cell, fluxes, &[0.0; 4], lambda))
 }
 
-/// The coefficients of σ at a point: see [`value`].
+/// The coefficients of σ at a point: the Raviart–Thomas part Σ_i flux_i (x - x_i)/(d|κ|), and
+/// -1/(d+1) Σ_i a_i λ_i (x - x_i) with a_i the slopes of Π₁f, which has no normal trace on any face and whose -div is
+/// Π₁f - Π₀f.
 pub(super) fn coefficients(
     cell: &Simplex,
     fluxes: &[f64],
@@ -390,22 +390,4 @@ pub(super) fn coefficients(
             Interval::ZERO
         }
     })
-}
-
-/// σ on one cell: the Raviart–Thomas part Σ_i flux_i (x - x_i)/(d|κ|), and τ = -1/(d+1) Σ_i a_i λ_i (x - x_i)
-/// with a_i the slopes of Π₁f, which has no normal trace on any face and -div τ = Π₁f - Π₀f.
-pub(super) fn value(
-    cell: &CellGeometry,
-    fluxes: &[f64],
-    slopes: &[f64; 4],
-    lambda: &[f64; 4],
-) -> Vector3<f64> {
-    let d = cell.dim as f64;
-    let x = Vector3::from(cell.point(lambda));
-    let mut sigma = Vector3::zeros();
-    for (i, flux) in fluxes.iter().enumerate() {
-        let weight = flux / (d * cell.measure()) - slopes[i] * lambda[i] / (d + 1.0);
-        sigma += weight * (x - cell.vertices[i]);
-    }
-    sigma
 }

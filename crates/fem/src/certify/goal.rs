@@ -93,10 +93,7 @@ pub(super) fn interval(
     if pressed.iter().all(|l| *l == 0.0) {
         return Ok(Some(best));
     }
-    let size = length((0..mesh.cell_count()).map(|cell| {
-        super::cells::norm_of_fluxes(&Simplex::new(mesh, cell), fields.fluxes_of(&fluxes, cell))
-    }));
-    let equal = AWAY * known.of_g * size / known.terms.max(f64::MIN_POSITIVE);
+    let equal = equal(fields, known, &fluxes);
     let tried = if mesh.cell_count() > MANY {
         1
     } else {
@@ -106,25 +103,34 @@ pub(super) fn interval(
         cancel::check()?;
         let c = factor * equal;
         // Where μ is too large it is given, as large as may be.
-        let mut capped = Vec::new();
+        let (mut capped, mut fixed) = (Vec::new(), Vec::new());
         for (contact, lambda) in problem.contact.iter().zip(&pressed) {
             let local = mesh.local_face(contact.cell, contact.face);
             let mu = fields.fluxes_of(&fluxes, contact.cell)[local];
-            if *lambda > 0.0 && mu.abs() > c * lambda * contact.measure {
-                capped.push((contact.face, mu.signum() * c * lambda * contact.measure));
+            let most = c * lambda * contact.measure;
+            if *lambda > 0.0 && mu.abs() > most {
+                capped.push((contact.face, mu.signum() * most));
+            } else if *lambda > 0.0 {
+                fixed.push(contact.face);
             }
         }
-        let is_capped = |face: usize| capped.iter().any(|(other, _)| *other == face);
-        let fixed = problem.contact.iter().zip(&pressed);
-        let fixed = fixed.filter(|(contact, lambda)| **lambda > 0.0 && !is_capped(contact.face));
-        let mut solver = Fluxes::with_values(problem, fixed.map(|(contact, _)| contact.face));
+        let mut solver = Fluxes::with_values(problem, fixed.into_iter());
         let [w, fluxes] = solver.dual(&goal.means, goal.on_contact, &capped)?;
         best = best.meet(goal.with(fields, known, &w, &fluxes));
     }
     Ok(Some(best))
 }
 
-/// Dual problems with z = β where λ is at least a part of its largest value: one factorisation for all goals.
+/// The c with which both errors are about equal, of a dual solution with these fluxes.
+fn equal(fields: &CellFields, known: &Known, fluxes: &[f64]) -> f64 {
+    let cells = 0..fields.problem.space.mesh.cell_count();
+    let size = length(cells.map(|cell| {
+        super::cells::norm_of_fluxes(&fields.simplex(cell), fields.fluxes_of(fluxes, cell))
+    }));
+    AWAY * known.of_g * size / known.terms.max(f64::MIN_POSITIVE)
+}
+
+/// Dual problems with z = β where u_h presses: one factorisation for all goals.
 pub(super) struct Dual<'a> {
     fields: &'a CellFields<'a>,
     known: &'a Known,
@@ -132,11 +138,11 @@ pub(super) struct Dual<'a> {
 }
 
 impl<'a> Dual<'a> {
-    pub fn new(fields: &'a CellFields<'a>, known: &'a Known, strip: f64) -> Self {
+    /// u_h presses where -λ is at least this.
+    pub fn new(fields: &'a CellFields<'a>, known: &'a Known, least: f64) -> Self {
         let problem = fields.problem;
-        let most = fields.lambda.iter().fold(0.0, |m: f64, l| m.max(-l));
         let fixed = problem.contact.iter().zip(&fields.lambda);
-        let fixed = fixed.filter(|(_, lambda)| **lambda < 0.0 && -**lambda >= strip * most);
+        let fixed = fixed.filter(|(_, lambda)| **lambda < 0.0 && -**lambda >= least);
         let solver = Fluxes::with_values(problem, fixed.map(|(contact, _)| contact.face));
         Dual {
             fields,
@@ -159,8 +165,8 @@ impl Goal {
         let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
         let at = Interval::at;
         let out = |cell: usize| fields.fluxes_of(fluxes, cell);
-        // |μ| ≤ c |λ|
-        let mut c = 0.0_f64;
+        // |μ| ≤ c |λ|; what c costs at least lets z away from β where there is a gap.
+        let mut c = equal(fields, known, fluxes);
         let mut on_contact = Interval::ZERO;
         for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
             let local = mesh.local_face(contact.cell, contact.face);
@@ -171,58 +177,7 @@ impl Goal {
             }
             on_contact += at(mu) * obstacle.mean;
         }
-        // z: the dual solution at the vertices, as near to β on Γ_C as c allows.
-        let mut z = averages(problem, w);
-        let mut held = vec![false; z.len()];
-        for (vertex, _) in fields
-            .data
-            .dirichlet
-            .iter()
-            .enumerate()
-            .filter(|(_, g)| g.is_some())
-        {
-            (z[vertex], held[vertex]) = (0.0, true);
-        }
-        let pressed = problem
-            .contact
-            .iter()
-            .zip(&fields.lambda)
-            .filter(|(_, l)| **l < 0.0);
-        for (contact, _) in pressed {
-            for &vertex in mesh.face(contact.face) {
-                let vertex = vertex as usize;
-                z[vertex] = if held[vertex] {
-                    z[vertex]
-                } else {
-                    self.on_contact
-                };
-                held[vertex] = true;
-            }
-        }
-        let mut loads = vec![0.0; z.len()];
-        for cell in 0..mesh.cell_count() {
-            let share = self.means[cell] * mesh.geometry(cell).measure() / (mesh.dim + 1) as f64;
-            mesh.cell(cell)
-                .iter()
-                .for_each(|&vertex| loads[vertex as usize] += share);
-        }
-        if self.rests.is_empty() {
-            admissible::descend(problem, &held, loads, &mut z);
-        }
-        for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
-            for (&vertex, ceiling) in mesh.face(contact.face).iter().zip(obstacle.ceiling) {
-                if fields.data.dirichlet[vertex as usize].is_some() {
-                    continue;
-                }
-                let gap = (at(ceiling) - at(fields.v[vertex as usize].high))
-                    .low
-                    .max(0.0);
-                let reach = (at(c) * at(gap)).low.max(0.0);
-                let value = &mut z[vertex as usize];
-                *value = value.clamp(self.on_contact - reach, self.on_contact + reach);
-            }
-        }
-        let z: Vec<Interval> = z.into_iter().map(at).collect();
+        let z = self.test_function(fields, c, w);
         let terms: Vec<[Interval; 5]> = (0..mesh.cell_count())
             .into_par_iter()
             .map(|cell| {
@@ -303,6 +258,63 @@ impl Goal {
             + (at(missing) * at(known.friedrichs) + sum(4).root()) * at(known.eta)
             + at(c) * at(up(known.terms, known.contact));
         base + Interval::around_zero(radius.high)
+    }
+
+    /// z: the dual solution at the vertices, as near to β on Γ_C as c allows, and 0 on Γ_D.
+    fn test_function(&self, fields: &CellFields, c: f64, w: &[f64]) -> Vec<Interval> {
+        let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
+        let at = Interval::at;
+        let mut z = averages(problem, w);
+        let mut held = vec![false; z.len()];
+        for (vertex, _) in fields
+            .data
+            .dirichlet
+            .iter()
+            .enumerate()
+            .filter(|(_, g)| g.is_some())
+        {
+            (z[vertex], held[vertex]) = (0.0, true);
+        }
+        let pressed = problem
+            .contact
+            .iter()
+            .zip(&fields.lambda)
+            .filter(|(_, l)| **l < 0.0);
+        for (contact, _) in pressed {
+            for &vertex in mesh.face(contact.face) {
+                let vertex = vertex as usize;
+                z[vertex] = if held[vertex] {
+                    z[vertex]
+                } else {
+                    self.on_contact
+                };
+                held[vertex] = true;
+            }
+        }
+        let mut loads = vec![0.0; z.len()];
+        for cell in 0..mesh.cell_count() {
+            let share = self.means[cell] * mesh.geometry(cell).measure() / (mesh.dim + 1) as f64;
+            mesh.cell(cell)
+                .iter()
+                .for_each(|&vertex| loads[vertex as usize] += share);
+        }
+        if self.rests.is_empty() {
+            admissible::descend(problem, &held, loads, &mut z);
+        }
+        for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
+            for (&vertex, ceiling) in mesh.face(contact.face).iter().zip(obstacle.ceiling) {
+                if fields.data.dirichlet[vertex as usize].is_some() {
+                    continue;
+                }
+                let gap = (at(ceiling) - at(fields.v[vertex as usize].high))
+                    .low
+                    .max(0.0);
+                let reach = (at(c) * at(gap)).low.max(0.0);
+                let value = &mut z[vertex as usize];
+                *value = value.clamp(self.on_contact - reach, self.on_contact + reach);
+            }
+        }
+        z.into_iter().map(at).collect()
     }
 }
 

@@ -244,15 +244,19 @@ pub fn examine(problem: &Problem, u: &[f64]) -> Result<Certificate> {
     Ok(certificate)
 }
 
+/// (1, |w|) ≤ this ‖∇w‖ for w that vanishes on Γ_D: ‖q‖ of the majorant of the load 1.
+fn friedrichs(fields: &CellFields, solver: &mut Fluxes) -> Result<f64> {
+    let mesh = fields.problem.space.mesh;
+    let q = solver.majorant(&vec![1.0; mesh.cell_count()], &[])?;
+    Ok(length((0..mesh.cell_count()).map(|cell| {
+        cells::norm_of_fluxes(&fields.simplex(cell), fields.fluxes_of(&q, cell))
+    })))
+}
+
 fn numbers(fields: &CellFields, mut known: Known, solver: &mut Fluxes) -> Result<Numbers> {
     let mesh = fields.problem.space.mesh;
     let cells = 0..mesh.cell_count();
-    // (1, |w|) ≤ ‖q‖ ‖∇w‖ for the q of the load 1.
-    let q = solver.majorant(&vec![1.0; mesh.cell_count()], &[])?;
-    known.friedrichs =
-        length(cells.clone().map(|cell| {
-            cells::norm_of_fluxes(&Simplex::new(mesh, cell), fields.fluxes_of(&q, cell))
-        }));
+    known.friedrichs = friedrichs(fields, solver)?;
     let uniform = |mean: f64, on_contact: f64| Goal {
         means: vec![mean; mesh.cell_count()],
         rests: Vec::new(),

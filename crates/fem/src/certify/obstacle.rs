@@ -154,3 +154,57 @@ fn is_worth_it(cell: &Simplex, lift: &Lift, drop: f64) -> bool {
     let steep = lift.norms(cell)[0];
     steep <= 30.0 * flat || above_of_all([steep]) == 0.0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{Discretisation, Method, Problem};
+    use crate::scene::{Data, Expression, Scene};
+
+    /// Between the ceilings at the vertices no point of a face is above ψ, whatever ψ does between them.
+    #[test]
+    fn ceilings_are_nowhere_above_the_obstacle() {
+        for (base, psi) in [
+            ("one-zone", "0.05-0.5*max(0,1-abs(x-0.53)*5000)"),
+            ("one-zone", "if(x<0.53,0.2,-0.1)"),
+            ("one-zone-3d", "0.1*(x-0.4)^2+0.2*sin(5*x)*cos(4*y)"),
+            ("one-zone-3d", "0.1*x+abs(y-0.3)"),
+        ] {
+            let scene = Scene::find(base).unwrap();
+            let psi = Expression::parse(psi).unwrap();
+            let scene = scene.with_data(Data {
+                psi: psi.clone(),
+                ..scene.data().clone()
+            });
+            let mesh = scene.triangulation(Some(4)).unwrap();
+            let discretisation = Discretisation::of(&scene, Method::cr_fc());
+            let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+            let (obstacles, _) = obstacles(&problem, 0).unwrap();
+            let mut lowered = 0;
+            for (contact, obstacle) in problem.contact.iter().zip(&obstacles) {
+                if obstacle.is_lifted {
+                    continue;
+                }
+                let vertices = mesh.face(contact.face);
+                let mut random = crate::Random::new(contact.face as u64);
+                for _ in 0..500 {
+                    let mut weights = [random.next(), random.next(), random.next(), 0.0];
+                    weights[mesh.dim..].fill(0.0);
+                    let all: f64 = weights.iter().sum();
+                    let (mut x, mut ceiling) = ([0.0; 3], 0.0);
+                    for ((&vertex, weight), own) in
+                        vertices.iter().zip(weights).zip(obstacle.ceiling)
+                    {
+                        let at = mesh.points[vertex as usize];
+                        (0..3).for_each(|k| x[k] += weight / all * at[k]);
+                        ceiling += weight / all * own;
+                    }
+                    assert!(ceiling <= psi.value(x) + 1e-12, "{} at {x:?}", psi.text());
+                }
+                let corners = obstacle.ceiling.iter().zip(obstacle.values).take(mesh.dim);
+                lowered += usize::from(corners.into_iter().any(|(c, psi)| *c < psi.low - 1e-9));
+            }
+            assert!(lowered > 0, "{}", psi.text());
+        }
+    }
+}

@@ -59,6 +59,8 @@ const HATS: [f64; 10] = [1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0];
 /// No more hats than that along Γ_C, and no more balls.
 const MOST_HATS: usize = 200;
 const MOST_BALLS: usize = 30;
+/// Where the search begins in a run, until all of them are covered.
+const STARTS: [f64; 3] = [0.5, 0.25, 0.75];
 /// A ball that proves nothing is followed by smaller ones, down to so many lengths of a contact face.
 const SMALLER: f64 = 0.4;
 const SMALLEST: f64 = 2.5;
@@ -66,7 +68,8 @@ const SMALLEST: f64 = 2.5;
 const MANY: usize = 20_000;
 /// Leaves of a kernel beyond one a cell.
 const KERNEL: usize = 800;
-/// The strip of the dual problems.
+/// For dual problems u_h presses where -λ is at least this part of its largest value, and above the error of ∇u: μ/λ is large
+/// where it hardly does.
 const STRIP: f64 = 0.15;
 
 /// What is proved of the contact set, in 2D where Γ_C lies on one line parallel to an axis; else nothing.
@@ -87,7 +90,7 @@ pub(super) fn contact(fields: &CellFields, known: &Known) -> Result<Option<Conta
     }))
 }
 
-/// Γ_C on a line parallel to an axis.
+/// Γ_C on a line parallel to an axis, with the domain on one side of it.
 struct Line {
     /// The axis, and the other coordinate.
     axis: usize,
@@ -117,11 +120,18 @@ impl Line {
             })
             .collect();
         faces.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
-        Some(Line {
-            axis,
-            level: first[1 - axis],
-            faces,
-        })
+        // The domain is on one side of the line alone: no two bodies, and no two sides of a crack.
+        let level = first[1 - axis];
+        let is_above = |k: usize| {
+            let geometry = mesh.geometry(contact[k].cell);
+            geometry.point(&geometry.centroid())[1 - axis] > level
+        };
+        let is_one_side = faces.iter().all(|(k, _)| is_above(*k) == is_above(0));
+        let is_apart = faces.windows(2).all(|pair| pair[0].1[1] <= pair[1].1[0]);
+        if !(is_one_side && is_apart) {
+            return None;
+        }
+        Some(Line { axis, level, faces })
     }
 
     fn point(&self, s: f64) -> [f64; 3] {
@@ -186,7 +196,7 @@ impl Line {
     }
 
     /// Where u < ψ is proved.
-    fn free(&self, fields: &CellFields, known: &Known) -> Result<Vec<[f64; 2]>> {
+    fn free<'a>(&'a self, fields: &'a CellFields<'a>, known: &'a Known) -> Result<Vec<[f64; 2]>> {
         // Runs of faces that the discrete field does not press.
         let mut runs: Vec<[f64; 2]> = Vec::new();
         for (k, [from, to]) in &self.faces {
@@ -198,93 +208,33 @@ impl Line {
                 _ => runs.push([*from, *to]),
             }
         }
-        let mut dual = Dual::new(fields, known, STRIP);
-        let mut left = MOST_BALLS;
+        let mut search = Search::new(self, fields, known);
         let mut proved: Vec<[f64; 2]> = Vec::new();
         for run in runs {
-            // From the middle outward, as far as each ball shows.
-            let middle = 0.5 * (run[0] + run[1]);
-            let Some((start, radius)) =
-                self.ball(fields, known, &mut dual, middle, f64::INFINITY, &mut left)?
-            else {
-                continue;
-            };
-            let mut found = start;
-            for side in [0, 1] {
-                let sign = if side == 0 { -1.0 } else { 1.0 };
-                let (mut reach, mut largest) = (0.5 * (start[1] - start[0]), radius);
-                let mut fails = 0;
-                while left > 0 && fails < 2 && reach > 0.005 * (run[1] - run[0]) {
-                    let next = found[side] + sign * 0.9 * reach;
-                    let inside = (run[side] - next) * sign > 0.0;
-                    let ball = match inside {
-                        true => {
-                            self.ball(fields, known, &mut dual, next, 1.5 * largest, &mut left)?
-                        }
-                        false => None,
-                    };
-                    match ball {
-                        Some((more, radius)) if more[0] <= found[1] && found[0] <= more[1] => {
-                            found = [found[0].min(more[0]), found[1].max(more[1])];
-                            (reach, largest) = (0.5 * (more[1] - more[0]), radius);
-                        }
-                        // Free as well, but what is between is not shown to be.
-                        Some((more, _)) => reach = (0.5 * (more[1] - more[0])).min(0.5 * reach),
-                        None => {
-                            reach *= 0.4;
-                            fails += usize::from(inside);
-                        }
-                    }
+            let first = proved.len();
+            for start in STARTS {
+                let s = run[0] + start * (run[1] - run[0]);
+                if proved[first..]
+                    .iter()
+                    .any(|[from, to]| *from <= s && s <= *to)
+                {
+                    continue;
                 }
+                let Some(found) = search.from(run, s)? else {
+                    continue;
+                };
+                // What it meets of this run becomes one with it.
+                let apart = |other: &[f64; 2]| other[1] < found[0] || found[1] < other[0];
+                let met = proved.split_off(first);
+                let (kept, met): (Vec<_>, Vec<_>) = met.into_iter().partition(apart);
+                proved.extend(kept);
+                proved.push(met.iter().fold(found, |of, other| {
+                    [of[0].min(other[0]), of[1].max(other[1])]
+                }));
             }
-            proved.push(found);
+            proved[first..].sort_by(|a, b| a[0].total_cmp(&b[0]));
         }
         Ok(proved)
-    }
-
-    /// An interval about a point of Γ_C that is free, and the ball's radius.
-    fn ball(
-        &self,
-        fields: &CellFields,
-        known: &Known,
-        dual: &mut Dual,
-        s: f64,
-        largest: f64,
-        left: &mut usize,
-    ) -> Result<Option<([f64; 2], f64)>> {
-        let room = self.room(fields, s);
-        let h = self
-            .faces
-            .iter()
-            .map(|(_, [from, to])| to - from)
-            .fold(0.0, f64::max);
-        let mut radius = (0.8 * room).min(largest);
-        let mut best: Option<([f64; 2], f64)> = None;
-        while *left > 0 && radius > SMALLEST * h {
-            *left -= 1;
-            cancel::check()?;
-            let ball = Ball::new(self, fields, s, radius, room)?;
-            let upper = dual.interval(&ball.goal)?.high;
-            // From the widest interval that the room has to narrow ones.
-            let widest = 0.9 * (room - ball.radius.high);
-            let widths = (0..14).map(|k| widest * 0.6_f64.powi(k));
-            let width = widths
-                .filter(|w| *w > 0.0)
-                .find(|w| ball.is_free(self, fields, known, upper, *w));
-            // As long as smaller balls show more: f bends u by ρ², a narrow kernel costs more.
-            match (width, best) {
-                (Some(width), Some((of_larger, _)))
-                    if 2.0 * width <= of_larger[1] - of_larger[0] =>
-                {
-                    break;
-                }
-                (Some(width), _) => best = Some(([s - width, s + width], radius)),
-                (None, Some(_)) => break,
-                (None, None) => {}
-            }
-            radius *= SMALLER;
-        }
-        Ok(best)
     }
 
     /// No boundary but this line's Γ_C is nearer to a point of it.
@@ -305,6 +255,108 @@ impl Line {
         });
         // Rounding moves it by far less.
         distance.fold(f64::INFINITY, f64::min) * (1.0 - 1e-9)
+    }
+}
+
+/// Balls along a line, as many as are left.
+struct Search<'a> {
+    line: &'a Line,
+    fields: &'a CellFields<'a>,
+    known: &'a Known,
+    dual: Dual<'a>,
+    left: usize,
+}
+
+impl<'a> Search<'a> {
+    fn new(line: &'a Line, fields: &'a CellFields<'a>, known: &'a Known) -> Self {
+        let mesh = fields.problem.space.mesh;
+        let area: f64 = (0..mesh.cell_count())
+            .map(|cell| mesh.geometry(cell).measure())
+            .sum();
+        let most = fields.lambda.iter().fold(0.0, |m: f64, l| m.max(-l));
+        let least = (STRIP * most).max(known.of_g / area.sqrt());
+        Search {
+            line,
+            fields,
+            known,
+            dual: Dual::new(fields, known, least),
+            left: MOST_BALLS,
+        }
+    }
+
+    /// What is free about a point of a run: outward as far as each ball shows.
+    fn from(&mut self, run: [f64; 2], start: f64) -> Result<Option<[f64; 2]>> {
+        let Some((first, radius)) = self.ball(start, f64::INFINITY)? else {
+            return Ok(None);
+        };
+        let mut found = first;
+        for side in [0, 1] {
+            let sign = if side == 0 { -1.0 } else { 1.0 };
+            let (mut reach, mut largest) = (0.5 * (first[1] - first[0]), radius);
+            let mut fails = 0;
+            while self.left > 0 && fails < 2 && reach > 0.005 * (run[1] - run[0]) {
+                let next = found[side] + sign * 0.9 * reach;
+                let inside = (run[side] - next) * sign > 0.0;
+                let ball = if inside {
+                    self.ball(next, 1.5 * largest)?
+                } else {
+                    None
+                };
+                match ball {
+                    Some((more, radius)) if more[0] <= found[1] && found[0] <= more[1] => {
+                        found = [found[0].min(more[0]), found[1].max(more[1])];
+                        (reach, largest) = (0.5 * (more[1] - more[0]), radius);
+                    }
+                    // Free as well, but what is between is not shown to be.
+                    Some((more, _)) => reach = (0.5 * (more[1] - more[0])).min(0.5 * reach),
+                    None => {
+                        reach *= 0.4;
+                        fails += usize::from(inside);
+                    }
+                }
+            }
+        }
+        Ok(Some(found))
+    }
+
+    /// An interval about a point of Γ_C that is free, and the ball's radius.
+    fn ball(&mut self, s: f64, largest: f64) -> Result<Option<([f64; 2], f64)>> {
+        let Search {
+            line,
+            fields,
+            known,
+            ..
+        } = *self;
+        let room = line.room(fields, s);
+        let lengths = line.faces.iter().map(|(_, [from, to])| to - from);
+        let h = lengths.fold(0.0, f64::max);
+        let mut radius = (0.8 * room).min(largest);
+        let mut best: Option<([f64; 2], f64)> = None;
+        while self.left > 0 && radius > SMALLEST * h {
+            self.left -= 1;
+            cancel::check()?;
+            let ball = Ball::new(line, fields, s, radius, room)?;
+            let upper = self.dual.interval(&ball.goal)?.high;
+            // From the widest interval that the room has to narrow ones.
+            let widest = 0.9 * (room - ball.radius.high);
+            let widths = (0..14).map(|k| widest * 0.6_f64.powi(k));
+            let width = widths
+                .filter(|w| *w > 0.0)
+                .find(|w| ball.is_free(line, fields, known, upper, *w));
+            // As long as smaller balls show more: f bends u by ρ², a narrow kernel costs more.
+            match (width, best) {
+                (Some(width), Some((of_larger, _)))
+                    if 2.0 * width <= of_larger[1] - of_larger[0] =>
+                {
+                    break;
+                }
+                (Some(width), _) => best = Some(([s - width, s + width], radius)),
+                (None, Some(_)) => break,
+                (None, None) => {}
+            }
+            radius *= SMALLER;
+        }
+        Ok(best)
     }
 }
 
@@ -565,5 +617,80 @@ impl Ball {
             .value
             .times_power_of_two(data.unit);
         (mass * psi - total).low > 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Fluxes, PreparedData, bounds, friedrichs};
+    use super::*;
+    use crate::contact::{Discretisation, Iteration, Method, Problem, Stop, solve};
+    use crate::scene::{Data, Scene};
+    use faceoff_mesh::mesh::generate::union_jack;
+    use faceoff_mesh::mesh::{Mesh, Triangulation};
+    use std::borrow::Cow;
+
+    fn scene([f, t, g, psi]: [&str; 4]) -> Scene {
+        let [f, t, g, psi] = [f, t, g, psi].map(|text| Expression::parse(text).unwrap());
+        Scene::find("one-zone")
+            .unwrap()
+            .with_data(Data { f, t, g, psi })
+    }
+
+    /// Calls `look` with the fields that solve a scene on a mesh, and their bounds.
+    fn solved<T>(scene: &Scene, mesh: &Mesh, look: impl FnOnce(&CellFields, &Known) -> T) -> T {
+        let mesh = Triangulation::new("mesh", mesh).unwrap();
+        let discretisation = Discretisation::of(scene, Method::cr_fc());
+        let problem = Problem::new(scene, &mesh, &discretisation).unwrap();
+        let u = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()))
+            .unwrap()
+            .u;
+        let data = Cow::Owned(PreparedData::new(&problem).unwrap());
+        let mut solver = Fluxes::new(&problem);
+        let fields = CellFields::new(&problem, &u, data, &mut solver).unwrap();
+        let (_, mut known) = bounds(&fields, &mut solver).unwrap();
+        known.friedrichs = friedrichs(&fields, &mut solver).unwrap();
+        look(&fields, &known)
+    }
+
+    /// u = -2 ((x-½)² + y²) touches ψ = 0 at (½, 0) alone, and f = 8 bends it there: the mean over a half-ball is below 0,
+    /// and only the term of F says that the point is not free.
+    #[test]
+    fn a_point_that_touches_without_a_force_is_not_free() {
+        let scene = scene(["8", "-2", "-2*((x-0.5)^2+y^2)", "0"]);
+        solved(&scene, &union_jack(48, [1.0; 2]), |fields, known| {
+            let line = Line::of(fields).unwrap();
+            let mut search = Search::new(&line, fields, known);
+            assert_eq!(search.ball(0.5, f64::INFINITY).unwrap(), None);
+            assert!(search.ball(0.25, f64::INFINITY).unwrap().is_some());
+        });
+    }
+
+    /// Two bodies with Γ_C on one line: the ball about a point would be in both.
+    #[test]
+    fn a_line_between_two_bodies_is_left_alone() {
+        let scene = scene(["-1", "0", "0", "0"]);
+        let below = union_jack(4, [1.0; 2]);
+        assert!(solved(&scene, &below, |fields, _| Line::of(fields).is_some()));
+        let mut both = below.clone();
+        let points = below.points.len() as u32;
+        let cells: u32 = below
+            .blocks
+            .iter()
+            .map(|b| b.nodes.len() as u32 / b.kind.points() as u32)
+            .sum();
+        both.points
+            .extend(below.points.iter().map(|[x, y, z]| [*x, -y, *z]));
+        both.blocks
+            .extend(below.blocks.iter().cloned().map(|mut block| {
+                block.nodes.iter_mut().for_each(|node| *node += points);
+                block
+            }));
+        for (group, other) in both.groups.iter_mut().zip(&below.groups) {
+            group
+                .cells
+                .extend(other.cells.iter().map(|cell| cell + cells));
+        }
+        assert!(solved(&scene, &both, |fields, _| Line::of(fields).is_none()));
     }
 }

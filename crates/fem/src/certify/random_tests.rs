@@ -6,6 +6,7 @@
 //! ∂ₙu = -b max(0, x-c)² ≤ 0 there, and ψ = u + max(0, c-x)² is touched on [c, 1] alone.
 
 use super::*;
+use crate::Random;
 use crate::contact::{Discretisation, Iteration, Problem, Stop, solve};
 use crate::scene::{Data, Expression, Scene};
 
@@ -141,25 +142,13 @@ struct Made {
     scale: f64,
 }
 
-struct Random(u64);
+/// A sign, and a size between two powers of ten.
+fn sign(random: &mut Random) -> f64 {
+    if random.next() < 0.5 { -1.0 } else { 1.0 }
+}
 
-impl Random {
-    /// In [0, 1).
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn sign(&mut self) -> f64 {
-        if self.next() < 0.5 { -1.0 } else { 1.0 }
-    }
-
-    /// Between two powers of ten.
-    fn decades(&mut self, low: f64, high: f64) -> f64 {
-        10f64.powf(low + (high - low) * self.next())
-    }
+fn decades(random: &mut Random, low: f64, high: f64) -> f64 {
+    10f64.powf(low + (high - low) * random.next())
 }
 
 impl Made {
@@ -174,17 +163,17 @@ impl Made {
         let mut terms = Vec::new();
         let count = 1 + (random.next() * 4.0) as usize;
         for _ in 0..count {
-            let a = random.sign() * random.decades(-3.0, 2.0);
+            let a = sign(random) * decades(random, -3.0, 2.0);
             let mut factors = last(if dim == 3 { Factor::Cap } else { Factor::One });
             let axis = (random.next() * dim as f64) as usize;
             let is_last = axis == dim - 1;
-            let width = random.decades(-4.0, 0.0);
+            let width = decades(random, -4.0, 0.0);
             let (kind, c) = (random.next(), random.next());
             let factor = match kind {
                 k if k < 0.25 => Factor::Ramp(c, 2),
                 k if k < 0.4 => Factor::Ramp(c, 3),
                 k if k < 0.7 => Factor::Peak(c, width, is_last),
-                _ => Factor::Wave(random.decades(-1.0, 1.7)),
+                _ => Factor::Wave(decades(random, -1.0, 1.7)),
             };
             let is_peak = (0.4..0.7).contains(&kind);
             // A narrow peak of height a has forces a/w²: keep some of them of ordinary size.
@@ -202,10 +191,10 @@ impl Made {
             terms.push((a, factors));
         }
         if dim == 2 && random.next() < 0.3 {
-            terms.push((random.sign() * random.decades(0.0, 8.0), [Factor::One; 3]));
+            terms.push((sign(random) * decades(random, 0.0, 8.0), [Factor::One; 3]));
         }
         let c = 0.1 + 0.8 * random.next();
-        let b = random.decades(-2.0, 1.0);
+        let b = decades(random, -2.0, 1.0);
         let mut touching = last(if dim == 3 {
             Factor::Arch
         } else {
@@ -214,7 +203,7 @@ impl Made {
         touching[0] = Factor::Ramp(c, 2);
         terms.push((b, touching));
         let scale = if random.next() < 0.2 {
-            random.decades(-165.0, 8.0)
+            decades(random, -165.0, 8.0)
         } else {
             1.0
         };
@@ -308,10 +297,7 @@ impl Made {
 
 /// What one scene shows; none where there is no certificate.
 fn try_one(seed: u64, dim: usize) -> Option<f64> {
-    let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-    for _ in 0..8 {
-        random.next();
-    }
+    let mut random = Random::new(seed);
     let made = Made::draw(&mut random, dim);
     let scene = made.scene();
     let n = if dim == 3 {

@@ -285,13 +285,8 @@ mod tests {
     /// Against the quadrature rule of degree 4, which is another formula.
     #[test]
     fn squares_of_quadratic_fields_are_integrated() {
-        let mut state = 7_u64;
-        let mut random = || {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        };
+        let mut random = crate::Random::new(7);
+        let mut random = || 2.0 * random.next() - 1.0;
         for dim in [2, 3] {
             let mut field = Quadratic::ZERO;
             for w in field.corners[..=dim]
