@@ -1,6 +1,7 @@
 //! However a run ends, its exit code is 0, 1 or 2, and no earlier verdict stands for this one's.
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -174,6 +175,51 @@ fn a_signal_and_a_time_limit_end_every_command() {
         let json = fs::read_to_string(path.join("out.json")).unwrap();
         assert!(json.contains("interrupted"), "{words:?}: {json}");
     }
+}
+
+/// What was certified before the end is the result.
+#[test]
+fn an_accuracy_ends_with_the_best_so_far() {
+    let folder = folder();
+    let words = [
+        "solve",
+        "one-zone",
+        "--accuracy",
+        "1e-7",
+        "--json",
+        "out.json",
+    ];
+    let best = |code: Option<i32>, stderr: &str| {
+        assert_eq!(code, Some(1), "{stderr}");
+        let json = fs::read_to_string(folder.path().join("out.json")).unwrap();
+        let told: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let relative = told["certificate"]["relative"].as_f64().unwrap();
+        assert!(0.0 < relative && relative < 0.5, "{json}");
+        assert!(
+            told["meshes"].as_array().is_some_and(|m| !m.is_empty()),
+            "{json}"
+        );
+    };
+    let ran = run(
+        folder.path(),
+        &[&words[..], &["--time-limit", "8"]].concat(),
+    );
+    best(ran.code, &ran.stderr);
+    assert!(ran.stderr.contains("8 s of --time-limit"), "{}", ran.stderr);
+
+    let mut child = faceoff(folder.path())
+        .args(words)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Not before the first mesh is certified.
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    let first = lines.next().unwrap().unwrap();
+    assert!(first.contains("certified to"), "{first}");
+    interrupt(&child);
+    let rest: Vec<String> = lines.map_while(Result::ok).collect();
+    best(ended(&mut child), &rest.join("\n"));
 }
 
 #[test]

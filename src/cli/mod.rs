@@ -34,6 +34,8 @@ const FAILED: u8 = 2;
 
 /// What polls for the end of a run ends by itself in this time; the rest is ended with the process.
 const GRACE: Duration = Duration::from_millis(600);
+/// What was heard and writes what it has gets so long for it.
+const WRITING: Duration = Duration::from_secs(60);
 
 /// How often the limits are looked at: time, and memory, which takes longer to find out.
 const POLL: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(200)];
@@ -123,7 +125,8 @@ fn wait(
             }
         }
         if let Some(cause) = cancel::cause() {
-            if asked.get_or_insert_with(Instant::now).elapsed() >= GRACE {
+            let grace = if cancel::is_heard() { WRITING } else { GRACE };
+            if asked.get_or_insert_with(Instant::now).elapsed() >= grace {
                 return Err(cause.into());
             }
             continue;

@@ -129,8 +129,11 @@ fn refine(arguments: &Solve, to: &Output, scene: &Scene, wish: &Wish) -> Result<
         if !to.quiet {
             note!("{}", line(step, next));
         }
-        cancel::check()
+        Ok(())
     })?;
+    if cancel::cause().is_some() {
+        cancel::hear();
+    }
     let total = clock.elapsed().as_secs_f64();
     let case = Case {
         n: reached.n,

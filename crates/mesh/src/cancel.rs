@@ -2,6 +2,7 @@
 //! by everything that takes long.
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::error::{Error, Result};
@@ -21,6 +22,9 @@ pub enum Cause {
 
 static CAUSE: OnceLock<Cause> = OnceLock::new();
 
+/// Is what was found by then being written?
+static IS_HEARD: AtomicBool = AtomicBool::new(false);
+
 /// When the time of the run is over.
 static DEADLINE: OnceLock<Instant> = OnceLock::new();
 
@@ -32,6 +36,16 @@ pub fn end(cause: Cause) -> bool {
 /// Why the run has to end, if it has to.
 pub fn cause() -> Option<Cause> {
     CAUSE.get().copied()
+}
+
+/// Says that the command was asked to end and writes what it has: it is given time for that.
+pub fn hear() {
+    IS_HEARD.store(true, Ordering::Relaxed);
+}
+
+/// Does the command write what it has?
+pub fn is_heard() -> bool {
+    IS_HEARD.load(Ordering::Relaxed)
 }
 
 /// For loops that take long: costs no more than reading a word.

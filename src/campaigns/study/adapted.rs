@@ -11,6 +11,7 @@ use crate::engine::{self, HighWater, Settings};
 use faceoff_fem::adapt::{Outcome, Way, Wish, reach};
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Discretisation, Method, Problem};
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
 /// Certified accuracies, falling.
@@ -109,6 +110,7 @@ impl Campaign<'_> {
             return Ok(None);
         }
         let reached = reached?;
+        cancel::check()?;
         if let Outcome::NotReached(why) = reached.outcome {
             return Err(Error::Solver {
                 what: why,

@@ -124,7 +124,7 @@ const MESHES: usize = 60;
 ///
 /// # Errors
 /// A scene without a certificate; a start that cannot be solved; what `progress` returns. An accuracy that
-/// cannot be reached is no error: the best is returned with the reason.
+/// cannot be reached is no error, nor is the end of the run after the first mesh: the best is returned with the reason.
 pub fn reach(
     scene: &Scene,
     wish: &Wish,
@@ -144,7 +144,6 @@ pub fn reach(
         let (solution, certificate) = match solved {
             Ok(solved) => solved,
             // What the first mesh does not allow is an error; later it is where the way ends, with the best so far.
-            Err(other @ Error::Ended(_)) => return Err(other),
             Err(other) if best.is_some() => break Outcome::NotReached(other.to_string()),
             Err(other) => return Err(other),
         };
