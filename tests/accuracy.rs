@@ -84,11 +84,18 @@ fn the_certificate_holds_against_the_mesh_free_reference() {
     for cell in 0..reached.mesh.cell_count() {
         let geometry = reached.mesh.geometry(cell);
         let vertices = reached.mesh.cell(cell).iter().zip(geometry.gradients);
-        let slope = vertices.fold([0.0; 2], |sum, (&vertex, gradient)| {
+        let flat = vertices.fold([0.0; 2], |sum, (&vertex, gradient)| {
             let v = reached.certificate.fields.v[vertex as usize];
             [sum[0] + v * gradient.x, sum[1] + v * gradient.y]
         });
         for (lambda, weight) in rule.iter() {
+            let mut slope = flat;
+            for (i, &face) in reached.mesh.cell_faces(cell).iter().enumerate() {
+                let b = 4.0 * reached.certificate.fields.bubbles[face as usize];
+                let [a, c] = [(i + 1) % 3, (i + 2) % 3];
+                let bent = lambda[a] * geometry.gradients[c] + lambda[c] * geometry.gradients[a];
+                slope = [slope[0] + b * bent.x, slope[1] + b * bent.y];
+            }
             let [x, y, _] = geometry.point(&lambda);
             let exact = truth.grad(x, y);
             let distance = (exact[0] - slope[0]).powi(2) + (exact[1] - slope[1]).powi(2);

@@ -31,6 +31,7 @@ impl Interval {
     };
 
     /// One number.
+    #[inline]
     pub const fn at(value: f64) -> Self {
         Interval {
             low: value,
@@ -39,6 +40,7 @@ impl Interval {
     }
 
     /// [low, high]; the whole line where one of them is no number.
+    #[inline]
     pub fn new(low: f64, high: f64) -> Self {
         if low <= high {
             Interval { low, high }
@@ -53,6 +55,7 @@ impl Interval {
     }
 
     /// The smallest interval with both.
+    #[inline]
     pub fn hull(self, other: Self) -> Self {
         Interval {
             low: self.low.min(other.low),
@@ -69,6 +72,7 @@ impl Interval {
         self.low.is_finite() && self.high.is_finite()
     }
 
+    #[inline]
     pub fn is_zero(self) -> bool {
         self.low == 0.0 && self.high == 0.0
     }
@@ -78,12 +82,14 @@ impl Interval {
     }
 
     /// A number in the middle; 0 where an end is infinite.
+    #[inline]
     pub fn mid(self) -> f64 {
         let mid = 0.5 * self.low + 0.5 * self.high;
         if mid.is_finite() { mid } else { 0.0 }
     }
 
     /// No number in it is farther from [`Interval::mid`].
+    #[inline]
     pub fn radius(self) -> f64 {
         self.distance(self.mid())
     }
@@ -96,6 +102,7 @@ impl Interval {
     }
 
     /// The largest absolute value.
+    #[inline]
     pub fn magnitude(self) -> f64 {
         self.low.abs().max(self.high.abs())
     }
@@ -109,6 +116,7 @@ impl Interval {
         }
     }
 
+    #[inline]
     pub fn abs(self) -> Self {
         Interval {
             low: self.mignitude(),
@@ -116,6 +124,7 @@ impl Interval {
         }
     }
 
+    #[inline]
     pub fn square(self) -> Self {
         let of = self.abs();
         if of.is_zero() {
@@ -146,6 +155,7 @@ impl Interval {
     }
 
     /// 2^k times this.
+    #[inline]
     pub fn times_power_of_two(self, k: i32) -> Self {
         if k == 0 || self.is_zero() {
             return self;
@@ -532,6 +542,7 @@ impl Mul<Interval> for f64 {
 impl Div for Interval {
     type Output = Interval;
 
+    #[inline]
     fn div(self, other: Interval) -> Interval {
         if self.is_zero() && !other.contains(0.0) {
             return self;
@@ -563,6 +574,7 @@ impl std::iter::Sum for Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sixty_digits::Big;
     use proptest::prelude::*;
 
     /// Numbers of all sizes, zeros, small whole numbers and ends of the range among them.
@@ -647,6 +659,39 @@ mod tests {
             let low = (sum - of.low) + rest;
             let high = (of.high - sum) - rest;
             prop_assert!(low >= 0.0 && high >= 0.0, "{of:?} {sum} {rest}");
+        }
+    }
+
+    /// Elementary functions of points, against another library with 77 digits: inside, and within three steps.
+    #[test]
+    fn functions_hold_what_sixty_digits_say() {
+        let mut random = crate::Random::new(5);
+        for k in 0..400 {
+            let size = 10f64.powf(4.0 * random.next() - 3.0);
+            let x = if k % 2 == 0 { size } else { -size };
+            let at = Interval::at(x);
+            for (name, of) in [
+                ("sin", at.sin()),
+                ("cos", at.cos()),
+                ("tan", at.tan()),
+                ("exp", at.exp()),
+                ("ln", at.ln()),
+                ("sinh", at.sinh()),
+                ("cosh", at.cosh()),
+                ("tanh", at.tanh()),
+                ("atan", at.atan()),
+                ("asin", at.asin()),
+                ("acos", at.acos()),
+            ] {
+                let exact = Big::of(x).function(name);
+                if exact.is_nan() {
+                    continue;
+                }
+                let inside = exact.at_least(of.low) && exact.at_most(of.high);
+                assert!(inside, "{name} {x:e}: {of:?} {exact:?}");
+                let narrow = of.high - of.low <= 1e-15 * of.magnitude();
+                assert!(narrow || name == "tan", "{name} {x:e}: {of:?}");
+            }
         }
     }
 

@@ -32,6 +32,8 @@ pub mod known;
 pub mod linear;
 pub mod quadrature;
 pub mod scene;
+#[cfg(test)]
+mod sixty_digits;
 pub mod truth;
 
 /// Random tests see the same values on every day and machine; `FACEOFF_SEED` asks for others (see tests/run).

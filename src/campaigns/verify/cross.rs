@@ -2,8 +2,8 @@
 //!
 //! ‖∇(u_a - u_b)‖ ≤ bound_a + bound_b holds for any two fields whose bounds are guaranteed, right or wrong
 //! ones: a distance beyond the sum would prove the bounds wrong. A wrong field shows in that its bound
-//! is large. So it is held against the best that any field on the mesh proves: the bound of the averaged gradient,
-//! which an honest field of these methods exceeds by no more than 3 on the scenes whose solution is known.
+//! is large. So it is held against what constants on the cells are shown to reach: an honest field of these methods exceeds
+//! that by no more than 2 on the scenes whose solution is known.
 
 use std::borrow::Cow;
 
@@ -18,8 +18,8 @@ use faceoff_mesh::error::Result;
 
 use super::CaseOutcome;
 
-/// A bound beyond this many of the best one on the mesh says that the field is not as good as its mesh.
-pub const STANDS_OUT: f64 = 6.0;
+/// A bound beyond this many of that of constants on the cells says that the field is not as good as its mesh.
+pub const STANDS_OUT: f64 = 4.0;
 
 /// Two methods, each by some engine, on one scene and mesh.
 #[derive(Debug, Serialize)]
@@ -52,7 +52,7 @@ pub struct Judged {
     pub bounds: [f64; 2],
     /// Their sum less the distance.
     pub slack: f64,
-    /// The bound of the best averaged gradient that any field on this mesh gives.
+    /// The bound of constants on the cells, the best that any field on this mesh gives.
     pub best: f64,
     /// ‖∇u‖ is at least this.
     pub gradient: f64,
@@ -148,7 +148,7 @@ fn pairs(a: &Certified, b: &Certified, all: &[Certified]) -> Vec<CrossOutcome> {
     let best = certificates
         .filter_map(|(.., certificate)| certificate.as_ref().ok())
         .fold((f64::INFINITY, 0.0_f64), |(bound, gradient), c| {
-            (bound.min(c.g), gradient.max(c.gradient[0]))
+            (bound.min(c.constants), gradient.max(c.gradient[0]))
         });
     let mut outcomes = Vec::new();
     for (engine_a, u_a, of_a) in &a.of_engines {

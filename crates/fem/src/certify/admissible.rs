@@ -1,13 +1,16 @@
-//! A continuous piecewise linear v that keeps the constraints with the lifts, v = g on Γ_D and v ≤ ψ on Γ_C, from any
-//! discrete field.
+//! A continuous v that keeps the constraints with the lifts, v = g on Γ_D and v ≤ ψ on Γ_C, from any discrete field: linear on
+//! the cells, or of second order with 4 b λ_a λ_b on each face ([`super::second_order`]).
 
 use super::data::PreparedData;
 use super::refusal;
+use super::second_order::{self, middle_of};
 use crate::assembly::Stiffness;
 use crate::contact::Problem;
 use crate::element::{P1, Space};
 use crate::interval::Interval;
+use crate::scene::Part;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Triangulation;
 
 /// Steps on the P1 energy. Averages alone cost up to a factor of 100 on slivers.
 const STEPS: usize = 10;
@@ -25,9 +28,17 @@ enum Bound {
     Below(f64),
 }
 
-/// v at the vertices, for u in the data's unit: the averages of u_h over the cells around, as high as may be where λ < 0
+/// v at the vertices, and b on the faces where it is of second order.
+pub(super) struct Admissible {
+    /// An interval on Γ_D alone, where no f64 may be g.
+    pub vertices: Vec<Interval>,
+    /// Empty where all are 0.
+    pub faces: Vec<f64>,
+}
+
+/// v for u in the data's unit: u_h itself, averaged over the cells around if it is not of P2, as high as may be where λ < 0
 /// (so that <λ, v-ψ> vanishes), brought nearer to the least energy by a few steps of conjugate gradients preconditioned
-/// by the diagonal. An interval on Γ_D alone, where no f64 may be g.
+/// by the diagonal.
 ///
 /// # Errors
 /// g above ψ where Γ_D meets Γ_C: then no function keeps both.
@@ -36,36 +47,119 @@ pub(super) fn admissible(
     u: &[f64],
     lambda: &[f64],
     data: &PreparedData,
-) -> Result<Vec<Interval>> {
+) -> Result<Admissible> {
+    let mesh = problem.space.mesh;
     let bounds = bounds(problem, data)?;
-    let mut v = averages(problem, u);
-    let mut held = vec![false; v.len()];
-    for (face, lambda) in problem.contact.iter().zip(lambda) {
-        if *lambda < 0.0 {
-            for &vertex in problem.space.mesh.face(face.face) {
-                held[vertex as usize] = true;
+    let of_second_order = second_order::space(problem);
+    let is_quadratic = of_second_order.is_some();
+    let (mut v, of_first) = if is_quadratic && problem.space.element.degree() == 2 {
+        (u.to_vec(), None)
+    } else {
+        (averages(problem, u), Some(Space::new(mesh, &P1)))
+    };
+    for space in of_first.iter().chain(&of_second_order) {
+        if v.len() < space.dofs {
+            v.resize(space.dofs, 0.0);
+            for face in 0..mesh.face_count() {
+                v[middle(space, face)] = flat(mesh, face, &v);
             }
         }
-    }
-    for ((v, bound), held) in v.iter_mut().zip(&bounds).zip(&mut held) {
-        match *bound {
-            Bound::Free => {}
-            Bound::Fixed(g) => (*v, *held) = (g.mid(), true),
-            Bound::Below(ceiling) => {
-                *held |= *v >= ceiling;
-                *v = if *held { ceiling } else { *v };
+        let mut held = vec![false; v.len()];
+        let pressed = problem.contact.iter().zip(lambda);
+        for (contact, _) in pressed.filter(|(_, lambda)| **lambda < 0.0) {
+            let vertices = mesh.face(contact.face).iter();
+            vertices.for_each(|&vertex| held[vertex as usize] = true);
+        }
+        for ((v, bound), held) in v.iter_mut().zip(&bounds).zip(&mut held) {
+            match *bound {
+                Bound::Free => {}
+                Bound::Fixed(g) => (*v, *held) = (g.mid(), true),
+                Bound::Below(ceiling) => {
+                    *held |= *v >= ceiling;
+                    *v = if *held { ceiling } else { *v };
+                }
             }
         }
+        if space.element.degree() == 2 {
+            let mut faces = bubbles(space, &v);
+            for face in constrain(problem, data, lambda, &v, &mut faces) {
+                let dof = middle(space, face);
+                (v[dof], held[dof]) = (flat(mesh, face, &v) + faces[face], true);
+            }
+        }
+        descend(space, &held, loads(problem, space, data), &mut v);
     }
-    descend(problem, &held, loads(problem, data), &mut v);
-    let pairs = v.into_iter().zip(bounds);
-    Ok(pairs
-        .map(|(v, bound)| match bound {
-            Bound::Free => Interval::at(v),
-            Bound::Fixed(g) => g,
-            Bound::Below(ceiling) => Interval::at(v.min(ceiling)),
-        })
-        .collect())
+    let pairs = v.iter().zip(bounds);
+    let vertices = pairs.map(|(v, bound)| match bound {
+        Bound::Free => Interval::at(*v),
+        Bound::Fixed(g) => g,
+        Bound::Below(ceiling) => Interval::at(v.min(ceiling)),
+    });
+    let vertices: Vec<Interval> = vertices.collect();
+    let mut faces = match &of_second_order {
+        Some(space) => bubbles(space, &v),
+        None => data.bends.clone(),
+    };
+    if !faces.is_empty() {
+        let highest: Vec<f64> = vertices.iter().map(|v| v.high).collect();
+        constrain(problem, data, lambda, &highest, &mut faces);
+    }
+    Ok(Admissible { vertices, faces })
+}
+
+/// Half the sum of the values at the ends of a face.
+fn flat(mesh: &Triangulation, face: usize, v: &[f64]) -> f64 {
+    0.5 * mesh
+        .face(face)
+        .iter()
+        .map(|&vertex| v[vertex as usize])
+        .sum::<f64>()
+}
+
+fn middle(space: &Space, face: usize) -> usize {
+    let cell = space.mesh.face_cells(face)[0] as usize;
+    middle_of(space, cell, space.mesh.local_face(cell, face))
+}
+
+/// b of a function of P2.
+fn bubbles(space: &Space, v: &[f64]) -> Vec<f64> {
+    let faces = 0..space.mesh.face_count();
+    faces
+        .map(|face| v[middle(space, face)] - flat(space.mesh, face, v))
+        .collect()
+}
+
+/// Makes b that of g on Γ_D, and that of ψ where λ < 0; elsewhere on Γ_C no larger than where v is below ψ for sure: the
+/// coefficients of Bernstein of v and of the linear function of the ceilings are compared. Returns the faces whose b that gives.
+fn constrain(
+    problem: &Problem,
+    data: &PreparedData,
+    lambda: &[f64],
+    vertices: &[f64],
+    faces: &mut [f64],
+) -> Vec<usize> {
+    let mesh = problem.space.mesh;
+    let on_dirichlet =
+        (0..faces.len()).filter(|&face| problem.parts[face] == Some(Part::Dirichlet));
+    let mut held: Vec<usize> = on_dirichlet.collect();
+    held.iter().for_each(|&face| faces[face] = data.bend(face));
+    let pairs = problem.contact.iter().zip(&data.obstacles).zip(lambda);
+    for ((contact, obstacle), lambda) in pairs {
+        let ends = mesh.face(contact.face).iter().zip(obstacle.ceiling);
+        let gaps: Interval = ends
+            .map(|(&vertex, ceiling)| {
+                Interval::at(ceiling) - Interval::at(vertices[vertex as usize])
+            })
+            .sum();
+        let bend = data.bend(contact.face);
+        let most = (Interval::at(bend) + 0.25 * gaps).low;
+        let b = &mut faces[contact.face];
+        if *lambda < 0.0 || *b >= most {
+            *b = if *lambda < 0.0 { bend.min(most) } else { most };
+            held.push(contact.face);
+        }
+    }
+    held
 }
 
 fn bounds(problem: &Problem, data: &PreparedData) -> Result<Vec<Bound>> {
@@ -141,36 +235,50 @@ fn averages(problem: &Problem, u: &[f64]) -> Vec<f64> {
     v
 }
 
-/// (f, λ_i) + <t, λ_i>_N
-fn loads(problem: &Problem, data: &PreparedData) -> Vec<f64> {
+/// (f, φ_i) + <t, φ_i>_N. P2's function of a vertex is λ_i less half the bubbles of its faces.
+fn loads(problem: &Problem, space: &Space, data: &PreparedData) -> Vec<f64> {
     let mesh = problem.space.mesh;
-    let mut r = vec![0.0; mesh.points.len()];
+    let is_quadratic = space.element.degree() == 2;
+    let mut r = vec![0.0; space.dofs];
     for (cell, load) in data.loads.iter().enumerate() {
         let measure = mesh.geometry(cell).measure();
+        let bubbles = if is_quadratic { load.bubbles } else { [0.0; 3] };
+        let all: f64 = bubbles.iter().sum();
         for (i, &vertex) in mesh.cell(cell).iter().enumerate() {
-            r[vertex as usize] += measure * load.moment(mesh.dim, i);
+            let own = bubbles.get(i).copied().unwrap_or(0.0);
+            r[vertex as usize] += measure * (load.moment(mesh.dim, i) - 0.5 * (all - own));
+            if is_quadratic {
+                r[middle_of(space, cell, i)] += measure * own;
+            }
         }
     }
     for traction in &data.tractions {
+        let bubble = if is_quadratic {
+            traction.bubble.mid()
+        } else {
+            0.0
+        };
         for (&vertex, moment) in mesh.cell(traction.cell).iter().zip(traction.moments) {
-            r[vertex as usize] += moment.mid();
+            let is_end = mesh.face(traction.face).contains(&vertex);
+            r[vertex as usize] += moment.mid() - if is_end { 0.5 * bubble } else { 0.0 };
+        }
+        if is_quadratic {
+            r[middle(space, traction.face)] += bubble;
         }
     }
     r
 }
 
-/// Conjugate gradients for (∇v, ∇λ_i) = r_i where `held` does not hold v.
-pub(super) fn descend(problem: &Problem, held: &[bool], mut r: Vec<f64>, v: &mut [f64]) {
-    let mesh = problem.space.mesh;
-    let space = Space::new(mesh, &P1);
-    let stiffness = Stiffness::new(&space);
+/// Conjugate gradients for (∇v, ∇φ_i) = r_i where `held` does not hold v.
+pub(super) fn descend(space: &Space, held: &[bool], mut r: Vec<f64>, v: &mut [f64]) {
+    let stiffness = Stiffness::new(space);
     let mut diagonal = vec![0.0; v.len()];
-    let corners = mesh.dim + 1;
-    let mut matrix = vec![0.0; corners * corners];
-    for cell in 0..mesh.cell_count() {
+    let local = space.local_dofs;
+    let mut matrix = vec![0.0; local * local];
+    for cell in 0..space.mesh.cell_count() {
         stiffness.cell_matrix(cell, &mut matrix);
-        for (i, &vertex) in mesh.cell(cell).iter().enumerate() {
-            diagonal[vertex as usize] += matrix[i * corners + i];
+        for (i, &dof) in space.cell_dofs(cell).iter().enumerate() {
+            diagonal[dof as usize] += matrix[i * local + i];
         }
     }
     for (r, y) in r.iter_mut().zip(stiffness.times(v)) {

@@ -13,7 +13,7 @@
 //! a diagonal; each has one face in common with a corner's child, and what goes round the ring is chosen with mean 0.
 //! Summed over all levels -div τ is r's constants, and τ is added to σ: no Poincaré inequality, and a peak of width ε in a
 //! cell of size h costs (log h/ε)^½ where that would cost h/ε. What is linear on a leaf with mean 0, and the wave s of the
-//! model, are bounded by Poincaré's inequality on the leaf.
+//! model, are bounded by Poincaré's inequality on the leaf. Where that inequality on all of κ is good enough there is no τ.
 
 use super::model::Tree;
 use super::simplex::{Simplex, Vector, length, mean_square_of_linear, norm, root_of_product, up};
@@ -53,6 +53,7 @@ pub(super) struct Balance {
 pub(super) fn balance(
     cell: &Simplex,
     tree: &Tree,
+    enough: f64,
     left: impl Fn(&[f64; 4], f64) -> Interval,
 ) -> Balance {
     let (dim, count) = (cell.dim, cell.dim + 1);
@@ -87,37 +88,7 @@ pub(super) fn balance(
     } = found;
     let means = averages(tree, dim, exact.iter().map(|m| m.mid()).collect());
     let known = means[0];
-    let mut tau = Vec::new();
-    let mut flux = Flux {
-        tree,
-        dim,
-        means: &means,
-        leaves: &mut |node: u32,
-                      piece: &Piece,
-                      share: f64,
-                      at: [Coefficients; 4],
-                      represented: Interval| {
-            // What rounding leaves between the leaf's mean and the divergence of τ.
-            let off = exact[node as usize] - (Interval::at(known) + represented);
-            errors[node as usize] = up(errors[node as usize], off.magnitude());
-            tau.push((*piece, share, at));
-        },
-    };
-    flux.below(0, &WHOLE, 1.0, [[Interval::ZERO; 4]; 4], Interval::ZERO);
-    let norm_of = |tau: &[(Piece, f64, [Coefficients; 4])]| -> f64 {
-        let squares = tau
-            .iter()
-            .map(|(_, share, at)| above_of_product(*share, mean_square(cell, at).high));
-        root_of_product(measure, above_of_all(squares))
-    };
-    let norm = norm_of(&tau);
-    // Poincaré's inequality on the leaves after τ, or on the whole cell without it.
-    let of_leaves = linear.iter().map(|l| root_of_product(measure, l.square));
-    let of_leaves = length(
-        of_leaves
-            .zip(&linear)
-            .map(|(l, leaf)| above_of_product(leaf.scale, l)),
-    );
+    // Poincaré's inequality on the whole cell, or on the leaves after τ.
     let away = plain.iter().map(|(share, values)| {
         let off: Vec<Interval> = values[..count]
             .iter()
@@ -126,11 +97,50 @@ pub(super) fn balance(
         above_of_product(*share, mean_square_of_linear(&off).high)
     });
     let of_cell = above_of_product(scale.high, root_of_product(measure, above_of_all(away)));
-    let (known_part, tau, norm) = if up(norm, of_leaves) < of_cell {
-        (of_leaves, tau, norm)
-    } else {
-        (of_cell, Vec::new(), 0.0)
+    let of_means = |means: &[f64], missing: &mut dyn FnMut(u32, Interval)| {
+        let mut tau = Vec::new();
+        let mut flux = Flux {
+            tree,
+            dim,
+            means,
+            leaves: &mut |node: u32,
+                          piece: &Piece,
+                          share: f64,
+                          at: [Coefficients; 4],
+                          represented: Interval| {
+                missing(node, Interval::at(means[0]) + represented);
+                tau.push((*piece, share, at));
+            },
+        };
+        flux.below(0, &WHOLE, 1.0, [[Interval::ZERO; 4]; 4], Interval::ZERO);
+        let squares = tau
+            .iter()
+            .map(|(_, share, at)| above_of_product(*share, mean_square(cell, at).high));
+        let norm = root_of_product(measure, above_of_all(squares));
+        (tau, norm)
     };
+    let (mut known_part, mut tau, mut norm) = (of_cell, Vec::new(), 0.0);
+    // What rounding leaves of the mean.
+    let mut rounding = mean_of(tree, dim, |node| exact[node as usize] - Interval::at(known));
+    if of_cell > enough {
+        let own = errors.clone();
+        let (with, of_tau) = of_means(&means, &mut |node, represented| {
+            // What rounding leaves between the leaf's mean and the divergence of τ.
+            let off = exact[node as usize] - represented;
+            errors[node as usize] = up(errors[node as usize], off.magnitude());
+        });
+        let of_leaves = length(
+            linear
+                .iter()
+                .map(|leaf| above_of_product(leaf.scale, root_of_product(measure, leaf.square))),
+        );
+        if up(of_tau, of_leaves) < of_cell {
+            (known_part, tau, norm) = (of_leaves, with, of_tau);
+            rounding = 0.0;
+        } else {
+            errors = own;
+        }
+    }
     let waves = length(
         linear
             .iter()
@@ -139,37 +149,35 @@ pub(super) fn balance(
 
     // The unknown: the same flux for e - ē, or Poincaré's inequality.
     let bounds = averages(tree, dim, errors.clone());
-    let mut spread = Vec::new();
-    let mut off = 0.0_f64;
-    let mut flux = Flux {
-        tree,
-        dim,
-        means: &bounds,
-        leaves: &mut |node: u32,
-                      piece: &Piece,
-                      share: f64,
-                      at: [Coefficients; 4],
-                      represented: Interval| {
-            let missing =
-                Interval::at(errors[node as usize]) - (Interval::at(bounds[0]) + represented);
-            off = off.max(missing.magnitude());
-            spread.push((*piece, share, at));
-        },
-    };
-    flux.below(0, &WHOLE, 1.0, [[Interval::ZERO; 4]; 4], Interval::ZERO);
     let mut away = Vec::new();
     tree.for_each(dim, &mut |node, _, share| {
         let off = Interval::at(errors[node as usize]) - Interval::at(bounds[0]);
         away.push(above_of_product(share, off.square().high));
     });
-    let of_cell = above_of_product(scale.high, root_of_product(measure, above_of_all(away)));
+    let mut spread = above_of_product(scale.high, root_of_product(measure, above_of_all(away)));
+    let of_errors = |node: u32| Interval::at(errors[node as usize]) - Interval::at(bounds[0]);
+    let mut off = mean_of(tree, dim, of_errors);
+    if spread > enough {
+        let (_, norm) = of_means(&bounds, &mut |node, represented| {
+            let missing = Interval::at(errors[node as usize]) - represented;
+            off = off.max(missing.magnitude());
+        });
+        spread = spread.min(norm);
+    }
     Balance {
         oscillation: up(known_part, waves),
-        error: up(up(bounds[0], off), known.abs()),
-        spread: of_cell.min(norm_of(&spread)),
+        error: up(up(bounds[0], off), up(known.abs(), rounding)),
+        spread,
         tau,
         norm,
     }
+}
+
+/// The size of the mean of what is known of each leaf.
+fn mean_of(tree: &Tree, dim: usize, of: impl Fn(u32) -> Interval) -> f64 {
+    let mut sum = Interval::ZERO;
+    tree.for_each(dim, &mut |node, _, share| sum += share * of(node));
+    sum.magnitude()
 }
 
 fn wave(scale: f64, measure: f64, wave: f64) -> f64 {

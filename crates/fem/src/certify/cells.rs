@@ -3,14 +3,16 @@
 use super::balance::{Balance, Coefficients, balance};
 use super::data::PreparedData;
 use super::lift::{self, Lift, Sector};
+use super::second_order::{self, Stream};
 use super::simplex::{
-    EDGES, Quadratic, Simplex, Vector, ZERO, add, dot, half, mean_square_of_linear, minus, plus,
+    EDGES, Quadratic, Simplex, Vector, ZERO, add, half, interpolated, mean_square_of_linear, plus,
 };
 use super::{admissible, flux};
 use crate::contact::Problem;
 use crate::interval::Interval;
 use crate::quadrature::{Piece, WHOLE};
 use faceoff_mesh::error::Result;
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// What the theorem needs of one cell.
@@ -25,6 +27,12 @@ pub(super) struct CellNorms {
     pub flux: f64,
     /// ‖∇v‖_κ
     pub slope: Interval,
+    /// ‖G-Π₀G‖_κ, about
+    pub variation: f64,
+    /// (f, v)_κ, v without the lift
+    pub load: Interval,
+    /// G at the centroid, without the lift.
+    pub centre: [f64; 3],
 }
 
 /// The discrete fields, cell by cell, in the data's unit.
@@ -36,6 +44,10 @@ pub(super) struct CellFields<'a> {
     pub lambda: Vec<f64>,
     /// v at the vertices.
     pub v: Vec<Interval>,
+    /// v has 4 b λ_a λ_b on each face with these b; empty where all are 0.
+    pub bubbles: Vec<f64>,
+    /// s, where σ is of second order.
+    pub stream: Option<Stream>,
     /// ∫_F σ·n out of each cell, by its local faces.
     pub fluxes: Vec<f64>,
 }
@@ -53,14 +65,85 @@ impl<'a> CellFields<'a> {
         let u: Vec<f64> = u.iter().map(|u| data.scaled(*u)).collect();
         let v = admissible::admissible(problem, &u, &lambda, &data)?;
         let fluxes = solver.equilibrated(&u, &lambda, &data)?;
-        Ok(CellFields {
+        let mut fields = CellFields {
             problem,
             u,
             data,
             lambda,
-            v,
+            v: v.vertices,
+            bubbles: v.faces,
+            stream: None,
             fluxes,
-        })
+        };
+        if let Some(space) = second_order::space(problem) {
+            let misfit = (0..problem.space.mesh.cell_count())
+                .into_par_iter()
+                .map(|cell| {
+                    let simplex = fields.simplex(cell);
+                    let of_v = Quadratic::linear(fields.slope_at_corners(&simplex, cell));
+                    of_v.plus(-1.0, &fields.sigma_of(&simplex, cell))
+                });
+            let misfit: Vec<Quadratic> = misfit.collect();
+            let stream = Stream::new(problem, &space, &fields.u, &fields.lambda, &misfit)?;
+            fields.stream = Some(stream);
+        }
+        Ok(fields)
+    }
+
+    /// The size of λ on a contact face at least, times |F|: λ is linear there.
+    pub fn least_pressure(&self, face: usize, flux: f64) -> Interval {
+        let off = self
+            .stream
+            .as_ref()
+            .map_or(0.0, |s| 4.0 * s.faces[face].abs());
+        Interval::at(flux).abs() - Interval::at(off)
+    }
+
+    /// b of v on a face beyond that of ψ or g.
+    pub fn bubble(&self, face: usize) -> Interval {
+        let own = self.bubbles.get(face).copied().unwrap_or(0.0);
+        Interval::at(own) - Interval::at(self.data.bend(face))
+    }
+
+    /// b of v on the faces of a cell, unless all are 0.
+    pub fn bubbles_of(&self, cell: usize) -> Option<[f64; 3]> {
+        if self.bubbles.is_empty() {
+            return None;
+        }
+        let b = second_order::on_cell(self.problem.space.mesh, &self.bubbles, cell);
+        (b != [0.0; 3]).then_some(b)
+    }
+
+    /// ∇v at the corners, without the lift: linear in between.
+    pub fn slope_at_corners(&self, simplex: &Simplex, cell: usize) -> [Vector; 4] {
+        let flat = [self.slope(simplex, cell); 4];
+        match self.bubbles_of(cell) {
+            Some(b) => {
+                let bent = second_order::slopes(simplex, &b);
+                std::array::from_fn(|k| plus(&flat[k], &bent[k]))
+            }
+            None => flat,
+        }
+    }
+
+    /// The linear part of σ at the corners.
+    pub fn flux_at_corners(&self, simplex: &Simplex, cell: usize) -> [Vector; 4] {
+        let own = self.fluxes_of(&self.fluxes, cell);
+        let mut corners = flux::raviart_thomas(simplex, own);
+        if let Some(stream) = &self.stream {
+            let rot = stream.at_corners(self.problem.space.mesh, cell, simplex);
+            corners = std::array::from_fn(|k| plus(&corners[k], &rot[k]));
+        }
+        corners
+    }
+
+    /// The linear part of G at the corners, without the lift and τ.
+    pub fn gradient_at_corners(&self, simplex: &Simplex, cell: usize) -> [Vector; 4] {
+        let [v, sigma] = [
+            self.slope_at_corners(simplex, cell),
+            self.flux_at_corners(simplex, cell),
+        ];
+        std::array::from_fn(|k| half(&plus(&v[k], &sigma[k])))
     }
 
     pub fn simplex(&self, cell: usize) -> Simplex {
@@ -85,7 +168,8 @@ impl<'a> CellFields<'a> {
         let divergence = out / simplex.measure;
         let slopes = load.slopes.map(Interval::at);
         let mean = slopes[..count].iter().copied().sum::<Interval>() / Interval::at(count as f64);
-        balance(&simplex, &self.data.trees[cell], |lambda, value| {
+        let enough = self.data.enough * simplex.measure.high.sqrt();
+        balance(&simplex, &self.data.trees[cell], enough, |lambda, value| {
             let bubble: Interval = (0..count)
                 .map(|i| slopes[i] * Interval::at(lambda[i]))
                 .sum();
@@ -96,7 +180,12 @@ impl<'a> CellFields<'a> {
     /// Enclosures of the norms, with the cell's τ as part of σ.
     pub fn norms(&self, cell: usize, balance: &Balance) -> CellNorms {
         let simplex = self.simplex(cell);
-        let slope = self.slope(&simplex, cell);
+        let on_cell = OnCell {
+            slope: self.slope_at_corners(&simplex, cell),
+            sigma: self.sigma_of(&simplex, cell),
+            of_u: self.of_u(&simplex, cell),
+            simplex: &simplex,
+        };
         let lifts = lift::of_cell(&self.data, cell);
         let mut sums = Sums::default();
         // With a lift the cell's parts are its sectors, and τ is counted apart.
@@ -105,32 +194,17 @@ impl<'a> CellFields<'a> {
             (Some(first), _) => {
                 apart = Interval::at(balance.norm);
                 for sector in &first.sectors {
-                    let slope = plus(&slope, &first.slope(&simplex, sector));
                     let share = Interval::at(sector.to) - Interval::at(sector.from);
-                    sums.add(
-                        self,
-                        &simplex,
-                        cell,
-                        &first.piece(sector),
-                        share,
-                        &slope,
-                        None,
-                    );
+                    let lift = first.slope(&simplex, sector);
+                    sums.add(&on_cell, (&first.piece(sector), share), Some(&lift), None);
                 }
                 apart += Interval::at(first.norms(&simplex)[1]);
             }
-            (None, true) => sums.add(self, &simplex, cell, &WHOLE, Interval::ONE, &slope, None),
+            (None, true) => sums.add(&on_cell, (&WHOLE, Interval::ONE), None, None),
             (None, false) => {
                 for (piece, share, tau) in &balance.tau {
-                    sums.add(
-                        self,
-                        &simplex,
-                        cell,
-                        piece,
-                        Interval::at(*share),
-                        &slope,
-                        Some(tau),
-                    );
+                    let share = Interval::at(*share);
+                    sums.add(&on_cell, (piece, share), None, Some(tau));
                 }
             }
         }
@@ -147,10 +221,18 @@ impl<'a> CellFields<'a> {
             gradient: positive(of(sums.gradient) + around),
             flux: (of(sums.flux) + apart).high,
             slope: positive(of(sums.slope) + Interval::around_zero(apart.high)),
+            variation: {
+                let of_mean: f64 = sums.mean.iter().map(|g| g * g).sum();
+                let square = (sums.gradient.mid() - of_mean).max(0.0);
+                (square * simplex.measure.mid()).sqrt()
+            },
+            load: super::load_of_cell(self, &simplex, cell, &self.corner_values(cell))
+                + super::load_of_bubbles(self, &simplex, cell),
+            centre: self.centre(&simplex, cell),
         }
     }
 
-    /// ∇v without the lift.
+    /// ∇v without the lift and what is of second order.
     pub fn slope(&self, simplex: &Simplex, cell: usize) -> Vector {
         simplex.gradient(&self.corner_values(cell))
     }
@@ -184,7 +266,9 @@ impl<'a> CellFields<'a> {
             .flat_map(|lift| &lift.sectors)
             .map(|s: &Sector| (Interval::at(s.to) - Interval::at(s.from)) * Interval::at(s.height))
             .sum();
-        sum / Interval::at(mesh.dim as f64) + Interval::around_zero(heights.high)
+        let bent = Interval::at(self.data.bend(mesh.cell_faces(cell)[local] as usize));
+        let bent = 2.0 * bent / Interval::at(3.0);
+        sum / Interval::at(mesh.dim as f64) + bent + Interval::around_zero(heights.high)
     }
 
     /// ‖·‖_κ of the part of σ that has f's slopes: it is 0 at the vertices.
@@ -194,74 +278,49 @@ impl<'a> CellFields<'a> {
             return 0.0;
         }
         let mut field = Quadratic::ZERO;
-        let none = vec![0.0; simplex.dim + 1];
-        for (middle, [i, j]) in field
-            .middles
-            .iter_mut()
-            .zip(EDGES)
-            .take(simplex.dim * (simplex.dim + 1) / 2)
-        {
-            let mut lambda = [0.0; 4];
-            (lambda[i], lambda[j]) = (0.5, 0.5);
-            *middle = simplex.vector(&flux::coefficients(simplex, &none, slopes, &lambda));
-        }
+        add_bubble(&mut field, simplex, slopes);
         (field.mean_square(simplex.dim) * simplex.measure)
             .root()
             .high
     }
 
-    /// σ without τ at a point.
-    pub fn sigma_at(&self, simplex: &Simplex, cell: usize, lambda: &[f64; 4]) -> Vector {
-        let fluxes = self.fluxes_of(&self.fluxes, cell);
-        let slopes = &self.data.loads[cell].slopes;
-        simplex.vector(&flux::coefficients(simplex, fluxes, slopes, lambda))
-    }
-
     /// σ without τ on all of the cell.
-    fn sigma_of(&self, simplex: &Simplex, cell: usize) -> Quadratic {
-        let dim = simplex.dim;
-        let fluxes = self.fluxes_of(&self.fluxes, cell);
-        let slopes = &self.data.loads[cell].slopes;
-        let mut sigma = Quadratic::ZERO;
-        for (corner, lambda) in sigma.corners.iter_mut().zip(&WHOLE).take(dim + 1) {
-            *corner = flux::raviart_thomas(simplex, fluxes, lambda);
-        }
-        // The bubble is (a_j - a_i) (x_j - x_i) / (4 (d+1)) at the middle of an edge.
-        let scale = Interval::at((4 * (dim + 1)) as f64);
-        for (middle, [i, j]) in sigma
-            .middles
-            .iter_mut()
-            .zip(EDGES)
-            .take(dim * (dim + 1) / 2)
-        {
-            let flat = half(&plus(&sigma.corners[i], &sigma.corners[j]));
-            let bubble = (Interval::at(slopes[j]) - Interval::at(slopes[i])) / scale;
-            *middle = plus(&flat, &super::simplex::times(bubble, &simplex.edge(i, j)));
-        }
+    pub fn sigma_of(&self, simplex: &Simplex, cell: usize) -> Quadratic {
+        let mut sigma = Quadratic::linear(self.flux_at_corners(simplex, cell));
+        add_bubble(&mut sigma, simplex, &self.data.loads[cell].slopes);
         sigma
     }
 
-    /// ∇u_h at a point, whose coordinates are exact.
-    fn of_u(&self, simplex: &Simplex, cell: usize, lambda: &[f64; 4]) -> Vector {
+    /// ∇u_h, linear on the cell.
+    fn of_u(&self, simplex: &Simplex, cell: usize) -> Quadratic {
         let space = &self.problem.space;
         let local = space.local(cell, &self.u);
-        let derivatives = space.element.derivatives(simplex.dim, lambda);
-        let mut slope = ZERO;
-        for i in 0..=simplex.dim {
-            let along = derivatives.iter().zip(&local).filter(|(d, _)| d[i] != 0.0);
-            let along: Interval = along.map(|(d, u)| d[i] * Interval::at(*u)).sum();
-            add(&mut slope, along, &simplex.gradients[i], simplex.dim);
+        let mut corners = [ZERO; 4];
+        for (slope, corner) in corners.iter_mut().zip(&WHOLE).take(simplex.dim + 1) {
+            let derivatives = space.element.derivatives(simplex.dim, corner);
+            for i in 0..=simplex.dim {
+                let along = derivatives.iter().zip(&local).filter(|(d, _)| d[i] != 0.0);
+                let along: Interval = along.map(|(d, u)| d[i] * Interval::at(*u)).sum();
+                add(slope, along, &simplex.gradients[i], simplex.dim);
+            }
         }
-        slope
+        Quadratic::linear(corners)
     }
 
     /// G at the centroid, without the lift.
-    pub fn gradient(&self, cell: usize) -> [f64; 3] {
-        let simplex = self.simplex(cell);
-        let mut centroid = [0.0; 4];
-        centroid[..=simplex.dim].fill(1.0 / (simplex.dim + 1) as f64);
-        let sigma = self.sigma_at(&simplex, cell, &centroid);
-        half(&plus(&self.slope(&simplex, cell), &sigma)).map(Interval::mid)
+    fn centre(&self, simplex: &Simplex, cell: usize) -> [f64; 3] {
+        let count = simplex.dim + 1;
+        let corners = self.gradient_at_corners(simplex, cell);
+        // The bubble is -Σ a_i (x_c - x_i) / (d+1)² there, and half of it in G.
+        let slopes = &self.data.loads[cell].slopes;
+        let scale = 0.5 / (count * count) as f64;
+        std::array::from_fn(|k| {
+            let flat: f64 = corners[..count].iter().map(|g| g[k].mid()).sum();
+            // The slopes have the sum 0.
+            let of_slopes = slopes.iter().zip(&simplex.vertices).take(count);
+            let bubble: f64 = of_slopes.map(|(a, x)| a * x[k]).sum();
+            flat / count as f64 + scale * bubble
+        })
     }
 }
 
@@ -273,86 +332,77 @@ struct Sums {
     gradient: Interval,
     flux: Interval,
     slope: Interval,
+    /// Of G, about.
+    mean: [f64; 3],
+}
+
+/// The fields on a cell, without lifts and τ.
+struct OnCell<'a> {
+    simplex: &'a Simplex,
+    /// ∇v at the corners
+    slope: [Vector; 4],
+    sigma: Quadratic,
+    /// ∇u_h
+    of_u: Quadratic,
 }
 
 impl Sums {
-    /// Adds a part of a cell: ∇v there, and τ at its corners.
-    #[allow(clippy::too_many_arguments)] // what a part of a cell consists of
+    /// Adds a part of a cell and its share of it, with the lift's slope there and τ at its corners.
     fn add(
         &mut self,
-        fields: &CellFields,
-        simplex: &Simplex,
-        cell: usize,
-        piece: &Piece,
-        share: Interval,
-        of_v: &Vector,
+        on: &OnCell,
+        (piece, share): (&Piece, Interval),
+        lift: Option<&Vector>,
         tau: Option<&[Coefficients; 4]>,
     ) {
-        let dim = simplex.dim;
-        let is_whole = tau.is_none() && share == Interval::ONE;
-        let mut sigma = if is_whole {
-            fields.sigma_of(simplex, cell)
+        let (simplex, dim) = (on.simplex, on.simplex.dim);
+        let is_whole = lift.is_none() && tau.is_none();
+        let mut of_v = if is_whole {
+            on.slope
         } else {
-            Quadratic::ZERO
+            piece.map(|corner| interpolated(&on.slope, &corner, dim))
         };
-        let element = fields.problem.space.element;
-        let is_linear = element.degree() == 1;
-        let mut of_u = Quadratic::constant(fields.of_u(simplex, cell, &piece[0]));
-        for j in 0..=dim {
-            if !is_whole {
-                sigma.corners[j] = fields.sigma_at(simplex, cell, &piece[j]);
-            }
-            if let Some(tau) = tau {
-                sigma.corners[j] = plus(&sigma.corners[j], &simplex.vector(&tau[j]));
-            }
-            if !is_linear {
-                of_u.corners[j] = fields.of_u(simplex, cell, &piece[j]);
-            }
+        if let Some(lift) = lift {
+            of_v = of_v.map(|slope| plus(&slope, lift));
         }
-        for (e, [i, j]) in EDGES[..dim * (dim + 1) / 2].iter().enumerate() {
-            let at = std::array::from_fn(|k| 0.5 * (piece[*i][k] + piece[*j][k]));
-            if !is_whole {
-                sigma.middles[e] = fields.sigma_at(simplex, cell, &at);
-            }
-            if let Some(tau) = tau {
-                let sum: Coefficients = std::array::from_fn(|k| {
-                    let sum = tau[*i][k] + tau[*j][k];
-                    Interval::new(0.5 * sum.low, 0.5 * sum.high)
-                });
-                sigma.middles[e] = plus(&sigma.middles[e], &simplex.vector(&sum));
-            }
-            if !is_linear {
-                of_u.middles[e] = fields.of_u(simplex, cell, &at);
-            }
-        }
-        // With m = ∇v-σ all other norms follow from its square and its mean: σ = ∇v - m and G = ∇v - m/2.
-        let misfit = Quadratic::constant_minus(of_v, &sigma);
-        let (square, mean) = (misfit.mean_square(dim), misfit.mean(dim));
-        let quarter = 0.25 * square;
-        let own = dot(of_v, of_v, dim);
-        let along = dot(of_v, &mean, dim);
-        let distance = if is_linear {
-            let a = minus(of_v, &of_u.corners[0]);
-            dot(&a, &a, dim) - dot(&a, &mean, dim) + quarter
+        let of_v = Quadratic::linear(of_v);
+        let (mut sigma, of_u) = if is_whole {
+            (on.sigma, on.of_u)
         } else {
-            Quadratic::constant_minus(of_v, &of_u)
-                .plus(-0.5, &misfit)
-                .mean_square(dim)
+            (on.sigma.on(piece, dim), on.of_u.on(piece, dim))
         };
-        self.misfit += share * square;
-        self.distance += share * distance;
-        self.gradient += share * (own - along + quarter);
-        self.flux += share * (own - 2.0 * along + square);
-        self.slope += share * own;
+        if let Some(tau) = tau {
+            sigma = sigma.plus(1.0, &Quadratic::linear(tau.map(|b| simplex.vector(&b))));
+        }
+        let misfit = of_v.plus(-1.0, &sigma);
+        let of_g = of_v.plus(-0.5, &misfit);
+        let square = |of: &Quadratic| share * of.mean_square(dim);
+        self.misfit += square(&misfit);
+        self.distance += square(&of_g.plus(-1.0, &of_u));
+        self.gradient += square(&of_g);
+        self.flux += square(&sigma);
+        self.slope += square(&of_v);
+        for (sum, value) in self.mean.iter_mut().zip(of_g.mean(dim)) {
+            *sum += share.mid() * value.mid();
+        }
+    }
+}
+
+/// Adds -1/(d+1) Σ_i a_i λ_i (x - x_i) with a of the sum 0: (a_j - a_i) (x_j - x_i) / (4 (d+1)) in the middle of an edge, and 0 at
+/// the corners. It has no normal trace on any face, and -div of it is Σ a_i λ_i.
+fn add_bubble(field: &mut Quadratic, simplex: &Simplex, slopes: &[f64; 4]) {
+    let dim = simplex.dim;
+    let scale = Interval::at((4 * (dim + 1)) as f64);
+    let edges = EDGES.iter().take(dim * (dim + 1) / 2);
+    for (middle, &[i, j]) in field.middles.iter_mut().zip(edges) {
+        let bubble = (Interval::at(slopes[j]) - Interval::at(slopes[i])) / scale;
+        add(middle, bubble, &simplex.edge(i, j), dim);
     }
 }
 
 /// ‖q‖_κ of a Raviart–Thomas field of lowest order.
 pub(super) fn norm_of_fluxes(simplex: &Simplex, fluxes: &[f64]) -> f64 {
-    let count = simplex.dim + 1;
-    let corners: Vec<Vector> = (0..count)
-        .map(|j| simplex.vector(&flux::coefficients(simplex, fluxes, &[0.0; 4], &WHOLE[j])))
-        .collect();
+    let corners = &flux::raviart_thomas(simplex, fluxes)[..=simplex.dim];
     let mean: Interval = (0..simplex.dim)
         .map(|k| mean_square_of_linear(&corners.iter().map(|c| c[k]).collect::<Vec<_>>()))
         .sum();

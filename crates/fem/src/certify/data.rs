@@ -9,7 +9,7 @@ use super::model::{Domain, Effort, Tree};
 use super::obstacle::{Obstacle, obstacles};
 use super::patch;
 use super::refusal;
-use super::simplex::Simplex;
+use super::simplex::{Simplex, bubble_on, mean_with_bubble};
 use crate::contact::Problem;
 use crate::interval::Interval;
 use crate::scene::Part;
@@ -19,6 +19,8 @@ use faceoff_mesh::error::Result;
 
 /// ∫ |r| of f and t is wanted below this part of h ‖f‖, which costs the bound a hundredth or two.
 const TOLERANCE: f64 = 0.006;
+/// Less for a field of degree 2, whose error is that much smaller on a mesh of ordinary size.
+const OF_SECOND_ORDER: f64 = 0.15;
 /// Leaves beyond one a cell: so many a cell and so many more, and never beyond the last.
 const PER_CELL: usize = 60;
 const MORE: usize = 20_000;
@@ -32,11 +34,16 @@ pub struct PreparedData {
     /// All that follows is of 2^unit times the data, whose squares are in range.
     pub(super) unit: i32,
     pub(super) loads: Vec<Load>,
+    /// |(f + div σ, w)_κ| ≤ this |κ|^½ ‖∇w‖_κ is small enough for the known part of f.
+    pub(super) enough: f64,
     /// f by cells.
     pub(super) trees: Vec<Tree>,
     pub(super) tractions: Vec<Traction>,
     /// By cells.
     pub(super) lifts: Vec<Lift>,
+    /// b with which 4 b λ_a λ_b is the larger part of what g and ψ have beyond their linear interpolants, by faces; empty
+    /// where all are 0.
+    pub(super) bends: Vec<f64>,
     /// g at the vertices of Γ_D.
     pub(super) dirichlet: Vec<Option<Interval>>,
     /// ψ on the contact faces.
@@ -48,21 +55,41 @@ impl PreparedData {
     /// Data that are not bounded on a cell or a face, g that no function in H¹ has, an interruption.
     pub fn new(problem: &Problem) -> Result<Self> {
         let unit = unit(problem);
-        let (trees, loads) = loads(problem, unit)?;
+        let (trees, loads, enough) = loads(problem, unit)?;
         let dirichlet = dirichlet(problem, unit)?;
         let (obstacles, of_psi) = obstacles(problem, unit)?;
         let mut lifts = lifts(problem, unit)?;
         lifts.extend(of_psi);
+        let mesh = problem.space.mesh;
+        let mut bends = vec![
+            0.0;
+            if lifts.is_empty() {
+                0
+            } else {
+                mesh.face_count()
+            }
+        ];
+        for lift in &lifts {
+            bends[mesh.cell_faces(lift.cell)[lift.local] as usize] = lift.bend;
+        }
+        lifts.retain(|lift| !lift.sectors.is_empty());
         lifts.sort_by_key(|lift| lift.cell);
         Ok(PreparedData {
             unit,
             tractions: tractions(problem, unit)?,
             loads,
+            enough,
             trees,
             lifts,
+            bends,
             dirichlet,
             obstacles,
         })
+    }
+
+    /// b of g or ψ on a face.
+    pub(super) fn bend(&self, face: usize) -> f64 {
+        self.bends.get(face).copied().unwrap_or(0.0)
     }
 
     /// Are the squares of all data in range as they are?
@@ -108,6 +135,8 @@ pub(super) struct Load {
     pub mean: f64,
     /// About (Π₁f - Π₀f) at the vertices.
     pub slopes: [f64; 4],
+    /// In 2D about (f, 4 λ_a λ_b)_κ / |κ|, by the vertex opposite.
+    pub bubbles: [f64; 3],
 }
 
 impl Load {
@@ -130,6 +159,8 @@ pub(super) struct Traction {
     pub cell: usize,
     /// ∫_F p λ_i of t's model p, for the vertices of the cell; 0 for the one opposite F.
     pub moments: [Interval; 4],
+    /// ∫_F p 4 λ_a λ_b, in 2D
+    pub bubble: Interval,
     /// ∫_F σ·n, about ∫_F t
     pub total: f64,
     /// |(t - σ·n, w)_F| ≤ oscillation ‖∇w‖_κ for what is known
@@ -143,16 +174,16 @@ pub(super) struct Traction {
     pub rest: f64,
 }
 
-/// What may be spent on the data of a part of the mesh.
-fn effort(count: usize, h: f64) -> Effort {
+/// What may be spent on the data of a part of the mesh, for a field of some degree.
+fn effort(count: usize, h: f64, degree: usize) -> Effort {
     Effort {
-        tolerance: TOLERANCE * h,
+        tolerance: TOLERANCE * h * if degree == 2 { OF_SECOND_ORDER } else { 1.0 },
         budget: (PER_CELL * count + MORE).min(MOST),
     }
 }
 
 /// f on all cells.
-fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>)> {
+fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
     let mesh = problem.space.mesh;
     let measures: Vec<f64> = (0..mesh.cell_count())
         .map(|cell| mesh.geometry(cell).measure())
@@ -161,6 +192,7 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>)> {
     // h ‖f‖ |Ω|^½ over the domain's size.
     let size = volume.powf(1.0 / mesh.dim as f64);
     let h = size / (mesh.cell_count() as f64).powf(1.0 / mesh.dim as f64);
+    let degree = problem.space.element.degree();
     let domain = Domain {
         expression: &problem.scene.data().f,
         vertices: (0..mesh.cell_count())
@@ -171,24 +203,53 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>)> {
         space: mesh.dim,
         unit,
     };
-    let trees = domain.enclose(&effort(mesh.cell_count(), h * volume.sqrt() / size))?;
+    let effort = effort(mesh.cell_count(), h * volume.sqrt() / size, degree);
+    let trees = domain.enclose(&effort)?;
     for (cell, tree) in trees.iter().enumerate() {
         bounded("f", tree, mesh.dim, || format!("cell {cell}"))?;
     }
     let loads = trees.par_iter().map(|tree| {
+        if !tree.is_cut() {
+            let values = tree.whole.values;
+            let mean = values[..=mesh.dim].iter().sum::<f64>() / (mesh.dim + 1) as f64;
+            let all: f64 = values[..3].iter().sum();
+            return Load {
+                mean,
+                slopes: values.map(|value| value - mean),
+                bubbles: std::array::from_fn(|i| 2.0 * (2.0 * all - values[i]) / 30.0),
+            };
+        }
+        let mut bubbles = [Interval::ZERO; 3];
+        if mesh.dim == 2 {
+            tree.for_each(2, &mut |node, piece, share| {
+                let values = tree.leaf(node).values.map(Interval::at);
+                for (i, bubble) in bubbles.iter_mut().enumerate() {
+                    let on_leaf = bubble_on(piece, [(i + 1) % 3, (i + 2) % 3], 2);
+                    *bubble += share * mean_with_bubble(&values, &on_leaf, 2);
+                }
+            });
+        }
         let (mean, moments) = moments(tree, mesh.dim);
         let (mean, moments) = (mean.mid(), moments.map(Interval::mid));
         let count = mesh.dim as f64 + 1.0;
         Load {
             mean,
             slopes: moments.map(|moment| count * (count + 1.0) * (moment - mean / count)),
+            bubbles: bubbles.map(Interval::mid),
         }
     });
     let mut loads: Vec<Load> = loads.collect();
     loads
         .iter_mut()
         .for_each(|load| load.slopes[mesh.dim + 1..].fill(0.0));
-    Ok((trees, loads))
+    let squares = loads.iter().zip(&domain.measures);
+    let square: f64 = squares
+        .map(|(load, measure)| measure * load.mean * load.mean)
+        .sum();
+    // A leaf of a tetrahedron costs more time, one of a triangle is more often worth it.
+    let share = if mesh.dim == 2 { 0.25 } else { 1.0 };
+    let enough = share * effort.tolerance / volume.sqrt() * size * (square / volume).sqrt();
+    Ok((trees, loads, enough))
 }
 
 /// The means of p and of p λ_i.
@@ -297,7 +358,11 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
         space: mesh.dim,
         unit,
     };
-    let trees = domain.enclose(&effort(faces.len(), h * whole.sqrt()))?;
+    let trees = domain.enclose(&effort(
+        faces.len(),
+        h * whole.sqrt(),
+        problem.space.element.degree(),
+    ))?;
     let pairs = faces.into_iter().zip(cells);
     pairs
         .zip(&trees)
@@ -315,8 +380,12 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
             for (&corner, moment) in corners.iter().zip(on_face) {
                 moments[corner] = measure * moment;
             }
-            let [mut wave, mut rest] = [Interval::ZERO; 2];
-            tree.for_each(mesh.dim - 1, &mut |node, _, share| {
+            let [mut wave, mut rest, mut bubble] = [Interval::ZERO; 3];
+            tree.for_each(mesh.dim - 1, &mut |node, piece, share| {
+                if mesh.dim == 2 {
+                    let values = tree.leaf(node).values.map(Interval::at);
+                    bubble += share * mean_with_bubble(&values, &bubble_on(piece, [0, 1], 1), 1);
+                }
                 wave += share * Interval::at(tree.leaf(node).wave);
                 rest += share * Interval::at(tree.leaf(node).error);
             });
@@ -331,6 +400,7 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
                 face,
                 cell,
                 moments,
+                bubble: bubble * measure,
                 total,
                 oscillation: patch.oscillation,
                 error: patch.error,

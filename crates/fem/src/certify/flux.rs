@@ -10,18 +10,17 @@
 //! has the same value, with the other sign, from the other side, and -div σ = Π₀f, since the φ_F of a
 //! cell sum to 1. On Γ_N itself t is counted once, not taken away.
 
-use super::balance::Coefficients;
 use super::data::PreparedData;
+use super::poisson::Poisson;
 use super::refusal;
-use super::simplex::{Simplex, Vector};
-use crate::assembly::Stiffness;
+use super::simplex::{Simplex, Vector, ZERO, add};
 use crate::contact::Problem;
 use crate::element::{CR, Space};
 use crate::interval::{Interval, above_of_product};
-use crate::linear::{Factor, Role, Settings, condense};
+use crate::linear::Role;
 use crate::quadrature;
 use crate::scene::Part;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::Result;
 use rayon::prelude::*;
 
 /// σ·n on the contact faces that u_h says: its flux where P(u_h) ≤ 0, with the cell's height for γ
@@ -50,9 +49,7 @@ pub(super) fn contact_fluxes(problem: &Problem, u: &[f64], data: &PreparedData) 
 pub(super) struct Fluxes<'a> {
     problem: &'a Problem<'a>,
     space: Space<'a>,
-    stiffness: Stiffness<'a>,
-    roles: Vec<Role>,
-    factor: Option<Factor>,
+    poisson: Poisson<'a>,
 }
 
 impl<'a> Fluxes<'a> {
@@ -60,23 +57,18 @@ impl<'a> Fluxes<'a> {
         let space = Space::new(problem.space.mesh, &CR);
         let is_fixed = |part: &Option<Part>| *part == Some(Part::Dirichlet);
         let role = |fixed: bool| if fixed { Role::Fixed } else { Role::Eliminated };
+        let roles = problem.parts.iter().map(|part| role(is_fixed(part)));
         Fluxes {
             problem,
-            stiffness: Stiffness::new(&space),
+            poisson: Poisson::new(&space, roles.collect()),
             space,
-            roles: problem
-                .parts
-                .iter()
-                .map(|part| role(is_fixed(part)))
-                .collect(),
-            factor: None,
         }
     }
 
     /// The same with values given on further faces.
     pub fn with_values(problem: &'a Problem<'a>, faces: impl Iterator<Item = usize>) -> Self {
         let mut fluxes = Fluxes::new(problem);
-        faces.for_each(|face| fluxes.roles[face] = Role::Fixed);
+        faces.for_each(|face| fluxes.poisson.roles[face] = Role::Fixed);
         fluxes
     }
 
@@ -101,7 +93,7 @@ impl<'a> Fluxes<'a> {
         self.add_cells(&mut b, &cells);
         given.iter().for_each(|(face, flux)| b[*face] += flux);
         let mut w = vec![0.0; b.len()];
-        let is_given = |face: usize| self.roles[face] == Role::Fixed;
+        let is_given = |face: usize| self.poisson.roles[face] == Role::Fixed;
         for contact in self
             .problem
             .contact
@@ -110,10 +102,10 @@ impl<'a> Fluxes<'a> {
         {
             w[contact.face] = on_contact;
         }
-        let w = self.solution(w, &b)?;
+        let w = self.poisson.solution(w, &b)?;
         let mut fluxes = self.out(&w, &cells);
         for (face, part) in self.problem.parts.iter().enumerate() {
-            if part.is_some() && self.roles[face] != Role::Fixed {
+            if part.is_some() && self.poisson.roles[face] != Role::Fixed {
                 self.set(&mut fluxes, face, 0.0);
             }
         }
@@ -165,7 +157,7 @@ impl<'a> Fluxes<'a> {
         let w = if is_own {
             u.to_vec()
         } else {
-            self.solution(self.on_dirichlet(data), &b)?
+            self.poisson.solution(self.on_dirichlet(data), &b)?
         };
         let mut fluxes = self.out(&w, &cells);
         // What is given is given, not equal up to rounding.
@@ -217,7 +209,7 @@ impl<'a> Fluxes<'a> {
             for (face, error) in neumann {
                 b[*face] += error * (1.0 + inflation) * face_measure(*face);
             }
-            let w = self.solution(vec![0.0; b.len()], &b)?;
+            let w = self.poisson.about(&b)?;
             let mut fluxes = self.out(&w, &loads);
             for (face, part) in self.problem.parts.iter().enumerate() {
                 if matches!(part, Some(Part::Contact | Part::Neumann)) {
@@ -265,7 +257,7 @@ impl<'a> Fluxes<'a> {
         let mut fluxes = vec![0.0; cells.len()];
         let mut matrix = vec![0.0; corners * corners];
         for cell in 0..mesh.cell_count() {
-            self.stiffness.cell_matrix(cell, &mut matrix);
+            self.poisson.stiffness.cell_matrix(cell, &mut matrix);
             let local = self.space.local(cell, w);
             for i in 0..corners {
                 let row = &matrix[corners * i..corners * (i + 1)];
@@ -295,9 +287,12 @@ impl<'a> Fluxes<'a> {
 
     /// Do the rows off Γ_D hold to rounding?
     fn is_solution(&self, w: &[f64], b: &[f64]) -> bool {
-        let (product, sizes) = (self.stiffness.times(w), self.stiffness.sizes(w));
+        let (product, sizes) = (
+            self.poisson.stiffness.times(w),
+            self.poisson.stiffness.sizes(w),
+        );
         (0..w.len()).all(|face| {
-            self.roles[face] == Role::Fixed
+            self.poisson.roles[face] == Role::Fixed
                 || (product[face] - b[face]).abs() <= 1e-13 * (sizes[face] + b[face].abs())
         })
     }
@@ -308,7 +303,7 @@ impl<'a> Fluxes<'a> {
         let mesh = self.problem.space.mesh;
         let mut w = vec![0.0; self.space.dofs];
         let rule = quadrature::exact(mesh.dim - 1, 5);
-        for face in (0..w.len()).filter(|&face| self.roles[face] == Role::Fixed) {
+        for face in (0..w.len()).filter(|&face| self.poisson.roles[face] == Role::Fixed) {
             let vertices = mesh.face(face);
             for (lambda, weight) in rule.iter() {
                 let x: [f64; 3] = std::array::from_fn(|k| {
@@ -320,74 +315,19 @@ impl<'a> Fluxes<'a> {
         }
         w
     }
-
-    /// w with these values on Γ_D and the rows of b elsewhere.
-    fn solution(&mut self, mut w: Vec<f64>, b: &[f64]) -> Result<Vec<f64>> {
-        let rest = |w: &[f64]| -> Vec<f64> {
-            let product = self.stiffness.times(w);
-            b.iter().zip(product).map(|(b, y)| b - y).collect()
-        };
-        let mut left = rest(&w);
-        // The second solve takes away the rounding of the first.
-        for _ in 0..2 {
-            let reduced = match &self.factor {
-                Some(factor) => factor.reduce(&left),
-                None => {
-                    let settings = Settings::default();
-                    let condensed = condense(&self.stiffness, &self.roles, left, settings, None)?;
-                    let Some((factor, reduced, ..)) = condensed else {
-                        return Err(Error::Solver {
-                            what: "no solver was chosen for the flux".into(),
-                            remedy: "report this".into(),
-                        });
-                    };
-                    self.factor = Some(factor);
-                    reduced
-                }
-            };
-            let mut step = vec![0.0; w.len()];
-            if let Some(factor) = &self.factor {
-                factor.expand(&reduced, &[], &mut step);
-            }
-            for ((w, step), role) in w.iter_mut().zip(step).zip(&self.roles) {
-                if *role != Role::Fixed {
-                    *w += step;
-                }
-            }
-            left = rest(&w);
-        }
-        Ok(w)
-    }
 }
 
-/// A Raviart–Thomas field of lowest order at a point.
-pub(super) fn raviart_thomas(cell: &Simplex, fluxes: &[f64], lambda: &[f64; 4]) -> Vector {
-    cell.vector(&coefficients(cell, fluxes, &[0.0; 4], lambda))
-}
-
-/// The coefficients of σ at a point: the Raviart–Thomas part Σ_i flux_i (x - x_i)/(d|κ|), and
-/// -1/(d+1) Σ_i a_i λ_i (x - x_i) with a_i the slopes of Π₁f, which has no normal trace on any face and whose -div is
-/// Π₁f - Π₀f.
-pub(super) fn coefficients(
-    cell: &Simplex,
-    fluxes: &[f64],
-    slopes: &[f64; 4],
-    lambda: &[f64; 4],
-) -> Coefficients {
-    let count = cell.dim + 1;
+/// A Raviart–Thomas field of lowest order at the corners, linear in between: Σ_i flux_i (x - x_i)/(d|κ|).
+pub(super) fn raviart_thomas(cell: &Simplex, fluxes: &[f64]) -> [Vector; 4] {
     let volume = cell.dim as f64 * cell.measure;
-    let mut weights = [Interval::ZERO; 4];
-    for i in 0..count {
-        let bubble = Interval::at(slopes[i]) * Interval::at(lambda[i]) / Interval::at(count as f64);
-        weights[i] = Interval::at(fluxes[i]) / volume - bubble;
-    }
-    // Σ_i w_i (x - x_i) with x = Σ λ_k x_k.
-    let all: Interval = weights[..count].iter().copied().sum();
-    std::array::from_fn(|k| {
-        if k < count {
-            all * Interval::at(lambda[k]) - weights[k]
-        } else {
-            Interval::ZERO
+    let mut corners = [ZERO; 4];
+    for (i, flux) in fluxes.iter().enumerate().filter(|(_, flux)| **flux != 0.0) {
+        let weight = Interval::at(*flux) / volume;
+        for (k, corner) in corners.iter_mut().enumerate().take(cell.dim + 1) {
+            if k != i {
+                add(corner, weight, &cell.edge(i, k), cell.dim);
+            }
         }
-    })
+    }
+    corners
 }

@@ -20,10 +20,10 @@ use super::balance::poincare;
 use super::cells::CellFields;
 use super::flux::{Fluxes, raviart_thomas};
 use super::lift;
-use super::simplex::{Simplex, Vector, dot, half, length, mean_square_of_linear, minus, plus, up};
+use super::simplex::{Simplex, Vector, dot, length, mean_square_of_linear, minus, plus, up};
 use crate::contact::Problem;
+use crate::element::{P1, Space};
 use crate::interval::{Interval, above_of_all};
-use crate::quadrature::WHOLE;
 use crate::scene::Part;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
@@ -107,7 +107,10 @@ pub(super) fn interval(
         for (contact, lambda) in problem.contact.iter().zip(&pressed) {
             let local = mesh.local_face(contact.cell, contact.face);
             let mu = fields.fluxes_of(&fluxes, contact.cell)[local];
-            let most = c * lambda * contact.measure;
+            let most = (c * fields
+                .least_pressure(contact.face, lambda * contact.measure)
+                .low)
+                .max(0.0);
             if *lambda > 0.0 && mu.abs() > most {
                 capped.push((contact.face, mu.signum() * most));
             } else if *lambda > 0.0 {
@@ -173,7 +176,8 @@ impl Goal {
             let mu = out(contact.cell)[local];
             if mu != 0.0 {
                 let lambda = fields.fluxes_of(&fields.fluxes, contact.cell)[local];
-                c = c.max((at(mu) / at(lambda)).magnitude());
+                let least = fields.least_pressure(contact.face, lambda);
+                c = c.max((at(mu) / least).magnitude());
             }
             on_contact += at(mu) * obstacle.mean;
         }
@@ -184,16 +188,10 @@ impl Goal {
                 let simplex = Simplex::new(mesh, cell);
                 let fluxes = out(cell);
                 let slope = simplex.gradient(&fields.corners_of(&z, cell));
-                let of_v = fields.slope(&simplex, cell);
                 let count = simplex.dim + 1;
-                let (mut difference, mut mean) = (Vec::new(), Vec::new());
-                for j in 0..count {
-                    let q = raviart_thomas(&simplex, fluxes, &WHOLE[j]);
-                    difference.push(minus(&q, &slope));
-                    let own = fields.fluxes_of(&fields.fluxes, cell);
-                    let sigma = raviart_thomas(&simplex, own, &WHOLE[j]);
-                    mean.push(half(&plus(&of_v, &sigma)));
-                }
+                let q = raviart_thomas(&simplex, fluxes);
+                let difference: Vec<Vector> = q[..count].iter().map(|q| minus(q, &slope)).collect();
+                let mean = fields.gradient_at_corners(&simplex, cell);
                 let square: Interval = (0..simplex.dim)
                     .map(|k| {
                         mean_square_of_linear(&difference.iter().map(|d| d[k]).collect::<Vec<_>>())
@@ -202,12 +200,18 @@ impl Goal {
                 // G's bubble is half of σ's, and counts with its norm.
                 let bubble = 0.5 * fields.norm_of_bubble(&simplex, cell);
                 let own = (square * simplex.measure).root();
-                let product = mean_product(&difference, &mean, simplex.dim) * simplex.measure
+                let product = mean_product(&difference, &mean[..count], simplex.dim)
+                    * simplex.measure
                     + Interval::around_zero((own * at(bubble)).high);
                 let sum: Interval = fluxes.iter().map(|f| at(*f)).sum();
                 let divergence = at(self.means[cell]) + sum / simplex.measure;
                 let v = fields.corner_values(cell);
-                let mean_of_v = v[..count].iter().copied().sum::<Interval>() / at(count as f64);
+                // The mean of 4 λ_a λ_b over a triangle is 1/3.
+                let bubbles = fields.bubbles_of(cell).unwrap_or_default().map(at);
+                let of_bubbles = bubbles.iter().copied().sum::<Interval>() / at(3.0);
+                let flat = v[..count].iter().copied().sum::<Interval>() / at(count as f64);
+                let mean_of_v = flat + of_bubbles;
+                let most_of_bubbles = above_of_all(bubbles.iter().map(|b| b.magnitude()));
                 let of_lifts: f64 = above_of_all(
                     lift::of_cell(&fields.data, cell)
                         .iter()
@@ -223,8 +227,10 @@ impl Goal {
                     .filter(|rest| rest.spread > 0.0 || rest.most > 0.0)
                 {
                     let off = v[..count].iter().map(|v| (*v - mean_of_v).magnitude());
-                    let off = at(off.fold(0.0, f64::max)) * simplex.measure + at(of_lifts);
+                    let off = at(up(off.fold(0.0, f64::max), most_of_bubbles));
+                    let off = off * simplex.measure + at(of_lifts);
                     let largest = v[..count].iter().map(|v| v.magnitude()).fold(0.0, f64::max);
+                    let largest = up(largest, most_of_bubbles);
                     let all = at(rest.spread) * off
                         + at(rest.mean) * at(largest) * simplex.measure
                         + at(rest.most) * at(of_lifts);
@@ -299,16 +305,22 @@ impl Goal {
                 .for_each(|&vertex| loads[vertex as usize] += share);
         }
         if self.rests.is_empty() {
-            admissible::descend(problem, &held, loads, &mut z);
+            admissible::descend(&Space::new(mesh, &P1), &held, loads, &mut z);
         }
         for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
-            for (&vertex, ceiling) in mesh.face(contact.face).iter().zip(obstacle.ceiling) {
+            let gaps = mesh.face(contact.face).iter().zip(obstacle.ceiling);
+            let gaps =
+                gaps.map(|(&vertex, ceiling)| at(ceiling) - at(fields.v[vertex as usize].high));
+            let gaps: Vec<f64> = gaps.map(|gap| gap.low.max(0.0)).collect();
+            // A bubble of v leaves less in the middle of the face.
+            let bubble = fields.bubble(contact.face).high;
+            let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+            let least = (at(least) - at(bubble)).low.max(0.0);
+            for (&vertex, gap) in mesh.face(contact.face).iter().zip(gaps) {
                 if fields.data.dirichlet[vertex as usize].is_some() {
                     continue;
                 }
-                let gap = (at(ceiling) - at(fields.v[vertex as usize].high))
-                    .low
-                    .max(0.0);
+                let gap = if bubble > 0.0 { least } else { gap };
                 let reach = (at(c) * at(gap)).low.max(0.0);
                 let value = &mut z[vertex as usize];
                 *value = value.clamp(self.on_contact - reach, self.on_contact + reach);

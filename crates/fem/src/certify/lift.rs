@@ -12,6 +12,9 @@
 //! is proved, not supposed: on a leaf where an `if` is not decided there is no lift. Where the branches on both sides of a
 //! vertex cannot be told from its value they are read as equal. A face of a tetrahedron has edges in common with others,
 //! where δ does not vanish: not covered.
+//!
+//! Where g is smooth most of δ is 4 b λ_a λ_b, b its value in the middle of F: that is then a part of v of its own, and w the
+//! lift of what is left.
 
 use super::data::PreparedData;
 use super::refusal;
@@ -39,6 +42,9 @@ pub(super) struct Lift {
     /// The cell's corners: z, a, b.
     pub local: usize,
     pub ends: [usize; 2],
+    /// δ is what the data have beyond their linear interpolant and 4 b λ_a λ_b with this b.
+    pub bend: f64,
+    /// Empty where nothing is left.
     pub sectors: Vec<Sector>,
 }
 
@@ -190,7 +196,7 @@ fn check_linear(
     ))
 }
 
-/// The lift of one face of a triangle; none where δ is 0.
+/// The lift of one face of a triangle, beyond 4 b λ_a λ_b where that leaves less than half; none where δ is 0.
 pub(super) fn lift(
     cell: &Simplex,
     number: usize,
@@ -199,7 +205,28 @@ pub(super) fn lift(
     unit: i32,
 ) -> std::result::Result<Option<Lift>, NoLift> {
     let ends = [(local + 1) % 3, (local + 2) % 3];
-    let face = Face::new(cell, ends, data, unit);
+    let mut face = Face::new(cell, ends, data, unit);
+    let Some(straight) = lift_of(&face, cell, number, local)? else {
+        return Ok(None);
+    };
+    face.bend = face.middle();
+    let bent = lift_of(&face, cell, number, local)?.unwrap_or(Lift {
+        bend: face.bend,
+        sectors: Vec::new(),
+        ..straight.clone()
+    });
+    let is_less = bent.norms(cell)[0] < 0.5 * straight.norms(cell)[0];
+    Ok(Some(if is_less { bent } else { straight }))
+}
+
+/// The lift beyond 4 b λ_a λ_b with the face's b.
+fn lift_of(
+    face: &Face,
+    cell: &Simplex,
+    number: usize,
+    local: usize,
+) -> std::result::Result<Option<Lift>, NoLift> {
+    let ends = face.corners;
     for (vertex, end) in [
         (face.values[0], [0.0, TINY]),
         (face.values[1], [1.0 - TINY, 1.0]),
@@ -272,6 +299,7 @@ pub(super) fn lift(
                 cell: number,
                 local,
                 ends,
+                bend: face.bend,
                 sectors,
             };
             return Ok((!lift.sectors.iter().all(is_nothing)).then_some(lift));
@@ -298,11 +326,14 @@ pub(super) fn lift(
 
 /// Data along a face.
 struct Face<'a> {
+    corners: [usize; 2],
     ends: [[f64; 3]; 2],
     data: &'a Expression,
     unit: i32,
     values: [Interval; 2],
     edge: Vector,
+    /// b
+    bend: f64,
 }
 
 /// δ on a leaf.
@@ -327,12 +358,21 @@ impl<'a> Face<'a> {
             of.times_power_of_two(unit)
         };
         Face {
+            corners: ends,
             ends: vertices,
             data,
             unit,
             values: vertices.map(value),
             edge: cell.edge(ends[0], ends[1]),
+            bend: 0.0,
         }
+    }
+
+    /// What the data have beyond their linear interpolant in the middle, about.
+    fn middle(&self) -> f64 {
+        let values = self.values[0] + self.values[1];
+        let middle = (self.value([0.5, 0.5]) - 0.5 * values).mid();
+        if middle.is_finite() { middle } else { 0.0 }
     }
 
     fn around(&self, [from, to]: [f64; 2]) -> [Interval; 3] {
@@ -356,9 +396,13 @@ impl<'a> Face<'a> {
             .enclosure_inside(self.around([from, to]), 2, Order::Gradient, 1);
         let scaled = |of: Interval| of.times_power_of_two(self.unit);
         let difference = self.values[1] - self.values[0];
-        let slope = dot(&on_box.gradient.map(scaled), &self.edge, 2) - difference;
         let s = Interval::new(from, to);
-        let linear = |s: Interval| self.values[0] + s * difference;
+        // 4 b s (1-s) = b (1 - (2s-1)²)
+        let (one, bend) = (Interval::ONE, Interval::at(self.bend));
+        let bent = 4.0 * (bend * (one - 2.0 * s));
+        let slope = dot(&on_box.gradient.map(scaled), &self.edge, 2) - difference - bent;
+        let linear =
+            |s: Interval| self.values[0] + s * difference + bend * (one - (2.0 * s - one).square());
         let range = scaled(on_box.value) - linear(s);
         let middle = 0.5 * (from + to);
         let at_middle = self

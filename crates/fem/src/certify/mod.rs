@@ -15,10 +15,14 @@ mod lift;
 mod model;
 mod obstacle;
 mod patch;
+mod poisson;
 mod proof;
 #[cfg(test)]
 mod random_tests;
+mod second_order;
 mod simplex;
+#[cfg(test)]
+mod sixty_digits_tests;
 #[cfg(test)]
 mod tests;
 
@@ -41,7 +45,7 @@ use faceoff_mesh::error::{Error, Result};
 use flux::Fluxes;
 use goal::{Goal, Known};
 pub use proof::{ContactProof, Touched};
-use simplex::{Simplex, length, up};
+use simplex::{Simplex, bubble_on, length, mean_with_bubble, up};
 
 /// How far a field may be off on Γ_D, relative to its largest value.
 const ON_DIRICHLET: f64 = 1e-9;
@@ -55,6 +59,9 @@ pub struct Certificate {
     pub g: f64,
     /// ‖∇u-∇u_h‖_h is at least and at most this.
     pub u_h: [f64; 2],
+    /// ‖∇u-Π₀G‖ is at most this, but for rounding: what constants on the cells can be shown to reach, a yardstick for fields
+    /// of degree 1.
+    pub constants: f64,
     /// ‖∇u‖ is at least and at most this.
     pub gradient: [f64; 2],
     /// J(u) is at least and at most this.
@@ -106,6 +113,8 @@ pub struct Parts {
 pub struct Fields {
     /// v at the vertices.
     pub v: Vec<f64>,
+    /// Beside its linear part v has 4 b λ_a λ_b on each face with these b; empty where all are 0.
+    pub bubbles: Vec<f64>,
     /// G at each cell's centroid.
     pub gradient: Vec<[f64; 3]>,
 }
@@ -294,13 +303,12 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
         .map(|traction| (traction.face, traction.error))
         .collect();
     let q = solver.majorant(&errors, &on_neumann)?;
-    let (mut oscillations, mut unknown) = (Vec::new(), Vec::new());
-    for (cell, balance) in balances.iter().enumerate() {
-        let simplex = Simplex::new(mesh, cell);
-        let of_q = cells::norm_of_fluxes(&simplex, fields.fluxes_of(&q, cell));
-        oscillations.push(balance.oscillation);
-        unknown.push(up(of_q, balance.spread));
-    }
+    let of_q = |cell: usize| {
+        let of_q = cells::norm_of_fluxes(&Simplex::new(mesh, cell), fields.fluxes_of(&q, cell));
+        up(of_q, balances[cell].spread)
+    };
+    let mut unknown: Vec<f64> = cells.clone().into_par_iter().map(of_q).collect();
+    let mut oscillations: Vec<f64> = balances.iter().map(|balance| balance.oscillation).collect();
     for traction in &data.tractions {
         let oscillation = &mut oscillations[traction.cell];
         *oscillation = up(*oscillation, traction.oscillation);
@@ -363,6 +371,7 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
         v: back(eta).high,
         g: back(of_g).high,
         u_h: both(around(distance, of_g)),
+        constants: back(up(length(norms.iter().map(|cell| cell.variation)), of_g)).high,
         gradient: both(gradient),
         energy: [twice(energy).low, twice(energy).high],
         parts: Parts {
@@ -375,10 +384,12 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
         local,
         unit: data.unit,
         fields: Fields {
-            gradient: cells
-                .map(|cell| fields.gradient(cell).map(|g| back(g).mid()))
+            gradient: norms
+                .iter()
+                .map(|cell| cell.centre.map(|g| back(g).mid()))
                 .collect(),
             v: fields.v.iter().map(|v| back(v.mid()).mid()).collect(),
+            bubbles: fields.bubbles.iter().map(|b| back(*b).mid()).collect(),
         },
     };
     if !(certificate.g.is_finite() && certificate.u_h[1].is_finite()) {
@@ -388,10 +399,8 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
         ));
     }
     let apart = balances.iter().enumerate().map(|(cell, balance)| {
-        let simplex = Simplex::new(mesh, cell);
-        let lifts = lift::of_cell(data, cell)
-            .iter()
-            .map(|lift| lift.norms(&simplex)[0]);
+        let lifts = lift::of_cell(data, cell).iter();
+        let lifts = lifts.map(|lift| lift.norms(&fields.simplex(cell))[0]);
         above_of_all(lifts.chain([balance.norm]))
     });
     let known = Known {
@@ -482,6 +491,8 @@ fn contact_terms(fields: &CellFields) -> Vec<f64> {
         .map(|(contact, obstacle)| {
             let local = mesh.local_face(contact.cell, contact.face);
             let flux = fields.fluxes_of(&fields.fluxes, contact.cell)[local];
+            // λ is linear: nowhere larger in size than this.
+            let most = 2.0 * Interval::at(flux) + fields.least_pressure(contact.face, flux);
             let vertices = mesh.face(contact.face).iter().zip(obstacle.values);
             let gaps: Interval = vertices
                 .map(|(&vertex, psi)| {
@@ -489,21 +500,23 @@ fn contact_terms(fields: &CellFields) -> Vec<f64> {
                     if obstacle.is_lifted { v - psi } else { v }
                 })
                 .sum();
-            let mut gap = gaps / Interval::at(mesh.dim as f64);
+            let bubble = 2.0 * fields.bubble(contact.face) / Interval::at(3.0);
+            let mut gap = gaps / Interval::at(mesh.dim as f64) + bubble;
             if !obstacle.is_lifted {
                 gap = gap - obstacle.mean;
             }
             // v is nowhere above ψ: what is positive here is rounding.
-            (Interval::at(flux) * Interval::at(gap.low.min(0.0)))
-                .high
-                .max(0.0)
+            (most * Interval::at(gap.low.min(0.0))).high.max(0.0)
         })
         .collect()
 }
 
 /// J(v) = ½‖∇v‖² - (f,v) - <t,v>_N
 fn energy(fields: &CellFields, norms: &[CellNorms]) -> Interval {
-    let mut sum: Interval = norms.iter().map(|cell| 0.5 * cell.slope.square()).sum();
+    let of_cells = norms
+        .iter()
+        .map(|cell| 0.5 * cell.slope.square() - cell.load);
+    let mut sum: Interval = of_cells.sum();
     // v's lifts, which vanish on Γ_N.
     for lift in &fields.data.lifts {
         let simplex = fields.simplex(lift.cell);
@@ -519,13 +532,52 @@ fn energy(fields: &CellFields, norms: &[CellNorms]) -> Interval {
         let size = Interval::at(sup) * Interval::at(cells::size_of_lift(&simplex, lift));
         sum += Interval::around_zero(size.high);
     }
-    sum - load(fields, &fields.v)
+    let of_face = |traction: &Traction| {
+        let b = fields.bubbles.get(traction.face).copied().unwrap_or(0.0);
+        let slack = Interval::around_zero(up(traction.wave, traction.rest));
+        let flat = load_of_face(fields, traction, &fields.corner_values(traction.cell));
+        flat + Interval::at(b) * (traction.bubble + slack)
+    };
+    sum - fields.data.tractions.iter().map(of_face).sum::<Interval>()
+}
+
+/// (f, w)_κ of v's w = Σ_F 4 b_F λ_a λ_b.
+fn load_of_bubbles(fields: &CellFields, simplex: &Simplex, cell: usize) -> Interval {
+    let at = Interval::at;
+    let Some(b) = fields.bubbles_of(cell) else {
+        return Interval::ZERO;
+    };
+    let (tree, mut load) = (&fields.data.trees[cell], Interval::ZERO);
+    tree.for_each(2, &mut |node, piece, share| {
+        let leaf = tree.leaf(node);
+        let mut w = [Interval::ZERO; 10];
+        for (local, b) in b.iter().enumerate().filter(|(_, b)| **b != 0.0) {
+            let bubble = bubble_on(piece, [(local + 1) % 3, (local + 2) % 3], 2);
+            w.iter_mut()
+                .zip(bubble)
+                .for_each(|(w, bubble)| *w += at(*b) * bubble);
+        }
+        // No value is larger than the largest coefficient; the wave has mean 0.
+        let coefficients = [w[0], w[1], w[2], w[4], w[5], w[6]];
+        let (away, largest) = reach(&coefficients);
+        let slack = at(leaf.wave) * at(away) + at(leaf.error) * at(largest);
+        let mean = mean_with_bubble(&leaf.values.map(at), &w, 2);
+        load += share * (mean + Interval::around_zero(slack.high));
+    });
+    load * simplex.measure
 }
 
 /// (f, z) + <t, z>_N for the continuous piecewise linear z with these values at the vertices.
 fn load(fields: &CellFields, z: &[Interval]) -> Interval {
     let cells = 0..fields.problem.space.mesh.cell_count();
-    let of_cell = |cell: usize| load_of_cell(fields, cell, &fields.corners_of(z, cell));
+    let of_cell = |cell: usize| {
+        load_of_cell(
+            fields,
+            &fields.simplex(cell),
+            cell,
+            &fields.corners_of(z, cell),
+        )
+    };
     let cells: Vec<Interval> = cells.into_par_iter().map(of_cell).collect();
     let of_face = |t: &Traction| load_of_face(fields, t, &fields.corners_of(z, t.cell));
     cells
@@ -535,7 +587,12 @@ fn load(fields: &CellFields, z: &[Interval]) -> Interval {
 }
 
 /// (f, z)_κ of corner values.
-fn load_of_cell(fields: &CellFields, cell: usize, z: &[Interval; 4]) -> Interval {
+fn load_of_cell(
+    fields: &CellFields,
+    simplex: &Simplex,
+    cell: usize,
+    z: &[Interval; 4],
+) -> Interval {
     let mesh = fields.problem.space.mesh;
     let (dim, count) = (mesh.dim, mesh.dim + 1);
     let (at, tree) = (Interval::at, &fields.data.trees[cell]);
@@ -555,7 +612,7 @@ fn load_of_cell(fields: &CellFields, cell: usize, z: &[Interval; 4]) -> Interval
         let mean = (mixed + sums[0] * sums[1]) / at((count * (count + 1)) as f64);
         load += share * (mean + Interval::around_zero(slack.high));
     });
-    load * Simplex::new(mesh, cell).measure
+    load * simplex.measure
 }
 
 /// <t, z>_F of the corner values of the cell.

@@ -35,6 +35,22 @@ pub(super) struct Leaf {
     pub parts: u32,
 }
 
+impl Leaf {
+    /// The largest |p|.
+    fn size(&self) -> f64 {
+        self.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+    }
+
+    /// ∫ |r| at most; an none where r is 0.
+    fn cost(&self, measure: f64) -> f64 {
+        if self.error == 0.0 {
+            0.0
+        } else {
+            measure * self.error
+        }
+    }
+}
+
 /// An expression on one simplex.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Tree {
@@ -136,7 +152,14 @@ impl Domain<'_> {
                 })
             })
             .collect::<Result<_>>()?;
-        if trees.iter().all(|tree| tree.whole.error == 0.0) {
+        let squares = trees
+            .iter()
+            .zip(&self.measures)
+            .map(|(tree, m)| m * tree.whole.size().powi(2));
+        let mut square: f64 = squares.sum();
+        let costs = trees.iter().zip(&self.measures);
+        let total = above_of_all(costs.map(|(tree, measure)| tree.whole.cost(*measure)));
+        if total <= effort.tolerance * square.sqrt() {
             return Ok(trees);
         }
         let mut left = effort.budget;
@@ -153,7 +176,6 @@ impl Domain<'_> {
                 )
             })
             .collect();
-        let mut square: f64 = open.iter().map(|o| o.square).sum();
         loop {
             cancel::check()?;
             let total = above_of_all(open.iter().map(|o| o.cost));
@@ -267,7 +289,7 @@ impl Domain<'_> {
         if of_order_2.is_finite() && wave.is_finite() {
             // The mean of (x-c)(x-c)ᵀ: (Σ δδᵀ + (Σ δ)(Σ δ)ᵀ) / ((d+1)(d+2)) of the corners' δ.
             let all: Vector = std::array::from_fn(|k| steps.iter().map(|s| s[k]).sum());
-            for k in 0..second {
+            for k in (0..second).filter(|&k| hessian[k].mid() != 0.0) {
                 let [i, j] = AXES[k];
                 let products: Interval = steps.iter().map(|s| s[i] * s[j]).sum();
                 let covariance = products + all[i] * all[j];
@@ -328,19 +350,14 @@ impl Open {
         measure: f64,
         leaf: &Leaf,
     ) -> Self {
-        let size = leaf.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         Open {
             simplex,
             node,
             piece,
             depth,
             measure,
-            cost: if leaf.error == 0.0 {
-                0.0
-            } else {
-                measure * leaf.error
-            },
-            square: measure * size * size,
+            cost: leaf.cost(measure),
+            square: measure * leaf.size() * leaf.size(),
         }
     }
 }

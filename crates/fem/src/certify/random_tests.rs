@@ -7,7 +7,9 @@
 
 use super::*;
 use crate::Random;
+use crate::assembly::combine;
 use crate::contact::{Discretisation, Iteration, Problem, Stop, solve};
+use crate::quadrature::{Piece, WHOLE, parts};
 use crate::scene::{Data, Expression, Scene};
 
 /// A factor of one coordinate.
@@ -371,12 +373,99 @@ fn try_one(seed: u64, dim: usize) -> Option<f64> {
     Some(certificate.g / (norm * made.scale))
 }
 
-/// The same scenes each time; `FACEOFF_SEED` asks for others, `FACEOFF_SCENES` for so many times as many.
-fn campaign(count: u64, dim: usize, least: usize) {
+/// ‖∇u-∇u_h‖_h: each cell is cut where its integral changes by that.
+fn error(problem: &Problem, u: &[f64], exact: &Expression) -> f64 {
+    let (space, mesh) = (&problem.space, problem.space.mesh);
+    let rule = quadrature::exact(mesh.dim, 5);
+    let of_cell = |cell: usize| -> f64 {
+        let (geometry, local) = (mesh.geometry(cell), space.local(cell, u));
+        let at = |lambda: &[f64; 4]| -> f64 {
+            let of_exact = nalgebra::Vector3::from(exact.gradient(geometry.point(lambda)));
+            (of_exact - combine(&space.gradients(&geometry, lambda), &local)).norm_squared()
+        };
+        let on = |piece: &Piece| -> f64 {
+            let inside = |inner: &[f64; 4]| -> [f64; 4] {
+                std::array::from_fn(|i| (0..=mesh.dim).map(|k| inner[k] * piece[k][i]).sum())
+            };
+            rule.iter().map(|(inner, w)| w * at(&inside(&inner))).sum()
+        };
+        let mut sum = 0.0;
+        let mut left = vec![(WHOLE, 1.0, on(&WHOLE), 0)];
+        while let Some((piece, share, of, depth)) = left.pop() {
+            let cut: Vec<_> = parts(&piece, mesh.dim)
+                .into_iter()
+                .map(|part| (part, share / f64::from(1 << mesh.dim), on(&part), depth + 1))
+                .collect();
+            let finer = cut.iter().map(|c| c.2).sum::<f64>() / cut.len() as f64;
+            if depth >= 2 && (finer - of).abs() <= 1e-3 * finer || depth == 12 {
+                sum += share * finer;
+            } else {
+                left.extend(cut);
+            }
+        }
+        geometry.measure() * sum
+    };
+    let cells = (0..mesh.cell_count()).into_par_iter();
+    cells.map(of_cell).sum::<f64>().sqrt()
+}
+
+/// The bound of u_h over its error, in 2D.
+fn effectivity(seed: u64, method: &str) -> Option<(f64, Parts, String)> {
+    let mut random = Random::new(seed);
+    let made = Made::draw(&mut random, 2);
+    let scene = made.scene();
+    let n = 6 + (random.next() * 10.0) as usize;
+    let mesh = scene.triangulation(Some(n)).unwrap();
+    let discretisation = Discretisation::of(&scene, method.parse().unwrap());
+    let problem = Problem::new(&scene, &mesh, &discretisation).ok()?;
+    let u = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(()))
+        .ok()?
+        .u;
+    let certificate = certify(&problem, &u).ok()?;
+    let exact = Expression::parse(&made.text([0; 3])).unwrap();
+    let error = error(&problem, &u, &exact);
+    let about = format!("seed {seed}, {method}, n = {n}, {:?}", made.terms);
+    Some((certificate.u_h[1] / error, certificate.parts, about))
+}
+
+#[test]
+fn bounds_of_random_scenes_are_sharp() {
+    let (first, times) = asked_for();
+    for (method, most) in [("cr", 1.5), ("cr-fc", 1.5), ("p1", 1.5), ("p2", 3.0)] {
+        let seeds = (0..24 * times).into_par_iter().map(|k| 20_000 + first + k);
+        let found: Vec<(f64, Parts, String)> =
+            seeds.filter_map(|seed| effectivity(seed, method)).collect();
+        let mut of: Vec<f64> = found.iter().map(|f| f.0).collect();
+        of.sort_by(f64::total_cmp);
+        let median = of[of.len() / 2];
+        let above = of.iter().filter(|e| **e > 10.0).count();
+        println!(
+            "{method}: {} scenes, median {median:.3}, {above} above 10",
+            of.len()
+        );
+        assert!(median <= most, "{method} {median}");
+        // A bound is far off only where the mesh does not resolve the data.
+        for (effectivity, parts, about) in found.iter().filter(|f| f.0 > 10.0) {
+            let of_data = parts.oscillation + parts.unknown;
+            assert!(
+                of_data > 0.2 * parts.misfit,
+                "{effectivity} {parts:?} {about}"
+            );
+        }
+    }
+}
+
+/// `FACEOFF_SEED` asks for other scenes than the usual, `FACEOFF_SCENES` for so many times as many.
+fn asked_for() -> (u64, u64) {
     let number = |name: &str, usual: u64| {
         std::env::var(name).map_or(usual, |text| text.parse().expect("a whole number"))
     };
-    let (first, times) = (number("FACEOFF_SEED", 1), number("FACEOFF_SCENES", 1));
+    (number("FACEOFF_SEED", 1), number("FACEOFF_SCENES", 1))
+}
+
+/// The same scenes each time.
+fn campaign(count: u64, dim: usize, least: usize) {
+    let (first, times) = asked_for();
     let count = count * times;
     let found: Vec<Option<f64>> = (0..count)
         .into_par_iter()

@@ -67,6 +67,7 @@ impl Simplex {
     }
 
     /// x_j - x_i
+    #[inline]
     pub fn edge(&self, i: usize, j: usize) -> Vector {
         let [a, b] = [self.vertices[i], self.vertices[j]];
         std::array::from_fn(|k| Interval::at(b[k]) - Interval::at(a[k]))
@@ -78,6 +79,7 @@ impl Simplex {
     }
 
     /// Σ_i a_i ∇λ_i of vertex values, from their differences to the first.
+    #[inline]
     pub fn gradient(&self, values: &[Interval; 4]) -> Vector {
         let mut sum = ZERO;
         for i in 1..=self.dim {
@@ -90,6 +92,7 @@ impl Simplex {
     }
 
     /// Σ_i b_i x_i where the b_i sum to 0: a vector.
+    #[inline]
     pub fn vector(&self, b: &[Interval; 4]) -> Vector {
         let mut sum = ZERO;
         for i in 1..=self.dim {
@@ -100,33 +103,40 @@ impl Simplex {
 }
 
 /// sum += a v
+#[inline]
 pub(super) fn add(sum: &mut Vector, a: Interval, v: &Vector, dim: usize) {
     for k in 0..dim {
         sum[k] += a * v[k];
     }
 }
 
+#[inline]
 pub(super) fn plus(a: &Vector, b: &Vector) -> Vector {
     std::array::from_fn(|k| a[k] + b[k])
 }
 
+#[inline]
 pub(super) fn minus(a: &Vector, b: &Vector) -> Vector {
     std::array::from_fn(|k| a[k] - b[k])
 }
 
+#[inline]
 pub(super) fn times(s: Interval, a: &Vector) -> Vector {
     a.map(|a| s * a)
 }
 
 /// The half of a vector; exact.
+#[inline]
 pub(super) fn half(a: &Vector) -> Vector {
     a.map(|a| Interval::new(0.5 * a.low, 0.5 * a.high))
 }
 
+#[inline]
 pub(super) fn dot(a: &Vector, b: &Vector, dim: usize) -> Interval {
     (0..dim).map(|k| a[k] * b[k]).sum()
 }
 
+#[inline]
 pub(super) fn norm(a: &Vector, dim: usize) -> Interval {
     (0..dim).map(|k| a[k].square()).sum::<Interval>().root()
 }
@@ -134,6 +144,16 @@ pub(super) fn norm(a: &Vector, dim: usize) -> Interval {
 fn cross(a: &Vector, b: &Vector) -> Vector {
     let at = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
     [at(1, 2), at(2, 0), at(0, 1)]
+}
+
+/// A linear field with these values at the corners, at a point.
+#[inline]
+pub(super) fn interpolated(corners: &[Vector; 4], lambda: &[f64; 4], dim: usize) -> Vector {
+    let mut sum = ZERO;
+    for (corner, weight) in corners.iter().zip(lambda).take(dim + 1) {
+        add(&mut sum, Interval::at(*weight), corner, dim);
+    }
+    sum
 }
 
 /// A vector field that is a polynomial of degree 2 on a simplex: its values at the corners, and at the midpoints of the
@@ -153,18 +173,45 @@ impl Quadratic {
         middles: [ZERO; 6],
     };
 
-    pub fn constant(of: Vector) -> Self {
+    /// The linear field with these values at the corners.
+    #[inline]
+    pub fn linear(corners: [Vector; 4]) -> Self {
         Quadratic {
-            corners: [of; 4],
-            middles: [of; 6],
+            corners,
+            middles: EDGES.map(|[i, j]| half(&plus(&corners[i], &corners[j]))),
         }
     }
 
-    pub fn constant_minus(of: &Vector, field: &Self) -> Self {
+    /// The field on a part of the simplex.
+    pub fn on(&self, piece: &Piece, dim: usize) -> Self {
+        let middle = |i: usize, j: usize| -> [f64; 4] {
+            std::array::from_fn(|k| 0.5 * (piece[i][k] + piece[j][k]))
+        };
         Quadratic {
-            corners: field.corners.map(|w| minus(of, &w)),
-            middles: field.middles.map(|w| minus(of, &w)),
+            corners: piece.map(|corner| self.at(&corner, dim)),
+            middles: EDGES.map(|[i, j]| {
+                if i.max(j) <= dim {
+                    self.at(&middle(i, j), dim)
+                } else {
+                    ZERO
+                }
+            }),
         }
+    }
+
+    /// The field at a point with exact coordinates: Σ w(x_i) λ_i (2λ_i-1) + Σ w(m_ij) 4 λ_i λ_j.
+    pub fn at(&self, lambda: &[f64; 4], dim: usize) -> Vector {
+        let at = Interval::at;
+        let mut sum = ZERO;
+        for i in 0..=dim {
+            let weight = at(lambda[i]) * (at(2.0 * lambda[i]) - Interval::ONE);
+            add(&mut sum, weight, &self.corners[i], dim);
+        }
+        for ([i, j], middle) in EDGES.iter().zip(&self.middles).take(dim * (dim + 1) / 2) {
+            let weight = at(4.0 * lambda[*i]) * at(lambda[*j]);
+            add(&mut sum, weight, middle, dim);
+        }
+        sum
     }
 
     /// Adds a multiple of another field.
@@ -190,48 +237,97 @@ impl Quadratic {
 
     /// The mean of |·|² over the simplex.
     ///
-    /// With Bernstein's coefficients b_ii = w(x_i) and b_ij = 2 w(m_ij) - (b_ii + b_jj)/2 it is Σ b_α·b_β g(α, β),
-    /// g(α, β) = C(α+β, α) / (C(4, 2) C(4+d, d)) (R. T. Farouki, T. N. T. Goodman, Math. Comp. 65, 1996).
+    /// With Bernstein's coefficients b_ii = w(x_i) and b_ij = 2 w(m_ij) - (b_ii + b_jj)/2 it is F(b) = Σ b_α·b_β g(α, β),
+    /// g(α, β) = C(α+β, α) / (C(4, 2) C(4+d, d)) (R. T. Farouki, T. N. T. Goodman, Math. Comp. 65, 1996). The weights g are
+    /// positive, and each row of them has the sum 1/N, N coefficients: with S the mean of b², and b known up to ρ, F of the
+    /// middles is off by no more than 2ρ√S + ρ², and its rounding by no more than 2⁻⁴⁸ S, as each term is rounded less than 2⁵
+    /// times.
     pub fn mean_square(&self, dim: usize) -> Interval {
         let edges = dim * (dim + 1) / 2;
         let scale = 6.0 * if dim == 2 { 15.0 } else { 35.0 };
-        let mut sum = Interval::ZERO;
+        let (mut sum, mut off) = (0.0, 0.0);
         for k in 0..dim {
-            let corner: [Interval; 4] = std::array::from_fn(|i| self.corners[i][k]);
-            let middle: [Interval; 6] = std::array::from_fn(|e| {
+            let corner: [f64; 4] = std::array::from_fn(|i| self.corners[i][k].mid());
+            let middle: [f64; 6] = std::array::from_fn(|e| {
                 let [i, j] = EDGES[e];
-                let ends = corner[i] + corner[j];
-                2.0 * self.middles[e][k] - Interval::new(0.5 * ends.low, 0.5 * ends.high)
+                2.0 * self.middles[e][k].mid() - 0.5 * (corner[i] + corner[j])
             });
+            let (mut largest, mut radius) = (0.0_f64, 0.0_f64);
+            for w in self.corners[..=dim].iter().chain(&self.middles[..edges]) {
+                largest = largest.max(w[k].magnitude());
+                radius = radius.max(w[k].radius());
+            }
+            if largest == 0.0 {
+                continue;
+            }
             // Σ_α Σ_β with α+β over the multi-indices of degree 4: C(α+β, α) is 6 for (2e_i, 2e_i), 1 for
             // (2e_i, 2e_j), 3 for (2e_i, e_i+e_j), 1 for (2e_i, e_j+e_k), 4 for twice one edge, 2 for edges with one
             // corner in common, 1 for opposite edges of a tetrahedron. A middle coefficient stands for one multi-index.
-            let all: Interval = corner[..=dim].iter().copied().sum();
-            let squares: Interval = corner[..=dim].iter().map(|c| c.square()).sum();
-            sum += all.square() + 5.0 * squares;
+            let all: f64 = corner[..=dim].iter().sum();
+            let squares: f64 = corner[..=dim].iter().map(|c| c * c).sum();
+            let mut own = all * all + 5.0 * squares;
             for e in 0..edges {
                 let [i, j] = EDGES[e];
-                let ends = corner[i] + corner[j];
-                sum += middle[e] * (2.0 * (all + 2.0 * ends));
-                sum += 4.0 * middle[e].square();
+                own += middle[e] * (2.0 * (all + 2.0 * (corner[i] + corner[j])));
+                own += 4.0 * middle[e] * middle[e];
                 for f in 0..e {
                     let [k, l] = EDGES[f];
                     let shared = [i, j].iter().filter(|v| [k, l].contains(v)).count();
-                    let weight = if shared == 1 { 4.0 } else { 2.0 };
-                    sum += weight * (middle[e] * middle[f]);
+                    own += if shared == 1 { 4.0 } else { 2.0 } * middle[e] * middle[f];
                 }
             }
+            sum += own / scale;
+            // b is rounded three times, and is no larger than 3 max |w|.
+            let radius = 3.0 * radius + largest * 2f64.powi(-51);
+            let mean = (squares + middle[..edges].iter().map(|b| b * b).sum::<f64>())
+                / (dim + 1 + edges) as f64;
+            off += 2.0 * radius * mean.sqrt() + radius * radius + mean * 2f64.powi(-48);
         }
-        sum / Interval::at(scale)
+        if off == 0.0 {
+            return Interval::ZERO;
+        }
+        // `off` itself, and the sum of the components, are rounded.
+        let off = 1.001 * off + f64::MIN_POSITIVE;
+        Interval::new((sum - off).max(0.0), sum + off)
     }
 }
 
 /// The mean of the square of a linear function with these corner values, or of a field component by component.
+#[inline]
 pub(super) fn mean_square_of_linear(corners: &[Interval]) -> Interval {
     let count = corners.len() as f64;
     let squares: Interval = corners.iter().map(|c| c.square()).sum();
     let all: Interval = corners.iter().copied().sum();
     (squares + all.square()) / Interval::at(count * (count + 1.0))
+}
+
+/// Bernstein's coefficients of 4 λ_a λ_b on a piece, at its corners and for [`EDGES`].
+pub(super) fn bubble_on(piece: &Piece, [a, b]: [usize; 2], dim: usize) -> [Interval; 10] {
+    let at = |i: usize, k: usize| Interval::at(piece[i][k]);
+    std::array::from_fn(|n| {
+        let [i, j] = if n < 4 { [n, n] } else { EDGES[n - 4] };
+        if i.max(j) > dim {
+            return Interval::ZERO;
+        }
+        2.0 * (at(i, a) * at(j, b) + at(j, a) * at(i, b))
+    })
+}
+
+/// The mean of the product of a linear function with these corner values and a quadratic one with these coefficients of
+/// Bernstein: Σ_i Σ_α p_i b_α (α_i+1) / (3 C(3+d, 3)) (R. T. Farouki, T. N. T. Goodman, Math. Comp. 65, 1996).
+pub(super) fn mean_with_bubble(p: &[Interval; 4], b: &[Interval; 10], dim: usize) -> Interval {
+    let all: Interval = p[..=dim].iter().copied().sum();
+    let terms = b.iter().enumerate().map(|(n, b)| {
+        let [i, j] = if n < 4 { [n, n] } else { EDGES[n - 4] };
+        let own = if i.max(j) > dim {
+            Interval::ZERO
+        } else {
+            p[i] + p[j]
+        };
+        *b * (all + own)
+    });
+    let count = [12.0, 30.0, 60.0][dim - 1];
+    terms.sum::<Interval>() / Interval::at(count)
 }
 
 /// The corners of a piece as intervals, from the corners of the whole; exact coordinates where the piece has them.

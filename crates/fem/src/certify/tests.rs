@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 use super::cells::CellFields;
 use super::lift::Lift;
+use super::simplex::interpolated;
 use super::*;
 use crate::assembly::combine;
 use crate::contact::{Discretisation, Iteration, Method, Problem, Stop, solve};
@@ -52,15 +53,17 @@ fn slope_of_lift(
     let y = cell.vertices[a] + s * edge;
     let [at_a, at_b] = [a, b].map(|i| data.value(cell.vertices[i].into()));
     let (value, gradient) = data.with_gradient(y.into());
-    let delta = value - (at_a + s * (at_b - at_a));
-    let along = Vector3::from(gradient).dot(&edge) - (at_b - at_a);
+    let delta = value - (at_a + s * (at_b - at_a)) - 4.0 * lift.bend * s * (1.0 - s);
+    let along =
+        Vector3::from(gradient).dot(&edge) - (at_b - at_a) - 4.0 * lift.bend * (1.0 - 2.0 * s);
     (delta - s * along) * cell.gradients[a] + (delta + (1.0 - s) * along) * cell.gradients[b]
 }
 
 /// σ without τ.
-fn sigma(fields: &CellFields, cell: usize, lambda: &[f64; 4]) -> Vector3<f64> {
-    let sigma = fields.sigma_at(&fields.simplex(cell), cell, lambda);
-    Vector3::from(sigma.map(Interval::mid))
+fn sigma(fields: &CellFields, cell: usize) -> impl Fn(&[f64; 4]) -> Vector3<f64> {
+    let dim = fields.problem.space.mesh.dim;
+    let sigma = fields.sigma_of(&fields.simplex(cell), cell);
+    move |lambda| Vector3::from(sigma.at(lambda, dim).map(Interval::mid))
 }
 
 /// The errors themselves, on the parts of each cell that its lift or its τ has.
@@ -74,11 +77,13 @@ fn errors(fields: &CellFields, exact: &Expression) -> True {
         let local = space.local(cell, &fields.u);
         let balance = fields.balance(cell);
         let simplex = fields.simplex(cell);
-        let slope = Vector3::from(fields.slope(&simplex, cell).map(Interval::mid));
+        let slopes = fields.slope_at_corners(&simplex, cell);
+        let sigma = sigma(fields, cell);
         let mut add = |lambda: &[f64; 4], weight: f64, lift: Vector3<f64>, tau: Vector3<f64>| {
             let of_exact = Vector3::from(exact.gradient(geometry.point(lambda)));
-            let of_v = slope + lift;
-            let mean = 0.5 * (of_v + sigma(fields, cell, lambda) + tau);
+            let slope = interpolated(&slopes, lambda, mesh.dim).map(Interval::mid);
+            let of_v = Vector3::from(slope) + lift;
+            let mean = 0.5 * (of_v + sigma(lambda) + tau);
             let of_u = combine(&space.gradients(&geometry, lambda), &local);
             for (sum, of) in squares.iter_mut().zip([of_v, mean, of_u, Vector3::zeros()]) {
                 *sum += geometry.measure() * weight * (of_exact - of).norm_squared();
@@ -133,7 +138,7 @@ fn errors(fields: &CellFields, exact: &Expression) -> True {
     }
 }
 
-fn solved(problem: &Problem) -> Vec<f64> {
+pub(super) fn solved(problem: &Problem) -> Vec<f64> {
     let solution = solve(problem, Iteration::Newton, Stop::default(), |_, _| Ok(()));
     solution.expect("an exact scene is solved").u
 }
@@ -166,11 +171,9 @@ fn ratios(name: &str, method: &str, n: usize) -> Result<[f64; 3]> {
         "{name} {method} {n}: {low} {} {high}",
         truth.gradient
     );
-    // What `verify` builds on: a field that solves its scheme is not much worse than the best that it proves.
-    assert!(
-        certificate.u_h[1] <= 3.5 * certificate.g,
-        "{name} {method} {n}"
-    );
+    // What `verify` builds on: a field that solves its scheme is not much worse than constants on the cells.
+    let ratio = certificate.u_h[1] / certificate.constants;
+    assert!(ratio <= 2.0, "{name} {method} {n} {ratio}");
     assert!(
         certificate.u_h[0] <= truth.u_h * (1.0 + 1e-3),
         "{name} {method} {n}"
@@ -237,8 +240,41 @@ fn the_averaged_gradient_is_bounded_sharply() {
     for name in ["contact-everywhere", "transition-1.5", "many-zones-3"] {
         let [g, _, u_h] = ratios(name, "cr-fc", 32).expect("a certificate");
         println!("{name} {g} {u_h}");
-        assert!(g < 1.1 && u_h < 1.6, "{name}: {g} {u_h}");
+        // G's error is of second order, and what is left of f between quadratic functions is of third.
+        assert!(g < 3.0 && u_h < 1.25, "{name}: {g} {u_h}");
     }
+}
+
+/// A scene's mesh whose inner vertices are moved by up to this part of h; none where a cell turned over.
+fn with_moved_vertices(
+    scene: &Scene,
+    n: usize,
+    moved: f64,
+    random: &mut impl FnMut() -> f64,
+) -> Option<Triangulation> {
+    let (label, mut points) = scene.mesh(Some(n)).unwrap();
+    let plain = Triangulation::new(&label, &points).unwrap();
+    let mut inner = vec![true; plain.points.len()];
+    for face in (0..plain.face_count()).filter(|&f| plain.is_boundary(f)) {
+        plain
+            .face(face)
+            .iter()
+            .for_each(|&v| inner[v as usize] = false);
+    }
+    let h = plain.geometry(0).diameter;
+    for (point, inner) in points.points.iter_mut().zip(inner) {
+        for x in &mut point[..2] {
+            *x += if inner { moved * h * random() } else { 0.0 };
+        }
+    }
+    Triangulation::new(&label, &points).ok()
+}
+
+/// The same, moved a little.
+pub(super) fn moved(scene: &Scene, n: usize, seed: u64) -> Triangulation {
+    let mut random = crate::Random::new(seed);
+    with_moved_vertices(scene, n, 0.1, &mut || 2.0 * random.next() - 1.0)
+        .expect("cells that stay cells")
 }
 
 proptest! {
@@ -259,19 +295,7 @@ proptest! {
         let mut random = crate::Random::new(seed);
         let mut random = || 2.0 * random.next() - 1.0;
         let scene = Scene::find(name).unwrap();
-        let (label, mut points) = scene.mesh(Some(2 * n)).unwrap();
-        let plain = Triangulation::new(&label, &points).unwrap();
-        let mut inner = vec![true; plain.points.len()];
-        for face in (0..plain.face_count()).filter(|&f| plain.is_boundary(f)) {
-            plain.face(face).iter().for_each(|&v| inner[v as usize] = false);
-        }
-        let h = plain.geometry(0).diameter;
-        for (point, inner) in points.points.iter_mut().zip(inner) {
-            for x in &mut point[..2] {
-                *x += if inner { moved * h * random() } else { 0.0 };
-            }
-        }
-        let Ok(mesh) = Triangulation::new(&label, &points) else { return Ok(()) };
+        let Some(mesh) = with_moved_vertices(&scene, 2 * n, moved, &mut random) else { return Ok(()) };
         let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method.parse().unwrap())).unwrap();
         let exact = scene.exact().and_then(Exact::formula).unwrap();
         let u: Vec<f64> = problem.space.points().zip(&problem.dirichlet).map(|(x, g)| {
@@ -337,7 +361,7 @@ fn both_sides_of_the_identity_are_equal() {
         |cell: usize| Vector3::from(fields.slope(&fields.simplex(cell), cell).map(Interval::mid));
     let left = integral(&mesh, |cell, geometry, at| {
         let gradient = slope(geometry.point(at));
-        let sigma = sigma(&fields, cell, at);
+        let sigma = sigma(&fields, cell)(at);
         (of_v(cell) - gradient).norm_squared() + (sigma - gradient).norm_squared()
     });
     let right = integral(&mesh, |cell, geometry, at| {
@@ -346,7 +370,7 @@ fn both_sides_of_the_identity_are_equal() {
         let linear_load: f64 =
             load.mean + load.slopes.iter().zip(at).map(|(a, l)| a * l).sum::<f64>();
         let rest = scene.data().f.value(x) - linear_load;
-        (of_v(cell) - sigma(&fields, cell, at)).norm_squared()
+        (of_v(cell) - sigma(&fields, cell)(at)).norm_squared()
             + 2.0 * rest * (exact.value(x) - linear(cell, at))
     });
     let (mut touching, mut given) = (0.0, 0.0);
@@ -414,7 +438,7 @@ fn what_has_no_certificate_is_refused_in_words() {
 }
 
 /// A scene on the unit square: Γ_D on top, Γ_C at the bottom, sides free.
-fn square(f: &str, t: &str, g: &str, psi: &str) -> Scene {
+pub(super) fn square(f: &str, t: &str, g: &str, psi: &str) -> Scene {
     let parsed = |text: &str| Expression::parse(text).unwrap();
     Scene::find("one-zone").unwrap().with_data(Data {
         f: parsed(f),

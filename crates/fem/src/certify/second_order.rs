@@ -1,0 +1,301 @@
+//! v and σ of second order on triangles.
+//!
+//! Where u_h is of first order they make G more accurate than it, and its bound as large as its error.
+//!
+//! v = Σ v_i λ_i + Σ_F 4 b_F λ_a λ_b, F = ab, and σ + rot s with a continuous s of the same form, rot s = (∂₂s, -∂₁s). rot s has
+//! no divergence, and its flux through a face is s's derivative along it: none where s is constant, as on Γ_N, and one of mean 0
+//! on a face of Γ_C whose ends have the same value. So nothing changes of the balance of σ and of its mean on any face of Γ_N or
+//! Γ_C. s is that of the least ‖∇v-σ-rot s‖: (∇s, ∇w) = (∇v-σ, rot w), one problem of P2, with a constant of its own on each
+//! connected part of Γ_N and Γ_C.
+//!
+//! λ = σ·n is then linear on a contact face, ≤ 0, and nowhere smaller in size than half its mean.
+
+use super::poisson::Poisson;
+use super::simplex::{Quadratic, Simplex, Vector, ZERO, add};
+use crate::contact::Problem;
+use crate::element::{Element, P2, Space};
+use crate::interval::Interval;
+use crate::linear::Role;
+use crate::quadrature::{WHOLE, exact};
+use crate::scene::Part;
+use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Triangulation;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+/// A function of P2 by its values at the vertices and its bubbles.
+#[derive(Debug, Clone)]
+pub(super) struct Stream {
+    pub vertices: Vec<f64>,
+    pub faces: Vec<f64>,
+}
+
+/// On a contact face λ is off its mean by no more than this part of it.
+const OFF_MEAN: f64 = 0.5;
+/// Connected parts of Γ_N and Γ_C beyond so many have the constant 0: each takes a solve.
+const MOST_PARTS: usize = 12;
+
+/// On more cells than that v and σ are of second order for fields of degree 2 alone: s takes a problem of P2.
+const MANY: usize = 1_000_000;
+
+/// P2 where v and σ are of second order.
+pub(super) fn space<'a>(problem: &Problem<'a>) -> Option<Space<'a>> {
+    let Space { mesh, element, .. } = problem.space;
+    if mesh.dim == 2 && element.degree() == 2 {
+        return Some(problem.space.clone());
+    }
+    (mesh.dim == 2 && mesh.cell_count() <= MANY).then(|| Space::new(mesh, &P2))
+}
+
+/// b on the faces of a cell, by the vertex opposite.
+pub(super) fn on_cell(mesh: &Triangulation, faces: &[f64], cell: usize) -> [f64; 3] {
+    std::array::from_fn(|i| faces[mesh.cell_faces(cell)[i] as usize])
+}
+
+/// ∇(Σ_F 4 b_F λ_a λ_b) at the corners: linear in between.
+pub(super) fn slopes(cell: &Simplex, b: &[f64; 3]) -> [Vector; 4] {
+    let mut slopes = [ZERO; 4];
+    for (k, slope) in slopes.iter_mut().enumerate().take(3) {
+        for j in (0..3).filter(|&j| j != k) {
+            // The face of both is opposite the third.
+            add(
+                slope,
+                Interval::at(4.0 * b[3 - j - k]),
+                &cell.gradients[j],
+                2,
+            );
+        }
+    }
+    slopes
+}
+
+impl Stream {
+    /// rot s at the corners of a cell.
+    pub fn at_corners(&self, mesh: &Triangulation, cell: usize, simplex: &Simplex) -> [Vector; 4] {
+        let mut values = [Interval::ZERO; 4];
+        for (value, &vertex) in values.iter_mut().zip(mesh.cell(cell)) {
+            *value = Interval::at(self.vertices[vertex as usize]);
+        }
+        let flat = simplex.gradient(&values);
+        slopes(simplex, &on_cell(mesh, &self.faces, cell)).map(|bent| {
+            let [x, y, _] = std::array::from_fn(|k| flat[k] + bent[k]);
+            [y, -x, Interval::ZERO]
+        })
+    }
+
+    /// s for v and σ, given by their values at the points of cells, where λ is as u_h says.
+    ///
+    /// # Errors
+    /// Those of the linear solver.
+    pub fn new(
+        problem: &Problem,
+        space: &Space,
+        u: &[f64],
+        lambda: &[f64],
+        misfit: &[Quadratic],
+    ) -> Result<Self> {
+        let mesh = problem.space.mesh;
+        let b = load(space, misfit);
+        let parts = Parts::of(problem, space);
+        let mut poisson = Poisson::new(space, parts.roles.clone());
+        let mut start = vec![0.0; space.dofs];
+        let on_contact = on_contact(problem, u, lambda);
+        for (contact, b) in problem.contact.iter().zip(&on_contact) {
+            let local = mesh.local_face(contact.cell, contact.face);
+            start[middle_of(space, contact.cell, local)] = *b;
+        }
+        let mut s = poisson.solution(start, &b)?;
+        // s + Σ c_k χ_k, χ_k the continuation of 1 on a part: (∇s + Σ c_k ∇χ_k, ∇χ_j) = (b, χ_j).
+        let ones = parts.free.iter().map(|&part| {
+            let mut one = vec![0.0; space.dofs];
+            parts.all[part].iter().for_each(|&dof| one[dof] = 1.0);
+            poisson.solution(one, &vec![0.0; space.dofs])
+        });
+        let ones: Vec<Vec<f64>> = ones.collect::<Result<_>>()?;
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let count = ones.len();
+        let products: Vec<Vec<f64>> = ones
+            .iter()
+            .map(|one| poisson.stiffness.times(one))
+            .collect();
+        let matrix = nalgebra::DMatrix::from_fn(count, count, |i, j| dot(&ones[i], &products[j]));
+        let rest =
+            nalgebra::DVector::from_fn(count, |i, _| dot(&b, &ones[i]) - dot(&s, &products[i]));
+        if let Some(c) = matrix.cholesky().map(|factor| factor.solve(&rest)) {
+            for (one, c) in ones.iter().zip(c.iter()) {
+                s.iter_mut().zip(one).for_each(|(s, one)| *s += c * one);
+            }
+        }
+        // What is constant is exactly so.
+        for dofs in &parts.all {
+            // Vertices have the first numbers.
+            let value = dofs.first().map_or(0.0, |&dof| s[dof]);
+            let vertices = dofs.iter().filter(|&&dof| dof < mesh.points.len());
+            vertices.for_each(|&dof| s[dof] = value);
+        }
+        let vertices = s[..mesh.points.len()].to_vec();
+        let mut faces = vec![0.0; mesh.face_count()];
+        for cell in 0..mesh.cell_count() {
+            for (i, &face) in mesh.cell_faces(cell).iter().enumerate() {
+                let ends = mesh
+                    .face(face as usize)
+                    .iter()
+                    .map(|&v| vertices[v as usize]);
+                faces[face as usize] = s[middle_of(space, cell, i)] - 0.5 * ends.sum::<f64>();
+            }
+        }
+        for (face, part) in problem.parts.iter().enumerate() {
+            if *part == Some(Part::Neumann) {
+                faces[face] = 0.0;
+            }
+        }
+        for (contact, b) in problem.contact.iter().zip(on_contact) {
+            faces[contact.face] = b;
+        }
+        Ok(Stream { vertices, faces })
+    }
+}
+
+/// (d, rot φ_i) of a field that is quadratic on each cell.
+fn load(space: &Space, fields: &[Quadratic]) -> Vec<f64> {
+    let mesh = space.mesh;
+    let rule: Vec<_> = exact(2, 3)
+        .iter()
+        .map(|(point, weight)| (point, weight, P2.values(2, &point)))
+        .collect();
+    let of_cell = |cell: usize| -> [f64; 6] {
+        let geometry = mesh.geometry(cell);
+        // P2's dofs: the corners, and the middles opposite them.
+        let field = &fields[cell];
+        let nodes = [0, 1, 2].map(|i| field.corners[i]);
+        let middles = [2, 1, 0].map(|e| field.middles[e]);
+        let mut sums = [0.0; 6];
+        for (point, weight, values) in &rule {
+            let at = |k: usize| -> f64 {
+                let nodes = nodes.iter().chain(&middles).zip(values);
+                nodes.map(|(node, phi)| node[k].mid() * phi).sum()
+            };
+            let (x, y) = (at(0), at(1));
+            let gradients = space.gradients(&geometry, point);
+            for (sum, slope) in sums.iter_mut().zip(gradients) {
+                *sum += geometry.measure() * weight * (x * slope.y - y * slope.x);
+            }
+        }
+        sums
+    };
+    let cells: Vec<[f64; 6]> = (0..mesh.cell_count())
+        .into_par_iter()
+        .map(of_cell)
+        .collect();
+    let mut b = vec![0.0; space.dofs];
+    for (cell, sums) in cells.iter().enumerate() {
+        for (&dof, sum) in space.cell_dofs(cell).iter().zip(sums) {
+            b[dof as usize] += sum;
+        }
+    }
+    b
+}
+
+/// The dof in the middle of a face of a cell.
+pub(super) fn middle_of(space: &Space, cell: usize, local: usize) -> usize {
+    space.cell_dofs(cell)[3 + local] as usize
+}
+
+/// b on the contact faces, so that λ has the slope of u_h's flux, as far as it may.
+fn on_contact(problem: &Problem, u: &[f64], lambda: &[f64]) -> Vec<f64> {
+    let (space, mesh) = (&problem.space, problem.space.mesh);
+    let pairs = problem.contact.iter().zip(lambda);
+    pairs
+        .map(|(contact, lambda)| {
+            let geometry = mesh.geometry(contact.cell);
+            let local = mesh.local_face(contact.cell, contact.face);
+            let [j, k] = [(local + 1) % 3, (local + 2) % 3];
+            let values = space.local(contact.cell, u);
+            // n |F| is -2 |κ| ∇λ of the vertex opposite; s grows along τ = (-n₂, n₁).
+            let normal = -2.0 * geometry.measure() * geometry.gradients[local];
+            let flux = |corner: usize| {
+                let gradients = space.gradients(&geometry, &WHOLE[corner]);
+                let slope: Vector3<f64> = gradients.iter().zip(values).map(|(g, u)| *g * u).sum();
+                slope.dot(&normal)
+            };
+            let edge = geometry.vertices[k] - geometry.vertices[j];
+            let along = normal.x * edge.y - normal.y * edge.x;
+            let most = 0.25 * OFF_MEAN * (lambda * contact.measure).abs();
+            (along.signum() * (flux(j) - flux(k)) / 8.0).clamp(-most, most)
+        })
+        .collect()
+}
+
+/// Connected parts of Γ_N and Γ_C, on each of which s is constant at the vertices.
+struct Parts {
+    all: Vec<Vec<usize>>,
+    /// Those whose constant is looked for: all but one in each part of the domain.
+    free: Vec<usize>,
+    roles: Vec<Role>,
+}
+
+impl Parts {
+    fn of(problem: &Problem, space: &Space) -> Self {
+        let mesh = problem.space.mesh;
+        let mut roles = vec![Role::Eliminated; space.dofs];
+        // Each dof with the first that is found of its part.
+        let mut leader: Vec<usize> = (0..space.dofs).collect();
+        for (face, part) in problem.parts.iter().enumerate() {
+            if !matches!(part, Some(Part::Neumann | Part::Contact)) {
+                continue;
+            }
+            let cell = mesh.face_cells(face)[0] as usize;
+            let middle = middle_of(space, cell, mesh.local_face(cell, face));
+            for dof in mesh.face(face).iter().map(|&v| v as usize).chain([middle]) {
+                roles[dof] = Role::Fixed;
+                let [a, b] = [dof, middle].map(|dof| first(&mut leader, dof));
+                leader[a.max(b)] = a.min(b);
+            }
+        }
+        let mut number = vec![None; space.dofs];
+        let mut all: Vec<Vec<usize>> = Vec::new();
+        for dof in (0..space.dofs).filter(|&dof| roles[dof] == Role::Fixed) {
+            let leader = first(&mut leader, dof);
+            let part = *number[leader].get_or_insert(all.len());
+            if part == all.len() {
+                all.push(Vec::new());
+            }
+            number[dof] = Some(part);
+            all[part].push(dof);
+        }
+        // One constant is given in each body: by the first part that it has, or at a vertex.
+        let (body_of, count) = mesh.components();
+        let mut bodies = vec![BTreeSet::new(); all.len()];
+        for (cell, body) in body_of.iter().enumerate() {
+            let parts = space
+                .cell_dofs(cell)
+                .iter()
+                .filter_map(|&dof| number[dof as usize]);
+            parts.for_each(|part| _ = bodies[part].insert(*body as usize));
+        }
+        let mut is_held = vec![false; count];
+        let mut free = Vec::new();
+        for (part, bodies) in bodies.iter().enumerate() {
+            if bodies.iter().all(|&body| is_held[body]) && free.len() < MOST_PARTS {
+                free.push(part);
+            }
+            bodies.iter().for_each(|&body| is_held[body] = true);
+        }
+        for (cell, body) in body_of.into_iter().enumerate() {
+            if !std::mem::replace(&mut is_held[body as usize], true) {
+                roles[space.cell_dofs(cell)[0] as usize] = Role::Fixed;
+            }
+        }
+        Parts { all, free, roles }
+    }
+}
+
+/// The first dof of a part, with shorter ways to it.
+fn first(leader: &mut [usize], mut dof: usize) -> usize {
+    while leader[dof] != dof {
+        leader[dof] = leader[leader[dof]];
+        dof = leader[dof];
+    }
+    dof
+}
