@@ -24,11 +24,15 @@ pub struct Verified<'a> {
     pub missing: &'a [Failure],
     /// Says of each case how it was solved.
     pub explain: bool,
+    /// Shows every field of every pair of every case.
+    pub verbose: bool,
 }
 
 /// What was found, as JSON has it.
 #[derive(Serialize)]
 struct Found<'a> {
+    /// The verdict, and which code does what otherwise where.
+    sentence: &'a str,
     #[serde(flatten)]
     outcome: &'a VerifyOutcome,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
@@ -58,19 +62,22 @@ pub fn verify(verified: Verified) -> Result<Report> {
         diagnoses,
         missing,
         explain,
+        verbose,
     } = verified;
     let explanations = match explain {
         true => explained(outcome),
         false => Vec::new(),
     };
+    let headline = headline(outcome, diagnoses);
     let found = Found {
+        sentence: &headline,
         outcome,
         diagnoses,
         explanations: &explanations,
     };
     let question = "faceoff: do the codes agree, face by face?";
     let verdict = word(outcome.verdict);
-    let mut report = Report::new("verify", question, verdict, &found)?;
+    let mut report = Report::new("verify", question, &headline, &found)?;
     report.verdict = Some((outcome.verdict, verdict));
     report.lead.push(Block::Html(Box::new(move || {
         top(request, outcome, diagnoses, missing)
@@ -78,11 +85,19 @@ pub fn verify(verified: Verified) -> Result<Report> {
     report.suites = suites(outcome, missing);
 
     let mut told = Vec::new();
-    for case in &outcome.cases {
-        told.push(Block::Text(format!("{}: {}", label(case), sizes(case))));
-        told.extend([engines(case, "").into(), pairs(case).into()]);
+    if !verbose {
+        told.push(overview(outcome).into());
     }
-    if !outcome.cross.is_empty() {
+    let shown = culprit(outcome);
+    for case in &outcome.cases {
+        let is_shown = shown.is_some_and(|(of, _)| std::ptr::eq(of, case));
+        if verbose || is_shown {
+            told.push(Block::Text(format!("{}: {}", label(case), sizes(case))));
+            told.extend([engines(case, "").into(), pairs(case).into()]);
+        }
+    }
+    let judged = outcome.cross.iter().filter_map(|c| Some(c.judged?.verdict));
+    if !outcome.cross.is_empty() && (verbose || judged.max() != Some(Verdict::Agree)) {
         told.push(methods(outcome).into());
     }
     let failures = outcome.failures.iter();
@@ -118,6 +133,97 @@ pub fn verify(verified: Verified) -> Result<Report> {
         .files
         .push(Box::new(move |folder| super::write_fields(folder, outcome)));
     Ok(report)
+}
+
+/// The case and the answer that show best what is wrong: one that something explains, with the fewest rows that fail.
+fn culprit(outcome: &VerifyOutcome) -> Option<(&CaseOutcome, &EngineOutcome)> {
+    let cases = outcome.cases.iter();
+    let all = cases.flat_map(|case| case.engines.iter().map(move |engine| (case, engine)));
+    let failed = all.filter(|(_, engine)| engine.verdict != Verdict::Agree);
+    failed.min_by_key(|(_, engine)| {
+        let found = engine.findings.as_ref();
+        let unexplained = found.is_none_or(|found| !found.is_of_scheme());
+        (unexplained, found.map_or(usize::MAX, |found| found.failing))
+    })
+}
+
+/// The verdict; and if it is no agreement, which code does what otherwise, where, and what the others make of it.
+fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> String {
+    let verdict = word(outcome.verdict);
+    if outcome.verdict == Verdict::Agree {
+        return verdict.into();
+    }
+    let Some((case, engine)) = culprit(outcome) else {
+        let failed = outcome.failures.first();
+        let differing = |c: &&CaseOutcome| c.verdict == Verdict::Disagree;
+        let why = match (failed, outcome.cases.iter().find(differing)) {
+            (Some(failure), None) => format!("no answer from {}", failure.engine),
+            (_, Some(case)) => {
+                let sentences = diagnoses.iter().map(Diagnosis::sentence);
+                let why = sentences.into_iter().next();
+                let why = why.unwrap_or_else(|| "`--diagnose` runs the codes again".into());
+                format!("{}: the answers differ though each solves the scheme: {why}", label(case))
+            }
+            (None, None) => "methods differ by more than their certified bounds".into(),
+        };
+        return format!("{verdict}: {why}");
+    };
+    let name = &engine.engine;
+    let what = match &engine.findings {
+        Some(found) if !found.solves() => found.sentence(),
+        _ if !engine.finite => "its values are not finite".into(),
+        _ => format!("it did not converge in {} steps", engine.iterations),
+    };
+    let others = case.pairs.iter().filter(|p| p.a != *name && p.b != *name);
+    let apart = others.clone().map(|p| p.field.max_rel).reduce(f64::max);
+    let others = match (apart, others.map(|p| p.field.verdict).max()) {
+        (Some(apart), Some(Verdict::Agree)) => {
+            let count = case.engines.len() - 1;
+            let count = if count == 2 { "two".into() } else { count.to_string() };
+            format!("; the other {count} agree to {apart:.1e}")
+        }
+        _ => String::new(),
+    };
+    let failed = outcome.cases.iter().filter(|case| {
+        let mut of = case.engines.iter().filter(|e| e.engine == *name);
+        of.any(|e| e.verdict != Verdict::Agree)
+    });
+    let (failed, all) = (failed.count(), outcome.cases.len());
+    let in_how_many = match all {
+        1 => String::new(),
+        _ => format!(", one of {failed} of {all} cases where it fails"),
+    };
+    format!("{verdict}: {name}: {what}{others} ({}{in_how_many})", label(case))
+}
+
+/// So many cases fit into a dozen lines.
+const CASES: usize = 8;
+
+/// A line a case, those that are farthest from agreement first where they are too many.
+fn overview(outcome: &VerifyOutcome) -> Table {
+    let largest = |case: &CaseOutcome| case.pairs.iter().map(|p| p.field.max_rel).fold(0.0, f64::max);
+    let excess = |case: &CaseOutcome| {
+        let of = case.pairs.iter().map(|p| p.field.max_rel / p.field.tolerance);
+        of.fold(0.0, f64::max)
+    };
+    let residual = |case: &CaseOutcome| case.engines.iter().map(|e| e.residual).fold(0.0, f64::max);
+    let mut cases: Vec<&CaseOutcome> = outcome.cases.iter().collect();
+    let more = cases.len().saturating_sub(CASES);
+    if more > 0 {
+        cases.sort_by(|a, b| (b.verdict, excess(b)).partial_cmp(&(a.verdict, excess(a))).unwrap_or(std::cmp::Ordering::Equal));
+        cases.truncate(CASES);
+    }
+    let caption = match more {
+        0 => String::new(),
+        more => format!("The {CASES} cases that are farthest from agreement; {more} more by --verbose"),
+    };
+    table!(caption, cases, |case|
+        "case" => label(case),
+        "codes" => case.engines.len(),
+        "largest residual" => residual(case),
+        "largest |a-b|" => largest(case),
+        "verdict" => case.verdict,
+    )
 }
 
 /// `one-zone, cr, n = 16`
@@ -301,9 +407,10 @@ fn suite(case: &CaseOutcome) -> Suite {
     let class = format!("{}.{}{n}", case.scene.replace('.', "_"), case.method);
     let test = |name, verdict, message| TestCase::new(&class, name, verdict, message);
     let engines = case.engines.iter().map(|engine| {
-        let message = match engine.converged {
-            true => format!("its backward error is {}", short(engine.residual)),
-            false => format!("it did not converge in {} steps", engine.iterations),
+        let message = match (&engine.findings, engine.converged) {
+            (Some(found), _) => found.sentence(),
+            (None, true) => format!("its backward error is {}", short(engine.residual)),
+            (None, false) => format!("it did not converge in {} steps", engine.iterations),
         };
         let name = &engine.engine;
         TestCase {

@@ -243,7 +243,6 @@ fn the_sentence_names_what_accounts_and_how_much() {
     let ingredient = |name: &str, left: f64| Ingredient {
         ingredient: name.into(),
         matched: "edges-3".into(),
-        used_by: None,
         left,
         accounts: left <= 1e-12,
     };
