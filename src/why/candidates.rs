@@ -38,7 +38,8 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
     };
     if let Ok([load, contact]) = discretisation.rules(dim) {
         let others = |dim: usize, own: &'static str| {
-            let all = quadrature::names(dim).iter().copied();
+            let known = quadrature::names(dim).iter();
+            let all = known.chain(quadrature::foreign(dim)).copied();
             all.filter(move |rule| *rule != own)
         };
         for rule in others(dim, load.name) {

@@ -6,8 +6,8 @@ use super::{Explanation, Rank};
 use faceoff_fem::contact::Term;
 use faceoff_mesh::error::Result;
 
-/// Values are the same up to this, relative to the largest.
-const SAME: f64 = 1e-9;
+/// Values are the same up to this, relative to the largest difference.
+const SAME: f64 = 1e-6;
 /// What is farther from the solution than this, relative to its largest value, is no iteration stopped early.
 const NEARLY: f64 = 1e-2;
 
@@ -22,9 +22,9 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
     let (u, known) = (search.u, &solution.u);
     let largest = known.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
     let apart = |dof: usize| (u[dof] - known[dof]).abs();
-    let same = SAME.max(4.0 * search.limit) * largest;
-    let off: Vec<usize> = (0..u.len()).filter(|dof| apart(*dof) > same).collect();
     let farthest = (0..u.len()).map(apart).fold(0.0, f64::max);
+    let same = (SAME * farthest).max(4.0 * search.limit * largest);
+    let off: Vec<usize> = (0..u.len()).filter(|dof| apart(*dof) > same).collect();
     let spot = |dof: &usize| Spot::of_dof(&search.problem, *dof, search.errors[*dof]);
     let sorted = |values: &[f64]| {
         let mut sorted: Vec<f64> = off.iter().map(|dof| values[*dof]).collect();
@@ -34,11 +34,11 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
     let pairs = sorted(u).into_iter().zip(sorted(known));
     let is_permuted = off.len() > 1 && pairs.into_iter().all(|(a, b)| (a - b).abs() <= same);
     let few = off.len() <= 3.max(u.len() / 50);
-    if !off.is_empty() && (is_permuted || few) {
-        let mut mended = u.to_vec();
-        off.iter().for_each(|dof| mended[*dof] = known[*dof]);
+    let mut mended = u.to_vec();
+    off.iter().for_each(|dof| mended[*dof] = known[*dof]);
+    let left = search.problem.backward_error(&mended).0;
+    if !off.is_empty() && (is_permuted || few) && left <= search.limit {
         let at: Vec<Spot> = off.iter().map(spot).collect();
-        let left = search.problem.backward_error(&mended).0;
         let count = off.len();
         let (ingredient, what) = match (is_permuted, &off[..]) {
             (true, _) => {

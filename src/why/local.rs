@@ -45,53 +45,50 @@ pub(super) fn values_held(search: &mut Search) -> Option<Explanation> {
 /// The statuses with which the linear scheme has this field: those of a step of Newton's method that was the last one,
 /// although they were not yet those of u.
 pub(super) fn status(search: &Search) -> Option<Explanation> {
-    let by_face = search.problem.by_status(search.u);
-    let mut residual = search.rows.residual.clone();
+    let points = search.problem.by_status(search.u);
+    let rows = |face: usize| points[face].first().map_or(&[][..], |of| &of[..]);
+    let mut statuses = Statuses {
+        search,
+        residual: search.rows.residual.clone(),
+        flipped: vec![0; points.len()],
+        points: &points,
+    };
     // How many faces see a row.
-    let mut seen = vec![0_u32; residual.len()];
-    for (row, _) in by_face.iter().filter_map(|points| points.first()).flatten() {
+    let mut seen = vec![0_u32; search.u.len()];
+    for (row, _) in (0..points.len()).flat_map(rows) {
         seen[*row as usize] += 1;
     }
-    let (mut flips, mut faces) = (0, Vec::new());
-    for (face, points) in by_face.iter().enumerate() {
-        let is_off = |row: u32| search.errors[row as usize] > search.limit;
-        let rows = points.first().map_or(&[][..], |of| &of[..]);
-        if points.len() > MOST_POINTS || !rows.iter().any(|(row, _)| is_off(*row)) {
-            continue;
-        }
-        // By its own rows; only the residual as a whole tells whether it is right.
-        let own: Vec<usize> = (0..rows.len()).filter(|k| seen[rows[*k].0 as usize] == 1).collect();
-        let left = |subset: usize| -> f64 {
-            let of_row = |k: &usize| {
-                let flipped = (0..points.len()).filter(|q| subset >> q & 1 == 1);
-                let row = rows[*k].0 as usize;
-                let now = residual[row] + flipped.map(|q| points[q][*k].1).sum::<f64>();
-                now.abs() / search.rows.scale[row]
-            };
-            own.iter().map(of_row).fold(0.0, f64::max)
-        };
-        let best = (0..1_usize << points.len()).min_by(|a, b| left(*a).total_cmp(&left(*b)))?;
-        for point in (0..points.len()).filter(|q| best >> q & 1 == 1) {
-            flips += 1;
-            for (row, change) in &points[point] {
-                residual[*row as usize] += change;
-            }
-        }
-        if best != 0 {
-            let face = search.problem.contact[face].face;
-            faces.push(Spot::of_face(&search.problem, face, &search.errors));
+    let is_off = |row: u32| search.errors[row as usize] > search.limit;
+    let failing = |face: &usize| {
+        points[*face].len() <= MOST_POINTS && rows(*face).iter().any(|(row, _)| is_off(*row))
+    };
+    let faces: Vec<usize> = (0..points.len()).filter(failing).collect();
+    // By the rows that are a face's own, then by all, one face after the other until all rest.
+    let is_own = |row: u32| seen[row as usize] == 1;
+    for face in &faces {
+        statuses.choose(*face, &is_own);
+    }
+    for _ in 0..SWEEPS {
+        let changed = faces.iter().map(|face| statuses.choose(*face, &|_| true));
+        if changed.filter(|changed| *changed).count() == 0 {
+            break;
         }
     }
+    let Statuses {
+        residual, flipped, ..
+    } = statuses;
+    let spot = |face: usize| Spot::of_face(&search.problem, search.problem.contact[face].face, &search.errors);
+    let faces: Vec<Spot> = (0..points.len()).filter(|face| flipped[*face] != 0).map(spot).collect();
     if faces.is_empty() {
         return None;
     }
-    let errors = residual.iter().zip(&search.rows.scale);
-    let left = errors.map(|(r, scale)| if *r == 0.0 { 0.0 } else { r.abs() / scale });
-    let points = if flips == 1 { "point" } else { "points" };
+    let flips: u32 = flipped.iter().map(|subset| subset.count_ones()).sum();
+    let left = search.weighted(&residual).into_iter().map(f64::abs);
+    let noun = if flips == 1 { "point" } else { "points" };
     Some(Explanation {
         term: Some(Term::Contact),
         what: format!(
-            "contact lags by an iteration: at {flips} {points} of {} it has the status of the step before, so that the \
+            "contact lags by an iteration: at {flips} {noun} of {} it has the status of the step before, so that the \
              iteration stopped too early",
             Spot::list(&faces)
         ),
@@ -103,4 +100,50 @@ pub(super) fn status(search: &Search) -> Option<Explanation> {
             left.fold(0.0, f64::max),
         )
     })
+}
+
+/// Faces share rows: so many times each is chosen for again.
+const SWEEPS: usize = 20;
+
+/// A status for each point, and the residual with them.
+struct Statuses<'a> {
+    search: &'a Search<'a>,
+    /// Of each face and point, as [`faceoff_fem::contact::Problem::by_status`] has them.
+    points: &'a [Vec<Vec<(u32, f64)>>],
+    /// A bit for each point with the other status.
+    flipped: Vec<usize>,
+    residual: Vec<f64>,
+}
+
+impl Statuses<'_> {
+    /// Gives the points of a face the statuses that leave least in those of its rows that count; does that change any?
+    fn choose(&mut self, face: usize, counts: &dyn Fn(u32) -> bool) -> bool {
+        let points = &self.points[face];
+        let before = std::mem::take(&mut self.flipped[face]);
+        self.flip(face, before, -1.0);
+        let rows = points.first().map_or(&[][..], |of| &of[..]);
+        let left = |subset: usize| -> f64 {
+            let of_row = |(k, (row, _)): (usize, &(u32, f64))| {
+                let flipped = (0..points.len()).filter(|q| subset >> q & 1 == 1);
+                let now = self.residual[*row as usize] + flipped.map(|q| points[q][k].1).sum::<f64>();
+                (now / self.search.rows.scale[*row as usize]).powi(2)
+            };
+            let rows = rows.iter().enumerate();
+            rows.filter(|(_, (row, _))| counts(*row)).map(of_row).sum()
+        };
+        let all = 0..1_usize << points.len();
+        let best = all.min_by(|a, b| left(*a).total_cmp(&left(*b))).unwrap_or(0);
+        self.flipped[face] = best;
+        self.flip(face, best, 1.0);
+        best != before
+    }
+
+    /// Adds what the points of a subset change to the residual, so many times.
+    fn flip(&mut self, face: usize, subset: usize, times: f64) {
+        let points = self.points[face].iter().enumerate();
+        let of_subset = points.filter(|(q, _)| subset >> q & 1 == 1);
+        for (row, change) in of_subset.flat_map(|(_, point)| point) {
+            self.residual[*row as usize] += times * change;
+        }
+    }
 }
