@@ -6,9 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::common::{Ran, companion_with, folder, run, told, write};
-use faceoff_fem::contact::{
-    Discretisation, Iteration, Method, Problem, Splitting, Stop, solve,
-};
+use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Splitting, Stop, solve};
 use faceoff_fem::scene::{Expression, HRule, Scene};
 use faceoff_mesh::mesh::Triangulation;
 
@@ -16,11 +14,7 @@ use faceoff_mesh::mesh::Triangulation;
 fn scene_text(dim: usize, extra: &str) -> String {
     let (generator, n, sides) = match dim {
         2 => ("union-jack", 8, "\"left\", \"right\""),
-        _ => (
-            "union-cube",
-            3,
-            "\"left\", \"right\", \"front\", \"back\"",
-        ),
+        _ => ("union-cube", 3, "\"left\", \"right\", \"front\", \"back\""),
     };
     format!(
         "name = \"all-data\"\n[mesh]\ngenerator = \"{generator}\"\nn = {n}\n\
@@ -97,9 +91,7 @@ struct Fault {
 const FAULTS: [Fault; 10] = [
     Fault {
         name: "γ × 1.001",
-        solve: |scene, mesh, method| {
-            with(scene, mesh, method, |d| d.gamma0 *= 1.001, |_| {})
-        },
+        solve: |scene, mesh, method| with(scene, mesh, method, |d| d.gamma0 *= 1.001, |_| {}),
         ingredient: "γ",
         said: "γ is × 1.00100 on all faces",
         term: "contact",
@@ -108,12 +100,18 @@ const FAULTS: [Fault; 10] = [
         name: "γ × 1.01 on one face",
         solve: |scene, mesh, method| {
             let u = honest(scene, mesh, method);
-            with(scene, mesh, method, |_| {}, |problem| {
-                let face = free_face(problem, &u);
-                let mut gamma: Vec<f64> = problem.contact.iter().map(|f| f.gamma).collect();
-                gamma[face] *= 1.01;
-                problem.set_gamma(&gamma);
-            })
+            with(
+                scene,
+                mesh,
+                method,
+                |_| {},
+                |problem| {
+                    let face = free_face(problem, &u);
+                    let mut gamma: Vec<f64> = problem.contact.iter().map(|f| f.gamma).collect();
+                    gamma[face] *= 1.01;
+                    problem.set_gamma(&gamma);
+                },
+            )
         },
         ingredient: "γ",
         said: "γ is × 1.0100 on face",
@@ -124,7 +122,13 @@ const FAULTS: [Fault; 10] = [
         solve: |scene, mesh, method| {
             let rule = ["edges-3", "hammer-4"][mesh.dim - 2];
             let rule = Some(rule.to_owned());
-            with(scene, mesh, method, |d| d.load_quadrature = rule.clone(), |_| {})
+            with(
+                scene,
+                mesh,
+                method,
+                |d| d.load_quadrature = rule.clone(),
+                |_| {},
+            )
         },
         ingredient: "the quadrature of the load",
         said: "(f,v) is integrated by",
@@ -135,7 +139,13 @@ const FAULTS: [Fault; 10] = [
         solve: |scene, mesh, method| {
             let rule = ["gauss-2", "edges-3"][mesh.dim - 2];
             let rule = Some(rule.to_owned());
-            with(scene, mesh, method, |d| d.contact_quadrature = rule.clone(), |_| {})
+            with(
+                scene,
+                mesh,
+                method,
+                |d| d.contact_quadrature = rule.clone(),
+                |_| {},
+            )
         },
         ingredient: "the quadrature on Γ_C",
         said: "Γ_C is integrated by",
@@ -143,18 +153,14 @@ const FAULTS: [Fault; 10] = [
     },
     Fault {
         name: "sign of t",
-        solve: |scene, mesh, method| {
-            honest(&with_data(scene, "-(OLD)", "OLD"), mesh, method)
-        },
+        solve: |scene, mesh, method| honest(&with_data(scene, "-(OLD)", "OLD"), mesh, method),
         ingredient: "t",
         said: "t has the other sign",
         term: "load",
     },
     Fault {
         name: "ψ + 1e-6",
-        solve: |scene, mesh, method| {
-            honest(&with_data(scene, "OLD", "OLD + 1e-6"), mesh, method)
-        },
+        solve: |scene, mesh, method| honest(&with_data(scene, "OLD", "OLD + 1e-6"), mesh, method),
         ingredient: "ψ",
         said: "ψ is 1e-6 too large",
         term: "contact",
@@ -162,10 +168,16 @@ const FAULTS: [Fault; 10] = [
     Fault {
         name: "one value on Γ_D",
         solve: |scene, mesh, method| {
-            with(scene, mesh, method, |_| {}, |problem| {
-                let dof = held_dof(problem);
-                problem.dirichlet[dof] = problem.dirichlet[dof].map(|g| g + 1e-3);
-            })
+            with(
+                scene,
+                mesh,
+                method,
+                |_| {},
+                |problem| {
+                    let dof = held_dof(problem);
+                    problem.dirichlet[dof] = problem.dirichlet[dof].map(|g| g + 1e-3);
+                },
+            )
         },
         ingredient: "g",
         said: "not g = ",
@@ -237,7 +249,11 @@ fn named(what: &str, found: &Value, ingredient: &str, said: &str) {
         first["ingredient"], found["findings"]["residual"], first["left"], first["what"]
     );
     let words = first["what"].as_str().unwrap();
-    assert_eq!(first["accounts"], true, "{what}: {}", found["findings"]["explanations"]);
+    assert_eq!(
+        first["accounts"], true,
+        "{what}: {}",
+        found["findings"]["explanations"]
+    );
     assert_eq!(first["ingredient"], ingredient, "{what}: {words}");
     assert!(words.contains(said), "{what}: {words}");
     assert!(found["sentence"].as_str().unwrap().contains(said));
@@ -305,12 +321,59 @@ fn place(
         }
         _ => return,
     };
-    let at = found["findings"]["explanations"][0]["at"].as_array().unwrap();
+    let at = found["findings"]["explanations"][0]["at"]
+        .as_array()
+        .unwrap();
     let at: Vec<Vec<u32>> = at
         .iter()
         .map(|spot| serde_json::from_value(spot["vertices"].clone()).unwrap())
         .collect();
     assert_eq!(at, expected, "{what}");
+}
+
+/// What the folder of a report has of every row: its terms, which sum to the residual.
+#[test]
+fn the_rows_of_a_report_are_split_into_terms() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "s.toml", &scene_text(2, ""));
+    let solved = run(at, &["solve", "s.toml", "--gamma0", "7", "--out", "u.vtu"]);
+    assert_eq!(solved.code, Some(0), "{}", solved.stderr);
+    let ran = judge(
+        at,
+        &[
+            "u.vtu", "--scene", "s.toml", "--report", "r", "--junit", "j.xml",
+        ],
+    );
+    assert_eq!(ran.code, Some(1), "{}", ran.stderr);
+    let said = "γ is × 7.000000e-2 on all faces";
+    assert!(
+        ran.stdout.lines().last().unwrap().contains(said),
+        "{}",
+        ran.stdout
+    );
+    let junit = std::fs::read_to_string(at.join("j.xml")).unwrap();
+    assert!(
+        junit.contains("failures=\"1\"") && junit.contains(said),
+        "{junit}"
+    );
+    let page = std::fs::read_to_string(at.join("r/index.html")).unwrap();
+    assert!(page.contains(said));
+    let rows = std::fs::read_to_string(at.join("r/rows.csv")).unwrap();
+    let mut most = 0.0_f64;
+    for row in rows.lines().skip(1) {
+        let row: Vec<f64> = row.split(',').map(|x| x.parse().unwrap()).collect();
+        let [error, residual] = [row[5], row[6]];
+        let (sum, size) = row[7..]
+            .iter()
+            .fold((0.0, 0.0), |(s, t), x| (s + x, t + x.abs()));
+        assert!(size == 0.0 || (sum - residual).abs() <= 1e-13 * size);
+        most = most.max(error);
+    }
+    assert_eq!(rows.lines().count(), 209);
+    let json = std::fs::read_to_string(at.join("r/judge.json")).unwrap();
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["findings"]["residual"].as_f64(), Some(most));
 }
 
 /// h is the same everywhere on the meshes of generators.
@@ -366,7 +429,9 @@ fn iterations_that_end_early_are_named() {
             // status a face.
             let lagged = found(at, &words);
             match name {
-                "cr-fc" if dim == 2 => named(&what, &lagged, "the method", "it solves cr-vi, not cr-fc"),
+                "cr-fc" if dim == 2 => {
+                    named(&what, &lagged, "the method", "it solves cr-vi, not cr-fc")
+                }
                 _ => {
                     let said = "contact lags by an iteration";
                     named(&what, &lagged, "the contact status", said);
@@ -381,9 +446,63 @@ fn iterations_that_end_early_are_named() {
             let stopped = by(fixed, stop);
             csv(at, "u.csv", &mesh, method, &stopped.u);
             let what = format!("{dim}D {name}: stopped at 1e-6");
-            named(&what, &found(at, &words), "the iteration", "it stopped early");
+            named(
+                &what,
+                &found(at, &words),
+                "the iteration",
+                "it stopped early",
+            );
         }
     }
+}
+
+#[test]
+fn an_agreement_takes_a_dozen_lines_and_the_rest_is_asked_for() {
+    let folder = folder();
+    let scenes = ["one-zone", "three-zones", "five-zones", "plate"];
+    let words = ["--engines", "rust,freefem", "--methods", "cr,cr-fc,p2"];
+    let words = [&["verify"][..], &scenes, &words].concat();
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let lines: Vec<&str> = ran.stdout.lines().collect();
+    assert!(lines.len() <= 12, "{}", ran.stdout);
+    assert_eq!(lines.last(), Some(&"agree"));
+    assert!(lines[0].contains("4 more by --verbose"), "{}", ran.stdout);
+    let ran = run(
+        folder.path(),
+        &[
+            "verify",
+            "one-zone",
+            "--n",
+            "4",
+            "--engines",
+            "rust,freefem",
+            "-v",
+        ],
+    );
+    assert!(ran.stdout.contains("rust – freefem") && ran.stdout.contains("moments"));
+}
+
+#[test]
+fn the_verdict_has_a_colour_on_a_terminal_that_may_be_refused() {
+    let folder = folder();
+    let at = folder.path();
+    run(at, &["solve", "one-zone", "--n", "4", "--out", "u.vtu"]);
+    let on_terminal = |gamma0: &str, no_color: &str| {
+        let program = env!("CARGO_BIN_EXE_faceoff");
+        let typed = format!("'{program}' judge u.vtu --scene one-zone --gamma0 {gamma0}");
+        let mut script = Command::new("script");
+        script.args(["-qec", &typed, "/dev/null"]).current_dir(at);
+        script.env("TERM", "xterm").env("NO_COLOR", no_color);
+        told(script.output().unwrap()).stdout
+    };
+    assert!(on_terminal("100", "").contains("\u{1b}[1;32magree: "));
+    assert!(on_terminal("7", "").contains("\u{1b}[1;31mdisagree: "));
+    let plain = on_terminal("7", "1");
+    assert!(
+        plain.contains("disagree: ") && !plain.contains('\u{1b}'),
+        "{plain}"
+    );
 }
 
 /// A fault of a companion: its name, and the changes to FreeFEM's and to dolfinx' script, in which `{cell}`, `{local}` and `{gamma}`
@@ -403,13 +522,19 @@ const PLANTED: [Planted; 12] = [
     Planted {
         name: "γ × 1.001",
         freefem: &[(FREEFEM_GAMMA, "gamma[][Ch(cell, 0)] = 1.001*value;")],
-        fenicsx: &[(FENICSX_GAMMA, "values = 1.001 * np.fromfile(case[\"gamma\"][\"values\"], \"<f8\")")],
+        fenicsx: &[(
+            FENICSX_GAMMA,
+            "values = 1.001 * np.fromfile(case[\"gamma\"][\"values\"], \"<f8\")",
+        )],
         ingredient: "γ",
         said: "γ is × 1.00100 on all faces",
     },
     Planted {
         name: "γ × 1.01 on one face",
-        freefem: &[(FREEFEM_GAMMA, "gamma[][Ch(cell, 0)] = (cell == {cell} ? 1.01 : 1.)*value;")],
+        freefem: &[(
+            FREEFEM_GAMMA,
+            "gamma[][Ch(cell, 0)] = (cell == {cell} ? 1.01 : 1.)*value;",
+        )],
         fenicsx: &[(
             FENICSX_GAMMA,
             "values = np.where(numbers == {cell}, 1.01, 1.0) * np.fromfile(case[\"gamma\"][\"values\"], \"<f8\")",
@@ -440,14 +565,23 @@ const PLANTED: [Planted; 12] = [
     Planted {
         name: "sign of t",
         freefem: &[("(t*v)", "(-t*v)")],
-        fenicsx: &[("+ data[\"t\"] * v * ds(NEUMANN)", "- data[\"t\"] * v * ds(NEUMANN)")],
+        fenicsx: &[(
+            "+ data[\"t\"] * v * ds(NEUMANN)",
+            "- data[\"t\"] * v * ds(NEUMANN)",
+        )],
         ingredient: "t",
         said: "t has the other sign",
     },
     Planted {
         name: "ψ + 1e-6",
-        freefem: &[("func psi = scenePsi(scene);", "func psi = scenePsi(scene) + 1e-6;")],
-        fenicsx: &[("    ds_C = ds(CONTACT)", "    psi = psi + 1e-6\n    ds_C = ds(CONTACT)")],
+        freefem: &[(
+            "func psi = scenePsi(scene);",
+            "func psi = scenePsi(scene) + 1e-6;",
+        )],
+        fenicsx: &[(
+            "    ds_C = ds(CONTACT)",
+            "    psi = psi + 1e-6\n    ds_C = ds(CONTACT)",
+        )],
         ingredient: "ψ",
         said: "ψ is 1e-6 too large",
     },
@@ -466,8 +600,14 @@ const PLANTED: [Planted; 12] = [
     },
     Planted {
         name: "lagged contact",
-        freefem: &[("converged = increment < stopIncrement;", "converged = true;")],
-        fenicsx: &[("converged = increments[-1] < stop[\"increment\"]", "converged = True")],
+        freefem: &[(
+            "converged = increment < stopIncrement;",
+            "converged = true;",
+        )],
+        fenicsx: &[(
+            "converged = increments[-1] < stop[\"increment\"]",
+            "converged = True",
+        )],
         ingredient: "the contact status",
         said: "contact lags by an iteration",
     },
@@ -475,14 +615,20 @@ const PLANTED: [Planted; 12] = [
         name: "stopped at 1e-6",
         freefem: &[
             ("set(J, solver=UMFPACK);", "set(J, solver=GMRES, eps=1e-2);"),
-            ("converged = increment < stopIncrement;", "converged = increment < 1e-6;"),
+            (
+                "converged = increment < stopIncrement;",
+                "converged = increment < 1e-6;",
+            ),
         ],
         fenicsx: &[
             (
                 "    solver.setFromOptions()",
                 "    solver.setType(\"gmres\")\n    solver.getPC().setType(\"ilu\")\n    solver.setTolerances(rtol=1e-2)",
             ),
-            ("converged = increments[-1] < stop[\"increment\"]", "converged = increments[-1] < 1e-6"),
+            (
+                "converged = increments[-1] < stop[\"increment\"]",
+                "converged = increments[-1] < 1e-6",
+            ),
         ],
         ingredient: "the iteration",
         said: "it stopped early",
@@ -490,7 +636,10 @@ const PLANTED: [Planted; 12] = [
     Planted {
         name: "few digits",
         freefem: &[("dofs.precision(17);", "dofs.precision(7);")],
-        fenicsx: &[("dofs.astype(\"<f8\")", "dofs.astype(\"<f4\").astype(\"<f8\")")],
+        fenicsx: &[(
+            "dofs.astype(\"<f8\")",
+            "dofs.astype(\"<f4\").astype(\"<f8\")",
+        )],
         ingredient: "the digits",
         said: "its values are written",
     },
@@ -562,8 +711,10 @@ fn planted_in(companion: &str) {
                 "freefem" => fault.freefem,
                 _ => fault.fenicsx,
             };
-            let changes: Vec<(&str, String)> =
-                changes.iter().map(|(from, to)| (*from, filled(to))).collect();
+            let changes: Vec<(&str, String)> = changes
+                .iter()
+                .map(|(from, to)| (*from, filled(to)))
+                .collect();
             let changes: Vec<(&str, &str)> = changes.iter().map(|(a, b)| (*a, &**b)).collect();
             let engine = companion_with(at, companion, &changes);
             let engines = format!("rust,{companion},{engine}");
@@ -631,14 +782,26 @@ fn a_short_script_of_a_freefem_user_is_told_its_quadrature() {
     let at = folder.path();
     // Odd, so that a face is in contact in part.
     let n = "9";
-    let made = run(at, &["mesh", "make", "one-zone", "mesh.msh", "--n", n, "--format", "freefem", "--lossy"]);
+    let made = run(
+        at,
+        &[
+            "mesh", "make", "one-zone", "mesh.msh", "--n", n, "--format", "freefem", "--lossy",
+        ],
+    );
     assert_eq!(made.code, Some(0), "{}", made.stderr);
     write(at, "mine.edp", SCRIPT);
     let mut freefem = Command::new("FreeFem++-nw");
-    freefem.args(["-ne", "-v", "0", "-nw", "mine.edp"]).current_dir(at);
+    freefem
+        .args(["-ne", "-v", "0", "-nw", "mine.edp"])
+        .current_dir(at);
     let ran = told(freefem.output().unwrap());
     assert_eq!(ran.code, Some(0), "{}", ran.stdout);
     let words = ["u.csv", "--scene", "one-zone", "--n", n, "--method", "cr"];
     let found = found(at, &words);
-    named("a user's script", &found, "the quadrature on Γ_C", "Γ_C is integrated by gauss-");
+    named(
+        "a user's script",
+        &found,
+        "the quadrature on Γ_C",
+        "Γ_C is integrated by gauss-",
+    );
 }

@@ -244,7 +244,11 @@ fn every_command_writes_a_page_and_json_that_follows_its_schema() {
         (&["certify", "u.vtu", "--scene", "one-zone"], "certify", 0),
         (&["certify", "u.vtu", "--scene", "plate"], "certify", 2),
         (&["judge", "u.vtu", "--scene", "one-zone"], "judge", 0),
-        (&["judge", "u.vtu", "--scene", "one-zone", "--gamma0", "7"], "judge", 1),
+        (
+            &["judge", "u.vtu", "--scene", "one-zone", "--gamma0", "7"],
+            "judge",
+            1,
+        ),
         (&["judge", "u.vtu", "--scene", "plate"], "judge", 2),
         (
             &["solve", "transition-1.5", "--accuracy", "0.2"],
@@ -803,10 +807,15 @@ fn what_nothing_explains_is_not_explained() {
     let outcome = with_fault(folder.path(), from, to, &words).json();
     let found = &outcome["cases"][0]["engines"][2]["findings"];
     let explanations = found["explanations"].as_array().unwrap();
-    assert!(explanations.iter().all(|e| e["accounts"] == false), "{explanations:#?}");
+    assert!(
+        explanations.iter().all(|e| e["accounts"] == false),
+        "{explanations:#?}"
+    );
     // But the terms that may be wrong are.
     let terms = found["terms"].as_array().unwrap().iter();
-    let suspects = terms.filter(|t| t["suspect"] == true).map(|t| t["term"].as_str().unwrap());
+    let suspects = terms
+        .filter(|t| t["suspect"] == true)
+        .map(|t| t["term"].as_str().unwrap());
     assert_eq!(suspects.collect::<Vec<_>>(), ["consistency", "contact"]);
     let ingredients = outcome["diagnoses"][0]["ingredients"].as_array().unwrap();
     assert!(

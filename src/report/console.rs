@@ -59,11 +59,13 @@ pub(super) fn answer(text: &str, verdict: Option<Verdict>) {
     if text.is_empty() {
         return;
     }
-    let colour = verdict.filter(|_| has_colours()).map(|verdict| match verdict {
-        Verdict::Agree => "32",
-        Verdict::Disagree => "31",
-        Verdict::Undetermined => "33",
-    });
+    let colour = verdict
+        .filter(|_| has_colours())
+        .map(|verdict| match verdict {
+            Verdict::Agree => "32",
+            Verdict::Disagree => "31",
+            Verdict::Undetermined => "33",
+        });
     match colour {
         Some(colour) => write(&format!("\u{1b}[1;{colour}m{text}\u{1b}[0m\n")),
         None => write(&format!("{text}\n")),

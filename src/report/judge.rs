@@ -57,7 +57,10 @@ impl Judgement {
             cells: space.mesh.cell_count(),
             dofs: space.dofs,
             findings,
-            certificate: certificate.as_ref().ok().map(|c| Certified::new(Target::UH, c)),
+            certificate: certificate
+                .as_ref()
+                .ok()
+                .map(|c| Certified::new(Target::UH, c)),
             no_certificate: certificate.as_ref().err().cloned(),
         }
     }
@@ -74,7 +77,10 @@ pub fn judge<'a>(
     inputs: Vec<PathBuf>,
 ) -> Result<Report<'a>> {
     let (found, verdict) = (&told.findings, word(told.verdict));
-    let title = format!("faceoff judge: {}, {}, {}", told.result, told.scene, told.method);
+    let title = format!(
+        "faceoff judge: {}, {}, {}",
+        told.result, told.scene, told.method
+    );
     let headline = format!("{verdict}: {} {}", told.result, told.sentence);
     let headline = match told.verdict {
         Verdict::Agree => headline,
@@ -96,15 +102,22 @@ pub fn judge<'a>(
         ("certificate", certificate),
     ])];
     if found.failing > 0 {
-        report.blocks.extend([worst(&found.worst).into(), terms(&found.terms).into()]);
+        report
+            .blocks
+            .extend([worst(&found.worst).into(), terms(&found.terms).into()]);
     }
     if !found.explanations.is_empty() {
         report.blocks.push(tried(&found.explanations).into());
     }
-    let off = |g: &&FaceGamma| g.factor.is_some_and(|f| (f - 1.0).abs() > 10.0 * g.uncertain.unwrap_or(0.0));
+    let off = |g: &&FaceGamma| {
+        g.factor
+            .is_some_and(|f| (f - 1.0).abs() > 10.0 * g.uncertain.unwrap_or(0.0))
+    };
     let off: Vec<&FaceGamma> = found.gamma.iter().filter(off).collect();
     if !off.is_empty() {
-        report.blocks.push(Block::Terminal(vec![gamma(off.into_iter().take(FACES)).into()]));
+        report.blocks.push(Block::Terminal(vec![
+            gamma(off.into_iter().take(FACES)).into(),
+        ]));
     }
     if !found.gamma.is_empty() {
         let all = gamma(&found.gamma).into();
@@ -114,7 +127,12 @@ pub fn judge<'a>(
     report.file("rows.csv", || rows(told, case, u));
     let test = TestCase {
         title: Some(format!("{} does not solve {}", told.result, told.scene)),
-        ..TestCase::new(&told.scene, format!("{} solves {}", told.result, told.method), told.verdict, told.sentence.clone())
+        ..TestCase::new(
+            &told.scene,
+            format!("{} solves {}", told.result, told.method),
+            told.verdict,
+            told.sentence.clone(),
+        )
     };
     report.suites.push(Suite::new(&told.result, [test]));
     Ok(report)
@@ -156,7 +174,8 @@ pub(super) fn terms(terms: &[TermRows]) -> Table {
 
 /// What was put in, and what it left.
 pub(super) fn tried(explanations: &[Explanation]) -> Table {
-    let caption = "What was put into the scheme in its place, one thing at a time, and the residual with it";
+    let caption =
+        "What was put into the scheme in its place, one thing at a time, and the residual with it";
     table!(caption, explanations, |of|
         "ingredient" => of.ingredient,
         "with it" => &of.what,
@@ -167,7 +186,10 @@ pub(super) fn tried(explanations: &[Explanation]) -> Table {
 
 fn gamma<'a>(faces: impl IntoIterator<Item = &'a FaceGamma>) -> Table {
     let caption = "What γ would have to be on contact faces; in contact it has no say";
-    let fitted = |of: &FaceGamma| of.factor.map(|factor| Cell::Number(factor, format!("× {factor:.10}")));
+    let fitted = |of: &FaceGamma| {
+        of.factor
+            .map(|factor| Cell::Number(factor, format!("× {factor:.10}")))
+    };
     table!(caption, faces, |of|
         "face" => format!("{:?}", of.vertices),
         "at" => place(&of.midpoint),
@@ -184,7 +206,10 @@ fn rows(told: &Judgement, case: &Case, u: &[f64]) -> String {
         let [x, y, z] = problem.space.point(dof);
         let [volume, load, consistency, contact] = [0, 1, 2, 3].map(|k| terms[k][dof]);
         let error = told.findings.errors[dof];
-        json!([dof, x, y, z, u[dof], error, residual[dof], volume, load, consistency, contact])
+        json!({
+            "dof": dof, "x": x, "y": y, "z": z, "u": u[dof], "error": error, "residual": residual[dof],
+            "volume": volume, "load": load, "consistency": consistency, "contact": contact,
+        })
     };
     csv(head, (0..u.len()).map(row))
 }

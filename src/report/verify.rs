@@ -162,7 +162,10 @@ fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> String {
                 let sentences = diagnoses.iter().map(Diagnosis::sentence);
                 let why = sentences.into_iter().next();
                 let why = why.unwrap_or_else(|| "`--diagnose` runs the codes again".into());
-                format!("{}: the answers differ though each solves the scheme: {why}", label(case))
+                format!(
+                    "{}: the answers differ though each solves the scheme: {why}",
+                    label(case)
+                )
             }
             (None, None) => "methods differ by more than their certified bounds".into(),
         };
@@ -179,7 +182,11 @@ fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> String {
     let others = match (apart, others.map(|p| p.field.verdict).max()) {
         (Some(apart), Some(Verdict::Agree)) => {
             let count = case.engines.len() - 1;
-            let count = if count == 2 { "two".into() } else { count.to_string() };
+            let count = if count == 2 {
+                "two".into()
+            } else {
+                count.to_string()
+            };
             format!("; the other {count} agree to {apart:.1e}")
         }
         _ => String::new(),
@@ -193,7 +200,10 @@ fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> String {
         1 => String::new(),
         _ => format!(", one of {failed} of {all} cases where it fails"),
     };
-    format!("{verdict}: {name}: {what}{others} ({}{in_how_many})", label(case))
+    format!(
+        "{verdict}: {name}: {what}{others} ({}{in_how_many})",
+        label(case)
+    )
 }
 
 /// So many cases fit into a dozen lines.
@@ -201,21 +211,35 @@ const CASES: usize = 8;
 
 /// A line a case, those that are farthest from agreement first where they are too many.
 fn overview(outcome: &VerifyOutcome) -> Table {
-    let largest = |case: &CaseOutcome| case.pairs.iter().map(|p| p.field.max_rel).fold(0.0, f64::max);
+    let largest = |case: &CaseOutcome| {
+        case.pairs
+            .iter()
+            .map(|p| p.field.max_rel)
+            .fold(0.0, f64::max)
+    };
     let excess = |case: &CaseOutcome| {
-        let of = case.pairs.iter().map(|p| p.field.max_rel / p.field.tolerance);
+        let of = case
+            .pairs
+            .iter()
+            .map(|p| p.field.max_rel / p.field.tolerance);
         of.fold(0.0, f64::max)
     };
     let residual = |case: &CaseOutcome| case.engines.iter().map(|e| e.residual).fold(0.0, f64::max);
     let mut cases: Vec<&CaseOutcome> = outcome.cases.iter().collect();
     let more = cases.len().saturating_sub(CASES);
     if more > 0 {
-        cases.sort_by(|a, b| (b.verdict, excess(b)).partial_cmp(&(a.verdict, excess(a))).unwrap_or(std::cmp::Ordering::Equal));
+        cases.sort_by(|a, b| {
+            (b.verdict, excess(b))
+                .partial_cmp(&(a.verdict, excess(a)))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
         cases.truncate(CASES);
     }
     let caption = match more {
         0 => String::new(),
-        more => format!("The {CASES} cases that are farthest from agreement; {more} more by --verbose"),
+        more => {
+            format!("The {CASES} cases that are farthest from agreement; {more} more by --verbose")
+        }
     };
     table!(caption, cases, |case|
         "case" => label(case),

@@ -66,9 +66,18 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
             add(name, format!("{name} is 0"), term, Variation::Zero(datum));
         }
     }
-    for (i, k, names) in [(2, 1, "Γ_C and Γ_N"), (2, 0, "Γ_C and Γ_D"), (1, 0, "Γ_N and Γ_D")] {
+    for (i, k, names) in [
+        (2, 1, "Γ_C and Γ_N"),
+        (2, 0, "Γ_C and Γ_D"),
+        (1, 0, "Γ_N and Γ_D"),
+    ] {
         let what = format!("{names} are swapped");
-        add("the boundary", what, Term::Dirichlet, Variation::Swapped(i, k));
+        add(
+            "the boundary",
+            what,
+            Term::Dirichlet,
+            Variation::Swapped(i, k),
+        );
     }
     for other in methods(discretisation.method) {
         let what = format!("it solves {other}, not {}", discretisation.method);
@@ -91,8 +100,9 @@ fn methods(own: Method) -> impl Iterator<Item = Method> {
     let family = [(1, 0), (1, 1), (0, 1), (-1, 0), (-1, 1), (0, 0)];
     let family = family.map(|(a, b)| Method::nitsche(own.element, a, b));
     let named = ["cr-fc", "cr-vi", "p1-vi", "penalty", "multiplier"];
-    let named = named.into_iter().filter_map(|name| name.parse::<Method>().ok());
+    let named = named
+        .into_iter()
+        .filter_map(|name| name.parse::<Method>().ok());
     let all = family.into_iter().chain(named);
     all.filter(move |other| other.element.name() == own.element.name() && other.law != own.law)
 }
-

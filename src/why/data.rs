@@ -38,9 +38,9 @@ pub(super) fn fits(search: &Search) -> Result<Vec<Explanation>> {
         };
         let scaled = |value: f64| Variation::Scaled(datum, value);
         let shifted = |value: f64| Variation::Shifted(datum, value);
-        let kinds: [(&dyn Fn(f64) -> Variation, f64, f64); 2] =
-            [(&scaled, 1.0, 1e-3), (&shifted, 0.0, 1e-3 * size)];
-        for (variation, usual, step) in kinds {
+        let change: [&dyn Fn(f64) -> Variation; 2] = [&scaled, &shifted];
+        for (variation, (usual, step)) in change.into_iter().zip([(1.0, 1e-3), (0.0, 1e-3 * size)])
+        {
             cancel::check()?;
             if usual == 1.0 && datum.of(data).is_zero() {
                 continue;
@@ -60,7 +60,11 @@ pub(super) fn fits(search: &Search) -> Result<Vec<Explanation>> {
             let (what, factor) = match usual {
                 1.0 => (format!("{name} is {}{or_u}", times(value)), Some(value)),
                 _ => {
-                    let size = if value > 0.0 { "too large" } else { "too small" };
+                    let size = if value > 0.0 {
+                        "too large"
+                    } else {
+                        "too small"
+                    };
                     (format!("{name} is {} {size}", rounded(value.abs())), None)
                 }
             };

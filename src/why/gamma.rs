@@ -49,7 +49,8 @@ pub(super) fn by_face(problem: &Problem, u: &[f64], limit: f64) -> Vec<FaceGamma
     // By how much the residual changes at most, relative to its rows, with γ as a whole.
     let say = |face: usize| {
         let of = columns[face].iter();
-        let of = of.map(|(row, c)| (c * problem.contact[face].gamma).abs() / rows.scale[*row as usize]);
+        let of =
+            of.map(|(row, c)| (c * problem.contact[face].gamma).abs() / rows.scale[*row as usize]);
         of.fold(0.0, f64::max)
     };
     let says: Vec<f64> = (0..columns.len()).map(say).collect();
@@ -170,7 +171,11 @@ fn at_faces(search: &mut Search, gammas: &[FaceGamma]) -> Option<Explanation> {
     }
     search.problem.set_gamma(&asked);
     let mut off: Vec<usize> = (0..asked.len()).filter(|k| factors[*k] != 1.0).collect();
-    off.sort_by(|a, b| (factors[*b] - 1.0).abs().total_cmp(&(factors[*a] - 1.0).abs()));
+    off.sort_by(|a, b| {
+        (factors[*b] - 1.0)
+            .abs()
+            .total_cmp(&(factors[*a] - 1.0).abs())
+    });
     let first = factors[*off.first()?];
     let contact = &search.problem.contact;
     let spot = |k: &usize| Spot::of_face(&search.problem, contact[*k].face, &search.errors);

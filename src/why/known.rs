@@ -43,15 +43,26 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
         let (ingredient, what) = match (is_permuted, &off[..]) {
             (true, _) => {
                 let of = format!("{count} of {} values", u.len());
-                let what = format!("its values are permuted: {of} stand at other places, {}", Spot::list(&at));
+                let what = format!(
+                    "its values are permuted: {of} stand at other places, {}",
+                    Spot::list(&at)
+                );
                 ("the order", what)
             }
             (_, [one]) => {
-                let what = format!("one value is off: {}, not {}, on {}", u[*one], known[*one], at[0].words());
+                let what = format!(
+                    "one value is off: {}, not {}, on {}",
+                    u[*one],
+                    known[*one],
+                    at[0].words()
+                );
                 ("u", what)
             }
             _ => {
-                let what = format!("{count} values are off, all others right: on {}", Spot::list(&at));
+                let what = format!(
+                    "{count} values are off, all others right: on {}",
+                    Spot::list(&at)
+                );
                 ("u", what)
             }
         };
@@ -73,5 +84,10 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
         farthest / largest
     );
     let left = solution.residual;
-    Ok(Some(Explanation::new("the iteration", what, Rank::Values, left)))
+    Ok(Some(Explanation::new(
+        "the iteration",
+        what,
+        Rank::Values,
+        left,
+    )))
 }

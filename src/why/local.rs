@@ -77,8 +77,17 @@ pub(super) fn status(search: &Search) -> Option<Explanation> {
     let Statuses {
         residual, flipped, ..
     } = statuses;
-    let spot = |face: usize| Spot::of_face(&search.problem, search.problem.contact[face].face, &search.errors);
-    let faces: Vec<Spot> = (0..points.len()).filter(|face| flipped[*face] != 0).map(spot).collect();
+    let spot = |face: usize| {
+        Spot::of_face(
+            &search.problem,
+            search.problem.contact[face].face,
+            &search.errors,
+        )
+    };
+    let faces: Vec<Spot> = (0..points.len())
+        .filter(|face| flipped[*face] != 0)
+        .map(spot)
+        .collect();
     if faces.is_empty() {
         return None;
     }
@@ -125,14 +134,17 @@ impl Statuses<'_> {
         let left = |subset: usize| -> f64 {
             let of_row = |(k, (row, _)): (usize, &(u32, f64))| {
                 let flipped = (0..points.len()).filter(|q| subset >> q & 1 == 1);
-                let now = self.residual[*row as usize] + flipped.map(|q| points[q][k].1).sum::<f64>();
+                let now =
+                    self.residual[*row as usize] + flipped.map(|q| points[q][k].1).sum::<f64>();
                 (now / self.search.rows.scale[*row as usize]).powi(2)
             };
             let rows = rows.iter().enumerate();
             rows.filter(|(_, (row, _))| counts(*row)).map(of_row).sum()
         };
         let all = 0..1_usize << points.len();
-        let best = all.min_by(|a, b| left(*a).total_cmp(&left(*b))).unwrap_or(0);
+        let best = all
+            .min_by(|a, b| left(*a).total_cmp(&left(*b)))
+            .unwrap_or(0);
         self.flipped[face] = best;
         self.flip(face, best, 1.0);
         best != before

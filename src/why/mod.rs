@@ -169,7 +169,11 @@ impl Findings {
         let nearest = self.explanations.first();
         let nearest = nearest.filter(|e| e.left < 0.1 * self.residual);
         let nearest = nearest.map_or(String::new(), |e| {
-            format!("; nearest comes that {}, which leaves {}", e.what, size(e.left))
+            format!(
+                "; nearest comes that {}, which leaves {}",
+                e.what,
+                size(e.left)
+            )
         });
         format!(
             "it does not solve the scheme, and no single change explains it. Residual {}{at}; {} of {} rows fail{terms}{nearest}",

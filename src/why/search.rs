@@ -39,12 +39,7 @@ pub(super) struct Search<'a> {
 ///
 /// # Errors
 /// An interruption; a setup that has no problem.
-pub fn examine(
-    runner: &Runner,
-    setup: &Setup,
-    u: &[f64],
-    written: Written,
-) -> Result<Findings> {
+pub fn examine(runner: &Runner, setup: &Setup, u: &[f64], written: Written) -> Result<Findings> {
     let problem = setup.case()?.problem;
     let rows = problem.rows(u);
     let (residual, _) = rows.worst();
@@ -188,7 +183,11 @@ impl Search<'_> {
         let failing = (0..count).filter(|row| self.fails(*row)).count();
         let counted = all.map(|term| {
             let rows = || (0..count).filter(|row| has(term, *row));
-            (term, rows().count(), rows().filter(|row| self.fails(*row)).count())
+            (
+                term,
+                rows().count(),
+                rows().filter(|row| self.fails(*row)).count(),
+            )
         });
         let in_all = |of: &&(Term, usize, usize)| of.2 == failing && failing > 0;
         let fewest = counted.iter().filter(in_all).map(|of| of.1).min();

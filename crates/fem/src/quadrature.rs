@@ -88,16 +88,25 @@ fn triangle(name: &str) -> Option<Rule> {
         "centroid" => Rule::symmetric("centroid", 1).centroid(2, 1.0),
         "inner-3" => Rule::symmetric("inner-3", 2).orbit([1, 2], 1.0 / 6.0, 1.0 / 3.0),
         "strang-6" => {
-            let [a, b, c] = [0.659_027_622_374_092, 0.231_933_368_553_031, 0.109_039_009_072_877];
+            let [a, b, c] = [
+                0.659_027_622_374_092,
+                0.231_933_368_553_031,
+                0.109_039_009_072_877,
+            ];
             Rule {
-                points: [[a, b], [a, c], [b, a], [b, c], [c, a], [c, b]].map(Vec::from).into(),
+                points: [[a, b], [a, c], [b, a], [b, c], [c, a], [c, b]]
+                    .map(Vec::from)
+                    .into(),
                 weights: vec![1.0 / 6.0; 6],
                 ..Rule::symmetric("strang-6", 3)
             }
         }
         "dunavant-6" => {
             let r = 10.0_f64.sqrt();
-            let (a, w) = ((38.0 - 44.0 * 0.4_f64.sqrt()).sqrt(), (213_125.0 - 53_320.0 * r).sqrt());
+            let (a, w) = (
+                (38.0 - 44.0 * 0.4_f64.sqrt()).sqrt(),
+                (213_125.0 - 53_320.0 * r).sqrt(),
+            );
             Rule::symmetric("dunavant-6", 4)
                 .orbit([1, 2], (8.0 - r + a) / 18.0, (620.0 + w) / 3720.0)
                 .orbit([1, 2], (8.0 - r - a) / 18.0, (620.0 - w) / 3720.0)

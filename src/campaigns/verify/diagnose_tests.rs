@@ -87,7 +87,10 @@ fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
     };
     let outcome = verify(&request, &Silent).unwrap();
     assert_eq!(outcome.verdict, Verdict::Disagree);
-    let mut findings = outcome.cases[0].engines.iter().filter_map(|e| e.findings.as_ref());
+    let mut findings = outcome.cases[0]
+        .engines
+        .iter()
+        .filter_map(|e| e.findings.as_ref());
     let found = diagnose(&request, &outcome).unwrap();
     if let Some(findings) = findings.next().filter(|f| f.is_of_scheme()) {
         assert!(found.is_empty(), "nothing runs again");
@@ -136,7 +139,12 @@ fn what_of_the_scheme_a_code_does_otherwise_is_named_with_what_it_does() {
         ),
         ("one-zone", "γ", |s| s.gamma0 = 77.0, "γ₀ = 77"),
         // Where cells differ in size.
-        ("plate", "h", |s| s.h = HRule::Global, "h in γ = γ₀ h is global"),
+        (
+            "plate",
+            "h",
+            |s| s.h = HRule::Global,
+            "h in γ = γ₀ h is global",
+        ),
     ];
     for (on, name, discretisation, what) in cases {
         let other = Faulty {
@@ -266,5 +274,9 @@ fn the_sentence_names_what_accounts_and_how_much() {
         "the load accounts for it: with edges-3 the difference falls from 1.0e-3 to 2.0e-15."
     );
     found.ingredients.remove(0);
-    assert!(found.sentence().starts_with("nothing that was matched accounts"));
+    assert!(
+        found
+            .sentence()
+            .starts_with("nothing that was matched accounts")
+    );
 }

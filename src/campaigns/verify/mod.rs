@@ -200,7 +200,8 @@ pub fn diagnose(request: &VerifyRequest, outcome: &VerifyOutcome) -> Result<Vec<
             else {
                 continue;
             };
-            let explained = |of: &EngineOutcome| of.findings.as_ref().is_some_and(Findings::is_of_scheme);
+            let explained =
+                |of: &EngineOutcome| of.findings.as_ref().is_some_and(Findings::is_of_scheme);
             if explained(of_a) || explained(of_b) {
                 continue;
             }

@@ -137,7 +137,11 @@ fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnos
 
 fn why(case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> String {
     let mut engines = case.engines.iter();
-    if let Some(found) = engines.clone().find_map(|e| e.findings.as_ref()).filter(|f| f.is_of_scheme()) {
+    if let Some(found) = engines
+        .clone()
+        .find_map(|e| e.findings.as_ref())
+        .filter(|f| f.is_of_scheme())
+    {
         return found.sentence();
     }
     if let Some(found) = pair.diagnoses(case, diagnoses).next() {

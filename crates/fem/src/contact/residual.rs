@@ -173,9 +173,7 @@ impl Problem<'_> {
             let trace = condition.trace(u);
             match trace.p > 0.0 {
                 true => trace.flux * theta1 * condition.flux[j],
-                false => {
-                    -trace.gap * theta2 * condition.displacement[j] / condition.gamma.powi(2)
-                }
+                false => -trace.gap * theta2 * condition.displacement[j] / condition.gamma.powi(2),
             }
         };
         let faces = self.by_face();
@@ -309,7 +307,10 @@ mod tests {
                 changed[*row as usize] += value;
             }
             let mut expected = problem.stiffness.times(u);
-            expected.iter_mut().zip(&problem.load).for_each(|(r, b)| *r -= b);
+            expected
+                .iter_mut()
+                .zip(&problem.load)
+                .for_each(|(r, b)| *r -= b);
             for c in &problem.conditions {
                 let trace = c.trace(u);
                 let law = match trace.p > 0.0 {
