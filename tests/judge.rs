@@ -88,7 +88,7 @@ struct Fault {
     term: &'static str,
 }
 
-const FAULTS: [Fault; 10] = [
+const FAULTS: [Fault; 13] = [
     Fault {
         name: "γ × 1.001",
         solve: |scene, mesh, method| with(scene, mesh, method, |d| d.gamma0 *= 1.001, |_| {}),
@@ -191,6 +191,38 @@ const FAULTS: [Fault; 10] = [
         },
         ingredient: "the digits",
         said: "as binary32",
+        term: "",
+    },
+    Fault {
+        name: "six digits",
+        solve: |scene, mesh, method| {
+            let u = honest(scene, mesh, method).into_iter();
+            u.map(|u| format!("{u:.5e}").parse().unwrap()).collect()
+        },
+        ingredient: "the digits",
+        said: "with 6 digits",
+        term: "",
+    },
+    Fault {
+        name: "u × -2",
+        solve: |scene, mesh, method| {
+            let u = honest(scene, mesh, method).into_iter();
+            u.map(|u| -2.0 * u).collect()
+        },
+        ingredient: "u",
+        said: "u is × -2.000 as a whole",
+        term: "",
+    },
+    Fault {
+        name: "one value off",
+        solve: |scene, mesh, method| {
+            let mut u = honest(scene, mesh, method);
+            let k = u.len() / 2;
+            u[k] += 1e-7;
+            u
+        },
+        ingredient: "u",
+        said: "one value is off",
         term: "",
     },
     Fault {
@@ -314,6 +346,7 @@ fn place(
             let face = problem.contact[free_face(&problem, &u)].face;
             vec![mesh.face(face).to_vec()]
         }
+        "one value off" => vec![problem.space.carrier(problem.space.dofs / 2)],
         "one value on Γ_D" => vec![problem.space.carrier(held_dof(&problem))],
         "two values exchanged" => {
             let i = problem.space.dofs / 2;

@@ -13,6 +13,7 @@ mod difference;
 mod drawing;
 mod fields;
 mod folder;
+mod headline;
 mod html;
 mod json;
 mod judge;

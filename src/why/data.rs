@@ -76,23 +76,30 @@ pub(super) fn fits(search: &Search) -> Result<Vec<Explanation>> {
         }
     }
     if !is_homogeneous {
-        let scaled = |value: f64| search.u.iter().map(|u| u / value).collect::<Vec<f64>>();
-        let residual = |value: f64| Some(search.problem.residual(&scaled(value)));
+        found.extend(whole(search));
+    }
+    Ok(found)
+}
+
+/// u times a number, by which it is divided to see.
+fn whole(search: &Search) -> Option<Explanation> {
+    let scaled = |by: f64| search.u.iter().map(|u| by * u).collect::<Vec<f64>>();
+    let residual = |by: f64| Some(search.problem.residual(&scaled(by)));
+    let signs = [1.0, -1.0].into_iter().filter_map(|usual| {
         let number = Number {
-            usual: 1.0,
+            usual,
             step: 1e-3,
             residual: &residual,
         };
-        if let Some(value) = fit(search, &number) {
-            let left = search.problem.backward_error(&scaled(value)).0;
-            let what = format!("u is {} as a whole", times(value));
-            found.push(Explanation {
-                factor: Some(value),
-                ..Explanation::new("u", what, Rank::Number, left)
-            });
-        }
-    }
-    Ok(found)
+        let by = fit(search, &number)?;
+        Some((search.problem.backward_error(&scaled(by)).0, by))
+    });
+    let (left, by) = signs.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let what = format!("u is {} as a whole", times(1.0 / by));
+    Some(Explanation {
+        factor: Some(1.0 / by),
+        ..Explanation::new("u", what, Rank::Number, left)
+    })
 }
 
 /// The number with the smallest residual, by Gauss and Newton with differences; none where it explains nothing.
@@ -103,8 +110,8 @@ fn fit(search: &Search, number: &Number) -> Option<f64> {
     };
     let norm = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>().sqrt();
     let (mut value, mut here) = (number.usual, weighted(number.usual)?);
-    let first = norm(&here);
-    let mut best = (first, value);
+    let first = norm(&search.weighted(&search.rows.residual));
+    let mut best = (norm(&here), value);
     for step in 0..STEPS {
         let beside = weighted(value + number.step)?;
         let (mut above, mut below) = (0.0, 0.0);
@@ -120,13 +127,13 @@ fn fit(search: &Search, number: &Number) -> Option<f64> {
         value += change;
         here = weighted(value)?;
         let left = norm(&here);
-        if step == 0 && !(left <= WORTH * first) {
-            break;
-        }
         if !(left < best.0) {
             break;
         }
         best = (left, value);
+        if step == 0 && !(left <= WORTH * first) {
+            break;
+        }
     }
     (best.0 <= WORTH * first).then_some(best.1)
 }

@@ -6,6 +6,8 @@ use super::{Explanation, Rank};
 use faceoff_fem::contact::Term;
 use faceoff_mesh::error::Result;
 
+/// What is to blame where all values are nearly right.
+pub(super) const ITERATION: &str = "the iteration";
 /// Values are the same up to this, relative to the largest difference.
 const SAME: f64 = 1e-6;
 /// What is farther from the solution than this, relative to its largest value, is no iteration stopped early.
@@ -84,10 +86,5 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
         farthest / largest
     );
     let left = solution.residual;
-    Ok(Some(Explanation::new(
-        "the iteration",
-        what,
-        Rank::Values,
-        left,
-    )))
+    Ok(Some(Explanation::new(ITERATION, what, Rank::Values, left)))
 }

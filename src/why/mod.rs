@@ -151,14 +151,13 @@ impl Findings {
             let others = self.explanations.iter().skip(1);
             let others = others.filter(|e| e.accounts && e.rank == culprit.rank);
             let others: String = others.map(|e| format!("; or {}", e.what)).collect();
-            return format!(
-                "{}{others}. Residual {}, with that {}; {} of {} rows fail",
-                culprit.what,
-                size(self.residual),
-                size(culprit.left),
-                self.failing,
-                self.rows
-            );
+            let what = format!("{}{others}. Residual {}", culprit.what, size(self.residual));
+            let fail = format!("{} of {} rows fail", self.failing, self.rows);
+            return match culprit.ingredient {
+                _ if culprit.rank == Rank::Written => what,
+                known::ITERATION => format!("{what}; {fail}"),
+                _ => format!("{what}, with that {}; {fail}", size(culprit.left)),
+            };
         }
         let terms = self.terms.iter().filter(|t| t.suspect);
         let terms: Vec<&str> = terms.map(|t| name(t.term)).collect();

@@ -18,6 +18,8 @@ const SUMMED: f64 = 4.0;
 const WORST: usize = 10;
 /// Of the explanations that account for nothing so many are told.
 const TOLD: usize = 8;
+/// What leaves less than this part of the residual comes near.
+const NEAR: f64 = 0.1;
 /// Terms that are part of up to this many times the fewest rows are as suspect.
 const AS_FEW: f64 = 1.5;
 
@@ -97,7 +99,12 @@ impl Search<'_> {
         found.extend(local::status(self));
         found.extend(local::values_held(self));
         if !accounts(&found, self.limit, Rank::Places) {
-            found.extend(known::explain(self)?);
+            // What comes near by one change of the scheme has another fault beside it, not an iteration that stopped.
+            let is_near = |e: &Explanation| e.left < NEAR * self.residual && e.rank < Rank::Many;
+            let near = found.iter().any(is_near);
+            found.extend(
+                known::explain(self)?.filter(|e| !near || e.ingredient != known::ITERATION),
+            );
         }
         for explanation in &mut found {
             explanation.accounts = explanation.left <= self.limit;
