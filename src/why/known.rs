@@ -76,13 +76,16 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
     if !(farthest <= NEARLY * largest) {
         return Ok(None);
     }
-    let load = search.suspects().contains(&Term::Load);
-    let or_rule = match load && !search.setup.scene.data().f.is_zero() {
-        true => ", or f is integrated by a rule that is not known here",
-        false => "",
+    let suspects = search.suspects();
+    let or = if suspects.contains(&Term::Load) && !search.setup.scene.data().f.is_zero() {
+        ", or f is integrated by a rule that is not known here"
+    } else if suspects.contains(&Term::Contact) {
+        ", or something on Γ_C is otherwise in a way that is not known here"
+    } else {
+        ""
     };
     let what = format!(
-        "it stopped early or was solved inexactly: it is {:.1e} of max|u| away from the solution{or_rule}",
+        "it stopped early or was solved inexactly: it is {:.1e} of max|u| away from the solution{or}",
         farthest / largest
     );
     let left = solution.residual;
