@@ -199,7 +199,7 @@ def limits():
 
 def wrong(program, work, words):
     """What is wrong with a run, in words."""
-    judges = words[0] in ("verify", "compare")
+    judges = words[0] in ("verify", "compare", "judge")
     outputs = ["--json", "out.json", "--report", "page"] + (["--junit", "out.xml"] if judges else [])
     try:
         done = subprocess.run(

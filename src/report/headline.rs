@@ -69,7 +69,7 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
     let (failed, all) = (failed.count(), outcome.cases.len());
     let in_how_many = match all {
         1 => String::new(),
-        _ => format!(", one of {failed} of {all} cases where it fails"),
+        _ => format!("; it fails in {failed} of {all} cases"),
     };
     format!(
         "{verdict}: {name}: {what}{others} ({}{in_how_many})",

@@ -178,9 +178,9 @@ pub(super) fn tried(explanations: &[Explanation]) -> Table {
         "What was put into the scheme in its place, one thing at a time, and the residual with it";
     table!(caption, explanations, |of|
         "ingredient" => of.ingredient,
-        "with it" => &of.what,
         "residual" => of.left,
         "found" => if of.accounts { "explains it" } else { "does not" },
+        "with it" => &of.what,
     )
 }
 

@@ -92,22 +92,21 @@ pub(super) fn status(search: &Search) -> Option<Explanation> {
         return None;
     }
     let flips: u32 = flipped.iter().map(|subset| subset.count_ones()).sum();
-    let left = search.weighted(&residual).into_iter().map(f64::abs);
+    // What is not a number must not vanish in the maximum.
+    let larger = |most: f64, row: f64| match row.is_nan() {
+        true => f64::INFINITY,
+        false => most.max(row.abs()),
+    };
+    let left = search.weighted(&residual).into_iter().fold(0.0, larger);
     let noun = if flips == 1 { "point" } else { "points" };
     Some(Explanation {
         term: Some(Term::Contact),
         what: format!(
-            "contact lags by an iteration: at {flips} {noun} of {} it has the status of the step before, so that the \
-             iteration stopped too early",
+            "contact lags by an iteration: {flips} {noun} of {} with the status of the step before",
             Spot::list(&faces)
         ),
         at: faces,
-        ..Explanation::new(
-            "the contact status",
-            String::new(),
-            Rank::Statuses,
-            left.fold(0.0, f64::max),
-        )
+        ..Explanation::new("the contact status", String::new(), Rank::Statuses, left)
     })
 }
 
