@@ -161,10 +161,13 @@ class Cases:
             fixed = {"b.csv": other(text).encode()}
             self.add({"a.csv": text.encode()}, ["compare", "a.csv", "b.csv"], fixed)
             self.add({"a.csv": text.encode()}, ["certify", "a.csv", "--scene", "one-zone", "--n", "3"])
+            self.add({"a.csv": text.encode()}, ["judge", "a.csv", "--scene", "one-zone", "--n", "3"])
         for vtu in solved:
             fixed = {"b.vtu": solved[0] if vtu is solved[1] else solved[1]}
             self.add({"a.vtu": vtu}, ["compare", "a.vtu", "b.vtu"], fixed)
             self.add({"a.vtu": vtu}, ["certify", "a.vtu", "--scene", "one-zone", "--n", "3"])
+            # With another gamma, so that nothing agrees.
+            self.add({"a.vtu": vtu}, ["judge", "a.vtu", "--scene", "one-zone", "--n", "3", "--gamma0", "7"])
         pvd = b'<VTKFile type="Collection"><Collection><DataSet timestep="0" file="p.vtu"/></Collection></VTKFile>'
         self.add({"a.pvd": pvd}, ["compare", "a.pvd", "b.vtu"], {"p.vtu": solved[0], "b.vtu": solved[1]})
         sol = b"MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n3\n1 1\n\n1.0\n2.0\n3.0\nEnd\n"
@@ -196,7 +199,7 @@ def limits():
 
 def wrong(program, work, words):
     """What is wrong with a run, in words."""
-    judges = words[0] in ("verify", "compare")
+    judges = words[0] in ("verify", "compare", "judge")
     outputs = ["--json", "out.json", "--report", "page"] + (["--junit", "out.xml"] if judges else [])
     try:
         done = subprocess.run(

@@ -10,6 +10,7 @@ mod ending;
 mod engines;
 mod false_alarms;
 mod faults;
+mod judge;
 mod mesh_faults;
 mod mesh_formats;
 mod mutations;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::engine::{self, Answer, Case, Engine, Settings, Silent, raw_values};
-use crate::run::{Runner, Setup, Variation, tolerance};
-use crate::why::{Ingredient, Search, elsewhere, order};
+use crate::engine::{Answer, Case, Engine, Settings, Silent, raw_values};
+use crate::run::{Runner, Setup, Variation, Written, tolerance};
+use crate::why::{elsewhere, examine, order};
 use faceoff_fem::contact::{Iteration, Method, Stop, solve};
 use faceoff_fem::scene::{Boundary, Data, Expression, GroupName, Scene};
 use faceoff_judge::Verdict;
@@ -368,29 +368,18 @@ fn alone(
         let (order, elsewhere) = in_order(&of_cells(case, &answer.u));
         why.extend(match order {
             Some(order) => Some(order),
-            None => single_change(engine, setup, &answer.u, known)?.or(elsewhere),
+            None => elsewhere.map_or_else(|| single_change(setup, &answer.u), |e| Ok(Some(e)))?,
         });
     }
     let why = (!why.is_empty()).then(|| why.join("; "));
     Ok(check.finding(setup, Verdict::Disagree, Some(difference), why))
 }
 
-/// The single changes that explain an answer, in words.
-fn single_change(
-    engine: &dyn Engine,
-    setup: &Setup,
-    u: &[f64],
-    known: &[f64],
-) -> Result<Option<String>> {
+/// What explains an answer, in words.
+fn single_change(setup: &Setup, u: &[f64]) -> Result<Option<String>> {
     let runner = Runner::new(&setup.settings, &Silent);
-    let answers = [(engine.name(), u), (engine::OWN, known)];
-    let Some(search) = Search::new(&runner, setup, answers)? else {
-        return Ok(None);
-    };
-    let diagnosis = search.by_answers()?.diagnosis();
-    let words = |i: &&Ingredient| format!("it seems to use {} for {}", i.matched, i.ingredient);
-    let words: Vec<String> = diagnosis.causes().iter().map(words).collect();
-    Ok((!words.is_empty()).then(|| words.join(", or ")))
+    let found = examine(&runner, setup, u, Written::of(u))?;
+    Ok(found.culprit().map(|culprit| culprit.what.clone()))
 }
 
 /// Answers; or why there are none.

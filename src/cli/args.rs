@@ -48,6 +48,8 @@ pub(super) struct Limits {
 pub(super) enum Command {
     /// Run scenes through all engines and judge every pair
     Verify(Verify),
+    /// Say of a result of any code whether it solves the scheme, where it does not, and why
+    Judge(Judge),
     /// Judge two files of any codes against each other, field by field
     Compare(Compare),
     /// Bound the error of a result of any code
@@ -146,6 +148,10 @@ impl Command {
                 subject: Some(format!("{} – {}", a.a.display(), a.b.display())),
                 ..to("compare", &a.output, Some(&a.verdicts))
             },
+            Command::Judge(a) => report::Output {
+                subject: Some(a.result.display().to_string()),
+                ..to("judge", &a.output, Some(&a.verdicts))
+            },
             Command::Certify(a) => to("certify", &a.output, None),
             Command::Solve(a) => to("solve", &a.output, None),
             Command::Orders(a) => to("orders", &a.output, None),
@@ -230,7 +236,8 @@ pub(super) struct Verify {
     /// Judge without the engines that are missing
     #[arg(long)]
     pub allow_missing: bool,
-    /// Where codes differ, match one ingredient at a time and name those that account for it
+    /// Where codes differ and no change of the scheme explains it, run both again with one thing matched at a time (tolerance,
+    /// order of the mesh, linear solver) and name what accounts for it
     #[arg(long)]
     pub diagnose: bool,
     /// Keep in DIR what the other engines answered, if all agree
@@ -247,6 +254,9 @@ pub(super) struct Verify {
     /// Tell of each case which model was chosen, what was left out, and what the Rust engine built for it
     #[arg(long)]
     pub explain: bool,
+    /// Show every answer, and every field of every pair
+    #[arg(long, short)]
+    pub verbose: bool,
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]
@@ -305,6 +315,42 @@ fn match_by(word: String) -> MatchBy {
         "vertices" => MatchBy::Vertices,
         _ => MatchBy::Coordinates,
     }
+}
+
+/// Puts a field into the scheme and says whether it solves it; and if not: at which rows and faces, in which terms, what γ would
+/// have to be on each contact face, and which single change of the scheme or of the values explains it. All that follows from
+/// the field alone: the code that wrote it is not run. What the file has values on says what the field is, as for `certify`.
+///
+/// Exit code: 0 its residual is at rounding; 1 it is not; 2 it could not be judged.
+#[derive(Args)]
+#[command(after_help = built_in())]
+pub(super) struct Judge {
+    /// A file of any kind that `faceoff compare` reads
+    pub result: PathBuf,
+    /// The problem: a built-in scene or a TOML file
+    #[arg(long, value_name = "SCENE")]
+    pub scene: String,
+    #[command(flatten)]
+    pub trust: Trust,
+    /// The method that it should solve [default: cr, p1 or p2, as the field is]
+    #[arg(long, value_parser = method)]
+    pub method: Option<Method>,
+    /// The field [default: the only one that can be u, or the one of that name]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
+    /// The mesh of the result, with the groups that the scene names [default: that of the file, or the scene's where it has none]
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
+    /// Refinement of the scene's mesh, for a file without one [default: the scene's own]
+    #[arg(long, conflicts_with = "mesh", value_parser = clap::value_parser!(u32).range(1..))]
+    pub n: Option<u32>,
+    /// Overrides the scene's gamma0
+    #[arg(long, allow_negative_numbers = true)]
+    pub gamma0: Option<f64>,
+    #[command(flatten)]
+    pub verdicts: Verdicts,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 /// Guaranteed bounds of the error of a field, whatever code and method it comes from. What the file has values on says what

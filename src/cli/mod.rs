@@ -5,6 +5,7 @@ mod campaigns;
 mod certify;
 mod compare;
 mod engines;
+mod judge;
 mod mesh;
 mod progress;
 mod solve;
@@ -155,6 +156,7 @@ fn run(arguments: &Arguments) -> Result<u8> {
         Command::Verify(arguments) => verify::run(arguments, to),
         Command::Compare(arguments) => compare::run(arguments, to),
         Command::Certify(arguments) => certify::run(arguments, to),
+        Command::Judge(arguments) => judge::run(arguments, to),
         Command::Solve(arguments) => solve::run(arguments, to),
         Command::Orders(arguments) => campaigns::orders(arguments, to),
         Command::Paper(arguments) => campaigns::paper(arguments, to),

@@ -18,6 +18,23 @@ use faceoff_fem::scene::{MeshSource, Scene};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
+/// A γ₀ that is given in place of the scene's.
+pub(super) fn gamma0(method: &Method, gamma0: f64) -> Result<f64> {
+    if !method.is_nitsche() {
+        return Err(Error::usage(
+            format!("gamma0 belongs to Nitsche's method, not to {method}"),
+            "leave it out; penalty and multiplier take theirs as in \"penalty(0.01)\"",
+        ));
+    }
+    if !(gamma0 > 0.0 && gamma0.is_finite()) {
+        return Err(Error::usage(
+            format!("gamma0 = {gamma0} is not positive"),
+            "the method needs gamma0 > 0 (default: 100)",
+        ));
+    }
+    Ok(gamma0)
+}
+
 pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
     let quiet = to.quiet;
     let mut scene = arguments.trust.scene(&arguments.scene)?;
@@ -35,19 +52,7 @@ pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
     }
     let mut discretisation = Discretisation::of(&scene, method);
     if let Some(gamma0) = arguments.gamma0 {
-        if !method.is_nitsche() {
-            return Err(Error::usage(
-                format!("gamma0 belongs to Nitsche's method, not to {}", method),
-                "leave it out; penalty and multiplier take theirs as in \"penalty(0.01)\"",
-            ));
-        }
-        if !(gamma0 > 0.0 && gamma0.is_finite()) {
-            return Err(Error::usage(
-                format!("gamma0 = {gamma0} is not positive"),
-                "the method needs gamma0 > 0 (default: 100)",
-            ));
-        }
-        discretisation.gamma0 = gamma0;
+        discretisation.gamma0 = self::gamma0(&method, gamma0)?;
     }
     if arguments.iteration != Iteration::Newton && arguments.engine != engine::OWN {
         return Err(Error::usage(

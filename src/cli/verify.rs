@@ -57,6 +57,7 @@ pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
         diagnoses: &diagnoses,
         missing: &missing,
         explain: arguments.explain,
+        verbose: arguments.verbose,
     })?;
     deliver(&report, to)?;
     let answered = outcome.cases.iter().flat_map(|case| &case.engines);

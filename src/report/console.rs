@@ -4,9 +4,10 @@
 //! exit code.
 
 use std::fmt::Arguments;
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::sync::Mutex;
 
+use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 
 /// Why something was lost, other than that nobody reads on: a full disk.
@@ -49,8 +50,37 @@ pub fn plain(text: &str) -> String {
 
 /// Text on standard output.
 pub fn output(text: Arguments) {
+    write(&plain(&text.to_string()));
+}
+
+/// The answer, if there is one, as the last line; on a terminal in the colour of its verdict.
+pub(super) fn answer(text: &str, verdict: Option<Verdict>) {
+    let text = plain(text);
+    if text.is_empty() {
+        return;
+    }
+    let colour = verdict
+        .filter(|_| has_colours())
+        .map(|verdict| match verdict {
+            Verdict::Agree => "32",
+            Verdict::Disagree => "31",
+            Verdict::Undetermined => "33",
+        });
+    match colour {
+        Some(colour) => write(&format!("\u{1b}[1;{colour}m{text}\u{1b}[0m\n")),
+        None => write(&format!("{text}\n")),
+    }
+}
+
+/// Is standard output a terminal whose user has not asked for none (<https://no-color.org>)?
+fn has_colours() -> bool {
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    let is_dumb = std::env::var_os("TERM").is_none_or(|term| term == "dumb");
+    io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_dumb
+}
+
+fn write(text: &str) {
     let mut out = io::stdout().lock();
-    let text = plain(&text.to_string());
     if let Err(e) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
         && e.kind() != ErrorKind::BrokenPipe
         && let Ok(mut lost) = LOST.lock()

@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::annotations::annotate;
 use super::badge::badge;
-use super::console::output as say;
+use super::console::{answer, output as say};
 use super::folder::{check_folder, write_folder};
 use super::html::page;
 use super::json::{is_stdout, slug, write_text};
@@ -159,6 +159,7 @@ pub fn deliver(report: &Report, output: &Output) -> Result<()> {
     write(report, output)?;
     if output.speaks() {
         say(format_args!("{}", text(report)));
+        answer(&report.headline, report.verdict.map(|(verdict, _)| verdict));
     }
     annotate(report, output)
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::headline::{culprit, headline, overview};
 use super::html::{section, top};
 use super::model::{
     Block, Cell, Report, Suite, Table, TestCase, cells, exact, joined, place, short, table, word,
@@ -24,11 +25,15 @@ pub struct Verified<'a> {
     pub missing: &'a [Failure],
     /// Says of each case how it was solved.
     pub explain: bool,
+    /// Shows every field of every pair of every case.
+    pub verbose: bool,
 }
 
 /// What was found, as JSON has it.
 #[derive(Serialize)]
 struct Found<'a> {
+    /// The verdict, and which code does what otherwise where.
+    sentence: &'a str,
     #[serde(flatten)]
     outcome: &'a VerifyOutcome,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
@@ -58,19 +63,22 @@ pub fn verify(verified: Verified) -> Result<Report> {
         diagnoses,
         missing,
         explain,
+        verbose,
     } = verified;
     let explanations = match explain {
         true => explained(outcome),
         false => Vec::new(),
     };
+    let headline = headline(outcome, diagnoses);
     let found = Found {
+        sentence: &headline,
         outcome,
         diagnoses,
         explanations: &explanations,
     };
     let question = "faceoff: do the codes agree, face by face?";
     let verdict = word(outcome.verdict);
-    let mut report = Report::new("verify", question, verdict, &found)?;
+    let mut report = Report::new("verify", question, &headline, &found)?;
     report.verdict = Some((outcome.verdict, verdict));
     report.lead.push(Block::Html(Box::new(move || {
         top(request, outcome, diagnoses, missing)
@@ -78,11 +86,19 @@ pub fn verify(verified: Verified) -> Result<Report> {
     report.suites = suites(outcome, missing);
 
     let mut told = Vec::new();
-    for case in &outcome.cases {
-        told.push(Block::Text(format!("{}: {}", label(case), sizes(case))));
-        told.extend([engines(case, "").into(), pairs(case).into()]);
+    if !verbose {
+        told.push(overview(outcome).into());
     }
-    if !outcome.cross.is_empty() {
+    let shown = culprit(outcome);
+    for case in &outcome.cases {
+        let is_shown = shown.is_some_and(|(of, _)| std::ptr::eq(of, case));
+        if verbose || is_shown {
+            told.push(Block::Text(format!("{}: {}", label(case), sizes(case))));
+            told.extend([engines(case, "").into(), pairs(case).into()]);
+        }
+    }
+    let judged = outcome.cross.iter().filter_map(|c| Some(c.judged?.verdict));
+    if !outcome.cross.is_empty() && (verbose || judged.max() != Some(Verdict::Agree)) {
         told.push(methods(outcome).into());
     }
     let failures = outcome.failures.iter();
@@ -301,9 +317,10 @@ fn suite(case: &CaseOutcome) -> Suite {
     let class = format!("{}.{}{n}", case.scene.replace('.', "_"), case.method);
     let test = |name, verdict, message| TestCase::new(&class, name, verdict, message);
     let engines = case.engines.iter().map(|engine| {
-        let message = match engine.converged {
-            true => format!("its backward error is {}", short(engine.residual)),
-            false => format!("it did not converge in {} steps", engine.iterations),
+        let message = match (&engine.findings, engine.converged) {
+            (Some(found), _) => found.sentence(),
+            (None, true) => format!("its backward error is {}", short(engine.residual)),
+            (None, false) => format!("it did not converge in {} steps", engine.iterations),
         };
         let name = &engine.engine;
         TestCase {

@@ -13,6 +13,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::written::Written;
 use crate::engine::meshio_python;
 use faceoff_fem::contact::{Method, Problem};
 use faceoff_fem::element::Element;
@@ -50,6 +51,8 @@ pub struct Foreign {
     pub element: &'static dyn Element,
     /// At all dofs.
     pub u: Vec<f64>,
+    /// How exactly the file has the values.
+    pub written: Written,
     pub understood: Understood,
 }
 
@@ -197,6 +200,7 @@ impl Reader<'_> {
             mesh,
             element,
             u,
+            written: Written::of(&field.values),
             understood,
         }
     }

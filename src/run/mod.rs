@@ -6,6 +6,7 @@ pub mod foreign;
 mod journal;
 mod orders;
 mod variation;
+mod written;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -18,6 +19,7 @@ pub use evaluated::{Evaluated, certificate};
 pub use journal::Journal;
 pub use orders::{Fit, Observed, check_meshes, observed_orders};
 pub use variation::{Datum, Setup, Variation};
+pub use written::Written;
 
 use crate::engine::{Answer, Case, Engine, Kept, Progress, Run, Settings, case_label, identity};
 use faceoff_fem::contact::Method;

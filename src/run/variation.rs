@@ -32,6 +32,10 @@ pub enum Variation {
     Method(Method),
     Negated(Datum),
     Zero(Datum),
+    /// A datum times a factor.
+    Scaled(Datum, f64),
+    /// A datum and a constant.
+    Shifted(Datum, f64),
     /// f = -1 and t = 0, which every rule integrates.
     ConstantLoad,
     /// Two of Γ_D, Γ_N and Γ_C (0, 1, 2) in each other's place.
@@ -148,6 +152,14 @@ impl Setup {
             change(&mut data);
             self.scene.with_data(data)
         };
+        let rewritten = |datum: Datum, text: String| -> Result<Scene> {
+            let parsed = Expression::parse(&text).map_err(|e| {
+                let what = format!("{} is too long to be changed: {}", datum.name(), e.what);
+                Error::usage(what, "shorten the formula")
+            })?;
+            Ok(data(&|data| *datum.of_mut(data) = parsed.clone()))
+        };
+        let formula = |datum: Datum| datum.of(self.scene.data()).text();
         match variation {
             Variation::Gamma0(gamma0) => setup.discretisation.gamma0 = *gamma0,
             Variation::H(h) => setup.discretisation.h = *h,
@@ -157,12 +169,13 @@ impl Setup {
             }
             Variation::Method(method) => setup.discretisation.method = *method,
             Variation::Negated(datum) => {
-                let text = format!("-({})", datum.of(self.scene.data()).text());
-                let negated = Expression::parse(&text).map_err(|e| {
-                    let what = format!("{} is too long to be negated: {}", datum.name(), e.what);
-                    Error::usage(what, "shorten the formula")
-                })?;
-                setup.scene = data(&|data| *datum.of_mut(data) = negated.clone());
+                setup.scene = rewritten(*datum, format!("-({})", formula(*datum)))?;
+            }
+            Variation::Scaled(datum, factor) => {
+                setup.scene = rewritten(*datum, format!("({factor:e})*({})", formula(*datum)))?;
+            }
+            Variation::Shifted(datum, by) => {
+                setup.scene = rewritten(*datum, format!("({})+({by:e})", formula(*datum)))?;
             }
             Variation::Zero(datum) => {
                 setup.scene = data(&|data| *datum.of_mut(data) = Expression::constant(0.0));

@@ -1,61 +1,199 @@
-//! The γ₀ that explains an answer best.
+//! γ that would explain a field: of all contact faces together, and of each by itself.
 
-use super::search::{Search, distance};
-use crate::run::Variation;
-use faceoff_mesh::error::Result;
-use faceoff_mesh::field::FaceFields;
+use serde::Serialize;
+
+use super::data::times;
+use super::place::Spot;
+use super::search::Search;
+use super::{Explanation, Rank};
+use faceoff_fem::contact::{Problem, Term};
 
 /// Starts, relative to the γ₀ that was asked for: least squares find the nearest minimum only.
 const STARTS: [f64; 5] = [1.0, 1e-2, 1e2, 1e-4, 1e4];
 /// Towards 0 and infinity the answer no longer depends on γ, and many would fit.
 const FAR: f64 = 1e5;
-const STEPS: usize = 8;
-/// Of the difference quotient in log γ₀.
-const STEP: f64 = 1e-4;
+const STEPS: usize = 12;
+/// Faces share rows where they share a cell or a vertex: sweeps until nothing changes.
+const SWEEPS: usize = 200;
+/// A relative change of γ below this times rounding has no say in the residual.
+const SAY: f64 = 1e3;
 
-/// γ₀ and the difference that it leaves; none where no other γ₀ comes nearer.
+/// What γ would have to be on a contact face, over what it is.
+#[derive(Debug, Clone, Serialize)]
+pub struct FaceGamma {
+    pub vertices: Vec<u32>,
+    pub midpoint: Vec<f64>,
+    /// None where γ has no say: in contact, for methods without a penalty.
+    pub factor: Option<f64>,
+    /// What rounding leaves open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncertain: Option<f64>,
+}
+
+/// γ of each contact face by least squares over the rows j of its cell,
 ///
-/// Least squares of the face means in log γ₀ by Gauss and Newton, with the derivative by differences.
+/// ```text
+/// δγ_F = -Σ_j r_j c_j / Σ_j c_j²,   c_j = ∂R_j/∂γ_F, for (3.2) Σ_q w [P > 0] ∂ₙu ∂ₙφ_j
+/// ```
 ///
-/// # Errors
-/// An interruption.
-pub(super) fn fit(search: &Search, answer: &FaceFields) -> Result<Option<(f64, f64)>> {
-    let asked = search.setup().discretisation.gamma0;
-    let mut best: Option<(f64, f64)> = None;
+/// one face after the other until all rest, since some share rows.
+pub(super) fn by_face(problem: &Problem, u: &[f64], limit: f64) -> Vec<FaceGamma> {
+    let columns = problem.by_gamma(u);
+    let rows = problem.rows(u);
+    let mut left = rows.residual.clone();
+    let mut change = vec![0.0; columns.len()];
+    let squares: Vec<f64> = columns
+        .iter()
+        .map(|column| column.iter().map(|(_, c)| c * c).sum())
+        .collect();
+    // By how much the residual changes at most, relative to its rows, with γ as a whole.
+    let say = |face: usize| {
+        let of = columns[face].iter();
+        let of =
+            of.map(|(row, c)| (c * problem.contact[face].gamma).abs() / rows.scale[*row as usize]);
+        of.fold(0.0, f64::max)
+    };
+    let says: Vec<f64> = (0..columns.len()).map(say).collect();
+    let has_say = |face: usize| says[face] > SAY * limit && squares[face] > 0.0;
+    for _ in 0..SWEEPS {
+        let mut moved = false;
+        for (face, column) in columns.iter().enumerate().filter(|(f, _)| has_say(*f)) {
+            let at = column.iter();
+            let above: f64 = at.map(|(row, c)| left[*row as usize] * c).sum();
+            let by = -above / squares[face];
+            for (row, c) in column {
+                left[*row as usize] += by * c;
+            }
+            change[face] += by;
+            moved |= by.abs() > f64::EPSILON * problem.contact[face].gamma;
+        }
+        if !moved {
+            break;
+        }
+    }
+    let mesh = problem.space.mesh;
+    let faces = problem.contact.iter().enumerate();
+    let faces = faces.take(columns.len());
+    faces
+        .map(|(k, face)| FaceGamma {
+            vertices: mesh.face(face.face).to_vec(),
+            midpoint: mesh.face_midpoint(face.face)[..mesh.dim].to_vec(),
+            factor: has_say(k).then(|| 1.0 + change[k] / face.gamma),
+            uncertain: has_say(k).then(|| limit / says[k]),
+        })
+        .collect()
+}
+
+/// One factor for all faces, then one for each face that is off.
+pub(super) fn explain(search: &mut Search, gammas: &[FaceGamma]) -> Vec<Explanation> {
+    let all = everywhere(search);
+    all.into_iter().chain(at_faces(search, gammas)).collect()
+}
+
+/// γ₀, by Gauss and Newton in log γ₀.
+fn everywhere(search: &mut Search) -> Option<Explanation> {
+    let asked: Vec<f64> = search.problem.contact.iter().map(|f| f.gamma).collect();
+    let (u, mut best) = (search.u, (f64::INFINITY, 1.0));
     for start in STARTS {
-        let mut gamma0 = start * asked;
+        let mut factor: f64 = start;
         for _ in 0..STEPS {
-            let at = |gamma0: f64| -> Result<Option<FaceFields>> {
-                search.rust(&search.setup().with(&Variation::Gamma0(gamma0))?)
-            };
-            let (Some(here), Some(beside)) = (at(gamma0)?, at(gamma0 * (1.0 + STEP))?) else {
-                break;
-            };
-            let left = distance(&here, answer);
-            if best.is_none_or(|(_, other)| left < other) {
-                best = Some((gamma0, left));
+            let gamma: Vec<f64> = asked.iter().map(|gamma| factor * gamma).collect();
+            search.problem.set_gamma(&gamma);
+            let problem = &search.problem;
+            let left = problem.backward_error(u).0;
+            if left < best.0 {
+                best = (left, factor);
             }
-            let means = |f: &FaceFields| f.column("mean").map(|c| c.values.clone());
-            let (Some(x), Some(y), Some(z)) = (means(&here), means(&beside), means(answer)) else {
-                break;
-            };
-            let (mut above, mut below) = (0.0, 0.0);
-            for ((x, y), z) in x.iter().zip(y).zip(z) {
-                let slope = (y - x) / STEP;
-                above += slope * (z - x);
-                below += slope * slope;
+            let mut slope = vec![0.0; u.len()];
+            for (column, gamma) in problem.by_gamma(u).iter().zip(&gamma) {
+                for (row, c) in column {
+                    slope[*row as usize] += gamma * c;
+                }
             }
-            let change = (above / below).clamp(-0.9, 10.0);
-            gamma0 *= 1.0 + change;
-            let is_far = !(asked / FAR..=asked * FAR).contains(&gamma0);
+            let (slope, here) = (
+                search.weighted(&slope),
+                search.weighted(&problem.residual(u)),
+            );
+            let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+            let change = (-dot(&slope, &here) / dot(&slope, &slope)).clamp(-0.9, 10.0);
+            factor *= 1.0 + change;
+            let is_far = !(1.0 / FAR..=FAR).contains(&factor);
             if is_far || !change.is_finite() || change.abs() < 1e-15 {
                 break;
             }
         }
-        if best.is_some_and(|(_, left)| left <= search.tolerance()) {
+        if best.0 <= search.limit {
             break;
         }
     }
-    // The γ₀ that was asked for is no other.
-    Ok(best.filter(|(gamma0, _)| *gamma0 != asked))
+    search.problem.set_gamma(&asked);
+    let (left, factor) = best;
+    (left < search.residual && factor != 1.0).then(|| {
+        let gamma0 = factor * search.setup.discretisation.gamma0();
+        let gamma0: f64 = format!("{gamma0:.9e}").parse().unwrap_or(gamma0);
+        Explanation {
+            term: Some(Term::Contact),
+            factor: Some(factor),
+            ..Explanation::new(
+                "γ",
+                format!("γ is {} on all faces, as with γ₀ = {gamma0}", times(factor)),
+                Rank::Number,
+                left,
+            )
+        }
+    })
+}
+
+/// The faces on which γ is off, each by its own factor.
+fn at_faces(search: &mut Search, gammas: &[FaceGamma]) -> Option<Explanation> {
+    let asked: Vec<f64> = search.problem.contact.iter().map(|f| f.gamma).collect();
+    let mut factors = vec![1.0; asked.len()];
+    let mut left = f64::INFINITY;
+    let mut of_faces = gammas.to_vec();
+    let with_say = gammas.iter().filter(|g| g.factor.is_some()).count();
+    // The status at its points, and γ⁻¹, change with γ.
+    for _ in 0..STEPS {
+        for (factor, of) in factors.iter_mut().zip(&of_faces) {
+            let uncertain = of.uncertain.unwrap_or(0.0);
+            if let Some(more) = of.factor.filter(|f| (f - 1.0).abs() > 10.0 * uncertain) {
+                *factor *= more.clamp(0.1, 10.0);
+            }
+        }
+        let gamma: Vec<f64> = asked.iter().zip(&factors).map(|(g, f)| g * f).collect();
+        search.problem.set_gamma(&gamma);
+        let now = search.problem.backward_error(search.u).0;
+        let is_better = now < left;
+        left = left.min(now);
+        if !is_better || left <= search.limit {
+            break;
+        }
+        of_faces = by_face(&search.problem, search.u, search.limit);
+    }
+    search.problem.set_gamma(&asked);
+    let mut off: Vec<usize> = (0..asked.len()).filter(|k| factors[*k] != 1.0).collect();
+    off.sort_by(|a, b| {
+        (factors[*b] - 1.0)
+            .abs()
+            .total_cmp(&(factors[*a] - 1.0).abs())
+    });
+    let first = factors[*off.first()?];
+    let contact = &search.problem.contact;
+    let spot = |k: &usize| Spot::of_face(&search.problem, contact[*k].face, &search.errors);
+    let at: Vec<Spot> = off.iter().map(spot).collect();
+    let last = factors[*off.last()?];
+    let how_much = match (first - last).abs() <= 1e-6 * (first - 1.0).abs() {
+        true => times(first),
+        false => format!("{} to {}", times(first), times(last)),
+    };
+    let rank = match off.len() <= 3.max(with_say / 4) {
+        true => Rank::Places,
+        false => Rank::Many,
+    };
+    Some(Explanation {
+        term: Some(Term::Contact),
+        factor: (off.len() == 1).then_some(first),
+        what: format!("γ is {how_much} on {}", Spot::list(&at)),
+        at,
+        ..Explanation::new("γ", String::new(), rank, left)
+    })
 }

@@ -1,126 +1,195 @@
-//! Why an answer is not what the scheme has: which single change explains it.
+//! Why a field is not what the scheme has: where it fails, in which terms, and which single change of the scheme it solves.
 //!
-//! A code is a black box, but the Rust engine is not. Where an answer comes out of the Rust engine once it uses another
-//! quadrature, another γ or the other sign of f, that is what the code does otherwise. What is no parameter of the scheme
-//! (tolerance, order of the mesh) is matched by running two codes again.
+//! The residual of a field in a scheme is cheap, and exact to rounding: a field that solves the scheme with another rule, γ
+//! or sign leaves nothing in that one. So every change is tried by assembling, none by solving; the Rust engine solves only
+//! where no change explains the field, to see whether its values are right but elsewhere, or nearly right. What is no
+//! part of the scheme (tolerance, order of the mesh) shows only when two codes run again.
 
+mod again;
+mod candidates;
+mod data;
 mod gamma;
+mod known;
+mod local;
 mod order;
+mod place;
 mod search;
 
 use serde::Serialize;
 
-use crate::engine::unique;
+use crate::run::Written;
+use faceoff_fem::contact::Term;
 
+pub use again::{Again, Diagnosis, Ingredient};
+pub use gamma::FaceGamma;
 pub use order::{elsewhere, order};
-pub use search::Search;
+pub use place::Spot;
+pub use search::examine;
 
-/// What the start was matched to where it is not to blame.
-const BADLY_CONDITIONED: &str =
-    "either answer: both solve the same linear system, which is badly conditioned";
-
-/// What was found about two answers to one case.
+/// What is found about a field in a scheme.
 #[derive(Debug, Clone, Serialize)]
-pub struct Diagnosis {
-    pub scene: String,
-    pub method: String,
-    pub n: Option<usize>,
-    pub a: String,
-    pub b: String,
-    /// The largest |a-b| of any field by value, relative to max|u| and the field's sensitivity.
-    pub difference: f64,
-    /// Those that account for the difference first.
-    pub ingredients: Vec<Ingredient>,
+pub struct Findings {
+    /// The largest backward error of a row.
+    pub residual: f64,
+    /// What the rounding of the values as they are written may leave.
+    pub limit: f64,
+    pub written: Written,
+    /// The dofs, each with its row.
+    pub rows: usize,
+    /// The rows that are above rounding.
+    pub failing: usize,
+    pub faces: usize,
+    /// The faces with such a row.
+    pub failing_faces: usize,
+    /// The rows that are farthest off, the worst first.
+    pub worst: Vec<Spot>,
+    /// How far each term is part of the rows that fail.
+    pub terms: Vec<TermRows>,
+    /// What γ would have to be on each contact face.
+    pub gamma: Vec<FaceGamma>,
+    /// What was tried, with what it leaves: what explains the field first.
+    pub explanations: Vec<Explanation>,
+    /// The backward error of each row.
+    #[serde(skip)]
+    pub errors: Vec<f64>,
 }
 
-/// One ingredient, matched.
+/// A term of the scheme in the rows that fail.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct TermRows {
+    pub term: Term,
+    /// The rows that it is part of.
+    pub rows: usize,
+    /// Those of them that fail.
+    pub failing: usize,
+    /// Is it part of all that fail, and of hardly more rows than any other such term?
+    pub suspect: bool,
+}
+
+/// One change of the scheme or of the values, and the residual with it.
 #[derive(Debug, Clone, Serialize)]
-pub struct Ingredient {
-    pub ingredient: String,
-    /// What it was set to.
-    pub matched: String,
-    /// The code that seems to use that, or does not.
+pub struct Explanation {
+    /// What is otherwise: `γ`, `the quadrature of the load`.
+    pub ingredient: &'static str,
+    /// How, as a sentence about the code.
+    pub what: String,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub used_by: Option<String>,
-    /// The difference that is left, in the same units.
+    pub term: Option<Term>,
+    /// By which what the scheme has is multiplied.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub factor: Option<f64>,
+    /// Where, if not everywhere.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub at: Vec<Spot>,
+    /// The backward error with it.
     pub left: f64,
     /// Is nothing but rounding left?
     pub accounts: bool,
+    #[serde(skip)]
+    rank: Rank,
 }
 
-impl Ingredient {
-    /// What is matched, and by whom it seems to be used.
-    pub fn words(&self) -> String {
-        let seems = if self.accounts {
-            "seems"
-        } else {
-            "does not seem"
-        };
-        match &self.used_by {
-            Some(who) => format!("{}, which {who} {seems} to use", self.matched),
-            None => self.matched.clone(),
+/// Of two explanations that both leave nothing the one that supposes less comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Rank {
+    /// Rounding of what was written.
+    Written,
+    /// One of a few possibilities.
+    Choice,
+    /// A number for all of the domain.
+    Number,
+    /// Choices at some places.
+    Statuses,
+    /// A few numbers at some places.
+    Places,
+    /// The values, compared with the solution.
+    Values,
+    /// As many numbers as there are faces.
+    Many,
+}
+
+impl Explanation {
+    fn new(ingredient: &'static str, what: String, rank: Rank, left: f64) -> Self {
+        Explanation {
+            ingredient,
+            what,
+            term: None,
+            factor: None,
+            at: Vec::new(),
+            left,
+            accounts: false,
+            rank,
         }
     }
 }
 
-impl Diagnosis {
-    /// Is it about these two in this case?
-    pub fn is_of(&self, case: (&str, &str, Option<usize>), pair: (&str, &str)) -> bool {
-        (&*self.scene, &*self.method, self.n) == case && (&*self.a, &*self.b) == pair
+impl Findings {
+    /// Does the field solve the scheme?
+    pub fn solves(&self) -> bool {
+        self.residual <= crate::run::RESIDUAL_TOLERANCE
     }
 
-    /// Of each ingredient that accounts for the difference, what leaves least.
-    pub fn causes(&self) -> Vec<&Ingredient> {
-        let accounts = || self.ingredients.iter().filter(|i| i.accounts);
-        let best = |name: &str| {
-            let same = accounts().filter(|i| i.ingredient == name);
-            same.min_by(|i, j| i.left.total_cmp(&j.left))
-        };
-        names(accounts()).into_iter().filter_map(best).collect()
+    /// What explains the field, if anything does.
+    pub fn culprit(&self) -> Option<&Explanation> {
+        self.explanations.first().filter(|e| e.accounts)
     }
 
-    /// What accounts for the difference, in words.
+    /// Does another scheme, or the rounding of what was written, explain it?
+    pub fn is_of_scheme(&self) -> bool {
+        self.culprit().is_some_and(|e| e.rank < Rank::Values)
+    }
+
+    /// What is wrong where, in words after the name of the code.
     pub fn sentence(&self) -> String {
-        let cause = |i: &&Ingredient| {
-            let words = i.words();
-            let comma = if words.contains(',') { "," } else { "" };
-            format!(
-                "{} accounts for it: with {words}{comma} the difference falls from {:.1e} to {:.1e}",
-                i.ingredient, self.difference, i.left
-            )
+        let size = |error: f64| format!("{error:.1e}");
+        let at = self.worst.first();
+        let at = at.map_or(String::new(), |spot| format!(" at {}", spot.words()));
+        if self.solves() {
+            return format!("solves the scheme: its residual is {}", size(self.residual));
+        }
+        if let Some(culprit) = self.culprit() {
+            let others = self.explanations.iter().skip(1);
+            let others = others.filter(|e| e.accounts && e.rank == culprit.rank);
+            let others: String = others.map(|e| format!("; or {}", e.what)).collect();
+            let what = format!("{}{others}. Residual {}", culprit.what, size(self.residual));
+            let fail = format!("{} of {} rows fail", self.failing, self.rows);
+            return match culprit.ingredient {
+                _ if culprit.rank == Rank::Written => what,
+                known::ITERATION => format!("{what}; {fail}"),
+                _ => format!("{what}, with that {}; {fail}", size(culprit.left)),
+            };
+        }
+        let terms = self.terms.iter().filter(|t| t.suspect);
+        let terms: Vec<&str> = terms.map(|t| name(t.term)).collect();
+        let terms = match &terms[..] {
+            [] => String::new(),
+            terms => format!(", which hold {}", terms.join(" or ")),
         };
-        let named: Vec<String> = self.causes().iter().map(cause).collect();
-        if !named.is_empty() {
-            return format!("{}.", named.join("; "));
-        }
-        if self
-            .ingredients
-            .iter()
-            .any(|i| i.matched == BADLY_CONDITIONED)
-        {
-            return format!(
-                "no ingredient alone accounts for the difference of {:.1e}: both answers solve the scheme to rounding and \
-                 with the same contact status, so that the linear system is badly conditioned.",
-                self.difference
-            );
-        }
-        let nearer = self
-            .ingredients
-            .iter()
-            .filter(|i| i.left < 0.5 * self.difference);
-        let nearest = nearer.min_by(|i, j| i.left.total_cmp(&j.left));
-        let nearest = nearest.map_or(String::new(), |i| {
-            let (name, words, left) = (&i.ingredient, i.words(), i.left);
-            format!(" {name} with {words} comes nearest and leaves {left:.1e}.")
+        let nearest = self.explanations.first();
+        let nearest = nearest.filter(|e| e.left < 0.1 * self.residual);
+        let nearest = nearest.map_or(String::new(), |e| {
+            format!(
+                "; nearest comes that {}, which leaves {}",
+                e.what,
+                size(e.left)
+            )
         });
         format!(
-            "no ingredient alone accounts for the difference of {:.1e}, neither {}.{nearest}",
-            self.difference,
-            names(self.ingredients.iter()).join(" nor ")
+            "it does not solve the scheme, and no single change explains it. Residual {}{at}; {} of {} rows fail{terms}{nearest}",
+            size(self.residual),
+            self.failing,
+            self.rows
         )
     }
 }
 
-fn names<'a>(ingredients: impl Iterator<Item = &'a Ingredient>) -> Vec<&'a str> {
-    unique(ingredients.map(|i| &*i.ingredient))
+/// What a term is called.
+pub fn name(term: Term) -> &'static str {
+    match term {
+        Term::Volume => "the volume term (∇u,∇v)",
+        Term::Load => "the load (f,v) + <t,v>",
+        Term::Consistency => "the consistency term <∂ₙu,v>",
+        Term::Contact => "the contact term",
+        Term::Dirichlet => "the values on Γ_D",
+    }
 }

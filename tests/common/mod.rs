@@ -114,23 +114,33 @@ pub fn scene(folder: &Path, name: &str, from: &str, to: &str) -> String {
 
 /// An engine file for a copy of a companion in which `from`, which must occur once, is `to`.
 pub fn changed_companion(folder: &Path, companion: &str, from: &str, to: &str) -> String {
+    companion_with(folder, companion, &[(from, to)])
+}
+
+/// The same with several changes.
+pub fn companion_with(folder: &Path, companion: &str, changes: &[(&str, &str)]) -> String {
     let home = match companion {
         "freefem" => source("freefem"),
         _ => source("fenicsx"),
     };
     let copy = folder.join("copy");
     std::fs::create_dir_all(&copy).expect("a folder");
-    let mut places = 0;
+    let mut places = vec![0; changes.len()];
     for entry in std::fs::read_dir(home).expect("the companion") {
         let path = entry.expect("an entry").path();
         if path.is_file() {
-            let text = std::fs::read_to_string(&path).expect("a script");
-            places += text.matches(from).count();
+            let mut text = std::fs::read_to_string(&path).expect("a script");
+            for (count, (from, to)) in places.iter_mut().zip(changes) {
+                *count += text.matches(from).count();
+                text = text.replace(from, to);
+            }
             let name = path.file_name().expect("a file has a name");
-            std::fs::write(copy.join(name), text.replace(from, to)).expect("a copy");
+            std::fs::write(copy.join(name), text).expect("a copy");
         }
     }
-    assert_eq!(places, 1, "`{from}` in the {companion} companion");
+    for (count, (from, _)) in places.iter().zip(changes) {
+        assert_eq!(*count, 1, "`{from}` in the {companion} companion");
+    }
     write(
         folder,
         "changed.toml",

@@ -27,6 +27,15 @@ pub fn names(dim: usize) -> &'static [&'static str] {
     }
 }
 
+/// Rules that other codes use unasked, by which their results are recognised; a scene cannot ask for them.
+pub fn foreign(dim: usize) -> &'static [&'static str] {
+    match dim {
+        1 => &["gauss-4", "simpson", "trapezoid"],
+        2 => &["inner-3", "strang-6", "dunavant-6", "vertices-3"],
+        _ => &["keast-5", "vertices-4"],
+    }
+}
+
 /// The rule of this name on the simplex of dimension `dim`.
 pub fn rule(dim: usize, name: &str) -> Option<Rule> {
     match dim {
@@ -66,7 +75,8 @@ impl Rule {
 /// A rule on the reference triangle by name.
 ///
 /// `radon-7`: degree 5 (Radon 1948), the same points as FreeFEM's `qf5pT` and UFL's degree 5;
-/// `edges-3`: the edges' midpoints, degree 2; `centroid`: degree 1. All three are built into FreeFEM.
+/// `edges-3`: the edges' midpoints, degree 2; `centroid`: degree 1. All three are built into FreeFEM. Of other codes: `inner-3`,
+/// `strang-6` and `dunavant-6` are dolfinx' rules of degree 2, 3 and 4; `vertices-3` is FreeFEM's `qf1pTlump`.
 fn triangle(name: &str) -> Option<Rule> {
     let r = 15.0_f64.sqrt();
     Some(match name {
@@ -76,6 +86,32 @@ fn triangle(name: &str) -> Option<Rule> {
             .orbit([1, 2], (6.0 + r) / 21.0, (155.0 + r) / 1200.0),
         "edges-3" => Rule::symmetric("edges-3", 2).orbit([1, 2], 0.5, 1.0 / 3.0),
         "centroid" => Rule::symmetric("centroid", 1).centroid(2, 1.0),
+        "inner-3" => Rule::symmetric("inner-3", 2).orbit([1, 2], 1.0 / 6.0, 1.0 / 3.0),
+        "strang-6" => {
+            let [a, b, c] = [
+                0.659_027_622_374_092,
+                0.231_933_368_553_031,
+                0.109_039_009_072_877,
+            ];
+            Rule {
+                points: [[a, b], [a, c], [b, a], [b, c], [c, a], [c, b]]
+                    .map(Vec::from)
+                    .into(),
+                weights: vec![1.0 / 6.0; 6],
+                ..Rule::symmetric("strang-6", 3)
+            }
+        }
+        "dunavant-6" => {
+            let r = 10.0_f64.sqrt();
+            let (a, w) = (
+                (38.0 - 44.0 * 0.4_f64.sqrt()).sqrt(),
+                (213_125.0 - 53_320.0 * r).sqrt(),
+            );
+            Rule::symmetric("dunavant-6", 4)
+                .orbit([1, 2], (8.0 - r + a) / 18.0, (620.0 + w) / 3720.0)
+                .orbit([1, 2], (8.0 - r - a) / 18.0, (620.0 - w) / 3720.0)
+        }
+        "vertices-3" => Rule::symmetric("vertices-3", 1).orbit([1, 2], 0.0, 1.0 / 3.0),
         _ => return None,
     })
 }
@@ -84,7 +120,7 @@ fn triangle(name: &str) -> Option<Rule> {
 ///
 /// `walkington-14`: degree 5 (N. J. Walkington, Quadrature on simplices of arbitrary dimension,
 /// 2000), FreeFEM's `qfV5`; `hammer-4`: degree 2 (P. C. Hammer, A. H. Stroud 1956), FreeFEM's
-/// `qfV2`; `centroid`: degree 1.
+/// `qfV2`; `centroid`: degree 1. Of other codes: `keast-5`, dolfinx' rule of degree 3; `vertices-4`.
 fn tetrahedron(name: &str) -> Option<Rule> {
     Some(match name {
         "walkington-14" => Rule::symmetric("walkington-14", 5)
@@ -95,6 +131,10 @@ fn tetrahedron(name: &str) -> Option<Rule> {
             Rule::symmetric("hammer-4", 2).orbit([1, 3], (5.0 - 5.0_f64.sqrt()) / 20.0, 0.25)
         }
         "centroid" => Rule::symmetric("centroid", 1).centroid(3, 1.0),
+        "keast-5" => Rule::symmetric("keast-5", 3)
+            .centroid(3, -0.8)
+            .orbit([1, 3], 1.0 / 6.0, 0.45),
+        "vertices-4" => Rule::symmetric("vertices-4", 1).orbit([1, 3], 0.0, 0.25),
         _ => return None,
     })
 }
@@ -131,13 +171,29 @@ impl Rule {
     }
 }
 
-/// A rule on the unit interval by name: Gauss–Legendre with 5, 3 or 2 points, or the midpoint.
+/// A rule on the unit interval by name: Gauss–Legendre with 5, 3 or 2 points, or the midpoint; of other codes Gauss–Legendre with 4,
+/// Simpson's rule and the trapezoid.
 fn interval(name: &str) -> Option<Rule> {
     let (name, count): (_, usize) = match name {
         "gauss-5" => ("gauss-5", 5),
         "gauss-3" => ("gauss-3", 3),
         "gauss-2" => ("gauss-2", 2),
         "midpoint" => ("midpoint", 1),
+        "gauss-4" => ("gauss-4", 4),
+        // Of the ends, and of the midpoint with 4 times their weight.
+        "trapezoid" | "simpson" => {
+            let (name, degree, middle) = match name {
+                "simpson" => ("simpson", 3, 2.0 / 3.0),
+                _ => ("trapezoid", 1, 0.0),
+            };
+            let end = 0.5 * (1.0 - middle);
+            return Some(Rule {
+                name,
+                degree,
+                points: vec![vec![0.0], vec![0.5], vec![1.0]],
+                weights: vec![end, middle, end],
+            });
+        }
         _ => return None,
     };
     // Nodes and weights on (-1, 1), in closed form.
@@ -150,6 +206,12 @@ fn interval(name: &str) -> Option<Rule> {
         3 => {
             let a = 0.6_f64.sqrt();
             (vec![-a, 0.0, a], vec![5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0])
+        }
+        4 => {
+            let s = 2.0 / 7.0 * 1.2_f64.sqrt();
+            let (a, b) = ((3.0 / 7.0 - s).sqrt(), (3.0 / 7.0 + s).sqrt());
+            let r = 30.0_f64.sqrt() / 36.0;
+            (vec![-b, -a, a, b], vec![0.5 - r, 0.5 + r, 0.5 + r, 0.5 - r])
         }
         _ => {
             let s = 2.0 * (10.0_f64 / 7.0).sqrt();
@@ -197,7 +259,7 @@ mod tests {
     #[test]
     fn rules_are_exact_to_their_degree_and_no_further() {
         for dim in 1..=3 {
-            for name in names(dim) {
+            for name in names(dim).iter().chain(foreign(dim)) {
                 let rule = rule(dim, name).unwrap();
                 assert_eq!(rule.points.len(), rule.weights.len());
                 let worst = |degree: usize| {
@@ -217,7 +279,7 @@ mod tests {
                     let all = monomials(dim, degree as u32).into_iter();
                     all.map(error).fold(0.0, f64::max)
                 };
-                assert!((0..=rule.degree).all(|d| worst(d) < 1e-15), "{dim}D {name}");
+                assert!((0..=rule.degree).all(|d| worst(d) < 2e-15), "{dim}D {name}");
                 assert!(worst(rule.degree + 1) > 1e-7, "{dim}D {name}");
             }
         }

@@ -13,8 +13,8 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::engine::{Answer, Case, Engine, Explanation, Progress, Settings, Silent, unique};
-use crate::run::{Answers, Failure, RESIDUAL_TOLERANCE, Runner, Setup, tolerance};
-use crate::why::{Diagnosis, Search};
+use crate::run::{Answers, Failure, RESIDUAL_TOLERANCE, Runner, Setup, Written, tolerance};
+use crate::why::{Again, Diagnosis, Findings, examine};
 use faceoff_fem::contact::{Method, face_fields};
 use faceoff_fem::scene::Scene;
 use faceoff_judge::{FieldVerdict, Verdict, judge};
@@ -99,6 +99,9 @@ pub struct EngineOutcome {
     pub residual_at: Option<Vec<f64>>,
     pub finite: bool,
     pub verdict: Verdict,
+    /// What is wrong with an answer that does not solve the scheme.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub findings: Option<Findings>,
     #[serde(skip)]
     pub answer: Arc<Answer>,
 }
@@ -144,6 +147,7 @@ pub fn verify(request: &VerifyRequest, progress: &dyn Progress) -> Result<Verify
     for (index, case) in cases.iter().enumerate() {
         outcomes.push(judge_case(index, case, &setups[index], &answered)?);
     }
+    explain(request, &mut outcomes)?;
     let cross = cross::judge_methods(&cases, &outcomes)?;
     let verdicts = outcomes
         .iter()
@@ -173,15 +177,13 @@ fn setups(request: &VerifyRequest) -> Result<Vec<Setup>> {
     Ok(setups)
 }
 
-/// Why codes differ, for every pair of every case that disagrees.
+/// Why codes differ, for every pair of every case that disagrees and where no change of the scheme explains it: both run
+/// again.
 ///
 /// # Errors
 /// An interruption. What cannot be run with something changed is left out.
 pub fn diagnose(request: &VerifyRequest, outcome: &VerifyOutcome) -> Result<Vec<Diagnosis>> {
-    let settings = Settings {
-        keep: None,
-        ..request.settings.clone()
-    };
+    let settings = unkept(&request.settings);
     let runner = Runner::new(&settings, &Silent);
     let mut found = Vec::new();
     let cases = outcome.cases.iter();
@@ -198,13 +200,41 @@ pub fn diagnose(request: &VerifyRequest, outcome: &VerifyOutcome) -> Result<Vec<
             else {
                 continue;
             };
-            let answers = [(pair[0], &of_a.answer.u[..]), (pair[1], &of_b.answer.u[..])];
-            if let Some(search) = Search::new(&runner, &setup, answers)? {
-                found.push(search.by_answers()?.by_running([&**a, &**b])?.diagnosis());
+            let explained =
+                |of: &EngineOutcome| of.findings.as_ref().is_some_and(Findings::is_of_scheme);
+            if explained(of_a) || explained(of_b) {
+                continue;
             }
+            let answers = [(pair[0], &of_a.answer.u[..]), (pair[1], &of_b.answer.u[..])];
+            found.push(Again::new(&runner, &setup, answers)?.diagnosis([&**a, &**b])?);
         }
     }
     Ok(found)
+}
+
+/// Settings for what is run beside.
+fn unkept(settings: &Settings) -> Settings {
+    Settings {
+        keep: None,
+        ..settings.clone()
+    }
+}
+
+/// Puts the answers that do not solve their scheme into it again, and looks why.
+fn explain(request: &VerifyRequest, cases: &mut [CaseOutcome]) -> Result<()> {
+    let settings = unkept(&request.settings);
+    let runner = Runner::new(&settings, &Silent);
+    for case in cases {
+        let mut setup = case.setup.clone();
+        setup.settings.keep = None;
+        for of in &mut case.engines {
+            if of.finite && !(of.residual <= RESIDUAL_TOLERANCE) {
+                let u = &of.answer.u;
+                of.findings = Some(examine(&runner, &setup, u, Written::of(u))?);
+            }
+        }
+    }
+    Ok(())
 }
 
 fn judge_case(
@@ -240,6 +270,7 @@ fn judge_case(
                 } else {
                     Verdict::Disagree
                 },
+                findings: None,
                 answer: Arc::clone(answer),
             })
         })

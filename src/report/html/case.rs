@@ -5,7 +5,8 @@ use super::map::{self, CLASSES};
 use super::markup::{Html, element, facts, figure, key, leaf, table, text, word};
 use super::pair::{Pair, differences, pairs};
 use super::plots;
-use crate::campaigns::verify::{CaseOutcome, VerifyRequest};
+use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyRequest};
+use crate::report::judge::{terms, tried, worst as worst_rows};
 use crate::report::model::{self, Cell, exact, short};
 use crate::report::verify::{engines, label, sizes, versions, worst};
 use crate::run::Setup;
@@ -28,6 +29,7 @@ pub(in crate::report) fn section(
         element("summary", &[], summary),
         table(&engines(case, caption)),
     ];
+    parts.extend(case.engines.iter().filter_map(findings));
     let mesh = &*case.setup.mesh;
     for pair in pairs(case) {
         let name = text(format!("{} in {}: ", pair.name(), label(case)));
@@ -50,6 +52,18 @@ pub(in crate::report) fn section(
 fn details(is_open: bool, inner: Vec<Html>) -> Html {
     let open = is_open.then_some(("open", ""));
     element("details", open.as_slice(), inner)
+}
+
+/// What is wrong with an answer that does not solve the scheme.
+fn findings(engine: &EngineOutcome) -> Option<Html> {
+    let found = engine.findings.as_ref()?;
+    let sentence = format!("{}: {}", engine.engine, found.sentence());
+    Some(Html::from([
+        leaf("p", &[], sentence),
+        table(&tried(&found.explanations)),
+        table(&worst_rows(&found.worst)),
+        table(&terms(&found.terms)),
+    ]))
 }
 
 fn diagnosis(found: &Diagnosis) -> Html {

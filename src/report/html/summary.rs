@@ -6,7 +6,7 @@ use super::pair::{self, Pair};
 use crate::campaigns::verify::{CaseOutcome, VerifyOutcome, VerifyRequest, telling};
 use crate::report::model::{count, exact, place, short};
 use crate::report::verify::label;
-use crate::run::{Failure, RESIDUAL_TOLERANCE};
+use crate::run::Failure;
 use crate::why::Diagnosis;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
@@ -136,24 +136,23 @@ fn sentences(index: usize, case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnos
 }
 
 fn why(case: &CaseOutcome, pair: &Pair, diagnoses: &[Diagnosis]) -> String {
+    let mut engines = case.engines.iter();
+    if let Some(found) = engines
+        .clone()
+        .find_map(|e| e.findings.as_ref())
+        .filter(|f| f.is_of_scheme())
+    {
+        return found.sentence();
+    }
     if let Some(found) = pair.diagnoses(case, diagnoses).next() {
         return found.sentence();
     }
-    let mut engines = case.engines.iter();
     if let Some(engine) = engines.clone().find(|e| !e.converged) {
         let (name, steps) = (&engine.engine, engine.iterations);
         return format!("{name} did not converge in {steps} steps.");
     }
-    if let Some(engine) = engines.find(|e| e.verdict != Verdict::Agree) {
-        let at = engine.residual_at.as_ref();
-        return format!(
-            "put into the scheme again, the answer of {} leaves a backward error of {}{}, where rounding leaves less \
-             than {:.0e}: it solves another scheme. `faceoff verify --diagnose` names the ingredient.",
-            engine.engine,
-            short(engine.residual),
-            at.map_or(String::new(), |x| format!(", most at {}", place(x))),
-            RESIDUAL_TOLERANCE
-        );
+    if let Some(found) = engines.find_map(|e| e.findings.as_ref()) {
+        return found.sentence();
     }
     "every answer solves the scheme to rounding, so that the scheme itself leaves room: more than one solution, or a \
      badly conditioned mesh."

@@ -77,6 +77,25 @@ impl<'a> Space<'a> {
         self.mesh.face_midpoint(dof - first)
     }
 
+    /// The vertices of what carries a dof: a vertex, an edge or a face.
+    pub fn carrier(&self, dof: usize) -> Vec<u32> {
+        let on = self.element.on();
+        let mut first = 0;
+        if on.vertices {
+            if dof < self.mesh.points.len() {
+                return vec![dof as u32];
+            }
+            first += self.mesh.points.len();
+        }
+        if let Numbering::Own(_, edges) = &self.numbering {
+            if let Some(edge) = edges.get(dof - first) {
+                return edge.to_vec();
+            }
+            first += edges.len();
+        }
+        self.mesh.face(dof - first).to_vec()
+    }
+
     /// The points of all dofs.
     pub fn points(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         (0..self.dofs).map(|dof| self.point(dof))

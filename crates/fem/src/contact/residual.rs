@@ -1,0 +1,328 @@
+//! Any field put into the scheme: what each row leaves, which terms the row is made of, and how it would change with γ
+//! on a face or with the contact status at a point.
+
+use super::condition::Condition;
+use super::form::Problem;
+
+/// The terms of the scheme, and the rows of Γ_D.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Term {
+    /// (∇u,∇v)
+    Volume,
+    /// (f,v) + <t,v>_N
+    Load,
+    /// <∂ₙu,v>_C
+    Consistency,
+    /// <u-ψ + [P(u)]₊, θ₂γ⁻¹v + θ₁∂ₙv>_C
+    Contact,
+    /// u - g on Γ_D
+    Dirichlet,
+}
+
+/// The residual of each row, and what it is measured by.
+pub struct Rows {
+    pub residual: Vec<f64>,
+    /// The sum of the sizes of a row's terms, or of the largest row's where that is rounding.
+    pub scale: Vec<f64>,
+}
+
+impl Rows {
+    /// The backward error of a row.
+    pub fn error(&self, row: usize) -> f64 {
+        match self.residual[row] {
+            0.0 => 0.0,
+            residual => residual.abs() / self.scale[row],
+        }
+    }
+
+    /// The largest, and its row; NaN where there is one.
+    pub fn worst(&self) -> (f64, Option<usize>) {
+        let mut worst = (0.0, None);
+        for row in 0..self.residual.len() {
+            let error = self.error(row);
+            // What is not a number must not vanish in the maximum.
+            if error.is_nan() {
+                return (error, Some(row));
+            }
+            if error > worst.0 {
+                worst = (error, Some(row));
+            }
+        }
+        worst
+    }
+}
+
+impl Problem<'_> {
+    /// R_i = A_h(u; φ_i) - L(φ_i), all dofs; rows of Γ_D are u - g.
+    ///
+    /// ```text
+    /// (2.4)  (∇u,∇v) - <∂ₙu,v>_C + <u-ψ + [P(u)]₊, θ₂γ⁻¹v + θ₁∂ₙv>_C = (f,v) + <t,v>_N
+    /// ```
+    ///
+    /// With u-ψ + [P(u)]₊ = max(u-ψ, γ∂ₙu): the same number without the cancellation. Other laws
+    /// have the same form with functionals of their own, [`Condition`].
+    pub fn residual(&self, u: &[f64]) -> Vec<f64> {
+        let mut r = self.stiffness.times(u);
+        for (r, b) in r.iter_mut().zip(&self.load) {
+            *r -= b;
+        }
+        for condition in &self.conditions {
+            condition.add_to(u, &mut r);
+        }
+        for ((r, u), g) in r.iter_mut().zip(u).zip(&self.dirichlet) {
+            if let Some(g) = g {
+                *r = u - g;
+            }
+        }
+        r
+    }
+
+    /// How far u is from solving the scheme, as a backward error: the largest residual of a row
+    /// over the sum of the sizes of that row's terms, and its dof. Rounding leaves about 1e-15.
+    pub fn backward_error(&self, u: &[f64]) -> (f64, Option<usize>) {
+        self.rows(u).worst()
+    }
+
+    /// The residual of each row and what it is relative to.
+    ///
+    /// A row whose terms are all rounding in units of the largest row's is measured by the latter
+    /// (M. Arioli, J. W. Demmel, I. S. Duff, SIAM J. Matrix Anal. Appl. 10, 1989): where u = 0 it
+    /// would compare one rounding with another.
+    pub fn rows(&self, u: &[f64]) -> Rows {
+        let mut size = self.stiffness.sizes(u);
+        for condition in &self.conditions {
+            let [gap, flux] = condition.sizes(u);
+            let law = if condition.trace(u).p > 0.0 {
+                condition.gamma * flux
+            } else {
+                gap
+            };
+            for (j, &dof) in condition.dofs.iter().enumerate() {
+                size[dof as usize] += condition.weight
+                    * (law * condition.test(j).abs() + flux * condition.flux_test(j).abs());
+            }
+        }
+        for (size, load) in size.iter_mut().zip(&self.load) {
+            *size += load.abs();
+        }
+        let free = size
+            .iter()
+            .zip(&self.dirichlet)
+            .filter(|(_, g)| g.is_none());
+        let largest = free.fold(0.0, |m: f64, (size, _)| m.max(*size));
+        let highest = u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+        // What is that small beside the largest is what rounding has left of 0.
+        let scale = |size: f64, largest: f64| match size < 1e3 * f64::EPSILON * largest {
+            true => largest,
+            false => size,
+        };
+        let of_row = |(i, size): (usize, f64)| match self.dirichlet[i] {
+            Some(g) => scale(g.abs().max(u[i].abs()), highest),
+            None => scale(size, largest),
+        };
+        Rows {
+            residual: self.residual(u),
+            scale: size.into_iter().enumerate().map(of_row).collect(),
+        }
+    }
+
+    /// Each row split into its [`Term`]s but the last, whose sum is the residual; 0 on Γ_D.
+    pub fn terms(&self, u: &[f64]) -> [Vec<f64>; 4] {
+        let volume = self.stiffness.times(u);
+        let load = self.load.iter().map(|b| -b).collect();
+        let (mut consistency, mut contact) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+        for condition in &self.conditions {
+            let trace = condition.trace(u);
+            let law = trace.gap.max(condition.gamma * trace.flux);
+            for (j, &dof) in condition.dofs.iter().enumerate() {
+                consistency[dof as usize] -= condition.weight * trace.flux * condition.flux_test(j);
+                contact[dof as usize] += condition.weight * law * condition.test(j);
+            }
+        }
+        let mut terms = [volume, load, consistency, contact];
+        for (row, _) in held(&self.dirichlet) {
+            terms.iter_mut().for_each(|term| term[row] = 0.0);
+        }
+        terms
+    }
+
+    /// The conditions on each contact face, where they are at the rule's points: Nitsche's method.
+    fn by_face(&self) -> impl Iterator<Item = &[Condition]> {
+        let mut rest = match self.method().is_nitsche() {
+            true => &self.conditions[..],
+            false => &[],
+        };
+        let faces = self.contact.iter().take_while(|_| !rest.is_empty());
+        let lengths: Vec<usize> = faces.map(|face| face.points.len()).collect();
+        lengths.into_iter().map(move |points| {
+            let (of_face, others) = rest.split_at(points);
+            rest = others;
+            of_face
+        })
+    }
+
+    /// ∂R/∂γ_F for each contact face F, by (row, value); rows of Γ_D do not change. Empty for methods that are not Nitsche's.
+    ///
+    /// ```text
+    /// Σ_q w ∂ₙu θ₁∂ₙφ_j   where P > 0,     -Σ_q w (u-ψ) θ₂γ⁻²φ_j   where P ≤ 0
+    /// ```
+    pub fn by_gamma(&self, u: &[f64]) -> Vec<Vec<(u32, f64)>> {
+        let of_point = |condition: &Condition, j: usize| {
+            let [theta1, theta2] = condition.thetas.map(f64::from);
+            let trace = condition.trace(u);
+            match trace.p > 0.0 {
+                true => trace.flux * theta1 * condition.flux[j],
+                false => -trace.gap * theta2 * condition.displacement[j] / condition.gamma.powi(2),
+            }
+        };
+        let faces = self.by_face();
+        faces
+            .map(|of_face| {
+                let free = self.free_rows(of_face);
+                let value = |j: usize| {
+                    let at = of_face.iter();
+                    at.map(|c| c.weight * of_point(c, j)).sum()
+                };
+                free.map(|(j, dof)| (dof, value(j))).collect()
+            })
+            .collect()
+    }
+
+    /// For each contact face and each of its points, by how much R changes where the point has the other status: the law
+    /// min(u-ψ, γ∂ₙu) in the place of max(u-ψ, γ∂ₙu).
+    pub fn by_status(&self, u: &[f64]) -> Vec<Vec<Vec<(u32, f64)>>> {
+        let of_point = |c: &Condition, all: &[Condition]| {
+            let change = -c.weight * c.trace(u).p.abs();
+            let free = self.free_rows(all);
+            free.map(|(j, dof)| (dof, change * c.test(j))).collect()
+        };
+        let faces = self.by_face();
+        faces
+            .map(|of_face| of_face.iter().map(|c| of_point(c, of_face)).collect())
+            .collect()
+    }
+
+    /// The dofs that the conditions of a face see, where they are not on Γ_D, and their places among them.
+    fn free_rows(&self, of_face: &[Condition]) -> impl Iterator<Item = (usize, u32)> {
+        let dofs = of_face.first().map_or(&[][..], |c| &c.dofs);
+        let all = dofs.iter().copied().enumerate();
+        all.filter(|(_, dof)| self.dirichlet[*dof as usize].is_none())
+    }
+
+    /// Gives each contact face another γ; nothing happens for methods that are not Nitsche's.
+    pub fn set_gamma(&mut self, gamma: &[f64]) {
+        if !self.method().is_nitsche() {
+            return;
+        }
+        let mut conditions = self.conditions.iter_mut();
+        for (face, gamma) in self.contact.iter_mut().zip(gamma) {
+            face.gamma = *gamma;
+            let of_face = conditions.by_ref().take(face.points.len());
+            of_face.for_each(|condition| condition.gamma = *gamma);
+        }
+    }
+}
+
+/// The rows of Γ_D, with g.
+fn held(dirichlet: &[Option<f64>]) -> impl Iterator<Item = (usize, f64)> {
+    let all = dirichlet.iter().enumerate();
+    all.filter_map(|(row, g)| Some((row, (*g)?)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{Discretisation, Iteration, Method, Stop, solve};
+    use crate::scene::Scene;
+
+    /// The problem of a scene, its solution, and another field.
+    fn each(of: impl Fn(&mut Problem, &[f64], &[f64])) {
+        for (scene, n, method) in [
+            ("one-zone", 6, "cr"),
+            ("one-zone", 6, "cr-fc"),
+            ("one-zone", 6, "p2"),
+            ("one-zone-3d", 2, "cr"),
+            ("one-zone-3d", 2, "p2"),
+        ] {
+            let scene = Scene::find(scene).unwrap();
+            let mesh = scene.triangulation(Some(n)).unwrap();
+            let method: Method = method.parse().unwrap();
+            let discretisation = Discretisation::of(&scene, method);
+            let mut problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+            let told = |_, _| Ok(());
+            let found = solve(&problem, Iteration::Newton, Stop::default(), told).unwrap();
+            let waves = found.u.iter().zip(0..);
+            let other: Vec<f64> = waves.map(|(u, k)| u + 0.01 * f64::from(k).sin()).collect();
+            of(&mut problem, &found.u, &other);
+        }
+    }
+
+    #[test]
+    fn the_terms_of_a_row_sum_to_its_residual() {
+        each(|problem, u, other| {
+            for u in [u, other] {
+                let (rows, terms) = (problem.rows(u), problem.terms(u));
+                for row in (0..u.len()).filter(|row| problem.dirichlet[*row].is_none()) {
+                    let sum: f64 = terms.iter().map(|term| term[row]).sum();
+                    assert!((sum - rows.residual[row]).abs() <= 1e-13 * rows.scale[row]);
+                }
+            }
+        });
+    }
+
+    /// Off the kinks the residual is smooth in γ: its derivative is what differences have.
+    #[test]
+    fn the_derivative_by_gamma_is_that_of_the_residual() {
+        each(|problem, _, u| {
+            let derivative = problem.by_gamma(u);
+            let gamma: Vec<f64> = problem.contact.iter().map(|face| face.gamma).collect();
+            let face = gamma.len() / 2;
+            let step = 1e-6 * gamma[face];
+            let mut beside = gamma.clone();
+            let mut at = |change: f64| {
+                beside[face] = gamma[face] + change;
+                problem.set_gamma(&beside);
+                problem.residual(u)
+            };
+            let (above, below) = (at(step), at(-step));
+            problem.set_gamma(&gamma);
+            let mut quotient: Vec<f64> = above.iter().zip(&below).map(|(a, b)| a - b).collect();
+            quotient.iter_mut().for_each(|q| *q /= 2.0 * step);
+            let largest = quotient.iter().fold(0.0, |m: f64, q| m.max(q.abs()));
+            assert!(largest > 0.0);
+            for (row, value) in &derivative[face] {
+                quotient[*row as usize] -= value;
+            }
+            assert!(quotient.iter().all(|q| q.abs() <= 1e-5 * largest));
+        });
+    }
+
+    /// With the other status everywhere, -max(a, b) is min(-a, -b).
+    #[test]
+    fn the_other_status_exchanges_the_two_sides_of_the_law() {
+        each(|problem, _, u| {
+            let mut changed = problem.residual(u);
+            for (row, value) in problem.by_status(u).iter().flatten().flatten() {
+                changed[*row as usize] += value;
+            }
+            let mut expected = problem.stiffness.times(u);
+            expected
+                .iter_mut()
+                .zip(&problem.load)
+                .for_each(|(r, b)| *r -= b);
+            for c in &problem.conditions {
+                let trace = c.trace(u);
+                let law = match trace.p > 0.0 {
+                    true => [1.0, 0.0],
+                    false => [0.0, 1.0],
+                };
+                c.add_law_to(law, u, &mut expected);
+            }
+            for (row, scale) in problem.rows(u).scale.iter().enumerate() {
+                let off = changed[row] - expected[row];
+                assert!(problem.dirichlet[row].is_some() || off.abs() <= 1e-12 * scale);
+            }
+        });
+    }
+}

@@ -1,0 +1,122 @@
+//! What `verify` says first and last: which code does what otherwise, and every case in a line.
+
+use super::model::{Table, table, word};
+use super::verify::label;
+use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
+use crate::why::Diagnosis;
+use faceoff_judge::Verdict;
+
+/// The case and the answer that show best what is wrong: one that something explains, with the fewest rows that fail.
+pub(super) fn culprit(outcome: &VerifyOutcome) -> Option<(&CaseOutcome, &EngineOutcome)> {
+    let cases = outcome.cases.iter();
+    let all = cases.flat_map(|case| case.engines.iter().map(move |engine| (case, engine)));
+    let failed = all.filter(|(_, engine)| engine.verdict != Verdict::Agree);
+    failed.min_by_key(|(_, engine)| {
+        let found = engine.findings.as_ref();
+        let unexplained = found.is_none_or(|found| !found.is_of_scheme());
+        (unexplained, found.map_or(usize::MAX, |found| found.failing))
+    })
+}
+
+/// The verdict; and if it is no agreement, which code does what otherwise, where, and what the others make of it.
+pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> String {
+    let verdict = word(outcome.verdict);
+    if outcome.verdict == Verdict::Agree {
+        return verdict.into();
+    }
+    let Some((case, engine)) = culprit(outcome) else {
+        let failed = outcome.failures.first();
+        let differing = |c: &&CaseOutcome| c.verdict == Verdict::Disagree;
+        let why = match (failed, outcome.cases.iter().find(differing)) {
+            (Some(failure), None) => format!("no answer from {}", failure.engine),
+            (_, Some(case)) => {
+                let sentences = diagnoses.iter().map(Diagnosis::sentence);
+                let why = sentences.into_iter().next();
+                let why = why.unwrap_or_else(|| "`--diagnose` runs the codes again".into());
+                format!(
+                    "{}: the answers differ though each solves the scheme: {why}",
+                    label(case)
+                )
+            }
+            (None, None) => "methods differ by more than their certified bounds".into(),
+        };
+        return format!("{verdict}: {why}");
+    };
+    let name = &engine.engine;
+    let what = match &engine.findings {
+        Some(found) if !found.solves() => found.sentence(),
+        _ if !engine.finite => "its values are not finite".into(),
+        _ => format!("it did not converge in {} steps", engine.iterations),
+    };
+    let others = case.pairs.iter().filter(|p| p.a != *name && p.b != *name);
+    let apart = others.clone().map(|p| p.field.max_rel).reduce(f64::max);
+    let others = match (apart, others.map(|p| p.field.verdict).max()) {
+        (Some(apart), Some(Verdict::Agree)) => {
+            let count = case.engines.len() - 1;
+            let count = if count == 2 {
+                "two".into()
+            } else {
+                count.to_string()
+            };
+            format!("; the other {count} agree to {apart:.1e}")
+        }
+        _ => String::new(),
+    };
+    let failed = outcome.cases.iter().filter(|case| {
+        let mut of = case.engines.iter().filter(|e| e.engine == *name);
+        of.any(|e| e.verdict != Verdict::Agree)
+    });
+    let (failed, all) = (failed.count(), outcome.cases.len());
+    let in_how_many = match all {
+        1 => String::new(),
+        _ => format!("; it fails in {failed} of {all} cases"),
+    };
+    format!(
+        "{verdict}: {name}: {what}{others} ({}{in_how_many})",
+        label(case)
+    )
+}
+
+/// So many cases fit into a dozen lines.
+const CASES: usize = 8;
+
+/// A line a case, those that are farthest from agreement first where they are too many.
+pub(super) fn overview(outcome: &VerifyOutcome) -> Table {
+    let largest = |case: &CaseOutcome| {
+        case.pairs
+            .iter()
+            .map(|p| p.field.max_rel)
+            .fold(0.0, f64::max)
+    };
+    let excess = |case: &CaseOutcome| {
+        let of = case
+            .pairs
+            .iter()
+            .map(|p| p.field.max_rel / p.field.tolerance);
+        of.fold(0.0, f64::max)
+    };
+    let residual = |case: &CaseOutcome| case.engines.iter().map(|e| e.residual).fold(0.0, f64::max);
+    let mut cases: Vec<&CaseOutcome> = outcome.cases.iter().collect();
+    let more = cases.len().saturating_sub(CASES);
+    if more > 0 {
+        cases.sort_by(|a, b| {
+            (b.verdict, excess(b))
+                .partial_cmp(&(a.verdict, excess(a)))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
+        cases.truncate(CASES);
+    }
+    let caption = match more {
+        0 => String::new(),
+        more => {
+            format!("The {CASES} cases that are farthest from agreement; {more} more by --verbose")
+        }
+    };
+    table!(caption, cases, |case|
+        "case" => label(case),
+        "codes" => case.engines.len(),
+        "largest residual" => residual(case),
+        "largest |a-b|" => largest(case),
+        "verdict" => case.verdict,
+    )
+}

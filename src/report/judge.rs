@@ -1,0 +1,215 @@
+//! What `judge` found.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde_json::json;
+
+use super::certified::Certified;
+use super::json::csv;
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, place, short, table, word};
+use crate::engine::Case;
+use crate::run::foreign::Understood;
+use crate::why::{self, Explanation, FaceGamma, Findings, Spot, TermRows};
+use faceoff_fem::certify::{Certificate, Target};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::Result;
+
+/// A field of a file in a scheme, as scripts read it.
+#[derive(Serialize)]
+pub struct Judgement {
+    pub verdict: Verdict,
+    /// What is wrong where, and why.
+    sentence: String,
+    scene: String,
+    result: String,
+    understood: Understood,
+    method: String,
+    cells: usize,
+    dofs: usize,
+    findings: Findings,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    certificate: Option<Certified>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    no_certificate: Option<String>,
+}
+
+impl Judgement {
+    pub fn new(
+        result: &Path,
+        case: &Case,
+        understood: Understood,
+        findings: Findings,
+        certificate: &Result<Certificate, String>,
+    ) -> Self {
+        let space = &case.problem.space;
+        Judgement {
+            verdict: match findings.solves() {
+                true => Verdict::Agree,
+                false => Verdict::Disagree,
+            },
+            sentence: findings.sentence(),
+            scene: case.scene().name().to_owned(),
+            result: result.display().to_string(),
+            understood,
+            method: case.problem.method().to_string(),
+            cells: space.mesh.cell_count(),
+            dofs: space.dofs,
+            findings,
+            certificate: certificate
+                .as_ref()
+                .ok()
+                .map(|c| Certified::new(Target::UH, c)),
+            no_certificate: certificate.as_ref().err().cloned(),
+        }
+    }
+}
+
+/// The report of a judgement of u in a case.
+///
+/// # Errors
+/// None but of a broken installation.
+pub fn judge<'a>(
+    told: &'a Judgement,
+    case: &'a Case,
+    u: &'a [f64],
+    inputs: Vec<PathBuf>,
+) -> Result<Report<'a>> {
+    let (found, verdict) = (&told.findings, word(told.verdict));
+    let title = format!(
+        "faceoff judge: {}, {}, {}",
+        told.result, told.scene, told.method
+    );
+    let headline = format!("{verdict}: {} {}", told.result, told.sentence);
+    let headline = match told.verdict {
+        Verdict::Agree => headline,
+        _ => format!("{verdict}: {}: {}", told.result, told.sentence),
+    };
+    let mut report = Report::new("judge", &title, headline, told)?;
+    report.verdict = Some((told.verdict, verdict));
+    report.inputs = inputs;
+    let mesh = case.problem.space.mesh;
+    report.digests.push(("the mesh".into(), mesh.digest()));
+    let certificate = match (&told.certificate, &told.no_certificate) {
+        (Some(c), _) => c.sentence(),
+        (_, because) => format!("none, because {}", because.as_deref().unwrap_or_default()),
+    };
+    report.blocks = vec![Block::facts([
+        ("understood as", told.understood.sentence()),
+        ("written", found.written.words()),
+        ("residual", residual(found)),
+        ("certificate", certificate),
+    ])];
+    if found.failing > 0 {
+        report
+            .blocks
+            .extend([worst(&found.worst).into(), terms(&found.terms).into()]);
+    }
+    if !found.explanations.is_empty() {
+        report.blocks.push(tried(&found.explanations).into());
+    }
+    let off = |g: &&FaceGamma| {
+        g.factor
+            .is_some_and(|f| (f - 1.0).abs() > 10.0 * g.uncertain.unwrap_or(0.0))
+    };
+    let off: Vec<&FaceGamma> = found.gamma.iter().filter(off).collect();
+    if !off.is_empty() {
+        report.blocks.push(Block::Terminal(vec![
+            gamma(off.into_iter().take(FACES)).into(),
+        ]));
+    }
+    if !found.gamma.is_empty() {
+        let all = gamma(&found.gamma).into();
+        let fold = Block::Folded("γ on every contact face".into(), vec![all]);
+        report.blocks.push(Block::Page(vec![fold]));
+    }
+    report.file("rows.csv", || rows(told, case, u));
+    let test = TestCase {
+        title: Some(format!("{} does not solve {}", told.result, told.scene)),
+        ..TestCase::new(
+            &told.scene,
+            format!("{} solves {}", told.result, told.method),
+            told.verdict,
+            told.sentence.clone(),
+        )
+    };
+    report.suites.push(Suite::new(&told.result, [test]));
+    Ok(report)
+}
+
+/// So many faces a terminal has room for.
+const FACES: usize = 10;
+
+fn residual(found: &Findings) -> String {
+    format!(
+        "{}: {} of {} rows and {} of {} faces are above rounding",
+        short(found.residual),
+        found.failing,
+        found.rows,
+        found.failing_faces,
+        found.faces
+    )
+}
+
+/// The rows that are farthest off.
+pub(super) fn worst(spots: &[Spot]) -> Table {
+    table!("The rows that are farthest off, by backward error", spots, |spot|
+        "vertices" => format!("{:?}", spot.vertices),
+        "at" => place(&spot.midpoint),
+        "residual" => spot.error,
+    )
+}
+
+/// The terms that the failing rows hold.
+pub(super) fn terms(terms: &[TermRows]) -> Table {
+    let caption = "The terms of the rows that fail; a term that is wrong is part of all of them";
+    table!(caption, terms, |of|
+        "term" => why::name(of.term),
+        "rows" => of.rows,
+        "fail" => of.failing,
+        "can be wrong" => if of.suspect { "yes" } else { "" },
+    )
+}
+
+/// What was put in, and what it left.
+pub(super) fn tried(explanations: &[Explanation]) -> Table {
+    let caption =
+        "What was put into the scheme in its place, one thing at a time, and the residual with it";
+    table!(caption, explanations, |of|
+        "ingredient" => of.ingredient,
+        "residual" => of.left,
+        "found" => if of.accounts { "explains it" } else { "does not" },
+        "with it" => &of.what,
+    )
+}
+
+fn gamma<'a>(faces: impl IntoIterator<Item = &'a FaceGamma>) -> Table {
+    let caption = "What γ would have to be on contact faces; in contact it has no say";
+    let fitted = |of: &FaceGamma| {
+        of.factor
+            .map(|factor| Cell::Number(factor, format!("× {factor:.10}")))
+    };
+    table!(caption, faces, |of|
+        "face" => format!("{:?}", of.vertices),
+        "at" => place(&of.midpoint),
+        "γ" => fitted(of),
+    )
+}
+
+/// Every row with its terms.
+fn rows(told: &Judgement, case: &Case, u: &[f64]) -> String {
+    let problem = &case.problem;
+    let (residual, terms) = (problem.residual(u), problem.terms(u));
+    let head = "dof,x,y,z,u,error,residual,volume,load,consistency,contact";
+    let row = |dof: usize| {
+        let [x, y, z] = problem.space.point(dof);
+        let [volume, load, consistency, contact] = [0, 1, 2, 3].map(|k| terms[k][dof]);
+        let error = told.findings.errors[dof];
+        json!({
+            "dof": dof, "x": x, "y": y, "z": z, "u": u[dof], "error": error, "residual": residual[dof],
+            "volume": volume, "load": load, "consistency": consistency, "contact": contact,
+        })
+    };
+    csv(head, (0..u.len()).map(row))
+}

@@ -1,0 +1,266 @@
+//! What shows only when two codes run again: tolerances, the order of the mesh, linear solvers, the start.
+
+use serde::Serialize;
+
+use crate::engine::{self, Engine, unique};
+use crate::run::{RESIDUAL_TOLERANCE, Runner, Setup, Variation, tolerance};
+use faceoff_fem::contact::{Problem, face_fields};
+use faceoff_fem::linear::{self, Precision, Solver};
+use faceoff_judge::judge;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
+use faceoff_mesh::field::FaceFields;
+
+/// What the start was matched to where it is not to blame.
+const BADLY_CONDITIONED: &str =
+    "either answer: both solve the same linear system, which is badly conditioned";
+
+/// What was found about two answers to one case.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis {
+    pub scene: String,
+    pub method: String,
+    pub n: Option<usize>,
+    pub a: String,
+    pub b: String,
+    /// The largest |a-b| of any field by value, relative to max|u| and the field's sensitivity.
+    pub difference: f64,
+    /// Those that account for the difference first.
+    pub ingredients: Vec<Ingredient>,
+}
+
+/// One ingredient, matched.
+#[derive(Debug, Clone, Serialize)]
+pub struct Ingredient {
+    pub ingredient: String,
+    /// What it was set to.
+    pub matched: String,
+    /// The difference that is left, in the same units.
+    pub left: f64,
+    /// Is nothing but rounding left?
+    pub accounts: bool,
+}
+
+/// Two answers to a case that are not the same, whose difference no residual explains.
+pub struct Again<'a> {
+    runner: &'a Runner<'a>,
+    setup: &'a Setup,
+    problem: Problem<'a>,
+    answers: [FaceFields; 2],
+    /// u at all dofs.
+    u: [&'a [f64]; 2],
+    found: Vec<Ingredient>,
+}
+
+impl<'a> Again<'a> {
+    /// # Errors
+    /// A setup that has no problem.
+    pub fn new(
+        runner: &'a Runner<'a>,
+        setup: &'a Setup,
+        answers: [(&str, &'a [f64]); 2],
+    ) -> Result<Self> {
+        let problem = setup.case()?.problem;
+        Ok(Again {
+            answers: answers.map(|(name, u)| face_fields(&problem, u, name)),
+            u: answers.map(|(_, u)| u),
+            runner,
+            setup,
+            problem,
+            found: Vec::new(),
+        })
+    }
+
+    /// Runs both with one ingredient matched at a time.
+    ///
+    /// # Errors
+    /// An interruption.
+    pub fn diagnosis(mut self, engines: [&dyn Engine; 2]) -> Result<Diagnosis> {
+        let stop = self.setup.settings.stop;
+        let increment = 1e-14_f64.min(0.01 * stop.increment);
+        let again = [
+            (
+                "the tolerance",
+                format!("increments of at most {increment:e}"),
+                Variation::Increment(increment, 4),
+            ),
+            (
+                "the order of the mesh",
+                "the cells in reverse order for both codes".into(),
+                Variation::CellsReversed,
+            ),
+            (
+                "the quadrature of the load",
+                "a constant f and no t in both codes".into(),
+                Variation::ConstantLoad,
+            ),
+        ];
+        for (ingredient, matched, variation) in again {
+            cancel::check()?;
+            if let Some(left) = self.run(engines, &variation)? {
+                self.add(ingredient, matched, left);
+            }
+        }
+        self.start()?;
+        self.linear_solver()?;
+        self.found.sort_by_key(|i| !i.accounts);
+        let [a, b] = &self.answers;
+        Ok(Diagnosis {
+            scene: self.setup.scene.name().to_owned(),
+            method: self.setup.discretisation.method.to_string(),
+            n: self.setup.n,
+            a: a.source.clone(),
+            b: b.source.clone(),
+            difference: distance(a, b),
+            ingredients: self.found,
+        })
+    }
+
+    fn add(&mut self, ingredient: &str, matched: String, left: f64) {
+        self.found.push(Ingredient {
+            ingredient: ingredient.into(),
+            matched,
+            left,
+            accounts: left <= tolerance(&self.setup.discretisation.method),
+        });
+    }
+
+    /// What is left when both engines run again; none where one of them does not answer.
+    fn run(&self, engines: [&dyn Engine; 2], variation: &Variation) -> Result<Option<f64>> {
+        let Ok(setup) = self.setup.with(variation) else {
+            return Ok(None);
+        };
+        let Ok(case) = setup.case() else {
+            return Ok(None);
+        };
+        let mut fields = Vec::new();
+        for engine in engines {
+            let answers = self.runner.each(engine, &[&case], &setup.settings)?;
+            if let Some(Ok(answer)) = answers.into_iter().next() {
+                fields.push(face_fields(&case.problem, &answer.u, engine.name()));
+            }
+        }
+        let [a, b] = &fields[..] else {
+            return Ok(None);
+        };
+        Ok(Some(distance(a, b)))
+    }
+
+    fn start(&mut self) -> Result<()> {
+        let residuals = self.u.map(|u| self.problem.backward_error(u).0);
+        let [a, b] = &self.answers;
+        let judged = judge(a, b, tolerance(&self.setup.discretisation.method))?;
+        let flips = judged.iter().find_map(|field| field.flips).unwrap_or(0);
+        let (matched, left) = start_decides(residuals, flips, distance(a, b));
+        self.add("the start", matched.into(), left);
+        Ok(())
+    }
+
+    /// The Rust engine with another linear solver beside the answer of the other.
+    fn linear_solver(&mut self) -> Result<()> {
+        let rust = engine::find(engine::OWN)?;
+        let is_own = |k: &usize| self.answers[*k].source == rust.name();
+        let (Some(_), Some(other)) = ((0..2).find(is_own), (0..2).find(|k| !is_own(k))) else {
+            return Ok(());
+        };
+        for solver in [Solver::Faer, Solver::Multifrontal] {
+            let linear = linear::Settings {
+                solver,
+                precision: Precision::F64,
+            };
+            let setup = self.setup.with(&Variation::Linear(linear))?;
+            let case = setup.case()?;
+            let answers = self.runner.each(&*rust, &[&case], &setup.settings)?;
+            if let Some(Ok(answer)) = answers.into_iter().next() {
+                let fields = face_fields(&self.problem, &answer.u, "rust again");
+                let other = &self.answers[other];
+                let matched = format!("{solver} in the Rust engine, against {}", other.source);
+                let left = distance(&fields, other);
+                self.add("the linear solver", matched, left);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Diagnosis {
+    /// Is it about these two in this case?
+    pub fn is_of(&self, case: (&str, &str, Option<usize>), pair: (&str, &str)) -> bool {
+        (&*self.scene, &*self.method, self.n) == case && (&*self.a, &*self.b) == pair
+    }
+
+    /// What accounts for the difference, in words.
+    pub fn sentence(&self) -> String {
+        let all = self.ingredients.iter();
+        let mut causes: Vec<&Ingredient> = all.clone().filter(|i| i.accounts).collect();
+        causes.dedup_by(|i, j| i.ingredient == j.ingredient);
+        let cause = |i: &&Ingredient| {
+            format!(
+                "{} accounts for it: with {} the difference falls from {:.1e} to {:.1e}",
+                i.ingredient, i.matched, self.difference, i.left
+            )
+        };
+        if !causes.is_empty() {
+            let causes: Vec<String> = causes.iter().map(cause).collect();
+            return format!("{}.", causes.join("; "));
+        }
+        let none = format!(
+            "nothing that was matched accounts for the difference of {:.1e}",
+            self.difference
+        );
+        if all.clone().any(|i| i.matched == BADLY_CONDITIONED) {
+            return format!(
+                "{none}: both answers solve the scheme to rounding and with the same contact status, so that the linear \
+                 system is badly conditioned."
+            );
+        }
+        let names = unique(all.map(|i| &*i.ingredient));
+        format!("{none}, neither {}.", names.join(" nor "))
+    }
+}
+
+/// What is left when both codes start from either answer. Of two solutions the start decides which is found; but as the
+/// scheme is linear while no point of Γ_C changes its status, two of them differ there. Answers with the same status are
+/// one solution of one linear system, which differ by rounding alone.
+fn start_decides(residuals: [f64; 2], flips: usize, difference: f64) -> (&'static str, f64) {
+    // Each by itself: the larger of a number and of what is none is the number.
+    let solved = residuals.iter().all(|r| *r <= RESIDUAL_TOLERANCE);
+    let residual = residuals[0].max(residuals[1]);
+    match flips {
+        _ if !solved => {
+            let matched = "either answer, not both of which solve the scheme";
+            (matched, difference)
+        }
+        0 => (BADLY_CONDITIONED, difference),
+        _ => (
+            "both answers in turn, which both solve the scheme",
+            residual,
+        ),
+    }
+}
+
+/// The largest difference of any field by value, as the judge measures it; infinite where there is none.
+fn distance(a: &FaceFields, b: &FaceFields) -> f64 {
+    let judged = judge(a, b, 1.0).unwrap_or_default();
+    let values = judged.iter().filter(|f| f.field != "status");
+    let largest = values.map(|f| match f.max_rel.is_nan() {
+        true => f64::INFINITY,
+        false => f.max_rel,
+    });
+    largest.reduce(f64::max).unwrap_or(f64::INFINITY)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::start_decides;
+
+    #[test]
+    fn the_start_decides_only_between_two_solutions() {
+        let of = |residuals, flips| start_decides(residuals, flips, 1e-3).1;
+        assert_eq!(of([1e-16, 3e-15], 2), 3e-15);
+        assert_eq!(of([1e-16, 3e-15], 0), 1e-3);
+        assert_eq!(of([1e-16, 1e-9], 2), 1e-3);
+        assert_eq!(of([f64::NAN, 1e-16], 2), 1e-3);
+        assert_eq!(of([1e-16, f64::NAN], 2), 1e-3);
+    }
+}

@@ -1,0 +1,108 @@
+//! Every choice that a code may have made otherwise.
+
+use super::{Explanation, Rank};
+use crate::run::{Datum, Setup, Variation};
+use faceoff_fem::contact::{Method, Term};
+use faceoff_fem::quadrature;
+use faceoff_fem::scene::HRule;
+
+/// A choice, how the scheme has it then, and what is said of who made it.
+pub(super) struct Candidate {
+    pub ingredient: &'static str,
+    pub what: String,
+    pub term: Term,
+    pub variation: Variation,
+}
+
+impl Candidate {
+    /// With the residual that is left.
+    pub fn leaving(self, left: f64) -> Explanation {
+        Explanation {
+            term: Some(self.term),
+            ..Explanation::new(self.ingredient, self.what, Rank::Choice, left)
+        }
+    }
+}
+
+/// All of them for a setup: quadratures, h, signs, parts of the boundary, methods.
+pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
+    let (dim, discretisation) = (setup.mesh.dim, &setup.discretisation);
+    let mut all = Vec::new();
+    let mut add = |ingredient, what: String, term, variation| {
+        all.push(Candidate {
+            ingredient,
+            what,
+            term,
+            variation,
+        });
+    };
+    if let Ok([load, contact]) = discretisation.rules(dim) {
+        let others = |dim: usize, own: &'static str| {
+            let known = quadrature::names(dim).iter();
+            let all = known.chain(quadrature::foreign(dim)).copied();
+            all.filter(move |rule| *rule != own)
+        };
+        for rule in others(dim, load.name) {
+            let what = format!("(f,v) is integrated by {rule}, not {}", load.name);
+            let variation = Variation::LoadRule(rule.into());
+            add("the quadrature of the load", what, Term::Load, variation);
+        }
+        for rule in others(dim - 1, contact.name) {
+            let what = format!("Γ_C is integrated by {rule}, not {}", contact.name);
+            let variation = Variation::ContactRule(rule.into());
+            add("the quadrature on Γ_C", what, Term::Contact, variation);
+        }
+    }
+    let (h, what) = match discretisation.h {
+        HRule::Local => (HRule::Global, "h in γ = γ₀ h is global, not local"),
+        HRule::Global => (HRule::Local, "h in γ = γ₀ h is local, not global"),
+    };
+    add("h", what.into(), Term::Contact, Variation::H(h));
+    for datum in Datum::ALL {
+        if !datum.of(setup.scene.data()).is_zero() {
+            let (name, term) = (datum.name(), term_of(datum));
+            let negated = format!("{name} has the other sign");
+            add(name, negated, term, Variation::Negated(datum));
+            add(name, format!("{name} is 0"), term, Variation::Zero(datum));
+        }
+    }
+    for (i, k, names) in [
+        (2, 1, "Γ_C and Γ_N"),
+        (2, 0, "Γ_C and Γ_D"),
+        (1, 0, "Γ_N and Γ_D"),
+    ] {
+        let what = format!("{names} are swapped");
+        add(
+            "the boundary",
+            what,
+            Term::Dirichlet,
+            Variation::Swapped(i, k),
+        );
+    }
+    for other in methods(discretisation.method) {
+        let what = format!("it solves {other}, not {}", discretisation.method);
+        let variation = Variation::Method(other);
+        add("the method", what, Term::Contact, variation);
+    }
+    all
+}
+
+pub(super) fn term_of(datum: Datum) -> Term {
+    match datum {
+        Datum::F | Datum::T => Term::Load,
+        Datum::G => Term::Dirichlet,
+        Datum::Psi => Term::Contact,
+    }
+}
+
+/// The other methods on the same element.
+fn methods(own: Method) -> impl Iterator<Item = Method> {
+    let family = [(1, 0), (1, 1), (0, 1), (-1, 0), (-1, 1), (0, 0)];
+    let family = family.map(|(a, b)| Method::nitsche(own.element, a, b));
+    let named = ["cr-fc", "cr-vi", "p1-vi", "penalty", "multiplier"];
+    let named = named
+        .into_iter()
+        .filter_map(|name| name.parse::<Method>().ok());
+    let all = family.into_iter().chain(named);
+    all.filter(move |other| other.element.name() == own.element.name() && other.law != own.law)
+}

@@ -1,0 +1,160 @@
+//! What may be otherwise at some places: values on Γ_D, and the contact status.
+
+use super::place::Spot;
+use super::search::Search;
+use super::{Explanation, Rank};
+use faceoff_fem::contact::Term;
+
+/// So many points of a face have their statuses tried, in all combinations.
+const MOST_POINTS: usize = 10;
+
+/// Takes the values on Γ_D for g where they are not.
+pub(super) fn values_held(search: &mut Search) -> Option<Explanation> {
+    let is_off = |dof: &usize| {
+        search.problem.dirichlet[*dof].is_some() && search.errors[*dof] > search.limit
+    };
+    let off: Vec<usize> = (0..search.u.len()).filter(is_off).collect();
+    let first = *off.first()?;
+    let kept = search.problem.dirichlet.clone();
+    for dof in &off {
+        search.problem.dirichlet[*dof] = Some(search.u[*dof]);
+    }
+    let left = search.problem.backward_error(search.u).0;
+    search.problem.dirichlet = kept;
+    let spot = |dof: &usize| Spot::of_dof(&search.problem, *dof, search.errors[*dof]);
+    let at: Vec<Spot> = off.iter().map(spot).collect();
+    let all = search.problem.dirichlet.iter().flatten().count();
+    let what = match (&off[..], search.problem.dirichlet[first]) {
+        ([_], Some(g)) => {
+            let u = search.u[first];
+            format!("u is {u}, not g = {g}, on {}", at[0].words())
+        }
+        _ => format!(
+            "u is not g at {} of {all} dofs on Γ_D, {}",
+            off.len(),
+            Spot::list(&at)
+        ),
+    };
+    Some(Explanation {
+        term: Some(Term::Dirichlet),
+        at,
+        ..Explanation::new("g", what, Rank::Places, left)
+    })
+}
+
+/// The statuses with which the linear scheme has this field: those of a step of Newton's method that was the last one,
+/// although they were not yet those of u.
+pub(super) fn status(search: &Search) -> Option<Explanation> {
+    let points = search.problem.by_status(search.u);
+    let rows = |face: usize| points[face].first().map_or(&[][..], |of| &of[..]);
+    let mut statuses = Statuses {
+        search,
+        residual: search.rows.residual.clone(),
+        flipped: vec![0; points.len()],
+        points: &points,
+    };
+    // How many faces see a row.
+    let mut seen = vec![0_u32; search.u.len()];
+    for (row, _) in (0..points.len()).flat_map(rows) {
+        seen[*row as usize] += 1;
+    }
+    let is_off = |row: u32| search.errors[row as usize] > search.limit;
+    let failing = |face: &usize| {
+        points[*face].len() <= MOST_POINTS && rows(*face).iter().any(|(row, _)| is_off(*row))
+    };
+    let faces: Vec<usize> = (0..points.len()).filter(failing).collect();
+    // By the rows that are a face's own, then by all, one face after the other until all rest.
+    let is_own = |row: u32| seen[row as usize] == 1;
+    for face in &faces {
+        statuses.choose(*face, &is_own);
+    }
+    for _ in 0..SWEEPS {
+        let changed = faces.iter().map(|face| statuses.choose(*face, &|_| true));
+        if changed.filter(|changed| *changed).count() == 0 {
+            break;
+        }
+    }
+    let Statuses {
+        residual, flipped, ..
+    } = statuses;
+    let spot = |face: usize| {
+        Spot::of_face(
+            &search.problem,
+            search.problem.contact[face].face,
+            &search.errors,
+        )
+    };
+    let faces: Vec<Spot> = (0..points.len())
+        .filter(|face| flipped[*face] != 0)
+        .map(spot)
+        .collect();
+    if faces.is_empty() {
+        return None;
+    }
+    let flips: u32 = flipped.iter().map(|subset| subset.count_ones()).sum();
+    // What is not a number must not vanish in the maximum.
+    let larger = |most: f64, row: f64| match row.is_nan() {
+        true => f64::INFINITY,
+        false => most.max(row.abs()),
+    };
+    let left = search.weighted(&residual).into_iter().fold(0.0, larger);
+    let noun = if flips == 1 { "point" } else { "points" };
+    Some(Explanation {
+        term: Some(Term::Contact),
+        what: format!(
+            "contact lags by an iteration: {flips} {noun} of {} with the status of the step before",
+            Spot::list(&faces)
+        ),
+        at: faces,
+        ..Explanation::new("the contact status", String::new(), Rank::Statuses, left)
+    })
+}
+
+/// Faces share rows: so many times each is chosen for again.
+const SWEEPS: usize = 20;
+
+/// A status for each point, and the residual with them.
+struct Statuses<'a> {
+    search: &'a Search<'a>,
+    /// Of each face and point, as [`faceoff_fem::contact::Problem::by_status`] has them.
+    points: &'a [Vec<Vec<(u32, f64)>>],
+    /// A bit for each point with the other status.
+    flipped: Vec<usize>,
+    residual: Vec<f64>,
+}
+
+impl Statuses<'_> {
+    /// Gives the points of a face the statuses that leave least in those of its rows that count; does that change any?
+    fn choose(&mut self, face: usize, counts: &dyn Fn(u32) -> bool) -> bool {
+        let points = &self.points[face];
+        let before = std::mem::take(&mut self.flipped[face]);
+        self.flip(face, before, -1.0);
+        let rows = points.first().map_or(&[][..], |of| &of[..]);
+        let left = |subset: usize| -> f64 {
+            let of_row = |(k, (row, _)): (usize, &(u32, f64))| {
+                let flipped = (0..points.len()).filter(|q| subset >> q & 1 == 1);
+                let now =
+                    self.residual[*row as usize] + flipped.map(|q| points[q][k].1).sum::<f64>();
+                (now / self.search.rows.scale[*row as usize]).powi(2)
+            };
+            let rows = rows.iter().enumerate();
+            rows.filter(|(_, (row, _))| counts(*row)).map(of_row).sum()
+        };
+        let all = 0..1_usize << points.len();
+        let best = all
+            .min_by(|a, b| left(*a).total_cmp(&left(*b)))
+            .unwrap_or(0);
+        self.flipped[face] = best;
+        self.flip(face, best, 1.0);
+        best != before
+    }
+
+    /// Adds what the points of a subset change to the residual, so many times.
+    fn flip(&mut self, face: usize, subset: usize, times: f64) {
+        let points = self.points[face].iter().enumerate();
+        let of_subset = points.filter(|(q, _)| subset >> q & 1 == 1);
+        for (row, change) in of_subset.flat_map(|(_, point)| point) {
+            self.residual[*row as usize] += times * change;
+        }
+    }
+}

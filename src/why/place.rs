@@ -1,0 +1,61 @@
+//! Where something is.
+
+use serde::Serialize;
+
+use faceoff_fem::contact::Problem;
+
+/// A vertex, an edge or a face.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Spot {
+    pub vertices: Vec<u32>,
+    pub midpoint: Vec<f64>,
+    /// The largest backward error of a row there.
+    pub error: f64,
+}
+
+/// So many places are named in words.
+const NAMED: usize = 3;
+
+impl Spot {
+    /// What carries a dof.
+    pub(super) fn of_dof(problem: &Problem, dof: usize, error: f64) -> Self {
+        let space = &problem.space;
+        Spot {
+            vertices: space.carrier(dof),
+            midpoint: space.point(dof)[..space.mesh.dim].to_vec(),
+            error,
+        }
+    }
+
+    /// A face; the error is that of the worst row of the cell behind it.
+    pub(super) fn of_face(problem: &Problem, face: usize, errors: &[f64]) -> Self {
+        let mesh = problem.space.mesh;
+        let cell = mesh.face_cells(face)[0] as usize;
+        let rows = problem.space.cell_dofs(cell).iter();
+        Spot {
+            vertices: mesh.face(face).to_vec(),
+            midpoint: mesh.face_midpoint(face)[..mesh.dim].to_vec(),
+            error: rows.fold(0.0, |most: f64, row| most.max(errors[*row as usize])),
+        }
+    }
+
+    /// `face [6, 7] at (0.2031, 0.0000)`
+    pub fn words(&self) -> String {
+        let kind = match self.vertices.len() {
+            1 => "vertex",
+            n if n == self.midpoint.len() => "face",
+            _ => "edge",
+        };
+        let at: Vec<String> = self.midpoint.iter().map(|x| format!("{x:.4}")).collect();
+        format!("{kind} {:?} at ({})", self.vertices, at.join(", "))
+    }
+
+    /// The first of them by name, the rest by number.
+    pub(super) fn list(spots: &[Spot]) -> String {
+        let named: Vec<String> = spots.iter().take(NAMED).map(Spot::words).collect();
+        match spots.len().saturating_sub(NAMED) {
+            0 => named.join(", "),
+            more => format!("{} and {more} more", named.join(", ")),
+        }
+    }
+}
