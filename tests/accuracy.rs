@@ -259,7 +259,7 @@ fn the_contact_force_and_the_contact_set_are_in_their_intervals() {
     println!("{widths:?}");
     for pair in widths.windows(2) {
         assert!(
-            pair[1].0 < 0.6 * pair[0].0 && pair[1].1 < 0.4 * pair[0].1,
+            pair[1].0 < 0.6 * pair[0].0 && pair[1].1 < pair[0].1,
             "{widths:?}"
         );
         assert!(
@@ -267,8 +267,10 @@ fn the_contact_force_and_the_contact_set_are_in_their_intervals() {
             "{widths:?}"
         );
     }
+    // Coarse meshes spend more on f: the order shows over both steps.
+    assert!(widths[2].1 < 0.16 * widths[0].1, "{widths:?}");
     let (force, square, ..) = widths[2];
-    assert!(force <= 0.05 * 0.26583 && square < 1e-3, "{widths:?}");
+    assert!(force <= 0.005 * 0.26583 && square < 1e-4, "{widths:?}");
     let words = [
         "solve",
         "one-zone",

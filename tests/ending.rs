@@ -185,7 +185,7 @@ fn an_accuracy_ends_with_the_best_so_far() {
         "solve",
         "one-zone",
         "--accuracy",
-        "1e-7",
+        "1e-5",
         "--json",
         "out.json",
     ];

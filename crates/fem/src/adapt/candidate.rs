@@ -2,7 +2,7 @@
 
 use super::plan::{Spread, bisections};
 use super::{AIM, COARSE, FURTHEST, MOST, Step, Way, Wish};
-use crate::scene::{MeshSource, Scene};
+use crate::scene::{LARGEST_N, MeshSource, Scene};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Triangulation;
 use faceoff_mesh::mesh::bisect::{at_longest_edges, bisect};
@@ -28,6 +28,9 @@ pub(super) fn first_n(scene: &Scene) -> Option<usize> {
     }
 }
 
+/// The order of the bound of G in n where none is seen yet.
+const USUAL: f64 = 1.5;
+
 /// The n that is predicted to reach the accuracy from the last uniform mesh, with the order seen so far.
 pub(super) fn next_n(wish: &Wish, steps: &[Step]) -> usize {
     let uniform: Vec<(f64, f64)> = steps
@@ -39,12 +42,14 @@ pub(super) fn next_n(wish: &Wish, steps: &[Step]) -> usize {
     };
     let order = match uniform[..] {
         [.., (coarse, before), _] => {
-            ((before / relative).ln() / (n / coarse).ln()).clamp(0.25, 1.0)
+            ((before / relative).ln() / (n / coarse).ln()).clamp(0.25, 2.0)
         }
-        _ => 1.0,
+        _ => USUAL,
     };
     let mut factor = (relative / (AIM * wish.accuracy)).powf(1.0 / order);
-    if relative > COARSE {
+    // What no mesh reaches is said at once.
+    let is_possible = n * factor <= LARGEST_N as f64;
+    if relative > COARSE || uniform.len() == 1 && is_possible {
         factor = factor.min(FURTHEST);
     }
     // Beyond any mesh; that it cannot be had is said there.

@@ -104,7 +104,7 @@ const WORTH: f64 = 2.5;
 /// Predictions aim at this part of the accuracy.
 const AIM: f64 = 0.95;
 /// Bisections of a triangle from one mesh to the next, and the factor of a uniform n while the bound is above
-/// [`COARSE`]: from there no rate can be seen.
+/// [`COARSE`] or there is no other: no rate can be seen yet.
 const MOST: u8 = 6;
 const FURTHEST: f64 = 4.0;
 const COARSE: f64 = 0.1;

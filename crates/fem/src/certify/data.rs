@@ -9,6 +9,7 @@ use super::model::{Domain, Effort, Tree};
 use super::obstacle::{Obstacle, obstacles};
 use super::patch;
 use super::refusal;
+use super::second_order;
 use super::simplex::{Simplex, bubble_on, mean_with_bubble};
 use crate::contact::Problem;
 use crate::interval::Interval;
@@ -19,7 +20,7 @@ use faceoff_mesh::error::Result;
 
 /// ∫ |r| of f and t is wanted below this part of h ‖f‖, which costs the bound a hundredth or two.
 const TOLERANCE: f64 = 0.006;
-/// Less for a field of degree 2, whose error is that much smaller on a mesh of ordinary size.
+/// Less where v and σ are of second order, as ‖∇u - G‖ is that much smaller on a mesh of ordinary size.
 const OF_SECOND_ORDER: f64 = 0.15;
 /// Leaves beyond one a cell: so many a cell and so many more, and never beyond the last.
 const PER_CELL: usize = 60;
@@ -174,10 +175,11 @@ pub(super) struct Traction {
     pub rest: f64,
 }
 
-/// What may be spent on the data of a part of the mesh, for a field of some degree.
-fn effort(count: usize, h: f64, degree: usize) -> Effort {
+/// What may be spent on the data of a part of the mesh.
+fn effort(problem: &Problem, count: usize, h: f64) -> Effort {
+    let is_second = second_order::applies(problem);
     Effort {
-        tolerance: TOLERANCE * h * if degree == 2 { OF_SECOND_ORDER } else { 1.0 },
+        tolerance: TOLERANCE * h * if is_second { OF_SECOND_ORDER } else { 1.0 },
         budget: (PER_CELL * count + MORE).min(MOST),
     }
 }
@@ -192,7 +194,6 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
     // h ‖f‖ |Ω|^½ over the domain's size.
     let size = volume.powf(1.0 / mesh.dim as f64);
     let h = size / (mesh.cell_count() as f64).powf(1.0 / mesh.dim as f64);
-    let degree = problem.space.element.degree();
     let domain = Domain {
         expression: &problem.scene.data().f,
         vertices: (0..mesh.cell_count())
@@ -203,7 +204,7 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
         space: mesh.dim,
         unit,
     };
-    let effort = effort(mesh.cell_count(), h * volume.sqrt() / size, degree);
+    let effort = effort(problem, mesh.cell_count(), h * volume.sqrt() / size);
     let trees = domain.enclose(&effort)?;
     for (cell, tree) in trees.iter().enumerate() {
         bounded("f", tree, mesh.dim, || format!("cell {cell}"))?;
@@ -358,11 +359,7 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
         space: mesh.dim,
         unit,
     };
-    let trees = domain.enclose(&effort(
-        faces.len(),
-        h * whole.sqrt(),
-        problem.space.element.degree(),
-    ))?;
+    let trees = domain.enclose(&effort(problem, faces.len(), h * whole.sqrt()))?;
     let pairs = faces.into_iter().zip(cells);
     pairs
         .zip(&trees)

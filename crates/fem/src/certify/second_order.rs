@@ -39,13 +39,20 @@ const MOST_PARTS: usize = 12;
 /// On more cells than that v and σ are of second order for fields of degree 2 alone: s takes a problem of P2.
 const MANY: usize = 1_000_000;
 
-/// P2 where v and σ are of second order.
+/// Are v and σ of second order?
+pub(super) fn applies(problem: &Problem) -> bool {
+    let Space { mesh, element, .. } = problem.space;
+    mesh.dim == 2 && (element.degree() == 2 || mesh.cell_count() <= MANY)
+}
+
+/// P2 where they are.
 pub(super) fn space<'a>(problem: &Problem<'a>) -> Option<Space<'a>> {
     let Space { mesh, element, .. } = problem.space;
-    if mesh.dim == 2 && element.degree() == 2 {
-        return Some(problem.space.clone());
+    match (applies(problem), element.degree()) {
+        (false, _) => None,
+        (true, 2) => Some(problem.space.clone()),
+        (true, _) => Some(Space::new(mesh, &P2)),
     }
-    (mesh.dim == 2 && mesh.cell_count() <= MANY).then(|| Space::new(mesh, &P2))
 }
 
 /// b on the faces of a cell, by the vertex opposite.

@@ -7,7 +7,7 @@ use faceoff_mesh::mesh::{Mesh, Triangulation};
 
 /// No generated mesh is larger than this, so that a slip of the keyboard is not taken for a wish:
 /// 5e8 triangles, 8e8 tetrahedra.
-const LARGEST_N: usize = 16_384;
+pub(crate) const LARGEST_N: usize = 16_384;
 const LARGEST_SOLID_N: usize = 512;
 
 impl MeshSource {

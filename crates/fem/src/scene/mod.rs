@@ -13,6 +13,7 @@ use serde::Deserialize;
 
 pub use boundary::{Boundary, GroupName, Part};
 pub use expression::Expression;
+pub(crate) use load::LARGEST_N;
 
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::generate::Cuboid;
