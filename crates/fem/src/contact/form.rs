@@ -31,6 +31,8 @@ pub struct Problem<'a> {
     pub dirichlet: Vec<Option<f64>>,
     /// Where there are parts of the domain that Γ_D does not hold: that part, of each dof.
     pub floating: Option<Vec<Option<u32>>>,
+    /// The connected part of the mesh of each dof, and how many there are.
+    pub bodies: (Vec<u32>, usize),
     /// The rules that the scheme is defined by.
     pub cell_rule: Rule,
     pub face_rule: Rule,
@@ -103,6 +105,13 @@ impl<'a> Problem<'a> {
             load: &load,
             dirichlet: &dirichlet,
         })?;
+        let (body_of, count) = mesh.components();
+        let mut bodies = (vec![0; space.dofs], count);
+        for (cell, body) in body_of.iter().enumerate() {
+            for dof in space.cell_dofs(cell) {
+                bodies.0[*dof as usize] = *body;
+            }
+        }
         let mut problem = Problem {
             scene,
             discretisation: discretisation.clone(),
@@ -114,6 +123,7 @@ impl<'a> Problem<'a> {
             load,
             dirichlet,
             floating: None,
+            bodies,
             cell_rule,
             face_rule,
         };

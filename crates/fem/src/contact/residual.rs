@@ -31,6 +31,8 @@ impl Rows {
     /// The backward error of a row.
     pub fn error(&self, row: usize) -> f64 {
         match self.residual[row] {
+            // A size that overflowed measures nothing.
+            _ if !self.scale[row].is_finite() => f64::NAN,
             0.0 => 0.0,
             residual => residual.abs() / self.scale[row],
         }
@@ -88,7 +90,8 @@ impl Problem<'_> {
     ///
     /// A row whose terms are all rounding in units of the largest row's is measured by the latter
     /// (M. Arioli, J. W. Demmel, I. S. Duff, SIAM J. Matrix Anal. Appl. 10, 1989): where u = 0 it
-    /// would compare one rounding with another.
+    /// would compare one rounding with another. The largest is that of the same connected part: no
+    /// rounding comes from another one, beside which all of u might be small.
     pub fn rows(&self, u: &[f64]) -> Rows {
         let mut size = self.stiffness.sizes(u);
         for condition in &self.conditions {
@@ -106,20 +109,26 @@ impl Problem<'_> {
         for (size, load) in size.iter_mut().zip(&self.load) {
             *size += load.abs();
         }
-        let free = size
-            .iter()
-            .zip(&self.dirichlet)
-            .filter(|(_, g)| g.is_none());
-        let largest = free.fold(0.0, |m: f64, (size, _)| m.max(*size));
-        let highest = u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+        let (body_of, count) = &self.bodies;
+        let (mut largest, mut highest) = (vec![0.0_f64; *count], vec![0.0_f64; *count]);
+        for (row, body) in body_of.iter().enumerate() {
+            let body = *body as usize;
+            highest[body] = highest[body].max(u[row].abs());
+            if self.dirichlet[row].is_none() {
+                largest[body] = largest[body].max(size[row]);
+            }
+        }
         // What is that small beside the largest is what rounding has left of 0.
         let scale = |size: f64, largest: f64| match size < 1e3 * f64::EPSILON * largest {
             true => largest,
             false => size,
         };
-        let of_row = |(i, size): (usize, f64)| match self.dirichlet[i] {
-            Some(g) => scale(g.abs().max(u[i].abs()), highest),
-            None => scale(size, largest),
+        let of_row = |(i, size): (usize, f64)| {
+            let body = body_of[i] as usize;
+            match self.dirichlet[i] {
+                Some(g) => scale(g.abs().max(u[i].abs()), highest[body]),
+                None => scale(size, largest[body]),
+            }
         };
         Rows {
             residual: self.residual(u),
@@ -234,7 +243,9 @@ fn held(dirichlet: &[Option<f64>]) -> impl Iterator<Item = (usize, f64)> {
 mod tests {
     use super::*;
     use crate::contact::{Discretisation, Iteration, Method, Stop, solve};
-    use crate::scene::Scene;
+    use crate::scene::{Expression, Scene};
+    use faceoff_mesh::mesh::Triangulation;
+    use faceoff_mesh::mesh::generate::union_jack;
 
     /// The problem of a scene, its solution, and another field.
     fn each(of: impl Fn(&mut Problem, &[f64], &[f64])) {
@@ -324,5 +335,64 @@ mod tests {
                 assert!(problem.dirichlet[row].is_some() || off.abs() <= 1e-12 * scale);
             }
         });
+    }
+
+    /// The size of a row is infinite and what it leaves is not, where two cells have the same value.
+    #[test]
+    fn a_field_whose_sizes_overflow_does_not_solve() {
+        let scene = Scene::find("one-zone").unwrap();
+        let mesh = scene.triangulation(Some(4)).unwrap();
+        let discretisation = Discretisation::of(&scene, "cr".parse().unwrap());
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        for face in 0..mesh.face_count() {
+            let mut u = vec![0.0; problem.space.dofs];
+            let cells = mesh.face_cells(face).map(|cell| cell as usize);
+            for cell in cells.into_iter().filter(|cell| *cell < mesh.cell_count()) {
+                for dof in problem.space.cell_dofs(cell) {
+                    u[*dof as usize] = 2e307;
+                }
+            }
+            let error = problem.backward_error(&u).0;
+            assert!(error.is_nan() || error > 0.01, "{face}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_small_body_is_not_measured_by_a_large_one() {
+        let mut mesh = union_jack(4, [1.0, 1.0]);
+        let points = mesh.points.len() as u32;
+        let cells: usize = mesh.blocks.iter().map(|block| block.len()).sum();
+        let beside = mesh
+            .points
+            .clone()
+            .into_iter()
+            .map(|[x, y, z]| [x + 2.0, y, z]);
+        mesh.points.extend(beside);
+        for mut block in mesh.blocks.clone() {
+            block.nodes.iter_mut().for_each(|node| *node += points);
+            mesh.blocks.push(block);
+        }
+        for group in &mut mesh.groups {
+            let beside: Vec<u32> = group.cells.iter().map(|cell| cell + cells as u32).collect();
+            group.cells.extend(beside);
+        }
+        let mesh = Triangulation::new("two", &mesh).unwrap();
+        let scene = Scene::find("one-zone").unwrap();
+        let mut data = scene.data().clone();
+        data.f = Expression::parse("1 + 1e16*max(0, 1.5-x)").unwrap();
+        let scene = scene.with_data(data);
+        let discretisation = Discretisation::of(&scene, "cr".parse().unwrap());
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let stop = Stop::default();
+        let mut u = solve(&problem, Iteration::Newton, stop, |_, _| Ok(()))
+            .unwrap()
+            .u;
+        assert!(problem.backward_error(&u).0 < 1e-12);
+        for dof in (0..u.len()).filter(|dof| problem.dirichlet[*dof].is_none()) {
+            if problem.space.point(dof)[0] > 1.5 {
+                u[dof] += (dof as f64).sin();
+            }
+        }
+        assert!(problem.backward_error(&u).0 > 0.01);
     }
 }
