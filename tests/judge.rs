@@ -483,7 +483,7 @@ fn iterations_that_end_early_are_named() {
                 &what,
                 &found(at, &words),
                 "the iteration",
-                "it stopped early",
+                "an iteration that stopped early",
             );
         }
     }
@@ -664,7 +664,7 @@ const PLANTED: [Planted; 12] = [
             ),
         ],
         ingredient: "the iteration",
-        said: "it stopped early",
+        said: "an iteration that stopped early",
     },
     Planted {
         name: "few digits",

@@ -35,7 +35,7 @@ const FAILED: u8 = 2;
 
 /// What polls for the end of a run ends by itself in this time; the rest is ended with the process.
 const GRACE: Duration = Duration::from_millis(600);
-/// What was heard and writes what it has gets so long for it.
+/// What has a result already gets so long to come to its next poll and to write it; a second signal ends it at once.
 const WRITING: Duration = Duration::from_secs(60);
 
 /// How often the limits are looked at: time, and memory, which takes longer to find out.
@@ -126,7 +126,9 @@ fn wait(
             }
         }
         if let Some(cause) = cancel::cause() {
-            let grace = if cancel::is_heard() { WRITING } else { GRACE };
+            // Memory does not wait.
+            let may_wait = cancel::is_heard() && !matches!(cause, Cause::Memory { .. });
+            let grace = if may_wait { WRITING } else { GRACE };
             if asked.get_or_insert_with(Instant::now).elapsed() >= grace {
                 return Err(cause.into());
             }

@@ -134,11 +134,10 @@ fn refine(arguments: &Solve, to: &Output, scene: &Scene, wish: &Wish) -> Result<
         if !to.quiet {
             note!("{}", line(step, next));
         }
+        // From the first mesh on there is a result, which is worth waiting for.
+        cancel::hear();
         Ok(())
     })?;
-    if cancel::cause().is_some() {
-        cancel::hear();
-    }
     let total = clock.elapsed().as_secs_f64();
     let case = Case {
         n: reached.n,

@@ -80,12 +80,12 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
     let or = if suspects.contains(&Term::Load) && !search.setup.scene.data().f.is_zero() {
         ", or f is integrated by a rule that is not known here"
     } else if suspects.contains(&Term::Contact) {
-        ", or something on Γ_C is otherwise in a way that is not known here"
+        ", or something on Γ_C differs in a way that is not known here"
     } else {
         ""
     };
     let what = format!(
-        "it stopped early or was solved inexactly: it is {:.1e} of max|u| away from the solution{or}",
+        "no change of the scheme explains it; it is {:.1e} of max|u| away from the solution, as after an iteration that stopped early{or}",
         farthest / largest
     );
     let left = solution.residual;

@@ -102,7 +102,7 @@ pub(super) fn status(search: &Search) -> Option<Explanation> {
     Some(Explanation {
         term: Some(Term::Contact),
         what: format!(
-            "contact lags by an iteration: {flips} {noun} of {} with the status of the step before",
+            "the contact status is the other one at {flips} {noun} of {}, as when contact lags by an iteration",
             Spot::list(&faces)
         ),
         at: faces,

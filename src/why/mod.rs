@@ -149,27 +149,32 @@ impl Findings {
         }
         if let Some(culprit) = self.culprit() {
             let others = self.explanations.iter().skip(1);
-            let others = others.filter(|e| e.accounts && e.rank == culprit.rank);
+            // An iteration is only what is left: γ by face, which supposes more, stands beside it.
+            let is_iteration = culprit.ingredient == known::ITERATION;
+            let others = others.filter(|e| e.accounts && (e.rank == culprit.rank || is_iteration));
             let others: String = others.map(|e| format!("; or {}", e.what)).collect();
             let what = format!("{}{others}. Residual {}", culprit.what, size(self.residual));
             let fail = format!("{} of {} rows fail", self.failing, self.rows);
             return match culprit.ingredient {
                 _ if culprit.rank == Rank::Written => what,
                 known::ITERATION => format!("{what}; {fail}"),
-                _ => format!("{what}, with that {}; {fail}", size(culprit.left)),
+                _ => format!(
+                    "{what}, and {} with that change; {fail}",
+                    size(culprit.left)
+                ),
             };
         }
         let terms = self.terms.iter().filter(|t| t.suspect);
         let terms: Vec<&str> = terms.map(|t| name(t.term)).collect();
         let terms = match &terms[..] {
             [] => String::new(),
-            terms => format!(", which hold {}", terms.join(" or ")),
+            terms => format!(", all of which contain {}", terms.join(" or ")),
         };
         let nearest = self.explanations.first();
         let nearest = nearest.filter(|e| e.left < 0.1 * self.residual);
         let nearest = nearest.map_or(String::new(), |e| {
             format!(
-                "; nearest comes that {}, which leaves {}",
+                "; the nearest is that {}, which leaves {}",
                 e.what,
                 size(e.left)
             )

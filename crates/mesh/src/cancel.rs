@@ -22,7 +22,7 @@ pub enum Cause {
 
 static CAUSE: OnceLock<Cause> = OnceLock::new();
 
-/// Is what was found by then being written?
+/// Is there a result already?
 static IS_HEARD: AtomicBool = AtomicBool::new(false);
 
 /// When the time of the run is over.
@@ -30,7 +30,12 @@ static DEADLINE: OnceLock<Instant> = OnceLock::new();
 
 /// Asks everything that runs to end, programs with their children. Returns whether that was asked before.
 pub fn end(cause: Cause) -> bool {
-    CAUSE.set(cause).is_err()
+    let was_asked = CAUSE.set(cause).is_err();
+    if was_asked {
+        // Who asks twice does not wait for a result.
+        IS_HEARD.store(false, Ordering::Relaxed);
+    }
+    was_asked
 }
 
 /// Why the run has to end, if it has to.
@@ -38,12 +43,13 @@ pub fn cause() -> Option<Cause> {
     CAUSE.get().copied()
 }
 
-/// Says that the command was asked to end and writes what it has: it is given time for that.
+/// Says that the command has a result that it writes when it is asked to end: it is given time for that, until it is asked
+/// again.
 pub fn hear() {
     IS_HEARD.store(true, Ordering::Relaxed);
 }
 
-/// Does the command write what it has?
+/// Does the command write what it has when it is asked to end?
 pub fn is_heard() -> bool {
     IS_HEARD.load(Ordering::Relaxed)
 }
