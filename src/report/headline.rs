@@ -1,4 +1,4 @@
-//! What `verify` says first and last: which code does what otherwise, and every case in a line.
+//! What `verify` says first and last: which code does what differently, and every case in a line.
 
 use super::model::{Table, table, word};
 use super::verify::label;
@@ -18,7 +18,7 @@ pub(super) fn culprit(outcome: &VerifyOutcome) -> Option<(&CaseOutcome, &EngineO
     })
 }
 
-/// The verdict; and if it is no agreement, which code does what otherwise, where, and what the others make of it.
+/// The verdict; and if it is no agreement, which code does what differently, where, and what the others make of it.
 pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> String {
     let verdict = word(outcome.verdict);
     if outcome.verdict == Verdict::Agree {

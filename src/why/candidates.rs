@@ -1,4 +1,4 @@
-//! Every choice that a code may have made otherwise.
+//! Every choice that a code may have made differently.
 
 use super::{Explanation, Rank};
 use crate::run::{Datum, Setup, Variation};

@@ -1,4 +1,4 @@
-//! The one number by which the data, or u itself, would have to be otherwise.
+//! The one number by which the data, or u itself, would have to be changed.
 
 use super::candidates::term_of;
 use super::search::Search;

@@ -1,4 +1,4 @@
-//! What may be otherwise at some places: values on Γ_D, and the contact status.
+//! What may differ at some places: values on Γ_D, and the contact status.
 
 use super::place::Spot;
 use super::search::Search;

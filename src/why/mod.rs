@@ -69,7 +69,7 @@ pub struct TermRows {
 /// One change of the scheme or of the values, and the residual with it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Explanation {
-    /// What is otherwise: `γ`, `the quadrature of the load`.
+    /// What differs: `γ`, `the quadrature of the load`.
     pub ingredient: &'static str,
     /// How, as a sentence about the code.
     pub what: String,

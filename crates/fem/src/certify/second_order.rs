@@ -1,6 +1,6 @@
 //! v and σ of second order on triangles.
 //!
-//! Where u_h is of first order they make G more accurate than it, and its bound as large as its error.
+//! Where u_h is of first order they make G more accurate than u_h, so that the bound of u_h is hardly above its error.
 //!
 //! v = Σ v_i λ_i + Σ_F 4 b_F λ_a λ_b, F = ab, and σ + rot s with a continuous s of the same form, rot s = (∂₂s, -∂₁s). rot s has
 //! no divergence, and its flux through a face is s's derivative along it: none where s is constant, as on Γ_N, and one of mean 0
