@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use faceoff_judge::{Comparison, Tolerances, Verdict, compare_results, refuse_copies};
+use faceoff_judge::{Comparison, Settings, Verdict, compare_results, refuse_copies};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::{Error, Result, io};
 
@@ -40,7 +40,7 @@ fn main() -> ExitCode {
 fn compare(a: &Path, b: &Path) -> Result<Comparison> {
     refuse_copies(a, b, false)?;
     let (a, b) = (read(a)?, read(b)?);
-    compare_results(&a, &b, None, &Tolerances::default())
+    compare_results(&a, &b, &Settings::default())
 }
 
 fn read(path: &Path) -> Result<Results> {

@@ -294,10 +294,14 @@ pub(super) struct Compare {
     /// Judge cells of this dimension alone, where one file holds those of the boundary as well
     #[arg(long, value_name = "D", value_parser = clap::value_parser!(u8).range(0..=3))]
     pub dim: Option<u8>,
-    /// Match points and cells by their numbers or by their places [default: by numbers where the points of both files
-    /// are the same]
-    #[arg(long, value_parser = PossibleValuesParser::new(["vertices", "coordinates"]).map(match_by))]
+    /// Match points and cells by their numbers or by their places, or compare fields as functions wherever both meshes are
+    /// [default: by numbers where the points of both files are the same; as functions where their cells are others]
+    #[arg(long, value_parser = PossibleValuesParser::new(["vertices", "coordinates", "functions"]).map(match_by))]
     pub map: Option<MatchBy>,
+    /// Of functions on two meshes: the part of either mesh that the other need not cover, as in 0.01 where both approximate one
+    /// curved domain [default: what rounding of the coordinates makes]
+    #[arg(long, value_name = "PART", value_parser = bound, allow_negative_numbers = true)]
+    pub uncovered: Option<f64>,
     /// Write the differences of all fields on the mesh of A
     #[arg(long, value_name = "FILE.vtu")]
     pub out: Option<PathBuf>,
@@ -313,7 +317,8 @@ pub(super) struct Compare {
 fn match_by(word: String) -> MatchBy {
     match word.as_str() {
         "vertices" => MatchBy::Vertices,
-        _ => MatchBy::Coordinates,
+        "coordinates" => MatchBy::Coordinates,
+        _ => MatchBy::Functions,
     }
 }
 

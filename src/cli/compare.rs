@@ -9,7 +9,8 @@ use crate::report::console::note;
 use crate::report::{self, Output, deliver};
 use faceoff_fem::scene::{Bounds, Comparing, Scene};
 use faceoff_judge::{
-    GivenTolerances, PartialTolerance, Tolerances, at_midpoints, compare_results, refuse_copies,
+    GivenTolerances, PartialTolerance, Settings, Tolerances, at_midpoints, compare_results,
+    refuse_copies,
 };
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
@@ -54,7 +55,13 @@ pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
     let is_given = |name: &str| arguments.field.iter().any(|(known, _)| known == name);
     let all = &mut tolerances.of_field;
     all.retain(|(name, _)| is_here(name) || is_given(name));
-    let comparison = compare_results(&of_a, &of_b, arguments.map, &tolerances)?;
+    let settings = Settings {
+        tolerances,
+        map: arguments.map,
+        alone: arguments.uncovered,
+        progress: None,
+    };
+    let comparison = compare_results(&of_a, &of_b, &settings)?;
     if let Some(out) = &arguments.out {
         report::write_differences(out, &of_a, &comparison)?;
     }

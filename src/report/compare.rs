@@ -1,9 +1,11 @@
 //! What `compare` found.
 
 use super::difference::write_differences;
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, count, table, word};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, count, short, table, word};
 use super::verify::{remark, why, worst};
-use faceoff_judge::{ComparedField, Comparison, FieldVerdict, MatchBy, Verdict};
+use faceoff_judge::{
+    ComparedField, Comparison, FieldVerdict, Intersection, MatchBy, Norms, Verdict,
+};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Results;
 
@@ -41,12 +43,21 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     let map = match comparison.map {
         MatchBy::Vertices => "vertices",
         MatchBy::Coordinates => "coordinates",
+        MatchBy::Functions => "nothing: as functions on the intersection of the meshes",
     };
-    report.blocks.push(Block::facts([
+    let mut facts = vec![
         ("a", comparison.a.clone()),
         ("b", comparison.b.clone()),
         ("matched by", map.to_owned()),
-    ]));
+    ];
+    facts.extend(
+        comparison
+            .intersection
+            .as_ref()
+            .into_iter()
+            .flat_map(covered),
+    );
+    report.blocks.push(Block::facts(facts));
     report.blocks.push(fields_table(comparison).into());
     let name = format!("{} – {}", comparison.a, comparison.b);
     let cases = comparison.fields.iter().map(|compared| {
@@ -59,13 +70,38 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     });
     report.suites.push(Suite::new(&name, cases));
     report.inputs = [&comparison.a, &comparison.b].map(Into::into).into();
-    // A table of keys has no places.
-    if !a.points.is_empty() {
+    // A table of keys has no places, and two meshes have none together.
+    if !a.points.is_empty() && !comparison.differences.is_empty() {
         report.files.push(Box::new(move |folder| {
             write_differences(&folder.join("differences.vtu"), a, comparison)
         }));
     }
     Ok(report)
+}
+
+/// What the meshes have in common, and what not.
+fn covered(found: &Intersection) -> Vec<(&'static str, String)> {
+    let of = |k: usize| {
+        let part = found.alone[k] / found.measures[k];
+        let curved = match found.curved[k] {
+            0 => String::new(),
+            many => format!(", {} taken as straight pieces", count(many, "curved cell")),
+        };
+        let cells = count(found.cells[k], "cell");
+        format!(
+            "{cells}, measure {}; {part:.3e} of it alone{curved}",
+            short(found.measures[k])
+        )
+    };
+    let exact = match found.exact {
+        true => "integrals are exact but for rounding",
+        false => "by a rule of higher degree, since not all cells are straight",
+    };
+    vec![
+        ("mesh of a", of(0)),
+        ("mesh of b", of(1)),
+        ("in common", format!("{}: {exact}", short(found.common))),
+    ]
 }
 
 /// One line a field.
@@ -79,11 +115,17 @@ fn fields_table(comparison: &Comparison) -> Table {
         let remark = remark(&of.field, &on(of));
         remark.split_once(": ").map(|(_, what)| what.to_owned())
     };
+    let norm = |of: &ComparedField, pick: fn(&Norms) -> Option<(f64, f64)>| {
+        let (norm, scale) = of.norms.as_ref().and_then(pick)?;
+        Some(format!("{} of {}", short(norm), short(scale)))
+    };
     table!("", &comparison.fields, |of|
         "field" => &of.field.field,
         "on" => on(of),
         "max |a-b|" => of.field.max_abs,
         "relative" => of.field.max_rel,
+        "L2" => norm(of, |n| Some((n.l2, n.l2_scale))),
+        "H1" => norm(of, |n| n.h1.zip(n.h1_scale)),
         "scale" => of.scale,
         "rtol" => given(of.rtol),
         "atol" => given(of.atol),

@@ -24,6 +24,12 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
             "leave out --out, or name the file with the mesh first",
         ));
     }
+    if comparison.differences.is_empty() {
+        return Err(Error::usage(
+            "two meshes with other cells have no mesh on which differences could be written",
+            "leave out --out, or write one result on the mesh of the other by --project",
+        ));
+    }
     let corners = comparison.differences.iter().find(|d| d.on == On::Corners);
     let mut mesh = Mesh {
         points: corners.map_or_else(|| a.points.clone(), |d| d.places.clone()),
@@ -55,7 +61,7 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
             (On::Cells, _) => Support::Cells,
             (On::Corners, _) | (On::Points, None) => Support::Points,
             // Values on points of which there are several now.
-            (On::Points, Some(_)) | (On::Whole, _) => continue,
+            (On::Points, Some(_)) | (On::Whole | On::Functions | On::Domain, _) => continue,
         };
         for (name, components, values) in &set.fields {
             let values = Values::F64(values.clone());

@@ -7,17 +7,18 @@ use rayon::prelude::*;
 
 use super::parts::number;
 use faceoff_mesh::cancel;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::Result;
 use faceoff_mesh::field::{PADDING, Results};
 
-/// Compares the cells of the dimensions that both files have, in any order, each as a set of vertices; in O(N log N).
+/// Compares the cells of the dimensions that both files have, in any order, each as a set of vertices; in O(N log N). Where
+/// only one side has some: how many, and the first of them.
 ///
 /// # Errors
-/// Cells that only one side has: how many, and the first of them.
-pub(super) fn same_cells(a: (&Results, &[u32]), b: (&Results, &[u32])) -> Result<()> {
+/// [`faceoff_mesh::Error::Ended`].
+pub(super) fn other_cells(a: (&Results, &[u32]), b: (&Results, &[u32])) -> Result<Option<String>> {
     // A table of points has no cells.
     if a.0.cell_count() == 0 || b.0.cell_count() == 0 {
-        return Ok(());
+        return Ok(None);
     }
     let width = a.0.width.max(b.0.width);
     let (of_a, of_b) = (
@@ -48,25 +49,20 @@ pub(super) fn same_cells(a: (&Results, &[u32]), b: (&Results, &[u32])) -> Result
         (only_a, of_a, a.0, b.0)
     };
     let Some(&first) = only.iter().min_by_key(|k| of.cells[**k as usize]) else {
-        return Ok(());
+        return Ok(None);
     };
     let vertices = of.key(first).iter().filter(|v| **v != PADDING);
     let vertices: Vec<_> = vertices.collect();
     let cell = of.cells[first as usize] as usize;
     let place = side.centroid(cell);
     let place = place.map_or(String::new(), |x| format!(" at {:?}", &x[..side.space]));
-    Err(Error::Compare {
-        a: a.0.source.clone(),
-        b: b.0.source.clone(),
-        what: format!(
-            "{} of {} cells of {} are not in {}: the first is {vertices:?}{place}",
-            only.len(),
-            of.cells.len(),
-            side.source,
-            other.source
-        ),
-        remedy: "compare results on the same mesh".into(),
-    })
+    Ok(Some(format!(
+        "{} of {} cells of {} are not in {}: the first is {vertices:?}{place}",
+        only.len(),
+        of.cells.len(),
+        side.source,
+        other.source
+    )))
 }
 
 /// Some cells of one file.

@@ -191,5 +191,6 @@ fn place(fields: &FaceFields, face: u32, a: f64, b: f64) -> Worst {
         midpoint: midpoint.map_or(Vec::new(), |x| x[..space].to_vec()),
         a,
         b,
+        cells: None,
     }
 }

@@ -103,7 +103,11 @@ fn compare(a: &Results, b: &Results, map: Option<MatchBy>) -> Result<Comparison>
         of_all: tolerance,
         of_field: Vec::new(),
     };
-    compare_results(a, b, map, &tolerances)
+    let settings = Settings {
+        map,
+        ..tolerances.into()
+    };
+    compare_results(a, b, &settings)
 }
 
 fn verdict(a: &Results, b: &Results) -> Option<Verdict> {
@@ -321,14 +325,14 @@ fn the_reason_of_every_fault_is_told() {
             on_cells: vec![],
             ..whole.clone()
         },
-        None,
         &Tolerances {
             of_all: Tolerance {
                 rtol: 1.0,
                 atol: 0.0,
             },
             of_field: vec![],
-        },
+        }
+        .into(),
     );
     assert!(
         none.unwrap_err()
@@ -382,7 +386,7 @@ fn tolerances_are_those_of_the_field_its_scale_and_a_floor() {
         .for_each(|v| *v *= 1.0 + 1e-7);
     let judged = |rtol: f64, atol: f64, of_field: Vec<(String, Tolerance)>| {
         let of_all = Tolerance { rtol, atol };
-        compare_results(&a, &b, None, &Tolerances { of_all, of_field })
+        compare_results(&a, &b, &Tolerances { of_all, of_field }.into())
             .unwrap()
             .verdict
     };
@@ -399,7 +403,7 @@ fn tolerances_are_those_of_the_field_its_scale_and_a_floor() {
         atol: 0.0,
     };
     let of_field = vec![("w".to_owned(), of_all)];
-    assert!(compare_results(&a, &b, None, &Tolerances { of_all, of_field }).is_err());
+    assert!(compare_results(&a, &b, &Tolerances { of_all, of_field }.into()).is_err());
 
     // What is noise beside the field's own scale is judged by a floor, or not at all.
     let (mut a, mut b) = (a.clone(), a.clone());

@@ -41,7 +41,7 @@ fn read(name: &str, text: &str) -> Results {
 }
 
 fn compare(a: &Results, b: &Results) -> Result<Comparison> {
-    compare_results(a, b, None, &Tolerances::default())
+    compare_results(a, b, &Settings::default())
 }
 
 const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
@@ -60,18 +60,51 @@ fn a_square_cut_along_the_other_diagonal_is_another_mesh() {
     ];
     for b in other {
         for (one, two) in [(&a, &b), (&b, &a)] {
-            let error = compare(one, two).unwrap_err().to_string();
+            let by = |map| Settings {
+                map,
+                ..Settings::default()
+            };
+            let error = compare_results(one, two, &by(Some(MatchBy::Coordinates)));
+            let error = error.unwrap_err().to_string();
             assert!(error.contains("2 of 2 cells of"), "{error}");
             assert!(error.contains("the first is [0, 1, "), "{error}");
+            // As functions they differ in the middle, where the diagonals cross.
+            let compared = compare(one, two).unwrap();
+            assert!(
+                compared.notes[0].contains("2 of 2 cells of"),
+                "{compared:?}"
+            );
+            let found = &compared.fields[0].field;
+            assert_eq!((compared.verdict, found.max_abs), (Verdict::Disagree, 1.0));
+            assert_eq!(found.worst.as_ref().unwrap().midpoint, [0.5, 0.5]);
         }
     }
     // A cell more, or twice.
-    for cells in [&[[0, 1, 2]][..], &[[0, 1, 2], [0, 1, 2], [0, 2, 3]]] {
-        let b = vtu("b.vtu", &SQUARE, cells, &u, "");
-        for (one, two) in [(&a, &b), (&b, &a)] {
-            let error = compare(one, two).unwrap_err().to_string();
-            assert!(error.contains("1 of "), "{error}");
-        }
+    let more = vtu("b.vtu", &SQUARE, &[[0, 1, 2]], &u, "");
+    let twice = vtu("b.vtu", &SQUARE, &[[0, 1, 2], [0, 1, 2], [0, 2, 3]], &u, "");
+    for turn in [false, true] {
+        let order = |b| if turn { (b, &a) } else { (&a, b) };
+        let (one, two) = order(&more);
+        let compared = compare(one, two).unwrap();
+        assert_eq!(compared.verdict, Verdict::Disagree);
+        let domain = compared
+            .fields
+            .last()
+            .unwrap()
+            .field
+            .reason
+            .as_ref()
+            .unwrap();
+        assert!(
+            domain.contains("1 of 2 cells of a.vtu are not covered"),
+            "{domain}"
+        );
+        let (one, two) = order(&twice);
+        let error = compare(one, two).unwrap_err().to_string();
+        assert!(
+            error.contains("cells 0 at") && error.contains("overlap"),
+            "{error}"
+        );
     }
 }
 
@@ -109,7 +142,7 @@ fn integers_that_round_to_one_float_differ() {
         of_field: vec![("GlobalNodeId".into(), own)],
         ..Tolerances::default()
     };
-    let judged = compare_results(&a, &b, None, &tolerances).unwrap();
+    let judged = compare_results(&a, &b, &tolerances.into()).unwrap();
     assert_eq!(judged.verdict, Verdict::Agree);
 }
 
@@ -224,8 +257,16 @@ fn no_two_kinds_of_keys_panic() {
         for b in &files {
             for map in [None, Some(MatchBy::Vertices), Some(MatchBy::Coordinates)] {
                 let (mut a, mut b) = (a.clone(), b.clone());
-                let compared = at_midpoints(&mut a, &mut b)
-                    .and_then(|()| compare_results(&a, &b, map, &Tolerances::default()));
+                let compared = at_midpoints(&mut a, &mut b).and_then(|()| {
+                    compare_results(
+                        &a,
+                        &b,
+                        &Settings {
+                            map,
+                            ..Settings::default()
+                        },
+                    )
+                });
                 if a.source != b.source
                     && let Err(error) = compared
                 {

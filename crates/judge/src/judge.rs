@@ -58,6 +58,9 @@ pub struct Worst {
     pub midpoint: Vec<f64>,
     pub a: f64,
     pub b: f64,
+    /// Where two meshes are compared: the cells, by their numbers in either file, that have these values at this place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<[u32; 2]>,
 }
 
 /// Judges every field that either side has.

@@ -14,6 +14,7 @@ pub(super) fn fields_on(results: &Results, on: On) -> &[ResultField] {
         On::Cells => &results.on_cells,
         On::Corners => &results.on_corners,
         On::Whole => &results.whole,
+        On::Functions | On::Domain => &[],
     }
 }
 
@@ -51,7 +52,7 @@ impl<'a> Keyed<'a> {
                 fields.midpoints = side.centroids()?;
             }
             // One array at a time, each of its own length: see `Keyed::of_whole`.
-            On::Whole => {}
+            On::Whole | On::Functions | On::Domain => {}
             On::Points | On::Corners => {
                 fields.dim = side.width + 1;
                 let corners = side.width * side.cell_count();

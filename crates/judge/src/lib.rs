@@ -5,7 +5,7 @@
 //! computed them.
 //!
 //! ```
-//! use faceoff_judge::{Tolerances, Verdict, at_midpoints, compare_results};
+//! use faceoff_judge::{Settings, Verdict, compare_results};
 //! use faceoff_mesh::io;
 //!
 //! # fn main() -> faceoff_mesh::Result<()> {
@@ -14,7 +14,7 @@
 //! // The same points in another order, and a value that differs.
 //! let b = table("b.csv", "x,y,u\n1,0,2.5\n0,0,1.0\n")?;
 //!
-//! let comparison = compare_results(&a, &b, None, &Tolerances::default())?;
+//! let comparison = compare_results(&a, &b, &Settings::default())?;
 //! assert_eq!(comparison.verdict, Verdict::Disagree);
 //! let u = &comparison.fields[0].field;
 //! let worst = u.worst.as_ref().expect("a field with values has a worst position");
@@ -32,14 +32,16 @@ mod law;
 mod parts;
 mod places;
 mod results;
+mod supermesh;
 
 pub use align::align;
 pub use judge::{FieldVerdict, Verdict, Worst, judge, relative_differences};
 pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, refuse_copies};
 pub use places::{first_at_place, partners};
 pub use results::{
-    ComparedField, Comparison, Differences, MatchBy, On, at_midpoints, compare_results,
+    ComparedField, Comparison, Differences, MatchBy, On, Settings, at_midpoints, compare_results,
 };
+pub use supermesh::{Intersection, Norms};
 
 #[cfg(test)]
 mod face_fault_tests;

@@ -11,12 +11,13 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::align::{Nearness, align_by};
-use super::cells::same_cells;
+use super::cells::other_cells;
 use super::column::{judge_column, rows_of};
 use super::keyed::{Keyed, fields_on, same_length};
 use super::law::{Tolerance, Tolerances};
 use super::parts::Parts;
 use super::places;
+use super::supermesh::{Intersection, Norms, judge_functions};
 use super::{FieldVerdict, Verdict};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
@@ -28,6 +29,8 @@ use faceoff_mesh::field::{FaceColumn, PADDING, ResultField, Results};
 pub enum MatchBy {
     Vertices,
     Coordinates,
+    /// Not at all: fields are functions, which are compared where both are.
+    Functions,
 }
 
 /// What a comparison of two files finds.
@@ -38,6 +41,9 @@ pub struct Comparison {
     pub b: String,
     pub map: MatchBy,
     pub fields: Vec<ComparedField>,
+    /// Where fields are compared as functions: what the two meshes have in common.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub intersection: Option<Intersection>,
     /// What only one file has without being judged.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
@@ -53,18 +59,22 @@ pub struct ComparedField {
     pub scale: Option<f64>,
     pub rtol: f64,
     pub atol: f64,
+    /// Norms of the difference, where cells are known.
+    #[serde(flatten)]
+    pub norms: Option<Norms>,
     #[serde(flatten)]
     pub field: FieldVerdict,
 }
 
 impl ComparedField {
-    fn unjudged(on: On, name: &str, tolerances: &Tolerances, reason: String) -> Self {
+    pub(super) fn unjudged(on: On, name: &str, tolerances: &Tolerances, reason: String) -> Self {
         let Tolerance { rtol, atol } = tolerances.of(name);
         ComparedField {
             on,
             scale: None,
             rtol,
             atol,
+            norms: None,
             field: FieldVerdict::failed(name, rtol, reason),
         }
     }
@@ -80,6 +90,10 @@ pub enum On {
     Corners,
     /// The file as a whole.
     Whole,
+    /// All cells, whatever carries the values of either side.
+    Functions,
+    /// The mesh itself: what part of it the other mesh does not cover.
+    Domain,
 }
 
 impl On {
@@ -89,6 +103,7 @@ impl On {
             On::Cells => "cell",
             On::Corners => "corner",
             On::Whole => "entry",
+            On::Functions | On::Domain => "cell",
         }
     }
 }
@@ -103,8 +118,29 @@ pub struct Differences {
     pub fields: Vec<(String, usize, Vec<f64>)>,
 }
 
-/// Judges every field of two files. Without `map`, they are matched by vertices if the points of both files are the
-/// same in the same order, and by coordinates otherwise.
+/// By what two results are compared.
+#[derive(Clone, Default)]
+pub struct Settings<'a> {
+    pub tolerances: Tolerances,
+    /// Without it, points and cells are matched by their numbers if the points of both files are the same in the same order,
+    /// and by coordinates otherwise; fields on meshes with other cells are compared as functions.
+    pub map: Option<MatchBy>,
+    /// Of functions: the part of a mesh that the other one need not cover; `None`: no more than rounding of the coordinates.
+    pub alone: Option<f64>,
+    /// Hears how much of a long comparison is done, from 0 to 1.
+    pub progress: Option<&'a (dyn Fn(f64) + Sync)>,
+}
+
+impl From<Tolerances> for Settings<'_> {
+    fn from(tolerances: Tolerances) -> Self {
+        Settings {
+            tolerances,
+            ..Settings::default()
+        }
+    }
+}
+
+/// Judges every field of two files.
 ///
 /// ```
 /// use faceoff_judge::{Tolerance, Tolerances, Verdict, compare_results};
@@ -117,7 +153,7 @@ pub struct Differences {
 /// let judged = |rtol| {
 ///     let of_all = Tolerance { rtol, atol: 0.0 };
 ///     let tolerances = Tolerances { of_all, ..Tolerances::default() };
-///     compare_results(&a, &b, None, &tolerances).map(|comparison| comparison.verdict)
+///     compare_results(&a, &b, &tolerances.into()).map(|comparison| comparison.verdict)
 /// };
 /// assert_eq!(judged(1e-2)?, Verdict::Agree);
 /// assert_eq!(judged(1e-6)?, Verdict::Disagree);
@@ -126,13 +162,10 @@ pub struct Differences {
 /// ```
 ///
 /// # Errors
-/// Files that cannot be matched, meshes with different cells, a tolerance for a field that neither has, files without fields.
-pub fn compare_results(
-    a: &Results,
-    b: &Results,
-    map: Option<MatchBy>,
-    tolerances: &Tolerances,
-) -> Result<Comparison> {
+/// Files that cannot be matched, meshes that are no domain of functions, a tolerance for a field that neither has, files
+/// without fields.
+pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<Comparison> {
+    let tolerances = &settings.tolerances;
     let refuse = |what: String, remedy: &str| Error::Compare {
         a: a.source.clone(),
         b: b.source.clone(),
@@ -151,7 +184,7 @@ pub fn compare_results(
         return Err(refuse(what, "name a field that one of them has"));
     }
     let near = places::tolerance(&a.points, &b.points)?;
-    let map = match map {
+    let map = match settings.map {
         Some(MatchBy::Coordinates) if a.points.is_empty() || b.points.is_empty() => {
             let what = "one of them has no coordinates".to_owned();
             return Err(refuse(what, "match them by vertices"));
@@ -160,23 +193,25 @@ pub fn compare_results(
         None if same_points(a, b, near) => MatchBy::Vertices,
         None => MatchBy::Coordinates,
     };
+    let (dims_a, dims_b) = (a.dimensions(), b.dimensions());
+    let meshes = [a, b].iter().all(|side| is_domain(side));
+    if map == MatchBy::Functions {
+        if !meshes {
+            let what = "one of them has no cells on which a field is a function".to_owned();
+            return Err(refuse(
+                what,
+                "give results on triangles, quadrangles or tetrahedra",
+            ));
+        }
+        return as_functions(a, b, near, settings, None);
+    }
     let numbers = match map {
-        MatchBy::Vertices => [by_id(a), by_id(b)].concat(),
         MatchBy::Coordinates => by_place(a, b, near)?,
+        _ => [by_id(a), by_id(b)].concat(),
     };
     let (of_a, of_b) = numbers.split_at(a.point_count());
     // A point that shares its position with others is identified together with its cell.
     let broken = map == MatchBy::Coordinates && (repeats(of_a)? || repeats(of_b)?);
-    let parts = match a.cell_count() {
-        0 => Parts::new(b, of_b, near),
-        _ => Parts::new(a, of_a, near),
-    }?;
-    let near = if map == MatchBy::Coordinates {
-        4.0 * near
-    } else {
-        near
-    };
-    let (dims_a, dims_b) = (a.dimensions(), b.dimensions());
     let by_cells = broken || [a, b].iter().all(|side| side.has_cell_fields());
     // Of lines beside triangles, which mark their sides, values on points are independent; points alone are no mesh.
     let others = match (dims_a.last(), dims_b.last()) {
@@ -188,16 +223,21 @@ pub fn compare_results(
         let what = format!("one has cells of dimension {dims_a:?}, the other of {dims_b:?}");
         return Err(refuse(what, "judge those of one dimension, as in --dim 2"));
     }
-
-    let mut comparison = Comparison {
-        verdict: Verdict::Undetermined,
-        a: a.source.clone(),
-        b: b.source.clone(),
-        map,
-        fields: Vec::new(),
-        notes: Vec::new(),
-        differences: Vec::new(),
+    let other_cells = other_cells((a, of_a), (b, of_b))?;
+    if settings.map.is_none() && meshes && other_cells.is_some() {
+        return as_functions(a, b, near, settings, other_cells);
+    }
+    let parts = match a.cell_count() {
+        0 => Parts::new(b, of_b, near),
+        _ => Parts::new(a, of_a, near),
+    }?;
+    let near = if map == MatchBy::Coordinates {
+        4.0 * near
+    } else {
+        near
     };
+
+    let mut comparison = Comparison::new(a, b, map);
     for on in [On::Points, On::Cells, On::Corners] {
         let exists = |side: &Results| !fields_on(side, on).is_empty();
         if exists(a) && exists(b) {
@@ -219,11 +259,57 @@ pub fn compare_results(
             comparison.fields.extend(missing);
         }
     }
-    same_cells((a, of_a), (b, of_b))?;
+    if let Some(what) = other_cells {
+        return Err(refuse(what, "compare results on the same mesh"));
+    }
     judge_whole(a, b, tolerances, &mut comparison)?;
-    let verdicts = comparison.fields.iter().map(|f| f.field.verdict);
-    comparison.verdict = verdicts.max().unwrap_or(Verdict::Undetermined);
-    Ok(comparison)
+    Ok(comparison.judged())
+}
+
+/// Is there a mesh on which fields are functions?
+fn is_domain(side: &Results) -> bool {
+    !side.points.is_empty() && matches!(side.dimensions().last(), Some(2 | 3))
+}
+
+/// Compares functions on the intersection of two meshes.
+fn as_functions(
+    a: &Results,
+    b: &Results,
+    near: f64,
+    settings: &Settings,
+    because: Option<String>,
+) -> Result<Comparison> {
+    let mut comparison = Comparison::new(a, b, MatchBy::Functions);
+    let tolerances = &settings.tolerances;
+    let progress = settings.progress.unwrap_or(&|_| {});
+    let (fields, intersection) = judge_functions(a, b, near, tolerances, settings.alone, progress)?;
+    comparison.fields = fields;
+    comparison.intersection = Some(intersection);
+    comparison.notes.extend(because);
+    judge_whole(a, b, tolerances, &mut comparison)?;
+    Ok(comparison.judged())
+}
+
+impl Comparison {
+    fn new(a: &Results, b: &Results, map: MatchBy) -> Self {
+        Comparison {
+            verdict: Verdict::Undetermined,
+            a: a.source.clone(),
+            b: b.source.clone(),
+            map,
+            fields: Vec::new(),
+            intersection: None,
+            notes: Vec::new(),
+            differences: Vec::new(),
+        }
+    }
+
+    /// With the verdict that its fields have together.
+    fn judged(mut self) -> Self {
+        let verdicts = self.fields.iter().map(|f| f.field.verdict);
+        self.verdict = verdicts.max().unwrap_or(Verdict::Undetermined);
+        self
+    }
 }
 
 /// Where one side is a table of places and the other has fields on cells only, the places are the midpoints of the cells:
@@ -269,7 +355,7 @@ fn judge_whole(
     comparison: &mut Comparison,
 ) -> Result<()> {
     let mut only = [Vec::new(), Vec::new()];
-    for (name, sides) in by_name(&a.whole, &b.whole) {
+    for (name, sides) in by_name(&a.whole, &b.whole, |f| &f.name) {
         match (&sides[0][..], &sides[1][..]) {
             (&[of_a], &[of_b]) if of_a.is_empty() && of_b.is_empty() => {}
             (&[of_a], &[of_b]) if of_a.len() == of_b.len() => {
@@ -303,15 +389,17 @@ fn judge_whole(
 }
 
 /// Every name, in order of appearance, with the fields on either side that have it.
-fn by_name<'a>(
-    a: &'a [ResultField],
-    b: &'a [ResultField],
-) -> Vec<(&'a str, [Vec<&'a ResultField>; 2])> {
+pub(super) fn by_name<'a, F>(
+    a: impl IntoIterator<Item = F>,
+    b: impl IntoIterator<Item = F>,
+    name: impl Fn(&F) -> &'a str,
+) -> Vec<(&'a str, [Vec<F>; 2])> {
     let mut known = HashMap::new();
     let mut names = Vec::new();
-    for (side, fields) in [a, b].into_iter().enumerate() {
+    let sides: [Vec<F>; 2] = [a.into_iter().collect(), b.into_iter().collect()];
+    for (side, fields) in sides.into_iter().enumerate() {
         for field in fields {
-            let name = field.name.as_str();
+            let name = name(&field);
             let k = *known.entry(name).or_insert(names.len());
             if k == names.len() {
                 names.push((name, [Vec::new(), Vec::new()]));
@@ -322,7 +410,7 @@ fn by_name<'a>(
     names
 }
 
-fn by_id(results: &Results) -> Vec<u32> {
+pub(super) fn by_id(results: &Results) -> Vec<u32> {
     if results.ids.is_empty() {
         (0..results.point_count() as u32).collect()
     } else {
@@ -397,7 +485,7 @@ fn judge_sets(
         fields: Vec::new(),
     };
     let mut judged = Vec::new();
-    for (name, sides) in by_name(a.carried, b.carried) {
+    for (name, sides) in by_name(a.carried, b.carried, |f| &f.name) {
         let (&[field_a], &[field_b]) = (&sides[0][..], &sides[1][..]) else {
             let reason = if sides.iter().any(|fields| fields.len() > 1) {
                 "a file has it more than once".to_owned()
@@ -441,6 +529,7 @@ fn judge_sets(
             scale: Some(scales.into_iter().fold(0.0, f64::max)),
             rtol: tolerance.rtol,
             atol: tolerance.atol,
+            norms: None,
             field: verdict,
         });
     }

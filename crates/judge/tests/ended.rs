@@ -1,6 +1,6 @@
 //! A run that was asked to end does: alone in its process, as there is no way back.
 
-use faceoff_judge::{Tolerances, align, compare_results};
+use faceoff_judge::{Settings, align, compare_results};
 use faceoff_mesh::cancel::{self, Cause};
 use faceoff_mesh::mesh::check::check;
 use faceoff_mesh::mesh::generate::union_jack;
@@ -28,7 +28,7 @@ fn nothing_is_judged_after_the_end() {
             ("align", align(&faces, &faces).map(drop)),
             (
                 "compare",
-                compare_results(&a, &b, None, &Tolerances::default()).map(drop),
+                compare_results(&a, &b, &Settings::default()).map(drop),
             ),
             ("check", check(&mesh).map(drop)),
             ("triangulation", Triangulation::new("m", &mesh).map(drop)),

@@ -1,0 +1,384 @@
+//! The cells of one result as straight simplices, each with the cell whose functions hold there.
+
+use rayon::prelude::*;
+
+use super::clip::{Simplex, clip, measure, subtract};
+use super::element::Element;
+use super::map::{Geometry, is_convex};
+use super::tree::{Bounds, Tree};
+use faceoff_mesh::CellKind;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::Results;
+use faceoff_mesh::memory;
+use faceoff_mesh::mesh::Shape;
+
+/// Pieces that one thread takes at a time.
+pub(super) const BLOCK: usize = 1 << 10;
+
+/// Cells of another dimension have no element.
+const OTHER: u8 = u8::MAX;
+
+/// A straight part of a cell: all of it where it is a straight simplex.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    /// Points of the domain; in 2D the last is not used.
+    pub corners: [u32; 4],
+    /// The cell of the file.
+    pub cell: u32,
+}
+
+/// The cells of the highest dimension of one result.
+#[derive(Debug)]
+pub(super) struct Domain<'a> {
+    pub side: &'a Results,
+    pub dim: usize,
+    pub elements: Vec<Element>,
+    /// That of the coordinates of quadrangles with straight sides.
+    pub bilinear: Option<Element>,
+    /// The element of each cell of the file.
+    of_cell: Vec<u8>,
+    pub geometries: Vec<Geometry>,
+    /// The first corner of each cell, where the file has values at corners.
+    pub first_corners: Vec<u32>,
+    /// Points of the file, and those that divide its curved cells.
+    points: Vec<[f64; 3]>,
+    pub pieces: Vec<Piece>,
+    pub tree: Tree,
+    /// How near points are that are one place.
+    pub near: f64,
+    /// Area or volume.
+    pub measure: f64,
+    pub curved: usize,
+}
+
+impl<'a> Domain<'a> {
+    /// Number of cells of the highest dimension.
+    pub fn cell_count(&self) -> usize {
+        self.of_cell.iter().filter(|of| **of != OTHER).count()
+    }
+
+    pub fn element(&self, cell: u32) -> &Element {
+        &self.elements[usize::from(self.of_cell[cell as usize])]
+    }
+
+    /// Divides the cells of the highest dimension and looks for those that overlap.
+    ///
+    /// # Errors
+    /// Cells on which functions are not known here, cells without measure, folded or overlapping ones.
+    pub fn new(side: &'a Results, near: f64) -> Result<Self> {
+        let dim = side.dimensions().last().map_or(0, |dim| usize::from(*dim));
+        let refuse = |what: String, remedy: &str| Error::Mesh {
+            mesh: side.source.clone(),
+            what,
+            remedy: remedy.into(),
+        };
+        let mut domain = Domain {
+            side,
+            dim,
+            elements: Vec::new(),
+            bilinear: Element::new(CellKind::Quadrangle),
+            of_cell: Vec::with_capacity(side.cell_count()),
+            geometries: vec![Geometry::Straight; side.cell_count()],
+            first_corners: Vec::new(),
+            points: side.points.clone(),
+            pieces: Vec::new(),
+            tree: Tree::new(&[]),
+            near,
+            measure: 0.0,
+            curved: 0,
+        };
+        let mut pieces = 0.0;
+        for &(kind, count) in &side.kinds {
+            let known = domain.elements.iter().position(|e| e.kind == kind);
+            let of = match known {
+                _ if usize::from(kind.dim()) != dim || count == 0 => usize::from(OTHER),
+                Some(k) => k,
+                None => {
+                    let remedy = "give results on triangles, quadrangles or tetrahedra whose nodes are all there";
+                    let what = || format!("functions on a {kind} are not known here");
+                    let element = Element::new(kind).ok_or_else(|| refuse(what(), remedy))?;
+                    domain.elements.push(element);
+                    domain.elements.len() - 1
+                }
+            };
+            let most = domain
+                .elements
+                .get(of)
+                .map_or(0, |e| e.order.pow(dim as u32) * 2);
+            pieces += (most * count) as f64;
+            domain.of_cell.extend(std::iter::repeat_n(of as u8, count));
+        }
+        memory::require(200.0 * pieces, "the cells of the mesh")?;
+        if !side.on_corners.is_empty() {
+            let mut next = 0;
+            for cell in 0..side.cell_count() {
+                domain.first_corners.push(next);
+                next += side.cell(cell).count() as u32;
+            }
+        }
+        for cell in 0..side.cell_count() as u32 {
+            cancel::check()?;
+            if domain.of_cell[cell as usize] != OTHER {
+                domain.divide(cell).map_err(|what| {
+                    let place = side.centroid(cell as usize).unwrap_or_default();
+                    let what = format!("cell {cell} at {:?} {what}", &place[..side.space]);
+                    refuse(
+                        what,
+                        "repair the mesh: functions on it have no values there",
+                    )
+                })?;
+            }
+        }
+        if dim == 2 {
+            let height = domain.height();
+            let lies = |p: u32| (domain.points[p as usize][2] - height).abs() <= near;
+            if !domain
+                .pieces
+                .iter()
+                .all(|p| p.corners[..3].iter().all(|c| lies(*c)))
+            {
+                let what = "its triangles do not lie in one plane z = const".into();
+                return Err(refuse(what, "give results in a plane, or on tetrahedra"));
+            }
+        }
+        let boxes: Vec<Bounds> = domain.pieces.par_iter().map(|p| domain.bounds(p)).collect();
+        domain.tree = Tree::new(&boxes);
+        let measures = domain
+            .pieces
+            .iter()
+            .map(|piece| domain.piece_measure(piece));
+        domain.measure = measures.sum();
+        domain.refuse_overlaps(&boxes)?;
+        Ok(domain)
+    }
+
+    /// z of a plane mesh.
+    pub fn height(&self) -> f64 {
+        let first = self.pieces.first();
+        first.map_or(0.0, |p| self.points[p.corners[0] as usize][2])
+    }
+
+    /// Corners of a piece, from `origin`.
+    pub fn simplex(&self, piece: &Piece, origin: &[f64; 3]) -> Simplex {
+        let mut corners = [[0.0; 3]; 4];
+        for (x, point) in corners.iter_mut().zip(piece.corners).take(self.dim + 1) {
+            *x = self.place(point, origin);
+        }
+        corners
+    }
+
+    fn place(&self, point: u32, origin: &[f64; 3]) -> [f64; 3] {
+        let mut x = subtract(&self.points[point as usize], origin);
+        x[self.dim..].fill(0.0);
+        x
+    }
+
+    /// The first corner, from which all else is measured.
+    pub fn origin(&self, piece: &Piece) -> [f64; 3] {
+        self.points[piece.corners[0] as usize]
+    }
+
+    pub fn piece_measure(&self, piece: &Piece) -> f64 {
+        measure(self.dim, &self.simplex(piece, &self.origin(piece)))
+    }
+
+    /// The nodes of a cell, from `origin`.
+    pub fn nodes(&self, cell: u32, origin: &[f64; 3]) -> impl Iterator<Item = [f64; 3]> {
+        let points = self.side.cell(cell as usize);
+        points.map(move |point| self.place(point, origin))
+    }
+
+    pub fn bounds(&self, piece: &Piece) -> Bounds {
+        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        for &corner in &piece.corners[..=self.dim] {
+            let x = self.place(corner, &[0.0; 3]);
+            for k in 0..3 {
+                bounds[0][k] = bounds[0][k].min(x[k]);
+                bounds[1][k] = bounds[1][k].max(x[k]);
+            }
+        }
+        bounds
+    }
+
+    /// Pieces of one cell: itself, or the simplices between the nodes of a lattice.
+    fn divide(&mut self, cell: u32) -> Result<(), &'static str> {
+        let nodes: Vec<u32> = self.side.cell(cell as usize).collect();
+        let element = self.element(cell).clone();
+        let origin = self.points[nodes[0] as usize];
+        let places: Vec<[f64; 3]> = self.nodes(cell, &origin).collect();
+        let geometry = Geometry::of(&element, &places, self.near);
+        let is_quadrangle = element.kind.shape() == Shape::Quadrangle;
+        let order = if geometry == Geometry::Curved {
+            element.order
+        } else {
+            1
+        };
+        let mut pieces = Vec::new();
+        if order == 1 {
+            let of = |corners: [usize; 4]| corners.map(|k| nodes.get(k).copied().unwrap_or(0));
+            match (is_quadrangle, self.dim) {
+                (true, _) => pieces.extend([[0, 1, 2, 0], [0, 2, 3, 0]].map(of)),
+                (_, 2) => pieces.push(of([0, 1, 2, 0])),
+                _ => pieces.push(of([0, 1, 2, 3])),
+            }
+        } else {
+            let (lattice, simplices) = lattice(order, self.dim, is_quadrangle);
+            let first = self.points.len() as u32;
+            let at = |x: [usize; 3]| x.map(|k| k as f64 / order as f64);
+            let new = lattice.into_iter().map(|x| {
+                let place = element.interpolate(&places, &at(x));
+                [0, 1, 2].map(|k| place[k] + origin[k])
+            });
+            let new: Vec<[f64; 3]> = new.collect();
+            pieces.extend(simplices.into_iter().map(|s| s.map(|k| first + k)));
+            self.points.extend(new);
+            self.curved += 1;
+        }
+        let turned = |piece: &Piece| self.piece_measure(piece) < 0.0;
+        let mut pieces: Vec<Piece> = pieces
+            .into_iter()
+            .map(|corners| Piece { corners, cell })
+            .collect();
+        if pieces
+            .iter()
+            .any(|piece| !(self.piece_measure(piece).abs() > 0.0))
+        {
+            return Err("has no measure");
+        }
+        let backwards = pieces.iter().filter(|piece| turned(piece)).count();
+        let is_folded = backwards != 0 && backwards != pieces.len();
+        if is_folded || geometry == Geometry::Multilinear && !is_convex(&places) {
+            return Err("is folded");
+        }
+        if backwards > 0 {
+            pieces.iter_mut().for_each(|piece| piece.corners.swap(1, 2));
+        }
+        self.geometries[cell as usize] = geometry;
+        self.pieces.extend(pieces);
+        Ok(())
+    }
+
+    /// # Errors
+    /// Two cells with more in common than their sides.
+    fn refuse_overlaps(&self, boxes: &[Bounds]) -> Result<()> {
+        let overlap = |&i: &u32| -> Result<()> {
+            cancel::check()?;
+            let piece = &self.pieces[i as usize];
+            let origin = self.origin(piece);
+            let of_piece = self.simplex(piece, &origin);
+            let size = measure(self.dim, &of_piece);
+            let (mut cut, mut scratch) = (Vec::new(), Vec::new());
+            let mut found = None;
+            self.tree.query(&boxes[i as usize], |j| {
+                let other = &self.pieces[j as usize];
+                if j <= i || found.is_some() || self.share_a_face(piece, other) {
+                    return;
+                }
+                let of_other = self.simplex(other, &origin);
+                let common = clip(self.dim, &of_piece, &of_other, &mut cut, &mut scratch);
+                let smaller = size.min(measure(self.dim, &of_other));
+                if common > 1e-6 * smaller + self.near * self.span(piece).min(self.span(other)) {
+                    found = Some((other.cell, common));
+                }
+            });
+            let Some((other, common)) = found else {
+                return Ok(());
+            };
+            let cell = piece.cell;
+            let place = self.side.centroid(cell as usize).unwrap_or_default();
+            Err(Error::Mesh {
+                mesh: self.side.source.clone(),
+                what: format!(
+                    "cells {cell} at {:?} and {other} overlap by {common:.3e}: it is folded, or two meshes in one file",
+                    &place[..self.side.space]
+                ),
+                remedy: "repair the mesh: a function on it has two values there".into(),
+            })
+        };
+        self.tree
+            .order
+            .par_chunks(BLOCK)
+            .try_for_each(|block| block.iter().try_for_each(overlap))
+    }
+
+    /// Do two straight simplices of the file lie on both sides of a face of both? Most that meet do.
+    fn share_a_face(&self, a: &Piece, b: &Piece) -> bool {
+        let [of_a, of_b] = [a, b].map(|piece| &piece.corners[..=self.dim]);
+        let alone = |of: &[u32], other: &[u32]| {
+            let mut alone = of.iter().filter(|corner| !other.contains(corner));
+            (alone.next().copied(), alone.next().copied())
+        };
+        let ((Some(p), None), (Some(q), None)) = (alone(of_a, of_b), alone(of_b, of_a)) else {
+            return false;
+        };
+        let origin = self.origin(a);
+        let with = |from: u32, to: u32| {
+            let corners = a.corners.map(|c| if c == from { to } else { c });
+            let piece = Piece {
+                corners,
+                cell: a.cell,
+            };
+            measure(self.dim, &self.simplex(&piece, &origin))
+        };
+        with(p, q) < 0.0
+    }
+
+    /// Larger than the largest face of a piece.
+    pub fn span(&self, piece: &Piece) -> f64 {
+        let [low, high] = self.bounds(piece);
+        let length = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+        length.powi(self.dim as i32 - 1)
+    }
+}
+
+/// The points of a reference cell in steps of 1/p, and the p^d simplices between them, twice as many in a quadrangle: those of
+/// Kuhn's division of cubes, as far as they lie within x ≥ y ≥ z.
+fn lattice(p: usize, dim: usize, is_quadrangle: bool) -> (Vec<[usize; 3]>, Vec<[u32; 4]>) {
+    let is_inside = |x: &[usize; 3]| {
+        x.iter().all(|k| *k <= p) && (is_quadrangle || x[0] >= x[1] && x[1] >= x[2])
+    };
+    let top = if dim == 3 { p } else { 0 };
+    let all = (0..=top).flat_map(|k| (0..=p).flat_map(move |j| (0..=p).map(move |i| [i, j, k])));
+    let points: Vec<[usize; 3]> = all.filter(is_inside).collect();
+    // Every second one turns the other way.
+    let paths: &[&[usize]] = match dim {
+        2 => &[&[0, 1], &[1, 0]],
+        _ => &[
+            &[0, 1, 2],
+            &[0, 2, 1],
+            &[1, 2, 0],
+            &[1, 0, 2],
+            &[2, 0, 1],
+            &[2, 1, 0],
+        ],
+    };
+    let mut simplices = Vec::new();
+    for start in &points {
+        for (turn, path) in paths.iter().enumerate() {
+            let mut corners = [0; 4];
+            let mut x = *start;
+            let mut all = true;
+            for k in 0..=dim {
+                let found = points.binary_search_by(|q| q.iter().rev().cmp(x.iter().rev()));
+                all &= found.is_ok();
+                corners[k] = found.unwrap_or(0) as u32;
+                if let Some(axis) = path.get(k) {
+                    x[*axis] += 1;
+                }
+            }
+            if turn % 2 == 1 {
+                corners.swap(1, 2);
+            }
+            if all {
+                simplices.push(corners);
+            }
+        }
+    }
+    // From x ≥ y ≥ z to the corners 0, e₁, e₂, e₃.
+    let unfold = |x: [usize; 3]| match is_quadrangle {
+        true => x,
+        false => [x[0] - x[1], x[1] - x[2], x[2]],
+    };
+    (points.into_iter().map(unfold).collect(), simplices)
+}

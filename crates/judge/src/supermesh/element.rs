@@ -1,0 +1,249 @@
+//! Lagrange elements of any order on triangles, quadrangles and tetrahedra, as files state them: by the nodes of a cell, in
+//! Gmsh's order.
+//!
+//! The basis is one of products of Legendre polynomials, in which high orders keep their digits; a field on a cell is given
+//! by its coefficients there.
+
+use nalgebra::DMatrix;
+
+use faceoff_mesh::CellKind;
+use faceoff_mesh::mesh::Shape;
+
+/// Gmsh's numbers of the complete elements of order 1, 2, ….
+const COMPLETE: [(Shape, &[u8]); 3] = [
+    (Shape::Triangle, &[2, 9, 21, 23, 25, 42, 43, 44, 45, 46]),
+    (Shape::Quadrangle, &[3, 10, 36, 37, 38, 47, 48, 49, 50, 51]),
+    (Shape::Tetrahedron, &[4, 11, 29, 30, 31, 71, 72, 73, 74, 75]),
+];
+
+/// Larger than any order here.
+pub(super) const ORDERS: usize = 11;
+
+/// The polynomials on one kind of cell.
+#[derive(Debug, Clone)]
+pub(super) struct Element {
+    pub kind: CellKind,
+    pub dim: usize,
+    /// The largest degree in one coordinate.
+    pub order: usize,
+    /// The largest degree of a polynomial, of all coordinates together.
+    pub degree: usize,
+    /// Degrees of each basis function in each coordinate.
+    powers: Vec<[u8; 3]>,
+    /// Reference coordinates of the nodes, in [0, 1].
+    pub nodes: Vec<[f64; 3]>,
+    /// Coefficients from values at the nodes: one row of nodes for each basis function.
+    to_coefficients: Vec<f64>,
+}
+
+impl Element {
+    /// `None` for cells of other shapes, and for incomplete ones but the quadrangle of 8 nodes.
+    pub fn new(kind: CellKind) -> Option<Self> {
+        let shape = kind.shape();
+        let is_serendipity = kind == CellKind::Quadrangle8;
+        let order = if is_serendipity {
+            2
+        } else {
+            let (_, numbers) = COMPLETE.iter().find(|(of, _)| *of == shape)?;
+            1 + numbers.iter().position(|n| *n == kind.gmsh())?
+        };
+        let dim = usize::from(kind.dim());
+        let is_simplex = shape != Shape::Quadrangle;
+        let p = order as u8;
+        let powers = (0..=if dim == 3 { p } else { 0 })
+            .flat_map(|k| (0..=p).flat_map(move |j| (0..=p).map(move |i| [i, j, k])));
+        let powers = powers.filter(|power| match (is_simplex, is_serendipity) {
+            (true, _) => power.iter().sum::<u8>() <= p,
+            (_, true) => power.iter().sum::<u8>() <= 3,
+            _ => true,
+        });
+        let powers: Vec<[u8; 3]> = powers.collect();
+        let lattice = match shape {
+            Shape::Triangle => triangle(order),
+            Shape::Quadrangle => quadrangle(order),
+            _ => tetrahedron(order),
+        };
+        let scale = |node: [usize; 3]| node.map(|k| k as f64 / order as f64);
+        // The last node of nine is the centre, which eight do without.
+        let nodes: Vec<[f64; 3]> = lattice.into_iter().take(powers.len()).map(scale).collect();
+        let mut element = Element {
+            kind,
+            dim,
+            order,
+            degree: if is_simplex { order } else { 2 * order },
+            powers,
+            nodes,
+            to_coefficients: Vec::new(),
+        };
+        let count = element.len();
+        let mut at_nodes = Vec::with_capacity(count * count);
+        let mut row = vec![[0.0; 4]; count];
+        for node in &element.nodes {
+            element.basis(node, &mut row);
+            at_nodes.extend(row.iter().map(|value| value[0]));
+        }
+        let inverse = DMatrix::from_row_slice(count, count, &at_nodes).try_inverse()?;
+        element.to_coefficients = inverse.transpose().as_slice().to_vec();
+        Some(element)
+    }
+
+    /// Number of nodes, which is that of basis functions.
+    pub fn len(&self) -> usize {
+        self.powers.len()
+    }
+
+    /// Value and gradient in reference coordinates of each basis function.
+    pub fn basis(&self, x: &[f64; 3], out: &mut [[f64; 4]]) {
+        let mut legendre = [[[0.0; 2]; ORDERS]; 3];
+        for axis in 0..self.dim {
+            legendre[axis] = polynomials(x[axis], self.order);
+        }
+        legendre[self.dim..]
+            .iter_mut()
+            .for_each(|of| of[0][0] = 1.0);
+        for (out, power) in out.iter_mut().zip(&self.powers) {
+            let [p, q, r] = [0, 1, 2].map(|axis| legendre[axis][usize::from(power[axis])]);
+            *out = [
+                p[0] * q[0] * r[0],
+                p[1] * q[0] * r[0],
+                p[0] * q[1] * r[0],
+                p[0] * q[0] * r[1],
+            ];
+        }
+    }
+
+    /// The coefficients of the polynomial with these values at the nodes.
+    pub fn coefficients(&self, values: &[f64], out: &mut [f64]) {
+        let rows = self.to_coefficients.chunks_exact(self.len());
+        for (out, row) in out.iter_mut().zip(rows) {
+            *out = row.iter().zip(values).map(|(m, v)| m * v).sum();
+        }
+    }
+
+    /// φ_i at a point of the reference cell, one for each node, from the values of [`Element::basis`] there.
+    pub fn shape_functions(&self, basis: &[[f64; 4]], out: &mut [f64]) {
+        out.fill(0.0);
+        let rows = self.to_coefficients.chunks_exact(self.len());
+        for (row, basis) in rows.zip(basis) {
+            let terms = out.iter_mut().zip(row);
+            terms.for_each(|(out, m)| *out += m * basis[0]);
+        }
+    }
+}
+
+/// Legendre's polynomials P_0, …, P_n on [0, 1] with their derivatives.
+fn polynomials(x: f64, n: usize) -> [[f64; 2]; ORDERS] {
+    let s = 2.0 * x - 1.0;
+    let mut p = [[0.0; 2]; ORDERS];
+    p[0][0] = 1.0;
+    p[1] = [s, 2.0];
+    for k in 1..n {
+        let (a, b) = ((2 * k + 1) as f64, k as f64);
+        p[k + 1] = [
+            (a * s * p[k][0] - b * p[k - 1][0]) / (b + 1.0),
+            (a * (2.0 * p[k][0] + s * p[k][1]) - b * p[k - 1][1]) / (b + 1.0),
+        ];
+    }
+    p
+}
+
+/// Gmsh's nodes of a triangle in steps of 1/p: corners, sides, then those of a triangle inside.
+fn triangle(p: usize) -> Vec<[usize; 3]> {
+    if p == 0 {
+        return vec![[0; 3]];
+    }
+    let mut nodes = vec![[0, 0, 0], [p, 0, 0], [0, p, 0]];
+    nodes.extend((1..p).map(|k| [k, 0, 0]));
+    nodes.extend((1..p).map(|k| [p - k, k, 0]));
+    nodes.extend((1..p).map(|k| [0, p - k, 0]));
+    if p > 2 {
+        nodes.extend(
+            triangle(p - 3)
+                .into_iter()
+                .map(|[i, j, _]| [i + 1, j + 1, 0]),
+        );
+    }
+    nodes
+}
+
+fn quadrangle(p: usize) -> Vec<[usize; 3]> {
+    if p == 0 {
+        return vec![[0; 3]];
+    }
+    let mut nodes = vec![[0, 0, 0], [p, 0, 0], [p, p, 0], [0, p, 0]];
+    nodes.extend((1..p).map(|k| [k, 0, 0]));
+    nodes.extend((1..p).map(|k| [p, k, 0]));
+    nodes.extend((1..p).map(|k| [p - k, p, 0]));
+    nodes.extend((1..p).map(|k| [0, p - k, 0]));
+    if p > 1 {
+        nodes.extend(
+            quadrangle(p - 2)
+                .into_iter()
+                .map(|[i, j, _]| [i + 1, j + 1, 0]),
+        );
+    }
+    nodes
+}
+
+fn tetrahedron(p: usize) -> Vec<[usize; 3]> {
+    if p == 0 {
+        return vec![[0; 3]];
+    }
+    let corners = [[0, 0, 0], [p, 0, 0], [0, p, 0], [0, 0, p]];
+    // i of p steps from a to b and j from a to c.
+    let at = |[a, b, c]: [usize; 3], i: usize, j: usize| {
+        let [a, b, c] = [a, b, c].map(|k: usize| corners[k]);
+        [0, 1, 2].map(|k| (a[k] * (p - i - j) + b[k] * i + c[k] * j) / p)
+    };
+    let mut nodes = corners.to_vec();
+    for [a, b] in [[0, 1], [1, 2], [2, 0], [3, 0], [3, 2], [3, 1]] {
+        nodes.extend((1..p).map(|k| at([a, b, a], k, 0)));
+    }
+    if p > 2 {
+        for face in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [3, 1, 2]] {
+            let inner = triangle(p - 3).into_iter();
+            nodes.extend(inner.map(|[i, j, _]| at(face, i + 1, j + 1)));
+        }
+    }
+    if p > 3 {
+        let inner = tetrahedron(p - 4).into_iter();
+        nodes.extend(inner.map(|node| node.map(|k| k + 1)));
+    }
+    nodes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_of_every_order_come_back_from_their_nodes() {
+        for (_, numbers) in COMPLETE {
+            for &number in numbers {
+                let kind = CellKind::from_gmsh(number.into()).unwrap();
+                let element = Element::new(kind).unwrap();
+                assert_eq!(element.len(), kind.points(), "{kind}");
+                let p = element.order as i32;
+                let f = |x: &[f64; 3]| (0.3 + x[0] - 0.7 * x[1] + 0.2 * x[2]).powi(p);
+                let values: Vec<f64> = element.nodes.iter().map(f).collect();
+                let mut coefficients = vec![0.0; element.len()];
+                element.coefficients(&values, &mut coefficients);
+                let mut basis = vec![[0.0; 4]; element.len()];
+                let x = [0.21, 0.37, if element.dim == 3 { 0.11 } else { 0.0 }];
+                element.basis(&x, &mut basis);
+                let of = |k: usize| -> f64 {
+                    let terms = basis.iter().zip(&coefficients);
+                    terms.map(|(b, c)| b[k] * c).sum()
+                };
+                assert!((of(0) - f(&x)).abs() < 1e-10, "{kind}: {} {}", of(0), f(&x));
+                let h = 1e-6;
+                let slope = (f(&[x[0], x[1] + h, x[2]]) - f(&[x[0], x[1] - h, x[2]])) / (2.0 * h);
+                assert!((of(2) - slope).abs() < 1e-7, "{kind}: {} {slope}", of(2));
+            }
+        }
+        assert!(Element::new(CellKind::Hexahedron).is_none());
+        let cut = CellKind::from_gmsh(20).unwrap();
+        assert!(Element::new(cut).is_none(), "{cut} lacks a node inside");
+        assert_eq!(Element::new(CellKind::Quadrangle8).unwrap().len(), 8);
+    }
+}

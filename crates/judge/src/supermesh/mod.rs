@@ -1,0 +1,19 @@
+//! Results of two meshes of one domain, compared as functions on the intersection of the meshes.
+
+mod clip;
+mod domain;
+mod element;
+mod function;
+mod judged;
+mod map;
+mod norms;
+mod overlay;
+mod rule;
+mod tree;
+
+#[cfg(test)]
+mod tests;
+
+pub use judged::Intersection;
+pub(crate) use judged::judge_functions;
+pub use norms::Norms;

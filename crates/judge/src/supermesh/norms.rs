@@ -1,0 +1,231 @@
+//! ‖a - b‖ of every field on the supermesh: L², the broken H¹ seminorm, and the maximum with its place.
+
+use serde::Serialize;
+
+use super::clip::{Simplex, measure};
+use super::domain::Domain;
+use super::function::Function;
+use super::map::{Geometry, Local};
+use super::overlay::{Common, Cover, overlay};
+use super::rule::Rule;
+use faceoff_mesh::error::Result;
+
+/// Norms of the difference of two fields over their mesh, or over what two meshes have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Norms {
+    /// ‖a - b‖ in L², over all components.
+    pub l2: f64,
+    /// The larger one of ‖a‖ and ‖b‖.
+    pub l2_scale: f64,
+    /// |a - b| in H¹, cell by cell: ‖∇(a - b)‖; none where a field is constant on each cell.
+    pub h1: Option<f64>,
+    /// The larger one of ‖∇a‖ and ‖∇b‖.
+    pub h1_scale: Option<f64>,
+}
+
+/// Where two fields differ most.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub cells: [u32; 2],
+    pub at: [f64; 3],
+    pub values: [f64; 2],
+}
+
+/// Sums over a part of the supermesh, for one field.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sums {
+    /// Squares of a - b, a and b, integrated.
+    l2: [f64; 3],
+    h1: [f64; 3],
+    pub max: f64,
+    /// The largest |a - b| in the unit of its cells.
+    pub relative: f64,
+    pub worst: Option<Place>,
+    pub not_finite: Option<Place>,
+    /// Cells of the first mesh with a larger difference than allowed; they may be there twice.
+    pub beyond: Vec<u32>,
+}
+
+impl Sums {
+    fn add(&mut self, other: Sums) {
+        for k in 0..3 {
+            self.l2[k] += other.l2[k];
+            self.h1[k] += other.h1[k];
+        }
+        self.max = self.max.max(other.max);
+        if other.relative > self.relative || self.worst.is_none() {
+            (self.relative, self.worst) = (other.relative, other.worst);
+        }
+        self.not_finite = self.not_finite.or(other.not_finite);
+        self.beyond.extend(other.beyond);
+    }
+
+    pub fn norms(&self, is_constant: bool) -> Norms {
+        let [d, a, b] = self.l2.map(f64::sqrt);
+        let [of_d, of_a, of_b] = self.h1.map(f64::sqrt);
+        Norms {
+            l2: d,
+            l2_scale: a.max(b),
+            h1: (!is_constant).then_some(of_d),
+            h1_scale: (!is_constant).then_some(of_a.max(of_b)),
+        }
+    }
+}
+
+/// How a field is judged: the largest difference that is allowed on a pair of cells, in the unit there.
+pub(super) struct Law<'a> {
+    pub unit: &'a (dyn Fn([u32; 2]) -> f64 + Sync),
+    pub tolerance: f64,
+    /// Whole numbers are compared exactly.
+    pub is_integer: bool,
+}
+
+/// The state of one thread.
+struct Work<'a> {
+    sides: [Local<'a>; 2],
+    sums: Vec<Sums>,
+}
+
+/// Sums for each pair of fields over the intersection of two meshes; the rule is exact for squares of polynomials.
+///
+/// # Errors
+/// Meshes without anything in common; [`faceoff_mesh::Error::Ended`].
+pub(super) fn differences<'a>(
+    domains: [&'a Domain<'a>; 2],
+    functions: [&'a [Function<'a>]; 2],
+    laws: &[Law],
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<(Vec<Sums>, Cover)> {
+    let rule = rule_for(domains, functions);
+    let degree = degree_of(domains, functions);
+    let dim = domains[0].dim;
+    let state = || Work {
+        sides: [0, 1].map(|k| Local::new(domains[k], functions[k])),
+        sums: vec![Sums::default(); laws.len()],
+    };
+    let visit = |work: &mut Work, common: &Common| {
+        let cells = common.pieces.map(|piece| piece.cell);
+        for (side, cell) in work.sides.iter_mut().zip(cells) {
+            side.turn_to(cell, &common.origin);
+        }
+        let units: Vec<f64> = laws.iter().map(|law| (law.unit)(cells)).collect();
+        for simplex in common.simplices {
+            let size = measure(dim, simplex);
+            for (lambda, weight) in &rule.points {
+                let weight = weight * size;
+                let place = combine(simplex, lambda);
+                work.add(common, functions, laws, &units, &place, weight);
+            }
+            // The largest difference of linear functions is at a corner.
+            if degree > 0 {
+                for corner in &simplex[..=dim] {
+                    work.add(common, functions, laws, &units, corner, 0.0);
+                }
+            }
+        }
+    };
+    let mut sums = vec![Sums::default(); laws.len()];
+    let merge = |work: Work| {
+        let both = sums.iter_mut().zip(work.sums);
+        both.for_each(|(sums, of_block)| sums.add(of_block));
+    };
+    let cover = overlay(domains, state, visit, merge, progress)?;
+    for sums in &mut sums {
+        sums.beyond.sort_unstable();
+        sums.beyond.dedup();
+    }
+    Ok((sums, cover))
+}
+
+/// The largest degree of the polynomials of either side.
+fn degree_of(domains: [&Domain; 2], functions: [&[Function]; 2]) -> usize {
+    let of = |k: usize| functions[k].iter().map(|f| f.degree(domains[k])).max();
+    of(0).max(of(1)).unwrap_or(0)
+}
+
+/// On cells whose map is not affine functions are no polynomials, and a rule of higher degree comes near.
+pub(super) fn rule_for(domains: [&Domain; 2], functions: [&[Function]; 2]) -> Rule {
+    let degree = degree_of(domains, functions);
+    let more = if degree > 0 && domains.iter().any(|d| !is_exact(d)) {
+        4
+    } else {
+        0
+    };
+    Rule::new(domains[0].dim, 2 * degree + more)
+}
+
+/// Are all functions of this mesh polynomials on its cells?
+pub(super) fn is_exact(domain: &Domain) -> bool {
+    let straight =
+        |piece: &super::domain::Piece| domain.geometries[piece.cell as usize] == Geometry::Straight;
+    domain.pieces.iter().all(straight)
+}
+
+pub(super) fn combine(simplex: &Simplex, lambda: &[f64; 4]) -> [f64; 3] {
+    [0, 1, 2].map(|k| simplex.iter().zip(lambda).map(|(x, l)| x[k] * l).sum())
+}
+
+impl Work<'_> {
+    /// One place of the supermesh, with its weight in integrals.
+    fn add(
+        &mut self,
+        common: &Common,
+        functions: [&[Function]; 2],
+        laws: &[Law],
+        units: &[f64],
+        place: &[f64; 3],
+        weight: f64,
+    ) {
+        let [of_a, of_b] = &mut self.sides;
+        of_a.evaluate(place);
+        of_b.evaluate(place);
+        let cells = common.pieces.map(|piece| piece.cell);
+        let mut next = 0;
+        for (k, (law, sums)) in laws.iter().zip(&mut self.sums).enumerate() {
+            let [f, g] = [0, 1].map(|side| &functions[side][k]);
+            let mut beyond = false;
+            for component in 0..f.components {
+                let (x, y) = (&of_a.values[next], &of_b.values[next]);
+                next += 1;
+                let mut difference = x[0] - y[0];
+                if law.is_integer {
+                    difference += f.rest(cells[0], component) - g.rest(cells[1], component);
+                }
+                let found = |values| {
+                    let at = [0, 1, 2].map(|k| place[k] + common.origin[k]);
+                    Some(Place { cells, at, values })
+                };
+                if !difference.is_finite() {
+                    sums.not_finite = sums.not_finite.or(found([x[0], y[0]]));
+                    beyond = true;
+                    continue;
+                }
+                sums.l2[0] += weight * difference * difference;
+                sums.l2[1] += weight * x[0] * x[0];
+                sums.l2[2] += weight * y[0] * y[0];
+                for i in 1..4 {
+                    sums.h1[0] += weight * (x[i] - y[i]).powi(2);
+                    sums.h1[1] += weight * x[i] * x[i];
+                    sums.h1[2] += weight * y[i] * y[i];
+                }
+                let absolute = difference.abs();
+                if common.is_rounding {
+                    continue;
+                }
+                let relative = if absolute == 0.0 {
+                    0.0
+                } else {
+                    absolute / units[k]
+                };
+                sums.max = sums.max.max(absolute);
+                beyond |= !(relative <= law.tolerance);
+                if relative > sums.relative || sums.worst.is_none() {
+                    (sums.relative, sums.worst) = (relative, found([x[0], y[0]]));
+                }
+            }
+            if beyond && sums.beyond.last() != Some(&cells[0]) {
+                sums.beyond.push(cells[0]);
+            }
+        }
+    }
+}

@@ -1,0 +1,614 @@
+//! Functions on two meshes of one domain: against integrals that are known, and polynomials that both have exactly.
+
+use proptest::prelude::*;
+use proptest::test_runner::{RngSeed, TestRunner};
+
+use crate::{
+    Comparison, MatchBy, Norms, On, Settings, Tolerance, Tolerances, Verdict, compare_results,
+};
+use faceoff_mesh::CellKind;
+use faceoff_mesh::error::Result;
+use faceoff_mesh::field::{ResultField, Results};
+
+use super::element::Element;
+
+/// Cells of one kind; every cell has nodes of its own, by its element.
+fn broken(source: &str, kind: CellKind, corners: &[Vec<[f64; 3]>]) -> Results {
+    let element = Element::new(kind).unwrap();
+    let mut points = Vec::new();
+    for cell in corners {
+        for node in &element.nodes {
+            let place = match cell.len() {
+                // Bilinear.
+                4 if kind.dim() == 2 => {
+                    let [x, y, _] = *node;
+                    let weights = [(1.0 - x) * (1.0 - y), x * (1.0 - y), x * y, (1.0 - x) * y];
+                    [0, 1, 2].map(|k| (0..4).map(|i| weights[i] * cell[i][k]).sum())
+                }
+                _ => [0, 1, 2].map(|k| {
+                    let steps = (1..cell.len()).map(|i| node[i - 1] * (cell[i][k] - cell[0][k]));
+                    cell[0][k] + steps.sum::<f64>()
+                }),
+            };
+            points.push(place);
+        }
+    }
+    let width = element.len();
+    Results {
+        source: source.into(),
+        space: if kind.dim() == 2 { 2 } else { 3 },
+        cells: (0..points.len() as u32).collect(),
+        points,
+        width,
+        kinds: vec![(kind, corners.len())],
+        ..Results::default()
+    }
+}
+
+fn field(name: &str, components: usize, values: Vec<f64>) -> ResultField {
+    ResultField {
+        name: name.into(),
+        components,
+        values,
+        rest: None,
+        at: None,
+        scaled_by: None,
+    }
+}
+
+fn with(mut results: Results, name: &str, f: impl Fn(&[f64; 3]) -> f64) -> Results {
+    let values = results.points.iter().map(f).collect();
+    results.on_points.push(field(name, 1, values));
+    results
+}
+
+/// The unit square or cube in simplices, moved by `bend`: a grid with diagonals that alternate by `seed`.
+fn grid(
+    dim: usize,
+    n: usize,
+    seed: u64,
+    bend: impl Fn([f64; 3]) -> [f64; 3],
+) -> Vec<Vec<[f64; 3]>> {
+    let at = |i: [usize; 3]| bend(i.map(|k| k as f64 / n as f64));
+    let paths: &[[usize; 3]] = &[
+        [0, 1, 2],
+        [0, 2, 1],
+        [1, 0, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [2, 1, 0],
+    ];
+    let mut cells = Vec::new();
+    for cube in 0..n.pow(dim as u32) {
+        let base = [cube % n, cube / n % n, cube / n / n];
+        if dim == 2 {
+            let [a, b, c, d] =
+                [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[i, j]| at([base[0] + i, base[1] + j, 0]));
+            let turn = (cube as u64).wrapping_mul(seed) % 7 < 3;
+            cells.extend(match turn {
+                true => [vec![a, b, c], vec![a, c, d]],
+                false => [vec![a, b, d], vec![b, c, d]],
+            });
+            continue;
+        }
+        for path in paths {
+            let mut i = base;
+            let mut cell = vec![at(i)];
+            for axis in path {
+                i[*axis] += 1;
+                cell.push(at(i));
+            }
+            cells.push(cell);
+        }
+    }
+    cells
+}
+
+fn compare(a: &Results, b: &Results) -> Result<Comparison> {
+    let of_all = Tolerance {
+        rtol: 1e-12,
+        atol: 0.0,
+    };
+    let tolerances = Tolerances {
+        of_all,
+        of_field: Vec::new(),
+    };
+    let settings = Settings {
+        map: Some(MatchBy::Functions),
+        ..tolerances.into()
+    };
+    compare_results(a, b, &settings)
+}
+
+fn norms(comparison: &Comparison, name: &str) -> Norms {
+    let found = comparison
+        .fields
+        .iter()
+        .find(|f| f.field.field == name && f.on == On::Functions);
+    found.and_then(|f| f.norms).unwrap()
+}
+
+fn triangle(order: usize) -> CellKind {
+    CellKind::from_gmsh([2, 9, 21, 23, 25, 42][order - 1]).unwrap()
+}
+
+fn tetrahedron(order: usize) -> CellKind {
+    CellKind::from_gmsh([4, 11, 29, 30, 31, 71][order - 1]).unwrap()
+}
+
+/// a = x on one mesh and b = y on another: ∫ (x - y)² = 1/6 and |a - b|² in H¹ = 2 on the unit square; the maximum, 1, is at a
+/// corner of the square.
+#[test]
+fn norms_are_those_known_in_closed_form() {
+    let a = with(broken("a", triangle(1), &grid(2, 5, 3, |x| x)), "u", |x| {
+        x[0]
+    });
+    for (kind, n) in [(triangle(1), 7), (triangle(3), 4)] {
+        let b = with(broken("b", kind, &grid(2, n, 5, |x| x)), "u", |x| x[1]);
+        let compared = compare(&a, &b).unwrap();
+        let found = norms(&compared, "u");
+        assert!(
+            (found.l2 - (1.0_f64 / 6.0).sqrt()).abs() < 1e-14,
+            "{found:?}"
+        );
+        assert!(
+            (found.h1.unwrap() - 2.0_f64.sqrt()).abs() < 1e-12,
+            "{found:?}"
+        );
+        assert!((found.l2_scale - (1.0_f64 / 3.0).sqrt()).abs() < 1e-14);
+        let u = &compared.fields[0].field;
+        let worst = u.worst.as_ref().unwrap();
+        assert!((u.max_abs - 1.0).abs() < 1e-14, "{u:?}");
+        assert!((worst.midpoint[0] - worst.midpoint[1]).abs() > 1.0 - 1e-14);
+        assert_eq!((worst.a - worst.b).abs(), u.max_abs);
+        assert_eq!((u.verdict, compared.fields.len()), (Verdict::Disagree, 1));
+        let [i, j] = worst.cells.unwrap();
+        for (side, cell) in [(&a, i), (&b, j)] {
+            let nodes = side.cell(cell as usize).map(|p| side.points[p as usize]);
+            let near = |x: [f64; 3]| (0..2).all(|k| (x[k] - worst.midpoint[k]).abs() < 1e-14);
+            assert!(
+                nodes.clone().any(near),
+                "cell {cell} has the place as a corner"
+            );
+        }
+        let found = compared.intersection.unwrap();
+        assert!(
+            (found.common - 1.0).abs() < 1e-14 && found.exact,
+            "{found:?}"
+        );
+    }
+    // P0: the halves of a square against thirds. ∫ (a - b)² = 2/3 · 0 + 1/3 · 1 …
+    let cell = |x0: f64, x1: f64| {
+        vec![
+            [x0, 0.0, 0.0],
+            [x1, 0.0, 0.0],
+            [x1, 1.0, 0.0],
+            [x0, 1.0, 0.0],
+        ]
+    };
+    let quadrangles = |cuts: &[f64], values: &[f64]| {
+        let cells: Vec<_> = cuts.windows(2).map(|w| cell(w[0], w[1])).collect();
+        let mut side = broken("q", CellKind::Quadrangle, &cells);
+        side.on_cells.push(field("c", 1, values.to_vec()));
+        side
+    };
+    let a = quadrangles(&[0.0, 0.5, 1.0], &[1.0, 3.0]);
+    let b = quadrangles(&[0.0, 1.0 / 3.0, 1.0], &[1.0, 2.0]);
+    let compared = compare(&a, &b).unwrap();
+    // Equal on [0, 1/3], 1 apart on the rest.
+    let found = norms(&compared, "c");
+    assert!(
+        (found.l2 - (2.0_f64 / 3.0).sqrt()).abs() < 1e-15,
+        "{found:?}"
+    );
+    assert_eq!((found.h1, compared.fields[0].field.max_abs), (None, 1.0));
+    // In 3D: x against y z, ∫ (x - yz)² = 1/3 - 1/4 + 1/9, ∫ |∇|² = 1 + 2/3.
+    let a = with(
+        broken("a", tetrahedron(1), &grid(3, 3, 1, |x| x)),
+        "u",
+        |x| x[0],
+    );
+    let b = with(
+        broken("b", tetrahedron(2), &grid(3, 2, 1, |x| x)),
+        "u",
+        |x| x[1] * x[2],
+    );
+    let found = norms(&compare(&a, &b).unwrap(), "u");
+    let exact = (1.0_f64 / 3.0 - 0.25 + 1.0 / 9.0).sqrt();
+    assert!((found.l2 - exact).abs() < 1e-14, "{found:?} {exact}");
+    assert!((found.h1.unwrap() - (5.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+}
+
+/// How far the inside of the unit square or cube is bent, its sides staying where they are.
+fn bent(dim: usize, amount: f64) -> impl Fn([f64; 3]) -> [f64; 3] {
+    move |x| {
+        let bump: f64 = x[..dim].iter().map(|x| 4.0 * x * (1.0 - x)).product();
+        let bump = amount * bump;
+        [
+            x[0] + bump,
+            x[1] - 0.7 * bump,
+            if dim == 3 { x[2] + 0.4 * bump } else { 0.0 },
+        ]
+    }
+}
+
+/// Polynomials that both meshes hold exactly are equal to rounding, whatever the cells: slivers, cells that share sides, one
+/// mesh and a copy, moved, turned, small, large, far away.
+#[test]
+fn polynomials_are_equal_whatever_the_meshes() {
+    let mut runner = TestRunner::new(ProptestConfig {
+        cases: 120,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(2017),
+        ..ProptestConfig::default()
+    });
+    let sizes = prop_oneof![Just(1e-8), Just(1.0), Just(1e8)];
+    // Of the grid: none, exactly zero, and so small that cells nearly coincide.
+    let bends = prop_oneof![Just(0.0), Just(1e-15), Just(1e-11), Just(1e-6), 0.0..0.12];
+    let thin = prop_oneof![Just(1.0), Just(1e-3)];
+    let far = prop_oneof![Just(0.0), Just(1.0), Just(1e5)];
+    let meshes = (
+        2..=3usize,
+        1..5usize,
+        1..5usize,
+        (1..=4usize, 1..=4usize),
+        (bends.clone(), bends),
+    );
+    let places = (0.0..7.0, sizes, thin, far, any::<u64>());
+    runner
+        .run(
+            &(meshes, places),
+            |((dim, n, m, orders, bends), (angle, size, thin, far, seed))| {
+                let (n, m) = if dim == 3 {
+                    (n.min(3), m.min(2))
+                } else {
+                    (n, m)
+                };
+                let (sin, cos) = f64::sin_cos(angle);
+                let place = |x: [f64; 3]| {
+                    let (u, v) = (x[0], thin * x[1]);
+                    let z = if dim == 3 { size * (x[2] + far) } else { 0.0 };
+                    [
+                        size * (cos * u - sin * v + far),
+                        size * (sin * u + cos * v - far),
+                        z,
+                    ]
+                };
+                let mesh = |source, n, order, bend: f64| {
+                    let cells = grid(dim, n, seed, bent(dim, bend));
+                    let cells: Vec<_> = cells
+                        .into_iter()
+                        .map(|c| c.into_iter().map(place).collect())
+                        .collect();
+                    let kind = if dim == 2 {
+                        triangle(order)
+                    } else {
+                        tetrahedron(order)
+                    };
+                    broken(source, kind, &cells)
+                };
+                let degree = orders.0.min(orders.1) as i32;
+                let f = |x: &[f64; 3]| {
+                    let x = x.map(|x| x / size);
+                    ((x[0] - far) - 0.6 * (x[1] + far) + 0.3 * x[2] + 0.5).powi(degree)
+                };
+                let a = with(mesh("a", n, orders.0, bends.0), "u", f);
+                let b = with(mesh("b", m, orders.1, bends.1), "u", f);
+                let compared = compare(&a, &b).map_err(|e| TestCaseError::fail(e.to_string()))?;
+                let found = compared.intersection.clone().unwrap();
+                let exact = thin * size.powi(dim as i32);
+                // What rounding of the places alone does, which is larger far away and in thin cells.
+                let rounding = 1e-13 * (1.0 + far) / thin;
+                prop_assert!(
+                    (found.common / exact - 1.0).abs() < rounding,
+                    "{found:?} {exact}"
+                );
+                let u = &compared.fields[0];
+                prop_assert!(u.field.max_rel < 1e2 * rounding, "{:?}", u.field);
+                let norms = u.norms.unwrap();
+                prop_assert!(norms.l2 < 1e2 * rounding * norms.l2_scale, "{norms:?}");
+                // A gradient in a thin cell is a difference over its height.
+                let slope = norms.h1.unwrap();
+                prop_assert!(
+                    slope <= 1e4 * rounding / thin * norms.h1_scale.unwrap(),
+                    "{norms:?}"
+                );
+                prop_assert!(compared.fields.len() == 1, "{:?}", compared.fields[1]);
+                Ok(())
+            },
+        )
+        .unwrap();
+}
+
+/// x y is bilinear, x² y² biquadratic; neither is a polynomial of low degree on triangles.
+#[test]
+fn quadrangles_are_exact_too() {
+    let quadrangles = |n: usize, bend: f64| -> Vec<Vec<[f64; 3]>> {
+        let at =
+            |i: usize, j: usize| bent(2, bend)([i as f64 / n as f64, j as f64 / n as f64, 0.0]);
+        let cells = (0..n * n).map(|k| (k % n, k / n));
+        cells
+            .map(|(i, j)| vec![at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])
+            .collect()
+    };
+    let straight = with(
+        broken("a", CellKind::Quadrangle, &quadrangles(3, 0.0)),
+        "u",
+        |x| x[0] * x[1],
+    );
+    let fine = with(
+        broken("b", CellKind::Quadrangle9, &quadrangles(4, 0.0)),
+        "u",
+        |x| x[0] * x[1],
+    );
+    let compared = compare(&straight, &fine).unwrap();
+    assert!(norms(&compared, "u").l2 < 1e-15, "{compared:?}");
+    assert!(compared.intersection.unwrap().exact);
+    // Bent ones have no polynomials but linear ones in common with triangles; biquadratic ones have all quadratic.
+    for (kind, degree) in [(CellKind::Quadrangle, 1), (CellKind::Quadrangle9, 2)] {
+        let f = |x: &[f64; 3]| (0.2 + x[0] - 0.4 * x[1]).powi(degree);
+        let a = with(broken("a", kind, &quadrangles(4, 0.1)), "u", f);
+        let b = with(
+            broken("b", triangle(2), &grid(2, 3, 5, bent(2, -0.1))),
+            "u",
+            f,
+        );
+        let compared = compare(&a, &b).unwrap();
+        assert!(norms(&compared, "u").l2 < 1e-14, "{compared:?}");
+        assert!(!compared.intersection.unwrap().exact);
+    }
+    // Folded: two corners change places.
+    let mut cells = quadrangles(2, 0.0);
+    cells[1].swap(0, 1);
+    let a = with(broken("a", CellKind::Quadrangle, &cells), "u", |x| x[0]);
+    let error = compare(&a, &straight).unwrap_err().to_string();
+    assert!(
+        error.contains("cell 1") && error.contains("is folded"),
+        "{error}"
+    );
+}
+
+/// Quadratic cells with a bent side: of area 1/2 + 2/3 · 0.1 · √2 … by hand, and the function of all nodes.
+#[test]
+fn curved_cells_are_taken_as_pieces_and_told() {
+    let mut a = broken("a", triangle(2), &grid(2, 2, 1, |x| x));
+    // The middle of a side inside moves, in both cells that have it.
+    let middle = [0.5, 0.25, 0.0];
+    let moved = a.points.iter_mut().filter(|p| **p == middle);
+    assert_eq!(moved.map(|p| p[0] += 0.02).count(), 2);
+    let a = with(a, "u", |x| x[0] - x[1]);
+    let b = with(broken("b", triangle(1), &grid(2, 3, 1, |x| x)), "u", |x| {
+        x[0] - x[1]
+    });
+    let compared = compare(&a, &b).unwrap();
+    let found = compared.intersection.clone().unwrap();
+    assert_eq!(found.curved, [2, 0]);
+    assert!((found.common - 1.0).abs() < 1e-14 && !found.exact);
+    // What is linear in the nodes is linear on the curved cell.
+    assert!(norms(&compared, "u").l2 < 1e-14, "{:?}", compared.fields);
+}
+
+/// A disk as polygons of 8 and 16 sides: the areas are n/2 sin(2π/n), and the smaller one lies in the larger one.
+#[test]
+fn what_one_mesh_covers_alone_is_told() {
+    let disk = |n: usize| {
+        let at = |k: usize| {
+            let (y, x) = (2.0 * std::f64::consts::PI * (k % n) as f64 / n as f64).sin_cos();
+            [x, y, 0.0]
+        };
+        let cells: Vec<_> = (0..n).map(|k| vec![[0.0; 3], at(k), at(k + 1)]).collect();
+        with(broken(&format!("disk{n}"), triangle(1), &cells), "u", |x| {
+            x[0]
+        })
+    };
+    let area = |n: f64| n / 2.0 * (2.0 * std::f64::consts::PI / n).sin();
+    let (a, b) = (disk(8), disk(16));
+    let compared = compare(&a, &b).unwrap();
+    let found = compared.intersection.clone().unwrap();
+    assert!((found.common - area(8.0)).abs() < 1e-14);
+    assert!(found.alone[0] < 1e-15 && (found.alone[1] - (area(16.0) - area(8.0))).abs() < 1e-14);
+    // u agrees where both are; the domains do not.
+    let verdicts: Vec<_> = compared
+        .fields
+        .iter()
+        .map(|f| (f.on, f.field.verdict))
+        .collect();
+    assert_eq!(
+        verdicts,
+        [
+            (On::Functions, Verdict::Agree),
+            (On::Domain, Verdict::Disagree)
+        ]
+    );
+    assert_eq!(compared.verdict, Verdict::Disagree);
+    assert!(
+        compared.fields[1]
+            .field
+            .reason
+            .as_ref()
+            .unwrap()
+            .contains("16 of 16 cells of disk16")
+    );
+    let settings = |alone| Settings {
+        map: Some(MatchBy::Functions),
+        alone: Some(alone),
+        ..Settings::default()
+    };
+    let allowed = |alone| compare_results(&a, &b, &settings(alone)).unwrap().verdict;
+    assert_eq!(
+        [allowed(0.08), allowed(0.07)],
+        [Verdict::Agree, Verdict::Disagree]
+    );
+    // Nothing in common, another plane, another dimension.
+    let mut other = disk(8);
+    other.points.iter_mut().for_each(|x| x[0] += 3.0);
+    assert!(
+        compare(&a, &other)
+            .unwrap_err()
+            .to_string()
+            .contains("nothing in common")
+    );
+    let mut other = disk(8);
+    other.points.iter_mut().for_each(|x| x[2] = 1.0);
+    assert!(
+        compare(&a, &other)
+            .unwrap_err()
+            .to_string()
+            .contains("z = 0, the other in z = 1")
+    );
+    let solid = with(
+        broken("solid", tetrahedron(1), &grid(3, 1, 1, |x| x)),
+        "u",
+        |x| x[0],
+    );
+    assert!(
+        compare(&a, &solid)
+            .unwrap_err()
+            .to_string()
+            .contains("dimension 2, the other of 3")
+    );
+}
+
+#[test]
+fn meshes_that_overlap_themselves_are_refused() {
+    for dim in [2, 3] {
+        let kind = if dim == 2 {
+            triangle(1)
+        } else {
+            tetrahedron(1)
+        };
+        let good = with(broken("good", kind, &grid(dim, 3, 1, |x| x)), "u", |x| x[0]);
+        let refused = |cells: &[Vec<[f64; 3]>], words: &str| {
+            let bad = with(broken("bad", kind, cells), "u", |x| x[0]);
+            for (a, b) in [(&good, &bad), (&bad, &good)] {
+                let error = compare(a, b).unwrap_err().to_string();
+                assert!(
+                    error.contains("mesh bad") && error.contains(words),
+                    "{error}"
+                );
+            }
+        };
+        // One cell twice; a fold, where a corner is moved across the opposite side; a flat cell.
+        let mut cells = grid(dim, 3, 1, |x| x);
+        cells.push(cells[4].clone());
+        refused(&cells, "overlap");
+        let folded = grid(dim, 3, 1, |x| {
+            let inside = (0..dim).all(|k| x[k] > 0.3 && x[k] < 0.4);
+            if inside {
+                [0.8, 0.8, if dim == 3 { 0.8 } else { 0.0 }]
+            } else {
+                x
+            }
+        });
+        refused(&folded, "overlap");
+        let mut cells = grid(dim, 3, 1, |x| x);
+        cells[2][1] = cells[2][0];
+        refused(&cells, "cell 2");
+    }
+}
+
+#[test]
+fn a_difference_on_a_single_cell_is_found_and_named() {
+    for dim in [2, 3] {
+        let kinds = |order| {
+            if dim == 2 {
+                triangle(order)
+            } else {
+                tetrahedron(order)
+            }
+        };
+        let f = |x: &[f64; 3]| 1.0 + x[0];
+        let a = with(broken("a", kinds(1), &grid(dim, 3, 1, |x| x)), "u", f);
+        let mut b = with(
+            broken("b", kinds(2), &grid(dim, 4, 5, bent(dim, 0.05))),
+            "u",
+            f,
+        );
+        let width = b.width;
+        b.on_points[0].values[width * 7] += 1e-6;
+        let compared = compare(&a, &b).unwrap();
+        let u = &compared.fields[0].field;
+        let worst = u.worst.as_ref().unwrap();
+        assert_eq!((u.verdict, worst.cells.unwrap()[1]), (Verdict::Disagree, 7));
+        assert!((u.max_abs - 1e-6).abs() < 1e-12, "{u:?}");
+        let place = b.points[width * 7];
+        assert!((0..dim).all(|k| (worst.midpoint[k] - place[k]).abs() < 1e-12));
+        // A NaN is never a pass, wherever it is.
+        b.on_points[0].values[width * 7] = f64::NAN;
+        let compared = compare(&a, &b).unwrap();
+        let u = &compared.fields[0].field;
+        assert_eq!((u.verdict, u.max_abs.is_nan()), (Verdict::Disagree, true));
+        assert!(
+            u.reason
+                .as_ref()
+                .unwrap()
+                .contains("cell 7 of the second NaN"),
+            "{u:?}"
+        );
+    }
+}
+
+#[test]
+fn fields_of_other_kinds_and_ranks() {
+    let a = with(broken("a", triangle(1), &grid(2, 3, 1, |x| x)), "u", |x| {
+        x[0]
+    });
+    let vectors = |side: &mut Results, components: usize, third: f64| {
+        let rows = side
+            .points
+            .iter()
+            .flat_map(|x| [x[0], x[1], third].into_iter().take(components));
+        side.on_points.push(field("v", components, rows.collect()));
+    };
+    let on = |components, third| {
+        let mut side = with(broken("b", triangle(1), &grid(2, 4, 1, |x| x)), "u", |x| {
+            x[0]
+        });
+        vectors(&mut side, components, third);
+        side
+    };
+    let mut a = a;
+    vectors(&mut a, 2, 0.0);
+    let verdict = |b: &Results| compare(&a, b).unwrap().fields[1].field.verdict;
+    assert_eq!(verdict(&on(2, 0.0)), Verdict::Agree);
+    assert_eq!(verdict(&on(3, 0.0)), Verdict::Agree);
+    assert_eq!(verdict(&on(3, 1e-9)), Verdict::Disagree);
+    assert_eq!(verdict(&on(1, 0.0)), Verdict::Undetermined);
+    // Labels of points are no function; one side alone never passes.
+    let mut labelled = on(2, 0.0);
+    labelled.on_points[0].rest = Some(Vec::new());
+    let compared = compare(&a, &labelled).unwrap();
+    assert_eq!(compared.verdict, Verdict::Undetermined);
+    let mut other = on(2, 0.0);
+    other.on_points[1].name = "w".into();
+    let compared = compare(&a, &other).unwrap();
+    let lacks: Vec<_> = compared
+        .fields
+        .iter()
+        .filter_map(|f| f.field.reason.clone())
+        .collect();
+    assert_eq!(lacks, ["b does not have it", "a does not have it"]);
+    // The same function at corners and on points; constants on cells that differ in their last digit only.
+    let mut corners = on(2, 0.0);
+    corners.on_corners = std::mem::take(&mut corners.on_points);
+    assert_eq!(compare(&a, &corners).unwrap().verdict, Verdict::Agree);
+    let huge = |last: f64| {
+        let mut side = broken(
+            "ids",
+            triangle(1),
+            &grid(2, if last > 0.0 { 2 } else { 4 }, 1, |x| x),
+        );
+        let count = side.cell_count();
+        side.on_cells.push(ResultField {
+            rest: Some(vec![last; count]),
+            ..field("id", 1, vec![2.0_f64.powi(60); count])
+        });
+        side
+    };
+    let ids = |last| compare(&huge(0.0), &huge(last)).unwrap().verdict;
+    assert_eq!(ids(1.0), Verdict::Disagree);
+    assert_eq!(
+        compare(&huge(0.0), &huge(0.0)).unwrap().verdict,
+        Verdict::Agree
+    );
+}
