@@ -41,7 +41,7 @@ pub use places::{first_at_place, partners};
 pub use results::{
     ComparedField, Comparison, Differences, MatchBy, On, Settings, at_midpoints, compare_results,
 };
-pub use supermesh::{Intersection, Norms};
+pub use supermesh::{Intersection, Norms, Projection, project};
 
 #[cfg(test)]
 mod face_fault_tests;

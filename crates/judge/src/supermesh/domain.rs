@@ -62,6 +62,11 @@ impl<'a> Domain<'a> {
         &self.elements[usize::from(self.of_cell[cell as usize])]
     }
 
+    /// `None` for cells of other dimensions.
+    pub fn known_element(&self, cell: u32) -> Option<&Element> {
+        self.elements.get(usize::from(self.of_cell[cell as usize]))
+    }
+
     /// Divides the cells of the highest dimension and looks for those that overlap.
     ///
     /// # Errors

@@ -167,16 +167,34 @@ impl<'a> Local<'a> {
         }
     }
 
-    /// Fills `values` with those at a place.
-    pub fn evaluate(&mut self, place: &[f64; 3]) {
-        let dim = self.domain.dim;
-        let (at, inverse) = match &self.map {
+    /// Reference coordinates of a place, and their gradients.
+    fn reference(&mut self, place: &[f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+        match &self.map {
             None => {
                 let x = subtract(place, &self.corner);
                 (self.inverse.map(|row| dot(&row, &x)), self.inverse)
             }
-            Some(element) => invert(dim, element, &self.coordinates, place, &mut self.basis),
-        };
+            Some(element) => {
+                let dim = self.domain.dim;
+                invert(dim, element, &self.coordinates, place, &mut self.basis)
+            }
+        }
+    }
+
+    /// φ_i at a place, for each node of the cell.
+    pub fn shape_functions(&mut self, place: &[f64; 3], out: &mut [f64]) {
+        let (at, _) = self.reference(place);
+        let Some(cell) = self.cell else { return };
+        let element = self.domain.element(cell);
+        let basis = &mut self.basis[..element.len()];
+        element.basis(&at, basis);
+        element.shape_functions(basis, out);
+    }
+
+    /// Fills `values` with those at a place.
+    pub fn evaluate(&mut self, place: &[f64; 3]) {
+        let dim = self.domain.dim;
+        let (at, inverse) = self.reference(place);
         let Some(cell) = self.cell else { return };
         let element = self.domain.element(cell);
         let basis = &mut self.basis[..element.len()];

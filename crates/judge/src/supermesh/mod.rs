@@ -8,6 +8,7 @@ mod judged;
 mod map;
 mod norms;
 mod overlay;
+mod project;
 mod rule;
 mod tree;
 
@@ -17,3 +18,4 @@ mod tests;
 pub use judged::Intersection;
 pub(crate) use judged::judge_functions;
 pub use norms::Norms;
+pub use project::{Projection, project};

@@ -5,6 +5,7 @@ use proptest::test_runner::{RngSeed, TestRunner};
 
 use crate::{
     Comparison, MatchBy, Norms, On, Settings, Tolerance, Tolerances, Verdict, compare_results,
+    project,
 };
 use faceoff_mesh::CellKind;
 use faceoff_mesh::error::Result;
@@ -611,4 +612,88 @@ fn fields_of_other_kinds_and_ranks() {
         compare(&huge(0.0), &huge(0.0)).unwrap().verdict,
         Verdict::Agree
     );
+}
+
+/// Projections keep integrals, and what is in the other space; the mean of x² on the cells of a square is known.
+#[test]
+fn projections_keep_integrals_and_polynomials() {
+    let none = &|_: f64| {};
+    for dim in [2, 3] {
+        let kind = |order| {
+            if dim == 2 {
+                triangle(order)
+            } else {
+                tetrahedron(order)
+            }
+        };
+        let square = |x: &[f64; 3]| x[0] * x[0];
+        let mut from = with(
+            broken("from", kind(2), &grid(dim, 3, 1, bent(dim, 0.1))),
+            "u",
+            square,
+        );
+        let means: Vec<f64> = (0..from.cell_count()).map(|k| (k as f64).sin()).collect();
+        from.on_cells.push(field("c", 1, means));
+        for order in [1, 2, 3] {
+            let onto = broken("onto", kind(order), &grid(dim, 2, 5, |x| x));
+            let projected = project(&onto, &from, none).unwrap();
+            assert_eq!(projected.results.cells, onto.cells);
+            assert!(projected.uncovered < 1e-14);
+            for (name, _, [before, after]) in &projected.integrals {
+                assert!((before - after).abs() < 1e-14, "{name}: {before} {after}");
+            }
+            let (_, _, [before, _]) = projected.integrals[0];
+            assert!((before - 1.0 / 3.0).abs() < 1e-14, "{before}");
+            let of = &projected.results.on_points[0];
+            let far = of.values.iter().zip(&onto.points);
+            let far = far.map(|(u, x)| (u - square(x)).abs()).fold(0.0, f64::max);
+            assert_eq!(far < 1e-12, order >= 2, "{dim} {order}: {far}");
+        }
+        // To the space of the field of that name: constants, and points that cells share.
+        let mut onto = broken("onto", kind(1), &grid(dim, 2, 5, |x| x));
+        onto.on_cells
+            .push(field("u", 1, vec![0.0; onto.cell_count()]));
+        let projected = project(&onto, &from, none).unwrap();
+        let values = &projected.results.on_cells[0].values;
+        let exact = |cell: usize| {
+            // The mean of x² on a simplex: (Σ x_i)² + Σ x_i² over (d + 1)(d + 2).
+            let x: Vec<f64> = onto
+                .cell(cell)
+                .map(|p| onto.points[p as usize][0])
+                .collect();
+            let (sum, squares): (f64, f64) = (x.iter().sum(), x.iter().map(|x| x * x).sum());
+            (sum * sum + squares) / ((dim + 1) * (dim + 2)) as f64
+        };
+        for cell in 0..onto.cell_count() {
+            assert!(
+                (values[cell] - exact(cell)).abs() < 1e-14,
+                "{} {}",
+                values[cell],
+                exact(cell)
+            );
+        }
+    }
+    // Where nothing covers the mesh there is no value, and that is told.
+    let from = with(
+        broken("from", triangle(1), &grid(2, 2, 1, |x| x)),
+        "u",
+        |x| x[1],
+    );
+    let onto = broken(
+        "onto",
+        triangle(1),
+        &grid(2, 2, 1, |x| [2.0 * x[0], x[1], 0.0]),
+    );
+    let projected = project(&onto, &from, none).unwrap();
+    assert!((projected.uncovered - 0.5).abs() < 1e-14);
+    let values = &projected.results.on_points[0].values;
+    for (value, place) in values.iter().zip(&onto.points).filter(|(_, x)| x[0] != 1.0) {
+        let covered = place[0] < 1.0;
+        assert_eq!(
+            (value - place[1]).abs() < 1e-13,
+            covered,
+            "{value} {place:?}"
+        );
+        assert_eq!(value.is_nan(), !covered);
+    }
 }
