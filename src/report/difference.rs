@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use faceoff_judge::{Comparison, On};
+use faceoff_judge::{Comparison, On, Projection};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{GlobalArray, Results};
 use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
@@ -31,30 +31,7 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
         ));
     }
     let corners = comparison.differences.iter().find(|d| d.on == On::Corners);
-    let mut mesh = Mesh {
-        points: corners.map_or_else(|| a.points.clone(), |d| d.places.clone()),
-        ..Mesh::default()
-    };
-    let mut cell = 0;
-    let mut corner = 0u32;
-    for &(kind, count) in &a.kinds {
-        let mut nodes = Vec::with_capacity(count * kind.points());
-        for _ in 0..count {
-            match corners {
-                Some(_) => {
-                    nodes.extend(corner..corner + kind.points() as u32);
-                    corner += kind.points() as u32;
-                }
-                None => nodes.extend(a.cell(cell)),
-            }
-            cell += 1;
-        }
-        mesh.blocks.push(CellBlock::new(kind, nodes));
-    }
-    if a.kinds.is_empty() {
-        let points = (0..mesh.points.len() as u32).collect();
-        mesh.blocks.push(CellBlock::new(CellKind::Vertex, points));
-    }
+    let mesh = mesh_of(a, corners.map(|d| d.places.clone()));
     let mut fields = Vec::new();
     for set in &comparison.differences {
         let support = match (set.on, corners) {
@@ -82,4 +59,69 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
         &whole,
         Encoding::Raw(Compressor::Zlib),
     )
+}
+
+/// The cells of a result; with points of their own, at these places, where a field may jump between them.
+fn mesh_of(of: &Results, corners: Option<Vec<[f64; 3]>>) -> Mesh {
+    let is_broken = corners.is_some();
+    let mut mesh = Mesh {
+        points: corners.unwrap_or_else(|| of.points.clone()),
+        ..Mesh::default()
+    };
+    let mut cell = 0;
+    let mut corner = 0u32;
+    for &(kind, count) in &of.kinds {
+        let mut nodes = Vec::with_capacity(count * kind.points());
+        for _ in 0..count {
+            if is_broken {
+                nodes.extend(corner..corner + kind.points() as u32);
+                corner += kind.points() as u32;
+            } else {
+                nodes.extend(of.cell(cell));
+            }
+            cell += 1;
+        }
+        mesh.blocks.push(CellBlock::new(kind, nodes));
+    }
+    if of.kinds.is_empty() {
+        let points = (0..mesh.points.len() as u32).collect();
+        mesh.blocks.push(CellBlock::new(CellKind::Vertex, points));
+    }
+    mesh
+}
+
+/// Writes the fields of one result on the mesh of another.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_projection(path: &Path, projection: &Projection, onto: &str) -> Result<()> {
+    super::check_vtu_path(path)?;
+    let of = &projection.results;
+    // The point of each corner.
+    let points: Vec<usize> = (0..of.cell_count())
+        .flat_map(|cell| of.cell(cell).map(|point| point as usize))
+        .collect();
+    let is_broken = !of.on_corners.is_empty();
+    let places = || points.iter().map(|point| of.points[*point]).collect();
+    let mesh = mesh_of(of, is_broken.then(places));
+    let on_points = of.on_points.iter().map(|field| {
+        let n = field.components;
+        let values = match is_broken {
+            true => points.iter().flat_map(|p| &field.values[p * n..(p + 1) * n]).copied().collect(),
+            false => field.values.clone(),
+        };
+        (field, Support::Points, values)
+    });
+    let on_corners = of.on_corners.iter().map(|f| (f, Support::Points, f.values.clone()));
+    let on_cells = of.on_cells.iter().map(|f| (f, Support::Cells, f.values.clone()));
+    let fields = on_points.chain(on_corners).chain(on_cells);
+    let fields = fields.map(|(field, on, values)| {
+        Field::new(field.name.clone(), on, field.components, Values::F64(values))
+    });
+    let fields: Vec<Field> = fields.collect();
+    let whole = [
+        GlobalArray::text("faceoff", env!("CARGO_PKG_VERSION")),
+        GlobalArray::texts("projection", vec![of.source.clone(), onto.to_owned()]),
+    ];
+    vtu::write(path, &mesh, &fields, &whole, Encoding::Raw(Compressor::Zlib))
 }

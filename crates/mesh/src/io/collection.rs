@@ -19,9 +19,44 @@ pub(super) fn is_pvd(path: &Path) -> bool {
     has_suffix(path, "pvd")
 }
 
-fn has_suffix(path: &Path, suffix: &str) -> bool {
+pub(super) fn has_suffix(path: &Path, suffix: &str) -> bool {
     path.extension()
         .is_some_and(|e| e.eq_ignore_ascii_case(suffix))
+}
+
+/// The files that a `.pvd` names, by their times, ascending.
+///
+/// # Errors
+/// A list that cannot be read, or whose times are no numbers.
+pub(super) fn by_time(path: &Path) -> Result<Vec<(f64, Vec<PathBuf>)>> {
+    let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
+    let mut entries = Vec::new();
+    for (time, file) in entries_of(path, &bytes)? {
+        // Without times, the order is all there is.
+        let time = match time {
+            None => entries.len() as f64,
+            Some(text) => text
+                .trim()
+                .parse()
+                .ok()
+                .filter(|t: &f64| t.is_finite())
+                .ok_or_else(|| {
+                    let remedy = "write the list again, or give a .vtu file that it lists";
+                    Error::file(path, Place::Whole, format!("{text:?} is no time"), remedy)
+                })?,
+        };
+        entries.push((time, file));
+    }
+    entries.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut times: Vec<(f64, Vec<PathBuf>)> = Vec::new();
+    for (time, file) in entries {
+        match times.last_mut() {
+            Some((last, files)) if *last == time => files.push(file),
+            _ => times.push((time, vec![file])),
+        }
+    }
+    times.iter_mut().for_each(|(_, files)| keep_once(files));
+    Ok(times)
 }
 
 /// The one file that a `.pvd` names.
@@ -75,6 +110,12 @@ fn keep_once<K: Clone + Eq + Hash>(items: &mut Vec<K>) {
 
 /// `file` of each `<DataSet>` and `Source` of each `<Piece>`, beside or below `path`.
 fn listed(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>> {
+    let entries = entries_of(path, bytes)?;
+    Ok(entries.into_iter().map(|(_, file)| file).collect())
+}
+
+/// The same with the time of each, as it is written.
+fn entries_of(path: &Path, bytes: &[u8]) -> Result<Vec<(Option<String>, PathBuf)>> {
     let refuse = |what: String| {
         let remedy = "write the list again, or give a .vtu file that it lists";
         Error::file(path, Place::Whole, what, remedy)
@@ -94,12 +135,16 @@ fn listed(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>> {
             "Piece" => "Source",
             _ => continue,
         };
-        let name = tag.attributes().flatten().find(|a| a.key.as_ref() == key);
-        let name = name.and_then(|a| a.normalized_value(XmlVersion::Implicit1_0).ok());
+        let attribute = |key: &str| {
+            let found = tag.attributes().flatten().find(|a| a.key.as_ref() == key);
+            let value = found?.normalized_value(XmlVersion::Implicit1_0).ok()?;
+            Some(value.into_owned())
+        };
+        let name = attribute(key);
         let name = name.ok_or_else(|| refuse("an entry does not name its file".into()))?;
         let file = file::beneath(&path.with_file_name(""), &name);
         let outside = || refuse(format!("{name:?} is not beside or below this file"));
-        files.push(file.ok_or_else(outside)?);
+        files.push((attribute("timestep"), file.ok_or_else(outside)?));
     }
 }
 

@@ -47,26 +47,78 @@ def values(plain, name, array):
     }
 
 
-def read_series(source):
-    """The mesh and the functions of an XDMF file with collections over time, one each, as dolfinx writes it."""
+def collections(reader):
+    """The grids over time of an XDMF file: a list of grids and one of their times for each function, as dolfinx writes it."""
+    for grid in reader.domain:
+        if grid.get("GridType") == "Collection":
+            steps = [step for step in grid if step.tag == "Grid"]
+            yield steps, [float(step.find("Time").get("Value")) for step in steps]
+
+
+def read_series(source, time):
+    """The mesh and the functions of an XDMF file at a time that it has; without one, the only time."""
     with meshio.xdmf.TimeSeriesReader(source) as reader:
         points, cells = reader.read_points_cells()
         point_data, cell_data = {}, {}
-        for grid in reader.domain:
-            if grid.get("GridType") != "Collection":
+        for steps, times in collections(reader):
+            if time is None and len(steps) != 1:
+                fail(f"it has {len(steps)} times, of which one must be chosen")
+            if time is not None and time not in times:
                 continue
-            reader.collection = list(grid)
-            if len(reader.collection) != 1:
-                fail(
-                    f"{grid.get('Name')!r} has {len(reader.collection)} times: write one to a file of its own"
-                )
-            _, on_points, on_cells = reader.read_data(0)
+            reader.collection = steps
+            _, on_points, on_cells = reader.read_data(
+                0 if time is None else times.index(time)
+            )
             for found, known in ((on_points, point_data), (on_cells, cell_data)):
                 for name, values in found.items():
                     if name in known:
                         fail(f"the field {name!r} appears twice")
                     known[name] = values
     return meshio.Mesh(points, cells, point_data=point_data, cell_data=cell_data)
+
+
+def read_step(source, time):
+    """An Exodus file at a time that it has: meshio reads the first one of a copy that has no other."""
+    import os
+    import tempfile
+
+    import netCDF4
+
+    with tempfile.TemporaryDirectory() as folder:
+        copy = os.path.join(folder, "step.e")
+        with netCDF4.Dataset(source) as whole, netCDF4.Dataset(copy, "w") as part:
+            times = [float(time) for time in whole.variables["time_whole"][:]]
+            step = times.index(time) if time is not None else 0
+            if time is None and len(times) > 1:
+                fail(f"it has {len(times)} times, of which one must be chosen")
+            part.setncatts(whole.__dict__)
+            for name, dim in whole.dimensions.items():
+                part.createDimension(
+                    name, None if name == "time_step" else len(dim)
+                )
+            for name, old in whole.variables.items():
+                new = part.createVariable(name, old.dtype, old.dimensions)
+                new.setncatts(old.__dict__)
+                old.set_auto_mask(False)
+                if old.dimensions[:1] == ("time_step",):
+                    new[0:1] = old[step : step + 1]
+                else:
+                    new[:] = old[:]
+        return meshio.read(copy, file_format="exodus")
+
+
+def times_of(source, kind):
+    """All times of a file, ascending; none where it is of no time."""
+    if is_series(source, kind):
+        with meshio.xdmf.TimeSeriesReader(source) as reader:
+            return sorted({time for _, times in collections(reader) for time in times})
+    if kind == "exodus":
+        import netCDF4
+
+        with netCDF4.Dataset(source) as whole:
+            times = whole.variables.get("time_whole")
+            return [] if times is None else sorted(float(time) for time in times[:])
+    return []
 
 
 def is_series(source, kind):
@@ -76,12 +128,14 @@ def is_series(source, kind):
     return any(grid.get("GridType") == "Collection" for grid in grids)
 
 
-def read(source, target, kind):
-    mesh = (
-        read_series(source)
-        if is_series(source, kind)
-        else meshio.read(source, file_format=kind)
-    )
+def read(source, target, kind, time=None):
+    time = None if time is None else float(time)
+    if is_series(source, kind):
+        mesh = read_series(source, time)
+    elif kind == "exodus" and times_of(source, kind):
+        mesh = read_step(source, time)
+    else:
+        mesh = meshio.read(source, file_format=kind)
     plain = Plain()
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.points.shape[1]] = mesh.points
@@ -138,6 +192,11 @@ def read(source, target, kind):
         file.writelines(plain.chunks)
 
 
+def times(source, target, kind):
+    with open(target, "w") as file:
+        json.dump(times_of(source, kind), file)
+
+
 def write(source, target, kind):
     with open(source, "rb") as file:
         head = json.loads(file.readline())
@@ -189,6 +248,6 @@ def write(source, target, kind):
 
 
 try:
-    {"read": read, "write": write}[sys.argv[1]](*sys.argv[2:])
+    {"read": read, "times": times, "write": write}[sys.argv[1]](*sys.argv[2:])
 except Exception as error:
     fail(f"{type(error).__name__}: {error}")

@@ -9,11 +9,13 @@ mod medit;
 mod meshio;
 pub mod msh;
 mod out;
+mod pattern;
 mod plain;
 mod recognise;
 mod results;
 mod rows;
 mod scan;
+mod series;
 mod sol;
 mod table;
 pub mod vtu;
@@ -23,8 +25,10 @@ use std::path::{Path, PathBuf};
 
 pub use collection::sources;
 pub use out::save;
+pub use pattern::{files as matching_files, is_pattern, matches};
 pub use recognise::recognise;
 pub use results::read_results;
+pub use series::Series;
 
 use crate::cancel;
 use crate::error::{Error, Place, Result};
@@ -155,7 +159,7 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
     cancel::check()?;
     let content = match recognise(path, bytes) {
         Some(Format::Native(format)) => (format.read)(path, bytes),
-        Some(Format::Meshio(format)) => meshio::read(path, format, python),
+        Some(Format::Meshio(format)) => meshio::read(path, format, python, None),
         None => Err(Error::file(
             path,
             Place::Whole,

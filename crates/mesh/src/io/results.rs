@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use super::{collection, sol, table};
+use super::{Content, collection, sol, table};
 use crate::error::Result;
 use crate::field::{GlobalArray, GlobalValues, PADDING, ResultField, Results};
 use crate::mesh::{Field, Mesh, Support};
@@ -40,7 +40,12 @@ pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<
         _ if collection::is_pvd(path) => super::open(&collection::only_file(path, bytes)?, python)?,
         _ => super::parse(path, bytes, python)?,
     };
-    Ok(of_mesh(source, content.mesh, &content.whole))
+    Ok(of_content(path, content))
+}
+
+/// The fields of a file that has been read.
+pub(super) fn of_content(path: &Path, content: Content) -> Results {
+    of_mesh(path.display().to_string(), content.mesh, &content.whole)
 }
 
 fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {

@@ -1,0 +1,236 @@
+//! Results at several times: a `.pvd`, XDMF and Exodus files, views in MSH files, and numbered files.
+
+use std::path::{Path, PathBuf};
+
+use super::recognise::recognise;
+use super::results::{of_content, read_results};
+use super::{Content, Format, bytes, collection, meshio, pattern};
+use crate::error::{Error, Place, Result};
+use crate::field::Results;
+use crate::mesh::Field;
+
+/// One result, or one for each of several times, which are read one by one.
+#[derive(Debug)]
+pub struct Series {
+    path: PathBuf,
+    /// Ascending; one that is `None` where a result is of no time.
+    pub times: Vec<Option<f64>>,
+    held: Held,
+}
+
+/// Where the results are.
+#[derive(Debug)]
+enum Held {
+    /// The files of each time.
+    Files(Vec<Vec<PathBuf>>),
+    /// In one file, whose views have times.
+    Views(Box<Content>),
+    /// In one file, which is read again for each time.
+    Meshio(&'static str),
+    /// One result alone.
+    Single,
+}
+
+impl Series {
+    /// A file of any kind, or all files that a pattern like `u_*.vtu` names, whose numbers are their times. `python` is the
+    /// interpreter of an environment that has meshio, for the formats that meshio reads.
+    ///
+    /// # Errors
+    /// A file or list that cannot be read, a pattern that no file matches, a time that is no number.
+    pub fn open(path: &Path, python: Option<&Path>) -> Result<Self> {
+        let of = |times: Vec<f64>, held| Series {
+            path: path.to_owned(),
+            times: times.into_iter().map(Some).collect(),
+            held,
+        };
+        if pattern::is_pattern(path) {
+            let (times, files) = numbered(path)?
+                .into_iter()
+                .map(|(k, file)| (k, vec![file]))
+                .unzip();
+            return Ok(of(times, Held::Files(files)));
+        }
+        if collection::is_pvd(path) {
+            let (times, files): (Vec<f64>, Vec<_>) = collection::by_time(path)?.into_iter().unzip();
+            if times.len() > 1 {
+                return Ok(of(times, Held::Files(files)));
+            }
+        } else if !collection::has_suffix(path, "csv") && !collection::has_suffix(path, "pvtu") {
+            let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
+            match recognise(path, &bytes) {
+                Some(Format::Meshio(format)) => {
+                    let times = meshio::times(path, format, python)?;
+                    if !times.is_empty() {
+                        return Ok(of(times, Held::Meshio(format)));
+                    }
+                }
+                Some(Format::Native(native)) if native.names[0] == "msh" => {
+                    let content = super::parse(path, &bytes, python)?;
+                    let times = times_of_views(&content.mesh.fields);
+                    if times.len() > 1 {
+                        return Ok(of(times, Held::Views(Box::new(content))));
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(Series {
+            path: path.to_owned(),
+            times: vec![None],
+            held: Held::Single,
+        })
+    }
+
+    /// The k-th of its results.
+    ///
+    /// # Errors
+    /// Those of [`read_results`]; several files of one time, which are no whole.
+    pub fn read(&self, k: usize, python: Option<&Path>) -> Result<Results> {
+        let whole = |path: &Path| -> Result<Results> {
+            let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
+            read_results(path, &bytes, python)
+        };
+        match &self.held {
+            Held::Single => whole(&self.path),
+            Held::Files(files) => match &files[k][..] {
+                [one] => whole(one),
+                several => {
+                    let time = self.times[k].unwrap_or_default();
+                    let what = format!("{} files are of the time {time}", several.len());
+                    let remedy = "list the pieces of each time in a .pvtu file";
+                    Err(Error::file(&self.path, Place::Whole, what, remedy))
+                }
+            },
+            Held::Meshio(format) => {
+                let content = meshio::read(&self.path, format, python, self.times[k])?;
+                Ok(of_content(&self.path, content))
+            }
+            Held::Views(content) => {
+                let mut content = Content::clone(content);
+                let fields = &mut content.mesh.fields;
+                fields.retain(|field| field.time.is_none() || field.time == self.times[k]);
+                Ok(of_content(&self.path, content))
+            }
+        }
+    }
+
+    /// What messages call the k-th of its results.
+    pub fn name(&self, k: usize) -> String {
+        match &self.held {
+            Held::Files(files) if files[k].len() == 1 => files[k][0].display().to_string(),
+            _ => self.path.display().to_string(),
+        }
+    }
+}
+
+/// The times of the views of a file, ascending; none if no field has several.
+fn times_of_views(fields: &[Field]) -> Vec<f64> {
+    let again = |k: usize| {
+        let field = &fields[k];
+        let same = |other: &Field| other.name == field.name && other.on == field.on;
+        fields[..k]
+            .iter()
+            .any(|other| same(other) && other.time != field.time)
+    };
+    if !(0..fields.len()).any(again) {
+        return Vec::new();
+    }
+    let mut times: Vec<f64> = fields.iter().filter_map(|field| field.time).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times
+}
+
+/// The files of a pattern with the last number in each name, ascending.
+fn numbered(path: &Path) -> Result<Vec<(f64, PathBuf)>> {
+    let refuse = |what: String| {
+        let remedy = "give a pattern of numbered files, as in 'u_*.vtu'";
+        Error::file(path, Place::Whole, what, remedy)
+    };
+    let number = |file: &Path| -> Option<f64> {
+        let stem = file.file_stem()?.to_str()?;
+        let end = stem.rfind(|c: char| c.is_ascii_digit())? + 1;
+        let start = stem[..end]
+            .rfind(|c: char| !c.is_ascii_digit())
+            .map_or(0, |k| k + 1);
+        stem[start..end].parse().ok()
+    };
+    let mut files = Vec::new();
+    for file in pattern::files(path)? {
+        let number = number(&file);
+        let number = number
+            .ok_or_else(|| refuse(format!("the name of {} has no number", file.display())))?;
+        files.push((number, file));
+    }
+    if files.is_empty() {
+        return Err(refuse("no file has such a name".into()));
+    }
+    files.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some(twice) = files.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        let names = [&twice[0].1, &twice[1].1].map(|file| file.display().to_string());
+        return Err(refuse(format!(
+            "{} and {} have one number",
+            names[0], names[1]
+        )));
+    }
+    Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbered_files_stand_in_the_order_of_their_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["u_10.csv", "u_9.csv", "u_2a.csv", "v_1.csv"] {
+            std::fs::write(at(name), "vertex,u\n0,1\n").unwrap();
+        }
+        let series = Series::open(&at("u_*.csv"), None).unwrap();
+        assert_eq!(series.times, [Some(2.0), Some(9.0), Some(10.0)]);
+        assert_eq!(
+            series.read(1, None).unwrap().source,
+            at("u_9.csv").display().to_string()
+        );
+        let refused = |name: &str, words: &str| {
+            let error = Series::open(&at(name), None).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        };
+        refused("w_*.csv", "no file has such a name");
+        std::fs::write(at("u_09.csv"), "").unwrap();
+        refused("u_*.csv", "have one number");
+        std::fs::write(at("u_.csv"), "").unwrap();
+        refused("u_*.csv", "has no number");
+        let single = Series::open(&at("v_1.csv"), None).unwrap();
+        assert_eq!(single.times, [None]);
+    }
+
+    #[test]
+    fn a_list_with_times_is_a_series() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let list = |entries: &str| {
+            std::fs::write(
+                at("u.pvd"),
+                format!("<VTKFile><Collection>{entries}</Collection></VTKFile>"),
+            )
+            .unwrap();
+            Series::open(&at("u.pvd"), None)
+        };
+        let entry =
+            |time: &str, file: &str| format!("<DataSet timestep=\"{time}\" file=\"{file}\"/>");
+        let two = entry("0.5", "b.vtu") + &entry("1e-1", "a.vtu") + &entry("0.5", "b.vtu");
+        let series = list(&two).unwrap();
+        assert_eq!(series.times, [Some(0.1), Some(0.5)]);
+        assert!(series.name(1).ends_with("b.vtu"));
+        let parts = list(&(two + &entry("0.5", "c.vtu"))).unwrap();
+        let error = parts.read(1, None).unwrap_err().to_string();
+        assert!(error.contains("2 files are of the time 0.5"), "{error}");
+        assert_eq!(list(&entry("3", "a.vtu")).unwrap().times, [None]);
+        let error = list(&(entry("x", "a.vtu") + &entry("1", "b.vtu")))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("\"x\" is no time"), "{error}");
+    }
+}
