@@ -56,7 +56,7 @@ fn field(name: &str, components: usize, values: Vec<f64>) -> ResultField {
         values,
         rest: None,
         at: None,
-        scaled_by: None,
+        scaled_by: None, single: false,
     }
 }
 

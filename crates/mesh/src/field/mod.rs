@@ -4,6 +4,7 @@ pub mod data;
 mod faces;
 mod results;
 
+pub(crate) use data::to_i64;
 pub use data::{GlobalArray, GlobalValues};
 pub use faces::{ColumnKind, FaceColumn, FaceFields, PADDING};
 pub use results::{ResultField, Results};

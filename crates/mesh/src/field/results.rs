@@ -3,6 +3,7 @@
 use super::PADDING;
 use crate::cancel;
 use crate::error::Result;
+use crate::io::matches;
 use crate::mesh::{CellKind, Group};
 
 /// The fields of one file: values on points, cells and corners of cells.
@@ -10,7 +11,7 @@ use crate::mesh::{CellKind, Group};
 pub struct Results {
     /// The name of the result in the comparison.
     pub source: String,
-    /// Number of coordinates: 2 or 3.
+    /// Number of coordinates: 2 or 3; 1 for a curve, whose points are times, and 0 for rows without a key.
     pub space: usize,
     /// Coordinates of the points; empty where the file has none.
     pub points: Vec<[f64; 3]>,
@@ -30,6 +31,8 @@ pub struct Results {
     pub on_corners: Vec<ResultField>,
     /// Numbers about the file as a whole: its time, its cycle.
     pub whole: Vec<ResultField>,
+    /// Cells that were left out because another process has them as well.
+    pub ghosts: usize,
 }
 
 /// One field of a file.
@@ -46,6 +49,8 @@ pub struct ResultField {
     pub at: Option<Vec<u32>>,
     /// For a difference of two fields: the field whose size sets the scale.
     pub scaled_by: Option<String>,
+    /// Whether the file holds binary32, so that values are rounded to 6e-8 of themselves.
+    pub single: bool,
 }
 
 impl ResultField {
@@ -104,12 +109,14 @@ impl Results {
         all.iter().copied().filter(|p| *p != PADDING)
     }
 
-    /// Keeps the fields with these names; returns the names of the others.
+    /// Keeps the fields with these names, in which `*` and `?` stand for others; returns the names of the others.
     pub fn keep_only(&mut self, names: &[String]) -> Vec<String> {
         let mut others = Vec::new();
         for fields in self.all_mut() {
             fields.retain(|field| {
-                let kept = names.contains(&field.name);
+                let kept = names
+                    .iter()
+                    .any(|name| *name == field.name || matches(name, &field.name));
                 if !kept {
                     others.push(field.name.clone());
                 }
@@ -127,10 +134,55 @@ impl Results {
         if others == 0 {
             return 0;
         }
-        let corners = kinds.iter().zip(&kept);
+        self.keep_cells(&kinds, &kept);
+        others
+    }
+
+    /// Leaves out cells, and the points that only they have; returns their number.
+    pub fn leave_out(&mut self, cells: &[bool]) -> usize {
+        let others = cells.iter().filter(|out| **out).count();
+        if others == 0 {
+            return 0;
+        }
+        let kinds: Vec<CellKind> = self.each_kind().collect();
+        let mut before = vec![false; self.point_count()];
+        self.cells
+            .iter()
+            .filter(|p| **p != PADDING)
+            .for_each(|p| before[*p as usize] = true);
+        let kept: Vec<bool> = cells.iter().map(|out| !out).collect();
+        self.keep_cells(&kinds, &kept);
+        let mut kept: Vec<bool> = before.iter().map(|used| !used).collect();
+        self.cells
+            .iter()
+            .filter(|p| **p != PADDING)
+            .for_each(|p| kept[*p as usize] = true);
+        let mut count = 0;
+        let numbers: Vec<u32> = kept
+            .iter()
+            .map(|kept| {
+                count += u32::from(*kept);
+                count.wrapping_sub(1)
+            })
+            .collect();
+        let cells = self.cells.iter_mut().filter(|p| **p != PADDING);
+        cells.for_each(|p| *p = numbers[*p as usize]);
+        self.on_points
+            .iter_mut()
+            .for_each(|field| field.keep(&kept));
+        let mut each = kept.iter();
+        self.points
+            .retain(|_| each.next().is_some_and(|kept| *kept));
+        let mut each = kept.iter();
+        self.ids.retain(|_| each.next().is_some_and(|kept| *kept));
+        others
+    }
+
+    fn keep_cells(&mut self, kinds: &[CellKind], kept: &[bool]) {
+        let corners = kinds.iter().zip(kept);
         let corners = corners.flat_map(|(kind, kept)| std::iter::repeat_n(*kept, kind.points()));
         let corners: Vec<bool> = corners.collect();
-        self.on_cells.iter_mut().for_each(|f| f.keep(&kept));
+        self.on_cells.iter_mut().for_each(|f| f.keep(kept));
         self.on_corners.iter_mut().for_each(|f| f.keep(&corners));
         let before: Vec<u32> = kept
             .iter()
@@ -139,13 +191,23 @@ impl Results {
                 Some(*count - u32::from(*kept))
             })
             .collect();
-        self.groups.retain(|group| group.dim == dim);
-        for cell in self.groups.iter_mut().flat_map(|group| &mut group.cells) {
-            *cell = before[*cell as usize];
+        for group in &mut self.groups {
+            group.cells.retain(|cell| kept[*cell as usize]);
+            group
+                .cells
+                .iter_mut()
+                .for_each(|cell| *cell = before[*cell as usize]);
         }
-        self.kinds.retain(|(kind, _)| kind.dim() == dim);
+        self.groups.retain(|group| !group.cells.is_empty());
+        self.kinds.clear();
+        for (kind, _) in kinds.iter().zip(kept).filter(|(_, kept)| **kept) {
+            match self.kinds.last_mut() {
+                Some((last, count)) if last == kind => *count += 1,
+                _ => self.kinds.push((*kind, 1)),
+            }
+        }
         let width = self.kinds.iter().map(|(kind, _)| kind.points()).max();
-        let cells = self.cells.chunks_exact(self.width).zip(&kept);
+        let cells = self.cells.chunks_exact(self.width).zip(kept);
         let cells = cells.filter(|(_, kept)| **kept);
         // The remaining cells may have fewer points.
         let width = width.unwrap_or(0);
@@ -154,7 +216,6 @@ impl Results {
             .copied()
             .collect();
         self.width = width;
-        others
     }
 
     fn each_kind(&self) -> impl Iterator<Item = CellKind> {
@@ -188,6 +249,52 @@ impl Results {
         let named = self.all_mut().into_iter().flatten();
         let named = named.filter(|f| f.name == old);
         named.map(|f| new.clone_into(&mut f.name)).count() > 0
+    }
+
+    /// Adds the component that `name` means, as `u[0]` does, or the magnitude, as `|u|` does, of a field; returns whether there
+    /// is such a field.
+    pub fn derive(&mut self, name: &str) -> bool {
+        let magnitude = name
+            .strip_prefix('|')
+            .and_then(|rest| rest.strip_suffix('|'));
+        let component = || -> Option<(&str, usize)> {
+            let (of, index) = name.strip_suffix(']')?.rsplit_once('[')?;
+            Some((of, index.parse().ok()?))
+        };
+        let (of, component) = match (magnitude, component()) {
+            (Some(of), _) => (of, None),
+            (_, Some((of, component))) => (of, Some(component)),
+            _ => return false,
+        };
+        let mut found = false;
+        for fields in self.all_mut() {
+            let known = fields.iter().find(|field| field.name == of);
+            let Some(field) = known.filter(|f| component.is_none_or(|c| c < f.components)) else {
+                continue;
+            };
+            let rows = field.values.chunks_exact(field.components);
+            let part = |rest: &Vec<f64>| -> Vec<f64> {
+                let rows = rest.chunks_exact(field.components);
+                component.map_or(Vec::new(), |c| rows.map(|row| row[c]).collect())
+            };
+            let size = |row: &[f64]| row.iter().fold(0.0_f64, |sum, v| sum.hypot(*v));
+            let derived = ResultField {
+                name: name.to_owned(),
+                components: 1,
+                values: rows
+                    .map(|row| component.map_or_else(|| size(row), |c| row[c]))
+                    .collect(),
+                rest: field
+                    .rest
+                    .as_ref()
+                    .filter(|_| component.is_some())
+                    .map(part),
+                ..field.clone()
+            };
+            fields.push(derived);
+            found = true;
+        }
+        found
     }
 
     /// Is there a field of this name?
@@ -252,6 +359,7 @@ mod tests {
             rest: None,
             at: at.map(<[u32]>::to_vec),
             scaled_by: None,
+            single: false,
         };
         let mut results = Results {
             points: vec![[0.0; 3]; 4],

@@ -42,6 +42,7 @@ def values(plain, name, array):
     return {
         "name": name,
         "integer": dtype == "<i8",
+        "single": array.dtype == np.float32,
         "components": components,
         "at": plain.add(array, dtype),
     }

@@ -34,6 +34,9 @@ struct Block {
 struct Data {
     name: String,
     integer: bool,
+    /// Whether the values were binary32.
+    #[serde(default)]
+    single: bool,
     components: usize,
     at: [usize; 2],
 }
@@ -101,6 +104,7 @@ pub fn decode(bytes: &[u8], format: &str) -> Option<Content> {
         let Data {
             name,
             integer,
+            single,
             components,
             at,
         } = data;
@@ -122,6 +126,8 @@ pub fn decode(bytes: &[u8], format: &str) -> Option<Content> {
         } else {
             let values = if integer {
                 Values::I64(ints(at)?)
+            } else if single {
+                Values::F32(floats(at)?.into_iter().map(|x| x as f32).collect())
             } else {
                 Values::F64(floats(at)?)
             };
@@ -191,6 +197,7 @@ pub fn encode(mesh: &Mesh, losses: &mut Losses) -> Vec<u8> {
         let entry = Data {
             name: field.name.clone(),
             integer: !floating,
+            single: matches!(field.values, Values::F32(_)),
             components: field.components,
             at,
         };
@@ -210,6 +217,7 @@ pub fn encode(mesh: &Mesh, losses: &mut Losses) -> Vec<u8> {
         head.cell_data.push(Data {
             name: PHYSICAL.into(),
             integer: true,
+            single: false,
             components: 1,
             at,
         });

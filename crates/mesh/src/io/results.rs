@@ -7,14 +7,15 @@ use std::path::Path;
 
 use super::{Content, collection, sol, table};
 use crate::error::Result;
-use crate::field::{GlobalArray, GlobalValues, PADDING, ResultField, Results};
-use crate::mesh::{Field, Mesh, Support};
+use crate::field::{GlobalArray, GlobalValues, PADDING, ResultField, Results, to_i64};
+use crate::mesh::{Field, Mesh, Support, Values};
 
 /// Fields that faceoff writes on all faces although only some have them; the others have NaN.
 const PARTIAL: [&str; 5] = ["gamma", "contact", "jump", "flux", "P"];
 
 /// VTK's own data about numbering, which are not results.
-const BOOKKEEPING: [&str; 3] = ["vtkOriginalPointIds", "vtkOriginalCellIds", "vtkGhostType"];
+const BOOKKEEPING: [&str; 3] = ["vtkOriginalPointIds", "vtkOriginalCellIds", GHOSTS];
+const GHOSTS: &str = "vtkGhostType";
 
 /// Reads the fields of a file. `python` is the interpreter of an environment that has meshio, for the formats that meshio
 /// reads.
@@ -79,6 +80,13 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {
             Some((start, size))
         })
     };
+    // VTK's marks of cells that another process has as well, the lowest bit.
+    let is_ghost =
+        |field: &&Field| field.name == GHOSTS && field.on == Support::Cells && field.at.is_empty();
+    let ghosts = mesh.fields.iter().find(is_ghost);
+    let ghosts = ghosts
+        .and_then(|field| to_i64(&field.values))
+        .unwrap_or_default();
     let mut of_cells = None;
     let is_result = |field: &&Field| !BOOKKEEPING.contains(&field.name.as_str());
     for field in mesh.fields.iter().filter(is_result) {
@@ -119,8 +127,13 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {
         rest: values.rest(),
         at: None,
         scaled_by: None,
+        single: matches!(values, Values::F32(_)),
     });
     results.whole = about.collect();
+    if ghosts.len() == results.cell_count() {
+        let ghosts: Vec<bool> = ghosts.iter().map(|mark| mark & 1 == 1).collect();
+        results.ghosts = results.leave_out(&ghosts);
+    }
     results
 }
 
@@ -141,6 +154,7 @@ fn carry(field: &Field, ours: bool) -> ResultField {
         rest: field.values.rest(),
         at: (!field.at.is_empty()).then(|| field.at.clone()),
         scaled_by: None,
+        single: matches!(field.values, Values::F32(_)),
     };
     if !ours {
         return carried;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::recognise::recognise;
 use super::results::{of_content, read_results};
-use super::{Content, Format, bytes, collection, meshio, pattern};
+use super::{Content, Format, bytes, collection, meshio, pattern, table};
 use crate::error::{Error, Place, Result};
 use crate::field::Results;
 use crate::mesh::Field;
@@ -23,7 +23,7 @@ pub struct Series {
 enum Held {
     /// The files of each time.
     Files(Vec<Vec<PathBuf>>),
-    /// In one file, whose views have times.
+    /// In one file, which is read already; its views may have times.
     Views(Box<Content>),
     /// In one file, which is read again for each time.
     Meshio(&'static str),
@@ -55,7 +55,10 @@ impl Series {
             if times.len() > 1 {
                 return Ok(of(times, Held::Files(files)));
             }
-        } else if !collection::has_suffix(path, "csv") && !collection::has_suffix(path, "pvtu") {
+        } else if !["csv", "sol", "pvtu", "vtu"]
+            .iter()
+            .any(|s| collection::has_suffix(path, s))
+        {
             let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
             match recognise(path, &bytes) {
                 Some(Format::Meshio(format)) => {
@@ -67,9 +70,11 @@ impl Series {
                 Some(Format::Native(native)) if native.names[0] == "msh" => {
                     let content = super::parse(path, &bytes, python)?;
                     let times = times_of_views(&content.mesh.fields);
-                    if times.len() > 1 {
-                        return Ok(of(times, Held::Views(Box::new(content))));
+                    let mut series = of(times, Held::Views(Box::new(content)));
+                    if series.times.is_empty() {
+                        series.times.push(None);
                     }
+                    return Ok(series);
                 }
                 _ => {}
             }
@@ -81,16 +86,19 @@ impl Series {
         })
     }
 
-    /// The k-th of its results.
+    /// The k-th of its results; one that is alone can be read once.
     ///
     /// # Errors
     /// Those of [`read_results`]; several files of one time, which are no whole.
-    pub fn read(&self, k: usize, python: Option<&Path>) -> Result<Results> {
+    pub fn read(&mut self, k: usize, python: Option<&Path>) -> Result<Results> {
         let whole = |path: &Path| -> Result<Results> {
             let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
+            if collection::has_suffix(path, "csv") {
+                return table::read_any(path, &bytes);
+            }
             read_results(path, &bytes, python)
         };
-        match &self.held {
+        match &mut self.held {
             Held::Single => whole(&self.path),
             Held::Files(files) => match &files[k][..] {
                 [one] => whole(one),
@@ -104,6 +112,9 @@ impl Series {
             Held::Meshio(format) => {
                 let content = meshio::read(&self.path, format, python, self.times[k])?;
                 Ok(of_content(&self.path, content))
+            }
+            Held::Views(content) if self.times.len() == 1 => {
+                Ok(of_content(&self.path, std::mem::take(&mut **content)))
             }
             Held::Views(content) => {
                 let mut content = Content::clone(content);
@@ -187,7 +198,7 @@ mod tests {
         for name in ["u_10.csv", "u_9.csv", "u_2a.csv", "v_1.csv"] {
             std::fs::write(at(name), "vertex,u\n0,1\n").unwrap();
         }
-        let series = Series::open(&at("u_*.csv"), None).unwrap();
+        let mut series = Series::open(&at("u_*.csv"), None).unwrap();
         assert_eq!(series.times, [Some(2.0), Some(9.0), Some(10.0)]);
         assert_eq!(
             series.read(1, None).unwrap().source,
@@ -224,7 +235,7 @@ mod tests {
         let series = list(&two).unwrap();
         assert_eq!(series.times, [Some(0.1), Some(0.5)]);
         assert!(series.name(1).ends_with("b.vtu"));
-        let parts = list(&(two + &entry("0.5", "c.vtu"))).unwrap();
+        let mut parts = list(&(two + &entry("0.5", "c.vtu"))).unwrap();
         let error = parts.read(1, None).unwrap_err().to_string();
         assert!(error.contains("2 files are of the time 0.5"), "{error}");
         assert_eq!(list(&entry("3", "a.vtu")).unwrap().times, [None]);

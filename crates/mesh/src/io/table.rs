@@ -11,11 +11,23 @@ use crate::cancel;
 use crate::error::{Error, Place, Result};
 use crate::field::{ResultField, Results};
 
-/// Reads a table.
+/// Reads a table of values on a mesh.
 ///
 /// # Errors
 /// Rows without a key or of another length; entries that are not numbers.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
+    read_keyed(path, bytes, false)
+}
+
+/// Reads a table of values on a mesh, or of quantities over time: rows with a column `time` or `t`, or numbered as they stand.
+///
+/// # Errors
+/// As [`read`].
+pub(super) fn read_any(path: &Path, bytes: &[u8]) -> Result<Results> {
+    read_keyed(path, bytes, true)
+}
+
+fn read_keyed(path: &Path, bytes: &[u8], curves: bool) -> Result<Results> {
     let refuse = |line: usize, what: String| {
         let remedy =
             "write one line of names, then numbers; the keys are `vertex`, `v0,v1,…`, or `x,y[,z]`";
@@ -28,10 +40,15 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
         Ok(names) => names.clone(),
         Err(e) => return Err(refuse(1, e.to_string())),
     };
-    let columns = Columns::new(&names).map_err(|what| refuse(1, what))?;
+    let columns = Columns::new(&names, curves).map_err(|what| refuse(1, what))?;
     let mut results = Results {
         source: path.display().to_string(),
-        space: if columns.place.len() == 3 { 3 } else { 2 },
+        space: match (columns.place.len(), columns.vertices.len()) {
+            (0, 0) => 0,
+            (3, _) => 3,
+            (1, _) => 1,
+            _ => 2,
+        },
         width: if columns.vertices.len() > 1 {
             columns.vertices.len()
         } else {
@@ -49,6 +66,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
             rest: None,
             at: Some(Vec::new()),
             scaled_by: None,
+            single: false,
         })
         .collect();
     let mut row = csv::StringRecord::new();
@@ -102,6 +120,9 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
                 field.at.get_or_insert_default().push(count);
             }
         }
+        if results.space == 0 {
+            results.ids.push(count);
+        }
         count += 1;
     }
     for field in &mut fields {
@@ -117,17 +138,20 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
     Ok(results)
 }
 
+/// What the column of the time is called.
+const TIMES: [&str; 4] = ["time", "Time", "t", "TIME"];
+
 /// Which column is what.
 struct Columns {
     /// `vertex`, or `v0`, `v1`, … in their order.
     vertices: Vec<usize>,
-    /// `x`, `y`, `z`
+    /// `x`, `y`, `z`, or the time
     place: Vec<usize>,
     fields: Vec<usize>,
 }
 
 impl Columns {
-    fn new(names: &csv::StringRecord) -> Result<Self, String> {
+    fn new(names: &csv::StringRecord, curves: bool) -> Result<Self, String> {
         let mut columns = HashMap::with_capacity(names.len());
         for (k, name) in names.iter().enumerate() {
             if name.is_empty() || columns.insert(name, k).is_some() {
@@ -150,6 +174,11 @@ impl Columns {
         let place = match (place.len(), vertices.len()) {
             (2.., 0 | 1) => place,
             (0, 1..) => place,
+            (0, 0) if curves => TIMES
+                .iter()
+                .find_map(|name| find(name))
+                .into_iter()
+                .collect(),
             (2.., _) => {
                 return Err(
                     "it has vertices of faces and coordinates: leave out one of them".into(),
@@ -192,6 +221,23 @@ mod tests {
         assert_eq!(faces.on_cells[1].at, Some(vec![1]));
         let places = table("x,y,u\n0,1,2\n0.5,1,3\n").unwrap();
         assert_eq!(places.points, [[0.0, 1.0, 0.0], [0.5, 1.0, 0.0]]);
+    }
+
+    #[test]
+    fn rows_of_a_curve_are_times_or_counted_where_that_is_asked_for() {
+        let curve = |text: &str| read_any(Path::new("t.csv"), text.as_bytes());
+        let drag = curve("drag,time\n1,0.5\n2,0.25\n").unwrap();
+        assert_eq!(
+            (drag.space, drag.points),
+            (1, vec![[0.5, 0.0, 0.0], [0.25, 0.0, 0.0]])
+        );
+        let rows = curve("a,b\n1,0.5\n2,0.25\n").unwrap();
+        assert_eq!(
+            (rows.space, rows.ids, rows.on_points.len()),
+            (0, vec![0, 1], 2)
+        );
+        assert!(curve("x,u\n1,2\n").is_err());
+        assert_eq!(curve("x,y,time\n1,2,3\n").unwrap().space, 2);
     }
 
     /// Comparing each name with all others would take an hour.
