@@ -45,12 +45,14 @@ pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Nearness) -> Result<
         }
     }
     if a.dim != b.dim || a.face_count() != b.face_count() {
+        let counted = |side: &FaceFields| match side.dim {
+            1 => format!("{} {noun}s", side.face_count()),
+            many => format!("{} {noun}s of {many} vertices", side.face_count()),
+        };
         return Err(refuse(format!(
-            "one has {} {noun}s of {} vertices, the other {} of {}",
-            a.face_count(),
-            a.dim,
-            b.face_count(),
-            b.dim
+            "one has {}, the other {}",
+            counted(a),
+            counted(b)
         )));
     }
     if a.face_count() == 0 {

@@ -28,6 +28,15 @@ impl FieldVerdict {
     }
 }
 
+/// By what a field is judged.
+pub(super) struct By<'a> {
+    /// What carries it, in messages.
+    pub noun: &'a str,
+    pub tolerance: f64,
+    /// Whether NaN on both sides is no difference.
+    pub nan_equal: bool,
+}
+
 /// Judges |a - b| ≤ tolerance · unit(k) on the k-th face that carries `a`; `partner` is [`super::align()`]'s.
 pub(super) fn judge_column(
     fields: &FaceFields,
@@ -35,8 +44,11 @@ pub(super) fn judge_column(
     b: &FaceColumn,
     partner: &[u32],
     unit: impl Fn(usize) -> f64,
-    tolerance: f64,
+    by: &By,
 ) -> Result<FieldVerdict> {
+    let By {
+        noun, tolerance, ..
+    } = *by;
     let failed = |reason: String| FieldVerdict::failed(&a.name, tolerance, reason);
     if a.kind != b.kind || a.components != b.components {
         let reason = "its type or number of components differs between the two";
@@ -54,7 +66,7 @@ pub(super) fn judge_column(
     }
     if a.faces.is_empty() || a.faces.len() != b.faces.len() {
         return Ok(failed(format!(
-            "one side has it on {} faces, the other on {}",
+            "one side has it on {} {noun}s, the other on {}",
             a.faces.len(),
             b.faces.len()
         )));
@@ -70,15 +82,16 @@ pub(super) fn judge_column(
         ..failed(String::new())
     };
     let (mut sum, mut weights, mut flips, mut rounding) = (0.0, 0.0, 0, 0);
-    let mut worst = (-1.0, 0, 0.0, 0.0);
+    let mut worst = (-1.0, 0, 0.0, 0.0, 0);
+    let mut compared = 0_usize;
     let mut rounded: Option<(f64, f64)> = None;
-    let mut not_finite: Option<(u32, f64, f64)> = None;
+    let mut not_finite: Option<(u32, f64, f64, usize)> = None;
     for (k, &face) in a.faces.iter().enumerate() {
         cancel::check()?;
         let other = rows[partner[face as usize] as usize];
         if other == NOWHERE {
             return Ok(failed(format!(
-                "only one side has it on face {:?}",
+                "only one side has it on {noun} {:?}",
                 vertices(fields, face)
             )));
         }
@@ -87,8 +100,12 @@ pub(super) fn judge_column(
         let mut here: f64 = 0.0;
         let pairs = a.row(k).iter().zip(b.row(other as usize));
         for (component, (&x, &y)) in pairs.enumerate() {
+            if by.nan_equal && x.is_nan() && y.is_nan() {
+                continue;
+            }
+            compared += 1;
             if !x.is_finite() || !y.is_finite() {
-                not_finite.get_or_insert((face, x, y));
+                not_finite.get_or_insert((face, x, y, component));
                 here = f64::NAN;
                 continue;
             }
@@ -108,7 +125,7 @@ pub(super) fn judge_column(
             }
             sum += measure * absolute * absolute;
             if relative > worst.0 {
-                worst = (relative, face, x, y);
+                worst = (relative, face, x, y, component);
                 rounded = (relative > tolerance && x == y).then_some(rests);
             }
         }
@@ -123,23 +140,34 @@ pub(super) fn judge_column(
         result.flips = Some(flips);
         result.rounding_flips = Some(rounding);
     }
+    if compared == 0 {
+        return Ok(failed("all its values are NaN on both sides".into()));
+    }
+    let place = |(face, x, y, component): (u32, f64, f64, usize)| {
+        let component = (a.components > 1).then_some(component);
+        Worst {
+            component,
+            ..place(fields, face, x, y)
+        }
+    };
     result.rms = (sum / weights).sqrt();
-    result.worst = Some(place(fields, worst.1, worst.2, worst.3));
+    result.worst = Some(place((worst.1, worst.2, worst.3, worst.4)));
     if let Some(rests) = rounded {
         let exact = |value: f64, rest: f64| value as i128 + rest as i128;
         result.reason = Some(format!(
-            "face {:?} has {} against {}",
+            "{noun} {:?} has {} against {}",
             vertices(fields, worst.1),
             exact(worst.2, rests.0),
             exact(worst.3, rests.1)
         ));
     }
-    if let Some((face, x, y)) = not_finite {
+    if let Some(found) = not_finite {
+        let (face, x, y, _) = found;
         result.reason = Some(format!(
-            "face {:?} has {x} against {y}",
+            "{noun} {:?} has {x} against {y}",
             vertices(fields, face)
         ));
-        result.worst = Some(place(fields, face, x, y));
+        result.worst = Some(place(found));
         (result.max_abs, result.max_rel, result.rms) = (f64::NAN, f64::NAN, f64::NAN);
     }
     if result.beyond > 0 {
@@ -191,6 +219,7 @@ fn place(fields: &FaceFields, face: u32, a: f64, b: f64) -> Worst {
         midpoint: midpoint.map_or(Vec::new(), |x| x[..space].to_vec()),
         a,
         b,
+        component: None,
         cells: None,
     }
 }

@@ -56,7 +56,8 @@ fn field(name: &str, components: usize, values: Vec<f64>) -> ResultField {
         values,
         rest: None,
         at: None,
-        scaled_by: None, single: false,
+        scaled_by: None,
+        single: false,
     }
 }
 
@@ -102,6 +103,7 @@ fn compare(a: &Results, b: &Results, map: Option<MatchBy>) -> Result<Comparison>
     let tolerances = Tolerances {
         of_all: tolerance,
         of_field: Vec::new(),
+        is_given: true,
     };
     let settings = Settings {
         map,
@@ -331,6 +333,7 @@ fn the_reason_of_every_fault_is_told() {
                 atol: 0.0,
             },
             of_field: vec![],
+            is_given: true,
         }
         .into(),
     );
@@ -386,9 +389,18 @@ fn tolerances_are_those_of_the_field_its_scale_and_a_floor() {
         .for_each(|v| *v *= 1.0 + 1e-7);
     let judged = |rtol: f64, atol: f64, of_field: Vec<(String, Tolerance)>| {
         let of_all = Tolerance { rtol, atol };
-        compare_results(&a, &b, &Tolerances { of_all, of_field }.into())
-            .unwrap()
-            .verdict
+        compare_results(
+            &a,
+            &b,
+            &Tolerances {
+                of_all,
+                of_field,
+                is_given: true,
+            }
+            .into(),
+        )
+        .unwrap()
+        .verdict
     };
     assert_eq!(judged(1e-6, 0.0, vec![]), Verdict::Agree);
     assert_eq!(judged(1e-8, 0.0, vec![]), Verdict::Disagree);
@@ -403,7 +415,19 @@ fn tolerances_are_those_of_the_field_its_scale_and_a_floor() {
         atol: 0.0,
     };
     let of_field = vec![("w".to_owned(), of_all)];
-    assert!(compare_results(&a, &b, &Tolerances { of_all, of_field }.into()).is_err());
+    assert!(
+        compare_results(
+            &a,
+            &b,
+            &Tolerances {
+                of_all,
+                of_field,
+                is_given: true
+            }
+            .into()
+        )
+        .is_err()
+    );
 
     // What is noise beside the field's own scale is judged by a floor, or not at all.
     let (mut a, mut b) = (a.clone(), a.clone());

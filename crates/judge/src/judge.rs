@@ -7,7 +7,7 @@
 use serde::Serialize;
 
 use super::align;
-use super::column::{NOWHERE, difference, judge_column, rows_of};
+use super::column::{By, NOWHERE, difference, judge_column, rows_of};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
@@ -58,6 +58,9 @@ pub struct Worst {
     pub midpoint: Vec<f64>,
     pub a: f64,
     pub b: f64,
+    /// Of a field with several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub component: Option<usize>,
     /// Where two meshes are compared: the cells, by their numbers in either file, that have these values at this place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<[u32; 2]>,
@@ -70,6 +73,11 @@ pub struct Worst {
 pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<FieldVerdict>> {
     let partner = align(a, b)?;
     let size = size(a).max(size(b));
+    let by = By {
+        noun: "face",
+        tolerance,
+        nan_equal: false,
+    };
     let mut names: Vec<&str> = a.columns.iter().map(|c| c.name.as_str()).collect();
     for column in &b.columns {
         if !names.contains(&column.name.as_str()) {
@@ -81,7 +89,7 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
         .map(|name| match (a.column(name), b.column(name)) {
             (Some(of_a), Some(of_b)) => {
                 let unit = |k: usize| size * of_a.sensitivity[k];
-                judge_column(a, of_a, of_b, &partner, unit, tolerance)
+                judge_column(a, of_a, of_b, &partner, unit, &by)
             }
             (one, _) => {
                 let without = if one.is_some() { &b.source } else { &a.source };

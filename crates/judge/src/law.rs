@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::ResultField;
 use faceoff_mesh::file;
 use faceoff_mesh::io;
 
@@ -40,7 +41,12 @@ impl Tolerance {
 pub struct Tolerances {
     pub of_all: Tolerance,
     pub of_field: Vec<(String, Tolerance)>,
+    /// Whether somebody asked for `of_all`; if not, fields of binary32 are allowed their rounding.
+    pub is_given: bool,
 }
+
+/// What rounding to binary32 on both sides can make of equal numbers, relative to the largest: twice 2⁻²⁴.
+const SINGLE: f64 = f32::EPSILON as f64;
 
 /// A tolerance as far as it is given.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -73,6 +79,9 @@ impl Tolerances {
         let mut tolerances = Tolerances {
             of_all: of_all.fold(Tolerance::default(), |known, given| given.or(known)),
             of_field: Vec::new(),
+            is_given: sources
+                .iter()
+                .any(|source| source.of_all != PartialTolerance::default()),
         };
         for (name, given) in sources.iter().flat_map(|source| &source.of_field) {
             let tolerance = given.or(tolerances.of(name));
@@ -84,6 +93,25 @@ impl Tolerances {
     /// The tolerance of the field of this name: its own, or that of all fields.
     pub fn of(&self, field: &str) -> Tolerance {
         self.own(field).unwrap_or(self.of_all)
+    }
+
+    /// The same for a field that one file holds as binary32.
+    pub(super) fn of_single(&self, field: &str) -> Tolerance {
+        let of = self.of(field);
+        let rtol = match self.is_given || self.own(field).is_some() {
+            true => of.rtol,
+            false => of.rtol.max(SINGLE),
+        };
+        Tolerance { rtol, ..of }
+    }
+
+    /// The tolerance of a field of either file.
+    pub(super) fn of_fields(&self, a: &ResultField, b: &ResultField) -> Tolerance {
+        match (a.rest.is_some() && b.rest.is_some(), a.single || b.single) {
+            (true, _) => self.of_integers(&a.name),
+            (_, true) => self.of_single(&a.name),
+            _ => self.of(&a.name),
+        }
     }
 
     /// The tolerance of a field of integers: its own, or none, since numbers and labels that are nearly the same are others.
@@ -101,46 +129,34 @@ impl Tolerances {
     }
 }
 
-/// Refuses to compare a file with itself, under whatever name, or with a copy of it, unless `allow_identical` says
-/// that both were computed.
+/// Whether two results are the same byte for byte, as those of a deterministic code are; one and the same file, under
+/// whatever name, is refused.
 ///
 /// # Errors
-/// The two are one result; a file cannot be read.
-pub fn refuse_copies(a: &Path, b: &Path, allow_identical: bool) -> Result<()> {
-    let refuse = |what: &str, remedy: &str| {
-        Err(Error::Compare {
-            a: a.display().to_string(),
-            b: b.display().to_string(),
-            what: what.to_owned(),
-            remedy: remedy.to_owned(),
-        })
-    };
+/// The two are one file, or list one; a file cannot be read.
+pub fn are_identical(a: &Path, b: &Path) -> Result<bool> {
     // A list of files may name the other file, or one that it lists as well.
     let (sources_a, sources_b) = (io::sources(a)?, io::sources(b)?);
     let files = |sources: &[PathBuf]| -> Result<HashSet<_>> {
         sources.iter().map(|path| identity(path)).collect()
     };
     if !files(&sources_a)?.is_disjoint(&files(&sources_b)?) {
-        return refuse(
-            "they are one file, and a file against itself proves nothing",
-            "name two results",
-        );
+        return Err(Error::Compare {
+            a: a.display().to_string(),
+            b: b.display().to_string(),
+            what: "they are one file, and a file against itself proves nothing".into(),
+            remedy: "name two results".into(),
+        });
     }
     let equal = |(a, b): (&PathBuf, &PathBuf)| -> Result<bool> {
         let size = |path: &Path| path.metadata().map(|m| m.len()).ok();
         Ok(size(a) == size(b) && file::read(a)? == file::read(b)?)
     };
-    let mut copies = sources_a.len() == sources_b.len() && !sources_a.is_empty();
+    let mut identical = sources_a.len() == sources_b.len() && !sources_a.is_empty();
     for pair in sources_a.iter().zip(&sources_b) {
-        copies = copies && equal(pair)?;
+        identical = identical && equal(pair)?;
     }
-    if copies && !allow_identical {
-        return refuse(
-            "they are the same byte for byte, as a file and its copy are, which proves nothing",
-            "name two results; if both were computed, say --allow-identical",
-        );
-    }
-    Ok(())
+    Ok(identical)
 }
 
 /// What all names of a file have in common: device and inode, which hard links share.
@@ -202,27 +218,31 @@ mod tests {
     }
 
     #[test]
-    fn a_file_and_its_copies_are_no_two_results() {
+    fn a_file_is_no_two_results_and_a_copy_is() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         std::fs::write(at("a.csv"), "vertex,u\n0,1\n").unwrap();
         std::fs::copy(at("a.csv"), at("copy.csv")).unwrap();
         std::fs::hard_link(at("a.csv"), at("link.csv")).unwrap();
         std::fs::write(at("b.csv"), "vertex,u\n0,2\n").unwrap();
-        let refused = |b: &str, allow_identical| {
-            let refused = refuse_copies(&at("a.csv"), &at(b), allow_identical);
-            refused.map_err(|e| e.to_string())
-        };
-        for (name, allow_identical, words) in [
-            ("a.csv", true, "they are one file"),
-            ("link.csv", true, "they are one file"),
-            ("copy.csv", false, "the same byte for byte"),
-            ("none.csv", false, "cannot read"),
+        let found = |b: &str| are_identical(&at("a.csv"), &at(b)).map_err(|e| e.to_string());
+        for (name, words) in [
+            ("a.csv", "they are one file"),
+            ("link.csv", "they are one file"),
+            ("none.csv", "cannot read"),
         ] {
-            let error = refused(name, allow_identical).unwrap_err();
+            let error = found(name).unwrap_err();
             assert!(error.contains(words), "{error}");
         }
-        assert_eq!(refused("copy.csv", true), Ok(()));
-        assert_eq!(refused("b.csv", false), Ok(()));
+        assert_eq!(found("copy.csv"), Ok(true));
+        assert_eq!(found("b.csv"), Ok(false));
+    }
+
+    #[test]
+    fn binary32_is_allowed_its_rounding_unless_asked_otherwise() {
+        let of = |sources: &[GivenTolerances]| Tolerances::of_sources(sources).of_single("u").rtol;
+        assert_eq!(of(&[]), 2.0_f64.powi(-23));
+        assert_eq!(of(&[given(Some(1e-8), None, &[])]), 1e-8);
+        assert_eq!(of(&[given(None, None, &[("u", None, Some(1e-3))])]), 1e-9);
     }
 }

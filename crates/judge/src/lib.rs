@@ -32,15 +32,18 @@ mod law;
 mod parts;
 mod places;
 mod results;
+mod series;
+mod sets;
 mod supermesh;
 
 pub use align::align;
 pub use judge::{FieldVerdict, Verdict, Worst, judge, relative_differences};
-pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, refuse_copies};
+pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, are_identical};
 pub use places::{first_at_place, partners};
 pub use results::{
     ComparedField, Comparison, Differences, MatchBy, On, Settings, at_midpoints, compare_results,
 };
+pub use series::{Pairing, Times, interpolate, pair_times};
 pub use supermesh::{Intersection, Norms, Projection, project};
 
 #[cfg(test)]

@@ -11,15 +11,19 @@ use faceoff_mesh::error::Result;
 
 /// How closely coordinates computed by two codes agree in binary64, relative to the extent of the mesh.
 const NEAR: f64 = 1e-9;
-/// The same for binary32, and for six decimal digits, which C++ writes by default.
-const NEAR_ROUNDED: f64 = 1e-6;
+/// The same for binary32.
+const NEAR_SINGLE: f64 = 1e-6;
+/// Decimal digits to which a file may have rounded its coordinates: six are what C++ writes by default, and more than fifteen
+/// are all of binary64.
+const DIGITS: std::ops::RangeInclusive<usize> = 6..=15;
 
-/// How far apart two points may be along an axis and still be one; more if a file holds rounded coordinates.
+/// How far apart two points may be along an axis and still be one; more if a file holds rounded coordinates, so that what
+/// more digits match, fewer match as well.
 ///
 /// # Errors
 /// [`faceoff_mesh::Error::Ended`].
 pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> Result<f64> {
-    let mut extent: f64 = 0.0;
+    let (mut extent, mut largest) = (0.0_f64, 0.0_f64);
     for axis in 0..3 {
         let of = |points: &[[f64; 3]]| {
             let ends = (f64::INFINITY, f64::NEG_INFINITY);
@@ -28,22 +32,32 @@ pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> Result<f64> {
                 .fold(ends, |e, p| (e.0.min(p[axis]), e.1.max(p[axis])))
         };
         let ((low, high), (other_low, other_high)) = (of(a), of(b));
-        extent = extent.max(high.max(other_high) - low.min(other_low));
+        let (low, high) = (low.min(other_low), high.max(other_high));
+        extent = extent.max(high - low);
+        largest = largest.max(high.abs()).max(low.abs());
     }
-    let is_rounded = |points: &[[f64; 3]]| {
-        let all = |rounded: fn(f64) -> bool| {
-            let points = points.par_iter();
-            points.all(|p| cancel::cause().is_none() && p.iter().all(|x| rounded(*x)))
-        };
-        all(|x| f64::from(x as f32) == x) || all(|x| format!("{x:.5e}").parse() == Ok(x))
+    let all = |points: &[[f64; 3]], rounded: &(dyn Fn(f64) -> bool + Sync)| {
+        let points = points.par_iter();
+        points.all(|p| cancel::cause().is_none() && p.iter().all(|x| rounded(*x)))
     };
-    let near = if is_rounded(a) || is_rounded(b) {
-        NEAR_ROUNDED
-    } else {
-        NEAR
-    };
+    let mut near = NEAR * extent;
+    for points in [a, b] {
+        if all(points, &|x| f64::from(x as f32) == x) {
+            near = near.max(NEAR_SINGLE * extent);
+        }
+        // The fewest digits count: all coordinates with six have seven.
+        let mut digits = DIGITS;
+        let found = digits.find(|d| all(points, &|x| format!("{x:.*e}", d - 1).parse() == Ok(x)));
+        if let Some(digits) = found {
+            // Half a unit of the last digit is up to 5 · 10^(-digits) of a coordinate; and that of both files.
+            let rounding = 5.5 * 10.0_f64.powi(-(digits as i32)) * largest;
+            near = near
+                .max(rounding)
+                .max(10.0_f64.powi(-(digits as i32)) * extent);
+        }
+    }
     cancel::check()?;
-    Ok(near * extent)
+    Ok(if near.is_finite() { near } else { 0.0 })
 }
 
 /// The number of the place of each point, first of `a`, then of `b`.
@@ -157,20 +171,44 @@ mod tests {
         assert_eq!(first_at_place(&b).unwrap(), [0, 1, 1, 3]);
     }
 
+    /// Whatever the number of digits that one file keeps, from six on, its points are found; also far away.
     #[test]
     fn the_tolerance_is_that_of_the_coarser_file() {
-        let third = [[1.0 / 3.0, 1.0, 0.0], [0.0, 0.0, 0.0]];
-        let single = third.map(|p| p.map(|x| f64::from(x as f32)));
+        let third = |far: f64| -> Vec<[f64; 3]> {
+            (0..100)
+                .map(|k| [far + f64::from(k) / 37.0, f64::from(k * k) / 7000.0, 0.0])
+                .collect()
+        };
         fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
             super::tolerance(a, b).unwrap()
         }
-        assert_eq!(tolerance(&third, &third), 1e-9);
-        assert_eq!(tolerance(&third, &single), 1e-6);
-        let decimal = [[0.333333, 1.0, 0.0], [0.0, 0.0, 0.0]];
-        assert_eq!(tolerance(&decimal, &third), 1e-6);
-        for rounded in [single, decimal] {
-            let n = numbers(&third, &rounded, tolerance(&third, &rounded)).unwrap();
-            assert_eq!(n[..2], n[2..]);
+        let mut before = f64::INFINITY;
+        for digits in 6..=17 {
+            for far in [0.0, 50.0] {
+                let full = third(far);
+                let rounded: Vec<[f64; 3]> = full
+                    .iter()
+                    .map(|p| p.map(|x| format!("{x:.*e}", digits - 1).parse().unwrap()))
+                    .collect();
+                let near = tolerance(&full, &rounded);
+                let n = numbers(&full, &rounded, near).unwrap();
+                assert_eq!(n[..100], n[100..], "{digits} digits from {far}");
+                if far == 0.0 {
+                    assert!(near <= before, "{digits}: {near} {before}");
+                    before = near;
+                }
+            }
         }
+        let full = third(0.0);
+        let extent = full[99][0];
+        assert_eq!(tolerance(&full, &full), 1e-9 * extent);
+        let single: Vec<[f64; 3]> = full
+            .iter()
+            .map(|p| p.map(|x| f64::from(x as f32)))
+            .collect();
+        let near = tolerance(&full, &single);
+        assert!((near / (1e-6 * extent) - 1.0).abs() < 1e-6);
+        let n = numbers(&full, &single, near).unwrap();
+        assert_eq!(n[..100], n[100..]);
     }
 }

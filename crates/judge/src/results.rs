@@ -6,22 +6,20 @@
 //!
 //! Relative tolerances refer to the largest value of a field on each connected part of the mesh.
 
-use std::collections::HashMap;
-
 use serde::Serialize;
 
-use super::align::{Nearness, align_by};
 use super::cells::other_cells;
-use super::column::{judge_column, rows_of};
-use super::keyed::{Keyed, fields_on, same_length};
+use super::keyed::{Keyed, fields_on};
 use super::law::{Tolerance, Tolerances};
 use super::parts::Parts;
 use super::places;
-use super::supermesh::{Intersection, Norms, judge_functions};
+use super::sets::{judge_sets, judge_whole};
+use super::supermesh::{Intersection, Norms, judge_functions, norms_on_mesh};
 use super::{FieldVerdict, Verdict};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::field::{FaceColumn, PADDING, ResultField, Results};
+use faceoff_mesh::field::{PADDING, Results};
+use faceoff_mesh::io::matches;
 
 /// How points and cells are matched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -41,6 +39,9 @@ pub struct Comparison {
     pub b: String,
     pub map: MatchBy,
     pub fields: Vec<ComparedField>,
+    /// Whether the files are the same byte for byte; who reads them says so.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub identical: bool,
     /// Where fields are compared as functions: what the two meshes have in common.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub intersection: Option<Intersection>,
@@ -62,6 +63,9 @@ pub struct ComparedField {
     /// Norms of the difference, where cells are known.
     #[serde(flatten)]
     pub norms: Option<Norms>,
+    /// Whether a file holds it as binary32, which rounds to 6e-8.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub single: bool,
     #[serde(flatten)]
     pub field: FieldVerdict,
 }
@@ -75,6 +79,7 @@ impl ComparedField {
             rtol,
             atol,
             norms: None,
+            single: false,
             field: FieldVerdict::failed(name, rtol, reason),
         }
     }
@@ -97,7 +102,7 @@ pub enum On {
 }
 
 impl On {
-    fn noun(self) -> &'static str {
+    pub(super) fn noun(self) -> &'static str {
         match self {
             On::Points => "point",
             On::Cells => "cell",
@@ -127,6 +132,10 @@ pub struct Settings<'a> {
     pub map: Option<MatchBy>,
     /// Of functions: the part of a mesh that the other one need not cover; `None`: no more than rounding of the coordinates.
     pub alone: Option<f64>,
+    /// Fields of which NaN on both sides is no difference; NaN against a number always is. `*` and `?` stand for others.
+    pub nan_equal: Vec<String>,
+    /// How far apart two points may be along an axis and still be one; without it, what the digits of the files allow.
+    pub near: Option<f64>,
     /// Hears how much of a long comparison is done, from 0 to 1.
     pub progress: Option<&'a (dyn Fn(f64) + Sync)>,
 }
@@ -137,6 +146,14 @@ impl From<Tolerances> for Settings<'_> {
             tolerances,
             ..Settings::default()
         }
+    }
+}
+
+impl Settings<'_> {
+    pub(super) fn nan_equal(&self, field: &str) -> bool {
+        self.nan_equal
+            .iter()
+            .any(|name| name == field || matches(name, field))
     }
 }
 
@@ -179,11 +196,35 @@ pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<
         }
     }
     let has = |name: &str| a.has(name) || b.has(name);
+    let unknown = |pattern: &&String| {
+        let known = |side: &Results| {
+            side.all()
+                .any(|f| f.name == **pattern || matches(pattern, &f.name))
+        };
+        !known(a) && !known(b)
+    };
+    if let Some(name) = settings.nan_equal.iter().find(unknown) {
+        let what = format!("neither has a field `{name}` in which NaN could be equal");
+        return Err(refuse(what, "name a field that one of them has"));
+    }
+    // Rows that are counted are no rows with a key.
+    if (a.space < 2 || b.space < 2) && a.space != b.space {
+        let keys = |side: &Results| match side.space {
+            0 => "rows in their order",
+            1 => "rows by their time",
+            _ => "values on points or cells",
+        };
+        let what = format!("one has {}, the other {}", keys(a), keys(b));
+        return Err(refuse(what, "give two tables of the same kind"));
+    }
     if let Some((name, _)) = tolerances.of_field.iter().find(|(name, _)| !has(name)) {
         let what = format!("neither has the field `{name}` that a tolerance is given for");
         return Err(refuse(what, "name a field that one of them has"));
     }
-    let near = places::tolerance(&a.points, &b.points)?;
+    let near = match settings.near {
+        Some(near) => near,
+        None => places::tolerance(&a.points, &b.points)?,
+    };
     let map = match settings.map {
         Some(MatchBy::Coordinates) if a.points.is_empty() || b.points.is_empty() => {
             let what = "one of them has no coordinates".to_owned();
@@ -242,9 +283,13 @@ pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<
         let exists = |side: &Results| !fields_on(side, on).is_empty();
         if exists(a) && exists(b) {
             let keyed = |side, numbers| Keyed::new(side, numbers, on, broken);
-            let (side_a, side_b) = (keyed(a, of_a)?, keyed(b, of_b)?);
-            let (fields, differences) =
-                judge_sets(on, [&side_a, &side_b], near, &parts, tolerances)?;
+            let (mut side_a, mut side_b) = (keyed(a, of_a)?, keyed(b, of_b)?);
+            let sides = [&mut side_a, &mut side_b];
+            let (mut fields, differences) = judge_sets(on, sides, near, &parts, settings)?;
+            for (name, norms) in norms_on_mesh(a, on, &differences) {
+                let found = fields.iter_mut().filter(|f| f.field.field == name);
+                found.for_each(|field| field.norms = Some(norms));
+            }
             comparison.fields.extend(fields);
             comparison.differences.push(differences);
         } else {
@@ -262,7 +307,7 @@ pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<
     if let Some(what) = other_cells {
         return Err(refuse(what, "compare results on the same mesh"));
     }
-    judge_whole(a, b, tolerances, &mut comparison)?;
+    judge_whole(a, b, settings, &mut comparison)?;
     Ok(comparison.judged())
 }
 
@@ -280,13 +325,11 @@ fn as_functions(
     because: Option<String>,
 ) -> Result<Comparison> {
     let mut comparison = Comparison::new(a, b, MatchBy::Functions);
-    let tolerances = &settings.tolerances;
-    let progress = settings.progress.unwrap_or(&|_| {});
-    let (fields, intersection) = judge_functions(a, b, near, tolerances, settings.alone, progress)?;
+    let (fields, intersection) = judge_functions(a, b, near, settings)?;
     comparison.fields = fields;
     comparison.intersection = Some(intersection);
     comparison.notes.extend(because);
-    judge_whole(a, b, tolerances, &mut comparison)?;
+    judge_whole(a, b, settings, &mut comparison)?;
     Ok(comparison.judged())
 }
 
@@ -298,8 +341,18 @@ impl Comparison {
             b: b.source.clone(),
             map,
             fields: Vec::new(),
+            identical: false,
             intersection: None,
-            notes: Vec::new(),
+            notes: [a, b]
+                .into_iter()
+                .filter(|side| side.ghosts > 0)
+                .map(|side| {
+                    format!(
+                        "{}: {} ghost cells, which other pieces have as well, are left out",
+                        side.source, side.ghosts
+                    )
+                })
+                .collect(),
             differences: Vec::new(),
         }
     }
@@ -347,69 +400,6 @@ pub fn at_midpoints(a: &mut Results, b: &mut Results) -> Result<()> {
     Ok(())
 }
 
-/// Numbers about the files as a whole that both have, and a note of what only one has: there is no need to write a time.
-fn judge_whole(
-    a: &Results,
-    b: &Results,
-    tolerances: &Tolerances,
-    comparison: &mut Comparison,
-) -> Result<()> {
-    let mut only = [Vec::new(), Vec::new()];
-    for (name, sides) in by_name(&a.whole, &b.whole, |f| &f.name) {
-        match (&sides[0][..], &sides[1][..]) {
-            (&[of_a], &[of_b]) if of_a.is_empty() && of_b.is_empty() => {}
-            (&[of_a], &[of_b]) if of_a.len() == of_b.len() => {
-                let (of_a, of_b) = (Keyed::of_whole(a, of_a), Keyed::of_whole(b, of_b));
-                let parts = Parts::default();
-                let (fields, _) = judge_sets(On::Whole, [&of_a, &of_b], 0.0, &parts, tolerances)?;
-                comparison.fields.extend(fields);
-            }
-            ([], _) => only[1].push(format!("`{name}`")),
-            (_, []) => only[0].push(format!("`{name}`")),
-            (of_a, of_b) => {
-                let count = |arrays: &[&ResultField]| arrays.iter().map(|f| f.len()).sum::<usize>();
-                let (count_a, count_b) = (count(of_a), count(of_b));
-                let reason = format!("one side has {count_a} entries, the other {count_b}");
-                let unjudged = ComparedField::unjudged(On::Whole, name, tolerances, reason);
-                comparison.fields.push(unjudged);
-            }
-        }
-    }
-    for (names, side) in only.iter().zip([a, b]) {
-        if !names.is_empty() {
-            let names = names.join(", ");
-            let note = format!(
-                "only {} has, about the file as a whole, {names}",
-                side.source
-            );
-            comparison.notes.push(note);
-        }
-    }
-    Ok(())
-}
-
-/// Every name, in order of appearance, with the fields on either side that have it.
-pub(super) fn by_name<'a, F>(
-    a: impl IntoIterator<Item = F>,
-    b: impl IntoIterator<Item = F>,
-    name: impl Fn(&F) -> &'a str,
-) -> Vec<(&'a str, [Vec<F>; 2])> {
-    let mut known = HashMap::new();
-    let mut names = Vec::new();
-    let sides: [Vec<F>; 2] = [a.into_iter().collect(), b.into_iter().collect()];
-    for (side, fields) in sides.into_iter().enumerate() {
-        for field in fields {
-            let name = name(&field);
-            let k = *known.entry(name).or_insert(names.len());
-            if k == names.len() {
-                names.push((name, [Vec::new(), Vec::new()]));
-            }
-            names[k].1[side].push(field);
-        }
-    }
-    names
-}
-
 pub(super) fn by_id(results: &Results) -> Vec<u32> {
     if results.ids.is_empty() {
         (0..results.point_count() as u32).collect()
@@ -455,116 +445,4 @@ fn repeats(numbers: &[u32]) -> Result<bool> {
         }
     }
     Ok(false)
-}
-
-fn judge_sets(
-    on: On,
-    [a, b]: [&Keyed; 2],
-    near: f64,
-    parts: &Parts,
-    tolerances: &Tolerances,
-) -> Result<(Vec<ComparedField>, Differences)> {
-    let noun = on.noun();
-    let near = move |_| near;
-    let partner = align_by(&a.fields, &b.fields, &Nearness { noun, near: &near })?;
-    let faces = 0..a.fields.face_count();
-    let part = |face: usize| cancel::check().map(|()| parts.of(a.fields.face(face)));
-    let of_a = faces.map(part).collect::<Result<Vec<u32>>>()?;
-    let mut of_b = vec![0; of_a.len()];
-    for (&other, &part) in partner.iter().zip(&of_a) {
-        of_b[other as usize] = part;
-    }
-    let on = if a.corner_points.is_some() {
-        On::Corners
-    } else {
-        on
-    };
-    let mut differences = Differences {
-        on,
-        places: Vec::new(),
-        fields: Vec::new(),
-    };
-    let mut judged = Vec::new();
-    for (name, sides) in by_name(a.carried, b.carried, |f| &f.name) {
-        let (&[field_a], &[field_b]) = (&sides[0][..], &sides[1][..]) else {
-            let reason = if sides.iter().any(|fields| fields.len() > 1) {
-                "a file has it more than once".to_owned()
-            } else {
-                let without = if sides[0].is_empty() { a } else { b };
-                format!("{} does not have it", without.fields.source)
-            };
-            judged.push(ComparedField::unjudged(on, name, tolerances, reason));
-            continue;
-        };
-        let tolerance = if field_a.rest.is_some() && field_b.rest.is_some() {
-            tolerances.of_integers(name)
-        } else {
-            tolerances.of(name)
-        };
-        let (mut column_a, mut column_b) = (a.column(field_a)?, b.column(field_b)?);
-        if a.fields.space == 2 && b.fields.space == 2 {
-            same_length(&mut column_a, &mut column_b);
-        }
-        let mut scales = vec![0.0; parts.count + 1];
-        for (side, field, column, part) in [
-            (a, field_a, &column_a, &of_a),
-            (b, field_b, &column_b, &of_b),
-        ] {
-            let scaling = side.scaling(field)?;
-            add_scales(&mut scales, scaling.as_ref().unwrap_or(column), part)?;
-        }
-        let allowed = tolerance.of_scale(0.0).0;
-        let unit = |k: usize| {
-            let part = of_a[column_a.faces[k] as usize];
-            tolerance.of_scale(scales[part as usize]).1
-        };
-        let verdict = judge_column(&a.fields, &column_a, &column_b, &partner, unit, allowed)?;
-        if let Some(values) = subtract(&column_a, &column_b, &partner)? {
-            let components = column_a.components;
-            let difference = (name.to_owned(), components, values);
-            differences.fields.push(difference);
-        }
-        judged.push(ComparedField {
-            on,
-            scale: Some(scales.into_iter().fold(0.0, f64::max)),
-            rtol: tolerance.rtol,
-            atol: tolerance.atol,
-            norms: None,
-            field: verdict,
-        });
-    }
-    differences.places.clone_from(&a.fields.midpoints);
-    Ok((judged, differences))
-}
-
-/// The largest finite |value| of a column on each part; `part` is that of each face.
-fn add_scales(scales: &mut [f64], column: &FaceColumn, part: &[u32]) -> Result<()> {
-    for (k, &face) in column.faces.iter().enumerate() {
-        cancel::check()?;
-        let scale = &mut scales[part[face as usize] as usize];
-        let finite = column.row(k).iter().filter(|v| v.is_finite());
-        *scale = finite.fold(*scale, |m, v| m.max(v.abs()));
-    }
-    Ok(())
-}
-
-/// a - b for everything in the first file.
-fn subtract(a: &FaceColumn, b: &FaceColumn, partner: &[u32]) -> Result<Option<Vec<f64>>> {
-    if a.components != b.components {
-        return Ok(None);
-    }
-    let rows = rows_of(b, partner.len())?;
-    let mut values = vec![f64::NAN; partner.len() * a.components];
-    for (k, &face) in a.faces.iter().enumerate() {
-        cancel::check()?;
-        let row = rows[partner[face as usize] as usize];
-        if row != super::column::NOWHERE {
-            let start = face as usize * a.components;
-            let pairs = a.row(k).iter().zip(b.row(row as usize));
-            for (c, (value, (x, y))) in values[start..].iter_mut().zip(pairs).enumerate() {
-                *value = x - y + (a.rest(k, c) - b.rest(row as usize, c));
-            }
-        }
-    }
-    Ok(Some(values))
 }

@@ -77,7 +77,8 @@ fn mesh(dim: usize, n: usize, bend: f64) -> Results {
             values: u,
             rest: None,
             at: None,
-            scaled_by: None, single: false,
+            scaled_by: None,
+            single: false,
         }],
         ..Results::default()
     }

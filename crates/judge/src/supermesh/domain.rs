@@ -39,7 +39,7 @@ pub(super) struct Domain<'a> {
     /// The element of each cell of the file.
     of_cell: Vec<u8>,
     pub geometries: Vec<Geometry>,
-    /// The first corner of each cell, where the file has values at corners.
+    /// The first corner of each cell.
     pub first_corners: Vec<u32>,
     /// Points of the file, and those that divide its curved cells.
     points: Vec<[f64; 3]>,
@@ -72,12 +72,33 @@ impl<'a> Domain<'a> {
     /// # Errors
     /// Cells on which functions are not known here, cells without measure, folded or overlapping ones.
     pub fn new(side: &'a Results, near: f64) -> Result<Self> {
+        let mut domain = Domain::divided(side, near)?;
+        let boxes: Vec<Bounds> = domain
+            .pieces
+            .par_iter()
+            .map(|piece| domain.bounds(piece))
+            .collect();
+        domain.tree = Tree::new(&boxes);
+        domain.refuse_overlaps(&boxes)?;
+        Ok(domain)
+    }
+
+    /// The same without a look at overlaps, and without a tree.
+    ///
+    /// # Errors
+    /// Cells on which functions are not known here, cells without measure, folded ones.
+    pub fn divided(side: &'a Results, near: f64) -> Result<Self> {
         let dim = side.dimensions().last().map_or(0, |dim| usize::from(*dim));
         let refuse = |what: String, remedy: &str| Error::Mesh {
             mesh: side.source.clone(),
             what,
             remedy: remedy.into(),
         };
+        let counted: usize = side.kinds.iter().map(|(_, count)| count).sum();
+        if !(2..=3).contains(&dim) || counted != side.cell_count() || side.points.is_empty() {
+            let what = "it has no triangles, quadrangles or tetrahedra in known places".into();
+            return Err(refuse(what, "give results on a mesh"));
+        }
         let mut domain = Domain {
             side,
             dim,
@@ -115,12 +136,10 @@ impl<'a> Domain<'a> {
             domain.of_cell.extend(std::iter::repeat_n(of as u8, count));
         }
         memory::require(200.0 * pieces, "the cells of the mesh")?;
-        if !side.on_corners.is_empty() {
-            let mut next = 0;
-            for cell in 0..side.cell_count() {
-                domain.first_corners.push(next);
-                next += side.cell(cell).count() as u32;
-            }
+        let mut next = 0;
+        for cell in 0..side.cell_count() {
+            domain.first_corners.push(next);
+            next += side.cell(cell).count() as u32;
         }
         for cell in 0..side.cell_count() as u32 {
             cancel::check()?;
@@ -147,14 +166,11 @@ impl<'a> Domain<'a> {
                 return Err(refuse(what, "give results in a plane, or on tetrahedra"));
             }
         }
-        let boxes: Vec<Bounds> = domain.pieces.par_iter().map(|p| domain.bounds(p)).collect();
-        domain.tree = Tree::new(&boxes);
         let measures = domain
             .pieces
             .iter()
             .map(|piece| domain.piece_measure(piece));
         domain.measure = measures.sum();
-        domain.refuse_overlaps(&boxes)?;
         Ok(domain)
     }
 

@@ -7,8 +7,9 @@ use super::function::Function;
 use super::norms::{Law, Place, Sums, differences, is_exact};
 use super::overlay::Uncovered;
 use crate::parts::Parts;
-use crate::results::{ComparedField, by_id, by_name};
-use crate::{FieldVerdict, On, Tolerance, Tolerances, Verdict, Worst};
+use crate::results::{ComparedField, by_id};
+use crate::sets::{by_name, lacks};
+use crate::{FieldVerdict, On, Settings, Tolerance, Verdict, Worst};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ResultField, Results};
 
@@ -30,7 +31,7 @@ pub struct Intersection {
 }
 
 /// Judges every field as a function, on the intersection of the meshes; and the domains, where one mesh covers more than
-/// the part `alone` of itself that the other does not. Without `alone`, more than rounding of the coordinates is too much.
+/// the part of itself that the settings allow. Without such a part, more than rounding of the coordinates is too much.
 ///
 /// # Errors
 /// Meshes that are folded, of other dimensions, or have nothing in common; cells on which functions are not known.
@@ -38,10 +39,10 @@ pub(crate) fn judge_functions(
     a: &Results,
     b: &Results,
     near: f64,
-    tolerances: &Tolerances,
-    alone: Option<f64>,
-    progress: &(dyn Fn(f64) + Sync),
+    settings: &Settings,
 ) -> Result<(Vec<ComparedField>, Intersection)> {
+    let tolerances = &settings.tolerances;
+    let progress = settings.progress.unwrap_or(&|_| {});
     let domains = [Domain::new(a, near)?, Domain::new(b, near)?];
     let [of_a, of_b] = &domains;
     let refuse = |what: String| Error::Compare {
@@ -86,13 +87,10 @@ pub(crate) fn judge_functions(
     let laws: Vec<(Tolerance, bool)> = (0..functions[0].len())
         .map(|k| {
             let is_integer = functions.iter().all(|of| of[k].field.rest.is_some());
-            let name = &functions[0][k].field.name;
-            let of = if is_integer {
-                tolerances.of_integers(name)
-            } else {
-                tolerances.of(name)
-            };
-            (of, is_integer)
+            (
+                tolerances.of_fields(functions[0][k].field, functions[1][k].field),
+                is_integer,
+            )
         })
         .collect();
     let units: Vec<_> = laws
@@ -127,6 +125,7 @@ pub(crate) fn judge_functions(
             rtol: tolerance.rtol,
             atol: tolerance.atol,
             norms: Some(sums.norms(is_constant)),
+            single: functions.iter().any(|of| of[k].field.single),
             field: verdict(
                 of_a,
                 &functions[0][k].field.name,
@@ -140,7 +139,7 @@ pub(crate) fn judge_functions(
     let rows = sides
         .iter()
         .zip(&uncovered)
-        .filter_map(|(side, of)| domain_row(side, of, alone));
+        .filter_map(|(side, of)| domain_row(side, of, settings.alone));
     let fields = fields.into_iter().flatten().chain(rows).collect();
     let intersection = Intersection {
         cells: [of_a.cell_count(), of_b.cell_count()],
@@ -186,7 +185,7 @@ fn matched<'a>(
     let (&[(on_a, field_a)], &[(on_b, field_b)]) = (&of_a[..], &of_b[..]) else {
         let without = if of_a.is_empty() { a } else { b };
         let reason = match of_a.is_empty() || of_b.is_empty() {
-            true => format!("{} does not have it", without.source),
+            true => lacks(name, &without.source),
             false => format!("a file has `{name}` more than once"),
         };
         return Err((on, reason));
@@ -273,6 +272,7 @@ fn verdict(
         midpoint: place.at[..a.side.space].to_vec(),
         a: place.values[0],
         b: place.values[1],
+        component: place.component,
         cells: Some(place.cells),
     };
     let found = FieldVerdict {
@@ -331,6 +331,7 @@ fn domain_row(side: &Domain, uncovered: &Uncovered, allowed: Option<f64>) -> Opt
         rtol,
         atol: 0.0,
         norms: None,
+        single: false,
         field: FieldVerdict {
             max_abs: uncovered.measure,
             max_rel: part,

@@ -18,4 +18,5 @@ mod tests;
 pub use judged::Intersection;
 pub(crate) use judged::judge_functions;
 pub use norms::Norms;
+pub(crate) use norms::norms_on_mesh;
 pub use project::{Projection, project};

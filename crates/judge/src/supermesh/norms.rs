@@ -1,14 +1,18 @@
 //! ‖a - b‖ of every field on the supermesh: L², the broken H¹ seminorm, and the maximum with its place.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::clip::{Simplex, measure};
-use super::domain::Domain;
+use super::domain::{BLOCK, Domain, Piece};
 use super::function::Function;
 use super::map::{Geometry, Local};
 use super::overlay::{Common, Cover, overlay};
 use super::rule::Rule;
+use crate::keyed::fields_on;
+use crate::{Differences, On};
 use faceoff_mesh::error::Result;
+use faceoff_mesh::field::{ResultField, Results};
 
 /// Norms of the difference of two fields over their mesh, or over what two meshes have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -29,6 +33,8 @@ pub(super) struct Place {
     pub cells: [u32; 2],
     pub at: [f64; 3],
     pub values: [f64; 2],
+    /// Of a field with several.
+    pub component: Option<usize>,
 }
 
 /// Sums over a part of the supermesh, for one field.
@@ -58,6 +64,14 @@ impl Sums {
         }
         self.not_finite = self.not_finite.or(other.not_finite);
         self.beyond.extend(other.beyond);
+    }
+
+    /// Squares of a difference and of what it is between, each a value and a gradient.
+    fn add_squares(&mut self, weight: f64, d: &[f64; 4], a: &[f64; 4], b: &[f64; 4]) {
+        for (k, of) in [d, a, b].into_iter().enumerate() {
+            self.l2[k] += weight * of[0] * of[0];
+            self.h1[k] += weight * (of[1] * of[1] + of[2] * of[2] + of[3] * of[3]);
+        }
     }
 
     pub fn norms(&self, is_constant: bool) -> Norms {
@@ -156,8 +170,7 @@ pub(super) fn rule_for(domains: [&Domain; 2], functions: [&[Function]; 2]) -> Ru
 
 /// Are all functions of this mesh polynomials on its cells?
 pub(super) fn is_exact(domain: &Domain) -> bool {
-    let straight =
-        |piece: &super::domain::Piece| domain.geometries[piece.cell as usize] == Geometry::Straight;
+    let straight = |piece: &Piece| domain.geometries[piece.cell as usize] == Geometry::Straight;
     domain.pieces.iter().all(straight)
 }
 
@@ -193,21 +206,21 @@ impl Work<'_> {
                 }
                 let found = |values| {
                     let at = [0, 1, 2].map(|k| place[k] + common.origin[k]);
-                    Some(Place { cells, at, values })
+                    let component = (f.components > 1).then_some(component);
+                    Some(Place {
+                        cells,
+                        at,
+                        values,
+                        component,
+                    })
                 };
                 if !difference.is_finite() {
                     sums.not_finite = sums.not_finite.or(found([x[0], y[0]]));
                     beyond = true;
                     continue;
                 }
-                sums.l2[0] += weight * difference * difference;
-                sums.l2[1] += weight * x[0] * x[0];
-                sums.l2[2] += weight * y[0] * y[0];
-                for i in 1..4 {
-                    sums.h1[0] += weight * (x[i] - y[i]).powi(2);
-                    sums.h1[1] += weight * x[i] * x[i];
-                    sums.h1[2] += weight * y[i] * y[i];
-                }
+                let d = [difference, x[1] - y[1], x[2] - y[2], x[3] - y[3]];
+                sums.add_squares(weight, &d, x, y);
                 let absolute = difference.abs();
                 if common.is_rounding {
                     continue;
@@ -228,4 +241,78 @@ impl Work<'_> {
             }
         }
     }
+}
+
+/// Norms of each difference over the mesh of the first file, on whose points, cells or corners (`on`) its fields are; none
+/// where it is no mesh of known elements, or where a difference is not known everywhere.
+pub(crate) fn norms_on_mesh(a: &Results, on: On, found: &Differences) -> Vec<(String, Norms)> {
+    let fields = fields_on(a, on);
+    let differences: Vec<ResultField> = found
+        .fields
+        .iter()
+        .map(|(name, components, values)| ResultField {
+            name: name.clone(),
+            components: *components,
+            values: values.clone(),
+            rest: None,
+            at: None,
+            scaled_by: None,
+            single: false,
+        })
+        .collect();
+    let of_field = |difference: &ResultField| {
+        let field = fields.iter().find(|f| f.name == difference.name)?;
+        (field.rest.is_none() && field.components == difference.components)
+            .then(|| Function::new(field, on))
+    };
+    let pairs = differences.iter().filter_map(|difference| {
+        let field = of_field(difference)?;
+        Some((field, Function::new(difference, found.on)))
+    });
+    let (of_a, of_difference): (Vec<Function>, Vec<Function>) = pairs.unzip();
+    if of_a.is_empty() {
+        return Vec::new();
+    }
+    let Ok(domain) = Domain::divided(a, 0.0) else {
+        return Vec::new();
+    };
+    let functions = [&of_a[..], &of_difference[..]];
+    let rule = rule_for([&domain, &domain], functions);
+    let block = |pieces: &[Piece]| {
+        let mut sides = functions.map(|of| Local::new(&domain, of));
+        let mut sums = vec![Sums::default(); of_a.len()];
+        for piece in pieces {
+            let origin = domain.origin(piece);
+            let simplex = domain.simplex(piece, &origin);
+            let size = measure(domain.dim, &simplex);
+            sides
+                .iter_mut()
+                .for_each(|side| side.turn_to(piece.cell, &origin));
+            for (lambda, weight) in &rule.points {
+                let place = combine(&simplex, lambda);
+                sides.iter_mut().for_each(|side| side.evaluate(&place));
+                let mut values = sides[0].values.iter().zip(&sides[1].values);
+                for (function, sums) in of_a.iter().zip(&mut sums) {
+                    for (x, d) in values.by_ref().take(function.components) {
+                        sums.add_squares(weight * size, d, x, &[0, 1, 2, 3].map(|k| x[k] - d[k]));
+                    }
+                }
+            }
+        }
+        sums
+    };
+    let blocks: Vec<_> = domain.pieces.par_chunks(BLOCK).map(block).collect();
+    let mut all = vec![Sums::default(); of_a.len()];
+    for sums in blocks {
+        all.iter_mut()
+            .zip(sums)
+            .for_each(|(all, sums)| all.add(sums));
+    }
+    let norms = all.iter().zip(&of_a).map(|(sums, function)| {
+        (
+            function.field.name.clone(),
+            sums.norms(function.is_constant()),
+        )
+    });
+    norms.filter(|(_, norms)| norms.l2.is_finite()).collect()
 }

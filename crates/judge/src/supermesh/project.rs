@@ -99,7 +99,8 @@ pub fn project(
             values: values.collect(),
             rest: None,
             at: None,
-            scaled_by: None, single: false,
+            scaled_by: None,
+            single: false,
         };
         match on {
             On::Cells => results.on_cells.push(field),
@@ -180,7 +181,8 @@ fn assemble<'a>(
         values: Vec::new(),
         rest: None,
         at: None,
-        scaled_by: None, single: false,
+        scaled_by: None,
+        single: false,
     };
     let nodal = [Function::new(&points, On::Points)];
     let rule = rule_for(domains, [&nodal, functions]);

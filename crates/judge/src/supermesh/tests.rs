@@ -53,7 +53,8 @@ fn field(name: &str, components: usize, values: Vec<f64>) -> ResultField {
         values,
         rest: None,
         at: None,
-        scaled_by: None, single: false,
+        scaled_by: None,
+        single: false,
     }
 }
 
@@ -113,6 +114,7 @@ fn compare(a: &Results, b: &Results) -> Result<Comparison> {
     let tolerances = Tolerances {
         of_all,
         of_field: Vec::new(),
+        is_given: true,
     };
     let settings = Settings {
         map: Some(MatchBy::Functions),
