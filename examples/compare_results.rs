@@ -1,11 +1,11 @@
-//! Compares the fields in two result files of any codes, on the same mesh.
+//! Compares the fields in two result files of any codes, on the same mesh or on others.
 //!
 //!     cargo run --example compare_results -- a.vtu b.vtu
 
 use std::path::Path;
 use std::process::ExitCode;
 
-use faceoff_judge::{Comparison, Settings, Verdict, compare_results, refuse_copies};
+use faceoff_judge::{Comparison, Settings, Verdict, are_identical, compare_results};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::{Error, Result, io};
 
@@ -38,7 +38,7 @@ fn main() -> ExitCode {
 }
 
 fn compare(a: &Path, b: &Path) -> Result<Comparison> {
-    refuse_copies(a, b, false)?;
+    are_identical(a, b)?;
     let (a, b) = (read(a)?, read(b)?);
     compare_results(&a, &b, &Settings::default())
 }

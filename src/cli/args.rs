@@ -265,8 +265,10 @@ pub(super) struct Verify {
     pub output: Output,
 }
 
-/// VTU, PVTU, and what else `faceoff mesh info` shows fields of; CSV with the columns `vertex`, `v0,v1[,v2]` or
-/// `x,y[,z]` as keys.
+/// VTU, PVTU, and what else `faceoff mesh info` shows fields of; CSV with the columns `vertex`, `v0,v1[,v2]` or `x,y[,z]` as
+/// keys, or of quantities over `time`. Two results of several times (a PVD, XDMF, Exodus or MSH file, or a pattern of numbered
+/// files, as in 'u_*.vtu') are matched by time, the files of two folders by name. Results on other meshes are compared as
+/// functions, on the intersection of the meshes.
 #[derive(Args)]
 pub(super) struct Compare {
     pub a: PathBuf,
@@ -285,10 +287,14 @@ pub(super) struct Compare {
     pub scene: Option<String>,
     #[command(flatten)]
     pub trust: Trust,
-    /// Judge this field alone; may be given several times [default: every field of either file]
+    /// Judge this field alone, or those of a pattern as in 'u*', a component as in 'u[0]', or a magnitude as in '|u|'; may be given
+    /// several times [default: every field of either file]
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
-    /// What A calls NAME is called OTHER in B; may be given several times
+    /// Let NaN on both sides be no difference in this field; NaN against a number always is
+    #[arg(long, value_name = "NAME")]
+    pub nan_equal: Vec<String>,
+    /// What A calls NAME is called OTHER in B, as in "speed=|u|"; may be given several times
     #[arg(long, value_name = "NAME=OTHER", value_parser = pair)]
     pub pair: Vec<(String, String)>,
     /// Judge cells of this dimension alone, where one file holds those of the boundary as well
@@ -298,6 +304,9 @@ pub(super) struct Compare {
     /// [default: by numbers where the points of both files are the same; as functions where their cells are others]
     #[arg(long, value_parser = PossibleValuesParser::new(["vertices", "coordinates", "functions"]).map(match_by))]
     pub map: Option<MatchBy>,
+    /// How far apart two points may be along an axis and still be one [default: what the digits of the coordinates allow]
+    #[arg(long, value_name = "DISTANCE", value_parser = bound, allow_negative_numbers = true)]
+    pub place_tolerance: Option<f64>,
     /// Of functions on two meshes: the part of either mesh that the other need not cover, as in 0.01 where both approximate one
     /// curved domain [default: what rounding of the coordinates makes]
     #[arg(long, value_name = "PART", value_parser = bound, allow_negative_numbers = true)]
@@ -305,8 +314,35 @@ pub(super) struct Compare {
     /// Write the differences of all fields on the mesh of A
     #[arg(long, value_name = "FILE.vtu")]
     pub out: Option<PathBuf>,
-    /// Two files that are the same byte for byte are two results, and no copy
+    /// Write the fields of B on the mesh of A, by the L2 projection, which keeps integrals
+    #[arg(long, value_name = "FILE.vtu")]
+    pub project: Option<PathBuf>,
+    /// Of results of several times: judge this one alone
+    #[arg(
+        long,
+        value_name = "T",
+        allow_negative_numbers = true,
+        conflicts_with = "times"
+    )]
+    pub time: Option<f64>,
+    /// Which times to judge
+    #[arg(long, value_name = "WHICH", value_parser = ["all", "last"], default_value = "all")]
+    pub times: String,
+    /// How far apart two times may be and still be one [default: 1e-9 of the largest]
+    #[arg(long, value_name = "DT", value_parser = bound, allow_negative_numbers = true)]
+    pub time_tolerance: Option<f64>,
+    /// Where B lacks a time of A, interpolate linearly between its neighbours
     #[arg(long)]
+    pub interpolate: bool,
+    /// Of two folders: compare the files of this pattern alone, as in '*.vtu'; may be given several times [default: all that
+    /// can be results]
+    #[arg(long, value_name = "PATTERN")]
+    pub include: Vec<String>,
+    /// Of two folders: leave out the files of this pattern; may be given several times
+    #[arg(long, value_name = "PATTERN")]
+    pub exclude: Vec<String>,
+    /// Without effect: two files that are the same byte for byte are two results
+    #[arg(long, hide = true)]
     pub allow_identical: bool,
     #[command(flatten)]
     pub verdicts: Verdicts,

@@ -1,72 +1,350 @@
 //! `faceoff compare`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::args::Compare;
 use super::code;
+use super::folders;
+use super::progress::watched;
 use crate::engine::meshio_python;
 use crate::report::console::note;
 use crate::report::{self, Output, deliver};
 use faceoff_fem::scene::{Bounds, Comparing, Scene};
 use faceoff_judge::{
-    GivenTolerances, PartialTolerance, Settings, Tolerances, at_midpoints, compare_results,
-    refuse_copies,
+    Comparison, Comparisons, GivenTolerances, Pairing, Part, PartialTolerance, Settings, Times,
+    Tolerances, are_identical, at_midpoints, compare_results, interpolate, pair_times, project,
 };
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
-use faceoff_mesh::file;
-use faceoff_mesh::io;
+use faceoff_mesh::io::Series;
 
 pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
     let (a, b) = (arguments.a.as_path(), arguments.b.as_path());
-    refuse_copies(a, b, arguments.allow_identical)?;
     let scene = arguments.scene.as_deref();
     let scene = scene.map(|name| arguments.trust.scene(name)).transpose()?;
-    let mut tolerances = tolerances(arguments, scene_bounds(scene.as_ref())?);
-    if let Some(out) = &arguments.out {
+    let request = Request {
+        arguments,
+        tolerances: tolerances(arguments, scene_bounds(scene.as_ref())?),
+        python: meshio_python(),
+        quiet: to.quiet,
+    };
+    for out in arguments.out.iter().chain(&arguments.project) {
         report::check_vtu_path(out)?;
     }
-    let python = meshio_python();
-    // Each file's bytes go before the next is read into fields.
-    let read = |path: &Path| -> Result<Results> {
-        let bytes = file::read(path)?;
-        io::read_results(path, &bytes, python.as_deref())
-    };
-    let (mut of_a, mut of_b) = (read(a)?, read(b)?);
-    pair(&mut of_b, &of_a, &arguments.pair)?;
-    for side in [&mut of_a, &mut of_b] {
-        let others = arguments.dim.map_or(0, |dim| side.keep_dimension(dim));
-        if others > 0 && !to.quiet {
-            let source = &side.source;
-            note!("faceoff: {source}: left out {others} cells of other dimensions");
+    if a.is_dir() || b.is_dir() {
+        let all = request.folders(a, b)?;
+        deliver(&report::compare_many(&all)?, to)?;
+        return Ok(code(all.verdict));
+    }
+    match request.files(a, b)? {
+        Found::One(comparison, of_a) => {
+            deliver(&report::compare(&comparison, &of_a)?, to)?;
+            Ok(code(comparison.verdict))
+        }
+        Found::Many(parts) => {
+            let [a, b] = [a, b].map(|path| path.display().to_string());
+            let all = Comparisons::new(a, b, parts);
+            deliver(&report::compare_many(&all)?, to)?;
+            Ok(code(all.verdict))
         }
     }
-    at_midpoints(&mut of_a, &mut of_b)?;
-    if !arguments.only.is_empty() {
-        for side in [&mut of_a, &mut of_b] {
-            let others = side.keep_only(&arguments.only);
-            if !others.is_empty() && !to.quiet {
-                note!("faceoff: {}: left out {}", side.source, others.join(", "));
+}
+
+/// What was asked for.
+struct Request<'a> {
+    arguments: &'a Compare,
+    tolerances: Tolerances,
+    python: Option<PathBuf>,
+    quiet: bool,
+}
+
+/// What comes of two files.
+enum Found {
+    /// With the result of the first.
+    One(Box<Comparison>, Box<Results>),
+    /// One part a time.
+    Many(Vec<Part>),
+}
+
+impl Request<'_> {
+    /// Two files, or two series.
+    fn files(&self, a: &Path, b: &Path) -> Result<Found> {
+        let identical = are_identical(a, b)?;
+        let mut sides = [
+            Series::open(a, self.python.as_deref())?,
+            Series::open(b, self.python.as_deref())?,
+        ];
+        if let Some([i, j]) = self.chosen(&sides)? {
+            let [of_a, of_b] = &mut sides;
+            let of_a = of_a.read(i, self.python.as_deref())?;
+            let of_b = of_b.read(j, self.python.as_deref())?;
+            let (mut comparison, of_a) = self.results(of_a, of_b, true)?;
+            comparison.identical = identical;
+            return Ok(Found::One(Box::new(comparison), Box::new(of_a)));
+        }
+        if self.arguments.out.is_some() || self.arguments.project.is_some() {
+            let what = "--out and --project write one time, and these are results of several";
+            return Err(Error::usage(what, "choose one with --time or --times last"));
+        }
+        let times = [0, 1].map(|k: usize| {
+            sides[k]
+                .times
+                .iter()
+                .flatten()
+                .copied()
+                .collect::<Vec<f64>>()
+        });
+        let by = Times {
+            tolerance: self.arguments.time_tolerance,
+            interpolate: self.arguments.interpolate,
+        };
+        let pairs = pair_times(&times[0], &times[1], &by);
+        let mut parts = Vec::with_capacity(pairs.len());
+        for pair in pairs {
+            let (time, found) = match pair {
+                Pairing::Alone(side, k) => {
+                    let (has, lacks) = (sides[side].name(k), [b, a][side].display());
+                    let reason = format!("{lacks} has no such time, {has} has");
+                    (times[side][k], Err(reason))
+                }
+                Pairing::Both(i, j) => (times[0][i], self.step(&mut sides, i, [j, j], 0.0)?),
+                Pairing::Between(i, j, w) => {
+                    (times[0][i], self.step(&mut sides, i, [j, j + 1], w)?)
+                }
+            };
+            parts.push(match found {
+                Ok(comparison) => {
+                    let identical = identical && matches!(pair, Pairing::Both(..));
+                    let comparison = Comparison {
+                        identical,
+                        ..comparison
+                    };
+                    Part::compared(String::new(), Some(time), comparison)
+                }
+                Err(reason) => Part::failed(String::new(), Some(time), reason),
+            });
+        }
+        Ok(Found::Many(parts))
+    }
+
+    /// The i-th result of the first side against the second between two of its own; what is wrong with one time does not
+    /// keep others from being judged.
+    fn step(
+        &self,
+        [a, b]: &mut [Series; 2],
+        i: usize,
+        [j, k]: [usize; 2],
+        w: f64,
+    ) -> Result<Result<Comparison, String>> {
+        let python = self.python.as_deref();
+        let mut compared = || -> Result<Comparison> {
+            let of_b = match j == k {
+                true => b.read(j, python)?,
+                false => interpolate(&b.read(j, python)?, &b.read(k, python)?, w)?,
+            };
+            Ok(self.results(a.read(i, python)?, of_b, false)?.0)
+        };
+        told(compared())
+    }
+
+    /// The one result of each side that is judged; none where all times are.
+    fn chosen(&self, sides: &[Series; 2]) -> Result<Option<[usize; 2]>> {
+        let last = self.arguments.times == "last";
+        let counts = [0, 1].map(|k: usize| sides[k].times.len());
+        let asked = |side: &Series| -> Result<usize> {
+            let (Some(time), true) = (self.arguments.time, side.times[0].is_some()) else {
+                return Ok(side.times.len() - 1);
+            };
+            let far = |k: &usize| (side.times[*k].unwrap_or_default() - time).abs();
+            let near = (0..side.times.len()).min_by(|i, j| far(i).total_cmp(&far(j)));
+            let tolerance = self.time_tolerance(time);
+            near.filter(|k| far(k) <= tolerance).ok_or_else(|| {
+                let known: Vec<String> = side
+                    .times
+                    .iter()
+                    .flatten()
+                    .take(5)
+                    .map(f64::to_string)
+                    .collect();
+                let more = if side.times.len() > 5 { ", …" } else { "" };
+                let what = format!(
+                    "{} has no time {time}: it has {}{more}",
+                    side.name(0),
+                    known.join(", ")
+                );
+                Error::usage(
+                    what,
+                    "name one of its times, or allow more with --time-tolerance",
+                )
+            })
+        };
+        if self.arguments.time.is_some() || last {
+            let [i, j] = [asked(&sides[0])?, asked(&sides[1])?];
+            if let (true, Some(s), Some(t)) = (last, sides[0].times[i], sides[1].times[j])
+                && (s - t).abs() > self.time_tolerance(s.abs().max(t.abs()))
+            {
+                let what = format!("the last times are {s} and {t}");
+                let remedy = "name a time that both have, or allow more with --time-tolerance";
+                return Err(Error::usage(what, remedy));
+            }
+            return Ok(Some([i, j]));
+        }
+        if counts == [1, 1] && !(sides[0].times[0].is_some() && sides[1].times[0].is_some()) {
+            return Ok(Some([0, 0]));
+        }
+        let alone = sides.iter().position(|side| side.times[0].is_none());
+        match alone {
+            None => Ok(None),
+            Some(k) => {
+                let (one, other) = (&sides[k], &sides[1 - k]);
+                let what = format!(
+                    "{} is of no time, and {} has {} times",
+                    one.name(0),
+                    other.name(0),
+                    counts[1 - k]
+                );
+                Err(Error::usage(what, "choose one with --time or --times last"))
             }
         }
     }
-    // A scene is of several files: what none of these two has may be in others.
-    let is_here = |name: &str| of_a.has(name) || of_b.has(name);
-    let is_given = |name: &str| arguments.field.iter().any(|(known, _)| known == name);
-    let all = &mut tolerances.of_field;
-    all.retain(|(name, _)| is_here(name) || is_given(name));
-    let settings = Settings {
-        tolerances,
-        map: arguments.map,
-        alone: arguments.uncovered,
-        progress: None,
-    };
-    let comparison = compare_results(&of_a, &of_b, &settings)?;
-    if let Some(out) = &arguments.out {
-        report::write_differences(out, &of_a, &comparison)?;
+
+    fn time_tolerance(&self, time: f64) -> f64 {
+        self.arguments.time_tolerance.unwrap_or(1e-9 * time.abs())
     }
-    deliver(&report::compare(&comparison, &of_a)?, to)?;
-    Ok(code(comparison.verdict))
+
+    /// Two results; returns the first as it was judged. What is written is written here.
+    fn results(
+        &self,
+        mut of_a: Results,
+        mut of_b: Results,
+        writes: bool,
+    ) -> Result<(Comparison, Results)> {
+        let arguments = self.arguments;
+        pair(&mut of_b, &mut of_a, &arguments.pair)?;
+        for side in [&mut of_a, &mut of_b] {
+            let others = arguments.dim.map_or(0, |dim| side.keep_dimension(dim));
+            if others > 0 && !self.quiet {
+                let source = &side.source;
+                note!("faceoff: {source}: left out {others} cells of other dimensions");
+            }
+        }
+        at_midpoints(&mut of_a, &mut of_b)?;
+        if !arguments.only.is_empty() {
+            for side in [&mut of_a, &mut of_b] {
+                for name in &arguments.only {
+                    let _is_known = side.has(name) || side.derive(name);
+                }
+                let others = side.keep_only(&arguments.only);
+                if !others.is_empty() && !self.quiet {
+                    note!("faceoff: {}: left out {}", side.source, others.join(", "));
+                }
+            }
+        }
+        // A scene is of several files: what none of these two has may be in others.
+        let mut tolerances = self.tolerances.clone();
+        let is_here = |name: &str| of_a.has(name) || of_b.has(name);
+        let is_given = |name: &str| arguments.field.iter().any(|(known, _)| known == name);
+        let all = &mut tolerances.of_field;
+        all.retain(|(name, _)| is_here(name) || is_given(name));
+        let what = "laying the meshes over each other";
+        let comparison = watched(&[], vec![], self.quiet, |bars| {
+            let settings = Settings {
+                tolerances,
+                map: arguments.map,
+                alone: arguments.uncovered,
+                nan_equal: arguments.nan_equal.clone(),
+                near: arguments.place_tolerance,
+                progress: Some(&|share| bars.next(what, share)),
+            };
+            compare_results(&of_a, &of_b, &settings)
+        })?;
+        if let Some(out) = arguments.out.as_ref().filter(|_| writes) {
+            report::write_differences(out, &of_a, &comparison)?;
+        }
+        if let Some(out) = arguments.project.as_ref().filter(|_| writes) {
+            let projection = watched(&[], vec![], self.quiet, |bars| {
+                project(&of_a, &of_b, &|share| bars.next("projecting", share))
+            })?;
+            report::write_projection(out, &projection, &of_a.source)?;
+            if !self.quiet {
+                for line in report::projected(&projection) {
+                    note!("faceoff: {line}");
+                }
+            }
+        }
+        Ok((comparison, of_a))
+    }
+
+    /// The files of two folders, by name.
+    fn folders(&self, a: &Path, b: &Path) -> Result<Comparisons> {
+        for (side, other) in [(a, b), (b, a)] {
+            if !side.is_dir() {
+                let what = format!(
+                    "{} is a folder, and {} is not",
+                    other.display(),
+                    side.display()
+                );
+                return Err(Error::usage(what, "give two folders, or two files"));
+            }
+        }
+        let arguments = self.arguments;
+        if arguments.out.is_some() || arguments.project.is_some() {
+            let what = "--out and --project write one result, and these are folders";
+            return Err(Error::usage(what, "give two files"));
+        }
+        let found = folders::files(a, b, &arguments.include, &arguments.exclude)?;
+        let mut parts = Vec::new();
+        for (name, there) in &found.files {
+            let title = name.display().to_string();
+            if let Some(without) = [a, b]
+                .iter()
+                .zip(there)
+                .find_map(|(side, there)| (!there).then_some(side))
+            {
+                let reason = format!("{} does not have it", without.display());
+                parts.push(Part::failed(title, None, reason));
+                continue;
+            }
+            match told(self.files(&a.join(name), &b.join(name)))? {
+                Err(reason) => parts.push(Part::failed(title, None, reason)),
+                Ok(Found::One(comparison, _)) => {
+                    parts.push(Part::compared(title, None, *comparison))
+                }
+                Ok(Found::Many(times)) => {
+                    let name = |part: Part| Part {
+                        name: title.clone(),
+                        ..part
+                    };
+                    parts.extend(times.into_iter().map(name));
+                }
+            }
+        }
+        if parts.is_empty() {
+            let what = format!(
+                "neither {} nor {} has a result to compare",
+                a.display(),
+                b.display()
+            );
+            return Err(Error::usage(
+                what,
+                "name others with --include, as in --include '*.vtu'",
+            ));
+        }
+        let [a, b] = [a, b].map(|path| path.display().to_string());
+        Ok(Comparisons {
+            notes: found.notes,
+            ..Comparisons::new(a, b, parts)
+        })
+    }
+}
+
+/// What is wrong with one of several comparisons, in words; the end of a run ends all.
+fn told<T>(found: Result<T>) -> Result<Result<T, String>> {
+    match found {
+        Ok(found) => Ok(Ok(found)),
+        Err(Error::Ended(cause)) => Err(Error::Ended(cause)),
+        Err(error) => Ok(Err(error.to_string())),
+    }
 }
 
 /// Of the scene, and before it of the options.
@@ -100,17 +378,18 @@ fn scene_bounds(scene: Option<&Scene>) -> Result<Option<&Comparing>> {
     bounds.map(Some)
 }
 
-/// Gives fields of the second file the names that the first has for them.
-fn pair(b: &mut Results, a: &Results, pairs: &[(String, String)]) -> Result<()> {
+/// Gives fields of the second file the names that the first has for them; either may be a component or a magnitude.
+fn pair(b: &mut Results, a: &mut Results, pairs: &[(String, String)]) -> Result<()> {
     for (name, other) in pairs {
         let missing = |source: &str, field: &str| {
             let what = format!("{source} has no field `{field}`");
             Error::usage(what, "give --pair the names of a field in either file")
         };
-        if !a.has(name) {
+        if !a.has(name) && !a.derive(name) {
             return Err(missing(&a.source, name));
         }
-        if !b.rename(other, name) {
+        let known = b.has(other) || b.derive(other);
+        if !known || !b.rename(other, name) {
             return Err(missing(&b.source, other));
         }
     }

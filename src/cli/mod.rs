@@ -5,6 +5,7 @@ mod campaigns;
 mod certify;
 mod compare;
 mod engines;
+mod folders;
 mod judge;
 mod mesh;
 mod progress;

@@ -107,21 +107,56 @@ pub fn write_projection(path: &Path, projection: &Projection, onto: &str) -> Res
     let on_points = of.on_points.iter().map(|field| {
         let n = field.components;
         let values = match is_broken {
-            true => points.iter().flat_map(|p| &field.values[p * n..(p + 1) * n]).copied().collect(),
+            true => points
+                .iter()
+                .flat_map(|p| &field.values[p * n..(p + 1) * n])
+                .copied()
+                .collect(),
             false => field.values.clone(),
         };
         (field, Support::Points, values)
     });
-    let on_corners = of.on_corners.iter().map(|f| (f, Support::Points, f.values.clone()));
-    let on_cells = of.on_cells.iter().map(|f| (f, Support::Cells, f.values.clone()));
+    let on_corners = of
+        .on_corners
+        .iter()
+        .map(|f| (f, Support::Points, f.values.clone()));
+    let on_cells = of
+        .on_cells
+        .iter()
+        .map(|f| (f, Support::Cells, f.values.clone()));
     let fields = on_points.chain(on_corners).chain(on_cells);
     let fields = fields.map(|(field, on, values)| {
-        Field::new(field.name.clone(), on, field.components, Values::F64(values))
+        Field::new(
+            field.name.clone(),
+            on,
+            field.components,
+            Values::F64(values),
+        )
     });
     let fields: Vec<Field> = fields.collect();
     let whole = [
         GlobalArray::text("faceoff", env!("CARGO_PKG_VERSION")),
         GlobalArray::texts("projection", vec![of.source.clone(), onto.to_owned()]),
     ];
-    vtu::write(path, &mesh, &fields, &whole, Encoding::Raw(Compressor::Zlib))
+    vtu::write(
+        path,
+        &mesh,
+        &fields,
+        &whole,
+        Encoding::Raw(Compressor::Zlib),
+    )
+}
+
+/// What a projection kept, a line a field, and what of the mesh has no values.
+pub fn projected(projection: &Projection) -> Vec<String> {
+    let lines = projection.integrals.iter().map(|(name, component, [before, after])| {
+        format!("projected `{name}`, component {component}: its integral {before:.16e} is {after:.16e}")
+    });
+    let uncovered = (projection.uncovered > 1e-9).then(|| {
+        format!(
+            "{:.3e} of the mesh is not covered: values are NaN where nothing is",
+            projection.uncovered
+        )
+    });
+    lines.chain(uncovered).collect()
 }

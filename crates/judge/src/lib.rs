@@ -29,6 +29,7 @@ mod column;
 mod judge;
 mod keyed;
 mod law;
+mod many;
 mod parts;
 mod places;
 mod results;
@@ -39,6 +40,7 @@ mod supermesh;
 pub use align::align;
 pub use judge::{FieldVerdict, Verdict, Worst, judge, relative_differences};
 pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, are_identical};
+pub use many::{Comparisons, Part};
 pub use places::{first_at_place, partners};
 pub use results::{
     ComparedField, Comparison, Differences, MatchBy, On, Settings, at_midpoints, compare_results,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use quick_xml::events::Event;
 use quick_xml::{Reader, XmlVersion};
 
-use super::bytes;
+use super::{bytes, pattern};
 use crate::error::{Error, Place, Result};
 use crate::file;
 
@@ -79,13 +79,16 @@ pub(super) fn only_file(path: &Path, bytes: &[u8]) -> Result<PathBuf> {
     Err(Error::file(path, Place::Whole, what, remedy))
 }
 
-/// The files that hold the data of `path`, each once: itself, or those it lists. dolfinx 0.5 lists a piece once for
-/// each kind of function in it.
+/// The files that hold the data of `path`, each once: itself, or those it lists, or those whose names it is a pattern of.
+/// dolfinx 0.5 lists a piece once for each kind of function in it.
 ///
 /// # Errors
 /// A list that cannot be read.
 pub fn sources(path: &Path) -> Result<Vec<PathBuf>> {
-    let mut found = vec![path.to_owned()];
+    let mut found = match pattern::is_pattern(path) {
+        true => pattern::files(path)?,
+        false => vec![path.to_owned()],
+    };
     for _ in 0..DEPTH {
         let mut next = Vec::new();
         for file in found {

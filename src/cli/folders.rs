@@ -1,0 +1,100 @@
+//! The files of two folders, by name.
+
+use std::collections::{BTreeMap, HashSet};
+use std::path::{Path, PathBuf};
+
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::io::{self, Format, matches};
+
+/// Folders in folders, at most so deep.
+const DEPTH: usize = 32;
+
+/// What is compared.
+pub(super) struct Files {
+    /// Each file below the folders, and whether either has it.
+    pub files: BTreeMap<PathBuf, [bool; 2]>,
+    /// What is not compared.
+    pub notes: Vec<String>,
+}
+
+/// All files of either folder that match a pattern of `include`, by their name or their path below the folder, and none of
+/// `exclude`. Without `include`: all that can be results, but for those that a list among them names.
+pub(super) fn files(a: &Path, b: &Path, include: &[String], exclude: &[String]) -> Result<Files> {
+    let mut found = Files {
+        files: BTreeMap::new(),
+        notes: Vec::new(),
+    };
+    for (k, folder) in [a, b].into_iter().enumerate() {
+        let mut all = Vec::new();
+        walk(folder, Path::new(""), 0, &mut all)?;
+        let named = |patterns: &[String], path: &Path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            patterns
+                .iter()
+                .any(|p| matches(p, &name) || matches(p, &path.to_string_lossy()))
+        };
+        all.retain(|path| !named(exclude, path) && (include.is_empty() || named(include, path)));
+        if include.is_empty() {
+            let (results, others): (Vec<_>, Vec<_>) =
+                all.into_iter().partition(|path| can_be_result(path));
+            if !others.is_empty() {
+                let names: Vec<String> = others
+                    .iter()
+                    .take(3)
+                    .map(|p| p.display().to_string())
+                    .collect();
+                let more = if others.len() > 3 { ", …" } else { "" };
+                let note = format!(
+                    "{} files in {} are no results by their suffix: {}{more}",
+                    others.len(),
+                    folder.display(),
+                    names.join(", ")
+                );
+                found.notes.push(note);
+            }
+            let mut listed = HashSet::new();
+            for path in &results {
+                let file = folder.join(path);
+                // What is wrong with a list is told where it is read.
+                let sources = io::sources(&file).unwrap_or_default();
+                listed.extend(sources.into_iter().filter(|source| *source != file));
+            }
+            all = results
+                .into_iter()
+                .filter(|path| !listed.contains(&folder.join(path)))
+                .collect();
+        }
+        for path in all {
+            found.files.entry(path).or_default()[k] = true;
+        }
+    }
+    Ok(found)
+}
+
+fn can_be_result(path: &Path) -> bool {
+    let suffix = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let known = ["csv", "sol", "pvd", "pvtu"];
+    known.iter().any(|known| suffix == **known) || Format::of_suffix(path).is_some()
+}
+
+/// Adds the regular files below `folder`, by their path from there; folders behind links are not entered.
+fn walk(folder: &Path, below: &Path, depth: usize, all: &mut Vec<PathBuf>) -> Result<()> {
+    let here = folder.join(below);
+    for entry in std::fs::read_dir(&here).map_err(Error::io(&here, "list"))? {
+        cancel::check()?;
+        let entry = entry.map_err(Error::io(&here, "list"))?;
+        let path = below.join(entry.file_name());
+        let kind = entry.file_type().map_err(Error::io(&here, "list"))?;
+        if kind.is_dir() {
+            if depth == DEPTH {
+                let what = format!("{} has folders in folders beyond {DEPTH}", folder.display());
+                return Err(Error::usage(what, "compare the inner folders"));
+            }
+            walk(folder, &path, depth + 1, all)?;
+        } else if entry.path().is_file() {
+            all.push(path);
+        }
+    }
+    Ok(())
+}
