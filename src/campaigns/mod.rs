@@ -1,6 +1,7 @@
 //! Campaigns: what to run, and what to conclude from the answers.
 
 pub mod conformance;
+pub mod convergence;
 pub mod orders;
 pub mod paper;
 pub mod stress;

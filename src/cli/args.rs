@@ -490,6 +490,24 @@ pub(super) struct Orders {
     /// Scenes with a known solution [default: all that are built in]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
+    /// Instead of scenes: the results of any code, from the coarsest mesh to the finest, in files that `faceoff compare` reads
+    #[arg(long, value_name = "FILE,FILE,…", value_delimiter = ',', conflicts_with_all = ["scenes", "methods", "n"])]
+    pub results: Vec<PathBuf>,
+    /// Of results: take the errors against this one [default: each against the next]
+    #[arg(long, value_name = "FILE", requires = "results")]
+    pub reference: Option<PathBuf>,
+    /// Of results: take the errors against this function, as in "sin(pi*x)*y"
+    #[arg(
+        long,
+        value_name = "FORMULA",
+        requires = "results",
+        conflicts_with = "reference"
+    )]
+    pub exact: Option<String>,
+    /// Of results: the field, or a component or magnitude as in 'u[0]' or '|u|'; may be given several times [default: all that
+    /// they share]
+    #[arg(long, value_name = "NAME", requires = "results")]
+    pub only: Vec<String>,
     /// cr, p1, p2, a member of the family (2.4) as in "p2(1,0)", p1-vi, cr-vi, penalty, multiplier
     #[arg(long, default_value = "cr,p1,p2", value_parser = methods)]
     pub methods: Methods,

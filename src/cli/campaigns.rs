@@ -1,23 +1,31 @@
 //! `faceoff orders`, `paper`, `study` and `stress`.
 
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use super::args::{Orders, Paper, Stress, Study};
 use super::progress::watched;
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
+use crate::campaigns::convergence::{Against, convergence};
 use crate::campaigns::orders::orders as observed;
 use crate::campaigns::paper::{self, Example, PaperRequest, References};
 use crate::campaigns::stress::{self, StressRequest};
 use crate::campaigns::study::{self, Followed, StudyRequest, Subject, Varied};
-use crate::engine::{self, Engine, Settings, quoted};
+use crate::engine::{self, Engine, Settings, meshio_python, quoted};
 use crate::report::console::note;
 use crate::report::{self, Output, deliver};
-use faceoff_fem::scene::Scene;
+use faceoff_fem::scene::expression::ParseError;
+use faceoff_fem::scene::{Expression, Scene};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::Results;
+use faceoff_mesh::io::Series;
 
 pub(super) fn orders(arguments: &Orders, to: &Output) -> Result<u8> {
+    if !arguments.results.is_empty() {
+        return orders_of_results(arguments, to);
+    }
     let names = match &arguments.scenes[..] {
         [] => Scene::exact_names().into_iter().map(Into::into).collect(),
         asked => asked.to_vec(),
@@ -32,6 +40,50 @@ pub(super) fn orders(arguments: &Orders, to: &Output) -> Result<u8> {
     deliver(&report::orders(&all)?, to)?;
     let converged = all.iter().all(|o| o.levels.iter().all(|l| l.converged));
     Ok(if converged { DONE } else { DISAGREE })
+}
+
+/// Of files, whatever code they are of.
+fn orders_of_results(arguments: &Orders, to: &Output) -> Result<u8> {
+    let python = meshio_python();
+    let read = |path: &PathBuf| -> Result<Results> {
+        let mut series = Series::open(path, python.as_deref())?;
+        if series.times.len() > 1 {
+            let what = format!("{} has {} times", path.display(), series.times.len());
+            return Err(Error::usage(what, "give results of one time"));
+        }
+        let mut results = series.read(0, python.as_deref())?;
+        for name in &arguments.only {
+            if !results.has(name) && !results.derive(name) {
+                let what = format!("{} has no field `{name}`", path.display());
+                return Err(Error::usage(what, "name one that all results have"));
+            }
+        }
+        Ok(results)
+    };
+    let results = arguments
+        .results
+        .iter()
+        .map(read)
+        .collect::<Result<Vec<_>>>()?;
+    let against = match (&arguments.reference, &arguments.exact) {
+        (Some(path), _) => Against::Reference(Box::new(read(path)?)),
+        (_, Some(text)) => {
+            let wrong = |e: ParseError| {
+                Error::usage(
+                    format!("--exact {text:?}, character {}: {}", e.column, e.what),
+                    "give a formula in x, y, z",
+                )
+            };
+            Against::Exact(Expression::parse(text).map_err(wrong)?)
+        }
+        _ => Against::Next,
+    };
+    let all = watched(&[], vec![], to.quiet, |bars| {
+        let progress = |share| bars.next("laying the meshes over each other", share);
+        convergence(&results, &arguments.only, &against, &progress)
+    })?;
+    deliver(&report::convergence(&all)?, to)?;
+    Ok(DONE)
 }
 
 pub(super) fn paper(arguments: &Paper, to: &Output) -> Result<u8> {

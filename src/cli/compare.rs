@@ -169,7 +169,7 @@ impl Request<'_> {
                 let more = if side.times.len() > 5 { ", …" } else { "" };
                 let what = format!(
                     "{} has no time {time}: it has {}{more}",
-                    side.name(0),
+                    side.path().display(),
                     known.join(", ")
                 );
                 Error::usage(
@@ -199,8 +199,8 @@ impl Request<'_> {
                 let (one, other) = (&sides[k], &sides[1 - k]);
                 let what = format!(
                     "{} is of no time, and {} has {} times",
-                    one.name(0),
-                    other.name(0),
+                    one.path().display(),
+                    other.path().display(),
                     counts[1 - k]
                 );
                 Err(Error::usage(what, "choose one with --time or --times last"))

@@ -4,7 +4,7 @@ use super::difference::write_differences;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, count, short, table, word};
 use super::verify::{remark, why, worst};
 use faceoff_judge::{
-    ComparedField, Comparison, Comparisons, Intersection, MatchBy, Norms, Part, Verdict,
+    ComparedField, Comparison, Comparisons, Intersection, MatchBy, Norms, On, Part, Verdict,
 };
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Results;
@@ -34,7 +34,6 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     if comparison.identical {
         lead.push("The files have identical bytes.".into());
     }
-    lead.extend(comparison.notes.iter().cloned());
     report.lead.push(Block::List(lead));
     let map = match comparison.map {
         MatchBy::Vertices => "vertices",
@@ -53,6 +52,7 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
             .into_iter()
             .flat_map(covered),
     );
+    facts.extend(comparison.notes.iter().map(|note| ("note", note.clone())));
     report.blocks.push(Block::facts(facts));
     report.blocks.push(fields_table(comparison).into());
     let name = format!("{} – {}", comparison.a, comparison.b);
@@ -109,11 +109,10 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
             why(&of.field)
         ));
     }
-    lead.extend(all.notes.iter().cloned());
     report.lead.push(Block::List(lead));
-    report
-        .blocks
-        .push(Block::facts([("a", all.a.clone()), ("b", all.b.clone())]));
+    let mut facts = vec![("a", all.a.clone()), ("b", all.b.clone())];
+    facts.extend(all.notes.iter().map(|note| ("note", note.clone())));
+    report.blocks.push(Block::facts(facts));
     report.blocks.push(parts_table(all).into());
     for part in all
         .parts
@@ -199,7 +198,11 @@ fn fields_table(comparison: &Comparison) -> Table {
         _ => Cell::Number(value, format!("{value:e}")),
     };
     let remark = |of: &ComparedField| {
-        let remark = remark(&of.field, &on(of));
+        let carriers = match of.on {
+            On::Functions | On::Domain => "cells".to_owned(),
+            _ => on(of),
+        };
+        let remark = remark(&of.field, &carriers);
         let what = remark.split_once(": ").map(|(_, what)| what.to_owned());
         let single = of.single.then(|| "f32: 6e-8 is its rounding".to_owned());
         let identical = comparison.identical.then(|| "identical bytes".to_owned());

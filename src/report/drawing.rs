@@ -13,6 +13,11 @@ use faceoff_mesh::error::{Error, Result};
 /// Registered with the font that the program carries; a viewer of SVG takes what it has.
 const FONT: &str = "DejaVu Sans, sans-serif";
 
+/// Labels on an axis.
+const MOST_LABELS: i32 = 12;
+/// Up to so many decades 2 and 5 are labelled as well.
+const FEW_DECADES: i32 = 2;
+
 /// What drawing on a backend ends with.
 pub type Drawn<DB> =
     std::result::Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
@@ -146,4 +151,30 @@ pub fn power_of_ten(exponent: i32) -> String {
     let of = |c: char| c.to_digit(10).map_or('⁻', |d| digits[d as usize]);
     let power: String = exponent.to_string().chars().map(of).collect();
     format!("10{power}")
+}
+
+/// `10⁻³`, or `2·10⁻³`.
+pub fn label(value: f64) -> String {
+    let power = (value.log10() + 1e-9).floor() as i32;
+    let digit = (value / 10.0_f64.powi(power)).round();
+    if digit == 1.0 {
+        power_of_ten(power)
+    } else {
+        format!("{digit}·{}", power_of_ten(power))
+    }
+}
+
+/// The range of whole decades about values that are positive, and what is labelled in it: not too many, nor too few.
+pub fn decades(values: impl Iterator<Item = f64> + Clone) -> (std::ops::Range<f64>, Vec<f64>) {
+    let low = values.clone().fold(f64::INFINITY, f64::min).log10().floor() as i32;
+    let high = (values.fold(0.0, f64::max).log10().ceil() as i32).max(low + 1);
+    let step = (high - low).div_euclid(MOST_LABELS) + 1;
+    let multiples: &[f64] = match high - low {
+        ..=FEW_DECADES => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
+    let powers = (low..=high).step_by(step as usize);
+    let powers = powers.map(|k| 10.0_f64.powi(k));
+    let labelled = powers.flat_map(|power| multiples.iter().map(move |m| m * power));
+    (10.0_f64.powi(low)..10.0_f64.powi(high), labelled.collect())
 }

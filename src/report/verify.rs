@@ -202,7 +202,11 @@ pub(super) fn worst(field: &FieldVerdict) -> Option<String> {
         true => String::new(),
         false => format!(" at {}", place(&worst.midpoint)),
     };
-    Some(format!("{:?}{at}", worst.vertices))
+    let component = worst.component.map_or(String::new(), |k| format!("[{k}]"));
+    Some(match worst.cells {
+        Some([i, j]) => format!("cells {i} and {j}{component}{at}"),
+        None => format!("{:?}{component}{at}", worst.vertices),
+    })
 }
 
 /// The verdict, and what it rests on.

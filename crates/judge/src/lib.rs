@@ -26,6 +26,7 @@
 mod align;
 mod cells;
 mod column;
+mod faces;
 mod judge;
 mod keyed;
 mod law;
@@ -46,7 +47,7 @@ pub use results::{
     ComparedField, Comparison, Differences, MatchBy, On, Settings, at_midpoints, compare_results,
 };
 pub use series::{Pairing, Times, interpolate, pair_times};
-pub use supermesh::{Intersection, Norms, Projection, project};
+pub use supermesh::{Exact, Intersection, Norms, Projection, Size, error_against, project};
 
 #[cfg(test)]
 mod face_fault_tests;

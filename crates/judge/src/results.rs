@@ -6,9 +6,13 @@
 //!
 //! Relative tolerances refer to the largest value of a field on each connected part of the mesh.
 
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use super::cells::other_cells;
+use super::faces::{are_faces, crouzeix_raviart};
 use super::keyed::{Keyed, fields_on};
 use super::law::{Tolerance, Tolerances};
 use super::parts::Parts;
@@ -235,7 +239,7 @@ pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<
         None => MatchBy::Coordinates,
     };
     let (dims_a, dims_b) = (a.dimensions(), b.dimensions());
-    let meshes = [a, b].iter().all(|side| is_domain(side));
+    let meshes = [a, b].iter().all(|side| is_domain(side) || are_faces(side));
     if map == MatchBy::Functions {
         if !meshes {
             let what = "one of them has no cells on which a field is a function".to_owned();
@@ -325,8 +329,28 @@ fn as_functions(
     because: Option<String>,
 ) -> Result<Comparison> {
     let mut comparison = Comparison::new(a, b, MatchBy::Functions);
+    let mut sides = [Cow::Borrowed(a), Cow::Borrowed(b)];
+    let mut partial = BTreeSet::new();
+    for side in &mut sides {
+        if are_faces(side) {
+            let (found, others) = crouzeix_raviart(side)?;
+            comparison.notes.push(format!(
+                "{}: values on faces are means of Crouzeix–Raviart functions, on {} cells found from the faces",
+                side.source,
+                found.cell_count()
+            ));
+            partial.extend(others);
+            *side = Cow::Owned(found);
+        }
+    }
+    let [a, b] = [&*sides[0], &*sides[1]];
     let (fields, intersection) = judge_functions(a, b, near, settings)?;
     comparison.fields = fields;
+    let reason = "it is not a number on each face, hence no function: leave it out, as with --only";
+    let partial = partial
+        .iter()
+        .map(|name| ComparedField::unjudged(On::Cells, name, &settings.tolerances, reason.into()));
+    comparison.fields.extend(partial);
     comparison.intersection = Some(intersection);
     comparison.notes.extend(because);
     judge_whole(a, b, settings, &mut comparison)?;

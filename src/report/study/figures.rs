@@ -6,7 +6,7 @@ use plotters::prelude::*;
 
 use crate::campaigns::study::{NORMS, Norm, Row, StudyOutcome, Varied};
 use crate::engine::unique;
-use crate::report::drawing::{Drawing, Drawn, axes, font, power_of_ten};
+use crate::report::drawing::{Drawing, Drawn, axes, decades, font, label};
 use crate::report::model::Figure;
 
 /// Colours that can be distinguished without red and green (M. Okabe, K. Ito), then darker ones.
@@ -24,10 +24,6 @@ const COLOURS: [RGBColor; 8] = [
 /// Width of the legend on the right.
 const LEGEND: u32 = 260;
 const MARKER: i32 = 5;
-/// Labels on an axis.
-const MOST_LABELS: i32 = 12;
-/// Up to so many decades 2 and 5 are labelled as well.
-const FEW_DECADES: i32 = 2;
 
 /// Error over time, on uniform meshes and adapted ones; none without a row for it.
 pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
@@ -255,30 +251,4 @@ impl Page<'_> {
         }
         Ok(())
     }
-}
-
-/// `10⁻³`, or `2·10⁻³`.
-fn label(value: f64) -> String {
-    let power = (value.log10() + 1e-9).floor() as i32;
-    let digit = (value / 10.0_f64.powi(power)).round();
-    if digit == 1.0 {
-        power_of_ten(power)
-    } else {
-        format!("{digit}·{}", power_of_ten(power))
-    }
-}
-
-/// The range of whole decades about values that are positive, and what is labelled in it: not too many, nor too few.
-fn decades(values: impl Iterator<Item = f64> + Clone) -> (std::ops::Range<f64>, Vec<f64>) {
-    let low = values.clone().fold(f64::INFINITY, f64::min).log10().floor() as i32;
-    let high = (values.fold(0.0, f64::max).log10().ceil() as i32).max(low + 1);
-    let step = (high - low).div_euclid(MOST_LABELS) + 1;
-    let multiples: &[f64] = match high - low {
-        ..=FEW_DECADES => &[1.0, 2.0, 5.0],
-        _ => &[1.0],
-    };
-    let powers = (low..=high).step_by(step as usize);
-    let powers = powers.map(|k| 10.0_f64.powi(k));
-    let labelled = powers.flat_map(|power| multiples.iter().map(move |m| m * power));
-    (10.0_f64.powi(low)..10.0_f64.powi(high), labelled.collect())
 }

@@ -3,13 +3,13 @@
 //! No sign is decided exactly. A cut that rounding moves is moved for both of its sides, so that measures add up.
 
 /// Three or four corners, counterclockwise in 2D and with positive determinant in 3D; in 2D the last is not used.
-pub(super) type Simplex = [[f64; 3]; 4];
+pub(crate) type Simplex = [[f64; 3]; 4];
 
 /// More than a triangle cut by three lines has corners.
 const CORNERS: usize = 9;
 
 /// |κ| with the sign of its orientation: area in 2D, volume in 3D.
-pub(super) fn measure(dim: usize, s: &Simplex) -> f64 {
+pub(crate) fn measure(dim: usize, s: &Simplex) -> f64 {
     let [a, b, c] = [1, 2, 3].map(|i| subtract(&s[i], &s[0]));
     match dim {
         2 => 0.5 * (a[0] * b[1] - a[1] * b[0]),
@@ -17,7 +17,7 @@ pub(super) fn measure(dim: usize, s: &Simplex) -> f64 {
     }
 }
 
-pub(super) fn subtract(p: &[f64; 3], q: &[f64; 3]) -> [f64; 3] {
+pub(crate) fn subtract(p: &[f64; 3], q: &[f64; 3]) -> [f64; 3] {
     [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
 }
 

@@ -3,6 +3,7 @@
 mod clip;
 mod domain;
 mod element;
+mod exact;
 mod function;
 mod judged;
 mod map;
@@ -15,6 +16,8 @@ mod tree;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use clip::{measure, subtract};
+pub use exact::{Exact, Size, error_against};
 pub use judged::Intersection;
 pub(crate) use judged::judge_functions;
 pub use norms::Norms;

@@ -53,7 +53,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, other: Sums) {
+    pub fn add(&mut self, other: Sums) {
         for k in 0..3 {
             self.l2[k] += other.l2[k];
             self.h1[k] += other.h1[k];
@@ -67,7 +67,7 @@ impl Sums {
     }
 
     /// Squares of a difference and of what it is between, each a value and a gradient.
-    fn add_squares(&mut self, weight: f64, d: &[f64; 4], a: &[f64; 4], b: &[f64; 4]) {
+    pub fn add_squares(&mut self, weight: f64, d: &[f64; 4], a: &[f64; 4], b: &[f64; 4]) {
         for (k, of) in [d, a, b].into_iter().enumerate() {
             self.l2[k] += weight * of[0] * of[0];
             self.h1[k] += weight * (of[1] * of[1] + of[2] * of[2] + of[3] * of[3]);

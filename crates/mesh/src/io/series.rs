@@ -125,6 +125,11 @@ impl Series {
         }
     }
 
+    /// The file, list or pattern.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// What messages call the k-th of its results.
     pub fn name(&self, k: usize) -> String {
         match &self.held {

@@ -193,7 +193,11 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
             )));
         };
         if !seen.insert(source) {
-            return Err(refuse(format!("the piece {source:?} is listed twice")));
+            // dolfinx 0.5 lists the pieces once for each kind of function in them.
+            all.warnings.push(format!(
+                "the piece {source:?} is listed twice, and read once"
+            ));
+            continue;
         }
         let bytes = bytes::read(&piece_path)
             .map_err(|error| refuse(format!("the piece {source:?} cannot be read: {error}")))?;

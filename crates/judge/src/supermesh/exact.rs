@@ -1,0 +1,109 @@
+//! The error of a field against a function that is known everywhere.
+
+use rayon::prelude::*;
+
+use super::clip::measure;
+use super::domain::{BLOCK, Domain, Piece};
+use super::function::Function;
+use super::map::Local;
+use super::norms::{Norms, Sums, combine};
+use super::rule::Rule;
+use crate::On;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::Results;
+
+/// Value and gradient at a place.
+pub type Exact<'a> = &'a (dyn Fn([f64; 3]) -> (f64, [f64; 3]) + Sync);
+
+/// Beyond the degree of the field, so much of the function is seen.
+const MORE: usize = 8;
+
+/// The mesh of a result, in numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Size {
+    /// Cells of the highest dimension.
+    pub cells: usize,
+    /// Area or volume.
+    pub measure: f64,
+    /// (measure / cells)^(1/d): the edge of a cube of the mean size.
+    pub h: f64,
+}
+
+impl Size {
+    /// # Errors
+    /// No mesh of triangles, quadrangles or tetrahedra.
+    pub fn of(side: &Results) -> Result<Self> {
+        let domain = Domain::divided(side, 0.0)?;
+        let (cells, measure) = (domain.cell_count(), domain.measure);
+        Ok(Size {
+            cells,
+            measure,
+            h: (measure / cells as f64).powf(1.0 / domain.dim as f64),
+        })
+    }
+}
+
+/// ‖u_h - u‖ of the scalar field of this name, with ‖u‖ as scale, by a rule exact for u of degree 8 beyond that of u_h.
+///
+/// # Errors
+/// No such field, several, or a vector; cells on which functions are not known.
+pub fn error_against(side: &Results, field: &str, exact: Exact) -> Result<Norms> {
+    let refuse = |what: String| Error::Compare {
+        a: side.source.clone(),
+        b: "the formula".into(),
+        what,
+        remedy: "name one scalar field of floats".into(),
+    };
+    let on = [
+        (On::Points, &side.on_points),
+        (On::Cells, &side.on_cells),
+        (On::Corners, &side.on_corners),
+    ];
+    let found = on.into_iter().flat_map(|(on, fields)| {
+        let named = fields.iter().filter(|f| f.name == field);
+        named.map(move |f| Function::new(f, on))
+    });
+    let functions: Vec<Function> = found.collect();
+    match &functions[..] {
+        [one] if one.components == 1 && one.field.rest.is_none() => {}
+        [_] => return Err(refuse(format!("`{field}` is no scalar field of floats"))),
+        several => return Err(refuse(format!("it has {} fields `{field}`", several.len()))),
+    }
+    let domain = Domain::divided(side, 0.0)?;
+    let rule = Rule::new(domain.dim, 2 * functions[0].degree(&domain) + MORE);
+    let block = |pieces: &[Piece]| -> Result<Sums> {
+        let mut local = Local::new(&domain, &functions);
+        let mut sums = Sums::default();
+        for piece in pieces {
+            cancel::check()?;
+            let origin = domain.origin(piece);
+            let simplex = domain.simplex(piece, &origin);
+            let size = measure(domain.dim, &simplex);
+            local.turn_to(piece.cell, &origin);
+            for (lambda, weight) in &rule.points {
+                let place = combine(&simplex, lambda);
+                local.evaluate(&place);
+                let (u, [x, y, z]) = exact([0, 1, 2].map(|k| place[k] + origin[k]));
+                let (of, u) = (local.values[0], [u, x, y, z]);
+                let difference = [0, 1, 2, 3].map(|k| of[k] - u[k]);
+                sums.add_squares(weight * size, &difference, &u, &u);
+            }
+        }
+        Ok(sums)
+    };
+    let blocks: Vec<Sums> = domain
+        .pieces
+        .par_chunks(BLOCK)
+        .map(block)
+        .collect::<Result<_>>()?;
+    let mut all = Sums::default();
+    blocks.into_iter().for_each(|sums| all.add(sums));
+    let norms = all.norms(functions[0].is_constant());
+    match norms.l2.is_finite() {
+        true => Ok(norms),
+        false => Err(refuse(format!(
+            "`{field}` or the formula is not finite everywhere"
+        ))),
+    }
+}

@@ -1,0 +1,323 @@
+//! `faceoff compare` on results of other meshes of one domain, of other codes, and `faceoff orders --results`.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::common::{Ran, assert_valid, folder, run, source, told, write};
+
+fn compare(folder: &Path, words: &[&str]) -> Ran {
+    run(folder, &[&["compare"], words, &["--json", "-"]].concat())
+}
+
+/// Runs a script with a Python.
+fn python(folder: &Path, interpreter: &Path, script: &str, words: &[&str]) {
+    let script = write(folder, "write.py", script);
+    let mut python = Command::new(interpreter);
+    python.arg(script).args(words).current_dir(folder);
+    let ran = told(python.output().unwrap());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+}
+
+fn dolfinx() -> PathBuf {
+    "/usr/bin/python3".into()
+}
+
+fn readers() -> PathBuf {
+    let named = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
+    named.unwrap_or_else(|| source("target/readers/bin/python3"))
+}
+
+fn field<'a>(told: &'a Value, name: &str) -> &'a Value {
+    let fields = told["fields"].as_array().unwrap();
+    fields.iter().find(|f| f["field"] == name).unwrap()
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("no {key} in {value}"))
+}
+
+/// A polynomial of the order of the mesh at Gmsh's nodes of orders 1 to 5, in triangles, quadrangles and tetrahedra, against
+/// dolfinx's P2 and Gmsh's own other meshes: equal to rounding only if every node is where Gmsh says.
+#[test]
+fn gmsh_has_the_same_polynomials_in_every_order() {
+    let folder = folder();
+    let at = folder.path();
+    let script = r#"
+import gmsh
+import numpy as np
+gmsh.initialize()
+gmsh.option.setNumber("General.Terminal", 0)
+def f(x, p):
+    return (0.3 + x[:, 0] - 0.7 * x[:, 1] + 0.4 * x[:, 2]) ** p
+for shape in ["triangle", "quadrangle", "tetrahedron"]:
+    for p in range(1, 6):
+        for size, degree, name in [(0.4, p, "a"), (0.31, min(p, 2), "b")]:
+            gmsh.clear()
+            if shape == "tetrahedron":
+                gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+            else:
+                gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+            gmsh.model.occ.synchronize()
+            gmsh.option.setNumber("Mesh.MeshSizeMin", size)
+            gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+            quads = shape == "quadrangle" and name == "a"
+            gmsh.option.setNumber("Mesh.RecombineAll", 1 if quads else 0)
+            gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 2)
+            dim = 3 if shape == "tetrahedron" else 2
+            gmsh.model.mesh.generate(dim)
+            gmsh.model.mesh.setOrder(p if name == "a" else p)
+            tags, x, _ = gmsh.model.mesh.getNodes()
+            x = x.reshape(-1, 3)
+            view = gmsh.view.add("u")
+            gmsh.view.addModelData(view, 0, gmsh.model.getCurrent(), "NodeData", tags, f(x, p)[:, None])
+            groups = [e[1] for e in gmsh.model.getEntities(dim)]
+            gmsh.model.addPhysicalGroup(dim, groups)
+            gmsh.option.setNumber("Mesh.SaveAll", 0)
+            path = f"{shape}{p}{name}.msh"
+            gmsh.write(path)
+            gmsh.view.write(view, path, append=True)
+"#;
+    python(at, &readers(), script, &[]);
+    for shape in ["triangle", "quadrangle", "tetrahedron"] {
+        for order in 1..=5 {
+            let [a, b] = ["a", "b"].map(|side| format!("{shape}{order}{side}.msh"));
+            let dim = if shape == "tetrahedron" { "3" } else { "2" };
+            let ran = compare(at, &[&a, &b, "--dim", dim, "--rtol", "1e-11"]);
+            assert_eq!(ran.code, Some(0), "{a}: {}{}", ran.stdout, ran.stderr);
+            let told = ran.json();
+            let u = field(&told, "u");
+            assert_eq!(told["map"], "functions");
+            assert!(number(u, "l2") < 1e-12 * number(u, "l2_scale"), "{a}: {u}");
+        }
+    }
+}
+
+const DOLFINX: &str = r#"
+import sys
+import numpy as np
+from dolfinx import fem, io, mesh
+from mpi4py import MPI
+n, name = int(sys.argv[1]), sys.argv[2]
+dim = int(sys.argv[3]) if len(sys.argv) > 3 else 2
+make = mesh.create_unit_square if dim == 2 else mesh.create_unit_cube
+m = make(MPI.COMM_WORLD, *[n] * dim)
+u = fem.Function(fem.FunctionSpace(m, ("Lagrange", 1)), name="u")
+u.interpolate(lambda x: np.sin(3 * x[0]) * np.cos(2 * x[1]))
+w = fem.Function(fem.FunctionSpace(m, ("DG", 0)), name="w")
+w.interpolate(lambda x: x[0] * x[1] ** 2)
+linear = fem.Function(fem.FunctionSpace(m, ("DG", 1)), name="linear")
+linear.interpolate(lambda x: 1 + x[0] - 2 * x[1])
+with io.VTKFile(m.comm, name + ".pvd", "w") as file:
+    file.write_function([u, w])
+with io.VTKFile(m.comm, name + "-linear.pvd", "w") as file:
+    file.write_function(linear)
+"#;
+
+/// Each rank writes the cells of its neighbours as well, marked as ghosts.
+#[test]
+fn dolfinx_on_two_ranks_is_dolfinx_on_one() {
+    let folder = folder();
+    let at = folder.path();
+    python(at, &dolfinx(), DOLFINX, &["5", "serial"]);
+    let script = at.join("write.py");
+    let mut ranks = Command::new("mpirun");
+    ranks.args([
+        "--allow-run-as-root",
+        "--oversubscribe",
+        "-n",
+        "2",
+        "/usr/bin/python3",
+    ]);
+    ranks.arg(script).args(["5", "parallel"]).current_dir(at);
+    let ran = told(ranks.output().unwrap());
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    for (a, b) in [("serial", "parallel"), ("parallel", "serial")] {
+        for kind in ["", "-linear"] {
+            let [a, b] = [a, b].map(|name| format!("{name}{kind}.pvd"));
+            let ran = compare(at, &[&a, &b, "--rtol", "1e-13"]);
+            assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+            let told = ran.json();
+            assert_eq!(told["map"], "coordinates");
+            let notes = told["notes"].to_string();
+            assert!(notes.contains("ghost cells"), "{notes}");
+            if kind.is_empty() {
+                assert_eq!(field(&told, "w")["faces"], 50);
+            }
+        }
+    }
+}
+
+/// dolfinx on two meshes: discontinuous P1 holds a linear function exactly, P1 and P0 do not hold theirs.
+#[test]
+fn results_of_dolfinx_on_other_meshes() {
+    let folder = folder();
+    let at = folder.path();
+    for dim in ["2", "3"] {
+        python(at, &dolfinx(), DOLFINX, &["4", "coarse", dim]);
+        python(at, &dolfinx(), DOLFINX, &["6", "fine", dim]);
+        let ran = compare(
+            at,
+            &["coarse-linear.pvd", "fine-linear.pvd", "--rtol", "1e-14"],
+        );
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+        let ran = run(
+            at,
+            &[
+                "compare",
+                "coarse.pvd",
+                "fine.pvd",
+                "--json",
+                "o.json",
+                "--project",
+                "on.vtu",
+            ],
+        );
+        assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+        assert!(
+            ran.stdout
+                .contains("as functions on the intersection of the meshes"),
+            "{}",
+            ran.stdout
+        );
+        assert_valid(
+            "json",
+            "src/report/schema/compare-1.json",
+            &at.join("o.json"),
+        );
+        let text = std::fs::read_to_string(at.join("o.json")).unwrap();
+        let told: Value = serde_json::from_str(&text).unwrap();
+        let common = number(&told["intersection"], "common");
+        assert!((common - 1.0).abs() < 1e-13, "{common}");
+        let u = field(&told, "u");
+        assert!(u["worst"]["cells"].as_array().unwrap().len() == 2, "{u}");
+        // The projection of the finer one is nearer to it than its own interpolant.
+        let ran = compare(at, &["on.vtu", "fine.pvd"]);
+        let told = ran.json();
+        assert!(number(field(&told, "u"), "l2") < number(u, "l2"), "{told}");
+        // Matched all the same: its cells are those of the coarse mesh.
+        assert_eq!(
+            compare(at, &["on.vtu", "coarse.pvd"]).json()["map"],
+            "coordinates"
+        );
+        let refused = compare(at, &["coarse.pvd", "fine.pvd", "--out", "d.vtu"]);
+        assert_eq!(refused.code, Some(2));
+        assert!(refused.stderr.contains("--project"), "{}", refused.stderr);
+    }
+    let ran = compare(
+        at,
+        &["coarse.pvd", "coarse-linear.pvd", "--map", "coordinates"],
+    );
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+}
+
+/// Interpolants of sin(3x) cos(2y): second order in L², first in H¹, whatever they are held against.
+#[test]
+fn interpolants_have_their_orders() {
+    let folder = folder();
+    let at = folder.path();
+    for n in ["4", "8", "16", "32"] {
+        python(at, &dolfinx(), DOLFINX, &[n, &format!("n{n}")]);
+    }
+    let results = "n4.pvd,n8.pvd,n16.pvd";
+    let against: [&[&str]; 3] = [
+        &["--exact", "sin(3*x)*cos(2*y)"],
+        &["--reference", "n32.pvd"],
+        &[],
+    ];
+    for words in against {
+        let list = if words.is_empty() {
+            format!("{results},n32.pvd")
+        } else {
+            results.to_owned()
+        };
+        let base = [
+            "orders",
+            "--results",
+            &list,
+            "--only",
+            "u",
+            "--json",
+            "o.json",
+            "--report",
+            "page",
+        ];
+        let ran = run(at, &[&base[..], words].concat());
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+        assert_valid(
+            "json",
+            "src/report/schema/orders-1.json",
+            &at.join("o.json"),
+        );
+        let text = std::fs::read_to_string(at.join("o.json")).unwrap();
+        let told: Value = serde_json::from_str(&text).unwrap();
+        let of = &told["results"][0];
+        let fit = |norm: &str| number(&of[norm]["fit"], "exponent");
+        assert!((fit("l2") - 2.0).abs() < 0.15, "{words:?}: {of:#}");
+        assert!((fit("h1") - 1.0).abs() < 0.15, "{words:?}: {of:#}");
+        assert_eq!(of["l2"]["interval"].as_array().unwrap().len(), 2);
+        assert!(
+            at.join("page/orders-u.svg").is_file()
+                || at.join("page/figures/orders-u.svg").is_file()
+        );
+    }
+    let refused = |words: &[&str], part: &str| {
+        let ran = run(at, &[&["orders"], words].concat());
+        assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+        assert!(ran.stderr.contains(part), "{words:?}: {}", ran.stderr);
+    };
+    refused(
+        &["--results", "n8.pvd,n4.pvd", "--exact", "x", "--only", "u"],
+        "is not finer",
+    );
+    refused(&["--results", "n4.pvd,n8.pvd"], "no observed order");
+    refused(
+        &["--results", "n4.pvd,n8.pvd", "--exact", "x"],
+        "name one by --only",
+    );
+    refused(
+        &[
+            "--results",
+            "n4.pvd,n8.pvd",
+            "--exact",
+            "x +",
+            "--only",
+            "u",
+        ],
+        "character",
+    );
+    refused(
+        &["--results", "n4.pvd,n8.pvd", "--exact", "x", "--only", "v"],
+        "has no field `v`",
+    );
+}
+
+/// A Crouzeix–Raviart function by its means on faces is the one that the file of the cells has.
+#[test]
+fn means_on_faces_are_functions() {
+    let folder = folder();
+    let at = folder.path();
+    for (scene, n) in [("one-zone", "6"), ("contact-nowhere-3d", "2")] {
+        let words = ["solve", scene, "--n", n, "--out", "a.vtu", "--quiet"];
+        let ran = run(at, &words);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let words = ["a-faces.vtu", "a.vtu", "--map", "functions", "--pair", "mean=u", "--only", "mean"];
+        let ran = compare(at, &[&words[..], &["--rtol", "1e-13"]].concat());
+        // The file of the cells has means of its own, on cells.
+        assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+        let cells = faceoff_mesh::io::open(&at.join("a.vtu"), None).unwrap();
+        let mut mesh = cells.mesh;
+        mesh.fields.retain(|field| field.name.starts_with("u"));
+        mesh.fields.iter_mut().for_each(|field| field.name = "mean".into());
+        faceoff_mesh::io::write(&at.join("u.vtu"), &mesh, &Default::default()).unwrap();
+        let words = ["a-faces.vtu", "u.vtu", "--map", "functions", "--only", "mean*"];
+        let ran = compare(at, &[&words[..], &["--rtol", "1e-13"]].concat());
+        let told = ran.json();
+        assert_eq!(ran.code, Some(0), "{told:#}{}", ran.stderr);
+        let mean = field(&told, "mean");
+        assert!(number(mean, "l2") < 1e-14 * number(mean, "l2_scale"), "{mean}");
+    }
+}
