@@ -217,7 +217,7 @@ fn tables_are_matched_by_numbers_or_places() {
         ("missing.csv", "vertex,w\n0,1\n1,2\n2,3\n", ""),
         ("short.csv", "vertex,u\n0,1\n1,2\n", "one has 3 points"),
         ("partial.csv", "vertex,u\n0,1\n1,\n2,3\n", ""),
-        ("empty.csv", "vertex,u\n", "0 of 1"),
+        ("empty.csv", "vertex,u\n", "the other 0 points"),
         ("keyless.csv", "u\n1\n", "the other rows in their order"),
         ("none.csv", "vertex\n0\n1\n2\n", "has no field"),
     ] {

@@ -96,21 +96,20 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
         .iter()
         .filter(|part| part.verdict != Verdict::Agree);
     let times = all.parts.iter().all(|part| part.name.is_empty());
-    let mut lead = vec![format!(
+    let lead = vec![format!(
         "{} of {} do not agree within their tolerances.",
         failed.count(),
         count(all.parts.len(), if times { "time" } else { "part" })
     )];
-    if let Some((part, of)) = all.worst() {
-        let name = &of.field.field;
-        lead.push(format!(
-            "Worst at {}: `{name}`: {}.",
-            part.title(),
-            why(&of.field)
-        ));
-    }
     report.lead.push(Block::List(lead));
     let mut facts = vec![("a", all.a.clone()), ("b", all.b.clone())];
+    facts.extend(all.worst().map(|(part, of)| {
+        let name = &of.field.field;
+        (
+            "worst",
+            format!("{}, `{name}`: {}", part.title(), why(&of.field)),
+        )
+    }));
     facts.extend(all.notes.iter().map(|note| ("note", note.clone())));
     report.blocks.push(Block::facts(facts));
     report.blocks.push(parts_table(all).into());

@@ -718,3 +718,94 @@ fn errors_against_a_formula_are_those_known() {
         (18, true)
     );
 }
+
+/// Values on cells that jump, on a mesh and on a finer one within it, turned so that no side is where the other's is but for
+/// rounding: a cell beside is not taken for the cell.
+#[test]
+fn a_jump_between_cells_is_no_difference() {
+    for dim in [2, 3] {
+        let kind = |order| {
+            if dim == 2 {
+                triangle(order)
+            } else {
+                tetrahedron(order)
+            }
+        };
+        for angle in [0.0, 0.3, 1.234] {
+            let (sin, cos) = f64::sin_cos(angle);
+            let turn = |x: [f64; 3]| {
+                [
+                    cos * x[0] - sin * x[1],
+                    sin * x[0] + cos * x[1],
+                    x[2] + 0.1 * x[0],
+                ]
+            };
+            let flat = |x: [f64; 3]| {
+                if dim == 2 {
+                    [turn(x)[0], turn(x)[1], 0.0]
+                } else {
+                    turn(x)
+                }
+            };
+            // Kuhn's division of cubes is finer within itself.
+            let coarse = grid(dim, 3, 0, flat);
+            let fine = grid(dim, 6, 0, flat);
+            let centre = |cell: &[[f64; 3]]| -> [f64; 3] {
+                [0, 1, 2].map(|k| cell.iter().map(|x| x[k]).sum::<f64>() / cell.len() as f64)
+            };
+            let inside = |x: &[f64; 3], cell: &[[f64; 3]]| {
+                let mut of = [[0.0; 3]; 4];
+                of[..=dim].copy_from_slice(cell);
+                let size = super::measure(dim, &of);
+                (0..=dim).all(|i| {
+                    let mut with = of;
+                    with[i] = *x;
+                    super::measure(dim, &with) * size > 0.0
+                })
+            };
+            let parent = |cell: &Vec<[f64; 3]>| {
+                let found = coarse.iter().position(|of| inside(&centre(cell), of));
+                found.unwrap() as f64
+            };
+            let mut a = broken("a", kind(1), &coarse);
+            a.on_cells
+                .push(field("c", 1, (0..coarse.len()).map(|k| k as f64).collect()));
+            let mut b = broken("b", kind(1), &fine);
+            b.on_cells
+                .push(field("c", 1, fine.iter().map(parent).collect()));
+            for (one, two) in [(&a, &b), (&b, &a), (&a, &a.clone())] {
+                let compared = compare(one, two).unwrap();
+                assert_eq!(
+                    (compared.verdict, compared.fields.len()),
+                    (Verdict::Agree, 1),
+                    "{compared:?}"
+                );
+                assert_eq!(compared.fields[0].field.max_abs, 0.0);
+                let found = norms(&compared, "c");
+                assert!(found.l2 < 1e-7 * found.l2_scale, "{found:?}");
+            }
+        }
+    }
+}
+
+/// What is small beside another body is not small: each connected part has a scale of its own.
+#[test]
+fn a_small_body_is_judged_on_its_own_scale() {
+    let bodies = |n: usize, off: f64| {
+        let large = grid(2, n, 1, |x| x);
+        let small = grid(2, n, 1, |x| [5.0 + x[0], x[1], 0.0]);
+        let u = |x: &[f64; 3]| if x[0] > 4.0 { 1e-6 + off * x[1] } else { 1.0 };
+        with(
+            broken("bodies", triangle(1), &[large, small].concat()),
+            "u",
+            u,
+        )
+    };
+    assert_eq!(
+        compare(&bodies(2, 0.0), &bodies(3, 0.0)).unwrap().verdict,
+        Verdict::Agree
+    );
+    let compared = compare(&bodies(2, 0.0), &bodies(3, 1e-13)).unwrap();
+    assert_eq!(compared.verdict, Verdict::Disagree);
+    assert!(compared.fields[0].field.worst.as_ref().unwrap().midpoint[0] > 4.0);
+}
