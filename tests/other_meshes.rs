@@ -301,7 +301,7 @@ fn interpolants_have_their_orders() {
 fn means_on_faces_are_functions() {
     let folder = folder();
     let at = folder.path();
-    for (scene, n) in [("one-zone", "6"), ("contact-nowhere-3d", "2")] {
+    for (scene, n) in [("one-zone", "6"), ("one-zone-3d", "2")] {
         let words = ["solve", scene, "--n", n, "--out", "a.vtu", "--quiet"];
         let ran = run(at, &words);
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
