@@ -1,4 +1,4 @@
-//! Two meshes laid over each other: seconds and memory.
+//! Two meshes laid over each other, and one mesh with discontinuous data in another order: seconds and memory.
 //!
 //! `cargo bench -p faceoff-judge --bench supermesh [-- N]`, N squares along a side, each cut in two; 707 are a million
 //! triangles. Then tetrahedra, a fifth as many.
@@ -6,7 +6,7 @@
 
 use std::time::Instant;
 
-use faceoff_judge::{Settings, compare_results, project};
+use faceoff_judge::{Settings, Verdict, compare_results, project};
 use faceoff_mesh::CellKind;
 use faceoff_mesh::field::{ResultField, Results};
 
@@ -76,6 +76,21 @@ fn mesh(dim: usize, n: usize, bend: f64) -> Results {
     }
 }
 
+/// The same with points of their own for each cell, where values jump; the cells forwards or backwards.
+fn broken(of: &Results, backwards: bool) -> Results {
+    let (width, count) = (of.width, of.cell_count());
+    let order = |k: usize| if backwards { count - 1 - k } else { k };
+    let corners = (0..count).flat_map(|k| (0..width).map(move |i| (order(k), i)));
+    let corners: Vec<(usize, usize)> = corners.collect();
+    let mut side = of.clone();
+    let point = |(cell, i): &(usize, usize)| of.points[of.cells[width * cell + i] as usize];
+    side.points = corners.iter().map(point).collect();
+    side.cells = (0..corners.len() as u32).collect();
+    let value = |(cell, i): &(usize, usize)| (cell * width + i) as f64;
+    side.on_points[0].values = corners.iter().map(value).collect();
+    side
+}
+
 /// Megabytes, at most so far.
 fn peak() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -108,4 +123,17 @@ fn main() {
             peak()
         );
     }
+    let of = mesh(2, n, 0.02);
+    let (a, b) = (broken(&of, false), broken(&of, true));
+    let start = Instant::now();
+    let compared = compare_results(&a, &b, &Settings::default()).unwrap();
+    assert_eq!(
+        (compared.verdict, compared.fields[0].field.max_abs),
+        (Verdict::Agree, 0.0)
+    );
+    let (cells, seconds) = (a.cell_count(), start.elapsed().as_secs_f64());
+    println!(
+        "discontinuous, permuted: {cells} cells, {seconds:.1} s, {:.0} MB",
+        peak()
+    );
 }

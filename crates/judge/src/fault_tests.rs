@@ -466,3 +466,38 @@ fn a_vector_of_the_plane_may_have_a_third_component_that_is_zero() {
     (a.space, b.space) = (3, 3);
     assert_eq!(verdict(&a, &b), Some(Verdict::Undetermined));
 }
+
+#[test]
+fn nan_may_be_expected_on_both_sides_and_never_on_one() {
+    let a = results("a", 3, false);
+    let with = |at: &[usize]| {
+        let mut side = a.clone();
+        at.iter()
+            .for_each(|k| side.on_points[0].values[*k] = f64::NAN);
+        side
+    };
+    let judged = |a: &Results, b: &Results, names: &[&str]| {
+        let settings = Settings {
+            nan_equal: names.iter().map(|&name| name.into()).collect(),
+            ..Settings::default()
+        };
+        let compared = compare_results(a, b, &settings).unwrap();
+        compared.fields[0].field.verdict
+    };
+    assert_eq!(judged(&with(&[2]), &with(&[2]), &[]), Verdict::Disagree);
+    assert_eq!(judged(&with(&[2]), &with(&[2]), &["q"]), Verdict::Disagree);
+    assert_eq!(judged(&with(&[2]), &with(&[2]), &["u"]), Verdict::Agree);
+    assert_eq!(
+        judged(&with(&[2]), &with(&[2, 3]), &["u"]),
+        Verdict::Disagree
+    );
+    assert_eq!(
+        judged(&with(&[2, 3]), &with(&[2]), &["*"]),
+        Verdict::Disagree
+    );
+    let all: Vec<usize> = (0..16).collect();
+    assert_eq!(
+        judged(&with(&all), &with(&all), &["u"]),
+        Verdict::Undetermined
+    );
+}
