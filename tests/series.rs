@@ -1,12 +1,12 @@
 //! `faceoff compare` on results of several times, on folders, and on curves.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
 
-use crate::common::{Ran, assert_valid, folder, run, told, write};
+use crate::common::{Ran, assert_valid, faceoff, folder, run, source, told, write};
 
 fn compare(folder: &Path, words: &[&str]) -> Ran {
     run(folder, &[&["compare"], words, &["--json", "-"]].concat())
@@ -335,4 +335,59 @@ fn components_and_magnitudes_are_fields() {
             .len(),
         2
     );
+}
+
+/// Exodus files of three times, of which meshio reads the first.
+#[test]
+fn exodus_steps_are_matched_by_time() {
+    let folder = folder();
+    let at = folder.path();
+    let script = r#"
+import meshio
+import netCDF4
+import numpy as np
+points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])
+cells = [("triangle", np.array([[0, 1, 2], [1, 3, 2]]))]
+mesh = meshio.Mesh(points, cells, point_data={"u": np.array([1.0, 2, 3, 4])})
+meshio.write("one.e", mesh, file_format="exodus")
+for name, off in [("a.e", 0), ("b.e", 0.5)]:
+    with netCDF4.Dataset("one.e") as one, netCDF4.Dataset(name, "w") as many:
+        many.setncatts(one.__dict__)
+        for key, dim in one.dimensions.items():
+            many.createDimension(key, None if dim.isunlimited() else len(dim))
+        for key, old in one.variables.items():
+            new = many.createVariable(key, old.dtype, old.dimensions)
+            new.setncatts(old.__dict__)
+            old.set_auto_mask(False)
+            new[:] = old[:]
+        many["time_whole"][:] = [0.0, 0.1, 0.2]
+        first = np.array(many["vals_nod_var1"][0])
+        for k in range(3):
+            many["vals_nod_var1"][k] = (k + 1) * first + (off if k == 2 else 0)
+"#;
+    let script = write(at, "write.py", script);
+    let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
+    let python = python.unwrap_or_else(|| source("target/readers/bin/python3"));
+    let ran = told(
+        Command::new(&python)
+            .arg(script)
+            .current_dir(at)
+            .output()
+            .unwrap(),
+    );
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let compare = |words: &[&str]| {
+        let mut program = faceoff(at);
+        program.env("FACEOFF_MESHIO_PYTHON", &python);
+        program
+            .arg("compare")
+            .args(["a.e", "b.e"])
+            .args(words)
+            .args(["--json", "-"]);
+        told(program.output().unwrap())
+    };
+    let ran = compare(&[]);
+    let verdicts = [(0.0, "agree"), (0.1, "agree"), (0.2, "disagree")];
+    assert_eq!(parts(&ran), verdicts.map(|(t, v)| (t, v.to_owned())));
+    assert_eq!(compare(&["--time", "0.1"]).code, Some(0));
 }

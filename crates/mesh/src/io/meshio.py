@@ -79,7 +79,7 @@ def read_series(source, time):
 
 
 def read_step(source, time):
-    """An Exodus file at a time that it has: meshio reads the first one of a copy that has no other."""
+    """An Exodus file at a time that it has, or at the first: meshio reads the first one of a copy that has no other."""
     import os
     import tempfile
 
@@ -89,9 +89,7 @@ def read_step(source, time):
         copy = os.path.join(folder, "step.e")
         with netCDF4.Dataset(source) as whole, netCDF4.Dataset(copy, "w") as part:
             times = [float(time) for time in whole.variables["time_whole"][:]]
-            step = times.index(time) if time is not None else 0
-            if time is None and len(times) > 1:
-                fail(f"it has {len(times)} times, of which one must be chosen")
+            step = 0 if time is None else times.index(time)
             part.setncatts(whole.__dict__)
             for name, dim in whole.dimensions.items():
                 part.createDimension(
@@ -131,10 +129,14 @@ def is_series(source, kind):
 
 def read(source, target, kind, time=None):
     time = None if time is None else float(time)
+    unread = []
     if is_series(source, kind):
         mesh = read_series(source, time)
     elif kind == "exodus" and times_of(source, kind):
         mesh = read_step(source, time)
+        others = len(times_of(source, kind)) - 1
+        if time is None and others:
+            unread = [f"{others} of {others + 1} times: those after the first"]
     else:
         mesh = meshio.read(source, file_format=kind)
     plain = Plain()
@@ -146,7 +148,7 @@ def read(source, target, kind, time=None):
         "point_data": [],
         "cell_data": [],
         "sets": [],
-        "unread": [],
+        "unread": unread,
     }
     for block in mesh.cells:
         if block.type not in _meshio_to_gmsh_type:
