@@ -3,7 +3,7 @@
 use super::difference::write_differences;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, count, table, word};
 use super::verify::{remark, why, worst};
-use faceoff_judge::{ComparedField, Comparison, FieldVerdict, MatchBy, Verdict};
+use faceoff_judge::{ComparedField, Comparison, FieldVerdict, MatchBy};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Results;
 
@@ -17,15 +17,12 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     let mut report = Report::new("compare", question, verdict, comparison)?;
     report.verdict = Some((comparison.verdict, verdict));
     let fields = comparison.fields.iter().map(|f| &f.field);
-    let failed = fields
-        .clone()
-        .filter(|f| f.verdict != Verdict::Agree)
-        .count();
+    let failed = fields.clone().filter(|f| !f.verdict.passes()).count();
     let mut lead = vec![format!(
         "{failed} of {} do not agree within their tolerances.",
         count(comparison.fields.len(), "field")
     )];
-    let farthest = fields.filter(|f| f.verdict != Verdict::Agree);
+    let farthest = fields.filter(|f| !f.verdict.passes());
     let farthest = farthest.max_by(|f, g| {
         let factor = |f: &FieldVerdict| match f.max_rel / f.tolerance {
             factor if factor.is_nan() => f64::INFINITY,

@@ -1,8 +1,8 @@
 //! What `verify` says first and last: which code does what differently, and every case in a line.
 
-use super::model::{Table, table, word};
+use super::model::{Table, count, joined, place, short, table, word};
 use super::verify::label;
-use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
+use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Settled, VerifyOutcome};
 use crate::why::Diagnosis;
 use faceoff_judge::Verdict;
 
@@ -10,7 +10,7 @@ use faceoff_judge::Verdict;
 pub(super) fn culprit(outcome: &VerifyOutcome) -> Option<(&CaseOutcome, &EngineOutcome)> {
     let cases = outcome.cases.iter();
     let all = cases.flat_map(|case| case.engines.iter().map(move |engine| (case, engine)));
-    let failed = all.filter(|(_, engine)| engine.verdict != Verdict::Agree);
+    let failed = all.filter(|(_, engine)| !engine.verdict.passes());
     failed.min_by_key(|(_, engine)| {
         let found = engine.findings.as_ref();
         let unexplained = found.is_none_or(|found| !found.is_of_scheme());
@@ -21,8 +21,13 @@ pub(super) fn culprit(outcome: &VerifyOutcome) -> Option<(&CaseOutcome, &EngineO
 /// The verdict; and if it is no agreement, which code does what differently, where, and what the others make of it.
 pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> String {
     let verdict = word(outcome.verdict);
-    if outcome.verdict == Verdict::Agree {
-        return verdict.into();
+    match outcome.verdict {
+        Verdict::Agree => return verdict.into(),
+        Verdict::Conditioned | Verdict::Several => {
+            let why = settled(outcome);
+            return joined([verdict.to_owned()].into_iter().chain(why), ": ");
+        }
+        _ => {}
     }
     let Some((case, engine)) = culprit(outcome) else {
         let failed = outcome.failures.first();
@@ -51,20 +56,18 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
     let others = case.pairs.iter().filter(|p| p.a != *name && p.b != *name);
     let apart = others.clone().map(|p| p.field.max_rel).reduce(f64::max);
     let others = match (apart, others.map(|p| p.field.verdict).max()) {
-        (Some(apart), Some(Verdict::Agree)) => {
-            let count = case.engines.len() - 1;
-            let count = if count == 2 {
-                "two".into()
-            } else {
-                count.to_string()
+        (Some(apart), Some(verdict)) if verdict.passes() => {
+            let others = match case.engines.len() - 1 {
+                2 => "two".into(),
+                others => others.to_string(),
             };
-            format!("; the other {count} agree to {apart:.1e}")
+            format!("; the other {others} agree to {apart:.1e}")
         }
         _ => String::new(),
     };
     let failed = outcome.cases.iter().filter(|case| {
         let mut of = case.engines.iter().filter(|e| e.engine == *name);
-        of.any(|e| e.verdict != Verdict::Agree)
+        of.any(|e| !e.verdict.passes())
     });
     let (failed, all) = (failed.count(), outcome.cases.len());
     let in_how_many = match all {
@@ -75,6 +78,53 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
         "{verdict}: {name}: {what}{others} ({}{in_how_many})",
         label(case)
     )
+}
+
+/// Why answers that solve their scheme differ: of the case where they do most.
+fn settled(outcome: &VerifyOutcome) -> Option<String> {
+    let with = outcome
+        .cases
+        .iter()
+        .filter(|case| case.verdict == outcome.verdict);
+    let farthest = |case: &CaseOutcome| {
+        let pairs = case.pairs.iter().map(|p| p.field.max_rel);
+        pairs.fold(0.0, f64::max)
+    };
+    let case = with.max_by(|a, b| farthest(a).total_cmp(&farthest(b)))?;
+    let two = |settled: &&Settled| settled.several.is_some() == (case.verdict == Verdict::Several);
+    let settled = case.settled.iter().filter(two);
+    let tolerance = |s: &Settled| s.conditioning.worst().map_or(0.0, |part| part.tolerance);
+    let settled = settled.max_by(|a, b| tolerance(a).total_cmp(&tolerance(b)))?;
+    let (a, b, about) = (&settled.a, &settled.b, label(case));
+    if let Some(several) = &settled.several {
+        let mesh = &case.setup.mesh;
+        let face = several.faces.first().map(|face| {
+            let at = place(&mesh.face_midpoint(*face)[..mesh.dim]);
+            format!(", first on face {:?} at {at}", mesh.face(*face))
+        });
+        let unique = several
+            .unique_above
+            .map(|gamma0| format!("; with gamma0 above {} there is one only", short(gamma0)));
+        return Some(format!(
+            "{a} and {b} have found two solutions of the same scheme, {} of max|u| apart: contact differs at {}{} ({} of {} choices \
+                 of contact there solve it){}; no code is wrong ({about})",
+            short(several.apart),
+            count(several.differing, "point"),
+            face.unwrap_or_default(),
+            several.found,
+            several.tried,
+            unique.unwrap_or_default(),
+        ));
+    }
+    let part = settled.conditioning.worst()?;
+    let [of_a, of_b] = part.residuals.map(short);
+    Some(format!(
+        "the answers differ by {} of max|u|, and rounding alone may move them by {}: condition {} times residuals {of_a} and {of_b} \
+                 of {a} and {b} ({about})",
+        short(farthest(case)),
+        short(part.tolerance),
+        short(part.condition),
+    ))
 }
 
 /// So many cases fit into a dozen lines.

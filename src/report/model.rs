@@ -335,11 +335,7 @@ pub fn duration(seconds: f64) -> Cell {
 }
 
 pub fn word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Agree => "agree",
-        Verdict::Disagree => "disagree",
-        Verdict::Undetermined => "undetermined",
-    }
+    verdict.word()
 }
 
 /// `(0.5000, 0.2500)`

@@ -4,15 +4,18 @@ use serde::Serialize;
 
 use super::certified::Certified;
 use super::html;
-use super::model::{Block, Cell, Report, count, joined, percent, short, table};
+use super::model::{Block, Cell, Report, count, joined, percent, place, short, table};
 use crate::engine::{self, Case, Explanation};
 use crate::run::RESIDUAL_TOLERANCE;
 use faceoff_fem::adapt::{Step, Way};
 use faceoff_fem::certify::Certificate;
-use faceoff_fem::contact::{ContactSet, Ended, Errors, Iteration, face_fields, quantities};
+use faceoff_fem::contact::{
+    ContactSet, Doubt, Ended, Errors, Iteration, doubt, face_fields, quantities,
+};
 use faceoff_fem::known::Truth;
 use faceoff_fem::linear::Choice;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Triangulation;
 
 /// The answer, as scripts read it.
 #[derive(Serialize)]
@@ -43,6 +46,9 @@ pub struct Answer {
     step: usize,
     /// Backward error of the scheme.
     residual: f64,
+    /// What stands between the scheme and exactly one solution, if that is not shown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uniqueness: Option<Doubt>,
     grad_norm_sq: f64,
     l2_norm: f64,
     contact_flux: f64,
@@ -130,6 +136,7 @@ impl Answer {
             step: answer.step,
             linear: history.map(|h| h.linear),
             residual: answer.residual,
+            uniqueness: doubt(&case.problem),
             grad_norm_sq: values.grad_norm_sq,
             l2_norm: values.l2_norm,
             contact_flux: values.contact_flux,
@@ -157,6 +164,34 @@ impl Answer {
 
     pub fn is_finite(&self) -> bool {
         self.grad_norm_sq.is_finite()
+    }
+
+    /// Why there may be other solutions of the same scheme.
+    pub fn doubt(&self, mesh: &Triangulation) -> Option<String> {
+        let on = |face: usize| {
+            let at = place(&mesh.face_midpoint(face)[..mesh.dim]);
+            format!("face {:?} at {at}", mesh.face(face))
+        };
+        let why = match self.uniqueness? {
+            Doubt::GammaTooSmall { face, factor, .. } => format!(
+                "on this mesh Proposition 4.2 holds for gamma0 above {}, and it is {} (first on {}): raise gamma0, or take \
+                 `midpoint` for the rule on the contact side, which has one for every gamma0",
+                short(factor * self.gamma0),
+                short(self.gamma0),
+                on(face)
+            ),
+            Doubt::GammaTooLarge { face, factor, .. } => format!(
+                "on this mesh there is one for gamma0 below {}, and it is {} (first on {}): lower gamma0, or take theta1 = 1",
+                short(factor * self.gamma0),
+                short(self.gamma0),
+                on(face)
+            ),
+            Doubt::NoTheorem => format!("no condition is known for {}", self.method),
+            Doubt::Floating => {
+                "a part of the domain is held by nothing, and its load is balanced".to_owned()
+            }
+        };
+        Some(format!("the scheme may have several solutions: {why}"))
     }
 
     /// Does the scheme's residual bear out what another code says of its convergence? One whose factorisation failed may
@@ -257,7 +292,7 @@ pub fn solve<'a>(
         "certified to" => Cell::Number(step.relative, percent(step.relative)),
         "seconds" => Cell::fixed(step.seconds, 2),
     );
-    let mut page = Vec::new();
+    let mut page: Vec<Block> = a.doubt(mesh).map(Block::Text).into_iter().collect();
     page.extend((!steps.rows.is_empty()).then(|| steps.into()));
     page.push(Block::Html(Box::new(move || {
         let fields = [face_fields(&case.problem, u, &a.engine)];

@@ -183,13 +183,22 @@ pub(super) fn engines(case: &CaseOutcome, caption: &str) -> Table {
 
 /// Every field of every pair.
 fn pairs(case: &CaseOutcome) -> Table {
-    let given = |tolerance: f64| Cell::Number(tolerance, format!("{tolerance:e}"));
+    let given = |field: &FieldVerdict| {
+        let conditioned = field
+            .conditioned
+            .map(|c| format!(", conditioned {}", short(c)));
+        let tolerance = field.tolerance;
+        Cell::Number(
+            tolerance,
+            format!("{tolerance:e}{}", conditioned.unwrap_or_default()),
+        )
+    };
     table!("", &case.pairs, |pair|
         "pair" => format!("{} – {}", pair.a, pair.b),
         "field" => &pair.field.field,
         "max |a-b|" => pair.field.max_abs,
         "relative" => pair.field.max_rel,
-        "tolerance" => given(pair.field.tolerance),
+        "tolerance" => given(&pair.field),
         "worst face" => worst(&pair.field),
         "verdict" => remark(&pair.field, "faces"),
     )

@@ -34,7 +34,7 @@ mod places;
 mod results;
 
 pub use align::align;
-pub use judge::{FieldVerdict, Verdict, Worst, judge, relative_differences};
+pub use judge::{FieldVerdict, Verdict, Worst, judge, judge_conditioned, relative_differences};
 pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, refuse_copies};
 pub use places::{first_at_place, partners};
 pub use results::{

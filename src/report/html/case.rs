@@ -12,7 +12,7 @@ use crate::report::verify::{engines, label, sizes, versions, worst};
 use crate::run::Setup;
 use crate::why::Diagnosis;
 use faceoff_fem::scene::HRule;
-use faceoff_judge::{FieldVerdict, Verdict, relative_differences};
+use faceoff_judge::{FieldVerdict, relative_differences};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 
@@ -37,10 +37,10 @@ pub(in crate::report) fn section(
         of_pair.extend(pair.diagnoses(case, diagnoses).map(diagnosis));
         of_pair.push(fields(case, &pair));
         of_pair.push(pictures(case, &pair, mesh)?);
-        parts.push(details(pair.verdict() != Verdict::Agree, of_pair));
+        parts.push(details(!pair.verdict().passes(), of_pair));
     }
     parts.extend([contact(case, mesh)?, provenance(case)]);
-    let is_open = case.verdict != Verdict::Agree || request.scenes.len() == 1;
+    let is_open = !case.verdict.passes() || request.scenes.len() == 1;
     let id = format!("case-{index}");
     Ok(element(
         "section",

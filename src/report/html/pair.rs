@@ -72,8 +72,8 @@ impl<'a> Pair<'a> {
         let values = self.fields.iter().filter(|f| f.field != "status");
         let farthest = values.max_by(|f, g| Pair::factor(f).total_cmp(&Pair::factor(g)));
         match (means, farthest) {
-            (Some(means), _) if means.verdict != Verdict::Agree => Some(means),
-            (Some(means), Some(farthest)) if farthest.verdict == Verdict::Agree => Some(means),
+            (Some(means), _) if !means.verdict.passes() => Some(means),
+            (Some(means), Some(farthest)) if farthest.verdict.passes() => Some(means),
             (_, farthest) => farthest.copied(),
         }
     }
@@ -98,7 +98,7 @@ pub(super) fn differences<'a>(case: &'a CaseOutcome, pair: &Pair) -> Result<Opti
         mesh,
         differences,
         tolerance: field.tolerance,
-        disagrees: field.verdict != Verdict::Agree,
+        disagrees: !field.verdict.passes(),
         worst,
     }))
 }

@@ -8,7 +8,6 @@ use crate::report::model::{count, exact, place, short};
 use crate::report::verify::label;
 use crate::run::Failure;
 use crate::why::Diagnosis;
-use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
 /// What stands beside the verdict.
@@ -21,7 +20,7 @@ pub(in crate::report) fn top(
     let mut lines: Vec<Html> = Vec::new();
     let pairs: usize = outcome.cases.iter().map(|c| c.pairs.len()).sum();
     let failed = outcome.cases.iter().flat_map(|c| &c.pairs);
-    let failed = failed.filter(|p| p.field.verdict != Verdict::Agree).count();
+    let failed = failed.filter(|p| !p.field.verdict.passes()).count();
     lines.push(text(format!(
         "{failed} of {pairs} fields of pairs differ beyond rounding, in {} on {}.",
         count(outcome.cases.len(), "case"),
@@ -31,7 +30,7 @@ pub(in crate::report) fn top(
         lines.push(text(&failure.message));
     }
     for (c, _) in telling(&outcome.cross) {
-        if let Some(judged) = c.judged.filter(|j| j.verdict != Verdict::Agree) {
+        if let Some(judged) = c.judged.filter(|j| !j.verdict.passes()) {
             lines.push(text(format!(
                 "{}: {} by {} is certified to {} and {} by {} to {}, where {} is proved to be possible on that mesh.",
                 c.scene,
@@ -63,7 +62,7 @@ fn most_telling(outcome: &VerifyOutcome) -> Option<(usize, Pair<'_>)> {
     for (index, case) in outcome.cases.iter().enumerate() {
         for pair in pair::pairs(case) {
             let Some(field) = pair.worst() else { continue };
-            if field.verdict == Verdict::Agree {
+            if field.verdict.passes() {
                 continue;
             }
             let factor = Pair::factor(field);
@@ -78,14 +77,12 @@ fn most_telling(outcome: &VerifyOutcome) -> Option<(usize, Pair<'_>)> {
 /// Who is at fault, as far as the others tell: whose answer does not solve the scheme, or who alone differs from all.
 fn suspect(case: &CaseOutcome) -> Option<&str> {
     let engines = || case.engines.iter();
-    let mut unsolved = engines().filter(|e| e.verdict != Verdict::Agree);
+    let mut unsolved = engines().filter(|e| !e.verdict.passes());
     if let (Some(one), None) = (unsolved.next(), unsolved.next()) {
         return Some(&one.engine);
     }
     let failed = case.pairs.iter();
-    let failed: Vec<_> = failed
-        .filter(|p| p.field.verdict != Verdict::Agree)
-        .collect();
+    let failed: Vec<_> = failed.filter(|p| !p.field.verdict.passes()).collect();
     let in_all = |name: &str| failed.iter().all(|p| p.a == name || p.b == name);
     let mut alone = engines().map(|e| &*e.engine).filter(|e| in_all(e));
     let is_told = case.engines.len() > 2 && !failed.is_empty();
