@@ -254,7 +254,6 @@ fn judge_case(
         .iter()
         .filter_map(|run| {
             let answer = run.of(index)?;
-            let solves = answer.converged && answer.residual <= RESIDUAL_TOLERANCE;
             Some(EngineOutcome {
                 engine: run.engine.clone(),
                 version: run.version.clone(),
@@ -270,10 +269,11 @@ fn judge_case(
                     .1
                     .map(|dof| problem.space.point(dof)[..mesh.dim].to_vec()),
                 finite: answer.u.iter().all(|v| v.is_finite()),
-                verdict: if solves {
-                    Verdict::Agree
-                } else {
-                    Verdict::Disagree
+                verdict: match (answer.residual <= RESIDUAL_TOLERANCE, answer.converged) {
+                    (true, true) => Verdict::Agree,
+                    // It solves the scheme, and says that it does not.
+                    (true, false) => Verdict::Undetermined,
+                    (false, _) => Verdict::Disagree,
                 },
                 findings: None,
                 answer: Arc::clone(answer),
@@ -288,7 +288,9 @@ fn judge_case(
     for (k, (engine_a, a)) in each.iter().enumerate() {
         for (engine_b, b) in &each[k + 1..] {
             let mut judged = judge(a, b, tolerance(&problem.method()))?;
-            let both_solve = [engine_a, engine_b].iter().all(|e| e.verdict.passes());
+            let both_solve = [engine_a, engine_b]
+                .iter()
+                .all(|e| e.residual <= RESIDUAL_TOLERANCE);
             if both_solve && judged.iter().any(|f| f.verdict == Verdict::Disagree) {
                 let of = [(*a, &engine_a.answer.u[..]), (*b, &engine_b.answer.u[..])];
                 settled.extend(settle::settle(problem, of, &mut judged)?);

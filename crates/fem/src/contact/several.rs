@@ -263,7 +263,12 @@ mod tests {
             Ok(())
         });
         outcome.unwrap();
-        println!("shown {}, several {}, none {}", shown.get(), several_found.get(), none.get());
+        println!(
+            "shown {}, several {}, none {}",
+            shown.get(),
+            several_found.get(),
+            none.get()
+        );
         assert!(shown.get() > 100 && several_found.get() > 0);
     }
 }
