@@ -3,6 +3,7 @@
 use super::model::{Table, count, joined, place, short, table, word};
 use super::verify::label;
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Settled, VerifyOutcome};
+use crate::run::RESIDUAL_TOLERANCE;
 use crate::why::Diagnosis;
 use faceoff_judge::Verdict;
 
@@ -43,7 +44,7 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
                     label(case)
                 )
             }
-            (None, None) => "methods differ by more than their certified bounds".into(),
+            (None, None) => "the certified bounds of two methods do not fit together".into(),
         };
         return format!("{verdict}: {why}");
     };
@@ -51,6 +52,11 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
     let what = match &engine.findings {
         Some(found) if !found.solves() => found.sentence(),
         _ if !engine.finite => "its values are not finite".into(),
+        _ if engine.residual <= RESIDUAL_TOLERANCE => format!(
+            "it says that it did not converge in {} steps, though it solves the scheme to {}",
+            engine.iterations,
+            short(engine.residual)
+        ),
         _ => format!("it did not converge in {} steps", engine.iterations),
     };
     let others = case.pairs.iter().filter(|p| p.a != *name && p.b != *name);
@@ -74,8 +80,16 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
         1 => String::new(),
         _ => format!("; it fails in {failed} of {all} cases"),
     };
+    let silent = outcome
+        .failures
+        .iter()
+        .map(|failure| failure.engine.clone());
+    let silent = match joined(silent, ", ") {
+        none if none.is_empty() => none,
+        silent => format!("; no answer from {silent}"),
+    };
     format!(
-        "{verdict}: {name}: {what}{others} ({}{in_how_many})",
+        "{verdict}: {name}: {what}{others}{silent} ({}{in_how_many})",
         label(case)
     )
 }
@@ -86,10 +100,7 @@ fn settled(outcome: &VerifyOutcome) -> Option<String> {
         .cases
         .iter()
         .filter(|case| case.verdict == outcome.verdict);
-    let farthest = |case: &CaseOutcome| {
-        let pairs = case.pairs.iter().map(|p| p.field.max_rel);
-        pairs.fold(0.0, f64::max)
-    };
+    let farthest = |case: &CaseOutcome| most(case.pairs.iter().map(|p| p.field.max_rel));
     let case = with.max_by(|a, b| farthest(a).total_cmp(&farthest(b)))?;
     let two = |settled: &&Settled| settled.several.is_some() == (case.verdict == Verdict::Several);
     let settled = case.settled.iter().filter(two);
@@ -127,39 +138,38 @@ fn settled(outcome: &VerifyOutcome) -> Option<String> {
     ))
 }
 
+/// The largest, 0 of none; what is not a number is larger than any.
+fn most(numbers: impl Iterator<Item = f64>) -> f64 {
+    let sizes = numbers.map(f64::abs);
+    sizes.max_by(f64::total_cmp).unwrap_or(0.0)
+}
+
 /// So many cases fit into a dozen lines.
 const CASES: usize = 8;
 
 /// A line a case, those that are farthest from agreement first where they are too many.
 pub(super) fn overview(outcome: &VerifyOutcome) -> Table {
-    let largest = |case: &CaseOutcome| {
-        case.pairs
-            .iter()
-            .map(|p| p.field.max_rel)
-            .fold(0.0, f64::max)
-    };
+    let largest = |case: &CaseOutcome| most(case.pairs.iter().map(|p| p.field.max_rel));
     let excess = |case: &CaseOutcome| {
-        let of = case
-            .pairs
-            .iter()
-            .map(|p| p.field.max_rel / p.field.tolerance);
-        of.fold(0.0, f64::max)
+        let of = case.pairs.iter();
+        most(of.map(|p| p.field.max_rel / p.field.tolerance))
     };
-    let residual = |case: &CaseOutcome| case.engines.iter().map(|e| e.residual).fold(0.0, f64::max);
+    let residual = |case: &CaseOutcome| most(case.engines.iter().map(|e| e.residual));
     let mut cases: Vec<&CaseOutcome> = outcome.cases.iter().collect();
     let more = cases.len().saturating_sub(CASES);
     if more > 0 {
         cases.sort_by(|a, b| {
-            (b.verdict, excess(b))
-                .partial_cmp(&(a.verdict, excess(a)))
-                .unwrap_or(std::cmp::Ordering::Equal)
+            let by_verdict = b.verdict.cmp(&a.verdict);
+            by_verdict.then(excess(b).total_cmp(&excess(a)))
         });
         cases.truncate(CASES);
     }
     let caption = match more {
         0 => String::new(),
         more => {
-            format!("The {CASES} cases that are farthest from agreement; {more} more by --verbose")
+            format!(
+                "The {CASES} cases that are farthest from agreement; {more} more with --verbose"
+            )
         }
     };
     table!(caption, cases, |case|

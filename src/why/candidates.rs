@@ -10,7 +10,8 @@ use faceoff_fem::scene::HRule;
 pub(super) struct Candidate {
     pub ingredient: &'static str,
     pub what: String,
-    pub term: Term,
+    /// The one term that it changes, if it is one.
+    pub term: Option<Term>,
     pub variation: Variation,
 }
 
@@ -18,7 +19,7 @@ impl Candidate {
     /// With the residual that is left.
     pub fn leaving(self, left: f64) -> Explanation {
         Explanation {
-            term: Some(self.term),
+            term: self.term,
             ..Explanation::new(self.ingredient, self.what, Rank::Choice, left)
         }
     }
@@ -28,7 +29,7 @@ impl Candidate {
 pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
     let (dim, discretisation) = (setup.mesh.dim, &setup.discretisation);
     let mut all = Vec::new();
-    let mut add = |ingredient, what: String, term, variation| {
+    let mut add = |ingredient, what: String, term: Option<Term>, variation| {
         all.push(Candidate {
             ingredient,
             what,
@@ -45,22 +46,29 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
         for rule in others(dim, load.name) {
             let what = format!("(f,v) is integrated by {rule}, not {}", load.name);
             let variation = Variation::LoadRule(rule.into());
-            add("the quadrature of the load", what, Term::Load, variation);
+            add(
+                "the quadrature of the load",
+                what,
+                Some(Term::Load),
+                variation,
+            );
         }
         for rule in others(dim - 1, contact.name) {
             let what = format!("Γ_C is integrated by {rule}, not {}", contact.name);
             let variation = Variation::ContactRule(rule.into());
-            add("the quadrature on Γ_C", what, Term::Contact, variation);
+            // t is integrated by it as well.
+            let term = setup.scene.data().t.is_zero().then_some(Term::Contact);
+            add("the quadrature on Γ_C", what, term, variation);
         }
     }
     let (h, what) = match discretisation.h {
         HRule::Local => (HRule::Global, "h in γ = γ₀ h is global, not local"),
         HRule::Global => (HRule::Local, "h in γ = γ₀ h is local, not global"),
     };
-    add("h", what.into(), Term::Contact, Variation::H(h));
+    add("h", what.into(), Some(Term::Contact), Variation::H(h));
     for datum in Datum::ALL {
         if !datum.of(setup.scene.data()).is_zero() {
-            let (name, term) = (datum.name(), term_of(datum));
+            let (name, term) = (datum.name(), Some(term_of(datum)));
             let negated = format!("{name} has the other sign");
             add(name, negated, term, Variation::Negated(datum));
             add(name, format!("{name} is 0"), term, Variation::Zero(datum));
@@ -72,17 +80,12 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
         (1, 0, "Γ_N and Γ_D"),
     ] {
         let what = format!("{names} are swapped");
-        add(
-            "the boundary",
-            what,
-            Term::Dirichlet,
-            Variation::Swapped(i, k),
-        );
+        add("the boundary", what, None, Variation::Swapped(i, k));
     }
     for other in methods(discretisation.method) {
         let what = format!("it solves {other}, not {}", discretisation.method);
         let variation = Variation::Method(other);
-        add("the method", what, Term::Contact, variation);
+        add("the method", what, None, variation);
     }
     all
 }
