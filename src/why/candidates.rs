@@ -10,8 +10,9 @@ use faceoff_fem::scene::HRule;
 pub(super) struct Candidate {
     pub ingredient: &'static str,
     pub what: String,
-    /// The one term that it changes, if it is one.
-    pub term: Option<Term>,
+    pub term: Term,
+    /// Does it change no other term?
+    pub alone: bool,
     pub variation: Variation,
 }
 
@@ -19,7 +20,7 @@ impl Candidate {
     /// With the residual that is left.
     pub fn leaving(self, left: f64) -> Explanation {
         Explanation {
-            term: self.term,
+            term: Some(self.term),
             ..Explanation::new(self.ingredient, self.what, Rank::Choice, left)
         }
     }
@@ -29,11 +30,12 @@ impl Candidate {
 pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
     let (dim, discretisation) = (setup.mesh.dim, &setup.discretisation);
     let mut all = Vec::new();
-    let mut add = |ingredient, what: String, term: Option<Term>, variation| {
+    let mut add = |ingredient, what: String, (term, alone), variation| {
         all.push(Candidate {
             ingredient,
             what,
             term,
+            alone,
             variation,
         });
     };
@@ -49,7 +51,7 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
             add(
                 "the quadrature of the load",
                 what,
-                Some(Term::Load),
+                (Term::Load, true),
                 variation,
             );
         }
@@ -57,7 +59,7 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
             let what = format!("Γ_C is integrated by {rule}, not {}", contact.name);
             let variation = Variation::ContactRule(rule.into());
             // t is integrated by it as well.
-            let term = setup.scene.data().t.is_zero().then_some(Term::Contact);
+            let term = (Term::Contact, setup.scene.data().t.is_zero());
             add("the quadrature on Γ_C", what, term, variation);
         }
     }
@@ -65,10 +67,10 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
         HRule::Local => (HRule::Global, "h in γ = γ₀ h is global, not local"),
         HRule::Global => (HRule::Local, "h in γ = γ₀ h is local, not global"),
     };
-    add("h", what.into(), Some(Term::Contact), Variation::H(h));
+    add("h", what.into(), (Term::Contact, true), Variation::H(h));
     for datum in Datum::ALL {
         if !datum.of(setup.scene.data()).is_zero() {
-            let (name, term) = (datum.name(), Some(term_of(datum)));
+            let (name, term) = (datum.name(), (term_of(datum), true));
             let negated = format!("{name} has the other sign");
             add(name, negated, term, Variation::Negated(datum));
             add(name, format!("{name} is 0"), term, Variation::Zero(datum));
@@ -80,12 +82,13 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
         (1, 0, "Γ_N and Γ_D"),
     ] {
         let what = format!("{names} are swapped");
-        add("the boundary", what, None, Variation::Swapped(i, k));
+        let swapped = Variation::Swapped(i, k);
+        add("the boundary", what, (Term::Dirichlet, false), swapped);
     }
     for other in methods(discretisation.method) {
         let what = format!("it solves {other}, not {}", discretisation.method);
         let variation = Variation::Method(other);
-        add("the method", what, None, variation);
+        add("the method", what, (Term::Contact, false), variation);
     }
     all
 }

@@ -84,7 +84,7 @@ impl Search<'_> {
     fn explain(&mut self, gammas: &[FaceGamma]) -> Result<Vec<Explanation>> {
         let mut found = Vec::new();
         let in_all = self.in_all();
-        let may = |candidate: &Candidate| candidate.term.is_none_or(|term| in_all.contains(&term));
+        let may = |c: &Candidate| !c.alone || in_all.contains(&c.term);
         for candidate in candidates(self.setup).into_iter().filter(may) {
             cancel::check()?;
             if let Some(left) = self.left_with(&candidate.variation) {
