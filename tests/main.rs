@@ -20,6 +20,7 @@ mod pipelines;
 mod readers;
 mod report;
 mod rooms;
+mod settled;
 mod solid;
 mod study;
 mod trust;

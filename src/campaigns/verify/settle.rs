@@ -9,7 +9,7 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
 
-/// Where rounding may move u by a larger part, it decides what u is.
+/// Where rounding has moved u by a larger part, it decides what u is.
 const SETTLED: f64 = 1e-3;
 
 /// What is known of two answers that both solve the scheme and are farther apart than the fixed tolerance.
@@ -40,13 +40,12 @@ pub(super) fn settle(
         return cancel::check().map(|()| None);
     };
     judge_conditioned(a.0, b.0, judged, &conditioning.by_face(problem))?;
-    for field in judged.iter_mut() {
-        if field.verdict == Verdict::Conditioned
-            && field.conditioned.is_some_and(|c| !(c <= SETTLED))
-        {
-            field.verdict = Verdict::Undetermined;
-            field.reason = Some("rounding decides what u is".into());
-        }
+    let conditioned = judged
+        .iter_mut()
+        .filter(|f| f.verdict == Verdict::Conditioned);
+    for field in conditioned.filter(|f| f.max_rel > SETTLED) {
+        field.verdict = Verdict::Undetermined;
+        field.reason = Some("rounding decides what u is".into());
     }
     let mut found = None;
     if judged.iter().any(disagrees) {

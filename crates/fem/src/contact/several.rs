@@ -255,6 +255,7 @@ mod tests {
                 prop_assert_eq!(found.len(), 1, "{:?}", gamma0);
             } else if let [a, b, ..] = &found[..] {
                 several_found.set(several_found.get() + 1);
+                    println!("{data:?} {rule} {method}: {}", found.len());
                 // And they are told apart from there.
                 let told = several(&problem, [a, b], Settings::default()).unwrap();
                 prop_assert!(told.is_some_and(|told| told.found > 1 && told.residuals.iter().all(|r| *r < 1e-12)));
