@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use super::certified::Certified;
 use super::drawing::{Drawing, Drawn, shade};
-use super::model::{Block, Cell, Figure, Report, percent, place, short, table};
+use super::model::{Block, Cell, Figure, Report, percent, short, table};
+use super::number::place;
 use crate::engine::Case;
 use crate::run::foreign::Understood;
 use faceoff_fem::certify::{Certificate, Target};

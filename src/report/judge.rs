@@ -7,7 +7,8 @@ use serde_json::json;
 
 use super::certified::Certified;
 use super::json::csv;
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, place, short, table, word};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, short, table, word};
+use super::number::place;
 use crate::engine::Case;
 use crate::run::foreign::Understood;
 use crate::why::{self, Explanation, FaceGamma, Findings, Spot, TermRows};

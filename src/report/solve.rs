@@ -260,12 +260,7 @@ pub fn solve<'a>(
     let mut page = Vec::new();
     page.extend((!steps.rows.is_empty()).then(|| steps.into()));
     page.push(Block::Html(Box::new(move || {
-        let fields = [face_fields(&case.problem, u, &a.engine)];
-        let increments = [(a.engine.as_str(), a.increments.as_slice())];
-        Ok(html::Html::from([
-            html::on_contact(&fields, mesh, &about)?,
-            html::histories(&increments, &about)?,
-        ]))
+        Ok(html::Html::default())
     })));
     report.blocks.push(Block::Page(page));
     report.files.push(Box::new(move |folder| {

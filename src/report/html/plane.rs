@@ -1,0 +1,172 @@
+//! What lies in a plane as shapes of a picture: one path a colour, in whole units, each point relative to the one before.
+
+use std::fmt::Write as _;
+
+use super::markup::escape;
+use super::ramp::CLASSES;
+
+/// The width of a map in units of its picture.
+pub(super) const WIDTH: f64 = 384.0;
+/// Larger sides of squares than this hide what is small.
+const SQUARE: f64 = 4.0;
+
+/// From a window of the plane to a picture; y points up.
+#[derive(Clone, Copy)]
+pub(super) struct View {
+    pub low: [f64; 2],
+    pub high: [f64; 2],
+    scale: f64,
+    left: f64,
+    pub height: f64,
+}
+
+impl View {
+    /// As wide as a map, or as high as is allowed.
+    pub fn new(low: [f64; 2], high: [f64; 2], highest: f64) -> Self {
+        let extent = [0, 1].map(|k| (high[k] - low[k]).max(f64::MIN_POSITIVE));
+        let scale = (WIDTH / extent[0]).min(highest / extent[1]);
+        View {
+            low,
+            high,
+            scale,
+            left: 0.5 * (WIDTH - scale * extent[0]),
+            height: scale * extent[1],
+        }
+    }
+
+    pub fn of(points: impl Iterator<Item = [f64; 2]>, highest: f64) -> Self {
+        let ends = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let (low, high) = points.fold(ends, |(low, high), p| {
+            ([0, 1].map(|k| low[k].min(p[k])), [0, 1].map(|k| high[k].max(p[k])))
+        });
+        match low[0] <= high[0] {
+            true => View::new(low, high, highest),
+            false => View::new([0.0; 2], [1.0; 2], highest),
+        }
+    }
+
+    pub fn pixel(&self, p: [f64; 2]) -> [f64; 2] {
+        [
+            self.left + (p[0] - self.low[0]) * self.scale,
+            (self.high[1] - p[1]) * self.scale,
+        ]
+    }
+
+    /// Does a shape lie in the window, at least in part?
+    pub fn meets(&self, corners: &[[f64; 2]]) -> bool {
+        (0..2).all(|k| {
+            let of = || corners.iter().map(|p| p[k]);
+            of().any(|x| x >= self.low[k]) && of().any(|x| x <= self.high[k])
+        })
+    }
+}
+
+/// The shapes of each colour.
+pub(super) struct Layers {
+    paths: Vec<String>,
+    class: &'static str,
+}
+
+impl Layers {
+    pub fn new(class: &'static str) -> Self {
+        Layers {
+            paths: vec![String::new(); CLASSES],
+            class,
+        }
+    }
+
+    /// A polygon; what is no larger than a point is left out.
+    pub fn add(&mut self, colour: usize, view: &View, corners: &[[f64; 2]]) {
+        let Some(path) = self.paths.get_mut(colour) else {
+            return;
+        };
+        let round = |p: &[f64; 2]| view.pixel(*p).map(|x| x.round() as i64);
+        let mut points = corners.iter().map(round);
+        let Some(first) = points.next() else { return };
+        let mut last = first;
+        let _ = write!(path, "M{} {}l", first[0], first[1]);
+        for (k, point) in points.enumerate() {
+            let [x, y] = [point[0] - last[0], point[1] - last[1]];
+            // A minus parts two numbers as well as a space.
+            let space = |n: i64| if n < 0 { "" } else { " " };
+            let before = if k == 0 { "" } else { space(x) };
+            let _ = write!(path, "{before}{x}{}{y}", space(y));
+            last = point;
+        }
+        path.push('z');
+    }
+
+    /// Squares that lie on each other's right, in the colour of the largest value in each. Values have the order of colours.
+    pub fn add_squares(&mut self, view: &View, points: impl Iterator<Item = ([f64; 2], usize)>) {
+        let columns = (WIDTH / SQUARE) as usize;
+        let rows = (view.height / SQUARE).ceil().max(1.0) as usize;
+        let mut squares: Vec<Option<usize>> = vec![None; columns * rows];
+        for (point, colour) in points {
+            let [x, y] = view.pixel(point);
+            let place = |x: f64, most: usize| ((x / SQUARE).max(0.0) as usize).min(most - 1);
+            let square = &mut squares[place(y, rows) * columns + place(x, columns)];
+            *square = (*square).max(Some(colour));
+        }
+        for (row, of_row) in squares.chunks(columns).enumerate() {
+            let mut from = 0;
+            for run in of_row.chunk_by(|a, b| a == b) {
+                if let Some(path) = run[0].and_then(|colour| self.paths.get_mut(colour)) {
+                    let [x, y, w] = [from, row, run.len()].map(|n| n * SQUARE as usize);
+                    let _ = write!(path, "M{x} {y}h{w}v{s}h-{w}z", s = SQUARE);
+                }
+                from += run.len();
+            }
+        }
+    }
+
+    /// A spot for each point, those of larger values on those of smaller ones; the fewer there are, the larger.
+    pub fn add_spots(&mut self, view: &View, points: impl Iterator<Item = ([f64; 2], usize)>, count: usize) {
+        let side = (WIDTH / (1.0 + (count as f64).cbrt())).clamp(3.0, 14.0).round();
+        let mut seen = std::collections::HashMap::new();
+        for (point, colour) in points {
+            let at = view.pixel(point).map(|x| (x - 0.5 * side).round() as i64);
+            let kept = seen.entry(at).or_insert(colour);
+            *kept = (*kept).max(colour);
+        }
+        let mut spots: Vec<_> = seen.into_iter().collect();
+        spots.sort_unstable();
+        for ([x, y], colour) in spots {
+            if let Some(path) = self.paths.get_mut(colour) {
+                let _ = write!(path, "M{x} {y}h{side}v{side}h-{side}z");
+            }
+        }
+    }
+
+    pub fn svg(&self, thin: bool) -> String {
+        let mut svg = format!("<g class=\"map{}\">", if thin { " thin" } else { "" });
+        for (k, path) in self.paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
+            let _ = write!(svg, "<path class=\"{}{k}\" d=\"{path}\"/>", self.class);
+        }
+        svg + "</g>"
+    }
+}
+
+/// Lines from point to point, each by itself.
+pub(super) fn segments(view: &View, ends: impl Iterator<Item = [[f64; 2]; 2]>) -> String {
+    let mut path = String::new();
+    for [p, q] in ends {
+        let ([a, b], [c, d]) = (view.pixel(p), view.pixel(q));
+        let _ = write!(path, "M{a:.0} {b:.0}L{c:.0} {d:.0}");
+    }
+    path
+}
+
+/// A drawing, called `label` where it is not seen.
+pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> super::Html {
+    super::markup::raw(format!(
+        "<svg role=\"img\" aria-label=\"{}\" viewBox=\"-2 -2 {:.0} {:.0}\">{inner}</svg>",
+        escape(label),
+        width + 4.0,
+        height + 4.0
+    ))
+}
+
+/// A word in a picture, by its classes.
+pub(super) fn word(class: &str, [x, y]: [f64; 2], text: &str) -> String {
+    format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escape(text))
+}

@@ -1,0 +1,371 @@
+//! The page of `verify`: where all agree one screen, else the cause, what it does, and all that it rests on.
+
+use std::fmt::Write as _;
+
+use super::along::{Along, newton};
+use super::codes::{Codes, fields, heading, posed, tried};
+use super::effect::Effect;
+use super::markup::{Html, division, element, folded, leaf, prose, table, text, word};
+use super::pair::{self, pairs};
+use super::plane::{View, WIDTH, drawing, segments};
+use super::residual::{Put, by_term, cause};
+use super::spread::Spread;
+use super::surface::Surface;
+use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome, VerifyRequest};
+use crate::engine::unique;
+use crate::report::culprit::{at_fault, differing, reference};
+use crate::report::headline::culprit;
+use crate::report::model::{self, Table};
+use crate::report::number::{place, size, whole};
+use crate::report::verify::label;
+use crate::why::Diagnosis;
+use faceoff_fem::scene::Part;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::Result;
+
+/// So many scenes have a sketch.
+const SKETCHES: usize = 4;
+
+/// A run and what was found when codes ran again.
+#[derive(Clone, Copy)]
+pub(in crate::report) struct Run<'a> {
+    pub request: &'a VerifyRequest,
+    pub outcome: &'a VerifyOutcome,
+    pub diagnoses: &'a [Diagnosis],
+}
+
+impl<'a> Run<'a> {
+    /// The case that is shown in detail.
+    fn shown(&self) -> Option<(&'a CaseOutcome, Option<&'a EngineOutcome>)> {
+        let of = culprit(self.outcome).map(|(case, engine)| (case, Some(engine)));
+        of.or_else(|| differing(self.outcome).map(|case| (case, None)))
+    }
+
+    /// The picture at the top.
+    ///
+    /// # Errors
+    /// Faces that cannot be matched.
+    pub fn hero(self) -> Result<Html> {
+        match self.shown() {
+            Some((case, Some(engine))) => {
+                let of = case.setup.case()?;
+                let put = Put::new(&engine.engine, &of.problem, &engine.answer.u, engine.findings.as_ref());
+                Ok(cause(&put, &label(case)))
+            }
+            Some((case, None)) => effect(case, None, &[]),
+            None => Ok(Html::default()),
+        }
+    }
+
+    /// Everything below.
+    ///
+    /// # Errors
+    /// Faces that cannot be matched.
+    pub fn details(self) -> Result<Html> {
+        let outcome = self.outcome;
+        let fault = at_fault(outcome);
+        let codes = Codes::new(outcome, &fault);
+        let Some((case, engine)) = self.shown() else {
+            let about = "What the codes that answered make of it; left of the dashed line, the tolerance, is rounding.";
+            let tables = match codes.names.is_empty() {
+                true => Html::default(),
+                false => Html::from([heading("h2", "One row per code", about), codes.by_code(), heading("h2", "One row per case", ""), codes.by_case(None)]),
+            };
+            return Ok(Html::from([tables, self.folds(None)]));
+        };
+        let about = "Each answer is put back into the scheme. Left of the dashed line, the tolerance, is rounding.";
+        let mut parts = vec![heading("h2", "One row per code", about), codes.by_code()];
+        if outcome.cases.len() > 1 {
+            let about = format!("The largest residual of each case, and where. {}", agreeing(outcome, &fault));
+            parts.extend([heading("h2", "One row per case", about.trim_end()), codes.by_case(Some(case))]);
+        }
+        let of = case.setup.case()?;
+        let about = label(case);
+        let mut puts: Vec<Put> = case.engines.iter().filter(|e| !fault.contains(&&*e.engine)).map(|e| Put::new(&e.engine, &of.problem, &e.answer.u, None)).collect();
+        puts.extend(engine.map(|e| Put::new(&e.engine, &of.problem, &e.answer.u, e.findings.as_ref())));
+        let along = Along {
+            problem: &of.problem,
+            fields: &case.fields,
+            puts: &puts,
+            differences: differences(case, &fault)?,
+            tolerance: case.pairs.first().map_or(1e-12, |p| p.field.tolerance),
+            faulty: engine.iter().map(|e| &*e.engine).collect(),
+        };
+        let drawn = along.figure("");
+        if drawn != Html::default() {
+            parts.extend([heading("h2", "Along Γ_C", &format!("{about}. {}", contact(case))), drawn]);
+        }
+        if engine.is_some() {
+            parts.push(effect(case, engine, &fault)?);
+        }
+        if let Some(found) = engine.and_then(|e| e.findings.as_ref()).filter(|f| !f.explanations.is_empty()) {
+            let about = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
+            parts.extend([heading("h2", "What was tried", about), tried(&found.explanations, found.limit)]);
+        }
+        for diagnosis in pairs(case).iter().flat_map(|pair| pair.diagnoses(case, self.diagnoses).collect::<Vec<_>>()) {
+            parts.push(heading("h2", &format!("{} – {} again", diagnosis.a, diagnosis.b), &diagnosis.sentence()));
+            parts.push(table(&again(diagnosis)));
+        }
+        parts.push(self.folds(engine.map(|_| &puts[puts.len() - 1]).map(|put| (put, about.as_str()))));
+        Ok(parts.into_iter().collect())
+    }
+
+    /// What is asked for more rarely.
+    fn folds(&self, put: Option<(&Put, &str)>) -> Html {
+        let mut parts = vec![leaf("h2", &[], "The whole of it")];
+        if let Some((put, about)) = put {
+            let found = put.findings;
+            let mut inner = Vec::from([by_term(put, about)]);
+            if let Some(found) = found.filter(|f| !f.worst.is_empty()) {
+                inner.extend([table(&crate::report::judge::worst(&found.worst)), table(&crate::report::judge::terms(&found.terms))]);
+                let summary = Html::from([text("Rows and terms "), leaf("span", &[], format!("· the rows that are farthest off, and what they are made of; {about}"))]);
+                parts.push(folded(summary, inner));
+            }
+        }
+        for case in &self.outcome.cases {
+            let is_shown = self.shown().is_some_and(|(of, _)| std::ptr::eq(of, case));
+            if is_shown {
+                parts.push(folded(summary(case), [fields(case), posed(case)]));
+            }
+        }
+        let rest = self.outcome.cases.iter().filter(|case| !self.shown().is_some_and(|(of, _)| std::ptr::eq(of, *case)));
+        let rest: Vec<&CaseOutcome> = rest.collect();
+        if !rest.is_empty() {
+            let name = match self.shown() {
+                Some(_) => format!("The other {} ", model::count(rest.len(), "case")),
+                None => "Every pair and field ".to_owned(),
+            };
+            let about = leaf("span", &[], "· what was compared, and how each case is posed");
+            let inner = rest.iter().flat_map(|case| [element("h3", &[], summary(case)), fields(case), posed(case)]);
+            parts.push(folded(Html::from([text(name), about]), inner));
+        }
+        parts.into_iter().collect()
+    }
+
+    /// The page where all agree.
+    ///
+    /// # Errors
+    /// Faces that cannot be matched.
+    pub fn agreeing(self) -> Result<Html> {
+        let outcome = self.outcome;
+        let codes = Codes::new(outcome, &[]);
+        let about = "**Each answer solves the scheme.** Residual of every code, and the largest difference of two in units of rounding";
+        let cases = division("c6 compact", [element("div", &[("class", "cap")], prose(about)), codes.by_case(None)]);
+        let grid = division("grid", [Spread::new(outcome)?.figure(), cases]);
+        let scenes = unique(outcome.cases.iter().map(|c| &*c.scene));
+        let mut below: Vec<Html> = Vec::new();
+        for scene in scenes.iter().take(SKETCHES) {
+            if let Some(case) = outcome.cases.iter().find(|c| c.scene == *scene) {
+                below.push(sketch(case)?);
+            }
+        }
+        below.extend([self.checked(), self.unchecked()]);
+        let rest = self.folds_agreeing();
+        Ok(Html::from([grid, division("checked", below), rest]))
+    }
+
+    fn folds_agreeing(&self) -> Html {
+        let cases = self.outcome.cases.iter();
+        let inner = cases.flat_map(|case| [element("h3", &[], summary(case)), fields(case), posed(case)]);
+        let about = leaf("span", &[], "· what was compared, and how each case is posed");
+        folded(Html::from([text("Every pair and field "), about]), inner)
+    }
+
+    fn checked(&self) -> Html {
+        let outcome = self.outcome;
+        let names = unique(outcome.cases.iter().flat_map(|c| &c.pairs).map(|p| &*p.field.field));
+        let words = |name: &str| match name {
+            "mean" => "face means".to_owned(),
+            "jump" => "jumps".into(),
+            "moments" => "second moments".into(),
+            "status" => "contact status".into(),
+            other => other.to_owned(),
+        };
+        let names: Vec<String> = names.into_iter().map(words).collect();
+        let count: usize = outcome.cases.iter().map(|c| c.pairs.len()).sum();
+        let residual = outcome.cases.iter().flat_map(|c| &c.engines).map(|e| e.residual).fold(0.0, f64::max);
+        let mut items = vec![
+            format!("{}: {} fields of pairs", names.join(", "), whole(count)),
+            format!("every equation of every answer: residual below {}", size(residual * 1.05)),
+        ];
+        let judged: Vec<_> = outcome.cross.iter().filter_map(|c| c.judged).collect();
+        let slack = judged.iter().map(|j| j.slack / j.gradient).filter(|s| s.is_finite()).reduce(f64::min);
+        if let Some(slack) = slack {
+            items.push(format!(
+                "methods against each other: {} distances, each below the sum of two guaranteed bounds, with {} of ‖∇u‖ to spare at least",
+                whole(judged.len()),
+                crate::report::number::share(slack)
+            ));
+        }
+        list("Checked", &items)
+    }
+
+    fn unchecked(&self) -> Html {
+        let outcome = self.outcome;
+        let has = |dim: usize| outcome.cases.iter().any(|c| c.setup.mesh.dim == dim);
+        let mut items = Vec::new();
+        if !has(3) {
+            items.push("3D: `faceoff verify one-zone-3d block`".to_owned());
+        }
+        if !has(2) {
+            items.push("2D: `faceoff verify`".to_owned());
+        }
+        if let Some(n) = outcome.cases.iter().filter_map(|c| c.n).max() {
+            items.push(format!("finer meshes: `--n {},{}`", 2 * n, 4 * n));
+        }
+        items.push("whether the model converges: `faceoff orders`".to_owned());
+        list("Not checked", &items)
+    }
+}
+
+/// Which cases agree although a code is at fault elsewhere.
+fn agreeing(outcome: &VerifyOutcome, fault: &[&str]) -> String {
+    let of = outcome.cases.iter().filter(|c| c.verdict == Verdict::Agree);
+    let names: Vec<String> = of.map(label).collect();
+    match &names[..] {
+        some @ [_, ..] if !fault.is_empty() && some.len() <= 3 => format!("In {} what is wrong has no say.", some.join(" and ")),
+        _ => String::new(),
+    }
+}
+
+/// Do all codes have the same contact set?
+fn contact(case: &CaseOutcome) -> String {
+    let status = case.pairs.iter().filter(|p| p.field.field == "status");
+    let flips: usize = status.clone().filter_map(|p| p.field.flips).max().unwrap_or(0);
+    match (flips, status.count()) {
+        (_, 0) => String::new(),
+        (0, _) => "All codes have the same contact set.".into(),
+        (flips, _) => format!("The contact status differs at up to {} quadrature points.", whole(flips)),
+    }
+}
+
+/// Means that differ, of the pair that matters last, after one of those that are right.
+fn differences(case: &CaseOutcome, fault: &[&str]) -> Result<Vec<(String, Vec<(u32, f64)>)>> {
+    let all = pairs(case);
+    let is_faulty = |p: &&pair::Pair| fault.iter().any(|name| p.has(name));
+    let right = all.iter().find(|p| !is_faulty(p));
+    let wrong = all.iter().find(is_faulty);
+    let of = |p: &pair::Pair| -> Result<_> { Ok((p.name().replace('–', "−"), p.differences(case, "mean")?)) };
+    right.into_iter().chain(wrong).map(of).collect()
+}
+
+/// What a difference looks like.
+fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) -> Result<Html> {
+    let all = pairs(case);
+    let wanted = |p: &&pair::Pair| engine.is_none_or(|e| p.has(&e.engine));
+    let beside = reference(case, fault).map_or("", |e| &*e.engine);
+    let with_right = |p: &&pair::Pair| wanted(p) && p.has(beside);
+    let farthest = all.iter().filter(wanted).max_by(|p, q| p.largest().total_cmp(&q.largest()));
+    let pair = match engine {
+        Some(_) => all.iter().find(with_right).or(farthest),
+        None => farthest,
+    };
+    let (Some(pair), of) = (pair, case.setup.case()?) else {
+        return Ok(Html::default());
+    };
+    let Some(field) = pair.worst() else {
+        return Ok(Html::default());
+    };
+    let (values, name) = (pair.differences(case, "mean")?, pair.name().replace('–', "−"));
+    let shown = Effect { problem: &of.problem, values: &values, tolerance: field.tolerance, name: &name };
+    let about = label(case);
+    let worst = engine.and_then(|e| e.findings.as_ref()).and_then(|f| f.worst.first());
+    let (from, at) = match (worst, &field.worst) {
+        (Some(spot), _) => (point(&spot.midpoint), place(&spot.midpoint)),
+        (None, Some(worst)) => (point(&worst.midpoint), place(&worst.midpoint)),
+        _ => ([0.0; 3], "the origin".to_owned()),
+    };
+    let others = match all.iter().find(|p| !std::ptr::eq(*p, pair) && engine.is_some_and(|e| !p.has(&e.engine))) {
+        Some(others) => others.differences(case, "mean")?,
+        None => Vec::new(),
+    };
+    let increments: Vec<(&str, &[f64])> = case.engines.iter().map(|e| (&*e.engine, &*e.increments)).collect();
+    let faulty: Vec<&str> = engine.iter().map(|e| &*e.engine).collect();
+    let all_stop = case.engines.iter().all(|e| e.converged);
+    let caption = match all_stop {
+        true => "**Newton.** Increment by step: all converge, so that stopping is not the cause",
+        false => "**Newton.** Increment by step",
+    };
+    let stop = case.setup.settings.stop.increment;
+    let newton = newton(&increments, &faulty, Some(stop), caption);
+    let pictures = division("grid", [shown.map(&about), shown.decay(from, &at, &others), newton]);
+    if engine.is_none() {
+        return Ok(pictures);
+    }
+    let beyond = match field.beyond {
+        0 => format!("No face differs beyond the tolerance in `{}`.", field.field),
+        some => format!(
+            "What is wrong in few rows spreads: {} of {} faces differ beyond the tolerance, at most by {} of max |u|. \
+             The map of differences does not show where to look.",
+            whole(some),
+            whole(field.faces),
+            size(field.max_rel)
+        ),
+    };
+    Ok(Html::from([heading("h2", "What it does to the answer", &beyond), pictures]))
+}
+
+fn point(x: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|k| x.get(k).copied().unwrap_or(0.0))
+}
+
+fn again(of: &Diagnosis) -> Table {
+    let caption = format!("One ingredient matched at a time; the difference to begin with is {} of max|u|", size(of.difference));
+    model::table!(caption, &of.ingredients, |i|
+        "ingredient" => &i.ingredient,
+        "matched" => &i.matched,
+        "difference left" => i.left,
+        "found" => if i.accounts { "accounts for it" } else { "does not" },
+    )
+}
+
+/// `one-zone, cr, n = 16 · disagree, 1.4 · 10⁻⁶ of max |u|`
+fn summary(case: &CaseOutcome) -> Html {
+    let apart = pair::largest(case.pairs.iter().map(|p| &p.field));
+    let how = match case.pairs.is_empty() {
+        true => ", no pair to compare".to_owned(),
+        false => format!(", {} of max |u|", size(apart)),
+    };
+    let rest = [text(" · "), word(case.verdict), text(how)];
+    Html::from([text(label(case)), element("span", &[], rest)])
+}
+
+fn list(name: &str, items: &[String]) -> Html {
+    let items = items.iter().map(|item| element("li", &[], prose(item)));
+    division("", [leaf("h2", &[], name), element("ul", &[], items)])
+}
+
+/// A scene's mesh, small, and what is in contact.
+fn sketch(case: &CaseOutcome) -> Result<Html> {
+    let of = case.setup.case()?;
+    let (problem, mesh) = (&of.problem, &*case.setup.mesh);
+    let status = case.fields.first().and_then(|f| f.column("status"));
+    let in_contact = |face: usize| {
+        let of = status.and_then(|c| Some(c.row(c.faces.binary_search(&(face as u32)).ok()?)));
+        of.is_some_and(|row| 2 * row.iter().filter(|p| **p <= 0.0).count() > row.len())
+    };
+    let label = format!("the mesh of {}", case.scene);
+    let picture = if mesh.dim == 3 {
+        let all: Vec<usize> = problem.contact.iter().map(|f| f.face).collect();
+        let faces: Vec<(usize, usize)> = all.iter().map(|f| (*f, if in_contact(*f) { 19 } else { 0 })).collect();
+        Surface::new(mesh, &all).picture(&label, &faces, &[], None)
+    } else {
+        let view = View::of(mesh.points.iter().map(|p| [p[0], p[1]]), 2.0 * WIDTH);
+        let ends = |face: usize| {
+            let ends = mesh.face(face);
+            [ends[0], ends[1]].map(|v| [0, 1].map(|k| mesh.points[v as usize][k]))
+        };
+        let lines = |keeps: &dyn Fn(usize) -> bool| segments(&view, (0..mesh.face_count()).filter(|f| keeps(*f)).map(ends));
+        let is_contact = |f: usize| problem.parts[f] == Some(Part::Contact);
+        // A fine mesh would be a grey area, and large.
+        let inner = if mesh.face_count() > 6000 { String::new() } else { lines(&|f| !mesh.is_boundary(f)) };
+        let mut svg = format!("<path class=\"hair\" stroke-width=\".7\" d=\"{inner}\"/>");
+        let _ = write!(svg, "<path class=\"frame\" stroke-width=\"1.2\" d=\"{}\"/>", lines(&|f| mesh.is_boundary(f) && !is_contact(f)));
+        let _ = write!(svg, "<path class=\"ink\" stroke-width=\"1.6\" d=\"{}\"/>", lines(&is_contact));
+        let _ = write!(svg, "<path class=\"goodl\" stroke-width=\"5\" d=\"{}\"/>", lines(&|f| is_contact(f) && in_contact(f)));
+        drawing(&label, [WIDTH, view.height], &svg)
+    };
+    let sizes = format!("**{}** {} cells, {} on Γ_C", case.scene, whole(case.cells), whole(case.contact_faces));
+    let caption = element("figcaption", &[], prose(sizes));
+    Ok(element("figure", &[("class", "thumb")], [picture, caption]))
+}
