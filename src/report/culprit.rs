@@ -1,7 +1,7 @@
 //! What is wrong in one sentence, what that rests on, and what to do next.
 
 use super::headline::culprit;
-use super::model::{Step, count};
+use super::model::{Todo, count};
 use super::number::{number, place, share, size, whole};
 use super::verify::label;
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome, telling};
@@ -241,33 +241,33 @@ fn differing_only_by(outcome: &VerifyOutcome, fault: &[&str]) -> bool {
 }
 
 /// What to do about it.
-pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Step> {
+pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
     let mut steps = Vec::new();
     if let Some((case, engine)) = culprit(outcome) {
         let code = as_typed(&engine.engine);
         let all = format!("rust,{code}");
         let alone = alone(case, &all);
         let seconds = engine.seconds;
-        steps.push(Step::new(
+        steps.push(Todo::new(
             format!("See it alone; {} takes {} s:", engine.engine, number(seconds, 2)),
             [format!("{alone} --keep job")],
         ));
         steps.extend(engine.findings.as_ref().and_then(|found| look(found, &engine.engine, case)));
-        steps.push(Step::new("When it is mended:", [format!("faceoff engines check {code}")]));
+        steps.push(Todo::new("When it is mended:", [format!("faceoff engines check {code}")]));
         return steps;
     }
     if let Some(failure) = outcome.failures.first() {
         let code = as_typed(&failure.engine);
-        steps.push(Step::new(
+        steps.push(Todo::new(
             "Run it again and keep what it was given and what it said:",
             [format!("faceoff {} --keep job", engine::typed())],
         ));
-        steps.push(Step::new("Read its own words in `log.txt` of its job folder.", [] as [&str; 0]));
-        steps.push(Step::new("Try it on small cases with known answers:", [format!("faceoff engines check {code}")]));
+        steps.push(Todo::new("Read its own words in `log.txt` of its job folder.", [] as [&str; 0]));
+        steps.push(Todo::new("Try it on small cases with known answers:", [format!("faceoff engines check {code}")]));
     } else if let Some(case) = differing(outcome) {
         let names: Vec<String> = unique(case.engines.iter().map(|e| &*e.engine)).into_iter().map(as_typed).collect();
         let again = alone(case, &names.join(","));
-        steps.push(Step::new("Run this case again with one thing matched at a time:", [format!("{again} --diagnose")]));
+        steps.push(Todo::new("Run this case again with one thing matched at a time:", [format!("{again} --diagnose")]));
     }
     steps
 }
@@ -279,15 +279,15 @@ fn alone(case: &CaseOutcome, engines: &str) -> String {
 }
 
 /// Where the code has what is wrong.
-fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Step> {
+fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Todo> {
     let culprit = found.culprit();
     if let Some(Explanation { ingredient: "γ", at, .. }) = culprit {
         let [spot] = &at[..] else {
-            return Some(Step::new(format!("Look where {name} makes or reads **γ**; in `job/*/case-0` is what it was given."), [] as [&str; 0]));
+            return Some(Todo::new(format!("Look where {name} makes or reads **γ**; in `job/*/case-0` is what it was given."), [] as [&str; 0]));
         };
         let mesh = &case.setup.mesh;
         let cell = mesh.find_face(&spot.vertices).map(|face| mesh.face_cells(face)[0])?;
-        return Some(Step::new(
+        return Some(Todo::new(
             format!("Look where {name} reads **γ of cell {cell}**, behind {}; `job/*/case-0` has what it was given.", carrier(spot)),
             [] as [&str; 0],
         ));
@@ -300,7 +300,7 @@ fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Step> {
             term(suspects.next()?)
         }
     };
-    Some(Step::new(words, [] as [&str; 0]))
+    Some(Todo::new(words, [] as [&str; 0]))
 }
 
 /// An engine as it was named on the command line, where a file describes it.

@@ -28,7 +28,7 @@ pub struct Report<'a> {
     pub lede: String,
     /// What shows it, beside what to do next.
     pub lead: Vec<Block<'a>>,
-    pub next: Vec<Step>,
+    pub next: Vec<Todo>,
     pub blocks: Vec<Block<'a>>,
     /// By which methods, and what numbers mean: the foot of the page.
     pub notes: Vec<String>,
@@ -47,7 +47,7 @@ pub struct Report<'a> {
 }
 
 /// What to do next, and what one would type to do it.
-pub struct Step {
+pub struct Todo {
     pub words: String,
     pub commands: Vec<String>,
 }
@@ -211,9 +211,9 @@ impl Table {
     }
 }
 
-impl Step {
+impl Todo {
     pub fn new<S: Into<String>>(words: impl Into<String>, commands: impl IntoIterator<Item = S>) -> Self {
-        Step {
+        Todo {
             words: words.into(),
             commands: commands.into_iter().map(Into::into).collect(),
         }

@@ -4,13 +4,13 @@ use serde::Serialize;
 
 use super::culprit::{claim_of, lede_of, next_of};
 use super::headline::{culprit, headline, overview};
-use super::html::{Html, Run, Spread, tolerances};
+use super::html::{Run, Spread, tolerances};
 use super::model::{
     Block, Cell, Report, Suite, Table, TestCase, exact, joined, short, table, word,
 };
 use super::number::{number, place, whole};
 use crate::campaigns::verify::{
-    CaseOutcome, EngineOutcome, Source, VerifyOutcome, VerifyRequest, telling,
+    CaseOutcome, EngineOutcome, Source, VerifyOutcome, telling,
 };
 use crate::engine::{Explanation, unique};
 use crate::run::{Failure, RESIDUAL_TOLERANCE};
@@ -20,7 +20,6 @@ use faceoff_mesh::error::Result;
 
 /// An outcome with all that belongs to it.
 pub struct Verified<'a> {
-    pub request: &'a VerifyRequest,
     pub outcome: &'a VerifyOutcome,
     pub diagnoses: &'a [Diagnosis],
     /// Engines that were asked for and left out.
@@ -60,7 +59,6 @@ struct Explained<'a> {
 /// None but of a broken installation.
 pub fn verify(verified: Verified) -> Result<Report> {
     let Verified {
-        request,
         outcome,
         diagnoses,
         missing,
@@ -86,7 +84,7 @@ pub fn verify(verified: Verified) -> Result<Report> {
     report.lede = lede(outcome, diagnoses, missing)?;
     report.next = next_of(outcome);
     report.notes = notes(outcome);
-    let run = Run { request, outcome, diagnoses };
+    let run = Run { outcome, diagnoses };
     let agrees = outcome.verdict == Verdict::Agree;
     report.lead.push(Block::Html(Box::new(move || match agrees {
         true => run.agreeing(),
@@ -122,14 +120,16 @@ pub fn verify(verified: Verified) -> Result<Report> {
         Block::Text(format!("{about}: {} – {}: {}", d.a, d.b, d.sentence()))
     }));
 
-    let mut page = vec![Block::Html(Box::new(move || match agrees {
-        true => Ok(Html::default()),
-        false => run.details(),
-    }))];
-    if !outcome.cross.is_empty() {
-        let fold = Block::Folded("Methods against each other".into(), vec![methods(outcome).into()]);
-        page.push(fold);
+    let mut page = Vec::new();
+    if !agrees {
+        page.push(Block::Html(Box::new(move || run.details())));
     }
+    let mut rest = Vec::new();
+    if !outcome.cross.is_empty() {
+        rest.push(methods(outcome).into());
+    }
+    rest.push(Block::Html(Box::new(move || Ok(run.rest()))));
+    page.push(Block::Folded("Every pair and field · what was compared, and how each case is posed".into(), rest));
     for case in &outcome.cases {
         let name = format!("the mesh of {}", label(case));
         report.digests.push((name, case.mesh_digest.clone()));

@@ -191,13 +191,14 @@ impl Sheet<'_> {
             }
             let _ = write!(self.svg, "<path class=\"{class}\" stroke-width=\"1.3\" d=\"{path}\"/>");
         }
-        for value in [low, high] {
+        let upper = if low < 0.0 && high >= 0.0 && -low > 4.0 * high { 0.0 } else { high };
+        for value in [low, upper] {
             self.svg += &word("t e", [LEFT - 6.0, panel.y(value) + 3.5], &trimmed(&number(value, 2)));
         }
         if let Some(last) = points.last() {
             self.tag("obstacle ψ", panel.y(last.2) + 3.5, "");
         }
-        self.at += 54.0 + 20.0;
+        self.at += 54.0 + 24.0;
     }
 
     /// Contact at each quadrature point, a line for each code.
@@ -368,10 +369,10 @@ impl Sheet<'_> {
             }
             let (class, width) = if is_last { ("redl", 1.6) } else { ("ink", 1.1) };
             let _ = write!(self.svg, "<path class=\"{class}\" stroke-width=\"{width}\" d=\"{path}\"/>");
-            let mut y = values.last().map_or(panel.top, |v| panel.log(*v)) + 3.5;
-            while taken.iter().any(|t| (t - y).abs() < 12.0) {
-                y += 12.0;
-            }
+            let y = values.last().map_or(panel.top, |v| panel.log(*v)) + 3.5;
+            let is_free = |y: &f64| *y <= panel.top + 72.0 && taken.iter().all(|t| (t - y).abs() >= 12.0);
+            let around = [0.0, -6.0, 6.0, -12.0, 12.0, -18.0, 18.0, -24.0, 24.0];
+            let y = around.into_iter().map(|by| y + by).find(is_free).unwrap_or(y);
             taken.push(y);
             self.tag(name, y, if is_last { "red" } else { "" });
         }

@@ -15,6 +15,8 @@ use faceoff_judge::{FieldVerdict, Verdict};
 
 /// Of more cases those that are farthest from agreement stand in the open.
 const OPEN: usize = 9;
+/// So many attempts stand in the open.
+const TRIED: usize = 5;
 const ROUNDING: f64 = f64::EPSILON;
 
 /// The codes of a run, each with its dot; one that is at fault has a red one.
@@ -246,34 +248,37 @@ pub(in crate::report) fn fields(case: &CaseOutcome) -> Html {
     sheet.html()
 }
 
-/// What was put into the scheme in its place, and what that left.
+/// What was put into the scheme in its place, and what that left; the rest of a long list is folded.
 pub(in crate::report) fn tried(explanations: &[Explanation], limit: f64) -> Html {
-    if explanations.is_empty() {
-        return Html::default();
-    }
     let axis = Axis::new(explanations.iter().map(|e| e.left), vec![limit]);
-    let mut sheet = Sheet {
-        head: vec![
+    let (first, rest) = explanations.split_at(explanations.len().min(TRIED));
+    let sheet = |all: &[Explanation]| {
+        let head = vec![
             Column::new("", text("what would have to be so")),
             Column::new("d", Html::from([text("residual with it"), axis.head()])),
             Column::new("n", text("left")),
             Column::new("w opt", text("found")),
-        ],
-        ..Sheet::default()
-    };
-    for (k, of) in explanations.iter().enumerate() {
-        let class = if of.accounts { "" } else { "e2" };
-        let dot = Dot { value: of.left, class, title: of.ingredient.to_owned() };
-        let found = if of.accounts { "explains it" } else { "does not" };
-        let row = vec![
-            Entry::words(&of.what),
-            Entry::new(axis.strip(&[dot]), Some(of.left)),
-            Entry::number(of.left, size(of.left)),
-            Entry::words(found),
         ];
-        sheet.rows.push((k == 0 && of.accounts, row));
+        let rows = all.iter().map(|of| {
+            let class = if of.accounts { "" } else { "e2" };
+            let dot = Dot { value: of.left, class, title: of.ingredient.to_owned() };
+            let row = vec![
+                Entry::words(&of.what),
+                Entry::new(axis.strip(&[dot]), Some(of.left)),
+                Entry::number(of.left, size(of.left)),
+                Entry::words(if of.accounts { "explains it" } else { "does not" }),
+            ];
+            (of.accounts, row)
+        });
+        Sheet { head, rows: rows.collect(), ..Sheet::default() }.html()
+    };
+    match rest.is_empty() {
+        true => sheet(first),
+        false => {
+            let name = format!("{} more that leave more", rest.len());
+            Html::from([sheet(first), folded(text(name), [sheet(rest)])])
+        }
     }
-    sheet.html()
 }
 
 /// How a case is posed: all that its answers depend on.
@@ -317,7 +322,7 @@ pub(in crate::report) fn tolerances(outcome: &VerifyOutcome) -> String {
     told.collect::<Vec<_>>().join(" and ")
 }
 
-/// Names of the scenes, small, each with its mesh and what is in contact.
+/// A heading, and what follows is about.
 pub(super) fn heading(level: &str, words: &str, about: &str) -> Html {
     let about = match about.is_empty() {
         true => Html::default(),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::Html;
 use super::markup::figure;
-use super::plane::{Layers, View, WIDTH, drawing, word};
+use super::plane::{Layers, WIDTH, drawing, ticks, word};
 use super::ramp::Ramp;
 use super::residual::{corners, outline, window};
 use super::surface::Surface;
@@ -105,17 +105,11 @@ impl Effect<'_> {
             }
             let _ = write!(svg, "<path class=\"{class}\" opacity=\".55\" d=\"{path}\"/>");
         }
-        for k in 0..=4 {
-            let r = most * f64::from(k) / 4.0;
+        for r in ticks(most) {
             svg += &word("t m", [x(r), bottom + 17.0], &trimmed(&number(r, 2)));
         }
         let below = if others.is_empty() { "" } else { "; black: the others among themselves" };
         let caption = format!("**It falls off with the distance** from {place}: every dot a face{below}");
         figure("c4 half", caption, [drawing("differences by distance", [WIDTH, bottom + 22.0], &svg)])
     }
-}
-
-/// Which plane a set of points is seen in: used where there is no scheme.
-pub(super) fn seen(points: impl Iterator<Item = [f64; 3]>) -> View {
-    View::of(points.map(|p| [p[0], p[1]]), HIGHEST)
 }

@@ -60,10 +60,21 @@ pub(super) fn emphasised(words: &str, tag: &str) -> Html {
     let parts = words.split("**").enumerate();
     parts
         .map(|(k, part)| match k % 2 {
-            0 => text(in_words(part)),
-            _ => leaf(tag, &[], in_words(part)),
+            0 => symbols(part),
+            _ => element(tag, &[], symbols(part)),
         })
         .collect()
+}
+
+/// Words with the parts of the boundary as one writes them, `Γ_C` with a C below.
+fn symbols(words: &str) -> Html {
+    let mut parts = words.split("Γ_");
+    let first = parts.next().map(|part| text(in_words(part)));
+    let rest = parts.map(|part| {
+        let end = part.chars().next().map_or(0, char::len_utf8);
+        Html::from([text("Γ"), leaf("sub", &[], &part[..end]), text(in_words(&part[end..]))])
+    });
+    first.into_iter().chain(rest).collect()
 }
 
 /// What is HTML already: pictures that were drawn here, style and script that the program carries.

@@ -11,6 +11,7 @@ mod pair;
 mod plane;
 mod ramp;
 mod residual;
+mod solution;
 mod spread;
 mod surface;
 mod verify;
@@ -27,6 +28,7 @@ use faceoff_mesh::error::{Error, Result};
 pub use markup::Html;
 use markup::{division, element, emphasised, facts, folded, leaf, picture, prose, raw, table, text};
 pub(super) use residual::{Put, by_term, cause};
+pub(super) use solution::{cells, solution};
 pub(super) use spread::Spread;
 pub(super) use verify::Run;
 
@@ -165,13 +167,23 @@ fn foot(report: &Report, folder: &Path) -> Result<Html> {
     Ok(element("footer", &[], [notes, division("files", all)]))
 }
 
+/// Side by side.
+pub(super) fn pictures<const N: usize>(all: [Html; N]) -> Html {
+    division("grid", all)
+}
+
+/// A part with a heading.
+pub(super) fn titled(words: &str, part: Html) -> Html {
+    Html::from([element("h2", &[], prose(words)), part])
+}
+
 fn blocks(all: &[Block], folder: &Path) -> Result<Html> {
     all.iter().map(|of| block(of, folder)).collect()
 }
 
 fn block(block: &Block, folder: &Path) -> Result<Html> {
     Ok(match block {
-        Block::Heading(level, words) => leaf(&format!("h{level}"), &[], words),
+        Block::Heading(level, words) => element(&format!("h{level}"), &[], prose(words)),
         Block::Text(words) => element("p", &[], prose(words)),
         Block::List(items) => {
             let items = items.iter().map(|item| element("li", &[], prose(item)));
@@ -182,7 +194,13 @@ fn block(block: &Block, folder: &Path) -> Result<Html> {
         Block::Table(of) => table(of),
         Block::Figure(of) => on_paper(of, folder)?,
         Block::Folded(summary, inner) => {
-            folded(prose(summary), [blocks(inner, folder)?])
+            // What stands behind the dot is less than a name.
+            let (name, about) = summary.split_once('·').unwrap_or((summary, ""));
+            let about = match about {
+                "" => Html::default(),
+                about => element("span", &[], prose(format!("·{about}"))),
+            };
+            folded(Html::from([prose(name), about]), [blocks(inner, folder)?])
         }
         Block::Page(inner) => blocks(inner, folder)?,
         Block::Terminal(_) => Html::default(),

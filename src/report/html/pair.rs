@@ -53,11 +53,6 @@ impl<'a> Pair<'a> {
         all.iter().filter(move |d| d.is_of(of, (self.a, self.b)))
     }
 
-    pub fn verdict(&self) -> Verdict {
-        let all = self.fields.iter().map(|f| f.verdict);
-        all.max().unwrap_or(Verdict::Undetermined)
-    }
-
     /// The largest difference of any field, relative to max|u|; what is not a number is.
     pub fn largest(&self) -> f64 {
         largest(self.fields.iter().copied())

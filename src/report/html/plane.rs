@@ -168,5 +168,21 @@ pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> su
 
 /// A word in a picture, by its classes.
 pub(super) fn word(class: &str, [x, y]: [f64; 2], text: &str) -> String {
-    format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escape(text))
+    let mut text = escape(text);
+    for part in ["C", "D", "N"] {
+        let below = format!("Γ<tspan dy=\"2\" font-size=\"8.5\">{part}</tspan><tspan dy=\"-2\">\u{200b}</tspan>");
+        text = text.replace(&format!("Γ_{part}"), &below);
+    }
+    format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{text}</text>")
+}
+
+/// Numbers from 0 on that a person would write below an axis, to at most `most`.
+pub(super) fn ticks(most: f64) -> Vec<f64> {
+    let power = 10f64.powf((most / 4.0).log10().floor());
+    let steps = [1.0, 2.0, 2.5, 5.0, 10.0].map(|s| s * power);
+    let step = steps.into_iter().find(|s| most / s <= 5.0).unwrap_or(most);
+    match step.is_normal() {
+        true => (0..=5).map(|k| f64::from(k) * step).filter(|t| *t <= most * (1.0 + 1e-9)).collect(),
+        false => vec![0.0],
+    }
 }

@@ -30,7 +30,7 @@ pub(in crate::report) struct Put<'a> {
     /// Of each row.
     pub errors: Vec<f64>,
     pub findings: Option<&'a Findings>,
-    pub ramp: Ramp,
+    pub(super) ramp: Ramp,
 }
 
 impl<'a> Put<'a> {
@@ -86,7 +86,10 @@ pub(in crate::report) fn cause(put: &Put, about: &str) -> Html {
     let held = "Residual as backward error: of each row, over the sizes of its terms";
     let pictures = match put.problem.space.mesh.dim {
         3 => surface::cause(put, about),
-        _ => Html::from([overview(put, about), zoom(put, about)]),
+        _ => {
+            let below = division("", [zoom(put, about), put.ramp.bar(held)]);
+            return division("two", [overview(put, about), below]);
+        }
     };
     Html::from([division("two", pictures), put.ramp.bar(held)])
 }

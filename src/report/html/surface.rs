@@ -81,8 +81,7 @@ impl<'a> Surface<'a> {
     /// Each face in its colour, and a circle around one of them.
     pub fn picture(&self, label: &str, faces: &[(usize, usize)], red: &[usize], worst: Option<usize>) -> Html {
         let mut layers = Layers::new("k");
-        let mut edges = String::new();
-        let mut outline = |faces: &[usize]| {
+        let outline = |faces: &[usize]| {
             let mut path = String::new();
             for face in faces {
                 for (k, p) in self.corners(*face).iter().enumerate() {
@@ -97,7 +96,7 @@ impl<'a> Surface<'a> {
             layers.add(*colour, &self.view, &self.corners(*face));
         }
         let all: Vec<usize> = faces.iter().map(|(face, _)| *face).collect();
-        edges += &outline(&all);
+        let edges = outline(&all);
         let red = outline(red);
         let mut svg = format!(
             "{}<path class=\"net\" d=\"{edges}\"/><path class=\"redl\" stroke-width=\"2.5\" d=\"{red}\"/>",
@@ -113,6 +112,16 @@ impl<'a> Surface<'a> {
     pub fn words(&self) -> String {
         self.sight.words()
     }
+}
+
+/// Spots in space as they are seen along the second axis, those of larger colours in front.
+pub(super) fn from_side(label: &str, mesh: &Triangulation, spots: &[([f64; 3], usize)]) -> Html {
+    let side = |p: [f64; 3]| [p[0], p[2]];
+    let view = View::of(mesh.points.iter().map(|p| side(*p)), HIGHEST);
+    let mut layers = Layers::new("k");
+    layers.add_spots(&view, spots.iter().map(|(p, colour)| (side(*p), *colour)), spots.len());
+    let svg = layers.svg(true) + &word("t m", [0.5 * WIDTH, view.height + 13.0], "x, and z upwards");
+    drawing(label, [WIDTH, view.height + 14.0], &svg)
 }
 
 /// The cause in space.

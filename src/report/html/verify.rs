@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 use super::along::{Along, newton};
 use super::codes::{Codes, fields, heading, posed, tried};
 use super::effect::Effect;
-use super::markup::{Html, division, element, folded, leaf, prose, table, text, word};
+use super::markup::{Html, division, element, folded, leaf, prose, raw, table, text, word};
 use super::pair::{self, pairs};
 use super::plane::{View, WIDTH, drawing, segments};
 use super::residual::{Put, by_term, cause};
 use super::spread::Spread;
 use super::surface::Surface;
-use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome, VerifyRequest};
+use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
 use crate::engine::unique;
 use crate::report::culprit::{at_fault, differing, reference};
 use crate::report::headline::culprit;
@@ -29,7 +29,6 @@ const SKETCHES: usize = 4;
 /// A run and what was found when codes ran again.
 #[derive(Clone, Copy)]
 pub(in crate::report) struct Run<'a> {
-    pub request: &'a VerifyRequest,
     pub outcome: &'a VerifyOutcome,
     pub diagnoses: &'a [Diagnosis],
 }
@@ -110,36 +109,31 @@ impl<'a> Run<'a> {
         Ok(parts.into_iter().collect())
     }
 
-    /// What is asked for more rarely.
+    /// The rows of the case that is shown, and its fields.
     fn folds(&self, put: Option<(&Put, &str)>) -> Html {
-        let mut parts = vec![leaf("h2", &[], "The whole of it")];
-        if let Some((put, about)) = put {
-            let found = put.findings;
-            let mut inner = Vec::from([by_term(put, about)]);
-            if let Some(found) = found.filter(|f| !f.worst.is_empty()) {
-                inner.extend([table(&crate::report::judge::worst(&found.worst)), table(&crate::report::judge::terms(&found.terms))]);
-                let summary = Html::from([text("Rows and terms "), leaf("span", &[], format!("· the rows that are farthest off, and what they are made of; {about}"))]);
-                parts.push(folded(summary, inner));
-            }
+        let mut parts = Vec::new();
+        if let Some((put, about)) = put
+            && let Some(found) = put.findings.filter(|f| !f.worst.is_empty())
+        {
+            let inner = [
+                by_term(put, about),
+                table(&crate::report::judge::worst(&found.worst)),
+                table(&crate::report::judge::terms(&found.terms)),
+            ];
+            let about = format!("· the rows that are farthest off, and what they are made of; {about}");
+            parts.push(folded(Html::from([text("Rows and terms "), leaf("span", &[], about)]), inner));
         }
-        for case in &self.outcome.cases {
-            let is_shown = self.shown().is_some_and(|(of, _)| std::ptr::eq(of, case));
-            if is_shown {
-                parts.push(folded(summary(case), [fields(case), posed(case)]));
-            }
+        if let Some((case, _)) = self.shown().filter(|_| self.outcome.cases.len() > 1) {
+            parts.push(folded(summary(case), [fields(case), posed(case)]));
         }
-        let rest = self.outcome.cases.iter().filter(|case| !self.shown().is_some_and(|(of, _)| std::ptr::eq(of, *case)));
-        let rest: Vec<&CaseOutcome> = rest.collect();
-        if !rest.is_empty() {
-            let name = match self.shown() {
-                Some(_) => format!("The other {} ", model::count(rest.len(), "case")),
-                None => "Every pair and field ".to_owned(),
-            };
-            let about = leaf("span", &[], "· what was compared, and how each case is posed");
-            let inner = rest.iter().flat_map(|case| [element("h3", &[], summary(case)), fields(case), posed(case)]);
-            parts.push(folded(Html::from([text(name), about]), inner));
-        }
-        parts.into_iter().collect()
+        division("folds", parts)
+    }
+
+    /// Every pair and field of all cases, and how they are posed.
+    pub fn rest(self) -> Html {
+        let cases = self.outcome.cases.iter();
+        let of = |case| [element("h3", &[], summary(case)), fields(case), posed(case)];
+        cases.flat_map(of).collect()
     }
 
     /// The page where all agree.
@@ -160,15 +154,7 @@ impl<'a> Run<'a> {
             }
         }
         below.extend([self.checked(), self.unchecked()]);
-        let rest = self.folds_agreeing();
-        Ok(Html::from([grid, division("checked", below), rest]))
-    }
-
-    fn folds_agreeing(&self) -> Html {
-        let cases = self.outcome.cases.iter();
-        let inner = cases.flat_map(|case| [element("h3", &[], summary(case)), fields(case), posed(case)]);
-        let about = leaf("span", &[], "· what was compared, and how each case is posed");
-        folded(Html::from([text("Every pair and field "), about]), inner)
+        Ok(Html::from([grid, division("checked", below)]))
     }
 
     fn checked(&self) -> Html {
@@ -192,7 +178,7 @@ impl<'a> Run<'a> {
         let slack = judged.iter().map(|j| j.slack / j.gradient).filter(|s| s.is_finite()).reduce(f64::min);
         if let Some(slack) = slack {
             items.push(format!(
-                "methods against each other: {} distances, each below the sum of two guaranteed bounds, with {} of ‖∇u‖ to spare at least",
+                "methods against each other: {} distances, each below the sum of two guaranteed bounds, by {} of ‖∇u‖ at least",
                 whole(judged.len()),
                 crate::report::number::share(slack)
             ));
@@ -365,7 +351,8 @@ fn sketch(case: &CaseOutcome) -> Result<Html> {
         let _ = write!(svg, "<path class=\"goodl\" stroke-width=\"5\" d=\"{}\"/>", lines(&|f| is_contact(f) && in_contact(f)));
         drawing(&label, [WIDTH, view.height], &svg)
     };
-    let sizes = format!("**{}** {} cells, {} on Γ_C", case.scene, whole(case.cells), whole(case.contact_faces));
-    let caption = element("figcaption", &[], prose(sizes));
+    let sizes = format!("{} cells, {} on Γ_C", whole(case.cells), whole(case.contact_faces));
+    let name = leaf("b", &[], &case.scene);
+    let caption = element("figcaption", &[], [name, raw("<br>"), prose(sizes)]);
     Ok(element("figure", &[("class", "thumb")], [picture, caption]))
 }
