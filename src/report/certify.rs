@@ -107,6 +107,7 @@ pub fn certify<'a>(
         let what = format!("boundary values were off by up to {off:.1e} and taken as g");
         ("on Γ_D", what)
     }));
+    let told_facts = facts.clone();
     let name = told.result.rsplit('/').next().unwrap_or(&told.result);
     report.claim = match c.relative {
         Some(relative) => format!("The error of **{name}** is at most {} of ‖∇u‖", percent(relative)),
@@ -118,7 +119,8 @@ pub fn certify<'a>(
         short(c.lower), short(c.upper), short(c.gradient[0]), short(c.gradient[1]), short(parts.misfit), short(parts.contact), short(parts.oscillation)
     );
     report.lead.push(Block::Html(Box::new(move || {
-        Ok(html::cells(mesh, &certificate.local, "what each cell adds to the bound"))
+        let map = html::cells(mesh, &certificate.local, "what each cell adds to the bound");
+        Ok(html::beside([("c6", map), ("c6", html::known(&told_facts))]))
     })));
     let asked = c.relative.map(|r| format!("{:.1e}", 0.5 * r));
     report.next = asked
@@ -133,8 +135,7 @@ pub fn certify<'a>(
     let what = "A theorem, not an estimate: any field has this bound, of any code; rounding and quadrature are within it.";
     report.notes.push(what.into());
     report.blocks = vec![
-        Block::Page(vec![Block::Heading(2, "What is proved".into())]),
-        Block::facts(facts),
+        Block::Terminal(vec![Block::facts(facts)]),
         Block::Page(vec![
             Block::Heading(2, "Where it comes from".into()),
             worst(mesh, certificate).into(),

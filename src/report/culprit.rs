@@ -105,18 +105,13 @@ pub(super) fn equations(found: &Findings, of: &str) -> String {
         None => {
             let suspects = found.terms.iter().filter(|t| t.suspect);
             let suspects: Vec<&str> = suspects.map(|t| why::name(t.term)).collect();
-            let all = match &suspects[..] {
-                [] => String::new(),
-                some => format!("; all that fail contain **{}**", some.join("** or **")),
-            };
             let nearest = found.explanations.first().filter(|e| e.left < 0.1 * found.residual);
-            let nearest = nearest.map_or(String::new(), |e| {
-                format!(" The nearest is that {}, which leaves {}.", e.what, size(e.left))
-            });
-            format!(
-                "The residual is {}, and no single change of the scheme explains it{all}.{nearest}",
-                size(found.residual)
-            )
+            let more = match (nearest, &suspects[..]) {
+                (Some(e), _) => format!("; the nearest, {}, leaves {}", in_short(e), size(e.left)),
+                (None, []) => String::new(),
+                (None, some) => format!("; all that fail contain **{}**", some.join("** or **")),
+            };
+            format!("The residual is {}, and no single change of the scheme explains it{more}.", size(found.residual))
         }
     };
     format!("{fails} {change}")
@@ -226,6 +221,7 @@ pub(super) fn lede_of(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing:
         let is = if right.len() == 1 { "solves" } else { "solve" };
         let all = match cases {
             1 => "it".to_owned(),
+            2 => "both cases".into(),
             cases => format!("all {} cases", whole(cases)),
         };
         told.push(format!("{} {is} {all} to rounding{within}.", listed(&right)));

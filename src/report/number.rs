@@ -88,9 +88,12 @@ pub fn in_words(text: &str) -> String {
         let goes_on = matches!(after, Some(b'.' | b'-')) && is_word(bytes.get(at + length + 1));
         if ends(before) && before != Some(&b'.') && ends(after) && !goes_on {
             let numeral = &text[at..at + length];
-            if let Some(shown) = rewritten(numeral) {
-                told.push_str(&text[from..at]);
-                told.push_str(&shown);
+            let is_minus = before == Some(&b'-') && ends(at.checked_sub(2).map(|k| &bytes[k]));
+            let shown = rewritten(numeral);
+            if is_minus || shown.is_some() {
+                told.push_str(&text[from..at - usize::from(is_minus)]);
+                told.push_str(if is_minus { "−" } else { "" });
+                told.push_str(shown.as_deref().unwrap_or(numeral));
                 from = at + length;
             }
         }
@@ -129,6 +132,7 @@ fn rewritten(numeral: &str) -> Option<String> {
     let digits = mantissa.trim_start_matches(['0', '.']).bytes().filter(u8::is_ascii_digit).count();
     match power {
         Some(_) => Some(number(value, digits.clamp(1, 4))),
+        None if mantissa.contains('.') && value == 0.0 => Some("0".into()),
         None if digits > READABLE && mantissa.contains('.') => Some(number(value, 6)),
         None => None,
     }
@@ -208,6 +212,7 @@ mod tests {
         assert_eq!(of("at most 1e-12, or 50 steps"), "at most 10⁻¹², or 50 steps");
         assert_eq!(of("u is 0.12345678901234567, not 1"), "u is 0.123457, not 1");
         assert_eq!(of("γ is × 1.00000100"), "γ is × 1.00000100");
+        assert_eq!(of("in [-0.25, 1], (0.2, 0.0000), a-1"), "in [−0.25, 1], (0.2, 0), a-1");
         assert_eq!(of("0.0e0 against 1.864775194431245e0"), "0 against 1.865");
         for name in ["a-1e-7.vtu", "run_1e-7", "x1e-7", "1e-7/u.vtu", "2026-11-22", "0.5.2", "1e"] {
             assert_eq!(in_words(name), name);

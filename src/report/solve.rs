@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::certified::Certified;
 use super::html;
 use super::model::{Block, Cell, Report, Todo, count, joined, percent, short, table};
-use super::number::{size, whole};
+use super::number::{number, size, trimmed, whole};
 use crate::engine::{self, Case, Explanation};
 use crate::run::RESIDUAL_TOLERANCE;
 use faceoff_fem::adapt::{Step, Way};
@@ -260,16 +260,16 @@ pub fn solve<'a>(
     if !a.converged {
         report.next = vec![Todo::new("Allow it more steps:", [format!("faceoff {} --max-iterations {}", engine::typed(), 4 * a.iterations.max(25))])];
     }
-    let pictures = about.clone();
+    let (pictures, told) = (about.clone(), facts.clone());
     report.lead.push(Block::Html(Box::new(move || {
         let increments = [(a.engine.as_str(), a.increments.as_slice())];
         let newton = html::newton(&increments, &[], None, "**The iteration.** Relative broken H¹ norm of the increment of each step");
-        Ok(html::pictures([html::solution(&case.problem, u, &pictures), newton]))
+        let [u, newton] = [html::solution(&case.problem, u, &pictures), newton].map(|of| ("c4 half", of));
+        Ok(html::beside([u, newton, ("c4", html::known(&told))]))
     })));
     let lines = a.explanation.iter().flat_map(Explanation::lines);
     let of = Block::Text(about.clone());
-    let heading = Block::Page(vec![Block::Heading(2, "What was found".into())]);
-    report.blocks = vec![Block::Terminal(vec![of]), heading, Block::facts(facts)];
+    report.blocks = vec![Block::Terminal(vec![of, Block::facts(facts)])];
     report.blocks.extend(lines.map(Block::Text));
     let caption = "The meshes on the way to the accuracy";
     let steps = table!(caption, a.meshes.iter().flatten(), |step|
@@ -323,7 +323,8 @@ fn contact(set: &ContactSet) -> String {
             zones.faces.len()
         ),
         ContactSet::Runs(runs) if !runs.is_empty() => {
-            let run = |[from, to]: &[f64; 2]| format!("[{from:.6}, {to:.6}]");
+            let end = |x: f64| trimmed(&number(x, 6));
+            let run = |[from, to]: &[f64; 2]| format!("[{}, {}]", end(*from), end(*to));
             joined(runs.iter().map(run), " ")
         }
         _ => "nothing".into(),

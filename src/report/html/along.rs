@@ -177,6 +177,7 @@ impl Sheet<'_> {
             return;
         }
         self.title("u on Γ_C, and the obstacle");
+        self.at += 4.0;
         let panel = Panel { top: self.at, height: 54.0, low, high };
         for (class, of) in [("frame", 2), ("ink", 1)] {
             let mut path = String::new();
@@ -234,7 +235,7 @@ impl Sheet<'_> {
             let class = if faulty { "redf" } else { "inkf" };
             let _ = write!(self.svg, "<path class=\"hair\" d=\"M{LEFT} {at:.0}H{right}v7H{LEFT}z\"/><path class=\"{class}\" d=\"{path}\"/>");
             self.tag(&fields.source, at + 8.0, if faulty { "red" } else { "" });
-            self.at += 11.0;
+            self.at += 12.0;
         }
         self.at += 20.0;
     }
@@ -370,7 +371,7 @@ impl Sheet<'_> {
             let (class, width) = if is_last { ("redl", 1.6) } else { ("ink", 1.1) };
             let _ = write!(self.svg, "<path class=\"{class}\" stroke-width=\"{width}\" d=\"{path}\"/>");
             let y = values.last().map_or(panel.top, |v| panel.log(*v)) + 3.5;
-            let is_free = |y: &f64| *y <= panel.top + 72.0 && taken.iter().all(|t| (t - y).abs() >= 12.0);
+            let is_free = |y: &f64| *y <= panel.top + 80.0 && taken.iter().all(|t| (t - y).abs() >= 12.0);
             let around = [0.0, -6.0, 6.0, -12.0, 12.0, -18.0, 18.0, -24.0, 24.0];
             let y = around.into_iter().map(|by| y + by).find(is_free).unwrap_or(y);
             taken.push(y);
@@ -476,5 +477,5 @@ pub(in crate::report) fn newton(engines: &[(&str, &[f64])], faulty: &[&str], sto
         svg += &word("t m", [x(step), height - 8.0], &(step + 1).to_string());
     }
     let picture = drawing("iterations: increment by step", [width, height], &svg);
-    figure("c4 half", caption, [picture])
+    figure("", caption, [picture])
 }

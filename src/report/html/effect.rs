@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::Html;
 use super::markup::figure;
-use super::plane::{Layers, WIDTH, drawing, ticks, word};
+use super::plane::{Layers, WIDTH, circle, drawing, ticks, word};
 use super::ramp::Ramp;
 use super::residual::{corners, outline, window};
 use super::surface::Surface;
@@ -14,7 +14,7 @@ use faceoff_fem::contact::Problem;
 
 /// Of more faces the map has squares.
 const MOST: usize = 5_000;
-const HIGHEST: f64 = 400.0;
+const HIGHEST: f64 = 310.0;
 
 /// Differences of a field on faces, in units of their tolerance where they have a colour.
 pub(in crate::report) struct Effect<'a> {
@@ -40,7 +40,7 @@ impl Effect<'_> {
             let surface = Surface::new(mesh, &contact);
             let caption = format!("**The effect.** |{}| on Γ_C from outside, {}", self.name, surface.words());
             let worst = worst.filter(|face| contact.contains(face));
-            return figure("c4 half", caption, [surface.picture(&label, &faces, &[], worst)]);
+            return figure("", caption, [surface.picture(&label, &faces, &[], worst)]);
         }
         let view = window(self.problem, HIGHEST);
         let mut layers = Layers::new("k");
@@ -64,11 +64,10 @@ impl Effect<'_> {
             layers.add_squares(&view, points);
         }
         let mut svg = layers.svg(true) + &outline(self.problem, &view, 2.5) + &corners(&view);
-        if let Some([x, y]) = worst.map(|face| mesh.face_midpoint(face)).map(|p| view.pixel([p[0], p[1]])) {
-            let _ = write!(svg, "<g class=\"mark\"><circle class=\"ink\" stroke-width=\"1.4\" cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"8\"/></g>");
-        }
+        let worst = worst.map(|face| mesh.face_midpoint(face)).map(|p| view.pixel([p[0], p[1]]));
+        svg += &worst.map_or(String::new(), |at| circle(at, 8.0));
         let caption = format!("**The effect.** |{}| of the face means", self.name);
-        figure("c4 half", caption, [drawing(&label, [WIDTH, view.height + 14.0], &svg)])
+        figure("", caption, [drawing(&label, [WIDTH, view.height + 14.0], &svg)])
     }
 
     /// Every face by its distance from a place.
@@ -110,6 +109,6 @@ impl Effect<'_> {
         }
         let below = if others.is_empty() { "" } else { "; black: the others among themselves" };
         let caption = format!("**It falls off with the distance** from {place}: every dot a face{below}");
-        figure("c4 half", caption, [drawing("differences by distance", [WIDTH, bottom + 22.0], &svg)])
+        figure("", caption, [drawing("differences by distance", [WIDTH, bottom + 22.0], &svg)])
     }
 }

@@ -225,7 +225,7 @@ pub(super) fn word(verdict: Verdict) -> Html {
 pub(super) fn facts(facts: &[(impl AsRef<str>, String)]) -> Html {
     let items = facts.iter();
     let items =
-        items.flat_map(|(name, fact)| [leaf("dt", &[], name), element("dd", &[], prose(fact))]);
+        items.flat_map(|(name, fact)| [element("dt", &[], prose(name)), element("dd", &[], prose(fact))]);
     element("dl", &[], items)
 }
 

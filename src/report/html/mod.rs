@@ -5,6 +5,7 @@ mod along;
 mod axis;
 mod chain;
 mod codes;
+mod compared;
 mod effect;
 mod markup;
 mod pair;
@@ -24,6 +25,7 @@ use super::model::{Block, Figure, Report, word as word_of};
 use super::provenance::{Provenance, provenance};
 pub(super) use along::{Along, newton};
 pub(super) use codes::{tolerances, tried};
+pub(super) use compared::{Compared, by_field};
 use faceoff_mesh::error::{Error, Result};
 pub use markup::Html;
 use markup::{division, element, emphasised, facts, folded, leaf, picture, prose, raw, table, text};
@@ -149,7 +151,9 @@ fn typed(command: &str) -> Html {
 /// By which methods, and the files beside the page.
 fn foot(report: &Report, folder: &Path) -> Result<Html> {
     let notes = report.notes.iter().map(|words| element("p", &[], prose(words)));
-    let files = names(folder)?;
+    let mut files = names(folder)?;
+    // What scripts read stands first.
+    files.sort_by_key(|name| !name.ends_with(".json"));
     let link = |name: &String| leaf("a", &[("href", name)], name);
     let parted = |files: &[String]| -> Html {
         let links = files.iter().enumerate();
@@ -167,9 +171,14 @@ fn foot(report: &Report, folder: &Path) -> Result<Html> {
     Ok(element("footer", &[], [notes, division("files", all)]))
 }
 
-/// Side by side.
-pub(super) fn pictures<const N: usize>(all: [Html; N]) -> Html {
-    division("grid", all)
+/// Side by side, in so many columns of twelve each.
+pub(super) fn beside<const N: usize>(all: [(&str, Html); N]) -> Html {
+    division("grid", all.map(|(class, part)| division(class, part)))
+}
+
+/// Names and what they are, beside a picture.
+pub(super) fn known(of: &[(&str, String)]) -> Html {
+    facts(of)
 }
 
 /// A part with a heading.

@@ -119,19 +119,22 @@ impl Layers {
         }
     }
 
-    /// A spot for each point, those of larger values on those of smaller ones; the fewer there are, the larger.
-    pub fn add_spots(&mut self, view: &View, points: impl Iterator<Item = ([f64; 2], usize)>, count: usize) {
-        let side = (WIDTH / (1.0 + (count as f64).cbrt())).clamp(3.0, 14.0).round();
-        let mut seen = std::collections::HashMap::new();
+    /// A square for each place where there are points, in the colour of the largest value there, as large as there is room.
+    pub fn add_spots(&mut self, view: &View, points: impl Iterator<Item = ([f64; 2], usize)>) {
+        let mut seen = std::collections::BTreeMap::new();
         for (point, colour) in points {
-            let at = view.pixel(point).map(|x| (x - 0.5 * side).round() as i64);
+            let at = view.pixel(point).map(|x| (x / SQUARE).round() as i64);
             let kept = seen.entry(at).or_insert(colour);
             *kept = (*kept).max(colour);
         }
-        let mut spots: Vec<_> = seen.into_iter().collect();
-        spots.sort_unstable();
-        for ([x, y], colour) in spots {
+        // On a lattice they touch.
+        let across = ((seen.len() as f64).sqrt() - 1.0).max(1.0);
+        let side = ((WIDTH * view.height).sqrt() / across).clamp(SQUARE, 48.0).ceil();
+        let ends = [WIDTH, view.height];
+        for ([x, y], colour) in seen {
             if let Some(path) = self.paths.get_mut(colour) {
+                let place = |k: i64, end: f64| (k as f64 * SQUARE - 0.5 * side).min(end - side).max(0.0).round();
+                let [x, y] = [place(x, ends[0]), place(y, ends[1])];
                 let _ = write!(path, "M{x} {y}h{side}v{side}h-{side}z");
             }
         }
@@ -164,6 +167,14 @@ pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> su
         width + 4.0,
         height + 4.0
     ))
+}
+
+/// A circle around a place, seen on any ground.
+pub(super) fn circle([x, y]: [f64; 2], radius: f64) -> String {
+    let of = |class: &str, width: f64| {
+        format!("<circle class=\"{class}\" stroke-width=\"{width}\" cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius}\"/>")
+    };
+    format!("<g class=\"mark\">{}{}</g>", of("ring", 5.0), of("redl", 1.8))
 }
 
 /// A word in a picture, by its classes.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::Html;
 use super::markup::{division, figure};
-use super::plane::{Layers, View, WIDTH, drawing, segments, word};
+use super::plane::{Layers, View, WIDTH, circle, drawing, segments, word};
 use super::ramp::Ramp;
 use super::surface;
 use crate::report::number::{number, size, whole};
@@ -83,7 +83,7 @@ impl<'a> Put<'a> {
 
 /// The residual as a whole, and around the worst row.
 pub(in crate::report) fn cause(put: &Put, about: &str) -> Html {
-    let held = "Residual as backward error: of each row, over the sizes of its terms";
+    let held = "Residual of each row, over the sizes of its terms";
     let pictures = match put.problem.space.mesh.dim {
         3 => surface::cause(put, about),
         _ => {
@@ -190,10 +190,8 @@ fn overview(put: &Put, about: &str) -> Html {
         );
         let _ = write!(svg, "<path class=\"ink\" stroke-width=\"1.2\" d=\"M{x:.0} {y:.0}H{r:.0}V{b:.0}H{x:.0}z\"/>");
     }
-    let circle = put.worst().map(|row| view.pixel(put.flat(problem.space.point(row))));
-    if let Some([x, y]) = circle {
-        let _ = write!(svg, "<g class=\"mark\"><circle class=\"redl\" stroke-width=\"1.6\" cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"9\"/></g>");
-    }
+    let worst = put.worst().map(|row| view.pixel(put.flat(problem.space.point(row))));
+    svg += &worst.map_or(String::new(), |at| circle(at, 9.0));
     svg += &corners(&view);
     let caption = format!("**The cause.** Residual of {}, row by row: {about}", put.name);
     let picture = drawing(&format!("residual of {}, {about}", put.name), [WIDTH, view.height + 14.0], &svg);

@@ -1,7 +1,7 @@
 //! A field as it is, and what each cell adds to a bound: maps without a tolerance.
 
 use super::Html;
-use super::markup::{division, figure};
+use super::markup::figure;
 use super::plane::{Layers, View, WIDTH, drawing, word};
 use super::residual::{outline, shapes, window};
 use super::surface::{Surface, from_side};
@@ -50,7 +50,7 @@ pub(in crate::report) fn solution(problem: &Problem, u: &[f64], about: &str) -> 
         + &outline(problem, &view, 2.5)
         + &word("t", [0.0, y], &format!("from {}, dark", told(low)))
         + &word("t e", [WIDTH, y], &format!("to {}, pale", told(high)));
-    figure("c4 half", format!("**u**, {about}"), [drawing(&format!("u, {about}"), [WIDTH, y + 2.0], &svg)])
+    figure("", format!("**u**, {about}"), [drawing(&format!("u, {about}"), [WIDTH, y + 2.0], &svg)])
 }
 
 fn zones(problem: &Problem, u: &[f64], about: &str) -> Html {
@@ -69,7 +69,7 @@ fn zones(problem: &Problem, u: &[f64], about: &str) -> Html {
     let surface = Surface::new(problem.space.mesh, &all);
     let caption = format!("**Γ_C from outside**, {}: dark where in contact; {about}", surface.words());
     let label = format!("contact status on Γ_C, {about}");
-    figure("c4 half", caption, [surface.picture(&label, &faces, &[], None)])
+    figure("", caption, [surface.picture(&label, &faces, &[], None)])
 }
 
 /// Cells by the root of what each adds, the larger the darker; `squares` are what they add.
@@ -110,5 +110,5 @@ pub(in crate::report) fn cells(mesh: &Triangulation, squares: &[f64], about: &st
         "**What each cell adds to the bound**: the darker, the more, over three powers of ten down from {}; refining there pays most",
         size(most.sqrt())
     );
-    division("two", figure("", caption, [picture]))
+    figure("", caption, [picture])
 }

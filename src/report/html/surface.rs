@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::Html;
 use super::markup::figure;
-use super::plane::{Layers, View, WIDTH, drawing, word};
+use super::plane::{Layers, View, WIDTH, circle, drawing, word};
 use super::residual::Put;
 use crate::report::number::whole;
 use faceoff_mesh::mesh::Triangulation;
@@ -103,8 +103,7 @@ impl<'a> Surface<'a> {
             layers.svg(true)
         );
         if let Some(face) = worst {
-            let [x, y] = self.view.pixel(self.sight.flat(self.mesh.face_midpoint(face)));
-            let _ = write!(svg, "<g class=\"mark\"><circle class=\"redl\" stroke-width=\"1.6\" cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"10\"/></g>");
+            svg += &circle(self.view.pixel(self.sight.flat(self.mesh.face_midpoint(face))), 10.0);
         }
         drawing(label, [WIDTH, self.view.height], &svg)
     }
@@ -119,7 +118,7 @@ pub(super) fn from_side(label: &str, mesh: &Triangulation, spots: &[([f64; 3], u
     let side = |p: [f64; 3]| [p[0], p[2]];
     let view = View::of(mesh.points.iter().map(|p| side(*p)), HIGHEST);
     let mut layers = Layers::new("k");
-    layers.add_spots(&view, spots.iter().map(|(p, colour)| (side(*p), *colour)), spots.len());
+    layers.add_spots(&view, spots.iter().map(|(p, colour)| (side(*p), *colour)));
     let svg = layers.svg(true) + &word("t m", [0.5 * WIDTH, view.height + 13.0], "x, and z upwards");
     drawing(label, [WIDTH, view.height + 14.0], &svg)
 }
@@ -158,14 +157,12 @@ pub(super) fn cause(put: &Put, about: &str) -> Html {
     let view = View::of(mesh.points.iter().map(|p| side(*p)), HIGHEST);
     let mut layers = Layers::new("k");
     let points = (0..put.errors.len()).map(|row| (side(problem.space.point(row)), put.ramp.step(put.errors[row])));
-    // No finer than the rows lie, so that no holes are left.
-    layers.add_spots(&view, points, put.errors.len());
+    layers.add_spots(&view, points);
     let mut svg = layers.svg(true);
-    if let Some([x, y]) = put.worst().map(|row| view.pixel(side(problem.space.point(row)))) {
-        let _ = write!(svg, "<circle class=\"redl\" stroke-width=\"1.6\" cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"9\"/>");
-    }
+    let worst = put.worst().map(|row| view.pixel(side(problem.space.point(row))));
+    svg += &worst.map_or(String::new(), |at| circle(at, 12.0));
     let axes = [sight.axes[0], across].map(|axis| AXES[axis]);
-    svg += &word("t m", [0.5 * WIDTH, view.height + 13.0], axes[0]);
+    svg += &word("t m", [0.5 * WIDTH, view.height + 18.0], axes[0]);
     let failing = (0..put.errors.len()).filter(|row| put.fails(*row)).count();
     let caption = format!(
         "**All rows from the side**, {} to the right, {} upwards, the worst in front; {} of {} fail",
@@ -175,6 +172,6 @@ pub(super) fn cause(put: &Put, about: &str) -> Html {
         whole(put.errors.len())
     );
     let label = format!("residual of {} from the side, {about}", put.name);
-    pictures.push(figure("", caption, [drawing(&label, [WIDTH, view.height + 14.0], &svg)]));
+    pictures.push(figure("", caption, [drawing(&label, [WIDTH, view.height + 20.0], &svg)]));
     pictures.into_iter().collect()
 }

@@ -274,7 +274,8 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
     };
     let stop = case.setup.settings.stop.increment;
     let newton = newton(&increments, &faulty, Some(stop), caption);
-    let pictures = division("grid", [shown.map(&about), shown.decay(from, &at, &others), newton]);
+    let all = [shown.map(&about), shown.decay(from, &at, &others), newton];
+    let pictures = division("grid", all.map(|picture| division("c4 half", picture)));
     if engine.is_none() {
         return Ok(pictures);
     }

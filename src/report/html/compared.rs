@@ -1,0 +1,221 @@
+//! Two files beside each other on the mesh of the first: where a field differs, and what it is in both.
+
+use super::Html;
+use super::markup::{Column, Entry, Sheet, division, figure, prose, text, word as verdict_word};
+use super::axis::{Axis, Dot};
+use super::plane::{Layers, View, WIDTH, circle, drawing, word};
+use super::ramp::Ramp;
+use crate::report::number::{number, size, trimmed, whole};
+use crate::report::verify::{remark, worst};
+use faceoff_judge::{ComparedField, Comparison, Differences, On, Verdict};
+use faceoff_mesh::field::Results;
+
+/// Of more shapes a map has squares.
+const MOST: usize = 12_000;
+const HIGHEST: f64 = 384.0;
+const SHADES: f64 = 16.0;
+
+/// One row a field.
+pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
+    let fields = &comparison.fields;
+    let mut tolerances: Vec<f64> = fields.iter().map(|f| f.field.tolerance).filter(|t| *t > 0.0).collect();
+    tolerances.sort_by(f64::total_cmp);
+    tolerances.dedup();
+    let axis = Axis::new(fields.iter().map(|f| f.field.max_rel), tolerances);
+    let mut sheet = Sheet {
+        head: vec![
+            Column::new("w", text("field")),
+            Column::new("opt", text("on")),
+            Column::new("n opt", text("values")),
+            Column::new("d", Html::from([text("largest |a − b|, relative"), axis.head()])),
+            Column::new("n", text("relative")),
+            Column::new("n", text("largest |a − b|")),
+            Column::new("n opt", text("scale")),
+            Column::new("n opt", text("rtol")),
+            Column::new("n opt", text("atol")),
+            Column::new("n opt", text("beyond")),
+            Column::new("w opt", text("worst")),
+            Column::new("", text("verdict")),
+        ],
+        ..Sheet::default()
+    };
+    for of in fields {
+        let f = &of.field;
+        let agrees = f.verdict == Verdict::Agree;
+        let dot = Dot {
+            value: f.max_rel,
+            class: if agrees { "" } else { "bd" },
+            title: f.field.clone(),
+        };
+        let strip = match f.reason.is_some() && !agrees && f.max_rel == 0.0 {
+            true => Html::default(),
+            false => axis.strip(&[dot]),
+        };
+        let on = format!("{:?}", of.on).to_lowercase();
+        let why = remark(f, &on).split_once(": ").map_or(String::new(), |(_, why)| match f.reason {
+            Some(_) => format!(": {why}"),
+            None => String::new(),
+        });
+        let beyond = match f.beyond {
+            0 => "none".to_owned(),
+            some => format!("{} of {}", whole(some), whole(f.faces)),
+        };
+        let row = vec![
+            Entry::words(&f.field),
+            Entry::words(on),
+            Entry::number(f.faces as f64, whole(f.faces)),
+            Entry::new(strip, Some(f.max_rel)),
+            Entry::number(f.max_rel, size(f.max_rel)),
+            Entry::number(f.max_abs, size(f.max_abs)),
+            of.scale.map_or(Entry::words("–"), |s| Entry::number(s, number(s, 3))),
+            Entry::number(of.rtol, number(of.rtol, 2)),
+            Entry::number(of.atol, number(of.atol, 2)),
+            Entry::number(f.beyond as f64, beyond),
+            Entry::words(if f.max_abs == 0.0 { "–".to_owned() } else { worst(f).unwrap_or_default() }),
+            Entry::new(Html::from([verdict_word(f.verdict), prose(why)]), None),
+        ];
+        sheet.rows.push((!agrees, row));
+    }
+    sheet.html()
+}
+
+/// A field of two files with what there is of it on the mesh of the first.
+pub(in crate::report) struct Compared<'a> {
+    of: &'a ComparedField,
+    a: &'a Results,
+    on: On,
+    /// a, and a - b, the largest component of each.
+    values: Vec<f64>,
+    differences: Vec<f64>,
+}
+
+impl<'a> Compared<'a> {
+    /// None where the field has no place in the plane.
+    pub fn new(comparison: &'a Comparison, a: &'a Results, of: &'a ComparedField) -> Option<Self> {
+        let set = comparison.differences.iter().find(|set| set.on == of.on)?;
+        let (components, differences) = find(set, &of.field.field)?;
+        let fields = match of.on {
+            On::Points => &a.on_points,
+            On::Cells => &a.on_cells,
+            On::Corners => &a.on_corners,
+            On::Whole => return None,
+        };
+        let field = fields.iter().find(|f| f.name == of.field.field)?;
+        if a.points.is_empty() || field.at.is_some() {
+            return None;
+        }
+        let largest = |values: &[f64]| -> Vec<f64> {
+            let of = values.chunks(components.max(1));
+            of.map(|c| c.iter().copied().fold(0.0, |m: f64, v| if v.is_nan() || v.abs() > m.abs() { v } else { m })).collect()
+        };
+        Some(Compared {
+            of,
+            a,
+            on: of.on,
+            values: largest(&field.values),
+            differences: largest(differences),
+        })
+    }
+
+    fn count(&self) -> usize {
+        self.a.kinds.iter().map(|(_, count)| count).sum()
+    }
+
+    /// The corners of a cell, their points and where their values stand; around each corner its part of the cell.
+    fn shapes(&self) -> Vec<(usize, Vec<[f64; 2]>)> {
+        let flat = |p: u32| self.a.points.get(p as usize).map(|p| [p[0], p[1]]);
+        let middle = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|k| 0.5 * (p[k] + q[k]));
+        let mut shapes = Vec::new();
+        let (mut cell, mut corner) = (0, 0);
+        for &(kind, count) in &self.a.kinds {
+            for _ in 0..count {
+                let points: Vec<u32> = self.a.cell(cell).collect();
+                let corners = kind.shape().corners().min(points.len());
+                let places: Option<Vec<[f64; 2]>> = points[..corners].iter().map(|p| flat(*p)).collect();
+                if let Some(places) = places {
+                    let sum = places.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+                    let centre = sum.map(|x| x / places.len().max(1) as f64);
+                    match self.on {
+                        On::Cells => shapes.push((cell, places)),
+                        _ => {
+                            for k in 0..corners {
+                                let [before, next] = [k + corners - 1, k + 1].map(|j| places[j % corners]);
+                                let p = places[k];
+                                let part = vec![p, middle(p, next), centre, middle(p, before)];
+                                let value = if self.on == On::Corners { corner + k } else { points[k] as usize };
+                                shapes.push((value, part));
+                            }
+                        }
+                    }
+                }
+                corner += kind.points();
+                cell += 1;
+            }
+        }
+        shapes
+    }
+
+    fn map(&self, layers: &mut Layers, view: &View, colour: impl Fn(usize) -> Option<usize>) {
+        let shapes = self.shapes();
+        let coloured = shapes.iter().filter_map(|(k, shape)| Some((shape, colour(*k)?)));
+        if self.is_flat() && shapes.len() <= MOST {
+            coloured.for_each(|(shape, colour)| layers.add(colour, view, shape));
+        } else {
+            layers.add_spots(view, coloured.map(|(shape, colour)| (shape[0], colour)));
+        }
+    }
+
+    /// Do all cells lie in one plane?
+    fn is_flat(&self) -> bool {
+        self.a.kinds.iter().all(|(kind, _)| kind.dim() <= 2) && self.a.points.iter().all(|p| p[2] == self.a.points[0][2])
+    }
+
+    fn view(&self) -> View {
+        View::of(self.a.points.iter().map(|p| [p[0], p[1]]), HIGHEST)
+    }
+
+    fn scale(&self) -> f64 {
+        self.of.scale.filter(|s| *s > 0.0 && s.is_finite()).unwrap_or(1.0)
+    }
+
+    /// |a - b|, and beside it a and b.
+    pub fn figures(&self) -> Html {
+        if self.count() == 0 {
+            return Html::default();
+        }
+        let name = &self.of.field.field;
+        let view = self.view();
+        let tolerance = if self.of.field.tolerance > 0.0 { self.of.field.tolerance } else { f64::EPSILON };
+        let ramp = Ramp::new(tolerance, self.of.field.max_rel);
+        let mut layers = Layers::new("k");
+        self.map(&mut layers, &view, |k| Some(ramp.step(self.differences.get(k)?.abs() / self.scale())));
+        let mut svg = layers.svg(true);
+        if let Some(at) = self.of.field.worst.as_ref().filter(|w| w.midpoint.len() >= 2 && self.of.field.max_abs != 0.0) {
+            svg += &circle(view.pixel([at.midpoint[0], at.midpoint[1]]), 9.0);
+        }
+        let y = view.height + 13.0;
+        let of = |x: f64| trimmed(&number(x, 3));
+        svg += &(word("t", [0.0, y], &of(view.low[0])) + &word("t e", [WIDTH, y], &of(view.high[0])));
+        let caption = format!("**|a − b| of {name}** relative to its largest value, {}", size(self.scale()));
+        let difference = figure("", caption, [drawing(&format!("map of differences of {name}"), [WIDTH, y], &svg)]);
+        let of_b: Vec<f64> = self.values.iter().zip(&self.differences).map(|(a, d)| a - d).collect();
+        let finite = self.values.iter().chain(&of_b).filter(|v| v.is_finite());
+        let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let side = |letter: &str, values: &[f64]| {
+            let mut layers = Layers::new("g");
+            let shade = |v: f64| ((v - low) / (high - low).max(f64::MIN_POSITIVE) * SHADES).clamp(0.0, SHADES - 1.0) as usize;
+            self.map(&mut layers, &view, |k| values.get(k).filter(|v| v.is_finite()).map(|v| shade(*v)));
+            let words = word("t", [0.0, y], &format!("from {}, dark", of(low))) + &word("t e", [WIDTH, y], &format!("to {}, pale", of(high)));
+            let picture = drawing(&format!("{name} of {letter}"), [WIDTH, y], &(layers.svg(true) + &words));
+            figure("", format!("**{name} of {letter}**"), [picture])
+        };
+        let bar = ramp.bar("|a − b| relative to the largest value of the field");
+        let both = division("two", [side("a", &self.values), side("b", &of_b)]);
+        division("two", [difference, division("", [both, bar])])
+    }
+}
+
+fn find<'a>(set: &'a Differences, name: &str) -> Option<(usize, &'a [f64])> {
+    let field = set.fields.iter().find(|(known, ..)| known == name)?;
+    Some((field.1, &field.2))
+}
