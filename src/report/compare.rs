@@ -2,7 +2,7 @@
 
 use super::difference::write_differences;
 use super::html;
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, count, table, word};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, table, word};
 use super::number::{number, place, size, whole};
 use super::verify::{remark, why, worst};
 use faceoff_judge::{ComparedField, Comparison, MatchBy, Verdict};
@@ -20,7 +20,12 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     report.verdict = Some((comparison.verdict, verdict));
     let wrong = comparison.fields.iter().filter(|f| f.field.verdict != Verdict::Agree);
     let wrong: Vec<&ComparedField> = wrong.collect();
-    let farthest = wrong.iter().copied().max_by(|f, g| factor(f).total_cmp(&factor(g)));
+    // What has values tells more than what is missing.
+    let key = |of: &ComparedField| (of.field.worst.is_some(), factor(of));
+    let farthest = wrong.iter().copied().max_by(|f, g| {
+        let ((f_has, f), (g_has, g)) = (key(f), key(g));
+        f_has.cmp(&g_has).then(f.total_cmp(&g))
+    });
     report.claim = claim(comparison, &wrong, verdict);
     report.lede = lede(comparison, &wrong, farthest);
     if let Some(farthest) = farthest {
@@ -85,6 +90,8 @@ fn factor(of: &ComparedField) -> f64 {
 
 /// Which fields differ, and where.
 fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> String {
+    let mut wrong = wrong.to_vec();
+    wrong.sort_by_key(|f| f.field.verdict == Verdict::Undetermined);
     let names: Vec<&str> = wrong.iter().map(|f| &*f.field.field).collect();
     let all = comparison.fields.len();
     match (&names[..], wrong.first()) {
@@ -134,7 +141,7 @@ fn lede(comparison: &Comparison, wrong: &[&ComparedField], farthest: Option<&Com
         });
         let others = comparison.fields.len() - wrong.len();
         if others > 0 {
-            told.push(format!("The other {} agree{}.", count(others, "field"), if others == 1 { "s" } else { "" }));
+            told.push(format!("{}", if others == 1 { "The other field agrees.".into() } else { format!("The other {others} fields agree.") }));
         }
     } else {
         let largest = comparison.fields.iter().map(|f| f.field.max_rel).fold(0.0, f64::max);

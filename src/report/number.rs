@@ -23,7 +23,7 @@ pub fn number(value: f64, digits: usize) -> String {
         let decimals = (digits as i32 - 1 - power).max(0) as usize;
         return signed(&thousands(&format!("{value:.decimals$}")));
     }
-    let is_one = mantissa.trim_start_matches('-').trim_end_matches('0') == "1.";
+    let is_one = mantissa.trim_start_matches('-').trim_end_matches(['0', '.']) == "1";
     match is_one && format!("1e{power}").parse() == Ok(value.abs()) {
         true if value < 0.0 => format!("−{}", power_of_ten(power)),
         true => power_of_ten(power),
@@ -197,6 +197,7 @@ mod tests {
         ] {
             assert_eq!(of(value, 3), text, "{value}");
         }
+        assert_eq!(of(1e-8, 1), "10⁻⁸");
         assert_eq!(size(2.53e-7).replace(THIN, " "), "2.5 · 10⁻⁷");
         assert_eq!(whole(1_234_567).replace(THIN, " "), "1 234 567");
         assert_eq!([0.01, 0.5, 2e-4].map(share).join("; ").replace(THIN, " "), "1 %; 50 %; 2.0 · 10⁻⁴");

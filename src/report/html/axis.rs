@@ -42,7 +42,7 @@ impl Axis {
     pub fn head(&self) -> Html {
         let every = match self.high - self.low {
             span if span > 30.0 => 50,
-            span if span > 14.0 => 4,
+            span if span > 12.0 => 4,
             _ => 2,
         };
         let powers: Vec<i32> = self.tolerances.iter().map(|t| t.log10().round() as i32).collect();

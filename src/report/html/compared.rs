@@ -47,7 +47,7 @@ pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
             class: if agrees { "" } else { "bd" },
             title: f.field.clone(),
         };
-        let strip = match f.reason.is_some() && !agrees && f.max_rel == 0.0 {
+        let strip = match f.worst.is_none() && !agrees {
             true => Html::default(),
             false => axis.strip(&[dot]),
         };
@@ -74,7 +74,7 @@ pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
             Entry::words(if f.max_abs == 0.0 { "–".to_owned() } else { worst(f).unwrap_or_default() }),
             Entry::new(Html::from([verdict_word(f.verdict), prose(why)]), None),
         ];
-        sheet.rows.push((!agrees, row));
+        sheet.rows.push((false, row));
     }
     sheet.html()
 }

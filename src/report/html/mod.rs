@@ -100,8 +100,8 @@ fn answer(report: &Report) -> Html {
         None => "result".to_owned(),
     };
     let claim = match &*report.claim {
-        "" => &report.headline,
-        claim => claim,
+        "" => capitalised(&report.headline),
+        claim => claim.to_owned(),
     };
     let mut attributes = vec![("id", "verdict")];
     attributes.extend((claim.chars().count() > LONG).then_some(("class", "long")));
@@ -110,7 +110,17 @@ fn answer(report: &Report) -> Html {
         lede => element("p", &[("class", "lede")], prose(lede)),
     };
     let attributes_of = [("role", "status"), ("aria-label", &*label)];
-    element("header", &attributes_of, [element("h1", &attributes, emphasised(claim, "em")), lede])
+    element("header", &attributes_of, [element("h1", &attributes, emphasised(&claim, "em")), lede])
+}
+
+/// As a sentence begins; a name in it stays as it is.
+fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    let is_word = words.split(' ').next().is_some_and(|w| w.chars().all(|c| c.is_ascii_lowercase()));
+    match letters.next() {
+        Some(first) if is_word => first.to_ascii_uppercase().to_string() + letters.as_str(),
+        _ => words.to_owned(),
+    }
 }
 
 /// The picture, and beside it what to do.
