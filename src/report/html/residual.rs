@@ -215,7 +215,7 @@ fn near(put: &Put, all: &View) -> Option<View> {
     let cell = (0..mesh.cell_count()).find(|cell| carrier.iter().all(|v| mesh.cell(*cell).contains(v)))?;
     let width = ACROSS * mesh.geometry(cell).diameter / std::f64::consts::SQRT_2;
     let extent = [0, 1].map(|k| all.high[k] - all.low[k]);
-    if width > 0.6 * extent[0] {
+    if width > 0.75 * extent[0] {
         return None;
     }
     let sides = [width, (0.85 * width).min(extent[1])];
