@@ -149,7 +149,10 @@ pub(super) fn differing(outcome: &VerifyOutcome) -> Option<&CaseOutcome> {
 
 /// What stands first on the page of `verify`.
 pub(super) fn claim_of(outcome: &VerifyOutcome, word: &str) -> String {
-    if let Some((_, engine)) = culprit(outcome) {
+    if let Some((case, engine)) = culprit(outcome) {
+        if case.engines.len() > 1 && case.engines.iter().all(|e| !e.converged) {
+            return format!("**No code converged** in {}", count(engine.iterations, "step"));
+        }
         return match &engine.findings {
             _ if !engine.finite => format!("**{}** gives values that are not finite", engine.engine),
             Some(found) if !found.solves() => claim(&engine.engine, found),
@@ -241,8 +244,11 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
     let mut steps = Vec::new();
     if let Some((case, engine)) = culprit(outcome) {
         let code = as_typed(&engine.engine);
-        let all = format!("rust,{code}");
-        let alone = alone(case, &all);
+        let fault = at_fault(outcome);
+        let others = case.engines.iter().map(|e| &*e.engine).filter(|name| *name != engine.engine);
+        let beside = others.clone().find(|name| !fault.contains(name)).or(others.clone().next());
+        let beside = beside.map_or(String::new(), |name| as_typed(name) + ",");
+        let alone = alone(case, &format!("{beside}{code}"));
         let seconds = engine.seconds;
         steps.push(Todo::new(
             format!("See it alone; {} takes {} s:", engine.engine, number(seconds, 2)),

@@ -125,6 +125,19 @@ impl Sheet<'_> {
         }
     }
 
+    /// A line through positions and heights; points that are nearer than a line is wide are left out.
+    fn line_through(&self, points: impl Iterator<Item = (f64, f64)>) -> String {
+        let (mut path, mut last) = (String::new(), f64::NEG_INFINITY);
+        for (s, y) in points {
+            let x = self.x(s);
+            if (x - last).abs() >= 0.6 {
+                let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { 'M' } else { 'L' });
+                last = x;
+            }
+        }
+        path
+    }
+
     fn line(&mut self, class: &str, y: f64, label: &str) {
         let right = self.right;
         let _ = write!(self.svg, "<path class=\"{class}\" d=\"M{LEFT} {y:.1}H{right}\"/>");
@@ -180,16 +193,8 @@ impl Sheet<'_> {
         self.at += 4.0;
         let panel = Panel { top: self.at, height: 54.0, low, high };
         for (class, of) in [("frame", 2), ("ink", 1)] {
-            let mut path = String::new();
-            for (k, p) in points.iter().enumerate() {
-                let value = if of == 1 { p.1 } else { p.2 };
-                if value.abs() < 1e100 {
-                    let _ = write!(path, "{}{:.1} {:.1}", if k == 0 { 'M' } else { 'L' }, self.x(p.0), panel.y(value));
-                }
-            }
-            if !path.starts_with('M') {
-                path.replace_range(..path.len().min(1), "M");
-            }
+            let values = points.iter().map(|p| (p.0, if of == 1 { p.1 } else { p.2 }));
+            let path = self.line_through(values.filter(|(_, v)| v.abs() < 1e100).map(|(s, v)| (s, panel.y(v))));
             let _ = write!(self.svg, "<path class=\"{class}\" stroke-width=\"1.3\" d=\"{path}\"/>");
         }
         let upper = if low < 0.0 && high >= 0.0 && -low > 4.0 * high { 0.0 } else { high };
@@ -214,22 +219,25 @@ impl Sheet<'_> {
         }
         for (fields, column) in with {
             let faulty = of.is_faulty(&fields.source);
-            let mut path = String::new();
+            let (mut path, mut runs) = (String::new(), Vec::<(f64, f64)>::new());
             for (k, row) in self.chain.rows.iter().enumerate() {
                 let face = of.problem.contact[*row].face as u32;
                 let Ok(at) = column.faces.binary_search(&face) else { continue };
                 let values = column.row(at);
                 let (a, b) = self.chain.ends[k];
                 let width = (b - a) / values.len() as f64;
-                // From run to run of points in contact.
-                let mut q = 0;
-                for run in values.chunk_by(|p, q| (*p <= 0.0) == (*q <= 0.0)) {
-                    if run[0] <= 0.0 {
-                        let (from, to) = (self.x(a + q as f64 * width), self.x(a + (q + run.len()) as f64 * width));
-                        let _ = write!(path, "M{from:.1} {:.0}h{:.1}v7H{from:.1}z", self.at, to - from);
+                for (q, _) in values.iter().enumerate().filter(|(_, p)| **p <= 0.0) {
+                    let (from, to) = (a + q as f64 * width, a + (q + 1) as f64 * width);
+                    match runs.last_mut() {
+                        // Neighbours in contact are one zone.
+                        Some((_, end)) if (*end - from).abs() <= 1e-6 * width => *end = to,
+                        _ => runs.push((from, to)),
                     }
-                    q += run.len();
                 }
+            }
+            for (from, to) in runs {
+                let (from, to) = (self.x(from), self.x(to));
+                let _ = write!(path, "M{from:.1} {:.0}h{:.1}v7H{from:.1}z", self.at, to - from);
             }
             let (right, at) = (self.right, self.at);
             let class = if faulty { "redf" } else { "inkf" };
@@ -259,7 +267,7 @@ impl Sheet<'_> {
             self.line("hair", panel.y(value), &format!("{value:.digits$}"));
         }
         let mut told = None;
-        let mut grey = String::new();
+        let (mut grey, mut lines) = (String::new(), [String::new(), String::new()]);
         for (k, row) in self.chain.rows.iter().enumerate() {
             let Some(gamma) = found.gamma.get(*row) else { continue };
             let (a, b) = self.chain.ends[k];
@@ -270,14 +278,16 @@ impl Sheet<'_> {
                 }
                 Some(factor) => {
                     let is_off = (factor - 1.0).abs() > OFF.max(10.0 * gamma.uncertain.unwrap_or(0.0));
-                    let (class, width) = if is_off { ("redl", 4.0) } else { ("ink", 2.2) };
                     let y = panel.y(factor);
-                    let _ = write!(self.svg, "<path class=\"{class}\" stroke-width=\"{width}\" d=\"M{:.1} {y:.1}H{:.1}\"/>", a + 0.5, b - 0.5);
+                    let _ = write!(lines[usize::from(is_off)], "M{:.1} {y:.1}H{:.1}", a + 0.5, b - 0.5);
                     if is_off {
                         told = told.or(Some((b, y, factor, &gamma.vertices)));
                     }
                 }
             }
+        }
+        for (path, (class, width)) in lines.iter().zip([("ink", 2.2), ("redl", 4.0)]) {
+            let _ = write!(self.svg, "<path class=\"{class}\" stroke-width=\"{width}\" d=\"{path}\"/>");
         }
         let _ = write!(self.svg, "<path class=\"holdf\" opacity=\".55\" d=\"{grey}\"/>");
         let off = factors.iter().filter(|f| (*f - 1.0).abs() > OFF).count();
@@ -364,10 +374,8 @@ impl Sheet<'_> {
         let mut taken: Vec<f64> = vec![panel.log(of.tolerance) + 3.5];
         for (k, (name, values)) in by_pair.into_iter().enumerate().rev() {
             let is_last = k + 1 == count && !of.faulty.is_empty();
-            let mut path = String::new();
-            for (s, value) in self.chain.s.iter().zip(&values).filter(|(_, v)| v.is_finite()) {
-                let _ = write!(path, "{}{:.1} {:.1}", if path.is_empty() { 'M' } else { 'L' }, self.x(*s), panel.log(*value));
-            }
+            let finite = self.chain.s.iter().zip(&values).filter(|(_, v)| v.is_finite());
+            let path = self.line_through(finite.map(|(s, v)| (*s, panel.log(*v))));
             let (class, width) = if is_last { ("redl", 1.6) } else { ("ink", 1.1) };
             let _ = write!(self.svg, "<path class=\"{class}\" stroke-width=\"{width}\" d=\"{path}\"/>");
             let y = values.last().map_or(panel.top, |v| panel.log(*v)) + 3.5;

@@ -95,12 +95,17 @@ impl Effect<'_> {
         let at = y(self.tolerance);
         let _ = write!(svg, "<path class=\"frame dash\" d=\"M{left} {at:.1}H{right}\"/>");
         svg += &word("t e", [right, at - 4.0], "tolerance");
+        let grain = if self.values.len() > MOST { 2.0 } else { 1.0 };
         for (class, values) in [("inkf", others), ("redf", self.values)] {
             let finite = values.iter().filter(|(_, d)| *d > 0.0 && d.is_finite());
-            let seen: BTreeSet<[i64; 2]> = finite.map(|(f, d)| [x(far(*f)), y(*d)].map(|v| v.round() as i64)).collect();
+            // Of many dots those that touch are one line.
+            let seen: BTreeSet<[i64; 2]> = finite.map(|(f, d)| [y(*d), x(far(*f))].map(|v| (v / grain).round() as i64)).collect();
+            let seen: Vec<[i64; 2]> = seen.into_iter().collect();
             let mut path = String::new();
-            for [x, y] in seen {
-                let _ = write!(path, "M{x} {y}h1.4v1.4h-1.4z");
+            for run in seen.chunk_by(|a, b| a[0] == b[0] && b[1] == a[1] + 1) {
+                let [y, x] = run[0].map(|v| v as f64 * grain);
+                let length = (run.len() - 1) as f64 * grain + 1.4;
+                let _ = write!(path, "M{x} {y}h{length:.1}v1.4h-{length:.1}z");
             }
             let _ = write!(svg, "<path class=\"{class}\" opacity=\".55\" d=\"{path}\"/>");
         }

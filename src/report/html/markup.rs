@@ -46,24 +46,25 @@ pub(super) fn text(text: impl AsRef<str>) -> Html {
 
 /// A text in which `…` encloses what one would type and **…** what stands out; numbers in it as a person writes them.
 pub(super) fn prose(words: impl AsRef<str>) -> Html {
-    let parts = words.as_ref().split('`').enumerate();
-    parts
-        .map(|(k, part)| match k % 2 {
-            0 => emphasised(part, "b"),
-            _ => leaf("code", &[], part),
-        })
-        .collect()
+    emphasised(words.as_ref(), "b")
 }
 
-/// A text in which **…** is in an element of its own.
+/// The same with what stands out in an element of its own.
 pub(super) fn emphasised(words: &str, tag: &str) -> Html {
-    let parts = words.split("**").enumerate();
-    parts
-        .map(|(k, part)| match k % 2 {
+    let parts = words.split('`').enumerate();
+    let outside = |part: &str| -> Html {
+        let parts = part.split("**").enumerate();
+        let of = |(k, part): (usize, &str)| match k % 2 {
             0 => symbols(part),
             _ => element(tag, &[], symbols(part)),
-        })
-        .collect()
+        };
+        parts.map(of).collect()
+    };
+    let of = |(k, part): (usize, &str)| match k % 2 {
+        0 => outside(part),
+        _ => leaf("code", &[], part),
+    };
+    parts.map(of).collect()
 }
 
 /// Words with the parts of the boundary as one writes them, `Γ_C` with a C below.

@@ -6,6 +6,7 @@ mod axis;
 mod chain;
 mod codes;
 mod compared;
+mod convergence;
 mod effect;
 mod markup;
 mod pair;
@@ -13,6 +14,7 @@ mod plane;
 mod ramp;
 mod residual;
 mod solution;
+mod source;
 mod spread;
 mod surface;
 mod verify;
@@ -26,6 +28,7 @@ use super::provenance::{Provenance, provenance};
 pub(super) use along::{Along, newton};
 pub(super) use codes::{tolerances, tried};
 pub(super) use compared::{Compared, by_field};
+pub(super) use convergence::{Line, errors};
 use faceoff_mesh::error::{Error, Result};
 pub use markup::Html;
 use markup::{division, element, emphasised, facts, folded, leaf, picture, prose, raw, table, text};
@@ -184,6 +187,12 @@ fn foot(report: &Report, folder: &Path) -> Result<Html> {
 /// Side by side, in so many columns of twelve each.
 pub(super) fn beside<const N: usize>(all: [(&str, Html); N]) -> Html {
     division("grid", all.map(|(class, part)| division(class, part)))
+}
+
+/// Any number of pictures, three in a row.
+pub(super) fn in_thirds(all: impl Iterator<Item = Html>) -> Html {
+    let parts: Html = all.map(|part| division("c4 half", part)).collect();
+    division("grid", parts)
 }
 
 /// Names and what they are, beside a picture.

@@ -52,6 +52,8 @@ impl<'a> Run<'a> {
                 Ok(cause(&put, &label(case)))
             }
             Some((case, None)) => effect(case, None, &[]),
+            // Those that answered.
+            None if self.outcome.cases.iter().any(|c| !c.pairs.is_empty()) => Ok(Spread::new(self.outcome)?.figure()),
             None => Ok(Html::default()),
         }
     }
@@ -88,7 +90,7 @@ impl<'a> Run<'a> {
             puts: &puts,
             differences: differences(case, &fault)?,
             tolerance: case.pairs.first().map_or(1e-12, |p| p.field.tolerance),
-            faulty: engine.iter().map(|e| &*e.engine).collect(),
+            faulty: fault.clone(),
         };
         let drawn = along.figure("");
         if drawn != Html::default() {

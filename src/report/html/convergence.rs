@@ -1,0 +1,74 @@
+//! Errors over meshes, both logarithmic: a line a method, with its slope.
+
+use std::fmt::Write as _;
+
+use super::Html;
+use super::markup::figure;
+use super::plane::{WIDTH, drawing, word};
+use crate::report::number::{number, power_of_ten};
+
+const HEIGHT: f64 = 270.0;
+const LEFT: f64 = 44.0;
+const RIGHT: f64 = WIDTH - 92.0;
+const CLASSES: [[&str; 2]; 3] = [["ink", "inkf"], ["goodl", "goodf"], ["otherl", "otherf"]];
+
+/// A method: its errors on meshes of n, and the order that fits them.
+pub(in crate::report) struct Line {
+    pub name: String,
+    pub errors: Vec<(usize, f64)>,
+    pub order: Option<f64>,
+}
+
+pub(in crate::report) fn errors(lines: &[Line], caption: &str) -> Html {
+    let shown = |(n, e): &(usize, f64)| *n > 0 && *e > 0.0 && *e < 1e100;
+    let all = || lines.iter().flat_map(|l| &l.errors).filter(|p| shown(p));
+    let ends = |of: &dyn Fn(&(usize, f64)) -> f64| {
+        all().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+    };
+    let (first, last) = ends(&|p| (p.0 as f64).log2());
+    let (low, high) = ends(&|p| p.1.log10());
+    if !(first < last) {
+        return Html::default();
+    }
+    let (low, high) = (low.floor(), high.ceil().max(low.floor() + 1.0));
+    let x = |n: usize| LEFT + 8.0 + (RIGHT - LEFT - 16.0) * ((n as f64).log2() - first) / (last - first);
+    let y = |e: f64| 8.0 + (HEIGHT - 36.0) * (high - e.log10()) / (high - low);
+    let mut svg = String::new();
+    for power in low as i32..=high as i32 {
+        let at = y(10f64.powi(power));
+        let _ = write!(svg, "<path class=\"hair\" d=\"M{LEFT} {at:.1}H{RIGHT}\"/>");
+        svg += &word("t e", [LEFT - 6.0, at + 3.5], &power_of_ten(power));
+    }
+    let mut counts: Vec<usize> = all().map(|p| p.0).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    let every = counts.len().div_ceil(7);
+    for n in counts.iter().step_by(every.max(1)) {
+        svg += &word("t m", [x(*n), HEIGHT - 10.0], &n.to_string());
+    }
+    svg += &word("t", [RIGHT + 8.0, HEIGHT - 10.0], "n");
+    let mut taken: Vec<f64> = Vec::new();
+    let mut lines: Vec<&Line> = lines.iter().collect();
+    let end = |l: &Line| l.errors.iter().rfind(|p| shown(p)).map_or(0.0, |p| y(p.1));
+    lines.sort_by(|a, b| end(a).total_cmp(&end(b)));
+    for (k, line) in lines.into_iter().enumerate() {
+        let [stroke, fill] = CLASSES[k % CLASSES.len()];
+        let points: Vec<[f64; 2]> = line.errors.iter().filter(|p| shown(p)).map(|(n, e)| [x(*n), y(*e)]).collect();
+        let mut path = String::new();
+        for [x, y] in &points {
+            let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { 'M' } else { 'L' });
+            let _ = write!(svg, "<circle class=\"{fill}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.4\"/>");
+        }
+        let _ = write!(svg, "<path class=\"{stroke}\" stroke-width=\"1.4\" d=\"{path}\"/>");
+        if let Some([x, at]) = points.last() {
+            let mut at = at + 3.5;
+            while taken.iter().any(|t| (t - at).abs() < 12.0) {
+                at += 12.0;
+            }
+            taken.push(at);
+            let order = line.order.map_or(String::new(), |o| format!(" {}", number(o, 3)));
+            svg += &word("t b halo", [x + 7.0, at], &format!("{}{order}", line.name));
+        }
+    }
+    figure("", caption, [drawing(caption, [WIDTH, HEIGHT], &svg)])
+}
