@@ -95,17 +95,32 @@ const TOLERANCE: usize = 20;
 fn a_stranger_finds_code_row_size_and_cause_on_the_first_screen() {
     let folder = folder();
     let (from, to) = GAMMA;
-    let words = ["--n", "10", "--methods", "cr,p2", "--report", "out", "--json", "-"];
+    let words = [
+        "--n",
+        "10",
+        "--methods",
+        "cr,p2",
+        "--report",
+        "out",
+        "--json",
+        "-",
+    ];
     let ran = with_fault(folder.path(), from, to, &words);
     assert_eq!(ran.code, Some(1), "{}", ran.stderr);
     let found = ran.json();
     let findings = &found["cases"][0]["engines"][2]["findings"];
-    let (failing, rows) = (findings["failing"].as_u64().unwrap(), findings["rows"].as_u64().unwrap());
+    let (failing, rows) = (
+        findings["failing"].as_u64().unwrap(),
+        findings["rows"].as_u64().unwrap(),
+    );
     let page = folder.path().join("out/index.html");
     let html = fs::read_to_string(&page).unwrap();
     assert!(html.len() < 1_000_000, "{}", html.len());
     // Nothing in it leads outside.
-    assert_eq!(html.matches("http").count(), html.matches("http-equiv").count());
+    assert_eq!(
+        html.matches("http").count(),
+        html.matches("http-equiv").count()
+    );
     let shown = &html[..html.find("<script").unwrap()];
     assert!(!shown.contains("NaN") && !shown.contains("0.0e0"));
 
@@ -119,13 +134,20 @@ fn a_stranger_finds_code_row_size_and_cause_on_the_first_screen() {
         "Look where changed makes or reads <b>γ</b>",
     ] {
         let told = html.replace('\u{202f}', " ");
-        assert!(told.contains(part), "{part}: {}", &told[told.find("<main").unwrap()..][..3000]);
+        assert!(
+            told.contains(part),
+            "{part}: {}",
+            &told[told.find("<main").unwrap()..][..3000]
+        );
     }
     for (selector, least) in first.into_iter().zip([1, 1, 3, 1]) {
         let found = boxes(&seen, selector);
         assert!(found.len() >= least, "{selector}: {found:?}");
         let inside = |b: &[f64; 4]| b[0] >= 0.0 && b[1] >= 0.0 && b[2] <= 1280.0;
-        assert!(found.iter().all(inside) && found[0][3] <= 900.0, "{selector}: {found:?}");
+        assert!(
+            found.iter().all(inside) && found[0][3] <= 900.0,
+            "{selector}: {found:?}"
+        );
     }
     for (role, name) in [
         ("status", "verdict: disagree"),
@@ -136,13 +158,21 @@ fn a_stranger_finds_code_row_size_and_cause_on_the_first_screen() {
         ("image", "iterations"),
         ("columnheader", "largest |a − b|"),
     ] {
-        assert!(is_told(&seen, role, name), "{role} {name}: {}", seen["tree"]);
+        assert!(
+            is_told(&seen, role, name),
+            "{role} {name}: {}",
+            seen["tree"]
+        );
     }
     assert!(!is_told(&seen, "status", "verdict: agree"));
 
     // As many kites are warm as rows fail, and all others are cold.
     let map = shapes(between(&html, "aria-label=\"residual of changed", "</svg>"));
-    let warm = map.iter().filter(|(step, _)| *step >= TOLERANCE).map(|(_, n)| n).sum::<usize>();
+    let warm = map
+        .iter()
+        .filter(|(step, _)| *step >= TOLERANCE)
+        .map(|(_, n)| n)
+        .sum::<usize>();
     let all = map.iter().map(|(_, n)| n).sum::<usize>();
     assert_eq!((warm as u64, all as u64), (failing, rows));
     // Only the code at fault is red.
@@ -183,7 +213,13 @@ fn column(seen: &Value, heading: &str, column: usize) -> Vec<f64> {
     let table = between(&dom[dom.find(heading).unwrap()..], "<tbody", "</tbody>");
     let rows = table.split("<tr").skip(1);
     let cell = |row: &str| {
-        let cell = row.split("<td").nth(column).unwrap().split('>').next().unwrap();
+        let cell = row
+            .split("<td")
+            .nth(column)
+            .unwrap()
+            .split('>')
+            .next()
+            .unwrap();
         let value = cell.split("data-v=\"").nth(1).unwrap();
         value.split('"').next().unwrap().parse().unwrap()
     };
@@ -194,7 +230,15 @@ fn column(seen: &Value, heading: &str, column: usize) -> Vec<f64> {
 fn tables_sort_by_numbers_and_not_by_what_they_look_like() {
     let folder = folder();
     let (from, to) = GAMMA;
-    let words = ["--n", "6", "--methods", "cr,p2", "--report", "out", "--quiet"];
+    let words = [
+        "--n",
+        "6",
+        "--methods",
+        "cr,p2",
+        "--report",
+        "out",
+        "--quiet",
+    ];
     assert_eq!(with_fault(folder.path(), from, to, &words).code, Some(1));
     let page = folder.path().join("out/index.html");
     // The relative differences of every field of every pair: 2.0 · 10⁻¹⁶ comes before 1.5 · 10⁻⁹, and 0 first.
@@ -204,13 +248,29 @@ fn tables_sort_by_numbers_and_not_by_what_they_look_like() {
         let seen = in_browser(&page, &[&["--press"][..], pressed].concat());
         let values = column(&seen, "faces beyond", 4);
         assert_eq!(values.len(), 12);
-        assert!(values.windows(2).all(|v| order * v[0] <= order * v[1]), "{values:?}");
-        let direction = if order > 0.0 { "ascending" } else { "descending" };
+        assert!(
+            values.windows(2).all(|v| order * v[0] <= order * v[1]),
+            "{values:?}"
+        );
+        let direction = if order > 0.0 {
+            "ascending"
+        } else {
+            "descending"
+        };
         let dom = seen["dom"].as_str().unwrap();
         assert!(dom.contains(&format!("aria-sort=\"{direction}\"")));
-        let rows = between(&dom[dom.find("faces beyond").unwrap()..], "<tbody", "</tbody>");
-        let cells = rows.split("<tr").skip(1).map(|row| row.split("<td").nth(4).unwrap());
-        shown = cells.map(|cell| cell[cell.find('>').unwrap()..cell.find('<').unwrap()].to_owned()).collect();
+        let rows = between(
+            &dom[dom.find("faces beyond").unwrap()..],
+            "<tbody",
+            "</tbody>",
+        );
+        let cells = rows
+            .split("<tr")
+            .skip(1)
+            .map(|row| row.split("<td").nth(4).unwrap());
+        shown = cells
+            .map(|cell| cell[cell.find('>').unwrap()..cell.find('<').unwrap()].to_owned())
+            .collect();
     }
     // By their digits they would stand in another order.
     let mut as_text = shown.clone();
@@ -222,15 +282,38 @@ fn tables_sort_by_numbers_and_not_by_what_they_look_like() {
 fn an_agreement_is_one_screen_and_a_fault_in_four_cases_three() {
     let folder = folder();
     let at = folder.path();
-    let ran = run(at, &["verify", "--engines", "rust,freefem,fenicsx", "--report", "agree", "--quiet"]);
+    let ran = run(
+        at,
+        &[
+            "verify",
+            "--engines",
+            "rust,freefem,fenicsx",
+            "--report",
+            "agree",
+            "--quiet",
+        ],
+    );
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    let words = ["three-zones", "--n", "16", "--methods", "cr,p2", "--report", "faulty", "--quiet"];
+    let words = [
+        "three-zones",
+        "--n",
+        "16",
+        "--methods",
+        "cr,p2",
+        "--report",
+        "faulty",
+        "--quiet",
+    ];
     assert_eq!(with_fault(at, GAMMA.0, GAMMA.1, &words).code, Some(1));
     for (name, screens) in [("agree", 1.0), ("faulty", 3.0)] {
         let page = at.join(name).join("index.html");
         assert!(fs::metadata(&page).unwrap().len() < 1_000_000, "{name}");
         let seen = in_browser(&page, &["--size", "1280x900"]);
-        assert!(fits(&seen, 1280.0) && height(&seen) <= screens * 900.0, "{name}: {}", seen["size"]);
+        assert!(
+            fits(&seen, 1280.0) && height(&seen) <= screens * 900.0,
+            "{name}: {}",
+            seen["size"]
+        );
         for words in [&["--size", "390x900"][..], &["--size", "390x900", "--dark"]] {
             assert!(fits(&in_browser(&page, words), 390.0), "{name} {words:?}");
         }
@@ -376,7 +459,10 @@ fn every_command_writes_a_page_and_json_that_follows_its_schema() {
         let seen = in_browser(&page, &["--size", "390x900", "--dark"]);
         assert!(fits(&seen, 390.0), "{words:?} fits");
         assert!(is_told(&seen, "status", ""), "{words:?}");
-        assert!(fits(&in_browser(&page, &["--size", "1280x900"]), 1280.0), "{words:?}");
+        assert!(
+            fits(&in_browser(&page, &["--size", "1280x900"]), 1280.0),
+            "{words:?}"
+        );
         let seen = in_browser(&page, &["--size", "696x900", "--media", "print"]);
         assert!(fits(&seen, 696.0), "{words:?} in print");
         let html = fs::read_to_string(&page).unwrap();
@@ -521,13 +607,26 @@ fn what_is_shown_along_the_contact_side_is_of_each_code() {
         "* contactTest(v) - flux(u)*v)",
         "* contactTest(v) + flux(u)*v)",
     );
-    let words = ["--n", "8", "--methods", "cr", "--report", "out", "--json", "-"];
+    let words = [
+        "--n",
+        "8",
+        "--methods",
+        "cr",
+        "--report",
+        "out",
+        "--json",
+        "-",
+    ];
     let ran = with_fault(folder.path(), from, to, &words);
     assert_eq!(ran.code, Some(1));
     let html = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
     let picture = between(&html, "aria-label=\"u, contact, γ", "</svg>");
     // What is in contact by the three codes; a wrong sign moves it.
-    let status = between(picture, "Contact at the 5 quadrature points", "Residual of the row");
+    let status = between(
+        picture,
+        "Contact at the 5 quadrature points",
+        "Residual of the row",
+    );
     let of = |class: &str| -> Vec<&str> {
         let start = format!("<path class=\"{class}\" d=\"");
         let paths = status.split(&*start).skip(1);
@@ -535,7 +634,12 @@ fn what_is_shown_along_the_contact_side_is_of_each_code() {
     };
     let (right, wrong) = (of("inkf"), of("redf"));
     assert_eq!((right.len(), wrong.len()), (2, 1), "{status}");
-    let across = |path: &str| path.split('M').skip(1).map(|run| run.split(' ').next().unwrap().to_owned()).collect::<Vec<_>>();
+    let across = |path: &str| {
+        path.split('M')
+            .skip(1)
+            .map(|run| run.split(' ').next().unwrap().to_owned())
+            .collect::<Vec<_>>()
+    };
     assert_eq!(across(right[0]), across(right[1]));
     assert_ne!(across(right[0]), across(wrong[0]));
     // How many points that are is said.
@@ -543,7 +647,9 @@ fn what_is_shown_along_the_contact_side_is_of_each_code() {
     let pairs = found["cases"][0]["pairs"].as_array().unwrap().iter();
     let flips = pairs.filter_map(|p| p["flips"].as_u64()).max().unwrap();
     assert!(flips > 0);
-    assert!(html.contains(&format!("The contact status differs at up to {flips} quadrature points.")));
+    assert!(html.contains(&format!(
+        "The contact status differs at up to {flips} quadrature points."
+    )));
     // The difference of those that are right in ink, that of the wrong one in red.
     let differences = &picture[picture.find("|a − b| of the face means").unwrap()..];
     assert!(differences.contains("rust − freefem<") && differences.contains(">rust − changed<"));
@@ -597,7 +703,10 @@ fn solid_scenes_show_the_contact_surface() {
     ];
     assert_eq!(run(folder.path(), &words).code, Some(1));
     let html = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
-    assert!(html.contains("from outside, x to the left, y upwards"), "seen from below");
+    assert!(
+        html.contains("from outside, x to the left, y upwards"),
+        "seen from below"
+    );
     // Two triangles on each of 3 × 3 squares.
     for label in ["residual of changed on Γ_C", "map of differences"] {
         let map = shapes(between(&html, &format!("aria-label=\"{label}"), "</svg>"));
@@ -611,7 +720,10 @@ fn solid_scenes_show_the_contact_surface() {
     assert!(is_told(&seen, "image", "residual of changed from the side"));
     for selector in first {
         let found = boxes(&seen, selector);
-        assert!(!found.is_empty() && found[0][3] <= 900.0, "{selector}: {found:?}");
+        assert!(
+            !found.is_empty() && found[0][3] <= 900.0,
+            "{selector}: {found:?}"
+        );
     }
 }
 

@@ -110,24 +110,42 @@ pub fn certify<'a>(
     let told_facts = facts.clone();
     let name = told.result.rsplit('/').next().unwrap_or(&told.result);
     report.claim = match c.relative {
-        Some(relative) => format!("The error of **{name}** is at most {} of ‖∇u‖", percent(relative)),
-        None => format!("The error of **{name}** is at most {} in the energy norm", short(c.upper)),
+        Some(relative) => format!(
+            "The error of **{name}** is at most {} of ‖∇u‖",
+            percent(relative)
+        ),
+        None => format!(
+            "The error of **{name}** is at most {} in the energy norm",
+            short(c.upper)
+        ),
     };
     report.lede = format!(
         "Proved, whatever made the field: ‖∇u − ∇u_h‖ is between {} and **{}**, and ‖∇u‖ between {} and {}. It is made of misfit {}, contact {} \
          and oscillation {}.",
-        short(c.lower), short(c.upper), short(c.gradient[0]), short(c.gradient[1]), short(parts.misfit), short(parts.contact), short(parts.oscillation)
+        short(c.lower),
+        short(c.upper),
+        short(c.gradient[0]),
+        short(c.gradient[1]),
+        short(parts.misfit),
+        short(parts.contact),
+        short(parts.oscillation)
     );
     report.lead.push(Block::Html(Box::new(move || {
         let map = html::cells(mesh, &certificate.local, "what each cell adds to the bound");
-        Ok(html::beside([("c6", map), ("c6", html::known(&told_facts))]))
+        Ok(html::beside([
+            ("c6", map),
+            ("c6", html::known(&told_facts)),
+        ]))
     })));
     let asked = c.relative.map(|r| format!("{:.1e}", 0.5 * r));
     report.next = asked
         .map(|asked| {
             Todo::new(
                 "For a field with half of this bound, on a mesh that is refined where it pays:",
-                [format!("faceoff solve {} --method {} --accuracy {asked}", told.scene, told.method)],
+                [format!(
+                    "faceoff solve {} --method {} --accuracy {asked}",
+                    told.scene, told.method
+                )],
             )
         })
         .into_iter()

@@ -1,11 +1,13 @@
 //! What `compare` found.
 
+use std::cmp::Ordering;
+
 use super::difference::write_differences;
 use super::html;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, table, word};
 use super::number::{number, place, size, whole};
 use super::verify::{remark, why, worst};
-use faceoff_judge::{ComparedField, Comparison, MatchBy, Verdict};
+use faceoff_judge::{ComparedField, Comparison, MatchBy, On, Verdict};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Results;
 
@@ -18,20 +20,18 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     let verdict = word(comparison.verdict);
     let mut report = Report::new("compare", question, verdict, comparison)?;
     report.verdict = Some((comparison.verdict, verdict));
-    let wrong = comparison.fields.iter().filter(|f| f.field.verdict != Verdict::Agree);
+    let wrong = comparison
+        .fields
+        .iter()
+        .filter(|f| f.field.verdict != Verdict::Agree);
     let wrong: Vec<&ComparedField> = wrong.collect();
-    // What has values tells more than what is missing.
-    let key = |of: &ComparedField| (of.field.worst.is_some(), factor(of));
-    let farthest = wrong.iter().copied().max_by(|f, g| {
-        let ((f_has, f), (g_has, g)) = (key(f), key(g));
-        f_has.cmp(&g_has).then(f.total_cmp(&g))
-    });
+    let farthest = wrong.iter().copied().max_by(|f, g| telling(f, g));
     report.claim = claim(comparison, &wrong, verdict);
     report.lede = lede(comparison, &wrong, farthest);
     if let Some(farthest) = farthest {
         report.next = next(comparison, farthest, !a.points.is_empty());
     }
-    let shown = farthest.or_else(|| comparison.fields.iter().max_by(|f, g| factor(f).total_cmp(&factor(g))));
+    let shown = farthest.or_else(|| comparison.fields.iter().max_by(|f, g| telling(f, g)));
     report.lead.extend(shown.map(|of| {
         Block::Html(Box::new(move || {
             let compared = html::Compared::new(comparison, a, of);
@@ -88,6 +88,18 @@ fn factor(of: &ComparedField) -> f64 {
     }
 }
 
+/// What has values tells more than what is missing, a function more than what is derived from it on cells, and of these the
+/// one that is farthest beyond its tolerance.
+fn telling(f: &ComparedField, g: &ComparedField) -> Ordering {
+    let key = |of: &ComparedField| {
+        (
+            of.field.worst.is_some(),
+            matches!(of.on, On::Points | On::Corners),
+        )
+    };
+    key(f).cmp(&key(g)).then(factor(f).total_cmp(&factor(g)))
+}
+
 /// Which fields differ, and where.
 fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> String {
     let mut wrong = wrong.to_vec();
@@ -96,18 +108,31 @@ fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> Strin
     let all = comparison.fields.len();
     match (&names[..], wrong.first()) {
         ([], _) => {
-            let fields = if all == 1 { "one field".to_owned() } else { format!("all {all} fields") };
-            format!("{} and {} **{word}** in {fields}", name(&comparison.a), name(&comparison.b))
+            let fields = if all == 1 {
+                "one field".to_owned()
+            } else {
+                format!("all {all} fields")
+            };
+            format!(
+                "{} and {} **{word}** in {fields}",
+                name(&comparison.a),
+                name(&comparison.b)
+            )
         }
         ([one], of) => match of.map(|of| (&of.field, &of.field.worst)) {
-            Some((field, _)) if field.verdict == Verdict::Undetermined => format!("**{one}** cannot be judged"),
+            Some((field, _)) if field.verdict == Verdict::Undetermined => {
+                format!("**{one}** cannot be judged")
+            }
             Some((field, Some(worst))) if field.max_abs != 0.0 && !worst.midpoint.is_empty() => {
                 format!("**{one}** differs, most at {}", place(&worst.midpoint))
             }
             _ => format!("**{one}** differs"),
         },
         ([one, two], _) => format!("**{one} and {two}** differ"),
-        ([one, two, rest @ ..], _) => format!("**{one}, {two}** and {} more of {all} fields differ", rest.len()),
+        ([one, two, rest @ ..], _) => format!(
+            "**{one}, {two}** and {} more of {all} fields differ",
+            rest.len()
+        ),
     }
 }
 
@@ -116,7 +141,11 @@ fn name(path: &str) -> &str {
 }
 
 /// By how much, and what was left out.
-fn lede(comparison: &Comparison, wrong: &[&ComparedField], farthest: Option<&ComparedField>) -> String {
+fn lede(
+    comparison: &Comparison,
+    wrong: &[&ComparedField],
+    farthest: Option<&ComparedField>,
+) -> String {
     let mut told = Vec::new();
     if let Some(ComparedField { field, .. }) = farthest {
         told.push(match &field.reason {
@@ -141,16 +170,28 @@ fn lede(comparison: &Comparison, wrong: &[&ComparedField], farthest: Option<&Com
         });
         let others = comparison.fields.len() - wrong.len();
         if others > 0 {
-            told.push(format!("{}", if others == 1 { "The other field agrees.".into() } else { format!("The other {others} fields agree.") }));
+            told.push(match others {
+                1 => "The other field agrees.".into(),
+                _ => format!("The other {others} fields agree."),
+            });
         }
     } else {
-        let largest = comparison.fields.iter().map(|f| f.field.max_rel).fold(0.0, f64::max);
+        let largest = comparison
+            .fields
+            .iter()
+            .map(|f| f.field.max_rel)
+            .fold(0.0, f64::max);
         told.push(match largest {
             0.0 => "All values are the same, to the last bit.".into(),
             largest => format!("The largest difference is **{}** of the largest value of its field. No value is missing, none is not a number.", size(largest)),
         });
     }
-    told.extend(comparison.notes.iter().map(|note| format!("{}.", note.trim_end_matches('.'))));
+    told.extend(
+        comparison
+            .notes
+            .iter()
+            .map(|note| format!("{}.", note.trim_end_matches('.'))),
+    );
     told.join(" ")
 }
 
@@ -159,7 +200,10 @@ fn next(comparison: &Comparison, farthest: &ComparedField, has_places: bool) -> 
     let none: [&str; 0] = [];
     let mut steps = Vec::new();
     if has_places {
-        steps.push(Todo::new("Look at it in ParaView: `differences.vtu` beside this page has a − b of every field.", none));
+        steps.push(Todo::new(
+            "Look at it in ParaView: `differences.vtu` beside this page has a − b of every field.",
+            none,
+        ));
     }
     let b = &comparison.b;
     steps.push(Todo::new(
@@ -170,8 +214,14 @@ fn next(comparison: &Comparison, farthest: &ComparedField, has_places: bool) -> 
     if field.reason.is_none() && field.max_rel.is_finite() {
         let rtol = 10f64.powf(field.max_rel.log10().ceil());
         steps.push(Todo::new(
-            format!("If a difference of {} is as it should be:", size(field.max_rel)),
-            [format!("faceoff compare {} {b} --rtol {rtol:.0e}", comparison.a)],
+            format!(
+                "If a difference of {} is as it should be:",
+                size(field.max_rel)
+            ),
+            [format!(
+                "faceoff compare {} {b} --rtol {rtol:.0e}",
+                comparison.a
+            )],
         ));
     }
     steps

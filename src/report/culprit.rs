@@ -42,7 +42,14 @@ fn in_short(of: &Explanation) -> String {
         None if is_gamma => format!("γ is wrong {on}"),
         _ => {
             // Up to the first place that it names.
-            let named = [" on face ", " on edge ", " on vertex ", ", face ", ", as when ", ", as after "];
+            let named = [
+                " on face ",
+                " on edge ",
+                " on vertex ",
+                ", face ",
+                ", as when ",
+                ", as after ",
+            ];
             let ends = named.iter().filter_map(|word| of.what.find(word));
             let end = ends.min().unwrap_or(of.what.len());
             let what = &of.what[..end];
@@ -78,7 +85,11 @@ fn carrier(spot: &Spot) -> String {
 /// How many equations a field fails, and with what change none.
 pub(super) fn equations(found: &Findings, of: &str) -> String {
     let most = found.worst.first().map_or(String::new(), |spot| {
-        format!(", most that of {} at {}", carrier(spot), place(&spot.midpoint))
+        format!(
+            ", most that of {} at {}",
+            carrier(spot),
+            place(&spot.midpoint)
+        )
     });
     let fails = format!(
         "It fails **{} of {} equations** of {of}{most}.",
@@ -92,7 +103,13 @@ pub(super) fn equations(found: &Findings, of: &str) -> String {
                     format!("With **{} γ on {}**", number(factor, 5), carrier(spot))
                 }
                 (Some(factor), []) if culprit.ingredient == "γ" => {
-                    format!("With **{} γ**", number(factor, (3.0 - (factor - 1.0).abs().log10()).clamp(4.0, 13.0) as usize))
+                    format!(
+                        "With **{} γ**",
+                        number(
+                            factor,
+                            (3.0 - (factor - 1.0).abs().log10()).clamp(4.0, 13.0) as usize
+                        )
+                    )
                 }
                 _ => "With this one change".into(),
             };
@@ -105,13 +122,19 @@ pub(super) fn equations(found: &Findings, of: &str) -> String {
         None => {
             let suspects = found.terms.iter().filter(|t| t.suspect);
             let suspects: Vec<&str> = suspects.map(|t| why::name(t.term)).collect();
-            let nearest = found.explanations.first().filter(|e| e.left < 0.1 * found.residual);
+            let nearest = found
+                .explanations
+                .first()
+                .filter(|e| e.left < 0.1 * found.residual);
             let more = match (nearest, &suspects[..]) {
                 (Some(e), _) => format!("; the nearest, {}, leaves {}", in_short(e), size(e.left)),
                 (None, []) => String::new(),
                 (None, some) => format!("; all that fail contain **{}**", some.join("** or **")),
             };
-            format!("The residual is {}, and no single change of the scheme explains it{more}.", size(found.residual))
+            format!(
+                "The residual is {}, and no single change of the scheme explains it{more}.",
+                size(found.residual)
+            )
         }
     };
     format!("{fails} {change}")
@@ -119,8 +142,12 @@ pub(super) fn equations(found: &Findings, of: &str) -> String {
 
 /// A few words for a number of things.
 pub(super) fn counted(number: usize) -> String {
-    let words = ["No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine"];
-    words.get(number).map_or_else(|| whole(number), |word| (*word).to_owned())
+    let words = [
+        "No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine",
+    ];
+    words
+        .get(number)
+        .map_or_else(|| whole(number), |word| (*word).to_owned())
 }
 
 /// `a, b and c`
@@ -133,31 +160,53 @@ fn listed(names: &[&str]) -> String {
 
 /// The engines that answered anything.
 fn names(outcome: &VerifyOutcome) -> Vec<&str> {
-    unique(outcome.cases.iter().flat_map(|c| &c.engines).map(|e| &*e.engine))
+    unique(
+        outcome
+            .cases
+            .iter()
+            .flat_map(|c| &c.engines)
+            .map(|e| &*e.engine),
+    )
 }
 
 /// Those whose answers do not all solve their schemes.
 pub(super) fn at_fault(outcome: &VerifyOutcome) -> Vec<&str> {
     let answers = outcome.cases.iter().flat_map(|c| &c.engines);
-    unique(answers.filter(|e| e.verdict != Verdict::Agree).map(|e| &*e.engine))
+    unique(
+        answers
+            .filter(|e| e.verdict != Verdict::Agree)
+            .map(|e| &*e.engine),
+    )
 }
 
 /// The first case whose answers differ although each solves the scheme.
 pub(super) fn differing(outcome: &VerifyOutcome) -> Option<&CaseOutcome> {
-    outcome.cases.iter().find(|case| case.verdict != Verdict::Agree && !case.pairs.is_empty())
+    outcome
+        .cases
+        .iter()
+        .find(|case| case.verdict != Verdict::Agree && !case.pairs.is_empty())
 }
 
 /// What stands first on the page of `verify`.
 pub(super) fn claim_of(outcome: &VerifyOutcome, word: &str) -> String {
     if let Some((case, engine)) = culprit(outcome) {
         if case.engines.len() > 1 && case.engines.iter().all(|e| !e.converged) {
-            return format!("**No code converged** in {}", count(engine.iterations, "step"));
+            return format!(
+                "**No code converged** in {}",
+                count(engine.iterations, "step")
+            );
         }
         return match &engine.findings {
-            _ if !engine.finite => format!("**{}** gives values that are not finite", engine.engine),
+            _ if !engine.finite => {
+                format!("**{}** gives values that are not finite", engine.engine)
+            }
             Some(found) if !found.solves() => claim(&engine.engine, found),
             _ if !engine.converged => {
-                format!("**{}** did not converge in {}", engine.engine, count(engine.iterations, "step"))
+                format!(
+                    "**{}** did not converge in {}",
+                    engine.engine,
+                    count(engine.iterations, "step")
+                )
             }
             _ => format!("**{}** does not solve the scheme", engine.engine),
         };
@@ -169,22 +218,39 @@ pub(super) fn claim_of(outcome: &VerifyOutcome, word: &str) -> String {
             all => format!("in all {} cases", whole(all)),
         };
         let rounding = if word == "agree" { ", to rounding" } else { "" };
-        return format!("{} codes **{word}** {cases}{rounding}", counted(names(outcome).len()));
+        return format!(
+            "{} codes **{word}** {cases}{rounding}",
+            counted(names(outcome).len())
+        );
     }
     if let Some(case) = differing(outcome) {
-        let apart: Vec<&str> = unique(case.pairs.iter().filter(|p| p.field.verdict != Verdict::Agree).flat_map(|p| [&*p.a, &*p.b]));
-        return format!("**{}** differ, though each solves the scheme", listed(&apart));
+        let apart: Vec<&str> = unique(
+            case.pairs
+                .iter()
+                .filter(|p| p.field.verdict != Verdict::Agree)
+                .flat_map(|p| [&*p.a, &*p.b]),
+        );
+        return format!(
+            "**{}** differ, though each solves the scheme",
+            listed(&apart)
+        );
     }
     let silent = unique(outcome.failures.iter().map(|f| &*f.engine));
     match &silent[..] {
-        [] if outcome.verdict == Verdict::Disagree => "**Methods differ** by more than their certified bounds".into(),
+        [] if outcome.verdict == Verdict::Disagree => {
+            "**Methods differ** by more than their certified bounds".into()
+        }
         [] => "**There is nothing to compare**: fewer than two codes answered".into(),
         some => format!("**{}** gave no answer", listed(some)),
     }
 }
 
 /// What the claim rests on.
-pub(super) fn lede_of(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[Failure]) -> String {
+pub(super) fn lede_of(
+    outcome: &VerifyOutcome,
+    diagnoses: &[Diagnosis],
+    missing: &[Failure],
+) -> String {
     let mut told = Vec::new();
     let fault = at_fault(outcome);
     if let Some((case, engine)) = culprit(outcome) {
@@ -193,8 +259,17 @@ pub(super) fn lede_of(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing:
             None => {
                 let lost = engine.answer.u.iter().filter(|u| !u.is_finite()).count();
                 told.push(match lost {
-                    0 => format!("In {} the last increment is {}.", label(case), size(engine.increments.last().copied().unwrap_or(f64::NAN))),
-                    lost => format!("In {} **{} of {} values** are not finite.", label(case), whole(lost), whole(case.dofs)),
+                    0 => format!(
+                        "In {} the last increment is {}.",
+                        label(case),
+                        size(engine.increments.last().copied().unwrap_or(f64::NAN))
+                    ),
+                    lost => format!(
+                        "In {} **{} of {} values** are not finite.",
+                        label(case),
+                        whole(lost),
+                        whole(case.dofs)
+                    ),
                 });
             }
         }
@@ -203,7 +278,13 @@ pub(super) fn lede_of(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing:
         let why = why.unwrap_or_else(|| "`--diagnose` runs the codes again to see why".into());
         told.push(format!("{}: {why}.", label(case)));
     }
-    told.extend(outcome.failures.iter().chain(missing).map(|f| format!("{}.", f.message.trim_end_matches('.'))));
+    told.extend(
+        outcome
+            .failures
+            .iter()
+            .chain(missing)
+            .map(|f| format!("{}.", f.message.trim_end_matches('.'))),
+    );
     for (c, _) in telling(&outcome.cross) {
         if let Some(judged) = c.judged.filter(|j| j.verdict != Verdict::Agree) {
             told.push(format!(
@@ -212,11 +293,17 @@ pub(super) fn lede_of(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing:
             ));
         }
     }
-    let right: Vec<&str> = names(outcome).into_iter().filter(|name| !fault.contains(name)).collect();
+    let right: Vec<&str> = names(outcome)
+        .into_iter()
+        .filter(|name| !fault.contains(name))
+        .collect();
     let cases = outcome.cases.len();
-    if outcome.verdict != Verdict::Agree && !right.is_empty() && differing_only_by(outcome, &fault) {
+    if outcome.verdict != Verdict::Agree && !right.is_empty() && differing_only_by(outcome, &fault)
+    {
         let pairs = outcome.cases.iter().flat_map(|c| &c.pairs);
-        let among = pairs.filter(|p| right.contains(&&*p.a) && right.contains(&&*p.b)).map(|p| p.field.max_rel);
+        let among = pairs
+            .filter(|p| right.contains(&&*p.a) && right.contains(&&*p.b))
+            .map(|p| p.field.max_rel);
         let within = match among.reduce(f64::max) {
             Some(apart) => format!(", and within {} of each other", size(apart)),
             None => String::new(),
@@ -227,7 +314,10 @@ pub(super) fn lede_of(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing:
             2 => "both cases".into(),
             cases => format!("all {} cases", whole(cases)),
         };
-        told.push(format!("{} {is} {all} to rounding{within}.", listed(&right)));
+        told.push(format!(
+            "{} {is} {all} to rounding{within}.",
+            listed(&right)
+        ));
     }
     told.join(" ")
 }
@@ -245,17 +335,36 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
     if let Some((case, engine)) = culprit(outcome) {
         let code = as_typed(&engine.engine);
         let fault = at_fault(outcome);
-        let others = case.engines.iter().map(|e| &*e.engine).filter(|name| *name != engine.engine);
-        let beside = others.clone().find(|name| !fault.contains(name)).or(others.clone().next());
+        let others = case
+            .engines
+            .iter()
+            .map(|e| &*e.engine)
+            .filter(|name| *name != engine.engine);
+        let beside = others
+            .clone()
+            .find(|name| !fault.contains(name))
+            .or(others.clone().next());
         let beside = beside.map_or(String::new(), |name| as_typed(name) + ",");
         let alone = alone(case, &format!("{beside}{code}"));
         let seconds = engine.seconds;
         steps.push(Todo::new(
-            format!("See it alone; {} takes {} s:", engine.engine, number(seconds, 2)),
+            format!(
+                "See it alone; {} takes {} s:",
+                engine.engine,
+                number(seconds, 2)
+            ),
             [format!("{alone} --keep job")],
         ));
-        steps.extend(engine.findings.as_ref().and_then(|found| look(found, &engine.engine, case)));
-        steps.push(Todo::new("When it is mended:", [format!("faceoff engines check {code}")]));
+        steps.extend(
+            engine
+                .findings
+                .as_ref()
+                .and_then(|found| look(found, &engine.engine, case)),
+        );
+        steps.push(Todo::new(
+            "When it is mended:",
+            [format!("faceoff engines check {code}")],
+        ));
         return steps;
     }
     if let Some(failure) = outcome.failures.first() {
@@ -264,12 +373,24 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
             "Run it again and keep what it was given and what it said:",
             [format!("faceoff {} --keep job", engine::typed())],
         ));
-        steps.push(Todo::new("Read its own words in `log.txt` of its job folder.", [] as [&str; 0]));
-        steps.push(Todo::new("Try it on small cases with known answers:", [format!("faceoff engines check {code}")]));
+        steps.push(Todo::new(
+            "Read its own words in `log.txt` of its job folder.",
+            [] as [&str; 0],
+        ));
+        steps.push(Todo::new(
+            "Try it on small cases with known answers:",
+            [format!("faceoff engines check {code}")],
+        ));
     } else if let Some(case) = differing(outcome) {
-        let names: Vec<String> = unique(case.engines.iter().map(|e| &*e.engine)).into_iter().map(as_typed).collect();
+        let names: Vec<String> = unique(case.engines.iter().map(|e| &*e.engine))
+            .into_iter()
+            .map(as_typed)
+            .collect();
         let again = alone(case, &names.join(","));
-        steps.push(Todo::new("Run this case again with one thing matched at a time:", [format!("{again} --diagnose")]));
+        steps.push(Todo::new(
+            "Run this case again with one thing matched at a time:",
+            [format!("{again} --diagnose")],
+        ));
     }
     steps
 }
@@ -277,20 +398,39 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
 /// The command of one case.
 fn alone(case: &CaseOutcome, engines: &str) -> String {
     let n = case.n.map_or(String::new(), |n| format!(" --n {n}"));
-    format!("faceoff verify {}{n} --methods {} --engines {engines}", scene_as_typed(&case.scene), case.method)
+    format!(
+        "faceoff verify {}{n} --methods {} --engines {engines}",
+        scene_as_typed(&case.scene),
+        case.method
+    )
 }
 
 /// Where the code has what is wrong.
 fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Todo> {
     let culprit = found.culprit();
-    if let Some(Explanation { ingredient: "γ", at, .. }) = culprit {
+    if let Some(Explanation {
+        ingredient: "γ",
+        at,
+        ..
+    }) = culprit
+    {
         let [spot] = &at[..] else {
-            return Some(Todo::new(format!("Look where {name} makes or reads **γ**; in `job/*/case-0` is what it was given."), [] as [&str; 0]));
+            return Some(Todo::new(
+                format!(
+                    "Look where {name} makes or reads **γ**; in `job/*/case-0` is what it was given."
+                ),
+                [] as [&str; 0],
+            ));
         };
         let mesh = &case.setup.mesh;
-        let cell = mesh.find_face(&spot.vertices).map(|face| mesh.face_cells(face)[0])?;
+        let cell = mesh
+            .find_face(&spot.vertices)
+            .map(|face| mesh.face_cells(face)[0])?;
         return Some(Todo::new(
-            format!("Look where {name} reads **γ of cell {cell}**, behind {}; `job/*/case-0` has what it was given.", carrier(spot)),
+            format!(
+                "Look where {name} reads **γ of cell {cell}**, behind {}; `job/*/case-0` has what it was given.",
+                carrier(spot)
+            ),
             [] as [&str; 0],
         ));
     }
@@ -308,9 +448,21 @@ fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Todo> {
 /// An engine as it was named on the command line, where a file describes it.
 fn as_typed(name: &str) -> String {
     let words: Vec<String> = std::env::args().collect();
-    let value = words.iter().position(|w| w == "--engines").and_then(|k| words.get(k + 1).cloned());
-    let value = value.or_else(|| words.iter().find_map(|w| w.strip_prefix("--engines=").map(str::to_owned)));
-    let files: Vec<String> = value.iter().flat_map(|v| v.split(',')).filter(|e| e.ends_with(".toml")).map(str::to_owned).collect();
+    let value = words
+        .iter()
+        .position(|w| w == "--engines")
+        .and_then(|k| words.get(k + 1).cloned());
+    let value = value.or_else(|| {
+        words
+            .iter()
+            .find_map(|w| w.strip_prefix("--engines=").map(str::to_owned))
+    });
+    let files: Vec<String> = value
+        .iter()
+        .flat_map(|v| v.split(','))
+        .filter(|e| e.ends_with(".toml"))
+        .map(str::to_owned)
+        .collect();
     match (engine::NAMES.contains(&name), &files[..]) {
         (false, [one]) => one.clone(),
         _ => name.to_owned(),
@@ -321,7 +473,9 @@ fn scene_as_typed(name: &str) -> String {
     if Scene::builtin_names().any(|known| known == name) {
         return name.to_owned();
     }
-    let engines: Vec<String> = std::env::args().filter(|w| w.ends_with(".toml") && !w.contains(',')).collect();
+    let engines: Vec<String> = std::env::args()
+        .filter(|w| w.ends_with(".toml") && !w.contains(','))
+        .collect();
     match &engines[..] {
         [one] => one.clone(),
         _ => name.to_owned(),

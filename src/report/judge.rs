@@ -9,7 +9,7 @@ use super::certified::Certified;
 use super::culprit::{claim, equations};
 use super::html::{self, Along, Html, Put};
 use super::json::csv;
-use super::model::{Block, Cell, Report, Todo, Suite, Table, TestCase, short, table, word};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, short, table, word};
 use super::number::{place, size, whole};
 use crate::engine::Case;
 use crate::run::foreign::Understood;
@@ -115,7 +115,9 @@ pub fn judge<'a>(
             "All **{} equations** of {of} hold: the largest residual is {}. Proved besides: {}.",
             whole(found.rows),
             size(found.residual),
-            told.certificate.as_ref().map_or(certificate.clone(), Certified::brief)
+            told.certificate
+                .as_ref()
+                .map_or(certificate.clone(), Certified::brief)
         ),
         _ => equations(found, &of),
     };
@@ -152,14 +154,25 @@ pub fn judge<'a>(
     }
     report.lead.push(Block::Html(Box::new(move || {
         let put = Put::new(name, &case.problem, u, Some(&told.findings));
-        Ok(html::cause(&put, &format!("{}, {}", told.scene, told.method)))
+        Ok(html::cause(
+            &put,
+            &format!("{}, {}", told.scene, told.method),
+        ))
     })));
     let mut page: Vec<Block> = Vec::new();
     page.push(Block::Html(Box::new(move || Ok(along(told, case, u)))));
     if !found.explanations.is_empty() {
         let words = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
-        page.extend([Block::Heading(2, "What was tried".into()), Block::Text(words.into())]);
-        page.push(Block::Html(Box::new(move || Ok(html::tried(&told.findings.explanations, told.findings.limit)))));
+        page.extend([
+            Block::Heading(2, "What was tried".into()),
+            Block::Text(words.into()),
+        ]);
+        page.push(Block::Html(Box::new(move || {
+            Ok(html::tried(
+                &told.findings.explanations,
+                told.findings.limit,
+            ))
+        })));
     }
     let mut rest = vec![told_facts()];
     if found.failing > 0 {
@@ -169,9 +182,15 @@ pub fn judge<'a>(
         })));
         rest.extend([worst(&found.worst).into(), terms(&found.terms).into()]);
     }
-    page.push(Block::Folded("Rows and terms · how the file was understood, and what its rows are made of".into(), rest));
+    page.push(Block::Folded(
+        "Rows and terms · how the file was understood, and what its rows are made of".into(),
+        rest,
+    ));
     if !found.gamma.is_empty() {
-        page.push(Block::Folded("γ on every contact face".into(), vec![gamma(&found.gamma).into()]));
+        page.push(Block::Folded(
+            "γ on every contact face".into(),
+            vec![gamma(&found.gamma).into()],
+        ));
     }
     report.blocks = vec![Block::Terminal(terminal), Block::Page(page)];
     report.file("rows.csv", || rows(told, case, u));
@@ -220,13 +239,24 @@ fn next(told: &Judgement) -> Vec<Todo> {
     let mut suspects = found.terms.iter().filter(|t| t.suspect).map(|t| t.term);
     let term = culprit.and_then(|c| c.term).or_else(|| suspects.next());
     let mut steps = Vec::new();
-    steps.extend(term.map(|term| Todo::new(format!("Look where the code assembles **{}**.", why::name(term)), none)));
+    steps.extend(term.map(|term| {
+        Todo::new(
+            format!("Look where the code assembles **{}**.", why::name(term)),
+            none,
+        )
+    }));
     let scene = &told.scene;
     steps.push(Todo::new(
         "Hold against it what this program finds:",
-        [format!("faceoff solve {scene} --method {} --out u.vtu", told.method)],
+        [format!(
+            "faceoff solve {scene} --method {} --out u.vtu",
+            told.method
+        )],
     ));
-    steps.push(Todo::new("Every row with its terms is in `rows.csv`, beside this page.", none));
+    steps.push(Todo::new(
+        "Every row with its terms is in `rows.csv`, beside this page.",
+        none,
+    ));
     steps
 }
 

@@ -212,7 +212,10 @@ impl Table {
 }
 
 impl Todo {
-    pub fn new<S: Into<String>>(words: impl Into<String>, commands: impl IntoIterator<Item = S>) -> Self {
+    pub fn new<S: Into<String>>(
+        words: impl Into<String>,
+        commands: impl IntoIterator<Item = S>,
+    ) -> Self {
         Todo {
             words: words.into(),
             commands: commands.into_iter().map(Into::into).collect(),
@@ -384,7 +387,13 @@ mod tests {
         assert_eq!([f64::NAN, f64::INFINITY].map(short), ["–", "–"]);
         assert_eq!(Cell::fixed(-0.0, 2).text(), "0.00");
         let shares = [0.0, 1.23456, 0.123456, 1.23456e-4, 1.23456e-6];
-        let texts = ["0 %", "123 %", "12.3 %", "0.0123 %", "1.23\u{202f}·\u{202f}10⁻⁴ %"];
+        let texts = [
+            "0 %",
+            "123 %",
+            "12.3 %",
+            "0.0123 %",
+            "1.23\u{202f}·\u{202f}10⁻⁴ %",
+        ];
         assert_eq!(shares.map(percent), texts);
     }
 

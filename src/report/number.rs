@@ -23,7 +23,10 @@ pub fn number(value: f64, digits: usize) -> String {
         let decimals = (digits as i32 - 1 - power).max(0) as usize;
         return signed(&thousands(&format!("{value:.decimals$}")));
     }
-    let is_one = mantissa.trim_start_matches('-').trim_end_matches(['0', '.']) == "1";
+    let is_one = mantissa
+        .trim_start_matches('-')
+        .trim_end_matches(['0', '.'])
+        == "1";
     match is_one && format!("1e{power}").parse() == Ok(value.abs()) {
         true if value < 0.0 => format!("−{}", power_of_ten(power)),
         true => power_of_ten(power),
@@ -76,7 +79,9 @@ pub fn in_words(text: &str) -> String {
     let (mut told, mut from, mut at) = (String::with_capacity(text.len()), 0, 0);
     while at < bytes.len() {
         let length = numeral(&bytes[at..]);
-        let ends = |byte: Option<&u8>| byte.is_none_or(|b| !(b.is_ascii_alphanumeric() || *b == b'_' || *b == b'/'));
+        let ends = |byte: Option<&u8>| {
+            byte.is_none_or(|b| !(b.is_ascii_alphanumeric() || *b == b'_' || *b == b'/'))
+        };
         let is_word = |byte: Option<&u8>| !ends(byte);
         if length == 0 {
             at += 1;
@@ -105,7 +110,12 @@ pub fn in_words(text: &str) -> String {
 
 /// The length of the number that a text begins with.
 fn numeral(bytes: &[u8]) -> usize {
-    let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let digits = |from: usize| {
+        bytes[from..]
+            .iter()
+            .take_while(|b| b.is_ascii_digit())
+            .count()
+    };
     let mut length = digits(0);
     if length == 0 {
         return 0;
@@ -128,8 +138,14 @@ const READABLE: usize = 10;
 
 fn rewritten(numeral: &str) -> Option<String> {
     let value: f64 = numeral.parse().ok()?;
-    let (mantissa, power) = numeral.split_once('e').map_or((numeral, None), |(m, p)| (m, Some(p)));
-    let digits = mantissa.trim_start_matches(['0', '.']).bytes().filter(u8::is_ascii_digit).count();
+    let (mantissa, power) = numeral
+        .split_once('e')
+        .map_or((numeral, None), |(m, p)| (m, Some(p)));
+    let digits = mantissa
+        .trim_start_matches(['0', '.'])
+        .bytes()
+        .filter(u8::is_ascii_digit)
+        .count();
     match power {
         Some(_) => Some(number(value, digits.clamp(1, 4))),
         None if mantissa.contains('.') && value == 0.0 => Some("0".into()),
@@ -140,8 +156,12 @@ fn rewritten(numeral: &str) -> Option<String> {
 
 /// With thin spaces between thousands, from four digits on.
 fn thousands(text: &str) -> String {
-    let (sign, rest) = text.strip_prefix('-').map_or(("", text), |rest| ("-", rest));
-    let (whole, part) = rest.split_once('.').map_or((rest, None), |(w, p)| (w, Some(p)));
+    let (sign, rest) = text
+        .strip_prefix('-')
+        .map_or(("", text), |rest| ("-", rest));
+    let (whole, part) = rest
+        .split_once('.')
+        .map_or((rest, None), |(w, p)| (w, Some(p)));
     let mut grouped = String::from(sign);
     for (k, digit) in whole.chars().enumerate() {
         if k > 0 && (whole.len() - k) % 3 == 0 {
@@ -200,7 +220,10 @@ mod tests {
         assert_eq!(of(1e-8, 1), "10⁻⁸");
         assert_eq!(size(2.53e-7).replace(THIN, " "), "2.5 · 10⁻⁷");
         assert_eq!(whole(1_234_567).replace(THIN, " "), "1 234 567");
-        assert_eq!([0.01, 0.5, 2e-4].map(share).join("; ").replace(THIN, " "), "1 %; 50 %; 2.0 · 10⁻⁴");
+        assert_eq!(
+            [0.01, 0.5, 2e-4].map(share).join("; ").replace(THIN, " "),
+            "1 %; 50 %; 2.0 · 10⁻⁴"
+        );
         assert_eq!(place(&[0.203_125, 0.0]), "(0.2031, 0)");
         assert_eq!(place(&[-0.5, 1e-17]), "(−0.5, 0)");
         assert_eq!(place(&[12.0, 0.25]), "(12, 0.25)");
@@ -209,13 +232,33 @@ mod tests {
     #[test]
     fn numbers_in_sentences_are_rewritten_and_names_are_not() {
         let of = |text: &str| in_words(text).replace(THIN, " ");
-        assert_eq!(of("Residual 2.5e-7; 2 of 3136 rows"), "Residual 2.5 · 10⁻⁷; 2 of 3136 rows");
-        assert_eq!(of("at most 1e-12, or 50 steps"), "at most 10⁻¹², or 50 steps");
-        assert_eq!(of("u is 0.12345678901234567, not 1"), "u is 0.123457, not 1");
+        assert_eq!(
+            of("Residual 2.5e-7; 2 of 3136 rows"),
+            "Residual 2.5 · 10⁻⁷; 2 of 3136 rows"
+        );
+        assert_eq!(
+            of("at most 1e-12, or 50 steps"),
+            "at most 10⁻¹², or 50 steps"
+        );
+        assert_eq!(
+            of("u is 0.12345678901234567, not 1"),
+            "u is 0.123457, not 1"
+        );
         assert_eq!(of("γ is × 1.00000100"), "γ is × 1.00000100");
-        assert_eq!(of("in [-0.25, 1], (0.2, 0.0000), a-1"), "in [−0.25, 1], (0.2, 0), a-1");
+        assert_eq!(
+            of("in [-0.25, 1], (0.2, 0.0000), a-1"),
+            "in [−0.25, 1], (0.2, 0), a-1"
+        );
         assert_eq!(of("0.0e0 against 1.864775194431245e0"), "0 against 1.865");
-        for name in ["a-1e-7.vtu", "run_1e-7", "x1e-7", "1e-7/u.vtu", "2026-11-22", "0.5.2", "1e"] {
+        for name in [
+            "a-1e-7.vtu",
+            "run_1e-7",
+            "x1e-7",
+            "1e-7/u.vtu",
+            "2026-11-22",
+            "0.5.2",
+            "1e",
+        ] {
             assert_eq!(in_words(name), name);
         }
     }

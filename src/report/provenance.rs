@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::model::{Report, count, joined};
+use super::number::number;
 use crate::engine::{Machine, typed};
 
 /// When the command began.
@@ -41,16 +42,26 @@ pub(super) fn provenance(report: &Report) -> Provenance {
         known => known,
     };
     let (name, system, threads) = (host.trim(), machine.system, machine.threads);
-    let (date, took) = (date(SystemTime::now()), BEGUN.get().map(|begun| took(begun.elapsed().as_secs_f64())));
+    let (date, took) = (
+        date(SystemTime::now()),
+        BEGUN.get().map(|begun| took(begun.elapsed().as_secs_f64())),
+    );
     let engine = |(name, version): &(String, String)| format!("{name} **{version}**");
     let engines = joined(report.engines.iter().map(engine), ", ");
     let mut line = vec![date.clone()];
     line.extend(took.iter().map(|took| format!("took {took}")));
     line.push(format!("faceoff **{}**", machine.version));
     line.extend((!engines.is_empty()).then(|| engines.clone()));
-    line.push(format!("on **{name}**, {system}, {}", count(threads, "thread")));
+    line.push(format!(
+        "on **{name}**, {system}, {}",
+        count(threads, "thread")
+    ));
     let mut all = vec![("faceoff".to_owned(), format!("{}{build}", machine.version))];
-    let host = format!("{name} ({system} {}, {processor}, {}{memory})", kernel.trim(), count(threads, "thread"));
+    let host = format!(
+        "{name} ({system} {}, {processor}, {}{memory})",
+        kernel.trim(),
+        count(threads, "thread")
+    );
     all.extend([("host".to_owned(), host), ("date".to_owned(), date)]);
     all.extend(took.map(|took| ("took".to_owned(), took)));
     all.extend((!engines.is_empty()).then(|| ("engines".to_owned(), engines)));
@@ -62,13 +73,21 @@ pub(super) fn provenance(report: &Report) -> Provenance {
         (path.display().to_string(), digest)
     });
     let digests: Vec<(String, String)> = report.digests.iter().cloned().chain(inputs).collect();
-    let mut known: Vec<&str> = digests.iter().map(|(_, digest)| &**digest).filter(|d| !d.contains(' ')).collect();
+    let mut known: Vec<&str> = digests
+        .iter()
+        .map(|(_, digest)| &**digest)
+        .filter(|d| !d.contains(' '))
+        .collect();
     known.dedup();
     if let [first, rest @ ..] = &known[..] {
         let more = if rest.is_empty() { "" } else { ", …" };
         line.push(format!("digest `{}`{more}", &first[..first.len().min(8)]));
     }
-    all.extend(digests.into_iter().map(|(name, digest)| (format!("digest of {name}"), format!("`{digest}`"))));
+    all.extend(
+        digests
+            .into_iter()
+            .map(|(name, digest)| (format!("digest of {name}"), format!("`{digest}`"))),
+    );
     Provenance {
         command: format!("faceoff {}", typed()),
         line,
@@ -79,8 +98,7 @@ pub(super) fn provenance(report: &Report) -> Provenance {
 /// `0.4 s`, `4 min 24 s`
 fn took(seconds: f64) -> String {
     match seconds {
-        s if s < 10.0 => format!("{s:.1} s"),
-        s if s < 60.0 => format!("{s:.0} s"),
+        s if s < 60.0 => format!("{} s", number(s, 2)),
         s => format!("{:.0} min {:.0} s", (s / 60.0).floor(), s % 60.0),
     }
 }

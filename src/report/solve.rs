@@ -247,10 +247,22 @@ pub fn solve<'a>(
     let taken = format!("{:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
     facts.push(("taken", taken));
     report.claim = match a.converged {
-        true => format!("{} is **solved** by {} in {}", a.scene, a.method, count(a.iterations, "step")),
-        false => format!("{} is **not solved**: the tolerance is not reached in {}", a.scene, count(a.iterations, "step")),
+        true => format!(
+            "{} is **solved** by {} in {}",
+            a.scene,
+            a.method,
+            count(a.iterations, "step")
+        ),
+        false => format!(
+            "{} is **not solved**: the tolerance is not reached in {}",
+            a.scene,
+            count(a.iterations, "step")
+        ),
     };
-    let proved = a.certificate.as_ref().map_or(String::new(), |c| format!(" Proved: {}.", c.brief()));
+    let proved = a
+        .certificate
+        .as_ref()
+        .map_or(String::new(), |c| format!(" Proved: {}.", c.brief()));
     report.lede = format!(
         "{} unknowns, a residual of **{}**; contact on {}.{proved}",
         whole(a.dofs),
@@ -258,13 +270,26 @@ pub fn solve<'a>(
         contact(&a.contact_set)
     );
     if !a.converged {
-        report.next = vec![Todo::new("Allow it more steps:", [format!("faceoff {} --max-iterations {}", engine::typed(), 4 * a.iterations.max(25))])];
+        report.next = vec![Todo::new(
+            "Allow it more steps:",
+            [format!(
+                "faceoff {} --max-iterations {}",
+                engine::typed(),
+                4 * a.iterations.max(25)
+            )],
+        )];
     }
     let (pictures, told) = (about.clone(), facts.clone());
     report.lead.push(Block::Html(Box::new(move || {
         let increments = [(a.engine.as_str(), a.increments.as_slice())];
-        let newton = html::newton(&increments, &[], None, "**The iteration.** Relative broken H¹ norm of the increment of each step");
-        let [u, newton] = [html::solution(&case.problem, u, &pictures), newton].map(|of| ("c4 half", of));
+        let newton = html::newton(
+            &increments,
+            &[],
+            None,
+            "**The iteration.** Relative broken H¹ norm of the increment of each step",
+        );
+        let [u, newton] =
+            [html::solution(&case.problem, u, &pictures), newton].map(|of| ("c4 half", of));
         Ok(html::beside([u, newton, ("c4", html::known(&told))]))
     })));
     let lines = a.explanation.iter().flat_map(Explanation::lines);

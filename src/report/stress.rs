@@ -43,7 +43,10 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     report.verdict = Some((verdict, word));
     let all = outcome.entries.len();
     report.claim = match wrong {
-        0 => format!("**Nothing is wrong** in {}: what does not hold is refused", super::model::count(all, "trial")),
+        0 => format!(
+            "**Nothing is wrong** in {}: what does not hold is refused",
+            super::model::count(all, "trial")
+        ),
         _ => format!("**{wrong} of {all} answers are wrong** and claim to be right"),
     };
     report.lede = behaviours(outcome);
@@ -57,7 +60,10 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
             Block::Heading(2, format!("{engine} {version}")),
             Block::Page(vec![
                 Block::Figure(figure::map(outcome, engine)),
-                Block::Folded("The same as a table · with the steps".into(), vec![map(outcome, engine, became).into()]),
+                Block::Folded(
+                    "The same as a table · with the steps".into(),
+                    vec![map(outcome, engine, became).into()],
+                ),
             ]),
             Block::Terminal(vec![map(outcome, engine, became).into()]),
             Block::List(sentences(outcome, engine)),
@@ -65,7 +71,10 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
                 Block::Heading(3, format!("How rounding is amplified in {engine}")),
                 Block::Text(AMPLIFIED.into()),
                 Block::Figure(figure::conditions(outcome, engine)),
-                Block::Folded("The same as a table · with the digits".into(), vec![map(outcome, engine, conditioning).into()]),
+                Block::Folded(
+                    "The same as a table · with the digits".into(),
+                    vec![map(outcome, engine, conditioning).into()],
+                ),
             ]),
         ]);
     }
@@ -82,7 +91,13 @@ fn behaviours(outcome: &StressOutcome) -> String {
     });
     let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0));
     let worst = worst.map_or(String::new(), |(factor, c)| {
-        format!(" The worst loses a factor of {}: {} {} by {}.", super::number::size(factor), c.family, c.value, c.method)
+        format!(
+            " The worst loses a factor of {}: {} {} by {}.",
+            super::number::size(factor),
+            c.family,
+            c.value,
+            c.method
+        )
     });
     format!(
         "**{}** hold their accuracy, {} degrade, {} are refused in words.{worst}",

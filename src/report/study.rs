@@ -45,8 +45,13 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
     let question = "faceoff study: what does each digit cost?";
     let mut report = Report::new("study", question, headline, outcome)?;
     report.engines = outcome.engines.clone();
-    report.claim = format!("What each digit costs: {}", count(outcome.rows.len(), "measurement"));
-    let first = outcome.advice.first().map_or(String::new(), |a| format!(" {}.", a.sentence().trim_end_matches('.')));
+    report.claim = format!(
+        "What each digit costs: {}",
+        count(outcome.rows.len(), "measurement")
+    );
+    let first = outcome.advice.first().map_or(String::new(), |a| {
+        format!(" {}.", a.sentence().trim_end_matches('.'))
+    });
     report.lede = format!(
         "{} s of {} s were spent, and {} left out.{first}",
         number(outcome.spent, 2),
@@ -62,8 +67,14 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
         let left_out = left_out
             .map(|left| format!("{}: {}", left.what, left.why))
             .collect();
-        let name = format!("What was left out · {}", count(outcome.left_out.len(), "measurement"));
-        report.blocks.push(Block::Page(vec![Block::Folded(name, vec![Block::List(left_out)])]));
+        let name = format!(
+            "What was left out · {}",
+            count(outcome.left_out.len(), "measurement")
+        );
+        report.blocks.push(Block::Page(vec![Block::Folded(
+            name,
+            vec![Block::List(left_out)],
+        )]));
     }
     report.file("rows.csv", || rows_csv(&outcome.rows));
     Ok(report)
@@ -99,7 +110,10 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &str) -> Vec<Block<'a>> {
             page.extend(more);
             page.push(match table.rows.len() {
                 0..=LONG => table.into(),
-                rows => Block::Folded(format!("{title} · {}", count(rows, "row")), vec![table.into()]),
+                rows => Block::Folded(
+                    format!("{title} · {}", count(rows, "row")),
+                    vec![table.into()],
+                ),
             });
         }
     };

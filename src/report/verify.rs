@@ -9,9 +9,7 @@ use super::model::{
     Block, Cell, Report, Suite, Table, TestCase, exact, joined, short, table, word,
 };
 use super::number::{number, place, whole};
-use crate::campaigns::verify::{
-    CaseOutcome, EngineOutcome, Source, VerifyOutcome, telling,
-};
+use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Source, VerifyOutcome, telling};
 use crate::engine::{Explanation, unique};
 use crate::run::{Failure, RESIDUAL_TOLERANCE};
 use crate::why::Diagnosis;
@@ -129,7 +127,10 @@ pub fn verify(verified: Verified) -> Result<Report> {
         rest.push(methods(outcome).into());
     }
     rest.push(Block::Html(Box::new(move || Ok(run.rest()))));
-    page.push(Block::Folded("Every pair and field · what was compared, and how each case is posed".into(), rest));
+    page.push(Block::Folded(
+        "Every pair and field · what was compared, and how each case is posed".into(),
+        rest,
+    ));
     for case in &outcome.cases {
         let name = format!("the mesh of {}", label(case));
         report.digests.push((name, case.mesh_digest.clone()));
@@ -154,11 +155,18 @@ fn lede(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[Failure]) -
         Some(status.values.len())
     });
     let points: usize = points.sum();
-    let flips = outcome.cases.iter().flat_map(|c| &c.pairs).filter_map(|p| p.field.rounding_flips);
+    let flips = outcome
+        .cases
+        .iter()
+        .flat_map(|c| &c.pairs)
+        .filter_map(|p| p.field.rounding_flips);
     let contact = match (points, flips.max().unwrap_or(0)) {
         (0, _) => String::new(),
         (points, 0) => format!("Contact is the same at all **{} points**.", whole(points)),
-        (_, flips) => format!("Contact differs at up to {} points, all of them at rounding level.", whole(flips)),
+        (_, flips) => format!(
+            "Contact differs at up to {} points, all of them at rounding level.",
+            whole(flips)
+        ),
     };
     let words = [Spread::new(outcome)?.words(), contact, told];
     Ok(joined(words.into_iter().filter(|w| !w.is_empty()), " "))

@@ -20,6 +20,9 @@ const TOLD: usize = 150;
 /// γ that is off by less has no picture.
 const OFF: f64 = 1e-9;
 
+/// Differences on faces, by the names of the two.
+pub(in crate::report) type Named = (String, Vec<(u32, f64)>);
+
 /// What is known of a scene on its contact faces.
 pub(in crate::report) struct Along<'a> {
     pub problem: &'a Problem<'a>,
@@ -27,7 +30,7 @@ pub(in crate::report) struct Along<'a> {
     /// Those whose residual is shown, the one at fault last.
     pub puts: &'a [Put<'a>],
     /// Differences of means on all faces, relative to max|u|, with the names of the two; the one that matters last.
-    pub differences: Vec<(String, Vec<(u32, f64)>)>,
+    pub differences: Vec<Named>,
     pub tolerance: f64,
     /// Names of those at fault.
     pub faulty: Vec<&'a str>,
@@ -65,13 +68,21 @@ impl Along<'_> {
     /// Both drawings, of which the page shows one.
     pub fn figure(&self, caption: &str) -> Html {
         let contact: Vec<u32> = self.problem.contact.iter().map(|f| f.face as u32).collect();
-        let Some(first) = self.fields.first().filter(|f| f.dim == 2 && !contact.is_empty()) else {
+        let Some(first) = self
+            .fields
+            .first()
+            .filter(|f| f.dim == 2 && !contact.is_empty())
+        else {
             return Html::default();
         };
         let chain = super::chain::chain(first, &contact);
         let drawn = WIDTHS.map(|width| self.drawn(&chain, width));
         let [wide, narrow] = drawn;
-        figure("", caption, [division("wide", wide), division("narrow", narrow)])
+        figure(
+            "",
+            caption,
+            [division("wide", wide), division("narrow", narrow)],
+        )
     }
 
     fn drawn(&self, chain: &Chain, width: f64) -> Html {
@@ -93,7 +104,11 @@ impl Along<'_> {
         sheet.differences();
         sheet.positions();
         let height = sheet.at;
-        drawing("u, contact, γ, residual and difference along Γ_C", [width, height], &sheet.svg)
+        drawing(
+            "u, contact, γ, residual and difference along Γ_C",
+            [width, height],
+            &sheet.svg,
+        )
     }
 
     fn is_faulty(&self, name: &str) -> bool {
@@ -131,7 +146,11 @@ impl Sheet<'_> {
         for (s, y) in points {
             let x = self.x(s);
             if (x - last).abs() >= 0.6 {
-                let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { 'M' } else { 'L' });
+                let _ = write!(
+                    path,
+                    "{}{x:.1} {y:.1}",
+                    if path.is_empty() { 'M' } else { 'L' }
+                );
                 last = x;
             }
         }
@@ -140,19 +159,31 @@ impl Sheet<'_> {
 
     fn line(&mut self, class: &str, y: f64, label: &str) {
         let right = self.right;
-        let _ = write!(self.svg, "<path class=\"{class}\" d=\"M{LEFT} {y:.1}H{right}\"/>");
+        let _ = write!(
+            self.svg,
+            "<path class=\"{class}\" d=\"M{LEFT} {y:.1}H{right}\"/>"
+        );
         self.svg += &word("t e", [LEFT - 6.0, y + 3.5], label);
     }
 
     /// Marks the faces that are to blame, from top to bottom; its place in the drawing is the first.
     fn band(&mut self) {
-        let blamed: BTreeSet<&[u32]> = self.of.puts.iter().flat_map(Put::blamed).map(|s| &s.vertices[..]).collect();
+        let blamed: BTreeSet<&[u32]> = self
+            .of
+            .puts
+            .iter()
+            .flat_map(Put::blamed)
+            .map(|s| &s.vertices[..])
+            .collect();
         let mesh = self.of.problem.space.mesh;
         for (k, row) in self.chain.rows.iter().enumerate() {
             if blamed.contains(mesh.face(self.of.problem.contact[*row].face)) {
                 let (a, b) = self.chain.ends[k];
                 let (a, b) = (self.x(a), self.x(b));
-                let _ = write!(self.svg, "<path class=\"bandf\" d=\"M{a:.1} 4H{b:.1}V{{foot}}H{a:.1}z\"/>");
+                let _ = write!(
+                    self.svg,
+                    "<path class=\"bandf\" d=\"M{a:.1} 4H{b:.1}V{{foot}}H{a:.1}z\"/>"
+                );
             }
         }
     }
@@ -169,12 +200,16 @@ impl Sheet<'_> {
             let ends = mesh.face(face.face);
             let start = mesh.points[ends[0] as usize];
             let (a, b) = self.chain.ends[k];
-            let mut of_face: Vec<(f64, f64, f64)> = face.points.iter().map(|point| {
-                let from: f64 = (0..3).map(|k| (point.x[k] - start[k]).powi(2)).sum();
-                let share = from.sqrt() / face.measure;
-                let gap = point.trace(face.gamma, &local).gap;
-                (share, gap + point.psi, point.psi)
-            }).collect();
+            let mut of_face: Vec<(f64, f64, f64)> = face
+                .points
+                .iter()
+                .map(|point| {
+                    let from: f64 = (0..3).map(|k| (point.x[k] - start[k]).powi(2)).sum();
+                    let share = from.sqrt() / face.measure;
+                    let gap = point.trace(face.gamma, &local).gap;
+                    (share, gap + point.psi, point.psi)
+                })
+                .collect();
             // Faces follow each other as their places do.
             let next = mesh.points[ends[1] as usize];
             let axis = if self.chain.axis == "y" { 1 } else { 0 };
@@ -182,24 +217,58 @@ impl Sheet<'_> {
                 of_face.iter_mut().for_each(|p| p.0 = 1.0 - p.0);
             }
             of_face.sort_by(|p, q| p.0.total_cmp(&q.0));
-            points.extend(of_face.into_iter().map(|(share, u, psi)| (a + share * (b - a), u, psi)));
+            points.extend(
+                of_face
+                    .into_iter()
+                    .map(|(share, u, psi)| (a + share * (b - a), u, psi)),
+            );
         }
-        let all = || points.iter().flat_map(|p| [p.1, p.2]).filter(|v| v.abs() < 1e100);
-        let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+        let all = || {
+            points
+                .iter()
+                .flat_map(|p| [p.1, p.2])
+                .filter(|v| v.abs() < 1e100)
+        };
+        let (low, high) = (
+            all().fold(f64::INFINITY, f64::min),
+            all().fold(f64::NEG_INFINITY, f64::max),
+        );
         if !(low < high) {
             return;
         }
         self.title("u on Γ_C, and the obstacle");
         self.at += 4.0;
-        let panel = Panel { top: self.at, height: 54.0, low, high };
+        let panel = Panel {
+            top: self.at,
+            height: 54.0,
+            low,
+            high,
+        };
         for (class, of) in [("frame", 2), ("ink", 1)] {
-            let values = points.iter().map(|p| (p.0, if of == 1 { p.1 } else { p.2 }));
-            let path = self.line_through(values.filter(|(_, v)| v.abs() < 1e100).map(|(s, v)| (s, panel.y(v))));
-            let _ = write!(self.svg, "<path class=\"{class}\" stroke-width=\"1.3\" d=\"{path}\"/>");
+            let values = points
+                .iter()
+                .map(|p| (p.0, if of == 1 { p.1 } else { p.2 }));
+            let path = self.line_through(
+                values
+                    .filter(|(_, v)| v.abs() < 1e100)
+                    .map(|(s, v)| (s, panel.y(v))),
+            );
+            let _ = write!(
+                self.svg,
+                "<path class=\"{class}\" stroke-width=\"1.3\" d=\"{path}\"/>"
+            );
         }
-        let upper = if low < 0.0 && high >= 0.0 && -low > 4.0 * high { 0.0 } else { high };
+        let upper = if low < 0.0 && high >= 0.0 && -low > 4.0 * high {
+            0.0
+        } else {
+            high
+        };
         for value in [low, upper] {
-            self.svg += &word("t e", [LEFT - 6.0, panel.y(value) + 3.5], &trimmed(&number(value, 2)));
+            self.svg += &word(
+                "t e",
+                [LEFT - 6.0, panel.y(value) + 3.5],
+                &trimmed(&number(value, 2)),
+            );
         }
         if let Some(last) = points.last() {
             self.tag("obstacle ψ", panel.y(last.2) + 3.5, "");
@@ -210,19 +279,30 @@ impl Sheet<'_> {
     /// Contact at each quadrature point, a line for each code.
     fn status(&mut self) {
         let of = self.of;
-        let with: Vec<_> = of.fields.iter().filter_map(|f| Some((f, f.column("status")?))).collect();
-        let Some((_, first)) = with.first() else { return };
+        let with: Vec<_> = of
+            .fields
+            .iter()
+            .filter_map(|f| Some((f, f.column("status")?)))
+            .collect();
+        let Some((_, first)) = with.first() else {
+            return;
+        };
         let names: Vec<&str> = with.iter().map(|(f, _)| &*f.source).collect();
         match self.is_narrow {
             true => self.title(&format!("Contact: {}", names.join(", "))),
-            false => self.title(&format!("Contact at the {} quadrature points of each face", first.components)),
+            false => self.title(&format!(
+                "Contact at the {} quadrature points of each face",
+                first.components
+            )),
         }
         for (fields, column) in with {
             let faulty = of.is_faulty(&fields.source);
             let (mut path, mut runs) = (String::new(), Vec::<(f64, f64)>::new());
             for (k, row) in self.chain.rows.iter().enumerate() {
                 let face = of.problem.contact[*row].face as u32;
-                let Ok(at) = column.faces.binary_search(&face) else { continue };
+                let Ok(at) = column.faces.binary_search(&face) else {
+                    continue;
+                };
                 let values = column.row(at);
                 let (a, b) = self.chain.ends[k];
                 let width = (b - a) / values.len() as f64;
@@ -237,11 +317,19 @@ impl Sheet<'_> {
             }
             for (from, to) in runs {
                 let (from, to) = (self.x(from), self.x(to));
-                let _ = write!(path, "M{from:.1} {:.0}h{:.1}v7H{from:.1}z", self.at, to - from);
+                let _ = write!(
+                    path,
+                    "M{from:.1} {:.0}h{:.1}v7H{from:.1}z",
+                    self.at,
+                    to - from
+                );
             }
             let (right, at) = (self.right, self.at);
             let class = if faulty { "redf" } else { "inkf" };
-            let _ = write!(self.svg, "<path class=\"hair\" d=\"M{LEFT} {at:.0}H{right}v7H{LEFT}z\"/><path class=\"{class}\" d=\"{path}\"/>");
+            let _ = write!(
+                self.svg,
+                "<path class=\"hair\" d=\"M{LEFT} {at:.0}H{right}v7H{LEFT}z\"/><path class=\"{class}\" d=\"{path}\"/>"
+            );
             self.tag(&fields.source, at + 8.0, if faulty { "red" } else { "" });
             self.at += 12.0;
         }
@@ -253,15 +341,27 @@ impl Sheet<'_> {
         let of = self.of;
         let found = of.puts.last().and_then(|put| put.findings);
         let Some(found) = found else { return };
-        let factors: Vec<f64> = found.gamma.iter().filter_map(|g| g.factor).filter(|f| f.is_finite()).collect();
+        let factors: Vec<f64> = found
+            .gamma
+            .iter()
+            .filter_map(|g| g.factor)
+            .filter(|f| f.is_finite())
+            .collect();
         let is_gamma = found.culprit().is_some_and(|c| c.ingredient == "γ");
         if !is_gamma || !factors.iter().any(|f| (f - 1.0).abs() > OFF) {
             return;
         }
-        let (low, high) = factors.iter().fold((1.0_f64, 1.0_f64), |(l, h), f| (l.min(*f), h.max(*f)));
+        let (low, high) = factors
+            .iter()
+            .fold((1.0_f64, 1.0_f64), |(l, h), f| (l.min(*f), h.max(*f)));
         let room = 0.15 * (high - low);
         self.title("γ that each face implies ÷ γ that the scene gives");
-        let panel = Panel { top: self.at, height: 44.0, low: low - room, high: high + room };
+        let panel = Panel {
+            top: self.at,
+            height: 44.0,
+            low: low - room,
+            high: high + room,
+        };
         let digits = (2.0 - (high - low).log10().floor()).clamp(2.0, 12.0) as usize;
         for value in [1.0, if high - 1.0 > 1.0 - low { high } else { low }] {
             self.line("hair", panel.y(value), &format!("{value:.digits$}"));
@@ -269,7 +369,9 @@ impl Sheet<'_> {
         let mut told = None;
         let (mut grey, mut lines) = (String::new(), [String::new(), String::new()]);
         for (k, row) in self.chain.rows.iter().enumerate() {
-            let Some(gamma) = found.gamma.get(*row) else { continue };
+            let Some(gamma) = found.gamma.get(*row) else {
+                continue;
+            };
             let (a, b) = self.chain.ends[k];
             let (a, b) = (self.x(a), self.x(b));
             match gamma.factor {
@@ -277,9 +379,15 @@ impl Sheet<'_> {
                     let _ = write!(grey, "M{a:.1} {:.1}H{b:.1}v44H{a:.1}z", self.at);
                 }
                 Some(factor) => {
-                    let is_off = (factor - 1.0).abs() > OFF.max(10.0 * gamma.uncertain.unwrap_or(0.0));
+                    let is_off =
+                        (factor - 1.0).abs() > OFF.max(10.0 * gamma.uncertain.unwrap_or(0.0));
                     let y = panel.y(factor);
-                    let _ = write!(lines[usize::from(is_off)], "M{:.1} {y:.1}H{:.1}", a + 0.5, b - 0.5);
+                    let _ = write!(
+                        lines[usize::from(is_off)],
+                        "M{:.1} {y:.1}H{:.1}",
+                        a + 0.5,
+                        b - 0.5
+                    );
                     if is_off {
                         told = told.or(Some((b, y, factor, &gamma.vertices)));
                     }
@@ -287,13 +395,23 @@ impl Sheet<'_> {
             }
         }
         for (path, (class, width)) in lines.iter().zip([("ink", 2.2), ("redl", 4.0)]) {
-            let _ = write!(self.svg, "<path class=\"{class}\" stroke-width=\"{width}\" d=\"{path}\"/>");
+            let _ = write!(
+                self.svg,
+                "<path class=\"{class}\" stroke-width=\"{width}\" d=\"{path}\"/>"
+            );
         }
-        let _ = write!(self.svg, "<path class=\"holdf\" opacity=\".55\" d=\"{grey}\"/>");
+        let _ = write!(
+            self.svg,
+            "<path class=\"holdf\" opacity=\".55\" d=\"{grey}\"/>"
+        );
         let off = factors.iter().filter(|f| (*f - 1.0).abs() > OFF).count();
         if let (Some((x, y, factor, vertices)), 1) = (told, off) {
             let x = x.min(self.right - 130.0);
-            self.svg += &word("s red halo", [x + 6.0, y + 4.0], &format!("{factor:.4} on {vertices:?}"));
+            self.svg += &word(
+                "s red halo",
+                [x + 6.0, y + 4.0],
+                &format!("{factor:.4} on {vertices:?}"),
+            );
         }
         if !grey.is_empty() {
             self.tag("grey: in contact,", self.at + 12.0, "");
@@ -304,14 +422,24 @@ impl Sheet<'_> {
 
     /// A frame of powers of ten, with the tolerance.
     fn powers(&mut self, largest: f64, tolerance: f64, height: f64) -> Panel {
-        let high = (largest.max(10.0 * tolerance).log10() + 0.3).ceil().min(300.0);
-        let panel = Panel { top: self.at, height, low: -17.0, high };
+        let high = (largest.max(10.0 * tolerance).log10() + 0.3)
+            .ceil()
+            .min(300.0);
+        let panel = Panel {
+            top: self.at,
+            height,
+            low: -17.0,
+            high,
+        };
         let every = if high > -5.0 { 5 } else { 4 };
         for power in (-17..=high as i32).filter(|p| (p + 17) % every == 0) {
             self.line("hair", panel.y(f64::from(power)), &power_of_ten(power));
         }
         let (right, y) = (self.right, panel.log(tolerance));
-        let _ = write!(self.svg, "<path class=\"frame dash\" d=\"M{LEFT} {y:.1}H{right}\"/>");
+        let _ = write!(
+            self.svg,
+            "<path class=\"frame dash\" d=\"M{LEFT} {y:.1}H{right}\"/>"
+        );
         self.tag("tolerance", y + 3.5, "");
         panel
     }
@@ -322,26 +450,48 @@ impl Sheet<'_> {
         let (problem, mesh) = (of.problem, of.problem.space.mesh);
         let error = |put: &Put, row: usize| {
             let face = &problem.contact[row];
-            let mut rows = problem.space.face_dofs(face.cell, mesh.local_face(face.cell, face.face));
-            rows.by_ref().map(|r| put.errors[r as usize]).fold(0.0, |m: f64, e| if e.is_nan() { f64::INFINITY } else { m.max(e) })
+            let mut rows = problem
+                .space
+                .face_dofs(face.cell, mesh.local_face(face.cell, face.face));
+            rows.by_ref()
+                .map(|r| put.errors[r as usize])
+                .fold(
+                    0.0,
+                    |m: f64, e| if e.is_nan() { f64::INFINITY } else { m.max(e) },
+                )
         };
         let finite = |v: &f64| v.is_finite();
-        let all = of.puts.iter().flat_map(|put| (0..problem.contact.len()).map(|row| error(put, row)));
+        let all = of
+            .puts
+            .iter()
+            .flat_map(|put| (0..problem.contact.len()).map(|row| error(put, row)));
         let largest = all.filter(finite).fold(0.0, f64::max);
-        let Some(tolerance) = of.puts.last().map(|put| put.ramp.tolerance) else { return };
+        let Some(tolerance) = of.puts.last().map(|put| put.ramp.tolerance) else {
+            return;
+        };
         self.title("Residual of the row of each face");
         let panel = self.powers(largest, tolerance, 70.0);
         for put in of.puts {
             let faulty = of.is_faulty(put.name);
             let mut seen = BTreeSet::new();
-            let (class, side) = if faulty { ("redf", 4.4) } else { ("otherf", 3.4) };
+            let (class, side) = if faulty {
+                ("redf", 4.4)
+            } else {
+                ("otherf", 3.4)
+            };
             for (k, row) in self.chain.rows.iter().enumerate() {
-                let at = [self.x(self.chain.s[k]), panel.log(error(put, *row))].map(|x| x.round() as i64);
+                let at = [self.x(self.chain.s[k]), panel.log(error(put, *row))]
+                    .map(|x| x.round() as i64);
                 seen.insert(at);
             }
             let mut path = String::new();
             for [x, y] in seen {
-                let _ = write!(path, "M{:.1} {:.1}h{side}v{side}h-{side}z", x as f64 - 0.5 * side, y as f64 - 0.5 * side);
+                let _ = write!(
+                    path,
+                    "M{:.1} {:.1}h{side}v{side}h-{side}z",
+                    x as f64 - 0.5 * side,
+                    y as f64 - 0.5 * side
+                );
             }
             let _ = write!(self.svg, "<path class=\"{class}\" d=\"{path}\"/>");
             let last = self.chain.rows.last().map_or(0.0, |row| error(put, *row));
@@ -359,11 +509,16 @@ impl Sheet<'_> {
         }
         let mut by_pair = Vec::new();
         for (name, of_pair) in &of.differences {
-            let values: Vec<f64> = self.chain.rows.iter().map(|row| {
-                let face = of.problem.contact[*row].face as u32;
-                let at = of_pair.binary_search_by_key(&face, |(face, _)| *face);
-                at.map_or(0.0, |k| of_pair[k].1)
-            }).collect();
+            let values: Vec<f64> = self
+                .chain
+                .rows
+                .iter()
+                .map(|row| {
+                    let face = of.problem.contact[*row].face as u32;
+                    let at = of_pair.binary_search_by_key(&face, |(face, _)| *face);
+                    at.map_or(0.0, |k| of_pair[k].1)
+                })
+                .collect();
             by_pair.push((name, values));
         }
         let all = by_pair.iter().flat_map(|(_, v)| v.iter().copied());
@@ -374,14 +529,27 @@ impl Sheet<'_> {
         let mut taken: Vec<f64> = vec![panel.log(of.tolerance) + 3.5];
         for (k, (name, values)) in by_pair.into_iter().enumerate().rev() {
             let is_last = k + 1 == count && !of.faulty.is_empty();
-            let finite = self.chain.s.iter().zip(&values).filter(|(_, v)| v.is_finite());
+            let finite = self
+                .chain
+                .s
+                .iter()
+                .zip(&values)
+                .filter(|(_, v)| v.is_finite());
             let path = self.line_through(finite.map(|(s, v)| (*s, panel.log(*v))));
             let (class, width) = if is_last { ("redl", 1.6) } else { ("ink", 1.1) };
-            let _ = write!(self.svg, "<path class=\"{class}\" stroke-width=\"{width}\" d=\"{path}\"/>");
+            let _ = write!(
+                self.svg,
+                "<path class=\"{class}\" stroke-width=\"{width}\" d=\"{path}\"/>"
+            );
             let y = values.last().map_or(panel.top, |v| panel.log(*v)) + 3.5;
-            let is_free = |y: &f64| *y <= panel.top + 80.0 && taken.iter().all(|t| (t - y).abs() >= 12.0);
+            let is_free =
+                |y: &f64| *y <= panel.top + 80.0 && taken.iter().all(|t| (t - y).abs() >= 12.0);
             let around = [0.0, -6.0, 6.0, -12.0, 12.0, -18.0, 18.0, -24.0, 24.0];
-            let y = around.into_iter().map(|by| y + by).find(is_free).unwrap_or(y);
+            let y = around
+                .into_iter()
+                .map(|by| y + by)
+                .find(is_free)
+                .unwrap_or(y);
             taken.push(y);
             self.tag(name, y, if is_last { "red" } else { "" });
         }
@@ -406,10 +574,19 @@ impl Sheet<'_> {
                 let face = &problem.contact[*row];
                 let (a, b) = self.chain.ends[k];
                 let (a, b) = (self.x(a), self.x(b));
-                let mut told = format!("face {:?} at {}", mesh.face(face.face), place(&mesh.face_midpoint(face.face)[..2]));
+                let mut told = format!(
+                    "face {:?} at {}",
+                    mesh.face(face.face),
+                    place(&mesh.face_midpoint(face.face)[..2])
+                );
                 for put in self.of.puts {
-                    let mut rows = problem.space.face_dofs(face.cell, mesh.local_face(face.cell, face.face));
-                    let error = rows.by_ref().map(|r| put.errors[r as usize]).fold(0.0, f64::max);
+                    let mut rows = problem
+                        .space
+                        .face_dofs(face.cell, mesh.local_face(face.cell, face.face));
+                    let error = rows
+                        .by_ref()
+                        .map(|r| put.errors[r as usize])
+                        .fold(0.0, f64::max);
                     let _ = write!(told, "\n{}: residual {}", put.name, size(error));
                 }
                 let _ = write!(
@@ -426,29 +603,61 @@ impl Sheet<'_> {
 }
 
 /// The increments of each code, step by step; the lines of those at fault are red.
-pub(in crate::report) fn newton(engines: &[(&str, &[f64])], faulty: &[&str], stop: Option<f64>, caption: &str) -> Html {
+pub(in crate::report) fn newton(
+    engines: &[(&str, &[f64])],
+    faulty: &[&str],
+    stop: Option<f64>,
+    caption: &str,
+) -> Html {
     let shown = |v: f64| v > 0.0 && v < 1e100;
-    let all = || engines.iter().flat_map(|(_, v)| v.iter().copied()).filter(|v| shown(*v));
+    let all = || {
+        engines
+            .iter()
+            .flat_map(|(_, v)| v.iter().copied())
+            .filter(|v| shown(*v))
+    };
     let (Some(least), Some(most)) = (all().reduce(f64::min), all().reduce(f64::max)) else {
         return Html::default();
     };
-    let steps = engines.iter().map(|(_, v)| v.len()).max().unwrap_or(1).max(2);
+    let steps = engines
+        .iter()
+        .map(|(_, v)| v.len())
+        .max()
+        .unwrap_or(1)
+        .max(2);
     let (width, height) = (384.0, 300.0);
     let low = least.max(1e-18).log10().floor();
     let high = most.log10().ceil().max(low + 1.0);
-    let panel = Panel { top: 6.0, height: height - 30.0, low, high };
+    let panel = Panel {
+        top: 6.0,
+        height: height - 30.0,
+        low,
+        high,
+    };
     let x = |step: usize| LEFT + (width - 66.0 - LEFT) * step as f64 / (steps - 1) as f64;
     let mut svg = String::new();
     let every = if high - low > 10.0 { 4 } else { 2 };
     for power in (low as i32..=high as i32).filter(|p| p % every == 0) {
         let y = panel.y(f64::from(power));
-        let _ = write!(svg, "<path class=\"hair\" d=\"M{LEFT} {y:.1}H{}\"/>", width - 62.0);
-        let label = if power == 0 { "1".to_owned() } else { power_of_ten(power) };
+        let _ = write!(
+            svg,
+            "<path class=\"hair\" d=\"M{LEFT} {y:.1}H{}\"/>",
+            width - 62.0
+        );
+        let label = if power == 0 {
+            "1".to_owned()
+        } else {
+            power_of_ten(power)
+        };
         svg += &word("t e", [LEFT - 6.0, y + 3.5], &label);
     }
     if let Some(stop) = stop.filter(|s| s.log10() > low) {
         let y = panel.log(stop);
-        let _ = write!(svg, "<path class=\"frame dash\" d=\"M{LEFT} {y:.1}H{}\"/>", width - 62.0);
+        let _ = write!(
+            svg,
+            "<path class=\"frame dash\" d=\"M{LEFT} {y:.1}H{}\"/>",
+            width - 62.0
+        );
         svg += &word("t", [LEFT + 4.0, y - 4.0], "stop");
     }
     let mut taken: Vec<f64> = Vec::new();
@@ -460,24 +669,43 @@ pub(in crate::report) fn newton(engines: &[(&str, &[f64])], faulty: &[&str], sto
             (_, 1) => ("goodl", "goodf"),
             _ => ("otherl", "otherf"),
         };
-        let points: Vec<(f64, f64)> = values.iter().enumerate().filter(|(_, v)| **v < 1e100).map(|(k, v)| (x(k), panel.log(*v))).collect();
+        let points: Vec<(f64, f64)> = values
+            .iter()
+            .enumerate()
+            .filter(|(_, v)| **v < 1e100)
+            .map(|(k, v)| (x(k), panel.log(*v)))
+            .collect();
         let mut path = String::new();
         let mut dots = String::new();
         for (x, y) in &points {
-            let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { 'M' } else { 'L' });
+            let _ = write!(
+                path,
+                "{}{x:.1} {y:.1}",
+                if path.is_empty() { 'M' } else { 'L' }
+            );
             if points.len() < 60 {
-                let _ = write!(dots, "<circle class=\"{fill}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.2\"/>");
+                let _ = write!(
+                    dots,
+                    "<circle class=\"{fill}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.2\"/>"
+                );
             }
         }
         let thick = 1.5 + 1.6 * (engines.len() - 1 - k) as f64;
-        let _ = write!(svg, "<path class=\"{line}\" stroke-width=\"{thick}\" d=\"{path}\"/>{dots}");
+        let _ = write!(
+            svg,
+            "<path class=\"{line}\" stroke-width=\"{thick}\" d=\"{path}\"/>{dots}"
+        );
         if let Some((x, y)) = points.last() {
             let mut y = y + 3.5;
             while taken.iter().any(|t| (t - y).abs() < 12.0) {
                 y -= 12.0;
             }
             taken.push(y);
-            svg += &word(if is_faulty { "t red halo" } else { "t halo" }, [x + 6.0, y], name);
+            svg += &word(
+                if is_faulty { "t red halo" } else { "t halo" },
+                [x + 6.0, y],
+                name,
+            );
         }
     }
     let every = steps.div_ceil(10);

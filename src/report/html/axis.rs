@@ -21,7 +21,9 @@ impl Axis {
     /// From rounding to some decades above the tolerances and the largest value.
     pub fn new(values: impl Iterator<Item = f64>, tolerances: Vec<f64>) -> Self {
         let finite = values.filter(|v| v.is_finite() && *v > 0.0);
-        let largest = finite.chain(tolerances.iter().copied()).fold(1e-13, f64::max);
+        let largest = finite
+            .chain(tolerances.iter().copied())
+            .fold(1e-13, f64::max);
         Axis {
             low: -17.0,
             high: (largest.log10() + 0.5).ceil().min(300.0),
@@ -45,11 +47,21 @@ impl Axis {
             span if span > 12.0 => 4,
             _ => 2,
         };
-        let powers: Vec<i32> = self.tolerances.iter().map(|t| t.log10().round() as i32).collect();
+        let powers: Vec<i32> = self
+            .tolerances
+            .iter()
+            .map(|t| t.log10().round() as i32)
+            .collect();
         let first = powers.first().copied().unwrap_or(-12);
-        let inside = |power: &i32| f64::from(*power) > self.low && f64::from(*power) < self.high + 0.1;
+        let inside =
+            |power: &i32| f64::from(*power) > self.low && f64::from(*power) < self.high + 0.1;
         let ticks = (-400..=400).filter(|p| (p - first) % every == 0);
-        let ticks = ticks.filter(|power| inside(power) && !powers.iter().any(|of| of != power && (of - power).abs() < every));
+        let ticks = ticks.filter(|power| {
+            inside(power)
+                && !powers
+                    .iter()
+                    .any(|of| of != power && (of - power).abs() < every)
+        });
         let mut all: Vec<i32> = ticks.chain(powers.iter().copied()).collect();
         all.sort_unstable();
         all.dedup();

@@ -47,7 +47,10 @@ impl<'a> Codes<'a> {
     }
 
     fn class(&self, name: &str) -> &'static str {
-        self.names.iter().find(|(known, _)| *known == name).map_or("", |(_, class)| class)
+        self.names
+            .iter()
+            .find(|(known, _)| *known == name)
+            .map_or("", |(_, class)| class)
     }
 
     /// One row a code.
@@ -72,14 +75,33 @@ impl<'a> Codes<'a> {
         };
         for (name, class) in &self.names {
             let of: Vec<(&CaseOutcome, &EngineOutcome)> = self.answers(name).collect();
-            let right = of.iter().filter(|(_, e)| e.verdict == Verdict::Agree).count();
-            let dots = of.iter().map(|(case, e)| Dot { value: e.residual, class, title: label(case) });
+            let right = of
+                .iter()
+                .filter(|(_, e)| e.verdict == Verdict::Agree)
+                .count();
+            let dots = of.iter().map(|(case, e)| Dot {
+                value: e.residual,
+                class,
+                title: label(case),
+            });
             let dots: Vec<Dot> = dots.collect();
-            let key = |e: &EngineOutcome| if e.residual.is_nan() { f64::INFINITY } else { e.residual };
-            let Some((case, most)) = of.iter().max_by(|a, b| key(a.1).total_cmp(&key(b.1))) else { continue };
+            let key = |e: &EngineOutcome| {
+                if e.residual.is_nan() {
+                    f64::INFINITY
+                } else {
+                    e.residual
+                }
+            };
+            let Some((case, most)) = of.iter().max_by(|a, b| key(a.1).total_cmp(&key(b.1))) else {
+                continue;
+            };
             let steps = of.iter().map(|(_, e)| e.iterations);
             let (least, last) = (steps.clone().min().unwrap_or(0), steps.max().unwrap_or(0));
-            let steps = if least == last { last.to_string() } else { format!("{least}–{last}") };
+            let steps = if least == last {
+                last.to_string()
+            } else {
+                format!("{least}–{last}")
+            };
             let seconds: f64 = of.iter().map(|(_, e)| e.seconds).sum();
             let solves = format!("{right} of {}", of.len());
             let solves = match right == of.len() {
@@ -113,11 +135,26 @@ impl<'a> Codes<'a> {
     pub fn by_case(&self, shown: Option<&CaseOutcome>) -> Html {
         let mut cases: Vec<&CaseOutcome> = self.outcome.cases.iter().collect();
         if !self.fault.is_empty() || cases.len() > OPEN {
-            let residual = |case: &CaseOutcome| case.engines.iter().map(|e| e.residual / RESIDUAL_TOLERANCE).fold(0.0, worse);
-            let apart = |case: &CaseOutcome| case.pairs.iter().map(|p| p.field.max_rel / p.field.tolerance).fold(0.0, worse);
+            let residual = |case: &CaseOutcome| {
+                case.engines
+                    .iter()
+                    .map(|e| e.residual / RESIDUAL_TOLERANCE)
+                    .fold(0.0, worse)
+            };
+            let apart = |case: &CaseOutcome| {
+                case.pairs
+                    .iter()
+                    .map(|p| p.field.max_rel / p.field.tolerance)
+                    .fold(0.0, worse)
+            };
             cases.sort_by(|a, b| {
                 let by_verdict = b.verdict.cmp(&a.verdict);
-                let key = |c: &CaseOutcome| worse(residual(c), if self.fault.is_empty() { apart(c) } else { 0.0 });
+                let key = |c: &CaseOutcome| {
+                    worse(
+                        residual(c),
+                        if self.fault.is_empty() { apart(c) } else { 0.0 },
+                    )
+                };
                 by_verdict.then(key(b).total_cmp(&key(a)))
             });
         }
@@ -133,8 +170,12 @@ impl<'a> Codes<'a> {
     fn cases(&self, cases: &[&CaseOutcome], shown: Option<&CaseOutcome>) -> Html {
         let agree = self.fault.is_empty() && self.outcome.verdict == Verdict::Agree;
         let dots = Html::from([key(self.names.iter().copied()), self.axis.head()]);
-        let has_n = unique(self.outcome.cases.iter().map(|c| (&c.scene, c.n))).len() > unique(self.outcome.cases.iter().map(|c| &c.scene)).len();
-        let mut head = vec![Column::new("w", text("scene")), Column::new("", text("method"))];
+        let has_n = unique(self.outcome.cases.iter().map(|c| (&c.scene, c.n))).len()
+            > unique(self.outcome.cases.iter().map(|c| &c.scene)).len();
+        let mut head = vec![
+            Column::new("w", text("scene")),
+            Column::new("", text("method")),
+        ];
         head.extend(has_n.then(|| Column::new("n", text("n"))));
         head.push(Column::new("n opt", text("unknowns")));
         if !agree {
@@ -151,36 +192,71 @@ impl<'a> Codes<'a> {
                 Column::new("w opt", text("verdict")),
             ]);
         }
-        let mut sheet = Sheet { head, ..Sheet::default() };
+        let mut sheet = Sheet {
+            head,
+            ..Sheet::default()
+        };
         for case in cases {
             let of = case.engines.iter();
-            let dots: Vec<Dot> = of.clone().map(|e| Dot { value: e.residual, class: self.class(&e.engine), title: e.engine.clone() }).collect();
+            let dots: Vec<Dot> = of
+                .clone()
+                .map(|e| Dot {
+                    value: e.residual,
+                    class: self.class(&e.engine),
+                    title: e.engine.clone(),
+                })
+                .collect();
             let most = of.max_by(|a, b| worse(a.residual, 0.0).total_cmp(&worse(b.residual, 0.0)));
             let residual = most.map_or(f64::NAN, |e| e.residual);
             let fails = !(residual <= RESIDUAL_TOLERANCE);
             let apart = largest(case.pairs.iter().map(|p| &p.field));
-            let name = match shown.is_some_and(|s| std::ptr::eq(s, *case)) && self.outcome.cases.len() > 1 {
-                true => Html::from([text(&case.scene), leaf("span", &[("class", "cap")], " shown here")]),
+            let name = match shown.is_some_and(|s| std::ptr::eq(s, *case))
+                && self.outcome.cases.len() > 1
+            {
+                true => Html::from([
+                    text(&case.scene),
+                    leaf("span", &[("class", "cap")], " shown here"),
+                ]),
                 false => text(&case.scene),
             };
             let mut row = vec![Entry::new(name, None), Entry::words(&case.method)];
             if has_n {
-                row.push(case.n.map_or(Entry::words(""), |n| Entry::number(n as f64, n.to_string())));
+                row.push(
+                    case.n
+                        .map_or(Entry::words(""), |n| Entry::number(n as f64, n.to_string())),
+                );
             }
             row.push(Entry::number(case.dofs as f64, whole(case.dofs)));
             if !agree {
-                row.push(Entry::number(case.contact_faces as f64, whole(case.contact_faces)));
+                row.push(Entry::number(
+                    case.contact_faces as f64,
+                    whole(case.contact_faces),
+                ));
             }
             row.push(Entry::new(self.axis.strip(&dots), Some(residual)));
-            let digits = if case.engines.is_empty() { "no answer".to_owned() } else { size(residual) };
+            let digits = if case.engines.is_empty() {
+                "no answer".to_owned()
+            } else {
+                size(residual)
+            };
             let class = if fails { "bad" } else { "" };
-            row.push(Entry::new(leaf("span", &[("class", class)], digits), Some(residual)));
+            row.push(Entry::new(
+                leaf("span", &[("class", class)], digits),
+                Some(residual),
+            ));
             if agree {
-                row.push(Entry::number(apart, number(apart / ROUNDING, if apart < 1e3 * ROUNDING { 2 } else { 3 })));
+                row.push(Entry::number(
+                    apart,
+                    number(apart / ROUNDING, if apart < 1e3 * ROUNDING { 2 } else { 3 }),
+                ));
             } else {
                 let at = most.filter(|_| fails).and_then(|e| e.residual_at.as_ref());
                 row.push(Entry::words(at.map_or("nowhere".into(), |x| place(x))));
-                let apart = if case.pairs.is_empty() { Entry::words("–") } else { Entry::number(apart, size(apart)) };
+                let apart = if case.pairs.is_empty() {
+                    Entry::words("–")
+                } else {
+                    Entry::number(apart, size(apart))
+                };
                 row.extend([apart, Entry::new(word(case.verdict), None)]);
             }
             sheet.rows.push((false, row));
@@ -213,7 +289,10 @@ pub(in crate::report) fn fields(case: &CaseOutcome) -> Html {
         ("", "verdict"),
     ];
     let mut sheet = Sheet {
-        head: head.into_iter().map(|(class, name)| Column::new(class, text(name))).collect(),
+        head: head
+            .into_iter()
+            .map(|(class, name)| Column::new(class, text(name)))
+            .collect(),
         ..Sheet::default()
     };
     let beyond = |f: &FieldVerdict| match f.beyond {
@@ -223,7 +302,9 @@ pub(in crate::report) fn fields(case: &CaseOutcome) -> Html {
     for pair in pairs(case) {
         for f in &pair.fields {
             let value = |of: fn(&faceoff_judge::Worst) -> f64| {
-                f.worst.as_ref().map_or(Entry::words(""), |w| Entry::number(of(w), number(of(w), 4)))
+                f.worst
+                    .as_ref()
+                    .map_or(Entry::words(""), |w| Entry::number(of(w), number(of(w), 4)))
             };
             let said = match remark(f, "faces").split_once(": ") {
                 Some((_, why)) if f.reason.is_some() => format!(": {why}"),
@@ -237,7 +318,11 @@ pub(in crate::report) fn fields(case: &CaseOutcome) -> Html {
                 Entry::number(f.tolerance, number(f.tolerance, 2)),
                 Entry::number(f.rms, size(f.rms)),
                 Entry::number(f.beyond as f64, beyond(f)),
-                Entry::words(if f.max_abs == 0.0 { "–".to_owned() } else { worst(f).unwrap_or_default() }),
+                Entry::words(if f.max_abs == 0.0 {
+                    "–".to_owned()
+                } else {
+                    worst(f).unwrap_or_default()
+                }),
                 value(|w| w.a),
                 value(|w| w.b),
                 Entry::new(Html::from([word(f.verdict), prose(said)]), None),
@@ -261,16 +346,29 @@ pub(in crate::report) fn tried(explanations: &[Explanation], limit: f64) -> Html
         ];
         let rows = all.iter().map(|of| {
             let class = if of.accounts { "" } else { "e2" };
-            let dot = Dot { value: of.left, class, title: of.ingredient.to_owned() };
+            let dot = Dot {
+                value: of.left,
+                class,
+                title: of.ingredient.to_owned(),
+            };
             let row = vec![
                 Entry::words(&of.what),
                 Entry::new(axis.strip(&[dot]), Some(of.left)),
                 Entry::number(of.left, size(of.left)),
-                Entry::words(if of.accounts { "explains it" } else { "does not" }),
+                Entry::words(if of.accounts {
+                    "explains it"
+                } else {
+                    "does not"
+                }),
             ];
             (of.accounts, row)
         });
-        Sheet { head, rows: rows.collect(), ..Sheet::default() }.html()
+        Sheet {
+            head,
+            rows: rows.collect(),
+            ..Sheet::default()
+        }
+        .html()
     };
     match rest.is_empty() {
         true => sheet(first),
@@ -283,7 +381,13 @@ pub(in crate::report) fn tried(explanations: &[Explanation], limit: f64) -> Html
 
 /// How a case is posed: all that its answers depend on.
 pub(in crate::report) fn posed(case: &CaseOutcome) -> Html {
-    let Setup { scene, discretisation, settings, mesh, .. } = &case.setup;
+    let Setup {
+        scene,
+        discretisation,
+        settings,
+        mesh,
+        ..
+    } = &case.setup;
     let h = match discretisation.h {
         HRule::Local => "h the diameter of the cell behind the contact face",
         HRule::Global => "h the largest diameter of all cells",
@@ -292,7 +396,10 @@ pub(in crate::report) fn posed(case: &CaseOutcome) -> Html {
     let [f, g, t, psi] = [&data.f, &data.g, &data.t, &data.psi].map(|e| e.text());
     let mut known = vec![
         ("codes", versions(case)),
-        ("mesh", format!("{}; digest `{}`", sizes(case), case.mesh_digest)),
+        (
+            "mesh",
+            format!("{}; digest `{}`", sizes(case), case.mesh_digest),
+        ),
         ("γ", format!("{} h, {h}", discretisation.gamma0)),
     ];
     if let Ok([cell, face]) = discretisation.rules(mesh.dim) {

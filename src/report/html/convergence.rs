@@ -23,7 +23,11 @@ pub(in crate::report) fn errors(lines: &[Line], caption: &str) -> Html {
     let shown = |(n, e): &(usize, f64)| *n > 0 && *e > 0.0 && *e < 1e100;
     let all = || lines.iter().flat_map(|l| &l.errors).filter(|p| shown(p));
     let ends = |of: &dyn Fn(&(usize, f64)) -> f64| {
-        all().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+        all()
+            .map(of)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                (l.min(v), h.max(v))
+            })
     };
     let (first, last) = ends(&|p| (p.0 as f64).log2());
     let (low, high) = ends(&|p| p.1.log10());
@@ -31,7 +35,9 @@ pub(in crate::report) fn errors(lines: &[Line], caption: &str) -> Html {
         return Html::default();
     }
     let (low, high) = (low.floor(), high.ceil().max(low.floor() + 1.0));
-    let x = |n: usize| LEFT + 8.0 + (RIGHT - LEFT - 16.0) * ((n as f64).log2() - first) / (last - first);
+    let x = |n: usize| {
+        LEFT + 8.0 + (RIGHT - LEFT - 16.0) * ((n as f64).log2() - first) / (last - first)
+    };
     let y = |e: f64| 8.0 + (HEIGHT - 36.0) * (high - e.log10()) / (high - low);
     let mut svg = String::new();
     for power in low as i32..=high as i32 {
@@ -48,25 +54,42 @@ pub(in crate::report) fn errors(lines: &[Line], caption: &str) -> Html {
     }
     svg += &word("t", [RIGHT + 8.0, HEIGHT - 10.0], "n");
     let mut taken: Vec<f64> = Vec::new();
-    let mut lines: Vec<&Line> = lines.iter().collect();
+    let mut lines: Vec<(usize, &Line)> = lines.iter().enumerate().collect();
     let end = |l: &Line| l.errors.iter().rfind(|p| shown(p)).map_or(0.0, |p| y(p.1));
-    lines.sort_by(|a, b| end(a).total_cmp(&end(b)));
-    for (k, line) in lines.into_iter().enumerate() {
+    lines.sort_by(|a, b| end(a.1).total_cmp(&end(b.1)));
+    for (k, line) in lines {
         let [stroke, fill] = CLASSES[k % CLASSES.len()];
-        let points: Vec<[f64; 2]> = line.errors.iter().filter(|p| shown(p)).map(|(n, e)| [x(*n), y(*e)]).collect();
+        let points: Vec<[f64; 2]> = line
+            .errors
+            .iter()
+            .filter(|p| shown(p))
+            .map(|(n, e)| [x(*n), y(*e)])
+            .collect();
         let mut path = String::new();
         for [x, y] in &points {
-            let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { 'M' } else { 'L' });
-            let _ = write!(svg, "<circle class=\"{fill}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.4\"/>");
+            let _ = write!(
+                path,
+                "{}{x:.1} {y:.1}",
+                if path.is_empty() { 'M' } else { 'L' }
+            );
+            let _ = write!(
+                svg,
+                "<circle class=\"{fill}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.4\"/>"
+            );
         }
-        let _ = write!(svg, "<path class=\"{stroke}\" stroke-width=\"1.4\" d=\"{path}\"/>");
+        let _ = write!(
+            svg,
+            "<path class=\"{stroke}\" stroke-width=\"1.4\" d=\"{path}\"/>"
+        );
         if let Some([x, at]) = points.last() {
             let mut at = at + 3.5;
             while taken.iter().any(|t| (t - at).abs() < 12.0) {
                 at += 12.0;
             }
             taken.push(at);
-            let order = line.order.map_or(String::new(), |o| format!(" {}", number(o, 3)));
+            let order = line
+                .order
+                .map_or(String::new(), |o| format!(" {}", number(o, 3)));
             svg += &word("t b halo", [x + 7.0, at], &format!("{}{order}", line.name));
         }
     }

@@ -73,7 +73,11 @@ fn symbols(words: &str) -> Html {
     let first = parts.next().map(|part| text(in_words(part)));
     let rest = parts.map(|part| {
         let end = part.chars().next().map_or(0, char::len_utf8);
-        Html::from([text("Γ"), leaf("sub", &[], &part[..end]), text(in_words(&part[end..]))])
+        Html::from([
+            text("Γ"),
+            leaf("sub", &[], &part[..end]),
+            text(in_words(&part[end..])),
+        ])
     });
     first.into_iter().chain(rest).collect()
 }
@@ -131,7 +135,9 @@ pub(super) fn table(table: &Table) -> Html {
             Cell::Verdict(verdict) | Cell::Judged(verdict, _) => Some(*verdict),
             _ => None,
         });
-        let is_hot = verdict.max().is_some_and(|verdict| verdict != Verdict::Agree);
+        let is_hot = verdict
+            .max()
+            .is_some_and(|verdict| verdict != Verdict::Agree);
         sheet.rows.push((is_hot, entries.collect()));
     }
     sheet.html()
@@ -177,14 +183,19 @@ impl Sheet {
     pub fn html(self) -> Html {
         let head = self.head.iter().map(|Column(class, name)| {
             let class = Vec::from_iter((!class.is_empty()).then_some(("class", *class)));
-            element("th", &[&[("scope", "col")], &class[..]].concat(), name.clone())
+            element(
+                "th",
+                &[&[("scope", "col")], &class[..]].concat(),
+                name.clone(),
+            )
         });
         let head: Html = head.collect();
         let rows = self.rows.into_iter().map(|(is_hot, entries)| {
             let cells = entries.into_iter().zip(&self.head);
             let cells = cells.map(|(Entry(html, value), Column(class, _))| {
                 let key = value.filter(|v| v.is_finite()).map(|v| v.to_string());
-                let mut attributes = Vec::from_iter((!class.is_empty()).then_some(("class", *class)));
+                let mut attributes =
+                    Vec::from_iter((!class.is_empty()).then_some(("class", *class)));
                 attributes.extend(key.as_deref().map(|key| ("data-v", key)));
                 element("td", &attributes, html)
             });
@@ -225,13 +236,21 @@ pub(super) fn word(verdict: Verdict) -> Html {
 /// Names and what they are.
 pub(super) fn facts(facts: &[(impl AsRef<str>, String)]) -> Html {
     let items = facts.iter();
-    let items =
-        items.flat_map(|(name, fact)| [element("dt", &[], prose(name)), element("dd", &[], prose(fact))]);
+    let items = items.flat_map(|(name, fact)| {
+        [
+            element("dt", &[], prose(name)),
+            element("dd", &[], prose(fact)),
+        ]
+    });
     element("dl", &[], items)
 }
 
 /// A picture under what it shows in words, of which what stands out comes first.
-pub(super) fn figure(class: &str, caption: impl AsRef<str>, pictures: impl IntoIterator<Item = Html>) -> Html {
+pub(super) fn figure(
+    class: &str,
+    caption: impl AsRef<str>,
+    pictures: impl IntoIterator<Item = Html>,
+) -> Html {
     let caption = element("figcaption", &[], prose(caption));
     let pictures: Html = pictures.into_iter().collect();
     element("figure", &[("class", class)], [caption, pictures])

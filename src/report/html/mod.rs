@@ -31,7 +31,9 @@ pub(super) use compared::{Compared, by_field};
 pub(super) use convergence::{Line, errors};
 use faceoff_mesh::error::{Error, Result};
 pub use markup::Html;
-use markup::{division, element, emphasised, facts, folded, leaf, picture, prose, raw, table, text};
+use markup::{
+    division, element, emphasised, facts, folded, leaf, picture, prose, raw, table, text,
+};
 pub(super) use residual::{Put, by_term, cause};
 pub(super) use solution::{cells, solution};
 pub(super) use spread::Spread;
@@ -60,12 +62,22 @@ pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
         raw("<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"),
         // No icon is asked for.
         raw("<link rel=\"icon\" href=\"data:,\">"),
-        leaf("title", &[], format!("faceoff {}: {headline}", report.command)),
+        leaf(
+            "title",
+            &[],
+            format!("faceoff {}: {headline}", report.command),
+        ),
         element("style", &[], raw(style)),
     ]);
-    let word = report.verdict.map_or("done", |(verdict, _)| word_of(verdict));
+    let word = report
+        .verdict
+        .map_or("done", |(verdict, _)| word_of(verdict));
     let is_brief = report.next.is_empty() && word == "agree";
-    let class = if is_brief { format!("{word} brief") } else { word.to_owned() };
+    let class = if is_brief {
+        format!("{word} brief")
+    } else {
+        word.to_owned()
+    };
     let main = [
         origin(report),
         answer(report),
@@ -93,7 +105,10 @@ fn origin(report: &Report) -> Html {
     });
     let line = line.iter().map(|words| element("span", &[], prose(words)));
     let line: Html = verdict.into_iter().chain(line).collect();
-    division("prov", [leaf("code", &[], command), folded(line, [facts(&all)])])
+    division(
+        "prov",
+        [leaf("code", &[], command), folded(line, [facts(&all)])],
+    )
 }
 
 /// The verdict as a sentence, and what it rests on.
@@ -113,13 +128,20 @@ fn answer(report: &Report) -> Html {
         lede => element("p", &[("class", "lede")], prose(lede)),
     };
     let attributes_of = [("role", "status"), ("aria-label", &*label)];
-    element("header", &attributes_of, [element("h1", &attributes, emphasised(&claim, "em")), lede])
+    element(
+        "header",
+        &attributes_of,
+        [element("h1", &attributes, emphasised(&claim, "em")), lede],
+    )
 }
 
 /// As a sentence begins; a name in it stays as it is.
 fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
-    let is_word = words.split(' ').next().is_some_and(|w| w.chars().all(|c| c.is_ascii_lowercase()));
+    let is_word = words
+        .split(' ')
+        .next()
+        .is_some_and(|w| w.chars().all(|c| c.is_ascii_lowercase()));
     match letters.next() {
         Some(first) if is_word => first.to_ascii_uppercase().to_string() + letters.as_str(),
         _ => words.to_owned(),
@@ -130,7 +152,10 @@ fn capitalised(words: &str) -> String {
 fn lead(report: &Report, folder: &Path) -> Result<Html> {
     let pictures = blocks(&report.lead, folder)?;
     let steps = report.next.iter().map(|step| {
-        let commands = step.commands.iter().map(|of| element("pre", &[], typed(of)));
+        let commands = step
+            .commands
+            .iter()
+            .map(|of| element("pre", &[], typed(of)));
         element("li", &[], [prose(&step.words)].into_iter().chain(commands))
     });
     if report.next.is_empty() {
@@ -138,7 +163,14 @@ fn lead(report: &Report, folder: &Path) -> Result<Html> {
     }
     let has_pictures = pictures != Html::default();
     let class = if has_pictures { "c4 next" } else { "c12 next" };
-    let next = element("aside", &[("class", class)], [leaf("h2", &[], "What to do next"), element("ol", &[], steps)]);
+    let next = element(
+        "aside",
+        &[("class", class)],
+        [
+            leaf("h2", &[], "What to do next"),
+            element("ol", &[], steps),
+        ],
+    );
     Ok(match has_pictures {
         true => division("grid", [division("c8", pictures), next]),
         false => division("grid", next),
@@ -150,34 +182,47 @@ fn typed(command: &str) -> Html {
     let mut words: Vec<String> = Vec::new();
     for word in command.split(' ') {
         match words.last_mut() {
-            Some(last) if last.starts_with("--") && !last.contains(' ') && !word.starts_with("--") => {
+            Some(last)
+                if last.starts_with("--") && !last.contains(' ') && !word.starts_with("--") =>
+            {
                 last.push(' ');
                 last.push_str(word);
             }
             _ => words.push(word.to_owned()),
         }
     }
-    let spans = words.into_iter().map(|word| Html::from([leaf("span", &[], word), text(" ")]));
+    let spans = words
+        .into_iter()
+        .map(|word| Html::from([leaf("span", &[], word), text(" ")]));
     spans.collect()
 }
 
 /// By which methods, and the files beside the page.
 fn foot(report: &Report, folder: &Path) -> Result<Html> {
-    let notes = report.notes.iter().map(|words| element("p", &[], prose(words)));
+    let notes = report
+        .notes
+        .iter()
+        .map(|words| element("p", &[], prose(words)));
     let mut files = names(folder)?;
     // What scripts read stands first.
     files.sort_by_key(|name| !name.ends_with(".json"));
     let link = |name: &String| leaf("a", &[("href", name)], name);
     let parted = |files: &[String]| -> Html {
         let links = files.iter().enumerate();
-        links.map(|(k, name)| Html::from([text(if k == 0 { "" } else { ", " }), link(name)])).collect()
+        links
+            .map(|(k, name)| Html::from([text(if k == 0 { "" } else { ", " }), link(name)]))
+            .collect()
     };
     let mut all = vec![text("Beside this page: ")];
     match files.len() {
         0..=6 => all.extend([parted(&files), text(".")]),
         more => {
             let rest = format!("{} files", more - 3);
-            all.extend([parted(&files[..3]), text(" and "), folded(text(rest), [parted(&files[3..])])]);
+            all.extend([
+                parted(&files[..3]),
+                text(" and "),
+                folded(text(rest), [parted(&files[3..])]),
+            ]);
         }
     }
     let notes: Html = notes.collect();

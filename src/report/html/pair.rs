@@ -95,5 +95,11 @@ pub(in crate::report) fn factor(field: &FieldVerdict) -> f64 {
 
 pub(in crate::report) fn largest<'a>(fields: impl Iterator<Item = &'a FieldVerdict>) -> f64 {
     let of = fields.filter(|f| f.field != "status").map(|f| f.max_rel);
-    of.fold(0.0, |most: f64, d| if d.is_nan() { f64::INFINITY } else { most.max(d) })
+    of.fold(0.0, |most: f64, d| {
+        if d.is_nan() {
+            f64::INFINITY
+        } else {
+            most.max(d)
+        }
+    })
 }

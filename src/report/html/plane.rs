@@ -37,7 +37,10 @@ impl View {
     pub fn of(points: impl Iterator<Item = [f64; 2]>, highest: f64) -> Self {
         let ends = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         let (low, high) = points.fold(ends, |(low, high), p| {
-            ([0, 1].map(|k| low[k].min(p[k])), [0, 1].map(|k| high[k].max(p[k])))
+            (
+                [0, 1].map(|k| low[k].min(p[k])),
+                [0, 1].map(|k| high[k].max(p[k])),
+            )
         });
         match low[0] <= high[0] {
             true => View::new(low, high, highest),
@@ -129,11 +132,18 @@ impl Layers {
         }
         // On a lattice they touch.
         let across = ((seen.len() as f64).sqrt() - 1.0).max(1.0);
-        let side = ((WIDTH * view.height).sqrt() / across).clamp(SQUARE, 48.0).ceil();
+        let side = ((WIDTH * view.height).sqrt() / across)
+            .clamp(SQUARE, 48.0)
+            .ceil();
         let ends = [WIDTH, view.height];
         for ([x, y], colour) in seen {
             if let Some(path) = self.paths.get_mut(colour) {
-                let place = |k: i64, end: f64| (k as f64 * SQUARE - 0.5 * side).min(end - side).max(0.0).round();
+                let place = |k: i64, end: f64| {
+                    (k as f64 * SQUARE - 0.5 * side)
+                        .min(end - side)
+                        .max(0.0)
+                        .round()
+                };
                 let [x, y] = [place(x, ends[0]), place(y, ends[1])];
                 let _ = write!(path, "M{x} {y}h{side}v{side}h-{side}z");
             }
@@ -142,7 +152,12 @@ impl Layers {
 
     pub fn svg(&self, thin: bool) -> String {
         let mut svg = format!("<g class=\"map{}\">", if thin { " thin" } else { "" });
-        for (k, path) in self.paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
+        for (k, path) in self
+            .paths
+            .iter()
+            .enumerate()
+            .filter(|(_, path)| !path.is_empty())
+        {
             let _ = write!(svg, "<path class=\"{}{k}\" d=\"{path}\"/>", self.class);
         }
         svg + "</g>"
@@ -172,16 +187,24 @@ pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> su
 /// A circle around a place, seen on any ground.
 pub(super) fn circle([x, y]: [f64; 2], radius: f64) -> String {
     let of = |class: &str, width: f64| {
-        format!("<circle class=\"{class}\" stroke-width=\"{width}\" cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius}\"/>")
+        format!(
+            "<circle class=\"{class}\" stroke-width=\"{width}\" cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius}\"/>"
+        )
     };
-    format!("<g class=\"mark\">{}{}</g>", of("ring", 5.0), of("redl", 1.8))
+    format!(
+        "<g class=\"mark\">{}{}</g>",
+        of("ring", 5.0),
+        of("redl", 1.8)
+    )
 }
 
 /// A word in a picture, by its classes.
 pub(super) fn word(class: &str, [x, y]: [f64; 2], text: &str) -> String {
     let mut text = escape(text);
     for part in ["C", "D", "N"] {
-        let below = format!("Γ<tspan dy=\"2\" font-size=\"8.5\">{part}</tspan><tspan dy=\"-2\">\u{200b}</tspan>");
+        let below = format!(
+            "Γ<tspan dy=\"2\" font-size=\"8.5\">{part}</tspan><tspan dy=\"-2\">\u{200b}</tspan>"
+        );
         text = text.replace(&format!("Γ_{part}"), &below);
     }
     format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{text}</text>")
@@ -193,7 +216,10 @@ pub(super) fn ticks(most: f64) -> Vec<f64> {
     let steps = [1.0, 2.0, 2.5, 5.0, 10.0].map(|s| s * power);
     let step = steps.into_iter().find(|s| most / s <= 5.0).unwrap_or(most);
     match step.is_normal() {
-        true => (0..=5).map(|k| f64::from(k) * step).filter(|t| *t <= most * (1.0 + 1e-9)).collect(),
+        true => (0..=5)
+            .map(|k| f64::from(k) * step)
+            .filter(|t| *t <= most * (1.0 + 1e-9))
+            .collect(),
         false => vec![0.0],
     }
 }

@@ -49,10 +49,14 @@ impl Ramp {
     pub fn bar(&self, label: &str) -> Html {
         let (left, width) = (12.0, 376.0);
         let at = |step: f64| left + width * step / f64::from(STEPS);
-        let mut svg = String::from("<svg role=\"img\" aria-label=\"colour scale\" viewBox=\"0 0 400 40\">");
+        let mut svg =
+            String::from("<svg role=\"img\" aria-label=\"colour scale\" viewBox=\"0 0 400 40\">");
         for step in 0..STEPS {
             let (x, w) = (at(f64::from(step)), width / f64::from(STEPS) + 0.3);
-            let _ = write!(svg, "<path class=\"f k{step}\" shape-rendering=\"crispEdges\" d=\"M{x:.1} 12h{w:.2}v8h-{w:.2}z\"/>");
+            let _ = write!(
+                svg,
+                "<path class=\"f k{step}\" shape-rendering=\"crispEdges\" d=\"M{x:.1} 12h{w:.2}v8h-{w:.2}z\"/>"
+            );
         }
         let x = at(f64::from(COLD));
         let of_tolerance = match self.tolerance.log10().round() as i32 {
@@ -71,7 +75,11 @@ impl Ramp {
             let step = f64::from(COLD) + steps;
             if step <= f64::from(STEPS) && step >= 0.0 {
                 let label = power_of_ten((power + f64::from(decades)).round() as i32);
-                let _ = write!(svg, "<text class=\"t m\" x=\"{:.1}\" y=\"34\">{label}</text>", at(step));
+                let _ = write!(
+                    svg,
+                    "<text class=\"t m\" x=\"{:.1}\" y=\"34\">{label}</text>",
+                    at(step)
+                );
             }
         }
         svg.push_str("</svg>");

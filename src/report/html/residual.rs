@@ -34,7 +34,12 @@ pub(in crate::report) struct Put<'a> {
 }
 
 impl<'a> Put<'a> {
-    pub fn new(name: &'a str, problem: &'a Problem<'a>, u: &'a [f64], findings: Option<&'a Findings>) -> Self {
+    pub fn new(
+        name: &'a str,
+        problem: &'a Problem<'a>,
+        u: &'a [f64],
+        findings: Option<&'a Findings>,
+    ) -> Self {
         let rows = problem.rows(u);
         let errors: Vec<f64> = (0..u.len()).map(|row| rows.error(row)).collect();
         let limit = findings.map_or(crate::run::RESIDUAL_TOLERANCE, |found| found.limit);
@@ -77,7 +82,10 @@ impl<'a> Put<'a> {
 
     fn faces_of(&self, part: Part) -> Vec<usize> {
         let parts = self.problem.parts.iter().enumerate();
-        parts.filter(|(_, of)| **of == Some(part)).map(|(face, _)| face).collect()
+        parts
+            .filter(|(_, of)| **of == Some(part))
+            .map(|(face, _)| face)
+            .collect()
     }
 }
 
@@ -155,7 +163,10 @@ pub(super) fn rows(put: &Put, view: &View, most: usize, shows: impl Fn(usize) ->
             layers.add(colour(*row), view, corners);
         }
     } else {
-        layers.add_squares(view, shown.map(|row| (put.flat(put.problem.space.point(row)), colour(row))));
+        layers.add_squares(
+            view,
+            shown.map(|row| (put.flat(put.problem.space.point(row)), colour(row))),
+        );
     }
     layers.svg(put.errors.len() > MOST / 4)
 }
@@ -165,10 +176,13 @@ pub(super) fn outline(problem: &Problem, view: &View, thick: f64) -> String {
     let mesh = problem.space.mesh;
     let of = |is_contact: bool| {
         let faces = (0..mesh.face_count()).filter(|face| mesh.is_boundary(*face));
-        let faces = faces.filter(|face| (problem.parts[*face] == Some(Part::Contact)) == is_contact);
+        let faces =
+            faces.filter(|face| (problem.parts[*face] == Some(Part::Contact)) == is_contact);
         let ends = faces.map(|face| {
             let ends = mesh.face(face);
-            [ends[0], ends[1]].map(|v| mesh.points[v as usize]).map(|p| [p[0], p[1]])
+            [ends[0], ends[1]]
+                .map(|v| mesh.points[v as usize])
+                .map(|p| [p[0], p[1]])
         });
         segments(view, ends)
     };
@@ -188,13 +202,25 @@ fn overview(put: &Put, about: &str) -> Html {
             view.pixel([window.low[0], window.high[1]]),
             view.pixel([window.high[0], window.low[1]]),
         );
-        let _ = write!(svg, "<path class=\"ink\" stroke-width=\"1.2\" d=\"M{x:.0} {y:.0}H{r:.0}V{b:.0}H{x:.0}z\"/>");
+        let _ = write!(
+            svg,
+            "<path class=\"ink\" stroke-width=\"1.2\" d=\"M{x:.0} {y:.0}H{r:.0}V{b:.0}H{x:.0}z\"/>"
+        );
     }
-    let worst = put.worst().map(|row| view.pixel(put.flat(problem.space.point(row))));
+    let worst = put
+        .worst()
+        .map(|row| view.pixel(put.flat(problem.space.point(row))));
     svg += &worst.map_or(String::new(), |at| circle(at, 9.0));
     svg += &corners(&view);
-    let caption = format!("**The cause.** Residual of {}, row by row: {about}", put.name);
-    let picture = drawing(&format!("residual of {}, {about}", put.name), [WIDTH, view.height + 14.0], &svg);
+    let caption = format!(
+        "**The cause.** Residual of {}, row by row: {about}",
+        put.name
+    );
+    let picture = drawing(
+        &format!("residual of {}, {about}", put.name),
+        [WIDTH, view.height + 14.0],
+        &svg,
+    );
     figure("", caption, [picture])
 }
 
@@ -212,14 +238,19 @@ fn near(put: &Put, all: &View) -> Option<View> {
     let row = put.worst()?;
     let at = put.flat(space.point(row));
     let carrier = space.carrier(row);
-    let cell = (0..mesh.cell_count()).find(|cell| carrier.iter().all(|v| mesh.cell(*cell).contains(v)))?;
+    let cell =
+        (0..mesh.cell_count()).find(|cell| carrier.iter().all(|v| mesh.cell(*cell).contains(v)))?;
     let width = ACROSS * mesh.geometry(cell).diameter / std::f64::consts::SQRT_2;
     let extent = [0, 1].map(|k| all.high[k] - all.low[k]);
     if width > 0.75 * extent[0] {
         return None;
     }
     let sides = [width, (0.85 * width).min(extent[1])];
-    let low = [0, 1].map(|k| (at[k] - 0.5 * sides[k]).min(all.high[k] - sides[k]).max(all.low[k]));
+    let low = [0, 1].map(|k| {
+        (at[k] - 0.5 * sides[k])
+            .min(all.high[k] - sides[k])
+            .max(all.low[k])
+    });
     Some(View::new(low, [0, 1].map(|k| low[k] + sides[k]), HIGHEST))
 }
 
@@ -241,7 +272,10 @@ fn zoom(put: &Put, about: &str) -> Html {
     let net = segments(&view, (0..mesh.face_count()).filter(inside).map(ends));
     let on_contact = put.faces_of(Part::Contact).into_iter().filter(inside);
     let contact = segments(&view, on_contact.map(ends));
-    let blamed = put.blamed().iter().filter_map(|spot| mesh.find_face(&spot.vertices));
+    let blamed = put
+        .blamed()
+        .iter()
+        .filter_map(|spot| mesh.find_face(&spot.vertices));
     let blamed: Vec<usize> = blamed.filter(inside).collect();
     let red = segments(&view, blamed.iter().copied().map(ends));
     let height = view.height;
@@ -253,13 +287,17 @@ fn zoom(put: &Put, about: &str) -> Html {
         h = height + 4.0,
     );
     // The two rows that are farthest off, with a line to each.
-    let mut failing: Vec<usize> = (0..put.errors.len()).filter(|row| put.fails(*row)).collect();
+    let mut failing: Vec<usize> = (0..put.errors.len())
+        .filter(|row| put.fails(*row))
+        .collect();
     failing.sort_by(|a, b| put.errors[*b].total_cmp(&put.errors[*a]));
     let count = failing.len();
     failing.retain(|row| view.meets(&[put.flat(space.point(*row))]));
     failing.truncate(2);
     failing.sort_by(|a, b| space.point(*a)[0].total_cmp(&space.point(*b)[0]));
-    let is_low = put.worst().is_some_and(|row| view.pixel(put.flat(space.point(row)))[1] > 0.5 * height);
+    let is_low = put
+        .worst()
+        .is_some_and(|row| view.pixel(put.flat(space.point(row)))[1] > 0.5 * height);
     for (k, row) in failing.iter().enumerate() {
         let [x, y] = view.pixel(put.flat(space.point(*row)));
         let is_left = k == 0 && (failing.len() > 1 || x > 0.5 * WIDTH);
@@ -273,33 +311,62 @@ fn zoom(put: &Put, about: &str) -> Html {
             false => (y + 46.0, y + 62.0),
         };
         let class = if is_left { "s halo e" } else { "s halo" };
-        let _ = write!(svg, "<path class=\"ink\" stroke-width=\".9\" d=\"M{x:.0} {y:.0}L{to:.0} {up:.0}\"/>");
-        svg += &word(class, [to, text], &format!("row of {:?}", space.carrier(*row)));
+        let _ = write!(
+            svg,
+            "<path class=\"ink\" stroke-width=\".9\" d=\"M{x:.0} {y:.0}L{to:.0} {up:.0}\"/>"
+        );
+        svg += &word(
+            class,
+            [to, text],
+            &format!("row of {:?}", space.carrier(*row)),
+        );
         svg += &word(class, [to, text + 15.0], &size(put.errors[*row]));
     }
     let mut below = 4.0;
-    if let (Some(face), Some(factor)) = (blamed.first(), put.findings.and_then(Findings::culprit).and_then(|c| c.factor)) {
+    if let (Some(face), Some(factor)) = (
+        blamed.first(),
+        put.findings
+            .and_then(Findings::culprit)
+            .and_then(|c| c.factor),
+    ) {
         let [x, y] = view.pixel(put.flat(mesh.face_midpoint(*face)));
         if y > height - 2.0 {
             let x = x.clamp(50.0, WIDTH - 50.0);
-            svg += &word("s red m", [x, height + 17.0], &format!("γ × {}", number(factor, 5)));
-            svg += &word("t m", [x, height + 31.0], &format!("face {:?}", mesh.face(*face)));
+            svg += &word(
+                "s red m",
+                [x, height + 17.0],
+                &format!("γ × {}", number(factor, 5)),
+            );
+            svg += &word(
+                "t m",
+                [x, height + 31.0],
+                &format!("face {:?}", mesh.face(*face)),
+            );
             below = 34.0;
         }
     }
-    let shape = match (space.element.on().vertices, space.element.on().edges || space.element.on().faces) {
+    let shape = match (
+        space.element.on().vertices,
+        space.element.on().edges || space.element.on().faces,
+    ) {
         (true, true) => "A kite is the row of an edge, a star that of a vertex",
         (true, false) => "Around each vertex, its row",
         _ => "Each kite is a face, with a row of its own",
     };
-    let rest = (0..put.errors.len()).filter(|row| !put.fails(*row)).map(|row| put.errors[row]);
+    let rest = (0..put.errors.len())
+        .filter(|row| !put.fails(*row))
+        .map(|row| put.errors[row]);
     let rest = rest.fold(0.0, f64::max);
     let caption = format!(
         "**Around the worst.** {shape}; {} rows fail, all others are below {}",
         whole(count),
         size(rest)
     );
-    let picture = drawing(&format!("the worst row of {}, {about}", put.name), [WIDTH, height + below], &svg);
+    let picture = drawing(
+        &format!("the worst row of {}, {about}", put.name),
+        [WIDTH, height + below],
+        &svg,
+    );
     figure("", caption, [picture])
 }
 
@@ -312,7 +379,10 @@ pub(in crate::report) fn by_term(put: &Put, about: &str) -> Html {
         return Html::default();
     }
     let mut at_contact = vec![false; put.errors.len()];
-    let dofs = problem.conditions.iter().flat_map(|condition| &condition.dofs);
+    let dofs = problem
+        .conditions
+        .iter()
+        .flat_map(|condition| &condition.dofs);
     dofs.for_each(|dof| at_contact[*dof as usize] = true);
     let view = window(problem, HIGHEST);
     let maps = found.terms.iter().map(|of| {
@@ -325,13 +395,21 @@ pub(in crate::report) fn by_term(put: &Put, about: &str) -> Html {
         };
         let svg = rows(put, &view, MOST_SMALL, holds) + &outline(problem, &view, 2.5);
         let name = why::name(of.term);
-        let picture = drawing(&format!("rows of {name}, {about}"), [WIDTH, view.height], &svg);
+        let picture = drawing(
+            &format!("rows of {name}, {about}"),
+            [WIDTH, view.height],
+            &svg,
+        );
         let fail = match (of.failing, of.suspect) {
             (0, _) => "none fails".to_owned(),
             (failing, true) => format!("**{} fail**: may be wrong", whole(failing)),
             (failing, _) => format!("{} fail", whole(failing)),
         };
-        figure("", format!("**{name}**: {} rows, {fail}", whole(of.rows)), [picture])
+        figure(
+            "",
+            format!("**{name}**: {} rows, {fail}", whole(of.rows)),
+            [picture],
+        )
     });
     division("five", maps.collect::<Vec<_>>())
 }

@@ -23,7 +23,9 @@ const WARM: [f64; 2] = [20.0, 47.0];
 pub(in crate::report) fn solution(problem: &Problem, u: &[f64], about: &str) -> Html {
     let mesh = problem.space.mesh;
     let finite = u.iter().filter(|u| u.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), u| (l.min(*u), h.max(*u)));
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), u| {
+        (l.min(*u), h.max(*u))
+    });
     if mesh.dim == 3 {
         return zones(problem, u, about);
     }
@@ -50,7 +52,11 @@ pub(in crate::report) fn solution(problem: &Problem, u: &[f64], about: &str) -> 
         + &outline(problem, &view, 2.5)
         + &word("t", [0.0, y], &format!("from {}, dark", told(low)))
         + &word("t e", [WIDTH, y], &format!("to {}, pale", told(high)));
-    figure("", format!("**u**, {about}"), [drawing(&format!("u, {about}"), [WIDTH, y + 2.0], &svg)])
+    figure(
+        "",
+        format!("**u**, {about}"),
+        [drawing(&format!("u, {about}"), [WIDTH, y + 2.0], &svg)],
+    )
 }
 
 fn zones(problem: &Problem, u: &[f64], about: &str) -> Html {
@@ -60,14 +66,23 @@ fn zones(problem: &Problem, u: &[f64], about: &str) -> Html {
     }
     let in_contact = |face: &faceoff_fem::contact::ContactFace| {
         let local = problem.space.local(face.cell, u);
-        let points = face.points.iter().filter(|p| !(p.trace(face.gamma, &local).p > 0.0));
+        let points = face
+            .points
+            .iter()
+            .filter(|p| !(p.trace(face.gamma, &local).p > 0.0));
         points.count() as f64 / face.points.len().max(1) as f64
     };
     // Cold to the tolerance: what is wholly in contact is darkest.
-    let faces = problem.contact.iter().map(|f| (f.face, (in_contact(f) * (WARM[0] - 1.0)) as usize));
+    let faces = problem
+        .contact
+        .iter()
+        .map(|f| (f.face, (in_contact(f) * (WARM[0] - 1.0)) as usize));
     let faces: Vec<(usize, usize)> = faces.collect();
     let surface = Surface::new(problem.space.mesh, &all);
-    let caption = format!("**Γ_C from outside**, {}: dark where in contact; {about}", surface.words());
+    let caption = format!(
+        "**Γ_C from outside**, {}: dark where in contact; {about}",
+        surface.words()
+    );
     let label = format!("contact status on Γ_C, {about}");
     figure("", caption, [surface.picture(&label, &faces, &[], None)])
 }
@@ -87,19 +102,29 @@ pub(in crate::report) fn cells(mesh: &Triangulation, squares: &[f64], about: &st
             let of = mesh.vertices(cell);
             std::array::from_fn(|k| of.iter().map(|x| x[k]).sum::<f64>() / 4.0)
         };
-        let points = squares.iter().enumerate().map(|(cell, part)| (centroid(cell), colour(*part)));
+        let points = squares
+            .iter()
+            .enumerate()
+            .map(|(cell, part)| (centroid(cell), colour(*part)));
         from_side(about, mesh, &points.collect::<Vec<_>>())
     } else {
         let view = View::of(mesh.points.iter().map(|p| [p[0], p[1]]), HIGHEST);
         let mut layers = Layers::new("k");
-        let corners = |cell: usize| mesh.vertices(cell)[..3].iter().map(|p| [p[0], p[1]]).collect::<Vec<_>>();
+        let corners = |cell: usize| {
+            mesh.vertices(cell)[..3]
+                .iter()
+                .map(|p| [p[0], p[1]])
+                .collect::<Vec<_>>()
+        };
         if squares.len() <= MOST {
             for (cell, part) in squares.iter().enumerate() {
                 layers.add(colour(*part), &view, &corners(cell));
             }
         } else {
             let points = squares.iter().enumerate().map(|(cell, part)| {
-                let sum = corners(cell).into_iter().fold([0.0; 2], |s, p| [s[0] + p[0] / 3.0, s[1] + p[1] / 3.0]);
+                let sum = corners(cell)
+                    .into_iter()
+                    .fold([0.0; 2], |s, p| [s[0] + p[0] / 3.0, s[1] + p[1] / 3.0]);
                 (sum, colour(*part))
             });
             layers.add_squares(&view, points);

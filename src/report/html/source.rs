@@ -12,13 +12,16 @@ pub(super) struct Triangle {
     pub difference: [f64; 3],
 }
 
+/// What enters at a place, the size of the terms there, and its pieces.
+type Place = (f64, f64, Vec<Vec<[f64; 2]>>);
+
 /// By face where values may jump between triangles, else by vertex.
 ///
 /// ```text
 /// Σ_T ∫_T ∇φ·∇(a-b)   over   max Σ_T ∫_T |∇φ|·|∇a|,   φ = 1 - 2λ of a face (Crouzeix–Raviart), λ of a vertex
 /// ```
 pub(super) fn entering(triangles: &[Triangle], is_broken: bool) -> Vec<Entering> {
-    let mut places: BTreeMap<Vec<[u64; 2]>, (f64, f64, Vec<Vec<[f64; 2]>>)> = BTreeMap::new();
+    let mut places: BTreeMap<Vec<[u64; 2]>, Place> = BTreeMap::new();
     for triangle in triangles {
         let [p, q, r] = triangle.points;
         let (u, v) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
@@ -30,7 +33,8 @@ pub(super) fn entering(triangles: &[Triangle], is_broken: bool) -> Vec<Entering>
             let (s, t) = (triangle.points[(i + 1) % 3], triangle.points[(i + 2) % 3]);
             [(s[1] - t[1]) / det, (t[0] - s[0]) / det]
         });
-        let gradient = |of: &[f64; 3]| [0, 1].map(|k| (0..3).map(|i| of[i] * gradients[i][k]).sum::<f64>());
+        let gradient =
+            |of: &[f64; 3]| [0, 1].map(|k| (0..3).map(|i| of[i] * gradients[i][k]).sum::<f64>());
         let (of_difference, of_a) = (gradient(&triangle.difference), gradient(&triangle.a));
         let centre = [0, 1].map(|k| (p[k] + q[k] + r[k]) / 3.0);
         let area = 0.5 * det.abs();
@@ -42,7 +46,10 @@ pub(super) fn entering(triangles: &[Triangle], is_broken: bool) -> Vec<Entering>
                 false => (vec![own], 1.0, vec![own, middle(s), centre, middle(t)]),
             };
             // -0 and 0 are one place.
-            let mut key: Vec<[u64; 2]> = ends.iter().map(|p| p.map(|x| (x + 0.0).to_bits())).collect();
+            let mut key: Vec<[u64; 2]> = ends
+                .iter()
+                .map(|p| p.map(|x| (x + 0.0).to_bits()))
+                .collect();
             key.sort_unstable();
             let test = gradients[i].map(|g| scale * g);
             let entry = places.entry(key).or_default();
@@ -51,9 +58,17 @@ pub(super) fn entering(triangles: &[Triangle], is_broken: bool) -> Vec<Entering>
             entry.2.push(shape);
         }
     }
-    let largest = places.values().map(|(_, size, _)| *size).fold(f64::MIN_POSITIVE, f64::max);
+    let largest = places
+        .values()
+        .map(|(_, size, _)| *size)
+        .fold(f64::MIN_POSITIVE, f64::max);
     let all = places.into_values();
-    all.flat_map(|(enters, _, shapes)| shapes.into_iter().map(move |shape| (shape, (enters / largest).abs()))).collect()
+    all.flat_map(|(enters, _, shapes)| {
+        shapes
+            .into_iter()
+            .map(move |shape| (shape, (enters / largest).abs()))
+    })
+    .collect()
 }
 
 #[cfg(test)]
@@ -65,11 +80,18 @@ mod tests {
     fn what_merely_spreads_is_taken_away() {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let of = |peak: f64, slope: f64| -> Vec<Triangle> {
-            (0..4).map(|k| {
-                let points = [corners[k], corners[(k + 1) % 4], [0.5, 0.5]];
-                let difference = points.map(|p| slope * p[0] + if p == [0.5, 0.5] { peak } else { 0.0 });
-                Triangle { points, a: points.map(|p| p[1]), difference }
-            }).collect()
+            (0..4)
+                .map(|k| {
+                    let points = [corners[k], corners[(k + 1) % 4], [0.5, 0.5]];
+                    let difference =
+                        points.map(|p| slope * p[0] + if p == [0.5, 0.5] { peak } else { 0.0 });
+                    Triangle {
+                        points,
+                        a: points.map(|p| p[1]),
+                        difference,
+                    }
+                })
+                .collect()
         };
         let at_centre = |all: Vec<Entering>| {
             let inner = all.into_iter().filter(|(shape, _)| shape[0] == [0.5, 0.5]);
@@ -78,7 +100,11 @@ mod tests {
         assert!(at_centre(entering(&of(0.0, 1.0), false)) < 1e-15);
         assert!(at_centre(entering(&of(1.0, 0.0), false)) > 0.1);
         // By face the four inner ones.
-        let inner = |all: Vec<Entering>| all.into_iter().filter(|(s, _)| s.contains(&[0.5, 0.5]) && (s[0] == [0.5, 0.5] || s[2] == [0.5, 0.5]));
+        let inner = |all: Vec<Entering>| {
+            all.into_iter().filter(|(s, _)| {
+                s.contains(&[0.5, 0.5]) && (s[0] == [0.5, 0.5] || s[2] == [0.5, 0.5])
+            })
+        };
         assert_eq!(inner(entering(&of(0.0, 1.0), true)).count(), 8);
         assert!(inner(entering(&of(0.0, 1.0), true)).all(|(_, enters)| enters < 1e-15));
     }

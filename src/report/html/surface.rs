@@ -33,11 +33,14 @@ impl Sight {
         let mut axes = [axes[0], axes[1]];
         axes.sort_unstable();
         // From the centroid of the cell towards the face.
-        let outwards: f64 = faces.iter().map(|face| {
-            let cell = mesh.face_cells(*face)[0] as usize;
-            let centroid = mesh.vertices(cell).iter().map(|v| v[across]).sum::<f64>() / 4.0;
-            mesh.face_midpoint(*face)[across] - centroid
-        }).sum();
+        let outwards: f64 = faces
+            .iter()
+            .map(|face| {
+                let cell = mesh.face_cells(*face)[0] as usize;
+                let centroid = mesh.vertices(cell).iter().map(|v| v[across]).sum::<f64>() / 4.0;
+                mesh.face_midpoint(*face)[across] - centroid
+            })
+            .sum();
         // x, y and z, x are right-handed, x, z is not.
         let turns = if across == 1 { -1.0 } else { 1.0 };
         Sight {
@@ -69,17 +72,28 @@ impl<'a> Surface<'a> {
     pub fn new(mesh: &'a Triangulation, faces: &[usize]) -> Self {
         let sight = Sight::new(mesh, faces);
         let corners = faces.iter().flat_map(|face| mesh.face(*face));
-        let view = View::of(corners.map(|v| sight.flat(mesh.points[*v as usize])), HIGHEST);
+        let view = View::of(
+            corners.map(|v| sight.flat(mesh.points[*v as usize])),
+            HIGHEST,
+        );
         Surface { mesh, sight, view }
     }
 
     fn corners(&self, face: usize) -> Vec<[f64; 2]> {
         let vertices = self.mesh.face(face).iter();
-        vertices.map(|v| self.sight.flat(self.mesh.points[*v as usize])).collect()
+        vertices
+            .map(|v| self.sight.flat(self.mesh.points[*v as usize]))
+            .collect()
     }
 
     /// Each face in its colour, and a circle around one of them.
-    pub fn picture(&self, label: &str, faces: &[(usize, usize)], red: &[usize], worst: Option<usize>) -> Html {
+    pub fn picture(
+        &self,
+        label: &str,
+        faces: &[(usize, usize)],
+        red: &[usize],
+        worst: Option<usize>,
+    ) -> Html {
         let mut layers = Layers::new("k");
         let outline = |faces: &[usize]| {
             let mut path = String::new();
@@ -103,7 +117,11 @@ impl<'a> Surface<'a> {
             layers.svg(true)
         );
         if let Some(face) = worst {
-            svg += &circle(self.view.pixel(self.sight.flat(self.mesh.face_midpoint(face))), 10.0);
+            svg += &circle(
+                self.view
+                    .pixel(self.sight.flat(self.mesh.face_midpoint(face))),
+                10.0,
+            );
         }
         drawing(label, [WIDTH, self.view.height], &svg)
     }
@@ -119,7 +137,8 @@ pub(super) fn from_side(label: &str, mesh: &Triangulation, spots: &[([f64; 3], u
     let view = View::of(mesh.points.iter().map(|p| side(*p)), HIGHEST);
     let mut layers = Layers::new("k");
     layers.add_spots(&view, spots.iter().map(|(p, colour)| (side(*p), *colour)));
-    let svg = layers.svg(true) + &word("t m", [0.5 * WIDTH, view.height + 13.0], "x, and z upwards");
+    let svg =
+        layers.svg(true) + &word("t m", [0.5 * WIDTH, view.height + 13.0], "x, and z upwards");
     drawing(label, [WIDTH, view.height + 14.0], &svg)
 }
 
@@ -132,11 +151,18 @@ pub(super) fn cause(put: &Put, about: &str) -> Html {
         let rows = problem.space.cell_dofs(cell).iter();
         rows.fold(0.0, |most: f64, row| worse(put.errors[*row as usize], most))
     };
-    let faces: Vec<(usize, usize)> = problem.contact.iter().map(|f| (f.face, put.ramp.step(behind(f.cell)))).collect();
+    let faces: Vec<(usize, usize)> = problem
+        .contact
+        .iter()
+        .map(|f| (f.face, put.ramp.step(behind(f.cell))))
+        .collect();
     let farthest = problem.contact.iter().map(|f| (f.face, behind(f.cell)));
     let farthest = farthest.filter(|(_, error)| !(*error <= put.ramp.tolerance));
     let farthest = farthest.reduce(|a, b| if worse(b.1, a.1) == a.1 { a } else { b });
-    let blamed = put.blamed().iter().filter_map(|spot| mesh.find_face(&spot.vertices));
+    let blamed = put
+        .blamed()
+        .iter()
+        .filter_map(|spot| mesh.find_face(&spot.vertices));
     let blamed: Vec<usize> = blamed.collect();
     let all: Vec<usize> = faces.iter().map(|(face, _)| *face).collect();
     let mut pictures = Vec::new();
@@ -150,16 +176,27 @@ pub(super) fn cause(put: &Put, about: &str) -> Html {
         );
         let label = format!("residual of {} on Γ_C, {about}", put.name);
         let worst = farthest.map(|(face, _)| face);
-        pictures.push(figure("", caption, [surface.picture(&label, &faces, &blamed, worst)]));
+        pictures.push(figure(
+            "",
+            caption,
+            [surface.picture(&label, &faces, &blamed, worst)],
+        ));
     }
     let across = 3 - sight.axes[0] - sight.axes[1];
     let side = |p: [f64; 3]| [p[sight.axes[0]], p[across]];
     let view = View::of(mesh.points.iter().map(|p| side(*p)), HIGHEST);
     let mut layers = Layers::new("k");
-    let points = (0..put.errors.len()).map(|row| (side(problem.space.point(row)), put.ramp.step(put.errors[row])));
+    let points = (0..put.errors.len()).map(|row| {
+        (
+            side(problem.space.point(row)),
+            put.ramp.step(put.errors[row]),
+        )
+    });
     layers.add_spots(&view, points);
     let mut svg = layers.svg(true);
-    let worst = put.worst().map(|row| view.pixel(side(problem.space.point(row))));
+    let worst = put
+        .worst()
+        .map(|row| view.pixel(side(problem.space.point(row))));
     svg += &worst.map_or(String::new(), |at| circle(at, 12.0));
     let axes = [sight.axes[0], across].map(|axis| AXES[axis]);
     svg += &word("t m", [0.5 * WIDTH, view.height + 18.0], axes[0]);
@@ -172,6 +209,10 @@ pub(super) fn cause(put: &Put, about: &str) -> Html {
         whole(put.errors.len())
     );
     let label = format!("residual of {} from the side, {about}", put.name);
-    pictures.push(figure("", caption, [drawing(&label, [WIDTH, view.height + 20.0], &svg)]));
+    pictures.push(figure(
+        "",
+        caption,
+        [drawing(&label, [WIDTH, view.height + 20.0], &svg)],
+    ));
     pictures.into_iter().collect()
 }

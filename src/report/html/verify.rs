@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::along::{Along, newton};
+use super::along::{Along, Named, newton};
 use super::codes::{Codes, fields, heading, posed, tried};
 use super::effect::Effect;
 use super::markup::{Html, division, element, folded, leaf, prose, raw, table, text, word};
@@ -48,12 +48,19 @@ impl<'a> Run<'a> {
         match self.shown() {
             Some((case, Some(engine))) => {
                 let of = case.setup.case()?;
-                let put = Put::new(&engine.engine, &of.problem, &engine.answer.u, engine.findings.as_ref());
+                let put = Put::new(
+                    &engine.engine,
+                    &of.problem,
+                    &engine.answer.u,
+                    engine.findings.as_ref(),
+                );
                 Ok(cause(&put, &label(case)))
             }
             Some((case, None)) => effect(case, None, &[]),
             // Those that answered.
-            None if self.outcome.cases.iter().any(|c| !c.pairs.is_empty()) => Ok(Spread::new(self.outcome)?.figure()),
+            None if self.outcome.cases.iter().any(|c| !c.pairs.is_empty()) => {
+                Ok(Spread::new(self.outcome)?.figure())
+            }
             None => Ok(Html::default()),
         }
     }
@@ -70,20 +77,38 @@ impl<'a> Run<'a> {
             let about = "What the codes that answered make of it; left of the dashed line, the tolerance, is rounding.";
             let tables = match codes.names.is_empty() {
                 true => Html::default(),
-                false => Html::from([heading("h2", "One row per code", about), codes.by_code(), heading("h2", "One row per case", ""), codes.by_case(None)]),
+                false => Html::from([
+                    heading("h2", "One row per code", about),
+                    codes.by_code(),
+                    heading("h2", "One row per case", ""),
+                    codes.by_case(None),
+                ]),
             };
             return Ok(Html::from([tables, self.folds(None)]));
         };
         let about = "Each answer is put back into the scheme. Left of the dashed line, the tolerance, is rounding.";
         let mut parts = vec![heading("h2", "One row per code", about), codes.by_code()];
         if outcome.cases.len() > 1 {
-            let about = format!("The largest residual of each case, and where. {}", agreeing(outcome, &fault));
-            parts.extend([heading("h2", "One row per case", about.trim_end()), codes.by_case(Some(case))]);
+            let about = format!(
+                "The largest residual of each case, and where. {}",
+                agreeing(outcome, &fault)
+            );
+            parts.extend([
+                heading("h2", "One row per case", about.trim_end()),
+                codes.by_case(Some(case)),
+            ]);
         }
         let of = case.setup.case()?;
         let about = label(case);
-        let mut puts: Vec<Put> = case.engines.iter().filter(|e| !fault.contains(&&*e.engine)).map(|e| Put::new(&e.engine, &of.problem, &e.answer.u, None)).collect();
-        puts.extend(engine.map(|e| Put::new(&e.engine, &of.problem, &e.answer.u, e.findings.as_ref())));
+        let mut puts: Vec<Put> = case
+            .engines
+            .iter()
+            .filter(|e| !fault.contains(&&*e.engine))
+            .map(|e| Put::new(&e.engine, &of.problem, &e.answer.u, None))
+            .collect();
+        puts.extend(
+            engine.map(|e| Put::new(&e.engine, &of.problem, &e.answer.u, e.findings.as_ref())),
+        );
         let along = Along {
             problem: &of.problem,
             fields: &case.fields,
@@ -94,20 +119,42 @@ impl<'a> Run<'a> {
         };
         let drawn = along.figure("");
         if drawn != Html::default() {
-            parts.extend([heading("h2", "Along Γ_C", &format!("{about}. {}", contact(case))), drawn]);
+            parts.extend([
+                heading("h2", "Along Γ_C", &format!("{about}. {}", contact(case))),
+                drawn,
+            ]);
         }
         if engine.is_some() {
             parts.push(effect(case, engine, &fault)?);
         }
-        if let Some(found) = engine.and_then(|e| e.findings.as_ref()).filter(|f| !f.explanations.is_empty()) {
+        if let Some(found) = engine
+            .and_then(|e| e.findings.as_ref())
+            .filter(|f| !f.explanations.is_empty())
+        {
             let about = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
-            parts.extend([heading("h2", "What was tried", about), tried(&found.explanations, found.limit)]);
+            parts.extend([
+                heading("h2", "What was tried", about),
+                tried(&found.explanations, found.limit),
+            ]);
         }
-        for diagnosis in pairs(case).iter().flat_map(|pair| pair.diagnoses(case, self.diagnoses).collect::<Vec<_>>()) {
-            parts.push(heading("h2", &format!("{} – {} again", diagnosis.a, diagnosis.b), &diagnosis.sentence()));
+        for diagnosis in pairs(case)
+            .iter()
+            .flat_map(|pair| pair.diagnoses(case, self.diagnoses).collect::<Vec<_>>())
+        {
+            parts.push(heading(
+                "h2",
+                &format!("{} – {} again", diagnosis.a, diagnosis.b),
+                &diagnosis.sentence(),
+            ));
             parts.push(table(&again(diagnosis)));
         }
-        parts.push(self.folds(engine.map(|_| &puts[puts.len() - 1]).map(|put| (put, about.as_str()))));
+        parts.push(
+            self.folds(
+                engine
+                    .map(|_| &puts[puts.len() - 1])
+                    .map(|put| (put, about.as_str())),
+            ),
+        );
         Ok(parts.into_iter().collect())
     }
 
@@ -122,8 +169,12 @@ impl<'a> Run<'a> {
                 table(&crate::report::judge::worst(&found.worst)),
                 table(&crate::report::judge::terms(&found.terms)),
             ];
-            let about = format!("· the rows that are farthest off, and what they are made of; {about}");
-            parts.push(folded(Html::from([text("Rows and terms "), leaf("span", &[], about)]), inner));
+            let about =
+                format!("· the rows that are farthest off, and what they are made of; {about}");
+            parts.push(folded(
+                Html::from([text("Rows and terms "), leaf("span", &[], about)]),
+                inner,
+            ));
         }
         if let Some((case, _)) = self.shown().filter(|_| self.outcome.cases.len() > 1) {
             parts.push(folded(summary(case), [fields(case), posed(case)]));
@@ -146,7 +197,13 @@ impl<'a> Run<'a> {
         let outcome = self.outcome;
         let codes = Codes::new(outcome, &[]);
         let about = "**Each answer solves the scheme.** Residual of every code, and the largest difference of two in units of rounding";
-        let cases = division("c6 compact", [element("div", &[("class", "cap")], prose(about)), codes.by_case(None)]);
+        let cases = division(
+            "c6 compact",
+            [
+                element("div", &[("class", "cap")], prose(about)),
+                codes.by_case(None),
+            ],
+        );
         let grid = division("grid", [Spread::new(outcome)?.figure(), cases]);
         let scenes = unique(outcome.cases.iter().map(|c| &*c.scene));
         let mut below: Vec<Html> = Vec::new();
@@ -161,7 +218,13 @@ impl<'a> Run<'a> {
 
     fn checked(&self) -> Html {
         let outcome = self.outcome;
-        let names = unique(outcome.cases.iter().flat_map(|c| &c.pairs).map(|p| &*p.field.field));
+        let names = unique(
+            outcome
+                .cases
+                .iter()
+                .flat_map(|c| &c.pairs)
+                .map(|p| &*p.field.field),
+        );
         let words = |name: &str| match name {
             "mean" => "face means".to_owned(),
             "jump" => "jumps".into(),
@@ -171,13 +234,25 @@ impl<'a> Run<'a> {
         };
         let names: Vec<String> = names.into_iter().map(words).collect();
         let count: usize = outcome.cases.iter().map(|c| c.pairs.len()).sum();
-        let residual = outcome.cases.iter().flat_map(|c| &c.engines).map(|e| e.residual).fold(0.0, f64::max);
+        let residual = outcome
+            .cases
+            .iter()
+            .flat_map(|c| &c.engines)
+            .map(|e| e.residual)
+            .fold(0.0, f64::max);
         let mut items = vec![
             format!("{}: {} fields of pairs", names.join(", "), whole(count)),
-            format!("every equation of every answer: residual below {}", size(residual * 1.05)),
+            format!(
+                "every equation of every answer: residual below {}",
+                size(residual * 1.05)
+            ),
         ];
         let judged: Vec<_> = outcome.cross.iter().filter_map(|c| c.judged).collect();
-        let slack = judged.iter().map(|j| j.slack / j.gradient).filter(|s| s.is_finite()).reduce(f64::min);
+        let slack = judged
+            .iter()
+            .map(|j| j.slack / j.gradient)
+            .filter(|s| s.is_finite())
+            .reduce(f64::min);
         if let Some(slack) = slack {
             items.push(format!(
                 "methods against each other: {} distances, each below the sum of two guaranteed bounds, by {} of ‖∇u‖ at least",
@@ -211,7 +286,9 @@ fn agreeing(outcome: &VerifyOutcome, fault: &[&str]) -> String {
     let of = outcome.cases.iter().filter(|c| c.verdict == Verdict::Agree);
     let names: Vec<String> = of.map(label).collect();
     match &names[..] {
-        some @ [_, ..] if !fault.is_empty() && some.len() <= 3 => format!("In {} what is wrong has no say.", some.join(" and ")),
+        some @ [_, ..] if !fault.is_empty() && some.len() <= 3 => {
+            format!("In {} what is wrong has no say.", some.join(" and "))
+        }
         _ => String::new(),
     }
 }
@@ -219,21 +296,30 @@ fn agreeing(outcome: &VerifyOutcome, fault: &[&str]) -> String {
 /// Do all codes have the same contact set?
 fn contact(case: &CaseOutcome) -> String {
     let status = case.pairs.iter().filter(|p| p.field.field == "status");
-    let flips: usize = status.clone().filter_map(|p| p.field.flips).max().unwrap_or(0);
+    let flips: usize = status
+        .clone()
+        .filter_map(|p| p.field.flips)
+        .max()
+        .unwrap_or(0);
     match (flips, status.count()) {
         (_, 0) => String::new(),
         (0, _) => "All codes have the same contact set.".into(),
-        (flips, _) => format!("The contact status differs at up to {} quadrature points.", whole(flips)),
+        (flips, _) => format!(
+            "The contact status differs at up to {} quadrature points.",
+            whole(flips)
+        ),
     }
 }
 
 /// Means that differ, of the pair that matters last, after one of those that are right.
-fn differences(case: &CaseOutcome, fault: &[&str]) -> Result<Vec<(String, Vec<(u32, f64)>)>> {
+fn differences(case: &CaseOutcome, fault: &[&str]) -> Result<Vec<Named>> {
     let all = pairs(case);
     let is_faulty = |p: &&pair::Pair| fault.iter().any(|name| p.has(name));
     let right = all.iter().find(|p| !is_faulty(p));
     let wrong = all.iter().find(is_faulty);
-    let of = |p: &pair::Pair| -> Result<_> { Ok((p.name().replace('–', "−"), p.differences(case, "mean")?)) };
+    let of = |p: &pair::Pair| -> Result<_> {
+        Ok((p.name().replace('–', "−"), p.differences(case, "mean")?))
+    };
     right.into_iter().chain(wrong).map(of).collect()
 }
 
@@ -243,7 +329,10 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
     let wanted = |p: &&pair::Pair| engine.is_none_or(|e| p.has(&e.engine));
     let beside = reference(case, fault).map_or("", |e| &*e.engine);
     let with_right = |p: &&pair::Pair| wanted(p) && p.has(beside);
-    let farthest = all.iter().filter(wanted).max_by(|p, q| p.largest().total_cmp(&q.largest()));
+    let farthest = all
+        .iter()
+        .filter(wanted)
+        .max_by(|p, q| p.largest().total_cmp(&q.largest()));
     let pair = match engine {
         Some(_) => all.iter().find(with_right).or(farthest),
         None => farthest,
@@ -254,20 +343,37 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
     let Some(field) = pair.worst() else {
         return Ok(Html::default());
     };
-    let (values, name) = (pair.differences(case, "mean")?, pair.name().replace('–', "−"));
-    let shown = Effect { problem: &of.problem, values: &values, tolerance: field.tolerance, name: &name };
+    let (values, name) = (
+        pair.differences(case, "mean")?,
+        pair.name().replace('–', "−"),
+    );
+    let shown = Effect {
+        problem: &of.problem,
+        values: &values,
+        tolerance: field.tolerance,
+        name: &name,
+    };
     let about = label(case);
-    let worst = engine.and_then(|e| e.findings.as_ref()).and_then(|f| f.worst.first());
+    let worst = engine
+        .and_then(|e| e.findings.as_ref())
+        .and_then(|f| f.worst.first());
     let (from, at) = match (worst, &field.worst) {
         (Some(spot), _) => (point(&spot.midpoint), place(&spot.midpoint)),
         (None, Some(worst)) => (point(&worst.midpoint), place(&worst.midpoint)),
         _ => ([0.0; 3], "the origin".to_owned()),
     };
-    let others = match all.iter().find(|p| !std::ptr::eq(*p, pair) && engine.is_some_and(|e| !p.has(&e.engine))) {
+    let others = match all
+        .iter()
+        .find(|p| !std::ptr::eq(*p, pair) && engine.is_some_and(|e| !p.has(&e.engine)))
+    {
         Some(others) => others.differences(case, "mean")?,
         None => Vec::new(),
     };
-    let increments: Vec<(&str, &[f64])> = case.engines.iter().map(|e| (&*e.engine, &*e.increments)).collect();
+    let increments: Vec<(&str, &[f64])> = case
+        .engines
+        .iter()
+        .map(|e| (&*e.engine, &*e.increments))
+        .collect();
     let faulty: Vec<&str> = engine.iter().map(|e| &*e.engine).collect();
     let all_stop = case.engines.iter().all(|e| e.converged);
     let caption = match all_stop {
@@ -291,7 +397,10 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
             size(field.max_rel)
         ),
     };
-    Ok(Html::from([heading("h2", "What it does to the answer", &beyond), pictures]))
+    Ok(Html::from([
+        heading("h2", "What it does to the answer", &beyond),
+        pictures,
+    ]))
 }
 
 fn point(x: &[f64]) -> [f64; 3] {
@@ -299,7 +408,10 @@ fn point(x: &[f64]) -> [f64; 3] {
 }
 
 fn again(of: &Diagnosis) -> Table {
-    let caption = format!("One ingredient matched at a time; the difference to begin with is {} of max|u|", size(of.difference));
+    let caption = format!(
+        "One ingredient matched at a time; the difference to begin with is {} of max|u|",
+        size(of.difference)
+    );
     model::table!(caption, &of.ingredients, |i|
         "ingredient" => &i.ingredient,
         "matched" => &i.matched,
@@ -336,7 +448,10 @@ fn sketch(case: &CaseOutcome) -> Result<Html> {
     let label = format!("the mesh of {}", case.scene);
     let picture = if mesh.dim == 3 {
         let all: Vec<usize> = problem.contact.iter().map(|f| f.face).collect();
-        let faces: Vec<(usize, usize)> = all.iter().map(|f| (*f, if in_contact(*f) { 19 } else { 0 })).collect();
+        let faces: Vec<(usize, usize)> = all
+            .iter()
+            .map(|f| (*f, if in_contact(*f) { 19 } else { 0 }))
+            .collect();
         Surface::new(mesh, &all).picture(&label, &faces, &[], None)
     } else {
         let view = View::of(mesh.points.iter().map(|p| [p[0], p[1]]), 2.0 * WIDTH);
@@ -344,17 +459,42 @@ fn sketch(case: &CaseOutcome) -> Result<Html> {
             let ends = mesh.face(face);
             [ends[0], ends[1]].map(|v| [0, 1].map(|k| mesh.points[v as usize][k]))
         };
-        let lines = |keeps: &dyn Fn(usize) -> bool| segments(&view, (0..mesh.face_count()).filter(|f| keeps(*f)).map(ends));
+        let lines = |keeps: &dyn Fn(usize) -> bool| {
+            segments(
+                &view,
+                (0..mesh.face_count()).filter(|f| keeps(*f)).map(ends),
+            )
+        };
         let is_contact = |f: usize| problem.parts[f] == Some(Part::Contact);
         // A fine mesh would be a grey area, and large.
-        let inner = if mesh.face_count() > 6000 { String::new() } else { lines(&|f| !mesh.is_boundary(f)) };
+        let inner = if mesh.face_count() > 6000 {
+            String::new()
+        } else {
+            lines(&|f| !mesh.is_boundary(f))
+        };
         let mut svg = format!("<path class=\"hair\" stroke-width=\".7\" d=\"{inner}\"/>");
-        let _ = write!(svg, "<path class=\"frame\" stroke-width=\"1.2\" d=\"{}\"/>", lines(&|f| mesh.is_boundary(f) && !is_contact(f)));
-        let _ = write!(svg, "<path class=\"ink\" stroke-width=\"1.6\" d=\"{}\"/>", lines(&is_contact));
-        let _ = write!(svg, "<path class=\"goodl\" stroke-width=\"5\" d=\"{}\"/>", lines(&|f| is_contact(f) && in_contact(f)));
+        let _ = write!(
+            svg,
+            "<path class=\"frame\" stroke-width=\"1.2\" d=\"{}\"/>",
+            lines(&|f| mesh.is_boundary(f) && !is_contact(f))
+        );
+        let _ = write!(
+            svg,
+            "<path class=\"ink\" stroke-width=\"1.6\" d=\"{}\"/>",
+            lines(&is_contact)
+        );
+        let _ = write!(
+            svg,
+            "<path class=\"goodl\" stroke-width=\"5\" d=\"{}\"/>",
+            lines(&|f| is_contact(f) && in_contact(f))
+        );
         drawing(&label, [WIDTH, view.height], &svg)
     };
-    let sizes = format!("{} cells, {} on Γ_C", whole(case.cells), whole(case.contact_faces));
+    let sizes = format!(
+        "{} cells, {} on Γ_C",
+        whole(case.cells),
+        whole(case.contact_faces)
+    );
     let name = leaf("b", &[], &case.scene);
     let caption = element("figcaption", &[], [name, raw("<br>"), prose(sizes)]);
     Ok(element("figure", &[("class", "thumb")], [picture, caption]))
