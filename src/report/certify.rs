@@ -107,7 +107,9 @@ pub fn certify<'a>(
         let what = format!("boundary values were off by up to {off:.1e} and taken as g");
         ("on Γ_D", what)
     }));
-    let told_facts = facts.clone();
+    // The rest stands in the lede.
+    let mut told_facts = facts.clone();
+    told_facts.retain(|(name, _)| !["result", "understood as", "made of"].contains(name));
     let name = told.result.rsplit('/').next().unwrap_or(&told.result);
     report.claim = match c.relative {
         Some(relative) => format!(
@@ -152,6 +154,10 @@ pub fn certify<'a>(
         .collect();
     let what = "A theorem, not an estimate: any field has this bound, of any code; rounding and quadrature are within it.";
     report.notes.push(what.into());
+    report.notes.push(format!(
+        "The field was read as {}.",
+        told.understood.sentence()
+    ));
     report.blocks = vec![
         Block::Terminal(vec![Block::facts(facts)]),
         Block::Page(vec![

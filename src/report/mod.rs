@@ -20,6 +20,7 @@ mod json;
 mod judge;
 mod junit;
 pub mod model;
+mod next;
 mod number;
 mod orders;
 mod paper;

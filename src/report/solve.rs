@@ -342,10 +342,10 @@ pub fn words_of(way: Way) -> &'static str {
 fn contact(set: &ContactSet) -> String {
     match set {
         ContactSet::Zones(zones) if !zones.faces.is_empty() => format!(
-            "an area of {:.6} in {} zones on {} faces",
+            "an area of {:.6} in {} on {}",
             zones.area,
-            zones.zones,
-            zones.faces.len()
+            count(zones.zones, "zone"),
+            count(zones.faces.len(), "face")
         ),
         ContactSet::Runs(runs) if !runs.is_empty() => {
             let end = |x: f64| trimmed(&number(x, 6));

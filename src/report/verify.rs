@@ -2,12 +2,13 @@
 
 use serde::Serialize;
 
-use super::culprit::{claim_of, lede_of, next_of};
+use super::culprit::{claim_of, lede_of};
 use super::headline::{culprit, headline, overview};
 use super::html::{Run, Spread, tolerances};
 use super::model::{
     Block, Cell, Report, Suite, Table, TestCase, exact, joined, short, table, word,
 };
+use super::next::next_of;
 use super::number::{number, place, whole};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Source, VerifyOutcome, telling};
 use crate::engine::{Explanation, unique};

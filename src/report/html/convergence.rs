@@ -1,14 +1,14 @@
-//! Errors over meshes, both logarithmic: a line a method, with its slope.
+//! What becomes smaller: errors over meshes, a line a method with its slope; increments step by step, a line a code.
 
 use std::fmt::Write as _;
 
 use super::Html;
+use super::along::{LEFT, Panel};
 use super::markup::figure;
 use super::plane::{WIDTH, drawing, word};
 use crate::report::number::{number, power_of_ten};
 
 const HEIGHT: f64 = 270.0;
-const LEFT: f64 = 44.0;
 const RIGHT: f64 = WIDTH - 92.0;
 const CLASSES: [[&str; 2]; 3] = [["ink", "inkf"], ["goodl", "goodf"], ["otherl", "otherf"]];
 
@@ -94,4 +94,118 @@ pub(in crate::report) fn errors(lines: &[Line], caption: &str) -> Html {
         }
     }
     figure("", caption, [drawing(caption, [WIDTH, HEIGHT], &svg)])
+}
+
+/// The increments of each code, step by step; the lines of those at fault are red.
+pub(in crate::report) fn newton(
+    engines: &[(&str, &[f64])],
+    faulty: &[&str],
+    stop: Option<f64>,
+    caption: &str,
+) -> Html {
+    let shown = |v: f64| v > 0.0 && v < 1e100;
+    let all = || {
+        engines
+            .iter()
+            .flat_map(|(_, v)| v.iter().copied())
+            .filter(|v| shown(*v))
+    };
+    let (Some(least), Some(most)) = (all().reduce(f64::min), all().reduce(f64::max)) else {
+        return Html::default();
+    };
+    let steps = engines
+        .iter()
+        .map(|(_, v)| v.len())
+        .max()
+        .unwrap_or(1)
+        .max(2);
+    let (width, height) = (384.0, 300.0);
+    let low = least.max(1e-18).log10().floor();
+    let high = most.log10().ceil().max(low + 1.0);
+    let panel = Panel {
+        top: 6.0,
+        height: height - 30.0,
+        low,
+        high,
+    };
+    let x = |step: usize| LEFT + (width - 66.0 - LEFT) * step as f64 / (steps - 1) as f64;
+    let mut svg = String::new();
+    let every = if high - low > 10.0 { 4 } else { 2 };
+    for power in (low as i32..=high as i32).filter(|p| p % every == 0) {
+        let y = panel.y(f64::from(power));
+        let _ = write!(
+            svg,
+            "<path class=\"hair\" d=\"M{LEFT} {y:.1}H{}\"/>",
+            width - 62.0
+        );
+        let label = if power == 0 {
+            "1".to_owned()
+        } else {
+            power_of_ten(power)
+        };
+        svg += &word("t e", [LEFT - 6.0, y + 3.5], &label);
+    }
+    if let Some(stop) = stop.filter(|s| s.log10() > low) {
+        let y = panel.log(stop);
+        let _ = write!(
+            svg,
+            "<path class=\"frame dash\" d=\"M{LEFT} {y:.1}H{}\"/>",
+            width - 62.0
+        );
+        svg += &word("t", [LEFT + 4.0, y - 4.0], "stop");
+    }
+    let mut taken: Vec<f64> = Vec::new();
+    for (k, (name, values)) in engines.iter().enumerate() {
+        let is_faulty = faulty.contains(name);
+        let (line, fill) = match (is_faulty, k) {
+            (true, _) => ("redl", "redf"),
+            (_, 0) => ("ink", "inkf"),
+            (_, 1) => ("goodl", "goodf"),
+            _ => ("otherl", "otherf"),
+        };
+        let points: Vec<(f64, f64)> = values
+            .iter()
+            .enumerate()
+            .filter(|(_, v)| **v < 1e100)
+            .map(|(k, v)| (x(k), panel.log(*v)))
+            .collect();
+        let mut path = String::new();
+        let mut dots = String::new();
+        for (x, y) in &points {
+            let _ = write!(
+                path,
+                "{}{x:.1} {y:.1}",
+                if path.is_empty() { 'M' } else { 'L' }
+            );
+            if points.len() < 60 {
+                let _ = write!(
+                    dots,
+                    "<circle class=\"{fill}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.2\"/>"
+                );
+            }
+        }
+        let thick = 1.5 + 1.6 * (engines.len() - 1 - k) as f64;
+        let _ = write!(
+            svg,
+            "<path class=\"{line}\" stroke-width=\"{thick}\" d=\"{path}\"/>{dots}"
+        );
+        if let Some((x, y)) = points.last() {
+            let mut y = y + 3.5;
+            while taken.iter().any(|t| (t - y).abs() < 12.0) {
+                y -= 12.0;
+            }
+            taken.push(y);
+            svg += &word(
+                if is_faulty { "t red halo" } else { "t halo" },
+                [x + 6.0, y],
+                name,
+            );
+        }
+    }
+    let every = steps.div_ceil(10);
+    for step in (0..steps).filter(|s| s % every == 0) {
+        svg += &word("t m", [x(step), height - 8.0], &(step + 1).to_string());
+    }
+    let picture = drawing("iterations: increment by step", [width, height], &svg);
+    figure("", caption, [picture])
 }

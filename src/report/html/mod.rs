@@ -1,6 +1,7 @@
 //! A report as one HTML file: the answer, then everything that it rests on. It needs no network, no server and no
 //! scripts; a small one sorts tables.
 
+mod agree;
 mod along;
 mod axis;
 mod chain;
@@ -10,6 +11,7 @@ mod convergence;
 mod effect;
 mod markup;
 mod pair;
+mod panels;
 mod plane;
 mod ramp;
 mod residual;
@@ -25,10 +27,10 @@ use std::path::Path;
 use super::folder::names;
 use super::model::{Block, Figure, Report, word as word_of};
 use super::provenance::{Provenance, provenance};
-pub(super) use along::{Along, newton};
+pub(super) use along::Along;
 pub(super) use codes::{tolerances, tried};
 pub(super) use compared::{Compared, by_field};
-pub(super) use convergence::{Line, errors};
+pub(super) use convergence::{Line, errors, newton};
 use faceoff_mesh::error::{Error, Result};
 pub use markup::Html;
 use markup::{
