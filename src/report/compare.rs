@@ -230,10 +230,7 @@ fn next(comparison: &Comparison, farthest: &ComparedField, has_places: bool) -> 
 /// One line a field.
 fn fields_table(comparison: &Comparison) -> Table {
     let on = |of: &ComparedField| format!("{:?}", of.on).to_lowercase();
-    let given = |value: f64| match value {
-        0.0 => Cell::from(0_usize),
-        _ => Cell::Number(value, format!("{value:e}")),
-    };
+    let given = |value: f64| Cell::Number(value, number(value, 2));
     let remark = |of: &ComparedField| {
         let remark = remark(&of.field, &on(of));
         remark.split_once(": ").map(|(_, what)| what.to_owned())

@@ -232,7 +232,7 @@ pub(super) fn engines(case: &CaseOutcome, caption: &str) -> Table {
 
 /// Every field of every pair.
 fn pairs(case: &CaseOutcome) -> Table {
-    let given = |tolerance: f64| Cell::Number(tolerance, format!("{tolerance:e}"));
+    let given = |tolerance: f64| Cell::Number(tolerance, number(tolerance, 2));
     table!("", &case.pairs, |pair|
         "pair" => format!("{} – {}", pair.a, pair.b),
         "field" => &pair.field.field,
