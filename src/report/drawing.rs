@@ -139,11 +139,3 @@ pub fn shade(share: f64) -> RGBColor {
     let mix = |k: usize| (low[k] + share * (high[k] - low[k])) as u8;
     RGBColor(mix(0), mix(1), mix(2))
 }
-
-/// `-3` as `10⁻³`.
-pub fn power_of_ten(exponent: i32) -> String {
-    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let of = |c: char| c.to_digit(10).map_or('⁻', |d| digits[d as usize]);
-    let power: String = exponent.to_string().chars().map(of).collect();
-    format!("10{power}")
-}

@@ -1,6 +1,7 @@
 //! What `verify` says first and last: which code does what differently, and every case in a line.
 
-use super::model::{Table, count, joined, place, short, table, word};
+use super::model::{Table, count, joined, short, table, word};
+use super::number::place;
 use super::verify::label;
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Settled, VerifyOutcome};
 use crate::run::RESIDUAL_TOLERANCE;
@@ -94,8 +95,11 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
     )
 }
 
-/// Why answers that solve their scheme differ: of the case where they do most.
-fn settled(outcome: &VerifyOutcome) -> Option<String> {
+/// Why answers that solve their scheme differ, if that is all that is to be said: of the case where they do most.
+pub(super) fn settled(outcome: &VerifyOutcome) -> Option<String> {
+    if !matches!(outcome.verdict, Verdict::Conditioned | Verdict::Several) {
+        return None;
+    }
     let with = outcome
         .cases
         .iter()

@@ -6,8 +6,9 @@ use plotters::prelude::*;
 
 use crate::campaigns::study::{NORMS, Norm, Row, StudyOutcome, Varied};
 use crate::engine::unique;
-use crate::report::drawing::{Drawing, Drawn, axes, font, power_of_ten};
+use crate::report::drawing::{Drawing, Drawn, axes, font};
 use crate::report::model::Figure;
+use crate::report::number::power_of_ten;
 
 /// Colours that can be distinguished without red and green (M. Okabe, K. Ito), then darker ones.
 const COLOURS: [RGBColor; 8] = [
