@@ -47,7 +47,7 @@ fn main() -> faceoff_mesh::Result<()> {
     let solid = Scene::find("one-zone-3d")?;
     let cases = [
         (&plain, "cr", 512),
-        // (        (&plain, "cr", 64),plain, "cr", 64),
+        (&plain, "cr", 64),
         (&plain, "p2", 256),
         (&strip, "cr", 32),
         (&solid, "cr", 16),

@@ -25,8 +25,8 @@ fn main() -> ExitCode {
                 );
             }
             ExitCode::from(match comparison.verdict {
-                Verdict::Agree => 0,
-                Verdict::Disagree => 1,
+                Verdict::Agree | Verdict::Conditioned => 0,
+                Verdict::Several | Verdict::Disagree => 1,
                 Verdict::Undetermined => 2,
             })
         }

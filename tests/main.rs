@@ -22,6 +22,7 @@ mod readers;
 mod report;
 mod rooms;
 mod series;
+mod settled;
 mod solid;
 mod study;
 mod trust;

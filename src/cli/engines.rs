@@ -184,8 +184,8 @@ fn conforms(checked: &Checked) -> Result<Report<'_>> {
 
 fn right(verdict: Verdict) -> &'static str {
     match verdict {
-        Verdict::Agree => "right",
-        Verdict::Disagree => "wrong",
+        Verdict::Agree | Verdict::Conditioned => "right",
+        Verdict::Several | Verdict::Disagree => "wrong",
         Verdict::Undetermined => "no answer",
     }
 }

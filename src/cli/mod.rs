@@ -180,8 +180,8 @@ fn run(arguments: &Arguments) -> Result<u8> {
 /// The exit code of a verdict.
 fn code(verdict: Verdict) -> u8 {
     match verdict {
-        Verdict::Agree => DONE,
-        Verdict::Disagree => DISAGREE,
+        Verdict::Agree | Verdict::Conditioned => DONE,
+        Verdict::Several | Verdict::Disagree => DISAGREE,
         Verdict::Undetermined => FAILED,
     }
 }

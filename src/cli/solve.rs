@@ -206,6 +206,9 @@ fn finish(
         report::write_solution(out, case, &answer.u, engine, version, certificate)?;
     }
     deliver(&report::solve(&told, case, &answer.u, certificate)?, to)?;
+    if let Some(why) = told.doubt(case.problem.space.mesh) {
+        note!("faceoff: warning: {why}");
+    }
     if !told.is_finite() {
         note!("faceoff: the result is not finite");
         return Ok(FAILED);

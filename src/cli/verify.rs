@@ -52,7 +52,6 @@ pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
         report::write_baseline(folder, &recipe, &request, &outcome)?;
     }
     let report = report::verify(Verified {
-        request: &request,
         outcome: &outcome,
         diagnoses: &diagnoses,
         missing: &missing,

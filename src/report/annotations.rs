@@ -11,7 +11,6 @@ use super::console::plain;
 use super::deliver::Output;
 use super::json::{is_stdout, write_text};
 use super::model::{Report, Suite, TestCase};
-use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 
 /// Most annotations of one run; GitHub shows ten of a step.
@@ -33,7 +32,7 @@ pub(super) fn annotate(report: &Report, output: &Output) -> Result<()> {
         return Ok(());
     };
     let of_suite = |suite: &Suite| -> Vec<Note> {
-        let failed = suite.cases.iter().filter(|c| c.verdict != Verdict::Agree);
+        let failed = suite.cases.iter().filter(|c| !c.verdict.passes());
         let usual = |case: &TestCase| format!("{}: {}", suite.name, case.name);
         let note = |case: &TestCase| Note {
             title: plain(&case.title.clone().unwrap_or_else(|| usual(case))),

@@ -5,8 +5,8 @@ use faceoff_judge::Verdict;
 /// The verdict in words and colour; contrast with white is at least 4.5.
 pub(super) fn badge(verdict: Verdict, word: &str) -> String {
     let colour = match verdict {
-        Verdict::Agree => "#1a6e3c",
-        Verdict::Disagree => "#b3261e",
+        Verdict::Agree | Verdict::Conditioned => "#1a6e3c",
+        Verdict::Several | Verdict::Disagree => "#b3261e",
         Verdict::Undetermined => "#5f5f5f",
     };
     // Widths of 11 px text, about 6.5 px a letter, are fixed by textLength whatever the font.

@@ -5,7 +5,6 @@ use std::path::Path;
 use super::folder::{check_folder, write_folder};
 use crate::campaigns::verify::{VerifyOutcome, VerifyRequest};
 use crate::engine::{self, BASELINE, Kept, record};
-use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 
 /// Refuses a folder that a baseline would be mixed into.
@@ -26,7 +25,7 @@ pub fn write_baseline(
     request: &VerifyRequest,
     outcome: &VerifyOutcome,
 ) -> Result<()> {
-    if outcome.verdict != Verdict::Agree {
+    if !outcome.verdict.passes() {
         return Err(Error::usage(
             "nothing was recorded, as the codes do not agree",
             "a baseline holds only what all codes answer alike: settle the difference first",

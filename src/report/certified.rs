@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::model::{joined, percent};
+use super::model::{joined, percent, short};
 use faceoff_fem::certify::{Certificate, Numbers, Parts, Target};
 
 /// Bounds of ‖∇u - …‖ for one target, and what they are made of.
@@ -95,6 +95,14 @@ impl Certified {
             facts.push(("contact for certain", or_none(joined(touched, "; "))));
         }
         facts
+    }
+
+    /// The bound in a few words.
+    pub fn brief(&self) -> String {
+        match self.relative {
+            Some(relative) => format!("the error of ∇u is at most {} of ‖∇u‖", percent(relative)),
+            None => format!("the error of ∇u is at most {}", short(self.upper)),
+        }
     }
 
     /// One line.

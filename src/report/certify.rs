@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use plotters::coord::Shift;
-use plotters::prelude::*;
 use serde::Serialize;
 
 use super::certified::Certified;
-use super::drawing::{Drawing, Drawn, shade};
-use super::model::{Block, Cell, Figure, Report, percent, place, short, table};
+use super::html;
+use super::model::{Block, Cell, Report, Todo, percent, short, table};
+use super::number::place;
 use crate::engine::Case;
 use crate::run::foreign::Understood;
 use faceoff_fem::certify::{Certificate, Target};
@@ -108,19 +107,64 @@ pub fn certify<'a>(
         let what = format!("boundary values were off by up to {off:.1e} and taken as g");
         ("on Γ_D", what)
     }));
-    report.blocks = vec![Block::facts(facts)];
-    report
-        .blocks
-        .push(Block::Page(vec![worst(mesh, certificate).into()]));
-    if mesh.dim == 2 {
-        let caption = "What each cell adds to the bound, the root of its square: the darker, the more, over three powers of \
-                       ten from the largest on; refining there pays most.";
-        report.blocks.push(Block::Page(vec![Block::Figure(Figure {
-            name: "map".into(),
-            caption: caption.into(),
-            picture: Box::new(Map { mesh, certificate }),
-        })]));
-    }
+    // The rest stands in the lede.
+    let mut told_facts = facts.clone();
+    told_facts.retain(|(name, _)| !["result", "understood as", "made of"].contains(name));
+    let name = told.result.rsplit('/').next().unwrap_or(&told.result);
+    report.claim = match c.relative {
+        Some(relative) => format!(
+            "The error of **{name}** is at most {} of ‖∇u‖",
+            percent(relative)
+        ),
+        None => format!(
+            "The error of **{name}** is at most {} in the energy norm",
+            short(c.upper)
+        ),
+    };
+    report.lede = format!(
+        "Proved, whatever made the field: ‖∇u − ∇u_h‖ is between {} and **{}**, and ‖∇u‖ between {} and {}. It is made of misfit {}, contact {} \
+         and oscillation {}.",
+        short(c.lower),
+        short(c.upper),
+        short(c.gradient[0]),
+        short(c.gradient[1]),
+        short(parts.misfit),
+        short(parts.contact),
+        short(parts.oscillation)
+    );
+    report.lead.push(Block::Html(Box::new(move || {
+        let map = html::cells(mesh, &certificate.local, "what each cell adds to the bound");
+        Ok(html::beside([
+            ("c6", map),
+            ("c6", html::known(&told_facts)),
+        ]))
+    })));
+    let asked = c.relative.map(|r| format!("{:.1e}", 0.5 * r));
+    report.next = asked
+        .map(|asked| {
+            Todo::new(
+                "For a field with half of this bound, on a mesh that is refined where it pays:",
+                [format!(
+                    "faceoff solve {} --method {} --accuracy {asked}",
+                    told.scene, told.method
+                )],
+            )
+        })
+        .into_iter()
+        .collect();
+    let what = "A theorem, not an estimate: any field has this bound, of any code; rounding and quadrature are within it.";
+    report.notes.push(what.into());
+    report.notes.push(format!(
+        "The field was read as {}.",
+        told.understood.sentence()
+    ));
+    report.blocks = vec![
+        Block::Terminal(vec![Block::facts(facts)]),
+        Block::Page(vec![
+            Block::Heading(2, "Where it comes from".into()),
+            worst(mesh, certificate).into(),
+        ]),
+    ];
     report.files.push(Box::new(move |folder| {
         super::write_certified(&folder.join("map.vtu"), case, u, certificate)
     }));
@@ -147,85 +191,4 @@ fn centroid(mesh: &Triangulation, cell: usize) -> [f64; 3] {
     let vertices = mesh.vertices(cell);
     let of = |k: usize| vertices[..corners].iter().map(|x| x[k]).sum::<f64>();
     std::array::from_fn(|k| of(k) / corners as f64)
-}
-
-/// The cells of a plane mesh by what they add.
-struct Map<'a> {
-    mesh: &'a Triangulation,
-    certificate: &'a Certificate,
-}
-
-/// Pixels of the longer side.
-const SIZE: f64 = 640.0;
-/// Up to so many cells each is drawn; of more, the largest in each square.
-const MOST: usize = 5000;
-/// Pixels of the side of such a square.
-const SQUARE: f64 = 5.0;
-
-impl Map<'_> {
-    /// Lowest corner and extent.
-    fn extent(&self) -> [[f64; 2]; 2] {
-        let mut ends = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-        for point in &self.mesh.points {
-            for k in 0..2 {
-                ends[0][k] = ends[0][k].min(point[k]);
-                ends[1][k] = ends[1][k].max(point[k]);
-            }
-        }
-        [ends[0], [0, 1].map(|k| ends[1][k] - ends[0][k])]
-    }
-
-    /// From the plane to pixels; y points up.
-    fn pixel(&self, [low, extent]: [[f64; 2]; 2], x: [f64; 3]) -> [f64; 2] {
-        let scale = SIZE / extent[0].max(extent[1]);
-        [
-            (x[0] - low[0]) * scale,
-            (extent[1] - (x[1] - low[1])) * scale,
-        ]
-    }
-}
-
-impl Drawing for Map<'_> {
-    fn size(&self) -> (u32, u32) {
-        let [_, extent] = self.extent();
-        let longer = extent[0].max(extent[1]);
-        let side = |k: usize| (SIZE * extent[k] / longer).ceil().max(1.0) as u32;
-        (side(0), side(1))
-    }
-
-    fn on<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
-        let (mesh, local) = (self.mesh, &self.certificate.local);
-        let view = self.extent();
-        let most = local.iter().fold(0.0, |most: f64, part| most.max(*part));
-        // Squares of the parts, so that six powers are three of the parts.
-        let colour = |part: f64| match part / most {
-            share if share > 0.0 => shade(-share.log10() / 6.0),
-            _ => shade(1.0),
-        };
-        let round = |[x, y]: [f64; 2]| (x.round() as i32, y.round() as i32);
-        if mesh.cell_count() <= MOST {
-            for (cell, part) in local.iter().enumerate() {
-                let corners = mesh.vertices(cell);
-                let corners = corners[..3].iter().map(|x| round(self.pixel(view, *x)));
-                area.draw(&Polygon::new(
-                    corners.collect::<Vec<_>>(),
-                    colour(*part).filled(),
-                ))?;
-            }
-            return Ok(());
-        }
-        let mut squares = std::collections::BTreeMap::new();
-        for (cell, part) in local.iter().enumerate() {
-            let [x, y] = self.pixel(view, centroid(mesh, cell));
-            let square = [x, y].map(|x| (x / SQUARE) as i32);
-            let known: &mut f64 = squares.entry(square).or_default();
-            *known = known.max(*part);
-        }
-        for ([i, j], part) in squares {
-            let at = |k: i32| (f64::from(k) * SQUARE) as i32;
-            let corners = [(at(i), at(j)), (at(i + 1), at(j + 1))];
-            area.draw(&Rectangle::new(corners, colour(part).filled()))?;
-        }
-        Ok(())
-    }
 }

@@ -1,7 +1,11 @@
 //! What `compare` found.
 
+use std::cmp::Ordering;
+
 use super::difference::write_differences;
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, count, short, table, word};
+use super::html;
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, count, table, word};
+use super::number::{number, place, size, whole};
 use super::verify::{remark, why, worst};
 use faceoff_judge::{
     ComparedField, Comparison, Comparisons, Intersection, MatchBy, Norms, On, Part, Verdict,
@@ -18,55 +22,211 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     let verdict = word(comparison.verdict);
     let mut report = Report::new("compare", question, verdict, comparison)?;
     report.verdict = Some((comparison.verdict, verdict));
-    let fields = comparison.fields.iter().map(|f| &f.field);
-    let failed = fields.filter(|f| f.verdict != Verdict::Agree).count();
-    let mut lead = vec![format!(
-        "{failed} of {} do not agree within their tolerances.",
-        count(comparison.fields.len(), "field")
-    )];
-    let beyond = comparison.fields.iter();
-    let beyond = beyond.filter(|f| f.field.verdict != Verdict::Agree);
-    let farthest = beyond.max_by(|f, g| f.factor().total_cmp(&g.factor()));
-    lead.extend(farthest.map(|of| {
-        let field = &of.field;
-        format!("Farthest beyond: `{}`: {}.", field.field, why(field))
-    }));
-    if comparison.identical {
-        lead.push("The files have identical bytes.".into());
+    let wrong = comparison
+        .fields
+        .iter()
+        .filter(|f| !f.field.verdict.passes());
+    let wrong: Vec<&ComparedField> = wrong.collect();
+    let farthest = wrong.iter().copied().max_by(|f, g| telling(f, g));
+    report.claim = claim(comparison, &wrong, verdict);
+    report.lede = lede(comparison, &wrong, farthest);
+    // A table of keys has no places, and two meshes have none together.
+    let has_differences = !a.points.is_empty() && !comparison.differences.is_empty();
+    if let Some(farthest) = farthest {
+        report.next = next(comparison, farthest, has_differences);
     }
-    report.lead.push(Block::List(lead));
+    let shown = farthest.or_else(|| comparison.fields.iter().max_by(|f, g| telling(f, g)));
+    report.lead.extend(shown.map(|of| {
+        Block::Html(Box::new(move || {
+            let compared = html::Compared::new(comparison, a, of);
+            Ok(compared.map_or_else(html::Html::default, |compared| compared.figures()))
+        }))
+    }));
     let map = match comparison.map {
         MatchBy::Vertices => "vertices",
         MatchBy::Coordinates => "coordinates",
         MatchBy::Functions => "nothing: as functions on the intersection of the meshes",
     };
+    report.notes = vec![format!(
+        "Agrees where |a − b| ≤ atol + rtol × the largest value of the field; matched by {map}. a is `{}`, b is `{}`.",
+        comparison.a, comparison.b
+    )];
     let mut facts = vec![
         ("a", comparison.a.clone()),
         ("b", comparison.b.clone()),
         ("matched by", map.to_owned()),
     ];
-    facts.extend(
-        comparison
-            .intersection
-            .as_ref()
-            .into_iter()
-            .flat_map(covered),
-    );
+    let common: Vec<_> = comparison.intersection.iter().flat_map(covered).collect();
+    facts.extend(common.iter().cloned());
     facts.extend(comparison.notes.iter().map(|note| ("note", note.clone())));
-    report.blocks.push(Block::facts(facts));
-    report.blocks.push(fields_table(comparison).into());
+    let about = "A dot is the largest difference of a field; the dashed lines are the tolerances.";
+    report.blocks = vec![
+        Block::Terminal(vec![Block::facts(facts), fields_table(comparison).into()]),
+        Block::Page(vec![
+            Block::Heading(2, "One row per field".into()),
+            Block::Text(about.into()),
+            Block::Html(Box::new(move || Ok(html::by_field(comparison)))),
+        ]),
+    ];
+    if !common.is_empty() {
+        let table = fields_table(comparison).into();
+        report
+            .blocks
+            .push(Block::Page(vec![Block::facts(common), table]));
+    }
     let name = format!("{} – {}", comparison.a, comparison.b);
     report
         .suites
         .push(Suite::new(&name, cases(&name, comparison)));
     report.inputs = [&comparison.a, &comparison.b].map(Into::into).into();
-    // A table of keys has no places, and two meshes have none together.
-    if !a.points.is_empty() && !comparison.differences.is_empty() {
+    if has_differences {
         report.files.push(Box::new(move |folder| {
             write_differences(&folder.join("differences.vtu"), a, comparison)
         }));
     }
     Ok(report)
+}
+
+/// What has values tells more than what is missing, a function more than what is derived from it on cells, and of these the
+/// one that is farthest beyond its tolerance.
+fn telling(f: &ComparedField, g: &ComparedField) -> Ordering {
+    let key = |of: &ComparedField| {
+        (
+            of.field.worst.is_some(),
+            matches!(of.on, On::Points | On::Corners | On::Functions),
+        )
+    };
+    key(f).cmp(&key(g)).then(f.factor().total_cmp(&g.factor()))
+}
+
+/// Which fields differ, and where.
+fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> String {
+    let mut wrong = wrong.to_vec();
+    wrong.sort_by_key(|f| f.field.verdict == Verdict::Undetermined);
+    let names: Vec<&str> = wrong.iter().map(|f| &*f.field.field).collect();
+    let all = comparison.fields.len();
+    match (&names[..], wrong.first()) {
+        ([], _) => {
+            let fields = if all == 1 {
+                "one field".to_owned()
+            } else {
+                format!("all {all} fields")
+            };
+            format!(
+                "{} and {} **{word}** in {fields}",
+                name(&comparison.a),
+                name(&comparison.b)
+            )
+        }
+        ([one], of) => match of.map(|of| (&of.field, &of.field.worst)) {
+            Some((field, _)) if field.verdict == Verdict::Undetermined => {
+                format!("**{one}** cannot be judged")
+            }
+            Some((field, Some(worst))) if field.max_abs != 0.0 && !worst.midpoint.is_empty() => {
+                format!("**{one}** differs, most at {}", place(&worst.midpoint))
+            }
+            _ => format!("**{one}** differs"),
+        },
+        ([one, two], _) => format!("**{one} and {two}** differ"),
+        ([one, two, rest @ ..], _) => format!(
+            "**{one}, {two}** and {} more of {all} fields differ",
+            rest.len()
+        ),
+    }
+}
+
+fn name(path: &str) -> &str {
+    path.rsplit('/').next().unwrap_or(path)
+}
+
+/// By how much, and what was left out.
+fn lede(
+    comparison: &Comparison,
+    wrong: &[&ComparedField],
+    farthest: Option<&ComparedField>,
+) -> String {
+    let mut told = Vec::new();
+    if let Some(ComparedField { field, .. }) = farthest {
+        told.push(match &field.reason {
+            Some(reason) => format!("`{}`: {reason}.", field.field),
+            None => {
+                let values = field.worst.as_ref().map_or(String::new(), |w| {
+                    format!(" There a has {} and b {}.", number(w.a, 6), number(w.b, 6))
+                });
+                let times = field.max_rel / field.tolerance;
+                let times = match times.is_finite() {
+                    true => format!(", {} times the tolerance", number(times, 2)),
+                    false => String::new(),
+                };
+                format!(
+                    "`{}` differs by **{} of its largest value**{times}, and beyond it in {} of {} values.{values}",
+                    field.field,
+                    size(field.max_rel),
+                    whole(field.beyond),
+                    whole(field.faces)
+                )
+            }
+        });
+        let others = comparison.fields.len() - wrong.len();
+        if others > 0 {
+            told.push(match others {
+                1 => "The other field agrees.".into(),
+                _ => format!("The other {others} fields agree."),
+            });
+        }
+    } else {
+        let largest = comparison
+            .fields
+            .iter()
+            .map(|f| f.field.max_rel)
+            .fold(0.0, f64::max);
+        told.push(match largest {
+            0.0 => "All values are the same, to the last bit.".into(),
+            largest => format!("The largest difference is **{}** of the largest value of its field. No value is missing, none is not a number.", size(largest)),
+        });
+    }
+    if comparison.identical {
+        told.push("The files have identical bytes.".into());
+    }
+    told.extend(
+        comparison
+            .notes
+            .iter()
+            .map(|note| format!("{}.", note.trim_end_matches('.'))),
+    );
+    told.join(" ")
+}
+
+/// What to do about fields that differ.
+fn next(comparison: &Comparison, farthest: &ComparedField, has_differences: bool) -> Vec<Todo> {
+    let none: [&str; 0] = [];
+    let mut steps = Vec::new();
+    if has_differences {
+        steps.push(Todo::new(
+            "Look at it in ParaView: `differences.vtu` beside this page has a − b of every field.",
+            none,
+        ));
+    }
+    let b = &comparison.b;
+    steps.push(Todo::new(
+        "If both solve a scene that faceoff knows, ask which of the two is wrong, and why:",
+        [format!("faceoff judge {b} --scene SCENE")],
+    ));
+    let field = &farthest.field;
+    if field.reason.is_none() && field.max_rel.is_finite() {
+        let rtol = 10f64.powf(field.max_rel.log10().ceil());
+        steps.push(Todo::new(
+            format!(
+                "If a difference of {} is as it should be:",
+                size(field.max_rel)
+            ),
+            [format!(
+                "faceoff compare {} {b} --rtol {rtol:.0e}",
+                comparison.a
+            )],
+        ));
+    }
+    steps
 }
 
 /// One test case a field.
@@ -91,10 +251,7 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
     let verdict = word(all.verdict);
     let mut report = Report::new("compare", question, verdict, all)?;
     report.verdict = Some((all.verdict, verdict));
-    let failed = all
-        .parts
-        .iter()
-        .filter(|part| part.verdict != Verdict::Agree);
+    let failed = all.parts.iter().filter(|part| !part.verdict.passes());
     let times = all.parts.iter().all(|part| part.name.is_empty());
     let lead = vec![format!(
         "{} of {} do not agree within their tolerances.",
@@ -113,11 +270,7 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
     facts.extend(all.notes.iter().map(|note| ("note", note.clone())));
     report.blocks.push(Block::facts(facts));
     report.blocks.push(parts_table(all).into());
-    for part in all
-        .parts
-        .iter()
-        .filter(|part| part.verdict != Verdict::Agree)
-    {
+    for part in all.parts.iter().filter(|part| !part.verdict.passes()) {
         if let Some(comparison) = &part.comparison {
             report.blocks.push(Block::Heading(2, part.title()));
             report.blocks.push(fields_table(comparison).into());
@@ -175,7 +328,7 @@ fn covered(found: &Intersection) -> Vec<(&'static str, String)> {
         let cells = count(found.cells[k], "cell");
         format!(
             "{cells}, measure {}; {part:.3e} of it alone{curved}",
-            short(found.measures[k])
+            size(found.measures[k])
         )
     };
     let exact = match found.exact {
@@ -185,17 +338,14 @@ fn covered(found: &Intersection) -> Vec<(&'static str, String)> {
     vec![
         ("mesh of a", of(0)),
         ("mesh of b", of(1)),
-        ("in common", format!("{}: {exact}", short(found.common))),
+        ("in common", format!("{}: {exact}", size(found.common))),
     ]
 }
 
 /// One line a field.
 fn fields_table(comparison: &Comparison) -> Table {
     let on = |of: &ComparedField| format!("{:?}", of.on).to_lowercase();
-    let given = |value: f64| match value {
-        0.0 => Cell::from(0_usize),
-        _ => Cell::Number(value, format!("{value:e}")),
-    };
+    let given = |value: f64| Cell::Number(value, number(value, 2));
     let remark = |of: &ComparedField| {
         let carriers = match of.on {
             On::Functions | On::Domain => "cells".to_owned(),
@@ -210,7 +360,7 @@ fn fields_table(comparison: &Comparison) -> Table {
     };
     let norm = |of: &ComparedField, pick: fn(&Norms) -> Option<(f64, f64)>| {
         let (norm, scale) = of.norms.as_ref().and_then(pick)?;
-        Some(format!("{} of {}", short(norm), short(scale)))
+        Some(format!("{} of {}", size(norm), size(scale)))
     };
     table!("", &comparison.fields, |of|
         "field" => &of.field.field,

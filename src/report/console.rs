@@ -62,8 +62,8 @@ pub(super) fn answer(text: &str, verdict: Option<Verdict>) {
     let colour = verdict
         .filter(|_| has_colours())
         .map(|verdict| match verdict {
-            Verdict::Agree => "32",
-            Verdict::Disagree => "31",
+            Verdict::Agree | Verdict::Conditioned => "32",
+            Verdict::Several | Verdict::Disagree => "31",
             Verdict::Undetermined => "33",
         });
     match colour {

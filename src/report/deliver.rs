@@ -17,6 +17,7 @@ use super::html::page;
 use super::json::{is_stdout, slug, write_text};
 use super::junit::junit;
 use super::model::{Report, Suite, TestCase};
+use super::provenance;
 use super::text::text;
 use faceoff_judge::Verdict;
 use faceoff_mesh::cancel::{self, Cause};
@@ -55,6 +56,7 @@ impl Output<'_> {
     /// # Errors
     /// Such a folder, or a file.
     pub fn begin(&self) -> Result<()> {
+        provenance::begin();
         self.check()?;
         let [json, junit, badge] = MARKS;
         let earlier = Output {

@@ -8,6 +8,7 @@ use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
+use super::number::power_of_ten;
 use faceoff_mesh::error::{Error, Result};
 
 /// Registered with the font that the program carries; a viewer of SVG takes what it has.
@@ -143,14 +144,6 @@ pub fn shade(share: f64) -> RGBColor {
     let (low, high) = ([49.0, 84.0, 150.0], [250.0, 244.0, 200.0]);
     let mix = |k: usize| (low[k] + share * (high[k] - low[k])) as u8;
     RGBColor(mix(0), mix(1), mix(2))
-}
-
-/// `-3` as `10⁻³`.
-pub fn power_of_ten(exponent: i32) -> String {
-    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let of = |c: char| c.to_digit(10).map_or('⁻', |d| digits[d as usize]);
-    let power: String = exponent.to_string().chars().map(of).collect();
-    format!("10{power}")
 }
 
 /// `10⁻³`, or `2·10⁻³`.

@@ -1,8 +1,10 @@
 //! What `verify` says first and last: which code does what differently, and every case in a line.
 
-use super::model::{Table, table, word};
+use super::model::{Table, count, joined, short, table, word};
+use super::number::place;
 use super::verify::label;
-use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
+use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Settled, VerifyOutcome};
+use crate::run::RESIDUAL_TOLERANCE;
 use crate::why::Diagnosis;
 use faceoff_judge::Verdict;
 
@@ -10,7 +12,7 @@ use faceoff_judge::Verdict;
 pub(super) fn culprit(outcome: &VerifyOutcome) -> Option<(&CaseOutcome, &EngineOutcome)> {
     let cases = outcome.cases.iter();
     let all = cases.flat_map(|case| case.engines.iter().map(move |engine| (case, engine)));
-    let failed = all.filter(|(_, engine)| engine.verdict != Verdict::Agree);
+    let failed = all.filter(|(_, engine)| !engine.verdict.passes());
     failed.min_by_key(|(_, engine)| {
         let found = engine.findings.as_ref();
         let unexplained = found.is_none_or(|found| !found.is_of_scheme());
@@ -21,8 +23,13 @@ pub(super) fn culprit(outcome: &VerifyOutcome) -> Option<(&CaseOutcome, &EngineO
 /// The verdict; and if it is no agreement, which code does what differently, where, and what the others make of it.
 pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> String {
     let verdict = word(outcome.verdict);
-    if outcome.verdict == Verdict::Agree {
-        return verdict.into();
+    match outcome.verdict {
+        Verdict::Agree => return verdict.into(),
+        Verdict::Conditioned | Verdict::Several => {
+            let why = settled(outcome);
+            return joined([verdict.to_owned()].into_iter().chain(why), ": ");
+        }
+        _ => {}
     }
     let Some((case, engine)) = culprit(outcome) else {
         let failed = outcome.failures.first();
@@ -38,7 +45,7 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
                     label(case)
                 )
             }
-            (None, None) => "methods differ by more than their certified bounds".into(),
+            (None, None) => "the certified bounds of two methods do not fit together".into(),
         };
         return format!("{verdict}: {why}");
     };
@@ -46,35 +53,99 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
     let what = match &engine.findings {
         Some(found) if !found.solves() => found.sentence(),
         _ if !engine.finite => "its values are not finite".into(),
+        _ if engine.residual <= RESIDUAL_TOLERANCE => format!(
+            "it says that it did not converge in {} steps, though it solves the scheme to {}",
+            engine.iterations,
+            short(engine.residual)
+        ),
         _ => format!("it did not converge in {} steps", engine.iterations),
     };
     let others = case.pairs.iter().filter(|p| p.a != *name && p.b != *name);
     let apart = others.clone().map(|p| p.field.max_rel).reduce(f64::max);
     let others = match (apart, others.map(|p| p.field.verdict).max()) {
-        (Some(apart), Some(Verdict::Agree)) => {
-            let count = case.engines.len() - 1;
-            let count = if count == 2 {
-                "two".into()
-            } else {
-                count.to_string()
+        (Some(apart), Some(verdict)) if verdict.passes() => {
+            let others = match case.engines.len() - 1 {
+                2 => "two".into(),
+                others => others.to_string(),
             };
-            format!("; the other {count} agree to {apart:.1e}")
+            format!("; the other {others} agree to {apart:.1e}")
         }
         _ => String::new(),
     };
     let failed = outcome.cases.iter().filter(|case| {
         let mut of = case.engines.iter().filter(|e| e.engine == *name);
-        of.any(|e| e.verdict != Verdict::Agree)
+        of.any(|e| !e.verdict.passes())
     });
     let (failed, all) = (failed.count(), outcome.cases.len());
     let in_how_many = match all {
         1 => String::new(),
         _ => format!("; it fails in {failed} of {all} cases"),
     };
+    let silent = outcome
+        .failures
+        .iter()
+        .map(|failure| failure.engine.clone());
+    let silent = match joined(silent, ", ") {
+        none if none.is_empty() => none,
+        silent => format!("; no answer from {silent}"),
+    };
     format!(
-        "{verdict}: {name}: {what}{others} ({}{in_how_many})",
+        "{verdict}: {name}: {what}{others}{silent} ({}{in_how_many})",
         label(case)
     )
+}
+
+/// Why answers that solve their scheme differ, if that is all that is to be said: of the case where they do most.
+pub(super) fn settled(outcome: &VerifyOutcome) -> Option<String> {
+    if !matches!(outcome.verdict, Verdict::Conditioned | Verdict::Several) {
+        return None;
+    }
+    let with = outcome
+        .cases
+        .iter()
+        .filter(|case| case.verdict == outcome.verdict);
+    let farthest = |case: &CaseOutcome| most(case.pairs.iter().map(|p| p.field.max_rel));
+    let case = with.max_by(|a, b| farthest(a).total_cmp(&farthest(b)))?;
+    let two = |settled: &&Settled| settled.several.is_some() == (case.verdict == Verdict::Several);
+    let settled = case.settled.iter().filter(two);
+    let tolerance = |s: &Settled| s.conditioning.worst().map_or(0.0, |part| part.tolerance);
+    let settled = settled.max_by(|a, b| tolerance(a).total_cmp(&tolerance(b)))?;
+    let (a, b, about) = (&settled.a, &settled.b, label(case));
+    if let Some(several) = &settled.several {
+        let mesh = &case.setup.mesh;
+        let face = several.faces.first().map(|face| {
+            let at = place(&mesh.face_midpoint(*face)[..mesh.dim]);
+            format!(", first on face {:?} at {at}", mesh.face(*face))
+        });
+        let unique = several
+            .unique_above
+            .map(|gamma0| format!("; with gamma0 above {} there is one only", short(gamma0)));
+        return Some(format!(
+            "{a} and {b} have found two solutions of the same scheme, {} of max|u| apart: contact differs at {}{} ({} of {} choices \
+                 of contact there solve it){}; no code is wrong ({about})",
+            short(several.apart),
+            count(several.differing, "point"),
+            face.unwrap_or_default(),
+            several.found,
+            several.tried,
+            unique.unwrap_or_default(),
+        ));
+    }
+    let part = settled.conditioning.worst()?;
+    let [of_a, of_b] = part.residuals.map(short);
+    Some(format!(
+        "the answers differ by {} of max|u|, and rounding alone may move them by {}: condition {} times residuals {of_a} and {of_b} \
+                 of {a} and {b} ({about})",
+        short(farthest(case)),
+        short(part.tolerance),
+        short(part.condition),
+    ))
+}
+
+/// The largest, 0 of none; what is not a number is larger than any.
+fn most(numbers: impl Iterator<Item = f64>) -> f64 {
+    let sizes = numbers.map(f64::abs);
+    sizes.max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
 /// So many cases fit into a dozen lines.
@@ -82,34 +153,27 @@ const CASES: usize = 8;
 
 /// A line a case, those that are farthest from agreement first where they are too many.
 pub(super) fn overview(outcome: &VerifyOutcome) -> Table {
-    let largest = |case: &CaseOutcome| {
-        case.pairs
-            .iter()
-            .map(|p| p.field.max_rel)
-            .fold(0.0, f64::max)
-    };
+    let largest = |case: &CaseOutcome| most(case.pairs.iter().map(|p| p.field.max_rel));
     let excess = |case: &CaseOutcome| {
-        let of = case
-            .pairs
-            .iter()
-            .map(|p| p.field.max_rel / p.field.tolerance);
-        of.fold(0.0, f64::max)
+        let of = case.pairs.iter();
+        most(of.map(|p| p.field.max_rel / p.field.tolerance))
     };
-    let residual = |case: &CaseOutcome| case.engines.iter().map(|e| e.residual).fold(0.0, f64::max);
+    let residual = |case: &CaseOutcome| most(case.engines.iter().map(|e| e.residual));
     let mut cases: Vec<&CaseOutcome> = outcome.cases.iter().collect();
     let more = cases.len().saturating_sub(CASES);
     if more > 0 {
         cases.sort_by(|a, b| {
-            (b.verdict, excess(b))
-                .partial_cmp(&(a.verdict, excess(a)))
-                .unwrap_or(std::cmp::Ordering::Equal)
+            let by_verdict = b.verdict.cmp(&a.verdict);
+            by_verdict.then(excess(b).total_cmp(&excess(a)))
         });
         cases.truncate(CASES);
     }
     let caption = match more {
         0 => String::new(),
         more => {
-            format!("The {CASES} cases that are farthest from agreement; {more} more by --verbose")
+            format!(
+                "The {CASES} cases that are farthest from agreement; {more} more with --verbose"
+            )
         }
     };
     table!(caption, cases, |case|

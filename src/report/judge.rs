@@ -6,12 +6,16 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::certified::Certified;
+use super::culprit::{claim, equations};
+use super::html::{self, Along, Html, Put};
 use super::json::csv;
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, place, short, table, word};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, short, table, word};
+use super::number::{place, size, whole};
 use crate::engine::Case;
 use crate::run::foreign::Understood;
 use crate::why::{self, Explanation, FaceGamma, Findings, Spot, TermRows};
 use faceoff_fem::certify::{Certificate, Target};
+use faceoff_fem::contact::face_fields;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
@@ -36,6 +40,11 @@ pub struct Judgement {
 }
 
 impl Judgement {
+    /// The file without its folders.
+    fn name(&self) -> &str {
+        self.result.rsplit('/').next().unwrap_or(&self.result)
+    }
+
     pub fn new(
         result: &Path,
         case: &Case,
@@ -95,19 +104,45 @@ pub fn judge<'a>(
         (Some(c), _) => c.sentence(),
         (_, because) => format!("none, because {}", because.as_deref().unwrap_or_default()),
     };
-    report.blocks = vec![Block::facts([
-        ("understood as", told.understood.sentence()),
-        ("written", found.written.words()),
-        ("residual", residual(found)),
-        ("certificate", certificate),
-    ])];
+    let name = told.name();
+    let of = format!("{}, {}", told.scene, told.method);
+    report.claim = match told.verdict {
+        Verdict::Agree => format!("**{name}** solves the scheme, to rounding"),
+        _ => claim(name, found),
+    };
+    report.lede = match told.verdict {
+        Verdict::Agree => format!(
+            "All **{} equations** of {of} hold: the largest residual is {}. Proved besides: {}.",
+            whole(found.rows),
+            size(found.residual),
+            told.certificate
+                .as_ref()
+                .map_or(certificate.clone(), Certified::brief)
+        ),
+        _ => equations(found, &of),
+    };
+    report.next = next(told);
+    report.notes = vec![format!(
+        "Scheme: Burman, Hansbo, Larson 2017, (3.2) and (2.4); γ = {} h. Residual: of each row over the sum of the sizes of its terms. The \
+         field was read as {}, written {}.",
+        case.problem.discretisation.gamma0(),
+        told.understood.sentence(),
+        found.written.words()
+    )];
+    let told_facts = || {
+        Block::facts([
+            ("understood as", told.understood.sentence()),
+            ("written", found.written.words()),
+            ("residual", residual(found)),
+            ("certificate", certificate.clone()),
+        ])
+    };
+    let mut terminal = vec![told_facts()];
     if found.failing > 0 {
-        report
-            .blocks
-            .extend([worst(&found.worst).into(), terms(&found.terms).into()]);
+        terminal.extend([worst(&found.worst).into(), terms(&found.terms).into()]);
     }
     if !found.explanations.is_empty() {
-        report.blocks.push(tried(&found.explanations).into());
+        terminal.push(tried(&found.explanations).into());
     }
     let off = |g: &&FaceGamma| {
         g.factor
@@ -115,15 +150,49 @@ pub fn judge<'a>(
     };
     let off: Vec<&FaceGamma> = found.gamma.iter().filter(off).collect();
     if !off.is_empty() {
-        report.blocks.push(Block::Terminal(vec![
-            gamma(off.into_iter().take(FACES)).into(),
-        ]));
+        terminal.push(gamma(off.into_iter().take(FACES)).into());
     }
+    report.lead.push(Block::Html(Box::new(move || {
+        let put = Put::new(name, &case.problem, u, Some(&told.findings));
+        Ok(html::cause(
+            &put,
+            &format!("{}, {}", told.scene, told.method),
+        ))
+    })));
+    let mut page: Vec<Block> = Vec::new();
+    page.push(Block::Html(Box::new(move || Ok(along(told, case, u)))));
+    if !found.explanations.is_empty() {
+        let words = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
+        page.extend([
+            Block::Heading(2, "What was tried".into()),
+            Block::Text(words.into()),
+        ]);
+        page.push(Block::Html(Box::new(move || {
+            Ok(html::tried(
+                &told.findings.explanations,
+                told.findings.limit,
+            ))
+        })));
+    }
+    let mut rest = vec![told_facts()];
+    if found.failing > 0 {
+        rest.push(Block::Html(Box::new(move || {
+            let put = Put::new(name, &case.problem, u, Some(&told.findings));
+            Ok(html::by_term(&put, &told.scene))
+        })));
+        rest.extend([worst(&found.worst).into(), terms(&found.terms).into()]);
+    }
+    page.push(Block::Folded(
+        "Rows and terms · how the file was understood, and what its rows are made of".into(),
+        rest,
+    ));
     if !found.gamma.is_empty() {
-        let all = gamma(&found.gamma).into();
-        let fold = Block::Folded("γ on every contact face".into(), vec![all]);
-        report.blocks.push(Block::Page(vec![fold]));
+        page.push(Block::Folded(
+            "γ on every contact face".into(),
+            vec![gamma(&found.gamma).into()],
+        ));
     }
+    report.blocks = vec![Block::Terminal(terminal), Block::Page(page)];
     report.file("rows.csv", || rows(told, case, u));
     let test = TestCase {
         title: Some(format!("{} does not solve {}", told.result, told.scene)),
@@ -136,6 +205,59 @@ pub fn judge<'a>(
     };
     report.suites.push(Suite::new(&told.result, [test]));
     Ok(report)
+}
+
+/// What happens on Γ_C of a plane mesh.
+fn along(told: &Judgement, case: &Case, u: &[f64]) -> Html {
+    let problem = &case.problem;
+    let fields = [face_fields(problem, u, told.name())];
+    let puts = [Put::new(told.name(), problem, u, Some(&told.findings))];
+    let faulty = (!told.verdict.passes()).then(|| told.name());
+    let along = Along {
+        problem,
+        fields: &fields,
+        puts: &puts,
+        differences: Vec::new(),
+        tolerance: told.findings.limit,
+        faulty: faulty.into_iter().collect(),
+    };
+    let drawn = along.figure("");
+    match drawn == Html::default() {
+        true => drawn,
+        false => html::titled("Along Γ_C", drawn),
+    }
+}
+
+/// What to do about a field that does not solve.
+fn next(told: &Judgement) -> Vec<Todo> {
+    if told.verdict.passes() {
+        return Vec::new();
+    }
+    let found = &told.findings;
+    let none: [&str; 0] = [];
+    let culprit = found.culprit();
+    let mut suspects = found.terms.iter().filter(|t| t.suspect).map(|t| t.term);
+    let term = culprit.and_then(|c| c.term).or_else(|| suspects.next());
+    let mut steps = Vec::new();
+    steps.extend(term.map(|term| {
+        Todo::new(
+            format!("Look where the code assembles **{}**.", why::name(term)),
+            none,
+        )
+    }));
+    let scene = &told.scene;
+    steps.push(Todo::new(
+        "Hold against it what this program finds:",
+        [format!(
+            "faceoff solve {scene} --method {} --out u.vtu",
+            told.method
+        )],
+    ));
+    steps.push(Todo::new(
+        "Every row with its terms is in `rows.csv`, beside this page.",
+        none,
+    ));
+    steps
 }
 
 /// So many faces a terminal has room for.

@@ -27,8 +27,8 @@ fn counts<'a>(cases: impl Iterator<Item = &'a TestCase>) -> [String; 3] {
     for case in cases {
         counts[0] += 1;
         match case.verdict {
-            Verdict::Agree => {}
-            Verdict::Disagree => counts[1] += 1,
+            Verdict::Agree | Verdict::Conditioned => {}
+            Verdict::Several | Verdict::Disagree => counts[1] += 1,
             Verdict::Undetermined => counts[2] += 1,
         }
     }
@@ -111,12 +111,12 @@ fn write_case(writer: &mut Writer<Vec<u8>>, case: &TestCase) -> io::Result<()> {
         ("time", &seconds),
     ]);
     let kind = match case.verdict {
-        Verdict::Agree => {
+        Verdict::Agree | Verdict::Conditioned => {
             element.write_empty()?;
             return Ok(());
         }
-        Verdict::Disagree => ("failure", "disagree"),
-        Verdict::Undetermined => ("error", "undetermined"),
+        Verdict::Undetermined => ("error", case.verdict.word()),
+        Verdict::Several | Verdict::Disagree => ("failure", case.verdict.word()),
     };
     let message = clean(&case.message);
     element.write_inner_content(|writer| {

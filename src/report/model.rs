@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::drawing::Picture;
 use super::html::Html;
 use super::json::document;
+use super::number::{number, whole};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
@@ -20,9 +21,17 @@ pub struct Report<'a> {
     pub verdict: Option<(Verdict, &'static str)>,
     /// The answer in one sentence, or in the verdict's word.
     pub headline: String,
-    /// What stands beside the answer at the top of the page.
+    /// The same as the page says it, without place and digits; **…** encloses what it is about. Where it is empty, the
+    /// headline.
+    pub claim: String,
+    /// What the answer rests on, in three lines.
+    pub lede: String,
+    /// What shows it, beside what to do next.
     pub lead: Vec<Block<'a>>,
+    pub next: Vec<Todo>,
     pub blocks: Vec<Block<'a>>,
+    /// By which methods, and what numbers mean: the foot of the page.
+    pub notes: Vec<String>,
     /// Engines and their versions.
     pub engines: Vec<(String, String)>,
     /// Digests of meshes, by name.
@@ -37,10 +46,16 @@ pub struct Report<'a> {
     pub json: String,
 }
 
+/// What to do next, and what one would type to do it.
+pub struct Todo {
+    pub words: String,
+    pub commands: Vec<String>,
+}
+
 /// Writes into a folder.
 pub type Write<'a> = Box<dyn Fn(&Path) -> Result<()> + 'a>;
 
-/// A part of a report. In texts, `…` encloses what one would type.
+/// A part of a report. In texts, `…` encloses what one would type, and **…** what stands out on a page.
 pub enum Block<'a> {
     /// From 2, the largest.
     Heading(u8, String),
@@ -125,8 +140,12 @@ impl<'a> Report<'a> {
             title: title.to_owned(),
             verdict: None,
             headline: headline.into(),
+            claim: String::new(),
+            lede: String::new(),
             lead: Vec::new(),
+            next: Vec::new(),
             blocks: Vec::new(),
+            notes: Vec::new(),
             engines: Vec::new(),
             digests: Vec::new(),
             inputs: Vec::new(),
@@ -189,6 +208,18 @@ impl Table {
             }
         }
         numbers > words
+    }
+}
+
+impl Todo {
+    pub fn new<S: Into<String>>(
+        words: impl Into<String>,
+        commands: impl IntoIterator<Item = S>,
+    ) -> Self {
+        Todo {
+            words: words.into(),
+            commands: commands.into_iter().map(Into::into).collect(),
+        }
     }
 }
 
@@ -278,7 +309,7 @@ macro_rules! cell_from {
 cell_from! {
     // Three digits.
     f64: value => Cell::Number(value, short(value));
-    usize: value => Cell::Number(value as f64, value.to_string());
+    usize: value => Cell::Number(value as f64, whole(value));
     String: text => Cell::Text(text);
     &String: text => Cell::Text(text.clone());
     &str: text => Cell::Text(text.to_owned());
@@ -292,20 +323,9 @@ impl<T: Into<Cell>> From<Option<T>> for Cell {
     }
 }
 
-/// Three digits: `0.123`, `1.23e-4`; 0 is `0`, and what is not finite a dash.
+/// Three digits: `0.123`, `1.23 · 10⁻⁴`; 0 is `0`, and what is not finite a dash.
 pub fn short(value: f64) -> String {
-    if !value.is_finite() {
-        return "–".into();
-    }
-    let text = format!("{value:.2e}");
-    let power = text
-        .split_once('e')
-        .and_then(|(_, power)| power.parse::<i32>().ok());
-    match power {
-        _ if value == 0.0 => "0".into(),
-        Some(power @ -1..=2) => format!("{value:.*}", (2 - power) as usize),
-        _ => text,
-    }
+    number(value, 3)
 }
 
 /// All digits.
@@ -335,17 +355,7 @@ pub fn duration(seconds: f64) -> Cell {
 }
 
 pub fn word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Agree => "agree",
-        Verdict::Disagree => "disagree",
-        Verdict::Undetermined => "undetermined",
-    }
-}
-
-/// `(0.5000, 0.2500)`
-pub fn place(x: &[f64]) -> String {
-    let x: Vec<String> = x.iter().map(|x| format!("{x:.4}")).collect();
-    format!("({})", x.join(", "))
+    verdict.word()
 }
 
 /// Words with something between them.
@@ -367,14 +377,19 @@ mod tests {
     fn numbers_have_three_digits_and_zero_is_zero() {
         assert_eq!(short(0.0), "0");
         assert_eq!(short(-0.0), "0");
-        assert_eq!(short(-1.2345e-7), "-1.23e-7");
-        let values = [0.09996, 0.12345, 9.996, 123.4, 999.6, 1234.5];
-        let texts = ["0.100", "0.123", "10.0", "123", "1.00e3", "1.23e3"];
+        let values = [0.09996, 0.12345, 9.996, 123.4, 999.6];
+        let texts = ["0.100", "0.123", "10.0", "123", "1\u{202f}000"];
         assert_eq!(values.map(short), texts);
         assert_eq!([f64::NAN, f64::INFINITY].map(short), ["–", "–"]);
         assert_eq!(Cell::fixed(-0.0, 2).text(), "0.00");
         let shares = [0.0, 1.23456, 0.123456, 1.23456e-4, 1.23456e-6];
-        let texts = ["0 %", "123 %", "12.3 %", "0.0123 %", "1.23e-4 %"];
+        let texts = [
+            "0 %",
+            "123 %",
+            "12.3 %",
+            "0.0123 %",
+            "1.23\u{202f}·\u{202f}10⁻⁴ %",
+        ];
         assert_eq!(shares.map(percent), texts);
     }
 

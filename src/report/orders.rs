@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
+use super::html::{self, Html, Line};
 use super::model::{Block, Cell, Report, Table, count, joined, table};
 use crate::campaigns::orders::{Limit, Orders, Reach};
+use crate::engine::unique;
 use crate::run::Observed;
 use faceoff_fem::contact::Errors;
 use faceoff_mesh::error::Result;
@@ -44,6 +46,42 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         let theory = o.theory.as_ref().map(|t| ("≥ ", t.l2, t.l2_limited_by));
         (&o.l2, theory, o.l2_verdict, |e| e.l2)
     });
+    let below: Vec<String> = all
+        .iter()
+        .filter(|o| [o.h1_verdict, o.l2_verdict].contains(&Some(Reach::Below)))
+        .map(|o| format!("{} by {}", o.scene, o.method))
+        .collect();
+    let known = verdicts.clone().count();
+    report.claim = match (known, &below[..]) {
+        (0, _) => "Observed orders, of which no theory is known".into(),
+        (_, []) => format!(
+            "**{} of {}** as theory has them",
+            of(Reach::AsTheory),
+            count(known, "order")
+        ),
+        (_, some) => format!(
+            "**{}** below theory: {}",
+            count(some.len(), "order"),
+            some.join(", ")
+        ),
+    };
+    report.lede = match known {
+        0 => String::new(),
+        _ => match (of(Reach::NotSettled), of(Reach::Below)) {
+            (0, 0) => "None is below theory, and all are settled on these meshes.".into(),
+            (open, below) => {
+                format!("{open} are not settled on these meshes, {below} are below theory.")
+            }
+        },
+    };
+    report.notes.push("Errors are relative to the norms of u; an order is the slope between two meshes, the fit that of the last ones.".into());
+    report
+        .lead
+        .push(Block::Html(Box::new(move || Ok(figures(all)))));
+    report.blocks.push(Block::Page(vec![Block::Heading(
+        2,
+        "One row per scene and method".into(),
+    )]));
     report.blocks.extend([h1.into(), l2.into()]);
     let levels = all
         .iter()
@@ -61,6 +99,38 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
     let folded = Block::Folded("Every mesh".into(), vec![levels.into()]);
     report.blocks.push(Block::Page(vec![folded]));
     Ok(report)
+}
+
+/// A norm: its name, an error in it, and the order that fits.
+type Norm = (&'static str, fn(&Errors) -> f64, fn(&Orders) -> Option<f64>);
+
+/// For each scene the errors of its methods in both norms.
+fn figures(all: &[Orders]) -> Html {
+    let scenes = unique(all.iter().map(|o| &*o.scene));
+    let norms: [Norm; 2] = [
+        ("H¹", |e| e.h1, |o| o.h1.fit),
+        ("L²", |e| e.l2, |o| o.l2.fit),
+    ];
+    let pictures = scenes.into_iter().flat_map(|scene| {
+        norms.map(|(norm, error, fit)| {
+            let of = all.iter().filter(|o| o.scene == scene);
+            let lines = of.map(|o| Line {
+                name: o.method.clone(),
+                errors: o
+                    .levels
+                    .iter()
+                    .filter(|l| l.converged)
+                    .map(|l| (l.n, error(&l.errors)))
+                    .collect(),
+                order: fit(o),
+            });
+            html::errors(
+                &lines.collect::<Vec<_>>(),
+                &format!("**{scene}, {norm}**: the relative error over n, and the order that fits"),
+            )
+        })
+    });
+    html::in_thirds(pictures.filter(|picture| *picture != Html::default()))
 }
 
 type Order<'a> = (

@@ -33,6 +33,20 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
         of(None)
     );
     let mut report = Report::new("paper", QUESTION, headline, outcome)?;
+    report.claim = format!(
+        "**{} of {}** of the paper hold{}",
+        of(Some(true)),
+        count(outcome.statements.len(), "statement"),
+        match of(None) {
+            0 => String::new(),
+            some => format!(", {some} cannot be told"),
+        }
+    );
+    report.lede = format!(
+        "Section 6 of Burman, Hansbo, Larson (2017) again: {}, P2 on {1} × {1} as the reference, and beside it the mesh-free solution.",
+        count(outcome.examples.len(), "example"),
+        outcome.fine
+    );
     report.blocks.push(Block::Text(format!(
         "The penalty-free method on CR (`cr`), γ = {} h with h the cells' diameter, on Union-Jack meshes of n × n squares; errors relative \
          to the norms of u: H¹ is ‖∇(u-u_h)‖_h/‖∇u‖. The reference is P2 on {1} × {1} as in the paper, and beside it the mesh-free solution. \

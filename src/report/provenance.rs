@@ -1,13 +1,33 @@
 //! Where a report comes from.
 
 use std::fs;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::sync::OnceLock;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use super::model::{Report, joined};
+use super::model::{Report, count, joined};
+use super::number::number;
 use crate::engine::{Machine, typed};
 
-/// Program, command, machine, date, engines and digests, by name.
-pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
+/// When the command began.
+static BEGUN: OnceLock<Instant> = OnceLock::new();
+
+/// From now on the time counts that the page says it took.
+pub(super) fn begin() {
+    BEGUN.get_or_init(Instant::now);
+}
+
+/// What a page says of where it comes from.
+pub(super) struct Provenance {
+    /// As it was typed.
+    pub command: String,
+    /// What everybody reads.
+    pub line: Vec<String>,
+    /// All of it, by name.
+    pub all: Vec<(String, String)>,
+}
+
+/// Program, command, machine, date, engines and digests.
+pub(super) fn provenance(report: &Report) -> Provenance {
     let machine = Machine::here();
     let build = match machine.optimised {
         true => "",
@@ -16,24 +36,35 @@ pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
     let memory = machine.memory_mb;
     let memory = memory.map_or(String::new(), |mb| format!(", {:.0} GB", mb / 1024.0));
     let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let kernel = fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
     let processor = match &*machine.processor {
         "" => "unknown processor",
         known => known,
     };
     let (name, system, threads) = (host.trim(), machine.system, machine.threads);
-    let host = format!("{name} ({system}, {processor}, {threads} threads{memory})");
-    let command = typed();
-    let mut facts = vec![
-        ("faceoff".to_owned(), format!("{}{build}", machine.version)),
-        ("command".to_owned(), format!("`faceoff {command}`")),
-        ("host".to_owned(), host),
-        ("date".to_owned(), date(SystemTime::now())),
-    ];
-    let engines = report.engines.iter();
-    let engines = joined(engines.map(|(name, v)| format!("{name} {v}")), ", ");
-    if !engines.is_empty() {
-        facts.push(("engines".to_owned(), engines));
-    }
+    let (date, took) = (
+        date(SystemTime::now()),
+        BEGUN.get().map(|begun| took(begun.elapsed().as_secs_f64())),
+    );
+    let engine = |(name, version): &(String, String)| format!("{name} **{version}**");
+    let engines = joined(report.engines.iter().map(engine), ", ");
+    let mut line = vec![date.clone()];
+    line.extend(took.iter().map(|took| format!("took {took}")));
+    line.push(format!("faceoff **{}**", machine.version));
+    line.extend((!engines.is_empty()).then(|| engines.clone()));
+    line.push(format!(
+        "on **{name}**, {system}, {}",
+        count(threads, "thread")
+    ));
+    let mut all = vec![("faceoff".to_owned(), format!("{}{build}", machine.version))];
+    let host = format!(
+        "{name} ({system} {}, {processor}, {}{memory})",
+        kernel.trim(),
+        count(threads, "thread")
+    );
+    all.extend([("host".to_owned(), host), ("date".to_owned(), date)]);
+    all.extend(took.map(|took| ("took".to_owned(), took)));
+    all.extend((!engines.is_empty()).then(|| ("engines".to_owned(), engines)));
     let inputs = report.inputs.iter().map(|path| {
         let digest = faceoff_mesh::file::read(path)
             .map_or("it cannot be read again".into(), |bytes| {
@@ -41,9 +72,35 @@ pub(super) fn provenance(report: &Report) -> Vec<(String, String)> {
             });
         (path.display().to_string(), digest)
     });
-    let digests = report.digests.iter().cloned().chain(inputs);
-    facts.extend(digests.map(|(name, digest)| (format!("digest of {name}"), digest)));
-    facts
+    let digests: Vec<(String, String)> = report.digests.iter().cloned().chain(inputs).collect();
+    let mut known: Vec<&str> = digests
+        .iter()
+        .map(|(_, digest)| &**digest)
+        .filter(|d| !d.contains(' '))
+        .collect();
+    known.dedup();
+    if let [first, rest @ ..] = &known[..] {
+        let more = if rest.is_empty() { "" } else { ", …" };
+        line.push(format!("digest `{}`{more}", &first[..first.len().min(8)]));
+    }
+    all.extend(
+        digests
+            .into_iter()
+            .map(|(name, digest)| (format!("digest of {name}"), format!("`{digest}`"))),
+    );
+    Provenance {
+        command: format!("faceoff {}", typed()),
+        line,
+        all,
+    }
+}
+
+/// `0.4 s`, `4 min 24 s`
+fn took(seconds: f64) -> String {
+    match seconds {
+        s if s < 60.0 => format!("{} s", number(s, 2)),
+        s => format!("{:.0} min {:.0} s", (s / 60.0).floor(), s % 60.0),
+    }
 }
 
 /// `2026-11-22 04:02 UTC`

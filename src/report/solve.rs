@@ -4,15 +4,19 @@ use serde::Serialize;
 
 use super::certified::Certified;
 use super::html;
-use super::model::{Block, Cell, Report, count, joined, percent, short, table};
+use super::model::{Block, Cell, Report, Todo, count, joined, percent, short, table};
+use super::number::{number, place, size, trimmed, whole};
 use crate::engine::{self, Case, Explanation};
 use crate::run::RESIDUAL_TOLERANCE;
 use faceoff_fem::adapt::{Step, Way};
 use faceoff_fem::certify::Certificate;
-use faceoff_fem::contact::{ContactSet, Ended, Errors, Iteration, face_fields, quantities};
+use faceoff_fem::contact::{
+    ContactSet, Doubt, Ended, Errors, Iteration, doubt, face_fields, quantities,
+};
 use faceoff_fem::known::Truth;
 use faceoff_fem::linear::Choice;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Triangulation;
 
 /// The answer, as scripts read it.
 #[derive(Serialize)]
@@ -43,6 +47,9 @@ pub struct Answer {
     step: usize,
     /// Backward error of the scheme.
     residual: f64,
+    /// What stands between the scheme and exactly one solution, if that is not shown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uniqueness: Option<Doubt>,
     grad_norm_sq: f64,
     l2_norm: f64,
     contact_flux: f64,
@@ -130,6 +137,7 @@ impl Answer {
             step: answer.step,
             linear: history.map(|h| h.linear),
             residual: answer.residual,
+            uniqueness: doubt(&case.problem),
             grad_norm_sq: values.grad_norm_sq,
             l2_norm: values.l2_norm,
             contact_flux: values.contact_flux,
@@ -157,6 +165,34 @@ impl Answer {
 
     pub fn is_finite(&self) -> bool {
         self.grad_norm_sq.is_finite()
+    }
+
+    /// Why there may be other solutions of the same scheme.
+    pub fn doubt(&self, mesh: &Triangulation) -> Option<String> {
+        let on = |face: usize| {
+            let at = place(&mesh.face_midpoint(face)[..mesh.dim]);
+            format!("face {:?} at {at}", mesh.face(face))
+        };
+        let why = match self.uniqueness? {
+            Doubt::GammaTooSmall { face, factor, .. } => format!(
+                "on this mesh Proposition 4.2 holds for gamma0 above {}, and it is {} (first on {}): raise gamma0, or take \
+                 `midpoint` for the rule on the contact side, which has one for every gamma0",
+                short(factor * self.gamma0),
+                short(self.gamma0),
+                on(face)
+            ),
+            Doubt::GammaTooLarge { face, factor, .. } => format!(
+                "on this mesh there is one for gamma0 below {}, and it is {} (first on {}): lower gamma0, or take theta1 = 1",
+                short(factor * self.gamma0),
+                short(self.gamma0),
+                on(face)
+            ),
+            Doubt::NoTheorem => format!("no condition is known for {}", self.method),
+            Doubt::Floating => {
+                "a part of the domain is held by nothing, and its load is balanced".to_owned()
+            }
+        };
+        Some(format!("the scheme may have several solutions: {why}"))
     }
 
     /// Does the scheme's residual bear out what another code says of its convergence? One whose factorisation failed may
@@ -245,9 +281,55 @@ pub fn solve<'a>(
     }
     let taken = format!("{:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
     facts.push(("taken", taken));
+    report.claim = match a.converged {
+        true => format!(
+            "{} is **solved** by {} in {}",
+            a.scene,
+            a.method,
+            count(a.iterations, "step")
+        ),
+        false => format!(
+            "{} is **not solved**: the tolerance is not reached in {}",
+            a.scene,
+            count(a.iterations, "step")
+        ),
+    };
+    let proved = a
+        .certificate
+        .as_ref()
+        .map_or(String::new(), |c| format!(" Proved: {}.", c.brief()));
+    report.lede = format!(
+        "{} unknowns, a residual of **{}**; contact on {}.{proved}",
+        whole(a.dofs),
+        size(a.residual),
+        contact(&a.contact_set)
+    );
+    if !a.converged {
+        report.next = vec![Todo::new(
+            "Allow it more steps:",
+            [format!(
+                "faceoff {} --max-iterations {}",
+                engine::typed(),
+                4 * a.iterations.max(25)
+            )],
+        )];
+    }
+    let (pictures, told) = (about.clone(), facts.clone());
+    report.lead.push(Block::Html(Box::new(move || {
+        let increments = [(a.engine.as_str(), a.increments.as_slice())];
+        let newton = html::newton(
+            &increments,
+            &[],
+            None,
+            "**The iteration.** Relative broken H¹ norm of the increment of each step",
+        );
+        let [u, newton] =
+            [html::solution(&case.problem, u, &pictures), newton].map(|of| ("c4 half", of));
+        Ok(html::beside([u, newton, ("c4", html::known(&told))]))
+    })));
     let lines = a.explanation.iter().flat_map(Explanation::lines);
     let of = Block::Text(about.clone());
-    report.blocks = vec![Block::Terminal(vec![of]), Block::facts(facts)];
+    report.blocks = vec![Block::Terminal(vec![of, Block::facts(facts)])];
     report.blocks.extend(lines.map(Block::Text));
     let caption = "The meshes on the way to the accuracy";
     let steps = table!(caption, a.meshes.iter().flatten(), |step|
@@ -257,15 +339,24 @@ pub fn solve<'a>(
         "certified to" => Cell::Number(step.relative, percent(step.relative)),
         "seconds" => Cell::fixed(step.seconds, 2),
     );
-    let mut page = Vec::new();
+    let mut page: Vec<Block> = a.doubt(mesh).map(Block::Text).into_iter().collect();
     page.extend((!steps.rows.is_empty()).then(|| steps.into()));
     page.push(Block::Html(Box::new(move || {
+        let put = [html::Put::new(&a.engine, &case.problem, u, None)];
         let fields = [face_fields(&case.problem, u, &a.engine)];
-        let increments = [(a.engine.as_str(), a.increments.as_slice())];
-        Ok(html::Html::from([
-            html::on_contact(&fields, mesh, &about)?,
-            html::histories(&increments, &about)?,
-        ]))
+        let along = html::Along {
+            problem: &case.problem,
+            fields: &fields,
+            puts: &put,
+            differences: Vec::new(),
+            tolerance: RESIDUAL_TOLERANCE,
+            faulty: Vec::new(),
+        };
+        let drawn = along.figure("");
+        Ok(match drawn == html::Html::default() {
+            true => drawn,
+            false => html::titled("Along Γ_C", drawn),
+        })
     })));
     report.blocks.push(Block::Page(page));
     report.files.push(Box::new(move |folder| {
@@ -286,13 +377,14 @@ pub fn words_of(way: Way) -> &'static str {
 fn contact(set: &ContactSet) -> String {
     match set {
         ContactSet::Zones(zones) if !zones.faces.is_empty() => format!(
-            "an area of {:.6} in {} zones on {} faces",
+            "an area of {:.6} in {} on {}",
             zones.area,
-            zones.zones,
-            zones.faces.len()
+            count(zones.zones, "zone"),
+            count(zones.faces.len(), "face")
         ),
         ContactSet::Runs(runs) if !runs.is_empty() => {
-            let run = |[from, to]: &[f64; 2]| format!("[{from:.6}, {to:.6}]");
+            let end = |x: f64| trimmed(&number(x, 6));
+            let run = |[from, to]: &[f64; 2]| format!("[{}, {}]", end(*from), end(*to));
             joined(runs.iter().map(run), " ")
         }
         _ => "nothing".into(),

@@ -41,6 +41,15 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     };
     let mut report = Report::new("stress", "faceoff stress: what breaks?", headline, &found)?;
     report.verdict = Some((verdict, word));
+    let all = outcome.entries.len();
+    report.claim = match wrong {
+        0 => format!(
+            "**Nothing is wrong** in {}: what does not hold is refused",
+            super::model::count(all, "trial")
+        ),
+        _ => format!("**{wrong} of {all} answers are wrong** and claim to be right"),
+    };
+    report.lede = behaviours(outcome);
     report.engines = outcome.engines.clone();
     report
         .blocks
@@ -49,19 +58,53 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
         report.suites.push(suite(outcome, engine));
         report.blocks.extend([
             Block::Heading(2, format!("{engine} {version}")),
-            Block::Page(vec![Block::Figure(figure::map(outcome, engine))]),
-            map(outcome, engine, became).into(),
+            Block::Page(vec![
+                Block::Figure(figure::map(outcome, engine)),
+                Block::Folded(
+                    "The same as a table · with the steps".into(),
+                    vec![map(outcome, engine, became).into()],
+                ),
+            ]),
+            Block::Terminal(vec![map(outcome, engine, became).into()]),
             Block::List(sentences(outcome, engine)),
             Block::Page(vec![
                 Block::Heading(3, format!("How rounding is amplified in {engine}")),
                 Block::Text(AMPLIFIED.into()),
                 Block::Figure(figure::conditions(outcome, engine)),
-                map(outcome, engine, conditioning).into(),
+                Block::Folded(
+                    "The same as a table · with the digits".into(),
+                    vec![map(outcome, engine, conditioning).into()],
+                ),
             ]),
         ]);
     }
     report.file("map.csv", || cells_csv(outcome));
     Ok(report)
+}
+
+/// What became of the trials.
+fn behaviours(outcome: &StressOutcome) -> String {
+    let of = |is: fn(&Behaviour) -> bool| outcome.entries.iter().filter(|c| is(&c.verdict)).count();
+    let worst = outcome.entries.iter().filter_map(|c| match c.verdict {
+        Behaviour::Degrades { factor } => Some((factor, c)),
+        _ => None,
+    });
+    let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0));
+    let worst = worst.map_or(String::new(), |(factor, c)| {
+        format!(
+            " The worst loses a factor of {}: {} {} by {}.",
+            super::number::size(factor),
+            c.family,
+            c.value,
+            c.method
+        )
+    });
+    format!(
+        "**{}** hold their accuracy, {} degrade, {} are refused in words.{worst}",
+        of(|v| *v == Behaviour::Holds),
+        of(|v| matches!(v, Behaviour::Degrades { .. })),
+        of(|v| matches!(v, Behaviour::Refuses { .. }))
+    )
 }
 
 fn entries<'a>(

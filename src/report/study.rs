@@ -6,11 +6,14 @@ use serde_json::json;
 
 use super::json::csv;
 use super::model::{Block, Cell, Report, Table, count, duration, short, table};
+use super::number::number;
 use crate::campaigns::study::{Gammas, Norm, Row, Safe, Scaling, StudyOutcome, Varied, value};
 use crate::engine::unique;
 use crate::run::Fit;
 use faceoff_mesh::error::Result;
 
+/// A longer table is folded.
+const LONG: usize = 12;
 const HOW: &str = "Times are medians over repetitions on a machine that may do other things as well, of mesh, assembly and solution, without \
     start-up; the least and the largest are in `rows.csv`. Errors are relative to the norms of u; where u is not known the error in \
     the energy norm is its guaranteed bound.";
@@ -42,9 +45,20 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
     let question = "faceoff study: what does each digit cost?";
     let mut report = Report::new("study", question, headline, outcome)?;
     report.engines = outcome.engines.clone();
-    report
-        .blocks
-        .push(Block::Page(vec![Block::Text(HOW.into())]));
+    report.claim = format!(
+        "What each digit costs: {}",
+        count(outcome.rows.len(), "measurement")
+    );
+    let first = outcome.advice.first().map_or(String::new(), |a| {
+        format!(" {}.", a.sentence().trim_end_matches('.'))
+    });
+    report.lede = format!(
+        "{} s of {} s were spent, and {} left out.{first}",
+        number(outcome.spent, 2),
+        number(outcome.budget, 2),
+        count(outcome.left_out.len(), "measurement")
+    );
+    report.notes.push(HOW.into());
     for scene in unique(outcome.rows.iter().map(|row| &row.scene)) {
         report.blocks.extend(of_scene(outcome, scene));
     }
@@ -53,10 +67,14 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
         let left_out = left_out
             .map(|left| format!("{}: {}", left.what, left.why))
             .collect();
-        report.blocks.push(Block::Page(vec![
-            Block::Heading(2, "Left out".into()),
-            Block::List(left_out),
-        ]));
+        let name = format!(
+            "What was left out · {}",
+            count(outcome.left_out.len(), "measurement")
+        );
+        report.blocks.push(Block::Page(vec![Block::Folded(
+            name,
+            vec![Block::List(left_out)],
+        )]));
     }
     report.file("rows.csv", || rows_csv(&outcome.rows));
     Ok(report)
@@ -87,10 +105,16 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &str) -> Vec<Block<'a>> {
     gammas.extend(gamma);
     let mut section = |title: &str, text: &str, more: Vec<Block<'a>>, table: Table| {
         if !table.rows.is_empty() {
-            page.push(Block::Heading(3, title.into()));
+            page.push(Block::Heading(2, title.into()));
             page.extend((!text.is_empty()).then(|| Block::Text(text.into())));
             page.extend(more);
-            page.push(table.into());
+            page.push(match table.rows.len() {
+                0..=LONG => table.into(),
+                rows => Block::Folded(
+                    format!("{title} · {}", count(rows, "row")),
+                    vec![table.into()],
+                ),
+            });
         }
     };
     let unbeaten = "What nothing beats in both time and error";

@@ -2,23 +2,23 @@
 
 use serde::Serialize;
 
+use super::culprit::{claim_of, lede_of};
 use super::headline::{culprit, headline, overview};
-use super::html::{section, top};
+use super::html::{Run, Spread, tolerances};
 use super::model::{
-    Block, Cell, Report, Suite, Table, TestCase, cells, exact, joined, place, short, table, word,
+    Block, Cell, Report, Suite, Table, TestCase, exact, joined, short, table, word,
 };
-use crate::campaigns::verify::{
-    CaseOutcome, EngineOutcome, Source, VerifyOutcome, VerifyRequest, telling,
-};
+use super::next::next_of;
+use super::number::{number, place, whole};
+use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Source, VerifyOutcome, telling};
 use crate::engine::{Explanation, unique};
-use crate::run::Failure;
+use crate::run::{Failure, RESIDUAL_TOLERANCE};
 use crate::why::Diagnosis;
 use faceoff_judge::{FieldVerdict, Verdict, Worst};
 use faceoff_mesh::error::Result;
 
 /// An outcome with all that belongs to it.
 pub struct Verified<'a> {
-    pub request: &'a VerifyRequest,
     pub outcome: &'a VerifyOutcome,
     pub diagnoses: &'a [Diagnosis],
     /// Engines that were asked for and left out.
@@ -58,7 +58,6 @@ struct Explained<'a> {
 /// None but of a broken installation.
 pub fn verify(verified: Verified) -> Result<Report> {
     let Verified {
-        request,
         outcome,
         diagnoses,
         missing,
@@ -80,8 +79,15 @@ pub fn verify(verified: Verified) -> Result<Report> {
     let verdict = word(outcome.verdict);
     let mut report = Report::new("verify", question, &headline, &found)?;
     report.verdict = Some((outcome.verdict, verdict));
-    report.lead.push(Block::Html(Box::new(move || {
-        top(request, outcome, diagnoses, missing)
+    report.claim = claim_of(outcome, verdict);
+    report.lede = lede(outcome, diagnoses, missing)?;
+    report.next = next_of(outcome);
+    report.notes = notes(outcome);
+    let run = Run { outcome, diagnoses };
+    let agrees = outcome.verdict.passes();
+    report.lead.push(Block::Html(Box::new(move || match agrees {
+        true => run.agreeing(),
+        false => run.hero(),
     })));
     report.suites = suites(outcome, missing);
 
@@ -113,17 +119,20 @@ pub fn verify(verified: Verified) -> Result<Report> {
         Block::Text(format!("{about}: {} – {}: {}", d.a, d.b, d.sentence()))
     }));
 
-    let mut page = vec![
-        Block::Heading(2, "All that was judged".into()),
-        matrix(outcome).into(),
-    ];
-    if !outcome.cross.is_empty() {
-        page.push(methods(outcome).into());
+    let mut page = Vec::new();
+    if !agrees {
+        page.push(Block::Html(Box::new(move || run.details())));
     }
-    for (index, case) in outcome.cases.iter().enumerate() {
-        page.push(Block::Html(Box::new(move || {
-            section(index, case, request, diagnoses)
-        })));
+    let mut rest = Vec::new();
+    if !outcome.cross.is_empty() {
+        rest.push(methods(outcome).into());
+    }
+    rest.push(Block::Html(Box::new(move || Ok(run.rest()))));
+    page.push(Block::Folded(
+        "Every pair and field · what was compared, and how each case is posed".into(),
+        rest,
+    ));
+    for case in &outcome.cases {
         let name = format!("the mesh of {}", label(case));
         report.digests.push((name, case.mesh_digest.clone()));
     }
@@ -134,6 +143,46 @@ pub fn verify(verified: Verified) -> Result<Report> {
         .files
         .push(Box::new(move |folder| super::write_fields(folder, outcome)));
     Ok(report)
+}
+
+/// What the claim rests on.
+fn lede(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[Failure]) -> Result<String> {
+    let told = lede_of(outcome, diagnoses, missing);
+    if !outcome.verdict.passes() {
+        return Ok(told);
+    }
+    let points = outcome.cases.iter().filter_map(|case| {
+        let status = case.fields.first()?.column("status")?;
+        Some(status.values.len())
+    });
+    let points: usize = points.sum();
+    let flips = outcome
+        .cases
+        .iter()
+        .flat_map(|c| &c.pairs)
+        .filter_map(|p| p.field.rounding_flips);
+    let contact = match (points, flips.max().unwrap_or(0)) {
+        (0, _) => String::new(),
+        (points, 0) => format!("Contact is the same at all **{} points**.", whole(points)),
+        (_, flips) => format!(
+            "Contact differs at up to {} points, all of them at rounding level.",
+            whole(flips)
+        ),
+    };
+    let words = [Spread::new(outcome)?.words(), contact, told];
+    Ok(joined(words.into_iter().filter(|w| !w.is_empty()), " "))
+}
+
+/// By which methods, and what the numbers are.
+fn notes(outcome: &VerifyOutcome) -> Vec<String> {
+    let gamma = outcome.cases.first().map_or(String::new(), |case| {
+        format!(" γ = {} h.", case.setup.discretisation.gamma0)
+    });
+    vec![format!(
+        "Schemes: Burman, Hansbo, Larson 2017, (3.2) and (2.4);{gamma} Residual: the largest row over the sum of the sizes of its terms;          tolerance {}. Difference: |a − b| relative to max |u| and to how much the field changes with the unknowns; tolerances {}.",
+        number(RESIDUAL_TOLERANCE, 2),
+        tolerances(outcome)
+    )]
 }
 
 /// `one-zone, cr, n = 16`
@@ -183,13 +232,20 @@ pub(super) fn engines(case: &CaseOutcome, caption: &str) -> Table {
 
 /// Every field of every pair.
 fn pairs(case: &CaseOutcome) -> Table {
-    let given = |tolerance: f64| Cell::Number(tolerance, format!("{tolerance:e}"));
+    let given = |field: &FieldVerdict| {
+        let conditioned = field
+            .conditioned
+            .map(|c| format!(", conditioned {}", number(c, 3)));
+        let tolerance = field.tolerance;
+        let words = number(tolerance, 2) + &conditioned.unwrap_or_default();
+        Cell::Number(tolerance, words)
+    };
     table!("", &case.pairs, |pair|
         "pair" => format!("{} – {}", pair.a, pair.b),
         "field" => &pair.field.field,
         "max |a-b|" => pair.field.max_abs,
         "relative" => pair.field.max_rel,
-        "tolerance" => given(pair.field.tolerance),
+        "tolerance" => given(&pair.field),
         "worst face" => worst(&pair.field),
         "verdict" => remark(&pair.field, "faces"),
     )
@@ -239,31 +295,6 @@ pub(super) fn why(field: &FieldVerdict) -> String {
             short(field.max_rel)
         ),
     }
-}
-
-/// One row a case, one column a pair.
-fn matrix(outcome: &VerifyOutcome) -> Table {
-    let name = |a: &str, b: &str| format!("{a} – {b}");
-    let pairs = outcome.cases.iter().flat_map(|case| &case.pairs);
-    let names = unique(pairs.map(|pair| name(&pair.a, &pair.b)));
-    let rows = outcome.cases.iter().enumerate().map(|(index, case)| {
-        let link = Cell::Link(format!("#case-{index}"), case.scene.clone());
-        let mut row = cells![link, &case.method, case.n];
-        row.extend(names.iter().map(|of| {
-            let fields = case.pairs.iter().filter(|p| name(&p.a, &p.b) == *of);
-            let largest = fields.clone().map(|p| p.field.max_rel).fold(0.0, f64::max);
-            let verdict = fields.map(|p| p.field.verdict).max();
-            verdict.map_or("no answer".into(), |verdict| Cell::Judged(verdict, largest))
-        }));
-        let engines = case.engines.iter().map(|e| e.verdict).max();
-        row.push(engines.unwrap_or(Verdict::Undetermined).into());
-        row
-    });
-    let head = ["scene", "method", "n"].into_iter();
-    let head = head.chain(names.iter().map(String::as_str));
-    let head: Vec<&str> = head.chain(["every answer solves the scheme"]).collect();
-    let caption = "Scenes, methods and pairs of codes; the number is the largest difference of any field, relative to max|u|";
-    Table::new(caption, &head).with(rows)
 }
 
 /// The methods against each other.

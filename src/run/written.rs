@@ -26,7 +26,7 @@ impl Written {
         let values = || values.iter().copied().filter(|x| *x != 0.0);
         let all = |has: &dyn Fn(f64) -> bool| values().all(has);
         let are_needed = |fewer: &dyn Fn(f64) -> bool| {
-            let need = values().filter(|x| !fewer(*x)).count();
+            let need = values().filter(|x| !fewer(*x) && !is_simple(*x)).count();
             need >= TELLING && 2 * need >= values().count()
         };
         let decimal = |digits: usize| all(&|x| has_digits(x, digits));
@@ -63,6 +63,11 @@ impl Written {
     }
 }
 
+/// Multiples of a power of two with a dozen bits or so have few digits, and were not rounded.
+fn is_simple(x: f64) -> bool {
+    x.to_bits().trailing_zeros() >= 37
+}
+
 fn has_digits(x: f64, digits: usize) -> bool {
     let text = format!("{x:.*e}", digits.saturating_sub(1));
     text.parse() == Ok(x)
@@ -93,7 +98,15 @@ mod tests {
             assert_eq!(Written::of(&rounded), Written::Digits(digits));
         }
         // Numbers that are simple by themselves were not rounded.
-        for simple in [&[0.0; 9][..], &[0.5, 0.25, 1.0, 2.0, 0.0], &[]] {
+        let of = |parts: f64| (1..40).map(|k| f64::from(k) / parts).collect::<Vec<f64>>();
+        let (of_32, of_256) = (of(32.0), of(256.0));
+        for simple in [
+            &[0.0; 9][..],
+            &[0.5, 0.25, 1.0, 2.0, 0.0],
+            &[],
+            &of_32,
+            &of_256,
+        ] {
             assert_eq!(Written::of(simple), Written::Binary64);
         }
     }

@@ -11,6 +11,8 @@ pub(super) struct Candidate {
     pub ingredient: &'static str,
     pub what: String,
     pub term: Term,
+    /// Does it change no other term?
+    pub alone: bool,
     pub variation: Variation,
 }
 
@@ -28,11 +30,12 @@ impl Candidate {
 pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
     let (dim, discretisation) = (setup.mesh.dim, &setup.discretisation);
     let mut all = Vec::new();
-    let mut add = |ingredient, what: String, term, variation| {
+    let mut add = |ingredient, what: String, (term, alone), variation| {
         all.push(Candidate {
             ingredient,
             what,
             term,
+            alone,
             variation,
         });
     };
@@ -45,22 +48,29 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
         for rule in others(dim, load.name) {
             let what = format!("(f,v) is integrated by {rule}, not {}", load.name);
             let variation = Variation::LoadRule(rule.into());
-            add("the quadrature of the load", what, Term::Load, variation);
+            add(
+                "the quadrature of the load",
+                what,
+                (Term::Load, true),
+                variation,
+            );
         }
         for rule in others(dim - 1, contact.name) {
             let what = format!("Γ_C is integrated by {rule}, not {}", contact.name);
             let variation = Variation::ContactRule(rule.into());
-            add("the quadrature on Γ_C", what, Term::Contact, variation);
+            // t is integrated by it as well.
+            let term = (Term::Contact, setup.scene.data().t.is_zero());
+            add("the quadrature on Γ_C", what, term, variation);
         }
     }
     let (h, what) = match discretisation.h {
         HRule::Local => (HRule::Global, "h in γ = γ₀ h is global, not local"),
         HRule::Global => (HRule::Local, "h in γ = γ₀ h is local, not global"),
     };
-    add("h", what.into(), Term::Contact, Variation::H(h));
+    add("h", what.into(), (Term::Contact, true), Variation::H(h));
     for datum in Datum::ALL {
         if !datum.of(setup.scene.data()).is_zero() {
-            let (name, term) = (datum.name(), term_of(datum));
+            let (name, term) = (datum.name(), (term_of(datum), true));
             let negated = format!("{name} has the other sign");
             add(name, negated, term, Variation::Negated(datum));
             add(name, format!("{name} is 0"), term, Variation::Zero(datum));
@@ -72,17 +82,13 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
         (1, 0, "Γ_N and Γ_D"),
     ] {
         let what = format!("{names} are swapped");
-        add(
-            "the boundary",
-            what,
-            Term::Dirichlet,
-            Variation::Swapped(i, k),
-        );
+        let swapped = Variation::Swapped(i, k);
+        add("the boundary", what, (Term::Dirichlet, false), swapped);
     }
     for other in methods(discretisation.method) {
         let what = format!("it solves {other}, not {}", discretisation.method);
         let variation = Variation::Method(other);
-        add("the method", what, Term::Contact, variation);
+        add("the method", what, (Term::Contact, false), variation);
     }
     all
 }

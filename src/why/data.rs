@@ -28,6 +28,7 @@ pub(super) fn fits(search: &Search) -> Result<Vec<Explanation>> {
     let setup = search.setup;
     let data = setup.scene.data();
     let size = search.u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    let size = if size > 0.0 { size } else { 1.0 };
     let mut found = Vec::new();
     let is_homogeneous = [Datum::G, Datum::Psi].iter().all(|d| d.of(data).is_zero());
     for datum in Datum::ALL {
@@ -75,19 +76,23 @@ pub(super) fn fits(search: &Search) -> Result<Vec<Explanation>> {
             });
         }
     }
-    if !is_homogeneous {
-        found.extend(whole(search));
-    }
+    // For g = ψ = 0 a positive factor of u is one of f.
+    let signs: &[f64] = if is_homogeneous {
+        &[-1.0]
+    } else {
+        &[1.0, -1.0]
+    };
+    found.extend(whole(search, signs));
     Ok(found)
 }
 
 /// u times a number, by which it is divided to see.
-fn whole(search: &Search) -> Option<Explanation> {
+fn whole(search: &Search, signs: &[f64]) -> Option<Explanation> {
     let scaled = |by: f64| search.u.iter().map(|u| by * u).collect::<Vec<f64>>();
     let residual = |by: f64| Some(search.problem.residual(&scaled(by)));
-    let signs = [1.0, -1.0].into_iter().filter_map(|usual| {
+    let signs = signs.iter().filter_map(|usual| {
         let number = Number {
-            usual,
+            usual: *usual,
             step: 1e-3,
             residual: &residual,
         };

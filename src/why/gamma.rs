@@ -38,9 +38,17 @@ pub struct FaceGamma {
 ///
 /// one face after the other until all rest, since some share rows.
 pub(super) fn by_face(problem: &Problem, u: &[f64], limit: f64) -> Vec<FaceGamma> {
-    let columns = problem.by_gamma(u);
+    // In units of the rows.
     let rows = problem.rows(u);
-    let mut left = rows.residual.clone();
+    let scaled = |row: u32, value: f64| value / rows.scale[row as usize];
+    let mut columns = problem.by_gamma(u);
+    for (row, c) in columns.iter_mut().flatten() {
+        *c = scaled(*row, *c);
+    }
+    let residual = rows.residual.iter().zip(&rows.scale);
+    let mut left: Vec<f64> = residual
+        .map(|(r, scale)| if *r == 0.0 { 0.0 } else { r / scale })
+        .collect();
     let mut change = vec![0.0; columns.len()];
     let squares: Vec<f64> = columns
         .iter()
@@ -49,9 +57,8 @@ pub(super) fn by_face(problem: &Problem, u: &[f64], limit: f64) -> Vec<FaceGamma
     // By how much the residual changes at most, relative to its rows, with γ as a whole.
     let say = |face: usize| {
         let of = columns[face].iter();
-        let of =
-            of.map(|(row, c)| (c * problem.contact[face].gamma).abs() / rows.scale[*row as usize]);
-        of.fold(0.0, f64::max)
+        of.map(|(_, c)| (c * problem.contact[face].gamma).abs())
+            .fold(0.0, f64::max)
     };
     let says: Vec<f64> = (0..columns.len()).map(say).collect();
     let has_say = |face: usize| says[face] > SAY * limit && squares[face] > 0.0;
@@ -148,7 +155,7 @@ fn everywhere(search: &mut Search) -> Option<Explanation> {
 fn at_faces(search: &mut Search, gammas: &[FaceGamma]) -> Option<Explanation> {
     let asked: Vec<f64> = search.problem.contact.iter().map(|f| f.gamma).collect();
     let mut factors = vec![1.0; asked.len()];
-    let mut left = f64::INFINITY;
+    let mut best = (f64::INFINITY, factors.clone());
     let mut of_faces = gammas.to_vec();
     let with_say = gammas.iter().filter(|g| g.factor.is_some()).count();
     // The status at its points, and γ⁻¹, change with γ.
@@ -162,14 +169,17 @@ fn at_faces(search: &mut Search, gammas: &[FaceGamma]) -> Option<Explanation> {
         let gamma: Vec<f64> = asked.iter().zip(&factors).map(|(g, f)| g * f).collect();
         search.problem.set_gamma(&gamma);
         let now = search.problem.backward_error(search.u).0;
-        let is_better = now < left;
-        left = left.min(now);
-        if !is_better || left <= search.limit {
+        if !(now < best.0) {
+            break;
+        }
+        best = (now, factors.clone());
+        if now <= search.limit {
             break;
         }
         of_faces = by_face(&search.problem, search.u, search.limit);
     }
     search.problem.set_gamma(&asked);
+    let (left, factors) = best;
     let mut off: Vec<usize> = (0..asked.len()).filter(|k| factors[*k] != 1.0).collect();
     off.sort_by(|a, b| {
         (factors[*b] - 1.0)

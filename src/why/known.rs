@@ -88,6 +88,10 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
         "no change of the scheme explains it; it is {:.1e} of max|u| away from the solution, as after an iteration that stopped early{or}",
         farthest / largest
     );
-    let left = solution.residual;
-    Ok(Some(Explanation::new(ITERATION, what, Rank::Values, left)))
+    Ok(Some(Explanation::new(
+        ITERATION,
+        what,
+        Rank::Values,
+        search.residual,
+    )))
 }

@@ -83,7 +83,8 @@ pub struct Explanation {
     pub at: Vec<Spot>,
     /// The backward error with it.
     pub left: f64,
-    /// Is nothing but rounding left?
+    /// Is nothing but rounding left, where there was more? Never of an iteration that stopped early, for which only the distance to
+    /// the solution speaks.
     pub accounts: bool,
     #[serde(skip)]
     rank: Rank,
@@ -121,6 +122,10 @@ impl Explanation {
             rank,
         }
     }
+
+    fn is_iteration(&self) -> bool {
+        self.ingredient == known::ITERATION
+    }
 }
 
 impl Findings {
@@ -131,7 +136,8 @@ impl Findings {
 
     /// What explains the field, if anything does.
     pub fn culprit(&self) -> Option<&Explanation> {
-        self.explanations.first().filter(|e| e.accounts)
+        let first = self.explanations.first();
+        first.filter(|e| e.accounts || e.is_iteration())
     }
 
     /// Does another scheme, or the rounding of what was written, explain it?
@@ -150,14 +156,14 @@ impl Findings {
         if let Some(culprit) = self.culprit() {
             let others = self.explanations.iter().skip(1);
             // An iteration is only what is left: γ by face, which supposes more, stands beside it.
-            let is_iteration = culprit.ingredient == known::ITERATION;
+            let is_iteration = culprit.is_iteration();
             let others = others.filter(|e| e.accounts && (e.rank == culprit.rank || is_iteration));
             let others: String = others.map(|e| format!("; or {}", e.what)).collect();
             let what = format!("{}{others}. Residual {}", culprit.what, size(self.residual));
             let fail = format!("{} of {} rows fail", self.failing, self.rows);
             return match culprit.ingredient {
                 _ if culprit.rank == Rank::Written => what,
-                known::ITERATION => format!("{what}; {fail}"),
+                _ if is_iteration => format!("{what}; {fail}"),
                 _ => format!(
                     "{what}, and {} with that change; {fail}",
                     size(culprit.left)

@@ -35,7 +35,11 @@ impl Spot {
         Spot {
             vertices: mesh.face(face).to_vec(),
             midpoint: mesh.face_midpoint(face)[..mesh.dim].to_vec(),
-            error: rows.fold(0.0, |most: f64, row| most.max(errors[*row as usize])),
+            // What is not a number is the largest.
+            error: rows
+                .map(|row| errors[*row as usize])
+                .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+                .unwrap_or(0.0),
         }
     }
 

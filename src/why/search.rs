@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::candidates::candidates;
+use super::candidates::{Candidate, candidates};
 use super::gamma::FaceGamma;
 use super::place::Spot;
 use super::{Explanation, Findings, Rank, TermRows, data, gamma, known, local};
@@ -83,7 +83,9 @@ impl Search<'_> {
     /// Everything that is tried, what explains u first.
     fn explain(&mut self, gammas: &[FaceGamma]) -> Result<Vec<Explanation>> {
         let mut found = Vec::new();
-        for candidate in candidates(self.setup) {
+        let in_all = self.in_all();
+        let may = |c: &Candidate| !c.alone || in_all.contains(&c.term);
+        for candidate in candidates(self.setup).into_iter().filter(may) {
             cancel::check()?;
             if let Some(left) = self.left_with(&candidate.variation) {
                 found.push(candidate.leaving(left));
@@ -102,14 +104,15 @@ impl Search<'_> {
             // What comes near by one change of the scheme has another fault beside it, not an iteration that stopped.
             let is_near = |e: &Explanation| e.left < NEAR * self.residual && e.rank < Rank::Many;
             let near = found.iter().any(is_near);
-            found.extend(
-                known::explain(self)?.filter(|e| !near || e.ingredient != known::ITERATION),
-            );
+            found.extend(known::explain(self)?.filter(|e| !near || !e.is_iteration()));
         }
         for explanation in &mut found {
-            explanation.accounts = explanation.left <= self.limit;
+            let left = explanation.left;
+            explanation.accounts = left <= self.limit && left <= NEAR * self.residual;
         }
-        let (mut those, mut others): (Vec<_>, Vec<_>) = found.into_iter().partition(|e| e.accounts);
+        let (mut those, mut others): (Vec<_>, Vec<_>) = found
+            .into_iter()
+            .partition(|e| e.accounts || e.is_iteration());
         those.sort_by_key(|e| e.rank);
         others.sort_by(|a, b| a.left.total_cmp(&b.left));
         others.truncate(TOLD);
@@ -154,6 +157,16 @@ impl Search<'_> {
     fn fails(&self, row: usize) -> bool {
         // What is not a number fails.
         !(self.errors[row] <= self.limit)
+    }
+
+    /// The terms that all rows that fail contain: what changes another one alone explains nothing.
+    fn in_all(&self) -> Vec<Term> {
+        let terms = self.terms().into_iter();
+        let failing = (0..self.u.len()).filter(|row| self.fails(*row)).count();
+        terms
+            .filter(|t| t.failing == failing)
+            .map(|t| t.term)
+            .collect()
     }
 
     /// The terms that may be wrong.

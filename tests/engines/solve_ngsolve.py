@@ -130,7 +130,7 @@ def solve(case, stop, quadrature):
     A = ng.BilinearForm(V)
     A += grad(u) * grad(v) * dx
     A += (-flux * v + (u - psi + IfPos(P, P, 0)) * (theta1 * grad(v) * n + theta2 / gamma * v)) * ds_C
-    H = ng.BilinearForm(grad(u) * grad(v) * dx + u * v * dx).Assemble()
+    H = ng.BilinearForm(grad(u) * grad(v) * dx).Assemble()
 
     # starts as 0, but g in the nodes on Γ_D, where the steps are 0
     uh, step, residual = ng.GridFunction(V), ng.GridFunction(V), L.vec.CreateVector()

@@ -16,6 +16,7 @@ impl FieldVerdict {
             max_abs: f64::NAN,
             max_rel: f64::NAN,
             tolerance,
+            conditioned: None,
             verdict: Verdict::Undetermined,
             worst: None,
             faces: 0,

@@ -17,9 +17,34 @@ use faceoff_mesh::field::FaceFields;
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     Agree,
+    /// Farther apart than the fixed tolerance, but no farther than rounding moves the solution of a scheme so
+    /// ill-conditioned.
+    #[serde(rename = "agree (conditioned)")]
+    Conditioned,
     /// Something could not be judged.
     Undetermined,
+    /// Both solve the scheme, which has more than one solution.
+    #[serde(rename = "several solutions")]
+    Several,
     Disagree,
+}
+
+impl Verdict {
+    /// Is it an agreement?
+    pub fn passes(self) -> bool {
+        matches!(self, Verdict::Agree | Verdict::Conditioned)
+    }
+
+    /// As people and JSON have it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Verdict::Agree => "agree",
+            Verdict::Conditioned => "agree (conditioned)",
+            Verdict::Undetermined => "undetermined",
+            Verdict::Several => "several solutions",
+            Verdict::Disagree => "disagree",
+        }
+    }
 }
 
 /// One field of one pair.
@@ -31,6 +56,9 @@ pub struct FieldVerdict {
     /// Largest |a - b| / (max|u| s), comparable with the tolerance.
     pub max_rel: f64,
     pub tolerance: f64,
+    /// What conditioning makes of the tolerance where the fields differ most, if that was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub conditioned: Option<f64>,
     pub verdict: Verdict,
     /// Where it is largest.
     pub worst: Option<Worst>,
@@ -98,6 +126,53 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
             }
         })
         .collect()
+}
+
+/// Judges anew each field that disagrees, where rounding may have moved a face's dofs by as much as `moved`, absolute, one for
+/// each face of `a`: what is no farther apart than that agrees, conditioned.
+///
+/// # Errors
+/// Faces that cannot be matched.
+pub fn judge_conditioned(
+    a: &FaceFields,
+    b: &FaceFields,
+    judged: &mut [FieldVerdict],
+    moved: &[f64],
+) -> Result<()> {
+    let partner = align(a, b)?;
+    let size = size(a).max(size(b));
+    for field in judged.iter_mut() {
+        let (Some(of_a), Some(of_b)) = (a.column(&field.field), b.column(&field.field)) else {
+            continue;
+        };
+        if field.verdict != Verdict::Disagree || !field.max_rel.is_finite() {
+            continue;
+        }
+        let tolerance = |k: usize| {
+            let conditioned = moved[of_a.faces[k] as usize] / size;
+            if conditioned > field.tolerance {
+                conditioned
+            } else {
+                field.tolerance
+            }
+        };
+        // In units of the tolerance, which is another one on each face.
+        let unit = |k: usize| size * of_a.sensitivity[k] * tolerance(k);
+        let by = By {
+            noun: "face",
+            tolerance: 1.0,
+            nan_equal: false,
+        };
+        let again = judge_column(a, of_a, of_b, &partner, unit, &by)?;
+        let largest = (0..of_a.faces.len()).map(tolerance).fold(0.0, f64::max);
+        field.conditioned = Some(largest);
+        field.beyond = again.beyond;
+        if again.verdict == Verdict::Agree {
+            field.verdict = Verdict::Conditioned;
+            (field.flips, field.rounding_flips) = (again.flips, again.rounding_flips);
+        }
+    }
+    Ok(())
 }
 
 /// max|u| over the face means; NaN if any of them is.

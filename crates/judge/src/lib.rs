@@ -39,7 +39,7 @@ mod sets;
 mod supermesh;
 
 pub use align::align;
-pub use judge::{FieldVerdict, Verdict, Worst, judge, relative_differences};
+pub use judge::{FieldVerdict, Verdict, Worst, judge, judge_conditioned, relative_differences};
 pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, are_identical};
 pub use many::{Comparisons, Part};
 pub use places::{first_at_place, partners};

@@ -2,8 +2,9 @@
 //!
 //! ‖∇(u_a - u_b)‖ ≤ bound_a + bound_b holds for any two fields whose bounds are guaranteed, right or wrong
 //! ones: a distance beyond the sum would prove the bounds wrong. A wrong field shows in that its bound
-//! is large. So it is held against what constants on the cells are shown to reach: an honest field of these methods exceeds
-//! that by no more than 2 on the scenes whose solution is known.
+//! is large. So one that does not solve its scheme is held against what constants on the cells are shown to reach: an honest field
+//! of these methods exceeds that by no more than 2 on the scenes whose solution is known. One that solves its scheme may exceed it
+//! as well, where the method is inaccurate, as the penalty-free law is for a small γ.
 
 use std::borrow::Cow;
 
@@ -16,7 +17,7 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
-use super::CaseOutcome;
+use super::{CaseOutcome, EngineOutcome};
 
 /// A bound beyond this many of that of constants on the cells says that the field is not as good as its mesh.
 pub const STANDS_OUT: f64 = 4.0;
@@ -83,7 +84,7 @@ pub fn telling(cross: &[CrossOutcome]) -> Vec<(&CrossOutcome, usize)> {
 /// A case with a certificate, or the reason why not, for each engine.
 struct Certified<'a> {
     case: &'a Case<'a>,
-    of_engines: Vec<(&'a str, &'a [f64], Result<Certificate, String>)>,
+    of_engines: Vec<(&'a EngineOutcome, Result<Certificate, String>)>,
 }
 
 /// All pairs of different methods on the same scene and mesh, over all engines.
@@ -137,7 +138,7 @@ fn certified<'a>(
                 }
                 Err(because) => Err(because.clone()),
             };
-            Ok((&*engine.engine, &*engine.answer.u, certificate))
+            Ok((engine, certificate))
         })
         .collect::<Result<Vec<_>>>()?;
     Ok(Certified { case, of_engines })
@@ -146,23 +147,24 @@ fn certified<'a>(
 fn pairs(a: &Certified, b: &Certified, all: &[Certified]) -> Vec<CrossOutcome> {
     let certificates = all.iter().flat_map(|c| &c.of_engines);
     let best = certificates
-        .filter_map(|(.., certificate)| certificate.as_ref().ok())
+        .filter_map(|(_, certificate)| certificate.as_ref().ok())
         .fold((f64::INFINITY, 0.0_f64), |(bound, gradient), c| {
             (bound.min(c.constants), gradient.max(c.gradient[0]))
         });
     let mut outcomes = Vec::new();
-    for (engine_a, u_a, of_a) in &a.of_engines {
-        for (engine_b, u_b, of_b) in &b.of_engines {
-            let source = |engine: &str, of: &Certified| Source {
-                engine: engine.to_owned(),
+    for (engine_a, of_a) in &a.of_engines {
+        for (engine_b, of_b) in &b.of_engines {
+            let source = |engine: &EngineOutcome, of: &Certified| Source {
+                engine: engine.engine.clone(),
                 method: of.case.problem.method().to_string(),
             };
             let (judged, no_certificate) = match (of_a, of_b) {
                 (Ok(of_a), Ok(of_b)) => {
                     let spaces = [&a.case.problem.space, &b.case.problem.space];
-                    let distance = distance(spaces, [u_a, u_b]);
+                    let distance = distance(spaces, [&engine_a.answer.u, &engine_b.answer.u]);
                     let bounds = [of_a, of_b].map(|c| c.of(Target::UH)[1]);
-                    (Some(judge(distance, bounds, best)), None)
+                    let solve = [engine_a, engine_b].map(|e| e.verdict.passes());
+                    (Some(judge(distance, bounds, solve, best)), None)
                 }
                 (Err(because), _) | (_, Err(because)) => (None, Some(because.clone())),
             };
@@ -179,20 +181,24 @@ fn pairs(a: &Certified, b: &Certified, all: &[Certified]) -> Vec<CrossOutcome> {
     outcomes
 }
 
-fn judge(distance: f64, bounds: [f64; 2], (best, gradient): (f64, f64)) -> Judged {
+fn judge(
+    distance: f64,
+    bounds: [f64; 2],
+    solve: [bool; 2],
+    (best, gradient): (f64, f64),
+) -> Judged {
     let slack = bounds[0] + bounds[1] - distance;
     // Rounding of two equal fields on a mesh that holds the solution.
     let rounding = 1e-10 * gradient;
-    let as_good = bounds
-        .iter()
-        .all(|bound| *bound <= STANDS_OUT * best + rounding);
+    let as_good = |bound: f64| bound <= STANDS_OUT * best + rounding;
+    let stand = (bounds.iter().zip(solve)).all(|(bound, solves)| solves || as_good(*bound));
     Judged {
         distance,
         bounds,
         slack,
         best,
         gradient,
-        verdict: match slack >= -rounding && as_good {
+        verdict: match slack >= -rounding && stand {
             true => Verdict::Agree,
             false => Verdict::Disagree,
         },

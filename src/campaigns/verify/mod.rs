@@ -3,6 +3,7 @@
 mod cross;
 #[cfg(test)]
 mod diagnose_tests;
+mod settle;
 #[cfg(test)]
 mod tests;
 
@@ -22,6 +23,7 @@ use faceoff_mesh::error::{Error, Result, distinct};
 use faceoff_mesh::field::FaceFields;
 
 pub use cross::{CrossOutcome, Judged, STANDS_OUT, Source, telling};
+pub use settle::Settled;
 
 /// What is to be verified.
 pub struct VerifyRequest {
@@ -71,6 +73,9 @@ pub struct CaseOutcome {
     pub verdict: Verdict,
     pub engines: Vec<EngineOutcome>,
     pub pairs: Vec<PairOutcome>,
+    /// Pairs whose answers both solve the scheme and are farther apart than the fixed tolerance.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub settled: Vec<Settled>,
     /// The fields that were compared, one set an engine.
     #[serde(skip)]
     pub setup: Setup,
@@ -249,7 +254,6 @@ fn judge_case(
         .iter()
         .filter_map(|run| {
             let answer = run.of(index)?;
-            let solves = answer.converged && answer.residual <= RESIDUAL_TOLERANCE;
             Some(EngineOutcome {
                 engine: run.engine.clone(),
                 version: run.version.clone(),
@@ -265,10 +269,11 @@ fn judge_case(
                     .1
                     .map(|dof| problem.space.point(dof)[..mesh.dim].to_vec()),
                 finite: answer.u.iter().all(|v| v.is_finite()),
-                verdict: if solves {
-                    Verdict::Agree
-                } else {
-                    Verdict::Disagree
+                verdict: match (answer.residual <= RESIDUAL_TOLERANCE, answer.converged) {
+                    (true, true) => Verdict::Agree,
+                    // It solves the scheme, and says that it does not.
+                    (true, false) => Verdict::Undetermined,
+                    (false, _) => Verdict::Disagree,
                 },
                 findings: None,
                 answer: Arc::clone(answer),
@@ -278,16 +283,23 @@ fn judge_case(
     let fields = engines.iter();
     let fields = fields.map(|e| face_fields(problem, &e.answer.u, &e.engine));
     let fields: Vec<FaceFields> = fields.collect();
-    let mut pairs = Vec::new();
-    for (k, a) in fields.iter().enumerate() {
-        for b in &fields[k + 1..] {
-            for field in judge(a, b, tolerance(&problem.method()))? {
-                pairs.push(PairOutcome {
-                    a: a.source.clone(),
-                    b: b.source.clone(),
-                    field,
-                });
+    let (mut pairs, mut settled) = (Vec::new(), Vec::new());
+    let each: Vec<(&EngineOutcome, &FaceFields)> = engines.iter().zip(&fields).collect();
+    for (k, (engine_a, a)) in each.iter().enumerate() {
+        for (engine_b, b) in &each[k + 1..] {
+            let mut judged = judge(a, b, tolerance(&problem.method()))?;
+            let both_solve = [engine_a, engine_b]
+                .iter()
+                .all(|e| e.residual <= RESIDUAL_TOLERANCE);
+            if both_solve && judged.iter().any(|f| f.verdict == Verdict::Disagree) {
+                let of = [(*a, &engine_a.answer.u[..]), (*b, &engine_b.answer.u[..])];
+                settled.extend(settle::settle(problem, of, &mut judged)?);
             }
+            pairs.extend(judged.into_iter().map(|field| PairOutcome {
+                a: a.source.clone(),
+                b: b.source.clone(),
+                field,
+            }));
         }
     }
     let of_pairs = pairs.iter().map(|p| p.field.verdict).max();
@@ -309,6 +321,7 @@ fn judge_case(
         setup: setup.clone(),
         engines,
         pairs,
+        settled,
         fields,
     })
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::report::model::{Cell, Table, short, word as word_of};
+use crate::report::number::in_words;
 use faceoff_judge::Verdict;
 
 /// A piece of a page. Its only ways in are [`text`], [`element`] and [`raw`].
@@ -43,15 +44,42 @@ pub(super) fn text(text: impl AsRef<str>) -> Html {
     Html(escape(text.as_ref()))
 }
 
-/// A text in which `…` encloses what one would type.
+/// A text in which `…` encloses what one would type and **…** what stands out; numbers in it as a person writes them.
 pub(super) fn prose(words: impl AsRef<str>) -> Html {
-    let parts = words.as_ref().split('`').enumerate();
-    parts
-        .map(|(k, part)| match k % 2 {
-            0 => text(part),
-            _ => leaf("code", &[], part),
-        })
-        .collect()
+    emphasised(words.as_ref(), "b")
+}
+
+/// The same with what stands out in an element of its own.
+pub(super) fn emphasised(words: &str, tag: &str) -> Html {
+    let parts = words.split('`').enumerate();
+    let outside = |part: &str| -> Html {
+        let parts = part.split("**").enumerate();
+        let of = |(k, part): (usize, &str)| match k % 2 {
+            0 => symbols(part),
+            _ => element(tag, &[], symbols(part)),
+        };
+        parts.map(of).collect()
+    };
+    let of = |(k, part): (usize, &str)| match k % 2 {
+        0 => outside(part),
+        _ => leaf("code", &[], part),
+    };
+    parts.map(of).collect()
+}
+
+/// Words with the parts of the boundary as one writes them, `Γ_C` with a C below.
+fn symbols(words: &str) -> Html {
+    let mut parts = words.split("Γ_");
+    let first = parts.next().map(|part| text(in_words(part)));
+    let rest = parts.map(|part| {
+        let end = part.chars().next().map_or(0, char::len_utf8);
+        Html::from([
+            text("Γ"),
+            leaf("sub", &[], &part[..end]),
+            text(in_words(&part[end..])),
+        ])
+    });
+    first.into_iter().chain(rest).collect()
 }
 
 /// What is HTML already: pictures that were drawn here, style and script that the program carries.
@@ -85,40 +113,102 @@ pub(super) fn picture(svg: &str, label: &str, class: &str) -> Html {
     raw(svg[start..].replacen("<svg ", &head, 1).replace('\n', ""))
 }
 
-/// A table whose columns sort. A row with a verdict that is no pass is set off.
+/// A table of a report. A row with a verdict that is no pass is set off.
 pub(super) fn table(table: &Table) -> Html {
-    let numeric: Vec<bool> = (0..table.head.len()).map(|k| table.is_numeric(k)).collect();
-    let class = |k: usize| Vec::from_iter(numeric[k].then_some(("class", "n")));
     let head = table.head.iter().enumerate();
-    let head = head.map(|(k, name)| leaf("th", &[&[("scope", "col")], &*class(k)].concat(), name));
-    let rows = table.rows.iter().map(|row| {
-        let cells = row.iter().zip(0..numeric.len());
-        let cells = cells.map(|(cell, k)| {
-            let key = match cell {
-                Cell::Number(value, _) if value.is_finite() => value.to_string(),
-                _ => String::new(),
+    let mut sheet = Sheet {
+        caption: table.caption.clone(),
+        head: head
+            .map(|(k, name)| Column::new(if table.is_numeric(k) { "n" } else { "" }, prose(name)))
+            .collect(),
+        rows: Vec::new(),
+    };
+    for row in &table.rows {
+        let entries = row.iter().map(|cell| {
+            let value = match cell {
+                Cell::Number(value, _) | Cell::Judged(_, value) => Some(*value),
+                _ => None,
             };
-            let mut attributes = class(k);
-            attributes.extend((!key.is_empty()).then_some(("data-key", key.as_str())));
-            element("td", &attributes, shown(cell))
+            Entry::new(shown(cell), value)
         });
         let verdict = row.iter().filter_map(|cell| match cell {
             Cell::Verdict(verdict) | Cell::Judged(verdict, _) => Some(*verdict),
             _ => None,
         });
-        let class = verdict.max().map_or("", word_of);
-        element("tr", &[("class", class)], cells)
-    });
-    let table = element(
-        "table",
-        &[],
-        [
-            leaf("caption", &[], &table.caption),
-            element("thead", &[], element("tr", &[], head)),
-            element("tbody", &[], rows),
-        ],
-    );
-    element("div", &[("class", "wide")], table)
+        let is_hot = verdict.max().is_some_and(|verdict| !verdict.passes());
+        sheet.rows.push((is_hot, entries.collect()));
+    }
+    sheet.html()
+}
+
+/// A table of the page: columns that sort by the numbers behind them.
+#[derive(Default)]
+pub(super) struct Sheet {
+    pub caption: String,
+    pub head: Vec<Column>,
+    /// Is a row set off?
+    pub rows: Vec<(bool, Vec<Entry>)>,
+}
+
+/// The classes of a column and its heading: `n` is a number, `w` does not wrap, `opt` gives way on a narrow page, `d` has
+/// dots on an axis.
+pub(super) struct Column(&'static str, Html);
+
+impl Column {
+    pub fn new(class: &'static str, head: Html) -> Self {
+        Column(class, head)
+    }
+}
+
+/// What stands in a place, and by what it sorts if not by its words.
+pub(super) struct Entry(Html, Option<f64>);
+
+impl Entry {
+    pub fn new(html: Html, value: Option<f64>) -> Self {
+        Entry(html, value)
+    }
+
+    pub fn words(words: impl AsRef<str>) -> Self {
+        Entry(prose(words), None)
+    }
+
+    pub fn number(value: f64, digits: impl AsRef<str>) -> Self {
+        Entry(text(digits), Some(value))
+    }
+}
+
+impl Sheet {
+    pub fn html(self) -> Html {
+        let head = self.head.iter().map(|Column(class, name)| {
+            let class = Vec::from_iter((!class.is_empty()).then_some(("class", *class)));
+            element(
+                "th",
+                &[&[("scope", "col")], &class[..]].concat(),
+                name.clone(),
+            )
+        });
+        let head: Html = head.collect();
+        let rows = self.rows.into_iter().map(|(is_hot, entries)| {
+            let cells = entries.into_iter().zip(&self.head);
+            let cells = cells.map(|(Entry(html, value), Column(class, _))| {
+                let key = value.filter(|v| v.is_finite()).map(|v| v.to_string());
+                let mut attributes =
+                    Vec::from_iter((!class.is_empty()).then_some(("class", *class)));
+                attributes.extend(key.as_deref().map(|key| ("data-v", key)));
+                element("td", &attributes, html)
+            });
+            let hot = is_hot.then_some(("class", "hot"));
+            element("tr", hot.as_slice(), cells)
+        });
+        let rows: Html = rows.collect();
+        let caption = match self.caption.is_empty() {
+            true => Html::default(),
+            false => element("caption", &[], prose(&self.caption)),
+        };
+        let head = element("thead", &[], element("tr", &[], head));
+        let table = element("table", &[], [caption, head, element("tbody", &[], rows)]);
+        element("div", &[("class", "scroll")], table)
+    }
 }
 
 fn shown(cell: &Cell) -> Html {
@@ -135,31 +225,43 @@ fn shown(cell: &Cell) -> Html {
 
 /// The verdict as a word that does not rely on its colour.
 pub(super) fn word(verdict: Verdict) -> Html {
-    let word = word_of(verdict);
-    leaf("span", &[("class", &format!("word {word}"))], word)
+    match verdict {
+        Verdict::Agree => text(word_of(verdict)),
+        _ => leaf("b", &[("class", "bad")], word_of(verdict)),
+    }
 }
 
 /// Names and what they are.
 pub(super) fn facts(facts: &[(impl AsRef<str>, String)]) -> Html {
     let items = facts.iter();
-    let items =
-        items.flat_map(|(name, fact)| [leaf("dt", &[], name), element("dd", &[], prose(fact))]);
+    let items = items.flat_map(|(name, fact)| {
+        [
+            element("dt", &[], prose(name)),
+            element("dd", &[], prose(fact)),
+        ]
+    });
     element("dl", &[], items)
 }
 
-/// What the colours of a picture mean: of the classes `k0`, `k1`, … the one that each name has.
-pub(super) fn key(class: &str, classes: usize, names: &[&str]) -> Html {
-    let items = names.iter().enumerate().map(|(k, name)| {
-        let swatch = leaf("i", &[("class", &format!("{class}{}", k % classes))], "");
-        element("li", &[], [swatch, text(name)])
-    });
-    element("ul", &[("class", "key")], items)
+/// A picture under what it shows in words, of which what stands out comes first.
+pub(super) fn figure(
+    class: &str,
+    caption: impl AsRef<str>,
+    pictures: impl IntoIterator<Item = Html>,
+) -> Html {
+    let caption = element("figcaption", &[], prose(caption));
+    let pictures: Html = pictures.into_iter().collect();
+    element("figure", &[("class", class)], [caption, pictures])
 }
 
-/// A picture with what it shows in words.
-pub(super) fn figure(picture: Html, caption: impl AsRef<str>) -> Html {
-    let caption = element("figcaption", &[], prose(caption));
-    element("figure", &[], [picture, caption])
+pub(super) fn division(class: &str, inner: impl IntoIterator<Item = Html>) -> Html {
+    element("div", &[("class", class)], inner)
+}
+
+/// What opens when its name is pressed.
+pub(super) fn folded(summary: Html, inner: impl IntoIterator<Item = Html>) -> Html {
+    let inner: Html = inner.into_iter().collect();
+    element("details", &[], [element("summary", &[], summary), inner])
 }
 
 pub(super) fn escape(text: &str) -> String {

@@ -1,66 +1,93 @@
 //! A report as one HTML file: the answer, then everything that it rests on. It needs no network, no server and no
 //! scripts; a small one sorts tables.
 
-mod case;
+mod agree;
+mod along;
+mod axis;
 mod chain;
-mod contact;
-mod map;
+mod codes;
+mod compared;
+mod convergence;
+mod effect;
 mod markup;
 mod pair;
-mod plots;
-mod summary;
+mod panels;
+mod plane;
+mod ramp;
+mod residual;
+mod solution;
+mod source;
+mod spread;
+mod surface;
+mod verify;
 
 use std::fs;
 use std::path::Path;
 
 use super::folder::names;
 use super::model::{Block, Figure, Report, word as word_of};
-use super::provenance::provenance;
-pub(super) use case::section;
-pub(super) use contact::{histories, on_contact};
+use super::provenance::{Provenance, provenance};
+pub(super) use along::Along;
+pub(super) use codes::{tolerances, tried};
+pub(super) use compared::{Compared, by_field};
+pub(super) use convergence::{Line, errors, newton};
 use faceoff_mesh::error::{Error, Result};
 pub use markup::Html;
-use markup::{element, facts, leaf, picture, prose, raw, table, text};
-pub(super) use summary::top;
+use markup::{
+    division, element, emphasised, facts, folded, leaf, picture, prose, raw, table, text,
+};
+pub(super) use residual::{Put, by_term, cause};
+pub(super) use solution::{cells, solution};
+pub(super) use spread::Spread;
+pub(super) use verify::Run;
 
 /// Nothing in the page may ask for anything outside of it.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
+/// A longer answer is no headline.
+const LONG: usize = 110;
 
 /// The page of a report whose figures and data are in `folder` already.
 ///
 /// # Errors
 /// What a part of it is made of, and figures that cannot be read.
 pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
-    let command = report.command;
     let headline = &report.headline;
+    let style = [include_str!("style.css"), include_str!("ramp.css")].concat();
     let head = Html::from([
         raw("<meta charset=\"utf-8\">"),
         raw(format!(
             "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">",
             markup::escape(POLICY)
         )),
-        raw("<meta name=\"viewport\" content=\"width=device-width\">"),
+        raw("<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"),
         // No icon is asked for.
         raw("<link rel=\"icon\" href=\"data:,\">"),
-        leaf("title", &[], format!("faceoff {command}: {headline}")),
-        element("style", &[], raw(include_str!("style.css"))),
+        leaf(
+            "title",
+            &[],
+            format!("faceoff {}: {headline}", report.command),
+        ),
+        element("style", &[], raw(style)),
     ]);
-    let files = names(folder)?.into_iter();
-    let files = files.map(|name| element("li", &[], leaf("a", &[("href", &name)], &name)));
-    let main = element(
-        "main",
-        &[],
-        [
-            leaf("h1", &[], &report.title),
-            answer(report, folder)?,
-            blocks(&report.blocks, folder)?,
-            leaf("h2", &[], "Provenance"),
-            facts(&provenance(report)),
-            leaf("h3", &[], "Beside this page"),
-            element("ul", &[("class", "files")], files),
-        ],
-    );
+    let word = report
+        .verdict
+        .map_or("done", |(verdict, _)| word_of(verdict));
+    let is_brief = report.next.is_empty() && word == "agree";
+    let class = if is_brief {
+        format!("{word} brief")
+    } else {
+        word.to_owned()
+    };
+    let main = [
+        origin(report),
+        answer(report),
+        lead(report, folder)?,
+        blocks(&report.blocks, folder)?,
+        foot(report, folder)?,
+    ];
+    let main = element("main", &[("class", &class)], main);
     let script = element("script", &[], raw(include_str!("sort.js")));
     let body = element("body", &[], [main, script]);
     let html = element(
@@ -71,30 +98,158 @@ pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
     Ok(format!("<!doctype html>\n{}\n", html.as_str()))
 }
 
-/// What stands first.
-fn answer(report: &Report, folder: &Path) -> Result<Html> {
-    let headline = &report.headline;
-    let (class, label) = match report.verdict {
-        Some((verdict, word)) => (word_of(verdict), format!("verdict: {word}")),
-        None => ("done", "result".to_owned()),
+/// The command, and in one line by what, where and when; more of it folded.
+fn origin(report: &Report) -> Html {
+    let Provenance { command, line, all } = provenance(report);
+    let verdict = report.verdict.map(|(verdict, word)| {
+        let class = format!("v {}", word_of(verdict));
+        element("span", &[], leaf("b", &[("class", &class)], word))
+    });
+    let line = line.iter().map(|words| element("span", &[], prose(words)));
+    let line: Html = verdict.into_iter().chain(line).collect();
+    division(
+        "prov",
+        [leaf("code", &[], command), folded(line, [facts(&all)])],
+    )
+}
+
+/// The verdict as a sentence, and what it rests on.
+fn answer(report: &Report) -> Html {
+    let label = match report.verdict {
+        Some((_, word)) => format!("verdict: {word}"),
+        None => "result".to_owned(),
     };
-    let size = if headline.contains(' ') {
-        " sentence"
-    } else {
-        ""
+    let claim = match &*report.claim {
+        "" => capitalised(&report.headline),
+        claim => claim.to_owned(),
     };
-    Ok(element(
-        "section",
-        &[
-            ("class", &format!("verdict {class}{size}")),
-            ("role", "status"),
-            ("aria-label", &label),
-        ],
+    let mut attributes = vec![("id", "verdict")];
+    attributes.extend((claim.chars().count() > LONG).then_some(("class", "long")));
+    let lede = match &*report.lede {
+        "" => Html::default(),
+        lede => element("p", &[("class", "lede")], prose(lede)),
+    };
+    let attributes_of = [("role", "status"), ("aria-label", &*label)];
+    element(
+        "header",
+        &attributes_of,
+        [element("h1", &attributes, emphasised(&claim, "em")), lede],
+    )
+}
+
+/// As a sentence begins; a name in it stays as it is.
+fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    let is_word = words
+        .split(' ')
+        .next()
+        .is_some_and(|w| w.chars().all(|c| c.is_ascii_lowercase()));
+    match letters.next() {
+        Some(first) if is_word => first.to_ascii_uppercase().to_string() + letters.as_str(),
+        _ => words.to_owned(),
+    }
+}
+
+/// The picture, and beside it what to do.
+fn lead(report: &Report, folder: &Path) -> Result<Html> {
+    let pictures = blocks(&report.lead, folder)?;
+    let steps = report.next.iter().map(|step| {
+        let commands = step
+            .commands
+            .iter()
+            .map(|of| element("pre", &[], typed(of)));
+        element("li", &[], [prose(&step.words)].into_iter().chain(commands))
+    });
+    if report.next.is_empty() {
+        return Ok(pictures);
+    }
+    let has_pictures = pictures != Html::default();
+    let class = if has_pictures { "c4 next" } else { "c12 next" };
+    let next = element(
+        "aside",
+        &[("class", class)],
         [
-            leaf("strong", &[("id", "verdict")], headline),
-            blocks(&report.lead, folder)?,
+            leaf("h2", &[], "What to do next"),
+            element("ol", &[], steps),
         ],
-    ))
+    );
+    Ok(match has_pictures {
+        true => division("grid", [division("c8", pictures), next]),
+        false => division("grid", next),
+    })
+}
+
+/// A command whose options stay with their values where a line ends.
+fn typed(command: &str) -> Html {
+    let mut words: Vec<String> = Vec::new();
+    for word in command.split(' ') {
+        match words.last_mut() {
+            Some(last)
+                if last.starts_with("--") && !last.contains(' ') && !word.starts_with("--") =>
+            {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => words.push(word.to_owned()),
+        }
+    }
+    let spans = words
+        .into_iter()
+        .map(|word| Html::from([leaf("span", &[], word), text(" ")]));
+    spans.collect()
+}
+
+/// By which methods, and the files beside the page.
+fn foot(report: &Report, folder: &Path) -> Result<Html> {
+    let notes = report
+        .notes
+        .iter()
+        .map(|words| element("p", &[], prose(words)));
+    let mut files = names(folder)?;
+    // What scripts read stands first.
+    files.sort_by_key(|name| !name.ends_with(".json"));
+    let link = |name: &String| leaf("a", &[("href", name)], name);
+    let parted = |files: &[String]| -> Html {
+        let links = files.iter().enumerate();
+        links
+            .map(|(k, name)| Html::from([text(if k == 0 { "" } else { ", " }), link(name)]))
+            .collect()
+    };
+    let mut all = vec![text("Beside this page: ")];
+    match files.len() {
+        0..=6 => all.extend([parted(&files), text(".")]),
+        more => {
+            let rest = format!("{} files", more - 3);
+            all.extend([
+                parted(&files[..3]),
+                text(" and "),
+                folded(text(rest), [parted(&files[3..])]),
+            ]);
+        }
+    }
+    let notes: Html = notes.collect();
+    Ok(element("footer", &[], [notes, division("files", all)]))
+}
+
+/// Side by side, in so many columns of twelve each.
+pub(super) fn beside<const N: usize>(all: [(&str, Html); N]) -> Html {
+    division("grid", all.map(|(class, part)| division(class, part)))
+}
+
+/// Any number of pictures, three in a row.
+pub(super) fn in_thirds(all: impl Iterator<Item = Html>) -> Html {
+    let parts: Html = all.map(|part| division("c4 half", part)).collect();
+    division("grid", parts)
+}
+
+/// Names and what they are, beside a picture.
+pub(super) fn known(of: &[(&str, String)]) -> Html {
+    facts(of)
+}
+
+/// A part with a heading.
+pub(super) fn titled(words: &str, part: Html) -> Html {
+    Html::from([element("h2", &[], prose(words)), part])
 }
 
 fn blocks(all: &[Block], folder: &Path) -> Result<Html> {
@@ -103,23 +258,24 @@ fn blocks(all: &[Block], folder: &Path) -> Result<Html> {
 
 fn block(block: &Block, folder: &Path) -> Result<Html> {
     Ok(match block {
-        Block::Heading(level, words) => leaf(&format!("h{level}"), &[], words),
+        Block::Heading(level, words) => element(&format!("h{level}"), &[], prose(words)),
         Block::Text(words) => element("p", &[], prose(words)),
         Block::List(items) => {
             let items = items.iter().map(|item| element("li", &[], prose(item)));
             element("ul", &[], items)
         }
-        Block::Commands(lines) => element(
-            "pre",
-            &[("class", "wide")],
-            leaf("code", &[], lines.join("\n")),
-        ),
+        Block::Commands(lines) => leaf("pre", &[], lines.join("\n")),
         Block::Facts(of) => facts(of),
         Block::Table(of) => table(of),
         Block::Figure(of) => on_paper(of, folder)?,
         Block::Folded(summary, inner) => {
-            let summary = element("summary", &[], prose(summary));
-            element("details", &[], [summary, blocks(inner, folder)?])
+            // What stands behind the dot is less than a name.
+            let (name, about) = summary.split_once('·').unwrap_or((summary, ""));
+            let about = match about {
+                "" => Html::default(),
+                about => element("span", &[], prose(format!("·{about}"))),
+            };
+            folded(Html::from([prose(name), about]), [blocks(inner, folder)?])
         }
         Block::Page(inner) => blocks(inner, folder)?,
         Block::Terminal(_) => Html::default(),
@@ -131,11 +287,7 @@ fn block(block: &Block, folder: &Path) -> Result<Html> {
 fn on_paper(of: &Figure, folder: &Path) -> Result<Html> {
     let path = folder.join(format!("{}.svg", of.name));
     let svg = fs::read_to_string(&path).map_err(Error::io(&path, "read"))?;
-    let drawn = element(
-        "div",
-        &[("class", "wide")],
-        picture(&svg, &of.caption, "paper"),
-    );
+    let drawn = division("scroll", picture(&svg, &of.caption, "paper"));
     let links = ["svg", "png"].map(|suffix| {
         let name = format!("{}.{suffix}", of.name);
         Html::from([
@@ -144,5 +296,5 @@ fn on_paper(of: &Figure, folder: &Path) -> Result<Html> {
         ])
     });
     let caption = element("figcaption", &[], [prose(&of.caption), Html::from(links)]);
-    Ok(element("figure", &[], [drawn, caption]))
+    Ok(element("figure", &[], [caption, drawn]))
 }

@@ -1,23 +1,25 @@
-// Tables sort by the column whose name is pressed; without scripts they stay as they are.
+// For comfort only: tables sort by the column whose name is pressed, by the numbers behind its cells where there are any.
 for (const table of document.querySelectorAll("table")) {
-  table.querySelectorAll("thead th").forEach((th, column) => {
+  const heads = [...table.querySelectorAll("thead th")];
+  heads.forEach((th, column) => {
     const button = document.createElement("button");
-    button.textContent = th.textContent;
     button.type = "button";
+    button.append(...th.childNodes);
     th.replaceChildren(button);
     let up = false;
     button.addEventListener("click", () => {
       up = !up;
-      const key = (row) => row.cells[column].dataset.key ?? row.cells[column].textContent.trim();
-      const rows = [...table.tBodies[0].rows];
-      rows.sort((a, b) => {
-        const [x, y] = [key(a), key(b)];
-        const [p, q] = [Number(x), Number(y)];
-        const order = x !== "" && y !== "" && !Number.isNaN(p) && !Number.isNaN(q) ? p - q : x.localeCompare(y);
+      const rows = [...table.tBodies[0].rows].map((row) => [row.cells[column], row]);
+      const number = (cell) => (cell.dataset.v === undefined ? NaN : Number(cell.dataset.v));
+      const isNumeric = rows.some(([cell]) => cell.dataset.v !== undefined);
+      rows.sort(([a], [b]) => {
+        const order = isNumeric ? number(a) - number(b) : a.textContent.localeCompare(b.textContent, "en", { numeric: true });
+        // What has no number stands last, whichever way.
+        if (Number.isNaN(order)) return Number.isNaN(number(a)) - Number.isNaN(number(b));
         return up ? order : -order;
       });
-      table.tBodies[0].append(...rows);
-      for (const other of table.querySelectorAll("thead th")) other.removeAttribute("aria-sort");
+      table.tBodies[0].append(...rows.map(([, row]) => row));
+      for (const other of heads) other.removeAttribute("aria-sort");
       th.setAttribute("aria-sort", up ? "ascending" : "descending");
     });
   });

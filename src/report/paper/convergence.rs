@@ -8,7 +8,8 @@ use plotters::coord::{CoordTranslate, Shift};
 use plotters::prelude::*;
 
 use crate::campaigns::paper::{ExampleOutcome, PaperOutcome, SeriesLevel};
-use crate::report::drawing::{Drawn, axes, font, power_of_ten};
+use crate::report::drawing::{Drawn, axes, font};
+use crate::report::number::power_of_ten;
 
 /// Half the size of a marker.
 const MARKER: i32 = 7;

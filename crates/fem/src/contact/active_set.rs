@@ -111,10 +111,24 @@ impl ActiveSet {
         self.partial
     }
 
-    /// How many conditions have another status than in `other`.
-    pub fn differs(&self, other: &ActiveSet) -> usize {
-        let pairs = self.contact.iter().zip(&other.contact);
-        pairs.filter(|(a, b)| a != b).count()
+    /// The conditions that have another status than in `other`.
+    pub fn differing(&self, other: &ActiveSet) -> Vec<usize> {
+        let pairs = self.contact.iter().zip(&other.contact).enumerate();
+        pairs.filter(|(_, (a, b))| a != b).map(|(k, _)| k).collect()
+    }
+
+    /// The same set with the other status of some conditions.
+    pub fn with_turned(&self, conditions: impl IntoIterator<Item = usize>) -> ActiveSet {
+        let mut contact = self.contact.clone();
+        conditions
+            .into_iter()
+            .for_each(|k| contact[k] = !contact[k]);
+        ActiveSet {
+            groups: self.groups.clone(),
+            contact,
+            rule: BlockPivot::new(),
+            partial: false,
+        }
     }
 
     /// Takes the sign of P(u) as it is; the number of conditions that change.
@@ -131,16 +145,7 @@ impl ActiveSet {
     /// least-index rule the first. The number of conditions that change.
     pub fn pivot(&mut self, scheme: &dyn System, u: &[f64]) -> usize {
         let before = self.contact.clone();
-        let violated: Vec<usize> = (0..self.groups.len())
-            .filter(|&k| {
-                let (p, rounding) = self.p(scheme, u, k);
-                if self.contact[self.groups[k].start] {
-                    p > rounding
-                } else {
-                    p < -rounding
-                }
-            })
-            .collect();
+        let violated = self.violated(scheme, u);
         let turned = self.rule.count(violated.len());
         self.partial = turned < violated.len();
         for &k in violated.iter().take(turned) {
@@ -162,6 +167,19 @@ impl ActiveSet {
         }
         let pairs = before.iter().zip(&self.contact);
         pairs.filter(|(a, b)| a != b).count()
+    }
+
+    /// The groups whose status u contradicts beyond rounding.
+    pub fn violated(&self, scheme: &dyn System, u: &[f64]) -> Vec<usize> {
+        let is_violated = |k: &usize| {
+            let (p, rounding) = self.p(scheme, u, *k);
+            if self.contact[self.groups[*k].start] {
+                p > rounding
+            } else {
+                p < -rounding
+            }
+        };
+        (0..self.groups.len()).filter(is_violated).collect()
     }
 
     /// (α, β) of each condition: the law of its status. A row that has a whole face is divided by

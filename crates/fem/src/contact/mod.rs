@@ -26,9 +26,11 @@ mod quantities;
 mod residual;
 mod scheme;
 mod sensitivity;
+mod several;
 mod solution;
 mod solve;
 mod system;
+mod unique;
 mod vertex_values;
 
 pub use crate::assembly::combine as gradient;
@@ -43,10 +45,12 @@ pub use law::{Formula, Law, Multiplier, Nitsche, OnContact, Penalty};
 pub use method::Method;
 pub use quantities::{Quantities, face_fields, quantities};
 pub use residual::{Rows, Term};
-pub use sensitivity::condition;
+pub use sensitivity::{Conditioning, PartConditioning, condition};
+pub use several::{Several, several};
 pub use solution::{Ended, Solution, Stop, Timings};
 pub use solve::{solve, solve_by};
 pub use system::Built;
+pub use unique::{Doubt, doubt};
 
 #[cfg(test)]
 mod random_tests;

@@ -91,9 +91,17 @@ impl Problem<'_> {
     /// A row whose terms are all rounding in units of the largest row's is measured by the latter
     /// (M. Arioli, J. W. Demmel, I. S. Duff, SIAM J. Matrix Anal. Appl. 10, 1989): where u = 0 it
     /// would compare one rounding with another. The largest is that of the same connected part: no
-    /// rounding comes from another one, beside which all of u might be small.
+    /// rounding comes from another one, beside which all of u might be small. Nor does a row count for less than a
+    /// thousandth of what (∇u,∇v) is at most: elimination leaves each row a rounding of the largest ones.
     pub fn rows(&self, u: &[f64]) -> Rows {
         let mut size = self.stiffness.sizes(u);
+        let (body_of, count) = &self.bodies;
+        let mut stiffest = vec![0.0_f64; *count];
+        for ((size, body), g) in size.iter().zip(body_of).zip(&self.dirichlet) {
+            if g.is_none() {
+                stiffest[*body as usize] = stiffest[*body as usize].max(*size);
+            }
+        }
         for condition in &self.conditions {
             let [gap, flux] = condition.sizes(u);
             let law = if condition.trace(u).p > 0.0 {
@@ -109,7 +117,6 @@ impl Problem<'_> {
         for (size, load) in size.iter_mut().zip(&self.load) {
             *size += load.abs();
         }
-        let (body_of, count) = &self.bodies;
         let (mut largest, mut highest) = (vec![0.0_f64; *count], vec![0.0_f64; *count]);
         for (row, body) in body_of.iter().enumerate() {
             let body = *body as usize;
@@ -127,7 +134,7 @@ impl Problem<'_> {
             let body = body_of[i] as usize;
             match self.dirichlet[i] {
                 Some(g) => scale(g.abs().max(u[i].abs()), highest[body]),
-                None => scale(size, largest[body]),
+                None => scale(size, largest[body]).max(1e-3 * stiffest[body]),
             }
         };
         Rows {

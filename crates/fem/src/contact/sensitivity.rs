@@ -44,6 +44,113 @@ pub fn condition(problem: &Problem, u: &[f64], settings: Settings) -> Result<f64
     Ok(most(&terms, |off| system.step_everywhere(&laws, off))? / size)
 }
 
+/// How far apart two solutions may be because of what they leave in the rows.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Conditioning {
+    /// By connected part of the mesh.
+    pub parts: Vec<PartConditioning>,
+}
+
+/// A connected part of the mesh.
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+pub struct PartConditioning {
+    /// κ, from below: relative errors ε in each row as it stands in (2.4) move u by κ ε max|u|.
+    pub condition: f64,
+    /// The backward errors of the two.
+    pub residuals: [f64; 2],
+    /// κ times their sum.
+    pub tolerance: f64,
+    /// The same times max|u|.
+    pub moved: f64,
+}
+
+impl Conditioning {
+    /// Of two fields at all dofs; κ is the larger one of the schemes linearised at them.
+    ///
+    /// # Errors
+    /// Those of [`super::solve_by`].
+    pub fn new(problem: &Problem, answers: [&[f64]; 2], settings: Settings) -> Result<Self> {
+        let (part_of, count) = &problem.bodies;
+        let rows = answers.map(|u| problem.rows(u));
+        let mut parts = vec![[0.0_f64; 4]; *count];
+        for (dof, part) in part_of.iter().enumerate() {
+            let [residual_a, residual_b, size, _] = &mut parts[*part as usize];
+            *residual_a = residual_a.max(rows[0].error(dof));
+            *residual_b = residual_b.max(rows[1].error(dof));
+            *size = size.max(answers[0][dof].abs()).max(answers[1][dof].abs());
+        }
+        let difference: Vec<f64> = rows[0]
+            .residual
+            .iter()
+            .zip(&rows[1].residual)
+            .map(|(a, b)| a - b)
+            .collect();
+        let system = system(Scheme::as_it_stands(problem), settings)?;
+        for (u, rows) in answers.iter().zip(&rows) {
+            let set = ActiveSet::new(&*system, &system.restrict(u), Per::Condition);
+            let laws = set.laws(&*system, Iteration::Newton);
+            // What is off with g moves u by no more than itself, at least where it is alone.
+            let free = |row: usize| problem.dirichlet[row].is_none();
+            for signs in signs(&difference) {
+                let terms = rows.scale.iter().zip(&signs).enumerate();
+                let off: Vec<f64> = terms
+                    .map(|(row, (size, sign))| if free(row) { size * sign } else { 0.0 })
+                    .collect();
+                let answer = system.step_everywhere(&laws, &off)?;
+                for (delta, part) in answer.iter().zip(part_of) {
+                    let moved = &mut parts[*part as usize][3];
+                    *moved = moved.max(delta.abs());
+                }
+            }
+        }
+        let of_part = |[a, b, size, response]: [f64; 4]| {
+            let moved = (response + size) * (a + b);
+            PartConditioning {
+                condition: 1.0 + if size > 0.0 { response / size } else { 0.0 },
+                residuals: [a, b],
+                tolerance: if size > 0.0 { moved / size } else { 0.0 },
+                moved,
+            }
+        };
+        Ok(Conditioning {
+            parts: parts.into_iter().map(of_part).collect(),
+        })
+    }
+
+    /// How far each face's dofs may be moved.
+    pub fn by_face(&self, problem: &Problem) -> Vec<f64> {
+        let mesh = problem.space.mesh;
+        let of_face = |face: usize| {
+            let cell = mesh.face_cells(face)[0] as usize;
+            let dof = problem.space.cell_dofs(cell)[0];
+            self.parts[problem.bodies.0[dof as usize] as usize].moved
+        };
+        (0..mesh.face_count()).map(of_face).collect()
+    }
+
+    /// The part where conditioning allows most.
+    pub fn worst(&self) -> Option<&PartConditioning> {
+        self.parts
+            .iter()
+            .max_by(|a, b| a.tolerance.total_cmp(&b.tolerance))
+    }
+}
+
+/// Choices of signs for the right sides: of one sign, in turn, and as the two residuals differ.
+fn signs(difference: &[f64]) -> [Vec<f64>; 3] {
+    let one = vec![1.0; difference.len()];
+    let in_turn = [1.0, -1.0]
+        .into_iter()
+        .cycle()
+        .take(difference.len())
+        .collect();
+    [
+        one,
+        in_turn,
+        difference.iter().map(|d| 1.0_f64.copysign(*d)).collect(),
+    ]
+}
+
 /// Sums of the sizes of the terms of each row, 0 on Γ_D.
 fn sizes_of_rows(scheme: &Scheme, laws: &[Weights], u: &[f64]) -> Vec<f64> {
     let mut terms = scheme.problem.stiffness.sizes(u);

@@ -3,11 +3,11 @@
 use super::system::Built;
 use crate::linear::Choice;
 
-/// When to stop: the relative broken H¹ norm of the increment, as in section 6; or where rounding
-/// leaves nothing to gain.
+/// When to stop: by the broken gradient of the increment, relative to that of u, which all codes measure; or where
+/// rounding leaves nothing to gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// ‖δ‖_{1,h} < increment · ‖u‖_{1,h}
+    /// ‖∇δ‖ < increment · ‖∇u‖, norms over the cells
     pub increment: f64,
     pub max_iterations: usize,
 }

@@ -150,7 +150,7 @@ pub fn solve_by(
         if per == Per::Face && (changed == 0 || arrived) {
             per = Per::Condition;
             let by_face = std::mem::replace(&mut set, ActiveSet::new(scheme, &u, per));
-            changed = set.differs(&by_face);
+            changed = set.differing(&by_face).len();
             arrived &= changed == 0;
         }
         let mut r = scheme.residual(&u);

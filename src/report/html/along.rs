@@ -1,0 +1,233 @@
+//! What happens along Γ_C of a plane mesh, face by face, and how the iterations went.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use super::Html;
+use super::chain::Chain;
+use super::markup::{division, escape, figure};
+use super::plane::{drawing, word};
+use super::residual::Put;
+use crate::report::number::{number, place, size, trimmed};
+use faceoff_fem::contact::Problem;
+use faceoff_mesh::field::FaceFields;
+
+/// Widths of the drawing on a wide and on a narrow page.
+const WIDTHS: [f64; 2] = [1090.0, 358.0];
+pub(super) const LEFT: f64 = 46.0;
+/// Of so many faces each tells its numbers where one points.
+const TOLD: usize = 150;
+
+/// Differences on faces, by the names of the two.
+pub(in crate::report) type Named = (String, Vec<(u32, f64)>);
+
+/// What is known of a scene on its contact faces.
+pub(in crate::report) struct Along<'a> {
+    pub problem: &'a Problem<'a>,
+    pub fields: &'a [FaceFields],
+    /// Those whose residual is shown, the one at fault last.
+    pub puts: &'a [Put<'a>],
+    /// Differences of means on all faces, relative to max|u|, with the names of the two; the one that matters last.
+    pub differences: Vec<Named>,
+    pub tolerance: f64,
+    /// Names of those at fault.
+    pub faulty: Vec<&'a str>,
+}
+
+/// A panel's frame: values to heights.
+pub(super) struct Panel {
+    pub top: f64,
+    pub height: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Panel {
+    pub fn y(&self, value: f64) -> f64 {
+        let share = (self.high - value.clamp(self.low, self.high)) / (self.high - self.low);
+        self.top + self.height * share
+    }
+
+    pub fn log(&self, value: f64) -> f64 {
+        self.y(if value > 0.0 { value.log10() } else { self.low })
+    }
+}
+
+pub(super) struct Sheet<'a> {
+    pub of: &'a Along<'a>,
+    pub chain: &'a Chain,
+    pub right: f64,
+    pub is_narrow: bool,
+    pub svg: String,
+    pub at: f64,
+}
+
+impl Along<'_> {
+    /// Both drawings, of which the page shows one.
+    pub fn figure(&self, caption: &str) -> Html {
+        let contact: Vec<u32> = self.problem.contact.iter().map(|f| f.face as u32).collect();
+        let Some(first) = self
+            .fields
+            .first()
+            .filter(|f| f.dim == 2 && !contact.is_empty())
+        else {
+            return Html::default();
+        };
+        let chain = super::chain::chain(first, &contact);
+        let drawn = WIDTHS.map(|width| self.drawn(&chain, width));
+        let [wide, narrow] = drawn;
+        figure(
+            "",
+            caption,
+            [division("wide", wide), division("narrow", narrow)],
+        )
+    }
+
+    fn drawn(&self, chain: &Chain, width: f64) -> Html {
+        let is_narrow = width < 500.0;
+        let label = if is_narrow { 8.0 } else { 150.0 };
+        let mut sheet = Sheet {
+            of: self,
+            chain,
+            right: width - label,
+            is_narrow,
+            svg: String::new(),
+            at: 14.0,
+        };
+        sheet.band();
+        sheet.trace();
+        sheet.status();
+        sheet.gamma();
+        sheet.residuals();
+        sheet.differences();
+        sheet.positions();
+        let height = sheet.at;
+        drawing(
+            "u, contact, γ, residual and difference along Γ_C",
+            [width, height],
+            &sheet.svg,
+        )
+    }
+
+    pub fn is_faulty(&self, name: &str) -> bool {
+        self.faulty.contains(&name)
+    }
+}
+
+impl Sheet<'_> {
+    pub fn x(&self, s: f64) -> f64 {
+        let (from, to) = self.ends();
+        LEFT + (self.right - LEFT) * (s - from) / (to - from).max(f64::MIN_POSITIVE)
+    }
+
+    fn ends(&self) -> (f64, f64) {
+        let ends = self.chain.ends.iter();
+        let from = ends.clone().fold(f64::INFINITY, |low, e| low.min(e.0));
+        (from, ends.fold(f64::NEG_INFINITY, |high, e| high.max(e.1)))
+    }
+
+    pub fn title(&mut self, words: &str) {
+        self.svg += &word("t b", [0.0, self.at], words);
+        self.at += 8.0;
+    }
+
+    /// A word on the right, where there is room.
+    pub fn tag(&mut self, words: &str, y: f64, class: &str) {
+        if !self.is_narrow {
+            self.svg += &word(&format!("t {class}"), [self.right + 8.0, y], words);
+        }
+    }
+
+    /// A line through positions and heights; points that are nearer than a line is wide are left out.
+    pub fn line_through(&self, points: impl Iterator<Item = (f64, f64)>) -> String {
+        let (mut path, mut last) = (String::new(), f64::NEG_INFINITY);
+        for (s, y) in points {
+            let x = self.x(s);
+            if (x - last).abs() >= 0.6 {
+                let _ = write!(
+                    path,
+                    "{}{x:.1} {y:.1}",
+                    if path.is_empty() { 'M' } else { 'L' }
+                );
+                last = x;
+            }
+        }
+        path
+    }
+
+    pub fn line(&mut self, class: &str, y: f64, label: &str) {
+        let right = self.right;
+        let _ = write!(
+            self.svg,
+            "<path class=\"{class}\" d=\"M{LEFT} {y:.1}H{right}\"/>"
+        );
+        self.svg += &word("t e", [LEFT - 6.0, y + 3.5], label);
+    }
+
+    /// Marks the faces that are to blame, from top to bottom; its place in the drawing is the first.
+    fn band(&mut self) {
+        let blamed: BTreeSet<&[u32]> = self
+            .of
+            .puts
+            .iter()
+            .flat_map(Put::blamed)
+            .map(|s| &s.vertices[..])
+            .collect();
+        let mesh = self.of.problem.space.mesh;
+        for (k, row) in self.chain.rows.iter().enumerate() {
+            if blamed.contains(mesh.face(self.of.problem.contact[*row].face)) {
+                let (a, b) = self.chain.ends[k];
+                let (a, b) = (self.x(a), self.x(b));
+                let _ = write!(
+                    self.svg,
+                    "<path class=\"bandf\" d=\"M{a:.1} 4H{b:.1}V{{foot}}H{a:.1}z\"/>"
+                );
+            }
+        }
+    }
+
+    /// The positions, what each face tells where one points at it, and the end of the band.
+    fn positions(&mut self) {
+        let (from, to) = self.ends();
+        let y = self.at + 16.0;
+        for k in 0..=4 {
+            let s = from + (to - from) * f64::from(k) / 4.0;
+            self.svg += &word("t m", [self.x(s), y], &trimmed(&number(s, 3)));
+        }
+        if !self.is_narrow {
+            let axis = self.chain.axis;
+            self.svg += &word("t", [self.right + 8.0, y], axis);
+        }
+        if self.chain.rows.len() <= TOLD {
+            let (problem, mesh) = (self.of.problem, self.of.problem.space.mesh);
+            for (k, row) in self.chain.rows.iter().enumerate() {
+                let face = &problem.contact[*row];
+                let (a, b) = self.chain.ends[k];
+                let (a, b) = (self.x(a), self.x(b));
+                let mut told = format!(
+                    "face {:?} at {}",
+                    mesh.face(face.face),
+                    place(&mesh.face_midpoint(face.face)[..2])
+                );
+                for put in self.of.puts {
+                    let mut rows = problem
+                        .space
+                        .face_dofs(face.cell, mesh.local_face(face.cell, face.face));
+                    let error = rows
+                        .by_ref()
+                        .map(|r| put.errors[r as usize])
+                        .fold(0.0, f64::max);
+                    let _ = write!(told, "\n{}: residual {}", put.name, size(error));
+                }
+                let _ = write!(
+                    self.svg,
+                    "<path class=\"hv\" d=\"M{a:.1} 4H{b:.1}V{:.0}H{a:.1}z\"><title>{}</title></path>",
+                    self.at,
+                    escape(&told)
+                );
+            }
+        }
+        self.svg = self.svg.replace("{foot}", &format!("{:.0}", self.at + 2.0));
+        self.at += 20.0;
+    }
+}

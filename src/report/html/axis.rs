@@ -1,0 +1,102 @@
+//! Numbers as dots on one logarithmic axis, a strip a row of a table. They are HTML, so that they keep their shape.
+
+use super::markup::{Html, division, element, leaf, text};
+use crate::report::number::{power_of_ten, size};
+
+/// Decades from end to end, and where the tolerances are.
+pub(super) struct Axis {
+    low: f64,
+    high: f64,
+    tolerances: Vec<f64>,
+}
+
+/// A number on an axis: its class, and what is said of it.
+pub(super) struct Dot {
+    pub value: f64,
+    pub class: &'static str,
+    pub title: String,
+}
+
+impl Axis {
+    /// From rounding to some decades above the tolerances and the largest value.
+    pub fn new(values: impl Iterator<Item = f64>, tolerances: Vec<f64>) -> Self {
+        let finite = values.filter(|v| v.is_finite() && *v > 0.0);
+        let largest = finite
+            .chain(tolerances.iter().copied())
+            .fold(1e-13, f64::max);
+        Axis {
+            low: -17.0,
+            high: (largest.log10() + 0.5).ceil().min(300.0),
+            tolerances,
+        }
+    }
+
+    /// Of 0 the left end, of what is not finite the right one.
+    fn percent(&self, value: f64) -> f64 {
+        let decades = match value {
+            v if !v.is_finite() => self.high,
+            v => v.log10().clamp(self.low, self.high),
+        };
+        100.0 * (decades - self.low) / (self.high - self.low)
+    }
+
+    /// The powers of ten above a column of strips.
+    pub fn head(&self) -> Html {
+        let every = match self.high - self.low {
+            span if span > 30.0 => 50,
+            span if span > 12.0 => 4,
+            _ => 2,
+        };
+        let powers: Vec<i32> = self
+            .tolerances
+            .iter()
+            .map(|t| t.log10().round() as i32)
+            .collect();
+        let first = powers.first().copied().unwrap_or(-12);
+        let inside =
+            |power: &i32| f64::from(*power) > self.low && f64::from(*power) < self.high + 0.1;
+        let ticks = (-400..=400).filter(|p| (p - first) % every == 0);
+        let ticks = ticks.filter(|power| {
+            inside(power)
+                && !powers
+                    .iter()
+                    .any(|of| of != power && (of - power).abs() < every)
+        });
+        let mut all: Vec<i32> = ticks.chain(powers.iter().copied()).collect();
+        all.sort_unstable();
+        all.dedup();
+        let spans = all.into_iter().map(|power| {
+            let left = format!("left:{:.1}%", self.percent(10f64.powi(power)));
+            let mut attributes = vec![("style", &*left)];
+            attributes.extend(powers.contains(&power).then_some(("class", "b")));
+            leaf("span", &attributes, power_of_ten(power))
+        });
+        element("span", &[("class", "axis"), ("aria-hidden", "true")], spans)
+    }
+
+    pub fn strip(&self, dots: &[Dot]) -> Html {
+        let line = [leaf("s", &[], "")].into_iter();
+        let tolerances = self.tolerances.iter().map(|tolerance| {
+            let left = format!("left:{:.1}%", self.percent(*tolerance));
+            leaf("u", &[("style", &left)], "")
+        });
+        let dots = dots.iter().map(|dot| {
+            let (left, title) = (format!("left:{:.1}%", self.percent(dot.value)), &*dot.title);
+            let title = format!("{title}: {}", size(dot.value));
+            let mut attributes = vec![("style", &*left), ("title", &*title)];
+            attributes.extend((!dot.class.is_empty()).then_some(("class", dot.class)));
+            leaf("i", &attributes, "")
+        });
+        division("strip", line.chain(tolerances).chain(dots))
+    }
+}
+
+/// Whose the dots are.
+pub(super) fn key<'a>(names: impl Iterator<Item = (&'a str, &'static str)>) -> Html {
+    names
+        .map(|(name, class)| {
+            let dot = leaf("i", &[("class", class)], "");
+            element("span", &[("class", "key")], [dot, text(name)])
+        })
+        .collect()
+}

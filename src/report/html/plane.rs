@@ -1,0 +1,225 @@
+//! What lies in a plane as shapes of a picture: one path a colour, in whole units, each point relative to the one before.
+
+use std::fmt::Write as _;
+
+use super::markup::escape;
+use super::ramp::CLASSES;
+
+/// The width of a map in units of its picture.
+pub(super) const WIDTH: f64 = 384.0;
+/// Larger sides of squares than this hide what is small.
+const SQUARE: f64 = 4.0;
+
+/// From a window of the plane to a picture; y points up.
+#[derive(Clone, Copy)]
+pub(super) struct View {
+    pub low: [f64; 2],
+    pub high: [f64; 2],
+    scale: f64,
+    left: f64,
+    pub height: f64,
+}
+
+impl View {
+    /// As wide as a map, or as high as is allowed.
+    pub fn new(low: [f64; 2], high: [f64; 2], highest: f64) -> Self {
+        let extent = [0, 1].map(|k| (high[k] - low[k]).max(f64::MIN_POSITIVE));
+        let scale = (WIDTH / extent[0]).min(highest / extent[1]);
+        View {
+            low,
+            high,
+            scale,
+            left: 0.5 * (WIDTH - scale * extent[0]),
+            height: scale * extent[1],
+        }
+    }
+
+    pub fn of(points: impl Iterator<Item = [f64; 2]>, highest: f64) -> Self {
+        let ends = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let (low, high) = points.fold(ends, |(low, high), p| {
+            (
+                [0, 1].map(|k| low[k].min(p[k])),
+                [0, 1].map(|k| high[k].max(p[k])),
+            )
+        });
+        match low[0] <= high[0] {
+            true => View::new(low, high, highest),
+            false => View::new([0.0; 2], [1.0; 2], highest),
+        }
+    }
+
+    pub fn pixel(&self, p: [f64; 2]) -> [f64; 2] {
+        [
+            self.left + (p[0] - self.low[0]) * self.scale,
+            (self.high[1] - p[1]) * self.scale,
+        ]
+    }
+
+    /// Does a shape lie in the window, at least in part?
+    pub fn meets(&self, corners: &[[f64; 2]]) -> bool {
+        (0..2).all(|k| {
+            let of = || corners.iter().map(|p| p[k]);
+            of().any(|x| x >= self.low[k]) && of().any(|x| x <= self.high[k])
+        })
+    }
+}
+
+/// The shapes of each colour.
+pub(super) struct Layers {
+    paths: Vec<String>,
+    class: &'static str,
+}
+
+impl Layers {
+    pub fn new(class: &'static str) -> Self {
+        Layers {
+            paths: vec![String::new(); CLASSES],
+            class,
+        }
+    }
+
+    /// A polygon; what is no larger than a point is left out.
+    pub fn add(&mut self, colour: usize, view: &View, corners: &[[f64; 2]]) {
+        let Some(path) = self.paths.get_mut(colour) else {
+            return;
+        };
+        let round = |p: &[f64; 2]| view.pixel(*p).map(|x| x.round() as i64);
+        let mut points = corners.iter().map(round);
+        let Some(first) = points.next() else { return };
+        let mut last = first;
+        let _ = write!(path, "M{} {}l", first[0], first[1]);
+        for (k, point) in points.enumerate() {
+            let [x, y] = [point[0] - last[0], point[1] - last[1]];
+            // A minus parts two numbers as well as a space.
+            let space = |n: i64| if n < 0 { "" } else { " " };
+            let before = if k == 0 { "" } else { space(x) };
+            let _ = write!(path, "{before}{x}{}{y}", space(y));
+            last = point;
+        }
+        path.push('z');
+    }
+
+    /// Squares that lie on each other's right, in the colour of the largest value in each. Values have the order of colours.
+    pub fn add_squares(&mut self, view: &View, points: impl Iterator<Item = ([f64; 2], usize)>) {
+        let columns = (WIDTH / SQUARE) as usize;
+        let rows = (view.height / SQUARE).ceil().max(1.0) as usize;
+        let mut squares: Vec<Option<usize>> = vec![None; columns * rows];
+        for (point, colour) in points {
+            let [x, y] = view.pixel(point);
+            let place = |x: f64, most: usize| ((x / SQUARE).max(0.0) as usize).min(most - 1);
+            let square = &mut squares[place(y, rows) * columns + place(x, columns)];
+            *square = (*square).max(Some(colour));
+        }
+        for (row, of_row) in squares.chunks(columns).enumerate() {
+            let mut from = 0;
+            for run in of_row.chunk_by(|a, b| a == b) {
+                if let Some(path) = run[0].and_then(|colour| self.paths.get_mut(colour)) {
+                    let [x, y, w] = [from, row, run.len()].map(|n| n * SQUARE as usize);
+                    let _ = write!(path, "M{x} {y}h{w}v{s}h-{w}z", s = SQUARE);
+                }
+                from += run.len();
+            }
+        }
+    }
+
+    /// A square for each place where there are points, in the colour of the largest value there, as large as there is room.
+    pub fn add_spots(&mut self, view: &View, points: impl Iterator<Item = ([f64; 2], usize)>) {
+        let mut seen = std::collections::BTreeMap::new();
+        for (point, colour) in points {
+            let at = view.pixel(point).map(|x| (x / SQUARE).round() as i64);
+            let kept = seen.entry(at).or_insert(colour);
+            *kept = (*kept).max(colour);
+        }
+        // On a lattice they touch.
+        let across = ((seen.len() as f64).sqrt() - 1.0).max(1.0);
+        let side = ((WIDTH * view.height).sqrt() / across)
+            .clamp(SQUARE, 48.0)
+            .ceil();
+        let ends = [WIDTH, view.height];
+        for ([x, y], colour) in seen {
+            if let Some(path) = self.paths.get_mut(colour) {
+                let place = |k: i64, end: f64| {
+                    (k as f64 * SQUARE - 0.5 * side)
+                        .min(end - side)
+                        .max(0.0)
+                        .round()
+                };
+                let [x, y] = [place(x, ends[0]), place(y, ends[1])];
+                let _ = write!(path, "M{x} {y}h{side}v{side}h-{side}z");
+            }
+        }
+    }
+
+    pub fn svg(&self, thin: bool) -> String {
+        let mut svg = format!("<g class=\"map{}\">", if thin { " thin" } else { "" });
+        for (k, path) in self
+            .paths
+            .iter()
+            .enumerate()
+            .filter(|(_, path)| !path.is_empty())
+        {
+            let _ = write!(svg, "<path class=\"{}{k}\" d=\"{path}\"/>", self.class);
+        }
+        svg + "</g>"
+    }
+}
+
+/// Lines from point to point, each by itself.
+pub(super) fn segments(view: &View, ends: impl Iterator<Item = [[f64; 2]; 2]>) -> String {
+    let mut path = String::new();
+    for [p, q] in ends {
+        let ([a, b], [c, d]) = (view.pixel(p), view.pixel(q));
+        let _ = write!(path, "M{a:.0} {b:.0}L{c:.0} {d:.0}");
+    }
+    path
+}
+
+/// A drawing, called `label` where it is not seen.
+pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> super::Html {
+    super::markup::raw(format!(
+        "<svg role=\"img\" aria-label=\"{}\" viewBox=\"-2 -2 {:.0} {:.0}\">{inner}</svg>",
+        escape(label),
+        width + 4.0,
+        height + 4.0
+    ))
+}
+
+/// A circle around a place, seen on any ground.
+pub(super) fn circle([x, y]: [f64; 2], radius: f64) -> String {
+    let of = |class: &str, width: f64| {
+        format!(
+            "<circle class=\"{class}\" stroke-width=\"{width}\" cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius}\"/>"
+        )
+    };
+    format!(
+        "<g class=\"mark\">{}{}</g>",
+        of("ring", 5.0),
+        of("redl", 1.8)
+    )
+}
+
+/// A word in a picture, by its classes.
+pub(super) fn word(class: &str, [x, y]: [f64; 2], text: &str) -> String {
+    let mut text = escape(text);
+    for part in ["C", "D", "N"] {
+        let below = format!(
+            "Γ<tspan dy=\"2\" font-size=\"8.5\">{part}</tspan><tspan dy=\"-2\">\u{200b}</tspan>"
+        );
+        text = text.replace(&format!("Γ_{part}"), &below);
+    }
+    format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{text}</text>")
+}
+
+/// Numbers from 0 on that a person would write below an axis, to at most `most`.
+pub(super) fn ticks(most: f64) -> Vec<f64> {
+    let power = 10f64.powf((most / 4.0).log10().floor());
+    let steps = [1.0, 2.0, 2.5, 5.0, 10.0].map(|s| s * power);
+    let step = steps.into_iter().find(|s| most / s <= 5.0).unwrap_or(most);
+    match step.is_normal() {
+        true => (0..=5)
+            .map(|k| f64::from(k) * step)
+            .filter(|t| *t <= most * (1.0 + 1e-9))
+            .collect(),
+        false => vec![0.0],
+    }
+}

@@ -1,0 +1,107 @@
+//! One colour scale for residuals and differences: logarithmic, cold below the tolerance and warm above it.
+
+use std::fmt::Write as _;
+
+use super::markup::{Html, element, leaf, raw};
+use crate::report::number::{power_of_ten, size};
+
+/// Steps below the tolerance, and all; the style has the colours. One more is for what is not a finite number.
+const COLD: i32 = 20;
+const STEPS: i32 = 48;
+pub(super) const CLASSES: usize = STEPS as usize + 1;
+/// Steps a decade, unless what is shown is larger.
+const A_DECADE: f64 = 4.0;
+
+#[derive(Clone, Copy)]
+pub(super) struct Ramp {
+    pub tolerance: f64,
+    /// Steps a decade above the tolerance.
+    above: f64,
+}
+
+impl Ramp {
+    /// With a tolerance, and wide enough for the largest value.
+    pub fn new(tolerance: f64, largest: f64) -> Self {
+        let room = f64::from(STEPS - COLD);
+        let decades = (largest / tolerance).log10();
+        let above = match decades.is_finite() && decades * A_DECADE > room {
+            true => room / decades.ceil(),
+            false => A_DECADE,
+        };
+        Ramp { tolerance, above }
+    }
+
+    /// The colour of a value, by its number.
+    pub fn step(&self, value: f64) -> usize {
+        if !value.is_finite() {
+            return STEPS as usize;
+        }
+        let decades = (value / self.tolerance).log10();
+        let step = match decades <= 0.0 {
+            true => (decades * A_DECADE).ceil() - 1.0,
+            false => (decades * self.above).floor(),
+        };
+        // Of 0 it is the least integer.
+        (COLD + (step as i32).clamp(-COLD, STEPS - COLD - 1)) as usize
+    }
+
+    /// The scale with its powers of ten, and what it is of.
+    pub fn bar(&self, label: &str) -> Html {
+        let (left, width) = (12.0, 376.0);
+        let at = |step: f64| left + width * step / f64::from(STEPS);
+        let mut svg =
+            String::from("<svg role=\"img\" aria-label=\"colour scale\" viewBox=\"0 0 400 40\">");
+        for step in 0..STEPS {
+            let (x, w) = (at(f64::from(step)), width / f64::from(STEPS) + 0.3);
+            let _ = write!(
+                svg,
+                "<path class=\"f k{step}\" shape-rendering=\"crispEdges\" d=\"M{x:.1} 12h{w:.2}v8h-{w:.2}z\"/>"
+            );
+        }
+        let x = at(f64::from(COLD));
+        let of_tolerance = match self.tolerance.log10().round() as i32 {
+            power if format!("1e{power}").parse() == Ok(self.tolerance) => power_of_ten(power),
+            _ => size(self.tolerance),
+        };
+        let _ = write!(
+            svg,
+            "<path class=\"ink\" d=\"M{x:.1} 9v14\"/><text class=\"t b m\" x=\"{x:.1}\" y=\"34\">{of_tolerance}</text>\
+             <text class=\"t b m\" x=\"{x:.1}\" y=\"7\">tolerance</text>"
+        );
+        let power = self.tolerance.log10();
+        let every = if self.above < 0.75 * A_DECADE { 4 } else { 2 };
+        for decades in (-4..=16).filter(|d| *d != 0 && d % if *d > 0 { every } else { 2 } == 0) {
+            let steps = f64::from(decades) * if decades > 0 { self.above } else { A_DECADE };
+            let step = f64::from(COLD) + steps;
+            if step <= f64::from(STEPS) && step >= 0.0 {
+                let label = power_of_ten((power + f64::from(decades)).round() as i32);
+                let _ = write!(
+                    svg,
+                    "<text class=\"t m\" x=\"{:.1}\" y=\"34\">{label}</text>",
+                    at(step)
+                );
+            }
+        }
+        svg.push_str("</svg>");
+        let label = leaf("span", &[("class", "cap")], label);
+        element("div", &[("class", "scale")], [label, raw(svg)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_colour_turns_at_the_tolerance() {
+        let ramp = Ramp::new(1e-12, 1e-6);
+        assert!(ramp.step(1e-12) < COLD as usize && ramp.step(1.01e-12) == COLD as usize);
+        assert_eq!([0.0, 1e-17, 1e-18].map(|v| ramp.step(v)), [0, 0, 0]);
+        assert_eq!([1.1e-5, 1e300].map(|v| ramp.step(v)), [47, 47]);
+        assert_eq!([f64::NAN, f64::INFINITY].map(|v| ramp.step(v)), [48, 48]);
+        // What is far above it does not all look alike.
+        let wide = Ramp::new(1e-12, 1.0);
+        assert!(wide.step(1e-3) < wide.step(0.5));
+        assert!((0..=48).contains(&Ramp::new(1e-12, f64::NAN).step(1.0)));
+    }
+}

@@ -1,0 +1,415 @@
+//! Where a field does not solve its scheme: the residual of each row in the plane, around the worst one, and by the
+//! terms that the rows hold. In space see [`super::surface`].
+
+use std::fmt::Write as _;
+
+use super::Html;
+use super::markup::{division, figure};
+use super::plane::{Layers, View, WIDTH, circle, drawing, segments, word};
+use super::ramp::Ramp;
+use super::surface;
+use crate::report::number::{number, size, whole};
+use crate::why::{self, Explanation, Findings, Spot};
+use faceoff_fem::contact::{Problem, Term};
+use faceoff_fem::scene::Part;
+
+/// Of more rows a map of the whole has squares instead of faces.
+const MOST: usize = 20_000;
+/// The same of small maps, of which there are several.
+const MOST_SMALL: usize = 1_500;
+/// So many faces across a zoom.
+const ACROSS: f64 = 7.0;
+const HIGHEST: f64 = 400.0;
+
+/// A field put into a scheme.
+pub(in crate::report) struct Put<'a> {
+    /// Whose it is.
+    pub name: &'a str,
+    pub problem: &'a Problem<'a>,
+    pub u: &'a [f64],
+    /// Of each row.
+    pub errors: Vec<f64>,
+    pub findings: Option<&'a Findings>,
+    pub(super) ramp: Ramp,
+}
+
+impl<'a> Put<'a> {
+    pub fn new(
+        name: &'a str,
+        problem: &'a Problem<'a>,
+        u: &'a [f64],
+        findings: Option<&'a Findings>,
+    ) -> Self {
+        let rows = problem.rows(u);
+        let errors: Vec<f64> = (0..u.len()).map(|row| rows.error(row)).collect();
+        let limit = findings.map_or(crate::run::RESIDUAL_TOLERANCE, |found| found.limit);
+        let finite = errors.iter().filter(|error| error.is_finite());
+        let largest = finite.fold(0.0, |most: f64, error| most.max(*error));
+        Put {
+            name,
+            problem,
+            u,
+            errors,
+            findings,
+            ramp: Ramp::new(limit, largest),
+        }
+    }
+
+    pub fn fails(&self, row: usize) -> bool {
+        // What is not a number fails.
+        !(self.errors[row] <= self.ramp.tolerance)
+    }
+
+    /// The row that is farthest off; what is not a number is.
+    pub fn worst(&self) -> Option<usize> {
+        let key = |row: &usize| match self.errors[*row] {
+            error if error.is_nan() => f64::INFINITY,
+            error => error,
+        };
+        let rows = (0..self.errors.len()).filter(|row| self.fails(*row));
+        rows.max_by(|a, b| key(a).total_cmp(&key(b)))
+    }
+
+    /// The faces whose datum is to blame.
+    pub fn blamed(&self) -> &'a [Spot] {
+        let culprit = self.findings.and_then(Findings::culprit);
+        culprit.map_or(&[], |of: &Explanation| &of.at)
+    }
+
+    pub fn flat(&self, point: [f64; 3]) -> [f64; 2] {
+        [point[0], point[1]]
+    }
+
+    fn faces_of(&self, part: Part) -> Vec<usize> {
+        let parts = self.problem.parts.iter().enumerate();
+        parts
+            .filter(|(_, of)| **of == Some(part))
+            .map(|(face, _)| face)
+            .collect()
+    }
+}
+
+/// The residual as a whole, and around the worst row.
+pub(in crate::report) fn cause(put: &Put, about: &str) -> Html {
+    let held = "Residual of each row, over the sizes of its terms";
+    let pictures = match put.problem.space.mesh.dim {
+        3 => surface::cause(put, about),
+        _ => {
+            let below = division("", [zoom(put, about), put.ramp.bar(held)]);
+            return division("two", [overview(put, about), below]);
+        }
+    };
+    Html::from([division("two", pictures), put.ramp.bar(held)])
+}
+
+/// The shape of each row in the plane: the kite of a face between its ends and the centroids of its cells, and around a
+/// vertex what lies nearest. Where rows stand on both, each edge is shared as 1 : 2 : 1.
+pub(super) fn shapes(problem: &Problem) -> Vec<(usize, Vec<[f64; 2]>)> {
+    let (space, mesh) = (&problem.space, problem.space.mesh);
+    let on = space.element.on();
+    let cut = match (on.vertices, on.edges || on.faces) {
+        (true, true) => 0.25,
+        (true, false) => 0.5,
+        _ => 0.0,
+    };
+    let flat = |p: [f64; 3]| [p[0], p[1]];
+    let at = |v: u32| flat(mesh.points[v as usize]);
+    let towards = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|k| p[k] + cut * (q[k] - p[k]));
+    let centroid = |cell: usize| {
+        let of = mesh.cell(cell).iter().map(|v| at(*v));
+        let sum = of.fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+        sum.map(|x| x / 3.0)
+    };
+    let mut shapes = Vec::new();
+    if on.edges || on.faces {
+        let first = if on.vertices { mesh.points.len() } else { 0 };
+        for face in 0..mesh.face_count() {
+            let ends = mesh.face(face);
+            let (a, b) = (at(ends[0]), at(ends[1]));
+            let [one, other] = mesh.face_cells(face);
+            let mut corners = vec![towards(a, b), centroid(one as usize), towards(b, a)];
+            if !mesh.is_boundary(face) {
+                corners.push(centroid(other as usize));
+            }
+            shapes.push((first + face, corners));
+        }
+    }
+    if on.vertices {
+        for cell in 0..mesh.cell_count() {
+            let vertices = mesh.cell(cell);
+            for k in 0..3 {
+                let [p, q, r] = [k, (k + 1) % 3, (k + 2) % 3].map(|k| at(vertices[k]));
+                let corners = vec![p, towards(p, q), centroid(cell), towards(p, r)];
+                shapes.push((vertices[k] as usize, corners));
+            }
+        }
+    }
+    shapes
+}
+
+/// What the mesh fills.
+pub(super) fn window(problem: &Problem, highest: f64) -> View {
+    let mesh = problem.space.mesh;
+    View::of(mesh.points.iter().map(|p| [p[0], p[1]]), highest)
+}
+
+/// The rows in their colours, those of them that `shows` says.
+pub(super) fn rows(put: &Put, view: &View, most: usize, shows: impl Fn(usize) -> bool) -> String {
+    let mut layers = Layers::new("k");
+    let colour = |row: usize| put.ramp.step(put.errors[row]);
+    let shown = (0..put.errors.len()).filter(|row| shows(*row));
+    if put.errors.len() <= most {
+        for (row, corners) in shapes(put.problem).iter().filter(|(row, _)| shows(*row)) {
+            layers.add(colour(*row), view, corners);
+        }
+    } else {
+        layers.add_squares(
+            view,
+            shown.map(|row| (put.flat(put.problem.space.point(row)), colour(row))),
+        );
+    }
+    layers.svg(put.errors.len() > MOST / 4)
+}
+
+/// The boundary, and Γ_C thick.
+pub(super) fn outline(problem: &Problem, view: &View, thick: f64) -> String {
+    let mesh = problem.space.mesh;
+    let of = |is_contact: bool| {
+        let faces = (0..mesh.face_count()).filter(|face| mesh.is_boundary(*face));
+        let faces =
+            faces.filter(|face| (problem.parts[*face] == Some(Part::Contact)) == is_contact);
+        let ends = faces.map(|face| {
+            let ends = mesh.face(face);
+            [ends[0], ends[1]]
+                .map(|v| mesh.points[v as usize])
+                .map(|p| [p[0], p[1]])
+        });
+        segments(view, ends)
+    };
+    format!(
+        "<path class=\"frame\" d=\"{}\"/><path class=\"ink\" stroke-width=\"{thick}\" d=\"{}\"/>",
+        of(false),
+        of(true)
+    )
+}
+
+fn overview(put: &Put, about: &str) -> Html {
+    let problem = put.problem;
+    let view = window(problem, HIGHEST);
+    let mut svg = rows(put, &view, MOST, |_| true) + &outline(problem, &view, 2.5);
+    if let Some(window) = near(put, &view) {
+        let ([x, y], [r, b]) = (
+            view.pixel([window.low[0], window.high[1]]),
+            view.pixel([window.high[0], window.low[1]]),
+        );
+        let _ = write!(
+            svg,
+            "<path class=\"ink\" stroke-width=\"1.2\" d=\"M{x:.0} {y:.0}H{r:.0}V{b:.0}H{x:.0}z\"/>"
+        );
+    }
+    let worst = put
+        .worst()
+        .map(|row| view.pixel(put.flat(problem.space.point(row))));
+    svg += &worst.map_or(String::new(), |at| circle(at, 9.0));
+    svg += &corners(&view);
+    let caption = format!(
+        "**The cause.** Residual of {}, row by row: {about}",
+        put.name
+    );
+    let picture = drawing(
+        &format!("residual of {}, {about}", put.name),
+        [WIDTH, view.height + 14.0],
+        &svg,
+    );
+    figure("", caption, [picture])
+}
+
+/// The ends of the first axis, below a map.
+pub(super) fn corners(view: &View) -> String {
+    let y = view.height + 13.0;
+    let [left, right] = [view.low, view.high].map(|p| view.pixel(p)[0]);
+    let of = |x: f64| crate::report::number::trimmed(&number(x, 3));
+    word("t", [left, y], &of(view.low[0])) + &word("t e", [right, y], &of(view.high[0]))
+}
+
+/// Some faces around the worst row; none where that is nearly all there is.
+fn near(put: &Put, all: &View) -> Option<View> {
+    let (space, mesh) = (&put.problem.space, put.problem.space.mesh);
+    let row = put.worst()?;
+    let at = put.flat(space.point(row));
+    let carrier = space.carrier(row);
+    let cell =
+        (0..mesh.cell_count()).find(|cell| carrier.iter().all(|v| mesh.cell(*cell).contains(v)))?;
+    let width = ACROSS * mesh.geometry(cell).diameter / std::f64::consts::SQRT_2;
+    let extent = [0, 1].map(|k| all.high[k] - all.low[k]);
+    if width > 0.75 * extent[0] {
+        return None;
+    }
+    let sides = [width, (0.85 * width).min(extent[1])];
+    let low = [0, 1].map(|k| {
+        (at[k] - 0.5 * sides[k])
+            .min(all.high[k] - sides[k])
+            .max(all.low[k])
+    });
+    Some(View::new(low, [0, 1].map(|k| low[k] + sides[k]), HIGHEST))
+}
+
+fn zoom(put: &Put, about: &str) -> Html {
+    let problem = put.problem;
+    let (space, mesh) = (&problem.space, problem.space.mesh);
+    let Some(view) = near(put, &window(problem, HIGHEST)) else {
+        return Html::default();
+    };
+    let mut layers = Layers::new("k");
+    for (row, corners) in shapes(problem).iter().filter(|(_, c)| view.meets(c)) {
+        layers.add(put.ramp.step(put.errors[*row]), &view, corners);
+    }
+    let ends = |face: usize| {
+        let ends = mesh.face(face);
+        [ends[0], ends[1]].map(|v| put.flat(mesh.points[v as usize]))
+    };
+    let inside = |face: &usize| view.meets(&ends(*face));
+    let net = segments(&view, (0..mesh.face_count()).filter(inside).map(ends));
+    let on_contact = put.faces_of(Part::Contact).into_iter().filter(inside);
+    let contact = segments(&view, on_contact.map(ends));
+    let blamed = put
+        .blamed()
+        .iter()
+        .filter_map(|spot| mesh.find_face(&spot.vertices));
+    let blamed: Vec<usize> = blamed.filter(inside).collect();
+    let red = segments(&view, blamed.iter().copied().map(ends));
+    let height = view.height;
+    let mut svg = format!(
+        "<clipPath id=\"z\"><path d=\"M0 -2h{WIDTH}v{h:.0}H0z\"/></clipPath><g clip-path=\"url(#z)\">{}<path class=\"net\" d=\"{net}\"/>\
+         <path class=\"ink\" stroke-width=\"2.5\" d=\"{contact}\"/><path class=\"redl\" stroke-width=\"5\" d=\"{red}\"/></g>\
+         <path class=\"frame\" d=\"M0 0h{WIDTH}v{height:.0}H0z\"/>",
+        layers.svg(false),
+        h = height + 4.0,
+    );
+    // The two rows that are farthest off, with a line to each.
+    let mut failing: Vec<usize> = (0..put.errors.len())
+        .filter(|row| put.fails(*row))
+        .collect();
+    failing.sort_by(|a, b| put.errors[*b].total_cmp(&put.errors[*a]));
+    let count = failing.len();
+    failing.retain(|row| view.meets(&[put.flat(space.point(*row))]));
+    failing.truncate(2);
+    failing.sort_by(|a, b| space.point(*a)[0].total_cmp(&space.point(*b)[0]));
+    let is_low = put
+        .worst()
+        .is_some_and(|row| view.pixel(put.flat(space.point(row)))[1] > 0.5 * height);
+    for (k, row) in failing.iter().enumerate() {
+        let [x, y] = view.pixel(put.flat(space.point(*row)));
+        let is_left = k == 0 && (failing.len() > 1 || x > 0.5 * WIDTH);
+        let [to, anchor] = match is_left {
+            true => [x.min(WIDTH) - 46.0, 1.0],
+            false => [x.max(0.0) + 46.0, 0.0],
+        };
+        let to = to.clamp(96.0 * anchor, WIDTH - 96.0 * (1.0 - anchor));
+        let (up, text) = match is_low {
+            true => (y - 56.0, y - 76.0),
+            false => (y + 46.0, y + 62.0),
+        };
+        let class = if is_left { "s halo e" } else { "s halo" };
+        let _ = write!(
+            svg,
+            "<path class=\"ink\" stroke-width=\".9\" d=\"M{x:.0} {y:.0}L{to:.0} {up:.0}\"/>"
+        );
+        svg += &word(
+            class,
+            [to, text],
+            &format!("row of {:?}", space.carrier(*row)),
+        );
+        svg += &word(class, [to, text + 15.0], &size(put.errors[*row]));
+    }
+    let mut below = 4.0;
+    if let (Some(face), Some(factor)) = (
+        blamed.first(),
+        put.findings
+            .and_then(Findings::culprit)
+            .and_then(|c| c.factor),
+    ) {
+        let [x, y] = view.pixel(put.flat(mesh.face_midpoint(*face)));
+        if y > height - 2.0 {
+            let x = x.clamp(50.0, WIDTH - 50.0);
+            svg += &word(
+                "s red m",
+                [x, height + 17.0],
+                &format!("γ × {}", number(factor, 5)),
+            );
+            svg += &word(
+                "t m",
+                [x, height + 31.0],
+                &format!("face {:?}", mesh.face(*face)),
+            );
+            below = 34.0;
+        }
+    }
+    let shape = match (
+        space.element.on().vertices,
+        space.element.on().edges || space.element.on().faces,
+    ) {
+        (true, true) => "A kite is the row of an edge, a star that of a vertex",
+        (true, false) => "Around each vertex, its row",
+        _ => "Each kite is a face, with a row of its own",
+    };
+    let rest = (0..put.errors.len())
+        .filter(|row| !put.fails(*row))
+        .map(|row| put.errors[row]);
+    let rest = rest.fold(0.0, f64::max);
+    let caption = format!(
+        "**Around the worst.** {shape}; {} rows fail, all others are below {}",
+        whole(count),
+        size(rest)
+    );
+    let picture = drawing(
+        &format!("the worst row of {}, {about}", put.name),
+        [WIDTH, height + below],
+        &svg,
+    );
+    figure("", caption, [picture])
+}
+
+/// A small map for each term: the rows that hold it.
+pub(in crate::report) fn by_term(put: &Put, about: &str) -> Html {
+    let (problem, Some(found)) = (put.problem, put.findings) else {
+        return Html::default();
+    };
+    if problem.space.mesh.dim == 3 {
+        return Html::default();
+    }
+    let mut at_contact = vec![false; put.errors.len()];
+    let dofs = problem
+        .conditions
+        .iter()
+        .flat_map(|condition| &condition.dofs);
+    dofs.for_each(|dof| at_contact[*dof as usize] = true);
+    let view = window(problem, HIGHEST);
+    let maps = found.terms.iter().map(|of| {
+        let is_held = |row: usize| problem.dirichlet[row].is_some();
+        let holds = |row: usize| match of.term {
+            Term::Dirichlet => is_held(row),
+            Term::Volume => !is_held(row),
+            Term::Load => !is_held(row) && problem.load[row] != 0.0,
+            Term::Consistency | Term::Contact => !is_held(row) && at_contact[row],
+        };
+        let svg = rows(put, &view, MOST_SMALL, holds) + &outline(problem, &view, 2.5);
+        let name = why::name(of.term);
+        let picture = drawing(
+            &format!("rows of {name}, {about}"),
+            [WIDTH, view.height],
+            &svg,
+        );
+        let fail = match (of.failing, of.suspect) {
+            (0, _) => "none fails".to_owned(),
+            (failing, true) => format!("**{} fail**: may be wrong", whole(failing)),
+            (failing, _) => format!("{} fail", whole(failing)),
+        };
+        figure(
+            "",
+            format!("**{name}**: {} rows, {fail}", whole(of.rows)),
+            [picture],
+        )
+    });
+    division("five", maps.collect::<Vec<_>>())
+}

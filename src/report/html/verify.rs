@@ -1,0 +1,332 @@
+//! The page of `verify`: where all agree one screen, else the cause, what it does, and all that it rests on.
+
+use super::along::{Along, Named};
+use super::codes::{Codes, fields, heading, posed, tried};
+use super::convergence::newton;
+use super::effect::Effect;
+use super::markup::{Html, division, element, folded, leaf, table, text, word};
+use super::pair::{self, pairs};
+use super::residual::{Put, by_term, cause};
+use super::spread::Spread;
+use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
+use crate::report::culprit::{at_fault, differing, reference};
+use crate::report::headline::culprit;
+use crate::report::model::{self, Table};
+use crate::report::number::{place, size, whole};
+use crate::report::verify::label;
+use crate::why::Diagnosis;
+use faceoff_mesh::error::Result;
+
+/// A run and what was found when codes ran again.
+#[derive(Clone, Copy)]
+pub(in crate::report) struct Run<'a> {
+    pub outcome: &'a VerifyOutcome,
+    pub diagnoses: &'a [Diagnosis],
+}
+
+impl<'a> Run<'a> {
+    /// The case that is shown in detail.
+    fn shown(&self) -> Option<(&'a CaseOutcome, Option<&'a EngineOutcome>)> {
+        let of = culprit(self.outcome).map(|(case, engine)| (case, Some(engine)));
+        of.or_else(|| differing(self.outcome).map(|case| (case, None)))
+    }
+
+    /// The picture at the top.
+    ///
+    /// # Errors
+    /// Faces that cannot be matched.
+    pub fn hero(self) -> Result<Html> {
+        match self.shown() {
+            Some((case, Some(engine))) => {
+                let of = case.setup.case()?;
+                let put = Put::new(
+                    &engine.engine,
+                    &of.problem,
+                    &engine.answer.u,
+                    engine.findings.as_ref(),
+                );
+                Ok(cause(&put, &label(case)))
+            }
+            Some((case, None)) => effect(case, None, &[]),
+            // Those that answered.
+            None if self.outcome.cases.iter().any(|c| !c.pairs.is_empty()) => {
+                Ok(Spread::new(self.outcome)?.figure())
+            }
+            None => Ok(Html::default()),
+        }
+    }
+
+    /// Everything below.
+    ///
+    /// # Errors
+    /// Faces that cannot be matched.
+    pub fn details(self) -> Result<Html> {
+        let outcome = self.outcome;
+        let fault = at_fault(outcome);
+        let codes = Codes::new(outcome, &fault);
+        let Some((case, engine)) = self.shown() else {
+            let about = "What the codes that answered make of it; left of the dashed line, the tolerance, is rounding.";
+            let tables = match codes.names.is_empty() {
+                true => Html::default(),
+                false => Html::from([
+                    heading("h2", "One row per code", about),
+                    codes.by_code(),
+                    heading("h2", "One row per case", ""),
+                    codes.by_case(None),
+                ]),
+            };
+            return Ok(Html::from([tables, self.folds(None)]));
+        };
+        let about = "Each answer is put back into the scheme. Left of the dashed line, the tolerance, is rounding.";
+        let mut parts = vec![heading("h2", "One row per code", about), codes.by_code()];
+        if outcome.cases.len() > 1 {
+            let about = format!(
+                "The largest residual of each case, and where. {}",
+                agreeing(outcome, &fault)
+            );
+            parts.extend([
+                heading("h2", "One row per case", about.trim_end()),
+                codes.by_case(Some(case)),
+            ]);
+        }
+        let of = case.setup.case()?;
+        let about = label(case);
+        let mut puts: Vec<Put> = case
+            .engines
+            .iter()
+            .filter(|e| !fault.contains(&&*e.engine))
+            .map(|e| Put::new(&e.engine, &of.problem, &e.answer.u, None))
+            .collect();
+        puts.extend(
+            engine.map(|e| Put::new(&e.engine, &of.problem, &e.answer.u, e.findings.as_ref())),
+        );
+        let along = Along {
+            problem: &of.problem,
+            fields: &case.fields,
+            puts: &puts,
+            differences: differences(case, &fault)?,
+            tolerance: case.pairs.first().map_or(1e-12, |p| p.field.tolerance),
+            faulty: fault.clone(),
+        };
+        let drawn = along.figure("");
+        if drawn != Html::default() {
+            parts.extend([
+                heading("h2", "Along Γ_C", &format!("{about}. {}", contact(case))),
+                drawn,
+            ]);
+        }
+        if engine.is_some() {
+            parts.push(effect(case, engine, &fault)?);
+        }
+        if let Some(found) = engine
+            .and_then(|e| e.findings.as_ref())
+            .filter(|f| !f.explanations.is_empty())
+        {
+            let about = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
+            parts.extend([
+                heading("h2", "What was tried", about),
+                tried(&found.explanations, found.limit),
+            ]);
+        }
+        for diagnosis in pairs(case)
+            .iter()
+            .flat_map(|pair| pair.diagnoses(case, self.diagnoses).collect::<Vec<_>>())
+        {
+            parts.push(heading(
+                "h2",
+                &format!("{} – {} again", diagnosis.a, diagnosis.b),
+                &diagnosis.sentence(),
+            ));
+            parts.push(table(&again(diagnosis)));
+        }
+        parts.push(
+            self.folds(
+                engine
+                    .map(|_| &puts[puts.len() - 1])
+                    .map(|put| (put, about.as_str())),
+            ),
+        );
+        Ok(parts.into_iter().collect())
+    }
+
+    /// The rows of the case that is shown, and its fields.
+    fn folds(&self, put: Option<(&Put, &str)>) -> Html {
+        let mut parts = Vec::new();
+        if let Some((put, about)) = put
+            && let Some(found) = put.findings.filter(|f| !f.worst.is_empty())
+        {
+            let inner = [
+                by_term(put, about),
+                table(&crate::report::judge::worst(&found.worst)),
+                table(&crate::report::judge::terms(&found.terms)),
+            ];
+            let about =
+                format!("· the rows that are farthest off, and what they are made of; {about}");
+            parts.push(folded(
+                Html::from([text("Rows and terms "), leaf("span", &[], about)]),
+                inner,
+            ));
+        }
+        if let Some((case, _)) = self.shown().filter(|_| self.outcome.cases.len() > 1) {
+            parts.push(folded(summary(case), [fields(case), posed(case)]));
+        }
+        division("folds", parts)
+    }
+
+    /// Every pair and field of all cases, and how they are posed.
+    pub fn rest(self) -> Html {
+        let cases = self.outcome.cases.iter();
+        let of = |case| [element("h3", &[], summary(case)), fields(case), posed(case)];
+        cases.flat_map(of).collect()
+    }
+}
+
+/// Which cases agree although a code is at fault elsewhere.
+fn agreeing(outcome: &VerifyOutcome, fault: &[&str]) -> String {
+    let of = outcome.cases.iter().filter(|c| c.verdict.passes());
+    let names: Vec<String> = of.map(label).collect();
+    match &names[..] {
+        some @ [_, ..] if !fault.is_empty() && some.len() <= 3 => {
+            format!("In {} what is wrong has no say.", some.join(" and "))
+        }
+        _ => String::new(),
+    }
+}
+
+/// Do all codes have the same contact set?
+fn contact(case: &CaseOutcome) -> String {
+    let status = case.pairs.iter().filter(|p| p.field.field == "status");
+    let flips: usize = status
+        .clone()
+        .filter_map(|p| p.field.flips)
+        .max()
+        .unwrap_or(0);
+    match (flips, status.count()) {
+        (_, 0) => String::new(),
+        (0, _) => "All codes have the same contact set.".into(),
+        (flips, _) => format!(
+            "The contact status differs at up to {} quadrature points.",
+            whole(flips)
+        ),
+    }
+}
+
+/// Means that differ, of the pair that matters last, after one of those that are right.
+fn differences(case: &CaseOutcome, fault: &[&str]) -> Result<Vec<Named>> {
+    let all = pairs(case);
+    let is_faulty = |p: &&pair::Pair| fault.iter().any(|name| p.has(name));
+    let right = all.iter().find(|p| !is_faulty(p));
+    let wrong = all.iter().find(is_faulty);
+    let of = |p: &pair::Pair| -> Result<_> {
+        Ok((p.name().replace('–', "−"), p.differences(case, "mean")?))
+    };
+    right.into_iter().chain(wrong).map(of).collect()
+}
+
+/// What a difference looks like.
+fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) -> Result<Html> {
+    let all = pairs(case);
+    let wanted = |p: &&pair::Pair| engine.is_none_or(|e| p.has(&e.engine));
+    let beside = reference(case, fault).map_or("", |e| &*e.engine);
+    let with_right = |p: &&pair::Pair| wanted(p) && p.has(beside);
+    let farthest = all
+        .iter()
+        .filter(wanted)
+        .max_by(|p, q| p.largest().total_cmp(&q.largest()));
+    let pair = match engine {
+        Some(_) => all.iter().find(with_right).or(farthest),
+        None => farthest,
+    };
+    let (Some(pair), of) = (pair, case.setup.case()?) else {
+        return Ok(Html::default());
+    };
+    let Some(field) = pair.worst() else {
+        return Ok(Html::default());
+    };
+    let (values, name) = (
+        pair.differences(case, "mean")?,
+        pair.name().replace('–', "−"),
+    );
+    let shown = Effect {
+        problem: &of.problem,
+        values: &values,
+        tolerance: field.tolerance,
+        name: &name,
+    };
+    let about = label(case);
+    let worst = engine
+        .and_then(|e| e.findings.as_ref())
+        .and_then(|f| f.worst.first());
+    let (from, at) = match (worst, &field.worst) {
+        (Some(spot), _) => (point(&spot.midpoint), place(&spot.midpoint)),
+        (None, Some(worst)) => (point(&worst.midpoint), place(&worst.midpoint)),
+        _ => ([0.0; 3], "the origin".to_owned()),
+    };
+    let others = match all
+        .iter()
+        .find(|p| !std::ptr::eq(*p, pair) && engine.is_some_and(|e| !p.has(&e.engine)))
+    {
+        Some(others) => others.differences(case, "mean")?,
+        None => Vec::new(),
+    };
+    let increments: Vec<(&str, &[f64])> = case
+        .engines
+        .iter()
+        .map(|e| (&*e.engine, &*e.increments))
+        .collect();
+    let faulty: Vec<&str> = engine.iter().map(|e| &*e.engine).collect();
+    let all_stop = case.engines.iter().all(|e| e.converged);
+    let caption = match all_stop {
+        true => "**Newton.** Increment by step: all converge, so that stopping is not the cause",
+        false => "**Newton.** Increment by step",
+    };
+    let stop = case.setup.settings.stop.increment;
+    let newton = newton(&increments, &faulty, Some(stop), caption);
+    let all = [shown.map(&about), shown.decay(from, &at, &others), newton];
+    let pictures = division("grid", all.map(|picture| division("c4 half", picture)));
+    if engine.is_none() {
+        return Ok(pictures);
+    }
+    let beyond = match field.beyond {
+        0 => format!("No face differs beyond the tolerance in `{}`.", field.field),
+        some => format!(
+            "What is wrong in few rows spreads: {} of {} faces differ beyond the tolerance, at most by {} of max |u|. \
+             The map of differences does not show where to look.",
+            whole(some),
+            whole(field.faces),
+            size(field.max_rel)
+        ),
+    };
+    Ok(Html::from([
+        heading("h2", "What it does to the answer", &beyond),
+        pictures,
+    ]))
+}
+
+fn point(x: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|k| x.get(k).copied().unwrap_or(0.0))
+}
+
+fn again(of: &Diagnosis) -> Table {
+    let caption = format!(
+        "One ingredient matched at a time; the difference to begin with is {} of max|u|",
+        size(of.difference)
+    );
+    model::table!(caption, &of.ingredients, |i|
+        "ingredient" => &i.ingredient,
+        "matched" => &i.matched,
+        "difference left" => i.left,
+        "found" => if i.accounts { "accounts for it" } else { "does not" },
+    )
+}
+
+/// `one-zone, cr, n = 16 · disagree, 1.4 · 10⁻⁶ of max |u|`
+fn summary(case: &CaseOutcome) -> Html {
+    let apart = pair::largest(case.pairs.iter().map(|p| &p.field));
+    let how = match case.pairs.is_empty() {
+        true => ", no pair to compare".to_owned(),
+        false => format!(", {} of max |u|", size(apart)),
+    };
+    let rest = [text(" · "), word(case.verdict), text(how)];
+    Html::from([text(label(case)), element("span", &[], rest)])
+}
