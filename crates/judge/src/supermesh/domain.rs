@@ -299,7 +299,8 @@ impl<'a> Domain<'a> {
                 let of_other = self.simplex(other, &origin);
                 let common = clip(self.dim, &of_piece, &of_other, &mut cut, &mut scratch);
                 let smaller = size.min(measure(self.dim, &of_other));
-                if common > 1e-6 * smaller + self.near * self.span(piece).min(self.span(other)) {
+                let strip = self.near * self.span(piece).min(self.span(other));
+                if common > 1e-6 * smaller + strip.min(1e-2 * smaller) {
                     found = Some((other.cell, common));
                 }
             });

@@ -148,7 +148,8 @@ impl Uncovered {
         for (cell, (whole, covered)) in (0..).zip(whole.iter().zip(covered)) {
             let alone = whole - covered;
             found.measure += alone;
-            if alone > allowed[cell as usize] {
+            // In a cell as small as the rounding, a part is still a part.
+            if alone > allowed[cell as usize].min(1e-2 * whole) {
                 found.cells += 1;
                 if alone > largest {
                     (largest, found.worst) = (alone, Some(cell));

@@ -809,3 +809,30 @@ fn a_small_body_is_judged_on_its_own_scale() {
     assert_eq!(compared.verdict, Verdict::Disagree);
     assert!(compared.fields[0].field.worst.as_ref().unwrap().midpoint[0] > 4.0);
 }
+
+/// Cells no larger than the rounding that six digits allow: one that is missing, or there twice, is not taken for rounding.
+#[test]
+fn a_cell_as_small_as_the_rounding_is_a_cell() {
+    let mesh = |leave: Option<usize>, twice: bool| {
+        let mut cells = grid(2, 1, 1, |x| x);
+        let mut small = grid(2, 2, 1, |x| [2.0 + 2e-5 * x[0], 2e-5 * x[1], 0.0]);
+        leave.map(|k| small.remove(k));
+        if twice {
+            small.push(small[0].clone());
+        }
+        cells.extend(small);
+        with(broken("digits", triangle(1), &cells), "u", |x| x[0])
+    };
+    let whole = mesh(None, false);
+    assert_eq!(
+        compare(&whole, &mesh(None, false)).unwrap().verdict,
+        Verdict::Agree
+    );
+    let compared = compare(&whole, &mesh(Some(3), false)).unwrap();
+    let rows: Vec<On> = compared.fields.iter().map(|f| f.on).collect();
+    assert_eq!(
+        (compared.verdict, rows),
+        (Verdict::Disagree, vec![On::Functions, On::Domain])
+    );
+    assert!(compare(&whole, &mesh(None, true)).is_err());
+}
