@@ -328,7 +328,7 @@ pub(super) struct Compare {
     /// Which times to judge
     #[arg(long, value_name = "WHICH", value_parser = ["all", "last"], default_value = "all")]
     pub times: String,
-    /// How far apart two times may be and still be one [default: 1e-9 of the largest]
+    /// How far apart two times may be and still be one [default: what their digits allow]
     #[arg(long, value_name = "DT", value_parser = bound, allow_negative_numbers = true)]
     pub time_tolerance: Option<f64>,
     /// Where B lacks a time of A, interpolate linearly between its neighbours

@@ -208,8 +208,9 @@ impl Request<'_> {
         }
     }
 
+    /// Of a time that somebody types, or that files have with few digits.
     fn time_tolerance(&self, time: f64) -> f64 {
-        self.arguments.time_tolerance.unwrap_or(1e-9 * time.abs())
+        self.arguments.time_tolerance.unwrap_or(1e-6 * time.abs())
     }
 
     /// Two results; returns the first as it was judged. What is written is written here.

@@ -16,7 +16,8 @@ pub enum Pairing {
 /// How times are matched.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Times {
-    /// How far apart two may be and still be one; without it, 1e-9 of the largest.
+    /// How far apart two may be and still be one; without it, 1e-9 of the largest, or the rounding of binary32 where all
+    /// times of one side are such numbers, as in Exodus files.
     pub tolerance: Option<f64>,
     /// Whether the second result is interpolated where it lacks a time of the first.
     pub interpolate: bool,
@@ -33,7 +34,13 @@ pub struct Times {
 /// ```
 pub fn pair_times(a: &[f64], b: &[f64], by: &Times) -> Vec<Pairing> {
     let largest = a.iter().chain(b).fold(0.0_f64, |m, t| m.max(t.abs()));
-    let tolerance = by.tolerance.unwrap_or(1e-9 * largest);
+    let is_single = |list: &[f64]| list.iter().all(|t| f64::from(*t as f32) == *t);
+    let rounding = if is_single(a) || is_single(b) {
+        2e-7
+    } else {
+        1e-9
+    };
+    let tolerance = by.tolerance.unwrap_or(rounding * largest);
     let (mut i, mut j) = (0, 0);
     let mut pairs = Vec::new();
     while i < a.len() || j < b.len() {
@@ -135,6 +142,9 @@ mod tests {
         };
         assert_eq!(pair(&[0.1 + 0.2], &[0.3], None), [Both(0, 0)]);
         assert_eq!(pair(&[1.0], &[1.1], None), [Alone(0, 0), Alone(1, 0)]);
+        let single = [0.1, 0.2].map(|t| f64::from(t as f32));
+        assert_eq!(pair(&[0.1, 0.2], &single, None), [Both(0, 0), Both(1, 1)]);
+        assert_eq!(pair(&[0.1, 0.2], &[0.1, 0.200_000_01], None).len(), 3);
         assert_eq!(pair(&[1.0], &[1.1], Some(0.2)), [Both(0, 0)]);
         // The nearest counts, not the first.
         assert_eq!(
