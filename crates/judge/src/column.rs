@@ -36,6 +36,8 @@ pub(super) struct By<'a> {
     pub tolerance: f64,
     /// Whether NaN on both sides is no difference.
     pub nan_equal: bool,
+    /// Whether several values are the components of one, rather than values at several points.
+    pub has_components: bool,
 }
 
 /// Judges |a - b| ≤ tolerance · unit(k) on the k-th face that carries `a`; `partner` is [`super::align()`]'s.
@@ -145,7 +147,7 @@ pub(super) fn judge_column(
         return Ok(failed("all its values are NaN on both sides".into()));
     }
     let place = |(face, x, y, component): (u32, f64, f64, usize)| {
-        let component = (a.components > 1).then_some(component);
+        let component = (by.has_components && a.components > 1).then_some(component);
         Worst {
             component,
             ..place(fields, face, x, y)

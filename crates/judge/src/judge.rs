@@ -105,6 +105,7 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
         noun: "face",
         tolerance,
         nan_equal: false,
+        has_components: false,
     };
     let mut names: Vec<&str> = a.columns.iter().map(|c| c.name.as_str()).collect();
     for column in &b.columns {
@@ -162,6 +163,7 @@ pub fn judge_conditioned(
             noun: "face",
             tolerance: 1.0,
             nan_equal: false,
+            has_components: false,
         };
         let again = judge_column(a, of_a, of_b, &partner, unit, &by)?;
         let largest = (0..of_a.faces.len()).map(tolerance).fold(0.0, f64::max);

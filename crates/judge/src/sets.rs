@@ -82,6 +82,7 @@ pub(super) fn judge_sets(
             noun,
             tolerance: tolerance.of_scale(0.0).0,
             nan_equal: settings.nan_equal(name),
+            has_components: true,
         };
         let unit = |k: usize| {
             let part = of_a[column_a.faces[k] as usize];
