@@ -92,9 +92,7 @@ def read_step(source, time):
             step = 0 if time is None else times.index(time)
             part.setncatts(whole.__dict__)
             for name, dim in whole.dimensions.items():
-                part.createDimension(
-                    name, None if name == "time_step" else len(dim)
-                )
+                part.createDimension(name, None if name == "time_step" else len(dim))
             for name, old in whole.variables.items():
                 new = part.createVariable(name, old.dtype, old.dimensions)
                 new.setncatts(old.__dict__)
