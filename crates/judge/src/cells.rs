@@ -9,6 +9,7 @@ use super::parts::number;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::{PADDING, Results};
+use faceoff_mesh::mesh::Shape;
 
 /// Compares the cells of the dimensions that both files have, in any order, each as a set of vertices; in O(N log N). Where
 /// only one side has some: how many, and the first of them.
@@ -51,7 +52,7 @@ pub(super) fn other_cells(a: (&Results, &[u32]), b: (&Results, &[u32])) -> Resul
     let Some(&first) = only.iter().min_by_key(|k| of.cells[**k as usize]) else {
         return Ok(None);
     };
-    let vertices = of.key(first).iter().filter(|v| **v != PADDING);
+    let vertices = of.key(first)[..width].iter().filter(|v| **v != PADDING);
     let vertices: Vec<_> = vertices.collect();
     let cell = of.cells[first as usize] as usize;
     let place = side.centroid(cell);
@@ -67,8 +68,10 @@ pub(super) fn other_cells(a: (&Results, &[u32]), b: (&Results, &[u32])) -> Resul
 
 /// Some cells of one file.
 struct Cells {
-    /// `width` numbers each, ascending, [`PADDING`] at the end.
+    /// Numbers of each cell, ascending, [`PADDING`] at the end; then, of a quadrangle, that opposite the lowest of its
+    /// corners, since the same corners in another turn are another cell.
     keys: Vec<u32>,
+    /// One more than the vertices.
     width: usize,
     /// Which cell of the file each is.
     cells: Vec<u32>,
@@ -82,11 +85,14 @@ impl Cells {
         let all = dims.is_empty() || side.kinds.is_empty();
         let mut found = Cells {
             keys: Vec::new(),
-            width,
+            width: width + 1,
             cells: Vec::new(),
             order: Vec::new(),
         };
+        let runs = side.kinds.iter();
+        let mut shapes = runs.flat_map(|(kind, count)| std::iter::repeat_n(kind.shape(), *count));
         for (cell, dim) in side.cell_dimensions().iter().enumerate() {
+            let is_quadrangle = shapes.next() == Some(Shape::Quadrangle);
             cancel::check()?;
             if all || dims.contains(dim) {
                 let start = found.keys.len();
@@ -94,6 +100,14 @@ impl Cells {
                 found.keys.extend(of_cell);
                 found.keys[start..].sort_unstable();
                 found.keys.resize(start + width, PADDING);
+                let mut corners = [PADDING; 4];
+                let of_cell = side.cell(cell).map(|point| number(numbers, point));
+                corners.iter_mut().zip(of_cell).for_each(|(c, v)| *c = v);
+                let lowest = (0..4).min_by_key(|k| corners[*k]).unwrap_or(0);
+                let opposite = corners[(lowest + 2) % 4];
+                found
+                    .keys
+                    .push(if is_quadrangle { opposite } else { PADDING });
                 found.cells.push(cell as u32);
             }
         }

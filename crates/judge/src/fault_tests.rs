@@ -501,3 +501,33 @@ fn nan_may_be_expected_on_both_sides_and_never_on_one() {
         Verdict::Undetermined
     );
 }
+
+/// The same corners in another turn are another cell, which is folded where the first is not.
+#[test]
+fn a_quadrangle_with_two_corners_exchanged_is_another_cell() {
+    let quadrangle = |corners: [u32; 4]| Results {
+        source: "q".into(),
+        space: 2,
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+        width: 4,
+        cells: corners.to_vec(),
+        kinds: vec![(faceoff_mesh::CellKind::Quadrangle, 1)],
+        on_points: vec![field("u", 1, vec![1.0, 2.0, 3.0, 4.0])],
+        ..Results::default()
+    };
+    let whole = quadrangle([0, 1, 2, 3]);
+    for turned in [[1, 2, 3, 0], [3, 2, 1, 0]] {
+        assert_eq!(verdict(&whole, &quadrangle(turned)), Some(Verdict::Agree));
+    }
+    for folded in [[0, 2, 1, 3], [0, 1, 3, 2]] {
+        let error = compare(&whole, &quadrangle(folded), None).unwrap_err();
+        assert!(error.to_string().contains("is folded"), "{error}");
+        let by_vertices = compare(&whole, &quadrangle(folded), Some(MatchBy::Vertices));
+        assert!(
+            by_vertices
+                .unwrap_err()
+                .to_string()
+                .contains("1 of 1 cells")
+        );
+    }
+}
