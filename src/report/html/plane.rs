@@ -132,7 +132,7 @@ impl Layers {
         }
         // On a lattice they overlap, so that no holes are left between its points.
         let across = ((seen.len() as f64).sqrt() - 1.0).max(1.0);
-        let side = (1.4 * (WIDTH * view.height).sqrt() / across)
+        let side = (1.7 * (WIDTH * view.height).sqrt() / across)
             .clamp(SQUARE, 48.0)
             .ceil();
         let ends = [WIDTH, view.height];
