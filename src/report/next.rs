@@ -148,9 +148,14 @@ fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Todo> {
     Some(Todo::new(words, [] as [&str; 0]))
 }
 
+/// What was typed; a word that is no Unicode as far as it is.
+fn words_typed() -> impl Iterator<Item = String> {
+    std::env::args_os().map(|word| word.to_string_lossy().into_owned())
+}
+
 /// An engine as it was named on the command line, where a file describes it.
 fn as_typed(name: &str) -> String {
-    let words: Vec<String> = std::env::args().collect();
+    let words: Vec<String> = words_typed().collect();
     let value = words
         .iter()
         .position(|w| w == "--engines")
@@ -176,7 +181,7 @@ fn scene_as_typed(name: &str) -> String {
     if Scene::builtin_names().any(|known| known == name) {
         return name.to_owned();
     }
-    let engines: Vec<String> = std::env::args()
+    let engines: Vec<String> = words_typed()
         .filter(|w| w.ends_with(".toml") && !w.contains(','))
         .collect();
     match &engines[..] {
