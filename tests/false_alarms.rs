@@ -3,7 +3,7 @@
 //! γ₀ from 1e-6 to 1e6, 2D and 3D; and faults planted in them.
 
 use crate::common::{companion_with, folder, run, test_config, write};
-use faceoff::run::tolerance;
+use faceoff::run::{ROUNDING, tolerance};
 use faceoff_fem::contact::{
     Discretisation, Iteration, Method, Problem, Stop, face_fields, solve_by,
 };
@@ -251,7 +251,7 @@ fn no_false_alarm(engines: &str, scenes: usize) {
         assert_eq!(cases.len(), names.len());
         for case in cases {
             let mut all = case["engines"].as_array().unwrap().iter();
-            if all.all(|e| e["residual"].as_f64().is_some_and(|r| r <= 1e-12)) {
+            if all.all(|e| e["residual"].as_f64().is_some_and(|r| r <= ROUNDING)) {
                 solved += 1;
                 let scene =
                     std::fs::read_to_string(at.join(case["scene"].as_str().unwrap())).unwrap();

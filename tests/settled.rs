@@ -162,7 +162,7 @@ fn two_solutions_are_told_as_such() {
     assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
     let last = ran.stdout.lines().last().unwrap();
     assert!(
-        last.starts_with("several solutions: rust and changed have found two"),
+        last.starts_with("several solutions: the codes rust and changed have found two"),
         "{last}"
     );
     assert!(

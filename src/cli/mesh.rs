@@ -238,6 +238,12 @@ fn check_report<'a>(file: &Path, found: &'a Soundness) -> Result<Report<'a>> {
     let judged = Judged { verdict, found };
     let mut report = Report::new("mesh check", &title, headline, &judged)?;
     report.verdict = Some((verdict, word));
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    report.claim = format!("**{name}** is {word}");
+    report.lede = match words.is_empty() {
+        true => "No cell is inverted, degenerate or there twice, no point is left over, and every boundary face is in a group.".into(),
+        false => format!("It has **{}**.", words.join("**, **")),
+    };
     report.inputs.push(file.to_owned());
     for (what, findings) in odd {
         let more = match findings.count > findings.first.len() {

@@ -270,13 +270,8 @@ pub(super) fn lede_of(
             }
         }
     } else if let Some(why) = settled(outcome) {
-        let mut letters = why.chars();
-        let first = letters.next().map(char::to_uppercase);
-        told.push(format!(
-            "{}{}.",
-            first.into_iter().flatten().collect::<String>(),
-            letters.as_str()
-        ));
+        let (first, rest) = why.split_at(1);
+        told.push(format!("{}{rest}.", first.to_uppercase()));
     } else if let Some(case) = differing(outcome) {
         let why = diagnoses.iter().map(Diagnosis::sentence).next();
         let why = why.unwrap_or_else(|| "`--diagnose` runs the codes again to see why".into());

@@ -121,7 +121,7 @@ pub(super) fn settled(outcome: &VerifyOutcome) -> Option<String> {
             .unique_above
             .map(|gamma0| format!("; with gamma0 above {} there is one only", short(gamma0)));
         return Some(format!(
-            "{a} and {b} have found two solutions of the same scheme, {} of max|u| apart: contact differs at {}{} ({} of {} choices \
+            "the codes {a} and {b} have found two solutions of the same scheme, {} of max|u| apart: contact differs at {}{} ({} of {} choices \
                  of contact there solve it){}; no code is wrong ({about})",
             short(several.apart),
             count(several.differing, "point"),

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::certified::Certified;
-use super::culprit::{claim, equations};
+use super::culprit::{carrier, claim, equations};
 use super::html::{self, Along, Html, Put};
 use super::json::csv;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, short, table, word};
@@ -238,13 +238,21 @@ fn next(told: &Judgement) -> Vec<Todo> {
     let culprit = found.culprit();
     let mut suspects = found.terms.iter().filter(|t| t.suspect).map(|t| t.term);
     let term = culprit.and_then(|c| c.term).or_else(|| suspects.next());
-    let mut steps = Vec::new();
-    steps.extend(term.map(|term| {
-        Todo::new(
-            format!("Look where the code assembles **{}**.", why::name(term)),
-            none,
-        )
-    }));
+    let words = match (culprit, term) {
+        (Some(c), _) if c.ingredient == "γ" => Some(match &c.at[..] {
+            [spot] => format!("Look where the code makes **γ** of {}.", carrier(spot)),
+            _ => "Look where the code makes **γ**.".into(),
+        }),
+        (_, Some(term)) => Some(format!(
+            "Look where the code assembles **{}**.",
+            why::name(term)
+        )),
+        _ => None,
+    };
+    let mut steps: Vec<Todo> = words
+        .into_iter()
+        .map(|words| Todo::new(words, none))
+        .collect();
     let scene = &told.scene;
     steps.push(Todo::new(
         "Hold against it what this program finds:",

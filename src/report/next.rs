@@ -9,6 +9,7 @@ use crate::engine::{self, unique};
 use crate::why::{self, Explanation, Findings};
 use faceoff_fem::contact::Term;
 use faceoff_fem::scene::Scene;
+use faceoff_judge::Verdict;
 
 /// What to do about it.
 pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
@@ -62,6 +63,16 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
             "Try it on small cases with known answers:",
             [format!("faceoff engines check {code}")],
         ));
+    } else if let Some((case, gamma0)) = unique_from(outcome) {
+        let n = case.n.map_or(String::new(), |n| format!(" --n {n}"));
+        steps.push(Todo::new(
+            "See the one solution that it has with a larger γ₀, and put that under `[method]` of the scene:",
+            [format!(
+                "faceoff solve {}{n} --method {} --gamma0 {gamma0:.2e}",
+                scene_as_typed(&case.scene),
+                case.method
+            )],
+        ));
     } else if let Some(case) = differing(outcome) {
         let names: Vec<String> = unique(case.engines.iter().map(|e| &*e.engine))
             .into_iter()
@@ -74,6 +85,17 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
         ));
     }
     steps
+}
+
+/// A case with several solutions, and a γ₀ with which it has one.
+fn unique_from(outcome: &VerifyOutcome) -> Option<(&CaseOutcome, f64)> {
+    let several = |case: &&CaseOutcome| case.verdict == Verdict::Several;
+    let mut cases = outcome.cases.iter().filter(several);
+    cases.find_map(|case| {
+        let mut of = case.settled.iter().filter_map(|s| s.several.as_ref());
+        // Beyond the last digit that is written.
+        Some((case, 1.05 * of.find_map(|several| several.unique_above)?))
+    })
 }
 
 /// The command of one case.
@@ -126,9 +148,14 @@ fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Todo> {
     Some(Todo::new(words, [] as [&str; 0]))
 }
 
+/// What was typed; a word that is no Unicode as far as it is.
+fn words_typed() -> impl Iterator<Item = String> {
+    std::env::args_os().map(|word| word.to_string_lossy().into_owned())
+}
+
 /// An engine as it was named on the command line, where a file describes it.
 fn as_typed(name: &str) -> String {
-    let words: Vec<String> = std::env::args().collect();
+    let words: Vec<String> = words_typed().collect();
     let value = words
         .iter()
         .position(|w| w == "--engines")
@@ -154,7 +181,7 @@ fn scene_as_typed(name: &str) -> String {
     if Scene::builtin_names().any(|known| known == name) {
         return name.to_owned();
     }
-    let engines: Vec<String> = std::env::args()
+    let engines: Vec<String> = words_typed()
         .filter(|w| w.ends_with(".toml") && !w.contains(','))
         .collect();
     match &engines[..] {

@@ -14,7 +14,9 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::engine::{Answer, Case, Engine, Explanation, Progress, Settings, Silent, unique};
-use crate::run::{Answers, Failure, RESIDUAL_TOLERANCE, Runner, Setup, Written, tolerance};
+use crate::run::{
+    Answers, Failure, RESIDUAL_TOLERANCE, ROUNDING, Runner, Setup, Written, tolerance,
+};
 use crate::why::{Again, Diagnosis, Findings, examine};
 use faceoff_fem::contact::{Method, face_fields};
 use faceoff_fem::scene::Scene;
@@ -288,9 +290,7 @@ fn judge_case(
     for (k, (engine_a, a)) in each.iter().enumerate() {
         for (engine_b, b) in &each[k + 1..] {
             let mut judged = judge(a, b, tolerance(&problem.method()))?;
-            let both_solve = [engine_a, engine_b]
-                .iter()
-                .all(|e| e.residual <= RESIDUAL_TOLERANCE);
+            let both_solve = [engine_a, engine_b].iter().all(|e| e.residual <= ROUNDING);
             if both_solve && judged.iter().any(|f| f.verdict == Verdict::Disagree) {
                 let of = [(*a, &engine_a.answer.u[..]), (*b, &engine_b.answer.u[..])];
                 settled.extend(settle::settle(problem, of, &mut judged)?);

@@ -130,9 +130,9 @@ impl Layers {
             let kept = seen.entry(at).or_insert(colour);
             *kept = (*kept).max(colour);
         }
-        // On a lattice they touch.
+        // On a lattice they overlap, so that no holes are left between its points.
         let across = ((seen.len() as f64).sqrt() - 1.0).max(1.0);
-        let side = ((WIDTH * view.height).sqrt() / across)
+        let side = (1.7 * (WIDTH * view.height).sqrt() / across)
             .clamp(SQUARE, 48.0)
             .ceil();
         let ends = [WIDTH, view.height];

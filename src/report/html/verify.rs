@@ -290,8 +290,7 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
     let beyond = match field.beyond {
         0 => format!("No face differs beyond the tolerance in `{}`.", field.field),
         some => format!(
-            "What is wrong in few rows spreads: {} of {} faces differ beyond the tolerance, at most by {} of max |u|. \
-             The map of differences does not show where to look.",
+            "A fault in few rows spreads: {} of {} faces differ beyond the tolerance, by up to {} of max |u|; the map does not show where to look.",
             whole(some),
             whole(field.faces),
             size(field.max_rel)
