@@ -351,13 +351,11 @@ fn pieces_are_looked_for_beside_the_file_only() {
         parallel(&["./part.vtu"]).expect("read").mesh.points.len(),
         4
     );
-    for sources in [
-        &["part.vtu", "part.vtu"][..],
-        &["../part.vtu"],
-        &["/part.vtu"],
-        &[""],
-        &["none.vtu"],
-    ] {
+    // Once for each kind of function, as dolfinx 0.5 lists it.
+    let twice = parallel(&["part.vtu", "part.vtu"]).expect("read");
+    assert_eq!(twice.mesh.points.len(), 4);
+    assert!(twice.warnings.iter().any(|w| w.contains("read once")));
+    for sources in [&["../part.vtu"][..], &["/part.vtu"], &[""], &["none.vtu"]] {
         assert!(parallel(sources).is_err(), "{sources:?}");
     }
 }
