@@ -287,7 +287,7 @@ pub(super) struct Compare {
     pub scene: Option<String>,
     #[command(flatten)]
     pub trust: Trust,
-    /// Judge this field alone, or those of a pattern as in 'u*', a component as in 'u[0]', or a magnitude as in '|u|'; may be given
+    /// Judge this field alone, or those of a pattern as in `u*`, a component as in `u[0]`, or a magnitude as in `|u|`; may be given
     /// several times [default: every field of either file]
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
@@ -504,7 +504,7 @@ pub(super) struct Orders {
         conflicts_with = "reference"
     )]
     pub exact: Option<String>,
-    /// Of results: the field, or a component or magnitude as in 'u[0]' or '|u|'; may be given several times [default: all that
+    /// Of results: the field, or a component or magnitude as in `u[0]` or `|u|`; may be given several times [default: all that
     /// they share]
     #[arg(long, value_name = "NAME", requires = "results")]
     pub only: Vec<String>,
