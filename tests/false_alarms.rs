@@ -19,25 +19,28 @@ use proptest::test_runner::TestRunner;
 /// How many random scenes are judged.
 const SCENES: u32 = 200;
 
+const LOADS: [&str; 7] = [
+    "0",
+    "-1",
+    "-2*pi*sin(2*pi*x)",
+    "10*cos(17*x)*y",
+    "if(x < 0.3, 40, -9)",
+    "-1e-9",
+    "1e6*(x-0.5)",
+];
+const OBSTACLES: [&str; 6] = [
+    "0",
+    "0.1",
+    "-0.05",
+    "0.1*x - 0.02",
+    "0.05*sin(9*x)",
+    "if(x < 0.4, 0.1, -0.1)",
+];
+
 fn any_scene() -> impl Strategy<Value = (String, &'static str, usize)> {
     let pick = |from: &'static [&'static str]| prop::sample::select(from);
-    let f = pick(&[
-        "0",
-        "-1",
-        "-2*pi*sin(2*pi*x)",
-        "10*cos(17*x)*y",
-        "if(x < 0.3, 40, -9)",
-        "-1e-9",
-        "1e6*(x-0.5)",
-    ]);
-    let psi = pick(&[
-        "0",
-        "0.1",
-        "-0.05",
-        "0.1*x - 0.02",
-        "0.05*sin(9*x)",
-        "if(x < 0.4, 0.1, -0.1)",
-    ]);
+    let f = pick(&LOADS);
+    let psi = pick(&OBSTACLES);
     let g = pick(&["0", "0.2*x", "-1", "0.3 - x*x"]);
     let t = pick(&["0", "0.3", "x - y", "sin(20*y)"]);
     let rules = (
@@ -185,23 +188,6 @@ fn text(name: &str, ((is_3d, n, sides), data, (power, is_global), more): &Drawn)
         .iter()
         .map(|power| 10f64.powf(*power))
         .collect();
-    let f = [
-        "0",
-        "-1",
-        "-2*pi*sin(2*pi*x)",
-        "10*cos(17*x)*y",
-        "if(x < 0.3, 40, -9)",
-        "-1e-9",
-        "1e6*(x-0.5)",
-    ];
-    let psi = [
-        "0",
-        "0.1",
-        "-0.05",
-        "0.1*x - 0.02",
-        "0.05*sin(9*x)",
-        "if(x < 0.4, 0.1, -0.1)",
-    ];
     let rules: &[&str] = match dim {
         2 => &["gauss-5", "gauss-3", "gauss-2", "midpoint"],
         _ => &["radon-7", "edges-3", "centroid"],
@@ -213,8 +199,8 @@ fn text(name: &str, ((is_3d, n, sides), data, (power, is_global), more): &Drawn)
          [method]\ngamma0 = {:?}\nh = \"{}\"\ncontact_quadrature = \"{}\"\n",
         if *is_3d { "union-cube" } else { "union-jack" },
         names(free),
-        pick(1, &f),
-        pick(2, &psi),
+        pick(1, &LOADS),
+        pick(2, &OBSTACLES),
         pick(3, &["0", "0.2*x", "-1", "0.3 - x*x"]),
         pick(4, &["0", "0.3", "x - y", "sin(20*y)"]),
         10f64.powf(*power),
