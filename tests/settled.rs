@@ -88,6 +88,19 @@ fn what_rounding_moves_agrees_conditioned_and_a_fault_does_not() {
     );
 }
 
+/// Held along the top, u is small nearly everywhere: elimination leaves a row with small terms a rounding of the large ones.
+#[test]
+fn a_row_with_small_terms_is_no_fault() {
+    let folder = folder();
+    let held_on_top = THIN
+        .replace("dirichlet = [\"left\"]", "dirichlet = [\"top\"]")
+        .replace("\"right\", \"top\"", "\"left\", \"right\"")
+        .replace("n = 16", "n = 24");
+    write(folder.path(), "thin.toml", &held_on_top);
+    let ran = run(folder.path(), &["verify", "thin.toml", "--methods", "p2"]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+}
+
 /// Two cells, one contact face with two points, γ₀ below what Proposition 4.2 asks for.
 const TWO: &str = r#"
 name = "two"
