@@ -92,7 +92,8 @@ fn what_rounding_moves_agrees_conditioned_and_a_fault_does_not() {
 #[test]
 fn a_row_with_small_terms_is_no_fault() {
     let folder = folder();
-    let held_on_top = THIN
+    let wavy = THIN.to_owned() + "psi = \"0.01*cos(9*x)\"\n";
+    let held_on_top = wavy
         .replace("dirichlet = [\"left\"]", "dirichlet = [\"top\"]")
         .replace("\"right\", \"top\"", "\"left\", \"right\"")
         .replace("n = 16", "n = 24");
