@@ -1,0 +1,69 @@
+//! Says of each file what is in it, as one line of JSON: what a program that wants nothing but meshes and fields needs
+//! of this crate, and what other readers are held against.
+//!
+//! ```text
+//! cargo run -p faceoff-mesh --example inspect -- plate.msh u.vtu
+//! ```
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+use faceoff_mesh::{Field, Mesh, io};
+use serde_json::{Value, json};
+
+fn main() {
+    for name in std::env::args().skip(1) {
+        let mut line = match io::open(Path::new(&name), None) {
+            Ok(content) => describe(&content),
+            Err(error) => json!({ "error": error.to_string() }),
+        };
+        line["file"] = json!(name);
+        if writeln!(std::io::stdout(), "{line}").is_err() {
+            return; // whoever reads has had enough
+        }
+    }
+}
+
+fn describe(content: &io::Content) -> Value {
+    let mesh = &content.mesh;
+    let mut cells = BTreeMap::new();
+    for block in &mesh.blocks {
+        *cells.entry(block.kind.to_string()).or_insert(0) += block.len();
+    }
+    let groups = mesh.groups.iter().map(
+        |group| json!({ "dim": group.dim, "tag": group.tag, "name": group.name, "cells": group.cells.len() }),
+    );
+    json!({
+        "format": content.format, "version": content.version, "encoding": content.encoding,
+        "points": mesh.points.len(), "box": bounds(mesh), "cells": cells,
+        "groups": groups.collect::<Vec<_>>(),
+        "fields": mesh.fields.iter().map(field).collect::<Vec<_>>(),
+        "whole": content.whole.iter().map(|data| &data.name).collect::<Vec<_>>(),
+        "warnings": content.warnings, "unread": content.unread,
+    })
+}
+
+/// Least and largest coordinates.
+fn bounds(mesh: &Mesh) -> [[f64; 3]; 2] {
+    let mut ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for point in &mesh.points {
+        for axis in 0..3 {
+            ends[0][axis] = ends[0][axis].min(point[axis]);
+            ends[1][axis] = ends[1][axis].max(point[axis]);
+        }
+    }
+    ends
+}
+
+fn field(field: &Field) -> Value {
+    let values = field.values.to_f64();
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    json!({
+        "name": field.name, "on": field.on.to_string(), "components": field.components,
+        "values": values.len(), "time": field.time, "step": field.step,
+        "min": finite.clone().fold(f64::INFINITY, f64::min),
+        "max": finite.clone().fold(f64::NEG_INFINITY, f64::max),
+        "sum": finite.sum::<f64>(),
+    })
+}
