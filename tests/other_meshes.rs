@@ -204,9 +204,20 @@ fn results_of_dolfinx_on_other_meshes() {
             compare(at, &["on.vtu", "coarse.pvd"]).json()["map"],
             "functions"
         );
-        let refused = compare(at, &["coarse.pvd", "fine.pvd", "--out", "d.vtu"]);
-        assert_eq!(refused.code, Some(2));
-        assert!(refused.stderr.contains("--project"), "{}", refused.stderr);
+        // On each cell of the first its largest difference and both means, which are those of the functions.
+        let ran = compare(at, &["coarse.pvd", "fine.pvd", "--out", "d.vtu"]);
+        assert_eq!(ran.code, Some(1), "{}", ran.stderr);
+        let info = run(at, &["mesh", "info", "d.vtu", "--json", "-"]).json();
+        let names = ["largest |a - b|", "mean of a", "mean of b"];
+        let fields = info["fields"].as_array().unwrap();
+        for name in names {
+            let of = |f: &&Value| f["name"] == format!("u: {name}");
+            let found = fields
+                .iter()
+                .find(of)
+                .unwrap_or_else(|| panic!("{name}: {info}"));
+            assert_eq!(found["on"], "cells");
+        }
     }
     let ran = compare(
         at,

@@ -41,9 +41,7 @@ pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
             deliver(&report::compare(&comparison, &of_a)?, to)?;
             Ok(code(comparison.verdict))
         }
-        Found::Many(parts) => {
-            let [a, b] = [a, b].map(|path| path.display().to_string());
-            let all = Comparisons::new(a, b, parts);
+        Found::Many(all) => {
             deliver(&report::compare_many(&all)?, to)?;
             Ok(code(all.verdict))
         }
@@ -63,7 +61,7 @@ enum Found {
     /// With the result of the first.
     One(Box<Comparison>, Box<Results>),
     /// One part a time.
-    Many(Vec<Part>),
+    Many(Comparisons),
 }
 
 impl Request<'_> {
@@ -99,7 +97,16 @@ impl Request<'_> {
             interpolate: self.arguments.interpolate,
         };
         let pairs = pair_times(&times[0], &times[1], &by);
-        let mut parts = Vec::with_capacity(pairs.len());
+        let [named_a, named_b] = [a, b].map(|path| path.display().to_string());
+        let mut all = Comparisons::new(named_a, named_b);
+        let count = times[1].len();
+        let unused = count - pairs.iter().filter_map(Pairing::of_second).count();
+        if unused > 0 {
+            all.notes.push(format!(
+                "{unused} of the {count} times of {} lie between times of {} and were only interpolated from",
+                b.display(), a.display()
+            ));
+        }
         for pair in pairs {
             let (time, found) = match pair {
                 Pairing::Alone(side, k) => {
@@ -112,19 +119,20 @@ impl Request<'_> {
                     (times[0][i], self.step(&mut sides, i, [j, j + 1], w)?)
                 }
             };
-            parts.push(match found {
-                Ok(comparison) => {
+            match found {
+                Ok((comparison, of_a)) => {
                     let identical = identical && matches!(pair, Pairing::Both(..));
                     let comparison = Comparison {
                         identical,
                         ..comparison
                     };
-                    Part::compared(String::new(), Some(time), comparison)
+                    let part = Part::compared(String::new(), Some(time), comparison);
+                    all.add(part, Some(Box::new(of_a)));
                 }
-                Err(reason) => Part::failed(String::new(), Some(time), reason),
-            });
+                Err(reason) => all.add(Part::failed(String::new(), Some(time), reason), None),
+            }
         }
-        Ok(Found::Many(parts))
+        Ok(Found::Many(all))
     }
 
     /// The i-th result of the first side against the second between two of its own; what is wrong with one time does not
@@ -135,14 +143,14 @@ impl Request<'_> {
         i: usize,
         [j, k]: [usize; 2],
         w: f64,
-    ) -> Result<Result<Comparison, String>> {
+    ) -> Result<Result<(Comparison, Results), String>> {
         let python = self.python.as_deref();
-        let mut compared = || -> Result<Comparison> {
+        let mut compared = || -> Result<(Comparison, Results)> {
             let of_b = match j == k {
                 true => b.read(j, python)?,
                 false => interpolate(&b.read(j, python)?, &b.read(k, python)?, w)?,
             };
-            Ok(self.results(a.read(i, python)?, of_b, false)?.0)
+            self.results(a.read(i, python)?, of_b, false)
         };
         told(compared())
     }
@@ -294,7 +302,11 @@ impl Request<'_> {
             return Err(Error::usage(what, "give two files"));
         }
         let found = folders::files(a, b, &arguments.include, &arguments.exclude)?;
-        let mut parts = Vec::new();
+        let [named_a, named_b] = [a, b].map(|path| path.display().to_string());
+        let mut all = Comparisons {
+            notes: found.notes,
+            ..Comparisons::new(named_a, named_b)
+        };
         for (name, there) in &found.files {
             let title = name.display().to_string();
             if let Some(without) = [a, b]
@@ -303,24 +315,27 @@ impl Request<'_> {
                 .find_map(|(side, there)| (!there).then_some(side))
             {
                 let reason = format!("{} does not have it", without.display());
-                parts.push(Part::failed(title, None, reason));
+                all.add(Part::failed(title, None, reason), None);
                 continue;
             }
             match told(self.files(&a.join(name), &b.join(name)))? {
-                Err(reason) => parts.push(Part::failed(title, None, reason)),
-                Ok(Found::One(comparison, _)) => {
-                    parts.push(Part::compared(title, None, *comparison))
+                Err(reason) => all.add(Part::failed(title, None, reason), None),
+                Ok(Found::One(comparison, of_a)) => {
+                    all.add(Part::compared(title, None, *comparison), Some(of_a));
                 }
                 Ok(Found::Many(times)) => {
-                    let name = |part: Part| Part {
-                        name: title.clone(),
-                        ..part
-                    };
-                    parts.extend(times.into_iter().map(name));
+                    let notes = times.notes.iter().map(|note| format!("{title}: {note}"));
+                    all.notes.extend(notes);
+                    let mut farthest = times.farthest;
+                    for (k, part) in times.parts.into_iter().enumerate() {
+                        let of_a = farthest.take_if(|(farthest, _)| *farthest == k);
+                        let name = title.clone();
+                        all.add(Part { name, ..part }, of_a.map(|(_, of_a)| of_a));
+                    }
                 }
             }
         }
-        if parts.is_empty() {
+        if all.parts.is_empty() {
             let what = format!(
                 "neither {} nor {} has a result to compare",
                 a.display(),
@@ -331,11 +346,7 @@ impl Request<'_> {
                 "name others with --include, as in --include '*.vtu'",
             ));
         }
-        let [a, b] = [a, b].map(|path| path.display().to_string());
-        Ok(Comparisons {
-            notes: found.notes,
-            ..Comparisons::new(a, b, parts)
-        })
+        Ok(all)
     }
 }
 

@@ -7,6 +7,7 @@ use super::html;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, count, table, word};
 use super::number::{number, place, size, whole};
 use super::verify::{remark, why, worst};
+use crate::engine::unique;
 use faceoff_judge::{
     ComparedField, Comparison, Comparisons, Intersection, MatchBy, Norms, On, Part, Verdict,
 };
@@ -59,7 +60,7 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     let common: Vec<_> = comparison.intersection.iter().flat_map(covered).collect();
     facts.extend(common.iter().cloned());
     facts.extend(comparison.notes.iter().map(|note| ("note", note.clone())));
-    let about = "A dot is the largest difference of a field; the dashed lines are the tolerances.";
+    let about = "A dot is the largest difference of a field; the dashed lines are the tolerances. Norms are relative to the larger one of the two.";
     report.blocks = vec![
         Block::Terminal(vec![Block::facts(facts), fields_table(comparison).into()]),
         Block::Page(vec![
@@ -69,10 +70,7 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
         ]),
     ];
     if !common.is_empty() {
-        let table = fields_table(comparison).into();
-        report
-            .blocks
-            .push(Block::Page(vec![Block::facts(common), table]));
+        report.blocks.push(Block::Page(vec![Block::facts(common)]));
     }
     let name = format!("{} – {}", comparison.a, comparison.b);
     report
@@ -251,14 +249,20 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
     let verdict = word(all.verdict);
     let mut report = Report::new("compare", question, verdict, all)?;
     report.verdict = Some((all.verdict, verdict));
-    let failed = all.parts.iter().filter(|part| !part.verdict.passes());
-    let times = all.parts.iter().all(|part| part.name.is_empty());
-    let lead = vec![format!(
-        "{} of {} do not agree within their tolerances.",
-        failed.count(),
-        count(all.parts.len(), if times { "time" } else { "part" })
-    )];
-    report.lead.push(Block::List(lead));
+    report.claim = claim_of_many(all, verdict);
+    report.lede = match all.worst() {
+        Some((part, of)) if !part.verdict.passes() && of.field.reason.is_none() => format!(
+            "Farthest from agreement is **{}**: `{}` differs by {} of its largest value, {} times the tolerance.",
+            part.title(),
+            of.field.field,
+            size(of.field.max_rel),
+            number(of.factor(), 2)
+        ),
+        _ => String::new(),
+    };
+    report
+        .lead
+        .push(Block::Html(Box::new(move || Ok(html::steps(all)))));
     let mut facts = vec![("a", all.a.clone()), ("b", all.b.clone())];
     facts.extend(all.worst().map(|(part, of)| {
         let name = &of.field.field;
@@ -268,8 +272,28 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
         )
     }));
     facts.extend(all.notes.iter().map(|note| ("note", note.clone())));
-    report.blocks.push(Block::facts(facts));
+    report
+        .blocks
+        .push(Block::Terminal(vec![Block::facts(facts)]));
     report.blocks.push(parts_table(all).into());
+    report.notes = all.notes.iter().map(|note| format!("{note}.")).collect();
+    if let Some((part, comparison, of_a)) = farthest(all) {
+        let shown = comparison.fields.iter().max_by(|f, g| telling(f, g));
+        report.blocks.push(Block::Page(vec![
+            Block::Heading(2, format!("Farthest from agreement: {}", part.title())),
+            Block::Html(Box::new(move || {
+                let compared = shown.and_then(|of| html::Compared::new(comparison, of_a, of));
+                Ok(compared.map_or_else(html::Html::default, |compared| {
+                    html::beside([("c9", compared.figures())])
+                }))
+            })),
+        ]));
+        if !of_a.points.is_empty() && !comparison.differences.is_empty() {
+            report.files.push(Box::new(move |folder| {
+                write_differences(&folder.join("differences.vtu"), of_a, comparison)
+            }));
+        }
+    }
     for part in all.parts.iter().filter(|part| !part.verdict.passes()) {
         if let Some(comparison) = &part.comparison {
             report.blocks.push(Block::Heading(2, part.title()));
@@ -290,6 +314,48 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
     report.suites.extend(suites);
     report.inputs = [&all.a, &all.b].map(Into::into).into();
     Ok(report)
+}
+
+/// How many parts do not agree, and in what.
+fn claim_of_many(all: &Comparisons, word: &str) -> String {
+    let in_time = all.parts.iter().all(|part| part.name.is_empty());
+    let count = |n: usize| match in_time {
+        true => count(n, "time"),
+        false => count(n, "part"),
+    };
+    let failed: Vec<&Part> = all.parts.iter().filter(|p| !p.verdict.passes()).collect();
+    if failed.is_empty() {
+        return format!(
+            "{} and {} **{word}** in all {}",
+            name(&all.a),
+            name(&all.b),
+            count(all.parts.len())
+        );
+    }
+    let fields = failed.iter().flat_map(|part| {
+        let fields = part.comparison.iter().flat_map(|of| &of.fields);
+        fields
+            .filter(|f| !f.field.verdict.passes())
+            .map(|f| &*f.field.field)
+    });
+    let names = unique(fields);
+    let what = match names[..] {
+        [] => "There is **nothing to compare**".to_owned(),
+        [one] => format!("**{one}** differs"),
+        [one, two] => format!("**{one} and {two}** differ"),
+        [one, two, ..] => format!(
+            "**{one}, {two}** and {} more fields differ",
+            names.len() - 2
+        ),
+    };
+    format!("{what} in {} of {}", failed.len(), count(all.parts.len()))
+}
+
+/// The part that is farthest from agreement, with the first of its results.
+fn farthest(all: &Comparisons) -> Option<(&Part, &Comparison, &Results)> {
+    let (k, of_a) = all.farthest.as_ref()?;
+    let part = all.parts.get(*k)?;
+    Some((part, part.comparison.as_ref()?, of_a))
 }
 
 /// One line a part: its field that is farthest beyond its tolerance.

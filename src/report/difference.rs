@@ -9,12 +9,13 @@ use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 
 /// Writes a - b of every field to `path`, NaN where a field is not carried. Cells get points of their own where a
-/// field may jump between them.
+/// field may jump between them. Of functions on other meshes each cell of the first has the largest |a - b| and both means.
 ///
 /// # Errors
 /// A first file without coordinates, and a file that cannot be written.
 pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> Result<()> {
     super::check_vtu_path(path)?;
+    let a = comparison.found.as_deref().unwrap_or(a);
     if a.points.is_empty() {
         return Err(Error::usage(
             format!(
@@ -26,8 +27,8 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
     }
     if comparison.differences.is_empty() {
         return Err(Error::usage(
-            "two meshes with other cells have no mesh on which differences could be written",
-            "leave out --out, or write one result on the mesh of the other by --project",
+            "no field has values on points or cells of both, so that there are no differences to write",
+            "leave out --out",
         ));
     }
     let corners = comparison.differences.iter().find(|d| d.on == On::Corners);
@@ -38,7 +39,11 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
             (On::Cells, _) => Support::Cells,
             (On::Corners, _) | (On::Points, None) => Support::Points,
             // Values on points of which there are several now.
-            (On::Points, Some(_)) | (On::Whole | On::Functions | On::Domain, _) => continue,
+            (On::Points, Some(_)) | (On::Whole | On::Domain, _) => continue,
+            (On::Functions, _) => {
+                fields.extend(set.fields.iter().flat_map(of_function));
+                continue;
+            }
         };
         for (name, components, values) in &set.fields {
             let values = Values::F64(values.clone());
@@ -59,6 +64,21 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
         &whole,
         Encoding::Raw(Compressor::Zlib),
     )
+}
+
+/// What is told of a function on each cell.
+fn of_function((name, _, rows): &(String, usize, Vec<f64>)) -> [Field; 3] {
+    let column = |k: usize| rows.iter().skip(k).step_by(3).copied().collect();
+    let titles = [
+        format!("{name}: largest |a - b|"),
+        format!("{name}: mean of a"),
+        format!("{name}: mean of b"),
+    ];
+    let mut k = 0;
+    titles.map(|title| {
+        k += 1;
+        Field::new(title, Support::Cells, 1, Values::F64(column(k - 1)))
+    })
 }
 
 /// The cells of a result; with points of their own, at these places, where a field may jump between them.

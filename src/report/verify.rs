@@ -253,7 +253,7 @@ fn pairs(case: &CaseOutcome) -> Table {
 
 /// `[14, 31] at (0.8750, 0.0312)`
 pub(super) fn worst(field: &FieldVerdict) -> Option<String> {
-    let worst = field.worst.as_ref()?;
+    let worst = field.worst.as_ref().filter(|_| field.max_abs != 0.0)?;
     let at = match worst.midpoint.is_empty() {
         true => String::new(),
         false => format!(" at {}", place(&worst.midpoint)),

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use faceoff_mesh::field::Results;
+
 use crate::{ComparedField, Comparison, Verdict};
 
 /// What comparisons of two series, or of the files of two folders, find.
@@ -14,6 +16,9 @@ pub struct Comparisons {
     /// What was left out on purpose.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// The number of the part that is farthest from agreement, whose differences are kept, with the first of its results.
+    #[serde(skip)]
+    pub farthest: Option<(usize, Box<Results>)>,
 }
 
 /// One time, or one file.
@@ -33,16 +38,36 @@ pub struct Part {
 }
 
 impl Comparisons {
-    /// All agree only if each does, and if there is one.
-    pub fn new(a: String, b: String, parts: Vec<Part>) -> Self {
-        let verdicts = parts.iter().map(|part| part.verdict);
+    /// Without a part there is no verdict.
+    pub fn new(a: String, b: String) -> Self {
         Comparisons {
-            verdict: verdicts.max().unwrap_or(Verdict::Undetermined),
+            verdict: Verdict::Undetermined,
             a,
             b,
-            parts,
+            parts: Vec::new(),
             notes: Vec::new(),
+            farthest: None,
         }
+    }
+
+    /// All agree only if each does. Of the part that is farthest from it the differences are kept, with the first result.
+    pub fn add(&mut self, mut part: Part, of_a: Option<Box<Results>>) {
+        self.verdict = match self.parts.is_empty() {
+            true => part.verdict,
+            false => self.verdict.max(part.verdict),
+        };
+        let before = self.farthest.as_ref().map(|(k, _)| *k);
+        let factor = part.factor();
+        match of_a.filter(|_| before.is_none_or(|k| factor > self.parts[k].factor())) {
+            Some(of_a) => {
+                if let Some(k) = before {
+                    self.parts[k].forget();
+                }
+                self.farthest = Some((self.parts.len(), of_a));
+            }
+            None => part.forget(),
+        }
+        self.parts.push(part);
     }
 
     /// The part and its field that is farthest beyond its tolerance, or nearest to it where all agree.
@@ -67,9 +92,7 @@ impl Part {
         }
     }
 
-    /// A part that was compared; where its differences are is not kept.
-    pub fn compared(name: String, time: Option<f64>, mut comparison: Comparison) -> Self {
-        comparison.differences = Vec::new();
+    pub fn compared(name: String, time: Option<f64>, comparison: Comparison) -> Self {
         Part {
             name,
             time,
@@ -79,12 +102,30 @@ impl Part {
         }
     }
 
+    /// That of its field farthest beyond its tolerance.
+    fn factor(&self) -> f64 {
+        let fields = self.comparison.iter().flat_map(|of| &of.fields);
+        fields.map(ComparedField::factor).fold(0.0, f64::max)
+    }
+
+    fn forget(&mut self) {
+        if let Some(comparison) = &mut self.comparison {
+            comparison.differences = Vec::new();
+            comparison.found = None;
+        }
+    }
+
     /// What it is called.
     pub fn title(&self) -> String {
-        match (self.name.is_empty(), self.time) {
+        // 0.30000000000000004 is nobody's name for a time.
+        let time = self.time.map(|time| {
+            let short: f64 = format!("{time:.9e}").parse().unwrap_or(time);
+            format!("time {short}")
+        });
+        match (self.name.is_empty(), time) {
             (false, None) => self.name.clone(),
-            (false, Some(time)) => format!("{}, time {time}", self.name),
-            (true, time) => format!("time {}", time.unwrap_or_default()),
+            (false, Some(time)) => format!("{}, {time}", self.name),
+            (true, time) => time.unwrap_or_default(),
         }
     }
 }
@@ -120,7 +161,18 @@ mod tests {
                 compare_results(&a, &b, &Settings::default()).unwrap(),
             )
         };
-        let of = |parts| Comparisons::new("a".into(), "b".into(), parts);
+        let of = |parts: Vec<Part>| {
+            let mut all = Comparisons::new("a".into(), "b".into());
+            for part in parts {
+                let of_a = Results {
+                    source: part.title(),
+                    ..Results::default()
+                };
+                let is_compared = part.comparison.is_some();
+                all.add(part, is_compared.then(|| Box::new(of_a)));
+            }
+            all
+        };
         assert_eq!(of(vec![part(0.0, "2")]).verdict, Verdict::Agree);
         assert_eq!(of(vec![]).verdict, Verdict::Undetermined);
         let missing = Part::failed(String::new(), Some(1.0), "only a has it".into());
@@ -131,6 +183,13 @@ mod tests {
         let all = of(vec![part(0.0, "2"), part(0.5, "2.5"), part(1.0, "2.1")]);
         assert_eq!(all.verdict, Verdict::Disagree);
         assert_eq!(all.worst().unwrap().0.time, Some(0.5));
+        let (k, of_a) = all.farthest.as_ref().unwrap();
+        assert_eq!((*k, &*of_a.source), (1, "time 0.5"));
+        let kept = |part: &Part| !part.comparison.as_ref().unwrap().differences.is_empty();
+        assert_eq!(
+            all.parts.iter().map(kept).collect::<Vec<_>>(),
+            [false, true, false]
+        );
         let nan = of(vec![part(0.5, "2.5"), part(1.0, "nan")]);
         assert_eq!(nan.worst().unwrap().0.title(), "time 1");
     }

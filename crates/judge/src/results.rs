@@ -54,6 +54,9 @@ pub struct Comparison {
     pub notes: Vec<String>,
     #[serde(skip)]
     pub differences: Vec<Differences>,
+    /// The cells of the first result, where they were found from its faces.
+    #[serde(skip)]
+    pub found: Option<Box<Results>>,
 }
 
 /// One field of two files. What the verdict calls a face is the point, cell or corner that carries the field.
@@ -117,7 +120,9 @@ impl On {
     }
 }
 
-/// a - b for all fields on points, cells or corners, in the order of the first file.
+/// a - b for all fields on points, cells or corners, in the order of the first file. Of functions on other meshes ([`On::Functions`])
+/// three numbers for each cell of the first: the largest |a - b|, and the means of a and b on what both meshes cover (of |a| and |b|
+/// if they have components).
 #[derive(Debug)]
 pub struct Differences {
     pub on: On,
@@ -344,8 +349,9 @@ fn as_functions(
         }
     }
     let [a, b] = [&*sides[0], &*sides[1]];
-    let (fields, intersection) = judge_functions(a, b, near, settings)?;
+    let (fields, intersection, differences) = judge_functions(a, b, near, settings)?;
     comparison.fields = fields;
+    comparison.differences.push(differences);
     let reason = "it is not a number on each face, hence no function: leave it out, as with --only";
     let partial = partial
         .iter()
@@ -354,6 +360,10 @@ fn as_functions(
     comparison.intersection = Some(intersection);
     comparison.notes.extend(because);
     judge_whole(a, b, settings, &mut comparison)?;
+    let [a, _] = sides;
+    if let Cow::Owned(found) = a {
+        comparison.found = Some(Box::new(found));
+    }
     Ok(comparison.judged())
 }
 
@@ -378,6 +388,7 @@ impl Comparison {
                 })
                 .collect(),
             differences: Vec::new(),
+            found: None,
         }
     }
 

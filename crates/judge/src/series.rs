@@ -13,6 +13,16 @@ pub enum Pairing {
     Alone(usize, usize),
 }
 
+impl Pairing {
+    /// The time of the second result that is judged by itself.
+    pub fn of_second(&self) -> Option<usize> {
+        match *self {
+            Pairing::Both(_, j) | Pairing::Alone(1, j) => Some(j),
+            Pairing::Between(..) | Pairing::Alone(..) => None,
+        }
+    }
+}
+
 /// How times are matched.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Times {

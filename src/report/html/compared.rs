@@ -9,7 +9,7 @@ use super::source::{Triangle, entering};
 use crate::report::number::{number, place, size, trimmed, whole};
 use crate::report::verify::{remark, worst};
 use faceoff_judge::{ComparedField, Comparison, Differences, On};
-use faceoff_mesh::field::Results;
+use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::mesh::Shape;
 
 /// Of more shapes a map has squares.
@@ -41,6 +41,8 @@ pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
             ),
             Column::new("n", text("relative")),
             Column::new("n", text("largest |a − b|")),
+            Column::new("n opt", text("in L²")),
+            Column::new("n opt", text("in H¹")),
             Column::new("n opt", text("scale")),
             Column::new("n opt", text("rtol")),
             Column::new("n opt", text("atol")),
@@ -80,6 +82,8 @@ pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
             Entry::new(strip, Some(f.max_rel)),
             Entry::number(f.max_rel, size(f.max_rel)),
             Entry::number(f.max_abs, size(f.max_abs)),
+            norm(of.norms.map(|n| (n.l2, n.l2_scale))),
+            norm(of.norms.and_then(|n| n.h1.zip(n.h1_scale))),
             of.scale
                 .map_or(Entry::words("–"), |s| Entry::number(s, number(s, 3))),
             Entry::number(of.rtol, number(of.rtol, 2)),
@@ -97,49 +101,61 @@ pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
     sheet.html()
 }
 
+/// A norm of the difference, relative to the larger one of those of the two.
+fn norm(of: Option<(f64, f64)>) -> Entry {
+    let Some((norm, scale)) = of else {
+        return Entry::words("–");
+    };
+    let relative = if norm == 0.0 { 0.0 } else { norm / scale };
+    Entry::number(relative, size(relative))
+}
+
 /// A field of two files with what there is of it on the mesh of the first.
 pub(in crate::report) struct Compared<'a> {
     of: &'a ComparedField,
     a: &'a Results,
     on: On,
     components: usize,
-    /// a, and a - b, the largest component of each.
-    /// None where the field is not carried.
+    /// a and b, the largest component of each; None where the field is not carried. On cells of other meshes these are means.
     values: Vec<Option<f64>>,
+    of_b: Vec<Option<f64>>,
+    /// a - b; of functions the largest |a - b| on a cell.
     differences: Vec<f64>,
 }
 
 impl<'a> Compared<'a> {
     /// None where the field has no place in the plane.
     pub fn new(comparison: &'a Comparison, a: &'a Results, of: &'a ComparedField) -> Option<Self> {
+        let a = comparison.found.as_deref().unwrap_or(a);
         let set = comparison.differences.iter().find(|set| set.on == of.on)?;
         let (components, differences) = find(set, &of.field.field)?;
+        if a.points.is_empty() {
+            return None;
+        }
+        let compared = |[values, of_b]: [Vec<Option<f64>>; 2], differences| Compared {
+            of,
+            a,
+            on: of.on,
+            components,
+            values,
+            of_b,
+            differences,
+        };
         let fields = match of.on {
             On::Points => &a.on_points,
             On::Cells => &a.on_cells,
             On::Corners => &a.on_corners,
-            On::Whole | On::Functions | On::Domain => return None,
+            On::Functions => {
+                let column = |k: usize| differences.iter().skip(k).step_by(components);
+                let means = |k: usize| column(k).map(|v| (!v.is_nan()).then_some(*v)).collect();
+                return Some(compared([means(1), means(2)], column(0).copied().collect()));
+            }
+            On::Whole | On::Domain => return None,
         };
         let field = fields.iter().find(|f| f.name == of.field.field)?;
-        if a.points.is_empty() {
-            return None;
-        }
-        let largest = |values: &[f64]| -> Vec<f64> {
-            let of = values.chunks(components.max(1));
-            of.map(|c| {
-                c.iter().copied().fold(0.0, |m: f64, v| {
-                    if v.is_nan() || v.abs() > m.abs() {
-                        v
-                    } else {
-                        m
-                    }
-                })
-            })
-            .collect()
-        };
-        let differences = largest(differences);
-        let carried = largest(&field.values);
-        let values = match &field.at {
+        let differences = largest(differences, components);
+        let carried = largest(&field.values, components);
+        let values: Vec<Option<f64>> = match &field.at {
             None => carried.into_iter().map(Some).collect(),
             Some(at) => {
                 let mut all = vec![None; differences.len()];
@@ -151,14 +167,9 @@ impl<'a> Compared<'a> {
                 all
             }
         };
-        Some(Compared {
-            of,
-            a,
-            on: of.on,
-            components,
-            values,
-            differences,
-        })
+        let both = values.iter().zip(&differences);
+        let of_b = both.map(|(a, d)| a.map(|a| a - d)).collect();
+        Some(compared([values, of_b], differences))
     }
 
     fn count(&self) -> usize {
@@ -188,7 +199,7 @@ impl<'a> Compared<'a> {
                         .fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
                     let centre = sum.map(|x| x / places.len().max(1) as f64);
                     match self.on {
-                        On::Cells => shapes.push((cell, places)),
+                        On::Cells | On::Functions => shapes.push((cell, places)),
                         _ => {
                             for k in 0..corners {
                                 let [before, next] =
@@ -256,7 +267,7 @@ impl<'a> Compared<'a> {
                 .all(|(kind, _)| kind.shape() == Shape::Triangle && kind.points() == 3);
         if !is_triangles
             || !self.is_flat()
-            || self.on == On::Cells
+            || matches!(self.on, On::Cells | On::Functions)
             || self.components != 1
             || self.of.field.max_abs == 0.0
         {
@@ -352,9 +363,44 @@ impl<'a> Compared<'a> {
             .unwrap_or(1.0)
     }
 
+    fn name(&self) -> String {
+        let name = &self.of.field.field;
+        let fields = [&self.a.on_points, &self.a.on_corners, &self.a.on_cells];
+        let has_components = |f: &ResultField| f.name == *name && f.components > 1;
+        match self.on == On::Functions && fields.into_iter().flatten().any(has_components) {
+            true => format!("|{name}|"),
+            false => name.clone(),
+        }
+    }
+
+    /// |a - b| relative to the largest value; none where neither side has one.
+    fn relative(&self, k: usize) -> Option<f64> {
+        let has = |values: &[Option<f64>]| values.get(k).is_some_and(Option::is_some);
+        let difference = self.differences.get(k).copied().unwrap_or(f64::NAN);
+        (has(&self.values) || has(&self.of_b)).then(|| difference.abs() / self.scale())
+    }
+
+    /// How many differences have each colour, over the scale.
+    fn histogram(&self, ramp: &Ramp) -> Html {
+        let all = (0..self.differences.len()).filter_map(|k| self.relative(k));
+        let all: Vec<f64> = all.collect();
+        let equal = all.iter().filter(|d| **d == 0.0).count();
+        let (of, cells) = match self.on {
+            On::Functions => ("the largest |a − b| on each cell", "of cells"),
+            _ => ("|a − b|", "of values"),
+        };
+        let equal = match equal {
+            0 => String::new(),
+            n => format!("; {} more are equal to the last bit", whole(n)),
+        };
+        let label =
+            format!("number {cells} by {of}, relative to the largest value of the field{equal}");
+        ramp.counted(&label, &all)
+    }
+
     /// |a - b|, and beside it a and b.
     pub fn figures(&self) -> Html {
-        let name = &self.of.field.field;
+        let name = &self.name();
         let view = self.view();
         let tolerance = if self.of.field.tolerance > 0.0 {
             self.of.field.tolerance
@@ -363,15 +409,8 @@ impl<'a> Compared<'a> {
         };
         let ramp = Ramp::new(tolerance, self.of.field.max_rel);
         let mut layers = Layers::new("k");
-        let carried = |k: usize| self.values.get(k).copied().flatten();
         self.map(&mut layers, &view, |k| {
-            carried(k).map(|_| {
-                ramp.step(
-                    self.differences
-                        .get(k)
-                        .map_or(f64::NAN, |d| d.abs() / self.scale()),
-                )
-            })
+            self.relative(k).map(|relative| ramp.step(relative))
         });
         let mut svg = self.drawn(&layers);
         if let Some(at) = self
@@ -387,8 +426,15 @@ impl<'a> Compared<'a> {
         let of = |x: f64| trimmed(&number(x, 3));
         svg +=
             &(word("t", [0.0, y], &of(view.low[0])) + &word("t e", [WIDTH, y], &of(view.high[0])));
+        let (largest, mean) = match self.on {
+            On::Functions => (
+                ", the largest on each cell of a,",
+                ", means on the cells of a",
+            ),
+            _ => ("", ""),
+        };
         let caption = format!(
-            "**|a − b| of {name}** relative to its largest value, {}",
+            "**|a − b| of {name}**{largest} relative to its largest value, {}",
             size(self.scale())
         );
         let difference = figure(
@@ -400,16 +446,10 @@ impl<'a> Compared<'a> {
                 &svg,
             )],
         );
-        let of_b = self
-            .values
-            .iter()
-            .zip(&self.differences)
-            .map(|(a, d)| a.map(|a| a - d));
-        let of_b: Vec<Option<f64>> = of_b.collect();
         let finite = self
             .values
             .iter()
-            .chain(&of_b)
+            .chain(&self.of_b)
             .flatten()
             .filter(|v| v.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
@@ -437,15 +477,15 @@ impl<'a> Compared<'a> {
             figure(
                 "",
                 format!(
-                    "**{name} of {letter}**, {} dark, {} pale",
+                    "**{name} of {letter}**{mean}, {} dark, {} pale",
                     of(low),
                     of(high)
                 ),
                 [picture],
             )
         };
-        let bar = ramp.bar("|a − b| relative to the largest value of the field");
-        let sides = [side("a", &self.values), side("b", &of_b)];
+        let bar = self.histogram(&ramp);
+        let sides = [side("a", &self.values), side("b", &self.of_b)];
         if self.of.field.verdict.passes() {
             let [a, b] = sides;
             let parts = [Html::from([difference, bar]), a, b];
@@ -457,6 +497,16 @@ impl<'a> Compared<'a> {
             None => division("two", [difference, division("", [both, bar])]),
         }
     }
+}
+
+/// The component of each value that is largest.
+fn largest(values: &[f64], components: usize) -> Vec<f64> {
+    let larger = |m: f64, v: f64| match v.is_nan() || v.abs() > m.abs() {
+        true => v,
+        false => m,
+    };
+    let of = values.chunks(components.max(1));
+    of.map(|c| c.iter().copied().fold(0.0, larger)).collect()
 }
 
 fn find<'a>(set: &'a Differences, name: &str) -> Option<(usize, &'a [f64])> {

@@ -18,6 +18,7 @@ mod residual;
 mod solution;
 mod source;
 mod spread;
+mod steps;
 mod surface;
 mod verify;
 
@@ -39,6 +40,7 @@ use markup::{
 pub(super) use residual::{Put, by_term, cause};
 pub(super) use solution::{cells, solution};
 pub(super) use spread::Spread;
+pub(super) use steps::steps;
 pub(super) use verify::Run;
 
 /// Nothing in the page may ask for anything outside of it.

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::markup::{Html, element, leaf, raw};
-use crate::report::number::{power_of_ten, size};
+use crate::report::number::{power_of_ten, size, whole};
 
 /// Steps below the tolerance, and all; the style has the colours. One more is for what is not a finite number.
 const COLD: i32 = 20;
@@ -11,6 +11,8 @@ const STEPS: i32 = 48;
 pub(super) const CLASSES: usize = STEPS as usize + 1;
 /// Steps a decade, unless what is shown is larger.
 const A_DECADE: f64 = 4.0;
+/// Height of the tallest column of a histogram.
+const TALLEST: i32 = 64;
 
 #[derive(Clone, Copy)]
 pub(super) struct Ramp {
@@ -47,10 +49,39 @@ impl Ramp {
 
     /// The scale with its powers of ten, and what it is of.
     pub fn bar(&self, label: &str) -> Html {
+        self.counted(label, &[])
+    }
+
+    /// The scale with how many of these values have each of its colours.
+    pub fn counted(&self, label: &str, values: &[f64]) -> Html {
         let (left, width) = (12.0, 376.0);
         let at = |step: f64| left + width * step / f64::from(STEPS);
-        let mut svg =
-            String::from("<svg role=\"img\" aria-label=\"colour scale\" viewBox=\"0 0 400 40\">");
+        let mut counts = [0_usize; STEPS as usize];
+        for value in values.iter().filter(|v| v.is_finite() && **v != 0.0) {
+            counts[self.step(value.abs())] += 1;
+        }
+        let most = counts.iter().copied().max().unwrap_or(0);
+        let (what, top) = match most {
+            0 => ("colour scale", 0),
+            _ => ("histogram over the colour scale", TALLEST + 2),
+        };
+        let mut svg = format!(
+            "<svg role=\"img\" aria-label=\"{what}\" viewBox=\"0 -{top} 400 {}\">",
+            40 + top
+        );
+        for (step, count) in (0..STEPS).zip(counts).filter(|(_, count)| *count > 0) {
+            let (x, w) = (at(f64::from(step)), width / f64::from(STEPS));
+            // One value is seen beside a million.
+            let h = (f64::from(TALLEST) * count as f64 / most as f64).max(1.5);
+            let _ = write!(
+                svg,
+                "<path class=\"f k{step}\" d=\"M{x:.1} 0h{w:.2}v-{h:.1}h-{w:.2}z\"><title>{}</title></path>",
+                whole(count)
+            );
+        }
+        if most > 0 {
+            let _ = write!(svg, "<path class=\"hair\" d=\"M{left} 0h{width}\"/>");
+        }
         for step in 0..STEPS {
             let (x, w) = (at(f64::from(step)), width / f64::from(STEPS) + 0.3);
             let _ = write!(
@@ -103,5 +134,25 @@ mod tests {
         let wide = Ramp::new(1e-12, 1.0);
         assert!(wide.step(1e-3) < wide.step(0.5));
         assert!((0..=48).contains(&Ramp::new(1e-12, f64::NAN).step(1.0)));
+    }
+
+    #[test]
+    fn each_value_is_in_the_column_of_its_colour() {
+        let ramp = Ramp::new(1e-12, 1e-6);
+        let values = [0.0, f64::NAN, 3e-13, -3e-13, 2e-7];
+        let html = ramp.counted("", &values);
+        let column = |value: f64, height: &str, count: &str| {
+            let start = format!("class=\"f k{}\" d=\"M", ramp.step(value));
+            let end = format!("v-{height}");
+            let mut all = html
+                .as_str()
+                .split("<path ")
+                .filter(|p| p.starts_with(&start));
+            assert!(all.any(|p| p.contains(&end) && p.contains(&format!("<title>{count}<"))));
+        };
+        column(3e-13, "64.0", "2");
+        column(2e-7, "32.0", "1");
+        assert_eq!(html.as_str().matches("<title>").count(), 2);
+        assert_eq!(ramp.bar("").as_str().matches("<title>").count(), 0);
     }
 }

@@ -4,12 +4,12 @@ use serde::Serialize;
 
 use super::domain::Domain;
 use super::function::Function;
-use super::norms::{Law, Place, Sums, differences, is_exact};
+use super::norms::{Law, OnCell, Place, Sums, differences, is_exact};
 use super::overlay::Uncovered;
 use crate::parts::Parts;
 use crate::results::{ComparedField, by_id};
 use crate::sets::{by_name, lacks};
-use crate::{FieldVerdict, On, Settings, Tolerance, Verdict, Worst};
+use crate::{Differences, FieldVerdict, On, Settings, Tolerance, Verdict, Worst};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ResultField, Results};
 
@@ -40,7 +40,7 @@ pub(crate) fn judge_functions(
     b: &Results,
     near: f64,
     settings: &Settings,
-) -> Result<(Vec<ComparedField>, Intersection)> {
+) -> Result<(Vec<ComparedField>, Intersection, Differences)> {
     let tolerances = &settings.tolerances;
     let progress = settings.progress.unwrap_or(&|_| {});
     let domains = [Domain::new(a, near)?, Domain::new(b, near)?];
@@ -135,6 +135,14 @@ pub(crate) fn judge_functions(
             ),
         });
     }
+    let named = functions[0].iter().zip(&sums);
+    let differences = Differences {
+        on: On::Functions,
+        places: Vec::new(),
+        fields: named
+            .map(|(f, sums)| (f.field.name.clone(), 3, on_cells(&cover.of_cells[0], sums)))
+            .collect(),
+    };
     let uncovered = [0, 1].map(|k| Uncovered::new(sides[k], &cover.of_cells[k]));
     let rows = sides
         .iter()
@@ -149,7 +157,26 @@ pub(crate) fn judge_functions(
         curved: [of_a.curved, of_b.curved],
         exact: sides.iter().all(|side| is_exact(side)),
     };
-    Ok((fields, intersection))
+    Ok((fields, intersection, differences))
+}
+
+/// For each cell of the first mesh the largest |a - b|, and the means of a and b; NaN where the other mesh does not cover it.
+fn on_cells(covered: &[f64], sums: &Sums) -> Vec<f64> {
+    let mut cells = vec![OnCell::default(); covered.len()];
+    for (cell, found) in &sums.on_cells {
+        cells[*cell as usize].add(found);
+    }
+    let rows = cells
+        .iter()
+        .zip(covered)
+        .map(|(cell, covered)| match covered {
+            0.0 => [f64::NAN; 3],
+            covered => {
+                let [a, b] = cell.integrals.map(|integral| integral / covered);
+                [cell.largest, a, b]
+            }
+        });
+    rows.flatten().collect()
 }
 
 type Found<'a> = [Vec<(On, &'a ResultField)>; 2];

@@ -50,6 +50,26 @@ pub(super) struct Sums {
     pub not_finite: Option<Place>,
     /// Cells of the first mesh with a larger difference than allowed; they may be there twice.
     pub beyond: Vec<u32>,
+    /// What is found on cells of the first mesh; a cell may be there several times.
+    pub on_cells: Vec<(u32, OnCell)>,
+}
+
+/// A field on what the other mesh covers of a cell of the first.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct OnCell {
+    /// The largest |a - b|, NaN where one is not finite.
+    pub largest: f64,
+    /// Integrals of a and b; of |a| and |b| if they have components.
+    pub integrals: [f64; 2],
+}
+
+impl OnCell {
+    pub fn add(&mut self, other: &OnCell) {
+        if !self.largest.is_nan() && !(other.largest <= self.largest) {
+            self.largest = other.largest;
+        }
+        (0..2).for_each(|k| self.integrals[k] += other.integrals[k]);
+    }
 }
 
 impl Sums {
@@ -64,6 +84,16 @@ impl Sums {
         }
         self.not_finite = self.not_finite.or(other.not_finite);
         self.beyond.extend(other.beyond);
+        self.on_cells.extend(other.on_cells);
+    }
+
+    /// What belongs to a cell of the first mesh, which comes after the one before or is the same.
+    fn on_cell(&mut self, cell: u32) -> &mut OnCell {
+        if self.on_cells.last().is_none_or(|(last, _)| *last != cell) {
+            self.on_cells.push((cell, OnCell::default()));
+        }
+        let last = self.on_cells.last_mut();
+        &mut last.expect("one was pushed").1
     }
 
     /// Squares of a difference and of what it is between, each a value and a gradient.
@@ -197,9 +227,13 @@ impl Work<'_> {
         for (k, (law, sums)) in laws.iter().zip(&mut self.sums).enumerate() {
             let [f, g] = [0, 1].map(|side| &functions[side][k]);
             let mut beyond = false;
+            let mut here = OnCell::default();
+            let mut squares = [0.0; 2];
             for component in 0..f.components {
                 let (x, y) = (&of_a.values[next], &of_b.values[next]);
                 next += 1;
+                here.integrals = [weight * x[0], weight * y[0]];
+                squares = [squares[0] + x[0] * x[0], squares[1] + y[0] * y[0]];
                 let mut difference = x[0] - y[0];
                 if law.is_integer {
                     difference += f.rest(cells[0], component) - g.rest(cells[1], component);
@@ -217,6 +251,7 @@ impl Work<'_> {
                 if !difference.is_finite() {
                     sums.not_finite = sums.not_finite.or(found([x[0], y[0]]));
                     beyond = true;
+                    here.largest = f64::NAN;
                     continue;
                 }
                 let d = [difference, x[1] - y[1], x[2] - y[2], x[3] - y[3]];
@@ -231,6 +266,9 @@ impl Work<'_> {
                     absolute / units[k]
                 };
                 sums.max = sums.max.max(absolute);
+                if absolute > here.largest {
+                    here.largest = absolute;
+                }
                 beyond |= !(relative <= law.tolerance);
                 if relative > sums.relative || sums.worst.is_none() {
                     (sums.relative, sums.worst) = (relative, found([x[0], y[0]]));
@@ -239,6 +277,10 @@ impl Work<'_> {
             if beyond && sums.beyond.last() != Some(&cells[0]) {
                 sums.beyond.push(cells[0]);
             }
+            if f.components > 1 {
+                here.integrals = squares.map(|sum| weight * sum.sqrt());
+            }
+            sums.on_cell(cells[0]).add(&here);
         }
     }
 }

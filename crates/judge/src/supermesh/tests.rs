@@ -458,6 +458,66 @@ fn fields_of_other_kinds_and_ranks() {
     );
 }
 
+/// a = x² and b = x² - y - 1 differ by 1 + y, most at a corner of each cell; the mean of x² on a simplex is known. Half of
+/// the cells are not covered, or hold a value that is no number.
+#[test]
+fn on_each_cell_stand_its_largest_difference_and_the_means() {
+    for dim in [2, 3] {
+        let (kind, bend) = (
+            if dim == 2 {
+                triangle(2)
+            } else {
+                tetrahedron(2)
+            },
+            |x| x,
+        );
+        let cells = grid(dim, 4, 1, bend);
+        let a = with(broken("a", kind, &cells), "u", |x| x[0] * x[0]);
+        let mut b = with(
+            broken(
+                "b",
+                kind,
+                &grid(dim, 2, 5, |x: [f64; 3]| [0.5 * x[0], x[1], x[2]]),
+            ),
+            "u",
+            |x| x[0] * x[0] - x[1] - 1.0,
+        );
+        for damaged in [false, true] {
+            if damaged {
+                b.on_points[0].values.fill(f64::NAN);
+            }
+            let found = compare(&a, &b).unwrap();
+            let [set] = &found.differences[..] else {
+                panic!("one set of differences");
+            };
+            let (name, 3, rows) = &set.fields[0] else {
+                panic!("three numbers a cell");
+            };
+            assert_eq!((set.on, &**name), (On::Functions, "u"));
+            for (corners, row) in cells.iter().zip(rows.chunks(3)) {
+                let is_covered = corners.iter().all(|x| x[0] <= 0.5);
+                let n = corners.len() as f64;
+                let sum = |f: &dyn Fn(&[f64; 3]) -> f64| corners.iter().map(f).sum::<f64>();
+                let of_a = (sum(&|x| x[0]).powi(2) + sum(&|x| x[0] * x[0])) / (n * (n + 1.0));
+                let highest = corners.iter().map(|x| x[1]).fold(0.0, f64::max);
+                let of_b = of_a - 1.0 - sum(&|x| x[1]) / n;
+                let expected = match (is_covered, damaged) {
+                    (true, false) => [1.0 + highest, of_a, of_b],
+                    (true, true) => [f64::NAN, of_a, f64::NAN],
+                    (false, _) => [f64::NAN; 3],
+                };
+                for (found, expected) in row.iter().zip(expected) {
+                    let both_nan = found.is_nan() && expected.is_nan();
+                    assert!(
+                        both_nan || (found - expected).abs() < 1e-14,
+                        "{row:?} {expected:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 /// Projections keep integrals, and what is in the other space; the mean of x² on the cells of a square is known.
 #[test]
 fn projections_keep_integrals_and_polynomials() {
