@@ -354,3 +354,131 @@ fn means_on_faces_are_functions() {
         );
     }
 }
+
+/// -Δu = f with u = sin(πx) sin(πy) on FreeFEM's own squares; its users write quadratic cells by hand.
+const OWN_SQUARES: &str = r#"
+load "iovtk"
+for (int n = 8; n <= 32; n *= 2) {
+    mesh Th = square(n, n, flags = 3);
+    func f = 2*pi^2*sin(pi*x)*sin(pi*y);
+    fespace V1(Th, P1); V1 u1, v1;
+    solve linear(u1, v1) = int2d(Th)(dx(u1)*dx(v1) + dy(u1)*dy(v1)) - int2d(Th, qforder = 8)(f*v1) + on(1, 2, 3, 4, u1 = 0);
+    fespace V2(Th, P2); V2 u, v, X = x, Y = y;
+    solve quadratic(u, v) = int2d(Th)(dx(u)*dx(v) + dy(u)*dy(v)) - int2d(Th, qforder = 8)(f*v) + on(1, 2, 3, 4, u = 0);
+    int[int] order = [1];
+    savevtk("own" + n + "p1.vtu", Th, u1, dataname = "u", order = order);
+    // savevtk has no quadratic cells: VTK's type 22 by hand; FreeFEM's middle of edge i lies opposite vertex i.
+    int[int] nodes = [0, 1, 2, 5, 3, 4];
+    ofstream o("own" + n + "p2.vtu");
+    o.precision(17);
+    o << "<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\"><UnstructuredGrid>" << endl;
+    o << "<Piece NumberOfPoints=\"" << V2.ndof << "\" NumberOfCells=\"" << Th.nt << "\">" << endl;
+    o << "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">" << endl;
+    for (int i = 0; i < V2.ndof; i++) o << X[][i] << " " << Y[][i] << " 0" << endl;
+    o << "</DataArray></Points><PointData><DataArray type=\"Float64\" Name=\"u\" format=\"ascii\">" << endl;
+    for (int i = 0; i < V2.ndof; i++) o << u[][i] << endl;
+    o << "</DataArray></PointData><Cells><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">" << endl;
+    for (int k = 0; k < Th.nt; k++) { for (int i = 0; i < 6; i++) o << V2(k, nodes[i]) << " "; o << endl; }
+    o << "</DataArray><DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">" << endl;
+    for (int k = 1; k <= Th.nt; k++) o << 6*k << endl;
+    o << "</DataArray><DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">" << endl;
+    for (int k = 0; k < Th.nt; k++) o << 22 << endl;
+    o << "</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>" << endl;
+}
+"#;
+
+/// The mesh is gmsh's.
+const OTHER_SQUARES: &str = r#"
+import sys
+import numpy as np
+if sys.argv[1] == "mesh":
+    import gmsh
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+    gmsh.model.occ.synchronize()
+    for n in (8, 16, 32):
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 1 / n)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", 1 / n)
+        gmsh.model.mesh.generate(2)
+        tags, x, _ = gmsh.model.mesh.getNodes()
+        cells = gmsh.model.mesh.getElementsByType(2)[1].reshape(-1, 3) - 1
+        np.savez(f"{n}.npz", x=x.reshape(-1, 3)[np.argsort(tags), :2], cells=cells.astype(np.int64))
+        gmsh.model.mesh.clear()
+    sys.exit()
+import dolfinx.fem.petsc
+import ufl
+from dolfinx import fem, io, mesh
+from mpi4py import MPI
+for n in (8, 16, 32):
+    read = np.load(f"{n}.npz")
+    element = ufl.VectorElement("Lagrange", "triangle", 1)
+    m = mesh.create_mesh(MPI.COMM_WORLD, read["cells"], read["x"], ufl.Mesh(element))
+    m.topology.create_connectivity(1, 2)
+    for p in (1, 2):
+        V = fem.FunctionSpace(m, ("Lagrange", p))
+        u, v, x = ufl.TrialFunction(V), ufl.TestFunction(V), ufl.SpatialCoordinate(m)
+        f = 2 * ufl.pi**2 * ufl.sin(ufl.pi * x[0]) * ufl.sin(ufl.pi * x[1])
+        faces = mesh.exterior_facet_indices(m.topology)
+        on = fem.dirichletbc(np.float64(0), fem.locate_dofs_topological(V, 1, faces), V)
+        a = ufl.inner(ufl.grad(u), ufl.grad(v)) * ufl.dx
+        problem = fem.petsc.LinearProblem(a, f * v * ufl.dx(degree=8), bcs=[on])
+        uh = problem.solve()
+        uh.name = "u"
+        with io.VTKFile(MPI.COMM_WORLD, f"other{n}p{p}.pvd", "w") as o:
+            o.write_function(uh, 0.0)
+"#;
+
+/// FreeFEM on its own meshes against dolfinx on gmsh's, P1 and P2: their difference falls with the order of the elements, and
+/// so does the error of FreeFEM's result when it is projected onto the other mesh.
+#[test]
+fn two_codes_on_their_own_meshes_have_the_orders_of_theory() {
+    let folder = folder();
+    let at = folder.path();
+    let script = write(at, "own.edp", OWN_SQUARES);
+    let mut freefem = Command::new("FreeFem++-nw");
+    freefem.args(["-v", "0"]).arg(script).current_dir(at);
+    freefem.env("FF_LOADPATH", "/usr/lib/freefem++");
+    let ran = told(freefem.output().unwrap());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    python(at, &readers(), OTHER_SQUARES, &["mesh"]);
+    python(at, &dolfinx(), OTHER_SQUARES, &["solve"]);
+    for p in [1, 2] {
+        let mut norms = Vec::new();
+        for n in [8, 16, 32] {
+            let [own, other] = ["own", "other"].map(|of| format!("{of}{n}p{p}"));
+            let (own, other) = (format!("{own}.vtu"), format!("{other}.pvd"));
+            let onto = format!("onto{n}p{p}.vtu");
+            let ran = compare(at, &[&other, &own, "--only", "u", "--project", &onto]);
+            assert_eq!(ran.code, Some(1), "{}", ran.stderr);
+            let told = ran.json();
+            assert_eq!(told["map"], "functions");
+            norms.push(["l2", "h1"].map(|norm| number(field(&told, "u"), norm)));
+        }
+        for (k, theory) in [(0, p + 1), (1, p)] {
+            let steps = norms.windows(2).map(|w| (w[0][k] / w[1][k]).log2());
+            for order in steps {
+                assert!((order - f64::from(theory)).abs() < 0.15, "P{p}: {norms:?}");
+            }
+        }
+        let list = [8, 16, 32].map(|n| format!("onto{n}p{p}.vtu")).join(",");
+        let exact = "sin(pi*x)*sin(pi*y)";
+        let words = [
+            "orders",
+            "--results",
+            &list,
+            "--exact",
+            exact,
+            "--json",
+            "-",
+        ];
+        let told = run(at, &words).json();
+        for (norm, theory) in [("l2", p + 1), ("h1", p)] {
+            let order = number(&told["results"][0][norm]["fit"], "exponent");
+            assert!(
+                (order - f64::from(theory)).abs() < 0.15,
+                "P{p} {norm}: {told:#}"
+            );
+        }
+    }
+}

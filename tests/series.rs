@@ -85,7 +85,28 @@ for name, times, error in [("a", [0, 0.1, 0.2], 0), ("off", [0, 0.1, 0.1 + 0.1],
             compare(at, &[&a, &half, "--interpolate", "--rtol", "1e-14"]).code,
             Some(0)
         );
+        let ran = run(at, &["compare", &half, &a, "--interpolate"]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let note = format!("1 of the 3 times of {a} lie between times of {half}");
+        assert!(ran.stdout.contains(&note), "{}", ran.stdout);
         refused(at, &[&a, &half, "--time", "0.1"], "has no time 0.1");
+        // The page has a line through the times, and the map of the one that is farthest from agreement.
+        let page = format!("page-{suffix}");
+        run(at, &["compare", &a, &off, "--report", &page]);
+        let html = fs::read_to_string(at.join(&page).join("index.html")).unwrap();
+        for part in [
+            "<em>u</em> differs in 1 of 3 times",
+            "aria-label=\"largest differences, part by part\"",
+            "<title>time 0.2, u: ",
+            "Farthest from agreement: time 0.2",
+            "aria-label=\"map of differences of u\"",
+            "aria-label=\"histogram over the colour scale\"",
+        ] {
+            assert!(html.contains(part), "{page}: {part}");
+        }
+        let of = at.join(&page).join("differences.vtu");
+        let info = run(at, &["mesh", "info", of.to_str().unwrap()]);
+        assert!(info.stdout.contains(" u "), "{}", info.stdout);
     }
     assert_eq!(compare(at, &["a.pvd", "a.xdmf"]).code, Some(0));
     let single = "a_p0_000001.vtu";

@@ -340,7 +340,10 @@ fn claim_of_many(all: &Comparisons, word: &str) -> String {
     });
     let names = unique(fields);
     let what = match names[..] {
-        [] => "There is **nothing to compare**".to_owned(),
+        [] => {
+            let of = count(all.parts.len());
+            return format!("**{} of {of}** could not be compared", failed.len());
+        }
         [one] => format!("**{one}** differs"),
         [one, two] => format!("**{one} and {two}** differ"),
         [one, two, ..] => format!(
@@ -351,11 +354,13 @@ fn claim_of_many(all: &Comparisons, word: &str) -> String {
     format!("{what} in {} of {}", failed.len(), count(all.parts.len()))
 }
 
-/// The part that is farthest from agreement, with the first of its results.
+/// The part that is farthest from agreement, with the first of its results; none where all are equal.
 fn farthest(all: &Comparisons) -> Option<(&Part, &Comparison, &Results)> {
     let (k, of_a) = all.farthest.as_ref()?;
     let part = all.parts.get(*k)?;
-    Some((part, part.comparison.as_ref()?, of_a))
+    let comparison = part.comparison.as_ref()?;
+    let differs = comparison.fields.iter().any(|f| f.field.max_abs != 0.0);
+    differs.then_some((part, comparison, of_a))
 }
 
 /// One line a part: its field that is farthest beyond its tolerance.

@@ -391,6 +391,7 @@ impl<'a> Compared<'a> {
         };
         let equal = match equal {
             0 => String::new(),
+            n if n == all.len() => "; all are equal to the last bit".to_owned(),
             n => format!("; {} more are equal to the last bit", whole(n)),
         };
         let label =
