@@ -301,6 +301,11 @@ fn fields_are_left_out_only_by_name() {
         compare(at, &["a.csv", "b.csv", "--only", "u*"]).code,
         Some(0)
     );
+    for pattern in ["label", "lab*"] {
+        let ran = compare(at, &["a.csv", "b.csv", "--except", pattern]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    }
+    refused(at, &["a.csv", "b.csv", "--except", "*"], "has no field");
     write(at, "l.csv", "vertex,u,Label\n0,1,7\n1,2,7\n");
     let ran = compare(at, &["l.csv", "b.csv"]);
     assert!(
@@ -309,6 +314,29 @@ fn fields_are_left_out_only_by_name() {
         "{}",
         ran.stdout
     );
+}
+
+/// A point that no cell has, with a value of its own, does not keep the rest from being judged.
+#[test]
+fn points_of_no_cell_are_left_out_with_a_word() {
+    let folder = folder();
+    let at = folder.path();
+    let text = |points: &str, count: usize, values: &str| {
+        format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{count}\n1 0 0 0\n2 1 0 0\n3 0 1 0\n{points}$EndNodes\n\
+             $Elements\n1\n1 2 2 1 1 1 2 3\n$EndElements\n\
+             $NodeData\n1\n\"u\"\n1\n0\n3\n0\n1\n{count}\n1 1\n2 2\n3 3\n{values}$EndNodeData\n"
+        )
+    };
+    write(at, "a.msh", &text("", 3, ""));
+    write(at, "b.msh", &text("4 5 5 0\n", 4, "4 9\n"));
+    write(at, "c.msh", &text("4 5 5 0\n", 4, "4 8\n"));
+    let ran = compare(at, &["a.msh", "b.msh"]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let word = "b.msh: left out 1 points that are in no cell";
+    assert!(ran.stderr.contains(word), "{}", ran.stderr);
+    // Where both have it, it is judged.
+    assert_eq!(compare(at, &["b.msh", "c.msh"]).code, Some(1));
 }
 
 /// Runs a script of dolfinx.

@@ -220,7 +220,7 @@ fn difference(
 ) -> Result<(Norms, Intersection)> {
     let only = |side: &Results| {
         let mut side = side.clone();
-        side.keep_only(&[name.to_owned()]);
+        side.keep_only(|known| known == name);
         side
     };
     let (a, b) = (only(a), only(b));

@@ -279,7 +279,7 @@ pub(super) struct Compare {
     /// [default: 0]
     #[arg(long, value_name = "A", value_parser = bound, allow_negative_numbers = true)]
     pub atol: Option<f64>,
-    /// Tolerances of one field, as in "u:rtol=1e-6,atol=1e-12"; what is left out is that of all
+    /// Tolerances of one field, or of those of a pattern, as in "u:rtol=1e-6,atol=1e-12"; what is left out is that of all
     #[arg(long = "field", value_name = "NAME:rtol=R,atol=A", value_parser = field_tolerance)]
     pub field: Vec<FieldTolerance>,
     /// Take the tolerances of the table compare of this scene where no option gives one
@@ -291,6 +291,9 @@ pub(super) struct Compare {
     /// several times [default: every field of either file]
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
+    /// Leave this field out, or those of a pattern; may be given several times
+    #[arg(long, value_name = "NAME")]
+    pub except: Vec<String>,
     /// Let NaN on both sides be no difference in this field; NaN against a number always is
     #[arg(long, value_name = "NAME")]
     pub nan_equal: Vec<String>,

@@ -16,7 +16,7 @@ use faceoff_judge::{
 };
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
-use faceoff_mesh::io::Series;
+use faceoff_mesh::io::{Series, matches};
 
 pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
     let (a, b) = (arguments.a.as_path(), arguments.b.as_path());
@@ -237,16 +237,28 @@ impl Request<'_> {
                 note!("faceoff: {source}: left out {others} cells of other dimensions");
             }
         }
-        at_midpoints(&mut of_a, &mut of_b)?;
-        if !arguments.only.is_empty() {
+        // What belongs to no cell is left out only where it would keep two meshes from being the same.
+        if of_a.point_count() != of_b.point_count() {
             for side in [&mut of_a, &mut of_b] {
-                for name in &arguments.only {
-                    let _is_known = side.has(name) || side.derive(name);
+                let orphans = side.leave_out_orphans();
+                if orphans > 0 && !self.quiet {
+                    let source = &side.source;
+                    note!("faceoff: {source}: left out {orphans} points that are in no cell");
                 }
-                let others = side.keep_only(&arguments.only);
-                if !others.is_empty() && !self.quiet {
-                    note!("faceoff: {}: left out {}", side.source, others.join(", "));
-                }
+            }
+        }
+        at_midpoints(&mut of_a, &mut of_b)?;
+        let is_left_out = |name: &str| arguments.except.iter().any(|p| matches(p, name));
+        let is_asked = |name: &str| {
+            arguments.only.is_empty() || arguments.only.iter().any(|p| matches(p, name))
+        };
+        for side in [&mut of_a, &mut of_b] {
+            for name in &arguments.only {
+                let _is_known = side.has(name) || side.derive(name);
+            }
+            let others = side.keep_only(|name| is_asked(name) && !is_left_out(name));
+            if !others.is_empty() && !self.quiet {
+                note!("faceoff: {}: left out {}", side.source, others.join(", "));
             }
         }
         // A scene is of several files: what none of these two has may be in others.

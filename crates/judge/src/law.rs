@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::ResultField;
 use faceoff_mesh::file;
-use faceoff_mesh::io;
+use faceoff_mesh::io::{self, matches};
 
 /// A field agrees where |a - b| ≤ max(rtol · largest value of the field, atol).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,7 +124,7 @@ impl Tolerances {
     }
 
     fn own(&self, field: &str) -> Option<Tolerance> {
-        let own = self.of_field.iter().rfind(|(name, _)| name == field);
+        let own = self.of_field.iter().rfind(|(name, _)| matches(name, field));
         own.map(|(_, tolerance)| *tolerance)
     }
 }

@@ -129,8 +129,10 @@ const BOOKKEEPING: [&str; 14] = [
 /// Why a field that one file has alone cannot be judged.
 pub(super) fn lacks(name: &str, without: &str) -> String {
     let hint = match BOOKKEEPING.contains(&name) {
-        true => "; it is no result but bookkeeping: name the results by --only",
-        false => "",
+        true => format!(
+            "; it is no result but bookkeeping: name the results by --only, or leave it out by --except {name}"
+        ),
+        false => String::new(),
     };
     format!("{without} does not have it{hint}")
 }

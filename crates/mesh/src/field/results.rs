@@ -109,14 +109,12 @@ impl Results {
         all.iter().copied().filter(|p| *p != PADDING)
     }
 
-    /// Keeps the fields with these names, in which `*` and `?` stand for others; returns the names of the others.
-    pub fn keep_only(&mut self, names: &[String]) -> Vec<String> {
+    /// Keeps the fields whose names `keeps`; returns the names of the others.
+    pub fn keep_only(&mut self, keeps: impl Fn(&str) -> bool) -> Vec<String> {
         let mut others = Vec::new();
         for fields in self.all_mut() {
             fields.retain(|field| {
-                let kept = names
-                    .iter()
-                    .any(|name| *name == field.name || matches(name, &field.name));
+                let kept = keeps(&field.name);
                 if !kept {
                     others.push(field.name.clone());
                 }
@@ -145,18 +143,41 @@ impl Results {
             return 0;
         }
         let kinds: Vec<CellKind> = self.each_kind().collect();
-        let mut before = vec![false; self.point_count()];
-        self.cells
-            .iter()
-            .filter(|p| **p != PADDING)
-            .for_each(|p| before[*p as usize] = true);
+        let before = self.in_cells();
         let kept: Vec<bool> = cells.iter().map(|out| !out).collect();
         self.keep_cells(&kinds, &kept);
-        let mut kept: Vec<bool> = before.iter().map(|used| !used).collect();
-        self.cells
+        let after = self.in_cells();
+        let kept = before
             .iter()
-            .filter(|p| **p != PADDING)
-            .for_each(|p| kept[*p as usize] = true);
+            .zip(after)
+            .map(|(before, after)| !before || after);
+        self.keep_points(&kept.collect::<Vec<_>>());
+        others
+    }
+
+    /// Leaves out the points that no cell has; returns their number. Without cells these are results of their own.
+    pub fn leave_out_orphans(&mut self) -> usize {
+        if self.kinds.is_empty() {
+            return 0;
+        }
+        let kept = self.in_cells();
+        let others = kept.iter().filter(|kept| !**kept).count();
+        if others > 0 {
+            self.keep_points(&kept);
+        }
+        others
+    }
+
+    /// Which points are in cells?
+    fn in_cells(&self) -> Vec<bool> {
+        let mut found = vec![false; self.point_count()];
+        let points = self.cells.iter().filter(|p| **p != PADDING);
+        points.for_each(|p| found[*p as usize] = true);
+        found
+    }
+
+    /// The points that remain are numbered anew.
+    fn keep_points(&mut self, kept: &[bool]) {
         let mut count = 0;
         let numbers: Vec<u32> = kept
             .iter()
@@ -167,15 +188,12 @@ impl Results {
             .collect();
         let cells = self.cells.iter_mut().filter(|p| **p != PADDING);
         cells.for_each(|p| *p = numbers[*p as usize]);
-        self.on_points
-            .iter_mut()
-            .for_each(|field| field.keep(&kept));
+        self.on_points.iter_mut().for_each(|field| field.keep(kept));
         let mut each = kept.iter();
         self.points
             .retain(|_| each.next().is_some_and(|kept| *kept));
         let mut each = kept.iter();
         self.ids.retain(|_| each.next().is_some_and(|kept| *kept));
-        others
     }
 
     fn keep_cells(&mut self, kinds: &[CellKind], kept: &[bool]) {
@@ -297,9 +315,9 @@ impl Results {
         found
     }
 
-    /// Is there a field of this name?
+    /// Is there a field of this name, or one that matches it as a pattern?
     pub fn has(&self, name: &str) -> bool {
-        self.all().any(|f| f.name == name)
+        self.all().any(|f| matches(name, &f.name))
     }
 
     /// All fields, those of the whole last.
