@@ -499,14 +499,14 @@ pub(super) struct Orders {
     /// Of results: take the errors against this one [default: each against the next]
     #[arg(long, value_name = "FILE", requires = "results")]
     pub reference: Option<PathBuf>,
-    /// Of results: take the errors against this function, as in "sin(pi*x)*y"
+    /// Of results: take the errors against this function, as in "sin(pi*x)*y"; of a vector give one for each component
     #[arg(
         long,
         value_name = "FORMULA",
         requires = "results",
         conflicts_with = "reference"
     )]
-    pub exact: Option<String>,
+    pub exact: Vec<String>,
     /// Of results: the field, or a component or magnitude as in `u[0]` or `|u|`; may be given several times [default: all that
     /// they share]
     #[arg(long, value_name = "NAME", requires = "results")]
