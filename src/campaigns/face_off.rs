@@ -78,6 +78,8 @@ pub struct OfPair {
 #[derive(Debug, Serialize)]
 pub struct OfOrder {
     pub of: String,
+    /// The refinements, coarsest first.
+    pub n: Vec<Option<usize>>,
     pub theory: [Option<f64>; 2],
     /// None where theory is not asked.
     pub verdict: Option<Verdict>,
@@ -435,7 +437,7 @@ fn orders(
             let against = Against::Exact(asked.exact.clone());
             let names = std::slice::from_ref(&asked.name);
             for found in convergence(&results, names, &against, &|_| {})? {
-                all.push(judged(asked, code.name.clone(), found));
+                all.push(judged(asked, of, code.name.clone(), found));
             }
         }
     } else if asked.same == Same::Problem {
@@ -473,14 +475,14 @@ fn orders(
                 h1,
                 levels,
             };
-            all.push(judged(asked, format!("{name_a} – {name_b}"), found));
+            all.push(judged(asked, of, format!("{name_a} – {name_b}"), found));
         }
     }
     Ok(all)
 }
 
 /// An order lower than that of theory disagrees; a higher one is none's fault.
-fn judged(asked: &Asked, of: String, found: Convergence) -> OfOrder {
+fn judged(asked: &Asked, file: &FaceOff, of: String, found: Convergence) -> OfOrder {
     let fit = |order: Option<&Order>| order.and_then(|o| o.fit).map(|fit| fit.exponent);
     let pairs = [fit(Some(&found.l2)), fit(found.h1.as_ref())];
     let asked_for = asked
@@ -495,6 +497,7 @@ fn judged(asked: &Asked, of: String, found: Convergence) -> OfOrder {
     });
     OfOrder {
         of,
+        n: file.levels(),
         theory: asked.orders,
         verdict: verdicts.max(),
         found,

@@ -90,7 +90,7 @@ fn levels_table(of: &Convergence) -> Table {
 }
 
 /// Errors over h, log-log.
-pub(super) struct Errors<'a>(pub &'a Convergence);
+struct Errors<'a>(&'a Convergence);
 
 const COLOURS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0)];
 

@@ -1,9 +1,7 @@
 //! What `verify` found of a face-off file: codes of one's own on any problem.
 
 use super::html;
-use super::model::{
-    Block, Cell, Figure, Report, Suite, Table, TestCase, Todo, joined, table, word,
-};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, joined, table, word};
 use super::number::{number, size};
 use super::verify::{why, worst};
 use crate::campaigns::face_off::{FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RunOf};
@@ -23,26 +21,22 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     report.lede = lede(of);
     report.lead = lead(of);
     report.next = next(of);
-    report.blocks = vec![runs_table(&of.runs).into()];
     for field in &of.fields {
         report.blocks.push(pairs_table(field).into());
         if !field.orders.is_empty() {
             report.blocks.push(orders_table(field).into());
-        }
-        for order in &field.orders {
-            let picture = Figure {
-                name: format!("orders-{}-{}", field.field, order.of.replace(" – ", "-")),
-                caption: format!("{}, {}: L² blue, H¹ orange, over h.", field.field, order.of),
-                picture: Box::new(super::convergence::Errors(&order.found)),
-            };
-            report
-                .blocks
-                .push(Block::Page(vec![Block::Figure(picture)]));
+            let figures = Block::Html(Box::new(move || Ok(order_figures(field))));
+            report.blocks.push(Block::Page(vec![figures]));
         }
     }
     for number in &of.numbers {
         report.blocks.push(number_table(number).into());
     }
+    report.blocks.push(runs_table(&of.runs).into());
+    report.notes.extend(of.shown.as_ref().map(|(shown, _)| {
+        let (a, b) = (&shown.a, &shown.b);
+        format!("On the map a is `{a}` and b is `{b}`.")
+    }));
     report.suites = suites(of);
     Ok(report)
 }
@@ -129,7 +123,7 @@ fn lede(of: &FaceOffOutcome) -> String {
         .filter_map(order_words);
     told.extend(orders);
     if !of.about.is_empty() {
-        told.insert(0, of.about.clone());
+        told.insert(0, format!("{}.", of.about.trim_end_matches('.')));
     }
     told.join(" ")
 }
@@ -270,6 +264,44 @@ fn orders_table(of: &OfField) -> Table {
         "theory" => theory.map(|theory| number(theory, 2)),
         "verdict" => order.verdict.filter(|_| theory.is_some()),
     )
+}
+
+/// Errors, or differences of codes, by n.
+fn order_figures(of: &OfField) -> html::Html {
+    let lines = |pick: fn(&Norms) -> Option<f64>, h1: bool| -> Vec<html::Line> {
+        let line = |order: &OfOrder| {
+            let levels = order.n.iter().zip(&order.found.levels);
+            let errors = levels.filter_map(|(n, l)| Some(((*n)?, pick(l.norms.as_ref()?)?)));
+            let found = if h1 {
+                order.found.h1.as_ref()
+            } else {
+                Some(&order.found.l2)
+            };
+            html::Line {
+                name: order.of.clone(),
+                errors: errors.collect(),
+                order: found.and_then(|o| o.fit).map(|fit| fit.exponent),
+            }
+        };
+        of.orders.iter().map(line).collect()
+    };
+    let name = &of.field;
+    html::beside([
+        (
+            "c6",
+            html::errors(
+                &lines(|n| Some(n.l2), false),
+                &format!("**{name}** in L² by n, with its order"),
+            ),
+        ),
+        (
+            "c6",
+            html::errors(
+                &lines(|n| n.h1, true),
+                &format!("**{name}** in H¹ by n, with its order"),
+            ),
+        ),
+    ])
 }
 
 fn number_table(of: &OfNumber) -> Table {

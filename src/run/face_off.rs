@@ -203,7 +203,10 @@ impl FaceOff {
     /// A file that cannot be read, unknown keys, what could not be judged, placeholders that are not known.
     pub fn read(path: &Path) -> Result<Self> {
         let text = file::text(path)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
         let home = std::path::absolute(folder).map_err(Error::io(folder, "find"))?;
         Reader {
             origin: path.display().to_string(),
