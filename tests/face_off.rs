@@ -46,22 +46,11 @@ fn field<'a>(told: &'a Value, name: &str) -> &'a Value {
     fields.iter().find(|f| f["field"] == name).unwrap()
 }
 
-/// Poisson without scikit-fem, which not every machine has.
-fn poisson(folder: &Path) -> PathBuf {
-    let at = example(folder, "poisson");
-    let path = at.join("poisson.toml");
-    let text = fs::read_to_string(&path).unwrap();
-    let from = text.find("[codes.skfem]").unwrap();
-    let to = text.find("[fields.u]").unwrap();
-    fs::write(path, text[..from].to_owned() + &text[to..]).unwrap();
-    at
-}
-
 /// FreeFEM and dolfinx agree to rounding, with the orders of theory; one fault at a time is found in its code.
 #[test]
 fn poisson_agrees_and_its_faults_are_named() {
     let folder = folder();
-    let at = poisson(folder.path());
+    let at = example(folder.path(), "poisson");
     let words = ["--n", "8,16", "--report", "page", "--junit", "j.xml"];
     let (ran, told) = verify(&at, "poisson.toml", &words);
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
@@ -228,7 +217,7 @@ fn what_cannot_be_judged_is_told_in_a_sentence() {
 #[test]
 fn a_kept_job_runs_by_hand() {
     let folder = folder();
-    let at = poisson(folder.path());
+    let at = example(folder.path(), "poisson");
     let words = ["--n", "4", "--keep", "runs"];
     let (ran, _) = verify(&at, "poisson.toml", &words);
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);

@@ -292,6 +292,8 @@ pub(super) enum Template {
     Poisson,
     Elasticity,
     Stokes,
+    Obstacle,
+    Hertz,
 }
 
 /// VTU, PVTU, and what else `faceoff mesh info` shows fields of; CSV with the columns `vertex`, `v0,v1[,v2]` or `x,y[,z]` as

@@ -38,6 +38,16 @@ impl Template {
                 template!("elasticity":
                 "README.md" "compat.py" "elasticity.edp" "elasticity.geo" "elasticity.msh" "elasticity.py" "elasticity.toml" "vtu.idp"),
             ),
+            Template::Obstacle => (
+                "obstacle",
+                template!("obstacle":
+                "README.md" "compat.py" "obstacle.edp" "obstacle.geo" "obstacle.msh" "obstacle.py" "obstacle.toml" "vtu.idp"),
+            ),
+            Template::Hertz => (
+                "hertz",
+                template!("hertz":
+                "README.md" "compat.py" "hertz.edp" "hertz.geo" "hertz.msh" "hertz.py" "hertz.toml" "hertz_getfem.py" "vtu.idp"),
+            ),
             Template::Stokes => (
                 "stokes",
                 template!("stokes":
