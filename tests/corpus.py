@@ -109,7 +109,7 @@ def with_vtk(path):
             elif code == 7:
                 cells[{3: "triangle", 4: "quadrangle"}.get(n, f"polygon{n}")] += 1
             elif code in (15, 16):
-                cells[f"prism{2 * (n // 2)}"] += 1
+                cells[{15: "pentagonal-prism10", 16: "hexagonal-prism12"}[code]] += 1
             else:
                 cells[kind(VTK.get(code, f"vtk type {code}, "), n)] += 1
             repeat.append(parts)
