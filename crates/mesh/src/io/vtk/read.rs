@@ -12,6 +12,7 @@ use crate::io::vtu::cells::POLYHEDRON;
 use crate::io::vtu::grids::{Extent, Frame};
 use crate::io::vtu::lattice::Order;
 use crate::io::vtu::merge::{Piece, PieceArray};
+use crate::io::vtu::read::restore_texts;
 use crate::io::vtu::scalar::Scalar;
 use crate::io::vtu::topology::{Cells, Source};
 use crate::io::vtu::unpack::Budget;
@@ -80,6 +81,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     };
     reader.assemble(grid, version.split('.').next() < Some("5"))?;
     let mut out = reader.out;
+    restore_texts(&mut out.whole, &mut reader.budget);
     out.pieces.push(reader.piece);
     out.encoding = if binary { "binary-big" } else { "ascii" }.into();
     out.content(path, "vtk", Some(version))
@@ -301,7 +303,10 @@ impl<'a> Reader<'a> {
         }
         let parts = self.plain("float", count)?.to_f64();
         Ok(Values::U8(
-            parts.into_iter().map(|part| (255.0 * part).round() as u8).collect(),
+            parts
+                .into_iter()
+                .map(|part| (255.0 * part).round() as u8)
+                .collect(),
         ))
     }
 

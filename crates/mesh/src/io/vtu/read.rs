@@ -54,33 +54,8 @@ impl<'a> Decoder<'a> {
         let arrays = document.whole.iter();
         let whole = arrays.map(|tag| self.whole_array(tag));
         let mut whole = whole.collect::<Result<Vec<_>>>()?;
-        self.restore_texts(&mut whole);
+        restore_texts(&mut whole, &mut self.budget);
         Ok(whole)
-    }
-
-    /// Converts bytes to texts where the table of texts says so and they are texts.
-    fn restore_texts(&mut self, whole: &mut Vec<GlobalArray>) {
-        let mut texts = |array: &GlobalArray| match &array.values {
-            GlobalValues::Numbers(Values::U8(bytes))
-                if bytes.last().is_none_or(|&end| end == 0) =>
-            {
-                split_texts(bytes, &mut self.budget).ok()
-            }
-            _ => None,
-        };
-        let Some(table) = whole.iter().position(|array| array.name == TEXTS) else {
-            return;
-        };
-        let Some(names) = texts(&whole[table]) else {
-            return;
-        };
-        let names: HashSet<String> = names.into_iter().collect();
-        whole.remove(table);
-        for array in whole.iter_mut().filter(|array| names.contains(&array.name)) {
-            if let Some(texts) = texts(array) {
-                array.values = GlobalValues::Text(texts);
-            }
-        }
     }
 
     fn whole_array(&mut self, tag: &ArrayTag) -> Result<GlobalArray> {
@@ -357,6 +332,29 @@ impl<'a> Decoder<'a> {
     pub fn refuse_piece(&self, piece: &PieceTag, what: String) -> Error {
         let place = Place::SectionByte("<Piece>".into(), piece.byte);
         Error::file(self.path, place, what, "write the file again")
+    }
+}
+
+/// Converts bytes to texts where the table of texts says so and they are texts.
+pub(crate) fn restore_texts(whole: &mut Vec<GlobalArray>, budget: &mut Budget) {
+    let mut texts = |array: &GlobalArray| match &array.values {
+        GlobalValues::Numbers(Values::U8(bytes)) if bytes.last().is_none_or(|&end| end == 0) => {
+            split_texts(bytes, budget).ok()
+        }
+        _ => None,
+    };
+    let Some(table) = whole.iter().position(|array| array.name == TEXTS) else {
+        return;
+    };
+    let Some(names) = texts(&whole[table]) else {
+        return;
+    };
+    let names: HashSet<String> = names.into_iter().collect();
+    whole.remove(table);
+    for array in whole.iter_mut().filter(|array| names.contains(&array.name)) {
+        if let Some(texts) = texts(array) {
+            array.values = GlobalValues::Text(texts);
+        }
     }
 }
 
