@@ -17,7 +17,7 @@ use crate::io::vtu::scalar::Scalar;
 use crate::io::vtu::topology::{Cells, Source};
 use crate::io::vtu::unpack::Budget;
 use crate::io::vtu::{Decoded, xml::Grid};
-use crate::mesh::Values;
+use crate::mesh::{Polyhedra, Values};
 
 /// The sections of polygonal data in the order in which their cells count, with VTK's types of their cells.
 const POLYGONS: [(&str, u8); 4] = [
@@ -719,7 +719,8 @@ fn solids(codes: &RawNumbers, ends: &RawNumbers, nodes: &RawNumbers) -> Option<S
         if code != i64::from(POLYHEDRON) {
             solids.nodes.extend_from_slice(list);
         } else {
-            let (_, faces) = list.split_first()?;
+            let (&count, faces) = list.split_first()?;
+            Polyhedra::count_faces(faces).filter(|&faces| faces == count as usize)?;
             let first = solids.nodes.len();
             let mut rest = faces;
             let mut seen = std::collections::HashSet::new();

@@ -12,7 +12,7 @@ use super::xml::{ArrayTag, Document, Grid, POLYGONS, PieceTag};
 use crate::error::{Error, Place, Result};
 use crate::field::{GlobalArray, GlobalValues, to_i64};
 use crate::io::rows;
-use crate::mesh::{Values, all_finite};
+use crate::mesh::{Polyhedra, Values, all_finite};
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -375,11 +375,10 @@ fn old_faces(lists: [Option<&[u64]>; 2], cell: usize) -> Option<Vec<u32>> {
         .rev()
         .find(|&&end| end != u64::MAX);
     let start = before.map_or(Some(0), |&start| usize::try_from(start).ok())?;
-    let (_, faces) = stream.get(start..end)?.split_first()?;
-    faces
-        .iter()
-        .map(|&number| u32::try_from(number).ok())
-        .collect()
+    let (&count, faces) = stream.get(start..end)?.split_first()?;
+    let faces = faces.iter().map(|&number| u32::try_from(number).ok());
+    let faces = faces.collect::<Option<Vec<u32>>>()?;
+    (Polyhedra::count_faces(&faces) == usize::try_from(count).ok()).then_some(faces)
 }
 
 /// The faces of a cell where each face stands by itself.
