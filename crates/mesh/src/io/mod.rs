@@ -18,6 +18,7 @@ mod scan;
 mod series;
 mod sol;
 mod table;
+mod vtk;
 pub mod vtu;
 
 use std::fmt;
@@ -38,7 +39,15 @@ use loss::Losses;
 
 /// The formats that are read and written here, in the order in which users see them. Whatever depends on the format asks
 /// this table.
-pub static NATIVE: &[&Native] = &[&msh::FORMAT, &vtu::FORMAT, &freefem::FORMAT, &medit::FORMAT];
+pub static NATIVE: &[&Native] = &[
+    &msh::FORMAT,
+    &vtu::FORMAT,
+    &vtu::POLY,
+    &vtu::GRIDS,
+    &vtk::FORMAT,
+    &freefem::FORMAT,
+    &medit::FORMAT,
+];
 
 /// A format that is read and written here.
 #[derive(Debug)]
@@ -114,6 +123,8 @@ pub struct Content {
     pub warnings: Vec<String>,
     /// What the file holds but `mesh` does not.
     pub unread: Vec<String>,
+    /// Cells that several pieces have, and that were left out of all but one.
+    pub ghosts: usize,
 }
 
 /// Reads a mesh; [`open`] returns all that the file holds.
@@ -276,6 +287,24 @@ pub fn write_with(
         Format::Meshio(name) => meshio::write(path, mesh, name, options)?,
     });
     Ok(warnings)
+}
+
+/// Refuses cells of types that Gmsh does not have.
+fn refuse_kinds_beyond_gmsh(path: &Path, mesh: &Mesh, format: &str) -> Result<()> {
+    let mut kinds = mesh
+        .blocks
+        .iter()
+        .filter(|block| !block.is_empty())
+        .map(|block| block.kind);
+    match kinds.find(|kind| kind.gmsh() == 0) {
+        None => Ok(()),
+        Some(kind) => Err(Error::file(
+            path,
+            Place::Whole,
+            format!("{format} is not written with cells that are {kind}"),
+            "choose another format, as VTU",
+        )),
+    }
 }
 
 /// What every writer does first.

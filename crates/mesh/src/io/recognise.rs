@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Format, NATIVE};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 32] = [
+const SUFFIXES: [(&str, &str); 31] = [
     ("avs", "avsucd"),
     ("bdf", "nastran"),
     ("cgns", "cgns"),
@@ -34,7 +34,6 @@ const SUFFIXES: [(&str, &str); 32] = [
     ("tec", "tecplot"),
     ("ugrid", "ugrid"),
     ("vol", "netgen"),
-    ("vtk", "vtk"),
     ("xdmf", "xdmf"),
     ("xmf", "xdmf"),
     ("xml", "dolfin-xml"),
@@ -75,7 +74,6 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
         };
     }
     let signatures = [
-        ("# vtk DataFile", "vtk"),
         ("(0 ", "ansys"),
         ("(1 ", "ansys"),
         ("(2 ", "ansys"),
