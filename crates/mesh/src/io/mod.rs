@@ -2,12 +2,15 @@
 
 mod bytes;
 mod collection;
+mod exodus;
 mod freefem;
+mod hdf5;
 mod labels;
 mod loss;
 mod medit;
 mod meshio;
 pub mod msh;
+mod netcdf;
 mod out;
 mod pattern;
 mod plain;
@@ -16,8 +19,12 @@ mod results;
 mod rows;
 mod scan;
 mod series;
+mod sets;
+mod sides;
 mod sol;
+mod steps;
 mod table;
+mod vectors;
 pub mod vtu;
 
 use std::fmt;
@@ -38,7 +45,13 @@ use loss::Losses;
 
 /// The formats that are read and written here, in the order in which users see them. Whatever depends on the format asks
 /// this table.
-pub static NATIVE: &[&Native] = &[&msh::FORMAT, &vtu::FORMAT, &freefem::FORMAT, &medit::FORMAT];
+pub static NATIVE: &[&Native] = &[
+    &msh::FORMAT,
+    &vtu::FORMAT,
+    &freefem::FORMAT,
+    &medit::FORMAT,
+    &exodus::FORMAT,
+];
 
 /// A format that is read and written here.
 #[derive(Debug)]
@@ -167,6 +180,11 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
             "give a mesh in a known format",
         )),
     }?;
+    checked(path, content)
+}
+
+/// What was read, if its mesh is sound.
+fn checked(path: &Path, content: Content) -> Result<Content> {
     let unsound = |what| {
         Error::file(
             path,

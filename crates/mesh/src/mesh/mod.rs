@@ -11,7 +11,7 @@ mod kind;
 mod labels;
 pub mod refine;
 mod simplex;
-mod topology;
+pub(crate) mod topology;
 mod triangulation;
 mod union;
 mod validate;
