@@ -26,6 +26,7 @@ mod steps;
 mod table;
 mod vectors;
 pub mod vtu;
+mod xdmf;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -51,6 +52,7 @@ pub static NATIVE: &[&Native] = &[
     &freefem::FORMAT,
     &medit::FORMAT,
     &exodus::FORMAT,
+    &xdmf::FORMAT,
 ];
 
 /// A format that is read and written here.

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Format, NATIVE, hdf5};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 29] = [
+const SUFFIXES: [(&str, &str); 27] = [
     ("avs", "avsucd"),
     ("bdf", "nastran"),
     ("cgns", "cgns"),
@@ -32,8 +32,6 @@ const SUFFIXES: [(&str, &str); 29] = [
     ("ugrid", "ugrid"),
     ("vol", "netgen"),
     ("vtk", "vtk"),
-    ("xdmf", "xdmf"),
-    ("xmf", "xdmf"),
     ("xml", "dolfin-xml"),
 ];
 
@@ -71,7 +69,6 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
     }
     if begins(bytes, "<") {
         return match () {
-            () if head_has(bytes, "<Xdmf") => Some(Format::Meshio("xdmf")),
             () if head_has(bytes, "<dolfin") => Some(Format::Meshio("dolfin-xml")),
             () => None,
         };

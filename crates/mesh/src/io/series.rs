@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::recognise::recognise;
 use super::results::{of_content, read_results};
-use super::{Content, Format, Native, bytes, collection, exodus, meshio, pattern, table};
+use super::{Content, Format, Native, bytes, collection, exodus, meshio, pattern, table, xdmf};
 use crate::error::{Error, Place, Result};
 use crate::field::Results;
 use crate::mesh::Field;
@@ -40,11 +40,18 @@ struct Steps {
     read: fn(&Path, &[u8], Option<f64>) -> Result<Content>,
 }
 
-static STEPS: [Steps; 1] = [Steps {
-    format: &exodus::FORMAT,
-    times: exodus::times,
-    read: exodus::read_at,
-}];
+static STEPS: [Steps; 2] = [
+    Steps {
+        format: &exodus::FORMAT,
+        times: exodus::times,
+        read: exodus::read_at,
+    },
+    Steps {
+        format: &xdmf::FORMAT,
+        times: xdmf::times,
+        read: xdmf::read_at,
+    },
+];
 
 impl Series {
     /// A file of any kind, or all files that a pattern like `u_*.vtu` names, whose numbers are their times. `python` is the

@@ -90,6 +90,23 @@ impl Sets {
         self.group(0, tag, name, cells);
     }
 
+    /// Adds a set of cells of any kinds by their nodes.
+    pub fn given<'a>(
+        &mut self,
+        tag: i64,
+        name: &str,
+        cells: impl IntoIterator<Item = (CellKind, &'a [u32])>,
+    ) {
+        let mut by_dim: BTreeMap<u8, Vec<u32>> = BTreeMap::new();
+        for (kind, nodes) in cells {
+            by_dim
+                .entry(kind.dim())
+                .or_default()
+                .push(self.cell_of(kind, nodes.to_vec()));
+        }
+        self.groups_of(by_dim, 0, tag, name);
+    }
+
     /// The cell with these nodes, which is made if it is not there.
     fn cell_of(&mut self, kind: CellKind, nodes: Vec<u32>) -> u32 {
         let dim = kind.dim();
@@ -188,6 +205,49 @@ impl Sets {
         }
         (self.mesh, self.warnings)
     }
+}
+
+/// The cells between points along each of up to three dimensions, the slowest first; points are numbered from `first` on.
+pub fn grid(counts: &[usize], first: u32) -> (CellKind, Vec<u32>) {
+    let counts: Vec<usize> = counts.iter().copied().filter(|&count| count != 1).collect();
+    let kinds = [
+        CellKind::Vertex,
+        CellKind::Line,
+        CellKind::Quadrangle,
+        CellKind::Hexahedron,
+    ];
+    let count = |axis: usize| counts.len().checked_sub(axis + 1).map_or(1, |k| counts[k]);
+    let strides = [1, count(0), count(0) * count(1)];
+    let corners: &[[usize; 3]] = match counts.len() {
+        0 => &[[0, 0, 0]],
+        1 => &[[0, 0, 0], [1, 0, 0]],
+        2 => &[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+        _ => &[
+            [0, 0, 0],
+            [1, 0, 0],
+            [1, 1, 0],
+            [0, 1, 0],
+            [0, 0, 1],
+            [1, 0, 1],
+            [1, 1, 1],
+            [0, 1, 1],
+        ],
+    };
+    let cells = |axis: usize| {
+        if axis < counts.len() {
+            0..count(axis).saturating_sub(1)
+        } else {
+            0..1
+        }
+    };
+    let mut nodes = Vec::new();
+    for (k, j, i) in
+        cells(2).flat_map(|k| cells(1).flat_map(move |j| cells(0).map(move |i| (k, j, i))))
+    {
+        let node = |[a, b, c]: &[usize; 3]| (i + a) + (j + b) * strides[1] + (k + c) * strides[2];
+        nodes.extend(corners.iter().map(|corner| first + node(corner) as u32));
+    }
+    (kinds[counts.len().min(3)], nodes)
 }
 
 /// Names in which every one is another, as formats have them whose groups are known by name: the group's, or else its number.

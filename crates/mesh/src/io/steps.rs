@@ -81,6 +81,11 @@ impl<'a> Stepped<'a> {
             .expect("invariant: each has one field at least")
     }
 
+    /// Whether the field has no time.
+    pub fn at_all_times(&self) -> bool {
+        self.steps.len() == 1
+    }
+
     /// The field at a time.
     pub fn at_step(&self, step: usize) -> Option<&'a Field> {
         match &self.steps[..] {

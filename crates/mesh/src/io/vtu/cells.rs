@@ -4,7 +4,7 @@ use crate::mesh::CellKind;
 use vtkio::model::CellType;
 
 /// VTK's number of a cell type; `None` where VTK has no such cell.
-pub(super) fn vtk_type(kind: CellKind) -> Option<u8> {
+pub(in crate::io) fn vtk_type(kind: CellKind) -> Option<u8> {
     Some(match kind {
         CellKind::Vertex => 1,
         CellKind::Line => 3,
@@ -29,7 +29,7 @@ pub(super) fn vtk_type(kind: CellKind) -> Option<u8> {
 }
 
 /// The type that is written with this VTK number.
-pub(super) fn written_kind(code: i64) -> Option<CellKind> {
+pub(in crate::io) fn written_kind(code: i64) -> Option<CellKind> {
     let gmsh = (1..=19).filter_map(CellKind::from_gmsh);
     let mut written = gmsh.filter_map(|kind| Some((kind, vtk_type(kind)?)));
     written.find_map(|(kind, vtk)| (i64::from(vtk) == code).then_some(kind))
@@ -39,7 +39,7 @@ pub(super) fn written_kind(code: i64) -> Option<CellKind> {
 ///
 /// Corners agree. Gmsh orders the edges by their lower corner, VTK goes around the faces; derived edge by edge
 /// from the figures of Gmsh's manual (node ordering) and of VTK's cell classes.
-pub(super) fn order(kind: CellKind) -> Option<&'static [usize]> {
+pub(in crate::io) fn order(kind: CellKind) -> Option<&'static [usize]> {
     Some(match kind {
         CellKind::Tetrahedron10 => &[0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
         CellKind::Hexahedron20 => &[
@@ -61,7 +61,10 @@ pub(super) fn order(kind: CellKind) -> Option<&'static [usize]> {
 /// Lagrange cells are what dolfinx writes for meshes of order one and two; VTK's numbering of theirs is that of the
 /// classical cells up to the tetrahedron. Polygons of three or four corners, and the pixels and voxels of images,
 /// are triangles, quadrangles and hexahedra.
-pub(super) fn kind(vtk: CellType, points: usize) -> Option<(CellKind, Option<&'static [usize]>)> {
+pub(in crate::io) fn kind(
+    vtk: CellType,
+    points: usize,
+) -> Option<(CellKind, Option<&'static [usize]>)> {
     use CellType as T;
     let kind = match (vtk, points) {
         (T::Vertex | T::PolyVertex, 1) => CellKind::Vertex,

@@ -8,7 +8,7 @@
 //! the defect.
 
 mod array;
-mod cells;
+pub(super) mod cells;
 mod column;
 mod layout;
 mod merge;
