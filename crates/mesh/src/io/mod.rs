@@ -25,6 +25,7 @@ mod sol;
 mod steps;
 mod table;
 mod vectors;
+mod vtk;
 pub mod vtu;
 mod xdmf;
 
@@ -49,6 +50,9 @@ use loss::Losses;
 pub static NATIVE: &[&Native] = &[
     &msh::FORMAT,
     &vtu::FORMAT,
+    &vtu::POLY,
+    &vtu::GRIDS,
+    &vtk::FORMAT,
     &freefem::FORMAT,
     &medit::FORMAT,
     &exodus::FORMAT,
@@ -296,6 +300,24 @@ pub fn write_with(
         Format::Meshio(name) => meshio::write(path, mesh, name, options)?,
     });
     Ok(warnings)
+}
+
+/// Refuses cells of types that Gmsh does not have.
+fn refuse_kinds_beyond_gmsh(path: &Path, mesh: &Mesh, format: &str) -> Result<()> {
+    let mut kinds = mesh
+        .blocks
+        .iter()
+        .filter(|block| !block.is_empty())
+        .map(|block| block.kind);
+    match kinds.find(|kind| kind.gmsh() == 0) {
+        None => Ok(()),
+        Some(kind) => Err(Error::file(
+            path,
+            Place::Whole,
+            format!("{format} is not written with cells that are {kind}"),
+            "choose another format, as VTU",
+        )),
+    }
 }
 
 /// What every writer does first.

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Format, NATIVE, hdf5};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 27] = [
+const SUFFIXES: [(&str, &str); 26] = [
     ("avs", "avsucd"),
     ("bdf", "nastran"),
     ("cgns", "cgns"),
@@ -31,7 +31,6 @@ const SUFFIXES: [(&str, &str); 27] = [
     ("tec", "tecplot"),
     ("ugrid", "ugrid"),
     ("vol", "netgen"),
-    ("vtk", "vtk"),
     ("xml", "dolfin-xml"),
 ];
 
@@ -74,7 +73,6 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
         };
     }
     let signatures = [
-        ("# vtk DataFile", "vtk"),
         ("(0 ", "ansys"),
         ("(1 ", "ansys"),
         ("(2 ", "ansys"),

@@ -62,7 +62,7 @@ impl Sets {
             let first = ends[index] - block.len();
             let nodes = block.cells().nth(cell as usize - first).unwrap_or_default();
             // The two faces of a shell are the shell.
-            let is_whole = block.kind.dim() < 3 && corners.len() == block.kind.shape().corners();
+            let is_whole = block.kind.dim() < 3 && corners.len() == block.kind.corners();
             let side = match is_whole {
                 true => Some((block.kind, nodes.to_vec())),
                 false => sides::side(block.kind, corners)

@@ -5,7 +5,7 @@ use crate::mesh::{CellKind, Shape};
 /// Corners of the edges of a shape, in Gmsh's order of the nodes on them.
 fn edges(shape: Shape) -> &'static [[usize; 2]] {
     match shape {
-        Shape::Vertex => &[],
+        Shape::Vertex | Shape::Polygon | Shape::Polyhedron => &[],
         Shape::Line => &[[0, 1]],
         Shape::Triangle => &[[0, 1], [1, 2], [2, 0]],
         Shape::Quadrangle => &[[0, 1], [1, 2], [2, 3], [3, 0]],
@@ -66,10 +66,40 @@ fn centred(kind: CellKind) -> &'static [&'static [usize]] {
     }
 }
 
+/// The place in Gmsh's order of each node of a format that has corners, then nodes on edges, on faces, and inside. `corners` are
+/// the places of its corners; `edges` and `faces` name the format's own corners.
+pub fn order(
+    kind: CellKind,
+    corners: &[usize],
+    edges: &[[usize; 2]],
+    faces: &[&[usize]],
+) -> Vec<usize> {
+    let mut places = corners.to_vec();
+    let known = self::edges(kind.shape());
+    for edge in edges
+        .iter()
+        .take(if is_quadratic(kind) { edges.len() } else { 0 })
+    {
+        let [a, b] = edge.map(|corner| corners[corner]);
+        let on = known
+            .iter()
+            .position(|&[p, q]| [p, q] == [a, b] || [q, p] == [a, b]);
+        places.extend(on.map(|on| corners.len() + on));
+    }
+    for face in faces {
+        let mut of: Vec<usize> = face.iter().map(|&corner| corners[corner]).collect();
+        of.sort_unstable();
+        let on = centred(kind).iter().position(|known| **known == of);
+        places.extend(on.map(|on| corners.len() + known.len() + on));
+    }
+    places.extend(places.len()..kind.points());
+    places
+}
+
 /// Whether a cell has one node in the middle of each edge, and none elsewhere but in the middle of faces and inside.
 fn is_quadratic(kind: CellKind) -> bool {
     let corners = kind.shape().corners();
-    let known = !matches!(kind, CellKind::Other(_));
+    let known = !matches!(kind, CellKind::Other(_)) && corners > 0;
     known && kind.points() >= corners + edges(kind.shape()).len()
 }
 
@@ -80,7 +110,7 @@ pub fn side(kind: CellKind, corners: &[usize]) -> Option<(CellKind, Vec<usize>)>
     if nodes.len() == 1 {
         return Some((CellKind::Vertex, nodes));
     }
-    let first = kind.shape().corners();
+    let first = kind.corners();
     let quadratic = is_quadratic(kind);
     if !quadratic && kind.points() != first {
         return None;

@@ -51,6 +51,7 @@ pub fn name(kind: CellKind) -> Option<String> {
         Shape::Hexahedron => "HEX",
         Shape::Prism => "WEDGE",
         Shape::Pyramid => "PYRAMID",
+        Shape::Polygon | Shape::Polyhedron => return None,
     };
     let name = match kind {
         CellKind::Vertex => name.into(),
@@ -81,7 +82,7 @@ pub fn order(kind: CellKind) -> Option<&'static [usize]> {
 /// The corners of the sides of an element in the order of their numbers. Shells have their two faces first.
 pub fn sides(shape: Shape, is_shell: bool) -> &'static [&'static [usize]] {
     match (shape, is_shell) {
-        (Shape::Vertex, _) => &[],
+        (Shape::Vertex | Shape::Polygon | Shape::Polyhedron, _) => &[],
         (Shape::Line, _) => &[&[0], &[1]],
         (Shape::Triangle, false) => &[&[0, 1], &[1, 2], &[2, 0]],
         (Shape::Triangle, true) => &[&[0, 1, 2], &[0, 2, 1], &[0, 1], &[1, 2], &[2, 0]],

@@ -313,7 +313,7 @@ fn sides_of(
 ) -> Option<Vec<(u32, usize)>> {
     let side = |&cell: &u32| {
         let (kind, nodes) = mesh.cell(cell)?;
-        let of = corners(kind.shape(), nodes)?;
+        let of = corners(kind, nodes)?;
         let wanted = key(of.iter().copied());
         let owner = *owners.get(&wanted)?;
         let (kind, nodes) = mesh.cell(owner)?;

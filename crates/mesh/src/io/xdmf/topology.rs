@@ -230,7 +230,8 @@ pub fn cells(
             let number = number.filter(|&number| number < points);
             let number = number
                 .ok_or_else(|| items.refuse(format!("a {kind} has the node {node} of {points}")))?;
-            block[start + order.map_or(place, |order| order[place])] = first + number as u32;
+            block[start + order.as_ref().map_or(place, |order| order[place])] =
+                first + number as u32;
         }
         Ok(())
     };
@@ -255,6 +256,9 @@ pub fn cells(
                     (2, [2, tail @ ..]) => Ok((CellKind::Line, tail)),
                     (3, [3, tail @ ..]) => Ok((CellKind::Triangle, tail)),
                     (3, [4, tail @ ..]) => Ok((CellKind::Quadrangle, tail)),
+                    (3, [corners @ 5..256, tail @ ..]) => {
+                        Ok((CellKind::Polygon(*corners as u32), tail))
+                    }
                     (_, [nodes, ..]) => Err(items.refuse(format!(
                         "a cell of the kind {number} with {nodes} nodes is not read"
                     ))),
@@ -287,6 +291,7 @@ pub fn cells(
     };
     let found = match (kind.as_str(), width) {
         ("polygon", 4) => CellKind::Quadrangle,
+        ("polygon", 5..256) => CellKind::Polygon(width as u32),
         // Longer lines are lines one after another.
         ("polyline", 3..) => {
             for line in numbers.chunks_exact(width) {

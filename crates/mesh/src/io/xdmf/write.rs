@@ -235,7 +235,7 @@ fn topology_data<'a>(blocks: &[&'a CellBlock]) -> (&'static str, usize, (Data<'a
         let shape = vec![nodes.len() / width, width];
         let order = order(kind);
         let data = Data::integers(Type::Signed(8), shape.clone(), move |k| {
-            let node = order.map_or(k % width, |order| order[k % width]);
+            let node = order.as_ref().map_or(k % width, |order| order[k % width]);
             nodes[k / width * width + node].into()
         });
         let name = topology::name(kind).map_or("", |(name, _)| name);
@@ -251,7 +251,8 @@ fn topology_data<'a>(blocks: &[&'a CellBlock]) -> (&'static str, usize, (Data<'a
                 numbers.push(cell.len() as i64);
             }
             numbers.extend(
-                (0..cell.len()).map(|k| i64::from(cell[order.map_or(k, |order| order[k])])),
+                (0..cell.len())
+                    .map(|k| i64::from(cell[order.as_ref().map_or(k, |order| order[k])])),
             );
         }
     }
