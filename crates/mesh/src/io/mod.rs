@@ -1,12 +1,14 @@
 //! Reading and writing meshes and fields.
 
 mod bytes;
+mod cgns;
 mod collection;
 mod exodus;
 mod freefem;
 mod hdf5;
 mod labels;
 mod loss;
+mod med;
 mod medit;
 mod meshio;
 pub mod msh;
@@ -26,6 +28,7 @@ mod steps;
 mod table;
 mod vectors;
 mod vtk;
+mod vtkhdf;
 pub mod vtu;
 mod xdmf;
 
@@ -53,10 +56,13 @@ pub static NATIVE: &[&Native] = &[
     &vtu::POLY,
     &vtu::GRIDS,
     &vtk::FORMAT,
+    &vtkhdf::FORMAT,
     &freefem::FORMAT,
     &medit::FORMAT,
     &exodus::FORMAT,
     &xdmf::FORMAT,
+    &med::FORMAT,
+    &cgns::FORMAT,
 ];
 
 /// A format that is read and written here.

@@ -5,10 +5,9 @@ use std::path::Path;
 use super::{Format, NATIVE, hdf5};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 26] = [
+const SUFFIXES: [(&str, &str); 24] = [
     ("avs", "avsucd"),
     ("bdf", "nastran"),
-    ("cgns", "cgns"),
     ("dat", "tecplot"),
     ("dato", "permas"),
     ("ele", "tetgen"),
@@ -18,7 +17,6 @@ const SUFFIXES: [(&str, &str); 26] = [
     ("hmf", "hmf"),
     ("inp", "abaqus"),
     ("mdpa", "mdpa"),
-    ("med", "med"),
     ("meshb", "medit"),
     ("nas", "nastran"),
     ("node", "tetgen"),
@@ -92,7 +90,14 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
 }
 
 /// What stands in the root of an HDF5 file, and the format that it tells.
-const ROOTS: [(&str, &str); 2] = [("num_nodes", "exodus"), ("coordx", "exodus")];
+const ROOTS: [(&str, &str); 6] = [
+    ("CGNSLibraryVersion", "cgns"),
+    ("VTKHDF", "vtkhdf"),
+    ("ENS_MAA", "med"),
+    ("INFOS_GENERALES", "med"),
+    ("num_nodes", "exodus"),
+    ("coordx", "exodus"),
+];
 
 /// The format of an HDF5 file, which its root tells and its suffix does not.
 fn of_hdf5(path: &Path, bytes: &[u8]) -> Option<Format> {

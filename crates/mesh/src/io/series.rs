@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::recognise::recognise;
 use super::results::{of_content, read_results};
-use super::{Content, Format, Native, bytes, collection, exodus, meshio, pattern, table, xdmf};
+use super::{
+    Content, Format, Native, bytes, collection, exodus, meshio, pattern, table, vtkhdf, xdmf,
+};
 use crate::error::{Error, Place, Result};
 use crate::field::Results;
 use crate::mesh::Field;
@@ -40,7 +42,7 @@ struct Steps {
     read: fn(&Path, &[u8], Option<f64>) -> Result<Content>,
 }
 
-static STEPS: [Steps; 2] = [
+static STEPS: [Steps; 3] = [
     Steps {
         format: &exodus::FORMAT,
         times: exodus::times,
@@ -50,6 +52,11 @@ static STEPS: [Steps; 2] = [
         format: &xdmf::FORMAT,
         times: xdmf::times,
         read: xdmf::read_at,
+    },
+    Steps {
+        format: &vtkhdf::FORMAT,
+        times: vtkhdf::times,
+        read: vtkhdf::read_at,
     },
 ];
 

@@ -263,13 +263,7 @@ pub fn distinct_names<'a>(groups: impl Iterator<Item = &'a Group>, longest: usiz
             .filter(|c| !c.is_control())
             .map(|c| if c == '/' { '_' } else { c })
             .collect();
-        let fits = |mut text: String| {
-            while text.len() > longest {
-                text.pop();
-            }
-            text
-        };
-        let mut text = fits(own.clone());
+        let mut text = cut(&own, longest);
         let mut k = 1;
         while text.is_empty() || !seen.insert(text.clone()) {
             let tail = format!("_{k}");
@@ -281,4 +275,13 @@ pub fn distinct_names<'a>(groups: impl Iterator<Item = &'a Group>, longest: usiz
         text
     };
     groups.map(name).collect()
+}
+
+/// The beginning of a text that takes so many bytes at most.
+pub fn cut(text: &str, longest: usize) -> String {
+    let mut text = text.to_owned();
+    while text.len() > longest {
+        text.pop();
+    }
+    text
 }

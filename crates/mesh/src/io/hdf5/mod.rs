@@ -179,15 +179,6 @@ impl Group {
             .ok_or_else(|| self.refuse(format!("the data set {path} is missing")))
     }
 
-    /// The names of the attributes.
-    pub fn attributes(&self) -> Result<Vec<String>> {
-        let all = self
-            .group
-            .attributes()
-            .map_err(|e| self.refuse(e.to_string()))?;
-        Ok(all.into_iter().map(|attribute| attribute.name).collect())
-    }
-
     fn attribute(&self, name: &str) -> Option<Attribute> {
         self.group.attribute(name).ok()
     }
@@ -342,8 +333,8 @@ impl Data {
                 (8, false) => Values::U64(self.numbers(of)?),
                 _ => return Err(self.refuse(format!("integers of {size} bytes are not read"))),
             },
-            // netCDF's and CGNS's characters.
-            Datatype::String { .. } => {
+            // netCDF's and CGNS's characters, MED's names.
+            Datatype::String { .. } | Datatype::Array { .. } => {
                 let shape = self.shape();
                 self.take(shape.iter().fold(1, |all: usize, &n| all.saturating_mul(n)))?;
                 Values::U8(

@@ -16,6 +16,8 @@ pub enum Type {
     Float(u8),
     /// So many bytes, with zeros at the end.
     Text(u32),
+    /// An array of so many small integers.
+    Bytes(u32),
 }
 
 impl Type {
@@ -23,7 +25,7 @@ impl Type {
     pub fn size(self) -> usize {
         match self {
             Type::Signed(size) | Type::Unsigned(size) | Type::Float(size) => size.into(),
-            Type::Text(size) => size as usize,
+            Type::Text(size) | Type::Bytes(size) => size as usize,
         }
     }
 
@@ -37,6 +39,18 @@ impl Type {
             Type::Signed(_) => integer(8),
             Type::Unsigned(_) => integer(0),
             Type::Text(_) => [&[0x13, 0, 0, 0], &size[..]].concat(),
+            Type::Bytes(count) => {
+                let count = count.to_le_bytes();
+                [
+                    &[0x2a, 0, 0, 0],
+                    &size[..],
+                    &[1, 0, 0, 0],
+                    &count,
+                    &[0; 4],
+                    &Type::Signed(1).message(),
+                ]
+                .concat()
+            }
             // IEEE 754: the sign, the place and size of exponent and mantissa, the bias.
             Type::Float(bytes) => {
                 let (exponent, mantissa, bias) = if bytes == 4 {
@@ -158,6 +172,14 @@ impl<'a> Data<'a> {
         })
     }
 
+    /// Texts as arrays of `size` small integers.
+    pub fn byte_arrays(texts: Vec<String>, size: usize) -> Self {
+        Data {
+            kind: Type::Bytes(size as u32),
+            ..Data::texts(texts, size)
+        }
+    }
+
     /// One text.
     pub fn text(text: impl Into<String>) -> Self {
         let text = text.into();
@@ -165,6 +187,14 @@ impl<'a> Data<'a> {
         Data {
             shape: Vec::new(),
             ..Data::texts(vec![text], size)
+        }
+    }
+
+    /// One text of so many bytes.
+    pub fn one_text(text: &str, size: usize) -> Self {
+        Data {
+            shape: Vec::new(),
+            ..Data::texts(vec![text.to_owned()], size)
         }
     }
 
@@ -217,21 +247,33 @@ impl<'a> Data<'a> {
 impl<'a> Group<'a> {
     /// The group at this path below, which is made if it is not there.
     pub fn group(&mut self, path: &str) -> &mut Group<'a> {
-        let (name, rest) = path.split_once('/').unwrap_or((path, ""));
-        if name.is_empty() {
-            return self;
+        match path.split_once('/') {
+            None => self.member(path),
+            Some((name, rest)) => self.member(name).group(rest),
         }
+    }
+
+    /// The group of this name, which is made if it is not there.
+    pub fn member(&mut self, name: &str) -> &mut Group<'a> {
         let known = self.groups.iter().position(|(known, _)| known == name);
         let k = known.unwrap_or(self.groups.len());
         if known.is_none() {
             self.groups.push((name.to_owned(), Group::default()));
         }
-        self.groups[k].1.group(rest)
+        &mut self.groups[k].1
     }
 
     pub fn add(&mut self, name: &str, data: Data<'a>) -> &mut Self {
         self.data.push((name.to_owned(), data));
         self
+    }
+
+    pub fn has(&self, group: &str) -> bool {
+        self.groups.iter().any(|(known, _)| known == group)
+    }
+
+    pub fn has_attributes(&self) -> bool {
+        !self.attributes.is_empty()
     }
 
     /// Adds an attribute.

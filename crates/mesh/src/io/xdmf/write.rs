@@ -175,7 +175,7 @@ fn data_item(file: &str, place: &str, kind: Type, shape: &[usize]) -> String {
         Type::Signed(size) => ("Int", size),
         Type::Unsigned(size) => ("UInt", size),
         Type::Float(size) => ("Float", size),
-        Type::Text(_) => ("Char", 1),
+        Type::Text(_) | Type::Bytes(_) => ("Char", 1),
     };
     let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
     format!(
