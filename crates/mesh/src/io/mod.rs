@@ -1,13 +1,18 @@
 //! Reading and writing meshes and fields.
 
 mod bytes;
+mod cgns;
 mod collection;
+mod exodus;
 mod freefem;
+mod hdf5;
 mod labels;
 mod loss;
+mod med;
 mod medit;
 mod meshio;
 pub mod msh;
+mod netcdf;
 mod out;
 mod pattern;
 mod plain;
@@ -16,10 +21,16 @@ mod results;
 mod rows;
 mod scan;
 mod series;
+mod sets;
+mod sides;
 mod sol;
+mod steps;
 mod table;
+mod vectors;
 mod vtk;
+mod vtkhdf;
 pub mod vtu;
+mod xdmf;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -45,8 +56,13 @@ pub static NATIVE: &[&Native] = &[
     &vtu::POLY,
     &vtu::GRIDS,
     &vtk::FORMAT,
+    &vtkhdf::FORMAT,
     &freefem::FORMAT,
     &medit::FORMAT,
+    &exodus::FORMAT,
+    &xdmf::FORMAT,
+    &med::FORMAT,
+    &cgns::FORMAT,
 ];
 
 /// A format that is read and written here.
@@ -178,6 +194,11 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
             "give a mesh in a known format",
         )),
     }?;
+    checked(path, content)
+}
+
+/// What was read, if its mesh is sound.
+fn checked(path: &Path, content: Content) -> Result<Content> {
     let unsound = |what| {
         Error::file(
             path,

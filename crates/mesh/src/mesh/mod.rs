@@ -12,7 +12,7 @@ mod labels;
 mod polyhedra;
 pub mod refine;
 mod simplex;
-mod topology;
+pub(crate) mod topology;
 mod triangulation;
 mod union;
 mod validate;
