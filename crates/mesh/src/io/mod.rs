@@ -1,5 +1,6 @@
 //! Reading and writing meshes and fields.
 
+mod builder;
 mod bytes;
 mod collection;
 mod freefem;
@@ -7,6 +8,8 @@ mod labels;
 mod loss;
 mod medit;
 mod meshio;
+mod mfem;
+mod mfem_inline;
 pub mod msh;
 mod out;
 mod pattern;
@@ -16,6 +19,7 @@ mod results;
 mod rows;
 mod scan;
 mod series;
+mod sides;
 mod sol;
 mod table;
 pub mod vtu;
@@ -38,7 +42,13 @@ use loss::Losses;
 
 /// The formats that are read and written here, in the order in which users see them. Whatever depends on the format asks
 /// this table.
-pub static NATIVE: &[&Native] = &[&msh::FORMAT, &vtu::FORMAT, &freefem::FORMAT, &medit::FORMAT];
+pub static NATIVE: &[&Native] = &[
+    &msh::FORMAT,
+    &vtu::FORMAT,
+    &freefem::FORMAT,
+    &medit::FORMAT,
+    &mfem::FORMAT,
+];
 
 /// A format that is read and written here.
 #[derive(Debug)]
@@ -276,6 +286,17 @@ pub fn write_with(
         Format::Meshio(name) => meshio::write(path, mesh, name, options)?,
     });
     Ok(warnings)
+}
+
+/// The writer of formats that are only read.
+fn read_only(path: &Path, _: &Mesh, _: &[GlobalArray], _: &Options) -> Result<Vec<String>> {
+    Err(Error::usage(
+        format!(
+            "the format asked for {} is read, but not written",
+            path.display()
+        ),
+        "choose another format, such as msh or vtu",
+    ))
 }
 
 /// What every writer does first.

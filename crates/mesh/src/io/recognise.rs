@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Format, NATIVE};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 32] = [
+const SUFFIXES: [(&str, &str); 31] = [
     ("avs", "avsucd"),
     ("bdf", "nastran"),
     ("cgns", "cgns"),
@@ -22,7 +22,6 @@ const SUFFIXES: [(&str, &str); 32] = [
     ("inp", "abaqus"),
     ("mdpa", "mdpa"),
     ("med", "med"),
-    ("meshb", "medit"),
     ("nas", "nastran"),
     ("node", "tetgen"),
     ("obj", "obj"),

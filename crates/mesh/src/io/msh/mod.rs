@@ -1,6 +1,5 @@
 //! Gmsh's MSH format: 1.0, 2.x, 4.0 and 4.1, ASCII and binary.
 
-mod builder;
 mod bulk;
 mod data;
 mod elements_v2;

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::builder::Builder;
 use super::{data, elements_v2, entities, nodes_v2, v4};
 use crate::error::Result;
 use crate::io::Content;
+use crate::io::builder::Builder;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::Support;
 

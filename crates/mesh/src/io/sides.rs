@@ -1,0 +1,163 @@
+//! Where the nodes of cells of second order lie, and the sides of cells.
+
+use crate::mesh::{CellKind, Shape};
+
+/// A node by the two corners of a cell that it lies between: one corner twice for that corner, opposite corners of a
+/// face or of the cell for its centre.
+pub type Between = [u8; 2];
+
+/// The edges of a cell in the order of their nodes, as Gmsh has it.
+pub fn edges(shape: Shape) -> &'static [Between] {
+    match shape {
+        Shape::Vertex => &[],
+        Shape::Line => &[[0, 1]],
+        Shape::Triangle => &[[0, 1], [1, 2], [2, 0]],
+        Shape::Quadrangle => &[[0, 1], [1, 2], [2, 3], [3, 0]],
+        Shape::Tetrahedron => &[[0, 1], [1, 2], [2, 0], [3, 0], [3, 2], [3, 1]],
+        Shape::Hexahedron => &[
+            [0, 1],
+            [0, 3],
+            [0, 4],
+            [1, 2],
+            [1, 5],
+            [2, 3],
+            [2, 6],
+            [3, 7],
+            [4, 5],
+            [4, 7],
+            [5, 6],
+            [6, 7],
+        ],
+        Shape::Prism => &[
+            [0, 1],
+            [0, 2],
+            [0, 3],
+            [1, 2],
+            [1, 4],
+            [2, 5],
+            [3, 4],
+            [3, 5],
+            [4, 5],
+        ],
+        Shape::Pyramid => &[
+            [0, 1],
+            [0, 3],
+            [0, 4],
+            [1, 2],
+            [1, 4],
+            [2, 3],
+            [2, 4],
+            [3, 4],
+        ],
+    }
+}
+
+/// The quadrangles whose centres are nodes, in the order of these, as Gmsh has it.
+fn centred(shape: Shape) -> &'static [[u8; 4]] {
+    match shape {
+        Shape::Quadrangle => &[[0, 1, 2, 3]],
+        Shape::Hexahedron => &[
+            [0, 3, 2, 1],
+            [0, 1, 5, 4],
+            [0, 4, 7, 3],
+            [1, 2, 6, 5],
+            [2, 3, 7, 6],
+            [4, 5, 6, 7],
+        ],
+        Shape::Prism => &[[0, 1, 4, 3], [0, 3, 5, 2], [1, 2, 5, 4]],
+        Shape::Pyramid => &[[0, 3, 2, 1]],
+        _ => &[],
+    }
+}
+
+/// The cell of second order of this shape with this many nodes.
+pub fn quadratic(shape: Shape, nodes: usize) -> Option<CellKind> {
+    let named = (1..=19).filter_map(CellKind::from_gmsh);
+    let mut found = named.filter(|kind| kind.shape() == shape && kind.points() == nodes);
+    found.find(|kind| kind.points() > shape.corners())
+}
+
+/// The place of a node in Gmsh's order; `None` where a cell of this kind has no such node.
+pub fn place(kind: CellKind, [a, b]: Between) -> Option<usize> {
+    let shape = kind.shape();
+    let corners = shape.corners();
+    if a == b {
+        return Some(a.into()).filter(|&a: &usize| a < corners);
+    }
+    let edges = edges(shape);
+    let edge = edges
+        .iter()
+        .position(|edge| *edge == [a, b] || *edge == [b, a]);
+    let face = || {
+        let faces = centred(shape);
+        let face = faces
+            .iter()
+            .position(|face| face.contains(&a) && face.contains(&b));
+        corners + edges.len() + face.unwrap_or(faces.len())
+    };
+    Some(edge.map_or_else(face, |edge| corners + edge)).filter(|&place| place < kind.points())
+}
+
+/// Where the nodes of a cell lie, in Gmsh's order.
+pub fn nodes(kind: CellKind) -> impl Iterator<Item = Between> {
+    let shape = kind.shape();
+    let corners = (0..shape.corners() as u8).map(|a| [a, a]);
+    let faces = centred(shape).iter().map(|face| [face[0], face[2]]);
+    let all = corners.chain(edges(shape).iter().copied()).chain(faces);
+    all.chain([[0, 6]]).take(kind.points())
+}
+
+/// The side of a cell that has these corners: its kind and its points, with those on edges and in the middle.
+pub fn side(kind: CellKind, nodes: &[u32], corners: &[u8]) -> Option<(CellKind, Vec<u32>)> {
+    let node = |between| nodes.get(place(kind, between)?).copied();
+    let mut found: Vec<u32> = corners.iter().filter_map(|&a| node([a, a])).collect();
+    if found.len() != corners.len() {
+        return None;
+    }
+    let (shape, linear) = match corners.len() {
+        1 => return Some((CellKind::Vertex, found)),
+        2 => (Shape::Line, CellKind::Line),
+        3 => (Shape::Triangle, CellKind::Triangle),
+        4 => (Shape::Quadrangle, CellKind::Quadrangle),
+        _ => return None,
+    };
+    if kind.points() == kind.shape().corners() {
+        return Some((linear, found));
+    }
+    let corner = |place: u8| corners.get(usize::from(place)).copied();
+    for &[a, b] in edges(shape) {
+        found.extend(node([corner(a)?, corner(b)?]));
+    }
+    if shape == Shape::Quadrangle {
+        found.extend(node([corner(0)?, corner(2)?]));
+    }
+    Some((quadratic(shape, found.len())?, found))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every node of every kind has one place; the middle of a side lies between its corners.
+    #[test]
+    fn all_nodes_are_named_once() {
+        for kind in (1..=19).filter_map(CellKind::from_gmsh) {
+            let corners = kind.shape().corners() as u8;
+            let pairs = (0..corners).flat_map(|a| (0..corners).map(move |b| [a, b]));
+            let mut places: Vec<usize> = pairs.filter_map(|pair| place(kind, pair)).collect();
+            places.sort_unstable();
+            places.dedup();
+            assert!(places.into_iter().eq(0..kind.points()), "{kind}");
+            let places = super::nodes(kind).map(|between| place(kind, between));
+            assert!(places.eq((0..kind.points()).map(Some)), "{kind}");
+        }
+        let nodes: Vec<u32> = (0..27).collect();
+        let top = side(CellKind::Hexahedron27, &nodes, &[4, 5, 6, 7]);
+        let top = top.expect("a face");
+        assert_eq!(top.0, CellKind::Quadrangle9);
+        assert_eq!(top.1, [4, 5, 6, 7, 16, 18, 19, 17, 25]);
+        let edge = side(CellKind::Triangle, &[7, 8, 9], &[2, 0]);
+        assert_eq!(edge, Some((CellKind::Line, vec![9, 7])));
+        assert_eq!(side(CellKind::Triangle, &[7, 8, 9], &[2, 3]), None);
+    }
+}
