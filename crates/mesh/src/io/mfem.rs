@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::builder::{Builder, Numbering};
 use super::scan::Scan;
-use super::sides::{self, nodes};
+use super::sides::{self, edges};
 use super::{Content, Native, mfem_inline, read_only};
 use crate::error::Result;
 use crate::mesh::{CellKind, Shape};
@@ -442,7 +442,13 @@ fn broken(
     points: &mut Vec<[f64; 3]>,
 ) -> Result<Vec<(CellKind, Vec<u32>)>> {
     points.clear();
-    let mut known: HashMap<([u32; 2], [u64; 3]), u32> = HashMap::new();
+    let mut known: HashMap<Vec<u32>, Vec<u32>> = HashMap::new();
+    let close = 1e-9
+        * nodes
+            .points
+            .as_flattened()
+            .iter()
+            .fold(0.0, |m: f64, x| m.max(x.abs()));
     let mut sides: HashMap<Vec<u32>, Vec<u32>> = HashMap::new();
     let wanted: HashSet<Vec<u32>> = boundary.iter().map(|e| sorted(&e.vertices)).collect();
     let mut cells = Vec::new();
@@ -455,7 +461,7 @@ fn broken(
         };
         let lattice = lattice(kind.shape(), order);
         let mut found = Vec::with_capacity(kind.points());
-        for [a, b] in self::nodes(kind) {
+        for [a, b] in sides::nodes(kind) {
             let (x, y) = (corner(kind.shape(), a), corner(kind.shape(), b));
             let at: [usize; 3] = std::array::from_fn(|i| (x[i] + y[i]) * order / 2);
             let place = lattice.iter().position(|&point| point == at);
@@ -465,21 +471,29 @@ fn broken(
             let point = point.ok_or_else(|| {
                 scan.error(format!("there are too few nodes of {}", nodes.collection))
             })?;
-            let vertex = |a: u8| {
-                element
-                    .vertices
-                    .get(usize::from(a))
-                    .copied()
-                    .unwrap_or(u32::MAX)
+            // What the node lies on, by its vertices; a periodic mesh has several places for it.
+            let on = |face: &&&[u8]| face.contains(&a) && face.contains(&b);
+            let on = match faces(kind.shape()).iter().find(on) {
+                _ if a == b || edges(kind.shape()).contains(&[a, b]) => vec![a, b],
+                Some(face) => face.to_vec(),
+                None => (0..kind.shape().corners() as u8).collect(),
             };
-            let between = [vertex(a).min(vertex(b)), vertex(a).max(vertex(b))];
-            let next = points.len() as u32;
-            let node = *known
-                .entry((between, point.map(f64::to_bits)))
-                .or_insert(next);
-            if node == next {
+            let vertices = on
+                .iter()
+                .filter_map(|&a| element.vertices.get(usize::from(a)).copied());
+            let places = known
+                .entry(sorted(&vertices.collect::<Vec<u32>>()))
+                .or_default();
+            let same = |&&node: &&u32| {
+                let there: [f64; 3] = points.get(node as usize).copied().unwrap_or([f64::NAN; 3]);
+                there.iter().zip(point).all(|(x, y)| (x - y).abs() <= close)
+            };
+            let node = places.iter().find(same).copied();
+            let node = node.unwrap_or_else(|| {
+                places.push(points.len() as u32);
                 points.push(point);
-            }
+                points.len() as u32 - 1
+            });
             found.push(node);
         }
         first += lattice.len();
@@ -727,9 +741,12 @@ fn sets(scan: &mut Scan<'_>) -> Result<Vec<Set>> {
     for _ in 0..count {
         scan.skip_blanks();
         let quoted = scan.rest().strip_prefix(b"\"");
-        let name = quoted.and_then(|rest| rest.get(..memchr::memchr(b'"', rest)?));
-        let name = name.ok_or_else(|| scan.error("the name of a set is not in quotes"))?;
-        scan.advance(name.len() + 2);
+        let name = match quoted {
+            Some(rest) => rest.get(..memchr::memchr(b'"', rest).unwrap_or(rest.len())),
+            None => scan.peek(),
+        };
+        let name = name.unwrap_or_default();
+        scan.advance(name.len() + if quoted.is_some() { 2 } else { 0 });
         let size = scan.count("attributes", 2)?;
         let attributes = (0..size).map(|_| scan.i32().map(i64::from));
         sets.push((

@@ -1,5 +1,6 @@
 //! Reading and writing meshes and fields.
 
+mod abaqus;
 mod builder;
 mod bytes;
 mod collection;
@@ -22,6 +23,7 @@ mod series;
 mod sides;
 mod sol;
 mod table;
+mod ucd;
 pub mod vtu;
 
 use std::fmt;
@@ -48,6 +50,8 @@ pub static NATIVE: &[&Native] = &[
     &freefem::FORMAT,
     &medit::FORMAT,
     &mfem::FORMAT,
+    &abaqus::FORMAT,
+    &ucd::FORMAT,
 ];
 
 /// A format that is read and written here.

@@ -5,8 +5,7 @@ use std::path::Path;
 use super::{Format, NATIVE};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 31] = [
-    ("avs", "avsucd"),
+const SUFFIXES: [(&str, &str); 29] = [
     ("bdf", "nastran"),
     ("cgns", "cgns"),
     ("dat", "tecplot"),
@@ -19,7 +18,6 @@ const SUFFIXES: [(&str, &str); 31] = [
     ("fem", "nastran"),
     ("h5m", "h5m"),
     ("hmf", "hmf"),
-    ("inp", "abaqus"),
     ("mdpa", "mdpa"),
     ("med", "med"),
     ("nas", "nastran"),
@@ -78,8 +76,6 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
         ("(0 ", "ansys"),
         ("(1 ", "ansys"),
         ("(2 ", "ansys"),
-        ("*HEADING", "abaqus"),
-        ("*NODE", "abaqus"),
         ("solid ", "stl"),
         ("ply\n", "ply"),
         ("OFF", "off"),
