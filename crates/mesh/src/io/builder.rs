@@ -85,6 +85,11 @@ impl Numbering {
         self.count
     }
 
+    /// The numbers, where they are not 1, 2, 3, ….
+    pub fn own(&self) -> &[u64] {
+        &self.own
+    }
+
     /// The next number of the sequence; `None` if it is broken.
     pub fn next(&self) -> Option<u64> {
         self.own.is_empty().then_some(self.count as u64 + 1)
@@ -149,7 +154,7 @@ pub struct Builder {
     /// Names by dimension and number; dimension `None` means any with that number.
     names: Vec<(Option<u8>, i64, String)>,
     /// Sets that have a name and no number, in the order of the file.
-    sets: Vec<(String, Vec<u32>)>,
+    sets: Vec<(String, Option<i64>, Vec<u32>)>,
     set_of_name: HashMap<String, usize>,
     /// The cells with up to four corners by these, ascending, once sides have been asked for.
     sides: Option<HashMap<[u32; 4], u32>>,
@@ -254,18 +259,19 @@ impl Builder {
 
     /// Adds cells to the set of this name, new if there is none yet.
     pub fn set(&mut self, name: &str, cells: impl IntoIterator<Item = u32>) {
-        let known = self
-            .set_of_name
-            .get(name)
-            .and_then(|&set| self.sets.get_mut(set));
-        match known {
-            Some((_, set)) => set.extend(cells),
-            None => {
-                self.set_of_name.insert(name.to_owned(), self.sets.len());
-                self.sets
-                    .push((name.to_owned(), cells.into_iter().collect()));
-            }
+        let next = self.sets.len();
+        let known = *self.set_of_name.entry(name.to_owned()).or_insert(next);
+        if known == next {
+            self.sets.push((name.to_owned(), None, Vec::new()));
         }
+        if let Some((.., set)) = self.sets.get_mut(known) {
+            set.extend(cells);
+        }
+    }
+
+    /// Adds a set with a name and a number, which is that of its groups where no other has it.
+    pub fn numbered_set(&mut self, name: String, number: i64, cells: Vec<u32>) {
+        self.sets.push((name, Some(number), cells));
     }
 
     /// Turns the sets into groups, one for each dimension of their cells, numbered in their order.
@@ -275,7 +281,7 @@ impl Builder {
             return;
         }
         let dims: Vec<u8> = self.mesh.cells().map(|(_, kind, _)| kind.dim()).collect();
-        for (name, mut cells) in sets {
+        for (name, number, mut cells) in sets {
             cells.sort_unstable();
             cells.dedup();
             for dim in 0..=3 {
@@ -283,9 +289,12 @@ impl Builder {
                 let cells: Vec<u32> = cells.iter().copied().filter(of_dim).collect();
                 if !cells.is_empty() {
                     let last = self.groups.range((dim, 1)..=(dim, i64::MAX)).next_back();
-                    let tag = last.map_or(1, |(&(_, tag), _)| tag.saturating_add(1));
+                    let next = last.map_or(1, |(&(_, tag), _)| tag.saturating_add(1));
+                    let free = |tag: &i64| !self.groups.contains_key(&(dim, *tag));
+                    let tag = number.filter(free).unwrap_or(next);
                     let group = self.group(dim, tag);
-                    (group.name, group.cells) = (Some(name.clone()), cells);
+                    (group.name, group.cells) =
+                        (Some(name.clone()).filter(|name| !name.is_empty()), cells);
                 }
             }
         }

@@ -24,6 +24,7 @@ mod sides;
 mod sol;
 mod table;
 mod ucd;
+mod unv;
 pub mod vtu;
 
 use std::fmt;
@@ -52,6 +53,7 @@ pub static NATIVE: &[&Native] = &[
     &mfem::FORMAT,
     &abaqus::FORMAT,
     &ucd::FORMAT,
+    &unv::FORMAT,
 ];
 
 /// A format that is read and written here.
