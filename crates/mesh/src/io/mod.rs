@@ -12,6 +12,7 @@ mod meshio;
 mod mfem;
 mod mfem_inline;
 pub mod msh;
+mod nastran;
 mod out;
 mod pattern;
 mod plain;
@@ -22,6 +23,7 @@ mod scan;
 mod series;
 mod sides;
 mod sol;
+mod su2;
 mod table;
 mod ucd;
 mod unv;
@@ -54,6 +56,8 @@ pub static NATIVE: &[&Native] = &[
     &abaqus::FORMAT,
     &ucd::FORMAT,
     &unv::FORMAT,
+    &nastran::FORMAT,
+    &su2::FORMAT,
 ];
 
 /// A format that is read and written here.

@@ -5,8 +5,7 @@ use std::path::Path;
 use super::{Format, NATIVE};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 29] = [
-    ("bdf", "nastran"),
+const SUFFIXES: [(&str, &str); 25] = [
     ("cgns", "cgns"),
     ("dat", "tecplot"),
     ("dato", "permas"),
@@ -15,19 +14,16 @@ const SUFFIXES: [(&str, &str); 29] = [
     ("ex2", "exodus"),
     ("exo", "exodus"),
     ("f3grid", "flac3d"),
-    ("fem", "nastran"),
     ("h5m", "h5m"),
     ("hmf", "hmf"),
     ("mdpa", "mdpa"),
     ("med", "med"),
-    ("nas", "nastran"),
     ("node", "tetgen"),
     ("obj", "obj"),
     ("off", "off"),
     ("ply", "ply"),
     ("post", "permas"),
     ("stl", "stl"),
-    ("su2", "su2"),
     ("tec", "tecplot"),
     ("ugrid", "ugrid"),
     ("vol", "netgen"),
@@ -80,7 +76,6 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
         ("ply\n", "ply"),
         ("OFF", "off"),
         ("mesh3d", "netgen"),
-        ("NDIME", "su2"),
         ("CDF", "exodus"),
     ];
     if let Some((_, name)) = signatures.iter().find(|(word, _)| begins(bytes, word)) {
@@ -168,11 +163,7 @@ mod tests {
                 b"<?xml version=\"1.0\"?><VTKFile type=\"UnstructuredGrid\">",
                 native("vtu"),
             ),
-            (
-                "a.bdf",
-                b"$ a comment\nGRID,1\n",
-                Some(Format::Meshio("nastran")),
-            ),
+            ("a.bdf", b"$ a comment\nGRID,1\n", native("nastran")),
             ("a.msh", b"0.5 0.1 0.2\n0.3 0.2 0.1\n", None),
             ("a.msh", b"", None),
         ];

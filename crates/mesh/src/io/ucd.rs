@@ -1,11 +1,11 @@
-//! AVS' UCD (unstructured cell data), text and binary: materials are groups, data of nodes and cells are fields. Read, not
-//! written.
+//! AVS' UCD (unstructured cell data), text and binary: materials are groups, data of nodes and cells are fields. meshio
+//! writes it.
 
 use std::path::Path;
 
 use super::builder::{Builder, Lookup, Numbering};
 use super::scan::{Numbers, Scan};
-use super::{Content, Native, read_only};
+use super::{Content, Native, meshio};
 use crate::error::Result;
 use crate::mesh::{CellKind, Field, Support, Values};
 
@@ -17,7 +17,7 @@ pub static FORMAT: Native = Native {
     holds_whole: false,
     recognises: |bytes| byte_order(bytes).is_some() || is_text(bytes),
     read,
-    write: read_only,
+    write: |path, mesh, _, options| meshio::write(path, mesh, "avsucd", options),
 };
 
 /// Types by name, in the order of their numbers in binary files, and the places of their nodes in Gmsh's order.

@@ -6,7 +6,7 @@ mod build;
 mod elements;
 mod read;
 
-use super::{Native, read_only};
+use super::{Native, meshio};
 
 pub static FORMAT: Native = Native {
     title: "Abaqus' input",
@@ -16,7 +16,7 @@ pub static FORMAT: Native = Native {
     holds_whole: false,
     recognises,
     read: read::read,
-    write: read_only,
+    write: |path, mesh, _, options| meshio::write(path, mesh, "abaqus", options),
 };
 
 /// Whether the first line that is no comment begins with an asterisk and a known keyword.
