@@ -152,7 +152,7 @@ pub struct Builder {
     cells: u32,
     groups: BTreeMap<(u8, i64), Group>,
     /// Names by dimension and number; dimension `None` means any with that number.
-    names: Vec<(Option<u8>, i64, String)>,
+    names: HashMap<(Option<u8>, i64), String>,
     /// Sets that have a name and no number, in the order of the file.
     sets: Vec<(String, Option<i64>, Vec<u32>)>,
     set_of_name: HashMap<String, usize>,
@@ -304,8 +304,9 @@ impl Builder {
         self.cells
     }
 
-    pub fn name(&mut self, dim: Option<u8>, tag: i64, name: String) {
-        self.names.push((dim, tag, name));
+    /// Names a group that has no name yet, as Gmsh does; its name.
+    pub fn name(&mut self, dim: Option<u8>, tag: i64, name: String) -> &str {
+        self.names.entry((dim, tag)).or_insert(name)
     }
 
     /// MSH 1 and 2 mark elements that are reversed by a minus sign before the number of their group, 4 does so once for
@@ -366,7 +367,7 @@ impl Builder {
     pub fn finish(mut self) -> Mesh {
         self.group_sets();
         let mut names_of_any: HashMap<i64, String> = HashMap::new();
-        for (dim, tag, name) in std::mem::take(&mut self.names) {
+        for ((dim, tag), name) in std::mem::take(&mut self.names) {
             match dim {
                 // Our writers give an empty name to a group that has neither name nor cells.
                 Some(dim) => self.group(dim, tag).name = Some(name).filter(|name| !name.is_empty()),

@@ -150,6 +150,13 @@ impl<'a> Scan<'a> {
         Some(row)
     }
 
+    /// The same cursor, with an end after so many bytes.
+    pub fn within(mut self, bytes: usize) -> Self {
+        let end = self.pos.saturating_add(bytes).min(self.data.len());
+        self.data = self.data.get(..end).unwrap_or(self.data);
+        self
+    }
+
     /// The byte at the cursor.
     pub fn position(&self) -> usize {
         self.pos
