@@ -25,6 +25,8 @@ mod sides;
 mod sol;
 mod su2;
 mod table;
+#[cfg(test)]
+mod text_tests;
 mod ucd;
 mod unv;
 pub mod vtu;

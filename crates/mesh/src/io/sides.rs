@@ -148,11 +148,11 @@ mod tests {
             places.sort_unstable();
             places.dedup();
             assert!(places.into_iter().eq(0..kind.points()), "{kind}");
-            let places = super::nodes(kind).map(|between| place(kind, between));
+            let places = nodes(kind).map(|between| place(kind, between));
             assert!(places.eq((0..kind.points()).map(Some)), "{kind}");
         }
-        let nodes: Vec<u32> = (0..27).collect();
-        let top = side(CellKind::Hexahedron27, &nodes, &[4, 5, 6, 7]);
+        let numbers: Vec<u32> = (0..27).collect();
+        let top = side(CellKind::Hexahedron27, &numbers, &[4, 5, 6, 7]);
         let top = top.expect("a face");
         assert_eq!(top.0, CellKind::Quadrangle9);
         assert_eq!(top.1, [4, 5, 6, 7, 16, 18, 19, 17, 25]);
