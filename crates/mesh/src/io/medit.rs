@@ -169,14 +169,15 @@ impl<'a> Sections<'a> {
             self.scan.section.clear();
             let word = match binary {
                 true => self.number()?,
-                false => self.word(),
+                false => self.word()?,
             };
             match word.as_deref() {
                 None | Some("End") => {
                     self.ended = word.is_some();
                     return Ok(None);
                 }
-                Some("Dimension") => match self.scan.int()? {
+                // This and the numbers of fields have 32 bits in all versions.
+                Some("Dimension") => match self.scan.i32()? {
                     found @ 1..=3 if self.dimension == 0 => self.dimension = found as usize,
                     other => {
                         return Err(self.scan.error(format!(
@@ -189,10 +190,18 @@ impl<'a> Sections<'a> {
         }
     }
 
-    fn word(&mut self) -> Option<String> {
-        let word = self.scan.word()?;
+    fn word(&mut self) -> Result<Option<String>> {
+        let Some(word) = self.scan.word() else {
+            return Ok(None);
+        };
+        if !word.first().is_some_and(u8::is_ascii_alphabetic) {
+            let word = String::from_utf8_lossy(word.get(..40).unwrap_or(word)).into_owned();
+            return Err(self
+                .scan
+                .error(format!("expected a keyword, found {word:?}")));
+        }
         self.scan.section = String::from_utf8_lossy(word.get(..80).unwrap_or(word)).into_owned();
-        Some(self.scan.section.clone())
+        Ok(Some(self.scan.section.clone()))
     }
 
     /// The keyword of a binary file, after which stands where the next one is.

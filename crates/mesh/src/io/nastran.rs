@@ -43,7 +43,8 @@ fn recognises(bytes: &[u8]) -> bool {
             .get(..known.len())
             .is_some_and(|word| word.eq_ignore_ascii_case(known.as_bytes()))
     };
-    BEGINNINGS.iter().any(|known| begins(&known))
+    let cards = CARDS.iter().map(|(name, ..)| name);
+    (BEGINNINGS.iter().chain(cards)).any(|known| begins(&known))
         && memchr::memmem::find(&bytes.to_ascii_uppercase(), b"GRID").is_some()
 }
 

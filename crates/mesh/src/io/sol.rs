@@ -57,14 +57,14 @@ fn values(sections: &mut Sections<'_>, kind: Option<CellKind>, mesh: &Mesh) -> R
             "put the mesh of these values beside them, under the same name",
         ));
     }
-    let declared = scan.uint()?;
+    let declared = u64::try_from(scan.i32()?).unwrap_or(u64::MAX);
     let number = scan.believe(declared, "fields", scan.least(2, 4))?;
     if !(1..=MOST).contains(&number) {
         return Err(scan.error(format!("{number} is not a possible number of fields")));
     }
     let mut components = Vec::new();
     for _ in 0..number {
-        components.push(match scan.uint()? {
+        components.push(match scan.i32()? {
             1 => 1,
             2 => dimension,
             3 => dimension * (dimension + 1) / 2,

@@ -48,7 +48,7 @@ const FILES: &[(&str, &str)] = &[
     ),
     (
         "leaves.mesh",
-        "MFEM NC mesh v1.0\ndimension\n2\nelements\n4\n-1 1 3 2 1 2\n0 1 3 0 0 4 5 3\n0 1 3 0 4 1 2 5\n0 2 2 0 1 6 2\nboundary\n1\n3 1 0 4\nvertex_parents\n2\n4 0 1\n5 3 2\ncoordinates\n7\n2\n0 0 2 0 2 2 0 2 9 9 9 9 4 1\nmfem_mesh_end\n",
+        "MFEM NC mesh v1.0\ndimension\n2\nelements\n4\n-1 1 3 2 1 2\n0 1 3 0 0 5 6 3\n0 1 3 0 5 1 2 6\n0 2 2 0 1 4 2\nboundary\n1\n3 1 0 5\nvertex_parents\n2\n5 0 1\n6 3 2\ncoordinates\n5\n2\n0 0 2 0 2 2 0 2 4 1\nmfem_mesh_end\n",
     ),
     (
         "box.mesh",
@@ -110,6 +110,167 @@ fn medit_without_an_end_and_of_second_order() {
     assert!(error.contains("geometry for bamg"), "{error}");
 }
 
+/// What is written is read again: all kinds of cells that the format holds, groups, fields and numbers.
+#[test]
+fn what_is_written_comes_back() {
+    use crate::io::{Format, Options, write};
+    use crate::mesh::{CellBlock, Field, Group, Support, Values};
+    let folder = tempfile::tempdir().expect("a folder");
+    let group = |dim, tag, name: Option<&str>, cells: &[u32]| Group {
+        name: name.map(str::to_owned),
+        cells: cells.to_vec(),
+        ..Group::new(dim, tag)
+    };
+    let mesh = |kinds: &[CellKind], groups: Vec<Group>| {
+        let block =
+            |kind: &CellKind| CellBlock::new(*kind, (0..kind.points() as u32).rev().collect());
+        Mesh {
+            points: (0..27)
+                .map(|i| [f64::from(i) / 3.0, 1e-300 * f64::from(i), -f64::from(i * i)])
+                .collect(),
+            blocks: kinds.iter().map(block).collect(),
+            groups,
+            ..Mesh::default()
+        }
+    };
+    use CellKind as K;
+    let labelled = [
+        K::Line,
+        K::Triangle,
+        K::Quadrangle,
+        K::Tetrahedron,
+        K::Hexahedron,
+        K::Prism,
+        K::Pyramid,
+        K::Line3,
+        K::Triangle6,
+        K::Quadrangle9,
+        K::Tetrahedron10,
+    ];
+    let cases = [
+        (
+            "a.meshb",
+            mesh(
+                &labelled,
+                vec![group(1, 3, None, &[0, 7]), group(3, -4, None, &[3, 10])],
+            ),
+        ),
+        (
+            "a.mesh",
+            mesh(
+                &labelled,
+                vec![
+                    group(1, 3, Some("a b"), &[0, 7]),
+                    group(3, -4, None, &[3, 10]),
+                ],
+            ),
+        ),
+        (
+            "a.su2",
+            mesh(
+                &[
+                    K::Tetrahedron,
+                    K::Hexahedron,
+                    K::Prism,
+                    K::Pyramid,
+                    K::Triangle,
+                    K::Quadrangle,
+                ],
+                vec![
+                    group(2, 1, Some("wall"), &[4]),
+                    group(2, 2, Some("the rest"), &[5]),
+                ],
+            ),
+        ),
+        ("a.unv", {
+            let kinds = [
+                K::Line,
+                K::Line3,
+                K::Triangle,
+                K::Triangle6,
+                K::Quadrangle,
+                K::Quadrangle8,
+                K::Tetrahedron,
+                K::Tetrahedron10,
+                K::Pyramid,
+                K::Pyramid13,
+                K::Prism,
+                K::Prism15,
+                K::Hexahedron,
+                K::Hexahedron20,
+            ];
+            let mut mesh = mesh(
+                &kinds,
+                vec![
+                    group(1, 7, Some("lines of it"), &[0, 1]),
+                    group(3, 9, Some("solid"), &[6, 13]),
+                ],
+            );
+            mesh.fields.push(Field {
+                time: Some(0.1),
+                step: Some(4),
+                ..Field::new(
+                    "u v",
+                    Support::Points,
+                    3,
+                    Values::F64((0..81).map(|i| f64::from(i).sqrt()).collect()),
+                )
+            });
+            mesh.fields.push(Field {
+                at: vec![2, 13],
+                time: Some(0.0),
+                step: Some(0),
+                ..Field::new(
+                    "w",
+                    Support::Cells,
+                    2,
+                    Values::F64(vec![1.0, -2.5, 1e-7, 3e100]),
+                )
+            });
+            mesh
+        }),
+    ];
+    for (name, mesh) in cases {
+        let path = folder.path().join(name);
+        let warnings =
+            write(&path, &mesh, &Options::default()).unwrap_or_else(|error| panic!("{error}"));
+        assert!(warnings.is_empty(), "{name}: {warnings:?}");
+        let again = super::open(&path, None).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(again.mesh, mesh, "{name}");
+        assert_eq!(again.unread, [""; 0], "{name}");
+        assert_eq!(
+            Format::of_suffix(&path).map(|format| format.to_string()),
+            super::NATIVE
+                .iter()
+                .find(|native| native.names[0] == again.format)
+                .map(|native| native.title.to_owned())
+        );
+    }
+    // What a format has no place for is told or refused.
+    let lines = mesh(&[K::Line, K::Hexahedron27], vec![group(3, 1, None, &[1])]);
+    for (name, words) in [
+        ("b.su2", "second order"),
+        ("b.unv", "no number for"),
+        ("b.meshb", "no keyword for"),
+    ] {
+        let path = folder.path().join(name);
+        let error = write(&path, &lines, &Options::default())
+            .expect_err(name)
+            .to_string();
+        assert!(error.contains(words), "{error}");
+        let options = Options {
+            lossy: true,
+            ..Options::default()
+        };
+        assert!(!write(&path, &lines, &options).expect("allowed").is_empty());
+        // All are lost that SU2 has no place for: then there is nothing to read.
+        assert_eq!(
+            super::open(&path, None).map_or(0, |content| content.mesh.count(K::Hexahedron27)),
+            0
+        );
+    }
+}
+
 #[test]
 fn mfem() {
     let mesh = content("curved.mesh").mesh;
@@ -137,8 +298,8 @@ fn mfem() {
         (7, 2, 1)
     );
     assert_eq!(
-        (leaves.points[4], leaves.points[5]),
-        ([9.0, 9.0, 0.0], [9.0, 9.0, 0.0])
+        (leaves.points[5], leaves.points[6]),
+        ([1.0, 0.0, 0.0], [1.0, 2.0, 0.0])
     );
     let made = content("box.mesh").mesh;
     assert_eq!(
