@@ -24,6 +24,7 @@ mod series;
 mod sides;
 mod sol;
 mod su2;
+mod surface;
 mod table;
 #[cfg(test)]
 mod text_tests;
@@ -60,6 +61,10 @@ pub static NATIVE: &[&Native] = &[
     &unv::FORMAT,
     &nastran::FORMAT,
     &su2::FORMAT,
+    &surface::STL,
+    &surface::PLY,
+    &surface::OFF,
+    &surface::OBJ,
 ];
 
 /// A format that is read and written here.

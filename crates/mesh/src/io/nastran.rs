@@ -38,13 +38,13 @@ fn recognises(bytes: &[u8]) -> bool {
     let first = lines
         .find(|line| !line.is_empty() && !line.starts_with(b"$"))
         .unwrap_or_default();
-    let begins = |known: &&str| {
+    let begins = |known: &str| {
         first
             .get(..known.len())
             .is_some_and(|word| word.eq_ignore_ascii_case(known.as_bytes()))
     };
     let cards = CARDS.iter().map(|(name, ..)| name);
-    (BEGINNINGS.iter().chain(cards)).any(|known| begins(&known))
+    (BEGINNINGS.iter().chain(cards)).any(|known| begins(known))
         && memchr::memmem::find(&bytes.to_ascii_uppercase(), b"GRID").is_some()
 }
 

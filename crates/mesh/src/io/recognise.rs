@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Format, NATIVE};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 25] = [
+const SUFFIXES: [(&str, &str); 21] = [
     ("cgns", "cgns"),
     ("dat", "tecplot"),
     ("dato", "permas"),
@@ -19,11 +19,7 @@ const SUFFIXES: [(&str, &str); 25] = [
     ("mdpa", "mdpa"),
     ("med", "med"),
     ("node", "tetgen"),
-    ("obj", "obj"),
-    ("off", "off"),
-    ("ply", "ply"),
     ("post", "permas"),
-    ("stl", "stl"),
     ("tec", "tecplot"),
     ("ugrid", "ugrid"),
     ("vol", "netgen"),
@@ -72,9 +68,6 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
         ("(0 ", "ansys"),
         ("(1 ", "ansys"),
         ("(2 ", "ansys"),
-        ("solid ", "stl"),
-        ("ply\n", "ply"),
-        ("OFF", "off"),
         ("mesh3d", "netgen"),
         ("CDF", "exodus"),
     ];
@@ -98,8 +91,6 @@ pub fn unknown(bytes: &[u8]) -> String {
         "this is an XML file of some other kind".into()
     } else if text.starts_with(b"\x1f\x8b") || text.starts_with(b"PK") {
         "this is a compressed file: unpack it first".into()
-    } else if bytes.starts_with(&[1, 0, 0, 0]) || bytes.starts_with(&[0, 0, 0, 1]) {
-        "this may be a binary Medit file, whose suffix is .meshb".into()
     } else if text
         .iter()
         .take(400)

@@ -207,11 +207,12 @@ fn build(scan: &Scan<'_>, zones: Vec<Zone>) -> Result<Mesh> {
     }
     for (zone, first) in zones.iter().zip(firsts) {
         for (name, cells) in &zone.markers {
+            let mut sides = Vec::new();
             for cell in cells {
                 let nodes = points(cell, first, zone.points.len())?;
-                let side = builder.side(cell.0, &nodes);
-                builder.set(name, [side]);
+                sides.push(builder.side(cell.0, &nodes));
             }
+            builder.set(name, sides);
         }
     }
     if builder.mesh.points.is_empty() {

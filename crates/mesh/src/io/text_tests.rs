@@ -79,6 +79,22 @@ const FILES: &[(&str, &str)] = &[
         "% a comment\nNZONE= 2\nIZONE= 1\nNDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0 0\n1 0 1\n0 1 2\nNMARK= 2\nMARKER_TAG= wall\nMARKER_ELEMS= 1\n3 0 1\nMARKER_TAG= both\nMARKER_ELEMS= 2\n3 1 0\n3 1 2\nIZONE= 2\nNDIME= 2\nNELEM= 1\n5 0 1 2\nNPOIN= 3\n5 0\n6 0\n5 1\nNMARK= 0\nFFD_TAG= box\n",
     ),
     (
+        "text.stl",
+        "solid one side\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 -0.0\nendloop\nendfacet\nendsolid one side\n",
+    ),
+    (
+        "faces.off",
+        "COFF # a comment\n5 3 0\n0 0 0 255 0 0\n1 0 0\n1 1 0\n0 1 0\n2 2 0\n4 0 1 2 3\n3 2 4 3 0.5 0.5 0.5\n5 0 1 2 4 3\n",
+    ),
+    (
+        "faces.ply",
+        "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nelement face 2\nproperty list uchar int vertex_indices\nproperty float quality\nend_header\n0 0 0 1\n1 0 0 2\n1 1 0 3\n0 1 0 4\n3 0 1 2 0.5\n4 0 1 2 3 0.25\n",
+    ),
+    (
+        "faces.obj",
+        "# a comment\nmtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\no body\ng left right\nf 1//1 2//1 3//1\nf -4 -3 -2 -1\ng left\nl 1 2 3\n",
+    ),
+    (
         "three.msh",
         "$MeshFormat\n3 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 4\"one\"\n2 4 \"two\"\n1 9 \"edge\" more\n$EndPhysicalNames\n$Entities\n0 0 1 0\n1 0 1 4\n$EndEntities\n$Nodes\n3\n1 0 0 0 0\n2 1 0 0 0\n3 0 1 0 0\n$EndNodes\n$Elements\n2\n1 2 1 3 1 2 3\n2 135 1 4 1 3 2 1\n$EndElements\n",
     ),
@@ -585,6 +601,132 @@ fn su2() {
     ];
     assert_eq!(groups(mesh), expected);
     assert_eq!(found.unread, ["FFD_TAG= box"]);
+}
+
+#[test]
+fn surfaces() {
+    let mesh = content("text.stl").mesh;
+    assert_eq!(
+        cells(&mesh),
+        [
+            (CellKind::Triangle, vec![0, 1, 2]),
+            (CellKind::Triangle, vec![1, 3, 2])
+        ]
+    );
+    assert_eq!(groups(&mesh), [(2, 1, "one side", &[0, 1][..])]);
+    let mut bytes = b"solid by name, binary by its length".to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend(1u32.to_le_bytes());
+    let numbers = [
+        0.0f32, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0,
+    ];
+    bytes.extend(numbers.iter().flat_map(|x| x.to_le_bytes()));
+    bytes.extend([1, 0]);
+    let found = read("b.stl", &bytes).expect("read");
+    assert_eq!(
+        found.mesh.points,
+        [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]]
+    );
+    assert_eq!(found.unread, ["the attributes of 1 triangles"]);
+
+    let found = content("faces.off");
+    assert_eq!(
+        cells(&found.mesh),
+        [
+            (CellKind::Quadrangle, vec![0, 1, 2, 3]),
+            (CellKind::Triangle, vec![2, 4, 3])
+        ]
+    );
+    assert_eq!(
+        found.unread,
+        [
+            "colours or normals of 2 points and faces",
+            "1 polygons of more than four corners"
+        ]
+    );
+
+    let text = content("faces.ply").mesh;
+    assert_eq!(
+        cells(&text),
+        [
+            (CellKind::Triangle, vec![0, 1, 2]),
+            (CellKind::Quadrangle, vec![0, 1, 2, 3])
+        ]
+    );
+    let fields: Vec<_> = text
+        .fields
+        .iter()
+        .map(|f| (f.name.as_str(), f.values.to_f64()))
+        .collect();
+    assert_eq!(
+        fields,
+        [
+            ("red", vec![1.0, 2.0, 3.0, 4.0]),
+            ("quality", vec![0.5, 0.25])
+        ]
+    );
+    for big in [false, true] {
+        let (_, head) = FILES
+            .iter()
+            .find(|(name, _)| *name == "faces.ply")
+            .expect("there");
+        let head = head.split_inclusive("end_header\n").next().expect("a head");
+        let mut bytes = head
+            .replace(
+                "ascii",
+                if big {
+                    "binary_big_endian"
+                } else {
+                    "binary_little_endian"
+                },
+            )
+            .into_bytes();
+        let word = |word: [u8; 4]| {
+            if big {
+                word.into_iter().rev().collect::<Vec<u8>>()
+            } else {
+                word.to_vec()
+            }
+        };
+        for (at, red) in text.points.iter().zip(1u8..) {
+            at.iter()
+                .for_each(|&x| bytes.extend(word((x as f32).to_le_bytes())));
+            bytes.push(red);
+        }
+        for (corners, quality) in [(&[0, 1, 2][..], 0.5f32), (&[0, 1, 2, 3], 0.25)] {
+            bytes.push(corners.len() as u8);
+            corners
+                .iter()
+                .for_each(|corner: &i32| bytes.extend(word(corner.to_le_bytes())));
+            bytes.extend(word(quality.to_le_bytes()));
+        }
+        assert_eq!(read("b.ply", &bytes).expect("read").mesh, text);
+    }
+
+    let found = content("faces.obj");
+    let expected = [
+        (CellKind::Triangle, vec![0, 1, 2]),
+        (CellKind::Quadrangle, vec![0, 1, 2, 3]),
+        (CellKind::Line, vec![0, 1]),
+        (CellKind::Line, vec![1, 2]),
+    ];
+    assert_eq!(cells(&found.mesh), expected);
+    let names: Vec<_> = groups(&found.mesh)
+        .iter()
+        .map(|group| (group.0, group.2.to_owned(), group.3.to_vec()))
+        .collect();
+    let expected = [
+        (1, "body", vec![2, 3]),
+        (1, "left", vec![2, 3]),
+        (2, "body", vec![0, 1]),
+        (2, "left", vec![0, 1]),
+        (2, "right", vec![0, 1]),
+    ];
+    assert_eq!(
+        names,
+        expected.map(|(dim, name, cells)| (dim, name.to_owned(), cells))
+    );
+    assert_eq!(found.unread, ["1 lines of mtllib", "1 lines of vn"]);
 }
 
 #[test]

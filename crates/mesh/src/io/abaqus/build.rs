@@ -292,14 +292,21 @@ impl Building<'_> {
             _ => 0,
         };
         let taken = found.as_ref().map_or(1, Vec::len).max(more);
-        self.left = self.left.checked_sub(taken).ok_or_else(|| {
-            self.scan
-                .error("the sets have more members than is plausible for a file of this size")
-        })?;
+        self.spend(taken)?;
         Ok(found)
     }
 
+    /// Counts members of sets, and what their names take.
+    fn spend(&mut self, members: usize) -> Result<()> {
+        self.left = self.left.checked_sub(members).ok_or_else(|| {
+            self.scan
+                .error("the sets have more members than is plausible for a file of this size")
+        })?;
+        Ok(())
+    }
+
     fn set(&mut self, scope: Option<&String>, prefix: &str, set: &Set) -> Result<()> {
+        self.spend(8 + prefix.len() + set.name.len())?;
         let (mut all, mut missing) = (Vec::new(), 0);
         for member in &set.members {
             match self.members(scope, set.of_nodes, member)? {
@@ -329,13 +336,16 @@ impl Building<'_> {
     }
 
     fn vertices(&mut self, name: &str, points: &[u32]) {
-        for &point in points {
-            let cell = self.builder.side(CellKind::Vertex, &[point]);
-            self.builder.set(name, [cell]);
-        }
+        let builder = &mut self.builder;
+        let cells: Vec<u32> = points
+            .iter()
+            .map(|&point| builder.side(CellKind::Vertex, &[point]))
+            .collect();
+        builder.set(name, cells);
     }
 
     fn surface(&mut self, scope: Option<&String>, prefix: &str, surface: &Surface) -> Result<()> {
+        self.spend(8 + prefix.len() + surface.name.len())?;
         let name = format!("{prefix}{}", surface.name);
         let mut lost = 0;
         for (member, label) in &surface.sides {
@@ -347,12 +357,12 @@ impl Building<'_> {
                 self.vertices(&name, &found);
                 continue;
             }
-            for cell in found {
-                match self.side_of(cell, label) {
-                    Some(side) => self.builder.set(&name, [side]),
-                    None => lost += 1,
-                }
-            }
+            let sides: Vec<u32> = found
+                .iter()
+                .filter_map(|&cell| self.side_of(cell, label))
+                .collect();
+            lost += found.len() - sides.len();
+            self.builder.set(&name, sides);
         }
         if lost > 0 {
             self.unread.push(format!(

@@ -39,9 +39,9 @@ fn recognises(bytes: &[u8]) -> bool {
         "ELSET",
         "PARAMETER",
     ];
-    let begins = |known: &&str| {
+    let begins = |known: &str| {
         word.get(..known.len())
             .is_some_and(|w| w.eq_ignore_ascii_case(known.as_bytes()))
     };
-    known.iter().any(|known| begins(&known))
+    known.iter().any(|known| begins(known))
 }
