@@ -352,6 +352,13 @@ fn quadratic(
         .max()
         .map_or(0, |&v| v + 1)
         .max(points.len() as u32);
+    if next as usize > nodes.points.len() {
+        return Err(scan.error(format!(
+            "vertex {} is beyond the {} nodes",
+            next - 1,
+            nodes.points.len()
+        )));
+    }
     let mut dofs: HashMap<[u32; 4], u32> = HashMap::new();
     let key = |vertices: &[u32], local: &[usize]| {
         let mut key = [u32::MAX; 4];

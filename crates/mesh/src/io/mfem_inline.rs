@@ -59,6 +59,9 @@ const SIDES: [&[&[u8]]; 3] = [
     ],
 ];
 
+/// A few bytes are not to take all memory.
+const MOST: f64 = 2e7;
+
 /// Reads the settings and makes the mesh.
 pub fn read(scan: &mut Scan<'_>) -> Result<Mesh> {
     let mut settings: HashMap<String, String> = HashMap::new();
@@ -93,8 +96,8 @@ pub fn read(scan: &mut Scan<'_>) -> Result<Mesh> {
     }
     let cubes = number.iter().map(|&n| n as f64).product::<f64>();
     memory::require(cubes * (48 * cut.len() * kind.points()) as f64, "this mesh")?;
-    if cubes * cut.len() as f64 > 5e8 {
-        return Err(scan.error("the mesh has too many cells"));
+    if cubes * cut.len() as f64 > MOST {
+        return Err(scan.error(format!("a box of more than {MOST:e} cells is not made")));
     }
     Ok(make(kind, cut, number, size))
 }

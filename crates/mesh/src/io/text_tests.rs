@@ -198,6 +198,26 @@ fn what_is_written_comes_back() {
                 ],
             ),
         ),
+        ("a.inp", {
+            // A brick and a tetrahedron, and behind them a vertex and sides, as a reader of sets appends them.
+            let mut mesh = mesh(
+                &[],
+                vec![
+                    group(0, 1, Some("tip"), &[2]),
+                    group(2, 1, Some("bottom, or top"), &[3, 4]),
+                    group(3, 1, Some("all"), &[0, 1]),
+                ],
+            );
+            let block = |kind, nodes: &[u32]| CellBlock::new(kind, nodes.to_vec());
+            mesh.blocks = vec![
+                block(K::Hexahedron20, &(0..20).collect::<Vec<u32>>()),
+                block(K::Tetrahedron, &[4, 5, 7, 20]),
+                block(K::Vertex, &[20]),
+                block(K::Quadrangle8, &[0, 1, 2, 3, 8, 11, 13, 9]),
+                block(K::Triangle, &[4, 5, 7]),
+            ];
+            mesh
+        }),
         ("a.unv", {
             let kinds = [
                 K::Line,
@@ -263,10 +283,11 @@ fn what_is_written_comes_back() {
         );
     }
     // What a format has no place for is told or refused.
-    let lines = mesh(&[K::Line, K::Hexahedron27], vec![group(3, 1, None, &[1])]);
+    let lines = mesh(&[K::Line, K::Prism18], vec![group(3, 1, None, &[1])]);
     for (name, words) in [
         ("b.su2", "second order"),
         ("b.unv", "no number for"),
+        ("b.inp", "no element for"),
         ("b.meshb", "no keyword for"),
     ] {
         let path = folder.path().join(name);
@@ -281,8 +302,52 @@ fn what_is_written_comes_back() {
         assert!(!write(&path, &lines, &options).expect("allowed").is_empty());
         // All are lost that SU2 has no place for: then there is nothing to read.
         assert_eq!(
-            super::open(&path, None).map_or(0, |content| content.mesh.count(K::Hexahedron27)),
+            super::open(&path, None).map_or(0, |content| content.mesh.count(K::Prism18)),
             0
+        );
+    }
+}
+
+/// Values in binary, of a mesh that is known.
+#[test]
+fn values_of_binary_medit() {
+    let (mesh, path) = (content("no-end.mesh").mesh, Path::new("u.solb"));
+    for version in 1..=4i32 {
+        let mut bytes = Vec::new();
+        let words = |bytes: &mut Vec<u8>, words: &[i32]| {
+            words
+                .iter()
+                .for_each(|word| bytes.extend(word.to_le_bytes()))
+        };
+        let wide = |bytes: &mut Vec<u8>, value: u64, from: i32| match version >= from {
+            true => bytes.extend(value.to_le_bytes()),
+            false => bytes.extend((value as u32).to_le_bytes()),
+        };
+        words(&mut bytes, &[1, version, 3]);
+        wide(&mut bytes, if version < 3 { 20 } else { 24 }, 3);
+        words(&mut bytes, &[3, 62]);
+        wide(&mut bytes, 0, 3);
+        wide(&mut bytes, 4, 4);
+        words(&mut bytes, &[2, 1, 2]);
+        for value in 0..16i16 {
+            match version {
+                1 => bytes.extend(f32::from(value).to_le_bytes()),
+                _ => bytes.extend(f64::from(value).to_le_bytes()),
+            }
+        }
+        let error = super::sol::read(path, &bytes, &mesh)
+            .expect_err("no end")
+            .to_string();
+        assert!(error.contains("End is missing"), "{error}");
+        // As no place of the next section is given, the end follows at once.
+        words(&mut bytes, &[54]);
+        wide(&mut bytes, 0, 3);
+        let fields = super::sol::read(path, &bytes, &mesh);
+        let fields = fields.unwrap_or_else(|error| panic!("{version}: {error}"));
+        assert_eq!(fields[0].values.to_f64(), [0.0, 4.0, 8.0, 12.0]);
+        assert_eq!(
+            (fields[1].components, &fields[1].values.to_f64()[3..6]),
+            (3, &[5.0, 6.0, 7.0][..])
         );
     }
 }
@@ -325,6 +390,14 @@ fn mfem() {
             made.count(CellKind::Line)
         ),
         (6, 4, 6)
+    );
+    let huge = b"MFEM mesh v1.0\ndimension\n2\nelements\n1\n1 2 0 1 4294967292\nboundary\n0\nvertices\n3\nnodes\nFiniteElementCollection: H1_2D_P2\nVDim: 2\nOrdering: 1\n0 0 1 0 0 1\n";
+    let error = read("h.mesh", huge)
+        .expect_err("no such vertex")
+        .to_string();
+    assert!(
+        error.contains("vertex 4294967292 is beyond the 3 nodes"),
+        "{error}"
     );
     let error = read("n.mesh", b"MFEM NURBS mesh v1.0\ndimension\n2\n")
         .expect_err("no cells")

@@ -13,7 +13,7 @@ pub static FORMAT: Native = Native {
     title: "AVS' UCD",
     names: &["avsucd", "ucd"],
     suffixes: &["avs", "ucd"],
-    has_binary: true,
+    has_binary: false,
     holds_whole: false,
     recognises: |bytes| byte_order(bytes).is_some() || is_text(bytes),
     read,

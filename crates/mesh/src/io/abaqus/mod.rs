@@ -5,8 +5,9 @@
 mod build;
 mod elements;
 mod read;
+mod write;
 
-use super::{Native, meshio};
+use super::Native;
 
 pub static FORMAT: Native = Native {
     title: "Abaqus' input",
@@ -16,7 +17,7 @@ pub static FORMAT: Native = Native {
     holds_whole: false,
     recognises,
     read: read::read,
-    write: |path, mesh, _, options| meshio::write(path, mesh, "abaqus", options),
+    write: write::write,
 };
 
 /// Whether the first line that is no comment begins with an asterisk and a known keyword.

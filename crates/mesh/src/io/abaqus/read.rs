@@ -172,9 +172,14 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     })
 }
 
-/// The fields of a line, between commas.
+/// The fields of a line, between commas that are not in quotes.
 fn fields(text: &str) -> Vec<&str> {
-    text.split(',').map(str::trim).collect()
+    let mut quoted = false;
+    let is_end = |letter: char| {
+        quoted ^= letter == '"';
+        letter == ',' && !quoted
+    };
+    text.split(is_end).map(str::trim).collect()
 }
 
 pub fn real(row: &Scan<'_>, text: &str) -> Result<f64> {

@@ -83,7 +83,7 @@ pub fn elements(reader: &mut Reader<'_>) -> Result<()> {
     };
     builder.elements_seen = true;
     let count = text_count(scan, "elements", 8)?;
-    let mut parts = 0;
+    let (mut parts, mut memberships) = (0, 0);
     for _ in 0..count {
         let (number, code, entity) = (scan.u64()?, scan.i32()?, scan.i32()?);
         let part = PARTS
@@ -116,6 +116,12 @@ pub fn elements(reader: &mut Reader<'_>) -> Result<()> {
         let groups = physicals
             .get(&(kind.dim(), entity))
             .map_or(&[][..], Vec::as_slice);
+        memberships += groups.len();
+        if memberships > 2 * scan.len() {
+            return Err(scan.error(
+                "the elements are in more groups than is plausible for a file of this size",
+            ));
+        }
         builder.appended(1, kind.dim(), groups);
     }
     if parts > 0 {
