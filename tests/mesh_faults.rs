@@ -390,7 +390,7 @@ fn encodings_of_another_format() {
             "Gmsh's MSH has no encoding `base64-zlib`",
         ),
         ("out.mesh", "raw-lz4", "Medit has no encoding `raw-lz4`"),
-        ("out.mesh", "binary", "Medit is written as text only"),
+        ("out.su2", "binary", "SU2's mesh is written as text only"),
         ("out.vtu", "raw-gzip", "there is no encoding `raw-gzip`"),
         ("out.msh", "raw-gzip", "there is no encoding `raw-gzip`"),
     ];

@@ -206,7 +206,15 @@ fn a_file_cut_short_anywhere_is_refused() {
             let cut_number = path.extension().is_some_and(|e| e == "msh")
                 && bytes[0] != b'$'
                 && end + 3 > text_end;
-            let ends_early = path.extension().is_some_and(|e| e == "mesh") && end + 3 >= text_end;
+            // Medit's End need not be there, and is missed in a warning.
+            let warned = result.as_ref().is_ok_and(|content| {
+                content
+                    .warnings
+                    .iter()
+                    .any(|warning| warning.contains("no End"))
+            });
+            let ends_early =
+                warned || (path.extension().is_some_and(|e| e == "mesh") && end + 3 >= text_end);
             // Nor can anyone tell that sections are missing that need not be there.
             let word = bytes[..end]
                 .rsplit(|b| b.is_ascii_whitespace())
@@ -537,7 +545,7 @@ fn what_a_format_cannot_hold_is_an_error_or_a_warning() {
         .expect_err("quadratic cells")
         .to_string();
     assert!(
-        message.contains("higher order") && message.contains("a b"),
+        message.contains("no keyword for") && message.contains("a b"),
         "{message}"
     );
     assert!(!path.exists());
@@ -546,7 +554,7 @@ fn what_a_format_cannot_hold_is_an_error_or_a_warning() {
     assert!(
         warnings
             .iter()
-            .any(|warning| warning.contains("higher order")),
+            .any(|warning| warning.contains("no keyword for")),
         "{warnings:?}"
     );
 

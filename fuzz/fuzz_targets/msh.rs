@@ -1,4 +1,4 @@
-//! Any bytes as MSH (or FreeFEM's or Medit's text): read or refused, and what is read is written and read again.
+//! Any bytes as MSH, or as any other format that is recognised by its content: read or refused, and what is read is written and read again.
 #![no_main]
 
 use std::path::Path;

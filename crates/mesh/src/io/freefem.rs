@@ -29,6 +29,12 @@ pub static FORMAT: Native = Native {
 /// Whether bytes look like this format: a line of three numbers, a line of three numbers, and counts that fit.
 fn recognises(bytes: &[u8]) -> bool {
     let mut scan = Scan::new(Path::new(""), bytes);
+    scan.skip_blanks();
+    // AVS' UCD begins with five numbers.
+    let words = scan.clone().line().split(u8::is_ascii_whitespace);
+    if words.filter(|word| !word.is_empty()).count() != 3 {
+        return false;
+    }
     let counts = (scan.u64(), scan.u64(), scan.u64());
     let (Ok(points), Ok(triangles), Ok(edges)) = counts else {
         return false;

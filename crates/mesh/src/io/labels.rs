@@ -21,14 +21,17 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Reads points of two or three coordinates.
+    /// Reads points of one to three coordinates.
     pub fn points(&mut self, scan: &mut Scan<'_>, count: usize, dimension: usize) -> Result<()> {
         self.points.reserve_exact(count);
         self.labels.reserve_exact(count);
         for _ in 0..count {
-            let z = |scan: &mut Scan<'_>| if dimension == 3 { scan.f64() } else { Ok(0.0) };
-            self.points.push([scan.f64()?, scan.f64()?, z(scan)?]);
-            self.labels.push(scan.i32()?);
+            let mut point = [0.0; 3];
+            for x in point.iter_mut().take(dimension) {
+                *x = scan.real()?;
+            }
+            self.points.push(point);
+            self.labels.push(label(scan)?);
         }
         Ok(())
     }
@@ -41,10 +44,23 @@ impl Rows {
             for _ in 0..kind.points() {
                 nodes.push(scan.vertex(self.points.len())?);
             }
-            labels.push(scan.i32()?);
+            labels.push(label(scan)?);
         }
         self.blocks.push((CellBlock::new(kind, nodes), labels));
         Ok(())
+    }
+
+    /// Swaps two nodes in each of the cells read last.
+    pub fn swap(&mut self, a: usize, b: usize) {
+        if let Some((block, _)) = self.blocks.last_mut() {
+            let cells = block.nodes.chunks_exact_mut(block.kind.points());
+            cells.for_each(|cell| cell.swap(a, b));
+        }
+    }
+
+    /// The dimensions of the cells so far.
+    pub fn dims(&self) -> impl Iterator<Item = u8> {
+        self.blocks.iter().map(|(block, _)| block.kind.dim())
     }
 
     /// The mesh, with a group for each label of cells.
@@ -78,6 +94,11 @@ impl Rows {
         mesh.groups = groups.into_values().collect();
         mesh
     }
+}
+
+fn label(scan: &mut Scan<'_>) -> Result<i32> {
+    let value = scan.int()?;
+    i32::try_from(value).map_err(|_| scan.error(format!("the label {value} does not fit 32 bits")))
 }
 
 /// The one label of each cell and of each point.
@@ -167,24 +188,35 @@ impl<'a> Labels<'a> {
         self.of_points = labels;
     }
 
+    /// Each point with its label.
+    pub fn points(&self) -> impl Iterator<Item = (&[f64; 3], i32)> {
+        let labels = self.of_points.iter().copied().chain(std::iter::repeat(0));
+        self.mesh.points.iter().zip(labels)
+    }
+
+    /// The points and the label of each cell of this kind.
+    pub fn cells(&self, kind: CellKind) -> impl Iterator<Item = (&[u32], i32)> {
+        let cells = self.mesh.cells_of(kind);
+        cells.map(|(cell, _, nodes)| (nodes, self.of(cell)))
+    }
+
     /// Writes a row for each point.
     pub fn write_points(&self, out: &mut Out, dimension: usize) {
-        for (index, point) in self.mesh.points.iter().enumerate() {
+        for (point, label) in self.points() {
             point[..dimension].iter().for_each(|&x| {
                 out.float(x);
             });
-            let label = self.of_points.get(index).copied();
-            out.int(label.unwrap_or(0)).end();
+            out.int(label).end();
         }
     }
 
     /// Writes a row for each cell of this kind.
     pub fn write_cells(&self, out: &mut Out, kind: CellKind) {
-        for (cell, _, nodes) in self.mesh.cells_of(kind) {
+        for (nodes, label) in self.cells(kind) {
             nodes.iter().for_each(|&node| {
                 out.int(node + 1);
             });
-            out.int(self.of(cell)).end();
+            out.int(label).end();
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Reading and writing meshes and fields.
 
+mod abaqus;
+mod builder;
 mod bytes;
 mod cgns;
 mod collection;
@@ -11,7 +13,10 @@ mod loss;
 mod med;
 mod medit;
 mod meshio;
+mod mfem;
+mod mfem_inline;
 pub mod msh;
+mod nastran;
 mod netcdf;
 mod out;
 mod pattern;
@@ -25,7 +30,13 @@ mod sets;
 mod sides;
 mod sol;
 mod steps;
+mod su2;
+mod surface;
 mod table;
+#[cfg(test)]
+mod text_tests;
+mod ucd;
+mod unv;
 mod vectors;
 mod vtk;
 mod vtkhdf;
@@ -63,6 +74,16 @@ pub static NATIVE: &[&Native] = &[
     &xdmf::FORMAT,
     &med::FORMAT,
     &cgns::FORMAT,
+    &mfem::FORMAT,
+    &abaqus::FORMAT,
+    &ucd::FORMAT,
+    &unv::FORMAT,
+    &nastran::FORMAT,
+    &su2::FORMAT,
+    &surface::STL,
+    &surface::PLY,
+    &surface::OFF,
+    &surface::OBJ,
 ];
 
 /// A format that is read and written here.
@@ -326,6 +347,17 @@ fn refuse_kinds_beyond_gmsh(path: &Path, mesh: &Mesh, format: &str) -> Result<()
             "choose another format, as VTU",
         )),
     }
+}
+
+/// The writer of formats that are only read.
+fn read_only(path: &Path, _: &Mesh, _: &[GlobalArray], _: &Options) -> Result<Vec<String>> {
+    Err(Error::usage(
+        format!(
+            "the format asked for {} is read, but not written",
+            path.display()
+        ),
+        "choose another format, such as msh or vtu",
+    ))
 }
 
 /// What every writer does first.

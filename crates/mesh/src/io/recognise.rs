@@ -5,27 +5,16 @@ use std::path::Path;
 use super::{Format, NATIVE, hdf5};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 24] = [
-    ("avs", "avsucd"),
-    ("bdf", "nastran"),
+const SUFFIXES: [(&str, &str); 13] = [
     ("dat", "tecplot"),
     ("dato", "permas"),
     ("ele", "tetgen"),
     ("f3grid", "flac3d"),
-    ("fem", "nastran"),
     ("h5m", "h5m"),
     ("hmf", "hmf"),
-    ("inp", "abaqus"),
     ("mdpa", "mdpa"),
-    ("meshb", "medit"),
-    ("nas", "nastran"),
     ("node", "tetgen"),
-    ("obj", "obj"),
-    ("off", "off"),
-    ("ply", "ply"),
     ("post", "permas"),
-    ("stl", "stl"),
-    ("su2", "su2"),
     ("tec", "tecplot"),
     ("ugrid", "ugrid"),
     ("vol", "netgen"),
@@ -74,13 +63,7 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
         ("(0 ", "ansys"),
         ("(1 ", "ansys"),
         ("(2 ", "ansys"),
-        ("*HEADING", "abaqus"),
-        ("*NODE", "abaqus"),
-        ("solid ", "stl"),
-        ("ply\n", "ply"),
-        ("OFF", "off"),
         ("mesh3d", "netgen"),
-        ("NDIME", "su2"),
     ];
     if let Some((_, name)) = signatures.iter().find(|(word, _)| begins(bytes, word)) {
         return Some(Format::Meshio(name));
@@ -145,8 +128,6 @@ pub fn unknown(bytes: &[u8]) -> String {
         "this is an XML file of some other kind".into()
     } else if text.starts_with(b"\x1f\x8b") || text.starts_with(b"PK") {
         "this is a compressed file: unpack it first".into()
-    } else if bytes.starts_with(&[1, 0, 0, 0]) || bytes.starts_with(&[0, 0, 0, 1]) {
-        "this may be a binary Medit file, whose suffix is .meshb".into()
     } else if text
         .iter()
         .take(400)
@@ -210,11 +191,7 @@ mod tests {
                 b"<?xml version=\"1.0\"?><VTKFile type=\"UnstructuredGrid\">",
                 native("vtu"),
             ),
-            (
-                "a.bdf",
-                b"$ a comment\nGRID,1\n",
-                Some(Format::Meshio("nastran")),
-            ),
+            ("a.bdf", b"$ a comment\nGRID,1\n", native("nastran")),
             ("a.msh", b"0.5 0.1 0.2\n0.3 0.2 0.1\n", None),
             ("a.msh", b"", None),
         ];

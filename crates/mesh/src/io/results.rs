@@ -32,8 +32,10 @@ pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<
     if has_suffix("csv") {
         return table::read(path, bytes);
     }
-    if has_suffix("sol") {
-        let mut mesh = super::open(&path.with_extension("mesh"), python)?.mesh;
+    if has_suffix("sol") || has_suffix("solb") {
+        let both = ["mesh", "meshb"].map(|suffix| path.with_extension(suffix));
+        let beside = both.iter().find(|mesh| mesh.exists()).unwrap_or(&both[0]);
+        let mut mesh = super::open(beside, python)?.mesh;
         mesh.fields = sol::read(path, bytes, &mesh)?;
         return Ok(of_mesh(source, mesh, &[]));
     }

@@ -25,6 +25,10 @@ pub struct Scan<'a> {
     pub section: String,
     /// What starts a comment that reaches to the end of its line.
     comment: Option<u8>,
+    /// Whether [`Scan::int`] reads 64 bits in binary, rather than 32.
+    pub wide: bool,
+    /// Whether [`Scan::real`] reads binary32 in binary, rather than binary64.
+    pub single: bool,
 }
 
 /// What to do about a file that violates its format.
@@ -40,6 +44,8 @@ impl<'a> Scan<'a> {
             numbers: Numbers::Ascii,
             section: String::new(),
             comment: None,
+            wide: false,
+            single: false,
         }
     }
 
@@ -133,6 +139,40 @@ impl<'a> Scan<'a> {
         };
         self.pos += passed;
         line.strip_suffix(b"\r").unwrap_or(line)
+    }
+
+    /// A cursor on this line alone, for formats whose lines have meanings; the cursor moves to the next line. `None` at the
+    /// end of the file.
+    pub fn row(&mut self) -> Option<Scan<'a>> {
+        let mut row = self.clone();
+        let text = (self.pos < self.data.len()).then(|| self.line())?;
+        row.data = row.data.get(..row.pos + text.len()).unwrap_or(row.data);
+        Some(row)
+    }
+
+    /// The same cursor, with an end after so many bytes.
+    pub fn within(mut self, bytes: usize) -> Self {
+        let end = self.pos.saturating_add(bytes).min(self.data.len());
+        self.data = self.data.get(..end).unwrap_or(self.data);
+        self
+    }
+
+    /// The byte at the cursor.
+    pub fn position(&self) -> usize {
+        self.pos
+    }
+
+    /// Moves on to this byte of the file.
+    pub fn go(&mut self, position: u64) -> Result<()> {
+        match usize::try_from(position) {
+            Ok(position) if (self.pos..=self.data.len()).contains(&position) => self.pos = position,
+            _ => {
+                return Err(self.error(format!(
+                    "the next section is at byte {position}, where it cannot be"
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// Moves to the next occurrence of `word`; returns `false` and stays if there is none.
@@ -316,6 +356,43 @@ impl<'a> Scan<'a> {
         }
     }
 
+    /// A whole number, of the width that the file has in binary.
+    #[inline]
+    pub fn int(&mut self) -> Result<i64> {
+        match self.numbers {
+            Numbers::Ascii => self.ascii_int(),
+            Numbers::Little if self.wide => self.array().map(i64::from_le_bytes),
+            Numbers::Big if self.wide => self.array().map(i64::from_be_bytes),
+            _ => self.i32().map(i64::from),
+        }
+    }
+
+    /// A whole number that is not negative, of the width that the file has in binary.
+    pub fn uint(&mut self) -> Result<u64> {
+        let value = self.int()?;
+        u64::try_from(value).map_err(|_| self.error(format!("{value} is negative")))
+    }
+
+    /// A number that may be NaN or infinite, of the width that the file has in binary.
+    #[inline]
+    pub fn any_real(&mut self) -> Result<f64> {
+        match self.numbers {
+            Numbers::Little if self.single => Ok(f32::from_le_bytes(self.array()?).into()),
+            Numbers::Big if self.single => Ok(f32::from_be_bytes(self.array()?).into()),
+            _ => self.any_f64(),
+        }
+    }
+
+    /// A finite number, of the width that the file has in binary.
+    #[inline]
+    pub fn real(&mut self) -> Result<f64> {
+        let value = self.any_real()?;
+        match value.is_finite() {
+            true => Ok(value),
+            false => Err(self.error(format!("expected a finite number, found {value}"))),
+        }
+    }
+
     /// Coordinates of one point.
     #[inline]
     pub fn xyz(&mut self) -> Result<[f64; 3]> {
@@ -325,7 +402,7 @@ impl<'a> Scan<'a> {
     /// A vertex among `points`, which files count from 1, counted from 0.
     #[inline]
     pub fn vertex(&mut self, points: usize) -> Result<u32> {
-        let vertex = self.u64()?;
+        let vertex = self.int()?;
         match u32::try_from(vertex.wrapping_sub(1)) {
             Ok(index) if (index as usize) < points => Ok(index),
             _ => Err(self.error(format!("the vertex {vertex} does not exist among {points}"))),

@@ -1,9 +1,15 @@
-//! The sides of cells with all their nodes, for formats whose groups are sets of sides.
+//! Where the nodes of cells of second order lie, and the sides of cells.
+
+use std::collections::BTreeSet;
 
 use crate::mesh::{CellKind, Shape};
 
-/// Corners of the edges of a shape, in Gmsh's order of the nodes on them.
-fn edges(shape: Shape) -> &'static [[usize; 2]] {
+/// A node by the two corners of a cell that it lies between: one corner twice for that corner, opposite corners of a
+/// face or of the cell for its centre.
+pub type Between = [u8; 2];
+
+/// The edges of a cell in the order of their nodes, as Gmsh has it.
+pub fn edges(shape: Shape) -> &'static [Between] {
     match shape {
         Shape::Vertex | Shape::Polygon | Shape::Polyhedron => &[],
         Shape::Line => &[[0, 1]],
@@ -48,22 +54,53 @@ fn edges(shape: Shape) -> &'static [[usize; 2]] {
     }
 }
 
-/// Corners of the faces that have a node in the middle, in Gmsh's order of these nodes.
-fn centred(kind: CellKind) -> &'static [&'static [usize]] {
-    match kind {
-        CellKind::Quadrangle9 => &[&[0, 1, 2, 3]],
-        CellKind::Hexahedron27 => &[
-            &[0, 1, 2, 3],
-            &[0, 1, 4, 5],
-            &[0, 3, 4, 7],
-            &[1, 2, 5, 6],
-            &[2, 3, 6, 7],
-            &[4, 5, 6, 7],
+/// The quadrangles whose centres are nodes, in the order of these, as Gmsh has it.
+fn centred(shape: Shape) -> &'static [[u8; 4]] {
+    match shape {
+        Shape::Quadrangle => &[[0, 1, 2, 3]],
+        Shape::Hexahedron => &[
+            [0, 3, 2, 1],
+            [0, 1, 5, 4],
+            [0, 4, 7, 3],
+            [1, 2, 6, 5],
+            [2, 3, 7, 6],
+            [4, 5, 6, 7],
         ],
-        CellKind::Prism18 => &[&[0, 1, 3, 4], &[0, 2, 3, 5], &[1, 2, 4, 5]],
-        CellKind::Pyramid14 => &[&[0, 1, 2, 3]],
+        Shape::Prism => &[[0, 1, 4, 3], [0, 3, 5, 2], [1, 2, 5, 4]],
+        Shape::Pyramid => &[[0, 3, 2, 1]],
         _ => &[],
     }
+}
+
+/// The cell of second order of this shape with this many nodes.
+pub fn quadratic(shape: Shape, nodes: usize) -> Option<CellKind> {
+    let named = (1..=19).filter_map(CellKind::from_gmsh);
+    let mut found = named.filter(|kind| kind.shape() == shape && kind.points() == nodes);
+    found.find(|kind| kind.points() > shape.corners())
+}
+
+/// The place of a node in Gmsh's order; `None` where a cell of this kind has no such node.
+pub fn place(kind: CellKind, [a, b]: Between) -> Option<usize> {
+    let shape = kind.shape();
+    let corners = shape.corners();
+    if a == b {
+        return Some(a.into()).filter(|&a: &usize| a < corners);
+    }
+    if matches!(kind, CellKind::Other(_)) {
+        return None; // of higher order
+    }
+    let edges = edges(shape);
+    let edge = edges
+        .iter()
+        .position(|edge| *edge == [a, b] || *edge == [b, a]);
+    let face = || {
+        let faces = centred(shape);
+        let face = faces
+            .iter()
+            .position(|face| face.contains(&a) && face.contains(&b));
+        corners + edges.len() + face.unwrap_or(faces.len())
+    };
+    Some(edge.map_or_else(face, |edge| corners + edge)).filter(|&place| place < kind.points())
 }
 
 /// The place in Gmsh's order of each node of a format that has corners, then nodes on edges, on faces, and inside. `corners` are
@@ -75,71 +112,80 @@ pub fn order(
     faces: &[&[usize]],
 ) -> Vec<usize> {
     let mut places = corners.to_vec();
-    let known = self::edges(kind.shape());
-    for edge in edges
+    let on_edges = edges
         .iter()
-        .take(if is_quadratic(kind) { edges.len() } else { 0 })
-    {
-        let [a, b] = edge.map(|corner| corners[corner]);
-        let on = known
-            .iter()
-            .position(|&[p, q]| [p, q] == [a, b] || [q, p] == [a, b]);
-        places.extend(on.map(|on| corners.len() + on));
-    }
+        .map(|edge| edge.map(|corner| corners[corner] as u8));
+    places.extend(on_edges.filter_map(|edge| place(kind, edge)));
     for face in faces {
-        let mut of: Vec<usize> = face.iter().map(|&corner| corners[corner]).collect();
-        of.sort_unstable();
-        let on = centred(kind).iter().position(|known| **known == of);
-        places.extend(on.map(|on| corners.len() + known.len() + on));
+        let of: BTreeSet<u8> = face.iter().map(|&corner| corners[corner] as u8).collect();
+        let mut known = centred(kind.shape()).iter();
+        let known = known.find(|known| known.iter().copied().collect::<BTreeSet<u8>>() == of);
+        places.extend(known.and_then(|known| place(kind, [known[0], known[2]])));
     }
     places.extend(places.len()..kind.points());
     places
 }
 
-/// Whether a cell has one node in the middle of each edge, and none elsewhere but in the middle of faces and inside.
-fn is_quadratic(kind: CellKind) -> bool {
-    let corners = kind.shape().corners();
-    let known = !matches!(kind, CellKind::Other(_)) && corners > 0;
-    known && kind.points() >= corners + edges(kind.shape()).len()
+/// Where the nodes of a cell lie, in Gmsh's order.
+pub fn nodes(kind: CellKind) -> impl Iterator<Item = Between> {
+    let shape = kind.shape();
+    let corners = (0..shape.corners() as u8).map(|a| [a, a]);
+    let faces = centred(shape).iter().map(|face| [face[0], face[2]]);
+    let all = corners.chain(edges(shape).iter().copied()).chain(faces);
+    all.chain([[0, 6]]).take(kind.points())
 }
 
-/// The side of a cell with these corners: its kind, and the places of its nodes among those of the cell. None if the cell
-/// is of an order whose sides are not known here.
-pub fn side(kind: CellKind, corners: &[usize]) -> Option<(CellKind, Vec<usize>)> {
-    let mut nodes = corners.to_vec();
-    if nodes.len() == 1 {
-        return Some((CellKind::Vertex, nodes));
-    }
-    let first = kind.corners();
-    let quadratic = is_quadratic(kind);
-    if !quadratic && kind.points() != first {
+/// The side of a cell that has these corners: its kind and its points, with those on edges and in the middle.
+pub fn side(kind: CellKind, nodes: &[u32], corners: &[u8]) -> Option<(CellKind, Vec<u32>)> {
+    let node = |between| nodes.get(place(kind, between)?).copied();
+    let mut found: Vec<u32> = corners.iter().filter_map(|&a| node([a, a])).collect();
+    if found.len() != corners.len() {
         return None;
     }
-    if quadratic {
-        let edges = edges(kind.shape());
-        let turns = if corners.len() == 2 { 1 } else { corners.len() };
-        for k in 0..turns {
-            let ends = [corners[k], corners[(k + 1) % corners.len()]];
-            let on = edges
-                .iter()
-                .position(|&[a, b]| [a, b] == ends || [b, a] == ends)?;
-            nodes.push(first + on);
-        }
-        let mut sorted = corners.to_vec();
-        sorted.sort_unstable();
-        if let Some(on) = centred(kind).iter().position(|face| **face == sorted) {
-            nodes.push(first + edges.len() + on);
-        }
-    }
-    let kind = match nodes.len() {
-        2 => CellKind::Line,
-        3 if corners.len() == 2 => CellKind::Line3,
-        3 => CellKind::Triangle,
-        4 => CellKind::Quadrangle,
-        6 => CellKind::Triangle6,
-        8 => CellKind::Quadrangle8,
-        9 => CellKind::Quadrangle9,
+    let (shape, linear) = match corners.len() {
+        1 => return Some((CellKind::Vertex, found)),
+        2 => (Shape::Line, CellKind::Line),
+        3 => (Shape::Triangle, CellKind::Triangle),
+        4 => (Shape::Quadrangle, CellKind::Quadrangle),
         _ => return None,
     };
-    Some((kind, nodes))
+    if kind.points() == kind.shape().corners() {
+        return Some((linear, found));
+    }
+    let corner = |place: u8| corners.get(usize::from(place)).copied();
+    for &[a, b] in edges(shape) {
+        found.extend(node([corner(a)?, corner(b)?]));
+    }
+    if shape == Shape::Quadrangle {
+        found.extend(node([corner(0)?, corner(2)?]));
+    }
+    Some((quadratic(shape, found.len())?, found))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every node of every kind has one place; the middle of a side lies between its corners.
+    #[test]
+    fn all_nodes_are_named_once() {
+        for kind in (1..=19).filter_map(CellKind::from_gmsh) {
+            let corners = kind.shape().corners() as u8;
+            let pairs = (0..corners).flat_map(|a| (0..corners).map(move |b| [a, b]));
+            let mut places: Vec<usize> = pairs.filter_map(|pair| place(kind, pair)).collect();
+            places.sort_unstable();
+            places.dedup();
+            assert!(places.into_iter().eq(0..kind.points()), "{kind}");
+            let places = nodes(kind).map(|between| place(kind, between));
+            assert!(places.eq((0..kind.points()).map(Some)), "{kind}");
+        }
+        let numbers: Vec<u32> = (0..27).collect();
+        let top = side(CellKind::Hexahedron27, &numbers, &[4, 5, 6, 7]);
+        let top = top.expect("a face");
+        assert_eq!(top.0, CellKind::Quadrangle9);
+        assert_eq!(top.1, [4, 5, 6, 7, 16, 18, 19, 17, 25]);
+        let edge = side(CellKind::Triangle, &[7, 8, 9], &[2, 0]);
+        assert_eq!(edge, Some((CellKind::Line, vec![9, 7])));
+        assert_eq!(side(CellKind::Triangle, &[7, 8, 9], &[2, 3]), None);
+    }
 }

@@ -1,12 +1,11 @@
-//! Medit's ASCII `.sol`: values at the vertices or cells of the `.mesh` of the same name beside it.
+//! Medit's `.sol`, text, and `.solb`, binary: values at the vertices or cells of the mesh of the same name beside it.
 //!
 //! Each section has a count, the kinds of its fields (1 a scalar, 2 a vector, 3 a symmetric tensor), and a row of all of
 //! them for each item. Fields have no names: they are called `sol`, or `sol 1`, `sol 2`, ….
 
 use std::path::Path;
 
-use super::medit::{CELLS, dimension, keyword, version};
-use super::scan::Scan;
+use super::medit::{CELLS, Sections};
 use crate::error::Result;
 use crate::mesh::{CellKind, Field, Mesh, Support, Values};
 
@@ -18,32 +17,21 @@ const MOST: usize = 1000;
 /// # Errors
 /// Any violation of the format, with keyword and line; a number of values that does not fit the mesh.
 pub(super) fn read(path: &Path, bytes: &[u8], mesh: &Mesh) -> Result<Vec<Field>> {
-    let mut scan = Scan::with_comments(path, bytes, b'#');
-    version(&mut scan)?;
-    let mut known = None;
+    let mut sections = Sections::new(path, bytes)?;
     let mut fields: Vec<Field> = Vec::new();
-    loop {
-        let word = keyword(&mut scan)?;
-        if word == "End" {
-            break;
-        }
-        if word == "Dimension" {
-            known = Some(dimension(&mut scan, known)?);
-            continue;
-        }
+    while let Some(word) = sections.next()? {
         let on = word.strip_prefix("SolAt").unwrap_or_default();
-        let kind = CELLS.iter().find(|(name, _)| *name == on);
+        let kind = CELLS.iter().find(|(name, ..)| *name == on);
         if kind.is_none() && on != "Vertices" {
-            return Err(scan.error("this is not a section of values"));
+            return Err(sections.scan.error("this is not a section of values"));
         }
-        let missing = || scan.error("the values come before the dimension");
-        let dimension = known.ok_or_else(missing)?;
-        fields.extend(values(
-            &mut scan,
-            kind.map(|(_, kind)| *kind),
-            dimension,
-            mesh,
-        )?);
+        if sections.dimension == 0 {
+            return Err(sections.scan.error("the values come before the dimension"));
+        }
+        fields.extend(values(&mut sections, kind.map(|(.., kind)| *kind), mesh)?);
+    }
+    if !sections.ended {
+        return Err(sections.scan.error("End is missing"));
     }
     if fields.len() > 1 {
         for (field, k) in fields.iter_mut().zip(1..) {
@@ -53,13 +41,12 @@ pub(super) fn read(path: &Path, bytes: &[u8], mesh: &Mesh) -> Result<Vec<Field>>
     Ok(fields)
 }
 
-fn values(
-    scan: &mut Scan<'_>,
-    kind: Option<CellKind>,
-    dimension: usize,
-    mesh: &Mesh,
-) -> Result<Vec<Field>> {
-    let count = scan.count("rows", 2)?;
+fn values(sections: &mut Sections<'_>, kind: Option<CellKind>, mesh: &Mesh) -> Result<Vec<Field>> {
+    let count = sections.count("rows", 0, 1)?;
+    let Sections {
+        scan, dimension, ..
+    } = sections;
+    let dimension = *dimension;
     let at: Vec<u32> = match kind {
         None => (0..mesh.points.len() as u32).collect(),
         Some(kind) => mesh.cells_of(kind).map(|(cell, ..)| cell).collect(),
@@ -70,13 +57,14 @@ fn values(
             "put the mesh of these values beside them, under the same name",
         ));
     }
-    let number = scan.count("fields", 2)?;
+    let declared = u64::try_from(scan.i32()?).unwrap_or(u64::MAX);
+    let number = scan.believe(declared, "fields", scan.least(2, 4))?;
     if !(1..=MOST).contains(&number) {
         return Err(scan.error(format!("{number} is not a possible number of fields")));
     }
     let mut components = Vec::new();
     for _ in 0..number {
-        components.push(match scan.u64()? {
+        components.push(match scan.i32()? {
             1 => 1,
             2 => dimension,
             3 => dimension * (dimension + 1) / 2,
@@ -87,7 +75,7 @@ fn values(
     for _ in 0..count {
         for (column, components) in columns.iter_mut().zip(&components) {
             for _ in 0..*components {
-                column.push(scan.any_f64()?);
+                column.push(scan.any_real()?);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::builder::Lookup;
+use crate::io::builder::Lookup;
 use crate::io::rows;
 use crate::io::scan::Numbers;
 

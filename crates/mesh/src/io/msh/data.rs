@@ -36,6 +36,7 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
     let mut values = Vec::with_capacity(rows * head.components);
     // Index, and the first value and number of values of its row.
     let mut order: Vec<(u32, usize, usize)> = Vec::with_capacity(rows);
+    let mut missing = 0;
     for _ in 0..rows {
         let tag = if ascii {
             scan.u64()?
@@ -43,9 +44,20 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
             u64::from(scan.i32()?.unsigned_abs())
         };
         let index = by_tag.and_then(|by_tag| by_tag.get(tag));
-        let index =
-            index.ok_or_else(|| scan.error(format!("a value for {tag}, which does not exist")))?;
         let mut len = head.components;
+        let Some(index) = index else {
+            // Gmsh leaves out what is in no group, but not its values.
+            missing += 1;
+            let nodes = if on == Support::CellPoints {
+                scan.i32()?
+            } else {
+                1
+            };
+            for _ in 0..len.saturating_mul(usize::try_from(nodes).unwrap_or(0)) {
+                scan.any_f64()?;
+            }
+            continue;
+        };
         if let Some(kind) = kinds.get(index as usize) {
             let nodes = scan.i32()?;
             if usize::try_from(nodes) != Ok(kind.points()) {
@@ -59,6 +71,17 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         for _ in 0..len {
             values.push(scan.any_f64()?);
         }
+    }
+    if missing > 0 {
+        let what = if on == Support::Points {
+            "nodes"
+        } else {
+            "elements"
+        };
+        content.unread.push(format!(
+            "{missing} rows of the field {:?}, of {what} that are not in the file",
+            head.name
+        ));
     }
     if !order.is_sorted_by(|a, b| a.0 < b.0) {
         order.sort_by_key(|row| row.0);

@@ -1,11 +1,11 @@
 //! Elements of MSH 1.0 and 2.x.
 
-use super::builder::Builder;
 use super::bulk;
 use super::nodes_v2::text_count;
 use super::read::{Layout, Reader};
 use super::tags_v2::Tags;
 use crate::error::Result;
+use crate::io::builder::Builder;
 use crate::io::rows::append;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::CellKind;

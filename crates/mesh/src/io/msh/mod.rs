@@ -1,6 +1,5 @@
-//! Gmsh's MSH format: 1.0, 2.x, 4.0 and 4.1, ASCII and binary.
+//! Gmsh's MSH format: 1.0, 2.x, 3.0 (text), 4.0 and 4.1, ASCII and binary.
 
-mod builder;
 mod bulk;
 mod data;
 mod elements_v2;
@@ -8,6 +7,7 @@ mod entities;
 mod nodes_v2;
 mod read;
 mod tags_v2;
+mod v3;
 mod v4;
 mod write;
 mod write_elements_v2;

@@ -1,9 +1,9 @@
 //! Nodes of MSH 1.0 and 2.x.
 
-use super::builder::{Builder, Numbering};
 use super::bulk;
 use super::read::Reader;
 use crate::error::Result;
+use crate::io::builder::{Builder, Numbering};
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{PointRun, all_finite};
 

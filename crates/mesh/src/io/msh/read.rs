@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::builder::Builder;
-use super::{data, elements_v2, entities, nodes_v2, v4};
+use super::{data, elements_v2, entities, nodes_v2, v3, v4};
 use crate::error::Result;
 use crate::io::Content;
+use crate::io::builder::Builder;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::Support;
 
@@ -17,6 +17,8 @@ pub enum Layout {
     V2,
     /// 2.2: the third tag of an element is the number of its partitions.
     V22,
+    /// 3.0, as text: a node has the entity that it lies on, an element the number of its nodes.
+    V30,
     V40,
     V41,
 }
@@ -93,6 +95,9 @@ impl Reader<'_> {
             ("$ParametricNodes", Some(Layout::V2 | Layout::V22)) => {
                 nodes_v2::parametric_nodes(self)?
             }
+            ("$Entities", Some(Layout::V30)) => v3::entities(self)?,
+            ("$Nodes", Some(Layout::V30)) => v3::nodes(self)?,
+            ("$Elements", Some(Layout::V30)) => v3::elements(self)?,
             ("$Entities", Some(layout)) if layout >= Layout::V40 => {
                 entities::entities(self, layout, false)?
             }
@@ -114,7 +119,7 @@ impl Reader<'_> {
             }
         }
         self.scan.numbers = Numbers::Ascii;
-        if self.scan.peek() != Some(end.as_bytes()) {
+        if self.scan.peek() != Some(end.as_bytes()) && !self.ends_otherwise(&end, numbers) {
             // The declared count or the numbers are wrong; in binary the byte says more than the line.
             self.scan.numbers = numbers;
             return Err(self
@@ -128,6 +133,31 @@ impl Reader<'_> {
             numbers
         };
         Ok(true)
+    }
+
+    /// Whether a section of a text ends in another way that Gmsh takes too: a misspelt end, or rows beyond those declared.
+    fn ends_otherwise(&mut self, end: &str, numbers: Numbers) -> bool {
+        if numbers != Numbers::Ascii {
+            return false;
+        }
+        let word = String::from_utf8_lossy(self.scan.peek().unwrap_or_default()).into_owned();
+        if word.starts_with("$End") {
+            self.content
+                .warnings
+                .push(format!("{end} is written {word}"));
+            return true;
+        }
+        let ahead = self.scan.rest();
+        let next = memchr::memchr(b'$', ahead).and_then(|place| ahead.get(place..));
+        let found = next.is_some_and(|next| next.starts_with(end.as_bytes()));
+        if found && !word.starts_with('$') {
+            let section = &self.scan.section;
+            self.content.unread.push(format!(
+                "what {section} has beyond the number of rows that it declares"
+            ));
+            self.scan.seek(end.as_bytes());
+        }
+        found
     }
 
     fn content_numbers(&self) -> Numbers {
@@ -151,18 +181,21 @@ impl Reader<'_> {
     fn format(&mut self) -> Result<()> {
         self.scan.numbers = Numbers::Ascii;
         let version = String::from_utf8_lossy(self.scan.word().unwrap_or_default()).into_owned();
-        self.layout = Some(match version.as_str() {
-            "2" | "2.0" | "2.1" => Layout::V2,
-            "2.2" => Layout::V22,
-            "4" | "4.0" => Layout::V40,
-            "4.1" => Layout::V41,
+        // Some write more digits than the version has.
+        let layout = match version.parse::<f64>() {
+            Ok(2.0 | 2.1) => Layout::V2,
+            Ok(2.2) => Layout::V22,
+            Ok(3.0) => Layout::V30,
+            Ok(4.0) => Layout::V40,
+            Ok(4.1) => Layout::V41,
             _ => {
                 return Err(self.scan.error_with(
                     format!("MSH version {version:?} is not known"),
                     "save the mesh as MSH 4.1 or 2.2",
                 ));
             }
-        });
+        };
+        self.layout = Some(layout);
         self.version = version;
         let binary = match self.scan.i32()? {
             0 => false,
@@ -174,6 +207,12 @@ impl Reader<'_> {
             }
         };
         let size = self.scan.i32()?;
+        let more = String::from_utf8_lossy(self.scan.line().trim_ascii()).into_owned();
+        if !more.is_empty() {
+            self.content
+                .unread
+                .push(format!("{more:?} behind the version"));
+        }
         self.content.encoding = "ascii".into();
         if binary {
             if size != 8 {
@@ -182,7 +221,12 @@ impl Reader<'_> {
                     "save the mesh with numbers of 8 bytes, as Gmsh does",
                 ));
             }
-            self.scan.line();
+            if layout == Layout::V30 {
+                return Err(self.scan.error_with(
+                    "MSH 3.0 is read as text only",
+                    "save the mesh as MSH 4.1 or 2.2",
+                ));
+            }
             self.content.encoding = match self.scan.bytes(1, 4)? {
                 [1, 0, 0, 0] => "binary-little".into(),
                 [0, 0, 0, 1] => "binary-big".into(),
@@ -200,22 +244,33 @@ impl Reader<'_> {
     fn physical_names(&mut self) -> Result<()> {
         self.scan.numbers = Numbers::Ascii;
         let count = self.scan.count("names", 4)?;
+        self.scan.line();
         for _ in 0..count {
-            let first = self.scan.i32()?;
-            let (dim, tag) = if self.scan.peek().is_some_and(|word| word.starts_with(b"\"")) {
-                (None, first)
-            } else {
-                (
-                    u8::try_from(first).ok().filter(|dim| *dim <= 3),
-                    self.scan.i32()?,
-                )
-            };
-            let quoted = self.scan.line().trim_ascii();
-            let name = quoted
-                .strip_prefix(b"\"")
-                .and_then(|name| name.strip_suffix(b"\""));
-            let Some(name) = name else {
+            self.scan.skip_blanks();
+            let line = self.scan.clone().line().trim_ascii();
+            let quotes = (memchr::memchr(b'"', line), memchr::memrchr(b'"', line));
+            let (Some(first), Some(last)) = quotes else {
                 return Err(self.scan.error("a physical name is not in quotes"));
+            };
+            let (head, name, more) = (
+                line.get(..first),
+                line.get(first + 1..last),
+                line.get(last + 1..),
+            );
+            let (Some(head), Some(name)) = (head, name) else {
+                return Err(self.scan.error("a physical name is not in quotes"));
+            };
+            // The name may follow the number without a blank.
+            let mut numbers = self.scan.clone();
+            let numbers = numbers.row().map(|row| row.within(head.len()));
+            let mut numbers = numbers.unwrap_or_else(|| self.scan.clone());
+            let first = numbers.i32()?;
+            let (dim, tag) = match numbers.peek() {
+                None => (None, first),
+                Some(_) => (
+                    u8::try_from(first).ok().filter(|dim| *dim <= 3),
+                    numbers.i32()?,
+                ),
             };
             let name = String::from_utf8(name.to_owned()).map_err(|_| {
                 self.scan.error_with(
@@ -223,7 +278,21 @@ impl Reader<'_> {
                     "save the mesh with UTF-8 names",
                 )
             })?;
-            self.builder.name(dim, i64::from(tag), name);
+            let more = String::from_utf8_lossy(more.unwrap_or_default())
+                .trim()
+                .to_owned();
+            if !more.is_empty() {
+                self.content
+                    .unread
+                    .push(format!("{more:?} behind the name {name:?}"));
+            }
+            let kept = self.builder.name(dim, i64::from(tag), name.clone());
+            if kept != name {
+                self.content.unread.push(format!(
+                    "the name {name:?} of group {tag}, which is called {kept:?} already"
+                ));
+            }
+            self.scan.line();
         }
         Ok(())
     }

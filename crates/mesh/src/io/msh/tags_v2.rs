@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::builder::EntityGroup;
 use super::read::Layout;
 use crate::error::Result;
+use crate::io::builder::EntityGroup;
 use crate::io::scan::Scan;
 use crate::mesh::CellPartitions;
 

@@ -1,10 +1,10 @@
 //! Nodes and elements of MSH 4.0 and 4.1: blocks, each on one entity.
 
-use super::builder::Numbering;
 use super::bulk::{self, Word};
 use super::elements_v2::unknown_type;
 use super::read::{Layout, Reader};
 use crate::error::Result;
+use crate::io::builder::Numbering;
 use crate::io::rows::append;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{CellKind, PointRun, all_finite};

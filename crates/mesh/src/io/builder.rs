@@ -1,4 +1,4 @@
-//! Collects the sections of an MSH file of any version.
+//! A mesh that is being read: points and cells with the numbers that the file gives them, groups, named sets, sides.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -76,11 +76,18 @@ pub struct Numbering {
     count: usize,
     /// All numbers, as soon as one breaks the sequence; none before.
     own: Vec<u64>,
+    /// The largest that [`Numbering::push`] got.
+    highest: u64,
 }
 
 impl Numbering {
     pub fn len(&self) -> usize {
         self.count
+    }
+
+    /// The numbers, where they are not 1, 2, 3, ….
+    pub fn own(&self) -> &[u64] {
+        &self.own
     }
 
     /// The next number of the sequence; `None` if it is broken.
@@ -90,6 +97,7 @@ impl Numbering {
 
     #[inline]
     pub fn push(&mut self, number: u64) {
+        self.highest = self.highest.max(number);
         if self.next() == Some(number) {
             self.count += 1;
         } else {
@@ -144,7 +152,12 @@ pub struct Builder {
     cells: u32,
     groups: BTreeMap<(u8, i64), Group>,
     /// Names by dimension and number; dimension `None` means any with that number.
-    names: Vec<(Option<u8>, i64, String)>,
+    names: HashMap<(Option<u8>, i64), String>,
+    /// Sets that have a name and no number, in the order of the file.
+    sets: Vec<(String, Option<i64>, Vec<u32>)>,
+    set_of_name: HashMap<String, usize>,
+    /// The cells with up to four corners by these, ascending, once sides have been asked for.
+    sides: Option<HashMap<[u32; 4], u32>>,
     pub elements_seen: bool,
     pub cell_index: Option<CellIndex>,
 }
@@ -208,12 +221,92 @@ impl Builder {
         })
     }
 
+    /// Appends a cell of known points, with its number and the tag of its group; 0 for none. Its index.
+    pub fn cell(&mut self, kind: CellKind, nodes: &[u32], number: u64, tag: i64) -> u32 {
+        self.block(kind).nodes.extend_from_slice(nodes);
+        self.numbers.push(number);
+        self.appended(1, kind.dim(), &[tag][usize::from(tag == 0)..]);
+        if let (Some(sides), Some(key)) = (&mut self.sides, key(kind, nodes)) {
+            sides.entry(key).or_insert(self.cells - 1);
+        }
+        self.cells - 1
+    }
+
+    /// The number of a cell that the file does not number.
+    pub fn new_number(&self) -> u64 {
+        self.numbers
+            .next()
+            .unwrap_or(self.numbers.highest.saturating_add(1))
+    }
+
+    /// The cell with these points: one that is there, or else a new one.
+    pub fn side(&mut self, kind: CellKind, nodes: &[u32]) -> u32 {
+        let mesh = &self.mesh;
+        let all = || {
+            let keyed = mesh
+                .cells()
+                .filter_map(|(cell, kind, nodes)| Some((key(kind, nodes)?, cell)));
+            // Of several cells with the same corners the first.
+            keyed.fold(HashMap::new(), |mut all, (key, cell)| {
+                all.entry(key).or_insert(cell);
+                all
+            })
+        };
+        let sides = self.sides.get_or_insert_with(all);
+        let known = key(kind, nodes).and_then(|key| sides.get(&key).copied());
+        known.unwrap_or_else(|| self.cell(kind, nodes, self.new_number(), 0))
+    }
+
+    /// Adds cells to the set of this name, new if there is none yet.
+    pub fn set(&mut self, name: &str, cells: impl IntoIterator<Item = u32>) {
+        let next = self.sets.len();
+        let known = *self.set_of_name.entry(name.to_owned()).or_insert(next);
+        if known == next {
+            self.sets.push((name.to_owned(), None, Vec::new()));
+        }
+        if let Some((.., set)) = self.sets.get_mut(known) {
+            set.extend(cells);
+        }
+    }
+
+    /// Adds a set with a name and a number, which is that of its groups where no other has it.
+    pub fn numbered_set(&mut self, name: String, number: i64, cells: Vec<u32>) {
+        self.sets.push((name, Some(number), cells));
+    }
+
+    /// Turns the sets into groups, one for each dimension of their cells, numbered in their order.
+    fn group_sets(&mut self) {
+        let sets = std::mem::take(&mut self.sets);
+        if sets.is_empty() {
+            return;
+        }
+        let dims: Vec<u8> = self.mesh.cells().map(|(_, kind, _)| kind.dim()).collect();
+        for (name, number, mut cells) in sets {
+            cells.sort_unstable();
+            cells.dedup();
+            for dim in 0..=3 {
+                let of_dim = |cell: &u32| dims.get(*cell as usize) == Some(&dim);
+                let cells: Vec<u32> = cells.iter().copied().filter(of_dim).collect();
+                if !cells.is_empty() {
+                    let last = self.groups.range((dim, 1)..=(dim, i64::MAX)).next_back();
+                    let next = last.map_or(1, |(&(_, tag), _)| tag.saturating_add(1));
+                    let free = |tag: &i64| !self.groups.contains_key(&(dim, *tag));
+                    let tag = number.filter(free).unwrap_or(next);
+                    let group = self.group(dim, tag);
+                    (group.name, group.cells) =
+                        (Some(name.clone()).filter(|name| !name.is_empty()), cells);
+                }
+            }
+        }
+    }
+
     pub fn cell_count(&self) -> u32 {
         self.cells
     }
 
-    pub fn name(&mut self, dim: Option<u8>, tag: i64, name: String) {
-        self.names.push((dim, tag, name));
+    /// Names a group that has no name yet, as Gmsh does; its name.
+    pub fn name(&mut self, dim: Option<u8>, tag: i64, name: String) -> &str {
+        self.names.entry((dim, tag)).or_insert(name)
     }
 
     /// MSH 1 and 2 mark elements that are reversed by a minus sign before the number of their group, 4 does so once for
@@ -272,8 +365,9 @@ impl Builder {
 
     /// The mesh with its groups named; a name without cells becomes a group without cells.
     pub fn finish(mut self) -> Mesh {
+        self.group_sets();
         let mut names_of_any: HashMap<i64, String> = HashMap::new();
-        for (dim, tag, name) in std::mem::take(&mut self.names) {
+        for ((dim, tag), name) in std::mem::take(&mut self.names) {
             match dim {
                 // Our writers give an empty name to a group that has neither name nor cells.
                 Some(dim) => self.group(dim, tag).name = Some(name).filter(|name| !name.is_empty()),
@@ -292,4 +386,15 @@ impl Builder {
         self.mesh.groups = self.groups.into_values().collect();
         self.mesh
     }
+}
+
+/// The corners of a cell that may be a side, ascending.
+fn key(kind: CellKind, nodes: &[u32]) -> Option<[u32; 4]> {
+    let corners = nodes.get(..kind.shape().corners())?;
+    let mut key = [u32::MAX; 4];
+    key.get_mut(..corners.len())
+        .filter(|_| kind.dim() < 3)?
+        .copy_from_slice(corners);
+    key.sort_unstable();
+    Some(key)
 }

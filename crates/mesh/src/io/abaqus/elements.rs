@@ -1,0 +1,259 @@
+//! The types of elements by their names, their nodes, and their sides.
+
+use crate::io::sides::Between;
+use crate::mesh::{CellKind, Shape};
+
+/// Beginnings of the names of elements, after which the number of nodes stands, by dimension; longer ones first.
+const FAMILIES: [(u8, &[&str]); 3] = [
+    (
+        3,
+        &[
+            "DCC3D", "COH3D", "CIN3D", "DC3D", "AC3D", "EC3D", "Q3D", "C3D", "SC",
+        ],
+    ),
+    (
+        2,
+        &[
+            "DCC2D", "COH2D", "COHAX", "DCCAX", "CPEG", "CGAX", "CINPE", "CINPS", "CINAX", "DC2D",
+            "AC2D", "ACAX", "DCAX", "SFM3D", "STRI", "M3D", "R3D", "F3D", "CPS", "CPE", "CAX",
+            "DS", "S",
+        ],
+    ),
+    (
+        1,
+        &[
+            "DCC1D", "DC1D", "T2D", "T3D", "R2D", "RAX", "AC1D", "CONN2D", "CONN3D", "GK2D",
+            "GK3D", "F2D",
+        ],
+    ),
+];
+
+/// Lines of two nodes; and beginnings of names of lines, after which a number stands that ends in 2 for three nodes.
+const LINES: [&str; 6] = [
+    "SPRINGA", "SPRING2", "DASHPOTA", "GAPUNI", "FRAME2D", "FRAME3D",
+];
+const BEAMS: [&str; 4] = ["PIPE", "SAX", "MAX", "B"];
+const POINTS: [&str; 5] = ["MASS", "ROTARYI", "SPRING1", "DASHPOT1", "HEATCAP"];
+
+/// The kind of an element type, whose name is in capitals, and whether it is a shell.
+pub fn kind(name: &str) -> Option<(CellKind, bool)> {
+    use CellKind as K;
+    if POINTS.contains(&name) {
+        return Some((K::Vertex, false));
+    }
+    for (dim, family) in FAMILIES {
+        let Some((family, rest)) = family
+            .iter()
+            .find_map(|f| Some((*f, name.strip_prefix(f)?)))
+        else {
+            continue;
+        };
+        let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        let nodes: usize = match (family, rest.get(..digits)?) {
+            ("STRI", "65") => 6,
+            (_, digits) if !digits.is_empty() => digits.parse().ok()?,
+            _ => continue,
+        };
+        let kind = match (dim, nodes) {
+            (1, 2) => K::Line,
+            (1, 3) => K::Line3,
+            (2, 2) => K::Line,
+            (2, 3) => K::Triangle,
+            (2, 4) => K::Quadrangle,
+            (2, 6) => K::Triangle6,
+            (2, 8) => K::Quadrangle8,
+            (2, 9) => K::Quadrangle9,
+            (3, 4) => K::Tetrahedron,
+            (3, 5) => K::Pyramid,
+            (3, 6) => K::Prism,
+            (3, 8) => K::Hexahedron,
+            (3, 10) => K::Tetrahedron10,
+            (3, 13) => K::Pyramid13,
+            (3, 15) => K::Prism15,
+            (3, 20) => K::Hexahedron20,
+            (3, 27) => K::Hexahedron27,
+            _ => return None,
+        };
+        let shell = dim == 2
+            && matches!(
+                family,
+                "S" | "DS" | "STRI" | "M3D" | "R3D" | "F3D" | "SFM3D"
+            );
+        return Some((kind, shell));
+    }
+    if LINES.contains(&name) {
+        return Some((K::Line, false));
+    }
+    let number = BEAMS.iter().find_map(|beam| name.strip_prefix(beam))?;
+    let kind = match number.trim_end_matches(|c: char| c.is_ascii_alphabetic()) {
+        "2" | "22" | "32" => K::Line3,
+        "1" | "21" | "23" | "31" | "33" => K::Line,
+        _ => return None,
+    };
+    Some((kind, false))
+}
+
+/// Where the nodes of an element lie, in Abaqus' order; corners come first, but in lines.
+pub fn nodes(kind: CellKind) -> impl Iterator<Item = Between> {
+    use CellKind as K;
+    let corners = kind.shape().corners() as u8;
+    let edges: &[Between] = match kind {
+        K::Tetrahedron10 => &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
+        K::Hexahedron20 | K::Hexahedron27 => &[
+            [0, 1],
+            [1, 2],
+            [2, 3],
+            [3, 0],
+            [4, 5],
+            [5, 6],
+            [6, 7],
+            [7, 4],
+            [0, 4],
+            [1, 5],
+            [2, 6],
+            [3, 7],
+        ],
+        K::Prism15 => &[
+            [0, 1],
+            [1, 2],
+            [2, 0],
+            [3, 4],
+            [4, 5],
+            [5, 3],
+            [0, 3],
+            [1, 4],
+            [2, 5],
+        ],
+        K::Pyramid13 => &[
+            [0, 1],
+            [1, 2],
+            [2, 3],
+            [3, 0],
+            [0, 4],
+            [1, 4],
+            [2, 4],
+            [3, 4],
+        ],
+        K::Triangle6 => &[[0, 1], [1, 2], [2, 0]],
+        K::Quadrangle8 | K::Quadrangle9 => &[[0, 1], [1, 2], [2, 3], [3, 0]],
+        _ => &[],
+    };
+    // The middle of a variable-node brick, then the middles of its faces.
+    let more: &[Between] = match kind {
+        K::Line3 => {
+            return [[0, 0], [0, 1], [1, 1]]
+                .into_iter()
+                .collect::<Vec<Between>>()
+                .into_iter();
+        }
+        K::Quadrangle9 => &[[0, 2]],
+        K::Hexahedron27 => &[[0, 6], [0, 2], [4, 6], [0, 5], [1, 6], [2, 7], [0, 7]],
+        _ => &[],
+    };
+    let corners = (0..corners).map(|a| [a, a]);
+    let all: Vec<Between> = corners
+        .chain(edges.iter().copied())
+        .chain(more.iter().copied())
+        .collect();
+    all.into_iter()
+}
+
+/// The corners of the sides of a cell, S1 first.
+pub fn sides(shape: Shape) -> &'static [&'static [u8]] {
+    match shape {
+        Shape::Vertex | Shape::Polygon | Shape::Polyhedron => &[],
+        Shape::Line => &[&[0], &[1]],
+        Shape::Triangle => &[&[0, 1], &[1, 2], &[2, 0]],
+        Shape::Quadrangle => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
+        Shape::Tetrahedron => &[&[0, 1, 2], &[0, 3, 1], &[1, 3, 2], &[2, 3, 0]],
+        Shape::Pyramid => &[
+            &[0, 1, 2, 3],
+            &[0, 4, 1],
+            &[1, 4, 2],
+            &[2, 4, 3],
+            &[3, 4, 0],
+        ],
+        Shape::Prism => &[
+            &[0, 1, 2],
+            &[3, 5, 4],
+            &[0, 3, 4, 1],
+            &[1, 4, 5, 2],
+            &[2, 5, 3, 0],
+        ],
+        Shape::Hexahedron => &[
+            &[0, 1, 2, 3],
+            &[4, 7, 6, 5],
+            &[0, 4, 5, 1],
+            &[1, 5, 6, 2],
+            &[2, 6, 7, 3],
+            &[3, 7, 4, 0],
+        ],
+    }
+}
+
+/// What a label of a surface means for an element: the element itself, or the corners of one of its sides.
+pub fn side(shape: Shape, shell: bool, label: &str) -> Option<Option<&'static [u8]>> {
+    let number = |letter| {
+        label
+            .strip_prefix(letter)
+            .and_then(|digits: &str| digits.parse::<usize>().ok())
+    };
+    let of = |place: usize| {
+        sides(shape)
+            .get(place.checked_sub(1)?)
+            .map(|side| Some(*side))
+    };
+    match (label, number('S'), number('E')) {
+        ("SPOS" | "SNEG", ..) => Some(None),
+        ("END1", ..) => of(1),
+        ("END2", ..) => of(2),
+        // CalculiX counts the two faces of a shell before its edges.
+        (_, Some(1 | 2), _) if shell => Some(None),
+        (_, Some(place), _) => of(if shell { place.checked_sub(2)? } else { place }),
+        (_, _, Some(place)) => of(place),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_tell_the_kind() {
+        use CellKind as K;
+        for (name, kind_) in [
+            ("C3D20RH", K::Hexahedron20),
+            ("C3D4", K::Tetrahedron),
+            ("CPS4R", K::Quadrangle),
+            ("CPE6M", K::Triangle6),
+            ("S8R5", K::Quadrangle8),
+            ("S4R", K::Quadrangle),
+            ("STRI65", K::Triangle6),
+            ("STRI3", K::Triangle),
+            ("SC8R", K::Hexahedron),
+            ("B31", K::Line),
+            ("B32H", K::Line3),
+            ("B33", K::Line),
+            ("T3D2", K::Line),
+            ("R3D3", K::Triangle),
+            ("M3D9R", K::Quadrangle9),
+            ("DC3D10", K::Tetrahedron10),
+            ("DC1D3", K::Line3),
+            ("AC2D8", K::Quadrangle8),
+            ("COH3D6", K::Prism),
+            ("CAX4RH", K::Quadrangle),
+            ("MASS", K::Vertex),
+            ("SAX1", K::Line),
+            ("SAX2", K::Line3),
+            ("PIPE21", K::Line),
+            ("SPRINGA", K::Line),
+            ("COH2D4", K::Quadrangle),
+        ] {
+            assert_eq!(kind(name).map(|(kind, _)| kind), Some(kind_), "{name}");
+        }
+        for name in ["U1", "", "C3D", "C3D7", "VUEL", "E3D", "BLOB"] {
+            assert_eq!(kind(name), None, "{name}");
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! Writes nodes, elements and sets. Groups of vertices become sets of nodes, those of sides of elements surfaces.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use super::{FORMAT, elements};
+use crate::error::Result;
+use crate::field::GlobalArray;
+use crate::io::loss::Losses;
+use crate::io::out::Out;
+use crate::io::sides::place;
+use crate::io::{Options, refuse_unsound};
+use crate::mesh::{CellKind, Group, Mesh};
+
+/// Types of elements that are written, in a plane and in space.
+const TYPES: [(CellKind, &str, &str); 17] = [
+    (CellKind::Line, "T2D2", "T3D2"),
+    (CellKind::Line3, "T2D3", "T3D3"),
+    (CellKind::Triangle, "CPS3", "S3"),
+    (CellKind::Triangle6, "CPS6", "STRI65"),
+    (CellKind::Quadrangle, "CPS4", "S4"),
+    (CellKind::Quadrangle8, "CPS8", "S8R"),
+    (CellKind::Quadrangle9, "M3D9", "M3D9"),
+    (CellKind::Tetrahedron, "C3D4", "C3D4"),
+    (CellKind::Tetrahedron10, "C3D10", "C3D10"),
+    (CellKind::Pyramid, "C3D5", "C3D5"),
+    (CellKind::Pyramid13, "C3D13", "C3D13"),
+    (CellKind::Prism, "C3D6", "C3D6"),
+    (CellKind::Prism15, "C3D15", "C3D15"),
+    (CellKind::Hexahedron, "C3D8", "C3D8"),
+    (CellKind::Hexahedron20, "C3D20", "C3D20"),
+    (CellKind::Hexahedron27, "C3D27", "C3D27"),
+    (CellKind::Vertex, "MASS", "MASS"),
+];
+
+type Cell<'a> = (CellKind, &'a [u32]);
+
+pub fn write(
+    path: &Path,
+    mesh: &Mesh,
+    _: &[GlobalArray],
+    options: &Options,
+) -> Result<Vec<String>> {
+    refuse_unsound(path, mesh)?;
+    let mut losses = Losses::default();
+    for field in &mesh.fields {
+        losses.lose(format!("the field {:?} on {}", field.name, field.on));
+    }
+    losses.note_gmsh(mesh);
+    let dim = mesh.dim();
+    let flat = dim <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
+    let cells: Vec<Cell<'_>> = mesh.cells().map(|(_, kind, nodes)| (kind, nodes)).collect();
+    let sides = sides(&cells, dim);
+    let side = |cell: &u32| sides.get(&sorted(cells[*cell as usize])).copied();
+    let is_surface = |group: &&Group| {
+        group.dim + 1 == dim && dim > 1 && group.cells.iter().all(|cell| side(cell).is_some())
+    };
+    let (surfaces, sets): (Vec<&Group>, Vec<&Group>) = mesh.groups.iter().partition(is_surface);
+
+    // What a set of nodes or a surface stands for is not written as an element.
+    let mut written: Vec<bool> = cells
+        .iter()
+        .map(|(kind, _)| TYPES.iter().any(|(known, ..)| known == kind))
+        .collect();
+    losses.lose_some(
+        written.iter().filter(|written| !**written).count(),
+        "cells of the kinds that it has no element for",
+    );
+    let mut stood_for = vec![false; cells.len()];
+    for group in surfaces
+        .iter()
+        .chain(sets.iter().filter(|group| group.dim == 0))
+    {
+        group
+            .cells
+            .iter()
+            .for_each(|&cell| stood_for[cell as usize] = true);
+    }
+    let elements = sets.iter().filter(|group| group.dim > 0);
+    elements.for_each(|group| {
+        group
+            .cells
+            .iter()
+            .for_each(|&cell| stood_for[cell as usize] = false)
+    });
+    written
+        .iter_mut()
+        .zip(stood_for)
+        .for_each(|(written, stood)| *written &= !stood);
+
+    let mut out = Out::to(path)?;
+    out.text("*NODE\n");
+    for (point, number) in mesh.points.iter().zip(1u32..) {
+        row(&mut out, [number]);
+        point.iter().for_each(|&x| {
+            out.text(", ").float(x);
+            out.bytes.pop();
+        });
+        out.end();
+    }
+    let mut last = None;
+    for (number, ((kind, nodes), written)) in (1u32..).zip(cells.iter().zip(&written)) {
+        let Some((_, plane, space)) = TYPES
+            .iter()
+            .find(|(known, ..)| known == kind)
+            .filter(|_| *written)
+        else {
+            continue;
+        };
+        if last.replace(*kind) != Some(*kind) {
+            out.text(&format!(
+                "*ELEMENT, TYPE={}\n",
+                if flat { plane } else { space }
+            ));
+        }
+        let nodes = elements::nodes(*kind)
+            .filter_map(|between| nodes.get(place(*kind, between)?).map(|node| node + 1));
+        let numbers: Vec<u32> = [number].into_iter().chain(nodes).collect();
+        // A line has at most sixteen numbers.
+        for (place, part) in numbers.chunks(16).enumerate() {
+            if place > 0 {
+                out.bytes.pop();
+                out.text(",\n");
+            }
+            row(&mut out, part.iter().copied());
+            out.end();
+        }
+    }
+    for group in sets {
+        let name = name(group, &mut losses);
+        let keyword = if group.dim == 0 { "NSET" } else { "ELSET" };
+        out.text(&format!("*{keyword}, {keyword}={name}\n"));
+        let members = group.cells.iter().filter_map(|&cell| match group.dim {
+            0 => cells[cell as usize].1.first().map(|node| node + 1),
+            _ => written[cell as usize].then_some(cell + 1),
+        });
+        members.for_each(|member| {
+            row(&mut out, [member]);
+            out.end();
+        });
+    }
+    for group in surfaces {
+        out.text(&format!(
+            "*SURFACE, TYPE=ELEMENT, NAME={}\n",
+            name(group, &mut losses)
+        ));
+        for (cell, face) in group.cells.iter().filter_map(side) {
+            // The edges of shells have another letter than the sides of solids.
+            let letter = if dim == 2 && !flat { 'E' } else { 'S' };
+            out.text(&format!("{}, {letter}{}\n", cell + 1, face + 1))
+                .pass_on();
+        }
+    }
+    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
+    out.save(path)?;
+    Ok(warnings)
+}
+
+/// Numbers with commas between them; the line stays open.
+fn row(out: &mut Out, numbers: impl IntoIterator<Item = u32>) {
+    for (place, number) in numbers.into_iter().enumerate() {
+        out.text(if place > 0 { ", " } else { "" }).int(number);
+        out.bytes.pop();
+    }
+}
+
+/// The name of a set, in quotes where it needs them.
+fn name(group: &Group, losses: &mut Losses) -> String {
+    let Some(name) = &group.name else {
+        losses.note(format!(
+            "group {} of dimension {} has no name and is called by its numbers",
+            group.tag, group.dim
+        ));
+        return format!("GROUP_{}_{}", group.dim, group.tag);
+    };
+    if name.contains(['"', '\n', '\r']) || name.trim() != name {
+        losses.lose(format!(
+            "the name {name:?}, which has quotes, line ends or blanks around it"
+        ));
+    }
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    let name = name.replace(['"', '\n', '\r'], "_");
+    if name.chars().all(plain) {
+        name
+    } else {
+        format!("\"{name}\"")
+    }
+}
+
+fn sorted((kind, nodes): Cell<'_>) -> Vec<u32> {
+    let mut corners = nodes
+        .get(..kind.shape().corners())
+        .unwrap_or_default()
+        .to_vec();
+    corners.sort_unstable();
+    corners
+}
+
+/// The first cell of the highest dimension that has these corners as a side, and which side.
+fn sides(cells: &[Cell<'_>], dim: u8) -> HashMap<Vec<u32>, (u32, usize)> {
+    let mut sides = HashMap::new();
+    for ((kind, nodes), cell) in cells.iter().zip(0u32..) {
+        let known = kind.dim() == dim && TYPES.iter().any(|(known, ..)| known == kind);
+        for (place, side) in elements::sides(kind.shape())
+            .iter()
+            .enumerate()
+            .filter(|_| known)
+        {
+            let mut corners: Vec<u32> = side
+                .iter()
+                .filter_map(|&corner| nodes.get(usize::from(corner)).copied())
+                .collect();
+            corners.sort_unstable();
+            sides.entry(corners).or_insert((cell, place));
+        }
+    }
+    sides
+}

@@ -1,0 +1,93 @@
+//! Meshes that Gmsh and meshio write in formats of text: the same cells, node by node.
+//!
+//! `FACEOFF_READERS` names a Python with gmsh and meshio; `tests/run` makes one and sets it.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use faceoff_mesh::{CellKind, Mesh, io};
+
+type Cells = BTreeMap<u8, Vec<String>>;
+
+/// The cells of each kind, each by the coordinates of its nodes.
+fn cells(mesh: &Mesh) -> Cells {
+    let mut found = Cells::new();
+    for (_, kind, nodes) in mesh.cells() {
+        let node = |&node: &u32| {
+            mesh.points[node as usize]
+                .map(|x| format!("{:.4}", x + 0.0))
+                .join(" ")
+        };
+        let nodes: Vec<String> = nodes.iter().map(node).collect();
+        found.entry(kind.gmsh()).or_default().push(nodes.join(";"));
+    }
+    found.values_mut().for_each(|cells| cells.sort());
+    found
+}
+
+fn unordered(cells: &mut [String]) {
+    for cell in cells.iter_mut() {
+        let mut nodes: Vec<&str> = cell.split(';').collect();
+        nodes.sort_unstable();
+        *cell = nodes.join(";");
+    }
+    cells.sort();
+}
+
+#[test]
+fn gmsh_and_meshio_mean_the_same_cells() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
+    let python = python.unwrap_or_else(|| root.join("../../target/readers/bin/python3"));
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(&python);
+    command
+        .arg(root.join("tests/foreign.py"))
+        .arg(folder.path());
+    let ran = command
+        .output()
+        .unwrap_or_else(|error| panic!("{}: {error}: run tests/run", python.display()));
+    assert!(
+        ran.status.success(),
+        "{}",
+        String::from_utf8_lossy(&ran.stderr)
+    );
+    let text = String::from_utf8(ran.stdout).unwrap();
+    let seen: BTreeMap<PathBuf, Cells> =
+        serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert!(seen.len() > 30, "only {} files", seen.len());
+    for (path, expected) in seen {
+        let mesh = io::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let found = cells(&mesh);
+        let suffix = path.extension().unwrap().to_str().unwrap();
+        // Gmsh writes no points as cells, cards of two nodes for all lines, and of SU2 the cells of groups alone.
+        let least = if suffix == "su2" {
+            3
+        } else if suffix == "bdf" {
+            2
+        } else {
+            1
+        };
+        for (kind, mut cells) in expected {
+            if CellKind::from_gmsh(kind.into()).unwrap().dim() < least {
+                continue;
+            }
+            let mut found = found.get(&kind).cloned().unwrap_or_default();
+            // For SU2 Gmsh turns prisms over, as VTK's manual has them.
+            if suffix == "su2" {
+                unordered(&mut cells);
+                unordered(&mut found);
+            }
+            assert_eq!(found, cells, "{}: type {kind}", path.display());
+        }
+        let bottom = mesh
+            .groups
+            .iter()
+            .find(|group| group.name.as_deref() == Some("bottom"));
+        let named = matches!(suffix, "unv" | "su2")
+            || (suffix == "inp" && !path.to_str().unwrap().contains("meshio"));
+        assert_eq!(bottom.is_some(), named, "{}", path.display());
+    }
+}
