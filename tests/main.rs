@@ -8,6 +8,7 @@ mod common;
 mod compare;
 mod ending;
 mod engines;
+mod face_off;
 mod false_alarms;
 mod faults;
 mod judge;

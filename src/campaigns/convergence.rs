@@ -11,7 +11,8 @@ use faceoff_mesh::field::Results;
 
 /// What errors are taken against.
 pub enum Against {
-    Exact(Expression),
+    /// A formula for each component.
+    Exact(Vec<Expression>),
     Reference(Box<Results>),
     /// ‖u_k - u_{k+1}‖, which falls with the order of the error where meshes are refined by one factor.
     Next,
@@ -21,7 +22,7 @@ pub enum Against {
 #[derive(Debug, Serialize)]
 pub struct Convergence {
     pub field: String,
-    /// `exact`, `reference` or `next`.
+    /// `exact`, `reference`, `next`, or the other code.
     pub against: &'static str,
     /// The coarsest first; against the next, the finest has no error.
     pub levels: Vec<Level>,
@@ -62,7 +63,7 @@ const STUDENT: [f64; 10] = [
 
 impl Order {
     /// Of errors at falling h.
-    fn new(errors: &[(f64, f64)]) -> Self {
+    pub fn new(errors: &[(f64, f64)]) -> Self {
         let step =
             |pair: &[(f64, f64)]| (pair[0].1 / pair[1].1).ln() / (pair[0].0 / pair[1].0).ln();
         let fit = Fit::new(errors);
@@ -142,7 +143,7 @@ pub fn convergence(
     if all.is_empty() || matches!(against, Against::Exact(_)) && all.len() > 1 {
         let what = match all.len() {
             0 => "there is no field that all results have".to_owned(),
-            many => format!("there are {many} fields and one formula"),
+            many => format!("there are {many} fields, and the formula is of one"),
         };
         return Err(Error::usage(what, "name one by --only"));
     }
@@ -172,8 +173,8 @@ fn of_field(
         };
         let (norms, alone) = match (against, other) {
             (Against::Exact(u), _) => {
-                let exact = |x: [f64; 3]| u.with_gradient(x);
-                (Some(error_against(result, name, &exact)?), None)
+                let exact = |x: [f64; 3], component: usize| u[component].with_gradient(x);
+                (Some(error_against(result, name, u.len(), &exact)?), None)
             }
             (_, Some(other)) => {
                 let (norms, met) = difference(result, other, name, &share)?;

@@ -2,6 +2,7 @@
 
 pub mod conformance;
 pub mod convergence;
+pub mod face_off;
 pub mod orders;
 pub mod paper;
 pub mod stress;

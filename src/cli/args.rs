@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser as _};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::words::{
     Accuracy, FieldTolerance, Methods, Words, accuracy, bound, field_tolerance, increment,
@@ -48,6 +48,8 @@ pub(super) struct Limits {
 pub(super) enum Command {
     /// Run scenes through all engines and judge every pair
     Verify(Verify),
+    /// Begin a face-off of your own: a folder with codes and a file that `verify` runs at once
+    New(New),
     /// Say of a result of any code whether it solves the scheme, where it does not, and why
     Judge(Judge),
     /// Judge two files of any codes against each other, field by field
@@ -144,6 +146,10 @@ impl Command {
     pub fn output(&self) -> report::Output<'_> {
         match self {
             Command::Verify(a) => to("verify", &a.output, Some(&a.verdicts)),
+            Command::New(_) => report::Output {
+                command: "new",
+                ..report::Output::default()
+            },
             Command::Compare(a) => report::Output {
                 subject: Some(format!("{} – {}", a.a.display(), a.b.display())),
                 ..to("compare", &a.output, Some(&a.verdicts))
@@ -221,7 +227,8 @@ fn built_in() -> String {
 #[derive(Args)]
 #[command(after_help = built_in())]
 pub(super) struct Verify {
-    /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]
+    /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]; or one face-off file, with codes of your
+    /// own (`faceoff new`)
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
     /// Engines, or TOML files that describe one [default: rust,freefem,fenicsx; with --against: rust]
@@ -263,6 +270,30 @@ pub(super) struct Verify {
     pub verdicts: Verdicts,
     #[command(flatten)]
     pub output: Output,
+}
+
+/// The folder has a face-off file, a script for FreeFEM and one for dolfinx as their users write them, a README and a pipeline.
+#[derive(Args)]
+pub(super) struct New {
+    /// The folder, whose last part is the name
+    pub name: PathBuf,
+    /// What it begins from
+    #[arg(long, value_enum, default_value = "blank")]
+    pub from: Template,
+    /// Put this mesh into it, and say which groups it has
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
+}
+
+/// The folders of `examples`.
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum Template {
+    Blank,
+    Poisson,
+    Elasticity,
+    Stokes,
+    Obstacle,
+    Hertz,
 }
 
 /// VTU, PVTU, and what else `faceoff mesh info` shows fields of; CSV with the columns `vertex`, `v0,v1[,v2]` or `x,y[,z]` as
@@ -499,14 +530,14 @@ pub(super) struct Orders {
     /// Of results: take the errors against this one [default: each against the next]
     #[arg(long, value_name = "FILE", requires = "results")]
     pub reference: Option<PathBuf>,
-    /// Of results: take the errors against this function, as in "sin(pi*x)*y"
+    /// Of results: take the errors against this function, as in "sin(pi*x)*y"; of a vector give one for each component
     #[arg(
         long,
         value_name = "FORMULA",
         requires = "results",
         conflicts_with = "reference"
     )]
-    pub exact: Option<String>,
+    pub exact: Vec<String>,
     /// Of results: the field, or a component or magnitude as in `u[0]` or `|u|`; may be given several times [default: all that
     /// they share]
     #[arg(long, value_name = "NAME", requires = "results")]

@@ -65,18 +65,19 @@ fn orders_of_results(arguments: &Orders, to: &Output) -> Result<u8> {
         .iter()
         .map(read)
         .collect::<Result<Vec<_>>>()?;
-    let against = match (&arguments.reference, &arguments.exact) {
+    let formula = |text: &String| {
+        let wrong = |e: ParseError| {
+            Error::usage(
+                format!("--exact {text:?}, character {}: {}", e.column, e.what),
+                "give a formula in x, y, z",
+            )
+        };
+        Expression::parse(text).map_err(wrong)
+    };
+    let against = match (&arguments.reference, &arguments.exact[..]) {
         (Some(path), _) => Against::Reference(Box::new(read(path)?)),
-        (_, Some(text)) => {
-            let wrong = |e: ParseError| {
-                Error::usage(
-                    format!("--exact {text:?}, character {}: {}", e.column, e.what),
-                    "give a formula in x, y, z",
-                )
-            };
-            Against::Exact(Expression::parse(text).map_err(wrong)?)
-        }
-        _ => Against::Next,
+        (_, []) => Against::Next,
+        (_, formulas) => Against::Exact(formulas.iter().map(formula).collect::<Result<_>>()?),
     };
     let all = watched(&[], vec![], to.quiet, |bars| {
         let progress = |share| bars.next("laying the meshes over each other", share);

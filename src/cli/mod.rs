@@ -8,6 +8,7 @@ mod engines;
 mod folders;
 mod judge;
 mod mesh;
+mod new;
 mod progress;
 mod solve;
 mod verify;
@@ -157,6 +158,7 @@ fn run(arguments: &Arguments) -> Result<u8> {
     let to = &output;
     let done = output.begin().and_then(|()| match &arguments.command {
         Command::Verify(arguments) => verify::run(arguments, to),
+        Command::New(arguments) => new::run(arguments),
         Command::Compare(arguments) => compare::run(arguments, to),
         Command::Certify(arguments) => certify::run(arguments, to),
         Command::Judge(arguments) => judge::run(arguments, to),

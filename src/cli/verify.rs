@@ -5,16 +5,24 @@ use std::collections::BTreeSet;
 use super::args::{Running, Verify};
 use super::progress::watched;
 use super::{code, engines};
+use crate::campaigns::face_off;
 use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
 use crate::engine::{self, Baseline, Engine, Launch, Settings, typed};
 use crate::report::console::note;
 use crate::report::{self, Output, Verified, deliver};
-use crate::run::Failure;
+use crate::run::{FaceOff, Failure, is_face_off};
 use faceoff_fem::contact::Stop;
 use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::{Error, Result, distinct};
 
 pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
+    if arguments
+        .scenes
+        .iter()
+        .any(|name| is_face_off(name.as_ref()))
+    {
+        return of_file(arguments, to);
+    }
     let scenes = match &arguments.scenes[..] {
         [] => Scene::builtin_names().map(str::to_owned).collect(),
         asked => asked.to_vec(),
@@ -66,6 +74,54 @@ pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
     }
     for failure in &outcome.failures {
         note!("faceoff: {}", failure.message);
+    }
+    Ok(code(outcome.verdict))
+}
+
+/// Codes of one's own, as a face-off file has them.
+fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
+    let [name] = &arguments.scenes[..] else {
+        let what = "a face-off file stands alone";
+        return Err(Error::usage(what, "give one such file at a time"));
+    };
+    let running = &arguments.running;
+    let is_given = [
+        ("--engines", !arguments.engines.is_empty()),
+        ("--record", arguments.record.is_some()),
+        ("--against", arguments.against.is_some()),
+        ("--resume", arguments.resume.is_some()),
+        ("--diagnose", arguments.diagnose),
+        ("--explain", arguments.explain),
+        ("--ranks", running.ranks != 1),
+        ("--launcher", running.launcher.is_some()),
+        ("--install", running.install),
+        ("--allow-missing", arguments.allow_missing),
+    ];
+    if let Some((option, _)) = is_given.iter().find(|(_, given)| *given) {
+        let what = format!("{option} is for scenes, and {name} is a face-off file");
+        return Err(Error::usage(
+            what,
+            "leave it out: the file says which codes there are",
+        ));
+    }
+    distinct(&arguments.n, "n", "give different refinements")?;
+    let mut of = FaceOff::read(name.as_ref())?;
+    if !arguments.n.is_empty() {
+        of = of.with_n(arguments.n.iter().map(|&n| n as usize).collect());
+    }
+    let how = face_off::Running {
+        keep: running.keep.clone(),
+        time_limit: Settings::default().time_limit,
+        sandbox: running.sandbox,
+    };
+    let outcome = watched(&[], vec![], to.quiet, |progress| {
+        face_off::face_off(&of, &how, progress)
+    })?;
+    deliver(&report::face_off(&outcome)?, to)?;
+    for run in &outcome.runs {
+        if let Some(failure) = &run.failure {
+            note!("faceoff: {failure}");
+        }
     }
     Ok(code(outcome.verdict))
 }

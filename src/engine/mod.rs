@@ -15,6 +15,7 @@ mod quoted;
 mod recorded;
 mod rust;
 mod sandbox;
+mod script;
 mod version;
 
 use std::path::{Path, PathBuf};
@@ -30,6 +31,7 @@ pub use kept::{Kept, first_difference, identity};
 pub use machine::{HighWater, Machine, held_memory, peak_memory_mb};
 pub use quoted::{quoted, typed};
 pub use recorded::{BASELINE, Baseline, record};
+pub use script::{Form, How, Left, Script, fill};
 pub use version::doubt;
 
 use faceoff_fem::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};

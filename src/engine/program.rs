@@ -243,15 +243,15 @@ impl Program {
 }
 
 /// A job's folder, which ends with the job unless it is to be kept.
-struct Folder {
-    path: PathBuf,
+pub(super) struct Folder {
+    pub path: PathBuf,
     _temporary: Option<Temporary>,
     /// Held while the job runs, so that no other run takes the folder.
     _lock: Option<File>,
 }
 
 impl Folder {
-    fn new(keep: Option<&Path>, name: &str) -> Result<Self> {
+    pub fn new(keep: Option<&Path>, name: &str) -> Result<Self> {
         let Some(keep) = keep else {
             let temporary = Temporary::new()?;
             return Ok(Folder {

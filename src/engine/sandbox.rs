@@ -58,7 +58,8 @@ pub(super) fn enclose(command: &Command, folder: &Path, allowed: &Allowed) -> Re
     for path in allowed.write.iter().map(PathBuf::as_path).chain([folder]) {
         enclosed.arg("--bind-try").args([path, path]);
     }
-    enclosed.arg("--chdir").arg(folder).arg("--clearenv");
+    let place = command.get_current_dir().unwrap_or(folder);
+    enclosed.arg("--chdir").arg(place).arg("--clearenv");
     let path = std::env::var_os("PATH").unwrap_or_else(|| "/usr/bin:/bin".into());
     enclosed.arg("--setenv").arg("PATH").arg(path);
     enclosed.arg("--setenv").arg("HOME").arg(folder);

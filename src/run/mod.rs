@@ -2,6 +2,7 @@
 //! answered already.
 
 mod evaluated;
+mod face_off;
 pub mod foreign;
 mod journal;
 mod orders;
@@ -16,6 +17,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 pub use evaluated::{Evaluated, certificate};
+pub use face_off::{Asked, FaceOff, Same, is_face_off};
 pub use journal::Journal;
 pub use orders::{Fit, Observed, check_meshes, observed_orders};
 pub use variation::{Datum, Setup, Variation};

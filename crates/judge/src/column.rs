@@ -9,8 +9,8 @@ use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields, PADDING};
 pub(super) const NOWHERE: u32 = u32::MAX;
 
 impl FieldVerdict {
-    /// A field that could not be judged.
-    pub(super) fn failed(name: &str, tolerance: f64, reason: String) -> Self {
+    /// A field that could not be judged, and why.
+    pub fn failed(name: &str, tolerance: f64, reason: String) -> Self {
         FieldVerdict {
             field: name.to_owned(),
             max_abs: f64::NAN,

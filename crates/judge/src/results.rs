@@ -9,7 +9,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::cells::other_cells;
 use super::faces::{are_faces, crouzeix_raviart};
@@ -60,7 +60,7 @@ pub struct Comparison {
 }
 
 /// One field of two files. What the verdict calls a face is the point, cell or corner that carries the field.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct ComparedField {
     pub on: On,
     /// The largest |value| on either side: the scale on which the field is judged; each connected part has its own.
@@ -93,7 +93,7 @@ impl ComparedField {
 }
 
 /// What carries a field.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum On {
     Points,

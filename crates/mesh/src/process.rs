@@ -29,7 +29,7 @@ const WATCHED: &str = r#"exec 3<&0 </dev/null
 ( (
   trap '' HUP INT TERM
   read -r _ <&3
-  echo 'error faceoff itself was ended, and this program with it' >>log.txt
+  echo 'error faceoff itself was ended, and this program with it' >>"$0"
   kill -TERM 0; sleep 2; kill -KILL 0
 ) >/dev/null 2>&1 & )
 exec 3<&-
@@ -65,8 +65,8 @@ pub enum Failure {
     },
 }
 
-/// Runs `command` in its own process group in `folder`, keeps its output in `folder/log.txt`,
-/// and passes each line of its standard output to `line`. The group ends with this process.
+/// Runs `command` in its own process group, in its current directory if it has one and else in `folder`, keeps its output in
+/// `folder/log.txt`, and passes each line of its standard output to `line`. The group ends with this process.
 ///
 /// # Errors
 /// A program that cannot be started, exits other than with 0, or exceeds the time limit; an interruption.
@@ -87,11 +87,15 @@ pub fn run(
     if find_in_path(command.get_program()).is_none() {
         return Err(not_started("there is no such program".into()));
     }
-    let mut command = watched(command);
+    let place = command.get_current_dir().unwrap_or(folder).to_owned();
+    let mut command = watched(
+        command,
+        &std::path::absolute(&log_path).unwrap_or(log_path.clone()),
+    );
     let mark = mark();
     command
         .env(MARK, &mark)
-        .current_dir(folder)
+        .current_dir(place)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::from(for_stderr));
@@ -200,11 +204,12 @@ pub fn find_in_path(name: impl AsRef<Path>) -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
-/// The command with a watcher beside it.
-fn watched(command: &Command) -> Command {
+/// The command with a watcher beside it, which tells its end in the log.
+fn watched(command: &Command, log: &Path) -> Command {
     let mut shell = Command::new("/bin/sh");
     shell
-        .args(["-c", WATCHED, "sh"])
+        .args(["-c", WATCHED])
+        .arg(log)
         .arg(command.get_program())
         .args(command.get_args());
     for (name, value) in command.get_envs() {

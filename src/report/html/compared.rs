@@ -190,7 +190,7 @@ impl<'a> Compared<'a> {
         for &(kind, count) in &self.a.kinds {
             for _ in 0..count {
                 let points: Vec<u32> = self.a.cell(cell).collect();
-                let corners = kind.shape().corners().min(points.len());
+                let corners = kind.corners().min(points.len());
                 let places: Option<Vec<[f64; 2]>> =
                     points[..corners].iter().map(|p| flat(*p)).collect();
                 if let Some(places) = places {

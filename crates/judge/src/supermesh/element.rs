@@ -9,13 +9,6 @@ use nalgebra::DMatrix;
 use faceoff_mesh::CellKind;
 use faceoff_mesh::mesh::Shape;
 
-/// Gmsh's numbers of the complete elements of order 1, 2, ….
-const COMPLETE: [(Shape, &[u8]); 3] = [
-    (Shape::Triangle, &[2, 9, 21, 23, 25, 42, 43, 44, 45, 46]),
-    (Shape::Quadrangle, &[3, 10, 36, 37, 38, 47, 48, 49, 50, 51]),
-    (Shape::Tetrahedron, &[4, 11, 29, 30, 31, 71, 72, 73, 74, 75]),
-];
-
 /// Larger than any order here.
 pub(super) const ORDERS: usize = 11;
 
@@ -44,8 +37,8 @@ impl Element {
         let order = if is_serendipity {
             2
         } else {
-            let (_, numbers) = COMPLETE.iter().find(|(of, _)| *of == shape)?;
-            1 + numbers.iter().position(|n| *n == kind.gmsh())?
+            let known = [Shape::Triangle, Shape::Quadrangle, Shape::Tetrahedron];
+            kind.complete_order().filter(|_| known.contains(&shape))?
         };
         let dim = usize::from(kind.dim());
         let is_simplex = shape != Shape::Quadrangle;

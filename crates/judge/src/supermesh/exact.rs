@@ -13,8 +13,8 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 
-/// Value and gradient at a place.
-pub type Exact<'a> = &'a (dyn Fn([f64; 3]) -> (f64, [f64; 3]) + Sync);
+/// Value and gradient of a component at a place.
+pub type Exact<'a> = &'a (dyn Fn([f64; 3], usize) -> (f64, [f64; 3]) + Sync);
 
 /// Beyond the degree of the field, so much of the function is seen.
 const MORE: usize = 8;
@@ -44,16 +44,22 @@ impl Size {
     }
 }
 
-/// ‖u_h - u‖ of the scalar field of this name, with ‖u‖ as scale, by a rule exact for u of degree 8 beyond that of u_h.
+/// ‖u_h - u‖ of the field of this name, with ‖u‖ as scale, by a rule exact for u of degree 8 beyond that of u_h. The third
+/// component of a vector in the plane is 0.
 ///
 /// # Errors
-/// No such field, several, or a vector; cells on which functions are not known.
-pub fn error_against(side: &Results, field: &str, exact: Exact) -> Result<Norms> {
+/// No such field, several, or one of other components; cells on which functions are not known.
+pub fn error_against(
+    side: &Results,
+    field: &str,
+    components: usize,
+    exact: Exact,
+) -> Result<Norms> {
     let refuse = |what: String| Error::Compare {
         a: side.source.clone(),
         b: "the formula".into(),
         what,
-        remedy: "name one scalar field of floats".into(),
+        remedy: "name one field of floats, with a formula for each component".into(),
     };
     let on = [
         (On::Points, &side.on_points),
@@ -66,8 +72,17 @@ pub fn error_against(side: &Results, field: &str, exact: Exact) -> Result<Norms>
     });
     let functions: Vec<Function> = found.collect();
     match &functions[..] {
-        [one] if one.components == 1 && one.field.rest.is_none() => {}
-        [_] => return Err(refuse(format!("`{field}` is no scalar field of floats"))),
+        [one] if one.field.rest.is_some() => {
+            return Err(refuse(format!("`{field}` is no field of floats")));
+        }
+        [one] => match (components, one.components) {
+            (p, q) if p == q => {}
+            (2, 3) if side.space == 2 => {}
+            (p, q) => {
+                let what = format!("`{field}` has {q} components, and there are {p} formulas");
+                return Err(refuse(what));
+            }
+        },
         several => return Err(refuse(format!("it has {} fields `{field}`", several.len()))),
     }
     let domain = Domain::divided(side, 0.0)?;
@@ -84,10 +99,16 @@ pub fn error_against(side: &Results, field: &str, exact: Exact) -> Result<Norms>
             for (lambda, weight) in &rule.points {
                 let place = combine(&simplex, lambda);
                 local.evaluate(&place);
-                let (u, [x, y, z]) = exact([0, 1, 2].map(|k| place[k] + origin[k]));
-                let (of, u) = (local.values[0], [u, x, y, z]);
-                let difference = [0, 1, 2, 3].map(|k| of[k] - u[k]);
-                sums.add_squares(weight * size, &difference, &u, &u);
+                let at = [0, 1, 2].map(|k| place[k] + origin[k]);
+                for (component, of) in local.values.iter().enumerate() {
+                    let (u, [x, y, z]) = match component < components {
+                        true => exact(at, component),
+                        false => Default::default(),
+                    };
+                    let u = [u, x, y, z];
+                    let difference = [0, 1, 2, 3].map(|k| of[k] - u[k]);
+                    sums.add_squares(weight * size, &difference, &u, &u);
+                }
             }
         }
         Ok(sums)

@@ -605,15 +605,22 @@ fn projections_keep_integrals_and_polynomials() {
 /// ‖x - x y‖² = 1/3 · 1/3 and ‖∇(x - x y)‖² = 1/3 + 1/3 on the unit square.
 #[test]
 fn errors_against_a_formula_are_those_known() {
-    let exact = |x: [f64; 3]| (x[0] * x[1], [x[1], x[0], 0.0]);
-    let a = with(broken("a", triangle(1), &grid(2, 3, 1, |x| x)), "u", |x| {
+    let exact = |x: [f64; 3], _| (x[0] * x[1], [x[1], x[0], 0.0]);
+    let mut a = with(broken("a", triangle(1), &grid(2, 3, 1, |x| x)), "u", |x| {
         x[0]
     });
-    let found = crate::error_against(&a, "u", &exact).unwrap();
+    let found = crate::error_against(&a, "u", 1, &exact).unwrap();
     assert!((found.l2 - 1.0 / 3.0).abs() < 1e-15, "{found:?}");
     assert!((found.h1.unwrap() - (2.0_f64 / 3.0).sqrt()).abs() < 1e-14);
     assert!((found.l2_scale - 1.0 / 3.0).abs() < 1e-15);
-    assert!(crate::error_against(&a, "w", &exact).is_err());
+    assert!(crate::error_against(&a, "w", 1, &exact).is_err());
+    assert!(crate::error_against(&a, "u", 2, &exact).is_err());
+    // (x, 1, 0) against (x y, 1): the second component adds nothing, the third has no formula.
+    let values = a.points.iter().flat_map(|x| [x[0], 1.0, 0.0]).collect();
+    a.on_points.push(field("v", 3, values));
+    let both = |x: [f64; 3], k| [exact(x, k), (1.0, [0.0; 3])][k];
+    let of_vector = crate::error_against(&a, "v", 2, &both).unwrap();
+    assert!((of_vector.l2 - found.l2).abs() < 1e-15, "{of_vector:?}");
     let size = crate::Size::of(&a).unwrap();
     assert_eq!(
         (size.cells, (size.h * 18.0_f64.sqrt() - 1.0).abs() < 1e-14),

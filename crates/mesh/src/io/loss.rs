@@ -38,6 +38,11 @@ impl Losses {
         if mesh.blocks.iter().any(|block| !block.tags.is_empty()) {
             self.note("cells are renumbered");
         }
+        self.note_geometry(mesh);
+    }
+
+    /// [`Losses::note_gmsh`] for a format that holds the numbers of points and cells.
+    pub fn note_geometry(&mut self, mesh: &Mesh) {
         let reversed = mesh.geometry.entities.iter();
         let reversed = reversed.filter(|entity| entity.is_reversed()).count();
         if reversed > 0 {

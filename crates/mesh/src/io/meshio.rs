@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use super::loss::Losses;
 use super::out::{folder_of, is_special};
-use super::{Content, Options, plain, refuse_unsound};
+use super::{Content, Options, plain, refuse_kinds_beyond_gmsh, refuse_unsound};
 use crate::error::{Error, Place, Result};
 use crate::file::Temporary;
 use crate::mesh::{CellKind, Field, Group, Mesh};
@@ -70,6 +70,7 @@ pub fn read(
 /// There is no such environment, meshio fails, or the format cannot hold the mesh; an interruption.
 pub fn write(path: &Path, mesh: &Mesh, format: &str, options: &Options) -> Result<Vec<String>> {
     refuse_unsound(path, mesh)?;
+    refuse_kinds_beyond_gmsh(path, mesh, format)?;
     let python = options.python.as_deref();
     if is_special(path) {
         return Err(Error::usage(

@@ -1,13 +1,18 @@
 //! Reading and writing meshes and fields.
 
 mod bytes;
+mod cgns;
 mod collection;
+mod exodus;
 mod freefem;
+mod hdf5;
 mod labels;
 mod loss;
+mod med;
 mod medit;
 mod meshio;
 pub mod msh;
+mod netcdf;
 mod out;
 mod pattern;
 mod plain;
@@ -16,9 +21,16 @@ mod results;
 mod rows;
 mod scan;
 mod series;
+mod sets;
+mod sides;
 mod sol;
+mod steps;
 mod table;
+mod vectors;
+mod vtk;
+mod vtkhdf;
 pub mod vtu;
+mod xdmf;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -38,7 +50,20 @@ use loss::Losses;
 
 /// The formats that are read and written here, in the order in which users see them. Whatever depends on the format asks
 /// this table.
-pub static NATIVE: &[&Native] = &[&msh::FORMAT, &vtu::FORMAT, &freefem::FORMAT, &medit::FORMAT];
+pub static NATIVE: &[&Native] = &[
+    &msh::FORMAT,
+    &vtu::FORMAT,
+    &vtu::POLY,
+    &vtu::GRIDS,
+    &vtk::FORMAT,
+    &vtkhdf::FORMAT,
+    &freefem::FORMAT,
+    &medit::FORMAT,
+    &exodus::FORMAT,
+    &xdmf::FORMAT,
+    &med::FORMAT,
+    &cgns::FORMAT,
+];
 
 /// A format that is read and written here.
 #[derive(Debug)]
@@ -114,6 +139,8 @@ pub struct Content {
     pub warnings: Vec<String>,
     /// What the file holds but `mesh` does not.
     pub unread: Vec<String>,
+    /// Cells that several pieces have, and that were left out of all but one.
+    pub ghosts: usize,
 }
 
 /// Reads a mesh; [`open`] returns all that the file holds.
@@ -167,6 +194,11 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
             "give a mesh in a known format",
         )),
     }?;
+    checked(path, content)
+}
+
+/// What was read, if its mesh is sound.
+fn checked(path: &Path, content: Content) -> Result<Content> {
     let unsound = |what| {
         Error::file(
             path,
@@ -276,6 +308,24 @@ pub fn write_with(
         Format::Meshio(name) => meshio::write(path, mesh, name, options)?,
     });
     Ok(warnings)
+}
+
+/// Refuses cells of types that Gmsh does not have.
+fn refuse_kinds_beyond_gmsh(path: &Path, mesh: &Mesh, format: &str) -> Result<()> {
+    let mut kinds = mesh
+        .blocks
+        .iter()
+        .filter(|block| !block.is_empty())
+        .map(|block| block.kind);
+    match kinds.find(|kind| kind.gmsh() == 0) {
+        None => Ok(()),
+        Some(kind) => Err(Error::file(
+            path,
+            Place::Whole,
+            format!("{format} is not written with cells that are {kind}"),
+            "choose another format, as VTU",
+        )),
+    }
 }
 
 /// What every writer does first.

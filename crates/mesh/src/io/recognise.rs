@@ -2,26 +2,21 @@
 
 use std::path::Path;
 
-use super::{Format, NATIVE};
+use super::{Format, NATIVE, hdf5};
 
 /// Suffixes of the formats that meshio reads and writes, with its names for them.
-const SUFFIXES: [(&str, &str); 32] = [
+const SUFFIXES: [(&str, &str); 24] = [
     ("avs", "avsucd"),
     ("bdf", "nastran"),
-    ("cgns", "cgns"),
     ("dat", "tecplot"),
     ("dato", "permas"),
-    ("e", "exodus"),
     ("ele", "tetgen"),
-    ("ex2", "exodus"),
-    ("exo", "exodus"),
     ("f3grid", "flac3d"),
     ("fem", "nastran"),
     ("h5m", "h5m"),
     ("hmf", "hmf"),
     ("inp", "abaqus"),
     ("mdpa", "mdpa"),
-    ("med", "med"),
     ("meshb", "medit"),
     ("nas", "nastran"),
     ("node", "tetgen"),
@@ -34,9 +29,6 @@ const SUFFIXES: [(&str, &str); 32] = [
     ("tec", "tecplot"),
     ("ugrid", "ugrid"),
     ("vol", "netgen"),
-    ("vtk", "vtk"),
-    ("xdmf", "xdmf"),
-    ("xmf", "xdmf"),
     ("xml", "dolfin-xml"),
 ];
 
@@ -64,18 +56,21 @@ impl Format {
 
 /// The format of a file.
 pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
+    if hdf5::is_hdf5(bytes) {
+        return of_hdf5(path, bytes).or_else(|| {
+            Format::of_suffix(path).filter(|format| matches!(format, Format::Meshio(_)))
+        });
+    }
     if let Some(native) = NATIVE.iter().find(|known| (known.recognises)(bytes)) {
         return Some(Format::Native(native));
     }
     if begins(bytes, "<") {
         return match () {
-            () if head_has(bytes, "<Xdmf") => Some(Format::Meshio("xdmf")),
             () if head_has(bytes, "<dolfin") => Some(Format::Meshio("dolfin-xml")),
             () => None,
         };
     }
     let signatures = [
-        ("# vtk DataFile", "vtk"),
         ("(0 ", "ansys"),
         ("(1 ", "ansys"),
         ("(2 ", "ansys"),
@@ -86,7 +81,6 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
         ("OFF", "off"),
         ("mesh3d", "netgen"),
         ("NDIME", "su2"),
-        ("CDF", "exodus"),
     ];
     if let Some((_, name)) = signatures.iter().find(|(word, _)| begins(bytes, word)) {
         return Some(Format::Meshio(name));
@@ -95,13 +89,56 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
     Format::of_suffix(path).filter(|format| matches!(format, Format::Meshio(_)))
 }
 
+/// What stands in the root of an HDF5 file, and the format that it tells.
+const ROOTS: [(&str, &str); 6] = [
+    ("CGNSLibraryVersion", "cgns"),
+    ("VTKHDF", "vtkhdf"),
+    ("ENS_MAA", "med"),
+    ("INFOS_GENERALES", "med"),
+    ("num_nodes", "exodus"),
+    ("coordx", "exodus"),
+];
+
+/// The format of an HDF5 file, which its root tells and its suffix does not.
+fn of_hdf5(path: &Path, bytes: &[u8]) -> Option<Format> {
+    let (groups, data) = hdf5::open(path, bytes).and_then(|root| root.names()).ok()?;
+    let known = |(name, _): &&(&str, &str)| groups.iter().chain(&data).any(|found| found == name);
+    ROOTS
+        .iter()
+        .find(known)
+        .and_then(|(_, format)| Format::of_name(format))
+}
+
+/// What an HDF5 file of no known format holds.
+fn unknown_hdf5(bytes: &[u8]) -> String {
+    let names = hdf5::open(Path::new(""), bytes).and_then(|root| root.names());
+    let Ok((groups, data)) = names else {
+        return "this is an HDF5 file, but a damaged one".into();
+    };
+    let all: Vec<String> = groups
+        .into_iter()
+        .chain(data)
+        .take(8)
+        .map(|name| format!("{name:?}"))
+        .collect();
+    format!(
+        "this is an HDF5 file of no known kind (Exodus, MED, CGNS, VTKHDF); its root has {}. If these are the data of an XDMF \
+         file, give that: it says what they are",
+        if all.is_empty() {
+            "nothing".into()
+        } else {
+            all.join(", ")
+        }
+    )
+}
+
 /// Describes a file of unknown format.
 pub fn unknown(bytes: &[u8]) -> String {
     let text = start(bytes);
     let what = if text.is_empty() {
         "the file is empty".into()
-    } else if text.starts_with(b"\x89HDF") {
-        "this is an HDF5 file, whose suffix does not say which mesh format it holds".into()
+    } else if hdf5::is_hdf5(bytes) {
+        unknown_hdf5(bytes)
     } else if head_has(bytes, "<VTKFile") {
         "this is a VTK XML file, but not of an unstructured grid".into()
     } else if text.starts_with(b"<") {

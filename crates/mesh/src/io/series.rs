@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::recognise::recognise;
 use super::results::{of_content, read_results};
-use super::{Content, Format, bytes, collection, meshio, pattern, table};
+use super::{
+    Content, Format, Native, bytes, collection, exodus, meshio, pattern, table, vtkhdf, xdmf,
+};
 use crate::error::{Error, Place, Result};
 use crate::field::Results;
 use crate::mesh::Field;
@@ -27,9 +29,36 @@ enum Held {
     Views(Box<Content>),
     /// In one file, which is read again for each time.
     Meshio(&'static str),
+    Steps(&'static Steps),
     /// One result alone.
     Single,
 }
+
+/// How a format is read at one of its times.
+#[derive(Debug)]
+struct Steps {
+    format: &'static Native,
+    times: fn(&Path, &[u8]) -> Result<Vec<f64>>,
+    read: fn(&Path, &[u8], Option<f64>) -> Result<Content>,
+}
+
+static STEPS: [Steps; 3] = [
+    Steps {
+        format: &exodus::FORMAT,
+        times: exodus::times,
+        read: exodus::read_at,
+    },
+    Steps {
+        format: &xdmf::FORMAT,
+        times: xdmf::times,
+        read: xdmf::read_at,
+    },
+    Steps {
+        format: &vtkhdf::FORMAT,
+        times: vtkhdf::times,
+        read: vtkhdf::read_at,
+    },
+];
 
 impl Series {
     /// A file of any kind, or all files that a pattern like `u_*.vtu` names, whose numbers are their times. `python` is the
@@ -55,7 +84,7 @@ impl Series {
             if times.len() > 1 {
                 return Ok(of(times, Held::Files(files)));
             }
-        } else if !["csv", "sol", "pvtu", "vtu"]
+        } else if !["csv", "sol", "pvtu", "vtu", "vtp", "vtk"]
             .iter()
             .any(|s| collection::has_suffix(path, s))
         {
@@ -76,7 +105,17 @@ impl Series {
                     }
                     return Ok(series);
                 }
-                _ => {}
+                Some(Format::Native(native)) => {
+                    if let Some(steps) = STEPS.iter().find(|steps| steps.format == native) {
+                        let mut times = (steps.times)(path, &bytes)?;
+                        times.sort_by(f64::total_cmp);
+                        times.dedup();
+                        if !times.is_empty() {
+                            return Ok(of(times, Held::Steps(steps)));
+                        }
+                    }
+                }
+                None => {}
             }
         }
         Ok(Series {
@@ -111,16 +150,21 @@ impl Series {
             },
             Held::Meshio(format) => {
                 let content = meshio::read(&self.path, format, python, self.times[k])?;
-                Ok(of_content(&self.path, content))
+                of_content(&self.path, content)
+            }
+            Held::Steps(steps) => {
+                let bytes = bytes::read(&self.path).map_err(Error::io(&self.path, "read"))?;
+                let content = (steps.read)(&self.path, &bytes, self.times[k])?;
+                Ok(of_content(&self.path, super::checked(&self.path, content)?))
             }
             Held::Views(content) if self.times.len() == 1 => {
-                Ok(of_content(&self.path, std::mem::take(&mut **content)))
+                of_content(&self.path, std::mem::take(&mut **content))
             }
             Held::Views(content) => {
                 let mut content = Content::clone(content);
                 let fields = &mut content.mesh.fields;
                 fields.retain(|field| field.time.is_none() || field.time == self.times[k]);
-                Ok(of_content(&self.path, content))
+                of_content(&self.path, content)
             }
         }
     }

@@ -170,7 +170,7 @@ impl Checker<'_> {
     fn cells(&self) -> impl Iterator<Item = (u32, Shape, &[u32])> {
         self.mesh.cells().filter_map(|(cell, kind, nodes)| {
             let shape = kind.shape();
-            Some((cell, shape, corners(shape, nodes)?))
+            Some((cell, shape, corners(kind, nodes)?))
         })
     }
 
@@ -213,7 +213,8 @@ impl Checker<'_> {
     fn longest(&self, nodes: &[u32]) -> f64 {
         let points: Vec<_> = nodes.iter().map(|&node| self.point(node)).collect();
         let mut longest = 0.0f64;
-        for (i, a) in points.iter().enumerate() {
+        // The distances from a few corners are long enough for a scale.
+        for (i, a) in points.iter().enumerate().take(8) {
             for b in points.iter().skip(i + 1) {
                 longest = longest.max((b - a).norm());
             }
@@ -234,7 +235,8 @@ impl Checker<'_> {
     }
 
     fn corner_areas(&self, shape: Shape, nodes: &[u32], of: impl Fn(Vector3<f64>) -> f64) -> f64 {
-        if shape == Shape::Triangle {
+        // A polygon need not be convex.
+        if matches!(shape, Shape::Triangle | Shape::Polygon) {
             return of(self.area(nodes));
         }
         let n = nodes.len();
@@ -267,7 +269,7 @@ impl Checker<'_> {
                 [5, 4, 3, 2],
             ],
             Shape::Pyramid => &[[0, 1, 3, 4], [1, 2, 0, 4], [2, 3, 1, 4], [3, 0, 2, 4]],
-            Shape::Vertex | Shape::Line | Shape::Triangle | Shape::Quadrangle => &[],
+            _ => &[],
         };
         let volume = |span: &[usize; 4]| {
             let [a, b, c, d] = span.map(|i| {

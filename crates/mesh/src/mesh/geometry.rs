@@ -1,7 +1,9 @@
 //! The geometry behind a mesh in a Gmsh file, kept so that it can be written back.
 
+use serde::{Deserialize, Serialize};
+
 /// The geometry behind a mesh; everything is empty for meshes of other formats.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Geometry {
     pub entities: Vec<Entity>,
     /// The points in runs, each on one entity; the counts add up to all points, or there are no runs.
@@ -11,11 +13,12 @@ pub struct Geometry {
 }
 
 /// A point, curve, surface or volume of the geometry, or the part of one that a partition holds.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Entity {
     pub dim: u8,
     pub tag: i32,
     /// The corners of the bounding box; for a point its position, twice.
+    #[serde(with = "bits")]
     pub bounds: [[f64; 3]; 2],
     /// Physical tags; a negative one means that the group holds this entity reversed.
     pub physicals: Vec<i32>,
@@ -54,7 +57,7 @@ impl Entity {
 }
 
 /// Consecutive points on one entity.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointRun {
     pub dim: u8,
     pub entity: i32,
@@ -64,7 +67,7 @@ pub struct PointRun {
 }
 
 /// Points of one entity that are periodic images of those of another.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Periodic {
     pub dim: u8,
     pub entity: i32,
@@ -76,7 +79,7 @@ pub struct Periodic {
 }
 
 /// How the cells are distributed among processes.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Partitions {
     pub count: u64,
     /// Tag and partition of each entity that holds only ghost cells.
@@ -85,9 +88,23 @@ pub struct Partitions {
 }
 
 /// The partitions of one cell: its owners, and those in which it is a ghost.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct CellPartitions {
     pub cell: u32,
     pub owners: Vec<i32>,
     pub ghosts: Vec<i32>,
+}
+
+/// Boxes as the bits of their numbers: JSON has no infinity, which bounds what has no points.
+mod bits {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(bounds: &[[f64; 3]; 2], to: S) -> Result<S::Ok, S::Error> {
+        bounds.map(|corner| corner.map(f64::to_bits)).serialize(to)
+    }
+
+    pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<[[f64; 3]; 2], D::Error> {
+        let bits = <[[u64; 3]; 2]>::deserialize(from)?;
+        Ok(bits.map(|corner| corner.map(f64::from_bits)))
+    }
 }

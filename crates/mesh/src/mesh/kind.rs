@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// The cell types that meshes of the supported formats hold. Nodes stand in Gmsh's order.
+/// The cell types that meshes of the supported formats hold. Nodes stand in Gmsh's order, but for [`CellKind::Vtk`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum CellKind {
     Vertex,
@@ -26,6 +26,20 @@ pub enum CellKind {
     Pyramid14,
     /// Any other type of Gmsh's table: cubic, quartic and so on.
     Other(OtherKind),
+    /// A polygon of this many corners, which are 5 or more.
+    Polygon(u32),
+    /// A polyhedron of this many corners; [`super::Mesh::polyhedra`] has its faces.
+    Polyhedron(u32),
+    /// A type that VTK has and Gmsh has not; its nodes stand in VTK's order.
+    Vtk(VtkKind),
+}
+
+/// A type of VTK's that Gmsh does not have; made by [`CellKind::from_vtk`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct VtkKind {
+    code: u8,
+    shape: Shape,
+    points: u32,
 }
 
 /// A type of Gmsh's table that has no variant of its own; made by [`CellKind::from_gmsh`].
@@ -47,6 +61,10 @@ pub enum Shape {
     Hexahedron,
     Prism,
     Pyramid,
+    /// Of any number of corners, which the kind of a cell has.
+    Polygon,
+    /// Of any number of corners and faces.
+    Polyhedron,
 }
 
 use CellKind as K;
@@ -104,7 +122,71 @@ const HIGHER: [(u8, Shape, &[u16]); 20] = [
     (137, S::Tetrahedron, &[16]),
 ];
 
+/// Gmsh's numbers of the complete elements of order 1, 2, …: those with all polynomials of that degree.
+const COMPLETE: [(Shape, &[u8]); 6] = [
+    (S::Line, &[1, 8, 26, 27, 28, 62, 63, 64, 65, 66]),
+    (S::Triangle, &[2, 9, 21, 23, 25, 42, 43, 44, 45, 46]),
+    (S::Quadrangle, &[3, 10, 36, 37, 38, 47, 48, 49, 50, 51]),
+    (S::Tetrahedron, &[4, 11, 29, 30, 31, 71, 72, 73, 74, 75]),
+    (S::Hexahedron, &[5, 12, 92, 93, 94, 95, 96, 97, 98]),
+    (S::Prism, &[6, 13, 90, 91, 106, 107, 108, 109, 110]),
+];
+
+/// VTK's types by number: the shape, and the points of those that have a fixed number. Bézier cells are Lagrange cells in
+/// another basis: their nodes are control points.
+const OF_VTK: [(u8, Shape, Option<u32>, &str); 22] = [
+    (15, S::Polyhedron, Some(10), "pentagonal-prism"),
+    (16, S::Polyhedron, Some(12), "hexagonal-prism"),
+    (30, S::Quadrangle, Some(6), "quadratic-linear-quadrangle"),
+    (31, S::Prism, Some(12), "quadratic-linear-prism"),
+    (
+        33,
+        S::Hexahedron,
+        Some(24),
+        "biquadratic-quadratic-hexahedron",
+    ),
+    (34, S::Triangle, Some(7), "biquadratic-triangle"),
+    (36, S::Polygon, None, "quadratic-polygon"),
+    (37, S::Pyramid, Some(19), "triquadratic-pyramid"),
+    (41, S::Polyhedron, None, "convex-point-set"),
+    (68, S::Line, None, "lagrange-line"),
+    (69, S::Triangle, None, "lagrange-triangle"),
+    (70, S::Quadrangle, None, "lagrange-quadrangle"),
+    (71, S::Tetrahedron, None, "lagrange-tetrahedron"),
+    (72, S::Hexahedron, None, "lagrange-hexahedron"),
+    (73, S::Prism, None, "lagrange-prism"),
+    (74, S::Pyramid, None, "lagrange-pyramid"),
+    (75, S::Line, None, "bezier-line"),
+    (76, S::Triangle, None, "bezier-triangle"),
+    (77, S::Quadrangle, None, "bezier-quadrangle"),
+    (78, S::Tetrahedron, None, "bezier-tetrahedron"),
+    (79, S::Hexahedron, None, "bezier-hexahedron"),
+    (80, S::Prism, None, "bezier-prism"),
+];
+
 impl CellKind {
+    /// VTK's type of this number with so many points, kept in VTK's order; `None` for a number that is not VTK's, or one of
+    /// a type that has a better name here.
+    pub fn from_vtk(code: u8, points: usize) -> Option<Self> {
+        let (code, shape, fixed, _) = *OF_VTK.iter().find(|(known, ..)| *known == code)?;
+        let points = u32::try_from(points).ok()?;
+        let enough = points as usize >= shape.corners().max(1);
+        let fits = fixed.map_or(enough, |fixed| fixed == points);
+        fits.then_some(K::Vtk(VtkKind {
+            code,
+            shape,
+            points,
+        }))
+    }
+
+    /// VTK's number of a type that only VTK has.
+    pub fn vtk(self) -> Option<u8> {
+        match self {
+            K::Vtk(kind) => Some(kind.code),
+            _ => None,
+        }
+    }
+
     /// The type of this Gmsh number, or `None` for one that is unknown or has no fixed number of points.
     pub fn from_gmsh(number: i32) -> Option<Self> {
         let number = u8::try_from(number).ok()?;
@@ -121,15 +203,29 @@ impl CellKind {
         })
     }
 
-    /// Gmsh's number of this type.
+    /// Gmsh's number of this type; 0 where Gmsh has no such type of a fixed number of points.
     pub fn gmsh(self) -> u8 {
         match self {
             K::Other(other) => other.gmsh,
+            K::Polygon(_) | K::Polyhedron(_) | K::Vtk(_) => 0,
             named => {
                 let place = NAMED.iter().position(|kind| *kind == named);
                 1 + place.expect("invariant: every variant is among those named") as u8
             }
         }
+    }
+
+    /// The complete element of this order, if Gmsh has it.
+    pub fn complete(shape: Shape, order: usize) -> Option<Self> {
+        let (_, numbers) = COMPLETE.iter().find(|(of, _)| *of == shape)?;
+        Self::from_gmsh((*numbers.get(order.checked_sub(1)?)?).into())
+    }
+
+    /// The order of a complete element, with all polynomials of that degree; `None` for any other.
+    pub fn complete_order(self) -> Option<usize> {
+        let (_, numbers) = COMPLETE.iter().find(|(of, _)| *of == self.shape())?;
+        let place = numbers.iter().position(|number| *number == self.gmsh())?;
+        Some(place + 1)
     }
 
     /// Number of points of one cell; never 0.
@@ -151,6 +247,18 @@ impl CellKind {
             K::Hexahedron20 => 20,
             K::Hexahedron27 => 27,
             K::Other(other) => usize::from(other.points),
+            K::Polygon(points) | K::Polyhedron(points) => points.max(1) as usize,
+            K::Vtk(kind) => kind.points.max(1) as usize,
+        }
+    }
+
+    /// Number of corners, which are the first nodes of a cell.
+    pub fn corners(self) -> usize {
+        match self.shape() {
+            // The second half of a quadratic polygon are the middles of its sides.
+            S::Polygon if self.vtk().is_some() => self.points() / 2,
+            S::Polygon | S::Polyhedron => self.points(),
+            shape => shape.corners(),
         }
     }
 
@@ -171,6 +279,9 @@ impl CellKind {
             K::Prism | K::Prism15 | K::Prism18 => S::Prism,
             K::Pyramid | K::Pyramid13 | K::Pyramid14 => S::Pyramid,
             K::Other(other) => other.shape,
+            K::Polygon(_) => S::Polygon,
+            K::Polyhedron(_) => S::Polyhedron,
+            K::Vtk(kind) => kind.shape,
         }
     }
 }
@@ -181,14 +292,16 @@ impl Shape {
         match self {
             S::Vertex => 0,
             S::Line => 1,
-            S::Triangle | S::Quadrangle => 2,
-            S::Tetrahedron | S::Hexahedron | S::Prism | S::Pyramid => 3,
+            S::Triangle | S::Quadrangle | S::Polygon => 2,
+            S::Tetrahedron | S::Hexahedron | S::Prism | S::Pyramid | S::Polyhedron => 3,
         }
     }
 
-    /// Number of corners, which are the first nodes of a cell of any order.
+    /// Number of corners, which are the first nodes of a cell of any order; 0 for those of any number, which
+    /// [`CellKind::corners`] knows.
     pub fn corners(self) -> usize {
         match self {
+            S::Polygon | S::Polyhedron => 0,
             S::Vertex => 1,
             S::Line => 2,
             S::Triangle => 3,
@@ -200,11 +313,15 @@ impl Shape {
     }
 }
 
-/// The shape, followed by the number of points where that is not the number of corners: `triangle`, `triangle6`.
+/// The shape, followed by the number of points where that is not the number of corners: `triangle`, `triangle6`; of a type
+/// that only VTK has, its name there.
 impl fmt::Display for CellKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shape = self.shape();
-        write!(f, "{}", format!("{shape:?}").to_lowercase())?;
+        match OF_VTK.iter().find(|(code, ..)| Some(*code) == self.vtk()) {
+            Some((.., name)) => f.write_str(name)?,
+            None => write!(f, "{}", format!("{shape:?}").to_lowercase())?,
+        }
         if self.points() != shape.corners() {
             write!(f, "{}", self.points())?;
         }
@@ -231,6 +348,21 @@ mod tests {
         for number in [0, 34, 35, 67, 70, 133, 136, 138, 256] {
             assert_eq!(CellKind::from_gmsh(number), None, "{number}");
         }
+    }
+
+    #[test]
+    fn types_of_vtk_have_corners_first() {
+        let kind = |code, points| CellKind::from_vtk(code, points);
+        assert_eq!(kind(30, 7), None);
+        assert_eq!(kind(70, 3), None);
+        assert_eq!(kind(12, 8), None);
+        let hexagon = kind(36, 12).expect("a quadratic hexagon");
+        assert_eq!(
+            (hexagon.corners(), hexagon.dim(), hexagon.gmsh()),
+            (6, 2, 0)
+        );
+        assert_eq!(hexagon.to_string(), "quadratic-polygon12");
+        assert_eq!(kind(77, 16).map(CellKind::corners), Some(4));
     }
 
     #[test]

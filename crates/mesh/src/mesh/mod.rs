@@ -9,9 +9,10 @@ mod geometry;
 mod hanging;
 mod kind;
 mod labels;
+mod polyhedra;
 pub mod refine;
 mod simplex;
-mod topology;
+pub(crate) mod topology;
 mod triangulation;
 mod union;
 mod validate;
@@ -19,8 +20,9 @@ mod validate;
 pub use data::{Field, Support, Values};
 pub use geometry::{CellPartitions, Entity, Geometry, Partitions, Periodic, PointRun};
 pub use hanging::carriers;
-pub use kind::{CellKind, OtherKind, Shape};
+pub use kind::{CellKind, OtherKind, Shape, VtkKind};
 pub use labels::CellGroups;
+pub use polyhedra::Polyhedra;
 pub use simplex::{CellGeometry, Metric};
 pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges, quadratic_edges};
 pub use union::Union;
@@ -48,6 +50,8 @@ pub struct Mesh {
     pub point_tags: Vec<u64>,
     /// Cells in the order of the file; a cell's index counts through all blocks.
     pub blocks: Vec<CellBlock>,
+    /// The faces of the polyhedra among the cells, in their order.
+    pub polyhedra: Polyhedra,
     /// Physical groups (Gmsh), labels (FreeFEM, Medit): each a set of cells. Ascending in dimension and tag.
     pub groups: Vec<Group>,
     /// Values on points and cells.
@@ -75,7 +79,7 @@ impl Mesh {
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellBlock {
     pub kind: CellKind,
-    /// Point indices from 0, `kind.points()` per cell, in Gmsh's order of nodes.
+    /// Point indices from 0, `kind.points()` per cell, in Gmsh's order of nodes (VTK's for [`CellKind::Vtk`]).
     pub nodes: Vec<u32>,
     /// The file's own number of each cell; empty when it numbers cells 1, 2, 3, … through all blocks.
     pub tags: Vec<u64>,

@@ -1,6 +1,6 @@
 //! The faces of cells of the highest dimension, found by sorting.
 
-use super::{Mesh, Shape};
+use super::{CellKind, Mesh, Shape};
 use crate::cancel;
 use crate::error::Result;
 
@@ -14,10 +14,11 @@ pub struct Side {
     pub cell: u32,
 }
 
-/// The sides of a shape, by its corners: edges in 2D, faces in 3D, end points of lines.
+/// The sides of a shape, by its corners: edges in 2D, faces in 3D, end points of lines; none for those of any number of
+/// corners.
 pub fn sides(shape: Shape) -> &'static [&'static [usize]] {
     match shape {
-        Shape::Vertex => &[],
+        Shape::Vertex | Shape::Polygon | Shape::Polyhedron => &[],
         Shape::Line => &[&[0], &[1]],
         Shape::Triangle => &[&[0, 1], &[1, 2], &[2, 0]],
         Shape::Quadrangle => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
@@ -47,19 +48,21 @@ pub fn sides(shape: Shape) -> &'static [&'static [usize]] {
     }
 }
 
-/// The key of a face with these corners; only the first four count.
+/// The key of a face with these corners; of many, the four smallest count.
 pub fn key(corners: impl IntoIterator<Item = u32>) -> FaceKey {
     let mut key = [u32::MAX; 4];
-    for (place, corner) in key.iter_mut().zip(corners) {
-        *place = corner;
+    for corner in corners {
+        if corner < key[3] {
+            key[3] = corner;
+            key.sort_unstable();
+        }
     }
-    key.sort_unstable();
     key
 }
 
 /// The corners of a cell; `None` for the types of order zero, which have none.
-pub fn corners(shape: Shape, nodes: &[u32]) -> Option<&[u32]> {
-    nodes.get(..shape.corners())
+pub fn corners(kind: CellKind, nodes: &[u32]) -> Option<&[u32]> {
+    nodes.get(..kind.corners())
 }
 
 /// All sides of all cells of dimension `dim`, sorted, so that the sides of one face are adjacent.
@@ -68,16 +71,35 @@ pub fn corners(shape: Shape, nodes: &[u32]) -> Option<&[u32]> {
 /// [`crate::Error::Ended`].
 pub fn all_sides(mesh: &Mesh, dim: u8) -> Result<Vec<Side>> {
     let mut all = Vec::new();
-    for (cell, kind, nodes) in mesh.cells().filter(|(_, kind, _)| kind.dim() == dim) {
+    let mut polyhedra = mesh.polyhedra.iter();
+    for (cell, kind, nodes) in mesh.cells() {
+        // The faces of each polyhedron stand in the order of the cells.
+        let faces = matches!(kind, CellKind::Polyhedron(_)).then(|| polyhedra.next());
+        if kind.dim() != dim {
+            continue;
+        }
         cancel::check()?;
-        let Some(corners) = corners(kind.shape(), nodes) else {
+        let Some(corners) = corners(kind, nodes) else {
             continue;
         };
+        let mut push = |corners: &mut dyn Iterator<Item = u32>| {
+            all.push(Side {
+                key: key(corners),
+                cell,
+            });
+        };
+        if let Some(faces) = faces.flatten() {
+            faces.for_each(|face| push(&mut face.iter().copied()));
+        } else if kind.shape() == Shape::Polygon {
+            let ring = corners.iter().zip(corners.iter().cycle().skip(1));
+            ring.for_each(|(&a, &b)| push(&mut [a, b].into_iter()));
+        }
         for side in sides(kind.shape()) {
-            let key = key(side
-                .iter()
-                .filter_map(|&corner| corners.get(corner).copied()));
-            all.push(Side { key, cell });
+            push(
+                &mut side
+                    .iter()
+                    .filter_map(|&corner| corners.get(corner).copied()),
+            );
         }
     }
     all.sort_unstable();

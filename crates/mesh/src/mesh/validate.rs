@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{CellBlock, Group, Mesh, PointRun};
+use super::{CellBlock, CellKind, Group, Mesh, PointRun};
 
 /// Items that one thread examines at a time.
 const CHUNK: usize = 1 << 16;
@@ -34,6 +34,16 @@ impl Mesh {
         }
         for block in &self.blocks {
             validate_block(block, points)?;
+        }
+        let of_faces = |block: &&CellBlock| matches!(block.kind, CellKind::Polyhedron(_));
+        let cells: usize = self
+            .blocks
+            .iter()
+            .filter(of_faces)
+            .map(CellBlock::len)
+            .sum();
+        if self.polyhedra.len() != cells || !self.polyhedra.are_among(points) {
+            return Err("the polyhedra do not have faces of their points each".into());
         }
         self.validate_groups()?;
         for field in &self.fields {
@@ -96,7 +106,7 @@ impl Mesh {
         Ok(())
     }
 
-    fn validate_geometry(&self) -> Result<(), String> {
+    pub(crate) fn validate_geometry(&self) -> Result<(), String> {
         let (points, cells) = (self.points.len(), self.cell_count());
         let runs = &self.geometry.point_runs;
         if !runs.is_empty() && runs.iter().map(|run| run.count).sum::<usize>() != points {

@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::field::GlobalArray;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
-use crate::io::{Options, refuse_unsound};
+use crate::io::{Options, refuse_kinds_beyond_gmsh, refuse_unsound};
 use crate::mesh::{CellGroups, Mesh};
 
 /// The versions that are written.
@@ -47,6 +47,7 @@ pub fn to_bytes(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Vec<u8>,
 
 fn encode(path: &Path, mesh: &Mesh, options: &Options, out: Out) -> Result<(Out, Vec<String>)> {
     refuse_unsound(path, mesh)?;
+    refuse_kinds_beyond_gmsh(path, mesh, "MSH")?;
     let mut losses = Losses::default();
     let writer = Writer::new(mesh, options.binary, out);
     if writer.split > 0 {

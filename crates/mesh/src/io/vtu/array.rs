@@ -22,9 +22,49 @@ pub(super) enum Count {
 }
 
 /// Numbers of one type as bytes; those of a text are converted.
-pub(super) struct RawNumbers<'b> {
+pub(crate) struct RawNumbers<'b> {
+    /// The name of their type.
+    pub type_name: &'static str,
     pub bytes: Unpacked<'b>,
     pub big_endian: bool,
+}
+
+impl RawNumbers<'_> {
+    pub fn of<T: Scalar>(numbers: Vec<T>) -> Self {
+        let mut bytes = vec![0; numbers.len() * T::WIDTH];
+        T::put_le(&numbers, &mut bytes);
+        RawNumbers {
+            type_name: T::NAME,
+            bytes: bytes.into(),
+            big_endian: false,
+        }
+    }
+
+    pub fn values(&self) -> Values {
+        with_type!(self.type_name, T => T::values(T::from_bytes(&self.bytes, self.big_endian)), Values::U8(Vec::new()))
+    }
+
+    /// Whether a number is among them.
+    pub fn has(&self, number: u64) -> bool {
+        with_type!(self.type_name, T => {
+            T::each(&self.bytes, self.big_endian).any(|each| each.index() == Some(number))
+        }, false)
+    }
+
+    /// All but the first.
+    pub fn without_first(self) -> Self {
+        let width = with_type!(self.type_name, T => T::WIDTH, 1);
+        let bytes = match self.bytes {
+            Unpacked::Borrowed(bytes) => Unpacked::Borrowed(bytes.get(width..).unwrap_or_default()),
+            Unpacked::Owned(bytes) => bytes.get(width..).unwrap_or_default().to_vec().into(),
+        };
+        RawNumbers { bytes, ..self }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.bytes.len() / with_type!(self.type_name, T => T::WIDTH, 1)
+    }
 }
 
 impl<'a> Decoder<'a> {
@@ -42,7 +82,8 @@ impl<'a> Decoder<'a> {
     {
         cancel::check()?;
         let type_name = tag.type_name.as_str();
-        let numbers = with_type!(type_name, T => self.raw::<T>(tag, Some(count)), unknown(tag));
+        let numbers =
+            with_type!(type_name, T => self.raw::<T>(tag, Count::Exactly(count)), unknown(tag));
         numbers.map_err(|what| self.refuse(tag, what))
     }
 
@@ -54,7 +95,9 @@ impl<'a> Decoder<'a> {
         let mut numbers = if tag.format == "ascii" {
             self.ascii::<T>(tag, exact)?
         } else {
-            let RawNumbers { bytes, big_endian } = self.raw::<T>(tag, exact)?;
+            let RawNumbers {
+                bytes, big_endian, ..
+            } = self.raw::<T>(tag, count)?;
             T::from_bytes(&bytes, big_endian)
         };
         if let Count::AtLeast(count) = count {
@@ -78,26 +121,27 @@ impl<'a> Decoder<'a> {
     fn raw<'b, T: Scalar>(
         &mut self,
         tag: &'b ArrayTag<'_>,
-        count: Option<u64>,
+        count: Count,
     ) -> Result<RawNumbers<'b>, String>
     where
         'a: 'b,
     {
+        let (exact, known) = match count {
+            Count::Exactly(count) => (Some(count), Some(count)),
+            Count::AtLeast(count) => (None, Some(count)),
+            Count::Any => (None, None),
+        };
         if tag.format == "ascii" {
-            let numbers = self.ascii::<T>(tag, count)?;
-            let mut bytes = vec![0; numbers.len() * T::WIDTH];
-            T::put_le(&numbers, &mut bytes);
-            return Ok(RawNumbers {
-                bytes: bytes.into(),
-                big_endian: false,
-            });
+            return self.ascii::<T>(tag, exact).map(RawNumbers::of);
         }
-        let expected = count.map(|count| count.saturating_mul(T::WIDTH as u64));
-        let bytes = self.bytes(tag, expected)?;
+        let [expected, known] =
+            [exact, known].map(|count| count.map(|count| count.saturating_mul(T::WIDTH as u64)));
+        let bytes = self.bytes(tag, expected, known)?;
         if !bytes.len().is_multiple_of(T::WIDTH) {
             return Err("it ends within a number".into());
         }
         Ok(RawNumbers {
+            type_name: T::NAME,
             bytes,
             big_endian: self.document.big_endian,
         })
@@ -144,15 +188,27 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    /// The unpacked bytes of an array that is not ascii.
+    /// The unpacked bytes of an array that is not ascii, `expected` many, or `known` by the counts of the mesh.
     fn bytes<'b>(
-        &self,
+        &mut self,
         tag: &'b ArrayTag<'_>,
         expected: Option<u64>,
+        known: Option<u64>,
     ) -> Result<Unpacked<'b>, String>
     where
         'a: 'b,
     {
+        let mut stream = self.stream(tag)?;
+        // GetFEM writes another number where the length belongs, one that is beyond all there is; VTK goes by the counts.
+        if let Some(known) = known
+            && self.packing().lies(&mut stream)?
+        {
+            self.warnings.push(format!(
+                "array {:?} says that it is longer than the file; as many numbers are read as the counts make",
+                tag.name
+            ));
+            return stream.take(known).map(Unpacked::from);
+        }
         self.packing().unpack(self.stream(tag)?, expected)
     }
 
@@ -223,7 +279,7 @@ impl<'a> Decoder<'a> {
                     .map_err(|_| "a text holds a value that is not a byte".into())
             })
         } else {
-            self.bytes(tag, None)
+            self.bytes(tag, None, None)
         };
         let bytes = bytes.map_err(|what| self.refuse(tag, what))?;
         let texts = split_texts(&bytes, &mut self.budget).map_err(|what| self.refuse(tag, what))?;

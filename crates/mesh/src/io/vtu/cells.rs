@@ -1,10 +1,23 @@
 //! VTK's cell types, and the order of their nodes against Gmsh's.
 
-use crate::mesh::CellKind;
-use vtkio::model::CellType;
+use super::lattice::{Order, places};
+use crate::mesh::{CellKind, Shape};
+use std::borrow::Cow;
 
-/// VTK's number of a cell type; `None` where VTK has no such cell.
-pub(super) fn vtk_type(kind: CellKind) -> Option<u8> {
+/// The shapes of VTK's Lagrange cells, whose numbers begin at 68.
+const LAGRANGE: [Shape; 6] = [
+    Shape::Line,
+    Shape::Triangle,
+    Shape::Quadrangle,
+    Shape::Tetrahedron,
+    Shape::Hexahedron,
+    Shape::Prism,
+];
+const FIRST_LAGRANGE: u8 = 68;
+pub(crate) const POLYHEDRON: u8 = 42;
+
+/// VTK's number of a cell type; `None` where VTK has no such cell, or not its nodes.
+pub(crate) fn vtk_type(kind: CellKind) -> Option<u8> {
     Some(match kind {
         CellKind::Vertex => 1,
         CellKind::Line => 3,
@@ -24,23 +37,52 @@ pub(super) fn vtk_type(kind: CellKind) -> Option<u8> {
         CellKind::Quadrangle9 => 28,
         CellKind::Hexahedron27 => 29,
         CellKind::Prism18 => 32,
-        CellKind::Pyramid14 | CellKind::Other(_) => return None,
+        CellKind::Polygon(_) => 7,
+        CellKind::Polyhedron(_) => POLYHEDRON,
+        CellKind::Vtk(_) => return kind.vtk(),
+        CellKind::Other(_) => {
+            let place = LAGRANGE.iter().position(|shape| *shape == kind.shape())?;
+            places(kind.shape(), kind.complete_order()?, Order::Vtk)?;
+            FIRST_LAGRANGE + place as u8
+        }
+        CellKind::Pyramid14 => return None,
     })
 }
 
-/// The type that is written with this VTK number.
+/// Whether VTK 9 reads these nodes in another order from files of older versions.
+pub(crate) fn needs_new_version(kind: CellKind) -> bool {
+    vtk_type(kind) == Some(72)
+}
+
+/// VTK's number of a type, and 256 times its number of points where the type has any number.
+pub(super) fn block_code(kind: CellKind) -> i64 {
+    let code = i64::from(vtk_type(kind).unwrap_or(0));
+    match kind {
+        CellKind::Other(_) | CellKind::Polygon(_) | CellKind::Polyhedron(_) | CellKind::Vtk(_) => {
+            code + 256 * kind.points() as i64
+        }
+        _ => code,
+    }
+}
+
+/// The type that is written with this [`block_code`].
 pub(super) fn written_kind(code: i64) -> Option<CellKind> {
+    let (vtk, points) = (code % 256, usize::try_from(code / 256).ok()?);
+    if points > 0 {
+        let read = meaning(vtk.try_into().ok()?, points, Order::Vtk)?;
+        return (read.parts == 1).then_some(read.kind);
+    }
     let gmsh = (1..=19).filter_map(CellKind::from_gmsh);
     let mut written = gmsh.filter_map(|kind| Some((kind, vtk_type(kind)?)));
-    written.find_map(|(kind, vtk)| (i64::from(vtk) == code).then_some(kind))
+    written.find_map(|(kind, number)| (i64::from(number) == vtk).then_some(kind))
 }
 
 /// The position in Gmsh's order of each node in VTK's order; `None` if the two orders are the same.
 ///
 /// Corners agree. Gmsh orders the edges by their lower corner, VTK goes around the faces; derived edge by edge
 /// from the figures of Gmsh's manual (node ordering) and of VTK's cell classes.
-pub(super) fn order(kind: CellKind) -> Option<&'static [usize]> {
-    Some(match kind {
+pub(crate) fn order(kind: CellKind) -> Option<Cow<'static, [usize]>> {
+    let known: &[usize] = match kind {
         CellKind::Tetrahedron10 => &[0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
         CellKind::Hexahedron20 => &[
             0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15,
@@ -52,49 +94,126 @@ pub(super) fn order(kind: CellKind) -> Option<&'static [usize]> {
         CellKind::Prism15 => &[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11],
         CellKind::Prism18 => &[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16],
         CellKind::Pyramid13 => &[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
+        CellKind::Other(_) => {
+            let places = places(kind.shape(), kind.complete_order()?, Order::Vtk)?;
+            return (!places.iter().copied().eq(0..places.len())).then_some(Cow::Owned(places));
+        }
         _ => return None,
+    };
+    Some(Cow::Borrowed(known))
+}
+
+/// What a cell of VTK is here: cells of a kind, each with some of its nodes.
+pub(super) struct Meaning {
+    pub kind: CellKind,
+    /// How many cells: strips are several, and a cell of no extent is none.
+    pub parts: usize,
+    /// The nodes of the parts, as places among those of the cell; `None` for all in their order.
+    pub nodes: Option<Cow<'static, [usize]>>,
+}
+
+impl Meaning {
+    /// Cells whose nodes stand as in VTK.
+    pub fn whole(kind: CellKind) -> Self {
+        Meaning {
+            kind,
+            parts: 1,
+            nodes: None,
+        }
+    }
+}
+
+/// What cells of VTK's type `code` and so many points are; `None` if there are none. `vtk` is the order of the nodes of
+/// Lagrange cells.
+///
+/// Lagrange cells are what dolfinx writes for meshes of any order; those of order one and two are the classical cells.
+/// Polygons of three or four corners, and the pixels and voxels of images, are triangles, quadrangles and hexahedra; strips
+/// are cut up.
+pub(super) fn meaning(code: u8, points: usize, vtk: Order) -> Option<Meaning> {
+    use CellKind as K;
+    let several = |kind: CellKind, parts: usize, nodes: Vec<usize>| Meaning {
+        kind,
+        parts,
+        nodes: Some(nodes.into()),
+    };
+    let kind = match (code, points) {
+        (0, _) | (2 | 4 | 6 | 7, 0) | (4, 1) | (6, 1 | 2) => {
+            return Some(several(K::Vertex, 0, Vec::new()));
+        }
+        (1 | 2 | 7, 1) => K::Vertex,
+        (2, n) => return Some(several(K::Vertex, n, (0..n).collect())),
+        (3 | 4 | 7 | 75, 2) => K::Line,
+        (4, n) => {
+            let nodes = (1..n).flat_map(|end| [end - 1, end]);
+            return Some(several(K::Line, n - 1, nodes.collect()));
+        }
+        (5 | 6 | 7 | 76, 3) => K::Triangle,
+        (6, n) => {
+            // Each second triangle stands the other way round.
+            let nodes = (2..n).flat_map(|end| [end - 2 + end % 2, end - 1 - end % 2, end]);
+            return Some(several(K::Triangle, n - 2, nodes.collect()));
+        }
+        (7 | 9 | 77, 4) => K::Quadrangle,
+        (7, n) => K::Polygon(u32::try_from(n).ok()?),
+        (8, 4) => return Some(several(K::Quadrangle, 1, vec![0, 1, 3, 2])),
+        (11, 8) => return Some(several(K::Hexahedron, 1, vec![0, 1, 3, 2, 4, 5, 7, 6])),
+        (10 | 78, 4) => K::Tetrahedron,
+        (12 | 79, 8) => K::Hexahedron,
+        (13 | 80, 6) => K::Prism,
+        (14 | 74 | 81, 5) => K::Pyramid,
+        (21, 3) => K::Line3,
+        (22, 6) => K::Triangle6,
+        (23, 8) => K::Quadrangle8,
+        (24, 10) => K::Tetrahedron10,
+        (25, 20) => K::Hexahedron20,
+        (26, 15) => K::Prism15,
+        (27, 13) => K::Pyramid13,
+        (28, 9) => K::Quadrangle9,
+        (29, 27) => K::Hexahedron27,
+        (32, 18) => K::Prism18,
+        (35, 4) => K::complete(Shape::Line, 3)?,
+        (POLYHEDRON, n) if n > 0 => K::Polyhedron(u32::try_from(n).ok()?),
+        // As dolfinx writes it; VTK has no class for it.
+        (74, 14) => {
+            let order = [0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12, 13];
+            return Some(several(K::Pyramid14, 1, inverse(&order)));
+        }
+        _ => match lagrange(code, points, vtk) {
+            Some(found) => return Some(found),
+            // Its edges would be wrong.
+            None if code == 72 && vtk == Order::VtkBefore => return None,
+            None => K::from_vtk(code, points)?,
+        },
+    };
+    let nodes = order(kind).map(|order| Cow::Owned(inverse(&order)));
+    let parts = 1;
+    Some(Meaning { kind, parts, nodes })
+}
+
+/// A Lagrange cell that Gmsh has as well.
+fn lagrange(code: u8, points: usize, vtk: Order) -> Option<Meaning> {
+    let shape = *LAGRANGE.get(usize::from(code.checked_sub(FIRST_LAGRANGE)?))?;
+    let mut kinds = (1..).map_while(|p| Some((p, CellKind::complete(shape, p)?)));
+    let (p, kind) = kinds.find(|(_, kind)| kind.points() == points)?;
+    let nodes = inverse(&places(shape, p, vtk)?);
+    Some(Meaning {
+        kind,
+        parts: 1,
+        nodes: (!nodes.iter().copied().eq(0..points)).then_some(nodes.into()),
     })
 }
 
-/// The kind of a VTK cell and, if the orders differ, the positions of its nodes in Gmsh's order.
-///
-/// Lagrange cells are what dolfinx writes for meshes of order one and two; VTK's numbering of theirs is that of the
-/// classical cells up to the tetrahedron. Polygons of three or four corners, and the pixels and voxels of images,
-/// are triangles, quadrangles and hexahedra.
-pub(super) fn kind(vtk: CellType, points: usize) -> Option<(CellKind, Option<&'static [usize]>)> {
-    use CellType as T;
-    let kind = match (vtk, points) {
-        (T::Vertex | T::PolyVertex, 1) => CellKind::Vertex,
-        (T::Line | T::PolyLine | T::LagrangeCurve, 2) => CellKind::Line,
-        (T::Triangle | T::Polygon | T::TriangleStrip | T::LagrangeTriangle, 3) => {
-            CellKind::Triangle
-        }
-        (T::Quad | T::Polygon | T::LagrangeQuadrilateral, 4) => CellKind::Quadrangle,
-        (T::Tetra | T::LagrangeTetrahedron, 4) => CellKind::Tetrahedron,
-        (T::Hexahedron | T::LagrangeHexahedron, 8) => CellKind::Hexahedron,
-        (T::Wedge | T::LagrangeWedge, 6) => CellKind::Prism,
-        (T::Pyramid | T::LagrangePyramid, 5) => CellKind::Pyramid,
-        (T::Pixel, 4) => return Some((CellKind::Quadrangle, Some(&[0, 1, 3, 2]))),
-        (T::Voxel, 8) => return Some((CellKind::Hexahedron, Some(&[0, 1, 3, 2, 4, 5, 7, 6]))),
-        (T::QuadraticEdge | T::LagrangeCurve, 3) => CellKind::Line3,
-        (T::QuadraticTriangle | T::LagrangeTriangle, 6) => CellKind::Triangle6,
-        (T::QuadraticQuad, 8) => CellKind::Quadrangle8,
-        (T::BiquadraticQuad | T::LagrangeQuadrilateral, 9) => CellKind::Quadrangle9,
-        (T::QuadraticTetra | T::LagrangeTetrahedron, 10) => CellKind::Tetrahedron10,
-        (T::QuadraticHexahedron, 20) => CellKind::Hexahedron20,
-        (T::TriquadraticHexahedron, 27) => CellKind::Hexahedron27,
-        (T::QuadraticWedge, 15) => CellKind::Prism15,
-        (T::BiquadraticQuadraticWedge, 18) => CellKind::Prism18,
-        (T::QuadraticPyramid, 13) => CellKind::Pyramid13,
-        _ => return None,
-    };
-    Some((kind, order(kind)))
+fn inverse(order: &[usize]) -> Vec<usize> {
+    let mut places = vec![0; order.len()];
+    for (index, &place) in order.iter().enumerate() {
+        places[place] = index;
+    }
+    places
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use num_traits::FromPrimitive;
 
     /// The ends of the edges in the order of their nodes, after the figures of VTK's and of Gmsh's manual.
     type Edges = &'static [[usize; 2]];
@@ -199,12 +318,34 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_as_the_same_kind() {
-        for kind in (1..=19).filter_map(CellKind::from_gmsh) {
-            if let Some(code) = vtk_type(kind) {
-                let vtk = CellType::from_u8(code).expect("a type of VTK's");
-                assert_eq!(super::kind(vtk, kind.points()), Some((kind, order(kind))));
-                assert_eq!(written_kind(code.into()), Some(kind));
-            }
+        let kinds = (1..=140).filter_map(CellKind::from_gmsh);
+        let more = [CellKind::Polygon(7), CellKind::Polyhedron(9)];
+        let bezier = CellKind::from_vtk(77, 16);
+        let mut seen = 0;
+        for kind in kinds.chain(more).chain(bezier) {
+            let Some(code) = vtk_type(kind) else { continue };
+            seen += 1;
+            let read = meaning(code, kind.points(), Order::Vtk).expect("a type of VTK's");
+            assert_eq!((read.kind, read.parts), (kind, 1));
+            let order = order(kind).map(|order| Cow::Owned(inverse(&order)));
+            assert_eq!(read.nodes, order);
+            assert_eq!(written_kind(block_code(kind)), Some(kind));
+        }
+        // 18 classical types, the complete ones of order 3 and more, and the three above.
+        assert_eq!(seen, 18 + 8 * 4 + 7 + 3);
+    }
+
+    #[test]
+    fn the_classical_cells_are_the_lagrange_cells_of_order_two() {
+        for (code, points) in [(28, 9), (29, 27), (32, 18), (24, 10)] {
+            let classical = meaning(code, points, Order::Vtk).expect("classical");
+            let place = LAGRANGE
+                .iter()
+                .position(|shape| *shape == classical.kind.shape());
+            let lagrange = FIRST_LAGRANGE + place.expect("a shape") as u8;
+            let lagrange = meaning(lagrange, points, Order::Vtk).expect("of order two");
+            assert_eq!(lagrange.kind, classical.kind);
+            assert_eq!(lagrange.nodes, classical.nodes, "{}", lagrange.kind);
         }
     }
 }

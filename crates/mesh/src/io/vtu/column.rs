@@ -7,7 +7,7 @@ use crate::mesh::{CellGroups, Mesh, Values};
 use std::borrow::Cow;
 
 /// Numbers in memory, or derived from a mesh while they are written.
-pub(super) enum Column<'a> {
+pub(crate) enum Column<'a> {
     Values(Cow<'a, Values>),
     Coordinates(&'a [[f64; 3]]),
     /// The nodes of all cells in VTK's order, from 0 on.
@@ -22,13 +22,13 @@ pub(super) enum Column<'a> {
 
 /// Bits of a whole number.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Width {
+pub(crate) enum Width {
     Narrow,
     Wide,
 }
 
 /// For each cell a row of the tags of its groups.
-pub(super) struct GroupTags {
+pub(crate) struct GroupTags {
     pub groups: CellGroups,
     pub cells: usize,
     /// One for each set of groups, all of the same length, which is not 0.

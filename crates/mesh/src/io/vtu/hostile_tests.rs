@@ -188,28 +188,28 @@ fn contradictions_are_refused_with_their_place() {
         ),
         (
             file(|f| f.types = f.types.replace("69", "42")),
-            "Polyhedron",
+            "faces of the polyhedron 0",
         ),
         (
             file(|f| f.types = f.types.replace("69", "10")),
-            "Tetra of 3 points",
+            "type 10 with 3 points",
         ),
         (
             file(|f| f.types = f.types.replace("69", "200")),
-            "no cell type 200",
+            "type 200 with 3 points",
         ),
         (file(|f| f.array = f.array.replace("-inf", "")), "\"u\""),
-        (
-            file(|f| f.array = f.array.replace("Float32", "Bit")),
-            "\"Bit\"",
-        ),
         (
             file(|f| f.array = f.array.replace("ascii", "appended")),
             "no <AppendedData>",
         ),
         (file(|f| f.root += " byte_order=\"Middle\""), "byte order"),
         (file(|f| f.root += " compressor=\"vtkZstd\""), "compressor"),
-        (file(|f| f.root = "type=\"PolyData\"".into()), "PolyData"),
+        (file(|f| f.root = "type=\"PolyData\"".into()), "misplaced"),
+        (
+            file(|f| f.root = "type=\"Table\"".into()),
+            "VTK's \"Table\"",
+        ),
         (file(|f| f.tail = String::new()), "ends before"),
         (file(|f| f.tail += "<more/>"), "<more>"),
     ];
@@ -217,6 +217,40 @@ fn contradictions_are_refused_with_their_place() {
         let refusal = file.refusal();
         assert!(refusal.contains(word), "{word:?} is not in {refusal:?}");
     }
+}
+
+#[test]
+fn what_the_mesh_has_no_place_for_is_told() {
+    for kind in ["Bit", "String"] {
+        let read = file(|f| f.array = f.array.replace("Float32", kind))
+            .read()
+            .expect("the rest is sound");
+        assert_eq!(
+            read.unread,
+            [format!("the array \"u\" of {kind} on points")]
+        );
+    }
+}
+
+/// GetFEM writes the number of values as a float where their length in bytes belongs.
+#[test]
+fn a_length_beyond_the_file_gives_way_to_the_counts() {
+    let values = [1f32, 2.0, 3.0].map(f32::to_bits);
+    let lying = [&words(&[3f32.to_bits()])[..], &words(&values)].concat();
+    let read = file(|f| f.array = binary(&lying))
+        .read()
+        .expect("read by the counts");
+    assert_eq!(
+        read.mesh.fields[0].values,
+        crate::mesh::Values::F32(vec![1.0, 2.0, 3.0])
+    );
+    assert_eq!(read.warnings.len(), 1);
+    let short = [&words(&[3f32.to_bits()])[..], &words(&values[..2])].concat();
+    assert!(
+        file(|f| f.array = binary(&short))
+            .refusal()
+            .contains("\"u\"")
+    );
 }
 
 #[test]
@@ -318,9 +352,16 @@ fn xml_tricks_are_refused() {
 #[test]
 fn changed_bytes_never_panic() {
     for encoding in ENCODINGS {
-        let bytes = write::encode(&square(), &[], &provenance(), encoding, Out::default())
-            .expect("sound")
-            .bytes;
+        let bytes = write::encode(
+            &square(),
+            &[],
+            &provenance(),
+            encoding,
+            write::Topology::Cells,
+            Out::default(),
+        )
+        .expect("sound")
+        .bytes;
         for at in 0..bytes.len() {
             for flip in [0x01, 0x80] {
                 let mut changed = bytes.clone();

@@ -4,12 +4,14 @@
 //! part of the points or cells. They are stored as arrays, under meshio's names where there are such, so that its
 //! users find their groups.
 
-use super::cells::vtk_type;
+use super::cells::{block_code, vtk_type};
 use super::column::{Column, GroupTags, Width};
+use super::poly;
 use super::scalar::Scalar;
+use super::write::Topology;
 use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::{GlobalArray, GlobalValues, data::with_numbers};
-use crate::mesh::{CellGroups, Field, Group, Mesh, Support, Values};
+use crate::mesh::{CellGroups, CellKind, Field, Geometry, Group, Mesh, Support, Values};
 use std::borrow::Cow;
 use std::collections::HashSet;
 
@@ -30,7 +32,7 @@ pub(super) const NO_GROUP: &str = "faceoff:no_group";
 pub(super) const GROUPS: &str = "faceoff:groups";
 /// Name of each group of [`GROUPS`].
 pub(super) const GROUP_NAMES: &str = "faceoff:group_names";
-/// VTK type, number of cells, 1 for own cell numbers, 1 for entities, of each block.
+/// VTK type (plus 256 times the number of points, where the type has any), number of cells, 1 for own cell numbers, 1 for entities, of each block.
 pub(super) const BLOCKS: &str = "faceoff:blocks";
 /// Of each field that a plain array cannot represent: support (0 points, 1 cells, 2 nodes of each cell),
 /// 1 for a time, 1 for a step, the step, length of its list in [`FIELD_AT`].
@@ -43,12 +45,14 @@ pub(super) const FIELD_NAMES: &str = "faceoff:field_names";
 pub(super) const FIELD_TIMES: &str = "faceoff:field_times";
 /// One after the other, the indices of points or cells that the fields of [`FIELDS`] have values on.
 pub(super) const FIELD_AT: &str = "faceoff:field_at";
+/// The geometry behind the mesh as JSON.
+pub(super) const GEOMETRY: &str = "faceoff:geometry";
 /// The global arrays that hold texts: each text as UTF-8 bytes and a NUL, as numbers. VTK has a type for texts, but
 /// meshio cannot read files that use it.
 pub(super) const TEXTS: &str = "faceoff:texts";
 
 /// One array of a file.
-pub(super) struct Array<'a> {
+pub(crate) struct Array<'a> {
     pub name: String,
     pub components: usize,
     pub values: Column<'a>,
@@ -56,7 +60,7 @@ pub(super) struct Array<'a> {
 
 /// A mesh and its fields as the arrays of a file.
 #[derive(Default)]
-pub(super) struct FileArrays<'a> {
+pub(crate) struct FileArrays<'a> {
     pub points: Vec<Array<'a>>,
     pub cells: Vec<Array<'a>>,
     pub whole: Vec<Array<'a>>,
@@ -64,6 +68,8 @@ pub(super) struct FileArrays<'a> {
     pub geometry: Vec<Array<'a>>,
     /// Connectivity, offsets and types.
     pub topology: Vec<Array<'a>>,
+    /// Of polygonal data, connectivity and offsets of vertices, lines and polygons.
+    pub sections: Vec<[Array<'a>; 2]>,
     /// Names of the arrays of `whole` that hold texts.
     texts: Vec<String>,
 }
@@ -77,22 +83,36 @@ impl<'a> Array<'a> {
         }
     }
 
-    fn scalar(name: &str, values: Values) -> Self {
+    pub fn scalar(name: &str, values: Values) -> Self {
         Array::new(name, 1, Cow::Owned(values))
     }
 }
 
 /// Lays out a valid mesh; the error says what VTU cannot hold.
-pub(super) fn lay_out<'a>(
+pub(crate) fn lay_out<'a>(
     mesh: &'a Mesh,
     fields: &'a [Field],
     whole: &'a [GlobalArray],
+    kind: Topology,
 ) -> Result<FileArrays<'a>, String> {
     let mut layout = FileArrays {
         geometry: vec![Array::new("Points", 3, Column::Coordinates(&mesh.points))],
-        topology: topology(mesh)?.into(),
         ..FileArrays::default()
     };
+    match kind {
+        Topology::Cells => layout.topology = topology(mesh)?,
+        Topology::Sections => {
+            poly::check(mesh)?;
+            let arrays = |of| {
+                let [nodes, ends] = poly::nodes_and_ends(mesh, of).map(Values::I64);
+                [
+                    Array::scalar("connectivity", nodes),
+                    Array::scalar("offsets", ends),
+                ]
+            };
+            layout.sections = (0..3).map(arrays).collect();
+        }
+    }
     layout.mesh(mesh);
     layout.fields(mesh, mesh.fields.iter().chain(fields))?;
     layout.whole(whole)?;
@@ -103,10 +123,10 @@ pub(super) fn lay_out<'a>(
     Ok(layout)
 }
 
-fn topology(mesh: &Mesh) -> Result<[Array<'_>; 3], String> {
+fn topology(mesh: &Mesh) -> Result<Vec<Array<'_>>, String> {
     let kinds = mesh.blocks.iter().map(|block| block.kind);
     if let Some(kind) = kinds.into_iter().find(|&kind| vtk_type(kind).is_none()) {
-        return Err(format!("{kind} cells have no type in VTK"));
+        return Err(format!("VTK has no cells that are {kind}"));
     }
     let length: usize = mesh.blocks.iter().map(|block| block.nodes.len()).sum();
     // VTK requires the same width for connectivity and offsets.
@@ -114,11 +134,37 @@ fn topology(mesh: &Mesh) -> Result<[Array<'_>; 3], String> {
         true => Width::Narrow,
         false => Width::Wide,
     };
-    Ok([
+    let mut arrays = vec![
         Array::new("connectivity", 1, Column::Connectivity(mesh, width)),
         Array::new("offsets", 1, Column::Offsets(mesh, width)),
         Array::new("types", 1, Column::Types(mesh)),
-    ])
+    ];
+    if !mesh.polyhedra.is_empty() {
+        let (faces, ends) = faces(mesh);
+        arrays.push(Array::scalar("faces", Values::I64(faces)));
+        arrays.push(Array::scalar("faceoffsets", Values::I64(ends)));
+    }
+    Ok(arrays)
+}
+
+/// Of each polyhedron its number of faces, and of each of these its number of corners and these; and where that ends for
+/// each cell, -1 for one that is no polyhedron. VTK 9.4 has four other arrays, but reads these, as all before it do.
+fn faces(mesh: &Mesh) -> (Vec<i64>, Vec<i64>) {
+    let (mut stream, mut ends) = (Vec::new(), Vec::with_capacity(mesh.cell_count()));
+    let mut polyhedra = mesh.polyhedra.iter();
+    for (_, kind, _) in mesh.cells() {
+        let faces = matches!(kind, CellKind::Polyhedron(_))
+            .then(|| polyhedra.next())
+            .flatten();
+        let Some(faces) = faces else {
+            ends.push(-1);
+            continue;
+        };
+        stream.push(faces.clone().count() as i64);
+        stream.extend(faces.stream().map(i64::from));
+        ends.push(stream.len() as i64);
+    }
+    (stream, ends)
 }
 
 impl<'a> FileArrays<'a> {
@@ -187,13 +233,17 @@ impl<'a> FileArrays<'a> {
         }
         let rows = mesh.blocks.iter().flat_map(|block| {
             [
-                vtk_type(block.kind).unwrap_or(0).into(),
+                block_code(block.kind),
                 block.len() as i64,
                 (!block.tags.is_empty()).into(),
                 (!block.entities.is_empty()).into(),
             ]
         });
         self.push_whole(BLOCKS, 4, Values::I64(rows.collect()));
+        if mesh.geometry != Geometry::default() {
+            let text = serde_json::to_string(&mesh.geometry);
+            self.push_texts(GEOMETRY, text.ok());
+        }
     }
 
     fn groups(&mut self, mesh: &Mesh) {

@@ -1,22 +1,27 @@
 //! Merges pieces into one mesh: one after the other, as VTK's own reader does.
 
-use super::scalar;
-use crate::field::data::with_numbers;
+use super::scalar::Scalar;
+use super::topology::Cells;
+use super::unpack::Budget;
+use crate::field::data::{to_i64, with_numbers};
 use crate::io::rows::append;
-use crate::mesh::{CellBlock, Values};
+use crate::mesh::{CellBlock, Polyhedra, Values};
+use std::iter::repeat_n;
 
 /// What one `<Piece>` holds.
-pub(super) struct Piece {
+#[derive(Default)]
+pub(crate) struct Piece {
     pub points: Vec<[f64; 3]>,
-    pub cell_count: u64,
+    pub cell_count: usize,
     /// Runs of cells of one type, whose nodes are points of this piece.
     pub blocks: Vec<CellBlock>,
+    pub polyhedra: Polyhedra,
     pub on_points: Vec<PieceArray>,
     pub on_cells: Vec<PieceArray>,
 }
 
 /// An array on points or cells.
-pub(super) struct PieceArray {
+pub(crate) struct PieceArray {
     pub name: String,
     pub components: usize,
     pub values: Values,
@@ -24,25 +29,144 @@ pub(super) struct PieceArray {
 
 /// Points, runs of cells of one type, and the arrays on both.
 #[derive(Default)]
-pub(super) struct Merged {
+pub(crate) struct Merged {
     pub points: Vec<[f64; 3]>,
     pub blocks: Vec<CellBlock>,
+    pub polyhedra: Polyhedra,
     pub on_points: Vec<PieceArray>,
     pub on_cells: Vec<PieceArray>,
 }
 
+/// VTK's marks of points and cells, of which the lowest bit says that another piece has them as well.
+const GHOSTS: &str = "vtkGhostType";
+
+impl Piece {
+    /// Takes the cells; arrays on them, one tuple for each cell of the file, get one for each cell here.
+    pub fn take_cells(
+        &mut self,
+        cells: Cells,
+        budget: &mut Budget,
+        warnings: &mut Vec<String>,
+    ) -> Result<(), String> {
+        warnings.extend(cells.notes());
+        self.cell_count = cells.blocks.iter().map(CellBlock::len).sum();
+        if !cells.parts.is_empty() {
+            for array in &mut self.on_cells {
+                budget
+                    .take((self.cell_count as u64).saturating_mul(8 * array.components as u64))?;
+                let rows = cells.parts.iter();
+                let rows = rows
+                    .flat_map(|&(cells, parts)| repeat_n(parts, cells))
+                    .enumerate();
+                let rows = rows.flat_map(|(row, parts)| repeat_n(row, parts));
+                array.values = select(&array.values, array.components, rows);
+            }
+        }
+        (self.blocks, self.polyhedra) = (cells.blocks, cells.polyhedra);
+        Ok(())
+    }
+
+    /// Leaves out the cells that are marked as those of another piece, and the points that only they have; returns their
+    /// number.
+    pub fn leave_ghosts_out(&mut self) -> usize {
+        let marks = self
+            .on_cells
+            .iter()
+            .find(|array| array.name == GHOSTS && array.components == 1);
+        let Some(marks) = marks.and_then(|array| to_i64(&array.values)) else {
+            return 0;
+        };
+        let kept: Vec<bool> = marks.iter().map(|mark| mark & 1 == 0).collect();
+        let ghosts = kept.iter().filter(|kept| !**kept).count();
+        if ghosts == 0 || kept.len() != self.cell_count {
+            return 0;
+        }
+        // Points of no cell at all stay.
+        let mut of_ghosts = vec![false; self.points.len()];
+        let mut of_others = of_ghosts.clone();
+        let mut polyhedra = Polyhedra::default();
+        let before = std::mem::take(&mut self.polyhedra);
+        let mut faces = before.iter();
+        let mut cell = kept.iter();
+        for block in &mut self.blocks {
+            let width = block.kind.points();
+            let solid = matches!(block.kind, crate::mesh::CellKind::Polyhedron(_));
+            let mut nodes = Vec::with_capacity(block.nodes.len());
+            for (corners, &kept) in block.nodes.chunks_exact(width).zip(&mut cell) {
+                let faces = if solid { faces.next() } else { None };
+                let of = if kept { &mut of_others } else { &mut of_ghosts };
+                corners.iter().for_each(|&node| of[node as usize] = true);
+                if kept {
+                    nodes.extend_from_slice(corners);
+                    if let Some(faces) = faces {
+                        polyhedra.push(faces.stream());
+                    }
+                }
+            }
+            block.nodes = nodes;
+        }
+        self.blocks.retain(|block| !block.is_empty());
+        let places = |kept: &mut dyn Iterator<Item = bool>| -> Vec<usize> {
+            kept.enumerate()
+                .filter_map(|(place, kept)| kept.then_some(place))
+                .collect()
+        };
+        let cells = places(&mut kept.iter().copied());
+        let points = places(
+            &mut of_ghosts
+                .iter()
+                .zip(&of_others)
+                .map(|(ghost, other)| !ghost || *other),
+        );
+        let mut number = vec![0u32; self.points.len()];
+        for (new, &old) in points.iter().enumerate() {
+            number[old] = new as u32;
+        }
+        for faces in polyhedra.iter() {
+            self.polyhedra
+                .push(faces.renumbered(|node| number[node as usize]));
+        }
+        let nodes = self.blocks.iter_mut().flat_map(|block| &mut block.nodes);
+        nodes.for_each(|node| *node = number[*node as usize]);
+        self.points = points.iter().map(|&place| self.points[place]).collect();
+        let pick = |arrays: &mut Vec<PieceArray>, places: &[usize]| {
+            for array in arrays {
+                array.values = select(&array.values, array.components, places.iter().copied());
+            }
+        };
+        pick(&mut self.on_points, &points);
+        pick(&mut self.on_cells, &cells);
+        self.cell_count = cells.len();
+        ghosts
+    }
+}
+
+/// The tuples at these places; places beyond the last are passed over.
+pub(super) fn select(
+    values: &Values,
+    components: usize,
+    places: impl Iterator<Item = usize>,
+) -> Values {
+    fn pick<T: Scalar>(values: &[T], width: usize, places: impl Iterator<Item = usize>) -> Values {
+        let rows = places.filter_map(|place| values.get(place * width..(place + 1) * width));
+        T::values(rows.flatten().copied().collect())
+    }
+    with_numbers!(values, values => pick(values, components, places))
+}
+
 /// Merges pieces; points shared by pieces are not merged. The error says what does not fit.
-pub(super) fn merge(pieces: Vec<Piece>) -> Result<Merged, String> {
+pub(crate) fn merge(pieces: Vec<Piece>) -> Result<Merged, String> {
     let mut merged = Merged::default();
     let mut cells = 0;
     for (index, piece) in pieces.into_iter().enumerate() {
         let before = (merged.points.len(), cells);
-        let new = (piece.points.len(), piece.cell_count as usize);
+        let new = (piece.points.len(), piece.cell_count);
         cells += new.1;
         if u32::try_from(cells.max(before.0 + new.0)).is_err() {
             return Err("there are more than 2^32 - 1 points or cells".into());
         }
         append_blocks(&mut merged.blocks, piece.blocks, before.0 as u32);
+        merged.polyhedra.append(&piece.polyhedra, before.0 as u32);
         append(&mut merged.points, piece.points);
         let misfit = |on: &str, name: String| {
             format!(
@@ -105,7 +229,7 @@ fn append_arrays(
 
 /// Appends values of the same type; returns whether the types are the same.
 fn append_values(all: &mut Values, new: &Values) -> bool {
-    fn append<T: scalar::Scalar>(all: &mut Vec<T>, new: &Values) -> bool {
+    fn append<T: Scalar>(all: &mut Vec<T>, new: &Values) -> bool {
         T::of_values(new)
             .map(|new| all.extend_from_slice(new))
             .is_some()

@@ -1,4 +1,5 @@
-//! VTK's XML format for unstructured grids: `.vtu`, and `.pvtu` with its pieces beside it.
+//! VTK's XML formats: unstructured grids, `.vtu`, and `.pvtu` with its pieces beside it; polygonal data, `.vtp`; and, read
+//! alone, images and structured grids, `.vti`, `.vtr`, `.vts`.
 //!
 //! Reading takes whatever VTK's own reader takes: ascii, base64 inline or appended, raw appended; plain,
 //! zlib, LZ4 or LZMA; headers of 32 or 64 bits; either byte order; any number of pieces. Writing gives
@@ -7,35 +8,38 @@
 //! `vtkio` provides the cell types. What it reads or writes wrongly is done here; a comment at each such place names
 //! the defect.
 
-mod array;
-mod cells;
-mod column;
-mod layout;
-mod merge;
+pub(crate) mod array;
+pub(crate) mod cells;
+pub(crate) mod column;
+pub(crate) mod grids;
+pub(crate) mod lattice;
+pub(crate) mod layout;
+pub(crate) mod merge;
 mod pack;
-mod read;
+mod poly;
+pub(crate) mod read;
 mod restore;
-mod scalar;
+pub(crate) mod scalar;
 mod stream;
-mod topology;
-mod unpack;
-mod write;
-mod xml;
+pub(crate) mod topology;
+pub(crate) mod unpack;
+pub(crate) mod write;
+pub(crate) mod xml;
 
 pub use write::write;
 
 use crate::error::{Error, Place, Result};
 use crate::field::GlobalArray;
 use crate::file;
-use crate::io::recognise::{begins, head_has};
+use crate::io::recognise::begins;
 use crate::io::{Content, Native, Options, bytes};
-use crate::mesh::{Mesh, Partitions};
+use crate::mesh::Mesh;
 use merge::Piece;
 use read::Decoder;
 use std::collections::HashSet;
 use std::path::Path;
 use unpack::Budget;
-use xml::Document;
+use xml::{Document, Grid};
 
 /// How a file stores its arrays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,38 +94,85 @@ pub static FORMAT: Native = Native {
     suffixes: &["vtu", "pvtu"],
     has_binary: true,
     holds_whole: true,
-    recognises: |bytes| {
-        let words = ["<VTKFile", "UnstructuredGrid"];
-        begins(bytes, "<") && words.iter().all(|word| head_has(bytes, word))
-    },
+    recognises: |bytes| is_xml_of(bytes, &[Grid::Unstructured]),
     read: from_bytes,
     write: write_content,
 };
 
-/// Reads a `.vtu`, or a `.pvtu` with the pieces beside or below it.
+/// Polygonal data: vertices, lines, polygons and strips.
+pub static POLY: Native = Native {
+    title: "VTP",
+    names: &["vtp"],
+    suffixes: &["vtp", "pvtp"],
+    recognises: |bytes| is_xml_of(bytes, &[Grid::Poly]),
+    write: poly::write,
+    ..FORMAT
+};
+
+/// Images, rectilinear and structured grids, which become meshes of hexahedra, quadrangles or lines.
+pub static GRIDS: Native = Native {
+    title: "VTI, VTR and VTS",
+    names: &["vts", "vtr", "vti"],
+    suffixes: &["vti", "vtr", "vts", "pvti", "pvtr", "pvts"],
+    recognises: |bytes| is_xml_of(bytes, &[Grid::Image, Grid::Rectilinear, Grid::Structured]),
+    write: |path, _, _, _| {
+        Err(Error::usage(
+            format!(
+                "{} would be a structured grid, which is not written",
+                path.display()
+            ),
+            "write a .vtu file",
+        ))
+    },
+    ..FORMAT
+};
+
+fn is_xml_of(bytes: &[u8], grids: &[Grid]) -> bool {
+    begins(bytes, "<") && xml::is_of(bytes, grids)
+}
+
+/// Reads a `.vtu`, or a `.pvtu` with the pieces beside or below it, or one of another grid.
 ///
 /// # Errors
 /// [`Error::File`] with byte and array if the file is damaged or inconsistent, has cells of unsupported types, or
 /// would unpack to more than is plausible for its size; [`Error::Io`] if it cannot be read.
 fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Content> {
-    let document = xml::parse(path, bytes)?;
+    let utf8 = xml::to_utf8(bytes);
+    let document = xml::parse(path, &utf8)?;
     let mut file = if document.parallel {
         read_parallel(path, &document)?
     } else {
         read_serial(path, bytes.len(), &document)?
     };
-    let unsound = |what| Error::file(path, Place::Whole, what, "write the file again");
-    let merged = merge::merge(std::mem::take(&mut file.pieces)).map_err(unsound)?;
-    let (mesh, whole) = restore::restore(merged, file.whole);
-    Ok(Content {
-        mesh,
-        whole,
-        format: "vtu".into(),
-        version: document.version,
-        encoding: file.encoding,
-        warnings: file.warnings,
-        unread: Vec::new(),
-    })
+    if utf8.len() != bytes.len() {
+        file.warnings
+            .push("the XML is not UTF-8, and read as Latin-1".into());
+    }
+    file.content(path, document.grid.suffix(), document.version)
+}
+
+impl Decoded {
+    /// The mesh that the pieces make.
+    pub(crate) fn content(
+        mut self,
+        path: &Path,
+        format: &str,
+        version: Option<String>,
+    ) -> Result<Content> {
+        let unsound = |what| Error::file(path, Place::Whole, what, "write the file again");
+        let merged = merge::merge(std::mem::take(&mut self.pieces)).map_err(unsound)?;
+        let (mesh, whole) = restore::restore(merged, self.whole);
+        Ok(Content {
+            mesh,
+            whole,
+            format: format.into(),
+            version,
+            encoding: self.encoding,
+            warnings: self.warnings,
+            unread: self.unread,
+            ghosts: self.ghosts,
+        })
+    }
 }
 
 /// [`write()`] as the table of formats has it.
@@ -142,19 +193,18 @@ fn write_content(
         ));
     }
     write(path, mesh, &[], whole, options.vtu)?;
-    let losses = losses(mesh).into_iter();
-    Ok(losses
-        .map(|what| format!("VTU does not hold {what}"))
-        .collect())
+    Ok(Vec::new())
 }
 
 /// What one file, or the files of a `.pvtu` together, decode to.
 #[derive(Default)]
-struct Decoded {
-    pieces: Vec<Piece>,
-    whole: Vec<GlobalArray>,
-    encoding: String,
-    warnings: Vec<String>,
+pub(crate) struct Decoded {
+    pub pieces: Vec<Piece>,
+    pub whole: Vec<GlobalArray>,
+    pub encoding: String,
+    pub warnings: Vec<String>,
+    pub unread: Vec<String>,
+    pub ghosts: usize,
 }
 
 fn read_serial(path: &Path, bytes: usize, document: &Document) -> Result<Decoded> {
@@ -163,6 +213,7 @@ fn read_serial(path: &Path, bytes: usize, document: &Document) -> Result<Decoded
         document,
         budget: Budget::of_file(bytes),
         warnings: Vec::new(),
+        unread: Vec::new(),
     };
     decoder.survey()?;
     let pieces = document.pieces.iter();
@@ -174,6 +225,8 @@ fn read_serial(path: &Path, bytes: usize, document: &Document) -> Result<Decoded
         whole: decoder.whole()?,
         encoding: document.encoding(),
         warnings: decoder.warnings,
+        unread: decoder.unread,
+        ghosts: 0,
     })
 }
 
@@ -201,16 +254,26 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
         }
         let bytes = bytes::read(&piece_path)
             .map_err(|error| refuse(format!("the piece {source:?} cannot be read: {error}")))?;
-        let piece = xml::parse(&piece_path, &bytes)?;
-        if piece.parallel {
+        let utf8 = xml::to_utf8(&bytes);
+        let piece = xml::parse(&piece_path, &utf8)?;
+        if piece.parallel || piece.grid != document.grid {
             return Err(refuse(format!(
-                "the piece {source:?} is a .pvtu file itself"
+                "the piece {source:?} is a list of pieces itself, or of another grid"
             )));
         }
-        let piece = read_serial(&piece_path, bytes.len(), &piece)?;
+        let mut piece = read_serial(&piece_path, bytes.len(), &piece)?;
+        let ghosts = piece.pieces.iter_mut().map(Piece::leave_ghosts_out);
+        all.ghosts += ghosts.sum::<usize>();
         all.pieces.extend(piece.pieces);
         all.encoding = piece.encoding;
         all.warnings.extend(piece.warnings);
+        all.unread.extend(
+            piece
+                .unread
+                .into_iter()
+                .filter(|what| !all.unread.contains(what))
+                .collect::<Vec<_>>(),
+        );
         for array in piece.whole {
             match all.whole.iter().find(|known| known.name == array.name) {
                 None => all.whole.push(array),
@@ -222,23 +285,13 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
             }
         }
     }
+    if all.ghosts > 0 {
+        let ghosts = all.ghosts;
+        all.warnings.push(format!(
+            "{ghosts} ghost cells, which other pieces have as well, are left out"
+        ));
+    }
     Ok(all)
-}
-
-/// Describes what of a mesh VTU cannot hold.
-fn losses(mesh: &Mesh) -> Vec<String> {
-    let geometry = &mesh.geometry;
-    let mut losses = Vec::new();
-    if !geometry.entities.is_empty() || !geometry.point_runs.is_empty() {
-        losses.push("the geometry behind the mesh".into());
-    }
-    if !geometry.periodic.is_empty() {
-        losses.push(format!("{} periodic links", geometry.periodic.len()));
-    }
-    if geometry.partitions != Partitions::default() {
-        losses.push("the partitions of cells".into());
-    }
-    losses
 }
 
 #[cfg(test)]

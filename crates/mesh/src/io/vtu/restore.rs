@@ -3,31 +3,33 @@
 //! An array under one of the reserved names that does not hold what it should, because another program made it or
 //! changed the mesh around it, stays an array like any other.
 
-use super::cells::{vtk_type, written_kind};
+use super::cells::{block_code, written_kind};
 use super::layout::{
-    BLOCKS, CELL_TAG, ENTITY, FIELD_ARRAYS, FIELD_AT, FIELD_NAMES, FIELD_TIMES, FIELDS, GROUP,
-    GROUP_NAMES, GROUPS, NO_GROUP, POINT_TAG,
+    BLOCKS, CELL_TAG, ENTITY, FIELD_ARRAYS, FIELD_AT, FIELD_NAMES, FIELD_TIMES, FIELDS, GEOMETRY,
+    GROUP, GROUP_NAMES, GROUPS, NO_GROUP, POINT_TAG,
 };
 use super::merge::{Merged, PieceArray};
 use super::scalar::Scalar;
 use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::data::{to_i64, with_numbers};
 use crate::field::{GlobalArray, GlobalValues};
-use crate::mesh::{CellBlock, Field, Group, Mesh, Support, Values};
+use crate::mesh::{CellBlock, Field, Geometry, Group, Mesh, Support, Values};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 /// The mesh that the arrays describe, and the remaining global arrays.
-pub(super) fn restore(merged: Merged, mut whole: Vec<GlobalArray>) -> (Mesh, Vec<GlobalArray>) {
+pub(crate) fn restore(merged: Merged, mut whole: Vec<GlobalArray>) -> (Mesh, Vec<GlobalArray>) {
     let Merged {
         points,
         blocks,
+        polyhedra,
         mut on_points,
         mut on_cells,
     } = merged;
     let mut mesh = Mesh {
         points,
         blocks,
+        polyhedra,
         ..Mesh::default()
     };
     let own_tags = |values: &Values| match values {
@@ -54,7 +56,21 @@ pub(super) fn restore(merged: Merged, mut whole: Vec<GlobalArray>) -> (Mesh, Vec
         .chain(on_cells.into_iter().map(field(Support::Cells)))
         .collect();
     restore_fields(&mut mesh, &mut whole);
+    restore_geometry(&mut mesh, &mut whole);
     (mesh, whole)
+}
+
+/// The geometry, if it is one of this mesh.
+fn restore_geometry(mesh: &mut Mesh, whole: &mut Vec<GlobalArray>) {
+    let text = find_texts(whole, GEOMETRY).and_then(|texts| texts.first());
+    let Some(geometry) = text.and_then(|text| serde_json::from_str(text).ok()) else {
+        return;
+    };
+    mesh.geometry = geometry;
+    match mesh.validate_geometry() {
+        Ok(()) => remove(whole, &[GEOMETRY]),
+        Err(_) => mesh.geometry = Geometry::default(),
+    }
 }
 
 /// Removes an array of one component from a list if it has this name, and `get` understands its values.
@@ -136,7 +152,7 @@ fn are_runs(rows: &[[i64; 4]], runs: &[CellBlock]) -> bool {
             continue;
         }
         match runs.peek_mut() {
-            Some((found, left)) if vtk_type(*found) == vtk_type(kind) && cells <= *left => {
+            Some((found, left)) if block_code(*found) == block_code(kind) && cells <= *left => {
                 *left -= cells;
                 if *left == 0 {
                     runs.next();

@@ -4,7 +4,7 @@ use crate::mesh::Values;
 use rayon::prelude::*;
 
 /// A number type of VTU.
-pub(super) trait Scalar: Copy + Default + Send + Sync {
+pub(crate) trait Scalar: Copy + Default + Send + Sync {
     /// The `type` attribute.
     const NAME: &'static str;
     /// Bytes of one value.

@@ -108,9 +108,16 @@ pub(super) fn assert_same(read: &Mesh, written: &Mesh) {
 }
 
 fn bytes_of(mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
-    write::encode(mesh, &[], &provenance(), encoding, Out::default())
-        .expect("a sound mesh")
-        .bytes
+    write::encode(
+        mesh,
+        &[],
+        &provenance(),
+        encoding,
+        write::Topology::Cells,
+        Out::default(),
+    )
+    .expect("a sound mesh")
+    .bytes
 }
 
 fn reads(bytes: &[u8]) -> Result<Content> {

@@ -4,19 +4,39 @@
 //! large mesh is the memory that is touched.
 
 use super::array::RawNumbers;
-use super::cells;
-use super::read::Decoder;
+use super::cells::{self, Meaning, POLYHEDRON};
+use super::lattice::Order;
 use super::scalar::{Scalar, with_type};
 use super::unpack::Unpacked;
-use super::xml::{ArrayTag, PieceTag};
-use crate::error::Result;
 use crate::io::rows;
-use crate::mesh::CellBlock;
-use num_traits::FromPrimitive;
-use vtkio::model::CellType;
+use crate::mesh::{CellBlock, CellKind, Polyhedra};
+use std::collections::HashMap;
 
 /// Cells that are examined together.
 const CELLS: usize = 1 << 12;
+/// Types and widths whose meaning is kept; strips have many widths.
+const KNOWN: usize = 64;
+
+/// The cells of a piece as they are read, section after section.
+#[derive(Default)]
+pub(crate) struct Cells {
+    pub blocks: Vec<CellBlock>,
+    pub polyhedra: Polyhedra,
+    /// Numbers of consecutive cells of the file, and how many cells each of them is here; empty while all are one.
+    pub parts: Vec<(usize, usize)>,
+    /// Cells of the file so far.
+    pub count: usize,
+}
+
+/// The array that an error is about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Part {
+    Connectivity,
+    Offsets,
+    Types,
+}
+
+type Fault = (Part, String);
 
 /// Consecutive cells of one type and width.
 struct CellRun {
@@ -25,90 +45,173 @@ struct CellRun {
     cells: usize,
 }
 
-impl<'a> Decoder<'a> {
-    /// The cells of a piece in runs of one type.
-    pub fn cells(&mut self, piece: &'a PieceTag) -> Result<Vec<CellBlock>> {
-        let find = |name: &str| piece.topology.iter().find(|array| array.name == name);
-        let (Some(connectivity), Some(offsets), Some(types)) =
-            (find("connectivity"), find("offsets"), find("types"))
-        else {
-            if piece.cells == 0 {
-                return Ok(Vec::new());
+/// Cells of a file.
+pub(crate) struct Source<'b, 'f> {
+    /// VTK's types of the cells.
+    pub codes: RawNumbers<'b>,
+    /// Where the nodes of each cell end.
+    pub ends: RawNumbers<'b>,
+    pub nodes: RawNumbers<'b>,
+    /// That of Lagrange cells.
+    pub order: Order,
+    /// Whether a cell has other degrees in one direction than in another.
+    pub uneven: &'f dyn Fn(usize) -> bool,
+    /// The faces of a polyhedron: the number of corners of each, and these.
+    pub faces: &'f dyn Fn(usize) -> Option<Vec<u32>>,
+}
+
+impl<'b> Source<'b, 'static> {
+    /// Cells without polyhedra and degrees.
+    pub fn plain(codes: RawNumbers<'b>, ends: RawNumbers<'b>, nodes: RawNumbers<'b>) -> Self {
+        Source {
+            codes,
+            ends,
+            nodes,
+            order: Order::Vtk,
+            uneven: &|_| false,
+            faces: &|_| None,
+        }
+    }
+}
+
+impl Cells {
+    /// Appends cells of so many `points`.
+    pub fn append(&mut self, source: Source<'_, '_>, points: u64) -> Result<(), Fault> {
+        let Source {
+            codes,
+            ends,
+            nodes,
+            order,
+            uneven,
+            faces,
+        } = source;
+        let codes = codes_of(codes).map_err(|what| (Part::Types, what))?;
+        let runs = with_type!(ends.type_name, T => runs_of::<T>(&ends, &codes), Ok(Vec::new()));
+        let runs = runs.map_err(|what| (Part::Offsets, what.to_owned()))?;
+        let mut known: HashMap<(u8, usize), Meaning> = HashMap::new();
+        let mut rest = &*nodes.bytes;
+        for run in runs {
+            let CellRun { code, width, cells } = run;
+            let range = self.count..self.count + cells;
+            let bytes = with_type!(nodes.type_name, T => T::WIDTH, 1);
+            let (words, others) = width
+                .checked_mul(cells * bytes)
+                .and_then(|length| rest.split_at_checked(length))
+                .ok_or_else(|| (Part::Connectivity, "it ends before the cells do".to_owned()))?;
+            rest = others;
+            // What is known by its number of nodes has the same degree in all directions.
+            let is_uneven = matches!(code, 70 | 72 | 73) && range.clone().any(uneven);
+            if is_uneven || !known.contains_key(&(code, width)) {
+                let found = match is_uneven {
+                    true => CellKind::from_vtk(code, width).map(Meaning::whole),
+                    false => cells::meaning(code, width, order),
+                };
+                let found = found.ok_or_else(|| {
+                    let cell = range.start;
+                    let what = format!(
+                        "cell {cell} is of VTK's type {code} with {width} points, which is not read"
+                    );
+                    (Part::Types, what)
+                })?;
+                if known.len() > KNOWN {
+                    known.clear();
+                }
+                known.insert((code, width), found);
             }
-            let what = "<Cells> lacks connectivity, offsets or types".into();
-            return Err(self.refuse_piece(piece, what));
-        };
-        let ends = self.numbers(offsets, piece.cells)?;
-        let codes = self.numbers(types, piece.cells)?;
-        let codes =
-            with_type!(types.type_name.as_str(), T => codes_of::<T>(codes), Ok(codes.bytes));
-        let codes = codes.map_err(|what| self.refuse(types, what))?;
-        let runs = with_type!(offsets.type_name.as_str(), T => runs_of::<T>(&ends, &codes), Ok(Vec::new()));
-        let runs = runs.map_err(|what| self.refuse(offsets, what))?;
-        let entries = runs.iter().map(|run| (run.width * run.cells) as u64).sum();
-        let nodes = self.numbers(connectivity, entries)?;
-        with_type!(connectivity.type_name.as_str(), T => {
-            self.blocks::<T>(piece, connectivity, types, &nodes, &runs)
-        }, Ok(Vec::new()))
+            let meaning = &known[&(code, width)];
+            if code == POLYHEDRON {
+                range
+                    .clone()
+                    .try_for_each(|cell| self.polyhedron(cell, points, faces))?;
+            }
+            self.note_parts(cells, meaning.parts);
+            if meaning.parts > 0 {
+                let all_there = with_type!(nodes.type_name, T => {
+                    append::<T>(self.block(meaning.kind), words, nodes.big_endian, points, width, meaning)
+                }, false);
+                if !all_there {
+                    let what = with_type!(nodes.type_name, T => beyond::<T>(&nodes, points), NO_INDEX.into());
+                    return Err((Part::Connectivity, what));
+                }
+            }
+            if is_uneven {
+                known.remove(&(code, width));
+            }
+        }
+        Ok(())
     }
 
-    fn blocks<T: Scalar>(
-        &self,
-        piece: &PieceTag,
-        connectivity: &ArrayTag,
-        types: &ArrayTag,
-        nodes: &RawNumbers,
-        runs: &[CellRun],
-    ) -> Result<Vec<CellBlock>> {
-        let mut blocks: Vec<CellBlock> = Vec::new();
-        let mut rest = &*nodes.bytes;
-        let mut cell = 0;
-        for run in runs {
-            let vtk = CellType::from_u8(run.code)
-                .ok_or_else(|| self.refuse(types, format!("VTK has no cell type {}", run.code)))?;
-            let (kind, order) = cells::kind(vtk, run.width).ok_or_else(|| {
-                let width = run.width;
-                let what = format!("cell {cell} is a {vtk:?} of {width} points, which is not read");
-                self.refuse(types, what)
-            })?;
-            if blocks.last().is_none_or(|block| block.kind != kind) {
-                blocks.push(CellBlock::new(kind, Vec::new()));
-            }
-            let (words, others) = rest.split_at(run.width * run.cells * T::WIDTH);
-            rest = others;
-            let block = blocks.last_mut().map(|block| &mut block.nodes);
-            let all_there = block.is_none_or(|block| {
-                append::<T>(
-                    block,
-                    words,
-                    nodes.big_endian,
-                    piece.points,
-                    run.width,
-                    order,
-                )
-            });
-            if !all_there {
-                return Err(self.refuse(connectivity, beyond::<T>(nodes, piece.points)));
-            }
-            cell += run.cells;
+    /// The nodes of the block that a cell of a kind belongs to.
+    fn block(&mut self, kind: CellKind) -> &mut Vec<u32> {
+        if self.blocks.last().is_none_or(|block| block.kind != kind) {
+            self.blocks.push(CellBlock::new(kind, Vec::new()));
         }
-        Ok(blocks)
+        let last = self.blocks.len() - 1;
+        &mut self.blocks[last].nodes
+    }
+
+    fn polyhedron(
+        &mut self,
+        cell: usize,
+        points: u64,
+        faces: &dyn Fn(usize) -> Option<Vec<u32>>,
+    ) -> Result<(), Fault> {
+        let sound = faces(cell).is_some_and(|stream| self.polyhedra.push(stream));
+        let mut corners = self.polyhedra.last().into_iter().flatten().flatten();
+        if !sound || corners.any(|&corner| u64::from(corner) >= points) {
+            let what = format!(
+                "the faces of the polyhedron {cell} are missing, or not faces of these points"
+            );
+            return Err((Part::Types, what));
+        }
+        Ok(())
+    }
+
+    fn note_parts(&mut self, cells: usize, parts: usize) {
+        if parts != 1 && self.parts.is_empty() && self.count > 0 {
+            self.parts.push((self.count, 1));
+        }
+        if parts != 1 || !self.parts.is_empty() {
+            self.parts.push((cells, parts));
+        }
+        self.count += cells;
+    }
+
+    /// What was cut up or left out, in words.
+    pub fn notes(&self) -> Vec<String> {
+        let (mut strips, mut pieces, mut none) = (0, 0, 0);
+        for &(cells, parts) in &self.parts {
+            match parts {
+                0 => none += cells,
+                1 => {}
+                _ => (strips, pieces) = (strips + cells, pieces + cells * parts),
+            }
+        }
+        let strips = (strips > 0).then(|| {
+            format!("{strips} strips, poly-lines and poly-vertices are read as the {pieces} cells they consist of")
+        });
+        let none = (none > 0).then(|| format!("{none} cells of no extent are left out"));
+        strips.into_iter().chain(none).collect()
     }
 }
 
 const NO_INDEX: &str = "it holds a value that is not an index";
 
 /// Codes of cell types as bytes, their usual form.
-fn codes_of<T: Scalar>(codes: RawNumbers) -> Result<Unpacked, String> {
-    if T::NAME == u8::NAME {
+fn codes_of(codes: RawNumbers) -> Result<Unpacked, String> {
+    fn narrow<T: Scalar>(codes: &RawNumbers) -> Result<Vec<u8>, String> {
+        let narrow = |code: T| {
+            let code = code.index().ok_or(NO_INDEX)?;
+            u8::try_from(code).map_err(|_| format!("VTK has no cell type {code}"))
+        };
+        T::each(&codes.bytes, codes.big_endian)
+            .map(narrow)
+            .collect()
+    }
+    if codes.type_name == u8::NAME {
         return Ok(codes.bytes);
     }
-    let narrow = |code: T| {
-        let code = code.index().ok_or(NO_INDEX)?;
-        u8::try_from(code).map_err(|_| format!("VTK has no cell type {code}"))
-    };
-    let codes = T::each(&codes.bytes, codes.big_endian).map(narrow);
-    codes.collect::<Result<Vec<u8>, _>>().map(Unpacked::from)
+    with_type!(codes.type_name, T => narrow::<T>(&codes).map(Unpacked::from), Ok(codes.bytes))
 }
 
 /// Collects consecutive cells of the same type and width.
@@ -149,17 +252,20 @@ fn runs_of<T: Scalar>(ends: &RawNumbers, codes: &[u8]) -> Result<Vec<CellRun>, &
     Ok(runs)
 }
 
-/// Appends the nodes of cells, given in VTK's `order`; returns whether all are below the number of points.
+/// Appends the nodes of cells of `width` nodes, those that the meaning wants; returns whether all are below the number of
+/// points.
 fn append<T: Scalar>(
     nodes: &mut Vec<u32>,
     words: &[u8],
     big_endian: bool,
     points: u64,
     width: usize,
-    order: Option<&[usize]>,
+    meaning: &Meaning,
 ) -> bool {
+    let places = meaning.nodes.as_deref();
     let start = nodes.len();
-    let count = words.len() / T::WIDTH;
+    let out = places.map_or(width, <[usize]>::len);
+    let count = words.len() / T::WIDTH / width * out;
     if start == 0 {
         *nodes = vec![0; count];
     } else {
@@ -174,23 +280,26 @@ fn append<T: Scalar>(
             node as u32
         };
         let mut words = T::each(words, big_endian).map(narrow);
-        match order {
-            None => nodes
+        let Some(places) = places else {
+            nodes
                 .iter_mut()
                 .zip(words)
-                .for_each(|(node, word)| *node = word),
-            Some(order) => {
-                for cell in nodes.chunks_exact_mut(width) {
-                    for (&place, word) in order.iter().zip(words.by_ref()) {
-                        cell[place] = word;
-                    }
-                }
-            }
+                .for_each(|(node, word)| *node = word);
+            return there;
+        };
+        let mut cell = Vec::with_capacity(width);
+        for nodes in nodes.chunks_exact_mut(out) {
+            cell.clear();
+            cell.extend(words.by_ref().take(width));
+            nodes
+                .iter_mut()
+                .zip(places)
+                .for_each(|(node, &place)| *node = cell[place]);
         }
         there
     };
     let new = nodes.split_at_mut(start).1;
-    let all = rows::convert((words, width * T::WIDTH), (new, width), fill, |a, b| a & b);
+    let all = rows::convert((words, width * T::WIDTH), (new, out), fill, |a, b| a & b);
     all.unwrap_or(true)
 }
 
@@ -212,9 +321,9 @@ fn beyond<T: Scalar>(nodes: &RawNumbers, points: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::{Compressor, Encoding, from_bytes, write};
-    use super::*;
+    use super::CELLS;
     use crate::io::out::Out;
-    use crate::mesh::{CellKind, Mesh};
+    use crate::mesh::{CellBlock, CellKind, Mesh};
     use std::path::Path;
 
     /// Where the type or the width changes, whether within or between the cells that are looked at together.
@@ -236,7 +345,14 @@ mod tests {
                 ..Mesh::default()
             };
             let encoding = Encoding::Raw(Compressor::None);
-            let out = write::encode(&mesh, &[], &[], encoding, Out::default());
+            let out = write::encode(
+                &mesh,
+                &[],
+                &[],
+                encoding,
+                write::Topology::Cells,
+                Out::default(),
+            );
             let bytes = out.expect("a sound mesh").bytes;
             let read = from_bytes(Path::new("test.vtu"), &bytes).expect("a sound file");
             assert!(read.mesh.blocks == mesh.blocks, "{first}");

@@ -15,7 +15,7 @@ const ALLOWANCE: u64 = 128 << 20;
 const PER_BYTE: u64 = 8;
 
 /// The remaining memory that the arrays of one file may take.
-pub(super) struct Budget(u64);
+pub(crate) struct Budget(u64);
 
 impl Budget {
     pub fn of_file(bytes: usize) -> Self {
@@ -34,7 +34,7 @@ impl Budget {
 }
 
 /// The bytes of an array, in the file or unpacked.
-pub(super) enum Unpacked<'a> {
+pub(crate) enum Unpacked<'a> {
     Borrowed(&'a [u8]),
     Owned(Bytes),
 }
@@ -47,6 +47,12 @@ impl Deref for Unpacked<'_> {
             Unpacked::Borrowed(bytes) => bytes,
             Unpacked::Owned(bytes) => bytes,
         }
+    }
+}
+
+impl<'a> From<&'a [u8]> for Unpacked<'a> {
+    fn from(bytes: &'a [u8]) -> Self {
+        Unpacked::Borrowed(bytes)
     }
 }
 
@@ -123,9 +129,18 @@ impl Packing {
         Ok(Unpacked::Owned(out))
     }
 
-    /// The bytes that an array says it unpacks to.
+    /// The bytes that an array says it unpacks to; of a plain one no more than there are.
     pub fn declared(self, mut stream: Stream) -> Result<u64, String> {
-        self.extent(&mut stream).map(|extent| extent.length)
+        let length = self.extent(&mut stream)?.length;
+        Ok(match self.compressor {
+            Compressor::None => length.min(stream.remaining()),
+            _ => length,
+        })
+    }
+
+    /// Whether a plain array says that it has more bytes than there are; the stream is after its header then.
+    pub fn lies(self, stream: &mut Stream) -> Result<bool, String> {
+        Ok(self.compressor == Compressor::None && self.extent(stream)?.length > stream.remaining())
     }
 
     /// The header up to the lengths of the blocks.

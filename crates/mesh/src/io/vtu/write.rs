@@ -4,10 +4,12 @@
 //! which VTK then refuses; its `export_ascii` and `export_le` write another format under a `.vtu` name. So every
 //! encoding is written here.
 
+use super::cells::needs_new_version;
 use super::column::Column;
 use super::layout::{self, Array, FileArrays, is_in_xml};
 use super::pack::{Packed, pack};
 use super::scalar::Scalar;
+use super::xml::POLYGONS;
 use super::{Compressor, Encoding};
 use crate::error::{Error, Place, Result};
 use crate::field::GlobalArray;
@@ -20,7 +22,7 @@ use std::collections::HashSet;
 use std::path::Path;
 
 /// Writes a mesh with its fields, further `fields`, and data about the `whole`; the file appears complete or not
-/// at all. VTU cannot hold geometry, periodicity and partitions, of which [`crate::io::write`] warns.
+/// at all.
 ///
 /// # Errors
 /// A mesh that is not valid or has cells that VTK does not have, a field that does not fit the mesh, names that appear
@@ -32,15 +34,33 @@ pub fn write(
     whole: &[GlobalArray],
     encoding: Encoding,
 ) -> Result<()> {
-    let out = encode(mesh, fields, whole, encoding, Out::to(path)?).map_err(|what| {
-        Error::file(
-            path,
-            Place::Whole,
-            what,
-            "VTU cannot hold it: correct it before writing",
-        )
-    })?;
-    out.save(path)
+    let out = encode(
+        mesh,
+        fields,
+        whole,
+        encoding,
+        Topology::Cells,
+        Out::to(path)?,
+    );
+    out.map_err(|what| refuse(path, what))?.save(path)
+}
+
+pub(crate) fn refuse(path: &Path, what: String) -> Error {
+    Error::file(
+        path,
+        Place::Whole,
+        what,
+        "correct it, or choose another format",
+    )
+}
+
+/// How the cells are written.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Topology {
+    /// As cells of any type.
+    Cells,
+    /// As the sections of polygonal data.
+    Sections,
 }
 
 /// Appends a file to `out`; the error says why it cannot be written.
@@ -49,16 +69,17 @@ pub(super) fn encode(
     fields: &[Field],
     whole: &[GlobalArray],
     encoding: Encoding,
+    topology: Topology,
     out: Out,
 ) -> Result<Out, String> {
     mesh.validate()?;
-    let layout = layout::lay_out(mesh, fields, whole)?;
+    let layout = layout::lay_out(mesh, fields, whole, topology)?;
     check_arrays(&layout)?;
     document(mesh, &layout, encoding, out)
         .map_err(|error| format!("an array was not packed: {error}"))
 }
 
-fn check_arrays(layout: &FileArrays) -> Result<(), String> {
+pub(crate) fn check_arrays(layout: &FileArrays) -> Result<(), String> {
     check_names(layout.points.iter().map(|array| &array.name))?;
     check_names(layout.cells.iter().map(|array| &array.name))?;
     check_names(layout.whole.iter().map(|array| &array.name))
@@ -88,26 +109,54 @@ fn document(
         encoding,
         appended: Vec::new(),
     };
-    file.text("<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\"");
+    // meshio reads no later version, but VTK takes some nodes of high order for others in earlier ones.
+    let version = match mesh
+        .blocks
+        .iter()
+        .any(|block| needs_new_version(block.kind))
+    {
+        true => "2.2",
+        false => "1.0",
+    };
+    let grid = match layout.sections.is_empty() {
+        true => "UnstructuredGrid",
+        false => "PolyData",
+    };
+    file.text(&format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"{grid}\" version=\"{version}\""
+    ));
     file.text(" byte_order=\"LittleEndian\" header_type=\"UInt64\"");
     if let Some(name) = encoding.compressor().vtk_name() {
         file.text(&format!(" compressor=\"{name}\""));
     }
-    file.text(">\n<UnstructuredGrid>\n<FieldData>\n");
+    file.text(&format!(">\n<{grid}>\n<FieldData>\n"));
     for array in &layout.whole {
         let tuples = array.values.len() / array.components;
         file.array(&array.name, array.components, Some(tuples), &array.values)?;
     }
     file.text(&format!(
-        "</FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-        mesh.points.len(),
-        mesh.cell_count()
+        "</FieldData>\n<Piece NumberOfPoints=\"{}\"",
+        mesh.points.len()
     ));
+    match layout.sections.as_slice() {
+        [] => file.text(&format!(" NumberOfCells=\"{}\"", mesh.cell_count())),
+        sections => {
+            for ((_, count, _), [_, ends]) in POLYGONS.into_iter().zip(sections) {
+                file.text(&format!(" {count}=\"{}\"", ends.values.len()));
+            }
+        }
+    }
+    file.text(">\n");
     file.section("PointData", &layout.points)?;
     file.section("CellData", &layout.cells)?;
     file.section("Points", &layout.geometry)?;
-    file.section("Cells", &layout.topology)?;
-    file.text("</Piece>\n</UnstructuredGrid>\n");
+    for ((name, ..), arrays) in POLYGONS.into_iter().zip(&layout.sections) {
+        file.section(name, arrays)?;
+    }
+    if layout.sections.is_empty() {
+        file.section("Cells", &layout.topology)?;
+    }
+    file.text(&format!("</Piece>\n</{grid}>\n"));
     file.append(&mut out);
     out.text("</VTKFile>\n");
     Ok(out)

@@ -1,4 +1,4 @@
-//! The XML of a VTU file: its arrays, and where their data are. No data are decoded here.
+//! The XML of a VTK file: its arrays, and where their data are. No data are decoded here.
 //!
 //! `vtkio` (0.7.0-rc2) hands the whole file to a deserializer, which fails on raw appended bytes, on counts with
 //! blanks (FreeFEM), on a missing `byte_order` (dolfinx) or `version`, and drops `<FieldData>`. Here the appended
@@ -10,13 +10,98 @@ use memchr::memmem;
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
+use std::borrow::Cow;
 use std::path::Path;
+
+/// The kinds of grids.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Grid {
+    #[default]
+    Unstructured,
+    Poly,
+    Image,
+    Rectilinear,
+    Structured,
+}
+
+const GRIDS: [(Grid, &str); 5] = [
+    (Grid::Unstructured, "UnstructuredGrid"),
+    (Grid::Poly, "PolyData"),
+    (Grid::Image, "ImageData"),
+    (Grid::Rectilinear, "RectilinearGrid"),
+    (Grid::Structured, "StructuredGrid"),
+];
+
+impl Grid {
+    /// VTK's name of the grid, with a `P` in front where its pieces are files.
+    fn of_name(name: &str) -> Option<(Grid, bool)> {
+        let named = |name: &str| GRIDS.iter().find(|(_, known)| *known == name);
+        let serial = named(name).map(|(grid, _)| (*grid, false));
+        serial.or_else(|| Some((named(name.strip_prefix('P')?)?.0, true)))
+    }
+
+    /// The usual suffix of its files.
+    pub fn suffix(self) -> &'static str {
+        match self {
+            Grid::Unstructured => "vtu",
+            Grid::Poly => "vtp",
+            Grid::Image => "vti",
+            Grid::Rectilinear => "vtr",
+            Grid::Structured => "vts",
+        }
+    }
+
+    fn name(self) -> &'static str {
+        let found = GRIDS.iter().find(|(grid, _)| *grid == self);
+        found.map_or("", |(_, name)| name)
+    }
+}
+
+/// The bytes of a file with its XML as UTF-8: what is not is Latin-1, as VTK writes the words of its users.
+pub(super) fn to_utf8(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let end = memmem::find(bytes, b"<AppendedData").unwrap_or(bytes.len());
+    let (head, tail) = bytes.split_at(end);
+    if std::str::from_utf8(head).is_ok() {
+        return Cow::Borrowed(bytes);
+    }
+    let text: String = head.iter().map(|&byte| char::from(byte)).collect();
+    Cow::Owned([text.as_bytes(), tail].concat())
+}
+
+/// Whether the first bytes are those of a file of one of these grids.
+pub(super) fn is_of(bytes: &[u8], grids: &[Grid]) -> bool {
+    let Some(at) = memmem::find(
+        bytes.get(..4096.min(bytes.len())).unwrap_or_default(),
+        b"<VTKFile",
+    ) else {
+        return false;
+    };
+    let rest = bytes.split_at(at).1;
+    let tag = rest.split(|&byte| byte == b'>').next().unwrap_or_default();
+    let tag = String::from_utf8_lossy(tag.get(1..).unwrap_or_default());
+    let mut found = None;
+    let tag = BytesStart::from_content(&*tag, "VTKFile".len().min(tag.len()));
+    // A tag that is broken is refused later, with its place.
+    let _ = attributes(&tag, |name, value| {
+        if name == "type" {
+            found = Grid::of_name(value.trim());
+        }
+        Ok(())
+    });
+    found.is_some_and(|(grid, _)| grids.contains(&grid))
+}
 
 /// The relevant elements of a file.
 #[derive(Default)]
 pub(super) struct Document<'a> {
-    /// `.pvtu`: the pieces are files.
+    pub grid: Grid,
+    /// `.pvtu` and its like: the pieces are files.
     pub parallel: bool,
+    /// Of an image: where its point (0, 0, 0) is, the distances of points, and the directions of the axes by rows.
+    pub origin: [f64; 3],
+    pub spacing: Option<[f64; 3]>,
+    pub direction: Option<[f64; 9]>,
+    pub whole_extent: Option<[i64; 6]>,
     pub version: Option<String>,
     pub big_endian: bool,
     pub wide_headers: bool,
@@ -32,10 +117,34 @@ pub(super) struct PieceTag<'a> {
     pub source: Option<String>,
     pub points: u64,
     pub cells: u64,
+    /// First and last index of the points in each direction of a structured grid.
+    pub extent: Option<[i64; 6]>,
+    /// Cells in each of the sections of `polygons`.
+    pub counts: [u64; 4],
     pub point_data: Vec<ArrayTag<'a>>,
     pub cell_data: Vec<ArrayTag<'a>>,
     pub coordinates: Vec<ArrayTag<'a>>,
     pub topology: Vec<ArrayTag<'a>>,
+    /// Connectivity and offsets of the sections [`POLYGONS`].
+    pub polygons: [Vec<ArrayTag<'a>>; 4],
+}
+
+/// The sections of polygonal data in the order in which their cells count, the attributes with their numbers of cells, and
+/// VTK's types of their cells.
+pub(super) const POLYGONS: [(&str, &str, u8); 4] = [
+    ("Verts", "NumberOfVerts", 2),
+    ("Lines", "NumberOfLines", 4),
+    ("Polys", "NumberOfPolys", 7),
+    ("Strips", "NumberOfStrips", 6),
+];
+
+impl<'a> PieceTag<'a> {
+    /// All arrays.
+    pub fn arrays(&self) -> impl Iterator<Item = &ArrayTag<'a>> {
+        let data = self.point_data.iter().chain(&self.cell_data);
+        let rest = self.coordinates.iter().chain(&self.topology);
+        data.chain(rest).chain(self.polygons.iter().flatten())
+    }
 }
 
 /// A `<DataArray>` or `<Array>`.
@@ -65,10 +174,16 @@ const MAX_ARRAYS: usize = 100_000;
 pub(super) const MAX_ARRAYS_IN_SECTION: usize = 4096;
 
 impl Document<'_> {
+    /// Whether the file's version is lower.
+    pub fn is_before(&self, version: [u32; 2]) -> bool {
+        let own = self.version.as_deref().unwrap_or("0.1").split('.');
+        own.map(|part| part.trim().parse().unwrap_or(0)).lt(version)
+    }
+
     /// How the arrays are stored, as the first of them is.
     pub fn encoding(&self) -> String {
         let pieces = self.pieces.iter();
-        let mut arrays = pieces.flat_map(|piece| piece.coordinates.iter().chain(&piece.topology));
+        let mut arrays = pieces.flat_map(PieceTag::arrays);
         let format = arrays.next().map(|array| array.format.as_str());
         let appended = self.appended.as_ref().map(|appended| appended.raw);
         let base = match (format, appended) {
@@ -88,6 +203,8 @@ impl Document<'_> {
 
 /// What stands for elements that are not read, or not where they are.
 const OTHER: &str = "";
+/// The grid, whatever its kind.
+const GRID: &str = "Grid";
 /// An array; its own name is that of either kind.
 const ARRAY: &str = "DataArray";
 
@@ -97,7 +214,7 @@ pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
             path,
             Place::Byte(byte),
             what,
-            "write the file again: it is not sound VTU",
+            "write the file again: it is not sound VTK",
         )
     };
     let (head, tail) = match memmem::find(bytes, b"<AppendedData") {
@@ -131,7 +248,8 @@ pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
         return Err(fail(end, "the file ends before its elements do".into()));
     }
     if !parser.grid_seen {
-        return Err(fail(end, "there is no <UnstructuredGrid>".into()));
+        let grid = parser.document.grid.name();
+        return Err(fail(end, format!("there is no <{grid}>")));
     }
     if !tail.is_empty() {
         parser.document.appended =
@@ -226,6 +344,26 @@ fn count(name: &str, value: &str) -> Result<u64, String> {
     parsed.map_err(|_| format!("{name}={value:?} is not a count"))
 }
 
+/// As many numbers as there is place for.
+fn numbers<const N: usize, T: Default + Copy + std::str::FromStr>(
+    name: &str,
+    value: &str,
+) -> Result<[T; N], String> {
+    let mut numbers = [T::default(); N];
+    let mut words = value.split_ascii_whitespace();
+    let fits = numbers.iter_mut().all(|number| {
+        let word = words.next().and_then(|word| word.parse().ok());
+        word.is_some_and(|word| {
+            *number = word;
+            true
+        })
+    });
+    match fits && words.next().is_none() {
+        true => Ok(numbers),
+        false => Err(format!("{name}={value:?} does not have {N} numbers")),
+    }
+}
+
 #[derive(Default)]
 struct Parser<'a> {
     document: Document<'a>,
@@ -272,7 +410,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn text(&mut self, text: std::borrow::Cow<'a, str>) -> Result<(), String> {
+    fn text(&mut self, text: Cow<'a, str>) -> Result<(), String> {
         if text.bytes().all(|byte| byte.is_ascii_whitespace()) {
             return Ok(());
         }
@@ -280,7 +418,7 @@ impl<'a> Parser<'a> {
             return Err("text outside of <VTKFile>".into());
         }
         if self.open.last() == Some(&ARRAY) {
-            let std::borrow::Cow::Borrowed(text) = text else {
+            let Cow::Borrowed(text) = text else {
                 return Err("a text that cannot be read".into());
             };
             if let Some(array) = self.list(1).and_then(|list| list.last_mut()) {
@@ -302,7 +440,10 @@ impl<'a> Parser<'a> {
             "CellData" => Some(&mut piece.cell_data),
             "Points" => Some(&mut piece.coordinates),
             "Cells" => Some(&mut piece.topology),
-            _ => None,
+            _ => {
+                let at = POLYGONS.iter().position(|(name, ..)| *name == section)?;
+                piece.polygons.get_mut(at)
+            }
         }
     }
 
@@ -316,24 +457,32 @@ impl<'a> Parser<'a> {
                 "VTKFile"
             }
             (None, _) => return Err(format!("<{name}> stands where one <VTKFile> is expected")),
-            (Some("VTKFile"), "UnstructuredGrid" | "PUnstructuredGrid") => {
-                if self.grid_seen || parallel != name.starts_with('P') {
+            (Some("VTKFile"), _) if Grid::of_name(name).is_some() => {
+                if self.grid_seen || Grid::of_name(name) != Some((self.document.grid, parallel)) {
                     return Err(format!("<{name}> is misplaced"));
                 }
                 self.grid_seen = true;
-                "UnstructuredGrid"
+                self.grid(tag)?;
+                GRID
             }
-            (Some("UnstructuredGrid"), "FieldData") => "FieldData",
-            (Some("UnstructuredGrid"), "Piece") => {
+            (Some(GRID), "FieldData") => "FieldData",
+            (Some(GRID), "Piece") => {
                 self.piece(tag, byte)?;
                 "Piece"
             }
             (Some("Piece"), "PointData") => "PointData",
             (Some("Piece"), "CellData") => "CellData",
-            (Some("Piece"), "Points") => "Points",
+            (Some("Piece"), "Points" | "Coordinates") => "Points",
             (Some("Piece"), "Cells") => "Cells",
+            (Some("Piece"), _) => {
+                let section = POLYGONS.iter().find(|(known, ..)| *known == name);
+                section.map_or(OTHER, |(known, ..)| known)
+            }
             (
-                Some("PointData" | "CellData" | "Points" | "Cells" | "FieldData"),
+                Some(
+                    "PointData" | "CellData" | "Points" | "Cells" | "FieldData" | "Verts" | "Lines"
+                    | "Polys" | "Strips",
+                ),
                 "DataArray" | "Array",
             ) => {
                 self.arrays += 1;
@@ -388,15 +537,24 @@ impl<'a> Parser<'a> {
             }
             Ok(())
         })?;
-        match grid.as_deref().map(str::trim) {
-            Some("UnstructuredGrid") => Ok(()),
-            Some("PUnstructuredGrid") => {
-                document.parallel = true;
-                Ok(())
+        let grid = grid.ok_or("<VTKFile> does not say its type")?;
+        (document.grid, document.parallel) =
+            Grid::of_name(grid.trim()).ok_or_else(|| format!("VTK's {grid:?} is not read"))?;
+        Ok(())
+    }
+
+    fn grid(&mut self, tag: &BytesStart<'a>) -> Result<(), String> {
+        let document = &mut self.document;
+        attributes(tag, |name, value| {
+            match name {
+                "WholeExtent" => document.whole_extent = Some(numbers(name, &value)?),
+                "Origin" => document.origin = numbers(name, &value)?,
+                "Spacing" => document.spacing = Some(numbers(name, &value)?),
+                "Direction" => document.direction = Some(numbers(name, &value)?),
+                _ => {}
             }
-            Some(other) => Err(format!("this is VTK's {other}, not an UnstructuredGrid")),
-            None => Err("<VTKFile> does not say its type".into()),
-        }
+            Ok(())
+        })
     }
 
     fn piece(&mut self, tag: &BytesStart<'a>, byte: u64) -> Result<(), String> {
@@ -411,7 +569,12 @@ impl<'a> Parser<'a> {
                 "Source" => piece.source = Some(value),
                 "NumberOfPoints" => points = Some(count(name, &value)?),
                 "NumberOfCells" => cells = Some(count(name, &value)?),
-                _ => {}
+                "Extent" => piece.extent = Some(numbers(name, &value)?),
+                _ => {
+                    if let Some(at) = POLYGONS.iter().position(|(_, known, _)| *known == name) {
+                        piece.counts[at] = count(name, &value)?;
+                    }
+                }
             }
             Ok(())
         })?;
@@ -419,9 +582,28 @@ impl<'a> Parser<'a> {
             if piece.source.is_none() {
                 return Err("a piece does not name its file".into());
             }
-        } else {
-            piece.points = points.ok_or("a piece does not say its NumberOfPoints")?;
-            piece.cells = cells.ok_or("a piece does not say its NumberOfCells")?;
+            self.document.pieces.push(piece);
+            return Ok(());
+        }
+        match self.document.grid {
+            Grid::Unstructured => {
+                piece.points = points.ok_or("a piece does not say its NumberOfPoints")?;
+                piece.cells = cells.ok_or("a piece does not say its NumberOfCells")?;
+            }
+            Grid::Poly => {
+                piece.points = points.ok_or("a piece does not say its NumberOfPoints")?;
+                let sum = piece
+                    .counts
+                    .iter()
+                    .try_fold(0u64, |sum, &count| sum.checked_add(count));
+                piece.cells = sum.ok_or("a piece has more cells than fit")?;
+            }
+            _ => {
+                piece.extent = piece.extent.or(self.document.whole_extent);
+                if piece.extent.is_none() {
+                    return Err("a piece does not say its Extent".into());
+                }
+            }
         }
         self.document.pieces.push(piece);
         Ok(())
@@ -439,7 +621,7 @@ fn array<'a>(tag: &BytesStart<'a>, byte: u64) -> Result<ArrayTag<'a>, String> {
         match name {
             "Name" => array.name = value,
             "type" => array.type_name = value.trim().to_owned(),
-            "format" => array.format = value.trim().to_owned(),
+            "format" => array.format = value.trim().to_ascii_lowercase(),
             "NumberOfComponents" => array.components = Some(count(name, &value)?),
             "NumberOfTuples" => array.tuples = Some(count(name, &value)?),
             "offset" => array.offset = Some(count(name, &value)?),

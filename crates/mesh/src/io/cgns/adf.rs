@@ -1,0 +1,233 @@
+//! ADF, the tree of nodes that CGNS stood on before HDF5: headers of fixed size whose pointers are blocks of 4096 bytes and
+//! offsets in them, as hexadecimal text in version A, in binary in version B.
+
+use std::path::Path;
+
+use crate::error::{Error, Place, Result};
+use crate::mesh::Values;
+
+/// Whether these are the bytes of such a file.
+pub fn is_adf(bytes: &[u8]) -> bool {
+    bytes
+        .get(4..25)
+        .is_some_and(|head| head == b"ADF Database Version ")
+}
+
+/// A file that is read.
+pub struct File<'a> {
+    path: &'a Path,
+    bytes: &'a [u8],
+    /// Whether pointers are text.
+    is_text: bool,
+    big_endian: bool,
+}
+
+/// A node: its name, label and type, the lengths of its dimensions, the first running fastest, and where its data are.
+#[derive(Clone)]
+pub struct Node {
+    pub name: String,
+    pub label: String,
+    pub kind: String,
+    pub shape: Vec<usize>,
+    children: (usize, u64),
+    chunks: usize,
+    data: u64,
+}
+
+/// Bytes of a node's header, and of an entry in a table of children.
+const HEADER: usize = 246;
+const ENTRY: usize = 44;
+const POINTER: usize = 12;
+
+impl<'a> File<'a> {
+    pub fn open(path: &'a Path, bytes: &'a [u8]) -> Result<Self> {
+        let file = File {
+            path,
+            bytes,
+            is_text: bytes.get(25) == Some(&b'A'),
+            big_endian: bytes.get(100) == Some(&b'B'),
+        };
+        if !matches!(bytes.get(100), Some(b'B' | b'L')) {
+            return Err(file.refuse(100, "the numbers are neither big-endian nor little-endian"));
+        }
+        Ok(file)
+    }
+
+    pub fn refuse(&self, at: u64, what: impl Into<String>) -> Error {
+        let remedy = "write the file again with the program it comes from";
+        Error::file(self.path, Place::Byte(at), what, remedy)
+    }
+
+    fn take(&self, at: u64, count: usize) -> Result<&'a [u8]> {
+        let start = usize::try_from(at).ok();
+        let found = start.and_then(|start| self.bytes.get(start..start.checked_add(count)?));
+        found.ok_or_else(|| {
+            self.refuse(
+                at,
+                format!("the file ends before {count} bytes that it points to"),
+            )
+        })
+    }
+
+    fn hex(&self, at: u64, count: usize) -> Result<u64> {
+        let text = std::str::from_utf8(self.take(at, count)?).ok();
+        let number = text.and_then(|text| u64::from_str_radix(text.trim(), 16).ok());
+        number.ok_or_else(|| self.refuse(at, "there is no hexadecimal number"))
+    }
+
+    fn little(&self, at: u64, count: usize) -> Result<u64> {
+        Ok(self
+            .take(at, count)?
+            .iter()
+            .rev()
+            .fold(0, |all, &byte| all << 8 | u64::from(byte)))
+    }
+
+    /// The place that a pointer points to.
+    fn pointer(&self, at: u64) -> Result<u64> {
+        let (block, offset) = match self.is_text {
+            true => (self.hex(at, 8)?, self.hex(at + 8, 4)?),
+            false => (self.little(at, 8)?, self.little(at + 8, 4)?),
+        };
+        let place = block
+            .checked_mul(4096)
+            .and_then(|place| place.checked_add(offset));
+        place
+            .filter(|&place| place <= self.bytes.len() as u64)
+            .ok_or_else(|| self.refuse(at, "it points beyond the end of the file"))
+    }
+
+    fn text(&self, at: u64, count: usize) -> Result<String> {
+        let bytes = self.take(at, count)?;
+        let end = memchr::memchr(0, bytes).unwrap_or(bytes.len());
+        Ok(String::from_utf8_lossy(bytes.split_at(end).0)
+            .trim()
+            .to_owned())
+    }
+
+    pub fn root(&self) -> Result<Node> {
+        self.node(self.pointer(134)?)
+    }
+
+    fn node(&self, at: u64) -> Result<Node> {
+        let header = self.take(at, HEADER)?;
+        if !header.starts_with(b"NoDe") || !header.ends_with(b"TaiL") {
+            return Err(self.refuse(at, "there is no node where one should be"));
+        }
+        let count = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
+        let rank = count(self.hex(at + 128, 2)?).min(12);
+        let length = |k: usize| {
+            let place = at + 130 + 8 * k as u64;
+            if self.is_text {
+                self.hex(place, 8)
+            } else {
+                self.little(place, 8)
+            }
+        };
+        let kind = self.text(at + 96, 32)?;
+        let chunks = count(self.hex(at + 226, 4)?);
+        Ok(Node {
+            name: self.text(at + 4, 32)?,
+            label: self.text(at + 36, 32)?,
+            shape: (0..rank)
+                .map(|k| length(k).map(count))
+                .collect::<Result<_>>()?,
+            kind,
+            children: (
+                count(self.hex(at + 68, 8)?),
+                self.pointer(at + 84).unwrap_or(0),
+            ),
+            chunks,
+            data: if chunks > 0 {
+                self.pointer(at + 230)?
+            } else {
+                0
+            },
+        })
+    }
+
+    pub fn children(&self, node: &Node) -> Result<Vec<Node>> {
+        let (count, table) = node.children;
+        let head = 4 + POINTER;
+        // No more than there are bytes for.
+        self.take(
+            table,
+            if count == 0 {
+                0
+            } else {
+                count.saturating_mul(ENTRY).saturating_add(head)
+            },
+        )?;
+        let entry = |k: usize| self.node(self.pointer(table + (head + k * ENTRY + 32) as u64)?);
+        (0..count).map(entry).collect()
+    }
+
+    /// The numbers of a node; characters are bytes. None if it has none.
+    pub fn values(&self, node: &Node) -> Result<Option<Values>> {
+        let size = match node.kind.as_str() {
+            "C1" | "B1" | "LK" => 1,
+            "I4" | "U4" | "R4" => 4,
+            "I8" | "U8" | "R8" => 8,
+            _ => return Ok(None),
+        };
+        if node.chunks == 0 {
+            return Ok(None);
+        }
+        let bytes = node
+            .shape
+            .iter()
+            .try_fold(size, |all: usize, &n| all.checked_mul(n));
+        let bytes = bytes.filter(|&bytes| bytes <= self.bytes.len());
+        let bytes = bytes.ok_or_else(|| {
+            self.refuse(
+                node.data,
+                format!("the data of {} are larger than the file", node.name),
+            )
+        })?;
+        let mut found = Vec::new();
+        let part = match node.chunks {
+            1 => self.take(node.data + 4 + POINTER as u64, bytes)?,
+            chunks => {
+                // A table of where each part begins and ends.
+                for k in 0..chunks {
+                    let at = node.data + (4 + POINTER + 2 * POINTER * k) as u64;
+                    let (start, end) = (
+                        self.pointer(at)? + 4 + POINTER as u64,
+                        self.pointer(at + POINTER as u64)?,
+                    );
+                    let length = usize::try_from(end.saturating_sub(start))
+                        .unwrap_or(0)
+                        .min(bytes - found.len());
+                    found.extend_from_slice(self.take(start, length)?);
+                }
+                if found.len() < bytes {
+                    return Err(self.refuse(
+                        node.data,
+                        format!("the data of {} end too early", node.name),
+                    ));
+                }
+                &found
+            }
+        };
+        macro_rules! numbers {
+            ($variant:ident $type:ty) => {{
+                let (chunks, _) = part.as_chunks();
+                let of = if self.big_endian {
+                    <$type>::from_be_bytes
+                } else {
+                    <$type>::from_le_bytes
+                };
+                Values::$variant(chunks.iter().map(|chunk| of(*chunk)).collect())
+            }};
+        }
+        Ok(Some(match node.kind.as_str() {
+            "I4" => numbers!(I32 i32),
+            "U4" => numbers!(U32 u32),
+            "R4" => numbers!(F32 f32),
+            "I8" => numbers!(I64 i64),
+            "U8" => numbers!(U64 u64),
+            "R8" => numbers!(F64 f64),
+            _ => Values::U8(part.to_vec()),
+        }))
+    }
+}

@@ -1,0 +1,25 @@
+//! CGNS, the format of flow solvers, on HDF5 and on ADF.
+//!
+//! Read are all zones of the first base, unstructured, or structured as hexahedra and quadrangles: boundary conditions, families
+//! and sections are groups, solutions are fields, at their times where the base gives these. Polyhedra are not read, which is told.
+//! Written is one unstructured zone on HDF5; each group is a boundary condition.
+
+mod adf;
+mod cells;
+mod read;
+mod tree;
+mod write;
+
+use super::Native;
+
+pub static FORMAT: Native = Native {
+    title: "CGNS",
+    names: &["cgns"],
+    suffixes: &["cgns"],
+    has_binary: true,
+    holds_whole: false,
+    // HDF5 is known by its root.
+    recognises: adf::is_adf,
+    read: read::read,
+    write: write::write,
+};

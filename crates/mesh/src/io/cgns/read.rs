@@ -1,0 +1,630 @@
+//! Reads CGNS files.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::path::Path;
+
+use super::tree::{self, Node};
+use super::{adf, cells};
+use crate::error::Result;
+use crate::io::sets::{self, Sets};
+use crate::io::{Content, vectors};
+use crate::mesh::{CellBlock, CellKind, Field, Support};
+
+struct Reader {
+    sets: Sets,
+    /// Cells by the names of the groups that they are in, each with its dimension: cells, nodes, and cells that may be missing.
+    groups: Vec<(String, Members)>,
+    names: BTreeMap<String, i64>,
+    unread: Vec<String>,
+}
+
+enum Members {
+    Cells(Vec<u32>),
+    Nodes(Vec<u32>),
+    /// Parts of structured grids: kinds and nodes.
+    Given(CellKind, Vec<u32>),
+}
+
+/// A zone that has been read.
+struct Zone {
+    /// Points along each dimension of a structured zone, the first running fastest.
+    structure: Option<Vec<usize>>,
+    points: Range<u32>,
+    /// First and last number of the elements of a section, and its first cell.
+    sections: Vec<(i64, i64, u32)>,
+    /// Those of the dimension of the base, which have the values.
+    cells: Vec<u32>,
+}
+
+pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
+    let opened;
+    let root = match adf::is_adf(bytes) {
+        true => {
+            opened = adf::File::open(path, bytes)?;
+            Node::Adf(&opened, opened.root()?)
+        }
+        false => tree::of_hdf5(path, bytes)?,
+    };
+    let bases = root.labelled("CGNSBase_t")?;
+    let Some(base) = bases.first() else {
+        return Err(root.refuse("there is no base (CGNSBase_t)"));
+    };
+    let mut reader = Reader {
+        sets: Sets::default(),
+        groups: Vec::new(),
+        names: BTreeMap::new(),
+        unread: bases
+            .iter()
+            .skip(1)
+            .map(|base| format!("the base {:?}, a further one", base.name()))
+            .collect(),
+    };
+    let dimension = base.integers()?.first().copied().unwrap_or(3).clamp(1, 3) as u8;
+    let aliases = aliases(base)?;
+    let times = match base.labelled("BaseIterativeData_t")?.first() {
+        Some(data) => data
+            .child("TimeValues")?
+            .map(|times| times.values())
+            .transpose()?
+            .flatten(),
+        None => None,
+    };
+    let times = times.map_or(Vec::new(), |times| times.to_f64());
+    let nodes = base.labelled("Zone_t")?;
+    let mut zones = Vec::new();
+    for node in &nodes {
+        zones.push(reader.zone(node, dimension)?);
+    }
+    for (node, zone) in nodes.iter().zip(&zones) {
+        if nodes.len() > 1 {
+            reader
+                .groups
+                .push((node.name().to_owned(), Members::Cells(zone.cells.clone())));
+        }
+        if let Some(family) = family(node)? {
+            reader
+                .groups
+                .push((alias(&aliases, &family), Members::Cells(zone.cells.clone())));
+        }
+        reader.boundaries(node, zone, &aliases)?;
+    }
+    for (node, zone) in nodes.iter().zip(&zones) {
+        reader.solutions(node, zone, &times)?;
+        reader.sections(node, zone)?;
+    }
+    reader.finish_groups(dimension);
+    let version = root
+        .child("CGNSLibraryVersion")?
+        .map(|node| node.values())
+        .transpose()?
+        .flatten();
+    let version = version.and_then(|values| values.to_f64().first().map(|n| format!("{n:.1}")));
+    let (mut mesh, warnings) = reader.sets.finish();
+    vectors::join(&mut mesh.fields);
+    Ok(Content {
+        mesh,
+        format: "cgns".into(),
+        version,
+        encoding: if adf::is_adf(bytes) {
+            "adf".into()
+        } else {
+            "hdf5".into()
+        },
+        warnings,
+        unread: reader.unread,
+        ..Content::default()
+    })
+}
+
+/// The names that families give themselves.
+fn aliases(base: &Node<'_>) -> Result<BTreeMap<String, String>> {
+    let mut aliases = BTreeMap::new();
+    for family in base.labelled("Family_t")? {
+        if let Some(own) = family.labelled("FamilyName_t")?.first() {
+            aliases.insert(family.name().to_owned(), own.name().to_owned());
+        }
+    }
+    Ok(aliases)
+}
+
+fn alias(aliases: &BTreeMap<String, String>, family: &str) -> String {
+    aliases
+        .get(family)
+        .cloned()
+        .unwrap_or_else(|| family.to_owned())
+}
+
+fn family(node: &Node<'_>) -> Result<Option<String>> {
+    match node.labelled("FamilyName_t")?.first() {
+        Some(family) => Ok(family
+            .texts(0)?
+            .into_iter()
+            .next()
+            .filter(|text| !text.is_empty())),
+        None => Ok(None),
+    }
+}
+
+impl Reader {
+    /// Reads the points and cells of a zone.
+    fn zone(&mut self, node: &Node<'_>, dimension: u8) -> Result<Zone> {
+        let sizes = node.integers()?;
+        let is_structured = node
+            .text_of("ZoneType")?
+            .is_some_and(|kind| kind == "Structured");
+        let rank = if is_structured { sizes.len() / 3 } else { 1 };
+        let counts: Option<Vec<usize>> = sizes
+            .iter()
+            .take(rank)
+            .map(|&n| usize::try_from(n).ok())
+            .collect();
+        let count = counts.as_ref().and_then(|counts| {
+            counts
+                .iter()
+                .try_fold(1_usize, |all, &n| all.checked_mul(n))
+        });
+        let (Some(counts), Some(count), 1..=3) = (counts, count, rank) else {
+            return Err(node.refuse(format!("the sizes {sizes:?} of a zone")));
+        };
+        let first = self.sets.mesh.points.len();
+        let grids = node.labelled("GridCoordinates_t")?;
+        if grids.len() > 1 {
+            self.unread.push(format!(
+                "{} further grids of the zone {:?}",
+                grids.len() - 1,
+                node.name()
+            ));
+        }
+        let mut found = Vec::new();
+        let mut points = None;
+        for array in grids
+            .first()
+            .map(|grid| grid.labelled("DataArray_t"))
+            .transpose()?
+            .unwrap_or_default()
+        {
+            let axis = ["CoordinateX", "CoordinateY", "CoordinateZ"]
+                .iter()
+                .position(|axis| *axis == array.name());
+            let Some(axis) = axis else {
+                found.push(array.name().to_owned());
+                continue;
+            };
+            let values = array.values()?.map_or(Vec::new(), |values| values.to_f64());
+            if values.len() != count {
+                return Err(array.refuse(format!("{} coordinates of {count} points", values.len())));
+            }
+            let points = points.get_or_insert_with(|| vec![[0.0; 3]; count]);
+            points
+                .iter_mut()
+                .zip(values)
+                .for_each(|(point, x)| point[axis] = x);
+        }
+        let points = match points {
+            Some(points) => points,
+            None if count == 0 => Vec::new(),
+            None => {
+                return Err(
+                    node.refuse(format!("there are no coordinates x, y, z (but {found:?})"))
+                );
+            }
+        };
+        self.sets.mesh.points.extend(points);
+        let points = first as u32..(first + count) as u32;
+        let before = self.sets.mesh.cell_count() as u32;
+        if is_structured {
+            let slowest_first: Vec<usize> = counts.iter().rev().copied().collect();
+            let (kind, nodes) = sets::grid(&slowest_first, points.start);
+            let cells = self.sets.block(CellBlock::new(kind, nodes)).collect();
+            return Ok(Zone {
+                structure: Some(counts),
+                points,
+                sections: Vec::new(),
+                cells,
+            });
+        }
+        let mut sections = Vec::new();
+        for section in node.labelled("Elements_t")? {
+            let first = self.sets.mesh.cell_count() as u32;
+            let range = section
+                .child("ElementRange")?
+                .map(|range| range.integers())
+                .transpose()?
+                .unwrap_or_default();
+            if !self.elements(&section, &points)? {
+                continue;
+            }
+            if let [from, to] = range[..] {
+                sections.push((from, to, first));
+            }
+        }
+        // Values stand in the order of the elements' numbers.
+        sections.sort_unstable();
+        let ends = self.sets.mesh.block_ends();
+        let kind = |cell: u32| {
+            self.sets.mesh.blocks[ends.partition_point(|&end| end <= cell as usize)].kind
+        };
+        let in_order = sections.iter().flat_map(|&(from, to, first)| {
+            (0..=(to - from).max(-1)).map(move |k| first + k as u32)
+        });
+        let end = self.sets.mesh.cell_count() as u32;
+        let cells = in_order
+            .filter(|&cell| (before..end).contains(&cell) && kind(cell).dim() == dimension)
+            .collect();
+        Ok(Zone {
+            structure: None,
+            points,
+            sections,
+            cells,
+        })
+    }
+
+    /// Reads a section of elements; false if it is of a kind that is not read.
+    fn elements(&mut self, section: &Node<'_>, points: &Range<u32>) -> Result<bool> {
+        let number = section.integers()?.first().copied().unwrap_or(0);
+        let numbers = section
+            .child("ElementConnectivity")?
+            .map(|nodes| nodes.integers())
+            .transpose()?
+            .unwrap_or_default();
+        let node = |number: i64| {
+            let index = u32::try_from(number - 1)
+                .ok()
+                .filter(|&index| index < points.len() as u32);
+            index.map(|index| points.start + index).ok_or_else(|| {
+                section.refuse(format!("it names the node {number} of {}", points.len()))
+            })
+        };
+        if [cells::NGON, cells::NFACE].contains(&number)
+            || (number != cells::MIXED && cells::kind(number).is_none())
+        {
+            self.unread.push(format!(
+                "the section {:?} of elements of CGNS's type {number}",
+                section.name()
+            ));
+            return Ok(false);
+        }
+        let mut add = |kind: CellKind, order: &[usize], cells: &[i64]| -> Result<()> {
+            let mut nodes = vec![0; cells.len()];
+            for (to, from) in nodes
+                .chunks_exact_mut(order.len())
+                .zip(cells.chunks_exact(order.len()))
+            {
+                for (&place, &number) in order.iter().zip(from) {
+                    to[place] = node(number)?;
+                }
+            }
+            match self.sets.mesh.blocks.last_mut() {
+                Some(last) if last.kind == kind => last.nodes.extend(nodes),
+                _ => drop(self.sets.block(CellBlock::new(kind, nodes))),
+            }
+            Ok(())
+        };
+        if let Some(kind) = cells::kind(number) {
+            if !numbers.len().is_multiple_of(kind.points()) {
+                return Err(
+                    section.refuse(format!("{} nodes do not make {kind} cells", numbers.len()))
+                );
+            }
+            add(kind, &cells::order(kind), &numbers)?;
+            return Ok(true);
+        }
+        let mut rest = &numbers[..];
+        let mut orders: BTreeMap<i64, (CellKind, Vec<usize>)> = BTreeMap::new();
+        while let [number, tail @ ..] = rest {
+            let known = match orders.get(number) {
+                Some(known) => known,
+                None => {
+                    let kind = cells::kind(*number).ok_or_else(|| {
+                        section.refuse(format!("elements of CGNS's type {number} are not read"))
+                    })?;
+                    orders.entry(*number).or_insert((kind, cells::order(kind)))
+                }
+            };
+            let Some((cell, others)) = tail.split_at_checked(known.1.len()) else {
+                return Err(section.refuse("its last element ends too early"));
+            };
+            add(known.0, &known.1, cell)?;
+            rest = others;
+        }
+        Ok(true)
+    }
+
+    fn boundaries(
+        &mut self,
+        node: &Node<'_>,
+        zone: &Zone,
+        aliases: &BTreeMap<String, String>,
+    ) -> Result<()> {
+        for list in node.labelled("ZoneBC_t")? {
+            for boundary in list.labelled("BC_t")? {
+                let Some(members) = self.members(&boundary, zone)? else {
+                    self.unread.push(format!(
+                        "the boundary condition {:?}, whose place is not understood",
+                        boundary.name()
+                    ));
+                    continue;
+                };
+                let family = family(&boundary)?;
+                let own = boundary.name().to_owned();
+                match family {
+                    Some(family) if family == own => {
+                        self.groups.push((alias(aliases, &family), members))
+                    }
+                    Some(family) => {
+                        let name = alias(aliases, &family);
+                        if name != own {
+                            self.groups.push((name, members.again()));
+                        }
+                        self.groups.push((own, members));
+                    }
+                    None => self.groups.push((own, members)),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What a boundary condition is on.
+    fn members(&self, boundary: &Node<'_>, zone: &Zone) -> Result<Option<Members>> {
+        let mut place = None;
+        for name in ["PointRange", "PointList", "ElementRange", "ElementList"] {
+            if let Some(node) = boundary.child(name)? {
+                place = Some((name, node.integers()?));
+                break;
+            }
+        }
+        let Some((name, numbers)) = place else {
+            return Ok(None);
+        };
+        let location = boundary
+            .text_of("GridLocation")?
+            .unwrap_or_else(|| "Vertex".into());
+        let on_nodes = location == "Vertex" && name.starts_with("Point");
+        if let Some(structure) = &zone.structure {
+            return Ok((name == "PointRange")
+                .then(|| part_of_grid(structure, &numbers, &location, zone.points.start))
+                .flatten());
+        }
+        let listed: Vec<i64> = match (name.ends_with("Range"), &numbers[..]) {
+            (true, &[from, to]) if to - from <= u32::MAX.into() => (from..=to).collect(),
+            (true, _) => return Ok(None),
+            (false, _) => numbers,
+        };
+        if on_nodes {
+            let node = |&n: &i64| {
+                u32::try_from(n - 1)
+                    .ok()
+                    .filter(|&n| n < zone.points.len() as u32)
+                    .map(|n| zone.points.start + n)
+            };
+            return Ok(listed
+                .iter()
+                .map(node)
+                .collect::<Option<_>>()
+                .map(Members::Nodes));
+        }
+        let cell = |&n: &i64| {
+            let at = zone
+                .sections
+                .partition_point(|&(from, ..)| from <= n)
+                .checked_sub(1)?;
+            let (from, to, first) = zone.sections[at];
+            (n <= to).then(|| first + (n - from) as u32)
+        };
+        Ok(listed
+            .iter()
+            .map(cell)
+            .collect::<Option<_>>()
+            .map(Members::Cells))
+    }
+
+    /// Solutions as fields, at the times that they are for.
+    fn solutions(&mut self, node: &Node<'_>, zone: &Zone, times: &[f64]) -> Result<()> {
+        let mut steps: BTreeMap<String, usize> = BTreeMap::new();
+        for data in node.labelled("ZoneIterativeData_t")? {
+            for pointers in data.children()? {
+                if pointers.name().starts_with("FlowSolution")
+                    && pointers.name().ends_with("Pointers")
+                {
+                    let width = pointers.shape()?.first().copied().unwrap_or(32);
+                    steps.extend(pointers.texts(width)?.into_iter().zip(0..));
+                }
+            }
+        }
+        for solution in node.labelled("FlowSolution_t")? {
+            let location = solution
+                .text_of("GridLocation")?
+                .unwrap_or_else(|| "Vertex".into());
+            let (on, items): (_, Vec<u32>) = match location.as_str() {
+                "Vertex" => (Support::Points, zone.points.clone().collect()),
+                "CellCenter" => (Support::Cells, zone.cells.clone()),
+                other => {
+                    self.unread.push(format!(
+                        "the solution {:?} on each {other}",
+                        solution.name()
+                    ));
+                    continue;
+                }
+            };
+            let step = steps.get(solution.name()).copied();
+            let time = step.and_then(|step| times.get(step).copied());
+            for array in solution.labelled("DataArray_t")? {
+                let Some(values) = array
+                    .values()?
+                    .filter(|values| values.len() == items.len() && !items.is_empty())
+                else {
+                    self.unread.push(format!(
+                        "{:?} of the solution {:?}, which is not of its size",
+                        array.name(),
+                        solution.name()
+                    ));
+                    continue;
+                };
+                let fields = &mut self.sets.mesh.fields;
+                // The same of another zone continues a field.
+                let same = |field: &&mut Field| {
+                    (field.name.as_str(), field.on, field.time) == (array.name(), on, time)
+                        && field
+                            .at
+                            .last()
+                            .zip(items.first())
+                            .is_some_and(|(last, first)| last < first)
+                };
+                if let Some(known) = fields.iter_mut().rev().find(same) {
+                    known.at.extend(&items);
+                    known.values =
+                        crate::mesh::Values::F64([known.values.to_f64(), values.to_f64()].concat());
+                    continue;
+                }
+                let taken = fields.iter().any(|field| {
+                    (field.name.as_str(), field.on, field.time) == (array.name(), on, time)
+                });
+                let name = if taken {
+                    format!("{} {}", solution.name(), array.name())
+                } else {
+                    array.name().to_owned()
+                };
+                // Cells of a section may have numbers that do not ascend with their places.
+                let mut order: Vec<usize> = (0..items.len()).collect();
+                order.sort_unstable_by_key(|&k| items[k]);
+                let is_sorted = order.is_sorted();
+                let values = match is_sorted {
+                    true => values,
+                    false => {
+                        let all = values.to_f64();
+                        crate::mesh::Values::F64(order.iter().map(|&k| all[k]).collect())
+                    }
+                };
+                fields.push(Field {
+                    at: order.iter().map(|&k| items[k]).collect(),
+                    time,
+                    step: step
+                        .filter(|_| time.is_some())
+                        .and_then(|step| i32::try_from(step + 1).ok()),
+                    ..Field::new(name, on, 1, values)
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Sections that no other group has the cells of are groups by their names.
+    fn sections(&mut self, node: &Node<'_>, zone: &Zone) -> Result<()> {
+        let mut covered = BTreeSet::new();
+        for (_, members) in &self.groups {
+            if let Members::Cells(cells) = members {
+                covered.extend(cells.iter().copied());
+            }
+        }
+        let all = node.labelled("Elements_t")?;
+        let named = all.iter().filter(|section| section.integers().is_ok());
+        let mut found = Vec::new();
+        for section in named {
+            let range = section
+                .child("ElementRange")?
+                .map(|range| range.integers())
+                .transpose()?
+                .unwrap_or_default();
+            let known = zone
+                .sections
+                .iter()
+                .find(|(from, to, _)| range[..] == [*from, *to]);
+            if let Some(&(from, to, first)) = known {
+                let count = u32::try_from(to - from + 1).unwrap_or(0);
+                let cells: Vec<u32> = (first..first.saturating_add(count))
+                    .filter(|cell| !covered.contains(cell))
+                    .collect();
+                if cells.len() == count as usize && count > 0 {
+                    found.push((section.name().to_owned(), Members::Cells(cells)));
+                }
+            }
+        }
+        self.groups.extend(found);
+        Ok(())
+    }
+
+    /// Groups of one name are one, numbered in the order of the file.
+    fn finish_groups(&mut self, dimension: u8) {
+        for (name, members) in std::mem::take(&mut self.groups) {
+            let next = self.names.len() as i64 + 1;
+            let tag = *self.names.entry(name.clone()).or_insert(next);
+            match members {
+                Members::Cells(cells) => self.sets.cells(dimension, tag, &name, cells),
+                Members::Nodes(nodes) => self.sets.nodes(tag, &name, nodes),
+                Members::Given(kind, nodes) => {
+                    self.sets.given(
+                        tag,
+                        &name,
+                        nodes.chunks_exact(kind.points()).map(|cell| (kind, cell)),
+                    );
+                }
+            }
+        }
+        // A field of all points or cells names none of them.
+        let (points, cells) = (self.sets.mesh.points.len(), self.sets.mesh.cell_count());
+        for field in &mut self.sets.mesh.fields {
+            if field.at.len()
+                == if field.on == Support::Points {
+                    points
+                } else {
+                    cells
+                }
+            {
+                field.at.clear();
+            }
+        }
+    }
+}
+
+impl Members {
+    fn again(&self) -> Members {
+        match self {
+            Members::Cells(cells) => Members::Cells(cells.clone()),
+            Members::Nodes(nodes) => Members::Nodes(nodes.clone()),
+            Members::Given(kind, nodes) => Members::Given(*kind, nodes.clone()),
+        }
+    }
+}
+
+/// The cells of a part of a structured zone, given by its first and last indices of points, or of faces.
+fn part_of_grid(structure: &[usize], range: &[i64], location: &str, first: u32) -> Option<Members> {
+    let rank = structure.len();
+    let (from, to) = range.split_at_checked(rank)?;
+    let mut bounds = Vec::new();
+    for axis in 0..rank {
+        let (mut low, mut high) = (from[axis].min(*to.get(axis)?), from[axis].max(to[axis]));
+        // Faces have the points at both of their ends, but for the direction in which they lie.
+        if location != "Vertex" && low != high {
+            high += 1;
+        }
+        (low, high) = (low.max(1), high.min(structure[axis] as i64));
+        bounds.push((
+            usize::try_from(low - 1).ok()?,
+            usize::try_from(high - 1).ok()?,
+        ));
+    }
+    let counts: Vec<usize> = bounds
+        .iter()
+        .rev()
+        .map(|&(low, high)| high.saturating_sub(low) + 1)
+        .collect();
+    let (kind, places) = sets::grid(&counts, 0);
+    let nodes = places.into_iter().map(|place| {
+        let (mut rest, mut stride, mut node) = (place as usize, 1, 0);
+        for (axis, &(low, high)) in bounds.iter().enumerate() {
+            let count = high.saturating_sub(low) + 1;
+            node += (low + rest % count) * stride;
+            rest /= count;
+            stride *= structure[axis];
+        }
+        first + node as u32
+    });
+    let nodes: Vec<u32> = nodes.collect();
+    let end = structure.iter().product::<usize>() as u32;
+    nodes
+        .iter()
+        .all(|&node| node - first < end)
+        .then_some(Members::Given(kind, nodes))
+}

@@ -1,0 +1,127 @@
+//! The tree of nodes that a CGNS file is, on HDF5 or ADF.
+
+use std::path::Path;
+
+use super::adf;
+use crate::error::{Error, Result};
+use crate::field::to_i64;
+use crate::io::hdf5;
+use crate::mesh::Values;
+
+/// A node with a name, a label that says what it is, and perhaps data.
+pub enum Node<'a> {
+    Hdf5(hdf5::Group, String),
+    Adf(&'a adf::File<'a>, adf::Node),
+}
+
+impl<'a> Node<'a> {
+    pub fn refuse(&self, what: impl Into<String>) -> Error {
+        match self {
+            Node::Hdf5(group, _) => group.refuse(what),
+            Node::Adf(file, node) => file.refuse(0, format!("{}: {}", node.name, what.into())),
+        }
+    }
+
+    pub fn name(&self) -> &str {
+        match self {
+            Node::Hdf5(_, name) => name,
+            Node::Adf(_, node) => &node.name,
+        }
+    }
+
+    pub fn label(&self) -> String {
+        match self {
+            Node::Hdf5(group, _) => group.text("label").unwrap_or_default(),
+            Node::Adf(_, node) => node.label.clone(),
+        }
+    }
+
+    pub fn children(&self) -> Result<Vec<Node<'a>>> {
+        match self {
+            Node::Hdf5(group, _) => {
+                let groups = group.groups()?.into_iter();
+                Ok(groups
+                    .map(|(name, group)| Node::Hdf5(group, name))
+                    .collect())
+            }
+            Node::Adf(file, node) => {
+                let nodes = file.children(node)?.into_iter();
+                Ok(nodes.map(|node| Node::Adf(file, node)).collect())
+            }
+        }
+    }
+
+    /// The children with this label.
+    pub fn labelled(&self, label: &str) -> Result<Vec<Node<'a>>> {
+        let mut children = self.children()?;
+        children.retain(|child| child.label() == label);
+        Ok(children)
+    }
+
+    /// The child of this name.
+    pub fn child(&self, name: &str) -> Result<Option<Node<'a>>> {
+        Ok(self
+            .children()?
+            .into_iter()
+            .find(|child| child.name() == name))
+    }
+
+    /// Lengths of the dimensions of its data, the first running fastest.
+    pub fn shape(&self) -> Result<Vec<usize>> {
+        match self {
+            Node::Hdf5(group, _) => {
+                let mut shape = group.data(" data")?.map_or(Vec::new(), |data| data.shape());
+                shape.reverse();
+                Ok(shape)
+            }
+            Node::Adf(_, node) => Ok(node.shape.clone()),
+        }
+    }
+
+    pub fn values(&self) -> Result<Option<Values>> {
+        match self {
+            Node::Hdf5(group, _) => group.data(" data")?.map(|data| data.values()).transpose(),
+            Node::Adf(file, node) => file.values(node),
+        }
+    }
+
+    /// The whole numbers of this node.
+    pub fn integers(&self) -> Result<Vec<i64>> {
+        let values = self.values()?.unwrap_or(Values::I64(Vec::new()));
+        to_i64(&values).ok_or_else(|| self.refuse("it does not hold whole numbers"))
+    }
+
+    /// The texts of `width` bytes in this node; one of all bytes if it is 0.
+    pub fn texts(&self, width: usize) -> Result<Vec<String>> {
+        let bytes = match self.values()? {
+            Some(Values::U8(bytes)) => bytes,
+            Some(Values::I8(bytes)) => bytes.into_iter().map(|byte| byte as u8).collect(),
+            _ => Vec::new(),
+        };
+        let width = if width == 0 {
+            bytes.len().max(1)
+        } else {
+            width
+        };
+        let text = |bytes: &[u8]| {
+            let end = memchr::memchr(0, bytes).unwrap_or(bytes.len());
+            String::from_utf8_lossy(bytes.split_at(end).0)
+                .trim()
+                .to_owned()
+        };
+        Ok(bytes.chunks(width).map(text).collect())
+    }
+
+    /// The one text of the child with this name.
+    pub fn text_of(&self, name: &str) -> Result<Option<String>> {
+        let texts = self.child(name)?.map(|child| child.texts(0)).transpose()?;
+        Ok(texts
+            .and_then(|texts| texts.into_iter().next())
+            .filter(|text| !text.is_empty()))
+    }
+}
+
+/// The root of an HDF5 file.
+pub fn of_hdf5<'a>(path: &Path, bytes: &[u8]) -> Result<Node<'a>> {
+    Ok(Node::Hdf5(hdf5::open(path, bytes)?, String::new()))
+}

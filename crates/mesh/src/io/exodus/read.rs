@@ -1,0 +1,538 @@
+//! Reads Exodus files.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use super::cells;
+use crate::error::Result;
+use crate::field::{GlobalArray, to_i64};
+use crate::io::netcdf::File;
+use crate::io::sets::Sets;
+use crate::io::{Content, vectors};
+use crate::mesh::{CellBlock, CellKind, Field, Support, Values};
+
+/// An element block of the file.
+struct Block {
+    /// The kind is none where there are no elements.
+    kind: Option<CellKind>,
+    /// Number of elements.
+    count: usize,
+    is_shell: bool,
+    tag: i64,
+    name: String,
+}
+
+struct Reader<'a> {
+    file: File<'a>,
+    sets: Sets,
+    blocks: Vec<Block>,
+    dimension: usize,
+    unread: Vec<String>,
+}
+
+/// All times of a file, in the order of its steps.
+pub fn times(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
+    let file = File::open(path, bytes)?;
+    Ok(file
+        .values("time_whole")?
+        .map_or(Vec::new(), |times| times.to_f64()))
+}
+
+/// Reads a file with its variables at all times.
+pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
+    read_at(path, bytes, None)
+}
+
+/// Reads a file with its variables at one time, or at all.
+pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
+    let file = File::open(path, bytes)?;
+    let encoding = file.encoding();
+    if file.dimension("num_nodes")?.is_none() && file.dimension("num_dim")?.is_none() {
+        return Err(
+            file.refuse("this is a netCDF file, but not of Exodus: it has no nodes (num_nodes)")
+        );
+    }
+    let mut reader = Reader {
+        file,
+        sets: Sets::default(),
+        blocks: Vec::new(),
+        dimension: 0,
+        unread: Vec::new(),
+    };
+    reader.points()?;
+    reader.blocks()?;
+    reader.numbers()?;
+    let times = reader
+        .file
+        .values("time_whole")?
+        .map_or(Vec::new(), |times| times.to_f64());
+    let mut whole = Vec::new();
+    let steps: Vec<(usize, Option<f64>)> = match times.is_empty() {
+        // Variables of files without time.
+        true => vec![(0, None)],
+        false => times.iter().copied().map(Some).enumerate().collect(),
+    };
+    for (step, at) in steps {
+        if time.is_none() || at == time {
+            reader.on_nodes(step, at)?;
+            reader.on_elements(step, at)?;
+        }
+    }
+    reader.globals(&times, time, &mut whole)?;
+    reader.sides()?;
+    reader.node_sets()?;
+    reader.element_sets()?;
+    reader.others()?;
+    let (mut mesh, warnings) = reader.sets.finish();
+    vectors::join(&mut mesh.fields);
+    Ok(Content {
+        mesh,
+        whole,
+        format: "exodus".into(),
+        version: None,
+        encoding,
+        warnings,
+        unread: reader.unread,
+    })
+}
+
+impl Reader<'_> {
+    /// The whole numbers of a variable; none if it is not there.
+    fn integers(&self, name: &str) -> Result<Option<Vec<i64>>> {
+        let values = self.file.values(name)?;
+        let numbers = values.map(|values| {
+            to_i64(&values).ok_or_else(|| {
+                self.file
+                    .refuse(format!("{name} does not hold whole numbers"))
+            })
+        });
+        numbers.transpose()
+    }
+
+    /// The numbers and names of sets, or of blocks. There are `count` of them, or as many as have numbers.
+    fn numbers_and_names(&self, ids: &str, names: &str) -> Result<Vec<(i64, String)>> {
+        let ids = self.integers(ids)?.unwrap_or_default();
+        let names = self.file.texts(names)?.unwrap_or_default();
+        let names = names.into_iter().chain(std::iter::repeat(String::new()));
+        Ok(ids.into_iter().zip(names).collect())
+    }
+
+    fn points(&mut self) -> Result<()> {
+        let mut columns = Vec::new();
+        for name in ["coordx", "coordy", "coordz"] {
+            columns.extend(self.file.values(name)?.map(|values| values.to_f64()));
+        }
+        if let Some(shape) = self.file.shape("coord")?.filter(|shape| shape.len() == 2)
+            && columns.is_empty()
+        {
+            let all = self
+                .file
+                .values("coord")?
+                .map_or(Vec::new(), |values| values.to_f64());
+            columns = all.chunks(shape[1].max(1)).map(<[f64]>::to_vec).collect();
+        }
+        // Some files of two dimensions have a third column all the same.
+        let dimension = self.file.dimension("num_dim")?.unwrap_or(columns.len());
+        self.dimension = dimension.clamp(1, 3);
+        columns.truncate(self.dimension);
+        let count = columns.first().map_or(0, Vec::len);
+        if columns.iter().any(|column| column.len() != count) {
+            return Err(self
+                .file
+                .refuse("coordx, coordy and coordz are not of one length"));
+        }
+        let nodes = self.file.dimension("num_nodes")?;
+        if nodes.is_some_and(|nodes| nodes != count) && !columns.is_empty() {
+            return Err(self
+                .file
+                .refuse(format!("there are {count} coordinates for {nodes:?} nodes")));
+        }
+        let mut points = vec![[0.0; 3]; count];
+        for (axis, column) in columns.iter().enumerate() {
+            points
+                .iter_mut()
+                .zip(column)
+                .for_each(|(point, x)| point[axis] = *x);
+        }
+        self.sets.mesh.points = points;
+        Ok(())
+    }
+
+    fn blocks(&mut self) -> Result<()> {
+        let known = self.numbers_and_names("eb_prop1", "eb_names")?;
+        let declared = self.file.dimension("num_el_blk")?.unwrap_or(known.len());
+        let points = self.sets.mesh.points.len();
+        for k in 0..declared.min(1 << 20) {
+            let connect = format!("connect{}", k + 1);
+            let (tag, name) = known
+                .get(k)
+                .cloned()
+                .unwrap_or((k as i64 + 1, String::new()));
+            let Some(shape) = self.file.shape(&connect)? else {
+                self.blocks.push(Block {
+                    kind: None,
+                    count: 0,
+                    is_shell: false,
+                    tag,
+                    name,
+                });
+                continue;
+            };
+            let element = self
+                .file
+                .text(Some(&connect), "elem_type")?
+                .unwrap_or_default();
+            let [count, width] = shape[..] else {
+                return Err(self.file.refuse(format!(
+                    "{connect} is of elements {element:?} without a fixed number of nodes, which are not read"
+                )));
+            };
+            let kind = match element.is_empty() {
+                false => cells::kind(&element, width),
+                true => self.guess(width),
+            };
+            let Some(kind) = kind else {
+                let what = format!(
+                    "{connect} has elements {element:?} of {width} nodes, which are not known"
+                );
+                return Err(self.file.refuse(what));
+            };
+            if width > kind.points() {
+                self.unread.push(format!(
+                    "the last {} of the {width} nodes of {count} elements {element}, which are {kind} here",
+                    width - kind.points()
+                ));
+            }
+            let numbers = self.integers(&connect)?.unwrap_or_default();
+            let mut nodes = vec![0; count * kind.points()];
+            let order = cells::order(kind);
+            for (cell, found) in nodes
+                .chunks_exact_mut(kind.points())
+                .zip(numbers.chunks_exact(width))
+            {
+                for (place, &node) in found.iter().take(kind.points()).enumerate() {
+                    if node < 1 || node as usize > points {
+                        let what = format!("{connect} names the node {node} of {points}");
+                        return Err(self.file.refuse(what));
+                    }
+                    cell[order.map_or(place, |order| order[place])] = (node - 1) as u32;
+                }
+            }
+            let is_shell = cells::is_shell(&element, self.dimension);
+            self.blocks.push(Block {
+                kind: Some(kind),
+                count,
+                is_shell,
+                tag,
+                name,
+            });
+            self.sets.block(CellBlock::new(kind, nodes));
+        }
+        let mut first = 0;
+        for block in &self.blocks {
+            let cells = first..first + block.count as u32;
+            first = cells.end;
+            let dim = block.kind.map_or(self.dimension as u8, CellKind::dim);
+            self.sets.cells(dim, block.tag, &block.name, cells);
+        }
+        Ok(())
+    }
+
+    /// What elements without a name are.
+    fn guess(&self, nodes: usize) -> Option<CellKind> {
+        let names: &[&str] = match self.dimension {
+            3 => &["TETRA", "HEX", "WEDGE", "PYRAMID", "TRI", "QUAD", "BAR"],
+            2 => &["TRI", "QUAD", "BAR"],
+            _ => &["BAR"],
+        };
+        let kinds = names.iter().filter_map(|name| cells::kind(name, nodes));
+        kinds.into_iter().find(|kind| kind.points() == nodes)
+    }
+
+    /// The file's numbers of nodes and elements, where they are other than 1, 2, 3, ….
+    fn numbers(&mut self) -> Result<()> {
+        let usual = |numbers: &[i64]| numbers.iter().zip(1..).all(|(&number, k)| number == k);
+        let sound = |numbers: &[i64]| {
+            let mut seen = HashSet::new();
+            numbers
+                .iter()
+                .all(|&number| number > 0 && seen.insert(number))
+        };
+        let counts = [self.sets.mesh.points.len(), self.sets.mesh.cell_count()];
+        for (name, count) in ["node_num_map", "elem_num_map"].into_iter().zip(counts) {
+            let Some(numbers) = self.integers(name)?.filter(|numbers| !usual(numbers)) else {
+                continue;
+            };
+            if numbers.len() != count || !sound(&numbers) {
+                self.sets.warnings.push(format!(
+                    "{name} is left out, as it does not number {count} items"
+                ));
+                continue;
+            }
+            let mut tags = numbers.into_iter().map(|number| number as u64);
+            if name == "node_num_map" {
+                self.sets.mesh.point_tags = tags.collect();
+                continue;
+            }
+            for block in &mut self.sets.mesh.blocks {
+                block.tags = tags.by_ref().take(block.len()).collect();
+            }
+        }
+        Ok(())
+    }
+
+    /// A variable of the k-th of several; the old files have all of them in one.
+    fn variable(&self, one: &str, all: &str, k: usize, step: usize) -> Result<Option<Values>> {
+        if let Some(values) = self.file.row(one, step)? {
+            return Ok(Some(values));
+        }
+        let shape = self.file.shape(all)?.unwrap_or_default();
+        let [_, count, width] = shape[..] else {
+            return Ok(None);
+        };
+        let values = self.file.row(all, step)?;
+        Ok(values.filter(|_| k < count).map(|values| {
+            Values::F64(
+                values
+                    .to_f64()
+                    .into_iter()
+                    .skip(k * width)
+                    .take(width)
+                    .collect(),
+            )
+        }))
+    }
+
+    fn on_nodes(&mut self, step: usize, time: Option<f64>) -> Result<()> {
+        let points = self.sets.mesh.points.len();
+        for (k, name) in self
+            .file
+            .texts("name_nod_var")?
+            .unwrap_or_default()
+            .into_iter()
+            .enumerate()
+        {
+            let values =
+                self.variable(&format!("vals_nod_var{}", k + 1), "vals_nod_var", k, step)?;
+            match values.filter(|values| values.len() == points && points > 0) {
+                Some(values) => self.add(Field::new(name, Support::Points, 1, values), step, time),
+                None => self.unread.push(format!(
+                    "the variable {name:?} on nodes, whose values are not there"
+                )),
+            }
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, field: Field, step: usize, time: Option<f64>) {
+        self.sets.mesh.fields.push(Field {
+            time,
+            step: time.and(i32::try_from(step + 1).ok()),
+            ..field
+        });
+    }
+
+    fn on_elements(&mut self, step: usize, time: Option<f64>) -> Result<()> {
+        for (k, name) in self
+            .file
+            .texts("name_elem_var")?
+            .unwrap_or_default()
+            .into_iter()
+            .enumerate()
+        {
+            let (mut at, mut parts) = (Vec::new(), Vec::new());
+            let mut first = 0;
+            for (b, block) in self.blocks.iter().enumerate() {
+                let cells = first..first + block.count as u32;
+                first = cells.end;
+                // Where the truth table says no, there is no such variable.
+                let found = self
+                    .file
+                    .row(&format!("vals_elem_var{}eb{}", k + 1, b + 1), step)?;
+                if let Some(values) = found.filter(|values| values.len() == block.count) {
+                    at.extend(cells);
+                    parts.push(values);
+                }
+            }
+            if at.is_empty() {
+                self.unread.push(format!(
+                    "the variable {name:?} on elements, whose values are not there"
+                ));
+                continue;
+            }
+            let at = if at.len() == first as usize {
+                Vec::new()
+            } else {
+                at
+            };
+            let field = Field {
+                at,
+                ..Field::new(name, Support::Cells, 1, joined(parts))
+            };
+            self.add(field, step, time);
+        }
+        Ok(())
+    }
+
+    /// Variables of the whole: at one time, or a row for each time.
+    fn globals(
+        &mut self,
+        times: &[f64],
+        time: Option<f64>,
+        whole: &mut Vec<GlobalArray>,
+    ) -> Result<()> {
+        let names = self.file.texts("name_glo_var")?.unwrap_or_default();
+        let values = self
+            .file
+            .values("vals_glo_var")?
+            .map_or(Vec::new(), |values| values.to_f64());
+        let kept = |row: &usize| time.is_none() || times.get(*row).copied() == time;
+        for (k, name) in names.iter().enumerate() {
+            let rows = values.chunks_exact(names.len()).enumerate();
+            let column = rows.filter(|(row, _)| kept(row)).map(|(_, row)| row[k]);
+            whole.push(GlobalArray::numbers(name, Values::F64(column.collect())));
+        }
+        Ok(())
+    }
+
+    fn sides(&mut self) -> Result<()> {
+        let mut ends = Vec::new();
+        for block in &self.blocks {
+            ends.push(ends.last().copied().unwrap_or(0) + block.count);
+        }
+        for (k, (tag, name)) in self
+            .numbers_and_names("ss_prop1", "ss_names")?
+            .into_iter()
+            .enumerate()
+        {
+            let elements = self
+                .integers(&format!("elem_ss{}", k + 1))?
+                .unwrap_or_default();
+            let numbers = self
+                .integers(&format!("side_ss{}", k + 1))?
+                .unwrap_or_default();
+            let mut sides = Vec::with_capacity(elements.len());
+            for (&element, &side) in elements.iter().zip(&numbers) {
+                let cell = usize::try_from(element - 1).unwrap_or(usize::MAX);
+                let block = self.blocks.get(ends.partition_point(|&end| end <= cell));
+                let corners = block.and_then(|block| {
+                    let all = cells::sides(block.kind?.shape(), block.is_shell);
+                    all.get(usize::try_from(side - 1).ok()?)
+                });
+                let Some(corners) = corners else {
+                    let what = format!(
+                        "the side set {tag} names side {side} of element {element}, which is not there"
+                    );
+                    return Err(self.file.refuse(what));
+                };
+                sides.push((cell as u32, *corners));
+            }
+            let unknown = self.sets.sides(tag, &name, sides);
+            if unknown > 0 {
+                self.unread.push(format!(
+                    "{unknown} sides of the side set {tag}, of cells of higher order"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn node_sets(&mut self) -> Result<()> {
+        let points = self.sets.mesh.points.len();
+        for (k, (tag, name)) in self
+            .numbers_and_names("ns_prop1", "ns_names")?
+            .into_iter()
+            .enumerate()
+        {
+            let nodes = self
+                .integers(&format!("node_ns{}", k + 1))?
+                .unwrap_or_default();
+            if let Some(odd) = nodes
+                .iter()
+                .find(|&&node| node < 1 || node as usize > points)
+            {
+                let what = format!("the node set {tag} names the node {odd} of {points}");
+                return Err(self.file.refuse(what));
+            }
+            self.sets
+                .nodes(tag, &name, nodes.into_iter().map(|node| (node - 1) as u32));
+        }
+        Ok(())
+    }
+
+    fn element_sets(&mut self) -> Result<()> {
+        let all = self.blocks.iter().map(|block| block.count).sum::<usize>();
+        for (k, (tag, name)) in self
+            .numbers_and_names("els_prop1", "els_names")?
+            .into_iter()
+            .enumerate()
+        {
+            let elements = self
+                .integers(&format!("elem_els{}", k + 1))?
+                .unwrap_or_default();
+            if let Some(odd) = elements
+                .iter()
+                .find(|&&element| element < 1 || element as usize > all)
+            {
+                let what = format!("the element set {tag} names the element {odd} of {all}");
+                return Err(self.file.refuse(what));
+            }
+            let dim = self.sets.mesh.dim();
+            self.sets.cells(
+                dim,
+                tag,
+                &name,
+                elements.into_iter().map(|element| (element - 1) as u32),
+            );
+        }
+        Ok(())
+    }
+
+    /// Tells what else is there.
+    fn others(&mut self) -> Result<()> {
+        let kinds: [(&str, &str); 9] = [
+            ("name_nset_var", "variables on node sets"),
+            ("name_sset_var", "variables on side sets"),
+            ("name_elset_var", "variables on element sets"),
+            ("name_edge_var", "variables on edges"),
+            ("name_face_var", "variables on faces"),
+            ("ed_prop1", "edge blocks"),
+            ("fa_prop1", "face blocks"),
+            ("es_prop1", "edge sets"),
+            ("fs_prop1", "face sets"),
+        ];
+        for (variable, what) in kinds {
+            if let Some(shape) = self.file.shape(variable)? {
+                self.unread
+                    .push(format!("{} {what}", shape.first().unwrap_or(&0)));
+            }
+        }
+        let names = self.file.names()?;
+        let of = |word: &str| names.iter().filter(|name| name.starts_with(word)).count();
+        for (word, what) in [
+            ("dist_fact_", "lists of distribution factors of sets"),
+            ("attrib", "lists of attributes of elements"),
+        ] {
+            let count = of(word);
+            if count > 0 {
+                self.unread.push(format!("{count} {what}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Parts of one type one after another, of several as binary64.
+fn joined(mut parts: Vec<Values>) -> Values {
+    if parts.len() == 1 {
+        return parts.remove(0);
+    }
+    if parts.iter().all(|part| matches!(part, Values::F32(_))) {
+        let parts = parts.into_iter().filter_map(|part| match part {
+            Values::F32(values) => Some(values),
+            _ => None,
+        });
+        return Values::F32(parts.flatten().collect());
+    }
+    Values::F64(parts.iter().flat_map(Values::to_f64).collect())
+}

@@ -1,0 +1,394 @@
+//! HDF5: the one place that knows which libraries read and write it. What they are asked for is a tree of groups, data sets of
+//! numbers or texts, and attributes.
+//!
+//! A file is read by the crate `hdf5-reader`, within limits that follow from its size; external links and data outside the
+//! file are not followed. What is written ([`write`]) is as simple as the format allows, which every reader since HDF5 1.8
+//! takes: compact groups and contiguous data.
+
+pub mod write;
+
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use hdf5_reader::{
+    Attribute, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem,
+    error::Error as Inner,
+};
+
+use crate::cancel;
+use crate::error::{Error, Place, Result};
+use crate::mesh::Values;
+
+/// What data sets may unpack to: this for a file of any size, and [`PER_BYTE`] for each of its bytes.
+const ALLOWANCE: u64 = 256 << 20;
+/// gzip packs no better than 1032 to one, and meshes far less.
+const PER_BYTE: u64 = 64;
+/// The largest chunk, and the largest header of an object.
+const MOST: usize = 256 << 20;
+
+const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
+
+/// Whether these are the bytes of an HDF5 file, perhaps behind a block of the user's of 512 bytes or a multiple.
+pub fn is_hdf5(bytes: &[u8]) -> bool {
+    let places = std::iter::once(0).chain((9..24).map(|power| 1 << power));
+    let mut found = places.filter_map(|place| bytes.get(place..)?.get(..SIGNATURE.len()));
+    found.any(|start| start == SIGNATURE)
+}
+
+/// A group of a file.
+#[derive(Clone)]
+pub struct Group {
+    group: hdf5_reader::group::Group,
+    file: Rc<About>,
+    /// Where it is, as in `/ENS_MAA/mesh`; empty for the root.
+    pub name: String,
+}
+
+/// A data set of a file.
+pub struct Data {
+    data: hdf5_reader::Dataset,
+    file: Rc<About>,
+    pub name: String,
+}
+
+/// What errors name, and the bytes that may still be unpacked.
+struct About {
+    path: PathBuf,
+    left: Cell<u64>,
+}
+
+impl About {
+    fn refuse(&self, name: &str, what: impl Into<String>) -> Error {
+        let name = if name.is_empty() { "/" } else { name };
+        let what = format!("{name}: {}", what.into());
+        Error::file(
+            &self.path,
+            Place::Whole,
+            what,
+            "write the file again with the program it comes from",
+        )
+    }
+}
+
+/// Opens a file; its root.
+///
+/// # Errors
+/// It is no HDF5 file, or a damaged one.
+pub fn open(path: &Path, bytes: &[u8]) -> Result<Group> {
+    let left = PER_BYTE
+        .saturating_mul(bytes.len() as u64)
+        .saturating_add(ALLOWANCE);
+    let file = Rc::new(About {
+        path: path.to_owned(),
+        left: Cell::new(left),
+    });
+    let options = OpenOptions::default()
+        .with_max_chunk_bytes(MOST)
+        .with_max_object_header_bytes(MOST)
+        .with_max_read_bytes(usize::try_from(left).unwrap_or(usize::MAX))
+        .with_chunk_cache_bytes(0);
+    let opened = Hdf5File::from_bytes_with_options(bytes, options);
+    let root = opened.and_then(|file| file.root_group());
+    Ok(Group {
+        group: root.map_err(|e| file.refuse("", e.to_string()))?,
+        name: String::new(),
+        file,
+    })
+}
+
+/// Something that may be missing.
+fn found<T>(found: Result<T, Inner>) -> Result<Option<T>, Inner> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(error) if is_missing(&error) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+fn is_missing(error: &Inner) -> bool {
+    match error {
+        Inner::GroupNotFound(_) | Inner::DatasetNotFound(_) | Inner::AttributeNotFound(_) => true,
+        Inner::Context { source, .. } => is_missing(source),
+        _ => false,
+    }
+}
+
+impl Group {
+    /// An error about this group.
+    pub fn refuse(&self, what: impl Into<String>) -> Error {
+        self.file.refuse(&self.name, what)
+    }
+
+    fn below(&self, name: &str) -> String {
+        format!("{}/{name}", self.name)
+    }
+
+    /// The names of the groups and of the data sets in it, each in the order of the file.
+    pub fn names(&self) -> Result<(Vec<String>, Vec<String>)> {
+        cancel::check()?;
+        self.group
+            .member_names()
+            .map_err(|e| self.refuse(e.to_string()))
+    }
+
+    /// The group at this path below, if there is one.
+    pub fn group(&self, path: &str) -> Result<Option<Group>> {
+        let mut at = self.clone();
+        for part in path.split('/').filter(|part| !part.is_empty()) {
+            let next = found(at.group.group(part)).map_err(|e| at.refuse(e.to_string()))?;
+            let Some(group) = next else {
+                return Ok(None);
+            };
+            let name = at.below(part);
+            at = Group { group, name, ..at };
+        }
+        Ok(Some(at))
+    }
+
+    /// The groups in it.
+    pub fn groups(&self) -> Result<Vec<(String, Group)>> {
+        let mut groups = Vec::new();
+        for name in self.names()?.0 {
+            if let Some(group) = self.group(&name)? {
+                groups.push((name, group));
+            }
+        }
+        Ok(groups)
+    }
+
+    /// The data set at this path below, if there is one.
+    pub fn data(&self, path: &str) -> Result<Option<Data>> {
+        let path = path.trim_matches('/');
+        let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
+        let Some(group) = self.group(folder)? else {
+            return Ok(None);
+        };
+        let data =
+            found(group.group.dataset(name)).map_err(|e| group.refuse(format!("{name}: {e}")))?;
+        Ok(data.map(|data| Data {
+            data,
+            name: group.below(name),
+            file: group.file,
+        }))
+    }
+
+    /// The data set of this name, which must be there.
+    pub fn needed(&self, path: &str) -> Result<Data> {
+        self.data(path)?
+            .ok_or_else(|| self.refuse(format!("the data set {path} is missing")))
+    }
+
+    fn attribute(&self, name: &str) -> Option<Attribute> {
+        self.group.attribute(name).ok()
+    }
+
+    /// The text of an attribute.
+    pub fn text(&self, name: &str) -> Option<String> {
+        text(&self.attribute(name)?)
+    }
+
+    /// The whole numbers of an attribute.
+    pub fn integers(&self, name: &str) -> Option<Vec<i64>> {
+        integers(&self.attribute(name)?)
+    }
+
+    /// The one number of an attribute.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        self.attribute(name)?.read_as_f64().ok()
+    }
+}
+
+fn text(attribute: &Attribute) -> Option<String> {
+    let text = attribute.read_string().ok()?;
+    Some(text.trim_end_matches(['\0', ' ']).to_owned())
+}
+
+fn integers(attribute: &Attribute) -> Option<Vec<i64>> {
+    fn widen<T: H5Type + Into<i64>>(attribute: &Attribute) -> Option<Vec<i64>> {
+        Some(
+            attribute
+                .read_1d::<T>()
+                .ok()?
+                .into_iter()
+                .map(Into::into)
+                .collect(),
+        )
+    }
+    let Datatype::FixedPoint { size, signed, .. } = &attribute.datatype else {
+        return None;
+    };
+    match (size, signed) {
+        (1, true) => widen::<i8>(attribute),
+        (1, false) => widen::<u8>(attribute),
+        (2, true) => widen::<i16>(attribute),
+        (2, false) => widen::<u16>(attribute),
+        (4, true) => widen::<i32>(attribute),
+        (4, false) => widen::<u32>(attribute),
+        (8, _) => widen::<i64>(attribute),
+        _ => None,
+    }
+}
+
+impl Data {
+    /// An error about this data set.
+    pub fn refuse(&self, what: impl Into<String>) -> Error {
+        self.file.refuse(&self.name, what)
+    }
+
+    /// The number of rows, of columns and so on; none for one number alone.
+    pub fn shape(&self) -> Vec<usize> {
+        let dims = self.data.shape().iter();
+        dims.map(|&dim| usize::try_from(dim).unwrap_or(usize::MAX))
+            .collect()
+    }
+
+    /// Rows, and numbers of a row.
+    pub fn rows(&self) -> (usize, usize) {
+        let shape = self.shape();
+        let width = shape
+            .iter()
+            .skip(1)
+            .fold(1_usize, |all, &n| all.saturating_mul(n));
+        (shape.first().copied().unwrap_or(1), width)
+    }
+
+    pub fn text(&self, attribute: &str) -> Option<String> {
+        text(&self.data.attribute(attribute).ok()?)
+    }
+
+    /// Whether it holds texts rather than numbers.
+    pub fn is_text(&self) -> bool {
+        matches!(
+            self.data.dtype(),
+            Datatype::String { .. } | Datatype::VarLen { .. }
+        )
+    }
+
+    /// Takes so many numbers of a selection out of what may be unpacked.
+    fn take(&self, numbers: usize) -> Result<()> {
+        cancel::check()?;
+        let size = self
+            .data
+            .raw_element_size()
+            .map_err(|e| self.refuse(e.to_string()))?;
+        let left = (numbers as u64).checked_mul(size as u64);
+        let left = left.and_then(|bytes| self.file.left.get().checked_sub(bytes));
+        let left = left.ok_or_else(|| {
+            self.refuse(format!(
+                "its {numbers} values are more than a file of this size may unpack to"
+            ))
+        })?;
+        self.file.left.set(left);
+        Ok(())
+    }
+
+    /// All numbers, in the type of the file.
+    pub fn values(&self) -> Result<Values> {
+        self.read(None)
+    }
+
+    /// Some of the first indices and all of the others.
+    pub fn some(&self, rows: std::ops::Range<usize>) -> Result<Values> {
+        let all = self.shape();
+        let rest = all.iter().skip(1).map(|&n| [0, 1, n]);
+        let first = [rows.start, 1, rows.end.saturating_sub(rows.start)];
+        self.selected(&std::iter::once(first).chain(rest).collect::<Vec<_>>())
+    }
+
+    /// A selection: the first index, the step and the count along each dimension.
+    pub fn selected(&self, of: &[[usize; 3]]) -> Result<Values> {
+        let shape = self.shape();
+        let inside = |(&[start, step, count], &n): (&[usize; 3], &usize)| {
+            let span = count.saturating_sub(1).checked_mul(step);
+            let last = span.and_then(|span| span.checked_add(start));
+            step > 0 && (count == 0 || last.is_some_and(|last| last < n))
+        };
+        if of.len() != shape.len() || !of.iter().zip(&shape).all(inside) {
+            return Err(self.refuse(format!("a selection {of:?} of data of the shape {shape:?}")));
+        }
+        let whole = of
+            .iter()
+            .zip(&shape)
+            .all(|(&[start, step, count], &n)| (start, step, count) == (0, 1, n));
+        self.read((!whole).then_some(of))
+    }
+
+    fn read(&self, of: Option<&[[usize; 3]]>) -> Result<Values> {
+        let kind = match self.data.dtype() {
+            Datatype::Enum { base, .. } => base,
+            other => other,
+        };
+        Ok(match kind {
+            Datatype::FloatingPoint { size: 4, .. } => Values::F32(self.numbers(of)?),
+            Datatype::FloatingPoint { size: 8, .. } => Values::F64(self.numbers(of)?),
+            Datatype::FixedPoint { size, signed, .. } => match (size, signed) {
+                (1, true) => Values::I8(self.numbers(of)?),
+                (1, false) => Values::U8(self.numbers(of)?),
+                (2, true) => Values::I16(self.numbers(of)?),
+                (2, false) => Values::U16(self.numbers(of)?),
+                (4, true) => Values::I32(self.numbers(of)?),
+                (4, false) => Values::U32(self.numbers(of)?),
+                (8, true) => Values::I64(self.numbers(of)?),
+                (8, false) => Values::U64(self.numbers(of)?),
+                _ => return Err(self.refuse(format!("integers of {size} bytes are not read"))),
+            },
+            // netCDF's and CGNS's characters, MED's names.
+            Datatype::String { .. } | Datatype::Array { .. } => {
+                let shape = self.shape();
+                self.take(shape.iter().fold(1, |all: usize, &n| all.saturating_mul(n)))?;
+                Values::U8(
+                    self.data
+                        .read_raw_bytes()
+                        .map_err(|e| self.refuse(e.to_string()))?,
+                )
+            }
+            other => return Err(self.refuse(format!("it holds no numbers, but {other:?}"))),
+        })
+    }
+
+    fn numbers<T: H5Type + Copy + Default>(&self, of: Option<&[[usize; 3]]>) -> Result<Vec<T>> {
+        let refuse = |error: Inner| self.refuse(error.to_string());
+        let counts: Vec<usize> = match of {
+            None => self.shape(),
+            Some(of) => of.iter().map(|[.., count]| *count).collect(),
+        };
+        let count = counts
+            .iter()
+            .try_fold(1_usize, |all, &n| all.checked_mul(n));
+        let count = count.unwrap_or(usize::MAX);
+        self.take(count)?;
+        let Some(of) = of else {
+            let mut numbers = vec![T::default(); count];
+            self.data.read_into(&mut numbers).map_err(refuse)?;
+            return Ok(numbers);
+        };
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let slices = of.iter().map(|&[start, step, count]| SliceInfoElem::Slice {
+            start: start as u64,
+            end: (start + (count - 1) * step + 1) as u64,
+            step: step as u64,
+        });
+        let info = SliceInfo {
+            selections: slices.collect(),
+        };
+        let array = self.data.read_slice::<T>(&info).map_err(refuse)?;
+        Ok(array.iter().copied().collect())
+    }
+
+    /// All texts, without the zeros and blanks at their ends.
+    pub fn texts(&self) -> Result<Vec<String>> {
+        let (rows, width) = self.rows();
+        self.take(rows.saturating_mul(width))?;
+        let texts = self
+            .data
+            .read_strings()
+            .map_err(|e| self.refuse(e.to_string()))?;
+        let trimmed = texts
+            .iter()
+            .map(|text| text.trim_end_matches(['\0', ' ']).to_owned());
+        Ok(trimmed.collect())
+    }
+}

@@ -1,0 +1,380 @@
+//! Writes MED files.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::{FORMAT, cells};
+use crate::error::Result;
+use crate::field::GlobalArray;
+use crate::io::hdf5::write::{Data, Group, Type};
+use crate::io::loss::Losses;
+use crate::io::{Options, refuse_unsound, sets};
+use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Mesh, Support};
+
+const INT: Type = Type::Signed(4);
+const MESH: &str = "mesh";
+/// The step of what does not change with time.
+const NO_STEP: i64 = -1;
+
+pub fn write(
+    path: &Path,
+    mesh: &Mesh,
+    _: &[GlobalArray],
+    options: &Options,
+) -> Result<Vec<String>> {
+    refuse_unsound(path, mesh)?;
+    let mut losses = Losses::default();
+    losses.note_gmsh(mesh);
+    let blocks = of_kinds(mesh, &mut losses);
+    let families = Families::of(mesh, &mut losses);
+    let mut file = Group::default();
+    let about = file.group("INFOS_GENERALES");
+    for (name, number) in [("MAJ", 4), ("MIN", 0), ("REL", 0)] {
+        about.with(name, Data::integer(INT, number));
+    }
+    let dim = i64::from(mesh.dim());
+    let flat = |axis: usize| mesh.points.iter().all(|point| point[axis] == 0.0);
+    let space = if flat(2) && dim < 3 { 2 } else { 3 };
+    let head = file.group("ENS_MAA").group(MESH);
+    for (name, number) in [
+        ("DIM", dim),
+        ("ESP", space as i64),
+        ("REP", 0),
+        ("TYP", 0),
+        ("SRT", 1),
+        ("NXT", -1),
+        ("NXI", -1),
+    ] {
+        head.with(name, Data::integer(INT, number));
+    }
+    let axes: String = ["X", "Y", "Z"][..space]
+        .iter()
+        .map(|axis| format!("{axis:<16}"))
+        .collect();
+    head.with("DES", Data::text("faceoff"))
+        .with("NOM", Data::text(axes))
+        .with("UNI", Data::text(" ".repeat(16 * space)))
+        .with("UNT", Data::text(""));
+    let step = head.group(&step_name(NO_STEP, NO_STEP));
+    for (name, number) in [
+        ("CGT", 1),
+        ("NDT", NO_STEP),
+        ("NOR", NO_STEP),
+        ("NXT", -1),
+        ("NXI", -1),
+        ("PVT", -1),
+        ("PVI", -1),
+    ] {
+        step.with(name, Data::integer(INT, number));
+    }
+    step.with("PDT", Data::float(-1.0));
+
+    let count = mesh.points.len();
+    let nodes = step.group("NOE");
+    nodes
+        .with("CGT", Data::integer(INT, 1))
+        .with("CGS", Data::integer(INT, 1))
+        .with("PFL", Data::text("MED_NO_PROFILE_INTERNAL"));
+    let coordinates = Data::floats(vec![count * space], move |k| {
+        mesh.points[k % count][k / count]
+    });
+    nodes.add("COO", sized(coordinates, count));
+    if families.of_points.iter().any(|&family| family != 0) {
+        nodes.add(
+            "FAM",
+            sized(
+                Data::integers(INT, vec![count], |k| families.of_points[k]),
+                count,
+            ),
+        );
+    }
+    let cells_of = step.group("MAI");
+    cells_of.with("CGT", Data::integer(INT, 1));
+    for (name, kind, cells) in &blocks {
+        let group = cells_of.group(name);
+        let (kind, count) = (*kind, cells.len());
+        for (key, number) in [("CGT", 1), ("CGS", 1), ("GEO", geometry(kind))] {
+            group.with(key, Data::integer(INT, number));
+        }
+        group.with("PFL", Data::text("MED_NO_PROFILE_INTERNAL"));
+        let order = cells::order(kind);
+        let nodes = Data::integers(INT, vec![count * kind.points()], move |k| {
+            let (column, cell) = (k / count, cells[k % count]);
+            mesh.cell(cell)
+                .map_or(0, |(_, nodes)| i64::from(nodes[order[column]]) + 1)
+        });
+        group.add("NOD", sized(nodes, count));
+        let of = &families.of_cells;
+        if cells.iter().any(|&cell| of[cell as usize] != 0) {
+            group.add(
+                "FAM",
+                sized(
+                    Data::integers(INT, vec![count], move |k| of[cells[k] as usize]),
+                    count,
+                ),
+            );
+        }
+    }
+    families.write(&mut file);
+    write_fields(&mut file, mesh, &blocks, &mut losses);
+    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
+    file.save(path)?;
+    Ok(warnings)
+}
+
+fn sized(data: Data<'_>, count: usize) -> Data<'_> {
+    data.with("CGT", Data::integer(INT, 1))
+        .with("NBR", Data::integer(INT, count as i64))
+}
+
+/// MED's number of a kind: a hundred for each dimension, and the number of nodes.
+fn geometry(kind: CellKind) -> i64 {
+    100 * i64::from(kind.dim()) + kind.points() as i64
+}
+
+fn step_name(number: i64, order: i64) -> String {
+    let part = |n: i64| {
+        if n < 0 {
+            format!("-{:019}", -n)
+        } else {
+            format!("{n:020}")
+        }
+    };
+    part(number) + &part(order)
+}
+
+/// The cells of each kind, which MED has together.
+fn of_kinds(mesh: &Mesh, losses: &mut Losses) -> Vec<(&'static str, CellKind, Vec<u32>)> {
+    let mut kinds: BTreeMap<CellKind, Vec<u32>> = BTreeMap::new();
+    let mut first = 0;
+    for block in &mesh.blocks {
+        let cells = first..first + CellBlock::len(block) as u32;
+        first = cells.end;
+        kinds.entry(block.kind).or_default().extend(cells);
+    }
+    let mut all = Vec::new();
+    for (kind, cells) in kinds {
+        match cells::name(kind) {
+            Some(name) => all.push((name, kind, cells)),
+            None => losses.lose(format!("{} {kind} cells", cells.len())),
+        }
+    }
+    all
+}
+
+/// Which family each point and cell is in, and the groups of each.
+struct Families {
+    of_points: Vec<i64>,
+    of_cells: Vec<i64>,
+    /// Number and names of groups.
+    all: Vec<(i64, Vec<String>)>,
+}
+
+impl Families {
+    /// Cells are in families of negative numbers; vertices are cells.
+    fn of(mesh: &Mesh, losses: &mut Losses) -> Self {
+        let names = sets::distinct_names(mesh.groups.iter(), 80);
+        for (group, name) in mesh.groups.iter().zip(&names) {
+            if group.name.as_ref() != Some(name) {
+                losses.note(format!(
+                    "the group {} of dimension {} is called {name:?}",
+                    group.tag, group.dim
+                ));
+            }
+        }
+        if !mesh.groups.is_empty() {
+            losses.note("groups are numbered anew, in the order of their names");
+        }
+        let sets = CellGroups::new(mesh);
+        let number = |set: usize| {
+            if sets.sets[set].is_empty() {
+                0
+            } else {
+                -(set as i64)
+            }
+        };
+        let mut of_cells = vec![0; mesh.cell_count()];
+        for (cells, set) in sets.runs_from(0) {
+            cells.for_each(|cell| of_cells[cell as usize] = number(set as usize));
+        }
+        let of = |set: &Vec<u32>| -> Vec<String> {
+            set.iter().map(|&k| names[k as usize].clone()).collect()
+        };
+        let mut all: Vec<(i64, Vec<String>)> = sets
+            .sets
+            .iter()
+            .enumerate()
+            .map(|(k, set)| (number(k), of(set)))
+            .filter(|(number, _)| *number != 0)
+            .collect();
+        let mut next = -(sets.sets.len() as i64);
+        for (group, name) in mesh
+            .groups
+            .iter()
+            .zip(&names)
+            .filter(|(group, _)| group.cells.is_empty())
+        {
+            let _ = group;
+            all.push((next, vec![name.clone()]));
+            next -= 1;
+        }
+        Families {
+            of_points: vec![0; mesh.points.len()],
+            of_cells,
+            all,
+        }
+    }
+
+    fn write(&self, file: &mut Group<'_>) {
+        let root = file.group("FAS").group(MESH);
+        root.group("FAMILLE_ZERO")
+            .with("NUM", Data::integer(INT, 0));
+        for (number, groups) in &self.all {
+            let family = root.group("ELEME").group(&format!("FAM_{number}"));
+            family.with("NUM", Data::integer(INT, *number));
+            let list = family.group("GRO");
+            list.with("NBR", Data::integer(INT, groups.len() as i64));
+            list.add("NOM", Data::byte_arrays(groups.clone(), 80));
+        }
+    }
+}
+
+fn write_fields<'a>(
+    file: &mut Group<'a>,
+    mesh: &'a Mesh,
+    blocks: &'a [(&'static str, CellKind, Vec<u32>)],
+    losses: &mut Losses,
+) {
+    let mut steps: BTreeMap<&str, i64> = BTreeMap::new();
+    let mut seen: Vec<(String, Option<u64>, Support)> = Vec::new();
+    for field in &mesh.fields {
+        let key = (field.name.clone(), field.time.map(f64::to_bits), field.on);
+        let name: String = field
+            .name
+            .chars()
+            .map(|c| if c == '/' { '_' } else { c })
+            .collect();
+        let known = file.group("CHA").has(&name);
+        let same_width = mesh
+            .fields
+            .iter()
+            .find(|other| other.name == field.name)
+            .is_none_or(|other| other.components == field.components);
+        if seen.contains(&key) || name.len() > 64 || !same_width {
+            losses.lose(format!(
+                "the field {:?} on {}, whose name is there or too long",
+                field.name, field.on
+            ));
+            continue;
+        }
+        seen.push(key);
+        let width = field.components;
+        let root = file.group("CHA").group(&name);
+        if !known {
+            let blank = " ".repeat(16 * width);
+            root.with("MAI", Data::text(MESH))
+                .with("TYP", Data::integer(INT, 6))
+                .with("NCO", Data::integer(INT, width as i64));
+            let names: String = (1..=width)
+                .map(|k| format!("{:<16}", format!("{k}")))
+                .collect();
+            root.with("NOM", Data::text(names))
+                .with("UNI", Data::text(blank))
+                .with("UNT", Data::text(""));
+        }
+        let number = match (field.time, field.step) {
+            (None, _) => NO_STEP,
+            (_, Some(step)) if step >= 0 => step.into(),
+            _ => {
+                let next = steps.entry(&field.name).or_insert(-1);
+                *next += 1;
+                *next
+            }
+        };
+        let step = root.group(&step_name(number, NO_STEP));
+        if !step.has_attributes() {
+            for (key, value) in [
+                ("NDT", number),
+                ("NOR", NO_STEP),
+                ("RDT", NO_STEP),
+                ("ROR", NO_STEP),
+            ] {
+                step.with(key, Data::integer(INT, value));
+            }
+            step.with("PDT", Data::float(field.time.unwrap_or(-1.0)));
+        }
+        match field.on {
+            Support::Points => {
+                let partial = !field.at.is_empty();
+                if partial {
+                    losses.note(format!(
+                        "the field {:?} is NaN on the points that lack it",
+                        field.name
+                    ));
+                }
+                let count = mesh.points.len();
+                add_values(
+                    step,
+                    "NOE",
+                    count,
+                    1,
+                    Data::floats(vec![count * width], move |k| {
+                        value(field, k % count, k / count)
+                    }),
+                );
+            }
+            Support::Cells => {
+                for (kind, _, cells) in blocks {
+                    let there: Vec<u32> = match field.at.is_empty() {
+                        true => cells.clone(),
+                        false => cells
+                            .iter()
+                            .copied()
+                            .filter(|cell| field.at.binary_search(cell).is_ok())
+                            .collect(),
+                    };
+                    if there.is_empty() {
+                        continue;
+                    }
+                    if there.len() < cells.len() {
+                        losses.note(format!(
+                            "the field {:?} is NaN on the {kind} that lack it",
+                            field.name
+                        ));
+                    }
+                    let count = cells.len();
+                    let values = Data::floats(vec![count * width], move |k| {
+                        value(field, cells[k % count] as usize, k / count)
+                    });
+                    add_values(step, &format!("MAI.{kind}"), count, 1, values);
+                }
+            }
+            Support::CellPoints => {
+                losses.lose(format!("the field {:?} on {}", field.name, field.on))
+            }
+        }
+    }
+}
+
+/// A component of a field at a point or cell; NaN where there is none.
+fn value(field: &Field, item: usize, component: usize) -> f64 {
+    let row = match field.at.is_empty() {
+        true => Some(item),
+        false => crate::io::steps::row_of(&field.at, item),
+    };
+    row.map_or(f64::NAN, |row| {
+        crate::io::steps::number(&field.values, row * field.components + component)
+    })
+}
+
+fn add_values<'a>(step: &mut Group<'a>, place: &str, count: usize, gauss: i64, values: Data<'a>) {
+    const PROFILE: &str = "MED_NO_PROFILE_INTERNAL";
+    let at = step.group(place);
+    at.with("GAU", Data::text(""))
+        .with("PFL", Data::text(PROFILE));
+    let at = at.group(PROFILE);
+    at.with("NBR", Data::integer(INT, count as i64))
+        .with("NGA", Data::integer(INT, gauss))
+        .with("GAU", Data::text(""));
+    at.add("CO", values);
+}

@@ -1,0 +1,22 @@
+//! VTK's legacy format, `.vtk`, of versions 1.0 to 5.1, as text and in binary.
+//!
+//! Reading takes all kinds of grids; structured ones become meshes of hexahedra, quadrangles or lines, strips are cut up.
+//! Tables of colours and texts are not read, which is told. Writing gives an unstructured grid, with groups and names as
+//! VTU has them, of version 4.2, or 5.1 where VTK takes nodes of high order for others before.
+
+mod read;
+mod write;
+
+use super::Native;
+use super::recognise::begins;
+
+pub static FORMAT: Native = Native {
+    title: "VTK",
+    names: &["vtk"],
+    suffixes: &["vtk"],
+    has_binary: true,
+    holds_whole: true,
+    recognises: |bytes| begins(bytes, "# vtk DataFile"),
+    read: read::read,
+    write: write::write,
+};

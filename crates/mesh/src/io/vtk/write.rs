@@ -1,0 +1,220 @@
+//! Writes legacy VTK: the arrays that VTU has, as fields.
+
+use std::path::Path;
+
+use crate::error::Result;
+use crate::field::GlobalArray;
+use crate::field::data::with_numbers;
+use crate::io::out::Out;
+use crate::io::vtu::cells::{needs_new_version, order, vtk_type};
+use crate::io::vtu::layout::{Array, lay_out};
+use crate::io::vtu::scalar::Scalar;
+use crate::io::vtu::write::{Topology, check_arrays, refuse};
+use crate::io::{Options, refuse_unsound};
+use crate::mesh::{CellKind, Mesh, Values};
+
+pub(super) fn write(
+    path: &Path,
+    mesh: &Mesh,
+    whole: &[GlobalArray],
+    options: &Options,
+) -> Result<Vec<String>> {
+    refuse_unsound(path, mesh)?;
+    let refuse = |what| refuse(path, what);
+    let layout = lay_out(mesh, &[], whole, Topology::Cells).map_err(refuse)?;
+    let lists = lists(mesh);
+    let is_new = mesh
+        .blocks
+        .iter()
+        .any(|block| needs_new_version(block.kind));
+    let size = lists.nodes.len() + mesh.cell_count();
+    check_arrays(&layout).map_err(refuse)?;
+    if i32::try_from(size).is_err() {
+        return Err(refuse("cells of more than 2^31 nodes do not fit".into()));
+    }
+    let mut file = File {
+        out: Out::to(path)?,
+        binary: options.binary,
+    };
+    file.out.text(match is_new {
+        true => "# vtk DataFile Version 5.1\n",
+        false => "# vtk DataFile Version 4.2\n",
+    });
+    file.out.text("faceoff\n").text(if options.binary {
+        "BINARY\n"
+    } else {
+        "ASCII\n"
+    });
+    file.out.text("DATASET UNSTRUCTURED_GRID\n");
+    file.fields(&layout.whole);
+    file.line(&format!("POINTS {} double", mesh.points.len()));
+    file.numbers(mesh.points.as_flattened(), 3);
+    if is_new {
+        let ends = std::iter::once(0).chain(lists.ends.iter().copied());
+        file.line(&format!(
+            "CELLS {} {}",
+            lists.ends.len() + 1,
+            lists.nodes.len()
+        ));
+        file.line("OFFSETS vtktypeint64");
+        file.numbers(&ends.map(|end| end as i64).collect::<Vec<_>>(), 1);
+        file.line("CONNECTIVITY vtktypeint64");
+        file.numbers(
+            &lists
+                .nodes
+                .iter()
+                .map(|&node| i64::from(node))
+                .collect::<Vec<_>>(),
+            8,
+        );
+    } else {
+        file.line(&format!("CELLS {} {size}", mesh.cell_count()));
+        file.lists(&lists);
+    }
+    file.line(&format!("CELL_TYPES {}", mesh.cell_count()));
+    let types = mesh.blocks.iter().flat_map(|block| {
+        std::iter::repeat_n(i32::from(vtk_type(block.kind).unwrap_or(0)), block.len())
+    });
+    file.numbers(&types.collect::<Vec<_>>(), 1);
+    for (data, arrays, count) in [
+        ("POINT_DATA", &layout.points, mesh.points.len()),
+        ("CELL_DATA", &layout.cells, mesh.cell_count()),
+    ] {
+        if !arrays.is_empty() {
+            file.line(&format!("{data} {count}"));
+            file.fields(arrays);
+        }
+    }
+    file.out.save(path)?;
+    Ok(Vec::new())
+}
+
+/// The list of each cell, in VTK's order of nodes: its nodes, or the faces of a polyhedron.
+struct Lists {
+    nodes: Vec<u32>,
+    ends: Vec<usize>,
+}
+
+fn lists(mesh: &Mesh) -> Lists {
+    let nodes = mesh.blocks.iter().map(|block| block.nodes.len()).sum();
+    let mut lists = Lists {
+        nodes: Vec::with_capacity(nodes),
+        ends: Vec::with_capacity(mesh.cell_count()),
+    };
+    let mut polyhedra = mesh.polyhedra.iter();
+    for block in &mesh.blocks {
+        let order = order(block.kind);
+        for cell in block.cells() {
+            match (&order, block.kind) {
+                (_, CellKind::Polyhedron(_)) => {
+                    let faces = polyhedra.next().into_iter();
+                    for faces in faces {
+                        lists.nodes.push(faces.clone().count() as u32);
+                        lists.nodes.extend(faces.stream());
+                    }
+                }
+                (None, _) => lists.nodes.extend_from_slice(cell),
+                (Some(order), _) => lists.nodes.extend(order.iter().map(|&place| cell[place])),
+            }
+            lists.ends.push(lists.nodes.len());
+        }
+    }
+    lists
+}
+
+struct File {
+    out: Out,
+    binary: bool,
+}
+
+impl File {
+    fn line(&mut self, text: &str) {
+        self.out.text(text).text("\n");
+    }
+
+    fn fields(&mut self, arrays: &[Array]) {
+        if arrays.is_empty() {
+            return;
+        }
+        self.line(&format!("FIELD FieldData {}", arrays.len()));
+        for array in arrays {
+            let values = array.values.values();
+            let (width, tuples) = (array.components, values.len() / array.components);
+            self.line(&format!(
+                "{} {width} {tuples} {}",
+                encode(&array.name),
+                type_name(&values)
+            ));
+            with_numbers!(values.as_ref(), numbers => self.numbers(numbers, width));
+        }
+    }
+
+    /// Numbers, `width` on a line of text.
+    fn numbers<T: Scalar>(&mut self, numbers: &[T], width: usize) {
+        if self.binary {
+            self.out.rows(numbers.len(), T::WIDTH, |first, bytes| {
+                T::put_le(&numbers[first..], bytes);
+                bytes.chunks_exact_mut(T::WIDTH).for_each(<[u8]>::reverse);
+            });
+            self.out.text("\n");
+            return;
+        }
+        for row in numbers.chunks(width.max(1)) {
+            for number in row {
+                number.print(&mut self.out.bytes);
+                self.out.bytes.push(b' ');
+            }
+            self.out.end();
+        }
+    }
+
+    /// Each list after its length.
+    fn lists(&mut self, lists: &Lists) {
+        let mut start = 0;
+        for &end in &lists.ends {
+            let list = &lists.nodes[start..end];
+            start = end;
+            let numbers = std::iter::once(list.len() as u32).chain(list.iter().copied());
+            if self.binary {
+                numbers.for_each(|number| self.out.bytes.extend(number.to_be_bytes()));
+                self.out.pass_on();
+            } else {
+                numbers.for_each(|number| {
+                    self.out.int(number);
+                });
+                self.out.end();
+            }
+        }
+        if self.binary {
+            self.out.text("\n");
+        }
+    }
+}
+
+fn type_name(values: &Values) -> &'static str {
+    match values {
+        Values::F64(_) => "double",
+        Values::F32(_) => "float",
+        Values::I8(_) => "signed_char",
+        Values::U8(_) => "unsigned_char",
+        Values::I16(_) => "short",
+        Values::U16(_) => "unsigned_short",
+        Values::I32(_) => "int",
+        Values::U32(_) => "unsigned_int",
+        Values::I64(_) => "vtktypeint64",
+        Values::U64(_) => "vtktypeuint64",
+    }
+}
+
+/// A name as one word: all but plain characters as % and two digits, as VTK does it.
+fn encode(name: &str) -> String {
+    let plain = |byte: u8| byte.is_ascii_graphic() && !matches!(byte, b'%' | b'"');
+    let byte = |byte: u8| match plain(byte) {
+        true => char::from(byte).to_string(),
+        false => format!("%{byte:02X}"),
+    };
+    match name {
+        "" => "%20".into(),
+        _ => name.bytes().map(byte).collect(),
+    }
+}

@@ -1,0 +1,416 @@
+//! Reads VTKHDF files.
+
+use std::path::Path;
+
+use crate::error::Result;
+use crate::field::data::with_numbers;
+use crate::field::{GlobalArray, to_i64};
+use crate::io::Content;
+use crate::io::hdf5::{self, Data, Group};
+use crate::io::vtu::Decoded;
+use crate::io::vtu::array::RawNumbers;
+use crate::io::vtu::merge::{Piece, PieceArray};
+use crate::io::vtu::topology::{Cells, Source};
+use crate::io::vtu::unpack::Budget;
+use crate::mesh::{Field, Support, Values};
+
+/// The sections of polygonal data, and VTK's types of their cells.
+const SECTIONS: [(&str, u8); 4] = [
+    ("Vertices", 2),
+    ("Lines", 4),
+    ("Polygons", 7),
+    ("Strips", 6),
+];
+
+/// Where the numbers of a step begin.
+#[derive(Default, Clone, PartialEq)]
+struct Start {
+    part: usize,
+    parts: usize,
+    point: usize,
+    /// In each section.
+    cells: Vec<usize>,
+    nodes: Vec<usize>,
+}
+
+struct Reader {
+    root: Group,
+    steps: Option<Group>,
+    is_poly: bool,
+    budget: Budget,
+    unread: Vec<String>,
+    warnings: Vec<String>,
+}
+
+fn open(path: &Path, bytes: &[u8]) -> Result<Reader> {
+    let file = hdf5::open(path, bytes)?;
+    let root = file
+        .group("VTKHDF")?
+        .ok_or_else(|| file.refuse("there is no group VTKHDF"))?;
+    let kind = root.text("Type").unwrap_or_default();
+    if !["UnstructuredGrid", "PolyData"].contains(&kind.as_str()) {
+        return Err(root.refuse(format!(
+            "data of VTK of the type {kind:?} are not read: grids and polygonal data alone"
+        )));
+    }
+    Ok(Reader {
+        steps: root.group("Steps")?,
+        root,
+        is_poly: kind == "PolyData",
+        budget: Budget::of_file(bytes.len()),
+        unread: Vec::new(),
+        warnings: Vec::new(),
+    })
+}
+
+/// All times of a file, in the order of its steps.
+pub fn times(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
+    open(path, bytes)?.times()
+}
+
+/// Reads a file with its fields at all times at which the mesh is that of the first.
+pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
+    read_at(path, bytes, None)
+}
+
+/// Reads the mesh and fields of one time, or of all.
+pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
+    let mut reader = open(path, bytes)?;
+    let times = reader.times()?;
+    let first = times
+        .iter()
+        .position(|at| time.is_none_or(|time| *at == time))
+        .unwrap_or(0);
+    let start = reader.start(first)?;
+    let has_steps = reader.steps.is_some();
+    let mut decoded = Decoded {
+        pieces: reader.pieces(&start, first)?,
+        whole: reader.whole(first)?,
+        encoding: "binary-little".into(),
+        ..Decoded::default()
+    };
+    let arrays = |pieces: &mut Vec<Piece>| -> Vec<[Vec<PieceArray>; 2]> {
+        let taken = pieces
+            .iter_mut()
+            .map(|piece| [&mut piece.on_points, &mut piece.on_cells].map(std::mem::take));
+        taken.collect()
+    };
+    // What is there at all times of a file with steps are numbers about the mesh alone, which the restored mesh takes out.
+    let version = reader.root.integers("Version").unwrap_or_default();
+    let version: Vec<String> = version.iter().map(i64::to_string).collect();
+    let (mut others, mut fields) = (0, Vec::new());
+    for (step, &at) in times
+        .iter()
+        .enumerate()
+        .filter(|(_, at)| time.is_none_or(|time| **at == time))
+    {
+        if step == first {
+            continue;
+        }
+        if reader.start(step)? != start {
+            others += 1;
+            continue;
+        }
+        let mut pieces = reader.pieces(&start, step)?;
+        fields.push((step, at, arrays(&mut pieces)));
+    }
+    if others > 0 {
+        reader.unread.push(format!(
+            "{others} of {} times, at which the mesh is another than at the first",
+            times.len()
+        ));
+    }
+    decoded.warnings = reader.warnings;
+    decoded.unread = reader.unread;
+    let mut content = decoded.content(path, "vtkhdf", Some(version.join(".")))?;
+    let base = content.mesh.fields.len();
+    for field in content
+        .mesh
+        .fields
+        .iter_mut()
+        .take(base)
+        .filter(|_| has_steps)
+    {
+        if field.time.is_none() {
+            field.time = times.get(first).copied();
+            field.step = i32::try_from(first + 1).ok();
+        }
+    }
+    let known: Vec<(String, Support)> = content
+        .mesh
+        .fields
+        .iter()
+        .map(|field| (field.name.clone(), field.on))
+        .collect();
+    for (step, at, pieces) in fields {
+        for (k, on) in [Support::Points, Support::Cells].into_iter().enumerate() {
+            let mut all: Vec<(String, usize, Vec<Values>)> = Vec::new();
+            for piece in &pieces {
+                for array in &piece[k] {
+                    match all.iter_mut().find(|(name, ..)| *name == array.name) {
+                        Some((.., parts)) => parts.push(array.values.clone()),
+                        None => all.push((
+                            array.name.clone(),
+                            array.components,
+                            vec![array.values.clone()],
+                        )),
+                    }
+                }
+            }
+            for (name, components, mut parts) in all {
+                if !known.contains(&(name.clone(), on)) {
+                    continue;
+                }
+                let values = match parts.len() {
+                    1 => parts.remove(0),
+                    _ => Values::F64(parts.iter().flat_map(Values::to_f64).collect()),
+                };
+                content.mesh.fields.push(Field {
+                    time: Some(at),
+                    step: i32::try_from(step + 1).ok(),
+                    ..Field::new(name, on, components, values)
+                });
+            }
+        }
+    }
+    Ok(content)
+}
+
+impl Reader {
+    fn times(&self) -> Result<Vec<f64>> {
+        let Some(steps) = &self.steps else {
+            return Ok(Vec::new());
+        };
+        let values = steps.data("Values")?;
+        Ok(values
+            .map(|data| data.values())
+            .transpose()?
+            .map_or(Vec::new(), |values| values.to_f64()))
+    }
+
+    /// The numbers of a data set that are no less than 0.
+    fn counts(&self, data: &Data, values: &Values) -> Result<Vec<usize>> {
+        let numbers =
+            to_i64(values).ok_or_else(|| data.refuse("it does not hold whole numbers"))?;
+        let counts = numbers
+            .into_iter()
+            .map(|n| usize::try_from(n).ok().filter(|&n| n <= u32::MAX as usize));
+        let counts: Option<Vec<usize>> = counts.collect();
+        counts.ok_or_else(|| data.refuse("it holds a number that is negative or too large"))
+    }
+
+    fn numbers(&self, group: &Group, name: &str) -> Result<Vec<usize>> {
+        let data = group.needed(name)?;
+        self.counts(&data, &data.values()?)
+    }
+
+    /// A row of an array of the steps; zeros where there is none.
+    fn row(&self, name: &str, step: usize, width: usize) -> Result<Vec<usize>> {
+        let mut row = match self
+            .steps
+            .as_ref()
+            .map(|steps| steps.data(name))
+            .transpose()?
+            .flatten()
+        {
+            Some(data) if step < data.rows().0 => {
+                self.counts(&data, &data.some(step..step + 1)?)?
+            }
+            _ => Vec::new(),
+        };
+        row.resize(width, 0);
+        Ok(row)
+    }
+
+    fn start(&self, step: usize) -> Result<Start> {
+        let sections = if self.is_poly { SECTIONS.len() } else { 1 };
+        let part = self.row("PartOffsets", step, 1)?[0];
+        let parts = match &self.steps {
+            Some(steps) if steps.data("NumberOfParts")?.is_some() => {
+                self.row("NumberOfParts", step, 1)?[0]
+            }
+            // Up to where those of another step begin.
+            Some(steps) => {
+                let total = self.root.needed("NumberOfPoints")?.rows().0;
+                let all = steps
+                    .data("PartOffsets")?
+                    .map(|data| self.counts(&data, &data.values()?))
+                    .transpose()?;
+                let next = all
+                    .unwrap_or_default()
+                    .into_iter()
+                    .filter(|&next| next > part)
+                    .min();
+                next.unwrap_or(total).saturating_sub(part)
+            }
+            None => self.root.needed("NumberOfPoints")?.rows().0,
+        };
+        Ok(Start {
+            part,
+            parts,
+            point: self.row("PointOffsets", step, 1)?[0],
+            cells: self.row("CellOffsets", step, sections)?,
+            nodes: self.row("ConnectivityIdOffsets", step, sections)?,
+        })
+    }
+
+    /// The parts of a step.
+    fn pieces(&mut self, start: &Start, step: usize) -> Result<Vec<Piece>> {
+        let counts = self.numbers(&self.root, "NumberOfPoints")?;
+        let places = self.root.needed("Points")?;
+        let sections: Vec<(Group, Option<u8>)> = match self.is_poly {
+            false => vec![(self.root.clone(), None)],
+            true => {
+                let mut groups = Vec::new();
+                for (name, code) in SECTIONS {
+                    let group = self.root.group(name)?;
+                    groups.push((
+                        group
+                            .ok_or_else(|| self.root.refuse(format!("there is no group {name}")))?,
+                        Some(code),
+                    ));
+                }
+                groups
+            }
+        };
+        let mut counted = Vec::new();
+        for (group, _) in &sections {
+            let numbers = |name: &str| self.numbers(group, name);
+            counted.push([
+                numbers("NumberOfCells")?,
+                numbers("NumberOfConnectivityIds")?,
+            ]);
+        }
+        let mut pieces = Vec::new();
+        let mut point = start.point;
+        let (mut cell, mut node) = (start.cells.clone(), start.nodes.clone());
+        let mut data = [(Support::Points, 0), (Support::Cells, 0)];
+        for part in start.part..start.part.saturating_add(start.parts) {
+            let part_of = |all: &[usize], what: &str| {
+                all.get(part)
+                    .copied()
+                    .ok_or_else(|| self.root.refuse(format!("{what} lacks the part {part}")))
+            };
+            let points = part_of(&counts, "NumberOfPoints")?;
+            let mut cells = Cells::default();
+            for (k, (group, code)) in sections.iter().enumerate() {
+                let count = part_of(&counted[k][0], "NumberOfCells")?;
+                let nodes = part_of(&counted[k][1], "NumberOfConnectivityIds")?;
+                if count > 0 {
+                    let codes = match code {
+                        Some(code) => Values::U8(vec![*code; count]),
+                        None => group.needed("Types")?.some(cell[k]..cell[k] + count)?,
+                    };
+                    // Each part has one offset more than cells, the first being 0.
+                    let first = cell[k] + part + 1;
+                    let ends = group.needed("Offsets")?.some(first..first + count)?;
+                    let connectivity = group
+                        .needed("Connectivity")?
+                        .some(node[k]..node[k] + nodes)?;
+                    let [codes, ends, connectivity] = [codes, ends, connectivity].map(raw);
+                    let source = Source::plain(codes, ends, connectivity);
+                    cells
+                        .append(source, points as u64)
+                        .map_err(|(_, what)| group.refuse(what))?;
+                }
+                cell[k] += count;
+                node[k] += nodes;
+            }
+            let coordinates = places.some(point..point + points)?.to_f64();
+            let (rows, []) = coordinates.as_chunks::<3>() else {
+                return Err(places.refuse("points have three coordinates"));
+            };
+            let mut piece = Piece {
+                points: rows.to_vec(),
+                ..Piece::default()
+            };
+            let sizes = [points, cells.count];
+            for ((on, before), size) in data.iter_mut().zip(sizes) {
+                let arrays = self.arrays(*on, step, *before, size)?;
+                match on {
+                    Support::Points => piece.on_points = arrays,
+                    _ => piece.on_cells = arrays,
+                }
+                *before += size;
+            }
+            let taken = piece.take_cells(cells, &mut self.budget, &mut self.warnings);
+            taken.map_err(|what| self.root.refuse(what))?;
+            piece.leave_ghosts_out();
+            pieces.push(piece);
+            point += points;
+        }
+        Ok(pieces)
+    }
+
+    /// The arrays on the points or cells of a part, before which there are so many of the step.
+    fn arrays(
+        &mut self,
+        on: Support,
+        step: usize,
+        before: usize,
+        size: usize,
+    ) -> Result<Vec<PieceArray>> {
+        let folder = if on == Support::Points {
+            "PointData"
+        } else {
+            "CellData"
+        };
+        let mut arrays = Vec::new();
+        let Some(group) = self.root.group(folder)? else {
+            return Ok(arrays);
+        };
+        for name in group.names()?.1 {
+            let data = group.needed(&name)?;
+            if data.is_text() {
+                self.tell(format!("the texts {name:?} on {on}"));
+                continue;
+            }
+            let offsets = format!("{folder}Offsets/{name}");
+            let first = self.row(&offsets, step, 1)?[0] + before;
+            arrays.push(PieceArray {
+                components: data.rows().1.max(1),
+                values: data.some(first..first + size)?,
+                name,
+            });
+        }
+        Ok(arrays)
+    }
+
+    fn tell(&mut self, what: String) {
+        if !self.unread.contains(&what) {
+            self.unread.push(what);
+        }
+    }
+
+    fn whole(&mut self, step: usize) -> Result<Vec<GlobalArray>> {
+        let mut whole = Vec::new();
+        let Some(group) = self.root.group("FieldData")? else {
+            return Ok(whole);
+        };
+        for name in group.names()?.1 {
+            let data = group.needed(&name)?;
+            if data.is_text() {
+                whole.push(GlobalArray::texts(name, data.texts()?));
+                continue;
+            }
+            let rows = data.rows();
+            let sizes = format!("FieldDataSizes/{name}");
+            let size = self.row(&sizes, step, 2)?;
+            let first = self.row(&format!("FieldDataOffsets/{name}"), step, 1)?[0];
+            let has_steps = self.steps.is_some() && size[0] > 0;
+            let values = match has_steps {
+                true => data.some(first..first.saturating_add(size[1].max(1)))?,
+                false => data.values()?,
+            };
+            whole.push(GlobalArray {
+                components: rows.1.max(1),
+                ..GlobalArray::numbers(name, values)
+            });
+        }
+        Ok(whole)
+    }
+}
+
+fn raw(values: Values) -> RawNumbers<'static> {
+    with_numbers!(values, numbers => RawNumbers::of(numbers))
+}

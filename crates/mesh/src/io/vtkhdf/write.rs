@@ -1,0 +1,187 @@
+//! Writes VTKHDF: an unstructured grid in one part, and steps where fields have times.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use super::FORMAT;
+use crate::error::Result;
+use crate::field::GlobalArray;
+use crate::io::hdf5::write::{Data, Group, Type};
+use crate::io::loss::Losses;
+use crate::io::steps::Steps;
+use crate::io::vtu::column::{Column, Width};
+use crate::io::vtu::layout::lay_out;
+use crate::io::vtu::write::{Topology, check_arrays, refuse};
+use crate::io::{Options, refuse_unsound};
+use crate::mesh::{CellKind, Field, Mesh, Support};
+
+pub fn write(
+    path: &Path,
+    mesh: &Mesh,
+    whole: &[GlobalArray],
+    options: &Options,
+) -> Result<Vec<String>> {
+    refuse_unsound(path, mesh)?;
+    let mut losses = Losses::default();
+    let has_steps = |field: &Field| {
+        field.time.is_some() && matches!(field.on, Support::Points | Support::Cells)
+    };
+    let (timed, fixed): (Vec<Field>, Vec<Field>) = mesh.fields.iter().cloned().partition(has_steps);
+    let base = match timed.is_empty() {
+        true => Cow::Borrowed(mesh),
+        false => Cow::Owned(Mesh {
+            fields: fixed,
+            ..mesh.clone()
+        }),
+    };
+    let solid = mesh
+        .blocks
+        .iter()
+        .find(|block| matches!(block.kind, CellKind::Polyhedron(_)));
+    if let Some(solid) = solid {
+        return Err(refuse(
+            path,
+            format!("VTKHDF is not written with cells that are {}", solid.kind),
+        ));
+    }
+    let refuse = |what| refuse(path, what);
+    let layout = lay_out(&base, &[], whole, Topology::Cells).map_err(refuse)?;
+    check_arrays(&layout).map_err(refuse)?;
+    let steps = Steps::of(&timed, &mut losses);
+    let times = &steps.times;
+
+    let (points, cells) = (mesh.points.len(), mesh.cell_count());
+    let connectivity = Column::Connectivity(mesh, Width::Wide);
+    let ends = Column::Offsets(mesh, Width::Wide);
+    let nodes = connectivity.len();
+    let mut file = Group::default();
+    let root = file.group("VTKHDF");
+    let list = |number: i64| Data::integers(Type::Signed(8), vec![1], move |_| number);
+    root.with(
+        "Version",
+        Data::integers(Type::Signed(8), vec![2], |k| if k == 0 { 2 } else { 0 }),
+    );
+    root.with("Type", Data::one_text("UnstructuredGrid", 16));
+    root.add("NumberOfPoints", list(points as i64));
+    root.add("NumberOfCells", list(cells as i64));
+    root.add("NumberOfConnectivityIds", list(nodes as i64));
+    root.add("Points", column(Column::Coordinates(&mesh.points), 3));
+    root.add("Connectivity", column(connectivity, 0));
+    // The first offset is 0.
+    root.add(
+        "Offsets",
+        Data::made(Type::Signed(8), vec![cells + 1], move |first, bytes| {
+            let skipped = usize::from(first == 0) * 8;
+            let (_, rest) = bytes.split_at_mut(skipped.min(bytes.len()));
+            ends.fill(first.saturating_sub(1), rest);
+        }),
+    );
+    root.add("Types", column(Column::Types(mesh), 0));
+    let (on_points, on_cells) = (layout.points, layout.cells);
+    let fixed: Vec<(&str, String)> = on_points
+        .iter()
+        .map(|array| ("PointData", array.name.clone()))
+        .chain(
+            on_cells
+                .iter()
+                .map(|array| ("CellData", array.name.clone())),
+        )
+        .collect();
+    for (folder, arrays) in [
+        ("PointData", on_points),
+        ("CellData", on_cells),
+        ("FieldData", layout.whole),
+    ] {
+        for array in arrays {
+            let components = if array.components == 1 {
+                0
+            } else {
+                array.components
+            };
+            file.group("VTKHDF")
+                .group(folder)
+                .add(&member(&array.name), column(array.values, components));
+        }
+    }
+    if !times.is_empty() {
+        let count = times.len();
+        let root = file.group("VTKHDF").group("Steps");
+        root.with("NSteps", Data::integer(Type::Signed(8), count as i64));
+        root.add("Values", Data::floats(vec![count], |k| times[k]));
+        let constant = |number: i64, shape: Vec<usize>| {
+            Data::integers(Type::Signed(8), shape, move |_| number)
+        };
+        root.add("NumberOfParts", constant(1, vec![count]));
+        for name in ["PartOffsets", "PointOffsets"] {
+            root.add(name, constant(0, vec![count]));
+        }
+        for name in ["CellOffsets", "ConnectivityIdOffsets"] {
+            root.add(name, constant(0, vec![count, 1]));
+        }
+        for (folder, name) in &fixed {
+            root.group(&format!("{folder}Offsets"))
+                .add(&member(name), constant(0, vec![count]));
+        }
+        for field in &steps.fields {
+            let (folder, rows) = match field.on {
+                Support::Points => ("PointData", points),
+                _ => ("CellData", cells),
+            };
+            if field.on == Support::Cells && field.at().is_some() {
+                losses.note(format!(
+                    "the field {:?} is NaN on the cells that lack it",
+                    field.name
+                ));
+            }
+            let width = field.components;
+            let shape = if width == 1 {
+                vec![count * rows]
+            } else {
+                vec![count * rows, width]
+            };
+            let values = Data::floats(shape, move |k| {
+                let (row, component) = (k / width, k % width);
+                field.value(row / rows, row % rows, component)
+            });
+            let root = file.group("VTKHDF");
+            root.group(folder).add(&member(field.name), values);
+            let offsets = Data::integers(Type::Signed(8), vec![count], move |step| {
+                (step * rows) as i64
+            });
+            root.group("Steps")
+                .group(&format!("{folder}Offsets"))
+                .add(&member(field.name), offsets);
+        }
+    }
+    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
+    file.save(path)?;
+    Ok(warnings)
+}
+
+/// A name that HDF5 takes.
+fn member(name: &str) -> String {
+    name.replace('/', "_")
+}
+
+/// The numbers of a column in rows of so many, or in a plain list.
+fn column(values: Column<'_>, width: usize) -> Data<'_> {
+    let kind = match values.type_name() {
+        "Int8" => Type::Signed(1),
+        "UInt8" => Type::Unsigned(1),
+        "Int16" => Type::Signed(2),
+        "UInt16" => Type::Unsigned(2),
+        "Int32" => Type::Signed(4),
+        "UInt32" => Type::Unsigned(4),
+        "Int64" => Type::Signed(8),
+        "UInt64" => Type::Unsigned(8),
+        "Float32" => Type::Float(4),
+        _ => Type::Float(8),
+    };
+    let count = values.len();
+    let shape = if width == 0 {
+        vec![count]
+    } else {
+        vec![count / width, width]
+    };
+    Data::made(kind, shape, move |first, bytes| values.fill(first, bytes))
+}

@@ -1,0 +1,144 @@
+//! Polygonal data, `.vtp`: what is a surface, with lines and vertices on it.
+
+use super::merge::select;
+use super::write::{self, Topology};
+use crate::error::Result;
+use crate::field::GlobalArray;
+use crate::io::loss::Losses;
+use crate::io::out::Out;
+use crate::io::{Options, refuse_unsound};
+use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support};
+use std::borrow::Cow;
+use std::path::Path;
+
+/// Writes a mesh of vertices, lines and polygons; its cells stand in this order there.
+pub(super) fn write(
+    path: &Path,
+    mesh: &Mesh,
+    whole: &[GlobalArray],
+    options: &Options,
+) -> Result<Vec<String>> {
+    refuse_unsound(path, mesh)?;
+    let mut losses = Losses::default();
+    let mesh = by_dimension(mesh, &mut losses);
+    let warnings = losses.settle(path, "VTP", options.lossy)?;
+    let out = write::encode(
+        &mesh,
+        &[],
+        whole,
+        options.vtu,
+        Topology::Sections,
+        Out::to(path)?,
+    );
+    out.map_err(|what| write::refuse(path, what))?.save(path)?;
+    Ok(warnings)
+}
+
+/// The dimension of cells that polygonal data have; `None` for those that they have not.
+pub(super) fn section(kind: CellKind) -> Option<usize> {
+    match kind {
+        CellKind::Vertex => Some(0),
+        CellKind::Line => Some(1),
+        CellKind::Triangle | CellKind::Quadrangle | CellKind::Polygon(_) => Some(2),
+        _ => None,
+    }
+}
+
+/// The mesh with its cells in the order of their dimensions.
+fn by_dimension<'m>(mesh: &'m Mesh, losses: &mut Losses) -> Cow<'m, Mesh> {
+    if mesh.blocks.is_sorted_by_key(|block| block.kind.dim()) {
+        return Cow::Borrowed(mesh);
+    }
+    losses.note("the cells stand in the order of their dimensions");
+    let mut blocks: Vec<(usize, &CellBlock)> = Vec::new();
+    let mut first = 0;
+    for block in &mesh.blocks {
+        blocks.push((first, block));
+        first += block.len();
+    }
+    blocks.sort_by_key(|(_, block)| block.kind.dim());
+    // The old number of each cell, and the new one.
+    let old: Vec<usize> = blocks
+        .iter()
+        .flat_map(|(first, block)| *first..first + block.len())
+        .collect();
+    let mut new = vec![0u32; old.len()];
+    for (place, &cell) in old.iter().enumerate() {
+        new[cell] = place as u32;
+    }
+    let renumbered = |cells: &[u32]| -> (Vec<u32>, Vec<usize>) {
+        let mut order: Vec<usize> = (0..cells.len()).collect();
+        order.sort_by_key(|&place| new[cells[place] as usize]);
+        (
+            order
+                .iter()
+                .map(|&place| new[cells[place] as usize])
+                .collect(),
+            order,
+        )
+    };
+    let group = |group: &Group| Group {
+        cells: renumbered(&group.cells).0,
+        ..group.clone()
+    };
+    let mut fields = Vec::new();
+    for field in &mesh.fields {
+        let (at, order) = match field.at.is_empty() {
+            true => (Vec::new(), old.clone()),
+            false => renumbered(&field.at),
+        };
+        match field.on {
+            Support::Points => fields.push(field.clone()),
+            Support::Cells => fields.push(Field {
+                values: select(&field.values, field.components, order.into_iter()),
+                at,
+                ..field.clone()
+            }),
+            Support::CellPoints => {
+                losses.lose(format!("the field {:?} on cell points", field.name))
+            }
+        }
+    }
+    let mut geometry = mesh.geometry.clone();
+    for cell in &mut geometry.partitions.cells {
+        cell.cell = new[cell.cell as usize];
+    }
+    geometry.partitions.cells.sort_by_key(|cell| cell.cell);
+    Cow::Owned(Mesh {
+        points: mesh.points.clone(),
+        point_tags: mesh.point_tags.clone(),
+        blocks: blocks.into_iter().map(|(_, block)| block.clone()).collect(),
+        polyhedra: mesh.polyhedra.clone(),
+        groups: mesh.groups.iter().map(group).collect(),
+        fields,
+        geometry,
+    })
+}
+
+/// The nodes of the cells of a section, and where those of each cell end.
+pub(super) fn nodes_and_ends(mesh: &Mesh, of: usize) -> [Vec<i64>; 2] {
+    let blocks = mesh
+        .blocks
+        .iter()
+        .filter(|block| section(block.kind) == Some(of));
+    let (mut nodes, mut ends) = (Vec::new(), Vec::new());
+    for block in blocks {
+        for cell in block.cells() {
+            nodes.extend(cell.iter().map(|&node| i64::from(node)));
+            ends.push(nodes.len() as i64);
+        }
+    }
+    [nodes, ends]
+}
+
+/// What polygonal data do not have.
+pub(super) fn check(mesh: &Mesh) -> Result<(), String> {
+    let blocks = mesh.blocks.iter().filter(|block| !block.is_empty());
+    match blocks
+        .map(|block| block.kind)
+        .find(|&kind| section(kind).is_none())
+    {
+        None => Ok(()),
+        Some(kind) => Err(format!("polygonal data have no cells that are {kind}")),
+    }
+}

@@ -1,0 +1,334 @@
+//! The data items of an XDMF file: numbers in its text, in HDF5 files, or in files of plain bytes.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::path::Path;
+
+use super::tree::Tree;
+use crate::error::{Error, Place, Result};
+use crate::file;
+use crate::io::{bytes, hdf5};
+use crate::mesh::Values;
+
+/// Numbers with the lengths of their dimensions.
+pub struct Item {
+    pub shape: Vec<usize>,
+    pub values: Values,
+}
+
+impl Item {
+    /// Rows, and numbers of each; a list has one of each.
+    pub fn rows(&self) -> (usize, usize) {
+        let rows = self.shape.first().copied().unwrap_or(self.values.len());
+        (rows, self.values.len().checked_div(rows).unwrap_or(1))
+    }
+}
+
+/// Reads the data items of one file.
+pub struct Items<'a> {
+    pub path: &'a Path,
+    pub tree: &'a Tree,
+    /// The HDF5 files that have been opened.
+    opened: RefCell<HashMap<String, hdf5::Group>>,
+}
+
+/// How deep items may stand in others.
+const DEPTH: usize = 8;
+
+impl<'a> Items<'a> {
+    pub fn new(path: &'a Path, tree: &'a Tree) -> Self {
+        Items {
+            path,
+            tree,
+            opened: RefCell::default(),
+        }
+    }
+
+    pub fn refuse(&self, what: impl Into<String>) -> Error {
+        let remedy = "write the file again with the program it comes from";
+        Error::file(self.path, Place::Whole, what, remedy)
+    }
+
+    /// The data items in an element.
+    pub fn of(&self, element: usize) -> Result<Vec<usize>> {
+        self.tree
+            .named(element, "DataItem")
+            .map_err(|what| self.refuse(what))
+    }
+
+    /// The one data item in an element.
+    pub fn only(&self, element: usize) -> Result<Item> {
+        match self.of(element)?[..] {
+            [one] => self.read(one),
+            ref several => {
+                let tag = &self.tree.at(element).tag;
+                Err(self.refuse(format!("<{tag}> has {} data items, not one", several.len())))
+            }
+        }
+    }
+
+    pub fn read(&self, item: usize) -> Result<Item> {
+        self.read_at(item, 0)
+    }
+
+    fn read_at(&self, item: usize, depth: usize) -> Result<Item> {
+        let element = self.tree.at(item);
+        let dimensions = element.get("Dimensions").unwrap_or_default();
+        let shape: Vec<usize> = whole_numbers(dimensions)
+            .ok_or_else(|| self.refuse(format!("the dimensions {dimensions:?} are no numbers")))?;
+        let kind = element
+            .get("ItemType")
+            .unwrap_or("Uniform")
+            .to_ascii_lowercase();
+        if depth >= DEPTH {
+            return Err(self.refuse("data items stand too deep in each other"));
+        }
+        let of_depth = |item: usize| self.read_at(item, depth + 1);
+        match kind.as_str() {
+            "uniform" => {}
+            "hyperslab" => {
+                let [selection, data] = self.of(item)?[..] else {
+                    return Err(self.refuse("a hyperslab has a selection and data"));
+                };
+                let numbers: Vec<usize> = of_depth(selection)?
+                    .values
+                    .to_f64()
+                    .iter()
+                    .map(|&n| n as usize)
+                    .collect();
+                let rank = numbers.len() / 3;
+                let of: Vec<[usize; 3]> = (0..rank)
+                    .map(|k| [numbers[k], numbers[rank + k], numbers[2 * rank + k]])
+                    .collect();
+                return self.selected(data, &of, depth);
+            }
+            other => {
+                return Err(self.refuse(format!("data items of the kind {other:?} are not read")));
+            }
+        }
+        let count = shape.iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
+        let count = count.ok_or_else(|| self.refuse("a data item has too many values"))?;
+        let format = element.get("Format").unwrap_or("XML").to_ascii_uppercase();
+        let values = match format.as_str() {
+            "XML" => self.inline(item, &element.text)?,
+            "HDF" => self.from_hdf5(element.text.trim(), None)?,
+            "BINARY" => self.from_bytes(item, count)?,
+            other => return Err(self.refuse(format!("data in the format {other:?} are not read"))),
+        };
+        if values.len() != count && !shape.is_empty() {
+            let what = format!(
+                "a data item of the dimensions {dimensions} has {} values",
+                values.len()
+            );
+            return Err(self.refuse(what));
+        }
+        let shape = if shape.is_empty() {
+            vec![values.len()]
+        } else {
+            shape
+        };
+        Ok(Item { shape, values })
+    }
+
+    /// A part of an item: the first index, the step and the count along each dimension.
+    fn selected(&self, item: usize, of: &[[usize; 3]], depth: usize) -> Result<Item> {
+        let shape = of.iter().map(|[.., count]| *count).collect();
+        let element = self.tree.at(item);
+        if element
+            .get("Format")
+            .is_some_and(|format| format.eq_ignore_ascii_case("HDF"))
+        {
+            let values = self.from_hdf5(element.text.trim(), Some(of))?;
+            return Ok(Item { shape, values });
+        }
+        let whole = self.read_at(item, depth + 1)?;
+        let inside = |(&[start, step, count], &n): (&[usize; 3], &usize)| {
+            let last = count
+                .saturating_sub(1)
+                .checked_mul(step)
+                .and_then(|span| span.checked_add(start));
+            count == 0 || last.is_some_and(|last| last < n)
+        };
+        if of.len() != whole.shape.len() || !of.iter().zip(&whole.shape).all(inside) {
+            return Err(self.refuse(format!(
+                "the selection {of:?} of data of the shape {:?}",
+                whole.shape
+            )));
+        }
+        let mut places = vec![0];
+        for (&[start, step, count], &n) in of.iter().zip(&whole.shape) {
+            let next = |&place: &usize| (0..count).map(move |k| place * n + start + k * step);
+            places = places.iter().flat_map(next).collect();
+        }
+        let all = whole.values.to_f64();
+        let values = Values::F64(places.iter().map(|&place| all[place]).collect());
+        Ok(Item { shape, values })
+    }
+
+    /// Whether an item holds floats, and the bytes of each.
+    fn kind(&self, item: usize) -> (&'a str, usize) {
+        let element = self.tree.at(item);
+        let kind = element
+            .get("NumberType")
+            .or(element.get("DataType"))
+            .unwrap_or("Float");
+        let size = element.get("Precision").and_then(|size| size.parse().ok());
+        let usual = if kind.to_ascii_lowercase().ends_with("char") {
+            1
+        } else {
+            4
+        };
+        (kind, size.unwrap_or(usual))
+    }
+
+    fn inline(&self, item: usize, text: &str) -> Result<Values> {
+        let (kind, size) = self.kind(item);
+        let words = text.split_ascii_whitespace();
+        if kind.eq_ignore_ascii_case("float") {
+            let mut numbers = Vec::new();
+            for word in words {
+                numbers.push(
+                    fast_float2::parse(word)
+                        .map_err(|_| self.refuse(format!("{word:?} is no number")))?,
+                );
+            }
+            return Ok(match size {
+                4 if self.tree.at(item).get("Precision").is_some() => {
+                    Values::F32(numbers.iter().map(|&n: &f64| n as f32).collect())
+                }
+                _ => Values::F64(numbers),
+            });
+        }
+        let mut numbers = Vec::new();
+        for word in words {
+            let number = word.parse().ok().or_else(|| {
+                word.parse::<f64>()
+                    .ok()
+                    .filter(|n| n.fract() == 0.0)
+                    .map(|n| n as i64)
+            });
+            numbers
+                .push(number.ok_or_else(|| self.refuse(format!("{word:?} is no whole number")))?);
+        }
+        Ok(Values::I64(numbers))
+    }
+
+    /// Data as in `u.h5:/Function/u/0`, perhaps with a selection behind `|`.
+    fn from_hdf5(&self, place: &str, of: Option<&[[usize; 3]]>) -> Result<Values> {
+        let (place, selection) = place.split_once('|').unwrap_or((place, ""));
+        let Some((name, path)) = place.rsplit_once(':') else {
+            return Err(self.refuse(format!(
+                "{place:?} names no file and data set, as in \"u.h5:/u\""
+            )));
+        };
+        let name = name.trim();
+        let known = self.opened.borrow().get(name).cloned();
+        let root = match known {
+            Some(root) => root,
+            None => {
+                let (path, bytes) = self.beside(name)?;
+                let root = hdf5::open(&path, &bytes)?;
+                self.opened
+                    .borrow_mut()
+                    .insert(name.to_owned(), root.clone());
+                root
+            }
+        };
+        let data = root.needed(path.trim())?;
+        let lists: Option<Vec<Vec<usize>>> = selection.split(':').map(whole_numbers).collect();
+        match (of, lists.as_deref()) {
+            (Some(of), _) => data.selected(of),
+            (None, Some([start, step, count, ..]))
+                if start.len() == step.len() && step.len() == count.len() =>
+            {
+                let of = start
+                    .iter()
+                    .zip(step)
+                    .zip(count)
+                    .map(|((&a, &b), &c)| [a, b, c]);
+                data.selected(&of.collect::<Vec<_>>())
+            }
+            _ if !selection.is_empty() => {
+                Err(self.refuse(format!("the selection {selection:?} is not understood")))
+            }
+            _ => data.values(),
+        }
+    }
+
+    /// The bytes of a file beside or below this one.
+    fn beside(&self, name: &str) -> Result<(std::path::PathBuf, bytes::Bytes)> {
+        let path = file::beneath(&self.path.with_file_name(""), name);
+        let path =
+            path.ok_or_else(|| self.refuse(format!("{name:?} is not beside or below this file")))?;
+        let bytes = bytes::read(&path).map_err(|error| {
+            let what = format!("its data are in {name:?}, which cannot be read: {error}");
+            Error::file(
+                self.path,
+                Place::Whole,
+                what,
+                "put that file beside this one",
+            )
+        })?;
+        Ok((path, bytes))
+    }
+
+    fn from_bytes(&self, item: usize, count: usize) -> Result<Values> {
+        let element = self.tree.at(item);
+        let name = element.text.trim();
+        let (_, bytes) = self.beside(name)?;
+        let (kind, size) = self.kind(item);
+        let seek = element
+            .get("Seek")
+            .unwrap_or("0")
+            .parse()
+            .unwrap_or(usize::MAX);
+        let end = count
+            .checked_mul(size)
+            .and_then(|length| length.checked_add(seek));
+        let part = end.and_then(|end| bytes.get(seek..end));
+        let part = part.ok_or_else(|| {
+            self.refuse(format!(
+                "{name:?} has not {count} values of {size} bytes from byte {seek} on"
+            ))
+        })?;
+        let big = element
+            .get("Endian")
+            .is_some_and(|endian| endian.eq_ignore_ascii_case("big"));
+        macro_rules! numbers {
+            ($variant:ident $type:ty) => {{
+                let (chunks, _) = part.as_chunks();
+                let of = if big {
+                    <$type>::from_be_bytes
+                } else {
+                    <$type>::from_le_bytes
+                };
+                Values::$variant(chunks.iter().map(|chunk| of(*chunk)).collect())
+            }};
+        }
+        Ok(match (kind.to_ascii_lowercase().as_str(), size) {
+            ("float", 4) => numbers!(F32 f32),
+            ("float", 8) => numbers!(F64 f64),
+            ("int" | "char", 1) => numbers!(I8 i8),
+            ("int" | "short", 2) => numbers!(I16 i16),
+            ("int", 4) => numbers!(I32 i32),
+            ("int", 8) => numbers!(I64 i64),
+            ("uint" | "uchar", 1) => numbers!(U8 u8),
+            ("uint" | "ushort", 2) => numbers!(U16 u16),
+            ("uint", 4) => numbers!(U32 u32),
+            ("uint", 8) => numbers!(U64 u64),
+            _ => {
+                return Err(self.refuse(format!(
+                    "numbers of the type {kind} of {size} bytes are not read"
+                )));
+            }
+        })
+    }
+}
+
+/// Whole numbers with blanks or commas between them.
+fn whole_numbers(text: &str) -> Option<Vec<usize>> {
+    let words = text
+        .split([' ', ',', '\t', '\n', '\r'])
+        .filter(|word| !word.is_empty());
+    words.map(|word| word.parse().ok()).collect()
+}

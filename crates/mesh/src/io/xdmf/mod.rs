@@ -1,0 +1,31 @@
+//! XDMF 2 and 3: a description in XML of meshes and fields whose numbers stand in it, in HDF5 files or in plain bytes.
+//!
+//! Read are uniform and structured grids, collections over time and space, what includes or refers to elsewhere in the file (as
+//! dolfinx and meshio write it), mesh tags of dolfinx and sets, and functions of dolfin of degree 0 and 1. Files that it names lie
+//! beside or below it. Written is one grid, or one for each time, with the numbers in an HDF5 file of the same name; groups are
+//! sets of cells.
+
+mod item;
+mod read;
+mod topology;
+mod tree;
+mod write;
+
+#[cfg(test)]
+mod tests;
+
+use super::Native;
+use super::recognise::{begins, head_has};
+
+pub use read::{read_at, times};
+
+pub static FORMAT: Native = Native {
+    title: "XDMF",
+    names: &["xdmf"],
+    suffixes: &["xdmf", "xmf"],
+    has_binary: true,
+    holds_whole: true,
+    recognises: |bytes| begins(bytes, "<") && head_has(bytes, "<Xdmf"),
+    read: read::read,
+    write: write::write,
+};

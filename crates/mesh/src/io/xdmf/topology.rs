@@ -1,0 +1,315 @@
+//! Points and cells of an XDMF grid. The order of nodes is VTK's.
+
+use super::item::Items;
+use crate::error::Result;
+use crate::field::to_i64;
+use crate::io::vtu::cells::order;
+use crate::mesh::CellKind;
+
+/// Names of topologies, XDMF's numbers for them, and the kinds.
+const KINDS: [(&[&str], i64, CellKind); 19] = [
+    (&["polyvertex"], 1, CellKind::Vertex),
+    (&["polyline", "interval"], 2, CellKind::Line),
+    (&["triangle"], 4, CellKind::Triangle),
+    (&["quadrilateral", "quad"], 5, CellKind::Quadrangle),
+    (&["tetrahedron"], 6, CellKind::Tetrahedron),
+    (&["pyramid"], 7, CellKind::Pyramid),
+    (&["wedge"], 8, CellKind::Prism),
+    (&["hexahedron"], 9, CellKind::Hexahedron),
+    (&["edge_3", "interval_3"], 34, CellKind::Line3),
+    (&["quadrilateral_9", "quad_9"], 35, CellKind::Quadrangle9),
+    (&["triangle_6", "tri_6"], 36, CellKind::Triangle6),
+    (&["quadrilateral_8", "quad_8"], 37, CellKind::Quadrangle8),
+    (&["tetrahedron_10", "tet_10"], 38, CellKind::Tetrahedron10),
+    (&["pyramid_13"], 39, CellKind::Pyramid13),
+    (&["wedge_15"], 40, CellKind::Prism15),
+    (&["wedge_18"], 41, CellKind::Prism18),
+    (&["hexahedron_20", "hex_20"], 48, CellKind::Hexahedron20),
+    (&["hexahedron_27", "hex_27"], 50, CellKind::Hexahedron27),
+    (&["polygon"], 3, CellKind::Triangle),
+];
+
+/// XDMF's name and number of a kind, in the spelling that its own reader takes.
+pub fn name(kind: CellKind) -> Option<(&'static str, i64)> {
+    let (_, number, _) = KINDS.iter().find(|(.., known)| *known == kind)?;
+    let name = match kind {
+        CellKind::Vertex => "Polyvertex",
+        CellKind::Line => "Polyline",
+        CellKind::Triangle => "Triangle",
+        CellKind::Quadrangle => "Quadrilateral",
+        CellKind::Tetrahedron => "Tetrahedron",
+        CellKind::Pyramid => "Pyramid",
+        CellKind::Prism => "Wedge",
+        CellKind::Hexahedron => "Hexahedron",
+        CellKind::Line3 => "Edge_3",
+        CellKind::Quadrangle9 => "Quadrilateral_9",
+        CellKind::Triangle6 => "Triangle_6",
+        CellKind::Quadrangle8 => "Quadrilateral_8",
+        CellKind::Tetrahedron10 => "Tetrahedron_10",
+        CellKind::Pyramid13 => "Pyramid_13",
+        CellKind::Prism15 => "Wedge_15",
+        CellKind::Prism18 => "Wedge_18",
+        CellKind::Hexahedron20 => "Hexahedron_20",
+        CellKind::Hexahedron27 => "Hexahedron_27",
+        _ => return None,
+    };
+    Some((name, *number))
+}
+
+/// Points along each dimension of a structured grid, the slowest first; none for others.
+pub fn structure(items: &Items<'_>, topology: Option<usize>) -> Result<Option<Vec<usize>>> {
+    let Some(topology) = topology else {
+        return Ok(None);
+    };
+    let element = items.tree.at(topology);
+    let kind = kind_of(items, topology);
+    if ![
+        "2dsmesh",
+        "2drectmesh",
+        "2dcorectmesh",
+        "3dsmesh",
+        "3drectmesh",
+        "3dcorectmesh",
+    ]
+    .contains(&kind.as_str())
+    {
+        return Ok(None);
+    }
+    let text = element
+        .get("Dimensions")
+        .or(element.get("NumberOfElements"))
+        .unwrap_or_default();
+    let counts: Option<Vec<usize>> = text
+        .split_ascii_whitespace()
+        .map(|word| word.parse().ok())
+        .collect();
+    let counts = counts.filter(|counts| [1, 2, 3].contains(&counts.len()));
+    counts.map(Some).ok_or_else(|| {
+        items.refuse(format!(
+            "the dimensions {text:?} of a structured grid are no numbers"
+        ))
+    })
+}
+
+fn kind_of(items: &Items<'_>, topology: usize) -> String {
+    let element = items.tree.at(topology);
+    let kind = element
+        .get("TopologyType")
+        .or(element.get("Type"))
+        .unwrap_or_default();
+    kind.to_ascii_lowercase()
+}
+
+/// The points of a geometry.
+pub fn points(
+    items: &Items<'_>,
+    geometry: usize,
+    structure: Option<&[usize]>,
+) -> Result<Vec<[f64; 3]>> {
+    let element = items.tree.at(geometry);
+    let kind = element
+        .get("GeometryType")
+        .or(element.get("Type"))
+        .unwrap_or("XYZ")
+        .to_ascii_uppercase();
+    let columns = || -> Result<Vec<Vec<f64>>> {
+        items
+            .of(geometry)?
+            .into_iter()
+            .map(|item| Ok(items.read(item)?.values.to_f64()))
+            .collect()
+    };
+    match kind.as_str() {
+        "XYZ" | "XY" => {
+            let item = items.only(geometry)?;
+            // dolfinx and others give XY for three columns and XYZ for two.
+            let width = match item.rows() {
+                (_, width) if item.shape.len() > 1 => width,
+                _ => kind.len(),
+            };
+            if !(1..=3).contains(&width) || !item.values.len().is_multiple_of(width) {
+                return Err(items.refuse(format!("points with {width} coordinates")));
+            }
+            let values = item.values.to_f64();
+            let point =
+                |row: &[f64]| std::array::from_fn(|axis| row.get(axis).copied().unwrap_or(0.0));
+            Ok(values.chunks_exact(width).map(point).collect())
+        }
+        "X_Y_Z" | "X_Y" => {
+            let columns = columns()?;
+            let count = columns.first().map_or(0, Vec::len);
+            if columns.len() > 3 || columns.iter().any(|column| column.len() != count) {
+                return Err(items.refuse("the coordinates are not of one length"));
+            }
+            let point = |k: usize| {
+                std::array::from_fn(|axis| columns.get(axis).map_or(0.0, |column| column[k]))
+            };
+            Ok((0..count).map(point).collect())
+        }
+        "VXVYVZ" | "VXVY" => grid_points(items, &columns()?),
+        "ORIGIN_DXDYDZ" | "ORIGIN_DXDY" => {
+            let [origin, step] = &columns()?[..] else {
+                return Err(items.refuse("a regular grid has an origin and steps"));
+            };
+            let structure = structure.unwrap_or_default();
+            let axes = structure.iter().enumerate().map(|(k, &count)| {
+                let (first, step) = (
+                    origin.get(k).copied().unwrap_or(0.0),
+                    step.get(k).copied().unwrap_or(1.0),
+                );
+                if count > 1 << 28 {
+                    return Err(items.refuse(format!("{count} points along one axis")));
+                }
+                Ok((0..count).map(|i| first + step * i as f64).collect())
+            });
+            let mut axes: Vec<Vec<f64>> = axes.collect::<Result<_>>()?;
+            // The slowest, z, stands first.
+            axes.reverse();
+            grid_points(items, &axes)
+        }
+        other => Err(items.refuse(format!("a geometry of the type {other:?} is not read"))),
+    }
+}
+
+/// All points of a grid of coordinates along x, y and z.
+fn grid_points(items: &Items<'_>, axes: &[Vec<f64>]) -> Result<Vec<[f64; 3]>> {
+    let count = axes
+        .iter()
+        .try_fold(1_usize, |all, axis| all.checked_mul(axis.len()));
+    let count = count.filter(|&count| count <= 1 << 28 && axes.len() <= 3);
+    let count = count.ok_or_else(|| items.refuse("a grid of too many points"))?;
+    let points = (0..count).map(|k| {
+        let mut rest = k;
+        std::array::from_fn(|axis| {
+            axes.get(axis).map_or(0.0, |values| {
+                let x = values[rest % values.len()];
+                rest /= values.len();
+                x
+            })
+        })
+    });
+    Ok(points.collect())
+}
+
+/// The cells of a topology in blocks, with Gmsh's order of nodes. Nodes are numbered from `first` on.
+pub fn cells(
+    items: &Items<'_>,
+    topology: usize,
+    structure: Option<&[usize]>,
+    points: usize,
+    first: u32,
+) -> Result<Vec<(CellKind, Vec<u32>)>> {
+    if let Some(counts) = structure {
+        let count = counts
+            .iter()
+            .try_fold(1_usize, |all, &n| all.checked_mul(n));
+        if count != Some(points) {
+            return Err(items.refuse(format!("a grid of {counts:?} for {points} points")));
+        }
+        return Ok(vec![crate::io::sets::grid(counts, first)]);
+    }
+    let element = items.tree.at(topology);
+    let kind = kind_of(items, topology);
+    let base: i64 = element
+        .get("BaseOffset")
+        .and_then(|base| base.parse().ok())
+        .unwrap_or(0);
+    let mut blocks: Vec<(CellKind, Vec<u32>)> = Vec::new();
+    let mut add = |kind: CellKind, nodes: &[i64]| -> Result<()> {
+        if blocks.last().is_none_or(|(last, _)| *last != kind) {
+            blocks.push((kind, Vec::new()));
+        }
+        let (_, block) = blocks.last_mut().expect("invariant: one was added");
+        let start = block.len();
+        block.resize(start + nodes.len(), 0);
+        let order = order(kind);
+        for (place, &node) in nodes.iter().enumerate() {
+            let number = node
+                .checked_sub(base)
+                .and_then(|node| usize::try_from(node).ok());
+            let number = number.filter(|&number| number < points);
+            let number = number
+                .ok_or_else(|| items.refuse(format!("a {kind} has the node {node} of {points}")))?;
+            block[start + order.as_ref().map_or(place, |order| order[place])] =
+                first + number as u32;
+        }
+        Ok(())
+    };
+    if kind.is_empty() || items.of(topology)?.is_empty() && kind == "polyvertex" {
+        for node in 0..points as i64 {
+            add(CellKind::Vertex, &[node + base])?;
+        }
+        return Ok(blocks);
+    }
+    let item = items.only(topology)?;
+    let numbers =
+        to_i64(&item.values).ok_or_else(|| items.refuse("nodes of cells are no whole numbers"))?;
+    let lookup = |kind: &str| KINDS.iter().find(|(names, ..)| names.contains(&kind));
+    if kind == "mixed" {
+        let mut rest = &numbers[..];
+        while let [number, tail @ ..] = rest {
+            let of = |kind: CellKind| Ok((kind, tail));
+            let (kind, tail) = match *number {
+                // These give their number of nodes.
+                1..=3 => match (*number, tail) {
+                    (1, [1, tail @ ..]) => Ok((CellKind::Vertex, tail)),
+                    (2, [2, tail @ ..]) => Ok((CellKind::Line, tail)),
+                    (3, [3, tail @ ..]) => Ok((CellKind::Triangle, tail)),
+                    (3, [4, tail @ ..]) => Ok((CellKind::Quadrangle, tail)),
+                    (3, [corners @ 5..256, tail @ ..]) => {
+                        Ok((CellKind::Polygon(*corners as u32), tail))
+                    }
+                    (_, [nodes, ..]) => Err(items.refuse(format!(
+                        "a cell of the kind {number} with {nodes} nodes is not read"
+                    ))),
+                    _ => Err(items.refuse("the cells end too early")),
+                },
+                number => match KINDS.iter().find(|(_, known, _)| *known == number) {
+                    Some((.., kind)) => of(*kind),
+                    None => {
+                        Err(items.refuse(format!("cells of XDMF's kind {number} are not read")))
+                    }
+                },
+            }?;
+            let nodes = tail
+                .get(..kind.points())
+                .ok_or_else(|| items.refuse("the cells end too early"))?;
+            add(kind, nodes)?;
+            rest = tail.split_at(kind.points()).1;
+        }
+        return Ok(blocks);
+    }
+    let Some((.., found)) = lookup(&kind) else {
+        return Err(items.refuse(format!("a topology of the type {kind:?} is not read")));
+    };
+    let per = element
+        .get("NodesPerElement")
+        .and_then(|n| n.parse::<usize>().ok());
+    let width = match item.shape.len() {
+        2 => item.rows().1,
+        _ => per.unwrap_or(found.points()),
+    };
+    let found = match (kind.as_str(), width) {
+        ("polygon", 4) => CellKind::Quadrangle,
+        ("polygon", 5..256) => CellKind::Polygon(width as u32),
+        // Longer lines are lines one after another.
+        ("polyline", 3..) => {
+            for line in numbers.chunks_exact(width) {
+                for pair in line.windows(2) {
+                    add(CellKind::Line, pair)?;
+                }
+            }
+            return Ok(blocks);
+        }
+        _ => *found,
+    };
+    if width != found.points() {
+        return Err(items.refuse(format!(
+            "a topology {kind:?} of {width} nodes per cell is not read"
+        )));
+    }
+    for cell in numbers.chunks_exact(width) {
+        add(found, cell)?;
+    }
+    Ok(blocks)
+}

@@ -1,0 +1,270 @@
+//! Writes XDMF: the description as XML, and the numbers in an HDF5 file of the same name beside it.
+
+use std::path::Path;
+
+use quick_xml::escape::escape;
+
+use super::{FORMAT, topology};
+use crate::error::{Error, Result};
+use crate::field::{GlobalArray, GlobalValues};
+use crate::io::hdf5::write::{Data, Group, Type};
+use crate::io::loss::Losses;
+use crate::io::steps::{Stepped, Steps};
+use crate::io::vtu::cells::order;
+use crate::io::{Options, out, refuse_unsound};
+use crate::mesh::{CellBlock, CellKind, Mesh, Support, Values};
+
+pub fn write(
+    path: &Path,
+    mesh: &Mesh,
+    whole: &[GlobalArray],
+    options: &Options,
+) -> Result<Vec<String>> {
+    refuse_unsound(path, mesh)?;
+    let mut losses = Losses::default();
+    let stem = path
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned());
+    let stem = stem.filter(|_| !out::is_special(path));
+    let stem = stem.ok_or_else(|| {
+        Error::usage(
+            "XDMF is two files, of which one lies beside the other",
+            "give the name of a file",
+        )
+    })?;
+    let unknown = mesh
+        .blocks
+        .iter()
+        .filter(|block| topology::name(block.kind).is_none());
+    for block in unknown {
+        losses.lose(format!("{} {} cells", block.len(), block.kind));
+    }
+    let blocks: Vec<&CellBlock> = mesh
+        .blocks
+        .iter()
+        .filter(|block| topology::name(block.kind).is_some())
+        .collect();
+    let whole_mesh = blocks.len() == mesh.blocks.len();
+    let steps = Steps::of(&mesh.fields, &mut losses);
+    for field in &steps.fields {
+        if field.on == Support::CellPoints || (field.on == Support::Cells && !whole_mesh) {
+            losses.lose(format!("the field {:?} on {}", field.name, field.on));
+        } else if field.on == Support::Cells && field.at().is_some() {
+            losses.note(format!(
+                "the field {:?} is NaN on the cells that lack it",
+                field.name
+            ));
+        }
+    }
+    if !whole_mesh {
+        losses.lose_some(mesh.groups.len(), "groups beside such cells");
+    }
+    losses.note_gmsh(mesh);
+    let mut file = Group::default();
+    let name = format!("{stem}.h5");
+    let item = |place: &str, kind: Type, shape: &[usize]| data_item(&name, place, kind, shape);
+
+    // The mesh, which each time refers to.
+    file.group("Mesh").add("geometry", points(mesh));
+    let mut base = format!(
+        "<Geometry GeometryType=\"XYZ\">{}</Geometry>",
+        item("/Mesh/geometry", Type::Float(8), &[mesh.points.len(), 3])
+    );
+    if !blocks.is_empty() {
+        let count: usize = blocks.iter().map(|block| block.len()).sum();
+        let (words, width, data) = topology_data(&blocks);
+        let shape = data.1.clone();
+        file.group("Mesh").add("topology", data.0);
+        let per = if width > 0 {
+            format!(" NodesPerElement=\"{width}\"")
+        } else {
+            String::new()
+        };
+        base += &format!(
+            "<Topology TopologyType=\"{words}\" NumberOfElements=\"{count}\"{per}>{}</Topology>",
+            item("/Mesh/topology", Type::Signed(8), &shape)
+        );
+    }
+    if whole_mesh {
+        for (k, group) in mesh.groups.iter().enumerate() {
+            let cells = &group.cells;
+            file.group("Sets").add(
+                &k.to_string(),
+                Data::integers(Type::Signed(8), vec![cells.len()], |k| cells[k].into()),
+            );
+            let name = group.name.clone().unwrap_or_default();
+            base += &format!(
+                "<Set Name=\"{}\" SetType=\"Cell\"><Information Name=\"dimension and number\" Value=\"{} {}\"/>{}</Set>",
+                escape(&name),
+                group.dim,
+                group.tag,
+                item(&format!("/Sets/{k}"), Type::Signed(8), &[cells.len()])
+            );
+        }
+    }
+    let mut about = String::new();
+    for (k, data) in whole.iter().enumerate() {
+        let GlobalValues::Numbers(values) = &data.values else {
+            losses.lose(format!(
+                "the text {:?} about the mesh as a whole",
+                data.name
+            ));
+            continue;
+        };
+        let shape = [data.tuples(), data.components];
+        file.group("Whole")
+            .add(&k.to_string(), Data::numbers(values, data.components));
+        about += &attribute(
+            &data.name,
+            "Grid",
+            data.components,
+            &item(&format!("/Whole/{k}"), Type::of(values), &shape),
+        );
+    }
+    let mut grids = Vec::new();
+    for step in 0..steps.times.len().max(1) {
+        let mut grid = base.clone();
+        if let Some(time) = steps.times.get(step) {
+            grid += &format!("<Time Value=\"{time:?}\"/>");
+        }
+        grid += &about;
+        for (k, field) in steps.fields.iter().enumerate() {
+            let (centre, rows) = match field.on {
+                Support::Points => ("Node", mesh.points.len()),
+                Support::Cells if whole_mesh => ("Cell", mesh.cell_count()),
+                _ => continue,
+            };
+            // A field without time is the same at all of them.
+            let at = if field.at_all_times() { 0 } else { step };
+            let kind = kind_of(field, step);
+            if at == step {
+                file.group("Fields")
+                    .group(&k.to_string())
+                    .add(&at.to_string(), values(field, step, rows));
+            }
+            let shape = [rows, field.components];
+            grid += &attribute(
+                field.name,
+                centre,
+                field.components,
+                &item(&format!("/Fields/{k}/{at}"), kind, &shape),
+            );
+        }
+        grids.push(format!(
+            "<Grid Name=\"mesh\" GridType=\"Uniform\">{grid}</Grid>\n"
+        ));
+    }
+    let grids = grids.concat();
+    let body = match steps.times.is_empty() {
+        true => grids,
+        false => format!(
+            "<Grid Name=\"times\" GridType=\"Collection\" CollectionType=\"Temporal\">\n{grids}</Grid>\n"
+        ),
+    };
+    let xml = format!(
+        "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\"><Domain>\n{body}</Domain></Xdmf>\n"
+    );
+    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
+    file.save(&path.with_file_name(&name))?;
+    out::save(path, [xml.as_bytes()])?;
+    Ok(warnings)
+}
+
+fn data_item(file: &str, place: &str, kind: Type, shape: &[usize]) -> String {
+    let (name, size) = match kind {
+        Type::Signed(size) => ("Int", size),
+        Type::Unsigned(size) => ("UInt", size),
+        Type::Float(size) => ("Float", size),
+        Type::Text(_) | Type::Bytes(_) => ("Char", 1),
+    };
+    let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
+    format!(
+        "<DataItem Dimensions=\"{}\" NumberType=\"{name}\" Precision=\"{size}\" Format=\"HDF\">{}:{place}</DataItem>",
+        shape.join(" "),
+        escape(file)
+    )
+}
+
+fn attribute(name: &str, centre: &str, components: usize, item: &str) -> String {
+    let kind = match components {
+        1 => "Scalar",
+        3 => "Vector",
+        6 => "Tensor6",
+        9 => "Tensor",
+        _ => "Matrix",
+    };
+    format!(
+        "<Attribute Name=\"{}\" AttributeType=\"{kind}\" Center=\"{centre}\">{item}</Attribute>",
+        escape(name)
+    )
+}
+
+/// The type of a field's values at a time.
+fn kind_of(field: &Stepped<'_>, step: usize) -> Type {
+    match field.at_step(step) {
+        Some(whole) if whole.at.is_empty() => Type::of(&whole.values),
+        _ => Type::Float(8),
+    }
+}
+
+/// The values of a field at a time; NaN where there are none.
+fn values<'a>(field: &'a Stepped<'a>, step: usize, rows: usize) -> Data<'a> {
+    let width = field.components;
+    match field.at_step(step) {
+        Some(whole) if whole.at.is_empty() => Data::numbers(&whole.values, width),
+        _ => Data::floats(vec![rows, width], move |k| {
+            field.value(step, k / width, k % width)
+        }),
+    }
+}
+
+fn points(mesh: &Mesh) -> Data<'_> {
+    let flat = mesh.points.as_flattened();
+    Data::floats(vec![mesh.points.len(), 3], |k| flat[k])
+}
+
+/// The name of the topology, the nodes of a cell where all have as many, and the numbers with their shape.
+fn topology_data<'a>(blocks: &[&'a CellBlock]) -> (&'static str, usize, (Data<'a>, Vec<usize>)) {
+    let kind = blocks[0].kind;
+    if blocks.iter().all(|block| block.kind == kind) {
+        let nodes: Vec<u32> = blocks
+            .iter()
+            .flat_map(|block| block.nodes.iter().copied())
+            .collect();
+        let width = kind.points();
+        let shape = vec![nodes.len() / width, width];
+        let order = order(kind);
+        let data = Data::integers(Type::Signed(8), shape.clone(), move |k| {
+            let node = order.as_ref().map_or(k % width, |order| order[k % width]);
+            nodes[k / width * width + node].into()
+        });
+        let name = topology::name(kind).map_or("", |(name, _)| name);
+        return (name, width, (data, shape));
+    }
+    let mut numbers: Vec<i64> = Vec::new();
+    for block in blocks {
+        let number = topology::name(block.kind).map_or(0, |(_, number)| number);
+        let order = order(block.kind);
+        for cell in block.cells() {
+            numbers.push(number);
+            if matches!(block.kind, CellKind::Vertex | CellKind::Line) {
+                numbers.push(cell.len() as i64);
+            }
+            numbers.extend(
+                (0..cell.len())
+                    .map(|k| i64::from(cell[order.as_ref().map_or(k, |order| order[k])])),
+            );
+        }
+    }
+    let shape = vec![numbers.len()];
+    let values = Values::I64(numbers);
+    let data = Data::made(Type::Signed(8), shape.clone(), move |first, bytes| {
+        let Values::I64(numbers) = &values else {
+            return;
+        };
+        for (bytes, number) in bytes.chunks_exact_mut(8).zip(&numbers[first..]) {
+            bytes.copy_from_slice(&number.to_le_bytes());
+        }
+    });
+    ("Mixed", 0, (data, shape))
+}

@@ -1,0 +1,223 @@
+//! `faceoff new`: a folder with a face-off that runs at once.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::DONE;
+use super::args::{New, Template};
+use crate::report::console::{note, tell};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::io;
+use faceoff_mesh::mesh::Mesh;
+
+/// A file of a template: its name and what is in it.
+type Part = (&'static str, &'static [u8]);
+
+macro_rules! template {
+    ($folder:literal: $($name:literal)*) => {
+        &[$(($name, include_bytes!(concat!("../../examples/", $folder, "/", $name)))),*]
+    };
+}
+
+impl Template {
+    /// Its name, and the files of its folder in `examples`.
+    fn parts(self) -> (&'static str, &'static [Part]) {
+        match self {
+            Template::Blank => (
+                "blank",
+                template!("blank":
+                "README.md" "blank.edp" "blank.py" "blank.toml" "compat.py" "vtu.idp"),
+            ),
+            Template::Poisson => (
+                "poisson",
+                template!("poisson":
+                "README.md" "compat.py" "poisson.edp" "poisson.py" "poisson.toml" "poisson_skfem.py" "vtu.idp"),
+            ),
+            Template::Elasticity => (
+                "elasticity",
+                template!("elasticity":
+                "README.md" "compat.py" "elasticity.edp" "elasticity.geo" "elasticity.msh" "elasticity.py" "elasticity.toml" "vtu.idp"),
+            ),
+            Template::Obstacle => (
+                "obstacle",
+                template!("obstacle":
+                "README.md" "compat.py" "obstacle.edp" "obstacle.geo" "obstacle.msh" "obstacle.py" "obstacle.toml" "vtu.idp"),
+            ),
+            Template::Hertz => (
+                "hertz",
+                template!("hertz":
+                "README.md" "compat.py" "hertz.edp" "hertz.geo" "hertz.msh" "hertz.py" "hertz.toml" "hertz_getfem.py" "vtu.idp"),
+            ),
+            Template::Stokes => (
+                "stokes",
+                template!("stokes":
+                "README.md" "compat.py" "stokes.edp" "stokes.py" "stokes.toml" "taylor-hood.edp" "taylor-hood.toml" "taylor_hood.py"
+                "vtu-p2.idp" "vtu.idp"),
+            ),
+        }
+    }
+}
+
+/// What runs it in a pipeline.
+const PIPELINE: &str = "\
+# Runs the face-off on each change, and keeps the page. Copy it to .github/workflows/ of your repository.
+name: face-off
+on: [push, pull_request]
+jobs:
+  verify:
+    runs-on: ubuntu-latest
+    container: debian:12
+    steps:
+      - uses: actions/checkout@v4
+      - run: apt-get update && apt-get install -y freefem++ libfreefem++ python3-dolfinx curl build-essential git
+      - run: curl -sSf https://sh.rustup.rs | sh -s -- -y
+      - run: ~/.cargo/bin/cargo install --git https://github.com/OWNER/faceoff faceoff
+      - run: ~/.cargo/bin/faceoff verify NAME.toml --report page --junit junit.xml
+      - uses: actions/upload-artifact@v4
+        if: always()
+        with:
+          name: face-off
+          path: page
+";
+
+pub(super) fn run(arguments: &New) -> Result<u8> {
+    let folder = &arguments.name;
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    let is_usual = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    if name.is_empty() || name.starts_with('.') || !name.chars().all(is_usual) {
+        let what = format!("`{name}` cannot name a face-off");
+        return Err(Error::usage(what, "use letters, digits, `-`, `_` and `.`"));
+    }
+    if folder.exists() {
+        let what = format!("{} is there already", folder.display());
+        return Err(Error::usage(what, "give another name, or remove it"));
+    }
+    let mesh = arguments.mesh.as_deref().map(own).transpose()?;
+    let parent = match folder.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
+        _ => PathBuf::from("."),
+    };
+    fs::create_dir_all(&parent).map_err(Error::io(&parent, "make"))?;
+    let beside = tempfile::Builder::new()
+        .prefix(".faceoff-new-")
+        .tempdir_in(&parent)
+        .map_err(Error::io(&parent, "write into"))?;
+    let (template, parts) = arguments.from.parts();
+    let write = |name: &str, bytes: &[u8]| {
+        let path = beside.path().join(name);
+        fs::write(&path, bytes).map_err(Error::io(&path, "write"))
+    };
+    let file = format!("{name}.toml");
+    for (part, bytes) in parts {
+        if *part == format!("{template}.toml") {
+            let text = String::from_utf8_lossy(bytes);
+            let own = mesh.as_ref().map(|(name, mesh)| (&**name, mesh));
+            write(&file, renamed(&text, template, &name, own).as_bytes())?;
+        } else if *part == "README.md" {
+            let text = String::from_utf8_lossy(bytes).replace(&format!("{template}.toml"), &file);
+            write(part, text.as_bytes())?;
+        } else {
+            write(part, bytes)?;
+        }
+    }
+    write("ci.yml", PIPELINE.replace("NAME", &name).as_bytes())?;
+    if let (Some((name, _)), Some(path)) = (&mesh, &arguments.mesh) {
+        let to = beside.path().join(name);
+        fs::copy(path, &to).map_err(Error::io(&to, "write"))?;
+    }
+    // A temporary folder is its owner's alone; this one is not.
+    let made = beside.keep();
+    let of_parent = fs::metadata(&parent).map_err(Error::io(&parent, "read"))?;
+    fs::set_permissions(&made, of_parent.permissions()).map_err(Error::io(&made, "open"))?;
+    fs::rename(&made, folder).map_err(Error::io(folder, "make"))?;
+    if let Some((name, mesh)) = &mesh {
+        note!("faceoff: {name} has {}", groups(mesh).join(", "));
+        note!("faceoff: the scripts name groups by the numbers of the template: put yours there");
+    }
+    tell!(
+        "faceoff verify {} --report {}",
+        folder.join(file).display(),
+        folder.join("page").display()
+    );
+    Ok(DONE)
+}
+
+/// A mesh of the user's, by its name.
+fn own(path: &Path) -> Result<(String, Mesh)> {
+    let mesh = io::open(path, crate::engine::meshio_python().as_deref())?.mesh;
+    let name = path.file_name().unwrap_or_default();
+    Ok((name.to_string_lossy().into_owned(), mesh))
+}
+
+/// Each group with its number and size.
+fn groups(mesh: &Mesh) -> Vec<String> {
+    let told = mesh.groups.iter().map(|group| {
+        let name = group.name.as_deref().unwrap_or("group");
+        format!(
+            "{name} = {} ({} cells of dimension {})",
+            group.tag,
+            group.cells.len(),
+            group.dim
+        )
+    });
+    let all: Vec<String> = told.collect();
+    if all.is_empty() {
+        vec!["no groups".into()]
+    } else {
+        all
+    }
+}
+
+/// The template's file for a face-off of this name, on this mesh.
+fn renamed(text: &str, template: &str, name: &str, own: Option<(&str, &Mesh)>) -> String {
+    let text = text.replacen(
+        &format!("name = \"{template}\""),
+        &format!("name = \"{name}\""),
+        1,
+    );
+    let Some((file, mesh)) = own else {
+        return text;
+    };
+    let mut lines = Vec::new();
+    let mut in_mesh = false;
+    for line in text.lines() {
+        if line.starts_with('[') {
+            in_mesh = line.starts_with("[mesh]");
+            lines.push(line.to_owned());
+            if in_mesh {
+                lines.push(format!("file = {file:?}"));
+                lines.extend(groups(mesh).iter().map(|group| format!("# {group}")));
+                lines.push(String::new());
+            }
+        } else if !in_mesh {
+            lines.push(line.to_owned());
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::ValueEnum;
+
+    #[test]
+    fn templates_are_their_folders() {
+        for template in Template::value_variants() {
+            let (name, parts) = template.parts();
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("examples")
+                .join(name);
+            let mut there: Vec<String> = fs::read_dir(folder)
+                .unwrap()
+                .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+                .filter(|name| !name.starts_with("__"))
+                .collect();
+            there.sort();
+            assert_eq!(
+                there,
+                parts.iter().map(|(name, _)| *name).collect::<Vec<_>>()
+            );
+        }
+    }
+}

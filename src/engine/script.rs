@@ -1,0 +1,321 @@
+//! A program of a user's own that solves some problem on a mesh and writes files: the command with its placeholders, and what
+//! comes of running it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant, SystemTime};
+
+use super::process;
+use super::program::Folder;
+use super::sandbox::{self, Allowed};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::Results;
+use faceoff_mesh::file::{self, beneath};
+use faceoff_mesh::io::{self, Format, Options, Series, msh};
+use faceoff_mesh::mesh::Mesh;
+
+/// Clocks of file systems are coarser than those of programs.
+const COARSE: Duration = Duration::from_millis(20);
+
+/// A code: how it is called, and what it reads and writes.
+#[derive(Debug, Clone)]
+pub struct Script {
+    pub name: String,
+    /// Words with placeholders: `{mesh}`, `{out}`, `{n}`, and those of parameters.
+    pub command: Vec<String>,
+    /// Where it runs, and where relative words are meant to be.
+    pub home: PathBuf,
+    /// None where it makes a mesh of its own.
+    pub mesh: Option<Form>,
+    /// Files that it writes: into `{out}`, or, where its command has no such word, beside itself.
+    pub results: Vec<String>,
+    /// A table of names and numbers.
+    pub numbers: Option<String>,
+}
+
+/// The form in which a code gets the mesh.
+#[derive(Debug, Clone, Copy)]
+pub struct Form {
+    format: Format,
+    version: msh::Version,
+    suffix: &'static str,
+}
+
+/// What a code left.
+#[derive(Debug)]
+pub struct Left {
+    pub results: Vec<Results>,
+    pub numbers: BTreeMap<String, f64>,
+    pub seconds: f64,
+}
+
+impl Form {
+    /// The form of this name: that of a format, or `msh2` for version 2.2 of Gmsh's.
+    pub fn of_name(name: &str) -> Option<Self> {
+        let (known, version) = match name {
+            "msh" => ("msh", msh::Version::V41),
+            "msh2" => ("msh", msh::Version::V22),
+            other => (other, msh::Version::default()),
+        };
+        let format = Format::of_name(known)?;
+        let suffix = match format {
+            // FreeFEM's meshes share Gmsh's suffix.
+            Format::Native(native) => native.suffixes.first().copied().unwrap_or("msh"),
+            Format::Meshio(name) => name,
+        };
+        Some(Form {
+            format,
+            version,
+            suffix,
+        })
+    }
+
+    /// Writes a mesh into a folder; groups and names are what a code needs, and what else a format cannot hold it does not.
+    fn write(&self, folder: &Path, mesh: &Mesh) -> Result<PathBuf> {
+        let path = folder.join(format!("mesh.{}", self.suffix));
+        let options = Options {
+            format: Some(self.format),
+            msh_version: self.version,
+            lossy: true,
+            python: super::meshio_python(),
+            ..Options::default()
+        };
+        io::write(&path, mesh, &options)?;
+        Ok(path)
+    }
+}
+
+/// Puts values in for `{names}` of a word; `{{` is a brace. An unknown name, in words.
+pub fn fill(word: &str, value: impl Fn(&str) -> Option<String>) -> Result<String, String> {
+    let mut filled = String::new();
+    let mut rest = word;
+    while let Some(at) = rest.find('{') {
+        filled += &rest[..at];
+        rest = &rest[at + 1..];
+        if let Some(after) = rest.strip_prefix('{') {
+            filled.push('{');
+            rest = after;
+            continue;
+        }
+        let end = rest.find('}').ok_or_else(|| {
+            format!("`{word}` has a brace without its end: write {{{{ for a brace")
+        })?;
+        let name = &rest[..end];
+        filled += &value(name).ok_or_else(|| format!("`{{{name}}}` in `{word}` is not known"))?;
+        rest = &rest[end + 1..];
+    }
+    Ok(filled + rest)
+}
+
+impl Script {
+    /// Does its command say where results go?
+    fn has_out(&self) -> bool {
+        self.command.iter().any(|word| word.contains("{out}"))
+    }
+
+    /// Runs the code on a mesh, in a folder of its own that `keep` keeps, and reads what it has written.
+    ///
+    /// # Errors
+    /// A code that fails, that takes too long, or that does not write what it should; a mesh that its format cannot hold.
+    pub fn run(
+        &self,
+        mesh: Option<&Mesh>,
+        n: Option<usize>,
+        parameters: &BTreeMap<String, String>,
+        how: &How,
+    ) -> Result<Left> {
+        let folder = Folder::new(how.keep.as_deref(), &how.kept)?;
+        let at = &folder.path;
+        let out = at.join("out");
+        std::fs::create_dir_all(&out).map_err(Error::io(&out, "make"))?;
+        let mesh = match (&self.mesh, mesh) {
+            (Some(form), Some(mesh)) => Some(form.write(at, mesh)?),
+            _ => None,
+        };
+        let value = |name: &str| match name {
+            "mesh" => mesh.as_ref().map(|path| path.display().to_string()),
+            "out" => Some(out.display().to_string()),
+            "n" => n.map(|n| n.to_string()),
+            other => parameters.get(other).cloned(),
+        };
+        let refuse = |what: String, remedy: &str| Error::engine(&self.name, what, remedy);
+        let words: Vec<String> = self
+            .command
+            .iter()
+            .map(|word| fill(word, value))
+            .collect::<Result<_, _>>()
+            .map_err(|what| refuse(what, "name a parameter, {mesh}, {out} or {n}"))?;
+        let mut command = Command::new(&words[0]);
+        command.args(&words[1..]).current_dir(&self.home);
+        let program = at.join("command.txt");
+        io::save(&program, [by_hand(&self.home, &words).as_bytes()])?;
+        if how.sandbox {
+            let allowed = Allowed {
+                read: vec![self.home.clone()],
+                write: vec![],
+            };
+            command = sandbox::enclose(&command, at, &allowed)?;
+            command.current_dir(&self.home);
+        }
+        let (begin, clock) = (SystemTime::now() - COARSE, Instant::now());
+        process::run(&self.name, &command, at, how.time_limit, |_| {}).map_err(
+            |error| match error {
+                Error::Engine { what, .. } => {
+                    let remedy = match how.keep {
+                        Some(_) => format!("run it by hand: {}", by_hand(&self.home, &words)),
+                        None => "keep its folder by --keep DIR, whose command.txt runs it by hand"
+                            .to_owned(),
+                    };
+                    refuse(what, &remedy)
+                }
+                other => other,
+            },
+        )?;
+        let seconds = clock.elapsed().as_secs_f64();
+        let place = if self.has_out() { &out } else { &self.home };
+        let read = |name: &String| self.read(place, name, begin);
+        let results = self.results.iter().map(read).collect::<Result<_>>()?;
+        let numbers = match &self.numbers {
+            Some(name) => self.read_numbers(place, name, begin)?,
+            None => BTreeMap::new(),
+        };
+        Ok(Left {
+            results,
+            numbers,
+            seconds,
+        })
+    }
+
+    /// A file that this run has written.
+    fn written(&self, place: &Path, name: &str, begin: SystemTime) -> Result<PathBuf> {
+        let refuse = |what: String, remedy: &str| Error::engine(&self.name, what, remedy);
+        let path = beneath(place, name).ok_or_else(|| {
+            refuse(
+                format!("`{name}` lies outside of its folder"),
+                "let it write into {out}",
+            )
+        })?;
+        let Ok(found) = std::fs::metadata(&path) else {
+            let mut names: Vec<String> = std::fs::read_dir(place)
+                .into_iter()
+                .flatten()
+                .flatten()
+                .map(|entry| entry.file_name().to_string_lossy().into_owned())
+                .collect();
+            names.sort();
+            let there = match (self.has_out(), &names[..]) {
+                (true, []) => ", nor anything else".to_owned(),
+                (true, names) => format!(", but {}", names[..names.len().min(8)].join(", ")),
+                _ => String::new(),
+            };
+            return Err(refuse(
+                format!("it ended well and has not written {name}{there}"),
+                "let it write into {out}, or correct `result`",
+            ));
+        };
+        if found.modified().is_ok_and(|time| time < begin) {
+            return Err(refuse(
+                format!("{name} is older than this run: it was not written by it"),
+                "let it write into {out}",
+            ));
+        }
+        Ok(path)
+    }
+
+    /// The last time of a result.
+    fn read(&self, place: &Path, name: &str, begin: SystemTime) -> Result<Results> {
+        let path = self.written(place, name, begin)?;
+        let python = super::meshio_python();
+        let mut series = Series::open(&path, python.as_deref())?;
+        let mut results = series.read(series.times.len() - 1, python.as_deref())?;
+        results.source = format!("{} of {}", name, self.name);
+        Ok(results)
+    }
+
+    /// Lines of a name and a number, with a comma between them.
+    fn read_numbers(
+        &self,
+        place: &Path,
+        name: &str,
+        begin: SystemTime,
+    ) -> Result<BTreeMap<String, f64>> {
+        let path = self.written(place, name, begin)?;
+        let mut numbers = BTreeMap::new();
+        for (line, text) in file::text(&path)?.lines().enumerate() {
+            let refuse = |what: String| refuse_line(&self.name, name, line + 1, what);
+            let text = text.trim();
+            if text.is_empty() || text.starts_with('#') || line == 0 && text == "name,value" {
+                continue;
+            }
+            let (name, value) = text
+                .split_once(',')
+                .ok_or_else(|| refuse(format!("`{text}` is no name and number")))?;
+            let value: f64 = value
+                .trim()
+                .parse()
+                .map_err(|_| refuse(format!("`{}` is no number", value.trim())))?;
+            if numbers.insert(name.trim().to_owned(), value).is_some() {
+                return Err(refuse(format!("{} is there twice", name.trim())));
+            }
+        }
+        Ok(numbers)
+    }
+}
+
+fn refuse_line(code: &str, file: &str, line: usize, what: String) -> Error {
+    Error::engine(
+        code,
+        format!("{file}, line {line}: {what}"),
+        "write lines like `drag,5.57`",
+    )
+}
+
+/// How a code is run.
+#[derive(Debug, Clone)]
+pub struct How {
+    /// Keeps the folder of each run.
+    pub keep: Option<PathBuf>,
+    /// The name of this run's folder there.
+    pub kept: String,
+    pub time_limit: Duration,
+    pub sandbox: bool,
+}
+
+/// What one would type.
+fn by_hand(home: &Path, words: &[String]) -> String {
+    let quoted = |word: &String| {
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,+:{}@%".contains(c);
+        match !word.is_empty() && word.chars().all(is_plain) {
+            true => word.clone(),
+            false => format!("'{}'", word.replace('\'', r"'\''")),
+        }
+    };
+    let words: Vec<String> = words.iter().map(quoted).collect();
+    format!(
+        "cd {} && {}",
+        quoted(&home.display().to_string()),
+        words.join(" ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn placeholders_are_filled_or_named() {
+        let value = |name: &str| (name == "E").then(|| "2.1e11".to_owned());
+        assert_eq!(fill("-E={E}{{x}", value).unwrap(), "-E=2.1e11{x}");
+        assert_eq!(fill("plain", value).unwrap(), "plain");
+        assert!(fill("{nu}", value).unwrap_err().contains("`{nu}`"));
+        assert!(fill("a{E", value).unwrap_err().contains("without its end"));
+    }
+
+    #[test]
+    fn what_is_typed_by_hand_is_quoted() {
+        let words = ["a b", "it's", "-n", ""].map(str::to_owned);
+        let line = by_hand(Path::new("/x"), &words);
+        assert_eq!(line, r"cd /x && 'a b' 'it'\''s' -n ''");
+    }
+}

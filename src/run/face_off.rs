@@ -1,0 +1,612 @@
+//! A face-off file: any problem, solved by codes of one's own on one mesh or on their own, field by field against each other.
+//!
+//! ```toml
+//! name = "cantilever"
+//! [mesh]
+//! file = "cantilever.msh"
+//! n = [1, 2]
+//! [parameters]
+//! E = 2.1e11
+//! [codes.freefem]
+//! command = ["FreeFem++-nw", "cantilever.edp", "-mesh", "{mesh}", "-E", "{E}", "-out", "{out}"]
+//! mesh = "msh2"
+//! result = "u.vtu"
+//! [codes.dolfinx]
+//! command = ["python3", "cantilever.py", "{mesh}", "{out}", "--E", "{E}"]
+//! mesh = "xdmf"
+//! result = "u.xdmf"
+//! [fields.u]
+//! same = "discretisation"
+//! rtol = 1e-10
+//! ```
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::engine::{Form, Script, fill};
+use faceoff_fem::scene::Expression;
+use faceoff_judge::On;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file::{self, beneath};
+use faceoff_mesh::io;
+use faceoff_mesh::mesh::generate::{Cuboid, union_mesh};
+use faceoff_mesh::mesh::{Mesh, refine};
+
+/// A problem, the codes that solve it, and what they are asked for.
+#[derive(Debug, Clone)]
+pub struct FaceOff {
+    pub name: String,
+    pub about: String,
+    mesh: Option<Source>,
+    /// Refinements, ascending; none where the mesh is taken as it is.
+    pub n: Vec<usize>,
+    /// As commands get them.
+    pub parameters: BTreeMap<String, String>,
+    pub codes: Vec<Script>,
+    pub fields: Vec<Asked>,
+    pub numbers: Vec<Asked>,
+}
+
+/// Where the mesh comes from.
+#[derive(Debug, Clone)]
+enum Source {
+    File(PathBuf),
+    Generated(Cuboid),
+}
+
+/// A field, or a number, that all codes have.
+#[derive(Debug, Clone)]
+pub struct Asked {
+    pub name: String,
+    /// Where a code calls it otherwise.
+    pub names: BTreeMap<String, String>,
+    pub same: Same,
+    pub rtol: f64,
+    pub atol: f64,
+    pub on: Option<On>,
+    pub components: Option<usize>,
+    /// The solution, a formula for each component; of a number, its value.
+    pub exact: Vec<Expression>,
+    /// How far a number on the finest mesh may be from the exact one, relative to it.
+    pub exact_rtol: Option<f64>,
+    /// The orders of theory in L² and H¹.
+    pub orders: [Option<f64>; 2],
+    /// The part of either mesh that the other need not cover.
+    pub uncovered: Option<f64>,
+}
+
+/// What codes share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Same {
+    /// The discrete problem: their answers are equal but for rounding.
+    Discretisation,
+    /// The continuous one: their answers differ by the error of either.
+    Problem,
+}
+
+impl Asked {
+    /// What a code calls it.
+    pub fn name_in(&self, code: &str) -> &str {
+        self.names.get(code).unwrap_or(&self.name)
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    #[serde(default)]
+    about: String,
+    mesh: Option<MeshTable>,
+    #[serde(default)]
+    parameters: BTreeMap<String, toml::Value>,
+    codes: toml::Table,
+    #[serde(default)]
+    fields: toml::Table,
+    #[serde(default)]
+    numbers: toml::Table,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeshTable {
+    file: Option<String>,
+    generator: Option<String>,
+    origin: Option<Vec<f64>>,
+    size: Option<Vec<f64>>,
+    #[serde(default)]
+    n: Several<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CodeTable {
+    command: Vec<String>,
+    mesh: Option<String>,
+    #[serde(default)]
+    result: Several<String>,
+    numbers: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AskedTable {
+    same: Same,
+    rtol: Option<f64>,
+    #[serde(default)]
+    atol: f64,
+    on: Option<On>,
+    components: Option<usize>,
+    #[serde(default)]
+    exact: Several<Formula>,
+    exact_rtol: Option<f64>,
+    #[serde(default)]
+    orders: OrdersTable,
+    uncovered: Option<f64>,
+    #[serde(default)]
+    names: BTreeMap<String, String>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct OrdersTable {
+    l2: Option<f64>,
+    h1: Option<f64>,
+}
+
+/// One, or a list.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Several<T> {
+    One(T),
+    List(Vec<T>),
+}
+
+impl<T> Default for Several<T> {
+    fn default() -> Self {
+        Several::List(Vec::new())
+    }
+}
+
+impl<T> Several<T> {
+    fn list(self) -> Vec<T> {
+        match self {
+            Several::One(one) => vec![one],
+            Several::List(list) => list,
+        }
+    }
+}
+
+/// A formula as text, or a plain number.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Formula {
+    Number(f64),
+    Text(String),
+}
+
+/// Is this the file of a face-off rather than of a scene? What cannot be read is neither.
+pub fn is_face_off(path: &Path) -> bool {
+    let table = file::text(path)
+        .ok()
+        .and_then(|text| text.parse::<toml::Table>().ok());
+    table.is_some_and(|table| table.contains_key("codes"))
+}
+
+impl FaceOff {
+    /// Reads a face-off file; its relative paths start beside it.
+    ///
+    /// # Errors
+    /// A file that cannot be read, unknown keys, what could not be judged, placeholders that are not known.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = file::text(path)?;
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let home = std::path::absolute(folder).map_err(Error::io(folder, "find"))?;
+        Reader {
+            origin: path.display().to_string(),
+            home,
+        }
+        .read(&text)
+    }
+
+    /// With other refinements.
+    pub fn with_n(mut self, n: Vec<usize>) -> Self {
+        self.n = n;
+        self.n.sort_unstable();
+        self
+    }
+
+    /// The refinements to run at; one that is none where the mesh is as it is.
+    pub fn levels(&self) -> Vec<Option<usize>> {
+        match &self.n[..] {
+            [] => vec![None],
+            n => n.iter().copied().map(Some).collect(),
+        }
+    }
+
+    /// The mesh at a refinement; none where every code makes its own.
+    ///
+    /// # Errors
+    /// A file that cannot be read or refined so often; [`Error::Ended`].
+    pub fn mesh(&self, n: Option<usize>) -> Result<Option<Mesh>> {
+        let refuse = |what: String| Error::Scene {
+            scene: self.name.clone(),
+            place: "mesh".into(),
+            what,
+            remedy: "give n of 1, 2, 4, …: how often each edge of the file's mesh is divided"
+                .into(),
+        };
+        Ok(Some(match &self.mesh {
+            None => return Ok(None),
+            Some(Source::Generated(cuboid)) => union_mesh(n.unwrap_or(16), cuboid)?,
+            Some(Source::File(path)) => {
+                let mut mesh = io::read(path)?;
+                let times = n.unwrap_or(1);
+                if !times.is_power_of_two() {
+                    return Err(refuse(format!("n = {times} is no power of two")));
+                }
+                for _ in 0..times.trailing_zeros() {
+                    (mesh, _) = refine::refine(&self.name, &mesh)?;
+                }
+                mesh
+            }
+        }))
+    }
+}
+
+/// Reads one file.
+struct Reader {
+    origin: String,
+    home: PathBuf,
+}
+
+impl Reader {
+    fn refuse(&self, place: &str, what: String, remedy: &str) -> Error {
+        Error::Scene {
+            scene: self.origin.clone(),
+            place: place.to_owned(),
+            what,
+            remedy: remedy.to_owned(),
+        }
+    }
+
+    fn table<T: for<'de> Deserialize<'de>>(&self, place: &str, value: toml::Value) -> Result<T> {
+        value
+            .try_into()
+            .map_err(|e: toml::de::Error| self.refuse(place, e.message().replace('\n', " "), KEYS))
+    }
+
+    fn read(&self, text: &str) -> Result<FaceOff> {
+        let file: File = toml::from_str(text).map_err(|e| {
+            let line = e
+                .span()
+                .map_or(1, |span| 1 + text[..span.start].matches('\n').count());
+            self.refuse(
+                &format!("line {line}"),
+                e.message().replace('\n', " "),
+                KEYS,
+            )
+        })?;
+        self.check_name("name", &file.name)?;
+        let parameters = file
+            .parameters
+            .into_iter()
+            .map(|(name, value)| Ok((name.clone(), self.parameter(&name, &value)?)))
+            .collect::<Result<BTreeMap<_, _>>>()?;
+        let codes = file
+            .codes
+            .into_iter()
+            .map(|(name, table)| {
+                let place = format!("codes.{name}");
+                let table = self.table(&place, table)?;
+                self.code(name, table, &parameters, file.mesh.is_some())
+            })
+            .collect::<Result<Vec<_>>>()?;
+        if codes.len() < 2 {
+            let what = format!("it has {} codes", codes.len());
+            return Err(self.refuse("codes", what, "name two at least: [codes.NAME]"));
+        }
+        for (k, code) in codes.iter().enumerate() {
+            let twin = codes[..k]
+                .iter()
+                .find(|other| other.command == code.command);
+            if let Some(twin) = twin {
+                let what = format!("{} and {} have one command", twin.name, code.name);
+                let remedy = "a code beside itself shows nothing: give each a command of its own";
+                return Err(self.refuse("codes", what, remedy));
+            }
+        }
+        let asked = |kind: &str, tables: toml::Table| -> Result<Vec<Asked>> {
+            let all = tables.into_iter().map(|(name, table)| {
+                let place = format!("{kind}.{name}");
+                let table = self.table(&place, table)?;
+                self.asked(&place, name, table, &parameters, &codes)
+            });
+            all.collect()
+        };
+        let (fields, numbers) = (
+            asked("fields", file.fields)?,
+            asked("numbers", file.numbers)?,
+        );
+        if fields.is_empty() && numbers.is_empty() {
+            let what = "nothing is compared".to_owned();
+            return Err(self.refuse(
+                "fields",
+                what,
+                "name a field: [fields.u] with same and rtol",
+            ));
+        }
+        let lacks = |code: &&Script| {
+            code.results.is_empty() && !fields.is_empty()
+                || code.numbers.is_none() && !numbers.is_empty()
+        };
+        if let Some(code) = codes.iter().find(lacks) {
+            let key = if code.results.is_empty() && !fields.is_empty() {
+                "result"
+            } else {
+                "numbers"
+            };
+            let what = format!("it does not say in which file its {key} are");
+            let remedy = format!("add {key} = \"…\" to it");
+            return Err(self.refuse(&format!("codes.{}", code.name), what, &remedy));
+        }
+        let mut n = Vec::new();
+        let mut source = None;
+        if let Some(table) = file.mesh {
+            (source, n) = self.mesh(table)?;
+        }
+        Ok(FaceOff {
+            name: file.name,
+            about: file.about,
+            mesh: source,
+            n,
+            parameters,
+            codes,
+            fields,
+            numbers,
+        })
+    }
+
+    fn check_name(&self, place: &str, name: &str) -> Result<()> {
+        let is_usual = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+        if !name.is_empty() && !name.starts_with('.') && name.chars().all(is_usual) {
+            return Ok(());
+        }
+        let what = format!("`{name}` cannot name output files");
+        Err(self.refuse(place, what, "use letters, digits, `-`, `_` and `.`"))
+    }
+
+    /// As a command gets it: numbers with the fewest digits that are the same number.
+    fn parameter(&self, name: &str, value: &toml::Value) -> Result<String> {
+        let place = format!("parameters.{name}");
+        if ["mesh", "out", "n"].contains(&name) {
+            let what = format!("{{{name}}} has a meaning of its own");
+            return Err(self.refuse(&place, what, "give it another name"));
+        }
+        match value {
+            toml::Value::String(text) => Ok(text.clone()),
+            toml::Value::Integer(number) => Ok(number.to_string()),
+            toml::Value::Boolean(is) => Ok(is.to_string()),
+            toml::Value::Float(number) if number.is_finite() => Ok(match number.abs() {
+                x if x != 0.0 && !(1e-5..1e15).contains(&x) => format!("{number:e}"),
+                _ => number.to_string(),
+            }),
+            _ => {
+                let what = "it is neither a finite number nor a text".to_owned();
+                Err(self.refuse(&place, what, "give a number, a text, true or false"))
+            }
+        }
+    }
+
+    fn mesh(&self, table: MeshTable) -> Result<(Option<Source>, Vec<usize>)> {
+        let refuse = |what: &str, remedy: &str| self.refuse("mesh", what.to_owned(), remedy);
+        let source = match (table.file, table.generator.as_deref()) {
+            (Some(name), None) => {
+                if table.size.is_some() || table.origin.is_some() {
+                    return Err(refuse(
+                        "the mesh of a file has its own size",
+                        "leave size and origin out",
+                    ));
+                }
+                let path = beneath(&self.home, &name).ok_or_else(|| {
+                    refuse(
+                        &format!("{name} lies outside of the folder of this file"),
+                        "keep the mesh beside it",
+                    )
+                })?;
+                Some(Source::File(path))
+            }
+            (None, Some(generator)) => {
+                let dim = match generator {
+                    "union-jack" => 2,
+                    "union-cube" => 3,
+                    _ => {
+                        let what = format!("there is no generator `{generator}`");
+                        return Err(refuse(&what, "take union-jack, union-cube, or a file"));
+                    }
+                };
+                let three = |given: Option<Vec<f64>>, default: f64| match given {
+                    None => Ok([default; 3]),
+                    Some(list) if list.len() == dim && list.iter().all(|x| x.is_finite()) => {
+                        Ok([0, 1, 2].map(|k| list.get(k).copied().unwrap_or(default)))
+                    }
+                    Some(list) => Err(refuse(
+                        &format!("{list:?} are not {dim} numbers"),
+                        "give one for each dimension",
+                    )),
+                };
+                let (origin, size) = (three(table.origin, 0.0)?, three(table.size, 1.0)?);
+                if size.iter().any(|s| *s <= 0.0) {
+                    return Err(refuse("a side has no length", "give sizes above 0"));
+                }
+                Some(Source::Generated(match dim {
+                    2 => Cuboid::new([origin[0], origin[1]], [size[0], size[1]]),
+                    _ => Cuboid::new(origin, size),
+                }))
+            }
+            (None, None) => None,
+            (Some(_), Some(_)) => return Err(refuse("it has a file and a generator", "keep one")),
+        };
+        let mut n = table.n.list();
+        n.sort_unstable();
+        if n.windows(2).any(|pair| pair[0] == pair[1]) || n.first() == Some(&0) {
+            return Err(refuse(
+                "n names a mesh twice, or one without cells",
+                "give different numbers from 1 on",
+            ));
+        }
+        Ok((source, n))
+    }
+
+    fn code(
+        &self,
+        name: String,
+        table: CodeTable,
+        parameters: &BTreeMap<String, String>,
+        has_mesh: bool,
+    ) -> Result<Script> {
+        let place = format!("codes.{name}");
+        self.check_name(&place, &name)?;
+        if table
+            .command
+            .first()
+            .is_none_or(|word| word.trim().is_empty())
+        {
+            return Err(self.refuse(&place, "its command is empty".into(), "name a program"));
+        }
+        let form = match table.mesh.as_deref() {
+            None | Some("none") => None,
+            Some(form) => Some(Form::of_name(form).ok_or_else(|| {
+                let what = format!("there is no form of meshes `{form}`");
+                self.refuse(
+                    &place,
+                    what,
+                    "take msh, msh2, vtu, xdmf, medit, freefem, …, or none",
+                )
+            })?),
+        };
+        if form.is_some() && !has_mesh {
+            let what = "there is no mesh for it".to_owned();
+            return Err(self.refuse(&place, what, "add [mesh] with a file or a generator"));
+        }
+        let known = |word: &str| match word {
+            "mesh" => form.as_ref().map(|_| String::new()),
+            "out" | "n" => Some(String::new()),
+            other => parameters.get(other).cloned(),
+        };
+        for word in &table.command {
+            fill(word, known).map_err(|what| {
+                let remedy = "known are {mesh} (of a code with a mesh), {out}, {n}, and what is under [parameters]";
+                self.refuse(&place, what, remedy)
+            })?;
+        }
+        if form.is_some() && !table.command.iter().any(|word| word.contains("{mesh}")) {
+            let what = "its command does not say where the mesh goes".to_owned();
+            return Err(self.refuse(&place, what, "put {mesh} into it, or say mesh = \"none\""));
+        }
+        Ok(Script {
+            name,
+            command: table.command,
+            home: self.home.clone(),
+            mesh: form,
+            results: table.result.list(),
+            numbers: table.numbers,
+        })
+    }
+
+    fn asked(
+        &self,
+        place: &str,
+        name: String,
+        table: AskedTable,
+        parameters: &BTreeMap<String, String>,
+        codes: &[Script],
+    ) -> Result<Asked> {
+        let refuse = |what: String, remedy: &str| self.refuse(place, what, remedy);
+        let in_range = |x: f64| x >= 0.0 && x.is_finite();
+        let rtol = match (table.rtol, table.same) {
+            (Some(rtol), _) => rtol,
+            (None, Same::Discretisation) => 1e-10,
+            (None, Same::Problem) if table.orders.l2.or(table.orders.h1).is_some() => f64::INFINITY,
+            (None, Same::Problem) if table.exact_rtol.is_some() => f64::INFINITY,
+            (None, Same::Problem) => {
+                let what =
+                    "nothing says how far apart the answers to one problem may be".to_owned();
+                return Err(refuse(
+                    what,
+                    "give rtol, of the norm on the finest mesh, or orders",
+                ));
+            }
+        };
+        let others = [
+            table.exact_rtol,
+            table.uncovered,
+            table.orders.l2,
+            table.orders.h1,
+        ];
+        let given = table
+            .rtol
+            .into_iter()
+            .chain([table.atol])
+            .chain(others.into_iter().flatten());
+        if let Some(bad) = given.into_iter().find(|x| !in_range(*x)) {
+            return Err(refuse(
+                format!("{bad} is no tolerance or order"),
+                "give a number from 0 on",
+            ));
+        }
+        if let Some(code) = table
+            .names
+            .keys()
+            .find(|code| codes.iter().all(|c| c.name != **code))
+        {
+            return Err(refuse(
+                format!("there is no code `{code}`"),
+                "name one of [codes]",
+            ));
+        }
+        let formula = |given: Formula| match given {
+            Formula::Number(value) if !value.is_finite() => {
+                Err(refuse(format!("exact is {value}"), "give a finite number"))
+            }
+            Formula::Number(value) => Ok(Expression::constant(value)),
+            Formula::Text(text) => {
+                let value = |name: &str| parameters.get(name).map(|value| format!("({value})"));
+                let text = fill(&text, value).map_err(|what| refuse(what, "name a parameter"))?;
+                Expression::parse(&text).map_err(|e| {
+                    let what = format!("exact, character {}: {} in `{text}`", e.column, e.what);
+                    refuse(what, "the README lists what an expression may hold")
+                })
+            }
+        };
+        let exact = table
+            .exact
+            .list()
+            .into_iter()
+            .map(formula)
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Asked {
+            name,
+            names: table.names,
+            same: table.same,
+            rtol,
+            atol: table.atol,
+            on: table.on,
+            components: table
+                .components
+                .or((exact.len() > 1).then_some(exact.len())),
+            exact,
+            exact_rtol: table.exact_rtol,
+            orders: [table.orders.l2, table.orders.h1],
+            uncovered: table.uncovered,
+        })
+    }
+}
+
+const KEYS: &str = "the README lists the keys of a face-off file";

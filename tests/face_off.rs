@@ -1,0 +1,297 @@
+//! Face-off files: codes of one's own on any problem, and folders that `new` begins.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::common::{Ran, assert_valid, folder, run, source, write};
+
+/// A copy of an example.
+fn example(folder: &Path, name: &str) -> PathBuf {
+    let to = folder.join(name);
+    fs::create_dir(&to).unwrap();
+    for entry in fs::read_dir(source("examples").join(name)).unwrap() {
+        let entry = entry.unwrap();
+        fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+    }
+    to
+}
+
+/// Puts `to` in place of `from`, which is there once at least.
+fn plant(folder: &Path, file: &str, from: &str, to: &str) {
+    let path = folder.join(file);
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.contains(from), "{file} has no {from}");
+    fs::write(path, text.replacen(from, to, 1)).unwrap();
+}
+
+/// Runs a face-off; the JSON follows its schema.
+fn verify(folder: &Path, file: &str, words: &[&str]) -> (Ran, Value) {
+    let ran = run(
+        folder,
+        &[&["verify", file, "--json", "o.json"], words].concat(),
+    );
+    assert_valid(
+        "json",
+        "src/report/schema/face-off-1.json",
+        &folder.join("o.json"),
+    );
+    let told = fs::read_to_string(folder.join("o.json")).unwrap();
+    (ran, serde_json::from_str(&told).unwrap())
+}
+
+fn field<'a>(told: &'a Value, name: &str) -> &'a Value {
+    let fields = told["fields"].as_array().unwrap();
+    fields.iter().find(|f| f["field"] == name).unwrap()
+}
+
+/// FreeFEM and dolfinx agree to rounding, with the orders of theory; one fault at a time is found in its code.
+#[test]
+fn poisson_agrees_and_its_faults_are_named() {
+    let folder = folder();
+    let at = example(folder.path(), "poisson");
+    let words = ["--n", "8,16", "--report", "page", "--junit", "j.xml"];
+    let (ran, told) = verify(&at, "poisson.toml", &words);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    assert_valid("xsd", "tests/junit.xsd", &at.join("j.xml"));
+    let u = field(&told, "u");
+    for pair in u["pairs"].as_array().unwrap() {
+        assert!(pair["max_rel"].as_f64().unwrap() < 1e-12, "{pair}");
+    }
+    for order in u["orders"].as_array().unwrap() {
+        let fit = |norm: &str| order[norm]["fit"]["exponent"].as_f64().unwrap();
+        assert!(
+            (fit("l2") - 3.0).abs() < 0.1 && (fit("h1") - 2.0).abs() < 0.1,
+            "{order}"
+        );
+    }
+    let html = fs::read_to_string(at.join("page/index.html")).unwrap();
+    assert!(html.contains("dolfinx, freefem <em>agree</em> on poisson"));
+
+    let of_freefem = [
+        (
+            "(dx(u)*dx(v) + dy(u)*dy(v))",
+            "(1.001*(dx(u)*dx(v) + dy(u)*dy(v)))",
+        ),
+        (
+            "- int1d(Th, right, qforder=5)(t*v)",
+            "+ int1d(Th, right, qforder=5)(t*v)",
+        ),
+        ("on(left, bottom, top, u=g)", "on(left, bottom, u=g)"),
+        ("int1d(Th, right", "int1d(Th, left"),
+    ];
+    for (from, to) in of_freefem {
+        let kept = fs::read_to_string(at.join("poisson.edp")).unwrap();
+        plant(&at, "poisson.edp", from, to);
+        let (ran, told) = verify(&at, "poisson.toml", &["--n", "8,16", "--report", "page"]);
+        assert_eq!(ran.code, Some(1), "{to}: {}", ran.stdout);
+        for order in field(&told, "u")["orders"].as_array().unwrap() {
+            let expected = if order["of"] == "freefem" {
+                "disagree"
+            } else {
+                "agree"
+            };
+            assert_eq!(order["verdict"], expected, "{to}: {order}");
+        }
+        let html = fs::read_to_string(at.join("page/index.html")).unwrap();
+        assert!(
+            html.contains("<em>freefem</em>: the order of u is too low"),
+            "{to}"
+        );
+        write(&at, "poisson.edp", &kept);
+    }
+    // A rule that is too low keeps the order, and only the other code shows it.
+    plant(
+        &at,
+        "poisson.edp",
+        "int2d(Th, qforder=5)(f*v)",
+        "int2d(Th, qforder=3)(f*v)",
+    );
+    let (ran, told) = verify(&at, "poisson.toml", &["--n", "8"]);
+    assert_eq!(ran.code, Some(1), "{}", ran.stdout);
+    assert_eq!(field(&told, "u")["verdict"], "disagree");
+}
+
+/// Codes that do not do what their file says, and files that say what cannot be: exit code 2 and a sentence with the code.
+#[test]
+fn what_cannot_be_judged_is_told_in_a_sentence() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "u.csv", "vertex,u\n0,1\n1,2\n");
+    write(at, "w.csv", "vertex,u\n0,1\n1,nan\n");
+    write(at, "half.csv", "vertex,u\n0,1\n1,");
+    let file = |second: &str, more: &str| {
+        format!(
+            "name = \"x\"\n[codes.a]\ncommand = [\"cp\", \"u.csv\", \"{{out}}/u.csv\"]\nresult = \"u.csv\"\n\
+             [codes.b]\ncommand = {second}\nresult = \"u.csv\"\n[fields.u]\nsame = \"discretisation\"\n{more}"
+        )
+    };
+    let copy = |of: &str| format!("[\"cp\", \"--\", \"{of}\", \"{{out}}/u.csv\"]");
+    write(at, "x.toml", &file(&copy("u.csv"), ""));
+    let (ran, _) = verify(at, "x.toml", &[]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let refused = |text: &str, part: &str| {
+        write(at, "x.toml", text);
+        let ran = run(at, &["verify", "x.toml"]);
+        assert_eq!(ran.code, Some(2), "{text}: {}{}", ran.stdout, ran.stderr);
+        let told = format!("{}{}", ran.stdout, ran.stderr);
+        assert!(told.contains(part), "{part}: {told}");
+    };
+    // What the code does.
+    refused(&file("[\"true\"]", ""), "is older than this run");
+    refused(
+        &file("[\"true\", \"{out}\"]", ""),
+        "it ended well and has not written u.csv, nor anything else",
+    );
+    refused(
+        &file("[\"touch\", \"{out}/v.csv\"]", ""),
+        "has not written u.csv, but v.csv",
+    );
+    refused(
+        &file("[\"false\", \"{out}\"]", ""),
+        "engine b: `false` failed",
+    );
+    refused(
+        &file("[\"no-such-program\", \"{out}\"]", ""),
+        "`no-such-program` cannot be started",
+    );
+    refused(
+        &file(&copy("w.csv"), ""),
+        "`u` of b has a value that is not a finite number",
+    );
+    refused(&file(&copy("half.csv"), ""), "one side has it on 2 points");
+    refused(
+        &file(&copy("u.csv"), "names = { b = \"w\" }"),
+        "b has no field `w`; it has u",
+    );
+    refused(&file(&copy("u.csv"), "components = 2"), "has 1 components");
+    refused(&file(&copy("u.csv"), "on = \"cells\""), "is on points");
+    // What the file says.
+    refused(
+        &file("[\"cp\", \"u.csv\", \"{out}/u.csv\"]", ""),
+        "a and b have one command",
+    );
+    refused(
+        &file("[\"cp\", \"{E}\", \"{out}\"]", ""),
+        "`{E}` in `{E}` is not known",
+    );
+    refused(&file("[\"cp\", \"{mesh}\"]", ""), "`{mesh}`");
+    refused(&file("[]", ""), "its command is empty");
+    refused(&file(&copy("u.csv"), "rtol = -1"), "-1 is no tolerance");
+    refused(&file(&copy("u.csv"), "rotl = 1"), "rotl");
+    refused(
+        &file(&copy("u.csv"), "exact = \"sin(\""),
+        "exact, character",
+    );
+    refused(
+        &file(&copy("u.csv"), "names = { c = \"w\" }"),
+        "there is no code `c`",
+    );
+    let problem = file(&copy("u.csv"), "").replace("\"discretisation\"", "\"problem\"");
+    refused(&problem, "nothing says how far apart");
+    let with_mesh = file("[\"cp\", \"{mesh}\"]\nmesh = \"msh\"", "");
+    refused(&with_mesh, "there is no mesh for it");
+    let form = format!("[mesh]\ngenerator = \"union-jack\"\n{}", "");
+    let text = file("[\"cp\", \"{mesh}\"]\nmesh = \"mhs\"", "").replacen(
+        "[codes.a]",
+        &format!("{form}[codes.a]"),
+        1,
+    );
+    refused(&text, "there is no form of meshes `mhs`");
+    let ran = run(at, &["verify", "x.toml", "one-zone"]);
+    assert!(
+        ran.stderr.contains("a face-off file stands alone"),
+        "{}",
+        ran.stderr
+    );
+    let ran = run(at, &["verify", "x.toml", "--engines", "rust"]);
+    assert!(
+        ran.stderr.contains("--engines is for scenes"),
+        "{}",
+        ran.stderr
+    );
+}
+
+/// A job that is kept can be run again by the line beside it.
+#[test]
+fn a_kept_job_runs_by_hand() {
+    let folder = folder();
+    let at = example(folder.path(), "poisson");
+    let words = ["--n", "4", "--keep", "runs"];
+    let (ran, _) = verify(&at, "poisson.toml", &words);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let kept = at.join("runs/poisson-freefem-n4");
+    let result = kept.join("out/u.vtu");
+    let before = fs::read(&result).unwrap();
+    fs::remove_file(&result).unwrap();
+    let line = fs::read_to_string(kept.join("command.txt")).unwrap();
+    let status = std::process::Command::new("sh")
+        .args(["-c", &line])
+        .status()
+        .unwrap();
+    assert!(status.success(), "{line}");
+    assert_eq!(fs::read(&result).unwrap(), before);
+}
+
+/// What `new` writes runs at once and agrees; it says which groups a mesh of one's own has, and overwrites nothing.
+#[test]
+fn a_new_face_off_runs_at_once() {
+    let folder = folder();
+    let at = folder.path();
+    let ran = run(at, &["new", "mine"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(
+        ran.stdout.contains("faceoff verify mine/mine.toml"),
+        "{}",
+        ran.stdout
+    );
+    let (ran, told) = verify(at, "mine/mine.toml", &["--n", "4"]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    assert_eq!(
+        (&told["name"], &told["numbers"][0]["verdict"]),
+        (&"mine".into(), &"agree".into())
+    );
+    let ran = run(at, &["new", "mine"]);
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.stderr.contains("is there already"), "{}", ran.stderr);
+    let plate = source("meshes/plate.msh");
+    let words = [
+        "new",
+        "sub/own",
+        "--from",
+        "poisson",
+        "--mesh",
+        plate.to_str().unwrap(),
+    ];
+    let ran = run(at, &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stderr.contains("plate.msh has "), "{}", ran.stderr);
+    let text = fs::read_to_string(at.join("sub/own/own.toml")).unwrap();
+    assert!(
+        text.contains("file = \"plate.msh\"\n# ") && text.contains("name = \"own\""),
+        "{text}"
+    );
+    assert!(at.join("sub/own/plate.msh").is_file());
+    for (name, part) in [
+        ("a b", "cannot name a face-off"),
+        ("../.x", "cannot name a face-off"),
+    ] {
+        let ran = run(at, &["new", name]);
+        assert!(
+            ran.code == Some(2) && ran.stderr.contains(part),
+            "{}",
+            ran.stderr
+        );
+    }
+    let ran = run(at, &["new", "other", "--mesh", "none.msh"]);
+    assert!(
+        ran.code == Some(2) && !at.join("other").exists(),
+        "{}",
+        ran.stderr
+    );
+    let left = fs::read_dir(at)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    assert!(left.into_iter().all(|name| !name.starts_with(".faceoff")));
+}
