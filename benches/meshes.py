@@ -43,6 +43,8 @@ def with_gmsh(path, out):
 
 
 def with_meshio(path, out):
+    if path.suffix == ".vtp":
+        return None
     import meshio
 
     held = {}
@@ -54,6 +56,8 @@ def with_meshio(path, out):
         mesh = held["mesh"]
         if path.suffix == ".vtu":
             meshio.vtu.write(out, mesh, binary=True, compression="zlib" if "zlib" in path.name else None)
+        elif path.suffix == ".vtk":
+            meshio.vtk.write(out, mesh, fmt_version="4.2", binary="binary" in path.name)
         else:
             version = "2.2" if "-22-" in path.name else "4.1"
             meshio.gmsh.write(out, mesh, fmt_version=version, binary="binary" in path.name)
@@ -62,26 +66,30 @@ def with_meshio(path, out):
 
 
 def with_vtk(path, out):
-    if path.suffix != ".vtu":
+    name = {".vtu": "XMLUnstructuredGrid", ".vtp": "XMLPolyData", ".vtk": "UnstructuredGrid"}.get(path.suffix)
+    if name is None:
         return None
-    import vtkmodules.vtkIOXML as xml
+    import vtk
 
     held = {}
 
     def read():
-        reader = xml.vtkXMLUnstructuredGridReader()
+        reader = getattr(vtk, f"vtk{name}Reader")()
         reader.SetFileName(str(path))
         reader.Update()
         held["grid"] = reader.GetOutput()
 
     def write():
-        writer = xml.vtkXMLUnstructuredGridWriter()
-        writer.SetDataModeToAppended()
-        writer.EncodeAppendedDataOff()
-        if "zlib" in path.name:
-            writer.SetCompressorTypeToZLib()
+        writer = getattr(vtk, f"vtk{name}Writer")()
+        if path.suffix == ".vtk":
+            writer.SetFileType(2 if "binary" in path.name else 1)
         else:
-            writer.SetCompressorTypeToNone()
+            writer.SetDataModeToAppended()
+            writer.EncodeAppendedDataOff()
+            if "zlib" in path.name:
+                writer.SetCompressorTypeToZLib()
+            else:
+                writer.SetCompressorTypeToNone()
         writer.SetFileName(str(out))
         writer.SetInputData(held["grid"])
         writer.Write()

@@ -706,8 +706,8 @@ pub(super) struct Form {
     /// Version of MSH: 2.2 or 4.1
     #[arg(long, default_value = "4.1")]
     pub msh_version: String,
-    /// MSH, Medit: ascii or binary; VTU: ascii, base64 or raw, the latter two with -zlib, -lz4 or -lzma
-    /// [default: ascii for MSH and .mesh, raw-zlib for VTU]
+    /// MSH, Medit and VTK: ascii or binary; VTU and VTP: ascii, base64 or raw, the latter two with -zlib, -lz4 or -lzma
+    /// [default: ascii for MSH, .mesh and VTK, raw-zlib for VTU and VTP]
     #[arg(long)]
     pub encoding: Option<String>,
     /// What the format cannot hold becomes a warning instead of an error

@@ -115,7 +115,7 @@ fn options(form: &Form, out: &Path, python: Option<PathBuf>) -> Result<Options> 
     let for_vtu = encoding.filter(|name| !["ascii", "binary"].contains(name));
     let target = format.or_else(|| Format::of_suffix(out));
     if let (Some(name), Some(target)) = (for_vtu, target)
-        && target != Format::VTU
+        && ![Format::VTU, Format::VTP].contains(&target)
     {
         vtu_encoding(encoding)?;
         return Err(Error::usage(
@@ -151,7 +151,7 @@ fn vtu_encoding(name: Option<&str>) -> Result<Encoding> {
         ("raw", Some(compressor)) => Ok(Encoding::Raw(compressor)),
         _ => Err(Error::usage(
             format!("there is no encoding `{name}`"),
-            "use ascii, binary (MSH), base64 or raw (VTU), the latter two also with -zlib, -lz4 or -lzma",
+            "use ascii, binary (MSH, VTK), base64 or raw (VTU, VTP), the latter two also with -zlib, -lz4 or -lzma",
         )),
     }
 }

@@ -7,7 +7,10 @@ use std::process::Command;
 
 use faceoff_mesh::io;
 use faceoff_mesh::io::vtu::{Compressor, Encoding};
-use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Group, Mesh, Polyhedra, Support, Values};
+use faceoff_mesh::mesh::{
+    CellBlock, CellKind, CellPartitions, Entity, Field, Geometry, Group, Mesh, Partitions,
+    Polyhedra, Support, Values,
+};
 use serde_json::Value;
 
 fn python(words: &[&str]) -> Value {
@@ -34,7 +37,7 @@ fn what_vtk_writes_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let told = python(&["write", folder.path().to_str().expect("a path")]);
     let told = told.as_object().expect("files");
-    assert_eq!(told.len(), 7 * 24 + 5 * 4);
+    assert_eq!(told.len(), 7 * 24 + 5 * 4, "files");
     for (path, theirs) in told {
         let content = io::open(Path::new(path), None).unwrap_or_else(|error| panic!("{error}"));
         let mesh = &content.mesh;
@@ -141,6 +144,19 @@ fn odd() -> Mesh {
         cells: cells.to_vec(),
     };
     let numbers = |count: u32| Values::F64((0..count).map(|k| f64::from(k) / 3.0).collect());
+    let geometry = Geometry {
+        entities: vec![Entity::without_points(2, 5)],
+        partitions: Partitions {
+            count: 2,
+            cells: vec![CellPartitions {
+                cell: 1,
+                owners: vec![1],
+                ghosts: vec![2],
+            }],
+            ..Partitions::default()
+        },
+        ..Geometry::default()
+    };
     let point = |k: u32| [k, k * k % 7, k % 3].map(f64::from);
     Mesh {
         points: (0..20).map(point).collect(),
@@ -163,6 +179,7 @@ fn odd() -> Mesh {
             Field::new("on points", Support::Points, 1, numbers(20)),
             Field::new("on cells", Support::Cells, 2, numbers(12)),
         ],
+        geometry,
         ..Mesh::default()
     }
 }
@@ -228,6 +245,7 @@ fn a_surface_is_written_as_polygonal_data() {
         .collect();
     assert_eq!(is, order.map(|cell| was[cell].clone()));
     assert_eq!(read.groups[0].cells, [3, 5]);
+    assert_eq!(read.geometry.partitions.cells[0].cell, 4);
     let values = mesh.fields[1].values.to_f64();
     let values: Vec<f64> = order
         .iter()
@@ -241,4 +259,138 @@ fn a_surface_is_written_as_polygonal_data() {
             .is_empty()
     );
     assert_eq!(io::read(&path).expect("read"), read);
+}
+
+/// A piece of four points and two triangles, of which the second is marked.
+fn piece(x: f64, mark: u8, u: [f64; 4]) -> String {
+    let array = |kind: &str, name: &str, text: String| {
+        format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ASCII\">{text}</DataArray>")
+    };
+    let u = u.map(|u| format!("{u} ")).concat();
+    format!(
+        "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" NumberOfCells=\"2\">\
+         <PointData>{}</PointData><CellData>{}{}</CellData><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\">\
+         {x} 0 0 {x} 1 0 {} 0 0 {} 1 0</DataArray></Points><Cells>{}{}{}</Cells></Piece></UnstructuredGrid></VTKFile>",
+        array("Float64", "u", u),
+        array("UInt8", "vtkGhostType", format!("0 {mark}")),
+        array("Int32", "cell", "7 8".into()),
+        x + 1.0,
+        x + 2.0,
+        array("Int32", "connectivity", "1 2 0 3 2 1".into()),
+        array("Int32", "offsets", "3 6".into()),
+        array("UInt8", "types", "5 5".into()),
+    )
+}
+
+#[test]
+fn ghosts_are_left_out_where_pieces_become_one_mesh() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("0.vtu"), piece(0.0, 1, [1.0, 2.0, 3.0, 4.0])).expect("written");
+    std::fs::write(at("1.vtu"), piece(5.0, 32, [5.0, 6.0, 7.0, 8.0])).expect("written");
+    let list = "<VTKFile type=\"PUnstructuredGrid\"><PUnstructuredGrid><Piece Source=\"0.vtu\"/><Piece Source=\"1.vtu\"/>\
+                </PUnstructuredGrid></VTKFile>";
+    std::fs::write(at("all.pvtu"), list).expect("written");
+    let content = io::open(&at("all.pvtu"), None).expect("read");
+    assert_eq!(
+        content.warnings,
+        ["1 ghost cells, which other pieces have as well, are left out"]
+    );
+    assert_eq!(content.ghosts, 1);
+    let mesh = content.mesh;
+    let x: Vec<f64> = mesh.points.iter().map(|point| point[0]).collect();
+    assert_eq!(x, [0.0, 0.0, 1.0, 5.0, 5.0, 6.0, 7.0]);
+    assert_eq!(mesh.blocks[0].nodes, [1, 2, 0, 4, 5, 3, 6, 5, 4]);
+    let values = |name: &str| {
+        let field = mesh.fields.iter().find(|field| field.name == name);
+        field.expect("there").values.to_f64()
+    };
+    assert_eq!(values("u"), [1.0, 2.0, 3.0, 5.0, 6.0, 7.0, 8.0]);
+    assert_eq!(values("cell"), [7.0, 7.0, 8.0]);
+    // A piece by itself is what it is.
+    let alone = io::open(&at("0.vtu"), None).expect("read");
+    assert_eq!((alone.ghosts, alone.mesh.cell_count()), (0, 2));
+}
+
+/// What has the number of nodes of a complete element need not be one: degrees may differ among directions.
+#[test]
+fn cells_of_uneven_degrees_are_no_elements_of_gmsh() {
+    let file = |degrees: &str| {
+        let points: String = (0..16).map(|k| format!("{} {} 0 ", k % 8, k / 8)).collect();
+        let nodes: String = (0..16).map(|k| format!("{k} ")).collect();
+        let array = |name: &str, text: &str| {
+            format!(
+                "<DataArray type=\"Int32\" Name=\"{name}\" NumberOfComponents=\"3\">{text}</DataArray>"
+            )
+        };
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"16\" NumberOfCells=\"1\">\
+             <CellData>{}</CellData><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\">{points}</DataArray></Points>\
+             <Cells>{}{}{}</Cells></Piece></UnstructuredGrid></VTKFile>",
+            array("HigherOrderDegrees", degrees),
+            array("connectivity", &nodes),
+            array("offsets", "16"),
+            array("types", "70"),
+        )
+    };
+    let kind = |degrees: &str| {
+        let read = io::parse(Path::new("a.vtu"), file(degrees).as_bytes(), None);
+        read.expect("sound").mesh.blocks[0].kind.to_string()
+    };
+    assert_eq!(kind("3 3 0"), "quadrangle16");
+    assert_eq!(kind("7 1 0"), "lagrange-quadrangle16");
+}
+
+/// `vtkio` reads what is written, as text and in binary.
+#[test]
+fn vtkio_reads_legacy_files() {
+    use vtkio::model::{DataSet, Piece, VertexNumbers};
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.vtk");
+    let mesh = Mesh {
+        points: (0..5)
+            .map(|k| [f64::from(k) / 3.0, f64::from(k * k), -1e-300])
+            .collect(),
+        blocks: vec![
+            CellBlock::new(CellKind::Triangle, vec![0, 1, 2, 2, 1, 3]),
+            CellBlock::new(CellKind::Line, vec![3, 4]),
+        ],
+        fields: vec![Field::new(
+            "u and v",
+            Support::Points,
+            1,
+            Values::F32(vec![0.1, 2.0, -3.0, 4.5, 1e30]),
+        )],
+        ..Mesh::default()
+    };
+    for binary in [false, true] {
+        let options = io::Options {
+            binary,
+            ..io::Options::default()
+        };
+        io::write(&path, &mesh, &options).expect("written");
+        let DataSet::UnstructuredGrid { pieces, .. } =
+            vtkio::Vtk::import(&path).expect("read").data
+        else {
+            panic!("another grid")
+        };
+        let [Piece::Inline(piece)] = &pieces[..] else {
+            panic!("another number of pieces")
+        };
+        let points: Vec<f64> = piece.points.cast_into().expect("numbers");
+        assert_eq!(points, mesh.points.as_flattened());
+        let VertexNumbers::Legacy {
+            num_cells,
+            vertices,
+        } = &piece.cells.cell_verts
+        else {
+            panic!("cells of another version")
+        };
+        assert_eq!(
+            (*num_cells, &vertices[..]),
+            (3, &[3, 0, 1, 2, 3, 2, 1, 3, 2, 3, 4][..])
+        );
+        let types: Vec<u8> = piece.cells.types.iter().map(|kind| *kind as u8).collect();
+        assert_eq!(types, [5, 5, 3]);
+    }
 }

@@ -127,6 +127,7 @@ pub enum Format {
 
 impl Format {
     pub const VTU: Format = Format::Native(&vtu::FORMAT);
+    pub const VTP: Format = Format::Native(&vtu::POLY);
 }
 
 impl fmt::Display for Format {
@@ -148,7 +149,7 @@ pub fn native_names() -> String {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Content {
     pub mesh: Mesh,
-    /// Data about the mesh as a whole, which only VTU holds.
+    /// Data about the mesh as a whole, which only VTK's formats hold.
     pub whole: Vec<GlobalArray>,
     /// The name of the format: the first of [`Native::names`], or meshio's name.
     pub format: String,
@@ -238,9 +239,9 @@ pub struct Options {
     /// The format; `None` lets the suffix of the path decide.
     pub format: Option<Format>,
     pub msh_version: msh::Version,
-    /// MSH as little-endian binary rather than as text.
+    /// MSH as little-endian binary, legacy VTK as binary, rather than as text.
     pub binary: bool,
-    /// How a VTU stores its arrays.
+    /// How a VTU or VTP stores its arrays.
     pub vtu: vtu::Encoding,
     /// Whether what the format cannot hold is a warning rather than an error.
     pub lossy: bool,

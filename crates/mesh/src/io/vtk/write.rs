@@ -46,7 +46,6 @@ pub(super) fn write(
         "ASCII\n"
     });
     file.out.text("DATASET UNSTRUCTURED_GRID\n");
-    file.fields(&layout.whole);
     file.line(&format!("POINTS {} double", mesh.points.len()));
     file.numbers(mesh.points.as_flattened(), 3);
     if is_new {
@@ -76,6 +75,8 @@ pub(super) fn write(
         std::iter::repeat_n(i32::from(vtk_type(block.kind).unwrap_or(0)), block.len())
     });
     file.numbers(&types.collect::<Vec<_>>(), 1);
+    // VTK writes these before the points, where Gmsh and vtkio do not expect them.
+    file.fields(&layout.whole);
     for (data, arrays, count) in [
         ("POINT_DATA", &layout.points, mesh.points.len()),
         ("CELL_DATA", &layout.cells, mesh.cell_count()),
@@ -191,18 +192,19 @@ impl File {
     }
 }
 
+/// VTK's names of types, of which meshio and `vtkio` know those in C.
 fn type_name(values: &Values) -> &'static str {
     match values {
         Values::F64(_) => "double",
         Values::F32(_) => "float",
-        Values::I8(_) => "signed_char",
+        Values::I8(_) => "char",
         Values::U8(_) => "unsigned_char",
         Values::I16(_) => "short",
         Values::U16(_) => "unsigned_short",
         Values::I32(_) => "int",
         Values::U32(_) => "unsigned_int",
-        Values::I64(_) => "vtktypeint64",
-        Values::U64(_) => "vtktypeuint64",
+        Values::I64(_) => "long",
+        Values::U64(_) => "unsigned_long",
     }
 }
 

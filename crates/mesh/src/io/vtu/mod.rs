@@ -5,8 +5,8 @@
 //! zlib, LZ4 or LZMA; headers of 32 or 64 bits; either byte order; any number of pieces. Writing gives
 //! ascii, base64 inline or raw appended, each of the latter two compressed or not.
 //!
-//! `vtkio` provides the cell types. What it reads or writes wrongly is done here; a comment at each such place names
-//! the defect.
+//! What the crate `vtkio` reads or writes wrongly of these formats is why this is done here; a comment at each such place
+//! names the defect.
 
 pub(crate) mod array;
 pub(crate) mod cells;
