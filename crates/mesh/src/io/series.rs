@@ -42,6 +42,9 @@ struct Steps {
     read: fn(&Path, &[u8], Option<f64>) -> Result<Content>,
 }
 
+/// Formats whose fields have times on one mesh.
+const VIEWS: [&str; 3] = ["msh", "med", "cgns"];
+
 static STEPS: [Steps; 3] = [
     Steps {
         format: &exodus::FORMAT,
@@ -96,7 +99,7 @@ impl Series {
                         return Ok(of(times, Held::Meshio(format)));
                     }
                 }
-                Some(Format::Native(native)) if native.names[0] == "msh" => {
+                Some(Format::Native(native)) if VIEWS.contains(&native.names[0]) => {
                     let content = super::parse(path, &bytes, python)?;
                     let times = times_of_views(&content.mesh.fields);
                     let mut series = of(times, Held::Views(Box::new(content)));

@@ -65,10 +65,15 @@ pub fn write(
     let item = |place: &str, kind: Type, shape: &[usize]| data_item(&name, place, kind, shape);
 
     // The mesh, which each time refers to.
-    file.group("Mesh").add("geometry", points(mesh));
+    // dolfinx takes a mesh of two coordinates for planar.
+    let flat = mesh.dim() <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
+    let (space, axes) = if flat { (2, "XY") } else { (3, "XYZ") };
+    let shape = [mesh.points.len(), space];
+    let coordinates = Data::floats(shape.to_vec(), move |k| mesh.points[k / space][k % space]);
+    file.group("Mesh").add("geometry", coordinates);
     let mut base = format!(
-        "<Geometry GeometryType=\"XYZ\">{}</Geometry>",
-        item("/Mesh/geometry", Type::Float(8), &[mesh.points.len(), 3])
+        "<Geometry GeometryType=\"{axes}\">{}</Geometry>",
+        item("/Mesh/geometry", Type::Float(8), &shape)
     );
     if !blocks.is_empty() {
         let count: usize = blocks.iter().map(|block| block.len()).sum();
@@ -216,11 +221,6 @@ fn values<'a>(field: &'a Stepped<'a>, step: usize, rows: usize) -> Data<'a> {
             field.value(step, k / width, k % width)
         }),
     }
-}
-
-fn points(mesh: &Mesh) -> Data<'_> {
-    let flat = mesh.points.as_flattened();
-    Data::floats(vec![mesh.points.len(), 3], |k| flat[k])
 }
 
 /// The name of the topology, the nodes of a cell where all have as many, and the numbers with their shape.
