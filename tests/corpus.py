@@ -25,19 +25,35 @@ import sys
 
 SHAPES = "vertex line triangle quadrangle tetrahedron hexahedron prism pyramid polygon polyhedron".split()
 CORNERS = dict(zip(SHAPES, (1, 2, 3, 4, 4, 8, 6, 5, 0, 0), strict=True))
-# VTK's types by shape; those of any number of points are in the last three rows.
+# VTK's types by number: those that others have as well, and those that only VTK has.
 VTK = {1: "vertex", 3: "line", 5: "triangle", 8: "quadrangle", 9: "quadrangle", 10: "tetrahedron", 11: "hexahedron",
-       12: "hexahedron", 13: "prism", 14: "pyramid", 15: "prism", 16: "prism", 21: "line", 22: "triangle", 23: "quadrangle",
-       24: "tetrahedron", 25: "hexahedron", 26: "prism", 27: "pyramid", 28: "quadrangle", 29: "hexahedron",
-       30: "quadrangle", 31: "prism", 32: "prism", 33: "hexahedron", 34: "triangle", 35: "line", 37: "pyramid", 42: "polyhedron",
-       68: "line", 69: "triangle", 70: "quadrangle", 71: "tetrahedron", 72: "hexahedron", 73: "prism", 74: "pyramid",
-       75: "line", 76: "triangle", 77: "quadrangle", 78: "tetrahedron", 79: "hexahedron", 80: "prism", 81: "pyramid"}
+       12: "hexahedron", 13: "prism", 14: "pyramid", 21: "line", 22: "triangle", 23: "quadrangle", 24: "tetrahedron",
+       25: "hexahedron", 26: "prism", 27: "pyramid", 28: "quadrangle", 29: "hexahedron", 32: "prism", 35: "line", 42: "polyhedron"}
+ONLY_VTK = {15: "pentagonal-prism", 16: "hexagonal-prism", 30: "quadratic-linear-quadrangle", 31: "quadratic-linear-prism",
+            33: "biquadratic-quadratic-hexahedron", 34: "biquadratic-triangle", 36: "quadratic-polygon",
+            37: "triquadratic-pyramid", 41: "convex-point-set"}
+LAGRANGE = ("line", "triangle", "quadrangle", "tetrahedron", "hexahedron", "prism", "pyramid")
+COMPLETE = {"line": {n + 1 for n in range(1, 11)}, "triangle": {(n + 1) * (n + 2) // 2 for n in range(1, 11)},
+            "quadrangle": {(n + 1) ** 2 for n in range(1, 11)}, "tetrahedron": {(n + 1) * (n + 2) * (n + 3) // 6 for n in range(1, 11)},
+            "hexahedron": {(n + 1) ** 3 for n in range(1, 10)}, "prism": {6, 18}, "pyramid": {5, 14}}
 MESHIO = {"quad": "quadrangle", "tetra": "tetrahedron", "wedge": "prism"}
 GMSH = {"point": "vertex", "quadrilateral": "quadrangle"}
 
 
 def kind(shape, points):
-    return shape if points == CORNERS.get(shape) or shape == "polyhedron" else f"{shape}{points}"
+    return shape if points == CORNERS.get(shape) else f"{shape}{points}"
+
+
+def vtk_kind(code, points):
+    if code in VTK:
+        return kind(VTK[code], points)
+    if 68 <= code <= 81:
+        family, shape = divmod(code - 68, 7)
+        shape = LAGRANGE[shape]
+        if (family == 0 and points in COMPLETE[shape]) or points == CORNERS[shape]:
+            return kind(shape, points)
+        return f"{('lagrange', 'bezier')[family]}-{shape}{points}"
+    return f"{ONLY_VTK.get(code, f'vtk type {code}, ')}{points}"
 
 
 def spread(values):
@@ -96,8 +112,9 @@ def with_vtk(path):
         while not walk.IsDoneWithTraversal():
             leaves.append(walk.GetCurrentDataObject())
             walk.GoToNextItem()
-    cells, fields, points = collections.Counter(), {}, 0
+    cells, fields, points, box = collections.Counter(), {}, 0, None
     for grid in leaves:
+        box = None if composite else [list(grid.GetBounds()[start::2]) for start in (0, 1)]
         points += grid.GetNumberOfPoints()
         repeat = []
         for i in range(grid.GetNumberOfCells()):
@@ -108,10 +125,8 @@ def with_vtk(path):
                 cells[shape] += parts
             elif code == 7:
                 cells[{3: "triangle", 4: "quadrangle"}.get(n, f"polygon{n}")] += 1
-            elif code in (15, 16):
-                cells[{15: "pentagonal-prism10", 16: "hexagonal-prism12"}[code]] += 1
             else:
-                cells[kind(VTK.get(code, f"vtk type {code}, "), n)] += 1
+                cells[vtk_kind(code, n)] += 1
             repeat.append(parts)
         for on, data in (("points", grid.GetPointData()), ("cells", grid.GetCellData())):
             for k in range(data.GetNumberOfArrays()):
@@ -124,7 +139,7 @@ def with_vtk(path):
                     values = np.repeat(values, repeat, axis=0)
                 if not composite:
                     fields[f"{on} {array.GetName()}"] = [array.GetNumberOfComponents(), *spread(values)]
-    return {"points": None if composite else points, "cells": dict(cells), "fields": fields, "groups": []}
+    return {"points": None if composite else points, "box": box, "cells": dict(cells), "fields": fields, "groups": []}
 
 
 def with_meshio(path):
@@ -225,6 +240,11 @@ def differences(ours, theirs):
     told = " ".join(ours["unread"] + ours["warnings"])
     if theirs["points"] not in (None, ours["points"]):
         yield f"points {ours['points']}, not {theirs['points']}"
+    box = theirs.get("box")
+    if box and theirs["points"]:
+        scale = max(abs(x) for corner in box for x in corner) or 1
+        if not all(close(a, b, scale) for mine, corner in zip(ours["box"], box, strict=True) for a, b in zip(mine, corner, strict=True)):
+            yield f"box {ours['box']}, not {box}"
     counts = {name: count for name, count in theirs["cells"].items() if count}
     if counts != ours["cells"]:
         yield f"cells {ours['cells']}, not {counts}"

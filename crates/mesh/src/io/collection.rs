@@ -15,6 +15,9 @@ use crate::file;
 /// The deepest nesting: a `.pvd` lists a `.pvtu`, which lists pieces.
 const DEPTH: usize = 3;
 
+/// The suffixes of files that list pieces.
+const PIECES: [&str; 5] = ["pvtu", "pvtp", "pvti", "pvtr", "pvts"];
+
 pub(super) fn is_pvd(path: &Path) -> bool {
     has_suffix(path, "pvd")
 }
@@ -92,7 +95,7 @@ pub fn sources(path: &Path) -> Result<Vec<PathBuf>> {
     for _ in 0..DEPTH {
         let mut next = Vec::new();
         for file in found {
-            if is_pvd(&file) || has_suffix(&file, "pvtu") {
+            if is_pvd(&file) || PIECES.iter().any(|suffix| has_suffix(&file, suffix)) {
                 let bytes = bytes::read(&file).map_err(Error::io(&file, "read"))?;
                 next.extend(listed(&file, &bytes)?);
             } else {

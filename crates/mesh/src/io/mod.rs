@@ -139,6 +139,8 @@ pub struct Content {
     pub warnings: Vec<String>,
     /// What the file holds but `mesh` does not.
     pub unread: Vec<String>,
+    /// Cells that several pieces have, and that were left out of all but one.
+    pub ghosts: usize,
 }
 
 /// Reads a mesh; [`open`] returns all that the file holds.

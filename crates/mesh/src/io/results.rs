@@ -8,6 +8,7 @@ use std::path::Path;
 use super::{Content, collection, sol, table};
 use crate::error::Result;
 use crate::field::{GlobalArray, GlobalValues, PADDING, ResultField, Results, to_i64};
+use crate::memory;
 use crate::mesh::{Field, Mesh, Support, Values};
 
 /// Fields that faceoff writes on all faces although only some have them; the others have NaN.
@@ -41,12 +42,24 @@ pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<
         _ if collection::is_pvd(path) => super::open(&collection::only_file(path, bytes)?, python)?,
         _ => super::parse(path, bytes, python)?,
     };
-    Ok(of_content(path, content))
+    of_content(path, content)
 }
 
 /// The fields of a file that has been read.
-pub(super) fn of_content(path: &Path, content: Content) -> Results {
-    of_mesh(path.display().to_string(), content.mesh, &content.whole)
+///
+/// # Errors
+/// Its table of cells, as wide as the largest of them, is too large for the memory.
+pub(super) fn of_content(path: &Path, content: Content) -> Result<Results> {
+    let mesh = &content.mesh;
+    let width = mesh.blocks.iter().map(|block| block.kind.points()).max();
+    let entries = width.unwrap_or(0) as f64 * mesh.cell_count() as f64;
+    memory::require(
+        4.0 * entries,
+        "the table of cells, as wide as the largest of them,",
+    )?;
+    let mut results = of_mesh(path.display().to_string(), content.mesh, &content.whole);
+    results.ghosts += content.ghosts;
+    Ok(results)
 }
 
 fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {

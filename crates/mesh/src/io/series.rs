@@ -87,7 +87,7 @@ impl Series {
             if times.len() > 1 {
                 return Ok(of(times, Held::Files(files)));
             }
-        } else if !["csv", "sol", "pvtu", "vtu"]
+        } else if !["csv", "sol", "pvtu", "vtu", "vtp", "vtk"]
             .iter()
             .any(|s| collection::has_suffix(path, s))
         {
@@ -153,7 +153,7 @@ impl Series {
             },
             Held::Meshio(format) => {
                 let content = meshio::read(&self.path, format, python, self.times[k])?;
-                Ok(of_content(&self.path, content))
+                of_content(&self.path, content)
             }
             Held::Steps(steps) => {
                 let bytes = bytes::read(&self.path).map_err(Error::io(&self.path, "read"))?;
@@ -161,13 +161,13 @@ impl Series {
                 Ok(of_content(&self.path, super::checked(&self.path, content)?))
             }
             Held::Views(content) if self.times.len() == 1 => {
-                Ok(of_content(&self.path, std::mem::take(&mut **content)))
+                of_content(&self.path, std::mem::take(&mut **content))
             }
             Held::Views(content) => {
                 let mut content = Content::clone(content);
                 let fields = &mut content.mesh.fields;
                 fields.retain(|field| field.time.is_none() || field.time == self.times[k]);
-                Ok(of_content(&self.path, content))
+                of_content(&self.path, content)
             }
         }
     }

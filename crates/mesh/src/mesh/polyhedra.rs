@@ -15,16 +15,22 @@ impl Polyhedra {
     pub fn push(&mut self, faces: impl IntoIterator<Item = u32>) -> bool {
         let start = self.stream.len();
         self.stream.extend(faces);
-        let mut rest = self.stream.split_at(start).1;
-        while let Some((&count, corners)) = rest.split_first() {
-            let Some((_, others)) = corners.split_at_checked(count as usize) else {
-                self.stream.truncate(start);
-                return false;
-            };
-            rest = others;
+        if Self::count_faces(self.stream.split_at(start).1).is_none() {
+            self.stream.truncate(start);
+            return false;
         }
         self.ends.push(self.stream.len());
         true
+    }
+
+    /// The number of faces that these numbers are; `None` if they are not faces.
+    pub(crate) fn count_faces(mut rest: &[u32]) -> Option<usize> {
+        let mut faces = 0;
+        while let Some((&count, corners)) = rest.split_first() {
+            (_, rest) = corners.split_at_checked(count as usize)?;
+            faces += 1;
+        }
+        Some(faces)
     }
 
     /// Appends the cells of another mesh, whose points count from `base` here.

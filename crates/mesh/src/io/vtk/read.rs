@@ -12,11 +12,12 @@ use crate::io::vtu::cells::POLYHEDRON;
 use crate::io::vtu::grids::{Extent, Frame};
 use crate::io::vtu::lattice::Order;
 use crate::io::vtu::merge::{Piece, PieceArray};
+use crate::io::vtu::read::restore_texts;
 use crate::io::vtu::scalar::Scalar;
 use crate::io::vtu::topology::{Cells, Source};
 use crate::io::vtu::unpack::Budget;
 use crate::io::vtu::{Decoded, xml::Grid};
-use crate::mesh::Values;
+use crate::mesh::{Polyhedra, Values};
 
 /// The sections of polygonal data in the order in which their cells count, with VTK's types of their cells.
 const POLYGONS: [(&str, u8); 4] = [
@@ -80,6 +81,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     };
     reader.assemble(grid, version.split('.').next() < Some("5"))?;
     let mut out = reader.out;
+    restore_texts(&mut out.whole, &mut reader.budget);
     out.pieces.push(reader.piece);
     out.encoding = if binary { "binary-big" } else { "ascii" }.into();
     out.content(path, "vtk", Some(version))
@@ -717,7 +719,8 @@ fn solids(codes: &RawNumbers, ends: &RawNumbers, nodes: &RawNumbers) -> Option<S
         if code != i64::from(POLYHEDRON) {
             solids.nodes.extend_from_slice(list);
         } else {
-            let (_, faces) = list.split_first()?;
+            let (&count, faces) = list.split_first()?;
+            Polyhedra::count_faces(faces).filter(|&faces| faces == count as usize)?;
             let first = solids.nodes.len();
             let mut rest = faces;
             let mut seen = std::collections::HashSet::new();

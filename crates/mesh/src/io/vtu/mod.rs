@@ -17,7 +17,7 @@ pub(crate) mod layout;
 pub(crate) mod merge;
 mod pack;
 mod poly;
-mod read;
+pub(crate) mod read;
 mod restore;
 pub(crate) mod scalar;
 mod stream;
@@ -170,6 +170,7 @@ impl Decoded {
             encoding: self.encoding,
             warnings: self.warnings,
             unread: self.unread,
+            ghosts: self.ghosts,
         })
     }
 }
@@ -203,6 +204,7 @@ pub(crate) struct Decoded {
     pub encoding: String,
     pub warnings: Vec<String>,
     pub unread: Vec<String>,
+    pub ghosts: usize,
 }
 
 fn read_serial(path: &Path, bytes: usize, document: &Document) -> Result<Decoded> {
@@ -224,13 +226,13 @@ fn read_serial(path: &Path, bytes: usize, document: &Document) -> Result<Decoded
         encoding: document.encoding(),
         warnings: decoder.warnings,
         unread: decoder.unread,
+        ghosts: 0,
     })
 }
 
 fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
     let mut all = Decoded::default();
     let mut seen = HashSet::new();
-    let mut ghosts = 0;
     for tag in &document.pieces {
         let refuse = |what: String| {
             let place = Place::SectionByte("<Piece>".into(), tag.byte);
@@ -260,11 +262,8 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
             )));
         }
         let mut piece = read_serial(&piece_path, bytes.len(), &piece)?;
-        ghosts += piece
-            .pieces
-            .iter_mut()
-            .map(Piece::leave_ghosts_out)
-            .sum::<usize>();
+        let ghosts = piece.pieces.iter_mut().map(Piece::leave_ghosts_out);
+        all.ghosts += ghosts.sum::<usize>();
         all.pieces.extend(piece.pieces);
         all.encoding = piece.encoding;
         all.warnings.extend(piece.warnings);
@@ -286,7 +285,8 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
             }
         }
     }
-    if ghosts > 0 {
+    if all.ghosts > 0 {
+        let ghosts = all.ghosts;
         all.warnings.push(format!(
             "{ghosts} ghost cells, which other pieces have as well, are left out"
         ));

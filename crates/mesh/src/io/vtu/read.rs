@@ -12,7 +12,7 @@ use super::xml::{ArrayTag, Document, Grid, POLYGONS, PieceTag};
 use crate::error::{Error, Place, Result};
 use crate::field::{GlobalArray, GlobalValues, to_i64};
 use crate::io::rows;
-use crate::mesh::{Values, all_finite};
+use crate::mesh::{Polyhedra, Values, all_finite};
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -54,33 +54,8 @@ impl<'a> Decoder<'a> {
         let arrays = document.whole.iter();
         let whole = arrays.map(|tag| self.whole_array(tag));
         let mut whole = whole.collect::<Result<Vec<_>>>()?;
-        self.restore_texts(&mut whole);
+        restore_texts(&mut whole, &mut self.budget);
         Ok(whole)
-    }
-
-    /// Converts bytes to texts where the table of texts says so and they are texts.
-    fn restore_texts(&mut self, whole: &mut Vec<GlobalArray>) {
-        let mut texts = |array: &GlobalArray| match &array.values {
-            GlobalValues::Numbers(Values::U8(bytes))
-                if bytes.last().is_none_or(|&end| end == 0) =>
-            {
-                split_texts(bytes, &mut self.budget).ok()
-            }
-            _ => None,
-        };
-        let Some(table) = whole.iter().position(|array| array.name == TEXTS) else {
-            return;
-        };
-        let Some(names) = texts(&whole[table]) else {
-            return;
-        };
-        let names: HashSet<String> = names.into_iter().collect();
-        whole.remove(table);
-        for array in whole.iter_mut().filter(|array| names.contains(&array.name)) {
-            if let Some(texts) = texts(array) {
-                array.values = GlobalValues::Text(texts);
-            }
-        }
     }
 
     fn whole_array(&mut self, tag: &ArrayTag) -> Result<GlobalArray> {
@@ -360,6 +335,29 @@ impl<'a> Decoder<'a> {
     }
 }
 
+/// Converts bytes to texts where the table of texts says so and they are texts.
+pub(crate) fn restore_texts(whole: &mut Vec<GlobalArray>, budget: &mut Budget) {
+    let mut texts = |array: &GlobalArray| match &array.values {
+        GlobalValues::Numbers(Values::U8(bytes)) if bytes.last().is_none_or(|&end| end == 0) => {
+            split_texts(bytes, budget).ok()
+        }
+        _ => None,
+    };
+    let Some(table) = whole.iter().position(|array| array.name == TEXTS) else {
+        return;
+    };
+    let Some(names) = texts(&whole[table]) else {
+        return;
+    };
+    let names: HashSet<String> = names.into_iter().collect();
+    whole.remove(table);
+    for array in whole.iter_mut().filter(|array| names.contains(&array.name)) {
+        if let Some(texts) = texts(array) {
+            array.values = GlobalValues::Text(texts);
+        }
+    }
+}
+
 /// The last of the ends of cells; what is not a number of nodes is refused where the cells are read.
 fn last(ends: &RawNumbers) -> u64 {
     with_type!(ends.type_name, T => T::each(&ends.bytes, ends.big_endian).last().map(|end| end.index().unwrap_or(0)), None)
@@ -377,11 +375,10 @@ fn old_faces(lists: [Option<&[u64]>; 2], cell: usize) -> Option<Vec<u32>> {
         .rev()
         .find(|&&end| end != u64::MAX);
     let start = before.map_or(Some(0), |&start| usize::try_from(start).ok())?;
-    let (_, faces) = stream.get(start..end)?.split_first()?;
-    faces
-        .iter()
-        .map(|&number| u32::try_from(number).ok())
-        .collect()
+    let (&count, faces) = stream.get(start..end)?.split_first()?;
+    let faces = faces.iter().map(|&number| u32::try_from(number).ok());
+    let faces = faces.collect::<Option<Vec<u32>>>()?;
+    (Polyhedra::count_faces(&faces) == usize::try_from(count).ok()).then_some(faces)
 }
 
 /// The faces of a cell where each face stands by itself.
