@@ -158,7 +158,7 @@ impl Series {
             Held::Steps(steps) => {
                 let bytes = bytes::read(&self.path).map_err(Error::io(&self.path, "read"))?;
                 let content = (steps.read)(&self.path, &bytes, self.times[k])?;
-                Ok(of_content(&self.path, super::checked(&self.path, content)?))
+                of_content(&self.path, super::checked(&self.path, content)?)
             }
             Held::Views(content) if self.times.len() == 1 => {
                 of_content(&self.path, std::mem::take(&mut **content))

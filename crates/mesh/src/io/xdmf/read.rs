@@ -88,6 +88,7 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         encoding: "xml".into(),
         warnings,
         unread: reader.unread,
+        ..Content::default()
     })
 }
 
