@@ -22,7 +22,7 @@ def best(work):
 
 
 def with_gmsh(path, out):
-    if path.suffix != ".msh":
+    if path.suffix not in (".msh", ".med", ".cgns"):
         return None
     import gmsh
 
@@ -43,7 +43,7 @@ def with_gmsh(path, out):
 
 
 def with_meshio(path, out):
-    if path.suffix == ".vtp":
+    if path.suffix in (".vtp", ".vtkhdf", ".cgns"):
         return None
     import meshio
 
@@ -58,6 +58,10 @@ def with_meshio(path, out):
             meshio.vtu.write(out, mesh, binary=True, compression="zlib" if "zlib" in path.name else None)
         elif path.suffix == ".vtk":
             meshio.vtk.write(out, mesh, fmt_version="4.2", binary="binary" in path.name)
+        elif path.suffix == ".xdmf":
+            meshio.xdmf.write(out, mesh, compression=None)
+        elif path.suffix != ".msh":
+            mesh.write(out)
         else:
             version = "2.2" if "-22-" in path.name else "4.1"
             meshio.gmsh.write(out, mesh, fmt_version=version, binary="binary" in path.name)
@@ -66,6 +70,8 @@ def with_meshio(path, out):
 
 
 def with_vtk(path, out):
+    if path.suffix in (".e", ".xdmf", ".vtkhdf", ".cgns"):
+        return with_vtk_readers(path, out)
     name = {".vtu": "XMLUnstructuredGrid", ".vtp": "XMLPolyData", ".vtk": "UnstructuredGrid"}.get(path.suffix)
     if name is None:
         return None
@@ -95,6 +101,30 @@ def with_vtk(path, out):
         writer.Write()
 
     return read, write
+
+
+def with_vtk_readers(path, out):
+    import vtk
+
+    kind = {".e": "ExodusII", ".xdmf": "Xdmf", ".vtkhdf": "HDF", ".cgns": "CGNS"}[path.suffix]
+    held = {}
+
+    def read():
+        reader = getattr(vtk, f"vtk{kind}Reader")()
+        reader.SetFileName(str(path))
+        reader.UpdateInformation()
+        for k in range(reader.GetNumberOfSideSetArrays() if kind == "ExodusII" else 0):
+            reader.SetObjectStatus(reader.SIDE_SET, k, 1)
+        reader.Update()
+        held["grid"] = reader.GetOutputDataObject(0)
+
+    def write():
+        writer = vtk.vtkHDFWriter()
+        writer.SetFileName(str(out))
+        writer.SetInputData(held["grid"])
+        writer.Write()
+
+    return (read, write) if kind == "HDF" else (read,)
 
 
 if __name__ == "__main__":

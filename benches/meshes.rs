@@ -89,6 +89,10 @@ fn forms() -> Vec<(&'static str, Options)> {
         vtu: Encoding::Raw(compressor),
         ..Options::default()
     };
+    let lossy = Options {
+        lossy: true,
+        ..Options::default()
+    };
     vec![
         ("22-ascii.msh", msh(msh::Version::V22, false)),
         ("22-binary.msh", msh(msh::Version::V22, true)),
@@ -99,6 +103,11 @@ fn forms() -> Vec<(&'static str, Options)> {
         ("raw.vtp", vtu(Compressor::None)),
         ("ascii.vtk", msh(msh::Version::V22, false)),
         ("binary.vtk", msh(msh::Version::V22, true)),
+        ("mesh.e", lossy.clone()),
+        ("mesh.xdmf", lossy.clone()),
+        ("mesh.vtkhdf", lossy.clone()),
+        ("mesh.med", lossy.clone()),
+        ("mesh.cgns", lossy),
     ]
 }
 

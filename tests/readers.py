@@ -119,7 +119,7 @@ def with_dolfinx(path):
     from mpi4py import MPI
 
     with dolfinx.io.XDMFFile(MPI.COMM_WORLD, path, "r") as file:
-        mesh = file.read_mesh(name="Grid")
+        mesh = file.read_mesh(name="mesh")
     points = mesh.geometry.x.tolist()
     rows = mesh.geometry.dofmap.array.reshape(-1, mesh.topology.dim + 1).tolist()
     kind = KINDS[mesh.topology.dim, mesh.topology.dim + 1]

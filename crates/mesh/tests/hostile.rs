@@ -62,6 +62,7 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
         let options = io::Options {
             binary,
             vtu,
+            lossy: true,
             ..io::Options::default()
         };
         io::write(&path, &mesh(surface), &options).expect("written");
@@ -77,6 +78,10 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
         ),
         ("a.vtk", written("a.vtk", false, false, raw)),
         ("b.vtk", written("b.vtk", false, true, raw)),
+        ("a.e", written("a.e", true, true, raw)),
+        ("a.vtkhdf", written("a.vtkhdf", true, true, raw)),
+        ("a.med", written("a.med", true, true, raw)),
+        ("a.cgns", written("a.cgns", true, true, raw)),
         ("poly.vtk", POLY.into()),
         ("image.vtk", IMAGE.into()),
         ("split.vtk", SPLIT.into()),

@@ -2,7 +2,6 @@
 
 import json
 import sys
-from xml.etree import ElementTree
 
 import meshio
 import numpy as np
@@ -48,95 +47,8 @@ def values(plain, name, array):
     }
 
 
-def collections(reader):
-    """The grids over time of an XDMF file: a list of grids and one of their times for each function, as dolfinx writes it."""
-    for grid in reader.domain:
-        if grid.get("GridType") == "Collection":
-            steps = [step for step in grid if step.tag == "Grid"]
-            yield steps, [float(step.find("Time").get("Value")) for step in steps]
-
-
-def read_series(source, time):
-    """The mesh and the functions of an XDMF file at a time that it has; without one, the only time."""
-    with meshio.xdmf.TimeSeriesReader(source) as reader:
-        points, cells = reader.read_points_cells()
-        point_data, cell_data = {}, {}
-        for steps, times in collections(reader):
-            if time is None and len(steps) != 1:
-                fail(f"it has {len(steps)} times, of which one must be chosen")
-            if time is not None and time not in times:
-                continue
-            reader.collection = steps
-            _, on_points, on_cells = reader.read_data(
-                0 if time is None else times.index(time)
-            )
-            for found, known in ((on_points, point_data), (on_cells, cell_data)):
-                for name, values in found.items():
-                    if name in known:
-                        fail(f"the field {name!r} appears twice")
-                    known[name] = values
-    return meshio.Mesh(points, cells, point_data=point_data, cell_data=cell_data)
-
-
-def read_step(source, time):
-    """An Exodus file at a time that it has, or at the first: meshio reads the first one of a copy that has no other."""
-    import os
-    import tempfile
-
-    import netCDF4
-
-    with tempfile.TemporaryDirectory() as folder:
-        copy = os.path.join(folder, "step.e")
-        with netCDF4.Dataset(source) as whole, netCDF4.Dataset(copy, "w") as part:
-            times = [float(time) for time in whole.variables["time_whole"][:]]
-            step = 0 if time is None else times.index(time)
-            part.setncatts(whole.__dict__)
-            for name, dim in whole.dimensions.items():
-                part.createDimension(name, None if name == "time_step" else len(dim))
-            for name, old in whole.variables.items():
-                new = part.createVariable(name, old.dtype, old.dimensions)
-                new.setncatts(old.__dict__)
-                old.set_auto_mask(False)
-                if old.dimensions[:1] == ("time_step",):
-                    new[0:1] = old[step : step + 1]
-                else:
-                    new[:] = old[:]
-        return meshio.read(copy, file_format="exodus")
-
-
-def times_of(source, kind):
-    """All times of a file, ascending; none where it is of no time."""
-    if is_series(source, kind):
-        with meshio.xdmf.TimeSeriesReader(source) as reader:
-            return sorted({time for _, times in collections(reader) for time in times})
-    if kind == "exodus":
-        import netCDF4
-
-        with netCDF4.Dataset(source) as whole:
-            times = whole.variables.get("time_whole")
-            return [] if times is None else sorted(float(time) for time in times[:])
-    return []
-
-
-def is_series(source, kind):
-    if kind != "xdmf":
-        return False
-    grids = ElementTree.parse(source).getroot().iterfind("./Domain/Grid")
-    return any(grid.get("GridType") == "Collection" for grid in grids)
-
-
-def read(source, target, kind, time=None):
-    time = None if time is None else float(time)
-    unread = []
-    if is_series(source, kind):
-        mesh = read_series(source, time)
-    elif kind == "exodus" and times_of(source, kind):
-        mesh = read_step(source, time)
-        others = len(times_of(source, kind)) - 1
-        if time is None and others:
-            unread = [f"{others} of {others + 1} times: those after the first"]
-    else:
-        mesh = meshio.read(source, file_format=kind)
+def read(source, target, kind):
+    mesh = meshio.read(source, file_format=kind)
     plain = Plain()
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.points.shape[1]] = mesh.points
@@ -146,7 +58,7 @@ def read(source, target, kind, time=None):
         "point_data": [],
         "cell_data": [],
         "sets": [],
-        "unread": unread,
+        "unread": [],
     }
     for block in mesh.cells:
         if block.type not in _meshio_to_gmsh_type:
@@ -191,11 +103,6 @@ def read(source, target, kind, time=None):
     with open(target, "wb") as file:
         file.write(json.dumps(head).encode() + b"\n")
         file.writelines(plain.chunks)
-
-
-def times(source, target, kind):
-    with open(target, "w") as file:
-        json.dump(times_of(source, kind), file)
 
 
 def write(source, target, kind):
@@ -249,6 +156,6 @@ def write(source, target, kind):
 
 
 try:
-    {"read": read, "times": times, "write": write}[sys.argv[1]](*sys.argv[2:])
+    {"read": read, "write": write}[sys.argv[1]](*sys.argv[2:])
 except Exception as error:
     fail(f"{type(error).__name__}: {error}")

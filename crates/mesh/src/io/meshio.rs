@@ -19,40 +19,14 @@ const SCRIPT: &str = include_str!("meshio.py");
 /// After this time the process is assumed to hang.
 const LIMIT: Duration = Duration::from_secs(600);
 
-/// The times of a file, ascending; none for formats without time.
-///
-/// # Errors
-/// There is no such environment, or meshio fails; an interruption.
-pub fn times(path: &Path, format: &str, python: Option<&Path>) -> Result<Vec<f64>> {
-    if !["xdmf", "exodus"].contains(&format) {
-        return Ok(Vec::new());
-    }
-    let folder = Temporary::new()?;
-    let list = folder.path().join("times");
-    run(python, &["times"], path, &list, format, path)?;
-    let text = std::fs::read(&list).map_err(Error::io(&list, "read"))?;
-    serde_json::from_slice(&text).map_err(|_| {
-        let what = format!("the times of this {format} file are no numbers");
-        Error::file(path, Place::Whole, what, "check the file")
-    })
-}
-
-/// Reads a file of the format that meshio calls `format`; of several times, that one of [`times`].
+/// Reads a file of the format that meshio calls `format`.
 ///
 /// # Errors
 /// There is no such environment, meshio fails, or its answer is not a sound mesh; an interruption.
-pub fn read(
-    path: &Path,
-    format: &str,
-    python: Option<&Path>,
-    time: Option<f64>,
-) -> Result<Content> {
+pub fn read(path: &Path, format: &str, python: Option<&Path>) -> Result<Content> {
     let folder = Temporary::new()?;
     let plain = folder.path().join("mesh");
-    // All digits, so that it is the same number there.
-    let time = time.map(|time| format!("{time:e}"));
-    let words: Vec<&str> = ["read"].into_iter().chain(time.as_deref()).collect();
-    run(python, &words, path, &plain, format, path)?;
+    run(python, "read", path, &plain, format, path)?;
     let bytes = std::fs::read(&plain).map_err(Error::io(&plain, "read"))?;
     plain::decode(&bytes, format).ok_or_else(|| {
         Error::file(
@@ -96,8 +70,8 @@ pub fn write(path: &Path, mesh: &Mesh, format: &str, options: &Options) -> Resul
     let mut losses = Losses::default();
     let round_trip = |mesh: &Mesh, losses: &mut Losses| -> Result<Mesh> {
         std::fs::write(&plain, plain::encode(mesh, losses)).map_err(Error::io(path, "write"))?;
-        run(python, &["write"], &plain, &made.join(name), format, path)?;
-        Ok(read(&made.join(name), format, python, None)?.mesh)
+        run(python, "write", &plain, &made.join(name), format, path)?;
+        Ok(read(&made.join(name), format, python)?.mesh)
     };
     let mut back = round_trip(mesh, &mut losses)?;
     let (kept, lost): (Vec<&Field>, Vec<&Field>) =
@@ -129,19 +103,15 @@ pub fn write(path: &Path, mesh: &Mesh, format: &str, options: &Options) -> Resul
     Ok(warnings)
 }
 
-/// `words` are the task and what it needs besides the files.
+/// `task` is to read or to write.
 fn run(
     python: Option<&Path>,
-    words: &[&str],
+    task: &str,
     from: &Path,
     to: &Path,
     format: &str,
     about: &Path,
 ) -> Result<()> {
-    let task = match words[0] {
-        "write" => "write",
-        _ => "read",
-    };
     let Some(python) = python else {
         return Err(Error::usage(
             format!(
@@ -156,10 +126,9 @@ fn run(
     let absolute = |path: &Path| std::path::absolute(path).map_err(Error::io(path, "use"));
     let mut command = Command::new(absolute(python)?);
     command
-        .args(["-I", "-c", SCRIPT, words[0]])
+        .args(["-I", "-c", SCRIPT, task])
         .args([absolute(from)?, absolute(to)?])
-        .arg(format)
-        .args(&words[1..]);
+        .arg(format);
     process::run(&command, folder.path(), LIMIT, |_| {}).map_err(|failure| {
         let why = match failure {
             Failure::Ours(error) => return error,

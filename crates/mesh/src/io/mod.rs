@@ -208,7 +208,7 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
     cancel::check()?;
     let content = match recognise(path, bytes) {
         Some(Format::Native(format)) => (format.read)(path, bytes),
-        Some(Format::Meshio(format)) => meshio::read(path, format, python, None),
+        Some(Format::Meshio(format)) => meshio::read(path, format, python),
         None => Err(Error::file(
             path,
             Place::Whole,

@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::recognise::recognise;
 use super::results::{of_content, read_results};
-use super::{
-    Content, Format, Native, bytes, collection, exodus, meshio, pattern, table, vtkhdf, xdmf,
-};
+use super::{Content, Format, Native, bytes, collection, exodus, pattern, table, vtkhdf, xdmf};
 use crate::error::{Error, Place, Result};
 use crate::field::Results;
 use crate::mesh::Field;
@@ -28,7 +26,6 @@ enum Held {
     /// In one file, which is read already; its views may have times.
     Views(Box<Content>),
     /// In one file, which is read again for each time.
-    Meshio(&'static str),
     Steps(&'static Steps),
     /// One result alone.
     Single,
@@ -41,6 +38,9 @@ struct Steps {
     times: fn(&Path, &[u8]) -> Result<Vec<f64>>,
     read: fn(&Path, &[u8], Option<f64>) -> Result<Content>,
 }
+
+/// Formats whose fields have times on one mesh.
+const VIEWS: [&str; 3] = ["msh", "med", "cgns"];
 
 static STEPS: [Steps; 3] = [
     Steps {
@@ -90,13 +90,7 @@ impl Series {
         {
             let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
             match recognise(path, &bytes) {
-                Some(Format::Meshio(format)) => {
-                    let times = meshio::times(path, format, python)?;
-                    if !times.is_empty() {
-                        return Ok(of(times, Held::Meshio(format)));
-                    }
-                }
-                Some(Format::Native(native)) if native.names[0] == "msh" => {
+                Some(Format::Native(native)) if VIEWS.contains(&native.names[0]) => {
                     let content = super::parse(path, &bytes, python)?;
                     let times = times_of_views(&content.mesh.fields);
                     let mut series = of(times, Held::Views(Box::new(content)));
@@ -115,7 +109,7 @@ impl Series {
                         }
                     }
                 }
-                None => {}
+                _ => {}
             }
         }
         Ok(Series {
@@ -148,10 +142,6 @@ impl Series {
                     Err(Error::file(&self.path, Place::Whole, what, remedy))
                 }
             },
-            Held::Meshio(format) => {
-                let content = meshio::read(&self.path, format, python, self.times[k])?;
-                of_content(&self.path, content)
-            }
             Held::Steps(steps) => {
                 let bytes = bytes::read(&self.path).map_err(Error::io(&self.path, "read"))?;
                 let content = (steps.read)(&self.path, &bytes, self.times[k])?;

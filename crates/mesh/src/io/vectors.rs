@@ -9,7 +9,8 @@ fn axis(name: &str) -> Option<(&str, usize)> {
     let stem = name.get(..name.len() - 1)?;
     // A component of a tensor ends in two such letters.
     let before = stem.chars().next_back()?;
-    (!"xyzXYZ".contains(before)).then_some((stem, axis))
+    let is_tensor = if last.is_uppercase() { "XYZ" } else { "xyz" }.contains(before);
+    (!is_tensor).then_some((stem, axis))
 }
 
 /// Joins neighbours that are the components of a vector of two or three.

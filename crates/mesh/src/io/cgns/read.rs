@@ -536,7 +536,13 @@ impl Reader {
                 let cells: Vec<u32> = (first..first.saturating_add(count))
                     .filter(|cell| !covered.contains(cell))
                     .collect();
-                if cells.len() == count as usize && count > 0 {
+                // Nodes are in sets of nodes.
+                let is_node = self
+                    .sets
+                    .mesh
+                    .cell(first)
+                    .is_some_and(|(kind, _)| kind == CellKind::Vertex);
+                if cells.len() == count as usize && count > 0 && !is_node {
                     found.push((section.name().to_owned(), Members::Cells(cells)));
                 }
             }

@@ -54,7 +54,8 @@ pub fn name(kind: CellKind) -> Option<String> {
         Shape::Polygon | Shape::Polyhedron => return None,
     };
     let name = match kind {
-        CellKind::Vertex => name.into(),
+        // Plain names are those that meshio knows as well.
+        CellKind::Vertex | CellKind::Prism | CellKind::Pyramid => name.into(),
         _ => format!("{name}{}", kind.points()),
     };
     (self::kind(&name, kind.points()) == Some(kind)).then_some(name)

@@ -10,7 +10,7 @@ mod read;
 mod write;
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use super::{Native, netcdf};
 

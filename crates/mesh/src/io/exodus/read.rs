@@ -93,7 +93,7 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         encoding,
         warnings,
         unread: reader.unread,
-        ghosts: 0,
+        ..Content::default()
     })
 }
 

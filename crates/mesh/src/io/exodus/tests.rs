@@ -12,7 +12,7 @@ fn options(lossy: bool) -> Options {
 }
 
 /// Two cubes side by side, a side of one and two nodes in groups, and fields at two times.
-fn cubes() -> Mesh {
+pub(in crate::io) fn cubes() -> Mesh {
     let points = (0..12).map(|k| [f64::from(k % 3), f64::from(k / 3 % 2), f64::from(k / 6)]);
     let group = |dim, tag, name: Option<&str>, cells: &[u32]| Group {
         name: name.map(str::to_owned),

@@ -5,6 +5,8 @@
 //! file are not followed. What is written ([`write`]) is as simple as the format allows, which every reader since HDF5 1.8
 //! takes: compact groups and contiguous data.
 
+#[cfg(test)]
+mod tests;
 pub mod write;
 
 use std::cell::Cell;

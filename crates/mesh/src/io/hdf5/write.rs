@@ -284,8 +284,11 @@ impl<'a> Group<'a> {
 
     /// The header of a group whose members are at these places, groups first.
     fn header(&self, places: &[u64]) -> Vec<u8> {
+        // The MED library asks for members by the order in which they were made.
+        let count = (places.len() as u64).to_le_bytes();
         let info = [
-            &[0, 0][..],
+            &[0, 1][..],
+            &count,
             &UNDEFINED.to_le_bytes(),
             &UNDEFINED.to_le_bytes(),
         ]
@@ -293,17 +296,22 @@ impl<'a> Group<'a> {
         let mut messages = vec![(LINKS, info), (GROUP, vec![0, 0])];
         let names = self.groups.iter().map(|(name, _)| name);
         let names = names.chain(self.data.iter().map(|(name, _)| name));
-        let links = names.zip(places).map(|(name, place)| {
-            let length = (name.len() as u16).to_le_bytes();
-            let link = [
-                &[1, 0x11, 1],
-                &length[..],
-                name.as_bytes(),
-                &place.to_le_bytes(),
-            ]
-            .concat();
-            (LINK, link)
-        });
+        let links = names
+            .zip(places)
+            .zip(0_u64..)
+            .map(|((name, place), order)| {
+                let length = (name.len() as u16).to_le_bytes();
+                let link = [
+                    &[1, 0x15],
+                    &order.to_le_bytes()[..],
+                    &[1],
+                    &length,
+                    name.as_bytes(),
+                    &place.to_le_bytes(),
+                ]
+                .concat();
+                (LINK, link)
+            });
         messages.extend(links);
         messages.extend(self.attributes.iter().map(attribute));
         object(&messages)

@@ -10,6 +10,7 @@ use crate::io::hdf5::{self, Data, Group};
 use crate::io::vtu::Decoded;
 use crate::io::vtu::array::RawNumbers;
 use crate::io::vtu::merge::{Piece, PieceArray};
+use crate::io::vtu::read::restore_texts;
 use crate::io::vtu::topology::{Cells, Source};
 use crate::io::vtu::unpack::Budget;
 use crate::mesh::{Field, Support, Values};
@@ -407,6 +408,7 @@ impl Reader {
                 ..GlobalArray::numbers(name, values)
             });
         }
+        restore_texts(&mut whole, &mut self.budget);
         Ok(whole)
     }
 }

@@ -87,6 +87,19 @@ pub fn write(
                 .map(|array| ("CellData", array.name.clone())),
         )
         .collect();
+    let of_whole: Vec<(String, [usize; 2])> = layout
+        .whole
+        .iter()
+        .map(|array| {
+            (
+                array.name.clone(),
+                [
+                    array.components,
+                    array.values.len() / array.components.max(1),
+                ],
+            )
+        })
+        .collect();
     for (folder, arrays) in [
         ("PointData", on_points),
         ("CellData", on_cells),
@@ -121,6 +134,13 @@ pub fn write(
         for (folder, name) in &fixed {
             root.group(&format!("{folder}Offsets"))
                 .add(&member(name), constant(0, vec![count]));
+        }
+        for (name, [components, tuples]) in of_whole {
+            root.group("FieldDataOffsets")
+                .add(&member(&name), constant(0, vec![count]));
+            let size = [components as i64, tuples as i64];
+            let sizes = Data::integers(Type::Signed(8), vec![count, 2], move |k| size[k % 2]);
+            root.group("FieldDataSizes").add(&member(&name), sizes);
         }
         for field in &steps.fields {
             let (folder, rows) = match field.on {

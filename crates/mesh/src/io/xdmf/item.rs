@@ -257,7 +257,19 @@ impl<'a> Items<'a> {
 
     /// The bytes of a file beside or below this one.
     fn beside(&self, name: &str) -> Result<(std::path::PathBuf, bytes::Bytes)> {
-        let path = file::beneath(&self.path.with_file_name(""), name);
+        let folder = self.path.with_file_name("");
+        // meshio gives the whole path of files of bytes.
+        let around = if folder.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            &folder
+        };
+        let around = around.canonicalize().unwrap_or_default();
+        let inner = Path::new(name)
+            .strip_prefix(&around)
+            .ok()
+            .and_then(Path::to_str);
+        let path = file::beneath(&folder, inner.unwrap_or(name));
         let path =
             path.ok_or_else(|| self.refuse(format!("{name:?} is not beside or below this file")))?;
         let bytes = bytes::read(&path).map_err(|error| {

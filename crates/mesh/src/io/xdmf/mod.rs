@@ -1,9 +1,9 @@
 //! XDMF 2 and 3: a description in XML of meshes and fields whose numbers stand in it, in HDF5 files or in plain bytes.
 //!
 //! Read are uniform and structured grids, collections over time and space, what includes or refers to elsewhere in the file (as
-//! dolfinx and meshio write it), mesh tags of dolfinx and sets, and functions of dolfin of degree 0 and 1. Files that it names lie
+//! dolfinx and meshio write it), mesh tags of dolfinx, sets and meshio's numbers of groups, and functions of dolfin of degree 0 and 1. Files that it names lie
 //! beside or below it. Written is one grid, or one for each time, with the numbers in an HDF5 file of the same name; groups are
-//! sets of cells.
+//! numbers on cells and their names as meshio has them.
 
 mod item;
 mod read;
@@ -18,6 +18,9 @@ use super::Native;
 use super::recognise::{begins, head_has};
 
 pub use read::{read_at, times};
+
+/// The numbers of the groups of each cell; the name that meshio has for them, as in VTU.
+const GROUP: &str = "gmsh:physical";
 
 pub static FORMAT: Native = Native {
     title: "XDMF",

@@ -1,11 +1,11 @@
 //! Reads XDMF files.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
 use super::item::{Item, Items};
-use super::topology;
 use super::tree::Tree;
+use super::{GROUP, topology};
 use crate::error::Result;
 use crate::field::{GlobalArray, to_i64};
 use crate::io::Content;
@@ -29,6 +29,8 @@ struct Reader<'a> {
     sets: Sets,
     points: HashMap<String, std::ops::Range<u32>>,
     cells: HashMap<String, std::ops::Range<u32>>,
+    /// The topologies whose groups have been read.
+    numbered: HashSet<String>,
     whole: Vec<GlobalArray>,
     unread: Vec<String>,
 }
@@ -71,6 +73,7 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         sets: Sets::default(),
         points: HashMap::new(),
         cells: HashMap::new(),
+        numbered: HashSet::new(),
         whole: Vec::new(),
         unread: Vec::new(),
     };
@@ -88,7 +91,7 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         encoding: "xml".into(),
         warnings,
         unread: reader.unread,
-        ghosts: 0,
+        ..Content::default()
     })
 }
 
@@ -339,6 +342,10 @@ impl Reader<'_> {
                 self.refuse(grid, format!("{name:?} is on a mesh that is not there"))
             })?;
             let (range, item) = (range.clone(), self.items.only(attribute)?);
+            if on == Support::Cells && name == GROUP && to_i64(&item.values).is_some() {
+                self.numbered(grid, range, &item)?;
+                continue;
+            }
             self.field(grid, name, on, range, item)?;
         }
         Ok(())
@@ -477,6 +484,56 @@ impl Reader<'_> {
         Ok(Ok(()))
     }
 
+    /// The groups whose numbers stand on the cells, with the names in what else is told of the grid. Once for all times.
+    fn numbered(&mut self, grid: &Grid, cells: std::ops::Range<u32>, item: &Item) -> Result<()> {
+        if grid
+            .topology
+            .as_ref()
+            .is_some_and(|key| !self.numbered.insert(key.clone()))
+        {
+            return Ok(());
+        }
+        let items = self.items;
+        let mut names: BTreeMap<(u8, i64), String> = BTreeMap::new();
+        for about in items
+            .tree
+            .named(grid.element, "Information")
+            .map_err(|what| items.refuse(what))?
+        {
+            let Ok(inner) = Tree::parse(&items.tree.at(about).text) else {
+                continue;
+            };
+            for name in inner.all("map").into_iter().map(|name| inner.at(name)) {
+                let dim = name.get("dim").and_then(|dim| dim.parse().ok());
+                if let (Some(key), Some(dim), Ok(tag)) =
+                    (name.get("key"), dim, name.text.trim().parse())
+                {
+                    names.insert((dim, tag), key.to_owned());
+                }
+            }
+        }
+        let tags = to_i64(&item.values).unwrap_or_default();
+        let width = tags.len().checked_div(cells.len()).unwrap_or(0).max(1);
+        let mut members: BTreeMap<(u8, i64), Vec<u32>> =
+            names.keys().map(|key| (*key, Vec::new())).collect();
+        let ends = self.sets.mesh.block_ends();
+        for (cell, row) in cells.zip(tags.chunks(width)) {
+            let block = ends.partition_point(|&end| end <= cell as usize);
+            let dim = self.sets.mesh.blocks[block].kind.dim();
+            for &tag in row.iter().filter(|tag| **tag != 0) {
+                members.entry((dim, tag)).or_default().push(cell);
+            }
+        }
+        for ((dim, tag), cells) in members {
+            let name = names
+                .get(&(dim, tag))
+                .map(String::as_str)
+                .unwrap_or_default();
+            self.sets.cells(dim, tag, name, cells);
+        }
+        Ok(())
+    }
+
     /// The sets of cells and nodes of a grid.
     fn sets(&mut self, grid: &Grid) -> Result<()> {
         let items = self.items;
@@ -487,16 +544,6 @@ impl Reader<'_> {
         for (set, k) in sets.into_iter().zip(1..) {
             let element = items.tree.at(set);
             let name = element.get("Name").unwrap_or_default();
-            let about = items
-                .tree
-                .named(set, "Information")
-                .map_err(|what| items.refuse(what))?;
-            let about = about
-                .first()
-                .and_then(|&about| items.tree.at(about).get("Value")?.split_once(' '));
-            let (dim, tag) = about
-                .and_then(|(dim, tag)| Some((dim.parse().ok()?, tag.parse().ok()?)))
-                .unwrap_or((0, k));
             let kind = element
                 .get("SetType")
                 .unwrap_or_default()
@@ -525,8 +572,8 @@ impl Reader<'_> {
                 )
             })?;
             match kind.as_str() {
-                "cell" => self.sets.cells(dim, tag, name, found),
-                _ => self.sets.nodes(tag, name, found),
+                "cell" => self.sets.cells(0, k, name, found),
+                _ => self.sets.nodes(k, name, found),
             }
         }
         Ok(())
@@ -575,7 +622,7 @@ impl Reader<'_> {
                 format!("{} tags of {} cells", tags.len(), cells.len()),
             ));
         }
-        let mut by_tag: std::collections::BTreeMap<i64, Vec<_>> = std::collections::BTreeMap::new();
+        let mut by_tag: BTreeMap<i64, Vec<_>> = BTreeMap::new();
         for (cell, tag) in cells.into_iter().zip(tags) {
             by_tag.entry(tag).or_default().push(cell);
         }

@@ -1,1 +1,76 @@
+use crate::io;
+use crate::mesh::Support;
 
+fn read(text: &str) -> crate::Result<io::Content> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.xdmf");
+    std::fs::write(folder.path().join("a.bin"), 1.5_f32.to_be_bytes().repeat(3)).expect("written");
+    io::parse(
+        &path,
+        format!("<Xdmf Version=\"3.0\"><Domain>{text}</Domain></Xdmf>").as_bytes(),
+        None,
+    )
+}
+
+const MESH: &str = "<Grid Name=\"m\"><Topology TopologyType=\"Mixed\"><DataItem Dimensions=\"9\" NumberType=\"Int\">
+    4 0 1 2  2 2 0 1  1</DataItem></Topology>
+    <Geometry GeometryType=\"XY\"><DataItem Dimensions=\"3 2\">0 0 1 0 0 1</DataItem></Geometry></Grid>";
+
+#[test]
+fn grids_over_time_include_their_mesh() {
+    let mesh = MESH.replace("9\"", "8\"").replace("0 1  1<", "0 1<");
+    let at = |time: f64, value: f64| {
+        format!(
+            "<Grid><xi:include xpointer=\"xpointer(//Grid[@Name=&quot;m&quot;]/*[self::Topology or self::Geometry])\"/>
+             <Time Value=\"{time}\"/><Attribute Name=\"u\" Center=\"Cell\"><DataItem Dimensions=\"2\">{value} 2</DataItem></Attribute></Grid>"
+        )
+    };
+    let text = format!(
+        "{mesh}<Grid GridType=\"Collection\" CollectionType=\"Temporal\">{}{}</Grid>",
+        at(0.0, 1.0),
+        at(2.5, 7.0)
+    );
+    let content = read(&text).unwrap();
+    assert_eq!(
+        (content.mesh.points.len(), content.mesh.cell_count()),
+        (3, 2)
+    );
+    let found: Vec<_> = content
+        .mesh
+        .fields
+        .iter()
+        .map(|f| (f.on, f.time, f.values.to_f64()))
+        .collect();
+    let expected = |time, value| (Support::Cells, Some(time), vec![value, 2.0]);
+    assert_eq!(found, [expected(0.0, 1.0), expected(2.5, 7.0)]);
+}
+
+#[test]
+fn structured_grids_slabs_and_bytes_are_read() {
+    let text = "<Grid><Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"2 2 3\"/><Geometry GeometryType=\"ORIGIN_DXDYDZ\">
+        <DataItem Dimensions=\"3\">5 0 0</DataItem><DataItem Dimensions=\"3\">2 1 1</DataItem></Geometry>
+        <Attribute Name=\"h\" Center=\"Cell\"><DataItem ItemType=\"HyperSlab\" Dimensions=\"2\">
+        <DataItem Dimensions=\"3 2\" NumberType=\"Int\">1 0 1 2 1 2</DataItem>
+        <DataItem Dimensions=\"2 4\">0 1 2 3 4 5 6 7</DataItem></DataItem></Attribute></Grid>";
+    let mesh = read(text).unwrap().mesh;
+    assert_eq!(mesh.cell_count(), 2);
+    assert_eq!(mesh.points[11], [2.0, 1.0, 7.0]);
+    assert_eq!(mesh.fields[0].values.to_f64(), [4.0, 6.0]);
+    let error = read(&MESH.replace("2 2 0 1  1", "2 2 0 3  1"))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("the node 3 of 3"), "{error}");
+    for (from, to, part) in [
+        ("Mixed", "Sphere", "\"sphere\" is not read"),
+        ("Dimensions=\"9\"", "Dimensions=\"8\"", "has 9 values"),
+        (
+            "<DataItem Dimensions=\"3 2\">",
+            "<DataItem Format=\"HDF\">../x.h5:/a",
+            "not beside or below",
+        ),
+        ("</Grid>", "", "not well-formed"),
+    ] {
+        let error = read(&MESH.replace(from, to)).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    }
+}

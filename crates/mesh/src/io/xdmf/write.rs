@@ -4,15 +4,15 @@ use std::path::Path;
 
 use quick_xml::escape::escape;
 
-use super::{FORMAT, topology};
+use super::{FORMAT, GROUP, topology};
 use crate::error::{Error, Result};
 use crate::field::{GlobalArray, GlobalValues};
-use crate::io::hdf5::write::{Data, Group, Type};
+use crate::io::hdf5::write::{Data, Group as Folder, Type};
 use crate::io::loss::Losses;
 use crate::io::steps::{Stepped, Steps};
 use crate::io::vtu::cells::order;
 use crate::io::{Options, out, refuse_unsound};
-use crate::mesh::{CellBlock, CellKind, Mesh, Support, Values};
+use crate::mesh::{CellBlock, CellGroups, CellKind, Group, Mesh, Support, Values};
 
 pub fn write(
     path: &Path,
@@ -47,7 +47,10 @@ pub fn write(
     let whole_mesh = blocks.len() == mesh.blocks.len();
     let steps = Steps::of(&mesh.fields, &mut losses);
     for field in &steps.fields {
-        if field.on == Support::CellPoints || (field.on == Support::Cells && !whole_mesh) {
+        let is_group = field.name == GROUP && !mesh.groups.is_empty();
+        if field.on == Support::CellPoints
+            || (field.on == Support::Cells && (!whole_mesh || is_group))
+        {
             losses.lose(format!("the field {:?} on {}", field.name, field.on));
         } else if field.on == Support::Cells && field.at().is_some() {
             losses.note(format!(
@@ -60,15 +63,20 @@ pub fn write(
         losses.lose_some(mesh.groups.len(), "groups beside such cells");
     }
     losses.note_gmsh(mesh);
-    let mut file = Group::default();
+    let mut file = Folder::default();
     let name = format!("{stem}.h5");
     let item = |place: &str, kind: Type, shape: &[usize]| data_item(&name, place, kind, shape);
 
     // The mesh, which each time refers to.
-    file.group("Mesh").add("geometry", points(mesh));
+    // dolfinx takes a mesh of two coordinates for planar.
+    let flat = mesh.dim() <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
+    let (space, axes) = if flat { (2, "XY") } else { (3, "XYZ") };
+    let shape = [mesh.points.len(), space];
+    let coordinates = Data::floats(shape.to_vec(), move |k| mesh.points[k / space][k % space]);
+    file.group("Mesh").add("geometry", coordinates);
     let mut base = format!(
-        "<Geometry GeometryType=\"XYZ\">{}</Geometry>",
-        item("/Mesh/geometry", Type::Float(8), &[mesh.points.len(), 3])
+        "<Geometry GeometryType=\"{axes}\">{}</Geometry>",
+        item("/Mesh/geometry", Type::Float(8), &shape)
     );
     if !blocks.is_empty() {
         let count: usize = blocks.iter().map(|block| block.len()).sum();
@@ -85,22 +93,13 @@ pub fn write(
             item("/Mesh/topology", Type::Signed(8), &shape)
         );
     }
-    if whole_mesh {
-        for (k, group) in mesh.groups.iter().enumerate() {
-            let cells = &group.cells;
-            file.group("Sets").add(
-                &k.to_string(),
-                Data::integers(Type::Signed(8), vec![cells.len()], |k| cells[k].into()),
-            );
-            let name = group.name.clone().unwrap_or_default();
-            base += &format!(
-                "<Set Name=\"{}\" SetType=\"Cell\"><Information Name=\"dimension and number\" Value=\"{} {}\"/>{}</Set>",
-                escape(&name),
-                group.dim,
-                group.tag,
-                item(&format!("/Sets/{k}"), Type::Signed(8), &[cells.len()])
-            );
-        }
+    if whole_mesh && !mesh.groups.is_empty() {
+        let (names, width, tags) = groups(mesh, &mut losses);
+        let shape = [mesh.cell_count(), width];
+        file.group("Mesh").add("groups", tags);
+        let tags = item("/Mesh/groups", Type::Signed(8), &shape);
+        base += &names;
+        base += &attribute(GROUP, "Cell", width, &tags);
     }
     let mut about = String::new();
     for (k, data) in whole.iter().enumerate() {
@@ -131,7 +130,9 @@ pub fn write(
         for (k, field) in steps.fields.iter().enumerate() {
             let (centre, rows) = match field.on {
                 Support::Points => ("Node", mesh.points.len()),
-                Support::Cells if whole_mesh => ("Cell", mesh.cell_count()),
+                Support::Cells if whole_mesh && (field.name != GROUP || mesh.groups.is_empty()) => {
+                    ("Cell", mesh.cell_count())
+                }
                 _ => continue,
             };
             // A field without time is the same at all of them.
@@ -168,6 +169,58 @@ pub fn write(
     file.save(&path.with_file_name(&name))?;
     out::save(path, [xml.as_bytes()])?;
     Ok(warnings)
+}
+
+/// The names of the groups as meshio has them, and for each cell the numbers of its groups, 0 for no further one.
+fn groups<'a>(mesh: &'a Mesh, losses: &mut Losses) -> (String, usize, Data<'a>) {
+    let mut next = mesh
+        .groups
+        .iter()
+        .map(|group| group.tag)
+        .max()
+        .unwrap_or(0)
+        .max(0);
+    let mut number = |group: &Group| {
+        if group.tag != 0 {
+            return group.tag;
+        }
+        next += 1;
+        losses.note(format!(
+            "the group 0 of dimension {} is numbered {next}",
+            group.dim
+        ));
+        next
+    };
+    let tags: Vec<i64> = mesh.groups.iter().map(&mut number).collect();
+    let named = mesh.groups.iter().zip(&tags).filter_map(|(group, tag)| {
+        let name = escape(group.name.as_deref()?).into_owned();
+        Some(format!(
+            "<map key=\"{name}\" dim=\"{}\">{tag}</map>",
+            group.dim
+        ))
+    });
+    let named: Vec<String> = named.collect();
+    let names = format!(
+        "<Information Name=\"Information\" Value=\"{}\"><![CDATA[<main>{}</main>]]></Information>",
+        named.len(),
+        named.concat()
+    );
+    let sets = CellGroups::new(mesh);
+    let width = sets.sets.iter().map(Vec::len).max().unwrap_or(0).max(1);
+    let rows: Vec<Vec<i64>> = sets
+        .sets
+        .iter()
+        .map(|set| set.iter().map(|&k| tags[k as usize]).collect())
+        .collect();
+    let mut of_cells = vec![0; mesh.cell_count()];
+    for (cells, set) in sets.runs_from(0) {
+        cells.for_each(|cell| of_cells[cell as usize] = set);
+    }
+    let values = Data::integers(Type::Signed(8), vec![of_cells.len(), width], move |k| {
+        let row = &rows[of_cells[k / width] as usize];
+        row.get(k % width).copied().unwrap_or(0)
+    });
+    (names, width, values)
 }
 
 fn data_item(file: &str, place: &str, kind: Type, shape: &[usize]) -> String {
@@ -216,11 +269,6 @@ fn values<'a>(field: &'a Stepped<'a>, step: usize, rows: usize) -> Data<'a> {
             field.value(step, k / width, k % width)
         }),
     }
-}
-
-fn points(mesh: &Mesh) -> Data<'_> {
-    let flat = mesh.points.as_flattened();
-    Data::floats(vec![mesh.points.len(), 3], |k| flat[k])
 }
 
 /// The name of the topology, the nodes of a cell where all have as many, and the numbers with their shape.
