@@ -564,6 +564,16 @@ fn ucd() {
     ];
     assert_eq!(fields, expected);
 
+    // The top of a brick first, as AVS has it.
+    let brick = "8 1 0 0 0\n1 0 0 1\n2 1 0 1\n3 1 1 1\n4 0 1 1\n5 0 0 0\n6 1 0 0\n7 1 1 0\n8 0 1 0\n1 1 hex 1 2 3 4 5 6 7 8\n";
+    let brick = read("brick.inp", brick.as_bytes()).expect("read");
+    assert_eq!(brick.mesh.blocks[0].nodes, [4, 5, 6, 7, 0, 1, 2, 3]);
+    assert!(
+        brick.warnings[0].contains("turned over"),
+        "{:?}",
+        brick.warnings
+    );
+
     // The same in binary, in both byte orders: a line with a field on its points.
     for big in [false, true] {
         let mut bytes = vec![7u8];
