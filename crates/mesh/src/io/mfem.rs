@@ -117,6 +117,8 @@ struct Raw {
     points: Vec<[f64; 3]>,
     /// The vertices in the middle of two others, which non-conforming meshes have.
     parents: HashMap<u32, [u32; 2]>,
+    /// Whether a version before NC has vertices in the middle of edges, where dofs are numbered in another way.
+    hanging: bool,
     nodes: Option<Nodes>,
     sets: Vec<Set>,
     boundary_sets: Vec<Set>,
@@ -186,6 +188,7 @@ impl Raw {
                 "mfem_mesh_end" => break,
                 other => {
                     // The tree of refinements is no part of the mesh.
+                    raw.hanging |= other == "vertex_parents";
                     match other {
                         "root_state" | "coarse_elements" | "vertex_parents" => {
                             content.warnings.push(format!("{other} was skipped"));
@@ -227,7 +230,7 @@ impl Raw {
                 }
                 broken(scan, &all, &boundary, &nodes, order, &mut self.points)?
             }
-            Some(nodes) if order == 2 && nodes.is_nodal() => {
+            Some(nodes) if order == 2 && nodes.is_nodal() && !self.hanging => {
                 quadratic(scan, &all, &boundary, nodes, &mut self.points)?
             }
             nodes => {
