@@ -10,7 +10,6 @@ mod loss;
 mod medit;
 mod meshio;
 mod mfem;
-mod mfem_inline;
 pub mod msh;
 mod nastran;
 mod out;
@@ -61,10 +60,10 @@ pub static NATIVE: &[&Native] = &[
     &unv::FORMAT,
     &nastran::FORMAT,
     &su2::FORMAT,
-    &surface::STL,
-    &surface::PLY,
-    &surface::OFF,
-    &surface::OBJ,
+    &surface::stl::FORMAT,
+    &surface::ply::FORMAT,
+    &surface::off::FORMAT,
+    &surface::obj::FORMAT,
 ];
 
 /// A format that is read and written here.
