@@ -14,7 +14,6 @@ mod med;
 mod medit;
 mod meshio;
 mod mfem;
-mod mfem_inline;
 pub mod msh;
 mod nastran;
 mod netcdf;
@@ -80,10 +79,10 @@ pub static NATIVE: &[&Native] = &[
     &unv::FORMAT,
     &nastran::FORMAT,
     &su2::FORMAT,
-    &surface::STL,
-    &surface::PLY,
-    &surface::OFF,
-    &surface::OBJ,
+    &surface::stl::FORMAT,
+    &surface::ply::FORMAT,
+    &surface::off::FORMAT,
+    &surface::obj::FORMAT,
 ];
 
 /// A format that is read and written here.

@@ -391,6 +391,19 @@ fn mfem() {
         ),
         (6, 4, 6)
     );
+    // Of a curved mesh with hanging vertices only the corners are known.
+    let hanging = "MFEM mesh v1.1\ndimension\n2\nelements\n1\n1 2 0 1 2\nboundary\n0\nvertex_parents\n1\n2 0 1\nvertices\n3\nnodes\nFiniteElementCollection: Quadratic\nVDim: 2\nOrdering: 0\n0 1 0 .5 .6 0 .1\n 0 0 1 .1 .5 .5 .2\n";
+    let hanging = read("h.mesh", hanging.as_bytes()).expect("read");
+    assert_eq!(cells(&hanging.mesh), [(CellKind::Triangle, vec![0, 1, 2])]);
+    assert_eq!(
+        hanging.mesh.points,
+        [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    );
+    assert!(
+        hanging.unread[0].contains("how the cells are curved"),
+        "{:?}",
+        hanging.unread
+    );
     let huge = b"MFEM mesh v1.0\ndimension\n2\nelements\n1\n1 2 0 1 4294967292\nboundary\n0\nvertices\n3\nnodes\nFiniteElementCollection: H1_2D_P2\nVDim: 2\nOrdering: 1\n0 0 1 0 0 1\n";
     let error = read("h.mesh", huge)
         .expect_err("no such vertex")
@@ -563,6 +576,16 @@ fn ucd() {
         ("v", 2, vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0]),
     ];
     assert_eq!(fields, expected);
+
+    // The top of a brick first, as AVS has it.
+    let brick = "8 1 0 0 0\n1 0 0 1\n2 1 0 1\n3 1 1 1\n4 0 1 1\n5 0 0 0\n6 1 0 0\n7 1 1 0\n8 0 1 0\n1 1 hex 1 2 3 4 5 6 7 8\n";
+    let brick = read("brick.inp", brick.as_bytes()).expect("read");
+    assert_eq!(brick.mesh.blocks[0].nodes, [4, 5, 6, 7, 0, 1, 2, 3]);
+    assert!(
+        brick.warnings[0].contains("turned over"),
+        "{:?}",
+        brick.warnings
+    );
 
     // The same in binary, in both byte orders: a line with a field on its points.
     for big in [false, true] {

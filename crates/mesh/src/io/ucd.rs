@@ -7,7 +7,7 @@ use super::builder::{Builder, Lookup, Numbering};
 use super::scan::{Numbers, Scan};
 use super::{Content, Native, meshio};
 use crate::error::Result;
-use crate::mesh::{CellKind, Field, Support, Values};
+use crate::mesh::{CellKind, Field, Mesh, Support, Values};
 
 pub static FORMAT: Native = Native {
     title: "AVS' UCD",
@@ -29,10 +29,36 @@ const TYPES: [(&str, CellKind, &[usize]); 8] = [
     ("tet", CellKind::Tetrahedron, &[0, 1, 2, 3]),
     // The tip comes first.
     ("pyr", CellKind::Pyramid, &[4, 0, 1, 2, 3]),
-    // The top comes first.
-    ("prism", CellKind::Prism, &[3, 4, 5, 0, 1, 2]),
-    ("hex", CellKind::Hexahedron, &[4, 5, 6, 7, 0, 1, 2, 3]),
+    ("prism", CellKind::Prism, &[0, 1, 2, 3, 4, 5]),
+    ("hex", CellKind::Hexahedron, &[0, 1, 2, 3, 4, 5, 6, 7]),
 ];
+
+/// Turns over the cells that are inside out: after AVS' manual the top of a cell comes first, and as many programs write
+/// the bottom first. How many.
+fn turn_over(mesh: &mut Mesh) -> usize {
+    let mut turned = 0;
+    for block in &mut mesh.blocks {
+        // Corners whose edges span the cell, and what is where afterwards.
+        let (corners, order): ([usize; 4], &[usize]) = match block.kind {
+            CellKind::Tetrahedron => ([0, 1, 2, 3], &[0, 1, 3, 2]),
+            CellKind::Prism => ([0, 1, 2, 3], &[3, 4, 5, 0, 1, 2]),
+            CellKind::Hexahedron => ([0, 1, 3, 4], &[4, 5, 6, 7, 0, 1, 2, 3]),
+            _ => continue,
+        };
+        for cell in block.nodes.chunks_exact_mut(order.len()) {
+            let [o, a, b, c] =
+                corners.map(|corner| nalgebra::Vector3::from(mesh.points[cell[corner] as usize]));
+            if (a - o).cross(&(b - o)).dot(&(c - o)) < 0.0 {
+                let old = cell.to_vec();
+                cell.iter_mut()
+                    .zip(order)
+                    .for_each(|(node, &place)| *node = old[place]);
+                turned += 1;
+            }
+        }
+    }
+    turned
+}
 
 /// The first byte of binary files.
 const MAGIC: u8 = 7;
@@ -191,6 +217,12 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             .push("the data about the model as a whole".into());
     }
     content.mesh = builder.finish();
+    let turned = turn_over(&mut content.mesh);
+    if turned > 0 {
+        content.warnings.push(format!(
+            "{turned} cells have their top first and are turned over"
+        ));
+    }
     Ok(content)
 }
 
@@ -336,5 +368,11 @@ fn binary(mut scan: Scan<'_>, head: Head, listed: usize, mut content: Content) -
             .push("the data about the model as a whole".into());
     }
     content.mesh = builder.finish();
+    let turned = turn_over(&mut content.mesh);
+    if turned > 0 {
+        content.warnings.push(format!(
+            "{turned} cells have their top first and are turned over"
+        ));
+    }
     Ok(content)
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::{Rotation3, Unit, Vector3};
 
 use super::elements;
-use super::read::{Element, Instance, Member, Part, Set, Surface};
+use super::model::{Element, Instance, Member, Part, Set, Surface};
 use crate::error::Result;
 use crate::io::builder::{Builder, Lookup, Numbering};
 use crate::io::scan::Scan;

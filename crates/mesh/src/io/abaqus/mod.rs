@@ -3,7 +3,9 @@
 //! Sets of nodes become vertices, surfaces the sides of their elements. Steps, materials and the like are no part of a mesh.
 
 mod build;
+mod data;
 mod elements;
+mod model;
 mod read;
 mod write;
 

@@ -141,7 +141,8 @@ impl Reader<'_> {
             return false;
         }
         let word = String::from_utf8_lossy(self.scan.peek().unwrap_or_default()).into_owned();
-        if word.starts_with("$End") {
+        // Not the end of a file that was cut short.
+        if word.starts_with("$End") && self.scan.rest().trim_ascii_start().len() > word.len() {
             self.content
                 .warnings
                 .push(format!("{end} is written {word}"));

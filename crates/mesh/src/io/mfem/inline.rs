@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::builder::Builder;
-use super::scan::Scan;
 use crate::error::Result;
+use crate::io::builder::Builder;
+use crate::io::scan::Scan;
 use crate::memory;
 use crate::mesh::{CellKind, Mesh};
 

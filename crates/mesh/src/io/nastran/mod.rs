@@ -1,0 +1,136 @@
+//! Nastran's bulk data: cards of small, large and free fields, with continuations and included files. Properties are groups.
+//! meshio writes it.
+
+mod build;
+mod card;
+mod read;
+
+use super::sides::Between;
+use super::{Native, meshio};
+use crate::mesh::CellKind;
+
+pub static FORMAT: Native = Native {
+    title: "Nastran's bulk data",
+    names: &["nastran"],
+    suffixes: &["bdf", "nas", "fem"],
+    has_binary: false,
+    holds_whole: false,
+    recognises,
+    read: read::read,
+    write: |path, mesh, _, options| meshio::write(path, mesh, "nastran", options),
+};
+
+/// What the first line that is no comment begins with.
+const BEGINNINGS: [&str; 22] = [
+    "GRID", "BEGIN", "SOL ", "CEND", "NASTRAN ", "ID ", "ASSIGN", "INCLUDE", "CTETRA", "CHEXA",
+    "CPENTA", "CQUAD", "CTRIA", "PSHELL", "PSOLID", "MAT1", "TITLE", "CORD2", "SUBCASE", "ECHO",
+    "INIT ", "PARAM",
+];
+
+fn recognises(bytes: &[u8]) -> bool {
+    let mut lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
+    let first = lines
+        .find(|line| !line.is_empty() && !line.starts_with(b"$"))
+        .unwrap_or_default();
+    let begins = |known: &str| {
+        first
+            .get(..known.len())
+            .is_some_and(|word| word.eq_ignore_ascii_case(known.as_bytes()))
+    };
+    let cards = CARDS.iter().map(|(name, ..)| name);
+    (BEGINNINGS.iter().chain(cards)).any(|known| begins(known))
+        && memchr::memmem::find(&bytes.to_ascii_uppercase(), b"GRID").is_some()
+}
+
+/// Cards of elements: the kinds of first and of second order, and the field of the first node after the element's number.
+const CARDS: [(&str, CellKind, Option<CellKind>, usize); 23] = [
+    ("CBAR", CellKind::Line, None, 2),
+    ("CBEAM", CellKind::Line, None, 2),
+    ("CROD", CellKind::Line, None, 2),
+    ("CTUBE", CellKind::Line, None, 2),
+    ("CBUSH", CellKind::Line, None, 2),
+    ("CGAP", CellKind::Line, None, 2),
+    ("CONROD", CellKind::Line, None, 1),
+    ("PLOTEL", CellKind::Line, None, 1),
+    ("CONM2", CellKind::Vertex, None, 1),
+    ("CTRIA3", CellKind::Triangle, None, 2),
+    ("CTRIAR", CellKind::Triangle, None, 2),
+    ("CTRAX3", CellKind::Triangle, None, 2),
+    ("CTRIA6", CellKind::Triangle, Some(CellKind::Triangle6), 2),
+    ("CQUAD4", CellKind::Quadrangle, None, 2),
+    ("CQUADR", CellKind::Quadrangle, None, 2),
+    ("CSHEAR", CellKind::Quadrangle, None, 2),
+    (
+        "CQUAD8",
+        CellKind::Quadrangle,
+        Some(CellKind::Quadrangle8),
+        2,
+    ),
+    (
+        "CQUAD",
+        CellKind::Quadrangle,
+        Some(CellKind::Quadrangle9),
+        2,
+    ),
+    (
+        "CTETRA",
+        CellKind::Tetrahedron,
+        Some(CellKind::Tetrahedron10),
+        2,
+    ),
+    ("CPYRAM", CellKind::Pyramid, Some(CellKind::Pyramid13), 2),
+    ("CPYRA", CellKind::Pyramid, Some(CellKind::Pyramid13), 2),
+    ("CPENTA", CellKind::Prism, Some(CellKind::Prism15), 2),
+    (
+        "CHEXA",
+        CellKind::Hexahedron,
+        Some(CellKind::Hexahedron20),
+        2,
+    ),
+];
+
+/// Where the nodes behind the corners lie: around the bottom, up, around the top.
+fn middles(kind: CellKind) -> &'static [Between] {
+    match kind {
+        CellKind::Triangle6 => &[[0, 1], [1, 2], [2, 0]],
+        CellKind::Quadrangle8 => &[[0, 1], [1, 2], [2, 3], [3, 0]],
+        CellKind::Quadrangle9 => &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
+        CellKind::Tetrahedron10 => &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
+        CellKind::Pyramid13 => &[
+            [0, 1],
+            [1, 2],
+            [2, 3],
+            [3, 0],
+            [0, 4],
+            [1, 4],
+            [2, 4],
+            [3, 4],
+        ],
+        CellKind::Prism15 => &[
+            [0, 1],
+            [1, 2],
+            [2, 0],
+            [0, 3],
+            [1, 4],
+            [2, 5],
+            [3, 4],
+            [4, 5],
+            [5, 3],
+        ],
+        CellKind::Hexahedron20 => &[
+            [0, 1],
+            [1, 2],
+            [2, 3],
+            [3, 0],
+            [0, 4],
+            [1, 5],
+            [2, 6],
+            [3, 7],
+            [4, 5],
+            [5, 6],
+            [6, 7],
+            [7, 4],
+        ],
+        _ => &[],
+    }
+}

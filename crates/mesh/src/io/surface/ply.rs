@@ -1,0 +1,229 @@
+//! PLY, text and binary.
+
+use std::path::Path;
+
+use super::Surface;
+use crate::error::Result;
+use crate::io::scan::{Numbers, Scan};
+use crate::io::{Content, Native, meshio};
+use crate::mesh::{Field, Support, Values};
+
+pub static FORMAT: Native = Native {
+    title: "PLY",
+    names: &["ply"],
+    suffixes: &["ply"],
+    has_binary: false,
+    holds_whole: false,
+    recognises: |bytes| bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r"),
+    read,
+    write: |path, mesh, _, options| meshio::write(path, mesh, "ply", options),
+};
+
+/// A property of PLY: its name, the type of its values, and of the number of values if it is a list.
+type Property = (String, Type, Option<Type>);
+
+/// Bytes of a number, whether it is a float, whether it has a sign.
+#[derive(Clone, Copy)]
+struct Type(usize, bool, bool);
+
+const TYPES: [(&str, Type); 16] = [
+    ("char", Type(1, false, true)),
+    ("int8", Type(1, false, true)),
+    ("uchar", Type(1, false, false)),
+    ("uint8", Type(1, false, false)),
+    ("short", Type(2, false, true)),
+    ("int16", Type(2, false, true)),
+    ("ushort", Type(2, false, false)),
+    ("uint16", Type(2, false, false)),
+    ("int", Type(4, false, true)),
+    ("int32", Type(4, false, true)),
+    ("uint", Type(4, false, false)),
+    ("uint32", Type(4, false, false)),
+    ("float", Type(4, true, true)),
+    ("float32", Type(4, true, true)),
+    ("double", Type(8, true, true)),
+    ("float64", Type(8, true, true)),
+];
+
+impl Type {
+    fn read(self, scan: &mut Scan<'_>) -> Result<f64> {
+        let Type(size, float, sign) = self;
+        if scan.numbers == Numbers::Ascii {
+            return scan.any_f64();
+        }
+        let mut bytes = [0; 8];
+        let read = scan.bytes(size, 1)?;
+        let big = scan.numbers == Numbers::Big;
+        for (place, byte) in bytes.iter_mut().zip(0..size) {
+            *place = read[if big { size - 1 - byte } else { byte }];
+        }
+        let whole = u64::from_le_bytes(bytes);
+        let shift = 64 - 8 * size as u32;
+        Ok(match (float, size) {
+            (true, 4) => f32::from_bits(whole as u32).into(),
+            (true, _) => f64::from_bits(whole),
+            _ if sign => ((whole << shift) as i64 >> shift) as f64,
+            _ => whole as f64,
+        })
+    }
+}
+
+/// Points with their further properties as fields, and faces with theirs.
+fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
+    let mut scan = Scan::new(path, bytes);
+    let mut elements: Vec<(String, u64, Vec<Property>)> = Vec::new();
+    let mut encoding = "ascii";
+    loop {
+        let Some(row) = scan.row() else {
+            return Err(scan.error("end_header is missing"));
+        };
+        let text = String::from_utf8_lossy(row.rest()).into_owned();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let named = |name: &str| {
+            TYPES
+                .iter()
+                .find(|(known, _)| *known == name)
+                .map(|(_, of)| *of)
+        };
+        let unknown = || row.error(format!("{text:?} is no line of a head"));
+        match words.as_slice() {
+            ["end_header"] => break,
+            ["format", "ascii", _] => encoding = "ascii",
+            ["format", "binary_little_endian", _] => encoding = "binary-little",
+            ["format", "binary_big_endian", _] => encoding = "binary-big",
+            ["element", name, count] => elements.push((
+                (*name).to_owned(),
+                count.parse().map_err(|_| unknown())?,
+                Vec::new(),
+            )),
+            ["property", rest @ ..] => {
+                let property = match rest {
+                    ["list", count, of, name] => named(of)
+                        .zip(named(count))
+                        .map(|(of, count)| ((*name).to_owned(), of, Some(count))),
+                    [of, name] => named(of).map(|of| ((*name).to_owned(), of, None)),
+                    _ => None,
+                };
+                let (.., properties) = elements.last_mut().ok_or_else(unknown)?;
+                properties.push(property.ok_or_else(unknown)?);
+            }
+            ["ply"] | ["comment" | "obj_info", ..] | [] => {}
+            _ => return Err(unknown()),
+        }
+    }
+    scan.numbers = match encoding {
+        "binary-little" => Numbers::Little,
+        "binary-big" => Numbers::Big,
+        _ => Numbers::Ascii,
+    };
+    let mut surface = Surface::default();
+    for (name, declared, properties) in elements {
+        scan.section.clone_from(&name);
+        let least = properties
+            .iter()
+            .map(|(_, of, count)| scan.least(2, count.map_or(of.0, |count| count.0)))
+            .sum();
+        let rows = scan.believe(declared, &name, least)?;
+        let corners = properties
+            .iter()
+            .position(|(known, _, count)| count.is_some() && known.starts_with("vert"));
+        let axes =
+            ["x", "y", "z"].map(|axis| properties.iter().position(|(known, ..)| known == axis));
+        let ends = ["vertex1", "vertex2"]
+            .map(|end| properties.iter().position(|(known, ..)| known == end));
+        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); properties.len()];
+        let (mut cells, mut lists) = (Vec::new(), 0);
+        for _ in 0..rows {
+            let mut values = vec![0.0; properties.len()];
+            let mut found = Vec::new();
+            for (place, (_, of, count)) in properties.iter().enumerate() {
+                let Some(count) = count else {
+                    values[place] = of.read(&mut scan)?;
+                    continue;
+                };
+                let length = count.read(&mut scan)?;
+                let length = scan.believe(
+                    if length >= 0.0 {
+                        length as u64
+                    } else {
+                        u64::MAX
+                    },
+                    "values",
+                    scan.least(2, of.0),
+                )?;
+                for _ in 0..length {
+                    let value = of.read(&mut scan)?;
+                    if corners == Some(place) {
+                        found.push(value);
+                    }
+                }
+                lists += usize::from(corners != Some(place));
+            }
+            if let ("edge", [Some(a), Some(b)]) = (name.as_str(), ends) {
+                found = vec![values[a], values[b]];
+            }
+            let cell = match name.as_str() {
+                "vertex" => {
+                    let at = axes.map(|axis| axis.map_or(0.0, |axis| values[axis]));
+                    if at.iter().any(|x| !x.is_finite()) {
+                        return Err(scan.error("a coordinate is not finite"));
+                    }
+                    surface.builder.mesh.points.push(at);
+                    None
+                }
+                "face" | "edge" => {
+                    let points = surface.builder.mesh.points.len();
+                    let point = |&x: &f64| {
+                        (x >= 0.0 && x < points as f64 && x.fract() == 0.0).then_some(x as u32)
+                    };
+                    let points: Option<Vec<u32>> = found.iter().map(point).collect();
+                    surface.polygon(
+                        &points
+                            .ok_or_else(|| scan.error("a face has a point that is not there"))?,
+                    )
+                }
+                _ => continue,
+            };
+            if name == "vertex" || cell.is_some() {
+                columns
+                    .iter_mut()
+                    .zip(values)
+                    .for_each(|(column, value)| column.push(value));
+                cells.extend(cell);
+            }
+        }
+        if lists > 0 {
+            surface.unread.push(format!("{lists} lists of {name}"));
+        }
+        let on = match name.as_str() {
+            "vertex" => Support::Points,
+            "face" | "edge" => Support::Cells,
+            other => {
+                surface.unread.push(format!("{rows} rows of {other}"));
+                continue;
+            }
+        };
+        for (place, ((name, _, count), values)) in properties.iter().zip(columns).enumerate() {
+            let used =
+                on == Support::Points && axes.contains(&Some(place)) || ends.contains(&Some(place));
+            if count.is_none() && !used && !values.is_empty() {
+                let at = if on == Support::Points {
+                    Vec::new()
+                } else {
+                    cells.clone()
+                };
+                surface.builder.mesh.fields.push(Field {
+                    at,
+                    ..Field::new(name, on, 1, Values::F64(values))
+                });
+            }
+        }
+    }
+    // A field of all cells names none of them.
+    let count = surface.builder.cell_count() as usize;
+    let fields = surface.builder.mesh.fields.iter_mut();
+    fields
+        .filter(|field| field.on == Support::Cells && field.at.len() == count)
+        .for_each(|field| field.at.clear());
+    Ok(surface.content("ply", encoding))
+}
