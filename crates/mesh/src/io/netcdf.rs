@@ -497,12 +497,15 @@ pub enum Attribute {
     Float(f32),
 }
 
+/// Gets a record, the number of a first value in it, and zeros to fill.
+type Fill<'a> = Box<dyn Fn(usize, usize, &mut [u8]) + Sync + 'a>;
+
 struct New<'a> {
     name: String,
     dimensions: Vec<usize>,
     kind: u32,
     attributes: Vec<(String, Attribute)>,
-    fill: Box<dyn Fn(usize, usize, &mut [u8]) + Sync + 'a>,
+    fill: Fill<'a>,
 }
 
 /// The type of a variable that is written.

@@ -358,7 +358,9 @@ impl Reader {
             .number("PDT")
             .filter(|time| number.is_some() && time.is_finite());
         let number = number.and_then(|n| i32::try_from(n).ok());
-        let mut parts: BTreeMap<Support, Vec<(Vec<u32>, Vec<f64>)>> = BTreeMap::new();
+        /// Items, and their values.
+        type Part = (Vec<u32>, Vec<f64>);
+        let mut parts: BTreeMap<Support, Vec<Part>> = BTreeMap::new();
         for (place, support) in step.groups()? {
             let (on, kind) = match place.split_once('.') {
                 None if place == "NOE" => (Support::Points, None),

@@ -37,10 +37,7 @@ const GRIDS: [(&str, Grid); 5] = [
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut scan = Scan::new(path, bytes);
     scan.skip_blanks();
-    let version = words(scan.line())
-        .last()
-        .map(|word| text(word))
-        .unwrap_or_default();
+    let version = words(scan.line()).last().map(text).unwrap_or_default();
     scan.line(); // a title
     let encoding = text(scan.line().trim_ascii());
     let binary = match encoding.to_ascii_lowercase().as_str() {
@@ -236,7 +233,7 @@ impl<'a> Reader<'a> {
         };
         let name = text(self.argument()?);
         let mut rest = words(self.scan.line());
-        let next = rest.next().map(|word| text(word));
+        let next = rest.next().map(text);
         let count_of = |word: Option<&str>, scan: &Scan| -> Result<usize> {
             let number = word.and_then(|word| word.parse::<usize>().ok());
             number.ok_or_else(|| scan.error(format!("{keyword} {name:?} lacks a number")))
@@ -258,13 +255,10 @@ impl<'a> Reader<'a> {
             "COLOR_SCALARS" => (String::new(), count_of(next.as_deref(), start)?),
             "TEXTURE_COORDINATES" => {
                 let components = count_of(next.as_deref(), start)?;
-                (
-                    rest.next().map(|word| text(word)).unwrap_or_default(),
-                    components,
-                )
+                (rest.next().map(text).unwrap_or_default(), components)
             }
             "SCALARS" => {
-                let components = rest.next().map(|word| text(word));
+                let components = rest.next().map(text);
                 let components = components
                     .map(|word| count_of(Some(&word), start))
                     .transpose()?;
