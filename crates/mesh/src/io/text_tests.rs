@@ -1,7 +1,7 @@
-//! Small files of the text formats, typed by hand: what is in them, and that no damage to them makes a reader fail
+//! Small files of the text formats, typed by hand (`fuzz/seeds/text`): what is in them, and that no damage to them makes a reader fail
 //! otherwise than in words.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::{Content, parse};
 use crate::error::Result;
@@ -11,12 +11,12 @@ fn read(name: &str, bytes: &[u8]) -> Result<Content> {
     parse(Path::new(name), bytes, None)
 }
 
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds/text")
+}
+
 fn content(name: &str) -> Content {
-    let (_, text) = FILES
-        .iter()
-        .find(|(known, _)| *known == name)
-        .expect("a file of the table");
-    read(name, text.as_bytes()).unwrap_or_else(|error| panic!("{error}"))
+    super::open(&folder().join(name), None).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Dimension, tag, name and cells of each group.
@@ -32,77 +32,6 @@ fn cells(mesh: &Mesh) -> Vec<(CellKind, Vec<u32>)> {
         .map(|(_, kind, nodes)| (kind, nodes.to_vec()))
         .collect()
 }
-
-const FILES: &[(&str, &str)] = &[
-    (
-        "no-end.mesh",
-        "MeshVersionFormatted 2\nDimension\n3\nVertices\n4\n0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\nTetrahedra\n1\n1 2 3 4 7\nNormals\n1\n0 0 1\n",
-    ),
-    (
-        "second.mesh",
-        "MeshVersionFormatted 2\nDimension 3\nVertices 10\n0 0 0 0  2 0 0 0  0 2 0 0  0 0 2 0  1 0 0 0  1 1 0 0  0 1 0 0  0 0 1 0  1 0 1 0  0 1 1 0\nTetrahedraP2 1\n1 2 3 4 5 6 7 8 9 10 3\nEnd\n",
-    ),
-    (
-        "curved.mesh",
-        "MFEM mesh v1.3\n# a comment\ndimension\n2\nelements\n2\n1 3 0 1 2 3\n2 2 1 4 2\nattribute_sets\n1\n\"both of them\" 2 1 2\nboundary\n1\n5 1 1 4\nbdr_attribute_sets\n1\nside 1 5\nvertices\n5\nnodes\nFiniteElementSpace\nFiniteElementCollection: H1_2D_P2\nVDim: 2\nOrdering: 1\n0 0 2 0 2 2 0 2 4 0  1 0 2 1 1 2 0 1 3 0 3 1  1 1\nmfem_mesh_end\n",
-    ),
-    (
-        "leaves.mesh",
-        "MFEM NC mesh v1.0\ndimension\n2\nelements\n4\n-1 1 3 2 1 2\n0 1 3 0 0 5 6 3\n0 1 3 0 5 1 2 6\n0 2 2 0 1 4 2\nboundary\n1\n3 1 0 5\nvertex_parents\n2\n5 0 1\n6 3 2\ncoordinates\n5\n2\n0 0 2 0 2 2 0 2 4 1\nmfem_mesh_end\n",
-    ),
-    (
-        "box.mesh",
-        "MFEM INLINE mesh v1.0\ntype = tri\nnx = 2 # cells\nny = 1\nsx = 2.0\nsy = 1.0\n",
-    ),
-    (
-        "parts.inp",
-        "*Heading\n two bricks\n** a comment\n*Part, name=Brick\n*Node, nset=all\n1, 0., 0., 0.\n2, 1., 0.\n3, 1., 1., 0.\n4, 0., 1.\n5, 0, 0, 1\n6, 1, 0, 1.\n7, 1, 1, 1\n8, 0, 1, 1D0\n*ELEMENT, TYPE=C3D8R,\nELSET=solid\n10, 1, 2, 3, 4, 5,\n6, 7, 8\n*Elset, elset=same, generate\n10, 20, 1\n*Surface, name=top\nsolid, S2\n*Solid Section, elset=solid, material=steel\n,\n*End Part\n*Assembly, name=A\n*Instance, name=One, part=brick\n*End Instance\n*Instance, name=Two, part=Brick\n 2., 0., 0.\n 2., 0., 0., 2., 0., 1., 90.\n*End Instance\n*Nset, nset=corners, instance=Two\n 1, 7\n*Nset, nset=more\n One.1, corners\n*End Assembly\n*Material, name=steel\n",
-    ),
-    (
-        "shell.inp",
-        "*NODE, SYSTEM=C\n1, 1., 0., 0.\n2, 1., 90., 0.\n3, 1., 180., 0.\n4, 0.5, 45., 0.\n5, 0.5, 90\n6, 0.5, 0\n*ELEMENT, TYPE=STRI65, ELSET=E\n1, 1, 2, 3, 4, 5, 6\n*ELEMENT, TYPE=B32\n7, 1, 4, 2\n*SURFACE, NAME=outside\nE, SPOS\n1, E1\n*BOUNDARY\n1, 1, 3\n",
-    ),
-    (
-        "cells.inp",
-        "# AVS\n5 3 1 2 0\n0 0 0 0\n1 1 0 0\n2 1 1 0\n3 0 1 0\n4 0 0 1\n1 1 pyr 4 0 1 2 3\n1 2 quad 0 1 2 3\n3 0 line 0 1\n1 1\nt, K\n0 1\n1 2\n2 3\n3 4\n4 5\n1 2\nv, m/s\n1 0 1\n1 2 3\n3 4 5\n",
-    ),
-    (
-        "plate.unv",
-        "    -1\n   164\n         1SI: Metre (newton)         2\n    1.0D+00    1.0D+00    1.0D+00\n    2.7315D+02\n    -1\n    -1\n  2411\n         5         1         1        11\n   0.0D+00   0.0D+00   0.0D+00\n         6         1         1        11\n   2.0D+00   0.0D+00   0.0D+00\n         7         1         1        11\n   0.0D+00   2.0D+00   0.0D+00\n         8         1         1        11\n   1.0D+00   0.0D+00   0.0D+00\n         9         1         1        11\n   1.0D+00   1.0D+00   0.0D+00\n        10         1         1        11\n   0.0D+00   1.0D+00   0.0D+00\n    -1\n    -1\n  2412\n         1        42         1         1         7         6\n         5         8         6         9         7        10\n         2        24         2         1         7         3\n         0         1         1\n         5         8         6\n    -1\n    -1\n  2467\n         3         0         0         0         0         0         0         2\nthe side\n         8         2         0         0         7         7         0         0\n    -1\n    -1\n  2414\n         1\ntemperature\n         1\nNONE\nNONE\nNONE\nNONE\nNONE\n         1         4         1         0         4         1\n         0         0         0         0         0         0         3         0\n         0         0\n  2.5D+00  0.0D+00  0.0D+00  0.0D+00  0.0D+00  0.0D+00\n  0.0D+00  0.0D+00  0.0D+00  0.0D+00  0.0D+00  0.0D+00\n         6\n-1.00000E+00\n         5\n 3.00000E+00\n    -1\n",
-    ),
-    (
-        "cards.bdf",
-        "SOL 101\nCEND\nBEGIN BULK\n$ a comment\nCORD2R  9               0.      0.      0.      0.      0.      1.      +A\n+A      0.      1.      0.\nGRID    1               0.      0.      0.\nGRID*   2                               1.              0.\n*       0.\nGRID,3,9,0.,-1.,0.\nGRID    4               0.0     0.0     1.5-1\nCTETRA  11      5       1       2       3       4\nCTRIA3,12,6,1,2,3\nCBUSH   13      7       1\nPSOLID  5       1\nENDDATA\n",
-    ),
-    (
-        "zones.su2",
-        "% a comment\nNZONE= 2\nIZONE= 1\nNDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0 0\n1 0 1\n0 1 2\nNMARK= 2\nMARKER_TAG= wall\nMARKER_ELEMS= 1\n3 0 1\nMARKER_TAG= both\nMARKER_ELEMS= 2\n3 1 0\n3 1 2\nIZONE= 2\nNDIME= 2\nNELEM= 1\n5 0 1 2\nNPOIN= 3\n5 0\n6 0\n5 1\nNMARK= 0\nFFD_TAG= box\n",
-    ),
-    (
-        "text.stl",
-        "solid one side\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 -0.0\nendloop\nendfacet\nendsolid one side\n",
-    ),
-    (
-        "faces.off",
-        "COFF # a comment\n5 3 0\n0 0 0 255 0 0\n1 0 0\n1 1 0\n0 1 0\n2 2 0\n4 0 1 2 3\n3 2 4 3 0.5 0.5 0.5\n5 0 1 2 4 3\n",
-    ),
-    (
-        "faces.ply",
-        "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nelement face 2\nproperty list uchar int vertex_indices\nproperty float quality\nend_header\n0 0 0 1\n1 0 0 2\n1 1 0 3\n0 1 0 4\n3 0 1 2 0.5\n4 0 1 2 3 0.25\n",
-    ),
-    (
-        "faces.obj",
-        "# a comment\nmtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\no body\ng left right\nf 1//1 2//1 3//1\nf -4 -3 -2 -1\ng left\nl 1 2 3\n",
-    ),
-    (
-        "three.msh",
-        "$MeshFormat\n3 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 4\"one\"\n2 4 \"two\"\n1 9 \"edge\" more\n$EndPhysicalNames\n$Entities\n0 0 1 0\n1 0 1 4\n$EndEntities\n$Nodes\n3\n1 0 0 0 0\n2 1 0 0 0\n3 0 1 0 0\n$EndNodes\n$Elements\n2\n1 2 1 3 1 2 3\n2 135 1 4 1 3 2 1\n$EndElements\n",
-    ),
-    (
-        "rows.msh",
-        "$MeshFormat\n2.200000 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n3 0 1 0\n$EndNodes\n$Elements\n1\n1 2 2 1 1 1 2 3\n$EndElements\n$NodeData\n1\n\"u\"\n1\n0\n3\n0\n1\n4\n1 5\n2 6\n3 7\n9 8\n$EndNodeData\n",
-    ),
-];
 
 #[test]
 fn medit_without_an_end_and_of_second_order() {
@@ -762,10 +691,7 @@ fn surfaces() {
         ]
     );
     for big in [false, true] {
-        let (_, head) = FILES
-            .iter()
-            .find(|(name, _)| *name == "faces.ply")
-            .expect("there");
+        let head = std::fs::read_to_string(folder().join("faces.ply")).expect("there");
         let head = head.split_inclusive("end_header\n").next().expect("a head");
         let mut bytes = head
             .replace(
@@ -851,7 +777,12 @@ fn msh_as_gmsh_reads_it() {
 /// Cut anywhere, or with any byte changed, a file is read or refused in words, and what is read is sound.
 #[test]
 fn damage_is_refused_in_words() {
-    for (name, text) in FILES {
+    let files: Vec<_> = std::fs::read_dir(folder()).expect("a folder").collect();
+    assert!(files.len() > 16, "only {} files", files.len());
+    for file in files {
+        let path = file.expect("a file").path();
+        let text = std::fs::read_to_string(&path).expect("text");
+        let name = path.to_str().expect("UTF-8");
         let bytes = text.as_bytes();
         for end in 0..bytes.len() {
             drop(read(name, &bytes[..end]));
