@@ -463,7 +463,7 @@ impl Reader {
 
 /// An index from 0 for one from 1.
 fn index(number: i64, count: usize) -> Option<u32> {
-    let index = u32::try_from(number - 1).ok()?;
+    let index = u32::try_from(number.wrapping_sub(1)).ok()?;
     ((index as usize) < count).then_some(index)
 }
 
