@@ -497,12 +497,15 @@ pub enum Attribute {
     Float(f32),
 }
 
+/// Fills bytes with the values of a record from a number on.
+type Fill<'a> = Box<dyn Fn(usize, usize, &mut [u8]) + Sync + 'a>;
+
 struct New<'a> {
     name: String,
     dimensions: Vec<usize>,
     kind: u32,
     attributes: Vec<(String, Attribute)>,
-    fill: Box<dyn Fn(usize, usize, &mut [u8]) + Sync + 'a>,
+    fill: Fill<'a>,
 }
 
 /// The type of a variable that is written.

@@ -97,12 +97,15 @@ pub struct Group<'a> {
     data: Vec<(String, Data<'a>)>,
 }
 
+/// Fills bytes with the values from a number on.
+type Fill<'a> = Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>;
+
 /// A data set, or the value of an attribute.
 pub struct Data<'a> {
     kind: Type,
     /// None: one value.
     shape: Vec<usize>,
-    fill: Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>,
+    fill: Fill<'a>,
     attributes: Vec<(String, Data<'a>)>,
 }
 

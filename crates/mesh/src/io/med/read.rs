@@ -14,6 +14,9 @@ use crate::mesh::{CellBlock, CellKind, Field, Support, Values};
 /// The groups of each family by its number, and the family's own name where it has none.
 type Families = HashMap<i64, Vec<String>>;
 
+/// Points or cells, and their values.
+type Part = (Vec<u32>, Vec<f64>);
+
 struct Reader {
     file: Group,
     mesh: String,
@@ -358,7 +361,7 @@ impl Reader {
             .number("PDT")
             .filter(|time| number.is_some() && time.is_finite());
         let number = number.and_then(|n| i32::try_from(n).ok());
-        let mut parts: BTreeMap<Support, Vec<(Vec<u32>, Vec<f64>)>> = BTreeMap::new();
+        let mut parts: BTreeMap<Support, Vec<Part>> = BTreeMap::new();
         for (place, support) in step.groups()? {
             let (on, kind) = match place.split_once('.') {
                 None if place == "NOE" => (Support::Points, None),
