@@ -358,7 +358,7 @@ fn components_and_magnitudes_are_fields() {
     );
 }
 
-/// Exodus files of three times, of which meshio reads the first.
+/// Exodus files of three times, on HDF5.
 #[test]
 fn exodus_steps_are_matched_by_time() {
     let folder = folder();

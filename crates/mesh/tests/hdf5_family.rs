@@ -146,7 +146,8 @@ fn others_read_what_is_written() {
                 solids == [1, 2] || solids == [1, 1] && path.ends_with(".e"),
                 "{program} {path}: {found:?}"
             );
-            if theirs["groups"].is_object() {
+            // Of CGNS, Gmsh finds groups in files of its own alone.
+            if path.ends_with(".med") && program == "gmsh" {
                 let expected = [("body", 1), ("floor", 1), ("roof", 1)]
                     .map(|(name, count)| (name.to_owned(), count));
                 assert_eq!(

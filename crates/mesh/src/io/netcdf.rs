@@ -497,7 +497,7 @@ pub enum Attribute {
     Float(f32),
 }
 
-/// Gets a record, the number of a first value in it, and zeros to fill.
+/// Fills bytes with the values of a record from a number on.
 type Fill<'a> = Box<dyn Fn(usize, usize, &mut [u8]) + Sync + 'a>;
 
 struct New<'a> {

@@ -123,5 +123,7 @@ pub fn row_of(at: &[u32], item: usize) -> Option<usize> {
 /// One value as binary64.
 #[allow(clippy::unnecessary_cast, reason = "of ten types one is f64")]
 pub fn number(values: &Values, k: usize) -> f64 {
-    crate::field::data::with_numbers!(values, numbers => numbers.get(k).map_or(f64::NAN, |&value| value as f64))
+    #[allow(clippy::unnecessary_cast)] // of the one type that is it already
+    let value = crate::field::data::with_numbers!(values, numbers => numbers.get(k).map_or(f64::NAN, |&value| value as f64));
+    value
 }

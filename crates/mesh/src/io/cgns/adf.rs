@@ -1,6 +1,7 @@
 //! ADF, the tree of nodes that CGNS stood on before HDF5: headers of fixed size whose pointers are blocks of 4096 bytes and
 //! offsets in them, as hexadecimal text in version A, in binary in version B.
 
+use std::cell::Cell;
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
@@ -20,6 +21,8 @@ pub struct File<'a> {
     /// Whether pointers are text.
     is_text: bool,
     big_endian: bool,
+    /// Bytes that may still be read: of a sound file no more than it has.
+    left: Cell<usize>,
 }
 
 /// A node: its name, label and type, the lengths of its dimensions, the first running fastest, and where its data are.
@@ -46,6 +49,7 @@ impl<'a> File<'a> {
             bytes,
             is_text: bytes.get(25) == Some(&b'A'),
             big_endian: bytes.get(100) == Some(&b'B'),
+            left: Cell::new(4 * bytes.len()),
         };
         if !matches!(bytes.get(100), Some(b'B' | b'L')) {
             return Err(file.refuse(100, "the numbers are neither big-endian nor little-endian"));
@@ -177,13 +181,14 @@ impl<'a> File<'a> {
             .shape
             .iter()
             .try_fold(size, |all: usize, &n| all.checked_mul(n));
-        let bytes = bytes.filter(|&bytes| bytes <= self.bytes.len());
+        let bytes = bytes.filter(|&bytes| bytes <= self.left.get());
         let bytes = bytes.ok_or_else(|| {
             self.refuse(
                 node.data,
                 format!("the data of {} are larger than the file", node.name),
             )
         })?;
+        self.left.set(self.left.get() - bytes);
         let mut found = Vec::new();
         let part = match node.chunks {
             1 => self.take(node.data + 4 + POINTER as u64, bytes)?,

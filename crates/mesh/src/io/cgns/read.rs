@@ -235,8 +235,15 @@ impl Reader {
             if !self.elements(&section, &points)? {
                 continue;
             }
-            if let [from, to] = range[..] {
-                sections.push((from, to, first));
+            let count = self.sets.mesh.cell_count() as i64 - i64::from(first);
+            match range[..] {
+                [from, to] if to.checked_sub(from) == Some(count - 1) => {
+                    sections.push((from, to, first));
+                }
+                _ => {
+                    let what = format!("{count} elements of the numbers {range:?}");
+                    return Err(section.refuse(what));
+                }
             }
         }
         // Values stand in the order of the elements' numbers.
@@ -269,7 +276,7 @@ impl Reader {
             .transpose()?
             .unwrap_or_default();
         let node = |number: i64| {
-            let index = u32::try_from(number - 1)
+            let index = u32::try_from(number.wrapping_sub(1))
                 .ok()
                 .filter(|&index| index < points.len() as u32);
             index.map(|index| points.start + index).ok_or_else(|| {
@@ -387,14 +394,18 @@ impl Reader {
                 .then(|| part_of_grid(structure, &numbers, &location, zone.points.start))
                 .flatten());
         }
+        let most = (self.sets.mesh.points.len() + self.sets.mesh.cell_count()) as i64;
         let listed: Vec<i64> = match (name.ends_with("Range"), &numbers[..]) {
-            (true, &[from, to]) if to - from <= u32::MAX.into() => (from..=to).collect(),
+            // No more than there are points and cells.
+            (true, &[from, to]) if to.checked_sub(from).is_some_and(|n| n <= most) => {
+                (from..=to).collect()
+            }
             (true, _) => return Ok(None),
             (false, _) => numbers,
         };
         if on_nodes {
             let node = |&n: &i64| {
-                u32::try_from(n - 1)
+                u32::try_from(n.wrapping_sub(1))
                     .ok()
                     .filter(|&n| n < zone.points.len() as u32)
                     .map(|n| zone.points.start + n)
@@ -603,9 +614,10 @@ fn part_of_grid(structure: &[usize], range: &[i64], location: &str, first: u32) 
         let (mut low, mut high) = (from[axis].min(*to.get(axis)?), from[axis].max(to[axis]));
         // Faces have the points at both of their ends, but for the direction in which they lie.
         if location != "Vertex" && low != high {
-            high += 1;
+            high = high.saturating_add(1);
         }
-        (low, high) = (low.max(1), high.min(structure[axis] as i64));
+        let last = structure[axis] as i64;
+        (low, high) = (low.clamp(1, last.max(1)), high.clamp(1, last.max(1)));
         bounds.push((
             usize::try_from(low - 1).ok()?,
             usize::try_from(high - 1).ok()?,

@@ -114,6 +114,7 @@ pub fn write(
     if !mesh.groups.is_empty() {
         losses.note("groups are numbered anew, in their order");
     }
+    let mut named = Vec::new();
     for (group, name) in mesh.groups.iter().zip(&names) {
         if group.name.as_ref() != Some(name) {
             losses.note(format!(
@@ -131,6 +132,7 @@ pub fn write(
             losses.lose(format!("the group {name:?}, which has no cells"));
             continue;
         }
+        named.push(name.as_str());
         let list = node(zone, "ZoneBC", "ZoneBC_t", "MT");
         let boundary = node(list, name, "BC_t", "C1");
         boundary.add(" data", characters("UserDefined", 11));
@@ -141,11 +143,16 @@ pub fn write(
             _ => "EdgeCenter",
         };
         text(boundary, "GridLocation", "GridLocation_t", location);
+        // Gmsh has groups by the family alone.
+        text(boundary, "FamilyName", "FamilyName_t", name);
         let length = listed.len();
         node(boundary, "PointList", "IndexArray_t", "I4").add(
             " data",
             Data::integers(INT, vec![length, 1], move |k| listed[k]),
         );
+    }
+    for name in &named {
+        node(file.member("Base"), name, "Family_t", "MT");
     }
     write_fields(file.member("Base"), mesh, &steps, &full, &mut losses);
     let warnings = losses.settle(path, FORMAT.title, options.lossy)?;

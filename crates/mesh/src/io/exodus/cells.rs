@@ -55,7 +55,9 @@ pub fn name(kind: CellKind) -> Option<String> {
     };
     let name = match kind {
         // Plain names are those that meshio knows as well.
-        CellKind::Vertex | CellKind::Prism | CellKind::Pyramid => name.into(),
+        CellKind::Vertex | CellKind::Tetrahedron | CellKind::Prism | CellKind::Pyramid => {
+            name.into()
+        }
         _ => format!("{name}{}", kind.points()),
     };
     (self::kind(&name, kind.points()) == Some(kind)).then_some(name)

@@ -163,7 +163,9 @@ impl Reader<'_> {
         let known = self.numbers_and_names("eb_prop1", "eb_names")?;
         let declared = self.file.dimension("num_el_blk")?.unwrap_or(known.len());
         let points = self.sets.mesh.points.len();
-        for k in 0..declared.min(1 << 20) {
+        // No more than there are variables for.
+        let most = self.file.names()?.len() + known.len();
+        for k in 0..declared.min(most) {
             let connect = format!("connect{}", k + 1);
             let (tag, name) = known
                 .get(k)
@@ -317,12 +319,18 @@ impl Reader<'_> {
                 self.variable(&format!("vals_nod_var{}", k + 1), "vals_nod_var", k, step)?;
             match values.filter(|values| values.len() == points && points > 0) {
                 Some(values) => self.add(Field::new(name, Support::Points, 1, values), step, time),
-                None => self.unread.push(format!(
+                None => self.tell(format!(
                     "the variable {name:?} on nodes, whose values are not there"
                 )),
             }
         }
         Ok(())
+    }
+
+    fn tell(&mut self, what: String) {
+        if !self.unread.contains(&what) {
+            self.unread.push(what);
+        }
     }
 
     fn add(&mut self, field: Field, step: usize, time: Option<f64>) {
@@ -356,7 +364,7 @@ impl Reader<'_> {
                 }
             }
             if at.is_empty() {
-                self.unread.push(format!(
+                self.tell(format!(
                     "the variable {name:?} on elements, whose values are not there"
                 ));
                 continue;
@@ -414,11 +422,11 @@ impl Reader<'_> {
                 .unwrap_or_default();
             let mut sides = Vec::with_capacity(elements.len());
             for (&element, &side) in elements.iter().zip(&numbers) {
-                let cell = usize::try_from(element - 1).unwrap_or(usize::MAX);
+                let cell = usize::try_from(element.wrapping_sub(1)).unwrap_or(usize::MAX);
                 let block = self.blocks.get(ends.partition_point(|&end| end <= cell));
                 let corners = block.and_then(|block| {
                     let all = cells::sides(block.kind?.shape(), block.is_shell);
-                    all.get(usize::try_from(side - 1).ok()?)
+                    all.get(usize::try_from(side.wrapping_sub(1)).ok()?)
                 });
                 let Some(corners) = corners else {
                     let what = format!(

@@ -97,7 +97,7 @@ pub struct Group<'a> {
     data: Vec<(String, Data<'a>)>,
 }
 
-/// Gets the number of a first value, and zeros to fill.
+/// Fills bytes with the values from a number on.
 type Fill<'a> = Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>;
 
 /// A data set, or the value of an attribute.

@@ -14,6 +14,9 @@ use crate::mesh::{CellBlock, CellKind, Field, Support, Values};
 /// The groups of each family by its number, and the family's own name where it has none.
 type Families = HashMap<i64, Vec<String>>;
 
+/// Points or cells, and their values.
+type Part = (Vec<u32>, Vec<f64>);
+
 struct Reader {
     file: Group,
     mesh: String,
@@ -358,8 +361,6 @@ impl Reader {
             .number("PDT")
             .filter(|time| number.is_some() && time.is_finite());
         let number = number.and_then(|n| i32::try_from(n).ok());
-        /// Items, and their values.
-        type Part = (Vec<u32>, Vec<f64>);
         let mut parts: BTreeMap<Support, Vec<Part>> = BTreeMap::new();
         for (place, support) in step.groups()? {
             let (on, kind) = match place.split_once('.') {
@@ -465,7 +466,7 @@ impl Reader {
 
 /// An index from 0 for one from 1.
 fn index(number: i64, count: usize) -> Option<u32> {
-    let index = u32::try_from(number - 1).ok()?;
+    let index = u32::try_from(number.wrapping_sub(1)).ok()?;
     ((index as usize) < count).then_some(index)
 }
 

@@ -198,10 +198,9 @@ fn column(values: Column<'_>, width: usize) -> Data<'_> {
         _ => Type::Float(8),
     };
     let count = values.len();
-    let shape = if width == 0 {
-        vec![count]
-    } else {
-        vec![count / width, width]
+    let shape = match count.checked_div(width) {
+        None => vec![count],
+        Some(rows) => vec![rows, width],
     };
     Data::made(kind, shape, move |first, bytes| values.fill(first, bytes))
 }

@@ -111,8 +111,8 @@ impl<'a> Items<'a> {
         let format = element.get("Format").unwrap_or("XML").to_ascii_uppercase();
         let values = match format.as_str() {
             "XML" => self.inline(item, &element.text)?,
-            "HDF" => self.from_hdf5(element.text.trim(), None)?,
-            "BINARY" => self.from_bytes(item, count)?,
+            "HDF" => self.in_hdf5(element.text.trim(), None)?,
+            "BINARY" => self.in_bytes(item, count)?,
             other => return Err(self.refuse(format!("data in the format {other:?} are not read"))),
         };
         if values.len() != count && !shape.is_empty() {
@@ -138,7 +138,7 @@ impl<'a> Items<'a> {
             .get("Format")
             .is_some_and(|format| format.eq_ignore_ascii_case("HDF"))
         {
-            let values = self.from_hdf5(element.text.trim(), Some(of))?;
+            let values = self.in_hdf5(element.text.trim(), Some(of))?;
             return Ok(Item { shape, values });
         }
         let whole = self.read_at(item, depth + 1)?;
@@ -214,7 +214,7 @@ impl<'a> Items<'a> {
     }
 
     /// Data as in `u.h5:/Function/u/0`, perhaps with a selection behind `|`.
-    fn from_hdf5(&self, place: &str, of: Option<&[[usize; 3]]>) -> Result<Values> {
+    fn in_hdf5(&self, place: &str, of: Option<&[[usize; 3]]>) -> Result<Values> {
         let (place, selection) = place.split_once('|').unwrap_or((place, ""));
         let Some((name, path)) = place.rsplit_once(':') else {
             return Err(self.refuse(format!(
@@ -284,7 +284,7 @@ impl<'a> Items<'a> {
         Ok((path, bytes))
     }
 
-    fn from_bytes(&self, item: usize, count: usize) -> Result<Values> {
+    fn in_bytes(&self, item: usize, count: usize) -> Result<Values> {
         let element = self.tree.at(item);
         let name = element.text.trim();
         let (_, bytes) = self.beside(name)?;

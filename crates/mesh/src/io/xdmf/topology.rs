@@ -178,6 +178,7 @@ fn grid_points(items: &Items<'_>, axes: &[Vec<f64>]) -> Result<Vec<[f64; 3]>> {
         .try_fold(1_usize, |all, axis| all.checked_mul(axis.len()));
     let count = count.filter(|&count| count <= 1 << 28 && axes.len() <= 3);
     let count = count.ok_or_else(|| items.refuse("a grid of too many points"))?;
+    crate::memory::require(64.0 * count as f64, "a grid of its size")?;
     let points = (0..count).map(|k| {
         let mut rest = k;
         std::array::from_fn(|axis| {
