@@ -160,7 +160,7 @@ fn nodes_are_where_the_file_has_them() {
             .iter()
             .any(|x| x.abs() < 1e-9);
         let warp = |x: f64| match () {
-            () if !on_edge || x < 0.1 || x > 0.9 => x,
+            () if !on_edge || !(0.1..0.9).contains(&x) => x,
             () if x < 0.5 => g,
             () => 1.0 - g,
         };

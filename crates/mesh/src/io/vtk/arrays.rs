@@ -32,7 +32,7 @@ impl Reader<'_> {
         };
         let name = text(self.argument()?);
         let mut rest = words(self.scan.line());
-        let next = rest.next().map(|word| text(word));
+        let next = rest.next().map(text);
         let count_of = |word: Option<&str>, scan: &Scan| -> Result<usize> {
             let number = word.and_then(|word| word.parse::<usize>().ok());
             number.ok_or_else(|| scan.error(format!("{keyword} {name:?} lacks a number")))
@@ -54,13 +54,10 @@ impl Reader<'_> {
             "COLOR_SCALARS" => (String::new(), count_of(next.as_deref(), start)?),
             "TEXTURE_COORDINATES" => {
                 let components = count_of(next.as_deref(), start)?;
-                (
-                    rest.next().map(|word| text(word)).unwrap_or_default(),
-                    components,
-                )
+                (rest.next().map(text).unwrap_or_default(), components)
             }
             "SCALARS" => {
-                let components = rest.next().map(|word| text(word));
+                let components = rest.next().map(text);
                 let components = components
                     .map(|word| count_of(Some(&word), start))
                     .transpose()?;

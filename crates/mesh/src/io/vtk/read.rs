@@ -35,10 +35,7 @@ const GRIDS: [(&str, Grid); 5] = [
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut scan = Scan::new(path, bytes);
     scan.skip_blanks();
-    let version = words(scan.line())
-        .last()
-        .map(|word| text(word))
-        .unwrap_or_default();
+    let version = words(scan.line()).last().map(text).unwrap_or_default();
     scan.line(); // a title
     let encoding = text(scan.line().trim_ascii());
     let binary = match encoding.to_ascii_lowercase().as_str() {
