@@ -475,10 +475,10 @@ fn an_interruption_ends_meshio() {
         "#!/bin/sh\n[ \"$1\" = -c ] && exit 0 # asked whether it has meshio\nexec sleep 120.25\n",
     );
     std::fs::set_permissions(&python, PermissionsExt::from_mode(0o755)).unwrap();
-    write(folder.path(), "in.vtk", "# vtk DataFile Version 5.1\n");
+    write(folder.path(), "in.msh", "(0 \"Fluent\")\n"); // a format of meshio's
     for signal in ["-INT", "-TERM"] {
         let child = crate::common::faceoff(folder.path())
-            .args(["mesh", "convert", "in.vtk", "out.msh"])
+            .args(["mesh", "convert", "in.msh", "out.msh"])
             .env("FACEOFF_MESHIO_PYTHON", &python)
             .stderr(std::process::Stdio::piped())
             .spawn()

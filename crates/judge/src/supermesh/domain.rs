@@ -1,5 +1,7 @@
 //! The cells of one result as straight simplices, each with the cell whose functions hold there.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::clip::{Simplex, clip, measure, subtract};
@@ -124,7 +126,9 @@ impl<'a> Domain<'a> {
                     let remedy = "give results on triangles, quadrangles or tetrahedra whose nodes are all there";
                     let what = || format!("functions on a {kind} are not known here");
                     let element = Element::new(kind).ok_or_else(|| refuse(what(), remedy))?;
-                    domain.elements.push(element);
+                    let first = domain.of_cell.len() as u32;
+                    let own = domain.at_own_nodes(&element, first..first + count as u32);
+                    domain.elements.push(own.unwrap_or(element));
                     domain.elements.len() - 1
                 }
             };
@@ -172,6 +176,48 @@ impl<'a> Domain<'a> {
             .map(|piece| domain.piece_measure(piece));
         domain.measure = measures.sum();
         Ok(domain)
+    }
+
+    /// The element whose nodes are where the file has them, if those are the same places of every cell, but not Gmsh's: dolfinx
+    /// has the points of Gauss, Lobatto and Legendre, and writes them as they are. Read as equidistant ones they would make
+    /// curved cells of straight ones, and another function.
+    fn at_own_nodes(&self, element: &Element, cells: Range<u32>) -> Option<Element> {
+        // Up to order two there is no choice.
+        if element.order < 3 {
+            return None;
+        }
+        let places = |cell: u32| -> Vec<[f64; 3]> {
+            let first = self.side.cell(cell as usize).next();
+            let origin = first
+                .map(|point| self.points[point as usize])
+                .unwrap_or_default();
+            self.nodes(cell, &origin).collect()
+        };
+        let first = places(cells.start);
+        let is_quadrangle = element.kind.shape() == Shape::Quadrangle;
+        // The edges from the first corner, and what is normal to them in a plane.
+        let mut edges = nalgebra::Matrix3::identity();
+        for axis in 0..self.dim {
+            let corner = if is_quadrangle && axis == 1 {
+                3
+            } else {
+                axis + 1
+            };
+            edges.set_column(axis, &first[corner].into());
+        }
+        let inverse = edges.try_inverse()?;
+        let own = first
+            .iter()
+            .map(|place| (inverse * nalgebra::Vector3::from(*place)).into());
+        let own: Vec<[f64; 3]> = own.collect();
+        let same = |a: &[f64; 3], b: &[f64; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-6);
+        if own.iter().zip(&element.nodes).all(|(a, b)| same(a, b)) {
+            return None;
+        }
+        let own = element.clone().with_nodes(own)?;
+        let mut all = cells.map(|cell| Geometry::of(&own, &places(cell), self.near));
+        all.all(|geometry| geometry == Geometry::Straight)
+            .then_some(own)
     }
 
     /// z of a plane mesh.

@@ -17,10 +17,20 @@ use super::element::Element;
 
 /// Cells of one kind; every cell has nodes of its own, by its element.
 fn broken(source: &str, kind: CellKind, corners: &[Vec<[f64; 3]>]) -> Results {
-    let element = Element::new(kind).unwrap();
+    let nodes = Element::new(kind).unwrap().nodes;
+    broken_at(source, kind, corners, &nodes)
+}
+
+/// The same with nodes at these places of the reference cell.
+fn broken_at(
+    source: &str,
+    kind: CellKind,
+    corners: &[Vec<[f64; 3]>],
+    nodes: &[[f64; 3]],
+) -> Results {
     let mut points = Vec::new();
     for cell in corners {
-        for node in &element.nodes {
+        for node in nodes {
             let place = match cell.len() {
                 // Bilinear.
                 4 if kind.dim() == 2 => {
@@ -36,7 +46,7 @@ fn broken(source: &str, kind: CellKind, corners: &[Vec<[f64; 3]>]) -> Results {
             points.push(place);
         }
     }
-    let width = element.len();
+    let width = nodes.len();
     Results {
         source: source.into(),
         space: if kind.dim() == 2 { 2 } else { 3 },
@@ -139,6 +149,40 @@ fn triangle(order: usize) -> CellKind {
 
 fn tetrahedron(order: usize) -> CellKind {
     CellKind::from_gmsh([4, 11, 29, 30, 31, 71][order - 1]).unwrap()
+}
+
+/// dolfinx puts the nodes of order 3 and more at the points of Gauss, Lobatto and Legendre, and writes them there.
+#[test]
+fn nodes_are_where_the_file_has_them() {
+    let g = 0.5 - 0.05_f64.sqrt();
+    let warped = |node: &[f64; 3]| {
+        let on_edge = [node[0], node[1], 1.0 - node[0] - node[1]]
+            .iter()
+            .any(|x| x.abs() < 1e-9);
+        let warp = |x: f64| match () {
+            () if !on_edge || !(0.1..0.9).contains(&x) => x,
+            () if x < 0.5 => g,
+            () => 1.0 - g,
+        };
+        node.map(warp)
+    };
+    let lattice = Element::new(triangle(3)).unwrap().nodes;
+    let nodes: Vec<[f64; 3]> = lattice.iter().map(warped).collect();
+    assert_ne!(nodes, lattice);
+    let cubic = |x: &[f64; 3]| x[0].powi(3) - 2.0 * x[0] * x[1] * x[1] + x[1];
+    let a = with(
+        broken_at("a", triangle(3), &grid(2, 3, 3, |x| x), &nodes),
+        "u",
+        cubic,
+    );
+    let b = with(broken("b", triangle(3), &grid(2, 4, 5, |x| x)), "u", cubic);
+    for (a, b) in [(&a, &b), (&b, &a)] {
+        let compared = compare(a, b).unwrap();
+        let u = &compared.fields[0].field;
+        assert_eq!(u.verdict, Verdict::Agree, "{u:?}");
+        assert!(norms(&compared, "u").l2 < 1e-14);
+        assert!(compared.intersection.unwrap().exact);
+    }
 }
 
 /// a = x on one mesh and b = y on another: ∫ (x - y)² = 1/6 and |a - b|² in H¹ = 2 on the unit square; the maximum, 1, is at a

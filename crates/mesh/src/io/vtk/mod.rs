@@ -4,6 +4,9 @@
 //! Tables of colours and texts are not read, which is told. Writing gives an unstructured grid, with groups and names as
 //! VTU has them, of version 4.2, or 5.1 where VTK takes nodes of high order for others before.
 
+mod arrays;
+mod assemble;
+mod numbers;
 mod read;
 mod write;
 

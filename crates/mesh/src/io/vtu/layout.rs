@@ -104,7 +104,7 @@ pub(crate) fn lay_out<'a>(
         Topology::Sections => {
             poly::check(mesh)?;
             let arrays = |of| {
-                let [nodes, ends] = poly::nodes_and_ends(mesh, of).map(Values::I64);
+                let [nodes, ends] = poly::nodes_and_ends(mesh, of);
                 [
                     Array::scalar("connectivity", nodes),
                     Array::scalar("offsets", ends),

@@ -7,7 +7,7 @@ use crate::field::GlobalArray;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
 use crate::io::{Options, refuse_unsound};
-use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support};
+use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -115,20 +115,26 @@ fn by_dimension<'m>(mesh: &'m Mesh, losses: &mut Losses) -> Cow<'m, Mesh> {
     })
 }
 
-/// The nodes of the cells of a section, and where those of each cell end.
-pub(super) fn nodes_and_ends(mesh: &Mesh, of: usize) -> [Vec<i64>; 2] {
+/// The nodes of the cells of a section, and where those of each cell end, of the same width, as VTK wants them.
+pub(super) fn nodes_and_ends(mesh: &Mesh, of: usize) -> [Values; 2] {
     let blocks = mesh
         .blocks
         .iter()
         .filter(|block| section(block.kind) == Some(of));
     let (mut nodes, mut ends) = (Vec::new(), Vec::new());
     for block in blocks {
-        for cell in block.cells() {
-            nodes.extend(cell.iter().map(|&node| i64::from(node)));
-            ends.push(nodes.len() as i64);
-        }
+        let (width, first) = (block.kind.points(), nodes.len());
+        nodes.extend_from_slice(&block.nodes);
+        ends.extend((1..=block.len()).map(|cell| first + cell * width));
     }
-    [nodes, ends]
+    if nodes.len().max(mesh.points.len()) <= i32::MAX as usize {
+        let nodes = nodes.into_iter().map(|node| node as i32);
+        let ends = ends.into_iter().map(|end| end as i32);
+        return [nodes.collect(), ends.collect()].map(Values::I32);
+    }
+    let nodes = nodes.into_iter().map(i64::from);
+    let ends = ends.into_iter().map(|end| end as i64);
+    [nodes.collect(), ends.collect()].map(Values::I64)
 }
 
 /// What polygonal data do not have.
