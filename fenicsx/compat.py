@@ -92,6 +92,12 @@ def geometry_dofs(mesh):
     return rows(mesh.geometry.dofmap)
 
 
+def diameters(mesh):
+    """The longest edge of each local cell."""
+    corners = mesh.geometry.x[geometry_dofs(mesh)]
+    return np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2), initial=0.0)
+
+
 def mesh_of_gmsh(model, comm):
     """A triangulation in the plane and its facet tags, from the physical groups of a model of Gmsh."""
     from dolfinx.io import gmshio

@@ -37,9 +37,7 @@ def solve(arrays, load, method, gamma0, iteration="newton"):
     facets = compat.facet_tags(mesh, boundary, labels)
     V = compat.function_space(mesh, *(("CR", 1) if method == "cr" else ("Lagrange", 2)))
     gamma = fem.Function(compat.function_space(mesh, "DG", 0))
-    corners = mesh.geometry.x[compat.geometry_dofs(mesh)]
-    h = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    gamma.x.array[compat.cell_dofs(gamma.function_space)[:, 0]] = gamma0 * h
+    gamma.x.array[compat.cell_dofs(gamma.function_space)[:, 0]] = gamma0 * compat.diameters(mesh)
 
     # Radon's 7 points on the cells, Gauss' 5 on the faces: exact for polynomials of degree 5 and 9.
     ds = ufl.Measure("ds", domain=mesh, subdomain_data=facets, metadata={"quadrature_degree": 9})
