@@ -16,7 +16,9 @@ COMM = MPI.COMM_SELF
 def square(n):
     """Union Jack on the unit square, labelled as FreeFEM's `square`: 1 bottom, 2 right, 3 top, 4 left."""
     corners = [np.zeros(2), np.ones(2)]
-    mesh = dmesh.create_rectangle(COMM, corners, [n, n], dmesh.CellType.triangle, diagonal=dmesh.DiagonalType.right_left)
+    mesh = dmesh.create_rectangle(
+        COMM, corners, [n, n], dmesh.CellType.triangle, diagonal=dmesh.DiagonalType.right_left
+    )
     mesh.topology.create_connectivity(1, 2)
     sides = [lambda x: x[1] < 1e-9, lambda x: x[0] > 1 - 1e-9, lambda x: x[1] > 1 - 1e-9, lambda x: x[0] < 1e-9]
     facets = [dmesh.locate_entities_boundary(mesh, 1, side) for side in sides]
@@ -62,7 +64,9 @@ def cut(points, cells, boundary, labels, m):
     of_cells = np.einsum("kv,cvd->ckd", weights, points[cells])
     of_faces = np.einsum("kv,fvd->fkd", along, points[boundary])
     everywhere = np.concatenate([of_cells.reshape(-1, 2), of_faces.reshape(-1, 2)])
-    _, first, number = np.unique(np.round(everywhere / np.ptp(points), 10), axis=0, return_index=True, return_inverse=True)
+    _, first, number = np.unique(
+        np.round(everywhere / np.ptp(points), 10), axis=0, return_index=True, return_inverse=True
+    )
     number = number.ravel()
     in_cells = number[: len(cells) * len(lattice)].reshape(len(cells), -1)
     on_faces = number[len(cells) * len(lattice) :].reshape(len(boundary), -1)

@@ -96,9 +96,7 @@ def fixed_point(u, gamma, ds, theta1=1.0, theta2=0.0):
     dn_u, dn_v, dn_w = dot(n, grad(u)), dot(n, grad(v)), dot(n, grad(w))
     new = gamma * dn_w + conditional(gt(gamma * dn_u - u, 0), 0.0, w)
     return (
-        inner(grad(w), grad(v)) * ufl.dx(degree=2)
-        - dn_w * v * ds_C
-        + new * (theta2 / gamma * v + theta1 * dn_v) * ds_C
+        inner(grad(w), grad(v)) * ufl.dx(degree=2) - dn_w * v * ds_C + new * (theta2 / gamma * v + theta1 * dn_v) * ds_C
     )
 
 

@@ -297,8 +297,8 @@ fn theory(outcome: &PaperOutcome) -> Vec<Block<'_>> {
         Block::Heading(2, "What sections 3 and 4 suppose, as numbers".into()),
         Block::Text(format!(
             "C is the constant of ‖v_h‖ ≤ C h^(3/2) ‖r‖; c the largest with c (‖∇w‖² + γ⁻¹‖w + [P(u₁)]₊ - [P(u₂)]₊‖²_C) ≤ A_h(u₁; v_h) - A_h(u₂; v_h) \
-             for all u₁, u₂, with the v_h of the proof: a smallest eigenvalue on the cells at Γ_C. Uniqueness is shown by another v_h, and \
-             so for smaller γ₀ than (4.2). With one point on each face both hold for every γ₀. {trace}"
+             for all u₁, u₂, with the v_h of the proof: a smallest eigenvalue on the cells at Γ_C. (4.2) gives uniqueness above its own γ₀, \
+             which is sharper than the condition that `solve` warns by, in the last column. With one point on each face both hold for every γ₀. {trace}"
         )),
         rows.into(),
     ]
