@@ -82,18 +82,37 @@ def petsc_vector(u):
     return u.x.petsc_vec if hasattr(u.x, "petsc_vec") else u.vector
 
 
-def _rows(table):
+def rows(table):
     """A table of numbers a cell, (cells, k): an adjacency list in older releases."""
     return table if isinstance(table, np.ndarray) else table.array.reshape(table.num_nodes, -1)
 
 
+def geometry_dofs(mesh):
+    """The numbers in `mesh.geometry.x` of each local cell's vertices, (cells, d+1)."""
+    return rows(mesh.geometry.dofmap)
+
+
+def diameters(mesh):
+    """The longest edge of each local cell."""
+    corners = mesh.geometry.x[geometry_dofs(mesh)]
+    return np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2), initial=0.0)
+
+
+def mesh_of_gmsh(model, comm):
+    """A triangulation in the plane and its facet tags, from the physical groups of a model of Gmsh."""
+    from dolfinx.io import gmshio
+
+    data = gmshio.model_to_mesh(model, comm, 0, gdim=2)
+    return data[0], data[2]
+
+
 def cell_vertices(mesh):
     """The input numbers of each local cell's vertices, (cells, d+1), in dolfinx's order."""
-    return np.asarray(mesh.geometry.input_global_indices)[_rows(mesh.geometry.dofmap)]
+    return np.asarray(mesh.geometry.input_global_indices)[rows(mesh.geometry.dofmap)]
 
 
 def cell_dofs(V):
-    return _rows(V.dofmap.list)
+    return rows(V.dofmap.list)
 
 
 def simplex_entities(d):

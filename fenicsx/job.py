@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import ufl
 from dolfinx import fem
+from mpi4py import MPI
 from ufl.algorithms.analysis import extract_type
 
 import compat
@@ -42,6 +43,7 @@ def read_gamma(case, mesh, contact_facets):
     values = np.fromfile(case["gamma"]["values"], "<f8")
     original = np.asarray(mesh.topology.original_cell_index)
     of_input = np.full(max(original.max(initial=-1), numbers.max(initial=-1)) + 1, np.nan)
+    check_gamma(case, mesh, numbers, values)
     of_input[numbers] = values
     of_cell = of_input[original]
 
@@ -55,6 +57,17 @@ def read_gamma(case, mesh, contact_facets):
     gamma = fem.Function(compat.function_space(mesh, "DG", 0))
     gamma.x.array[compat.cell_dofs(gamma.function_space)[:, 0]] = np.where(np.isnan(of_cell), 1.0, of_cell)
     return gamma
+
+
+def check_gamma(case, mesh, numbers, values):
+    """The job's γ must be γ₀ h, h the diameter of the cell or the largest of all."""
+    h = compat.diameters(mesh)
+    if case["h"] == "global":
+        h[:] = mesh.comm.allreduce(h.max(initial=0.0), MPI.MAX)
+    given = dict(zip(numbers.tolist(), values.tolist(), strict=True))
+    for cell, size in zip(np.asarray(mesh.topology.original_cell_index).tolist(), h.tolist(), strict=True):
+        if cell in given and not abs(given[cell] - case["gamma0"] * size) <= 1e-13 * given[cell]:
+            raise ValueError(f"gamma of cell {cell} is {given[cell]}, and gamma0 h is {case['gamma0'] * size}")
 
 
 def quadrature_rule(rule, dimension):

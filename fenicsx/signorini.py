@@ -1,31 +1,12 @@
-"""The Signorini problem by Nitsche's method, in dolfinx.
+"""The Signorini problem by Nitsche's method in dolfinx, for jobs of faceoff: the scheme is in nitsche.py.
 
-After E. Burman, P. Hansbo, M. G. Larson, "The penalty-free Nitsche method and nonconforming finite elements for the
-Signorini problem", SIAM J. Numer. Anal. 55 (2017), 2523-2539; equation numbers are theirs. They take g = t = ψ = 0.
-
-Strong form (1.1):          -Δu = f                                in Ω
-                              u = g                                on Γ_D
-                            ∂ₙu = t                                on Γ_N
-                          u ≤ ψ,  ∂ₙu ≤ 0,  (u - ψ) ∂ₙu = 0        on Γ_C
-
-which on Γ_C says (2.2)   u - ψ = -[P_γ(u)]₊,   P_γ(u) = γ ∂ₙu - (u - ψ),   [x]₊ = max(x, 0),   for any γ > 0.
-
-Weak form (3.1): find u in V_h, u = g on Γ_D, with A_h(u; v) = L(v) for all v in V_h that vanish on Γ_D, where by (2.4)
-
-    a_h(u, v)  =  (∇u, ∇v)_Ω - <∂ₙu, v>_C                  inner(grad(u), grad(v)) * dx - dn(u) * v * ds_C
-    A_h(u; v)  =  a_h(u, v)                                a_h
-                  + θ₁ <u - ψ, ∂ₙv>_C                      + theta1 * (u - psi) * dn(v) * ds_C
-                  + θ₂ <γ⁻¹ (u - ψ), v>_C                  + theta2 / gamma * (u - psi) * v * ds_C
-                  + <[P_γ(u)]₊, θ₂ γ⁻¹ v + θ₁ ∂ₙv>_C       + plus(P_gamma) * (theta2 / gamma * v + theta1 * dn(v)) * ds_C
-    L(v)       =  (f, v)_Ω + <t, v>_N                      f * v * dx + t * v * ds_N
+paper.py is for reading and for runs without a job; here is what a job asks for beyond it: data from outside, quadrature points
+as given, tetrahedra, several ranks, the flux corrected by the load, a stopping rule that holds in every row.
 
 Corrected by the load ("flux_corrected" of a case, CR only): (3.2) leaves a flux of order h f on the free faces. The flux
 in equilibrium with the load is λ = ∂ₙu - σ_L·n, where σ_L, a Raviart-Thomas field, carries L(φ_F) through each contact
 face F and nothing through all others: |F| λ is then what remains of a(u, φ_F) = L(φ_F). λ takes the place of ∂ₙu in
 (2.2) and (2.4), and the error in L² is of second order whatever γ.
-
-θ₁ = 1, θ₂ = 0 on Crouzeix-Raviart elements is the paper's penalty-free method (3.2); θ₂ = 1 is that of Chouly, Hild and
-Renard (2.5), which on P2 serves as the reference.
 
 Run in a job folder:  PYTHONHASHSEED=0 python3 signorini.py             (`--version` only tells dolfinx's)
 In parallel:          PYTHONHASHSEED=0 mpirun -n 2 python3 -m mpi4py signorini.py --ranks 2
@@ -46,18 +27,10 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
-from ufl import FacetNormal, conditional, dot, grad, gt, inner
+from ufl import FacetNormal, dot, grad, inner
 
 import job
-
-CONTACT, DIRICHLET, NEUMANN = 1, 2, 3  # labels of the boundary faces
-ELEMENTS = {"CR": ("CR", 1), "P1": ("Lagrange", 1), "P2": ("Lagrange", 2)}
-
-
-def load_form(V, data, dx, ds):
-    """L(v) of (3.1), by the rules that `dx` and `ds` carry."""
-    v = ufl.TestFunction(V)
-    return data["f"] * v * dx + data["t"] * v * ds(NEUMANN)
+from nitsche import CONTACT, DIRICHLET, ELEMENTS, assemble, energy, linear_solver, load_form, nitsche_forms
 
 
 def flux_of_load(V, L, facets, ds, clock):
@@ -85,40 +58,6 @@ def flux_of_load(V, L, facets, ds, clock):
     for vector in vectors:
         vector.destroy()
     return sigma
-
-
-def nitsche_forms(u, gamma, data, ds, sigma=None):
-    """A_h(u; v) of (3.1) and its derivative J(w, v) at u. `ds` carries the rule the scheme is defined by."""
-    V = u.function_space
-    v, w = ufl.TestFunction(V), ufl.TrialFunction(V)
-    n = FacetNormal(V.mesh)
-    theta1, theta2, psi = (data[name] for name in ("theta1", "theta2", "psi"))
-    ds_C = ds(CONTACT)
-
-    def dn(u):  # ∂ₙu = n·∇u
-        return dot(n, grad(u))
-
-    def flux(u):  # ∂ₙu, or λ where it is corrected by the load
-        return dn(u) if sigma is None else dn(u) - dot(n, sigma)
-
-    P_gamma = gamma * flux(u) - (u - psi)
-    # u - ψ + [P_γ(u)]₊ without the cancellation; P_γ ≤ 0 is contact, in the derivative below too.
-    law = conditional(gt(P_gamma, 0), gamma * flux(u), u - psi)
-
-    # Degree 2 is exact here. Never less, and never two rules on one measure in one form: there FFCx 0.5 may generate
-    # wrong code. So (f, v) stays out of A_h.
-    a_h = inner(grad(u), grad(v)) * ufl.dx(degree=2) - flux(u) * v * ds_C
-
-    # (2.4); for θ₁ = 1, θ₂ = 0 this is (3.2), a_h(u, v) + <u - ψ + [P_γ(u)]₊, ∂ₙv>_C
-    A_h = a_h + law * (theta2 / gamma * v + theta1 * dn(v)) * ds_C
-
-    J = ufl.derivative(A_h, u, w)
-    return A_h, J
-
-
-def energy(v, degree):
-    """‖∇v‖²_h = Σ_κ ‖∇v‖²_κ, the measure of a Newton step."""
-    return inner(grad(v), grad(v)) * ufl.dx(degree=2 * degree)
 
 
 def sizes(A):
@@ -160,26 +99,6 @@ def interpolate(g, V):
     else:
         g_h.interpolate(fem.Expression(g, compat.interpolation_points(V)))
     return g_h
-
-
-def assemble(b, form):
-    """b <- the vector of a linear form."""
-    with b.localForm() as local:
-        local.set(0)
-    dolfinx.fem.petsc.assemble_vector(b, form)
-    b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-
-
-def linear_solver(A):
-    """MUMPS' sparse LU, or what PETSC_OPTIONS says, as in "-ksp_type gmres -pc_type hypre"; a failure raises."""
-    solver = PETSc.KSP().create(A.comm)
-    solver.setOperators(A)
-    solver.setType(PETSc.KSP.Type.PREONLY)
-    solver.getPC().setType(PETSc.PC.Type.LU)
-    solver.getPC().setFactorSolverType("mumps")
-    solver.setErrorIfNotConverged(True)
-    solver.setFromOptions()
-    return solver
 
 
 def newton(u, A_h, L, J, bc, degree, stop, clock, progress):

@@ -5,6 +5,7 @@ mod accuracy;
 mod certify;
 mod codes;
 mod common;
+mod companions;
 mod compare;
 mod ending;
 mod engines;

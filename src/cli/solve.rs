@@ -209,6 +209,9 @@ fn finish(
     if let Some(why) = told.doubt(case.problem.space.mesh) {
         note!("faceoff: warning: {why}");
     }
+    if let Some(why) = report::no_trace(&case.problem) {
+        note!("faceoff: warning: {why}");
+    }
     if !told.is_finite() {
         note!("faceoff: the result is not finite");
         return Ok(FAILED);

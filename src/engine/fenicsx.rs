@@ -13,8 +13,9 @@ use faceoff_fem::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
 
 /// The companion: the script that is run, and what it imports.
-const SCRIPTS: [(&str, &str); 3] = [
+const SCRIPTS: [(&str, &str); 4] = [
     ("signorini.py", include_str!("../../fenicsx/signorini.py")),
+    ("nitsche.py", include_str!("../../fenicsx/nitsche.py")),
     ("job.py", include_str!("../../fenicsx/job.py")),
     ("compat.py", include_str!("../../fenicsx/compat.py")),
 ];

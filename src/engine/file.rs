@@ -9,7 +9,7 @@
 //! ```toml
 //! name = "freefem-changed"
 //! companion = "freefem"               # or "fenicsx"
-//! scripts = "copy"                    # folder, beside this file, with signorini.edp
+//! scripts = "copy"                    # folder, beside this file, with signorini.edp and nitsche.idp
 //! ```
 
 use std::path::Path;

@@ -10,12 +10,15 @@ use super::process::find_in_path;
 use super::{Case, Settings, unique, version};
 use faceoff_fem::contact::Law;
 use faceoff_fem::quadrature::Rule;
-use faceoff_fem::scene::Expression;
+use faceoff_fem::scene::{Expression, HRule};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
 
-const SCRIPT: &str = include_str!("../../freefem/signorini.edp");
-const SCRIPT_NAME: &str = "signorini.edp";
+/// The companion: the script that is run, and the method that it includes.
+const SCRIPTS: [(&str, &str); 2] = [
+    ("signorini.edp", include_str!("../../freefem/signorini.edp")),
+    ("nitsche.idp", include_str!("../../freefem/nitsche.idp")),
+];
 
 /// The program without graphics.
 pub(super) fn program() -> Option<PathBuf> {
@@ -32,23 +35,25 @@ fn missing() -> Error {
 
 /// Of the script that is run.
 pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
-    super::digest_of(&[(SCRIPT_NAME, SCRIPT)], scripts)
+    super::digest_of(&SCRIPTS, scripts)
 }
 
 /// Runs the job's copy of the script in `folder`.
 pub(super) fn command(folder: &Path, scripts: Option<&Path>) -> Result<Command> {
     // FreeFEM looks for what a script includes beside the script first.
-    let script = folder.join(SCRIPT_NAME);
-    match scripts {
-        None => fs::write(&script, SCRIPT).map_err(Error::io(&script, "write"))?,
-        Some(scripts) => {
-            let source = scripts.join(SCRIPT_NAME);
-            fs::copy(&source, &script).map_err(Error::io(&source, "copy"))?;
+    for (name, text) in SCRIPTS {
+        let script = folder.join(name);
+        match scripts {
+            None => fs::write(&script, text).map_err(Error::io(&script, "write"))?,
+            Some(scripts) => {
+                let source = scripts.join(name);
+                fs::copy(&source, &script).map_err(Error::io(&source, "copy"))?;
+            }
         }
     }
     let mut command = Command::new(program().ok_or_else(missing)?);
     command
-        .args(["-ne", "-v", "0", "-nw", SCRIPT_NAME])
+        .args(["-ne", "-v", "0", "-nw", SCRIPTS[0].0])
         .env("LC_ALL", "C")
         .env("OMP_NUM_THREADS", "1")
         .env("OPENBLAS_NUM_THREADS", "1");
@@ -203,15 +208,19 @@ fn job_idp(cases: &[&Case], settings: &Settings) -> String {
          int[int] caseScene = {};\n\
          real[int] caseTheta1 = {};\n\
          real[int] caseTheta2 = {};\n\
-         int[int] caseCorrected = {};\n",
+         int[int] caseCorrected = {};\n\
+         real[int] caseGamma0 = {};\n\
+         int[int] caseGlobalH = {};\n",
         cases.len(),
         list(&|k| format!("\"{}\"", job::case_id(k))),
         list(&|k| format!("\"{}\"", job::case_id(k))),
         list(&|k| format!("\"{}\"", method(k).element.name())),
         list(&|k| number(k).unwrap_or_default().to_string()),
-        list(&|k| format!("{}.", method(k).law.thetas()[0])),
-        list(&|k| format!("{}.", method(k).law.thetas()[1])),
+        list(&|k| format!("{:?}", method(k).law.thetas()[0])),
+        list(&|k| format!("{:?}", method(k).law.thetas()[1])),
         list(&|k| u8::from(method(k).law == Law::FluxCorrected).to_string()),
+        list(&|k| format!("{:?}", cases[k].problem.discretisation.gamma0())),
+        list(&|k| u8::from(cases[k].problem.discretisation.h == HRule::Global).to_string()),
     );
     text
 }

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::{Answer, Case, Settings, accepts_family};
 use faceoff_fem::contact::{Law, Problem};
 use faceoff_fem::quadrature::Rule;
-use faceoff_fem::scene::Expression;
+use faceoff_fem::scene::{Expression, HRule};
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::file;
 
@@ -73,11 +73,14 @@ struct JobCase {
     dimension: usize,
     method: String,
     element: &'static str,
-    theta1: i8,
-    theta2: i8,
+    theta1: f64,
+    theta2: f64,
     /// Is ∂ₙu on a contact face F to be λ = ∂ₙu - L(φ_F)/|F|?
     flux_corrected: bool,
     mesh: serde_json::Value,
+    /// γ = γ₀ h, which a code may make itself, and must be what the files say.
+    gamma0: f64,
+    h: &'static str,
     gamma: serde_json::Value,
     data: BTreeMap<&'static str, String>,
 }
@@ -173,6 +176,11 @@ pub(super) fn write(
                 theta2,
                 flux_corrected: method.law == Law::FluxCorrected,
                 mesh: files.mesh,
+                gamma0: case.problem.discretisation.gamma0(),
+                h: match case.problem.discretisation.h {
+                    HRule::Local => "local",
+                    HRule::Global => "global",
+                },
                 gamma: files.gamma,
                 data: [
                     ("f", &data.f),

@@ -46,7 +46,7 @@ pub use json::Judged;
 pub use judge::{Judgement, judge};
 pub use orders::orders;
 pub use paper::{paper, references};
-pub use solve::{Answer, solve, words_of};
+pub use solve::{Answer, no_trace, solve, words_of};
 pub use stress::stress;
 pub use study::study;
 pub use verify::{Verified, verify};

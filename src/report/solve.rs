@@ -11,7 +11,8 @@ use crate::run::RESIDUAL_TOLERANCE;
 use faceoff_fem::adapt::{Step, Way};
 use faceoff_fem::certify::Certificate;
 use faceoff_fem::contact::{
-    ContactSet, Doubt, Ended, Errors, Iteration, doubt, face_fields, quantities,
+    ContactSet, Doubt, Ended, Errors, Iteration, Problem, doubt, face_fields, load_has_no_trace,
+    quantities,
 };
 use faceoff_fem::known::Truth;
 use faceoff_fem::linear::Choice;
@@ -231,6 +232,13 @@ impl Answer {
     }
 }
 
+/// What Theorem 5.1 supposes of f, where it does not hold: only the elements that are not continuous need it.
+pub fn no_trace(problem: &Problem) -> Option<&'static str> {
+    (problem.space.element.on().faces && load_has_no_trace(problem)).then_some(
+        "f grows without bound towards Γ_C, which (2.10) of the paper excludes: Theorem 5.1 does not bound the error here; take p1 or p2, which need no such f",
+    )
+}
+
 /// The report of an answer: u of a case, with its certificate where there is one.
 ///
 /// # Errors
@@ -339,7 +347,8 @@ pub fn solve<'a>(
         "certified to" => Cell::Number(step.relative, percent(step.relative)),
         "seconds" => Cell::fixed(step.seconds, 2),
     );
-    let mut page: Vec<Block> = a.doubt(mesh).map(Block::Text).into_iter().collect();
+    let warnings = [a.doubt(mesh), no_trace(&case.problem).map(str::to_owned)];
+    let mut page: Vec<Block> = warnings.into_iter().flatten().map(Block::Text).collect();
     page.extend((!steps.rows.is_empty()).then(|| steps.into()));
     page.push(Block::Html(Box::new(move || {
         let put = [html::Put::new(&a.engine, &case.problem, u, None)];

@@ -103,8 +103,11 @@ pub(super) fn term_of(datum: Datum) -> Term {
 
 /// The other methods on the same element.
 fn methods(own: Method) -> impl Iterator<Item = Method> {
-    let family = [(1, 0), (1, 1), (0, 1), (-1, 0), (-1, 1), (0, 0)];
-    let family = family.map(|(a, b)| Method::nitsche(own.element, a, b));
+    let family = [[1, 0], [1, 1], [0, 1], [-1, 0], [-1, 1], [0, 0]];
+    let family = family.map(|theta| {
+        let [theta1, theta2] = theta.map(f64::from);
+        Method::nitsche(own.element, theta1, theta2)
+    });
     let named = ["cr-fc", "cr-vi", "p1-vi", "penalty", "multiplier"];
     let named = named
         .into_iter()

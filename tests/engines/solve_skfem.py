@@ -1,6 +1,6 @@
 """The Signorini problem by Nitsche's method, in scikit-fem (https://scikit-fem.readthedocs.io), for `skfem.toml`.
 
-In the notation of fenicsx/signorini.py, where the scheme is explained: find u in V_h, u = g on Γ_D, with
+In the notation of fenicsx/nitsche.py, where the scheme is explained: find u in V_h, u = g on Γ_D, with
 
     (∇u, ∇v) - <λ, v>_C + <u - ψ + [P]₊, θ₁ ∂ₙv + θ₂/γ v>_C = (f, v) + <t, v>_N = L(v),   P = γ λ - (u - ψ),
 

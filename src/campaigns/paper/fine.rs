@@ -111,6 +111,7 @@ mod tests {
             l2_norm: problem_norms[1],
             contact_flux: 0.0,
             contact_residual: 0.0,
+            weighted_residual: 0.0,
             contact_set: ContactSet::Runs(vec![]),
         }
     }

@@ -1,14 +1,20 @@
 //! How many iterations the nonlinear problems take: semismooth Newton, and each splitting of a fixed point.
 //!
-//! The paper iterates a fixed point and reports its counts; it states neither γ₀ nor the splitting nor the start. Each
-//! splitting here runs from u = 0 with a γ with which it converges.
+//! The paper iterates a fixed point "until the relative H¹-error of the increment is smaller than TOL" and reports its counts;
+//! it states neither γ₀ nor the splitting nor the start. Here each splitting runs from u = 0, is counted by the paper's own
+//! criterion, and beside the count stands how well what it ended with solves the scheme, which that criterion does not say.
 
+use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
-use super::TOL;
-use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Splitting, Stop, solve};
+use super::patterns::{PATTERNS, Pattern};
+use super::study::steps_to;
+use super::{ITERATIONS, MESHES, TOL};
+use faceoff_fem::contact::{
+    Discretisation, Iteration, Method, Problem, SPLITTINGS, Splitting, Stop, solve,
+};
 use faceoff_fem::scene::Scene;
-use faceoff_mesh::error::Result;
+use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Triangulation;
 
 /// Iterations end here without a result; the paper's longest took 127.
@@ -31,7 +37,7 @@ pub struct Scheme {
 }
 
 /// Semismooth Newton, then every splitting. `gamma0` is the scene's.
-pub fn schemes(gamma0: f64) -> [Scheme; 5] {
+pub fn schemes(gamma0: f64) -> [Scheme; 6] {
     let scheme = |iteration, gamma| Scheme { iteration, gamma };
     let fixed = |splitting, gamma| scheme(Iteration::FixedPoint(splitting), gamma);
     [
@@ -42,6 +48,8 @@ pub fn schemes(gamma0: f64) -> [Scheme; 5] {
         fixed(Splitting::LaggedGap, Gamma::Fixed(1.0)),
         fixed(Splitting::Relaxed, Gamma::Scaled(gamma0)),
         fixed(Splitting::FluxNew, Gamma::Fixed(0.1)),
+        // The nearest to the paper's counts; see [`Search`].
+        fixed(Splitting::DisplacementNew, Gamma::Scaled(4.5)),
     ]
 }
 
@@ -56,28 +64,46 @@ pub struct Count {
     pub iteration: Iteration,
     /// γ in words.
     pub gamma: String,
+    pub mesh: Pattern,
     pub n: Vec<usize>,
-    /// None where [`TOL`] was not reached in [`CAP`] iterations.
+    /// Steps to the first increment below [`TOL`]; none where there is none in [`CAP`].
     pub iterations: Vec<Option<usize>>,
+    /// The backward error in the scheme of what the iteration ended with.
+    pub backward_errors: Vec<f64>,
 }
 
-fn as_text<S: Serializer>(
-    iteration: &Iteration,
+fn as_text<T: std::fmt::Display, S: Serializer>(
+    value: &T,
     serializer: S,
 ) -> std::result::Result<S::Ok, S::Error> {
-    serializer.collect_str(iteration)
+    serializer.collect_str(value)
 }
 
 impl std::fmt::Display for Gamma {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Gamma::Scaled(gamma0) => write!(f, "{gamma0} h"),
-            Gamma::Fixed(gamma) => write!(f, "{gamma}"),
+            Gamma::Scaled(gamma0) => write!(f, "{} h", Short(*gamma0)),
+            Gamma::Fixed(gamma) => write!(f, "{}", Short(*gamma)),
         }
     }
 }
 
-/// The iterations of `scheme` until the relative H¹ norm of the increment is below [`TOL`], from u = 0.
+/// Four digits, and no zeros behind them.
+struct Short(f64);
+
+impl std::fmt::Display for Short {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = (3 - self.0.abs().log10().floor() as i32).max(0) as usize;
+        let text = format!("{:.digits$}", self.0);
+        let text = match text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.'),
+            false => &text,
+        };
+        f.write_str(text)
+    }
+}
+
+/// Steps of `scheme` to the first increment below [`TOL`], from u = 0, and the backward error of what it ended with.
 ///
 /// # Errors
 /// What `progress` returns, or a matrix that cannot be factorised.
@@ -86,8 +112,9 @@ pub fn count(
     mesh: &Triangulation,
     method: Method,
     scheme: Scheme,
+    cap: usize,
     progress: impl FnMut(usize, f64) -> Result<()>,
-) -> Result<Option<usize>> {
+) -> Result<(Option<usize>, f64)> {
     let mut discretisation = Discretisation::of(scene, method);
     discretisation.gamma0 = match scheme.gamma {
         Gamma::Scaled(gamma0) => gamma0,
@@ -96,8 +123,121 @@ pub fn count(
     let problem = Problem::new(scene, mesh, &discretisation)?;
     let stop = Stop {
         increment: TOL,
-        max_iterations: CAP,
+        max_iterations: cap,
     };
     let solution = solve(&problem, scheme.iteration, stop, progress)?;
-    Ok(solution.converged.then_some(solution.increments.len()))
+    // By the increment alone, as the paper counts.
+    Ok((steps_to(TOL, &solution.increments), solution.backward_error))
+}
+
+/// One (splitting, γ, mesh) of a search.
+#[derive(Debug, Clone, Serialize)]
+pub struct Trial {
+    #[serde(serialize_with = "as_text")]
+    pub iteration: Iteration,
+    pub gamma: String,
+    pub mesh: Pattern,
+    pub iterations: Vec<usize>,
+    /// The largest |k - paper's| / paper's of a mesh.
+    pub off: f64,
+}
+
+/// The search for the paper's counts.
+#[derive(Debug, Serialize)]
+pub struct Search {
+    /// The paper's meshes among those that were asked for.
+    pub n: Vec<usize>,
+    /// How many (splitting, γ, mesh) were tried.
+    pub tried: usize,
+    /// How many of them stayed within [`FAR`] on all meshes, by splitting.
+    pub near: Vec<(String, usize)>,
+    /// The nearest of these.
+    pub nearest: Vec<Trial>,
+}
+
+/// A trial is given up where it is off by more than this.
+pub const FAR: f64 = 0.25;
+/// γ₀, or γ, from 10^-2 to 10^3: so many a factor of ten.
+const PER_DECADE: i32 = 16;
+/// Trials that are shown.
+const SHOWN: usize = 6;
+
+/// All splittings, both meshes, γ = γ₀ h and γ fixed, against the paper's counts of 6.1; none where no mesh is the paper's.
+///
+/// # Errors
+/// What `check` returns.
+pub fn search(
+    scene: &Scene,
+    n: &[usize],
+    check: impl Fn() -> Result<()> + Sync,
+) -> Result<Option<Search>> {
+    let known = MESHES.iter().zip(ITERATIONS);
+    let known: Vec<(usize, usize)> = known
+        .filter(|(m, _)| n.contains(m))
+        .map(|(m, k)| (*m, k))
+        .collect();
+    if known.is_empty() {
+        return Ok(None);
+    }
+    let meshes = PATTERNS.map(|pattern| {
+        let all = known.par_iter().map(|(n, _)| pattern.mesh(*n));
+        all.collect::<Result<Vec<_>>>()
+    });
+    let [own, other] = meshes;
+    let meshes = [own?, other?];
+    let mut values: Vec<f64> = (-2 * PER_DECADE..=3 * PER_DECADE)
+        .map(|k| 10.0_f64.powf(f64::from(k) / f64::from(PER_DECADE)))
+        .collect();
+    values.push(4.5);
+    let mut trials = Vec::new();
+    for splitting in SPLITTINGS {
+        for (k, pattern) in PATTERNS.into_iter().enumerate() {
+            let gammas = values
+                .iter()
+                .flat_map(|&v| [Gamma::Scaled(v), Gamma::Fixed(v)]);
+            trials.extend(gammas.map(|gamma| (splitting, k, pattern, gamma)));
+        }
+    }
+    let run = |&(splitting, k, mesh, gamma): &(Splitting, usize, Pattern, Gamma)| {
+        let iteration = Iteration::FixedPoint(splitting);
+        let scheme = Scheme { iteration, gamma };
+        let (mut iterations, mut off) = (Vec::new(), 0.0_f64);
+        for (of, (_, stated)) in meshes[k].iter().zip(&known) {
+            let stated = *stated as f64;
+            let cap = ((1.0 + FAR) * stated) as usize + 1;
+            // A matrix that is singular is an iteration that does not get there.
+            let found = match count(scene, of, Method::cr(), scheme, cap, |_, _| check()) {
+                Ok((Some(found), _)) => found,
+                Ok((None, _)) | Err(Error::Solver { .. }) => return Ok(None),
+                Err(other) => return Err(other),
+            };
+            off = off.max((found as f64 - stated).abs() / stated);
+            if off > FAR {
+                return Ok(None);
+            }
+            iterations.push(found);
+        }
+        Ok(Some(Trial {
+            iteration,
+            gamma: gamma.to_string(),
+            mesh,
+            iterations,
+            off,
+        }))
+    };
+    let found = trials.par_iter().map(run).collect::<Result<Vec<_>>>()?;
+    let mut nearest: Vec<Trial> = found.into_iter().flatten().collect();
+    nearest.sort_by(|a, b| a.off.total_cmp(&b.off));
+    let near = SPLITTINGS.map(|splitting| {
+        let iteration = Iteration::FixedPoint(splitting);
+        let of_it = nearest.iter().filter(|trial| trial.iteration == iteration);
+        (iteration.to_string(), of_it.count())
+    });
+    nearest.truncate(SHOWN);
+    Ok(Some(Search {
+        n: known.iter().map(|(n, _)| *n).collect(),
+        tried: trials.len(),
+        near: near.into(),
+        nearest,
+    }))
 }

@@ -7,17 +7,23 @@ mod example;
 mod fine;
 mod fine_study;
 mod iterations;
+mod patterns;
 mod reference;
 mod statements;
 mod study;
+mod sweep;
+mod theory;
 mod work;
 
 pub use example::Example;
 pub use fine_study::FineOutcome;
-pub use iterations::{CAP, Count};
+pub use iterations::{CAP, Count, FAR, Search, Trial};
+pub use patterns::Pattern;
 pub use reference::{Known, References};
 pub use statements::Statement;
 pub use study::{ExampleOutcome, PaperOutcome, PaperRequest, Series, SeriesLevel, study};
+pub use sweep::Variant;
+pub use theory::Theory;
 
 /// The meshes of both examples: h/√2 ∈ {2^-(i+4)}, i = 0 … 4, on the unit square.
 pub const MESHES: [usize; 5] = [16, 32, 64, 128, 256];

@@ -2,11 +2,13 @@
 
 use serde::Serialize;
 
-use super::iterations::Count;
+use super::iterations::{Count, FAR, Search};
+use super::patterns::Pattern;
 use super::study::{ExampleOutcome, PaperRequest};
+use super::sweep::Variant;
 use super::{FINE, FINE_ITERATIONS, ITERATIONS, MESHES, intervals};
 use crate::run::Observed;
-use faceoff_fem::contact::Iteration;
+use faceoff_fem::contact::Method;
 
 /// A statement of the paper beside what was found.
 #[derive(Debug, Clone, Serialize)]
@@ -24,20 +26,24 @@ pub struct Statement {
 
 /// An order is confirmed by a fit this near.
 const NEAR: f64 = 0.1;
+/// "γ₀ large enough" for a verdict on orders; what comes of a smaller one is told.
+const LARGE: f64 = 10.0;
 
 pub fn statements(
     examples: &[ExampleOutcome],
     counts: &[Count],
+    search: Option<&Search>,
     request: &PaperRequest,
 ) -> Vec<Statement> {
     let mut all = Vec::new();
     for example in examples {
         all.push(contact(example));
         all.push(changes(example));
-        all.extend(orders(example));
+        all.extend(orders(example, request));
         all.push(reference(example));
     }
-    all.extend(iterations(examples, counts, request));
+    all.extend(iterations(examples, counts, search, request));
+    all.extend(examples.iter().filter_map(|e| conforming(e, request)));
     all
 }
 
@@ -93,42 +99,160 @@ fn changes(e: &ExampleOutcome) -> Statement {
 }
 
 /// First order, second order, and "close to 3/2".
-fn orders(e: &ExampleOutcome) -> Vec<Statement> {
+///
+/// A verdict must be robust: the same for both Union-Jack meshes and for every γ₀ that was tried and is large, as the paper states
+/// neither, but for that γ₀ is large enough.
+fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
     let Some(series) = e.series.first() else {
         return Vec::new();
     };
-    let shown = |of: &Observed| of.fit.map_or("no fit".into(), |fit| format!("{fit:.3}"));
-    let near = |of: &Observed, order: f64| of.fit.is_some_and(|fit| (fit - order).abs() <= NEAR);
-    let both = |says: &str, order: f64, fine: &Observed, exact: &Observed| {
-        let found = format!(
+    let variants = || e.variants.iter().filter(|v| v.is_penalty_free_cr());
+    let shown = |of: &Observed| of.fit.map_or("no fit".into(), |fit| format!("{fit:.2}"));
+    let of = |says: &str, order: f64, fits: Vec<Option<f64>>, first: String, rest: &str| {
+        let pairs = || variants().zip(&fits);
+        let large: Vec<Option<f64>> = pairs()
+            .filter(|(v, _)| v.gamma0 >= LARGE)
+            .map(|(_, fit)| *fit)
+            .collect();
+        // On coarser meshes than the paper's an order may only not be reached yet.
+        let mut holds = robust(&large, order).filter(|holds| *holds || request.n == MESHES);
+        // The residual as it is written, or with the weight of (5.12)? Where one has the order, it may have been plotted.
+        let weighted = || variants().map(|v| v.weighted_residual.fit);
+        if order == 1.5 && holds == Some(false) && weighted().any(|fit| is_near(fit, order)) {
+            holds = None;
+        }
+        let apart: Vec<String> = pairs()
+            .filter(|(_, fit)| !is_near(**fit, order))
+            .map(|(v, fit)| {
+                let fit = fit.map_or("none".into(), |fit| format!("{fit:.2}"));
+                format!("{fit} ({}, γ₀ = {})", v.mesh, v.gamma0)
+            })
+            .collect();
+        let others = match (apart.len(), fits.len()) {
+            (0, all) => format!("so for all {all} pairs of mesh and γ₀"),
+            (some, all) => {
+                let near = match all - some {
+                    0 => "none".to_owned(),
+                    near => near.to_string(),
+                };
+                format!(
+                    "{near} of {all} pairs of mesh and γ₀ within {NEAR} of it, not: {}",
+                    apart.join(", ")
+                )
+            }
+        };
+        statement(e, says, holds, format!("{first}; {others}{rest}"))
+    };
+    let fits = |value: fn(&Variant) -> &Observed| variants().map(|v| value(v).fit).collect();
+    let to = |fine: &Observed, exact: &Observed| {
+        format!(
             "fit {} to the fine P2 solution, {} to the mesh-free one",
             shown(fine),
             shown(exact)
-        );
-        statement(e, says, near(fine, order) && near(exact, order), found)
+        )
     };
-    let (h1, l2) = (
-        "the relative H¹ error has order 1",
-        "the relative L² error has order 2",
-    );
+    let steps = |of: &Observed| {
+        let steps: Vec<String> = of.steps.iter().map(|s| format!("{s:.2}")).collect();
+        steps.join(", ")
+    };
+    let other = variants().find(|v| v.mesh == Pattern::Exchanged && v.gamma0 == e.gamma0);
     vec![
-        both(h1, 1.0, &series.h1_to_fine, &series.h1),
-        both(l2, 2.0, &series.l2_to_fine, &series.l2),
-        statement(
-            e,
+        of(
+            "the relative H¹ error has order 1",
+            1.0,
+            fits(|v| &v.h1),
+            to(&series.h1_to_fine, &series.h1),
+            "",
+        ),
+        of(
+            "the relative L² error has order 2",
+            2.0,
+            fits(|v| &v.l2),
+            to(&series.l2_to_fine, &series.l2),
+            ". Where γ₀ is small the flux of order hf/γ₀ on the free part takes the second order; Theorem 5.1 bounds the H¹ error alone",
+        ),
+        of(
             "‖u_h + [P(u_h)]₊‖ on Γ_C has an order close to 3/2",
-            near(&series.residual, 1.5),
+            1.5,
+            fits(|v| &v.residual),
             format!(
-                "fit {}{}; (5.12) promises at least 3/2, for it bounds γ^(-1/2) times this by O(h)",
+                "fit {}, from mesh to mesh {}{}",
                 shown(&series.residual),
-                match series.residual.fit {
-                    Some(fit) if fit > 1.5 + NEAR => ", higher",
-                    Some(fit) if fit < 1.5 - NEAR => ", lower",
-                    _ => "",
-                }
+                steps(&series.residual),
+                other.map_or(String::new(), |v| format!(
+                    "; with the diagonals exchanged {} ({})",
+                    shown(&v.residual),
+                    steps(&v.residual)
+                ))
+            ),
+            &format!(
+                ". With the weight γ^(-1/2) of (5.12), which promises 1 at least, the fit is {}{}, which may be what was plotted: the step from mesh to mesh depends on where \
+                 the end of contact lies in its face",
+                shown(&series.weighted_residual),
+                other.map_or(String::new(), |v| format!(
+                    " and {}",
+                    shown(&v.weighted_residual)
+                )),
             ),
         ),
     ]
+}
+
+fn is_near(fit: Option<f64>, order: f64) -> bool {
+    fit.is_some_and(|fit| (fit - order).abs() <= NEAR)
+}
+
+/// The same for all: they hold, or none does. Else it depends on what is not stated.
+fn robust(fits: &[Option<f64>], order: f64) -> Option<bool> {
+    let near = fits.iter().filter(|fit| is_near(**fit, order)).count();
+    match near {
+        0 if fits.iter().all(Option::is_some) && !fits.is_empty() => Some(false),
+        near if near == fits.len() && near > 0 => Some(true),
+        _ => None,
+    }
+}
+
+/// "Numerical experiments not reported here indicate that the conforming method also performs well."
+fn conforming(e: &ExampleOutcome, request: &PaperRequest) -> Option<Statement> {
+    let of: Vec<&Variant> = e
+        .variants
+        .iter()
+        .filter(|v| !v.is_penalty_free_cr())
+        .collect();
+    let first = of.first()?;
+    let last = |v: &Variant| v.errors.last().map_or(f64::NAN, |e| e.h1);
+    let cr = e.series.first()?.levels.last()?.errors.h1;
+    let fits: Vec<Option<f64>> = of.iter().map(|v| v.h1.fit).collect();
+    let works = of.iter().all(|v| v.converged);
+    let words: Vec<String> = of
+        .iter()
+        .map(|v| {
+            let fit = |o: &Observed| o.fit.map_or("none".into(), |fit| format!("{fit:.2}"));
+            format!(
+                "{}: order {} in H¹, {} in L², H¹ error {:.1e} on the finest mesh",
+                v.mesh,
+                fit(&v.h1),
+                fit(&v.l2),
+                last(v)
+            )
+        })
+        .collect();
+    Some(Statement {
+        section: "7",
+        ..statement(
+            e,
+            "the conforming penalty-free method also performs well",
+            // Well: first order, and errors that are not above those of CR.
+            robust(&fits, 1.0)
+                .map(|ordered| ordered && works && of.iter().all(|v| last(v) <= 1.1 * cr))
+                .filter(|holds| *holds || request.n == MESHES),
+            format!(
+                "{} ({}), where CR has {cr:.1e}",
+                words.join("; "),
+                first.method
+            ),
+        )
+    })
 }
 
 /// The fine P2 solution stands for u: its own errors must be small beside those it measures.
@@ -165,45 +289,84 @@ fn reference(e: &ExampleOutcome) -> Statement {
 fn iterations(
     examples: &[ExampleOutcome],
     counts: &[Count],
+    search: Option<&Search>,
     request: &PaperRequest,
 ) -> Vec<Statement> {
     let Some(example) = examples.first().filter(|e| e.zones.is_none()) else {
         return Vec::new();
     };
+    let list = |counts: &[usize]| -> String {
+        let words: Vec<String> = counts.iter().map(ToString::to_string).collect();
+        words.join(", ")
+    };
     let mut all = Vec::new();
-    if request.n == MESHES {
-        let stated: Vec<Option<usize>> = ITERATIONS.iter().map(|&k| Some(k)).collect();
-        let newton = Iteration::Newton;
-        let mut fixed = counts.iter().filter(|c| c.iteration != newton);
-        let splittings = fixed.clone().count();
-        let same = fixed.find(|c| c.iterations == stated);
-        let found = match same {
-            Some(Count {
-                iteration, gamma, ..
-            }) => {
-                format!("{iteration} with γ = {gamma} gives just these")
-            }
-            None => format!(
-                "none of {splittings} splittings gives them (γ₀, splitting and start are not stated); see the table"
+    if let Some(search) = search.filter(|s| s.n == MESHES) {
+        let first = search.nearest.first();
+        let exact = first.filter(|t| t.off == 0.0);
+        let by: Vec<String> = search
+            .near
+            .iter()
+            .map(|(name, count)| format!("{name} {count}"))
+            .collect();
+        let found = match (exact, first) {
+            (Some(t), _) => format!(
+                "{} with γ = {} on the {} meshes gives just these",
+                t.iteration, t.gamma, t.mesh
             ),
+            (None, Some(t)) => format!(
+                "of {} trials (splitting, γ, mesh) none gives them; the nearest, {} with γ = {} on the {} meshes, takes {}, off by {:.0} % \
+                 at most. Within {:.0} % everywhere are: {}. The {} at n = 32 stays unexplained; γ₀, splitting and start are not stated",
+                search.tried,
+                t.iteration,
+                t.gamma,
+                t.mesh,
+                list(&t.iterations),
+                100.0 * t.off,
+                100.0 * FAR,
+                by.join(", "),
+                ITERATIONS[1],
+            ),
+            (None, None) => format!("none of {} trials comes near", search.tried),
         };
-        let words: Vec<String> = ITERATIONS.iter().map(ToString::to_string).collect();
         all.push(statement(
             example,
-            format!("the fixed point takes {} iterations", words.join(", ")),
-            same.map(|_| true),
+            format!("the fixed point takes {} iterations", list(&ITERATIONS)),
+            exact.map(|_| true),
             found,
         ));
     }
     if request.fine == FINE {
         let newton = example.fine.steps.last().copied().flatten();
+        let on_p2: Vec<String> = counts
+            .iter()
+            .filter(|c| c.method == Method::p2().to_string())
+            .map(|c| {
+                let counts = c
+                    .iterations
+                    .iter()
+                    .map(|k| k.map_or("none".into(), |k| k.to_string()));
+                let counts: Vec<String> = counts.collect();
+                let n: Vec<String> = c.n.iter().map(ToString::to_string).collect();
+                format!(
+                    "{} for n = {} ({}, γ = {})",
+                    counts.join(", "),
+                    n.join(", "),
+                    c.mesh,
+                    c.gamma
+                )
+            })
+            .collect();
+        let newton = newton.map_or("does not get there".into(), |steps| {
+            format!("takes {steps}")
+        });
         all.push(statement(
             example,
             format!("the fine solution takes {FINE_ITERATIONS} fixed point iterations"),
             None,
-            newton.map_or("semismooth Newton does not get there".into(), |steps| {
-                format!("semismooth Newton takes {steps}; the fixed point is not stated in full, and not run on this mesh")
-            }),
+            format!(
+                "semismooth Newton {newton}; the splitting that is nearest for CR takes on P2 {}, and is not run on the fine mesh",
+                on_p2.join("; ")
+            ),
         ));
     }
     all

@@ -4,8 +4,11 @@ use serde::Serialize;
 
 use super::fine::Fine;
 use super::fine_study::{FineOutcome, run_fine};
-use super::iterations::{Count, Scheme, count, schemes};
+use super::iterations::{CAP, Count, Scheme, Search, count, schemes, search};
+use super::patterns::PATTERNS;
 use super::statements::{Statement, statements};
+use super::sweep::{Variant, sweep};
+use super::theory::{Theory, theory};
 use super::work::{Listener, Part, Work};
 use super::{Example, TOL};
 use crate::engine::{Answer, Case, Engine, Progress, Settings};
@@ -13,7 +16,6 @@ use crate::run::{Answers, Failure, Observed, Runner, check_meshes};
 use faceoff_fem::contact::{Discretisation, Errors, Method, Problem, quantities};
 use faceoff_fem::known::{distance, transitions};
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::mesh::Triangulation;
 
 /// What is to be run.
 pub struct PaperRequest {
@@ -37,6 +39,10 @@ pub struct PaperOutcome {
     pub fine: usize,
     pub examples: Vec<ExampleOutcome>,
     pub counts: Vec<Count>,
+    /// The search for the paper's counts; none where no mesh is the paper's.
+    pub search: Option<Search>,
+    /// Lemma 3.1, (4.2) and Proposition 4.2 as numbers.
+    pub theory: Theory,
     pub statements: Vec<Statement>,
     /// Did every iteration of Newton reach its tolerance?
     pub converged: bool,
@@ -60,10 +66,14 @@ pub struct ExampleOutcome {
     pub grad_norm_sq: f64,
     pub l2_norm: f64,
     pub contact_flux: f64,
+    /// γ₀ of the series.
+    pub gamma0: f64,
     /// The paper's reference.
     pub fine: FineOutcome,
     /// CR, one of each engine.
     pub series: Vec<Series>,
+    /// CR on both meshes with several γ₀, and the conforming method.
+    pub variants: Vec<Variant>,
 }
 
 /// CR over the meshes by one engine.
@@ -79,6 +89,7 @@ pub struct Series {
     pub h1_to_fine: Observed,
     pub l2_to_fine: Observed,
     pub residual: Observed,
+    pub weighted_residual: Observed,
 }
 
 /// CR on one mesh.
@@ -97,6 +108,10 @@ pub struct SeriesLevel {
     pub errors_to_fine: Errors,
     /// ‖u_h + [P(u_h)]₊‖ on Γ_C.
     pub residual: f64,
+    /// The same times γ^(-1/2).
+    pub weighted_residual: f64,
+    /// ‖u-u_h‖₁ₕ = ‖∇(u-u_h)‖_h + ‖u-u_h‖, relative to that of u: the norm of (5.12).
+    pub norm_1h: f64,
 }
 
 /// Runs everything.
@@ -133,10 +148,10 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
         },
         || {
             let runs = run_engines(request, &all, &work);
-            (runs, run_counts(request, &meshes, gamma0, &work))
+            (runs, run_counts(request, gamma0, &work))
         },
     );
-    let (fines, counts) = (fines?, counts?);
+    let (fines, (counts, search)) = (fines?, counts?);
     let (runs, failures) = runs?;
 
     let mut examples = Vec::new();
@@ -154,9 +169,14 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
             }
             series.push(Series::new(run, levels));
         }
-        examples.push(outcome(example, fine, series));
+        let check = || work.next(&format!("{}, other meshes and γ₀", example.title()));
+        let variants = sweep(example, &request.n, gamma0, check)?;
+        let cost: f64 = request.n.iter().map(|&n| Part::Sweep.cost(n)).sum();
+        work.finish(cost);
+        examples.push(outcome(example, fine, series, variants));
     }
-    let statements = statements(&examples, &counts, request);
+    let theory = theory(&request.examples[0].scene, request.n[0], gamma0)?;
+    let statements = statements(&examples, &counts, search.as_ref(), request);
     let newton = examples.iter().all(|e| {
         let levels = e.series.iter().flat_map(|s| &s.levels);
         e.fine.converged && levels.into_iter().all(|l| l.converged)
@@ -167,6 +187,8 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
         fine: request.fine,
         examples,
         counts,
+        search,
+        theory,
         statements,
         converged: newton,
         failures,
@@ -217,51 +239,73 @@ fn run_engines(
     Ok((runs, failures))
 }
 
-/// The paper reports its counts for 6.1 only.
+/// The paper reports its counts for 6.1 only. All schemes on both meshes, the nearest splitting on P2, and the search.
 fn run_counts(
     request: &PaperRequest,
-    meshes: &[(usize, Triangulation)],
     gamma0: f64,
     work: &Work,
-) -> Result<Vec<Count>> {
+) -> Result<(Vec<Count>, Option<Search>)> {
     let example = &request.examples[0];
+    let of_cr = schemes(gamma0).map(|scheme| (Method::cr(), scheme));
+    // The paper's reference is P2, and the nearest splitting the last.
+    let of_p2 = of_cr.last().map(|(_, scheme)| (Method::p2(), *scheme));
     let mut counts = Vec::new();
-    for scheme in schemes(gamma0) {
-        let Scheme { iteration, gamma } = scheme;
-        let mut iterations = Vec::new();
-        for (n, mesh) in meshes {
-            let tell = |step: usize, _| {
-                work.next(&format!(
-                    "{}, {iteration}, n = {n}, step {step}",
-                    example.title()
-                ))
-            };
-            iterations.push(count(&example.scene, mesh, Method::cr(), scheme, tell)?);
-            work.finish(Part::Count.cost(*n));
+    for pattern in PATTERNS {
+        for (method, scheme) in of_cr.into_iter().chain(of_p2) {
+            let Scheme { iteration, gamma } = scheme;
+            let is_fine = |n: &usize| method == Method::p2() && *n > FINEST_P2;
+            let meshes = request.n.iter().filter(|n| !is_fine(n));
+            let (mut n, mut iterations, mut backward_errors) = (vec![], vec![], vec![]);
+            for &of in meshes {
+                let tell = |step: usize, _| {
+                    let title = example.title();
+                    work.next(&format!(
+                        "{title}, {method}, {iteration}, n = {of}, step {step}"
+                    ))
+                };
+                let mesh = pattern.mesh(of)?;
+                let (found, error) = count(&example.scene, &mesh, method, scheme, CAP, tell)?;
+                n.push(of);
+                iterations.push(found);
+                backward_errors.push(error);
+                work.finish(Part::Count.cost(of));
+            }
+            counts.push(Count {
+                example: example.scene.name().to_owned(),
+                method: method.to_string(),
+                iteration,
+                gamma: gamma.to_string(),
+                mesh: pattern,
+                n,
+                iterations,
+                backward_errors,
+            });
         }
-        counts.push(Count {
-            example: example.scene.name().to_owned(),
-            method: Method::cr().to_string(),
-            iteration,
-            gamma: gamma.to_string(),
-            n: request.n.clone(),
-            iterations,
-        });
     }
-    Ok(counts)
+    let check = || work.next(&format!("{}, the search for γ₀", example.title()));
+    let found = search(&example.scene, &request.n, check)?;
+    Ok((counts, found))
 }
+
+/// Each step of a fixed point takes a factorisation of its own, and on P2 one of four dofs a contact face.
+const FINEST_P2: usize = 64;
 
 fn level(case: &Case, answer: &Answer, example: &Example, fine: &Fine) -> SeriesLevel {
     let problem = &case.problem;
+    let of = quantities(problem, &answer.u);
+    let errors = distance(&problem.space, &answer.u, &example.truth);
+    let norms = [example.truth.grad_norm_sq.sqrt(), example.truth.l2_norm];
     SeriesLevel {
         n: case.n.unwrap_or(0),
         h: problem.space.mesh.geometry(0).diameter,
         dofs: problem.space.dofs,
         steps: steps_to(TOL, &answer.increments),
         converged: answer.converged,
-        errors: distance(&problem.space, &answer.u, &example.truth),
+        errors,
         errors_to_fine: distance(&problem.space, &answer.u, fine),
-        residual: quantities(problem, &answer.u).contact_residual,
+        residual: of.contact_residual,
+        weighted_residual: of.weighted_residual,
+        norm_1h: (errors.h1 * norms[0] + errors.l2 * norms[1]) / (norms[0] + norms[1]),
     }
 }
 
@@ -279,12 +323,18 @@ impl Series {
             h1_to_fine: of(|l| l.errors_to_fine.h1),
             l2_to_fine: of(|l| l.errors_to_fine.l2),
             residual: of(|l| l.residual),
+            weighted_residual: of(|l| l.weighted_residual),
             levels,
         }
     }
 }
 
-fn outcome(example: &Example, fine: FineOutcome, series: Vec<Series>) -> ExampleOutcome {
+fn outcome(
+    example: &Example,
+    fine: FineOutcome,
+    series: Vec<Series>,
+    variants: Vec<Variant>,
+) -> ExampleOutcome {
     let truth = &example.truth;
     ExampleOutcome {
         name: example.scene.name().to_owned(),
@@ -297,7 +347,9 @@ fn outcome(example: &Example, fine: FineOutcome, series: Vec<Series>) -> Example
         grad_norm_sq: truth.grad_norm_sq,
         l2_norm: truth.l2_norm,
         contact_flux: truth.contact_flux,
+        gamma0: example.scene.gamma0(),
         fine,
         series,
+        variants,
     }
 }

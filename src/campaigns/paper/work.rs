@@ -19,6 +19,8 @@ pub enum Part {
     /// Iterations, counted.
     Count = 10,
     Errors = 8,
+    /// All variants of an example.
+    Sweep = 100,
 }
 
 impl Part {
@@ -51,7 +53,8 @@ impl<'a> Work<'a> {
             let engines = request.engines.iter();
             let engines = engines.map(|e| Part::of_engine(e.is_own()).cost(n));
             let solving: f64 = engines.map(|cost| cost + Part::Errors.cost(n)).sum();
-            examples * solving + schemes(1.0).len() as f64 * Part::Count.cost(n)
+            let counts = 2.0 * schemes(1.0).len() as f64 * Part::Count.cost(n);
+            examples * (solving + Part::Sweep.cost(n)) + counts
         };
         let cr: f64 = request.n.iter().map(of_cr).sum();
         Work {

@@ -18,7 +18,7 @@ pub struct Condition {
     /// ψ_k
     pub psi: f64,
     /// θ₁ and θ₂
-    pub(super) thetas: [i8; 2],
+    pub(super) thetas: [f64; 2],
     /// The one row that has it all, where the scheme is solved by faces.
     pub(super) row: Option<Row>,
 }
@@ -139,7 +139,7 @@ impl Condition {
         if self.row.is_some() {
             return self.flux_test(j);
         }
-        let [theta1, theta2] = self.thetas.map(f64::from);
+        let [theta1, theta2] = self.thetas;
         theta2 / self.gamma * self.displacement[j] + theta1 * self.flux[j]
     }
 }

@@ -8,6 +8,7 @@
 //! [P]₊ lagged as a whole       (1, 0)
 //! [u-ψ-γ∂ₙu]₊ lagged           (0, 1)
 //! flux new, displacement old   (1, 1) where P > 0, (1, 0) where P ≤ 0
+//! displacement new, flux old   (0, 1) where P > 0, (1, 1) where P ≤ 0
 //! ```
 
 use std::fmt;
@@ -35,14 +36,30 @@ pub enum Splitting {
     Relaxed,
     /// In P the flux new, the displacement lagged.
     FluxNew,
+    /// In γ∂ₙu + [u-ψ-γ∂ₙu]₊ the displacement new, the flux in the bracket lagged.
+    DisplacementNew,
 }
 
-const SPLITTINGS: [(&str, Splitting); 4] = [
-    ("lagged-p", Splitting::LaggedP),
-    ("lagged-gap", Splitting::LaggedGap),
-    ("relaxed", Splitting::Relaxed),
-    ("flux-new", Splitting::FluxNew),
+/// All of them.
+pub const SPLITTINGS: [Splitting; 5] = [
+    Splitting::LaggedP,
+    Splitting::LaggedGap,
+    Splitting::Relaxed,
+    Splitting::FluxNew,
+    Splitting::DisplacementNew,
 ];
+
+impl Splitting {
+    fn name(self) -> &'static str {
+        match self {
+            Splitting::LaggedP => "lagged-p",
+            Splitting::LaggedGap => "lagged-gap",
+            Splitting::Relaxed => "relaxed",
+            Splitting::FluxNew => "flux-new",
+            Splitting::DisplacementNew => "displacement-new",
+        }
+    }
+}
 
 impl Iteration {
     /// (α, β) of a condition that is, or is not, in contact.
@@ -62,6 +79,13 @@ impl Iteration {
                     [1.0, 0.0]
                 } else {
                     [1.0, 1.0]
+                }
+            }
+            Iteration::FixedPoint(Splitting::DisplacementNew) => {
+                if contact {
+                    [1.0, 1.0]
+                } else {
+                    [0.0, 1.0]
                 }
             }
         }
@@ -92,10 +116,10 @@ impl FromStr for Iteration {
         }
         SPLITTINGS
             .iter()
-            .find(|(name, _)| *name == text)
-            .map(|(_, splitting)| Iteration::FixedPoint(*splitting))
+            .find(|splitting| splitting.name() == text)
+            .map(|splitting| Iteration::FixedPoint(*splitting))
             .ok_or_else(|| {
-                let names: Vec<_> = SPLITTINGS.iter().map(|(name, _)| *name).collect();
+                let names: Vec<_> = SPLITTINGS.iter().map(|splitting| splitting.name()).collect();
                 format!(
                     "there is no iteration `{text}`: use newton, or a splitting of the fixed point: {}",
                     names.join(", ")
@@ -108,10 +132,7 @@ impl fmt::Display for Iteration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Iteration::Newton => f.pad("newton"),
-            Iteration::FixedPoint(splitting) => {
-                let name = SPLITTINGS.iter().find(|(_, s)| s == splitting);
-                f.pad(name.map_or("fixed-point", |(name, _)| name))
-            }
+            Iteration::FixedPoint(splitting) => f.pad(splitting.name()),
         }
     }
 }

@@ -61,16 +61,16 @@ const NAMED: [Named; 5] = [
 impl Method {
     /// The paper's penalty-free method (3.2).
     pub fn cr() -> Self {
-        Method::nitsche(&CR, 1, 0)
+        Method::nitsche(&CR, 1.0, 0.0)
     }
 
     /// Chouly, Hild, Renard's nonsymmetric method on P2: the paper's reference.
     pub fn p2() -> Self {
-        Method::nitsche(&P2, 1, 1)
+        Method::nitsche(&P2, 1.0, 1.0)
     }
 
     /// A member of the family (2.4).
-    pub fn nitsche(element: &'static dyn Element, theta1: i8, theta2: i8) -> Self {
+    pub fn nitsche(element: &'static dyn Element, theta1: f64, theta2: f64) -> Self {
         Method {
             element,
             law: Law::Nitsche(Nitsche { theta1, theta2 }),
@@ -107,7 +107,7 @@ impl FromStr for Method {
             let named: Vec<&str> = NAMED.iter().map(|named| named.name).collect();
             format!(
                 "there is no method `{text}`: use cr, p1, p2, or a member of the family (2.4) \
-                 with its parameters, as in p2(1,0), theta1 in -1, 0, 1 and theta2 in 0, 1; \
+                 with its parameters, as in p2(1,0) or p2(-0.5,1); \
                  or {}",
                 named.join(", ")
             )
@@ -141,12 +141,13 @@ impl FromStr for Method {
             return Ok(Method::nitsche(element, theta1, theta2));
         };
         let (theta1, theta2) = parameters.split_once(',').ok_or_else(unknown)?;
-        let theta1 = theta1.trim().parse().map_err(|_| unknown())?;
-        let theta2 = theta2.trim().parse().map_err(|_| unknown())?;
-        if !(-1..=1).contains(&theta1) || !(0..=1).contains(&theta2) {
-            return Err(unknown());
-        }
-        if theta1 == 0 && theta2 == 0 {
+        let number = |text: &str| -> Result<f64, String> {
+            let value = text.trim().parse().ok().filter(|v: &f64| v.is_finite());
+            // Not -0, which has another name.
+            value.map(|v| v + 0.0).ok_or_else(unknown)
+        };
+        let [theta1, theta2] = [number(theta1)?, number(theta2)?];
+        if theta1 == 0.0 && theta2 == 0.0 {
             return Err(format!(
                 "{text}: with theta1 = theta2 = 0 nothing imposes the contact condition"
             ));
@@ -156,8 +157,12 @@ impl FromStr for Method {
 }
 
 /// θ of the member that is meant by an element's name alone.
-fn usual(element: &str) -> [i8; 2] {
-    if element == "cr" { [1, 0] } else { [1, 1] }
+fn usual(element: &str) -> [f64; 2] {
+    if element == "cr" {
+        [1.0, 0.0]
+    } else {
+        [1.0, 1.0]
+    }
 }
 
 impl fmt::Display for Method {
@@ -208,6 +213,8 @@ mod tests {
             "p2(1,0)",
             "p1(-1,1)",
             "cr(0,1)",
+            "p2(-0.5,1)",
+            "p1(2.25,0.125)",
             "p1-vi",
             "cr-vi",
             "penalty",
@@ -226,7 +233,9 @@ mod tests {
             "",
             "p3",
             "cr(",
-            "cr(2,0)",
+            "cr(nan,0)",
+            "cr(1,inf)",
+            "cr(-0,0)",
             "cr(1)",
             "p2(0,0)",
             "p2(1,0",

@@ -30,6 +30,7 @@ mod several;
 mod solution;
 mod solve;
 mod system;
+mod theory;
 mod unique;
 mod vertex_values;
 
@@ -40,7 +41,7 @@ pub use discretisation::Discretisation;
 pub use errors::{Errors, errors};
 pub use face::ContactFace;
 pub use form::Problem;
-pub use iteration::{Iteration, Splitting};
+pub use iteration::{Iteration, SPLITTINGS, Splitting};
 pub use law::{Formula, Law, Multiplier, Nitsche, OnContact, Penalty};
 pub use method::Method;
 pub use quantities::{Quantities, face_fields, quantities};
@@ -50,6 +51,7 @@ pub use several::{Several, several};
 pub use solution::{Ended, Solution, Stop, Timings};
 pub use solve::{solve, solve_by};
 pub use system::Built;
+pub use theory::{Lifting, Positivity, lifting, load_has_no_trace, positivity};
 pub use unique::{Doubt, doubt};
 
 #[cfg(test)]

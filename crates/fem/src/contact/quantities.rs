@@ -20,18 +20,22 @@ pub struct Quantities {
     pub contact_flux: f64,
     /// ‖u_h - ψ + [P(u_h)]₊‖ on Γ_C, by the scheme's own rule.
     pub contact_residual: f64,
+    /// ‖γ^(-1/2) (u_h - ψ + [P(u_h)]₊)‖ on Γ_C, which (5.12) bounds.
+    pub weighted_residual: f64,
     pub contact_set: ContactSet,
 }
 
 /// The numbers of u (values at all dofs).
 pub fn quantities(problem: &Problem, u: &[f64]) -> Quantities {
-    let (mut flux, mut residual) = (0.0, 0.0);
+    let (mut flux, mut residual, mut weighted) = (0.0, 0.0, 0.0);
     for face in &problem.contact {
         let local = problem.space.local(face.cell, u);
         for point in &face.points {
             let trace = point.trace(face.gamma, &local);
             flux += point.weight * trace.flux;
-            residual += point.weight * trace.gap.max(face.gamma * trace.flux).powi(2);
+            let square = point.weight * trace.gap.max(face.gamma * trace.flux).powi(2);
+            residual += square;
+            weighted += square / face.gamma;
         }
     }
     Quantities {
@@ -39,6 +43,7 @@ pub fn quantities(problem: &Problem, u: &[f64]) -> Quantities {
         l2_norm: assembly::norm_squared(&problem.space, u).sqrt(),
         contact_flux: flux,
         contact_residual: residual.sqrt(),
+        weighted_residual: weighted.sqrt(),
         contact_set: ContactSet::new(problem, u),
     }
 }

@@ -185,7 +185,7 @@ impl Problem<'_> {
     /// ```
     pub fn by_gamma(&self, u: &[f64]) -> Vec<Vec<(u32, f64)>> {
         let of_point = |condition: &Condition, j: usize| {
-            let [theta1, theta2] = condition.thetas.map(f64::from);
+            let [theta1, theta2] = condition.thetas;
             let trace = condition.trace(u);
             match trace.p > 0.0 {
                 true => trace.flux * theta1 * condition.flux[j],

@@ -83,7 +83,7 @@ pub(super) fn clear_rows(conditions: &[Condition], r: &mut [f64]) {
 /// The penalty-free law, on CR.
 fn is_face_law(problem: &Problem) -> bool {
     let law = problem.method().law;
-    let penalty_free = law.is_nitsche() && law.thetas() == [1, 0];
+    let penalty_free = law.is_nitsche() && law.thetas() == [1.0, 0.0];
     let element = problem.space.element;
     penalty_free && element.on().faces && element.degree() == 1
 }

@@ -44,7 +44,7 @@ fn form_2_5(problem: &Problem, u: &[f64], flux_term: f64) -> Vec<f64> {
     for (r, b) in r.iter_mut().zip(&problem.load) {
         *r -= b;
     }
-    let theta1 = f64::from(problem.method().law.thetas()[0]);
+    let theta1 = problem.method().law.thetas()[0];
     for face in &problem.contact {
         let (gamma, local) = (face.gamma, problem.space.local(face.cell, u));
         for point in &face.points {
@@ -70,7 +70,7 @@ fn proposition_2_1_the_forms_2_4_and_2_5_are_one() {
         let u: Vec<f64> = (0..problem.space.dofs)
             .map(|k| (12.9898 * k as f64).sin())
             .collect();
-        let (a, theta1) = (problem.residual(&u), f64::from(method.law.thetas()[0]));
+        let (a, theta1) = (problem.residual(&u), method.law.thetas()[0]);
         // With the other sign of the last term it must fail, or the test would see nothing.
         let same = |sign: f64| {
             let b = form_2_5(&problem, &u, sign * theta1);
@@ -120,7 +120,7 @@ fn linear_solutions_are_exact() {
         ] {
             // The symmetric member needs a small γ to be stable.
             let mut discretisation = Discretisation::of(scene, method);
-            if method.law.thetas()[0] != 1 {
+            if method.law.thetas()[0] != 1.0 {
                 discretisation.gamma0 = 0.01;
             }
             let problem = Problem::new(scene, &mesh, &discretisation).unwrap();

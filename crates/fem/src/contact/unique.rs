@@ -15,7 +15,7 @@
 //! With one point that is 0 < |κ|: unique for every γ.
 //!
 //! **θ₂ = 1**. Tested with w the scheme leaves ‖∇w‖² plus χw²/γ + χ(θ₁-1)qw + (1-χ)θ₁γq² at each point, which is at least
-//! -¼(1-θ₁)²γq²: unique for every γ where θ₁ = 1, and else if Σ_F ¼(1-θ₁)² γ_F C|F| < |κ|, with ‖q‖²_F ≤ C|F|/|κ| ‖∇w‖²_κ and
+//! -¼(1-θ₁)²γq² for any real θ₁: unique for every γ where θ₁ = 1, and else if Σ_F ¼(1-θ₁)² γ_F C|F| < |κ|, with ‖q‖²_F ≤ C|F|/|κ| ‖∇w‖²_κ and
 //! C = p(p-1+d)/d for ∇w of degree p-1 (T. Warburton, J. S. Hesthaven, Comput. Methods Appl. Mech. Engrg. 192, 2003, Theorem 3).
 
 use super::face::ContactFace;
@@ -56,16 +56,12 @@ pub fn doubt(problem: &Problem) -> Option<Doubt> {
     let degree = problem.space.element.degree();
     match problem.method().law {
         Law::FluxCorrected => penalty_free(problem),
-        Law::Nitsche(Nitsche {
-            theta1: 1,
-            theta2: 1,
-        }) => None,
-        Law::Nitsche(Nitsche {
-            theta1: 1,
-            theta2: 0,
-        }) if problem.space.element.on().faces && degree == 1 => penalty_free(problem),
-        Law::Nitsche(Nitsche { theta1, theta2: 1 }) => family(problem, theta1, degree),
-        Law::Nitsche(_) => Some(Doubt::NoTheorem),
+        Law::Nitsche(Nitsche { theta1, theta2 }) => match [theta1, theta2] {
+            [1.0, 1.0] => None,
+            [1.0, 0.0] if problem.space.element.on().faces && degree == 1 => penalty_free(problem),
+            [theta1, 1.0] => family(problem, theta1, degree),
+            _ => Some(Doubt::NoTheorem),
+        },
         // Minima of strictly convex functionals, and least points of them.
         Law::Multiplier(Multiplier { gamma0 }) => (gamma0 >= 0.25).then_some(Doubt::NoTheorem),
         Law::Variational | Law::Penalty(_) => None,
@@ -141,9 +137,9 @@ fn moment(face: &ContactFace) -> f64 {
     largest
 }
 
-fn family(problem: &Problem, theta1: i8, degree: usize) -> Option<Doubt> {
+fn family(problem: &Problem, theta1: f64, degree: usize) -> Option<Doubt> {
     let (p, d) = (degree as f64, problem.space.mesh.dim as f64);
-    let inverse = p * (p - 1.0 + d) / d * 0.25 * (1.0 - f64::from(theta1)).powi(2);
+    let inverse = p * (p - 1.0 + d) / d * 0.25 * (1.0 - theta1).powi(2);
     let share = |face: &ContactFace, cell: &CellGeometry| {
         inverse * face.gamma * face.measure / cell.measure()
     };

@@ -33,8 +33,8 @@ use faceoff_mesh::error::Result;
 pub(super) struct FluxCorrected;
 
 impl Formula for FluxCorrected {
-    fn thetas(&self) -> [i8; 2] {
-        [1, 0]
+    fn thetas(&self) -> [f64; 2] {
+        [1.0, 0.0]
     }
 
     fn conditions(&self, on: &OnContact) -> Result<Vec<Condition>> {

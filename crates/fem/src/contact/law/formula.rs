@@ -10,7 +10,7 @@ use faceoff_mesh::error::Result;
 /// A law of contact: the conditions it sets, and what the solvers have to know of it.
 pub trait Formula {
     /// θ₁ and θ₂ of what the contact condition is tested with, θ₂γ⁻¹v + θ₁∂ₙv.
-    fn thetas(&self) -> [i8; 2];
+    fn thetas(&self) -> [f64; 2];
 
     /// The conditions on the contact faces.
     ///
@@ -57,7 +57,7 @@ pub struct OnContact<'a> {
 
 impl OnContact<'_> {
     /// The traces at the rule's points, with the flux counted `times`.
-    pub fn at_points(&self, thetas: [i8; 2], times: f64) -> Vec<Condition> {
+    pub fn at_points(&self, thetas: [f64; 2], times: f64) -> Vec<Condition> {
         let mut conditions = Vec::new();
         for face in self.faces {
             let dofs = self.space.cell_dofs(face.cell);

@@ -20,8 +20,8 @@ impl Multiplier {
 }
 
 impl Formula for Multiplier {
-    fn thetas(&self) -> [i8; 2] {
-        [-1, 1]
+    fn thetas(&self) -> [f64; 2] {
+        [-1.0, 1.0]
     }
 
     fn conditions(&self, on: &OnContact) -> Result<Vec<Condition>> {
@@ -37,7 +37,7 @@ impl Formula for Multiplier {
 }
 
 /// The means on a face.
-fn on_average(space: &Space, face: &ContactFace, thetas: [i8; 2]) -> Condition {
+fn on_average(space: &Space, face: &ContactFace, thetas: [f64; 2]) -> Condition {
     let dofs = space.cell_dofs(face.cell);
     let mut condition = Condition {
         weight: face.measure,

@@ -8,14 +8,14 @@ use faceoff_mesh::error::Result;
 /// A member of the family (2.4), with γ = γ₀ h of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nitsche {
-    /// θ₁ ∈ {-1, 0, 1}: weight of <u, ∂ₙv>_C.
-    pub theta1: i8,
-    /// θ₂ ∈ {0, 1}: weight of the penalty <γ⁻¹u, v>_C.
-    pub theta2: i8,
+    /// Weight of <u, ∂ₙv>_C: any real number, -1 and 1 for the symmetric and the nonsymmetric method.
+    pub theta1: f64,
+    /// Weight of the penalty <γ⁻¹u, v>_C: 1, or 0 where the method is free of it.
+    pub theta2: f64,
 }
 
 impl Formula for Nitsche {
-    fn thetas(&self) -> [i8; 2] {
+    fn thetas(&self) -> [f64; 2] {
         [self.theta1, self.theta2]
     }
 
@@ -33,7 +33,7 @@ impl Formula for Nitsche {
         let degree = element.degree() as f64;
         if element.on().faces && !load_free {
             1.0
-        } else if self.theta1 != -1 {
+        } else if self.theta1 != -1.0 {
             degree + 0.5
         } else {
             degree + 1.0

@@ -18,8 +18,8 @@ impl Penalty {
 }
 
 impl Formula for Penalty {
-    fn thetas(&self) -> [i8; 2] {
-        [0, 1]
+    fn thetas(&self) -> [f64; 2] {
+        [0.0, 1.0]
     }
 
     fn conditions(&self, on: &OnContact) -> Result<Vec<Condition>> {

@@ -12,8 +12,8 @@ use faceoff_mesh::error::Result;
 pub(super) struct Variational;
 
 impl Formula for Variational {
-    fn thetas(&self) -> [i8; 2] {
-        [0, 1]
+    fn thetas(&self) -> [f64; 2] {
+        [0.0, 1.0]
     }
 
     /// γ only scales the rows.

@@ -1,0 +1,77 @@
+//! What sections 3 and 4 suppose and prove, as numbers of the scheme that section 6 is solved with.
+
+use serde::Serialize;
+
+use super::patterns::{PATTERNS, Pattern};
+use faceoff_fem::contact::{
+    Discretisation, Doubt, Lifting, Method, Positivity, Problem, doubt, lifting, load_has_no_trace,
+    positivity,
+};
+use faceoff_fem::scene::Scene;
+use faceoff_mesh::error::Result;
+
+/// On one of the two meshes. All cells at Γ_C are alike, so that the numbers are those of all n.
+#[derive(Debug, Clone, Serialize)]
+pub struct OfMesh {
+    pub mesh: Pattern,
+    /// Lemma 3.1.
+    pub lifting: Option<Lifting>,
+    /// (4.2)
+    pub positivity: Option<Positivity>,
+    /// The same with the midpoint rule on Γ_C.
+    pub positivity_at_midpoints: Option<Positivity>,
+    /// Proposition 4.2: there is one solution for γ₀ above this; 0 where for all.
+    pub unique_above: f64,
+}
+
+/// The theory as numbers.
+#[derive(Debug, Clone, Serialize)]
+pub struct Theory {
+    pub gamma0: f64,
+    pub meshes: Vec<OfMesh>,
+    /// (2.10): does f have a trace near Γ_C?
+    pub load_has_trace: bool,
+}
+
+/// A γ₀ for which nothing is unique that needs one.
+const TINY: f64 = 1e-9;
+
+/// On the meshes of n × n, for the examples' boundary and the load of `scene`.
+///
+/// # Errors
+/// What [`Problem::new`] refuses.
+pub fn theory(scene: &Scene, n: usize, gamma0: f64) -> Result<Theory> {
+    let mut meshes = Vec::new();
+    let mut load_has_trace = true;
+    for pattern in PATTERNS {
+        let mesh = pattern.mesh(n)?;
+        let problem = |gamma0: f64, rule: Option<&str>| {
+            let usual = Discretisation::of(scene, Method::cr());
+            let discretisation = Discretisation {
+                gamma0,
+                contact_quadrature: rule.map(str::to_owned).or(usual.contact_quadrature.clone()),
+                ..usual
+            };
+            Problem::new(scene, &mesh, &discretisation)
+        };
+        let own = problem(gamma0, None)?;
+        load_has_trace &= !load_has_no_trace(&own);
+        let unique_above = match doubt(&problem(TINY, None)?) {
+            Some(Doubt::GammaTooSmall { factor, .. }) => factor * TINY,
+            Some(_) => f64::NAN,
+            None => 0.0,
+        };
+        meshes.push(OfMesh {
+            mesh: pattern,
+            lifting: lifting(&own),
+            positivity: positivity(&own),
+            positivity_at_midpoints: positivity(&problem(gamma0, Some("midpoint"))?),
+            unique_above,
+        });
+    }
+    Ok(Theory {
+        gamma0,
+        meshes,
+        load_has_trace,
+    })
+}
