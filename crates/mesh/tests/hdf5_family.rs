@@ -75,6 +75,34 @@ fn what_others_write_is_read() {
     }
 }
 
+/// Each cell by the places of its nodes in their order.
+fn shapes(mesh: &Mesh) -> Vec<(CellKind, Vec<[i64; 3]>)> {
+    let place = |&node: &u32| mesh.points[node as usize].map(|x| (x * 1e8).round() as i64);
+    let cells = mesh
+        .cells()
+        .map(|(_, kind, nodes)| (kind, nodes.iter().map(place).collect()));
+    let mut all: Vec<_> = cells.collect();
+    all.sort_unstable();
+    all
+}
+
+/// Gmsh writes one mesh as MSH, MED and CGNS.
+#[test]
+fn nodes_stand_in_the_order_of_gmsh() {
+    let folder = tempfile::tempdir().expect("a folder");
+    python(&["write", folder.path().to_str().expect("a path")]);
+    for order in ["order1", "order2"] {
+        let read = |suffix: &str| io::read(&folder.path().join(format!("{order}.{suffix}")));
+        let msh = shapes(&read("msh").expect("MSH"));
+        for suffix in ["med", "cgns"] {
+            assert!(
+                shapes(&read(suffix).expect("read")) == msh,
+                "{order}.{suffix}"
+            );
+        }
+    }
+}
+
 /// A hexahedron, a tetrahedron on its top, and a side in a group.
 fn mesh() -> Mesh {
     let points = [
