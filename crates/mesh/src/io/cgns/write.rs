@@ -135,7 +135,7 @@ pub fn write(
         named.push(name.as_str());
         let list = node(zone, "ZoneBC", "ZoneBC_t", "MT");
         let boundary = node(list, name, "BC_t", "C1");
-        boundary.add(" data", characters("UserDefined", 11));
+        boundary.add(" data", characters("FamilySpecified", 15));
         let location = match dim - group.dim.min(dim) {
             _ if of_vertices => "Vertex",
             0 => "CellCenter",
