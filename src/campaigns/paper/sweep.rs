@@ -43,6 +43,9 @@ impl Variant {
     }
 }
 
+/// On one mesh: the errors, the residual and its weighted form, and whether Newton's iteration converged.
+type Level = (Errors, [f64; 2], bool);
+
 /// The conforming penalty-free method.
 fn conforming() -> Method {
     Method::nitsche(&P1, 1.0, 0.0)
@@ -86,7 +89,7 @@ pub fn sweep(
                 ))
             });
             let levels = levels.collect::<Result<Vec<_>>>()?;
-            let observed = |value: &dyn Fn(&(Errors, [f64; 2], bool)) -> f64| {
+            let observed = |value: &dyn Fn(&Level) -> f64| {
                 let pairs: Vec<_> = n.iter().copied().zip(levels.iter().map(value)).collect();
                 Observed::new(&pairs)
             };
