@@ -113,6 +113,81 @@ fn poisson_agrees_and_its_faults_are_named() {
     assert_eq!(field(&told, "u")["verdict"], "disagree");
 }
 
+/// The other examples, each with the answer that it has from outside, and with a fault in FreeFEM's script: another constant, plane
+/// stress, another side, another h.
+#[test]
+fn every_example_agrees_and_its_faults_are_found() {
+    type Fault = (&'static str, &'static str, &'static str);
+    let examples: [(&str, &str, &str, &[Fault]); 5] = [
+        (
+            "elasticity",
+            "elasticity",
+            "1,2",
+            &[
+                ("mu = E/(2*(1 + nu))", "mu = 1.001*E/(2*(1 + nu))", "u"),
+                ("E*nu/((1 + nu)*(1 - 2*nu))", "E*nu/(1 - nu^2)", "u"),
+            ],
+        ),
+        (
+            "stokes",
+            "stokes",
+            "8,16",
+            &[("int1d(Th, right", "int1d(Th, left", "p")],
+        ),
+        (
+            "stokes",
+            "taylor-hood",
+            "8,16,32",
+            &[("nu*(grad", "1.01*nu*(grad", "u")],
+        ),
+        (
+            "obstacle",
+            "obstacle",
+            "2,8",
+            &[("a^2/sqrt(1 - a^2)", "1.001*a^2/sqrt(1 - a^2)", "u")],
+        ),
+        (
+            "hertz",
+            "hertz",
+            "2",
+            &[("gamma0*hTriangle/E", "gamma0*lenEdge/E", "u")],
+        ),
+    ];
+    for (folder_name, name, n, faults) in examples {
+        let folder = folder();
+        let at = example(folder.path(), folder_name);
+        let file = format!("{name}.toml");
+        let (ran, told) = verify(&at, &file, &["--n", n]);
+        assert_eq!(ran.code, Some(0), "{name}: {}{}", ran.stdout, ran.stderr);
+        let exact = told["numbers"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|n| !n["exact"].is_null());
+        let orders = told["fields"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|f| !f["orders"].as_array().unwrap().is_empty());
+        assert!(exact || orders, "{name} has an answer from outside");
+        let script = format!("{name}.edp");
+        let kept = fs::read_to_string(at.join(&script)).unwrap();
+        for (from, to, wrong) in faults {
+            plant(&at, &script, from, to);
+            let (ran, told) = verify(&at, &file, &["--n", n]);
+            assert_eq!(
+                ran.code,
+                Some(1),
+                "{name}, {to}: {}{}",
+                ran.stdout,
+                ran.stderr
+            );
+            assert_eq!(field(&told, wrong)["verdict"], "disagree", "{name}, {to}");
+            write(&at, &script, &kept);
+        }
+    }
+}
+
 /// Codes that do not do what their file says, and files that say what cannot be: exit code 2 and a sentence with the code.
 #[test]
 fn what_cannot_be_judged_is_told_in_a_sentence() {

@@ -551,16 +551,14 @@ struct Planted {
 }
 
 const FREEFEM_GAMMA: &str = "gamma[][Ch(cell, 0)] = value;";
-const FENICSX_GAMMA: &str = "values = np.fromfile(case[\"gamma\"][\"values\"], \"<f8\")";
+// After the companion has checked that γ is γ₀ h.
+const FENICSX_GAMMA: &str = "of_input[numbers] = values";
 
 const PLANTED: [Planted; 12] = [
     Planted {
         name: "γ × 1.001",
         freefem: &[(FREEFEM_GAMMA, "gamma[][Ch(cell, 0)] = 1.001*value;")],
-        fenicsx: &[(
-            FENICSX_GAMMA,
-            "values = 1.001 * np.fromfile(case[\"gamma\"][\"values\"], \"<f8\")",
-        )],
+        fenicsx: &[(FENICSX_GAMMA, "of_input[numbers] = 1.001 * values")],
         ingredient: "γ",
         said: "γ is × 1.00100 on all faces",
     },
@@ -572,7 +570,7 @@ const PLANTED: [Planted; 12] = [
         )],
         fenicsx: &[(
             FENICSX_GAMMA,
-            "values = np.where(numbers == {cell}, 1.01, 1.0) * np.fromfile(case[\"gamma\"][\"values\"], \"<f8\")",
+            "of_input[numbers] = np.where(numbers == {cell}, 1.01, 1.0) * values",
         )],
         ingredient: "γ",
         said: "γ is × 1.0100 on face {face}",
@@ -614,8 +612,8 @@ const PLANTED: [Planted; 12] = [
             "func psi = scenePsi(scene) + 1e-6;",
         )],
         fenicsx: &[(
-            "    ds_C = ds(CONTACT)",
-            "    psi = psi + 1e-6\n    ds_C = ds(CONTACT)",
+            "    P_gamma = gamma * flux(u) - (u - psi)",
+            "    psi = psi + 1e-6\n    P_gamma = gamma * flux(u) - (u - psi)",
         )],
         ingredient: "ψ",
         said: "ψ is 1e-6 too large",
@@ -681,7 +679,7 @@ const PLANTED: [Planted; 12] = [
     Planted {
         name: "h global",
         freefem: &[(FREEFEM_GAMMA, "gamma[][Ch(cell, 0)] = {gamma};")],
-        fenicsx: &[(FENICSX_GAMMA, "values = np.full(len(numbers), {gamma})")],
+        fenicsx: &[(FENICSX_GAMMA, "of_input[numbers] = {gamma}")],
         ingredient: "h",
         said: "h in γ = γ₀ h is global",
     },

@@ -535,7 +535,8 @@ pub(super) struct Orders {
         long,
         value_name = "FORMULA",
         requires = "results",
-        conflicts_with = "reference"
+        conflicts_with = "reference",
+        allow_hyphen_values = true
     )]
     pub exact: Vec<String>,
     /// Of results: the field, or a component or magnitude as in `u[0]` or `|u|`; may be given several times [default: all that

@@ -46,7 +46,7 @@ impl Template {
             Template::Hertz => (
                 "hertz",
                 template!("hertz":
-                "README.md" "compat.py" "hertz.edp" "hertz.geo" "hertz.msh" "hertz.py" "hertz.toml" "hertz_getfem.py" "vtu.idp"),
+                "README.md" "ball.edp" "ball.geo" "ball.msh" "ball.py" "ball.toml" "ball_getfem.py" "compat.py" "hertz.edp" "hertz.geo" "hertz.msh" "hertz.py" "hertz.toml" "hertz_getfem.py" "vtu.idp" "vtu3.idp"),
             ),
             Template::Stokes => (
                 "stokes",

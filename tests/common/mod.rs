@@ -128,7 +128,11 @@ pub fn companion_with(folder: &Path, companion: &str, changes: &[(&str, &str)]) 
     let mut places = vec![0; changes.len()];
     for entry in std::fs::read_dir(home).expect("the companion") {
         let path = entry.expect("an entry").path();
-        if path.is_file() {
+        // The programs of the paper stand alone.
+        let is_paper = path
+            .file_stem()
+            .is_some_and(|stem| stem.to_string_lossy().starts_with("paper"));
+        if path.is_file() && !is_paper {
             let mut text = std::fs::read_to_string(&path).expect("a script");
             for (count, (from, to)) in places.iter_mut().zip(changes) {
                 *count += text.matches(from).count();
