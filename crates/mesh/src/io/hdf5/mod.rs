@@ -2,7 +2,7 @@
 //! numbers or texts, and attributes.
 //!
 //! A file is read by the crate `hdf5-reader`, within limits that follow from its size; external links and data outside the
-//! file are not followed. What is written ([`write`]) is as simple as the format allows, which every reader since HDF5 1.8
+//! file are not followed. What is written ([`mod@write`]) is as simple as the format allows, which every reader since HDF5 1.8
 //! takes: compact groups and contiguous data.
 
 #[cfg(test)]
