@@ -288,6 +288,61 @@ fn what_cannot_be_judged_is_told_in_a_sentence() {
     );
 }
 
+/// A linear function on quadratic cells is the same function; on a mesh of its own it is another one.
+#[test]
+fn the_same_function_on_other_cells_agrees() {
+    let folder = folder();
+    let at = folder.path();
+    let msh = |points: &str, kind: u8, cell: &str, values: [f64; 6]| {
+        let count = points.lines().count();
+        let values: String = (1..)
+            .zip(&values[..count])
+            .map(|(k, u)| format!("{k} {u}\n"))
+            .collect();
+        format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{count}\n{points}$EndNodes\n$Elements\n1\n1 {kind} 2 1 1 {cell}\n$EndElements\n\
+             $NodeData\n1\n\"u\"\n1\n0\n3\n0\n1\n{count}\n{values}$EndNodeData\n"
+        )
+    };
+    let linear = "1 0 0 0\n2 1 0 0\n3 0 1 0\n";
+    let quadratic = format!("{linear}4 0.5 0 0\n5 0.5 0.5 0\n6 0 0.5 0\n");
+    write(
+        at,
+        "a.msh",
+        &msh(linear, 2, "1 2 3", [1.0, 2.0, 4.0, 0.0, 0.0, 0.0]),
+    );
+    write(
+        at,
+        "b.msh",
+        &msh(&quadratic, 9, "1 2 3 4 5 6", [1.0, 2.0, 4.0, 1.5, 3.0, 2.5]),
+    );
+    write(
+        at,
+        "c.msh",
+        &msh(
+            &quadratic,
+            9,
+            "1 2 3 4 5 6",
+            [1.0, 2.0, 4.0, 1.5, 3.01, 2.5],
+        ),
+    );
+    for (second, code) in [("b.msh", 0), ("c.msh", 1)] {
+        let file = format!(
+            "name = \"x\"\n[codes.a]\ncommand = [\"cp\", \"a.msh\", \"{{out}}/u.msh\"]\nresult = \"u.msh\"\n\
+             [codes.b]\ncommand = [\"cp\", \"{second}\", \"{{out}}/u.msh\"]\nresult = \"u.msh\"\n[fields.u]\nsame = \"discretisation\"\n"
+        );
+        write(at, "x.toml", &file);
+        let (ran, _) = verify(at, "x.toml", &[]);
+        assert_eq!(ran.code, Some(code), "{}{}", ran.stdout, ran.stderr);
+        assert!(
+            ran.stdout
+                .contains("as functions, since the files have other cells"),
+            "{}",
+            ran.stdout
+        );
+    }
+}
+
 /// A job that is kept can be run again by the line beside it.
 #[test]
 fn a_kept_job_runs_by_hand() {

@@ -57,6 +57,7 @@ pub struct RunOf {
 #[derive(Debug, Serialize)]
 pub struct OfField {
     pub field: String,
+    pub same: Same,
     pub verdict: Verdict,
     pub pairs: Vec<OfPair>,
     pub orders: Vec<OfOrder>,
@@ -302,6 +303,7 @@ fn field(
     let of_orders = orders.iter().filter_map(|o| o.verdict);
     Ok(OfField {
         field: asked.name.clone(),
+        same: asked.same,
         verdict: of_pairs
             .chain(of_orders)
             .max()
@@ -328,7 +330,8 @@ fn unjudged(asked: &Asked, reason: String) -> ComparedField {
     }
 }
 
-/// Two answers on one level: equal to rounding, or as functions by the norm of their difference.
+/// Two answers on one level: equal to rounding, as functions where the files have other cells (a linear function on quadratic
+/// ones is the same function), or by the norm of their difference.
 fn compare(
     asked: &Asked,
     a: &Results,
@@ -360,11 +363,6 @@ fn compare(
         Err(error) => return Ok(unjudged(asked, error.to_string())),
         Ok(comparison) => comparison,
     };
-    if is_same && comparison.map == MatchBy::Functions {
-        let why = comparison.notes.join("; ");
-        let reason = format!("they are on other meshes ({why}): one discretisation has one mesh");
-        return Ok(unjudged(asked, reason));
-    }
     // What one mesh has alone comes as a field of its own, which counts.
     let domain = comparison
         .fields

@@ -118,8 +118,10 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         face_off::face_off(&of, &how, progress)
     })?;
     deliver(&report::face_off(&outcome)?, to)?;
+    let mut told = BTreeSet::new();
     for run in &outcome.runs {
-        if let Some(failure) = &run.failure {
+        // What keeps a code from running on one mesh most often does on all.
+        if let Some(failure) = run.failure.as_ref().filter(|_| told.insert(&run.code)) {
             note!("faceoff: {failure}");
         }
     }

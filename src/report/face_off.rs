@@ -5,6 +5,7 @@ use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, joined, ta
 use super::number::{number, size};
 use super::verify::{why, worst};
 use crate::campaigns::face_off::{FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RunOf};
+use crate::run::Same;
 use faceoff_judge::{Norms, On, Verdict};
 use faceoff_mesh::error::Result;
 
@@ -228,7 +229,17 @@ fn pairs_table(of: &OfField) -> Table {
         true => Cell::Verdict(pair.compared.field.verdict),
         false => "told".into(),
     };
-    let remark = |pair: &OfPair| pair.compared.field.reason.clone();
+    let as_functions = |pair: &OfPair| {
+        let is = of.same == Same::Discretisation && pair.compared.on == On::Functions;
+        is.then(|| "as functions, since the files have other cells".to_owned())
+    };
+    let remark = |pair: &OfPair| {
+        pair.compared
+            .field
+            .reason
+            .clone()
+            .or_else(|| as_functions(pair))
+    };
     table!(format!("`{}`", of.field), &of.pairs, |pair|
         "codes" => format!("{} – {}", pair.a, pair.b),
         "n" => n(pair),

@@ -23,7 +23,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::engine::{Form, Script, fill};
 use faceoff_fem::scene::Expression;
@@ -78,7 +78,7 @@ pub struct Asked {
 }
 
 /// What codes share.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Same {
     /// The discrete problem: their answers are equal but for rounding.
