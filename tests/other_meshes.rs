@@ -93,6 +93,8 @@ for shape in ["triangle", "quadrangle", "tetrahedron"]:
             let u = field(&told, "u");
             assert_eq!(told["map"], "functions");
             assert!(number(u, "l2") < 1e-12 * number(u, "l2_scale"), "{a}: {u}");
+            // Also where the meshes overlap by rounding alone.
+            assert!(number(u, "h1") < 1e-10 * number(u, "h1_scale"), "{a}: {u}");
         }
     }
 }

@@ -254,12 +254,13 @@ impl Work<'_> {
                     here.largest = f64::NAN;
                     continue;
                 }
-                let d = [difference, x[1] - y[1], x[2] - y[2], x[3] - y[3]];
-                sums.add_squares(weight, &d, x, y);
-                let absolute = difference.abs();
+                // Gradients jump from cell to cell: where cells overlap by rounding alone, they are of two neighbours.
                 if common.is_rounding {
                     continue;
                 }
+                let d = [difference, x[1] - y[1], x[2] - y[2], x[3] - y[3]];
+                sums.add_squares(weight, &d, x, y);
+                let absolute = difference.abs();
                 let relative = if absolute == 0.0 {
                     0.0
                 } else {
