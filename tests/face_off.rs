@@ -280,9 +280,9 @@ fn what_cannot_be_judged_is_told_in_a_sentence() {
         "{}",
         ran.stderr
     );
-    let ran = run(at, &["verify", "x.toml", "--engines", "rust"]);
+    let ran = run(at, &["verify", "x.toml", "--ranks", "2"]);
     assert!(
-        ran.stderr.contains("--engines is for scenes"),
+        ran.stderr.contains("--ranks is for scenes"),
         "{}",
         ran.stderr
     );
@@ -424,4 +424,269 @@ fn a_new_face_off_runs_at_once() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap());
     assert!(left.into_iter().all(|name| !name.starts_with(".faceoff")));
+}
+
+/// Two codes that copy a table, one of which says when it ran.
+fn copies(at: &Path) {
+    write(at, "u.csv", "vertex,u\n0,1\n1,2\n");
+    write(at, "w.csv", "vertex,u\n0,1\n1,2\n");
+    let of = |name: &str, command: &str| {
+        format!("[codes.{name}]\ncommand = {command}\nresult = \"u.csv\"\n")
+    };
+    let a = of("a", "[\"cp\", \"u.csv\", \"{out}/u.csv\"]");
+    let b = of(
+        "b",
+        "[\"sh\", \"-c\", \"cp w.csv {out}/u.csv; echo {E} {n} >> ran\"]",
+    );
+    let text = format!(
+        "name = \"x\"\n[mesh]\ngenerator = \"union-jack\"\nn = [1, 2]\n[parameters]\nE = 1.5\n{a}{b}[fields.u]\nsame = \"discretisation\"\n"
+    );
+    write(at, "x.toml", &text);
+}
+
+/// What codes answered when they agreed stands in for them, until the problem, or a file of the record, is another one.
+#[test]
+fn codes_are_judged_against_their_record() {
+    let folder = folder();
+    let at = folder.path();
+    copies(at);
+    let (ran, _) = verify(at, "x.toml", &["--record", "record"]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let text = fs::read_to_string(at.join("record/baseline.json")).unwrap();
+    let record: Value = serde_json::from_str(&text).unwrap();
+    assert!(
+        record["recipe"]
+            .as_str()
+            .unwrap()
+            .contains("--record record"),
+        "{text}"
+    );
+    // Recorded again, it is the same.
+    let (ran, _) = verify(at, "x.toml", &["--record", "record"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert_eq!(
+        fs::read_to_string(at.join("record/baseline.json")).unwrap(),
+        text
+    );
+
+    let against =
+        |words: &[&str]| verify(at, "x.toml", &[&["--against", "record"], words].concat());
+    let (ran, told) = against(&["--engines", "b"]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let pairs: Vec<[&str; 2]> = field(&told, "u")["pairs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|p| [p["a"].as_str().unwrap(), p["b"].as_str().unwrap()])
+        .collect();
+    assert_eq!(&pairs[..2], [["b", "a (recorded)"], ["b", "b (recorded)"]]);
+    write(at, "w.csv", "vertex,u\n0,1\n1,2.001\n");
+    let (ran, told) = against(&["--engines", "b"]);
+    assert_eq!(ran.code, Some(1), "{}", ran.stdout);
+    assert_eq!(field(&told, "u")["verdict"], "disagree");
+    let (ran, _) = verify(at, "x.toml", &["--record", "other"]);
+    assert_eq!(ran.code, Some(2));
+    assert!(
+        ran.stderr.contains("nothing was recorded") && ran.stdout.contains("disagree"),
+        "{}",
+        ran.stderr
+    );
+    assert!(!at.join("other").exists());
+    write(at, "w.csv", "vertex,u\n0,1\n1,2\n");
+
+    let refused = |words: &[&str], part: &str| {
+        let ran = run(
+            at,
+            &[&["verify", "x.toml", "--against", "record"], words].concat(),
+        );
+        assert_eq!(ran.code, Some(2), "{part}: {}{}", ran.stdout, ran.stderr);
+        let told = format!("{}{}", ran.stdout, ran.stderr);
+        assert!(told.contains(part), "{part}: {told}");
+    };
+    refused(&["--n", "4"], "n = 4 was not recorded");
+    refused(&["--engines", "c"], "there is no code `c`");
+    let toml = fs::read_to_string(at.join("x.toml")).unwrap();
+    write(at, "x.toml", &toml.replace("1.5", "2.5"));
+    refused(&[], "another problem: E was \"1.5\" and is \"2.5\"");
+    write(
+        at,
+        "x.toml",
+        &toml.replace("union-jack\"", "union-jack\"\nsize = [1.0, 2.0]"),
+    );
+    refused(&[], "another problem: mesh digest was");
+    write(at, "x.toml", &toml.replace("[codes.b]", "[codes.c]"));
+    refused(&[], "b was recorded, and is no code");
+    write(at, "x.toml", &toml);
+    write(at, "record/a-n1/u.csv", "vertex,u\n0,1\n1,2.001\n");
+    refused(&[], "files in a-n1 have changed since");
+    fs::remove_dir_all(at.join("record/a-n1")).unwrap();
+    refused(&[], "there is no folder a-n1");
+    write(
+        at,
+        "x.toml",
+        &toml.replace("\"cp\", \"u.csv\", \"{out}/u.csv\"", "\"touch\", \"u.csv\""),
+    );
+    let ran = run(at, &["verify", "x.toml", "--record", "third"]);
+    assert!(
+        ran.stdout.contains("let it write into {out}"),
+        "{}",
+        ran.stdout
+    );
+}
+
+/// What was run is not run again, unless its files are not what they were; another command is refused.
+#[test]
+fn a_face_off_goes_on_where_it_was() {
+    let folder = folder();
+    let at = folder.path();
+    copies(at);
+    let ran = |n: &str| {
+        let (done, _) = verify(at, "x.toml", &["--resume", "kept", "--n", n]);
+        assert_eq!(done.code, Some(0), "{}{}", done.stdout, done.stderr);
+        let times = fs::read_to_string(at.join("ran")).unwrap();
+        times.lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(ran("1"), ["1.5 1"]);
+    assert_eq!(ran("1,2"), ["1.5 1", "1.5 2"]);
+    // Cut short while it wrote, and the journal's last line with it.
+    let journal = at.join("kept/journal.jsonl");
+    let text = fs::read_to_string(&journal).unwrap();
+    fs::write(&journal, &text[..text.len() - 9]).unwrap();
+    write(at, "kept/b-n1/u.csv", "vertex,u\n0,");
+    assert_eq!(ran("1,2"), ["1.5 1", "1.5 2", "1.5 1", "1.5 2"]);
+    let toml = fs::read_to_string(at.join("x.toml")).unwrap();
+    write(at, "x.toml", &toml.replace("1.5", "2.5"));
+    let refused = run(at, &["verify", "x.toml", "--resume", "kept"]);
+    assert_eq!(refused.code, Some(2));
+    assert!(
+        refused.stderr.contains("E was \"1.5\" and is \"2.5\""),
+        "{}",
+        refused.stderr
+    );
+}
+
+/// A code that hangs on the order of vertices, one that another's order does not touch, and a problem that rounding decides.
+#[test]
+fn what_moves_an_answer_is_told() {
+    let folder = folder();
+    let at = example(folder.path(), "poisson");
+    let toml = fs::read_to_string(at.join("poisson.toml")).unwrap();
+    plant(
+        &at,
+        "poisson.edp",
+        "writeVtu(",
+        "values(0, 0) += 1e-3;\nwriteVtu(",
+    );
+    let (ran, told) = verify(&at, "poisson.toml", &["--n", "4", "--diagnose"]);
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    let findings = told["diagnosis"]["findings"].as_array().unwrap();
+    let finding = findings[0].as_str().unwrap();
+    assert!(
+        findings.len() == 1 && finding.contains("`u`: freefem moves by"),
+        "{finding}"
+    );
+    assert!(finding.ends_with("its fault is there"), "{finding}");
+    assert!(ran.stderr.contains(finding), "{}", ran.stderr);
+    let moved = told["diagnosis"]["moved"].as_array().unwrap();
+    let by = |code: &str, change: &str| {
+        let of = |m: &&Value| m["code"] == code && m["change"] == change;
+        moved.iter().find(of).unwrap()["relative"].as_f64().unwrap()
+    };
+    assert!(by("freefem", "vertices in reverse order") > 1e-4);
+    assert!(by("dolfinx", "vertices in reverse order") < 1e-13);
+    assert_eq!(by("freefem", "run once more"), 0.0);
+
+    // Both codes' answers hang on the last digits of a parameter.
+    let of = |name: &str, last: &str| {
+        format!(
+            "[codes.{name}]\ncommand = [\"/usr/bin/python3\", \"-c\", \"{PROGRAM}\", \"{{E}}\", \"{{out}}/n.csv\", \"{last}\"]\nnumbers = \"n.csv\"\n"
+        )
+    };
+    const PROGRAM: &str = "import sys; e, out, last = sys.argv[1:]; open(out, 'w').write('d,%r' % ((float(e) - 0.1)*1e16 + float(last)))";
+    let text = format!(
+        "name = \"y\"\n[parameters]\nE = 0.1\n{}{}[numbers.d]\nsame = \"discretisation\"\n",
+        of("a", "1"),
+        of("b", "2")
+    );
+    write(&at, "y.toml", &text);
+    let (ran, told) = verify(&at, "y.toml", &["--diagnose"]);
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    let finding = told["diagnosis"]["findings"][0].as_str().unwrap();
+    assert!(finding.contains("rounding decides"), "{finding}");
+    assert_eq!(toml, fs::read_to_string(at.join("poisson.toml")).unwrap());
+}
+
+/// A code that speaks the protocol of engines, beside a program that knows nothing of it, on one mesh.
+#[test]
+fn engines_stand_beside_scripts() {
+    let folder = folder();
+    let at = folder.path();
+    for part in ["paper.edp", "nitsche.idp", "options.idp", "vtu.idp"] {
+        fs::copy(source("freefem").join(part), at.join(part)).unwrap();
+    }
+    let engine = |name: &str, method: &str| {
+        format!(
+            "[codes.{name}]\nengine = \"{name}\"\nscene = \"one-zone\"\nmethod = \"{method}\"\n"
+        )
+    };
+    for (method, of_paper) in [("cr", "CR"), ("p2", "P2")] {
+        let paper = format!(
+            "[codes.paper]\ncommand = [\"FreeFem++-nw\", \"-v\", \"0\", \"paper.edp\", \"-mesh\", \"{{mesh}}\", \"-contact\", \"1\", \
+             \"-dirichlet\", \"3\", \"-method\", \"{of_paper}\", \"-fine\", \"1\", \"-out\", \"{{out}}/u\"]\nmesh = \"freefem\"\nresult = \"u.vtu\"\n"
+        );
+        let text = format!(
+            "name = \"signorini\"\n[mesh]\ngenerator = \"union-jack\"\nn = [8]\n{paper}{}{}[fields.u]\nsame = \"discretisation\"\n",
+            engine("rust", method),
+            engine("fenicsx", method)
+        );
+        write(at, "s.toml", &text);
+        let (ran, told) = verify(at, "s.toml", &[]);
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+        let pairs = field(&told, "u")["pairs"].as_array().unwrap();
+        assert_eq!(pairs.len(), 3);
+        assert!(
+            pairs.iter().all(|p| p["max_rel"].as_f64().unwrap() < 1e-12),
+            "{pairs:?}"
+        );
+        write(
+            at,
+            "s.toml",
+            &text.replacen(&format!("\"{method}\"\n"), "\"p1\"\n", 1),
+        );
+        let (ran, _) = verify(at, "s.toml", &["--n", "4", "--engines", "rust,paper"]);
+        assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    }
+    let refused = |from: &str, to: &str, part: &str| {
+        let text = fs::read_to_string(at.join("s.toml")).unwrap();
+        write(at, "t.toml", &text.replacen(from, to, 1));
+        let ran = run(at, &["verify", "t.toml"]);
+        let told = format!("{}{}", ran.stdout, ran.stderr);
+        assert!(ran.code == Some(2) && told.contains(part), "{part}: {told}");
+    };
+    refused(
+        "engine = \"rust\"",
+        "engine = \"rast\"",
+        "there is no engine `rast`",
+    );
+    refused(
+        "scene = \"one-zone\"\n",
+        "",
+        "does not say which scene rust solves",
+    );
+    refused("method = \"p1\"", "method = \"p9\"", "p9");
+    refused(
+        "engine = \"rust\"\n",
+        "",
+        "scene and method are of an engine",
+    );
+    refused(
+        "engine = \"rust\"\n",
+        "engine = \"rust\"\ncommand = [\"x\"]\n",
+        "it has an engine and command",
+    );
+    refused(
+        "scene = \"one-zone\"",
+        "scene = \"plate\"",
+        "has no boundary group",
+    );
 }

@@ -231,7 +231,8 @@ pub(super) struct Verify {
     /// own (`faceoff new`)
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
-    /// Engines, or TOML files that describe one [default: rust,freefem,fenicsx; with --against: rust]
+    /// Engines, or TOML files that describe one [default: rust,freefem,fenicsx; with --against: rust]; of a face-off, codes of it
+    /// [default: all]
     #[arg(long, value_delimiter = ',')]
     pub engines: Vec<String>,
     /// Methods: cr, cr-fc, p1, p2, or a member of the family (2.4) as in "p2(1,0)"
@@ -244,10 +245,11 @@ pub(super) struct Verify {
     #[arg(long)]
     pub allow_missing: bool,
     /// Where codes differ and no change of the scheme explains it, run both again with one thing matched at a time (tolerance,
-    /// order of the mesh, linear solver) and name what accounts for it
+    /// order of the mesh, linear solver) and name what accounts for it; of a face-off, run every code again with one thing changed
+    /// that should not matter (order of cells and vertices, threads, the last digits of parameters)
     #[arg(long)]
     pub diagnose: bool,
-    /// Keep in DIR what the other engines answered, if all agree
+    /// Keep in DIR what the other engines answered, or of a face-off what all codes wrote, if all agree
     #[arg(long, value_name = "DIR", conflicts_with = "against")]
     pub record: Option<PathBuf>,
     /// Judge against the answers that --record kept in DIR

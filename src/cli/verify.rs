@@ -10,7 +10,7 @@ use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
 use crate::engine::{self, Baseline, Engine, Launch, Settings, typed};
 use crate::report::console::note;
 use crate::report::{self, Output, Verified, deliver};
-use crate::run::{FaceOff, Failure, is_face_off};
+use crate::run::{FaceOff, Failure, Record, Store, is_face_off};
 use faceoff_fem::contact::Stop;
 use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::{Error, Result, distinct};
@@ -55,10 +55,6 @@ pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
         true => diagnose(&request, &outcome)?,
         false => Vec::new(),
     };
-    if let Some(folder) = &arguments.record {
-        let recipe = format!("faceoff {}", typed());
-        report::write_baseline(folder, &recipe, &request, &outcome)?;
-    }
     let report = report::verify(Verified {
         outcome: &outcome,
         diagnoses: &diagnoses,
@@ -75,6 +71,10 @@ pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
     for failure in &outcome.failures {
         note!("faceoff: {}", failure.message);
     }
+    if let Some(folder) = &arguments.record {
+        let recipe = format!("faceoff {}", typed());
+        report::write_baseline(folder, &recipe, &request, &outcome)?;
+    }
     Ok(code(outcome.verdict))
 }
 
@@ -86,11 +86,6 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
     };
     let running = &arguments.running;
     let is_given = [
-        ("--engines", !arguments.engines.is_empty()),
-        ("--record", arguments.record.is_some()),
-        ("--against", arguments.against.is_some()),
-        ("--resume", arguments.resume.is_some()),
-        ("--diagnose", arguments.diagnose),
         ("--explain", arguments.explain),
         ("--ranks", running.ranks != 1),
         ("--launcher", running.launcher.is_some()),
@@ -109,21 +104,40 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
     if !arguments.n.is_empty() {
         of = of.with_n(arguments.n.iter().map(|&n| n as usize).collect());
     }
+    let record = arguments.against.as_deref().map(Record::read).transpose()?;
+    if let Some(folder) = &arguments.record {
+        report::check_baseline_folder(folder)?;
+    }
+    // What is recorded is what is kept.
+    let is_kept = arguments.resume.is_some() || arguments.record.is_some();
+    let open = || Store::open(arguments.resume.as_deref(), &of.name);
+    let store = is_kept.then(open).transpose()?;
     let how = face_off::Running {
+        codes: arguments.engines.clone(),
         keep: running.keep.clone(),
         time_limit: Settings::default().time_limit,
         sandbox: running.sandbox,
+        store: store.as_ref(),
+        against: record.as_ref(),
+        diagnose: arguments.diagnose,
     };
     let outcome = watched(&[], vec![], to.quiet, |progress| {
         face_off::face_off(&of, &how, progress)
     })?;
     deliver(&report::face_off(&outcome)?, to)?;
+    for finding in outcome.diagnosis.iter().flat_map(|d| &d.findings) {
+        note!("faceoff: {finding}");
+    }
     let mut told = BTreeSet::new();
     for run in &outcome.runs {
         // What keeps a code from running on one mesh most often does on all.
         if let Some(failure) = run.failure.as_ref().filter(|_| told.insert(&run.code)) {
             note!("faceoff: {failure}");
         }
+    }
+    if let (Some(folder), Some(store)) = (&arguments.record, &store) {
+        let recipe = format!("faceoff {}", typed());
+        report::write_record(folder, &recipe, store, &outcome)?;
     }
     Ok(code(outcome.verdict))
 }

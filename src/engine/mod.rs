@@ -27,11 +27,11 @@ use serde_json::{Value, json};
 pub use explain::Explanation;
 pub use install::{Installation, install, meshio_python, plan};
 pub use job::{case_label, raw_values};
-pub use kept::{Kept, first_difference, identity};
+pub use kept::{Kept, digest, first_difference, identity};
 pub use machine::{HighWater, Machine, held_memory, peak_memory_mb};
 pub use quoted::{quoted, typed};
 pub use recorded::{BASELINE, Baseline, record};
-pub use script::{Form, How, Left, Script, fill};
+pub use script::{Form, How, Left, Script, Task, copy, fill};
 pub use version::doubt;
 
 use faceoff_fem::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};
@@ -272,7 +272,7 @@ fn digest_of(companion: &[(&str, &str)], scripts: Option<&Path>) -> Result<Strin
             Some(path) => all.extend(faceoff_mesh::file::read(&path)?),
         }
     }
-    Ok(kept::digest(&all))
+    Ok(digest(&all))
 }
 
 /// The folder of this program in one that a variable names, or else in this one at home.

@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant, SystemTime};
 
+use serde_json::{Value, json};
+
+use super::kept::digest;
 use super::process;
 use super::program::Folder;
 use super::sandbox::{self, Allowed};
@@ -17,6 +20,14 @@ use faceoff_mesh::mesh::Mesh;
 
 /// Clocks of file systems are coarser than those of programs.
 const COARSE: Duration = Duration::from_millis(20);
+
+/// What OpenMP and the libraries of linear algebra read.
+const THREADS: [&str; 4] = [
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "BLIS_NUM_THREADS",
+];
 
 /// A code: how it is called, and what it reads and writes.
 #[derive(Debug, Clone)]
@@ -40,6 +51,15 @@ pub struct Form {
     format: Format,
     version: msh::Version,
     suffix: &'static str,
+}
+
+/// What a code is given.
+#[derive(Debug, Clone, Copy)]
+pub struct Task<'a> {
+    /// None where every code makes its own.
+    pub mesh: Option<&'a Mesh>,
+    pub n: Option<usize>,
+    pub parameters: &'a BTreeMap<String, String>,
 }
 
 /// What a code left.
@@ -118,28 +138,26 @@ impl Script {
     ///
     /// # Errors
     /// A code that fails, that takes too long, or that does not write what it should; a mesh that its format cannot hold.
-    pub fn run(
-        &self,
-        mesh: Option<&Mesh>,
-        n: Option<usize>,
-        parameters: &BTreeMap<String, String>,
-        how: &How,
-    ) -> Result<Left> {
+    pub fn run(&self, task: &Task, how: &How) -> Result<Left> {
+        let refuse = |what: String, remedy: &str| Error::engine(&self.name, what, remedy);
+        if how.into.is_some() && !self.has_out() {
+            let what = "its command does not say where its results go, so that they cannot be kept";
+            return Err(refuse(what.into(), "let it write into {out}"));
+        }
         let folder = Folder::new(how.keep.as_deref(), &how.kept)?;
         let at = &folder.path;
         let out = at.join("out");
         std::fs::create_dir_all(&out).map_err(Error::io(&out, "make"))?;
-        let mesh = match (&self.mesh, mesh) {
+        let mesh = match (&self.mesh, task.mesh) {
             (Some(form), Some(mesh)) => Some(form.write(at, mesh)?),
             _ => None,
         };
         let value = |name: &str| match name {
             "mesh" => mesh.as_ref().map(|path| path.display().to_string()),
             "out" => Some(out.display().to_string()),
-            "n" => n.map(|n| n.to_string()),
-            other => parameters.get(other).cloned(),
+            "n" => task.n.map(|n| n.to_string()),
+            other => task.parameters.get(other).cloned(),
         };
-        let refuse = |what: String, remedy: &str| Error::engine(&self.name, what, remedy);
         let words: Vec<String> = self
             .command
             .iter()
@@ -148,6 +166,9 @@ impl Script {
             .map_err(|what| refuse(what, "name a parameter, {mesh}, {out} or {n}"))?;
         let mut command = Command::new(&words[0]);
         command.args(&words[1..]).current_dir(&self.home);
+        if let Some(threads) = how.threads {
+            command.envs(THREADS.map(|name| (name, threads.to_string())));
+        }
         let program = at.join("command.txt");
         io::save(&program, [by_hand(&self.home, &words).as_bytes()])?;
         if how.sandbox {
@@ -174,6 +195,18 @@ impl Script {
         )?;
         let seconds = clock.elapsed().as_secs_f64();
         let place = if self.has_out() { &out } else { &self.home };
+        let left = self.left(place, Some(begin), seconds)?;
+        if let Some(into) = &how.into {
+            copy(&out, into)?;
+        }
+        Ok(left)
+    }
+
+    /// What is in the folder that it wrote into: since `begin`, or whenever.
+    ///
+    /// # Errors
+    /// Files that are not there, are older, or cannot be read.
+    pub fn left(&self, place: &Path, begin: Option<SystemTime>, seconds: f64) -> Result<Left> {
         let read = |name: &String| self.read(place, name, begin);
         let results = self.results.iter().map(read).collect::<Result<_>>()?;
         let numbers = match &self.numbers {
@@ -187,8 +220,36 @@ impl Script {
         })
     }
 
+    /// What its answer depends on besides its task: the command, and the scripts beside the face-off file.
+    ///
+    /// # Errors
+    /// A folder that cannot be read.
+    pub fn identity(&self) -> Result<Value> {
+        let suffix = |name: &str| Path::new(name).extension().map(|e| e.to_os_string());
+        let named = self.command.iter().filter(|w| self.home.join(w).is_file());
+        let mut kinds: Vec<_> = named.filter_map(|word| suffix(word)).collect();
+        // FreeFEM's scripts include these.
+        kinds.push("idp".into());
+        let mut files = BTreeMap::new();
+        let entries = std::fs::read_dir(&self.home).map_err(Error::io(&self.home, "read"))?;
+        for entry in entries.flatten() {
+            let path = entry.path();
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if path.is_file() && suffix(&name).is_some_and(|kind| kinds.contains(&kind)) {
+                files.insert(name, digest(&file::read(&path)?));
+            }
+        }
+        Ok(json!({
+            "command": self.command,
+            "mesh": self.mesh.as_ref().map(|form| form.suffix),
+            "results": self.results,
+            "numbers": self.numbers,
+            "files": files,
+        }))
+    }
+
     /// A file that this run has written.
-    fn written(&self, place: &Path, name: &str, begin: SystemTime) -> Result<PathBuf> {
+    fn written(&self, place: &Path, name: &str, begin: Option<SystemTime>) -> Result<PathBuf> {
         let refuse = |what: String, remedy: &str| Error::engine(&self.name, what, remedy);
         let path = beneath(place, name).ok_or_else(|| {
             refuse(
@@ -214,7 +275,8 @@ impl Script {
                 "let it write into {out}, or correct `result`",
             ));
         };
-        if found.modified().is_ok_and(|time| time < begin) {
+        let is_older = |begin| found.modified().is_ok_and(|time| time < begin);
+        if begin.is_some_and(is_older) {
             return Err(refuse(
                 format!("{name} is older than this run: it was not written by it"),
                 "let it write into {out}",
@@ -224,7 +286,7 @@ impl Script {
     }
 
     /// The last time of a result.
-    fn read(&self, place: &Path, name: &str, begin: SystemTime) -> Result<Results> {
+    fn read(&self, place: &Path, name: &str, begin: Option<SystemTime>) -> Result<Results> {
         let path = self.written(place, name, begin)?;
         let python = super::meshio_python();
         let mut series = Series::open(&path, python.as_deref())?;
@@ -238,7 +300,7 @@ impl Script {
         &self,
         place: &Path,
         name: &str,
-        begin: SystemTime,
+        begin: Option<SystemTime>,
     ) -> Result<BTreeMap<String, f64>> {
         let path = self.written(place, name, begin)?;
         let mut numbers = BTreeMap::new();
@@ -271,9 +333,32 @@ fn refuse_line(code: &str, file: &str, line: usize, what: String) -> Error {
     )
 }
 
+/// Copies all regular files of a folder and of those in it; what links to elsewhere is left.
+///
+/// # Errors
+/// Files that cannot be read or written.
+pub fn copy(from: &Path, to: &Path) -> Result<()> {
+    std::fs::create_dir_all(to).map_err(Error::io(to, "make"))?;
+    for entry in std::fs::read_dir(from).map_err(Error::io(from, "read"))? {
+        let entry = entry.map_err(Error::io(from, "read"))?;
+        let (path, target) = (entry.path(), to.join(entry.file_name()));
+        let kind = entry.file_type().map_err(Error::io(&path, "read"))?;
+        if kind.is_dir() {
+            copy(&path, &target)?;
+        } else if kind.is_file() {
+            std::fs::copy(&path, &target).map_err(Error::io(&target, "write"))?;
+        }
+    }
+    Ok(())
+}
+
 /// How a code is run.
 #[derive(Debug, Clone)]
 pub struct How {
+    /// Copies what it writes to here.
+    pub into: Option<PathBuf>,
+    /// In so many threads, for those that read the usual variables.
+    pub threads: Option<usize>,
     /// Keeps the folder of each run.
     pub keep: Option<PathBuf>,
     /// The name of this run's folder there.

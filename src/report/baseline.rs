@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
-use super::folder::{check_folder, write_folder};
+use super::folder::{check_folder, names, write_folder};
+use crate::campaigns::face_off::FaceOffOutcome;
 use crate::campaigns::verify::{VerifyOutcome, VerifyRequest};
 use crate::engine::{self, BASELINE, Kept, record};
+use crate::run::Store;
+use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 
 /// Refuses a folder that a baseline would be mixed into.
@@ -25,12 +28,7 @@ pub fn write_baseline(
     request: &VerifyRequest,
     outcome: &VerifyOutcome,
 ) -> Result<()> {
-    if !outcome.verdict.passes() {
-        return Err(Error::usage(
-            "nothing was recorded, as the codes do not agree",
-            "a baseline holds only what all codes answer alike: settle the difference first",
-        ));
-    }
+    refuse_differing(outcome.verdict)?;
     let mut cases = Vec::new();
     for case in &outcome.cases {
         let of = case.setup.case()?;
@@ -42,4 +40,38 @@ pub fn write_baseline(
     write_folder(folder, |beside| {
         record(beside, recipe, &request.settings, cases)
     })
+}
+
+/// Writes what every code of a face-off answered, as files of its own.
+///
+/// # Errors
+/// A run whose codes do not agree, and files that cannot be written.
+pub fn write_record(
+    folder: &Path,
+    recipe: &str,
+    store: &Store,
+    outcome: &FaceOffOutcome,
+) -> Result<()> {
+    refuse_differing(outcome.verdict)?;
+    write_folder(folder, |beside| {
+        store.record(beside, (&outcome.name, recipe), &outcome.asked())?;
+        // Those of an earlier record cannot be moved onto.
+        for name in names(beside)? {
+            let old = folder.join(name);
+            if old.is_dir() {
+                std::fs::remove_dir_all(&old).map_err(Error::io(&old, "remove"))?;
+            }
+        }
+        Ok(())
+    })
+}
+
+fn refuse_differing(verdict: Verdict) -> Result<()> {
+    if verdict.passes() {
+        return Ok(());
+    }
+    Err(Error::usage(
+        "nothing was recorded, as the codes do not agree",
+        "a baseline holds only what all codes answer alike: settle the difference first",
+    ))
 }

@@ -4,7 +4,9 @@ use super::html;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, joined, table, word};
 use super::number::{number, size};
 use super::verify::{why, worst};
-use crate::campaigns::face_off::{FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RunOf};
+use crate::campaigns::face_off::{
+    Diagnosis, FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf,
+};
 use crate::run::Same;
 use faceoff_judge::{Norms, On, Verdict};
 use faceoff_mesh::error::Result;
@@ -32,6 +34,9 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     }
     for number in &of.numbers {
         report.blocks.push(number_table(number).into());
+    }
+    if let Some(diagnosis) = &of.diagnosis {
+        report.blocks.push(moved_table(diagnosis).into());
     }
     report.blocks.push(runs_table(&of.runs).into());
     report.notes.extend(of.shown.as_ref().map(|(shown, _)| {
@@ -123,6 +128,8 @@ fn lede(of: &FaceOffOutcome) -> String {
         .flat_map(|f| &f.orders)
         .filter_map(order_words);
     told.extend(orders);
+    let findings = of.diagnosis.iter().flat_map(|d| &d.findings);
+    told.extend(findings.map(|finding| format!("{finding}.")));
     if !of.about.is_empty() {
         told.insert(0, format!("{}.", of.about.trim_end_matches('.')));
     }
@@ -216,6 +223,17 @@ fn runs_table(runs: &[RunOf]) -> Table {
         "n" => n(run),
         "time" => run.seconds.map(super::model::duration),
         "outcome" => outcome(run),
+    )
+}
+
+fn moved_table(of: &Diagnosis) -> Table {
+    let caption = format!("What moves an answer{}", at(of.n));
+    table!(caption, &of.moved, |moved|
+        "code" => &moved.code,
+        "change" => moved.change,
+        "of" => &moved.of,
+        "moved by" => moved.relative,
+        "remark" => moved.reason.clone(),
     )
 }
 
@@ -319,7 +337,7 @@ fn number_table(of: &OfNumber) -> Table {
     let exact = of
         .exact
         .map_or(String::new(), |exact| format!(", exact {exact}"));
-    let values = |row: &crate::campaigns::face_off::RowOfNumber| {
+    let values = |row: &RowOfNumber| {
         joined(
             row.values
                 .iter()

@@ -4,12 +4,13 @@ use std::path::Path;
 
 use crate::campaigns::verify::{CaseOutcome, VerifyOutcome};
 use crate::engine::Case;
+use crate::run::function::{at_nodes, at_vertices, block, broken_mesh, nodes};
 use faceoff_fem::certify::Certificate;
 use faceoff_fem::contact::{ContactSet, Problem, face_fields};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ColumnKind, FaceFields, GlobalArray};
 use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
-use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values, quadratic_edges};
+use faceoff_mesh::mesh::{CellKind, Field, Mesh, Support, Values};
 
 /// Binary64 bit for bit, and still XML.
 const ENCODING: Encoding = Encoding::Base64(Compressor::Zlib);
@@ -147,19 +148,13 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
     let source = space.mesh;
     let corners = source.dim + 1;
     let cells = source.cell_count();
-    let (kind, places) = nodes(problem);
-    let mut points = Vec::with_capacity(cells * places.len());
-    for cell in 0..cells {
-        let vertices = source.vertices(cell);
-        points.extend(places.iter().map(|lambda| at_vertices(lambda, &vertices)));
-    }
-    let nodes = (0..points.len() as u32).collect();
     let mut add = |name, on, components, values| {
         fields.push(Field::new(name, on, components, Values::F64(values)));
     };
     let mut first: Option<(&str, Vec<f64>)> = None;
     for (engine, _, u) in solutions {
-        let (mut values, mut means, mut gradients) = (Vec::new(), Vec::new(), Vec::new());
+        let values = at_nodes(problem, u);
+        let (mut means, mut gradients) = (Vec::new(), Vec::new());
         for cell in 0..cells {
             let geometry = source.geometry(cell);
             let local = space.local(cell, u);
@@ -167,7 +162,6 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
                 let phi = space.element.values(source.dim, lambda);
                 phi.iter().zip(&local).map(|(p, u)| p * u).sum()
             };
-            values.extend(places.iter().map(at));
             let rule = &problem.cell_rule;
             means.push(rule.iter().map(|(lambda, w)| w * at(&lambda)).sum());
             let mut center = [0.0; 4];
@@ -187,49 +181,7 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
         add(format!("mean {engine}"), Support::Cells, 1, means);
         add(format!("gradient {engine}"), Support::Cells, 3, gradients);
     }
-    (block(points, kind, nodes), fields)
-}
-
-/// The cells that hold a function of the problem's space, quadratic ones for P2, and their nodes as λ.
-fn nodes(problem: &Problem) -> (CellKind, Vec<[f64; 4]>) {
-    let dim = problem.space.mesh.dim;
-    let mut nodes = vec![[0.0; 4]; dim + 1];
-    (0..=dim).for_each(|corner| nodes[corner][corner] = 1.0);
-    let is_quadratic = problem.space.element.degree() == 2;
-    if is_quadratic {
-        nodes.extend(quadratic_edges(dim).iter().map(|&[a, b]| {
-            let mut middle = [0.0; 4];
-            (middle[a], middle[b]) = (0.5, 0.5);
-            middle
-        }));
-    }
-    let kind = match (dim, is_quadratic) {
-        (2, false) => CellKind::Triangle,
-        (2, true) => CellKind::Triangle6,
-        (_, false) => CellKind::Tetrahedron,
-        (_, true) => CellKind::Tetrahedron10,
-    };
-    (kind, nodes)
-}
-
-/// Σ λ_i x_i; a vertex itself, to the last bit.
-fn at_vertices<const N: usize>(lambda: &[f64; 4], of_vertices: &[[f64; N]; 4]) -> [f64; N] {
-    let mut sum = [0.0; N];
-    for (lambda, of_vertex) in lambda.iter().zip(of_vertices).filter(|(l, _)| **l != 0.0) {
-        sum.iter_mut()
-            .zip(of_vertex)
-            .for_each(|(sum, x)| *sum += lambda * x);
-    }
-    sum
-}
-
-/// A mesh of one block of cells.
-fn block(points: Vec<[f64; 3]>, kind: CellKind, nodes: Vec<u32>) -> Mesh {
-    Mesh {
-        points,
-        blocks: vec![CellBlock::new(kind, nodes)],
-        ..Mesh::default()
-    }
+    (broken_mesh(problem), fields)
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {

@@ -33,7 +33,7 @@ mod study;
 mod text;
 mod verify;
 
-pub use baseline::{check_baseline_folder, write_baseline};
+pub use baseline::{check_baseline_folder, write_baseline, write_record};
 pub use certified::Certified;
 pub use certify::{Certification, certify};
 pub use compare::{compare, compare_many};

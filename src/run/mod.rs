@@ -4,6 +4,7 @@
 mod evaluated;
 mod face_off;
 pub mod foreign;
+pub mod function;
 mod journal;
 mod orders;
 mod variation;
@@ -17,10 +18,10 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 pub use evaluated::{Evaluated, certificate};
-pub use face_off::{Asked, FaceOff, Same, is_face_off};
+pub use face_off::{Asked, Code, FaceOff, Record, Same, Store, is_face_off};
 pub use journal::Journal;
 pub use orders::{Fit, Observed, check_meshes, observed_orders};
-pub use variation::{Datum, Setup, Variation};
+pub use variation::{Datum, Setup, Variation, reverse_cells, reverse_points};
 pub use written::Written;
 
 use crate::engine::{Answer, Case, Engine, Kept, Progress, Run, Settings, case_label, identity};

@@ -212,8 +212,19 @@ impl Setup {
         Ok(setup)
     }
 }
+
+/// The points in reverse order, and what names them with them; what is stored by point is dropped.
+pub fn reverse_points(mesh: &mut Mesh) {
+    let last = mesh.points.len().saturating_sub(1) as u32;
+    mesh.points.reverse();
+    for node in mesh.blocks.iter_mut().flat_map(|block| &mut block.nodes) {
+        *node = last - *node;
+    }
+    mesh.fields.clear();
+}
+
 /// Each block's cells in reverse order, and the groups with them.
-fn reverse_cells(mesh: &mut Mesh) {
+pub fn reverse_cells(mesh: &mut Mesh) {
     let mut start = 0;
     let mut moved: Vec<u32> = Vec::with_capacity(mesh.cell_count());
     for block in &mut mesh.blocks {

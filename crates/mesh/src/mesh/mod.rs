@@ -137,6 +137,27 @@ impl CellBlock {
 }
 
 impl Mesh {
+    /// A digest of coordinates, cells and groups, in hexadecimal.
+    pub fn digest(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for x in self.points.iter().flatten() {
+            hasher.update(&x.to_le_bytes());
+        }
+        for block in &self.blocks {
+            hasher.update(format!("{:?} {}", block.kind, block.len()).as_bytes());
+            for node in &block.nodes {
+                hasher.update(&node.to_le_bytes());
+            }
+        }
+        for group in &self.groups {
+            hasher.update(format!("{} {} {:?}", group.dim, group.tag, group.name).as_bytes());
+            for cell in &group.cells {
+                hasher.update(&cell.to_le_bytes());
+            }
+        }
+        hasher.finalize().to_hex()[..16].to_owned()
+    }
+
     /// Number of cells of all types.
     pub fn cell_count(&self) -> usize {
         self.blocks.iter().map(CellBlock::len).sum()

@@ -1,98 +1,19 @@
-//! A face-off file: any problem, solved by codes of one's own on one mesh or on their own, field by field against each other.
-//!
-//! ```toml
-//! name = "cantilever"
-//! [mesh]
-//! file = "cantilever.msh"
-//! n = [1, 2]
-//! [parameters]
-//! E = 2.1e11
-//! [codes.freefem]
-//! command = ["FreeFem++-nw", "cantilever.edp", "-mesh", "{mesh}", "-E", "{E}", "-out", "{out}"]
-//! mesh = "msh2"
-//! result = "u.vtu"
-//! [codes.dolfinx]
-//! command = ["python3", "cantilever.py", "{mesh}", "{out}", "--E", "{E}"]
-//! mesh = "xdmf"
-//! result = "u.xdmf"
-//! [fields.u]
-//! same = "discretisation"
-//! rtol = 1e-10
-//! ```
+//! The tables of a face-off file, and what they may say.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
-use crate::engine::{Form, Script, fill};
-use faceoff_fem::scene::Expression;
+use super::code::{Code, Protocol};
+use super::{Asked, FaceOff, Same, Source};
+use crate::engine::{self, Form, Script, fill};
+use faceoff_fem::contact::Method;
+use faceoff_fem::scene::{Expression, Scene};
 use faceoff_judge::On;
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::file::{self, beneath};
-use faceoff_mesh::io;
-use faceoff_mesh::mesh::generate::{Cuboid, union_mesh};
-use faceoff_mesh::mesh::{Mesh, refine};
-
-/// A problem, the codes that solve it, and what they are asked for.
-#[derive(Debug, Clone)]
-pub struct FaceOff {
-    pub name: String,
-    pub about: String,
-    mesh: Option<Source>,
-    /// Refinements, ascending; none where the mesh is taken as it is.
-    pub n: Vec<usize>,
-    /// As commands get them.
-    pub parameters: BTreeMap<String, String>,
-    pub codes: Vec<Script>,
-    pub fields: Vec<Asked>,
-    pub numbers: Vec<Asked>,
-}
-
-/// Where the mesh comes from.
-#[derive(Debug, Clone)]
-enum Source {
-    File(PathBuf),
-    Generated(Cuboid),
-}
-
-/// A field, or a number, that all codes have.
-#[derive(Debug, Clone)]
-pub struct Asked {
-    pub name: String,
-    /// Where a code calls it otherwise.
-    pub names: BTreeMap<String, String>,
-    pub same: Same,
-    pub rtol: f64,
-    pub atol: f64,
-    pub on: Option<On>,
-    pub components: Option<usize>,
-    /// The solution, a formula for each component; of a number, its value.
-    pub exact: Vec<Expression>,
-    /// How far a number on the finest mesh may be from the exact one, relative to it.
-    pub exact_rtol: Option<f64>,
-    /// The orders of theory in L² and H¹.
-    pub orders: [Option<f64>; 2],
-    /// The part of either mesh that the other need not cover.
-    pub uncovered: Option<f64>,
-}
-
-/// What codes share.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Same {
-    /// The discrete problem: their answers are equal but for rounding.
-    Discretisation,
-    /// The continuous one: their answers differ by the error of either.
-    Problem,
-}
-
-impl Asked {
-    /// What a code calls it.
-    pub fn name_in(&self, code: &str) -> &str {
-        self.names.get(code).unwrap_or(&self.name)
-    }
-}
+use faceoff_mesh::file::beneath;
+use faceoff_mesh::mesh::generate::Cuboid;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -124,7 +45,11 @@ struct MeshTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CodeTable {
+    #[serde(default)]
     command: Vec<String>,
+    engine: Option<String>,
+    scene: Option<String>,
+    method: Option<String>,
     mesh: Option<String>,
     #[serde(default)]
     result: Several<String>,
@@ -188,82 +113,10 @@ enum Formula {
     Text(String),
 }
 
-/// Is this the file of a face-off rather than of a scene? What cannot be read is neither.
-pub fn is_face_off(path: &Path) -> bool {
-    let table = file::text(path)
-        .ok()
-        .and_then(|text| text.parse::<toml::Table>().ok());
-    table.is_some_and(|table| table.contains_key("codes"))
-}
-
-impl FaceOff {
-    /// Reads a face-off file; its relative paths start beside it.
-    ///
-    /// # Errors
-    /// A file that cannot be read, unknown keys, what could not be judged, placeholders that are not known.
-    pub fn read(path: &Path) -> Result<Self> {
-        let text = file::text(path)?;
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let home = std::path::absolute(folder).map_err(Error::io(folder, "find"))?;
-        Reader {
-            origin: path.display().to_string(),
-            home,
-        }
-        .read(&text)
-    }
-
-    /// With other refinements.
-    pub fn with_n(mut self, n: Vec<usize>) -> Self {
-        self.n = n;
-        self.n.sort_unstable();
-        self
-    }
-
-    /// The refinements to run at; one that is none where the mesh is as it is.
-    pub fn levels(&self) -> Vec<Option<usize>> {
-        match &self.n[..] {
-            [] => vec![None],
-            n => n.iter().copied().map(Some).collect(),
-        }
-    }
-
-    /// The mesh at a refinement; none where every code makes its own.
-    ///
-    /// # Errors
-    /// A file that cannot be read or refined so often; [`Error::Ended`].
-    pub fn mesh(&self, n: Option<usize>) -> Result<Option<Mesh>> {
-        let refuse = |what: String| Error::Scene {
-            scene: self.name.clone(),
-            place: "mesh".into(),
-            what,
-            remedy: "give n of 1, 2, 4, …: how often each edge of the file's mesh is divided"
-                .into(),
-        };
-        Ok(Some(match &self.mesh {
-            None => return Ok(None),
-            Some(Source::Generated(cuboid)) => union_mesh(n.unwrap_or(16), cuboid)?,
-            Some(Source::File(path)) => {
-                let mut mesh = io::read(path)?;
-                let times = n.unwrap_or(1);
-                if !times.is_power_of_two() {
-                    return Err(refuse(format!("n = {times} is no power of two")));
-                }
-                for _ in 0..times.trailing_zeros() {
-                    (mesh, _) = refine::refine(&self.name, &mesh)?;
-                }
-                mesh
-            }
-        }))
-    }
-}
-
 /// Reads one file.
-struct Reader {
-    origin: String,
-    home: PathBuf,
+pub(super) struct Reader {
+    pub origin: String,
+    pub home: PathBuf,
 }
 
 impl Reader {
@@ -282,7 +135,7 @@ impl Reader {
             .map_err(|e: toml::de::Error| self.refuse(place, e.message().replace('\n', " "), KEYS))
     }
 
-    fn read(&self, text: &str) -> Result<FaceOff> {
+    pub fn read(&self, text: &str) -> Result<FaceOff> {
         let file: File = toml::from_str(text).map_err(|e| {
             let line = e
                 .span()
@@ -313,11 +166,13 @@ impl Reader {
             return Err(self.refuse("codes", what, "name two at least: [codes.NAME]"));
         }
         for (k, code) in codes.iter().enumerate() {
-            let twin = codes[..k]
-                .iter()
-                .find(|other| other.command == code.command);
-            if let Some(twin) = twin {
-                let what = format!("{} and {} have one command", twin.name, code.name);
+            let Code::Script(script) = code else { continue };
+            let mut others = codes[..k].iter().filter_map(|other| match other {
+                Code::Script(other) => Some(other),
+                Code::Protocol(_) => None,
+            });
+            if let Some(twin) = others.find(|other| other.command == script.command) {
+                let what = format!("{} and {} have one command", twin.name, script.name);
                 let remedy = "a code beside itself shows nothing: give each a command of its own";
                 return Err(self.refuse("codes", what, remedy));
             }
@@ -342,18 +197,23 @@ impl Reader {
                 "name a field: [fields.u] with same and rtol",
             ));
         }
+        let files = codes.iter().map(Code::files);
         let lacks = |code: &&Script| {
             code.results.is_empty() && !fields.is_empty()
                 || code.numbers.is_none() && !numbers.is_empty()
         };
-        if let Some(code) = codes.iter().find(lacks) {
+        if let Some(code) = files.clone().find(lacks) {
             let key = if code.results.is_empty() && !fields.is_empty() {
                 "result"
             } else {
                 "numbers"
             };
             let what = format!("it does not say in which file its {key} are");
-            let remedy = format!("add {key} = \"…\" to it");
+            let remedy = match code.command.is_empty() {
+                true => "an engine answers with its field u alone: leave it out, or the numbers"
+                    .to_owned(),
+                false => format!("add {key} = \"…\" to it"),
+            };
             return Err(self.refuse(&format!("codes.{}", code.name), what, &remedy));
         }
         let mut n = Vec::new();
@@ -470,9 +330,16 @@ impl Reader {
         table: CodeTable,
         parameters: &BTreeMap<String, String>,
         has_mesh: bool,
-    ) -> Result<Script> {
+    ) -> Result<Code> {
         let place = format!("codes.{name}");
         self.check_name(&place, &name)?;
+        if let Some(engine) = &table.engine {
+            return self.protocol(&place, &name, engine, &table);
+        }
+        if table.scene.is_some() || table.method.is_some() {
+            let what = "scene and method are of an engine".to_owned();
+            return Err(self.refuse(&place, what, "add engine = \"…\", or leave them out"));
+        }
         if table
             .command
             .first()
@@ -510,14 +377,42 @@ impl Reader {
             let what = "its command does not say where the mesh goes".to_owned();
             return Err(self.refuse(&place, what, "put {mesh} into it, or say mesh = \"none\""));
         }
-        Ok(Script {
+        Ok(Code::Script(Script {
             name,
             command: table.command,
             home: self.home.clone(),
             mesh: form,
             results: table.result.list(),
             numbers: table.numbers,
-        })
+        }))
+    }
+
+    /// A code that speaks the protocol of engines: by its name, or the file that describes it, and what it is to solve.
+    fn protocol(&self, place: &str, name: &str, engine: &str, table: &CodeTable) -> Result<Code> {
+        let given = [
+            ("command", !table.command.is_empty()),
+            ("mesh", table.mesh.is_some()),
+            ("numbers", table.numbers.is_some()),
+        ];
+        if let Some((key, _)) = given.iter().find(|(_, is_given)| *is_given) {
+            let what = format!("it has an engine and {key}");
+            let remedy = "an engine gets the mesh and answers with its field u: keep engine, scene and method";
+            return Err(self.refuse(place, what, remedy));
+        }
+        let Some(scene) = &table.scene else {
+            let what = format!("it does not say which scene {engine} solves");
+            return Err(self.refuse(place, what, "add scene = \"…\", a built-in one or a file"));
+        };
+        let beside = |word: &str| match word.ends_with(".toml") {
+            true => self.home.join(word).display().to_string(),
+            false => word.to_owned(),
+        };
+        let method = table.method.as_deref().unwrap_or("cr").parse::<Method>();
+        let method = method.map_err(|what| self.refuse(place, what, "name one method"))?;
+        let engine = engine::find(&beside(engine))?;
+        engine.accepts(&method)?;
+        let scene = Scene::find(&beside(scene))?;
+        Ok(Code::Protocol(Protocol::new(name, engine, scene, method)))
     }
 
     fn asked(
@@ -526,7 +421,7 @@ impl Reader {
         name: String,
         table: AskedTable,
         parameters: &BTreeMap<String, String>,
-        codes: &[Script],
+        codes: &[Code],
     ) -> Result<Asked> {
         let refuse = |what: String, remedy: &str| self.refuse(place, what, remedy);
         let in_range = |x: f64| x >= 0.0 && x.is_finite();
@@ -564,7 +459,7 @@ impl Reader {
         if let Some(code) = table
             .names
             .keys()
-            .find(|code| codes.iter().all(|c| c.name != **code))
+            .find(|code| codes.iter().all(|c| c.name() != code.as_str()))
         {
             return Err(refuse(
                 format!("there is no code `{code}`"),

@@ -1,0 +1,292 @@
+//! What moves a code's answer that should not: the same once more, the order of cells and of vertices, threads, and parameters
+//! that are changed by one unit of rounding. A code that moves as far as the codes are apart has its fault there; a problem that
+//! does so in all of them is decided by rounding.
+
+use serde::Serialize;
+
+use super::fields::{compare, extract};
+use super::{OfField, OfNumber, Player, Rung, Running, pairs, run_how};
+use crate::engine::{How, Left, Progress, Task};
+use crate::run::{Asked, FaceOff, Same, reverse_cells, reverse_points};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::Mesh;
+
+/// What moves an answer by this part of a difference accounts for it.
+const ACCOUNTS: f64 = 0.1;
+/// Parameters are changed by so many units in the last place: more than the writing of a number loses.
+const ULPS: u64 = 4;
+
+/// What was changed, and what came of it.
+#[derive(Debug, Serialize)]
+pub struct Diagnosis {
+    pub n: Option<usize>,
+    pub moved: Vec<Moved>,
+    /// What it says of the differences, in sentences.
+    pub findings: Vec<String>,
+}
+
+/// How far a code's field or number moved.
+#[derive(Debug, Serialize)]
+pub struct Moved {
+    pub code: String,
+    pub change: &'static str,
+    pub of: String,
+    /// Relative to the largest value; none where it could not be told.
+    pub relative: Option<f64>,
+    pub reason: Option<String>,
+}
+
+/// One thing that an answer should not depend on.
+#[derive(Clone, Copy, PartialEq)]
+enum Change {
+    Again,
+    Cells,
+    Vertices,
+    Threads,
+    Rounding,
+}
+
+impl Change {
+    const ALL: [Change; 5] = [
+        Change::Again,
+        Change::Cells,
+        Change::Vertices,
+        Change::Threads,
+        Change::Rounding,
+    ];
+
+    fn words(self) -> &'static str {
+        match self {
+            Change::Again => "run once more",
+            Change::Cells => "cells in reverse order",
+            Change::Vertices => "vertices in reverse order",
+            Change::Threads => "in one thread",
+            Change::Rounding => "parameters changed by 4 units in the last place",
+        }
+    }
+
+    /// As the end of a folder's name.
+    fn suffix(self) -> &'static str {
+        match self {
+            Change::Again => "-again",
+            Change::Cells => "-cells",
+            Change::Vertices => "-vertices",
+            Change::Threads => "-threads",
+            Change::Rounding => "-rounding",
+        }
+    }
+}
+
+/// Runs every code again, with one thing changed at a time, on the coarsest level where codes differ, or on the coarsest.
+///
+/// # Errors
+/// A mesh that cannot be made; [`Error::Ended`].
+pub(super) fn diagnose(
+    of: &FaceOff,
+    how: &Running,
+    players: &[Player],
+    rungs: &[Rung],
+    fields: &[OfField],
+    numbers: &[OfNumber],
+    progress: &dyn Progress,
+) -> Result<Diagnosis> {
+    let differs = |rung: &&Rung| {
+        let of_pairs = fields.iter().flat_map(|f| &f.pairs);
+        let mut of_pairs = of_pairs.filter(|p| p.judged && p.n == rung.n);
+        let mut of_rows = numbers
+            .iter()
+            .flat_map(|n| &n.rows)
+            .filter(|r| r.n == rung.n);
+        of_pairs.any(|p| p.compared.field.verdict == Verdict::Disagree)
+            || of_rows.any(|r| r.verdict == Verdict::Disagree)
+    };
+    let rung = rungs.iter().find(differs).unwrap_or(&rungs[0]);
+    let mesh = of.mesh(rung.n)?;
+    let mut moved = Vec::new();
+    for (player, left) in players.iter().zip(&rung.left) {
+        let (None, Some(left)) = (player.record, left) else {
+            continue;
+        };
+        for (k, change) in Change::ALL.into_iter().enumerate() {
+            let share = k as f64 / Change::ALL.len() as f64;
+            progress.next(&format!("{}, {}", player.name, change.words()), share);
+            let again = match again(of, how, player, rung.n, mesh.as_ref(), change) {
+                None => continue,
+                Some(Err(Error::Ended(cause))) => return Err(Error::Ended(cause)),
+                Some(again) => again.map_err(|error| error.to_string()),
+            };
+            for asked in &of.fields {
+                let found = field_moved(asked, player, left, &again)?;
+                moved.push(row(player, change, &asked.name, found));
+            }
+            for asked in &of.numbers {
+                let found = number_moved(asked, player, left, &again);
+                moved.push(row(player, change, &asked.name, found));
+            }
+        }
+    }
+    let findings = findings(rung.n, players, fields, numbers, &moved);
+    Ok(Diagnosis {
+        n: rung.n,
+        moved,
+        findings,
+    })
+}
+
+fn row(player: &Player, change: Change, of: &str, found: Result<f64, String>) -> Moved {
+    Moved {
+        code: player.name.clone(),
+        change: change.words(),
+        of: of.to_owned(),
+        relative: found.as_ref().ok().copied(),
+        reason: found.err(),
+    }
+}
+
+/// The code once more, with one thing changed; none where it does not have that thing.
+fn again(
+    of: &FaceOff,
+    how: &Running,
+    player: &Player,
+    n: Option<usize>,
+    mesh: Option<&Mesh>,
+    change: Change,
+) -> Option<Result<Left>> {
+    let mut mesh = mesh.filter(|_| player.code.takes_mesh()).cloned();
+    let mut parameters = of.parameters.clone();
+    let mut threads = None;
+    match change {
+        Change::Again => {}
+        Change::Cells => reverse_cells(mesh.as_mut()?),
+        Change::Vertices => reverse_points(mesh.as_mut()?),
+        Change::Threads => threads = Some(1),
+        Change::Rounding => {
+            let mut is_changed = false;
+            for value in parameters.values_mut().filter(|v| v.contains(['.', 'e'])) {
+                let number = value.parse::<f64>().ok();
+                let Some(number) = number.filter(|x| x.is_normal()) else {
+                    continue;
+                };
+                *value = format!("{:e}", f64::from_bits(number.to_bits() + ULPS));
+                is_changed = true;
+            }
+            if !is_changed {
+                return None;
+            }
+        }
+    }
+    let task = Task {
+        mesh: mesh.as_ref(),
+        n,
+        parameters: &parameters,
+    };
+    let how = How {
+        threads,
+        ..run_how(of, player.code, n, change.suffix(), how, None)
+    };
+    Some(player.code.run(&task, &how))
+}
+
+fn field_moved(
+    asked: &Asked,
+    player: &Player,
+    left: &Left,
+    again: &Result<Left, String>,
+) -> Result<Result<f64, String>> {
+    let name = player.code.name();
+    let both = again
+        .as_ref()
+        .map_err(Clone::clone)
+        .and_then(|again| Ok((extract(left, asked, name)?, extract(again, asked, name)?)));
+    let (before, after) = match both {
+        Ok(both) => both,
+        Err(reason) => return Ok(Err(reason)),
+    };
+    let as_it_is = Asked {
+        same: Same::Discretisation,
+        ..asked.clone()
+    };
+    let found = compare(&as_it_is, &before, &after, false, &mut None)?;
+    Ok(match found.field.reason {
+        Some(reason) => Err(reason),
+        None => Ok(found.field.max_rel),
+    })
+}
+
+fn number_moved(
+    asked: &Asked,
+    player: &Player,
+    left: &Left,
+    again: &Result<Left, String>,
+) -> Result<f64, String> {
+    let name = asked.name_in(player.code.name());
+    let again = again.as_ref().map_err(Clone::clone)?;
+    match (left.numbers.get(name), again.numbers.get(name)) {
+        (Some(a), Some(b)) if a == b => Ok(0.0),
+        (Some(a), Some(b)) => Ok((a - b).abs() / a.abs().max(b.abs())),
+        _ => Err(format!("there is no number `{name}`")),
+    }
+}
+
+/// Of each field and number, and each two codes that differ in it: which of the two moves as far.
+fn findings(
+    n: Option<usize>,
+    players: &[Player],
+    fields: &[OfField],
+    numbers: &[OfNumber],
+    moved: &[Moved],
+) -> Vec<String> {
+    let mut told = Vec::new();
+    for field in fields {
+        let pairs = field.pairs.iter().filter(|p| p.judged && p.n == n);
+        for pair in pairs.filter(|p| p.compared.field.verdict == Verdict::Disagree) {
+            let apart = pair.compared.field.max_rel;
+            told.push(finding(&field.field, [&pair.a, &pair.b], apart, moved));
+        }
+    }
+    for number in numbers {
+        let rows = number.rows.iter().filter(|r| r.n == n);
+        for row in rows.filter(|r| r.verdict == Verdict::Disagree) {
+            for (a, b) in pairs(players) {
+                let names = [&*players[a].name, &*players[b].name];
+                let [Some(a), Some(b)] = names.map(|name| row.values.get(name)) else {
+                    continue;
+                };
+                let apart = (a - b).abs() / a.abs().max(b.abs());
+                if apart > 0.0 {
+                    told.push(finding(&number.number, names, apart, moved));
+                }
+            }
+        }
+    }
+    told
+}
+
+fn finding(name: &str, [a, b]: [&str; 2], apart: f64, moved: &[Moved]) -> String {
+    let moves = |code: &str| {
+        let of_code = moved.iter().filter(|m| m.code == code && m.of == name);
+        let most = of_code.filter_map(|m| Some((m.relative?, m.change)));
+        let most = most.max_by(|a, b| a.0.total_cmp(&b.0));
+        most.filter(|(relative, _)| *relative >= ACCOUNTS * apart)
+    };
+    match (moves(a), moves(b)) {
+        (Some((by, change)), Some(_)) if change == Change::Rounding.words() => format!(
+            "`{name}`: {a} and {b} both move as far as they are apart ({by:.1e} of it) with {change}: the problem is so conditioned that rounding decides"
+        ),
+        (Some((by, change)), None) => moves_alone(name, a, by, change),
+        (None, Some((by, change))) => moves_alone(name, b, by, change),
+        (Some((by, change)), Some((by_b, change_b))) => format!(
+            "`{name}`: {a} moves by {by:.1e} of it with {change}, {b} by {by_b:.1e} with {change_b}, as far as they are apart"
+        ),
+        (None, None) => format!(
+            "`{name}`: nothing that was changed moves {a} or {b} as far as they are apart ({apart:.1e} of it): they solve different problems"
+        ),
+    }
+}
+
+fn moves_alone(field: &str, code: &str, by: f64, change: &str) -> String {
+    format!(
+        "`{field}`: {code} moves by {by:.1e} of it with {change}, as far as the codes are apart, and should not: its fault is there"
+    )
+}

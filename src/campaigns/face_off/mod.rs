@@ -1,0 +1,317 @@
+//! Any problem: codes of one's own on one mesh or on their own, field by field and number by number.
+
+mod diagnosis;
+mod fields;
+mod numbers;
+mod orders;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+pub use diagnosis::{Diagnosis, Moved};
+
+use super::convergence::Convergence;
+use crate::engine::{How, Left, Progress, Task};
+use crate::run::{Code, FaceOff, Record, Same, Store};
+use faceoff_judge::{ComparedField, Comparison, Verdict};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::Results;
+
+/// Which codes are run, and how.
+pub struct Running<'a> {
+    /// Those of the face-off by name; all where none is named.
+    pub codes: Vec<String>,
+    pub keep: Option<PathBuf>,
+    pub time_limit: Duration,
+    pub sandbox: bool,
+    /// Keeps what each writes, and has it from an earlier run.
+    pub store: Option<&'a Store>,
+    /// Answers that were recorded, which the codes are judged against.
+    pub against: Option<&'a Record>,
+    /// Runs codes again with one thing changed.
+    pub diagnose: bool,
+}
+
+/// What a face-off found.
+#[derive(Debug, Serialize)]
+pub struct FaceOffOutcome {
+    pub name: String,
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub about: String,
+    pub verdict: Verdict,
+    pub runs: Vec<RunOf>,
+    pub fields: Vec<OfField>,
+    pub numbers: Vec<OfNumber>,
+    /// Where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diagnosis: Option<Diagnosis>,
+    /// The pair that is farthest from agreement, with the result of its first code.
+    #[serde(skip)]
+    pub shown: Option<(Comparison, Box<Results>)>,
+}
+
+impl FaceOffOutcome {
+    /// Each run of a code, with its level and what it was asked.
+    pub fn asked(&self) -> Vec<(String, Option<usize>, Value)> {
+        let runs = self.runs.iter().filter(|run| run.seconds.is_some());
+        runs.map(|run| (run.code.clone(), run.n, run.problem.clone()))
+            .collect()
+    }
+}
+
+/// One code on one mesh.
+#[derive(Debug, Serialize)]
+pub struct RunOf {
+    pub code: String,
+    pub n: Option<usize>,
+    pub seconds: Option<f64>,
+    /// Why there is no result.
+    pub failure: Option<String>,
+    /// What it was asked, beside the code itself.
+    #[serde(skip)]
+    pub problem: Value,
+}
+
+/// A field of all codes.
+#[derive(Debug, Serialize)]
+pub struct OfField {
+    pub field: String,
+    pub same: Same,
+    pub verdict: Verdict,
+    pub pairs: Vec<OfPair>,
+    pub orders: Vec<OfOrder>,
+}
+
+/// Two codes on one level.
+#[derive(Debug, Serialize)]
+pub struct OfPair {
+    pub a: String,
+    pub b: String,
+    pub n: Option<usize>,
+    /// Coarser levels of one problem are told and not judged.
+    pub judged: bool,
+    #[serde(flatten)]
+    pub compared: ComparedField,
+}
+
+/// Observed orders, of one code's error or of two codes' difference.
+#[derive(Debug, Serialize)]
+pub struct OfOrder {
+    pub of: String,
+    /// The refinements, coarsest first.
+    pub n: Vec<Option<usize>>,
+    pub theory: [Option<f64>; 2],
+    /// None where theory is not asked.
+    pub verdict: Option<Verdict>,
+    #[serde(flatten)]
+    pub found: Convergence,
+}
+
+/// A number of all codes.
+#[derive(Debug, Serialize)]
+pub struct OfNumber {
+    pub number: String,
+    pub verdict: Verdict,
+    pub exact: Option<f64>,
+    pub rows: Vec<RowOfNumber>,
+}
+
+/// A number on one level.
+#[derive(Debug, Serialize)]
+pub struct RowOfNumber {
+    pub n: Option<usize>,
+    pub values: BTreeMap<String, f64>,
+    pub verdict: Verdict,
+    pub reason: String,
+}
+
+/// One that answers: a code as it is, or what it answered when it was recorded.
+struct Player<'a> {
+    name: String,
+    code: &'a Code,
+    record: Option<&'a Record>,
+}
+
+/// What the codes left on one level; none of those that failed.
+struct Rung {
+    n: Option<usize>,
+    left: Vec<Option<Left>>,
+}
+
+/// Runs every code on every level and judges what they answer. A code that fails does not keep the others from being judged.
+///
+/// # Errors
+/// A name that is of no code; a mesh that cannot be made; kept runs of something else; [`Error::Ended`].
+pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<FaceOffOutcome> {
+    let players = players(of, how)?;
+    let levels = of.levels();
+    let mut runs = Vec::new();
+    let mut rungs = Vec::with_capacity(levels.len());
+    let all = levels.len() * players.len();
+    for n in levels {
+        let mesh = of.mesh(n)?;
+        let problem = of.problem(n, mesh.as_ref());
+        let mut left = Vec::with_capacity(players.len());
+        for player in &players {
+            let name = &player.name;
+            let label = n.map_or_else(|| name.clone(), |n| format!("{name}, n = {n}"));
+            progress.next(&label, runs.len() as f64 / all as f64);
+            let task = Task {
+                mesh: mesh.as_ref(),
+                n,
+                parameters: &of.parameters,
+            };
+            let found = match player.record {
+                Some(record) => record.left(player.code, n, &problem),
+                None => answer(of, player.code, &task, &problem, how)?,
+            };
+            let found = match found {
+                Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
+                other => other,
+            };
+            let seconds = found.as_ref().ok().map(|left| left.seconds);
+            runs.push(RunOf {
+                code: name.clone(),
+                n,
+                seconds: seconds.filter(|_| player.record.is_none()),
+                failure: found.as_ref().err().map(Error::to_string),
+                problem: problem.clone(),
+            });
+            left.push(found.ok());
+        }
+        rungs.push(Rung { n, left });
+    }
+    let mut shown = None;
+    let judge = |asked| fields::judge(of, &players, asked, &rungs, &mut shown);
+    let fields = of.fields.iter().map(judge).collect::<Result<Vec<_>>>()?;
+    let numbers = of.numbers.iter();
+    let numbers: Vec<OfNumber> = numbers
+        .map(|asked| numbers::judge(&players, asked, &rungs))
+        .collect();
+    let diagnosis = match how.diagnose {
+        true => Some(diagnosis::diagnose(
+            of, how, &players, &rungs, &fields, &numbers, progress,
+        )?),
+        false => None,
+    };
+    let verdicts = fields
+        .iter()
+        .map(|f| f.verdict)
+        .chain(numbers.iter().map(|n| n.verdict));
+    let failed = runs.iter().any(|run| run.failure.is_some());
+    let verdicts = verdicts.chain(failed.then_some(Verdict::Undetermined));
+    Ok(FaceOffOutcome {
+        name: of.name.clone(),
+        about: of.about.clone(),
+        verdict: verdicts.max().unwrap_or(Verdict::Undetermined),
+        runs,
+        fields,
+        numbers,
+        diagnosis,
+        shown: shown.map(|shown: fields::Shown| (shown.comparison, shown.of_a)),
+    })
+}
+
+/// The codes that are asked for, then those of a record.
+fn players<'a>(of: &'a FaceOff, how: &Running<'a>) -> Result<Vec<Player<'a>>> {
+    let code = |name: &str| of.codes.iter().find(|code| code.name() == name);
+    let known = || {
+        let names: Vec<&str> = of.codes.iter().map(Code::name).collect();
+        format!("{} has {}", of.name, names.join(", "))
+    };
+    for name in &how.codes {
+        if code(name).is_none() {
+            return Err(Error::usage(format!("there is no code `{name}`"), known()));
+        }
+    }
+    let is_asked =
+        |code: &&Code| how.codes.is_empty() || how.codes.iter().any(|n| n == code.name());
+    let live = of.codes.iter().filter(is_asked).map(|code| Player {
+        name: code.name().to_owned(),
+        code,
+        record: None,
+    });
+    let mut players: Vec<Player> = live.collect();
+    if let Some(record) = how.against {
+        for name in record.codes() {
+            let code = code(name).ok_or_else(|| {
+                let what = format!("{name} was recorded, and is no code of this face-off");
+                Error::usage(what, format!("{}: record it again", known()))
+            })?;
+            players.push(Player {
+                name: format!("{name} (recorded)"),
+                code,
+                record: Some(record),
+            });
+        }
+    }
+    if players.len() < 2 {
+        let what = format!("{} alone shows nothing", players[0].name);
+        return Err(Error::usage(
+            what,
+            "name two codes, or judge against a record",
+        ));
+    }
+    Ok(players)
+}
+
+/// What a code answers, or why it does not: from the store, or by running it.
+fn answer(
+    of: &FaceOff,
+    code: &Code,
+    task: &Task,
+    problem: &Value,
+    how: &Running,
+) -> Result<Result<Left>> {
+    let asked = match how.store.map(|_| code.identity()).transpose() {
+        Ok(identity) => json!({ "problem": problem, "code": identity }),
+        Err(error) => return Ok(Err(error)),
+    };
+    let mut into = None;
+    if let Some(store) = how.store {
+        if let Some(left) = store.find(code, task.n, &asked)? {
+            return Ok(Ok(left));
+        }
+        into = Some(store.place(code.name(), task.n)?);
+    }
+    let left = match code.run(task, &run_how(of, code, task.n, "", how, into)) {
+        Ok(left) => left,
+        Err(error) => return Ok(Err(error)),
+    };
+    if let Some(store) = how.store {
+        store.keep(code.name(), task.n, &asked, left.seconds)?;
+    }
+    Ok(Ok(left))
+}
+
+/// How one run is done, in a folder of its own.
+fn run_how(
+    of: &FaceOff,
+    code: &Code,
+    n: Option<usize>,
+    change: &str,
+    how: &Running,
+    into: Option<PathBuf>,
+) -> How {
+    let level = n.map_or(String::new(), |n| format!("-n{n}"));
+    How {
+        into,
+        threads: None,
+        keep: how.keep.clone(),
+        kept: format!("{}-{}{level}{change}", of.name, code.name()),
+        time_limit: how.time_limit,
+        sandbox: how.sandbox,
+    }
+}
+
+/// Each pair of those that answer, but for two that were recorded, by their numbers.
+fn pairs(players: &[Player]) -> Vec<(usize, usize)> {
+    let of_a = |a| (a + 1..players.len()).map(move |b| (a, b));
+    let all = (0..players.len()).flat_map(of_a);
+    let is_live = |&(a, b): &(usize, usize)| [a, b].iter().any(|k| players[*k].record.is_none());
+    all.filter(is_live).collect()
+}

@@ -1,0 +1,204 @@
+//! A face-off file: any problem, solved by codes of one's own on one mesh or on their own, field by field against each other.
+//!
+//! ```toml
+//! name = "cantilever"
+//! [mesh]
+//! file = "cantilever.msh"
+//! n = [1, 2]
+//! [parameters]
+//! E = 2.1e11
+//! [codes.freefem]
+//! command = ["FreeFem++-nw", "cantilever.edp", "-mesh", "{mesh}", "-E", "{E}", "-out", "{out}"]
+//! mesh = "msh2"
+//! result = "u.vtu"
+//! [codes.dolfinx]
+//! command = ["python3", "cantilever.py", "{mesh}", "{out}", "--E", "{E}"]
+//! mesh = "xdmf"
+//! result = "u.xdmf"
+//! [fields.u]
+//! same = "discretisation"
+//! rtol = 1e-10
+//! ```
+
+mod code;
+mod store;
+mod tables;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+pub use code::Code;
+pub use store::{Record, Store};
+
+use faceoff_fem::scene::Expression;
+use faceoff_judge::On;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file;
+use faceoff_mesh::io;
+use faceoff_mesh::mesh::generate::{Cuboid, union_mesh};
+use faceoff_mesh::mesh::{Group, Mesh, refine};
+use tables::Reader;
+
+/// A problem, the codes that solve it, and what they are asked for.
+pub struct FaceOff {
+    pub name: String,
+    pub about: String,
+    mesh: Option<Source>,
+    /// Refinements, ascending; none where the mesh is taken as it is.
+    pub n: Vec<usize>,
+    /// As commands get them.
+    pub parameters: BTreeMap<String, String>,
+    pub codes: Vec<Code>,
+    pub fields: Vec<Asked>,
+    pub numbers: Vec<Asked>,
+}
+
+/// Where the mesh comes from.
+#[derive(Debug, Clone)]
+enum Source {
+    File(PathBuf),
+    Generated(Cuboid),
+}
+
+/// A field, or a number, that all codes have.
+#[derive(Debug, Clone)]
+pub struct Asked {
+    pub name: String,
+    /// Where a code calls it otherwise.
+    pub names: BTreeMap<String, String>,
+    pub same: Same,
+    pub rtol: f64,
+    pub atol: f64,
+    pub on: Option<On>,
+    pub components: Option<usize>,
+    /// The solution, a formula for each component; of a number, its value.
+    pub exact: Vec<Expression>,
+    /// How far a number on the finest mesh may be from the exact one, relative to it.
+    pub exact_rtol: Option<f64>,
+    /// The orders of theory in L² and H¹.
+    pub orders: [Option<f64>; 2],
+    /// The part of either mesh that the other need not cover.
+    pub uncovered: Option<f64>,
+}
+
+/// What codes share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Same {
+    /// The discrete problem: their answers are equal but for rounding.
+    Discretisation,
+    /// The continuous one: their answers differ by the error of either.
+    Problem,
+}
+
+impl Asked {
+    /// What a code calls it.
+    pub fn name_in(&self, code: &str) -> &str {
+        self.names.get(code).unwrap_or(&self.name)
+    }
+}
+
+/// Is this the file of a face-off rather than of a scene? What cannot be read is neither.
+pub fn is_face_off(path: &Path) -> bool {
+    let table = file::text(path)
+        .ok()
+        .and_then(|text| text.parse::<toml::Table>().ok());
+    table.is_some_and(|table| table.contains_key("codes"))
+}
+
+impl FaceOff {
+    /// What codes are asked on a level.
+    pub fn problem(&self, n: Option<usize>, mesh: Option<&Mesh>) -> Value {
+        json!({
+            "parameters": self.parameters,
+            "n": n,
+            "mesh digest": mesh.map(Mesh::digest),
+        })
+    }
+
+    /// Reads a face-off file; its relative paths start beside it.
+    ///
+    /// # Errors
+    /// A file that cannot be read, unknown keys, what could not be judged, placeholders that are not known.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = file::text(path)?;
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let home = std::path::absolute(folder).map_err(Error::io(folder, "find"))?;
+        Reader {
+            origin: path.display().to_string(),
+            home,
+        }
+        .read(&text)
+    }
+
+    /// With other refinements.
+    pub fn with_n(mut self, n: Vec<usize>) -> Self {
+        self.n = n;
+        self.n.sort_unstable();
+        self
+    }
+
+    /// The refinements to run at; one that is none where the mesh is as it is.
+    pub fn levels(&self) -> Vec<Option<usize>> {
+        match &self.n[..] {
+            [] => vec![None],
+            n => n.iter().copied().map(Some).collect(),
+        }
+    }
+
+    /// The mesh at a refinement; none where every code makes its own.
+    ///
+    /// # Errors
+    /// A file that cannot be read or refined so often; [`Error::Ended`].
+    pub fn mesh(&self, n: Option<usize>) -> Result<Option<Mesh>> {
+        let refuse = |what: String| Error::Scene {
+            scene: self.name.clone(),
+            place: "mesh".into(),
+            what,
+            remedy: "give n of 1, 2, 4, …: how often each edge of the file's mesh is divided"
+                .into(),
+        };
+        let mut mesh = match &self.mesh {
+            None => return Ok(None),
+            Some(Source::Generated(cuboid)) => union_mesh(n.unwrap_or(16), cuboid)?,
+            Some(Source::File(path)) => {
+                let mut mesh = io::read(path)?;
+                let times = n.unwrap_or(1);
+                if !times.is_power_of_two() {
+                    return Err(refuse(format!("n = {times} is no power of two")));
+                }
+                for _ in 0..times.trailing_zeros() {
+                    (mesh, _) = refine::refine(&self.name, &mesh)?;
+                }
+                mesh
+            }
+        };
+        group_cells(&mut mesh);
+        Ok(Some(mesh))
+    }
+}
+
+/// Some readers, as that of dolfinx, leave out cells that are in no group: where no cell is, all are in one.
+fn group_cells(mesh: &mut Mesh) {
+    let dim = mesh.dim();
+    if mesh.groups.iter().any(|group| group.dim == dim) {
+        return;
+    }
+    let mut start = 0;
+    let mut group = Group::new(dim, 1);
+    group.name = Some("domain".to_owned());
+    for block in &mesh.blocks {
+        let cells = start..start + block.len() as u32;
+        start = cells.end;
+        if block.kind.dim() == dim {
+            group.cells.extend(cells);
+        }
+    }
+    mesh.groups.push(group);
+}
