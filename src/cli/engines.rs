@@ -1,5 +1,7 @@
 //! `faceoff engines`: what is here, and what brings the rest.
 
+use std::path::PathBuf;
+
 use serde::Serialize;
 
 use super::args::{Engines, EnginesAction, Running};
@@ -25,6 +27,24 @@ struct EngineState {
 #[derive(Serialize)]
 struct Here {
     engines: Vec<EngineState>,
+    /// Formats that are not read here go through it; no engine, so that nothing fails where it is missing.
+    meshio: Meshio,
+}
+
+#[derive(Serialize)]
+struct Meshio {
+    python: Option<PathBuf>,
+    problem: Option<String>,
+}
+
+impl Meshio {
+    fn find() -> Self {
+        let python = engine::meshio_python();
+        let ours = || io::NATIVE.iter().map(|format| format.title);
+        let lacks = || format!("formats beyond {}", ours().collect::<Vec<_>>().join(", "));
+        let problem = python.is_none().then(lacks);
+        Meshio { python, problem }
+    }
 }
 
 /// What `engines check` tells.
@@ -59,7 +79,11 @@ pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
         });
     }
     let missing = states.iter().filter(|s| s.problem.is_some()).count();
-    deliver(&state(&Here { engines: states })?, to)?;
+    let here = Here {
+        engines: states,
+        meshio: Meshio::find(),
+    };
+    deliver(&state(&here)?, to)?;
     Ok(if missing > 0 { FAILED } else { DONE })
 }
 
@@ -80,14 +104,10 @@ fn state(here: &Here) -> Result<Report<'_>> {
             cells![&s.engine, s.version.as_ref(), problem.or(s.doubt.clone())]
         })
         .collect();
-    rows.push(match engine::meshio_python() {
-        Some(python) => cells!["meshio", "", python.display().to_string()],
-        None => {
-            let ours: Vec<&str> = io::NATIVE.iter().map(|format| format.title).collect();
-            let missing = format!("missing: formats beyond {}", ours.join(", "));
-            cells!["meshio", "", missing]
-        }
-    });
+    let Meshio { python, problem } = &here.meshio;
+    let python = python.as_ref().map(|python| python.display().to_string());
+    let problem = problem.as_ref().map(|what| format!("missing: {what}"));
+    rows.push(cells!["meshio", "", problem.or(python)]);
     let head = ["engine", "version", "remark"];
     report.blocks.push(Table::new("", &head).with(rows).into());
     let plan = engine::plan(&ALL);

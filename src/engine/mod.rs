@@ -37,7 +37,7 @@ pub use version::doubt;
 use faceoff_fem::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};
 use faceoff_fem::linear::{self, Choice};
 use faceoff_fem::scene::Scene;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result, meant};
 
 /// One problem for the engines.
 pub struct Case<'a> {
@@ -301,7 +301,8 @@ pub fn find(name: &str) -> Result<Box<dyn Engine>> {
         _ => Err(Error::usage(
             format!("there is no engine `{name}`"),
             format!(
-                "use {}, or a TOML file that describes one",
+                "{}use {}, or a TOML file that describes one",
+                meant(name, NAMES),
                 NAMES.join(", ")
             ),
         )),

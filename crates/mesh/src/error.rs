@@ -174,9 +174,29 @@ pub fn distinct<T: fmt::Display>(
     Ok(())
 }
 
+/// The beginning of a remedy: which of the known words was probably meant by one that is unknown. Empty where none is near.
+pub fn meant<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let distance = |known: &'a str| (strsim::damerau_levenshtein(word, known), known);
+    match known.into_iter().map(distance).min() {
+        Some((distance, known)) if distance <= 1 + known.chars().count() / 4 => {
+            format!("did you mean `{known}`? ")
+        }
+        _ => String::new(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_word_that_is_near_was_meant() {
+        let known = ["freefem", "fenicsx", "cr"];
+        assert_eq!(meant("freefen", known), "did you mean `freefem`? ");
+        assert_eq!(meant("rc", known), "did you mean `cr`? ");
+        assert_eq!(meant("comsol", known), "");
+        assert_eq!(meant("comsol", []), "");
+    }
 
     #[test]
     fn a_repeated_name_is_refused() {
