@@ -36,10 +36,10 @@ pub(super) struct Arguments {
 /// What the environment says.
 const ENVIRONMENT: &str = "\
 Environment:
-  FACEOFF_LOG             What happens inside, on standard error: info, debug, or as in faceoff_fem::linear=debug
-  FACEOFF_PYTHON          The Python that has dolfinx [default: the first of python3 and /usr/bin/python3 that has it]
-  FACEOFF_MESHIO_PYTHON   The Python that has meshio [default: that of `faceoff engines install`]
-  NO_COLOR                No colours on a terminal";
+  FACEOFF_LOG            What happens inside, on standard error: info or debug
+  FACEOFF_PYTHON         The Python that has dolfinx
+  FACEOFF_MESHIO_PYTHON  The Python that has meshio
+  NO_COLOR               No colours on a terminal";
 
 /// What a command may take, with all that it starts.
 #[derive(Args)]
