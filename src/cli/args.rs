@@ -778,10 +778,17 @@ pub(super) struct Engines {
     pub output: Output,
 }
 
+/// Everything that `engines install` knows how to bring.
+pub(super) const INSTALLED: [&str; 3] = ["freefem", "fenicsx", "meshio"];
+
 #[derive(Subcommand)]
 pub(super) enum EnginesAction {
     /// Install what is missing: FreeFEM and dolfinx by apt, meshio into a private environment
-    Install,
+    Install {
+        /// What to install [default: all]
+        #[arg(value_parser = INSTALLED)]
+        what: Vec<String>,
+    },
     /// Run a code through small cases with known answers, and say what it gets wrong
     ///
     /// Exit code: 0 all right, 1 something is wrong, 2 something has no answer.

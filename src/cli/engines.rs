@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::args::{Engines, EnginesAction, Running};
+use super::args::{Engines, EnginesAction, INSTALLED, Running};
 use super::{DONE, FAILED, code};
 use crate::campaigns::conformance::{Finding, check_count, conformance};
 use crate::engine::{self, Engine, Installation, Settings};
@@ -56,13 +56,16 @@ struct Checked {
     findings: Vec<Finding>,
 }
 
-/// Everything that `engines install` knows how to bring.
-const ALL: [&str; 3] = ["freefem", "fenicsx", "meshio"];
-
 pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
+    let mut wanted: Vec<&str> = INSTALLED.to_vec();
     match &arguments.action {
         None => {}
-        Some(EnginesAction::Install) => install(&ALL, to.quiet)?,
+        Some(EnginesAction::Install { what }) => {
+            if !what.is_empty() {
+                wanted = what.iter().map(String::as_str).collect();
+            }
+            install(&wanted, to.quiet)?;
+        }
         Some(EnginesAction::Check {
             engine, sandbox, ..
         }) => return check(engine, *sandbox, to),
@@ -78,13 +81,14 @@ pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
             version: probed.ok(),
         });
     }
-    let missing = states.iter().filter(|s| s.problem.is_some()).count();
+    let lacks = |s: &EngineState| s.problem.is_some() && wanted.contains(&&*s.engine);
+    let is_missing = states.iter().any(lacks);
     let here = Here {
         engines: states,
         meshio: Meshio::find(),
     };
     deliver(&state(&here)?, to)?;
-    Ok(if missing > 0 { FAILED } else { DONE })
+    Ok(if is_missing { FAILED } else { DONE })
 }
 
 /// What is here.
@@ -110,7 +114,7 @@ fn state(here: &Here) -> Result<Report<'_>> {
     rows.push(cells!["meshio", "", problem.or(python)]);
     let head = ["engine", "version", "remark"];
     report.blocks.push(Table::new("", &head).with(rows).into());
-    let plan = engine::plan(&ALL);
+    let plan = engine::plan(&INSTALLED);
     if !plan.is_empty() {
         let lines = plan.iter().flat_map(Installation::typed);
         report
