@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::common::{folder, run, source, told};
+use crate::common::{assert_valid, folder, run, source, told, validated};
 
 /// A fenced block: the comment before it, its language, and its text.
 struct Block {
@@ -313,5 +313,58 @@ fn a_page_is_cut_into_what_is_typed_and_what_is_printed() {
         ("x z", "x\nz", false),
     ] {
         assert_eq!(is_printed(line, printed), is, "{line}");
+    }
+}
+
+#[test]
+fn editors_know_what_files_hold() {
+    let schema = |text: &str| match text.contains("[codes") {
+        true => "docs/reference/face-off.schema.json",
+        false => "docs/reference/scene.schema.json",
+    };
+    let is_toml = |path: &PathBuf| path.extension().is_some_and(|e| e == "toml");
+    let mut files = Vec::new();
+    let examples = fs::read_dir(source("examples"))
+        .unwrap()
+        .map(|e| e.unwrap().path());
+    for folder in examples.chain([source("crates/fem/src/scene/builtin")]) {
+        let Ok(entries) = fs::read_dir(folder) else {
+            continue;
+        };
+        files.extend(entries.map(|e| e.unwrap().path()).filter(is_toml));
+    }
+    assert!(files.len() > 12, "{files:?}");
+    for file in &files {
+        assert_valid("toml", schema(&fs::read_to_string(file).unwrap()), file);
+    }
+    // What the schema refuses, the program does.
+    let scene = "name = \"a\"\n[mesh]\ngenerator = \"union-jack\"\n[boundary]\ndirichlet = [\"top\"]\nneumann = [\"left\", \"right\"]\ncontact = [\"bottom\"]\n";
+    let face_off = fs::read_to_string(source("examples/blank/blank.toml")).unwrap();
+    let folder = folder();
+    for (text, from, to) in [
+        (
+            scene,
+            "generator = \"union-jack\"",
+            "generator = \"union-jill\"",
+        ),
+        (scene, "generator = \"union-jack\"", "n = 4"),
+        (scene, "[mesh]", "[mush]"),
+        (scene, "dirichlet", "dirchlet"),
+        (scene, "[boundary]", "[method]\ngamma0 = -1\n[boundary]"),
+        (scene, "[boundary]", "[data]\nf = []\n[boundary]"),
+        (&face_off, "[codes.freefem]", "[codes.freefem]\ncolour = 1"),
+        (&face_off, "same = \"discretisation\"", "same = \"mesh\""),
+        (
+            &face_off,
+            "command = [\"FreeFem++-nw\"",
+            "comand = [\"FreeFem++-nw\"",
+        ),
+    ] {
+        let file = folder.path().join("a.toml");
+        fs::write(&file, text.replacen(from, to, 1)).unwrap();
+        let refused = validated("toml", schema(text), &file);
+        assert_eq!(refused.code, Some(1), "{to}");
+        let ran = run(folder.path(), &["verify", "a.toml", "--n", "4"]);
+        assert_eq!(ran.code, Some(2), "{to}: {}", ran.stdout);
     }
 }

@@ -47,6 +47,7 @@ pub struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
+    /// The scene that is solved.
     pub fn scene(&self) -> &'a Scene {
         self.problem.scene
     }
@@ -182,6 +183,7 @@ impl Progress for Silent {}
 
 /// A code that solves cases.
 pub trait Engine: Sync {
+    /// What it is called on the command line and in reports.
     fn name(&self) -> &str;
 
     /// The version, found by running the code.

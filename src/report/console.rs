@@ -90,6 +90,7 @@ pub fn write(text: &str) {
     }
 }
 
+/// A line on standard error.
 pub fn aside(text: Arguments) {
     // Where standard error takes nothing nobody reads.
     let _ = writeln!(io::stderr(), "{}", plain(&text.to_string()));

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::cancel::Cause;
 
+/// What may fail fails with the one [`enum@Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Everything that can go wrong. The program answers each of these with exit code 2.
@@ -107,6 +108,7 @@ impl fmt::Display for Place {
 }
 
 impl Error {
+    /// A file that violates its format: where, what, and what to do.
     pub fn file(
         path: &Path,
         place: Place,
@@ -131,6 +133,7 @@ impl Error {
         }
     }
 
+    /// Something impossible that was asked for, and what to do.
     pub fn usage(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Error::Usage {
             what: what.into(),
@@ -138,6 +141,7 @@ impl Error {
         }
     }
 
+    /// An engine whose answer does not count: what, and what to do.
     pub fn engine(
         engine: impl Into<String>,
         what: impl Into<String>,

@@ -79,6 +79,7 @@ pub enum MeshFree {
 }
 
 impl Exact {
+    /// The formula, where there is one.
     pub fn formula(&self) -> Option<&Expression> {
         match self {
             Exact::Formula(u) => Some(u),
@@ -169,6 +170,7 @@ const EMBEDDED: &[(&str, &[u8])] = &[
 ];
 
 impl Scene {
+    /// What it is called, also in the names of files.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -178,10 +180,12 @@ impl Scene {
         &self.source
     }
 
+    /// The groups of each part of the boundary.
     pub fn boundary(&self) -> &Boundary {
         &self.boundary
     }
 
+    /// f, g, t and ψ.
     pub fn data(&self) -> &Data {
         &self.data
     }
