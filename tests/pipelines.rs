@@ -27,6 +27,7 @@ fn step(name: &str) -> String {
 /// The script of the template's job.
 fn gitlab() -> String {
     let lines = block(".ci/gitlab.yml", "script:").into_iter();
+    let lines = lines.filter(|line| !line.starts_with('#'));
     let commands = lines.map_while(|line| line.strip_prefix("- ").map(str::to_owned));
     commands.collect::<Vec<_>>().join("\n")
 }
@@ -65,10 +66,17 @@ fn both_servers_run_what_is_asked_and_keep_what_is_told() {
         write(at, "a.csv", "vertex,u\n0,1\n");
         write(at, "b.csv", "vertex,u\n0,2\n");
         write(at, "c.csv", "vertex,u\n0,1.0\n");
+        write(at, "with a blank.csv", "vertex,u\n0,1\n");
         let verify = format!("verify one-zone --n 4 --methods cr,p2 --against {baseline}");
         let runs = [
             (verify.as_str(), 0, true),
             ("compare a.csv c.csv", 0, false),
+            (
+                "compare a.csv\n  'with a blank.csv'\n  --rtol 1e-9\n",
+                0,
+                false,
+            ),
+            ("compare a.csv \"$(touch ran)\"", 2, false),
             ("compare a.csv b.csv", 1, false),
             ("compare a.csv none.csv", 2, false),
             ("verify no-scene", 2, false),
@@ -90,6 +98,7 @@ fn both_servers_run_what_is_asked_and_keep_what_is_told() {
             let xml = fs::read_to_string(kept.join("junit.xml")).unwrap();
             let by_methods = xml.contains("classname=\"one-zone.methods\"");
             assert_eq!(by_methods, has_methods, "{server}, {command}: {xml}");
+            assert!(!at.join("ran").exists(), "{server}: {command} was run");
             let word = command.split(' ').next().unwrap();
             let schema = format!("src/report/schema/{word}-1.json");
             assert_valid("json", &schema, &kept.join("faceoff.json"));

@@ -1,7 +1,8 @@
-"""Holds files against their schemas: `schemas.py xsd SCHEMA FILE` or `schemas.py json SCHEMA FILE`."""
+"""Holds files against their schemas: `schemas.py xsd SCHEMA FILE`, or `json`, or `toml`."""
 
 import json
 import sys
+import tomllib
 
 kind, schema, file = sys.argv[1:]
 if kind == "xsd":
@@ -24,5 +25,5 @@ else:
     with open(schema) as text:
         validator = jsonschema.Draft202012Validator(json.load(text))
     validator.check_schema(validator.schema)
-    with open(file) as text:
-        validator.validate(json.load(text))
+    with open(file, "rb") as text:
+        validator.validate(json.load(text) if kind == "json" else tomllib.load(text))

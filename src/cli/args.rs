@@ -19,19 +19,27 @@ use faceoff_fem::linear::{Precision, Solver};
 use faceoff_fem::scene::Scene;
 use faceoff_judge::MatchBy;
 use faceoff_mesh::error::{Result, distinct};
-use faceoff_mesh::io::native_names;
+use faceoff_mesh::io::{NATIVE, native_names};
 
 /// Settle whether finite element codes agree, face by face.
 ///
 /// Exit code: 0 agree or done; 1 disagree or not reached; 2 could not judge.
 #[derive(Parser)]
-#[command(version, max_term_width = 100)]
+#[command(name = "faceoff", version, max_term_width = 100, after_long_help = ENVIRONMENT)]
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub command: Command,
     #[command(flatten)]
     pub limits: Limits,
 }
+
+/// What the environment says.
+const ENVIRONMENT: &str = "\
+Environment:
+  FACEOFF_LOG            What happens inside, on standard error: info or debug
+  FACEOFF_PYTHON         The Python that has dolfinx
+  FACEOFF_MESHIO_PYTHON  The Python that has meshio
+  NO_COLOR               No colours on a terminal";
 
 /// What a command may take, with all that it starts.
 #[derive(Args)]
@@ -42,6 +50,9 @@ pub(super) struct Limits {
     /// Most memory that it may take, as in 500MB or 4GB [default: what is available]
     #[arg(long, global = true, value_name = "SIZE", value_parser = memory, allow_negative_numbers = true)]
     pub memory: Option<u64>,
+    /// Say more: `verify` every answer and every field of every pair; -vv: which programs run, and what is left out
+    #[arg(long, short, global = true, action = clap::ArgAction::Count)]
+    pub verbose: u8,
 }
 
 #[derive(Subcommand)]
@@ -68,8 +79,45 @@ pub(super) enum Command {
     Stress(Stress),
     /// Look at, check, convert, make or refine meshes
     Mesh(Mesh),
+    /// Begin a scene on a mesh of your own: a TOML file with the groups that it has
+    Init(Init),
+    /// List the built-in scenes, and what each is for
+    Scenes(Scenes),
     /// Show which codes are here, their versions, and what is missing
     Engines(Engines),
+    /// Write what a shell needs to complete arguments of faceoff on standard output
+    ///
+    /// For bash, for instance: faceoff completions bash > ~/.local/share/bash-completion/completions/faceoff
+    Completions(Completions),
+    /// Write the manual pages of all commands into DIR
+    #[command(hide = true)]
+    Man(Man),
+}
+
+#[derive(Args)]
+pub(super) struct Completions {
+    /// Which shell
+    pub shell: clap_complete::Shell,
+}
+
+#[derive(Args)]
+pub(super) struct Man {
+    /// A folder, which is made where it is not there
+    pub dir: PathBuf,
+}
+
+#[derive(Args)]
+pub(super) struct Scenes {
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// The scene stands beside the mesh, by its name: FILE.toml. Which group is which part of the boundary is guessed from the names.
+#[derive(Args)]
+#[command(after_help = formats())]
+pub(super) struct Init {
+    /// A mesh of any format that `faceoff mesh info` reads
+    pub mesh: PathBuf,
 }
 
 /// Where results go.
@@ -82,7 +130,7 @@ pub(super) struct Output {
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Say nothing but errors
-    #[arg(long)]
+    #[arg(long, short)]
     pub quiet: bool,
 }
 
@@ -141,15 +189,24 @@ fn to<'a>(
     }
 }
 
+/// Of a command that has no results.
+fn plain(command: &'static str) -> report::Output<'static> {
+    report::Output {
+        command,
+        ..report::Output::default()
+    }
+}
+
 impl Command {
     /// Where the results go, and what they are of.
     pub fn output(&self) -> report::Output<'_> {
         match self {
             Command::Verify(a) => to("verify", &a.output, Some(&a.verdicts)),
-            Command::New(_) => report::Output {
-                command: "new",
-                ..report::Output::default()
-            },
+            Command::New(_) => plain("new"),
+            Command::Init(_) => plain("init"),
+            Command::Completions(_) => plain("completions"),
+            Command::Man(_) => plain("man"),
+            Command::Scenes(a) => to("scenes", &a.output, None),
             Command::Compare(a) => report::Output {
                 subject: Some(format!("{} – {}", a.a.display(), a.b.display())),
                 ..to("compare", &a.output, Some(&a.verdicts))
@@ -211,21 +268,17 @@ pub(super) struct Running {
     pub install: bool,
 }
 
-/// The built-in scenes, below the options.
-fn built_in() -> String {
-    let plane: Vec<_> = Scene::builtin_names().collect();
-    let further: Vec<_> = Scene::further_names().collect();
-    format!(
-        "Built-in scenes: {}\nWith exact solutions: {}\nBy name: {}\nIn space with exact solutions: {}",
-        plane.join(", "),
-        Scene::exact_names().join(", "),
-        further.join(", "),
-        Scene::exact_names_3d().join(", ")
-    )
+/// Below the options.
+const SCENES: &str = "`faceoff scenes` lists the built-in scenes; docs/reference/scenes.md has what a TOML file holds.";
+
+/// Below the options of what reads results and meshes.
+fn formats() -> String {
+    let titles: Vec<&str> = NATIVE.iter().map(|format| format.title).collect();
+    format!("Formats: {}; others through meshio.", titles.join(", "))
 }
 
 #[derive(Args)]
-#[command(after_help = built_in())]
+#[command(after_help = SCENES)]
 pub(super) struct Verify {
     /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]; or one face-off file, with codes of your
     /// own (`faceoff new`)
@@ -263,9 +316,6 @@ pub(super) struct Verify {
     /// Tell of each case which model was chosen, what was left out, and what the Rust engine built for it
     #[arg(long)]
     pub explain: bool,
-    /// Show every answer, and every field of every pair
-    #[arg(long, short)]
-    pub verbose: bool,
     #[command(flatten)]
     pub running: Running,
     #[command(flatten)]
@@ -303,6 +353,7 @@ pub(super) enum Template {
 /// files, as in 'u_*.vtu') are matched by time, the files of two folders by name. Results on other meshes are compared as
 /// functions, on the intersection of the meshes.
 #[derive(Args)]
+#[command(after_help = formats())]
 pub(super) struct Compare {
     pub a: PathBuf,
     pub b: PathBuf,
@@ -400,7 +451,7 @@ fn match_by(word: String) -> MatchBy {
 ///
 /// Exit code: 0 its residual is at rounding; 1 it is not; 2 it could not be judged.
 #[derive(Args)]
-#[command(after_help = built_in())]
+#[command(after_help = SCENES)]
 pub(super) struct Judge {
     /// A file of any kind that `faceoff compare` reads
     pub result: PathBuf,
@@ -435,7 +486,7 @@ pub(super) struct Judge {
 ///
 /// Exit code: 0 certified; 2 no certificate.
 #[derive(Args)]
-#[command(after_help = built_in())]
+#[command(after_help = SCENES)]
 pub(super) struct Certify {
     /// A file of any kind that `faceoff compare` reads
     pub result: PathBuf,
@@ -467,12 +518,13 @@ pub(super) struct Certify {
 }
 
 #[derive(Args)]
-#[command(after_help = built_in())]
+#[command(after_help = SCENES)]
 pub(super) struct Solve {
     /// A built-in scene or a TOML file
     pub scene: String,
     #[command(flatten)]
     pub trust: Trust,
+    /// An engine, or a TOML file that describes one
     #[arg(long, default_value = "rust")]
     pub engine: String,
     /// cr, cr-fc, p1, p2, or a member of the family (2.4) as in "p2(1,0)"; p1-vi, cr-vi, penalty,
@@ -521,7 +573,7 @@ pub(super) struct Solve {
 }
 
 #[derive(Args)]
-#[command(after_help = built_in())]
+#[command(after_help = SCENES)]
 pub(super) struct Orders {
     /// Scenes with a known solution [default: all that are built in]
     #[arg(value_name = "SCENE")]
@@ -559,7 +611,7 @@ pub(super) struct Orders {
 
 /// Exit code: 0 done; 1 some iteration did not reach its tolerance; 2 nothing was measured.
 #[derive(Args)]
-#[command(after_help = built_in())]
+#[command(after_help = SCENES)]
 pub(super) struct Study {
     /// Scenes, best with a known solution: with an exact one, or one-zone, three-zones, five-zones
     #[arg(value_name = "SCENE", default_values = ["one-zone", "transition-1.5"])]
@@ -636,6 +688,7 @@ pub(super) struct Paper {
 }
 
 #[derive(Args)]
+#[command(after_help = formats())]
 pub(super) struct Mesh {
     #[command(subcommand)]
     pub action: MeshAction,
@@ -644,6 +697,7 @@ pub(super) struct Mesh {
 #[derive(Subcommand)]
 pub(super) enum MeshAction {
     /// Show format, version, encoding, counts, groups and fields
+    #[command(after_help = formats())]
     Info {
         file: PathBuf,
         #[command(flatten)]
@@ -726,10 +780,17 @@ pub(super) struct Engines {
     pub output: Output,
 }
 
+/// Everything that `engines install` knows how to bring.
+pub(super) const INSTALLED: [&str; 3] = ["freefem", "fenicsx", "meshio"];
+
 #[derive(Subcommand)]
 pub(super) enum EnginesAction {
     /// Install what is missing: FreeFEM and dolfinx by apt, meshio into a private environment
-    Install,
+    Install {
+        /// What to install [default: all]
+        #[arg(value_parser = INSTALLED)]
+        what: Vec<String>,
+    },
     /// Run a code through small cases with known answers, and say what it gets wrong
     ///
     /// Exit code: 0 all right, 1 something is wrong, 2 something has no answer.

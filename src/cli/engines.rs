@@ -1,8 +1,10 @@
 //! `faceoff engines`: what is here, and what brings the rest.
 
+use std::path::PathBuf;
+
 use serde::Serialize;
 
-use super::args::{Engines, EnginesAction, Running};
+use super::args::{Engines, EnginesAction, INSTALLED, Running};
 use super::{DONE, FAILED, code};
 use crate::campaigns::conformance::{Finding, check_count, conformance};
 use crate::engine::{self, Engine, Installation, Settings};
@@ -25,6 +27,24 @@ struct EngineState {
 #[derive(Serialize)]
 struct Here {
     engines: Vec<EngineState>,
+    /// Formats that are not read here go through it; no engine, so that nothing fails where it is missing.
+    meshio: Meshio,
+}
+
+#[derive(Serialize)]
+struct Meshio {
+    python: Option<PathBuf>,
+    problem: Option<String>,
+}
+
+impl Meshio {
+    fn find() -> Self {
+        let python = engine::meshio_python();
+        let ours = || io::NATIVE.iter().map(|format| format.title);
+        let lacks = || format!("formats beyond {}", ours().collect::<Vec<_>>().join(", "));
+        let problem = python.is_none().then(lacks);
+        Meshio { python, problem }
+    }
 }
 
 /// What `engines check` tells.
@@ -36,13 +56,16 @@ struct Checked {
     findings: Vec<Finding>,
 }
 
-/// Everything that `engines install` knows how to bring.
-const ALL: [&str; 3] = ["freefem", "fenicsx", "meshio"];
-
 pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
+    let mut wanted: Vec<&str> = INSTALLED.to_vec();
     match &arguments.action {
         None => {}
-        Some(EnginesAction::Install) => install(&ALL, to.quiet)?,
+        Some(EnginesAction::Install { what }) => {
+            if !what.is_empty() {
+                wanted = what.iter().map(String::as_str).collect();
+            }
+            install(&wanted, to.quiet)?;
+        }
         Some(EnginesAction::Check {
             engine, sandbox, ..
         }) => return check(engine, *sandbox, to),
@@ -58,9 +81,14 @@ pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
             version: probed.ok(),
         });
     }
-    let missing = states.iter().filter(|s| s.problem.is_some()).count();
-    deliver(&state(&Here { engines: states })?, to)?;
-    Ok(if missing > 0 { FAILED } else { DONE })
+    let lacks = |s: &EngineState| s.problem.is_some() && wanted.contains(&&*s.engine);
+    let is_missing = states.iter().any(lacks);
+    let here = Here {
+        engines: states,
+        meshio: Meshio::find(),
+    };
+    deliver(&state(&here)?, to)?;
+    Ok(if is_missing { FAILED } else { DONE })
 }
 
 /// What is here.
@@ -80,17 +108,13 @@ fn state(here: &Here) -> Result<Report<'_>> {
             cells![&s.engine, s.version.as_ref(), problem.or(s.doubt.clone())]
         })
         .collect();
-    rows.push(match engine::meshio_python() {
-        Some(python) => cells!["meshio", "", python.display().to_string()],
-        None => {
-            let ours: Vec<&str> = io::NATIVE.iter().map(|format| format.title).collect();
-            let missing = format!("missing: formats beyond {}", ours.join(", "));
-            cells!["meshio", "", missing]
-        }
-    });
+    let Meshio { python, problem } = &here.meshio;
+    let python = python.as_ref().map(|python| python.display().to_string());
+    let problem = problem.as_ref().map(|what| format!("missing: {what}"));
+    rows.push(cells!["meshio", "", problem.or(python)]);
     let head = ["engine", "version", "remark"];
     report.blocks.push(Table::new("", &head).with(rows).into());
-    let plan = engine::plan(&ALL);
+    let plan = engine::plan(&INSTALLED);
     if !plan.is_empty() {
         let lines = plan.iter().flat_map(Installation::typed);
         report

@@ -6,10 +6,13 @@ mod certify;
 mod compare;
 mod engines;
 mod folders;
+mod init;
 mod judge;
 mod mesh;
 mod new;
 mod progress;
+mod scenes;
+mod shell;
 mod solve;
 mod verify;
 mod words;
@@ -51,10 +54,7 @@ const STACK: usize = 64 << 20;
 pub fn main() -> ExitCode {
     // Never freed: the process ends while its command may still look at them.
     let arguments: &'static Arguments = Box::leak(Box::new(Arguments::parse()));
-    tracing_subscriber::fmt()
-        .with_writer(std::io::stderr)
-        .with_env_filter(tracing_subscriber::EnvFilter::from_env("FACEOFF_LOG"))
-        .init();
+    log(arguments.limits.verbose);
     let (done, ended) = mpsc::channel();
     let begun = Instant::now();
     let limit = arguments.limits.time_limit;
@@ -93,6 +93,19 @@ pub fn main() -> ExitCode {
         },
         ExitCode::from,
     )
+}
+
+/// Tells on standard error what `FACEOFF_LOG` asks for, or else what so many `-v` do.
+fn log(verbose: u8) {
+    let asked = std::env::var("FACEOFF_LOG").unwrap_or_else(|_| {
+        let level = ["error", "error", "info", "debug"][usize::from(verbose.min(3))];
+        level.to_owned()
+    });
+    tracing_subscriber::fmt()
+        .with_writer(std::io::stderr)
+        .with_ansi(console::has_colours(&std::io::stderr()))
+        .with_env_filter(tracing_subscriber::EnvFilter::new(asked))
+        .init();
 }
 
 /// Starts the threads that compute, as many as there are processors, or one where there may be no more.
@@ -156,8 +169,9 @@ fn wait(
 fn run(arguments: &Arguments) -> Result<u8> {
     let output = arguments.command.output();
     let to = &output;
+    let is_verbose = arguments.limits.verbose > 0;
     let done = output.begin().and_then(|()| match &arguments.command {
-        Command::Verify(arguments) => verify::run(arguments, to),
+        Command::Verify(arguments) => verify::run(arguments, is_verbose, to),
         Command::New(arguments) => new::run(arguments),
         Command::Compare(arguments) => compare::run(arguments, to),
         Command::Certify(arguments) => certify::run(arguments, to),
@@ -168,7 +182,11 @@ fn run(arguments: &Arguments) -> Result<u8> {
         Command::Study(arguments) => campaigns::study(arguments, to),
         Command::Stress(arguments) => campaigns::stress(arguments, to),
         Command::Mesh(arguments) => mesh::run(arguments, to),
+        Command::Init(arguments) => init::run(arguments),
+        Command::Scenes(_) => scenes::run(to),
         Command::Engines(arguments) => engines::run(arguments, to),
+        Command::Completions(arguments) => shell::completions(arguments),
+        Command::Man(arguments) => shell::man(arguments),
     });
     if let Err(e) = &done
         && let Err(other) = output.fail(e)

@@ -63,17 +63,19 @@ const PIPELINE: &str = "\
 # Runs the face-off on each change, and keeps the page. Copy it to .github/workflows/ of your repository.
 name: face-off
 on: [push, pull_request]
+permissions:
+  contents: read
 jobs:
   verify:
     runs-on: ubuntu-latest
     container: debian:12
     steps:
-      - uses: actions/checkout@v4
-      - run: apt-get update && apt-get install -y freefem++ libfreefem++ python3-dolfinx curl build-essential git
+      - uses: actions/checkout@11bd71901bbe5b1630ceea73d27597364c9af683 # v4.2.2
+      - run: apt-get update && apt-get install -y freefem++ libfreefem++ python3-dolfinx ca-certificates curl build-essential git
       - run: curl -sSf https://sh.rustup.rs | sh -s -- -y
       - run: ~/.cargo/bin/cargo install --git https://github.com/OWNER/faceoff faceoff
       - run: ~/.cargo/bin/faceoff verify NAME.toml --report page --junit junit.xml
-      - uses: actions/upload-artifact@v4
+      - uses: actions/upload-artifact@ea165f8d65b6e75b540449e92b4886f43607fa02 # v4.6.2
         if: always()
         with:
           name: face-off
@@ -143,14 +145,14 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
 }
 
 /// A mesh of the user's, by its name.
-fn own(path: &Path) -> Result<(String, Mesh)> {
+pub(super) fn own(path: &Path) -> Result<(String, Mesh)> {
     let mesh = io::open(path, crate::engine::meshio_python().as_deref())?.mesh;
     let name = path.file_name().unwrap_or_default();
     Ok((name.to_string_lossy().into_owned(), mesh))
 }
 
 /// Each group with its number and size.
-fn groups(mesh: &Mesh) -> Vec<String> {
+pub(super) fn groups(mesh: &Mesh) -> Vec<String> {
     let told = mesh.groups.iter().map(|group| {
         let name = group.name.as_deref().unwrap_or("group");
         format!(

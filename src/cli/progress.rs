@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::io::IsTerminal;
 use std::sync::{Mutex, OnceLock};
 
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 
 use crate::engine::{Progress, Silent, lock};
 
@@ -99,13 +99,25 @@ impl Progress for Bars {
     }
 }
 
+/// The time that is left, where it is known: not before the first step, nor at the end, which may take as long as it likes.
+fn left(state: &ProgressState, to: &mut dyn std::fmt::Write) {
+    let eta = state.eta();
+    let is_known = state.pos() > 0 && eta.as_secs() > 0;
+    let text = match is_known {
+        true => format!("left {}", HumanDuration(eta)),
+        false => String::new(),
+    };
+    // What is written to a string is never lost.
+    let _ = write!(to, "{text:<15}");
+}
+
 /// A bar that moves by itself, after something of its own.
 fn add_bar(all: &MultiProgress, first: &str, steps: u64) -> ProgressBar {
-    let template =
-        format!("{first}{{bar:24}} {{percent:>3}}% {{elapsed:>4}}, left {{eta:<4}} {{msg}}");
+    let template = format!("{first}{{bar:24}} {{percent:>3}}% {{elapsed:>4}}, {{left}} {{msg}}");
     let style = ProgressStyle::with_template(&template);
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = all.add(ProgressBar::new(steps));
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.set_style(style.with_key("left", left));
     bar.enable_steady_tick(std::time::Duration::from_millis(200));
     bar
 }

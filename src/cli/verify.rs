@@ -15,7 +15,7 @@ use faceoff_fem::contact::Stop;
 use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::{Error, Result, distinct};
 
-pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
+pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u8> {
     if arguments
         .scenes
         .iter()
@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &Verify, to: &Output) -> Result<u8> {
         diagnoses: &diagnoses,
         missing: &missing,
         explain: arguments.explain,
-        verbose: arguments.verbose,
+        verbose: is_verbose,
     })?;
     deliver(&report, to)?;
     let answered = outcome.cases.iter().flat_map(|case| &case.engines);

@@ -37,7 +37,7 @@ pub use version::doubt;
 use faceoff_fem::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};
 use faceoff_fem::linear::{self, Choice};
 use faceoff_fem::scene::Scene;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result, meant};
 
 /// One problem for the engines.
 pub struct Case<'a> {
@@ -47,6 +47,7 @@ pub struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
+    /// The scene that is solved.
     pub fn scene(&self) -> &'a Scene {
         self.problem.scene
     }
@@ -182,6 +183,7 @@ impl Progress for Silent {}
 
 /// A code that solves cases.
 pub trait Engine: Sync {
+    /// What it is called on the command line and in reports.
     fn name(&self) -> &str;
 
     /// The version, found by running the code.
@@ -301,7 +303,8 @@ pub fn find(name: &str) -> Result<Box<dyn Engine>> {
         _ => Err(Error::usage(
             format!("there is no engine `{name}`"),
             format!(
-                "use {}, or a TOML file that describes one",
+                "{}use {}, or a TOML file that describes one",
+                meant(name, NAMES),
                 NAMES.join(", ")
             ),
         )),

@@ -18,6 +18,7 @@ pub const BASELINE: &str = "baseline.json";
 /// Its version.
 const SCHEMA: &str = "faceoff/baseline/2";
 
+/// Answers that were recorded, as `baseline.json` has them.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Baseline {
     schema: String,

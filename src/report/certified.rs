@@ -34,6 +34,7 @@ pub struct Bounds {
 }
 
 impl Certified {
+    /// What a certificate says of a target.
     pub fn new(target: Target, certificate: &Certificate) -> Self {
         let [lower, upper] = certificate.of(target);
         let of = |target| certificate.of(target)[1];

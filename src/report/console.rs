@@ -60,7 +60,7 @@ pub(super) fn answer(text: &str, verdict: Option<Verdict>) {
         return;
     }
     let colour = verdict
-        .filter(|_| has_colours())
+        .filter(|_| has_colours(&io::stdout()))
         .map(|verdict| match verdict {
             Verdict::Agree | Verdict::Conditioned => "32",
             Verdict::Several | Verdict::Disagree => "31",
@@ -72,14 +72,15 @@ pub(super) fn answer(text: &str, verdict: Option<Verdict>) {
     }
 }
 
-/// Is standard output a terminal whose user has not asked for none (<https://no-color.org>)?
-fn has_colours() -> bool {
+/// Is this a terminal whose user has not asked for none (<https://no-color.org>)?
+pub fn has_colours(stream: &impl IsTerminal) -> bool {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_dumb = std::env::var_os("TERM").is_none_or(|term| term == "dumb");
-    io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_dumb
+    stream.is_terminal() && !is_set("NO_COLOR") && !is_dumb
 }
 
-fn write(text: &str) {
+/// Text of our own on standard output, as it is.
+pub fn write(text: &str) {
     let mut out = io::stdout().lock();
     if let Err(e) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
         && e.kind() != ErrorKind::BrokenPipe
@@ -89,6 +90,7 @@ fn write(text: &str) {
     }
 }
 
+/// A line on standard error.
 pub fn aside(text: Arguments) {
     // Where standard error takes nothing nobody reads.
     let _ = writeln!(io::stderr(), "{}", plain(&text.to_string()));

@@ -212,6 +212,7 @@ impl Table {
 }
 
 impl Todo {
+    /// What to do, and the commands that do it.
     pub fn new<S: Into<String>>(
         words: impl Into<String>,
         commands: impl IntoIterator<Item = S>,
@@ -354,6 +355,7 @@ pub fn duration(seconds: f64) -> Cell {
     Cell::Number(seconds, crate::campaigns::study::duration(seconds))
 }
 
+/// The word for a verdict.
 pub fn word(verdict: Verdict) -> &'static str {
     verdict.word()
 }

@@ -164,6 +164,7 @@ impl Answer {
         })
     }
 
+    /// Is it an answer at all?
     pub fn is_finite(&self) -> bool {
         self.grad_norm_sq.is_finite()
     }

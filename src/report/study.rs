@@ -19,7 +19,8 @@ const HOW: &str = "Times are medians over repetitions on a machine that may do o
     the energy norm is its guaranteed bound.";
 const ADVICE: &str = "Each command was measured as it stands, in a process of its own: its error, the median of its times as it tells them, and the \
     peak memory of the process. Where the time is not certain to be affordable, `solve --accuracy` asks for the error instead, certified.";
-const RATES: &str = "Errors as h^p, time and memory as dofs^p, over the finest four meshes or three; after ± the standard error of the fit.";
+const RATES: &str = "Errors as h^p, time and memory as dofs^p, over the finest four meshes or three; after ± the standard error of the fit. \
+    Growth of time and memory that noise hides is not told, nor anything that would follow from it.";
 const SCALING: &str = "By the exponents above, taken as 1 where start-up still hides the rest, and as those of a factor in 3D where noise says \
     more. Dofs here: what this machine's memory holds, and the time that they would take. Ranks: weak scaling on paper, each rank with the \
     dofs of the finest mesh, work and memory shared evenly over a network that costs nothing: time as R^(p-1), memory of a rank as R^(q-1). \

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use comfy_table::{CellAlignment, presets};
+use comfy_table::{CellAlignment, ContentArrangement, presets};
 
 use super::model::{Block, Report, Table};
 
@@ -54,6 +54,8 @@ fn write_table(text: &mut String, table: &Table) -> std::fmt::Result {
     }
     let mut shown = comfy_table::Table::new();
     shown.load_style(presets::NOTHING);
+    // As wide as a terminal; elsewhere as wide as it needs.
+    shown.set_content_arrangement(ContentArrangement::Dynamic);
     shown.set_header(&table.head);
     for row in &table.rows {
         shown.add_row(row.iter().map(|cell| cell.text()));

@@ -74,6 +74,7 @@ pub struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
+    /// A runner that has run nothing yet.
     pub fn new(settings: &'a Settings, progress: &'a dyn Progress) -> Self {
         Runner {
             settings,

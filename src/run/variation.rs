@@ -57,6 +57,7 @@ pub enum Datum {
 }
 
 impl Datum {
+    /// All of them.
     pub const ALL: [Datum; 4] = [Datum::F, Datum::G, Datum::T, Datum::Psi];
 
     pub fn name(self) -> &'static str {

@@ -72,16 +72,21 @@ pub fn interrupt(child: &Child) {
 
 /// Holds a file against a schema of the repository.
 pub fn assert_valid(kind: &str, schema: &str, file: &Path) {
+    let ran = validated(kind, schema, file);
+    assert_eq!(ran.code, Some(0), "{}: {}", file.display(), ran.stderr);
+}
+
+/// What the validator says of a file: exit code 0, or 1 and why.
+pub fn validated(kind: &str, schema: &str, file: &Path) -> Ran {
     let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
     let python = python.unwrap_or_else(|| source("target/readers/bin/python3"));
-    let ran = told(
+    told(
         Command::new(python)
             .arg(source("tests/schemas.py"))
             .args([kind.as_ref(), source(schema).as_os_str(), file.as_os_str()])
             .output()
             .expect("a Python with jsonschema and lxml: use tests/run"),
-    );
-    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    )
 }
 
 pub fn folder() -> tempfile::TempDir {

@@ -107,6 +107,7 @@ impl Elements for Stiffness<'_> {
 }
 
 impl<'a> Stiffness<'a> {
+    /// Takes the geometry and the rule of a space.
     pub fn new(space: &Space<'a>) -> Self {
         let (rule, dim, local) = (gradient_rule(space), space.mesh.dim, space.local_dofs);
         let mut pairs = Vec::new();
@@ -354,6 +355,7 @@ pub struct FacePoints<'a> {
 }
 
 impl<'a> FacePoints<'a> {
+    /// Takes the cell behind a face and the points of a rule on it.
     pub fn new(space: &Space, face: usize, rule: &'a Rule) -> Self {
         let mesh = space.mesh;
         let cell = mesh.face_cells(face)[0] as usize;
@@ -377,6 +379,7 @@ impl<'a> FacePoints<'a> {
         self.measure
     }
 
+    /// The cell's gradients and volume.
     pub fn geometry(&self) -> &CellGeometry {
         &self.geometry
     }

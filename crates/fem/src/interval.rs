@@ -17,7 +17,9 @@ pub struct Interval {
 }
 
 impl Interval {
+    /// 0, exactly.
     pub const ZERO: Interval = Interval::at(0.0);
+    /// 1, exactly.
     pub const ONE: Interval = Interval::at(1.0);
     /// Nothing is known.
     pub const WHOLE: Interval = Interval {
@@ -68,15 +70,18 @@ impl Interval {
         Interval::new(self.low.max(other.low), self.high.min(other.high))
     }
 
+    /// Are both ends finite?
     pub fn is_finite(self) -> bool {
         self.low.is_finite() && self.high.is_finite()
     }
 
+    /// Is it 0, exactly?
     #[inline]
     pub fn is_zero(self) -> bool {
         self.low == 0.0 && self.high == 0.0
     }
 
+    /// Does it hold this number?
     pub fn contains(self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }
@@ -116,6 +121,7 @@ impl Interval {
         }
     }
 
+    /// Holds the absolute value of each x in it.
     #[inline]
     pub fn abs(self) -> Self {
         Interval {
@@ -124,6 +130,7 @@ impl Interval {
         }
     }
 
+    /// Holds x² for each x in it.
     #[inline]
     pub fn square(self) -> Self {
         let of = self.abs();
@@ -133,6 +140,7 @@ impl Interval {
         Interval::new(below(of.low * of.low).max(0.0), above(of.high * of.high))
     }
 
+    /// Holds the smaller of each two.
     pub fn min(self, other: Self) -> Self {
         Interval {
             low: self.low.min(other.low),
@@ -140,6 +148,7 @@ impl Interval {
         }
     }
 
+    /// Holds the larger of each two.
     pub fn max(self, other: Self) -> Self {
         Interval {
             low: self.low.max(other.low),
@@ -147,6 +156,7 @@ impl Interval {
         }
     }
 
+    /// Holds 1/x for each x in it; everything where one of these is 0.
     pub fn recip(self) -> Self {
         if self.contains(0.0) {
             return Interval::WHOLE;
@@ -198,6 +208,7 @@ impl Interval {
         (other * self.ln()).exp()
     }
 
+    /// Holds √x for each x in it; everything where one of these is negative.
     pub fn sqrt(self) -> Self {
         if self.low < 0.0 {
             return Interval::WHOLE;
@@ -217,6 +228,7 @@ impl Interval {
         .sqrt()
     }
 
+    /// Holds exp x for each x in it.
     pub fn exp(self) -> Self {
         if self.is_zero() {
             return Interval::ONE;
@@ -225,6 +237,7 @@ impl Interval {
         Interval::new(of.low.max(0.0), of.high)
     }
 
+    /// Holds log x for each x in it; everything where one of these is not positive.
     pub fn ln(self) -> Self {
         if self.low <= 0.0 {
             return Interval::WHOLE;
@@ -232,23 +245,28 @@ impl Interval {
         self.grown(core_math::log)
     }
 
+    /// Holds sinh x for each x in it.
     pub fn sinh(self) -> Self {
         self.grown(core_math::sinh)
     }
 
+    /// Holds cosh x for each x in it.
     pub fn cosh(self) -> Self {
         let of = self.abs().grown(core_math::cosh);
         Interval::new(of.low.max(1.0), of.high)
     }
 
+    /// Holds tanh x for each x in it.
     pub fn tanh(self) -> Self {
         self.grown(core_math::tanh).clamp()
     }
 
+    /// Holds atan x for each x in it.
     pub fn atan(self) -> Self {
         self.grown(core_math::atan)
     }
 
+    /// Holds asin x for each x in it; everything where one of these is beyond ±1.
     pub fn asin(self) -> Self {
         if self.low < -1.0 || self.high > 1.0 {
             return Interval::WHOLE;
@@ -256,6 +274,7 @@ impl Interval {
         self.grown(core_math::asin)
     }
 
+    /// Holds acos x for each x in it; everything where one of these is beyond ±1.
     pub fn acos(self) -> Self {
         if self.low < -1.0 || self.high > 1.0 {
             return Interval::WHOLE;
@@ -266,6 +285,7 @@ impl Interval {
         )
     }
 
+    /// Holds cos x for each x in it.
     pub fn cos(self) -> Self {
         // Beyond this the quotient by π is not known to within a small part of 1.
         if !(self.magnitude() < 1e9) {
@@ -281,6 +301,7 @@ impl Interval {
         Interval::new(low, high).clamp()
     }
 
+    /// Holds sin x for each x in it.
     pub fn sin(self) -> Self {
         if self.is_zero() {
             return self;
@@ -295,6 +316,7 @@ impl Interval {
         (self - Interval::PI * Interval::at(0.5)).cos()
     }
 
+    /// Holds tan x for each x in it; everything where a pole may be among these.
     pub fn tan(self) -> Self {
         let quarter = Interval::PI * Interval::at(0.5);
         let shifted = self + quarter;

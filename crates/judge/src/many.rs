@@ -92,6 +92,7 @@ impl Part {
         }
     }
 
+    /// A part that was judged.
     pub fn compared(name: String, time: Option<f64>, comparison: Comparison) -> Self {
         Part {
             name,

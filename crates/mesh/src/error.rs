@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::cancel::Cause;
 
+/// What may fail fails with the one [`enum@Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Everything that can go wrong. The program answers each of these with exit code 2.
@@ -107,6 +108,7 @@ impl fmt::Display for Place {
 }
 
 impl Error {
+    /// A file that violates its format: where, what, and what to do.
     pub fn file(
         path: &Path,
         place: Place,
@@ -131,6 +133,7 @@ impl Error {
         }
     }
 
+    /// Something impossible that was asked for, and what to do.
     pub fn usage(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Error::Usage {
             what: what.into(),
@@ -138,6 +141,7 @@ impl Error {
         }
     }
 
+    /// An engine whose answer does not count: what, and what to do.
     pub fn engine(
         engine: impl Into<String>,
         what: impl Into<String>,
@@ -174,9 +178,29 @@ pub fn distinct<T: fmt::Display>(
     Ok(())
 }
 
+/// The beginning of a remedy: which of the known words was probably meant by one that is unknown. Empty where none is near.
+pub fn meant<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let distance = |known: &'a str| (strsim::damerau_levenshtein(word, known), known);
+    match known.into_iter().map(distance).min() {
+        Some((distance, known)) if distance <= 1 + known.chars().count() / 4 => {
+            format!("did you mean `{known}`? ")
+        }
+        _ => String::new(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_word_that_is_near_was_meant() {
+        let known = ["freefem", "fenicsx", "cr"];
+        assert_eq!(meant("freefen", known), "did you mean `freefem`? ");
+        assert_eq!(meant("rc", known), "did you mean `cr`? ");
+        assert_eq!(meant("comsol", known), "");
+        assert_eq!(meant("comsol", []), "");
+    }
 
     #[test]
     fn a_repeated_name_is_refused() {

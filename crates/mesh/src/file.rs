@@ -135,6 +135,7 @@ impl Temporary {
         Ok(new)
     }
 
+    /// Where it is.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }

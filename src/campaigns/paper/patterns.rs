@@ -8,6 +8,7 @@ use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 use faceoff_mesh::mesh::generate::union_jack;
 
+/// The meshes that may be the paper's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pattern {
     /// The corner (0, 0) is cut by the first diagonal: our generator's, and dolfinx's `left_right`.

@@ -38,6 +38,7 @@ pub struct Variant {
 }
 
 impl Variant {
+    /// Is it the paper's method (3.2)?
     pub fn is_penalty_free_cr(&self) -> bool {
         self.method == Method::cr().to_string()
     }

@@ -84,6 +84,7 @@ impl Behaviour {
         }
     }
 
+    /// Does it claim to be an answer, and is none?
     pub fn is_wrong(&self) -> bool {
         matches!(self, Behaviour::Wrong { .. })
     }

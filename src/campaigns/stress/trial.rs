@@ -64,6 +64,7 @@ impl Trial {
         }
     }
 
+    /// What the answer is held against.
     pub fn reference(&self) -> &Place {
         let other = self.reference.as_ref().or(self.home.as_ref());
         other.unwrap_or(&self.extreme)

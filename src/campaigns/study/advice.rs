@@ -19,6 +19,7 @@ pub enum Norm {
     L2,
 }
 
+/// The norms that advice is given for.
 pub const NORMS: [Norm; 2] = [Norm::Energy, Norm::L2];
 /// Errors that advice is given for.
 pub const TARGETS: [f64; 10] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 1e-4, 1e-5];

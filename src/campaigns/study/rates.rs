@@ -14,9 +14,16 @@ pub struct Rates {
     /// Errors over 1/n.
     pub h1: Option<Fit>,
     pub l2: Option<Fit>,
-    /// Over the number of dofs.
+    /// Over the number of dofs; none where noise hides it.
     pub seconds: Option<Fit>,
     pub memory: Option<Fit>,
+}
+
+/// Time and memory of small meshes are start-up and noise: growth is told where it is seen, by two standard errors, and known to
+/// a quarter.
+fn is_seen(fit: &Fit) -> bool {
+    let seen = |spread: f64| spread < 0.25 && fit.exponent > 2.0 * spread;
+    fit.spread.is_some_and(seen)
 }
 
 /// The rates of every track over its uniform meshes.
@@ -36,8 +43,8 @@ pub fn rates(rows: &[Row]) -> Vec<Rates> {
             method: row.method.clone(),
             h1: over(h, |r| r.h1.or(r.certified)),
             l2: over(h, |r| r.l2),
-            seconds: over(dofs, |r| Some(r.seconds.median)),
-            memory: over(dofs, |r| r.memory_mb),
+            seconds: over(dofs, |r| Some(r.seconds.median)).filter(is_seen),
+            memory: over(dofs, |r| r.memory_mb).filter(is_seen),
         }
     };
     tracks(rows, Varied::Mesh).into_iter().map(of).collect()

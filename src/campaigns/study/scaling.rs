@@ -123,6 +123,15 @@ mod tests {
     }
 
     #[test]
+    fn nothing_is_told_from_noise() {
+        let rows = [(1, 0.031), (2, 0.024), (4, 0.035), (8, 0.022)];
+        let rows = rows.map(|(k, seconds)| row(1000 * k, seconds, 10.0 * k as f64));
+        let rates = rates(&rows);
+        assert!(rates[0].seconds.is_none() && rates[0].memory.is_some());
+        assert_eq!(scaling(&rows, &rates, Some(8000.0)), []);
+    }
+
+    #[test]
     fn linear_work_keeps_its_time_on_any_number_of_ranks() {
         let rows = [1, 2, 4, 8].map(|k| row(1000 * k, 0.5 + k as f64, 1.0 + k as f64));
         let found = scaling(&rows, &rates(&rows), None);

@@ -476,7 +476,10 @@ impl Reader {
                 let text = fill(&text, value).map_err(|what| refuse(what, "name a parameter"))?;
                 Expression::parse(&text).map_err(|e| {
                     let what = format!("exact, character {}: {} in `{text}`", e.column, e.what);
-                    refuse(what, "the README lists what an expression may hold")
+                    refuse(
+                        what,
+                        "docs/reference/scenes.md lists what an expression may hold",
+                    )
                 })
             }
         };
@@ -504,4 +507,4 @@ impl Reader {
     }
 }
 
-const KEYS: &str = "the README lists the keys of a face-off file";
+const KEYS: &str = "docs/reference/face-off.md lists the keys of a face-off file";

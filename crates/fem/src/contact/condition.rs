@@ -35,6 +35,7 @@ pub(super) struct Row {
 }
 
 impl Condition {
+    /// u - ψ and the flux of a dof vector at this point.
     pub fn trace(&self, u: &[f64]) -> Trace {
         let (mut gap, mut flux) = (-self.psi, self.flux_at_rest);
         for (k, &dof) in self.dofs.iter().enumerate() {

@@ -28,6 +28,7 @@ pub struct Zones {
     pub faces: Vec<ZoneFace>,
 }
 
+/// A face of Γ_C, and how much of it is in contact.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ZoneFace {
     /// Its number in the mesh, and its vertices, ascending.

@@ -131,6 +131,7 @@ impl<'a> Problem<'a> {
         Ok(problem)
     }
 
+    /// The method of the discretisation.
     pub fn method(&self) -> Method {
         self.discretisation.method
     }

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use super::law::{Law, Multiplier, Nitsche, Penalty};
 use crate::element::{CR, Element, P1, P2};
+use faceoff_mesh::error::meant;
 
 /// An element and a contact law.
 #[derive(Clone, Copy)]
@@ -106,9 +107,10 @@ impl FromStr for Method {
         let unknown = || {
             let named: Vec<&str> = NAMED.iter().map(|named| named.name).collect();
             format!(
-                "there is no method `{text}`: use cr, p1, p2, or a member of the family (2.4) \
+                "there is no method `{text}`: {}use cr, p1, p2, or a member of the family (2.4) \
                  with its parameters, as in p2(1,0) or p2(-0.5,1); \
                  or {}",
+                meant(text, named.iter().copied().chain(["cr", "p1", "p2"])),
                 named.join(", ")
             )
         };

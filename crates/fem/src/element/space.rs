@@ -30,6 +30,7 @@ enum Numbering<'a> {
 }
 
 impl<'a> Space<'a> {
+    /// The dofs of an element on a mesh.
     pub fn new(mesh: &'a Triangulation, element: &'static dyn Element) -> Self {
         let on = element.on();
         let nodes = nodes(element, mesh.dim);

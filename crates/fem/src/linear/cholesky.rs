@@ -79,6 +79,7 @@ impl Cholesky {
         &self.schur
     }
 
+    /// Solves with the factor from the leaves up to the kept unknowns.
     pub fn forward(&self, b: &[f64]) -> Solved {
         let b: Vec<f64> = self.unknowns.iter().map(|&k| b[k as usize]).collect();
         let mut x = b.clone();

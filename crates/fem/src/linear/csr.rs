@@ -44,10 +44,12 @@ impl Csr {
         self.starts.push(self.indices.len());
     }
 
+    /// How many rows it has.
     pub fn rows(&self) -> usize {
         self.starts.len() - 1
     }
 
+    /// How many columns it has.
     pub fn columns(&self) -> usize {
         self.columns
     }
@@ -57,12 +59,14 @@ impl Csr {
         self.indices.len()
     }
 
+    /// The columns and values of a row.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
         let range = self.starts[i]..self.starts[i + 1];
         let indices = self.indices[range.clone()].iter().copied();
         indices.zip(self.values[range].iter().copied())
     }
 
+    /// The columns of a row, ascending.
     pub fn row_columns(&self, i: usize) -> &[u32] {
         &self.indices[self.starts[i]..self.starts[i + 1]]
     }
@@ -119,6 +123,7 @@ impl Csr {
             .collect()
     }
 
+    /// The transpose.
     pub fn transpose(&self) -> Csr {
         let mut starts = vec![0usize; self.columns + 1];
         for &j in &self.indices {

@@ -291,10 +291,12 @@ pub struct LowRank {
 pub type Row = Vec<(u32, f64)>;
 
 impl LowRank {
+    /// Adds l mᵀ.
     pub fn push(&mut self, l: Row, m: Row) {
         self.terms.push([l, m]);
     }
 
+    /// How many terms there are.
     pub fn rank(&self) -> usize {
         self.terms.len()
     }

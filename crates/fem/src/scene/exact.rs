@@ -12,6 +12,13 @@ pub(super) fn names(dim: usize) -> Vec<&'static str> {
     all.filter(|e| e.dimension == dim).map(|e| e.name).collect()
 }
 
+/// The names, and what each is for.
+pub(super) fn purposes() -> Vec<(&'static str, String)> {
+    let all = catalogue().into_iter();
+    let told = |e: exact::Benchmark| (e.name, format!("exact solution: {}", e.purpose));
+    all.map(told).collect()
+}
+
 /// What else scenes are called.
 const ALSO: [(&str, &str); 1] = [("r32", "transition-1.5")];
 

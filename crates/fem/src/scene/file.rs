@@ -115,7 +115,7 @@ pub(super) fn parse(
         refuse(
             &format!("line {line}"),
             e.message().replace('\n', " "),
-            "the README lists the keys of a scene",
+            "docs/reference/scenes.md lists the keys of a scene",
         )
     })?;
     check_name(&file.name, origin)?;
@@ -132,7 +132,7 @@ pub(super) fn parse(
                 refuse(
                     &format!("{key}, character {}", e.column),
                     format!("{} in `{text}`", e.what),
-                    "the README lists what an expression may hold",
+                    "docs/reference/scenes.md lists what an expression may hold",
                 )
             }),
         }

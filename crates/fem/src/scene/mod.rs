@@ -15,7 +15,7 @@ pub use boundary::{Boundary, GroupName, Part};
 pub use expression::Expression;
 pub(crate) use load::LARGEST_N;
 
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result, meant};
 use faceoff_mesh::mesh::generate::Cuboid;
 
 /// The problem (1.1) with its data and its mesh, valid by construction, and the defaults of its discretisation.
@@ -79,6 +79,7 @@ pub enum MeshFree {
 }
 
 impl Exact {
+    /// The formula, where there is one.
     pub fn formula(&self) -> Option<&Expression> {
         match self {
             Exact::Formula(u) => Some(u),
@@ -169,6 +170,7 @@ const EMBEDDED: &[(&str, &[u8])] = &[
 ];
 
 impl Scene {
+    /// What it is called, also in the names of files.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -178,10 +180,12 @@ impl Scene {
         &self.source
     }
 
+    /// The groups of each part of the boundary.
     pub fn boundary(&self) -> &Boundary {
         &self.boundary
     }
 
+    /// f, g, t and ψ.
     pub fn data(&self) -> &Data {
         &self.data
     }
@@ -296,6 +300,21 @@ impl Scene {
         exact::names(3)
     }
 
+    /// The names of all built-in scenes, each with what it is for: those that `verify` runs first, those with a known solution
+    /// last.
+    pub fn catalogue() -> Vec<(&'static str, String)> {
+        let texts = BUILTIN.iter().chain(NAMED);
+        let texts = texts.map(|(name, text)| (*name, purpose(text)));
+        texts.chain(exact::purposes()).collect()
+    }
+
+    fn names() -> impl Iterator<Item = &'static str> {
+        let exact = [2, 3].into_iter().flat_map(exact::names);
+        Scene::builtin_names()
+            .chain(Scene::further_names())
+            .chain(exact)
+    }
+
     /// A scene from its text in TOML, of which a mesh file would be one that the program carries.
     ///
     /// # Errors
@@ -334,20 +353,26 @@ impl Scene {
             let text = faceoff_mesh::file::text(path)?;
             return file::parse(name, &text, path.parent(), anywhere);
         }
-        let names: Vec<_> = Scene::builtin_names()
-            .chain(Scene::further_names())
-            .collect();
+        let names = Scene::names();
         Err(Error::usage(
             format!("there is no scene `{name}`"),
             format!(
-                "give a TOML file or one of the built-in scenes: {}; with exact solutions: {}",
-                names.join(", "),
-                [Scene::exact_names(), Scene::exact_names_3d()]
-                    .concat()
-                    .join(", ")
+                "{}give a TOML file or a built-in scene, which `faceoff scenes` lists",
+                meant(name, names)
             ),
         ))
     }
+}
+
+/// The first sentence of the comment at the head of a scene's text.
+fn purpose(text: &str) -> String {
+    let lines = text.lines().map_while(|line| line.strip_prefix('#'));
+    let comment: Vec<&str> = lines.map(str::trim).collect();
+    let comment = comment.join(" ");
+    let sentence = comment
+        .split_once(". ")
+        .map_or(&*comment, |(first, _)| first);
+    sentence.trim_end_matches('.').to_owned()
 }
 
 /// Names are parts of those of files.

@@ -50,6 +50,7 @@ pub enum ColumnKind {
 }
 
 impl FaceFields {
+    /// How many faces have values.
     pub fn face_count(&self) -> usize {
         self.vertices.len() / self.dim
     }
@@ -59,6 +60,7 @@ impl FaceFields {
         &self.vertices[self.dim * face..self.dim * (face + 1)]
     }
 
+    /// The column of this name.
     pub fn column(&self, name: &str) -> Option<&FaceColumn> {
         self.columns.iter().find(|c| c.name == name)
     }

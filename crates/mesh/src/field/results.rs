@@ -59,6 +59,7 @@ impl ResultField {
         self.values.len() / self.components.max(1)
     }
 
+    /// Has it no value?
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
@@ -95,6 +96,7 @@ impl ResultField {
 }
 
 impl Results {
+    /// How many cells there are.
     pub fn cell_count(&self) -> usize {
         self.cells.len().checked_div(self.width).unwrap_or(0)
     }
@@ -104,6 +106,7 @@ impl Results {
         self.points.len().max(self.ids.len())
     }
 
+    /// The points of a cell.
     pub fn cell(&self, cell: usize) -> impl Iterator<Item = u32> + Clone {
         let all = &self.cells[self.width * cell..self.width * (cell + 1)];
         all.iter().copied().filter(|p| *p != PADDING)

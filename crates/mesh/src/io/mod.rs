@@ -125,7 +125,9 @@ pub enum Format {
 }
 
 impl Format {
+    /// VTK's XML for unstructured grids.
     pub const VTU: Format = Format::Native(&vtu::FORMAT);
+    /// VTK's XML for polygonal data.
     pub const VTP: Format = Format::Native(&vtu::POLY);
 }
 

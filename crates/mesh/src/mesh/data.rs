@@ -44,6 +44,7 @@ macro_rules! values {
         pub enum Values { $($variant(Vec<$type>)),* }
 
         impl Values {
+            /// How many values there are.
             pub fn len(&self) -> usize {
                 match self { $(Values::$variant(values) => values.len()),* }
             }
@@ -58,6 +59,7 @@ macro_rules! values {
 values!(F64 f64, F32 f32, I8 i8, U8 u8, I16 i16, U16 u16, I32 i32, U32 u32, I64 i64, U64 u64);
 
 impl Values {
+    /// Is there no value?
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

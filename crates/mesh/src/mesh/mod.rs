@@ -126,6 +126,7 @@ impl CellBlock {
         self.nodes.len() / self.kind.points()
     }
 
+    /// Has it no cell?
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }

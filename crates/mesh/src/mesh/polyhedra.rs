@@ -49,6 +49,7 @@ impl Polyhedra {
         self.ends.len()
     }
 
+    /// Is there no polyhedron?
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }

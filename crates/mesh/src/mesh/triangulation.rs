@@ -74,10 +74,12 @@ impl FaceGroup {
 }
 
 impl Triangulation {
+    /// How many cells there are.
     pub fn cell_count(&self) -> usize {
         self.cells.len() / (self.dim + 1)
     }
 
+    /// How many faces there are.
     pub fn face_count(&self) -> usize {
         self.face_cells.len()
     }
@@ -114,6 +116,7 @@ impl Triangulation {
         self.face_cells[face]
     }
 
+    /// Has this face one cell only?
     pub fn is_boundary(&self, face: usize) -> bool {
         self.face_cells[face][1] == NONE
     }
@@ -135,6 +138,7 @@ impl Triangulation {
         points
     }
 
+    /// The gradients and the volume of a cell.
     pub fn geometry(&self, cell: usize) -> CellGeometry {
         CellGeometry::new(self.dim, &self.vertices(cell))
     }

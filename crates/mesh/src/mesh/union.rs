@@ -23,6 +23,7 @@ impl Union {
         item
     }
 
+    /// Makes one set of the two that hold a and b.
     pub fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b) as usize] = a.min(b);

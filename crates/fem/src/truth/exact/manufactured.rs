@@ -23,6 +23,7 @@ pub enum Profile {
 }
 
 impl Profile {
+    /// A profile of powers.
     pub fn power(p: u32, q: u32, delta: f64) -> Self {
         Profile::Power { p, q, delta }
     }

@@ -20,8 +20,11 @@ pub type Point = [f64; 3];
 
 /// A solution as functions of a point of the closed domain.
 pub trait ExactSolution: Send + Sync {
+    /// u at a point.
     fn u(&self, p: Point) -> f64;
+    /// ∇u at a point.
     fn grad(&self, p: Point) -> [f64; 3];
+    /// -Δu at a point.
     fn f(&self, _: Point) -> f64 {
         0.0
     }
@@ -33,6 +36,7 @@ pub trait ExactSolution: Send + Sync {
     }
 }
 
+/// What is prescribed on a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Dirichlet,
@@ -131,14 +135,17 @@ pub struct Benchmark {
 }
 
 impl Benchmark {
+    /// u at a point.
     pub fn u(&self, p: Point) -> f64 {
         self.solution.u(p)
     }
 
+    /// ∇u at a point.
     pub fn grad(&self, p: Point) -> [f64; 3] {
         self.solution.grad(p)
     }
 
+    /// -Δu at a point.
     pub fn f(&self, p: Point) -> f64 {
         self.solution.f(p)
     }

@@ -21,6 +21,7 @@ pub struct ManyZones {
 }
 
 impl ManyZones {
+    /// With n zones of contact.
     pub fn new(n: u32) -> Self {
         let omega = TAU * f64::from(n);
         // Newton from the left on a concave, rising function.

@@ -88,6 +88,7 @@ impl Compressor {
     }
 }
 
+/// What the program knows of VTU.
 pub static FORMAT: Native = Native {
     title: "VTU",
     names: &["vtu"],
