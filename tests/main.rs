@@ -20,6 +20,7 @@ mod numbering;
 mod other_meshes;
 mod paper;
 mod pipelines;
+mod python;
 mod readers;
 mod report;
 mod rooms;

@@ -25,10 +25,14 @@ const ROOMS: [(&str, &[&str]); 8] = [
 ];
 
 /// Our crates, and which of ours each may name. Above all: the judge never imports the judged.
-const CRATES: [(&str, &[&str]); 3] = [
+const CRATES: [(&str, &[&str]); 4] = [
     ("faceoff-mesh", &[]),
     ("faceoff-judge", &["faceoff-mesh"]),
     ("faceoff-fem", &["faceoff-mesh"]),
+    (
+        "faceoff-python",
+        &["faceoff", "faceoff-judge", "faceoff-mesh"],
+    ),
 ];
 
 /// What one file uses of its own crate.

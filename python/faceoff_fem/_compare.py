@@ -1,13 +1,11 @@
 """Comparisons of two results."""
 
 import json
-import os
 import tempfile
 from pathlib import Path
 
 from . import _core
 from ._adapters import NAME, is_function, names, side
-from ._arrays import Arrays
 from ._program import framed, words
 from .errors import Error, usage
 
@@ -179,4 +177,3 @@ def assert_agree(a, b, **options):
     found = compare(a, b, **options)
     if not found.agree:
         raise AssertionError(str(found))
-    return None

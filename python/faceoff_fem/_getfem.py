@@ -1,11 +1,20 @@
 """GetFEM: a MeshFem and its dofs."""
 
+import re
+
 import numpy as np
 
-from ._arrays import faces_of_cells, functions, nodes_of, on_faces, partners
+from ._arrays import faces_of_cells, functions, merged, nodes_of, on_faces, partners
 from .errors import usage
 
-SHAPES = {"GT_PK(1": "line", "GT_PK(2": "triangle", "GT_PK(3": "tetrahedron", "GT_QK(2": "quadrangle", "GT_QK(3": "hexahedron"}
+SIMPLICES = {1: "line", 2: "triangle", 3: "tetrahedron"}
+BOXES = {1: "line", 2: "quadrangle", 3: "hexahedron"}
+
+
+def _all(found):
+    """What GetFEM returns as one, several, or several with their places."""
+    found = found[0] if isinstance(found, tuple) else found
+    return list(found) if isinstance(found, (list, tuple, np.ndarray)) else [found]
 
 
 def arrays(pair, name=None):
@@ -13,18 +22,22 @@ def arrays(pair, name=None):
 
     space, dofs = pair
     dofs = np.asarray(dofs).reshape(-1)
-    mesh, element = space.linked_mesh(), space.fem()[0][0] if isinstance(space.fem(), tuple) else space.fem()[0]
+    mesh, element = space.linked_mesh(), _all(space.fem())[0]
     source = f"GetFEM {element.char()}"
     if len(dofs) != space.nbdof():
         raise usage(f"{len(dofs)} values for {space.nbdof()} dofs", "give all dofs of the MeshFem", source)
-    transformations = mesh.geotrans()
-    kinds = {trans.char() for trans in (transformations[0] if isinstance(transformations, tuple) else transformations)}
-    shape = next((shape for start, shape in SHAPES.items() if len(kinds) == 1 and min(kinds).startswith(start)), None)
-    if shape is None:
+    kinds = {kind.char(): kind for kind in _all(mesh.geotrans())}
+    (char, kind), *others = kinds.items()
+    dim = int(kind.dim())
+    is_simplex = char.startswith(f"GT_PK({dim},")
+    # A product of segments, whatever it is called.
+    is_box = re.fullmatch(r"(GT_QK\(\d,\d\)|GT(_LINEAR)?_PRODUCT\(|GT_PK\(1,\d+\)|[,)])+", char) is not None
+    if others or not (is_simplex or is_box):
         raise usage(f"cells of {', '.join(sorted(kinds))} are not known", "compare files", source)
+    shape = (SIMPLICES if is_simplex else BOXES)[dim]
     name, components = name or "u", space.qdim()
     scalar = () if components == 1 else (components,)
-    (curve,) = (int(kind.split(",")[1].rstrip(")")) for kind in kinds)
+    curve = int(char.split(",")[1].rstrip(")")) if is_simplex else round(int(kind.nbpts()) ** (1 / dim)) - 1
 
     def nodal(order):
         """Places and values at the nodes of each cell, by GetFEM's own interpolation into a discontinuous space."""
@@ -36,13 +49,12 @@ def arrays(pair, name=None):
         numbers = np.asarray(numbers).reshape(cells, -1)
         places = target.basic_dof_nodes().T[numbers[:, ::components]]
         values = np.asarray(values).reshape(-1)[numbers].reshape(cells, -1, *scalar)
-        found = target.fem()
-        theirs = (found[0] if isinstance(found, tuple) else found)[0].pts().T
-        return theirs, places, values
+        return _all(target.fem())[0].pts().T, places, values
 
-    degree = int(element.estimated_degree())
+    # Of a box GetFEM has the total degree.
+    degree = -(-int(element.estimated_degree()) // (1 if is_simplex else dim))
     order = max(degree, curve) if degree else 0
-    kind, nodes = nodes_of(shape, max(order, 1))
+    _, nodes = nodes_of(shape, max(order, 1))
     theirs, places, values = nodal(max(order, 1))
     at = partners(theirs, nodes)
     places, values = places[:, at], values[:, at]
@@ -51,8 +63,6 @@ def arrays(pair, name=None):
         # From the values at its corners, the mean on the face opposite each.
         means = np.stack([np.delete(values, i, axis=1).mean(axis=1) for i in range(width)], axis=1)
         corners = places.reshape(-1, places.shape[2])
-        from ._arrays import merged
-
         points, numbers = merged(corners)
         faces, means = faces_of_cells(numbers.reshape(places.shape[:2]), means)
         return on_faces(source, name, points, faces, means)

@@ -1,5 +1,7 @@
 """Meshes and files."""
 
+from __future__ import annotations
+
 import importlib.util
 import sys
 import warnings
@@ -73,10 +75,7 @@ class Mesh:
         def flat(values):
             return values[:, 0] if values.shape[1] == 1 else values
 
-        return [
-            Field(name, on, flat(values), None if at is None else at[:, 0], time)
-            for name, on, values, at, time in self._core.fields
-        ]
+        return [Field(name, on, flat(values), None if at is None else at[:, 0], time) for name, on, values, at, time in self._core.fields]
 
     @property
     def groups(self):

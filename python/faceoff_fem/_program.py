@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
-from . import _core
 from ._adapters import written
 from .errors import Error, usage
 
@@ -131,10 +130,12 @@ def solve(scene, *, out=None, report=None, **options):
     >>> solution["converged"], len(solution.mesh.points)
     (True, 25)
     """
+    from ._mesh import read
+
     with tempfile.TemporaryDirectory(prefix="faceoff-") as folder:
         target = Path(out or Path(folder, "u.vtu"))
         result = run("solve", [scene], report, out=target, **options)
-        result.mesh = _core.read(target)
+        result.mesh = read(target)
     return result
 
 

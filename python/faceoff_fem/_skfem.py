@@ -54,5 +54,5 @@ def arrays(pair, name=None):
 
 
 def _order(element, shape):
-    """The degree in each coordinate; scikit-fem has the total one."""
-    return element.maxdeg if shape not in ("quadrangle", "hexahedron") else -(-element.maxdeg // {"quadrangle": 2, "hexahedron": 3}[shape])
+    """The degree in each coordinate; of boxes scikit-fem has the total one."""
+    return -(-element.maxdeg // {"quadrangle": 2, "hexahedron": 3}.get(shape, 1))

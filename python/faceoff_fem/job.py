@@ -100,7 +100,11 @@ def expression(text, names):
 _NUMPY = {
     **{name: getattr(np, name) for name in ["sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "abs", "where"]},
     **{name: getattr(np, "arc" + name[1:]) for name in ("asin", "acos", "atan", "atan2")},
-    "min": np.minimum, "max": np.maximum, "pow": np.power, "lt": np.less, "le": np.less_equal,
+    "min": np.minimum,
+    "max": np.maximum,
+    "pow": np.power,
+    "lt": np.less,
+    "le": np.less_equal,
 }
 
 
