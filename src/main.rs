@@ -3,9 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    // Where no handler can be set, an interruption ends the program as it is.
-    let _ = ctrlc::set_handler(|| {
-        faceoff_mesh::cancel::end(faceoff_mesh::cancel::Cause::Signal);
-    });
-    faceoff::cli::main()
+    ExitCode::from(faceoff::cli::main(std::env::args_os()))
 }

@@ -21,6 +21,7 @@ mod numbering;
 mod other_meshes;
 mod paper;
 mod pipelines;
+mod python;
 mod readers;
 mod report;
 mod rooms;

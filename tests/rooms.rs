@@ -21,14 +21,18 @@ const ROOMS: [(&str, &[&str]); 8] = [
     ("campaigns", &["engine", "run", "why"]),
     ("report", &["engine", "run", "why", "campaigns"]),
     ("cli", &["engine", "run", "why", "campaigns", "report"]),
-    ("main", &["engine", "cli"]),
+    ("main", &["cli"]),
 ];
 
 /// Our crates, and which of ours each may name. Above all: the judge never imports the judged.
-const CRATES: [(&str, &[&str]); 3] = [
+const CRATES: [(&str, &[&str]); 4] = [
     ("faceoff-mesh", &[]),
     ("faceoff-judge", &["faceoff-mesh"]),
     ("faceoff-fem", &["faceoff-mesh"]),
+    (
+        "faceoff-python",
+        &["faceoff", "faceoff-judge", "faceoff-mesh"],
+    ),
 ];
 
 /// What one file uses of its own crate.

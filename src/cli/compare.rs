@@ -1,50 +1,61 @@
-//! `faceoff compare`.
+//! `faceoff compare`, of files and of results in memory.
 
 use std::path::{Path, PathBuf};
 
-use super::args::Compare;
-use super::code;
+use super::args::{Command, Compare};
 use super::folders;
 use super::progress::watched;
+use super::{code, parse};
 use crate::engine::meshio_python;
 use crate::report::console::note;
+use crate::report::model::Report;
 use crate::report::{self, Output, deliver};
 use faceoff_fem::scene::{Bounds, Comparing, Scene};
 use faceoff_judge::{
     Comparison, Comparisons, GivenTolerances, Pairing, Part, PartialTolerance, Settings, Times,
-    Tolerances, are_identical, at_midpoints, compare_results, interpolate, pair_times, project,
+    Tolerances, Verdict, are_identical, at_midpoints, compare_results, interpolate, pair_times,
+    project,
 };
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::io::{Series, matches};
 
 pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
-    let (a, b) = (arguments.a.as_path(), arguments.b.as_path());
-    let scene = arguments.scene.as_deref();
-    let scene = scene.map(|name| arguments.trust.scene(name)).transpose()?;
-    let request = Request {
-        arguments,
-        tolerances: tolerances(arguments, scene_bounds(scene.as_ref())?),
-        python: meshio_python(),
-        quiet: to.quiet,
+    let sides = [&arguments.a, &arguments.b].map(|path| Side::Path(path.clone()));
+    let tell = |what: String| {
+        if !to.quiet {
+            note!("faceoff: {what}");
+        }
     };
-    for out in arguments.out.iter().chain(&arguments.project) {
-        report::check_vtu_path(out)?;
-    }
-    if a.is_dir() || b.is_dir() {
-        let all = request.folders(a, b)?;
-        deliver(&report::compare_many(&all)?, to)?;
-        return Ok(code(all.verdict));
-    }
-    match request.files(a, b)? {
-        Found::One(comparison, of_a) => {
-            deliver(&report::compare(&comparison, &of_a)?, to)?;
-            Ok(code(comparison.verdict))
-        }
-        Found::Many(all) => {
-            deliver(&report::compare_many(&all)?, to)?;
-            Ok(code(all.verdict))
-        }
+    let found = Request::new(arguments, to.quiet, &tell)?.found(sides)?;
+    deliver(&found.report()?, to)?;
+    Ok(code(found.verdict()))
+}
+
+/// What is to be compared.
+pub enum Side {
+    /// A file, a folder, or a pattern of files.
+    Path(PathBuf),
+    /// A result in memory.
+    Here(Box<Results>),
+}
+
+/// `faceoff compare` with `options` as one types them, of anything; what is left out is told.
+///
+/// # Errors
+/// Those of the command.
+pub fn compare(options: &[String], sides: [Side; 2], tell: &dyn Fn(String)) -> Result<Found> {
+    let paths = sides.each_ref().map(|side| match side {
+        Side::Path(path) => path.as_os_str().to_owned(),
+        Side::Here(results) => results.source.clone().into(),
+    });
+    let words = ["compare".into()]
+        .into_iter()
+        .chain(options.iter().map(Into::into));
+    let arguments = parse(words.chain(["--".into()]).chain(paths))?;
+    match &arguments.command {
+        Command::Compare(arguments) => Request::new(arguments, true, tell)?.found(sides),
+        _ => Err(Error::usage("this is no comparison", "give two results")),
     }
 }
 
@@ -54,24 +65,79 @@ struct Request<'a> {
     tolerances: Tolerances,
     python: Option<PathBuf>,
     quiet: bool,
+    tell: &'a dyn Fn(String),
 }
 
-/// What comes of two files.
-enum Found {
+/// What comes of two results.
+pub enum Found {
     /// With the result of the first.
     One(Box<Comparison>, Box<Results>),
-    /// One part a time.
+    /// One part a time, or a file.
     Many(Comparisons),
 }
 
-impl Request<'_> {
-    /// Two files, or two series.
+impl Found {
+    pub fn verdict(&self) -> Verdict {
+        match self {
+            Found::One(comparison, _) => comparison.verdict,
+            Found::Many(all) => all.verdict,
+        }
+    }
+
+    /// # Errors
+    /// None but of a broken installation.
+    pub fn report(&self) -> Result<Report<'_>> {
+        match self {
+            Found::One(comparison, of_a) => report::compare(comparison, of_a),
+            Found::Many(all) => report::compare_many(all),
+        }
+    }
+}
+
+impl<'a> Request<'a> {
+    fn new(arguments: &'a Compare, quiet: bool, tell: &'a dyn Fn(String)) -> Result<Self> {
+        let scene = arguments.scene.as_deref();
+        let scene = scene.map(|name| arguments.trust.scene(name)).transpose()?;
+        for out in arguments.out.iter().chain(&arguments.project) {
+            report::check_vtu_path(out)?;
+        }
+        Ok(Request {
+            arguments,
+            tolerances: tolerances(arguments, scene_bounds(scene.as_ref())?),
+            python: meshio_python(),
+            quiet,
+            tell,
+        })
+    }
+
+    fn found(&self, sides: [Side; 2]) -> Result<Found> {
+        match sides {
+            [Side::Path(a), Side::Path(b)] if a.is_dir() || b.is_dir() => {
+                self.folders(&a, &b).map(Found::Many)
+            }
+            [Side::Path(a), Side::Path(b)] => self.files(&a, &b),
+            [a, b] => {
+                let series = |side| match side {
+                    Side::Path(path) => Series::open(&path, self.python.as_deref()),
+                    Side::Here(results) => Ok(Series::here(*results)),
+                };
+                self.series([series(a)?, series(b)?], false)
+            }
+        }
+    }
+
+    /// Two files, or two files of several times.
     fn files(&self, a: &Path, b: &Path) -> Result<Found> {
         let identical = are_identical(a, b)?;
-        let mut sides = [
-            Series::open(a, self.python.as_deref())?,
-            Series::open(b, self.python.as_deref())?,
-        ];
+        let python = self.python.as_deref();
+        self.series(
+            [Series::open(a, python)?, Series::open(b, python)?],
+            identical,
+        )
+    }
+
+    fn series(&self, mut sides: [Series; 2], identical: bool) -> Result<Found> {
+        let [a, b] = sides.each_ref().map(|side| side.path().to_owned());
         if let Some([i, j]) = self.chosen(&sides)? {
             let [of_a, of_b] = &mut sides;
             let of_a = of_a.read(i, self.python.as_deref())?;
@@ -97,7 +163,7 @@ impl Request<'_> {
             interpolate: self.arguments.interpolate,
         };
         let pairs = pair_times(&times[0], &times[1], &by);
-        let [named_a, named_b] = [a, b].map(|path| path.display().to_string());
+        let [named_a, named_b] = [&a, &b].map(|path| path.display().to_string());
         let mut all = Comparisons::new(named_a, named_b);
         let count = times[1].len();
         let unused = count - pairs.iter().filter_map(Pairing::of_second).count();
@@ -110,7 +176,7 @@ impl Request<'_> {
         for pair in pairs {
             let (time, found) = match pair {
                 Pairing::Alone(side, k) => {
-                    let (has, lacks) = (sides[side].name(k), [b, a][side].display());
+                    let (has, lacks) = (sides[side].name(k), [&b, &a][side].display());
                     let reason = format!("{lacks} has no such time, {has} has");
                     (times[side][k], Err(reason))
                 }
@@ -232,18 +298,22 @@ impl Request<'_> {
         pair(&mut of_b, &mut of_a, &arguments.pair)?;
         for side in [&mut of_a, &mut of_b] {
             let others = arguments.dim.map_or(0, |dim| side.keep_dimension(dim));
-            if others > 0 && !self.quiet {
+            if others > 0 {
                 let source = &side.source;
-                note!("faceoff: {source}: left out {others} cells of other dimensions");
+                (self.tell)(format!(
+                    "{source}: left out {others} cells of other dimensions"
+                ));
             }
         }
         // What belongs to no cell is left out only where it would keep two meshes from being the same.
         if of_a.point_count() != of_b.point_count() {
             for side in [&mut of_a, &mut of_b] {
                 let orphans = side.leave_out_orphans();
-                if orphans > 0 && !self.quiet {
+                if orphans > 0 {
                     let source = &side.source;
-                    note!("faceoff: {source}: left out {orphans} points that are in no cell");
+                    (self.tell)(format!(
+                        "{source}: left out {orphans} points that are in no cell"
+                    ));
                 }
             }
         }
@@ -257,8 +327,8 @@ impl Request<'_> {
                 let _is_known = side.has(name) || side.derive(name);
             }
             let others = side.keep_only(|name| is_asked(name) && !is_left_out(name));
-            if !others.is_empty() && !self.quiet {
-                note!("faceoff: {}: left out {}", side.source, others.join(", "));
+            if !others.is_empty() {
+                (self.tell)(format!("{}: left out {}", side.source, others.join(", ")));
             }
         }
         // A scene is of several files: what none of these two has may be in others.
@@ -287,11 +357,9 @@ impl Request<'_> {
                 project(&of_a, &of_b, &|share| bars.next("projecting", share))
             })?;
             report::write_projection(out, &projection, &of_a.source)?;
-            if !self.quiet {
-                for line in report::projected(&projection) {
-                    note!("faceoff: {line}");
-                }
-            }
+            report::projected(&projection)
+                .into_iter()
+                .for_each(self.tell);
         }
         Ok((comparison, of_a))
     }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::args::{Form, Mesh as Arguments, MeshAction};
-use super::{DISAGREE, DONE};
+use super::args::{Command, Form, Mesh as Arguments, MeshAction};
+use super::{DISAGREE, DONE, parse};
 use crate::engine::meshio_python;
 use crate::report::console::note;
 use crate::report::model::{Block, Report, Suite, Table, TestCase, table};
@@ -89,6 +89,25 @@ fn done(written: &Written, inputs: Vec<PathBuf>, to: &Output) -> Result<()> {
         note!("faceoff: warning: {warning}");
     }
     Ok(())
+}
+
+/// The options of `faceoff mesh convert` as one types them; `python` is an interpreter that has meshio.
+///
+/// # Errors
+/// Options that there are not, or that do not go together.
+pub fn options_of(words: &[String], out: &Path, python: Option<PathBuf>) -> Result<Options> {
+    let before = ["mesh", "convert"].map(Into::into).into_iter();
+    let words = before.chain(words.iter().map(Into::into));
+    let words = words.chain(["--".into(), "-".into(), out.as_os_str().to_owned()]);
+    match parse(words)?.command {
+        Command::Mesh(Arguments {
+            action: MeshAction::Convert { form, .. },
+        }) => options(&form, out, python),
+        _ => Err(Error::usage(
+            "this writes nothing",
+            "give options of mesh convert",
+        )),
+    }
 }
 
 fn options(form: &Form, out: &Path, python: Option<PathBuf>) -> Result<Options> {

@@ -3,12 +3,12 @@
 mod args;
 mod campaigns;
 mod certify;
-mod compare;
+pub mod compare;
 mod engines;
 mod folders;
 mod init;
 mod judge;
-mod mesh;
+pub mod mesh;
 mod new;
 mod progress;
 mod scenes;
@@ -17,7 +17,7 @@ mod solve;
 mod verify;
 mod words;
 
-use std::process::ExitCode;
+use std::ffi::OsString;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -47,13 +47,17 @@ const WRITING: Duration = Duration::from_secs(60);
 const POLL: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(200)];
 
 /// A thread's memory for calls; formulas may be nested deeply.
-const STACK: usize = 64 << 20;
+pub const STACK: usize = 64 << 20;
 
-/// Parses the arguments of the process, does what they say, and returns its exit code: within a second after a signal or a
-/// limit, whatever was going on.
-pub fn main() -> ExitCode {
+/// Does what the arguments of a process say, the first of which is its name, and returns its exit code: within a second after
+/// a signal or a limit, whatever was going on. The process has to end then.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    // Where no handler can be set, an interruption ends the program as it is.
+    let _ = ctrlc::set_handler(|| {
+        cancel::end(Cause::Signal);
+    });
     // Never freed: the process ends while its command may still look at them.
-    let arguments: &'static Arguments = Box::leak(Box::new(Arguments::parse()));
+    let arguments: &'static Arguments = Box::leak(Box::new(Arguments::parse_from(arguments)));
     log(arguments.limits.verbose);
     let (done, ended) = mpsc::channel();
     let begun = Instant::now();
@@ -86,13 +90,20 @@ pub fn main() -> ExitCode {
         file::abandon();
         Err(e)
     });
-    code.map_or_else(
-        |e| {
-            note!("faceoff: {e}");
-            ExitCode::from(FAILED)
-        },
-        ExitCode::from,
-    )
+    code.unwrap_or_else(|e| {
+        note!("faceoff: {e}");
+        FAILED
+    })
+}
+
+/// The arguments of a command, which are no process's own.
+fn parse(words: impl Iterator<Item = OsString>) -> Result<Arguments> {
+    Arguments::try_parse_from(std::iter::once("faceoff".into()).chain(words)).map_err(|e| {
+        let what = e.to_string();
+        let what = what.strip_prefix("error: ").unwrap_or(&what);
+        let what = what.split("\n\n").next().unwrap_or(what).trim();
+        Error::usage(what, "see what `faceoff COMMAND --help` says of the option")
+    })
 }
 
 /// Tells on standard error what `FACEOFF_LOG` asks for, or else what so many `-v` do.

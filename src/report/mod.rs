@@ -49,4 +49,5 @@ pub use paper::{paper, references};
 pub use solve::{Answer, no_trace, solve, words_of};
 pub use stress::stress;
 pub use study::study;
+pub use text::text;
 pub use verify::{Verified, verify};

@@ -7,7 +7,7 @@ use comfy_table::{CellAlignment, ContentArrangement, presets};
 use super::model::{Block, Report, Table};
 
 /// All that a terminal has room for, but the answer, which stands last.
-pub(super) fn text(report: &Report) -> String {
+pub fn text(report: &Report) -> String {
     let mut text = String::new();
     // What is written to a string is never lost.
     let _ = write(&mut text, &report.blocks);

@@ -1,8 +1,8 @@
 //! The end of a run before its time: one state for the process, set by a signal or by a limit of time or memory, and polled
 //! by everything that takes long.
 
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::error::{Error, Result};
@@ -20,7 +20,10 @@ pub enum Cause {
     Memory { used: u64, most: u64 },
 }
 
-static CAUSE: OnceLock<Cause> = OnceLock::new();
+static CAUSE: Mutex<Option<Cause>> = Mutex::new(None);
+
+/// Is there a cause? A word that is read in every loop.
+static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Is there a result already?
 static IS_HEARD: AtomicBool = AtomicBool::new(false);
@@ -30,17 +33,33 @@ static DEADLINE: OnceLock<Instant> = OnceLock::new();
 
 /// Asks everything that runs to end, programs with their children. Returns whether that was asked before.
 pub fn end(cause: Cause) -> bool {
-    let was_asked = CAUSE.set(cause).is_err();
+    let mut first = lock();
+    let was_asked = first.is_some();
     if was_asked {
         // Who asks twice does not wait for a result.
         IS_HEARD.store(false, Ordering::Relaxed);
     }
+    first.get_or_insert(cause);
+    IS_ASKED.store(true, Ordering::Release);
     was_asked
+}
+
+/// Lets a process go on whose run was ended, once nothing of that run is left.
+pub fn go_on() {
+    *lock() = None;
+    IS_ASKED.store(false, Ordering::Release);
+}
+
+fn lock() -> MutexGuard<'static, Option<Cause>> {
+    CAUSE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Why the run has to end, if it has to.
 pub fn cause() -> Option<Cause> {
-    CAUSE.get().copied()
+    match IS_ASKED.load(Ordering::Acquire) {
+        true => *lock(),
+        false => None,
+    }
 }
 
 /// Says that the command has a result that it writes when it is asked to end: it is given time for that, until it is asked
@@ -60,9 +79,7 @@ pub fn is_heard() -> bool {
 /// [`Error::Ended`] after [`end`] was called.
 #[inline]
 pub fn check() -> Result<()> {
-    CAUSE
-        .get()
-        .map_or(Ok(()), |cause| Err(Error::Ended(*cause)))
+    cause().map_or(Ok(()), |cause| Err(Error::Ended(cause)))
 }
 
 /// Says when the time of this run is over, so that each program that it starts can be given a share; the first time counts.

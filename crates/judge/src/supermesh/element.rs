@@ -7,6 +7,7 @@
 use nalgebra::DMatrix;
 
 use faceoff_mesh::CellKind;
+use faceoff_mesh::io::reference_nodes;
 use faceoff_mesh::mesh::Shape;
 
 /// Larger than any order here.
@@ -51,14 +52,10 @@ impl Element {
             _ => true,
         });
         let powers: Vec<[u8; 3]> = powers.collect();
-        let lattice = match shape {
-            Shape::Triangle => triangle(order),
-            Shape::Quadrangle => quadrangle(order),
-            _ => tetrahedron(order),
-        };
-        let scale = |node: [usize; 3]| node.map(|k| k as f64 / order as f64);
+        let complete = CellKind::complete(shape, order)?;
         // The last node of nine is the centre, which eight do without.
-        let nodes: Vec<[f64; 3]> = lattice.into_iter().take(powers.len()).map(scale).collect();
+        let mut nodes = reference_nodes(complete)?;
+        nodes.truncate(powers.len());
         let element = Element {
             kind,
             dim,
@@ -144,71 +141,6 @@ fn polynomials(x: f64, n: usize) -> [[f64; 2]; ORDERS] {
         ];
     }
     p
-}
-
-/// Gmsh's nodes of a triangle in steps of 1/p: corners, sides, then those of a triangle inside.
-fn triangle(p: usize) -> Vec<[usize; 3]> {
-    if p == 0 {
-        return vec![[0; 3]];
-    }
-    let mut nodes = vec![[0, 0, 0], [p, 0, 0], [0, p, 0]];
-    nodes.extend((1..p).map(|k| [k, 0, 0]));
-    nodes.extend((1..p).map(|k| [p - k, k, 0]));
-    nodes.extend((1..p).map(|k| [0, p - k, 0]));
-    if p > 2 {
-        nodes.extend(
-            triangle(p - 3)
-                .into_iter()
-                .map(|[i, j, _]| [i + 1, j + 1, 0]),
-        );
-    }
-    nodes
-}
-
-fn quadrangle(p: usize) -> Vec<[usize; 3]> {
-    if p == 0 {
-        return vec![[0; 3]];
-    }
-    let mut nodes = vec![[0, 0, 0], [p, 0, 0], [p, p, 0], [0, p, 0]];
-    nodes.extend((1..p).map(|k| [k, 0, 0]));
-    nodes.extend((1..p).map(|k| [p, k, 0]));
-    nodes.extend((1..p).map(|k| [p - k, p, 0]));
-    nodes.extend((1..p).map(|k| [0, p - k, 0]));
-    if p > 1 {
-        nodes.extend(
-            quadrangle(p - 2)
-                .into_iter()
-                .map(|[i, j, _]| [i + 1, j + 1, 0]),
-        );
-    }
-    nodes
-}
-
-fn tetrahedron(p: usize) -> Vec<[usize; 3]> {
-    if p == 0 {
-        return vec![[0; 3]];
-    }
-    let corners = [[0, 0, 0], [p, 0, 0], [0, p, 0], [0, 0, p]];
-    // i of p steps from a to b and j from a to c.
-    let at = |[a, b, c]: [usize; 3], i: usize, j: usize| {
-        let [a, b, c] = [a, b, c].map(|k: usize| corners[k]);
-        [0, 1, 2].map(|k| (a[k] * (p - i - j) + b[k] * i + c[k] * j) / p)
-    };
-    let mut nodes = corners.to_vec();
-    for [a, b] in [[0, 1], [1, 2], [2, 0], [3, 0], [3, 2], [3, 1]] {
-        nodes.extend((1..p).map(|k| at([a, b, a], k, 0)));
-    }
-    if p > 2 {
-        for face in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [3, 1, 2]] {
-            let inner = triangle(p - 3).into_iter();
-            nodes.extend(inner.map(|[i, j, _]| at(face, i + 1, j + 1)));
-        }
-    }
-    if p > 3 {
-        let inner = tetrahedron(p - 4).into_iter();
-        nodes.extend(inner.map(|node| node.map(|k| k + 1)));
-    }
-    nodes
 }
 
 #[cfg(test)]

@@ -49,8 +49,9 @@ pub use collection::sources;
 pub use out::save;
 pub use pattern::{files as matching_files, is_pattern, matches};
 pub use recognise::recognise;
-pub use results::read_results;
+pub use results::{of_content, read_results};
 pub use series::Series;
+pub use vtu::lattice::reference_nodes;
 
 use crate::cancel;
 use crate::error::{Error, Place, Result};

@@ -51,7 +51,7 @@ pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<
 ///
 /// # Errors
 /// Its table of cells, as wide as the largest of them, is too large for the memory.
-pub(super) fn of_content(path: &Path, content: Content) -> Result<Results> {
+pub fn of_content(path: &Path, content: Content) -> Result<Results> {
     let mesh = &content.mesh;
     let width = mesh.blocks.iter().map(|block| block.kind.points()).max();
     let entries = width.unwrap_or(0) as f64 * mesh.cell_count() as f64;
@@ -64,7 +64,7 @@ pub(super) fn of_content(path: &Path, content: Content) -> Result<Results> {
     Ok(results)
 }
 
-fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {
+fn of_mesh(source: String, mut mesh: Mesh, whole: &[GlobalArray]) -> Results {
     let ours = whole.iter().any(|data| data.name == "faceoff");
     let engine = only_engine(whole).map(|engine| format!(" {engine}"));
     let kinds = mesh.blocks.iter().map(|block| block.kind.points());
@@ -103,14 +103,19 @@ fn of_mesh(source: String, mesh: Mesh, whole: &[GlobalArray]) -> Results {
         .and_then(|field| to_i64(&field.values))
         .unwrap_or_default();
     let mut of_cells = None;
-    let is_result = |field: &&Field| !BOOKKEEPING.contains(&field.name.as_str());
-    for field in mesh.fields.iter().filter(is_result) {
-        let mut carried = carry(field, ours);
+    let is_result = |field: &Field| !BOOKKEEPING.contains(&field.name.as_str());
+    for field in std::mem::take(&mut mesh.fields)
+        .into_iter()
+        .filter(is_result)
+    {
+        let on = field.on;
         let quantity = engine.as_deref().and_then(|e| field.name.strip_suffix(e));
-        if let Some(quantity) = quantity.filter(|_| ours) {
-            quantity.clone_into(&mut carried.name);
+        let quantity = quantity.filter(|_| ours).map(str::to_owned);
+        let mut carried = carry(field, ours);
+        if let Some(quantity) = quantity {
+            carried.name = quantity;
         }
-        match field.on {
+        match on {
             Support::Points => results.on_points.push(carried),
             Support::Cells => results.on_cells.push(carried),
             Support::CellPoints => {
@@ -161,20 +166,21 @@ fn only_engine(whole: &[GlobalArray]) -> Option<&str> {
     }
 }
 
-fn carry(field: &Field, ours: bool) -> ResultField {
+fn carry(field: Field, ours: bool) -> ResultField {
     let mut carried = ResultField {
-        name: field.name.clone(),
+        name: field.name,
         components: field.components,
-        values: field.values.to_f64(),
         rest: field.values.rest(),
-        at: (!field.at.is_empty()).then(|| field.at.clone()),
-        scaled_by: None,
         single: matches!(field.values, Values::F32(_)),
+        values: field.values.into_f64(),
+        at: (!field.at.is_empty()).then_some(field.at),
+        scaled_by: None,
     };
     if !ours {
         return carried;
     }
-    let (quantity, engines) = field.name.split_once(' ').unwrap_or((&field.name, ""));
+    let name = carried.name.clone();
+    let (quantity, engines) = name.split_once(' ').unwrap_or((&name, ""));
     if let Some((_, of)) = engines.split_once(" - ") {
         carried.scaled_by = Some(format!("{quantity} {of}"));
     }

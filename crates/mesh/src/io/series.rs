@@ -29,6 +29,8 @@ enum Held {
     Steps(&'static Steps),
     /// One result alone.
     Single,
+    /// One in memory, until it is taken.
+    Here(Option<Box<Results>>),
 }
 
 /// How a format is read at one of its times.
@@ -119,6 +121,15 @@ impl Series {
         })
     }
 
+    /// A result that is in memory.
+    pub fn here(results: Results) -> Self {
+        Series {
+            path: PathBuf::from(&results.source),
+            times: vec![None],
+            held: Held::Here(Some(Box::new(results))),
+        }
+    }
+
     /// The k-th of its results; one that is alone can be read once.
     ///
     /// # Errors
@@ -133,6 +144,7 @@ impl Series {
         };
         match &mut self.held {
             Held::Single => whole(&self.path),
+            Held::Here(results) => Ok(results.take().map_or_else(Results::default, |of| *of)),
             Held::Files(files) => match &files[k][..] {
                 [one] => whole(one),
                 several => {

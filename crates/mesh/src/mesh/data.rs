@@ -59,6 +59,14 @@ macro_rules! values {
 values!(F64 f64, F32 f32, I8 i8, U8 u8, I16 i16, U16 u16, I32 i32, U32 u32, I64 i64, U64 u64);
 
 impl Values {
+    /// [`Values::to_f64`] of what is not needed any more: binary64 is not copied.
+    pub fn into_f64(self) -> Vec<f64> {
+        match self {
+            Values::F64(values) => values,
+            others => others.to_f64(),
+        }
+    }
+
     /// Is there no value?
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -5,7 +5,7 @@
 //! through the rows. Gmsh's is that of its manual, VTK's that of vtkLagrange…::PointIndexFromIJK; the test of the program
 //! holds both against the libraries.
 
-use crate::mesh::Shape;
+use crate::mesh::{CellKind, Shape};
 
 type Node = [usize; 3];
 
@@ -183,6 +183,20 @@ fn nodes(shape: Shape, p: usize, order: Order) -> Vec<Node> {
     all
 }
 
+/// The nodes of a complete element in Gmsh's order, in coordinates of the unit cell; `None` for any other, for pyramids, and
+/// for prisms beyond degree 2.
+pub fn reference_nodes(kind: CellKind) -> Option<Vec<[f64; 3]>> {
+    let p = kind.complete_order()?;
+    if kind.shape() == Shape::Prism && p > 2 {
+        return None;
+    }
+    let nodes = nodes(kind.shape(), p, Order::Gmsh).into_iter();
+    let nodes: Vec<_> = nodes
+        .map(|node| node.map(|k| k as f64 / p as f64))
+        .collect();
+    (nodes.len() == kind.points()).then_some(nodes)
+}
+
 /// The place in Gmsh's order of each node in VTK's; `None` where one of the two is not known.
 pub(super) fn places(shape: Shape, p: usize, vtk: Order) -> Option<Vec<usize>> {
     if shape == Shape::Prism && p > 2 {
@@ -201,7 +215,6 @@ pub(super) fn places(shape: Shape, p: usize, vtk: Order) -> Option<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::CellKind;
 
     #[test]
     fn each_node_has_one_place() {

@@ -1,0 +1,164 @@
+"""What all adapters make of a solution: arrays of a mesh and of values on it."""
+
+import numpy as np
+
+from . import _core
+from .errors import usage
+
+#: Names of meshio and of codes for the shapes that have complete elements of any order.
+SHAPES = {
+    "interval": "line",
+    "segment": "line",
+    "quadrilateral": "quadrangle",
+    "quad": "quadrangle",
+    "tetra": "tetrahedron",
+    "wedge": "prism",
+}
+
+
+class Arrays:
+    """Points, cells by Gmsh's numbers and orders of nodes, and fields: what the extension takes over."""
+
+    def __init__(self, source, points=None):
+        self.source = source
+        self.cells, self.fields, self.groups, self.whole = [], [], [], []
+        self.points = None
+        if points is not None:
+            points = numbers(points, "points", source)
+            if points.ndim != 2 or not 1 <= points.shape[1] <= 3:
+                raise usage(f"points of shape {points.shape}", "give one row of 2 or 3 coordinates a point", source)
+            if points.shape[1] == 3:
+                self.points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1)
+            else:
+                space = np.zeros((len(points), 3))
+                space[:, : points.shape[1]] = points
+                self.points = space.reshape(-1)
+
+    @property
+    def point_count(self):
+        return 0 if self.points is None else len(self.points) // 3
+
+    @property
+    def cell_count(self):
+        return sum(len(nodes) // width for (_, nodes), width in zip(self.cells, self._widths))
+
+    _widths = ()
+
+    def add_cells(self, kind, nodes):
+        """Cells of one type, by Gmsh's number of it, in Gmsh's order of nodes."""
+        nodes = np.asarray(nodes)
+        if nodes.ndim != 2 or nodes.dtype.kind not in "iu":
+            raise usage(f"cells of shape {nodes.shape} and type {nodes.dtype}", "give one row of point numbers a cell", self.source)
+        if nodes.size and not 0 <= nodes.min() <= nodes.max() < self.point_count:
+            raise usage(
+                f"cells have points {nodes.min()} to {nodes.max()}, and there are {self.point_count}",
+                "count points from 0",
+                self.source,
+            )
+        self.cells.append((int(kind), np.ascontiguousarray(nodes, dtype=np.uint32).reshape(-1)))
+        self._widths = (*self._widths, nodes.shape[1])
+
+    def add_field(self, name, on, values):
+        """A field on "points", "cells" or "corners": one row of components for each."""
+        values = numbers(values, f"field {name!r}", self.source)
+        if values.dtype.kind == "c":
+            self.add_field(f"{name} (real)", on, values.real)
+            self.add_field(f"{name} (imaginary)", on, values.imag)
+            return
+        components = int(np.prod(values.shape[1:], dtype=int))
+        if values.size == 0:
+            raise usage(f"the field {name!r} is empty", "give a value for each of what carries it", self.source)
+        self.fields.append((str(name), on, components, np.ascontiguousarray(values).reshape(-1)))
+
+    def add_group(self, name, dim, tag, cells):
+        cells = np.unique(np.asarray(cells, dtype=np.int64)).astype(np.uint32)
+        self.groups.append((name, int(dim), int(tag), cells))
+
+
+def numbers(values, what, source):
+    """An array of numbers in a type that the extension knows: without a copy where it is one."""
+    values = np.asarray(values)
+    if values.dtype.kind == "b":
+        return values.astype(np.uint8)
+    known = values.dtype.kind in "iu" or values.dtype in (np.float32, np.float64) or values.dtype.kind == "c"
+    if values.ndim == 0 or not known:
+        raise usage(f"{what} is of shape {values.shape} and type {values.dtype}", "give an array of numbers", source)
+    return values if values.dtype.isnative else values.astype(values.dtype.newbyteorder("="))
+
+
+def nodes_of(shape, order):
+    """Gmsh's number of the complete element, and its nodes in coordinates of the unit cell, one row a node."""
+    kind, nodes = _core.reference_nodes(SHAPES.get(shape, shape), order)
+    dim = {"line": 1, "triangle": 2, "quadrangle": 2}.get(SHAPES.get(shape, shape), 3)
+    return kind, np.array(nodes)[:, :dim]
+
+
+def partners(theirs, ours):
+    """For each of our nodes the number of theirs at the same place of the unit cell, so that no table of orders has to be right;
+    None where they do not have the same."""
+    theirs = np.asarray(theirs)
+    distances = np.abs(theirs[None, :, : ours.shape[1]] - ours[:, None, :]).max(axis=2)
+    found = distances.argmin(axis=1)
+    is_same = len(theirs) == len(ours) and distances.min(axis=1).max() < 1e-9
+    return found if is_same and len(set(found)) == len(ours) else None
+
+
+def functions(source, name, shape, order, places, values, numbers_of=None):
+    """A function by its values at the nodes of each cell, which have these places: arrays of (cells, nodes, …).
+
+    Cells share the points of one number, or without `numbers_of` those at one place, if the function is continuous there.
+    """
+    kind, _ = nodes_of(shape, max(order, 1))
+    places, values = np.asarray(places, dtype=float), np.asarray(values)
+    shape_of_cells, scalar = places.shape[:2], values.shape[2:]
+    places = places.reshape(-1, places.shape[2])
+    if order == 0:
+        points, numbers_of = merged(places)
+        arrays = Arrays(source, points)
+        arrays.add_cells(kind, numbers_of.reshape(shape_of_cells))
+        arrays.add_field(name, "cells", values[:, 0])
+        return arrays
+    values = values.reshape(-1, *scalar)
+    if numbers_of is None:
+        points, numbers_of = merged(places)
+    else:
+        _, first, numbers_of = np.unique(numbers_of, return_index=True, return_inverse=True)
+        points, numbers_of = places[first], numbers_of.reshape(-1)
+    first = np.empty(len(points), dtype=np.int64)
+    first[numbers_of[::-1]] = np.arange(len(places))[::-1]
+    largest = np.abs(values).max(initial=0.0)
+    # What has two values at one place is discontinuous.
+    if np.abs(values - values[first[numbers_of]]).max(initial=0.0) <= 1e-10 * largest:
+        places, values = points, values[first]
+    else:
+        numbers_of = np.arange(len(places))
+    arrays = Arrays(source, places)
+    arrays.add_cells(kind, numbers_of.reshape(shape_of_cells))
+    arrays.add_field(name, "points", values)
+    return arrays
+
+
+def merged(places):
+    """The points that differ by more than rounding, and for each place the number of its point."""
+    size = np.abs(places).max(initial=0.0) or 1.0
+    rounded = np.round(places * (1e10 / size)).astype(np.int64)
+    _, first, numbers_of = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    return places[first], numbers_of.reshape(-1)
+
+
+def on_faces(source, name, places, faces, values):
+    """A Crouzeix–Raviart function: one value a face. Faces are rows of numbers of `places`."""
+    arrays = Arrays(source, places)
+    arrays.add_cells({2: 1, 3: 2}[faces.shape[1]], faces)
+    arrays.add_field(name, "cells", values)
+    return arrays
+
+
+def faces_of_cells(cells, values):
+    """The faces of simplices, each opposite a corner, and the mean of a field on each from that of one of its cells: arrays of
+    (faces, corners) and (faces, …). `values` are (cells, corners, …): the value on the face opposite each corner."""
+    width = cells.shape[1]
+    opposite = [[j for j in range(width) if j != i] for i in range(width)]
+    faces = np.sort(cells[:, opposite], axis=2).reshape(-1, width - 1)
+    faces, first = np.unique(faces, axis=0, return_index=True)
+    return faces, values.reshape(-1, *values.shape[2:])[first]

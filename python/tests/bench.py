@@ -1,0 +1,62 @@
+"""What Python costs: a million values of a discontinuous function, compared here and by the program.
+
+python bench.py          # of an installed wheel in release; ends with 1 where Python takes more than 1.2 times as long
+"""
+
+import resource
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import faceoff_fem as fo
+
+MB = 1024
+
+
+def million():
+    """A third of a million triangles whose corners have values of their own."""
+    n = 409
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1))
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros((n + 1) ** 2)])
+    k = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).reshape(-1, 1)
+    places = points[np.vstack([k + [0, 1, n + 2], k + [0, n + 2, n + 1]])].reshape(-1, 3)
+    cells = np.arange(len(places), dtype=np.uint32).reshape(-1, 3)
+    return {"points": places, "cells": {"triangle": cells}, "point_data": {"u": np.sin(places[:, 0] + 3 * places[:, 1])}}
+
+
+def best(of, times=5):
+    taken = []
+    for _ in range(times):
+        begun = time.perf_counter()
+        of()
+        taken.append(time.perf_counter() - begun)
+    return min(taken)
+
+
+def main():
+    a, b = million(), million()
+    b["point_data"]["u"] = b["point_data"]["u"] * (1 + 1e-13)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    here = best(lambda: fo.compare(a, b))
+    more = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / MB
+    with tempfile.TemporaryDirectory() as folder:
+        files = [Path(folder, name) for name in ("a.vtu", "b.vtu")]
+        for file, given in zip(files, (a, b)):
+            fo.write(file, given, encoding="raw")
+        program = [Path(sysconfig.get_path("scripts"), "faceoff"), "compare", *files, "--quiet"]
+        if len(sys.argv) > 1:
+            program[0] = sys.argv[1]
+        theirs = best(lambda: subprocess.run(program, check=True))
+        peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / MB
+    print(f"{len(a['points'])} values: {here:.3f} s here, {theirs:.3f} s by the program: {here / theirs:.2f} times")
+    print(f"memory: {more:.0f} MB more here, {peak:.0f} MB by the program")
+    return here > 1.2 * theirs or more > peak
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,10 @@
+"""The stubs say what the package has."""
+
+import subprocess
+import sys
+
+
+def test_stubs_and_package_are_the_same():
+    names = ["faceoff_fem", "--ignore-missing-stub", "--ignore-disjoint-bases"]
+    run = subprocess.run([sys.executable, "-m", "mypy.stubtest", *names], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
