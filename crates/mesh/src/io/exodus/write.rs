@@ -230,7 +230,9 @@ fn plan<'a>(mesh: &'a Mesh, dimension: usize, losses: &mut Losses) -> Result<Pla
     plan.blocks
         .retain(|block| element(block.kind, dimension).is_some());
     if plan.blocks.iter().any(|block| block.group.is_none()) {
-        losses.note("cells in no group or in several are blocks, which are groups when they are read again");
+        losses.note(
+            "cells in no group or in several are blocks, which are groups when they are read again",
+        );
     }
     number(mesh, &mut plan, &others, losses);
     Ok(plan)

@@ -183,6 +183,15 @@ fn nodes(shape: Shape, p: usize, order: Order) -> Vec<Node> {
     all
 }
 
+/// The places of the nodes of a complete element in Gmsh's order; none of a shape that has no lattice here, and those of
+/// prisms up to degree 2.
+pub(crate) fn of_gmsh(shape: Shape, p: usize) -> Vec<Node> {
+    match shape {
+        Shape::Prism if p > 2 => Vec::new(),
+        _ => nodes(shape, p, Order::Gmsh),
+    }
+}
+
 /// The place in Gmsh's order of each node in VTK's; `None` where one of the two is not known.
 pub(super) fn places(shape: Shape, p: usize, vtk: Order) -> Option<Vec<usize>> {
     if shape == Shape::Prism && p > 2 {
