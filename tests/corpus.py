@@ -89,7 +89,7 @@ def vtk_reader(path):
             for k in range(reader.GetNumberOfObjectArrays(which)):
                 reader.SetObjectArrayStatus(which, reader.GetObjectArrayName(which, k), 1)
         return reader
-    by = {".cgns": "CGNS", ".vtkhdf": "HDF", ".hdf": "HDF", ".inp": "AVSucd", ".stl": "STL", ".ply": "PLY", ".obj": "OBJ"}
+    by = {".xdmf": "Xdmf", ".cgns": "CGNS", ".vtkhdf": "HDF", ".hdf": "HDF", ".inp": "AVSucd", ".stl": "STL", ".ply": "PLY", ".obj": "OBJ"}
     return getattr(vtk, f"vtk{by[suffix]}Reader")()
 
 
@@ -112,7 +112,8 @@ def with_vtk(path):
         while not walk.IsDoneWithTraversal():
             leaves.append(walk.GetCurrentDataObject())
             walk.GoToNextItem()
-    cells, fields, points, box = collections.Counter(), {}, 0, None
+        composite = len(leaves) != 1
+    cells, fields, tags, points, box = collections.Counter(), {}, collections.Counter(), 0, None
     for grid in leaves:
         box = None if composite else [list(grid.GetBounds()[start::2]) for start in (0, 1)]
         points += grid.GetNumberOfPoints()
@@ -139,7 +140,9 @@ def with_vtk(path):
                     values = np.repeat(values, repeat, axis=0)
                 if not composite:
                     fields[f"{on} {array.GetName()}"] = [array.GetNumberOfComponents(), *spread(values)]
-    return {"points": None if composite else points, "box": box, "cells": dict(cells), "fields": fields, "groups": []}
+                if array.GetName() == "gmsh:physical":
+                    tags.update(values.ravel().astype(int).tolist())
+    return {"points": None if composite else points, "box": box, "cells": dict(cells), "fields": fields, "groups": [], "tags": tags}
 
 
 def with_meshio(path):
@@ -185,7 +188,13 @@ def with_gmsh(path):
         entities = gmsh.model.getEntitiesForPhysicalGroup(dim, tag)
         size = sum(sizes.get((dim, entity), 0) for entity in entities)
         groups.append([gmsh.model.getPhysicalName(dim, tag) or str(tag), size])
-    return {"points": len(mesh.getNodes()[0]), "cells": dict(cells), "fields": {}, "groups": groups}
+    fields = {}
+    for view in gmsh.view.getTags():
+        where, _, values, _, components = gmsh.view.getModelData(view, 0)
+        on = {"NodeData": "points", "ElementData": "cells", "ElementNodeData": "cell points"}[where]
+        name = gmsh.option.getString(f"View[{gmsh.view.getIndex(view)}].Name")
+        fields.setdefault(f"{on} {name}", [components, *spread([number for row in values for number in row])])
+    return {"points": len(mesh.getNodes()[0]), "cells": dict(cells), "fields": fields, "groups": groups}
 
 
 READERS = {"vtk": with_vtk, "meshio": with_meshio, "gmsh": with_gmsh}

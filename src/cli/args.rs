@@ -696,10 +696,15 @@ pub(super) struct Mesh {
 
 #[derive(Subcommand)]
 pub(super) enum MeshAction {
-    /// Show format, version, encoding, counts, groups and fields
+    /// Show format, counts, bounding box, groups, times, and the fields with their ranges
+    ///
+    /// Takes lists (.pvd, .pvtu), numbered files ('u_*.vtu') and Medit's .sol, too.
     #[command(after_help = formats())]
     Info {
         file: PathBuf,
+        /// The mesh of a .sol, instead of the one beside it
+        #[arg(long, value_name = "FILE")]
+        mesh: Option<PathBuf>,
         #[command(flatten)]
         output: Output,
     },

@@ -1,6 +1,5 @@
 //! `faceoff mesh`: what a file holds, what is wrong with it, and the same in another format or finer.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -9,26 +8,28 @@ use super::args::{Command, Form, Mesh as Arguments, MeshAction};
 use super::{DISAGREE, DONE, parse};
 use crate::engine::meshio_python;
 use crate::report::console::note;
-use crate::report::model::{Block, Report, Suite, Table, TestCase, table};
-use crate::report::{Judged, Output, deliver};
-use faceoff_judge::Verdict;
+use crate::report::mesh::{Holds, Info, check_report, holds, info_report, unread};
+use crate::report::model::{Block, Report};
+use crate::report::{Output, deliver};
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::io::vtu::{Compressor, Encoding};
-use faceoff_mesh::io::{self, Content, Format, Options, msh};
-use faceoff_mesh::mesh::check::{Defects, Soundness, check};
+use faceoff_mesh::io::{self, Format, Options, msh};
+use faceoff_mesh::mesh::Mesh;
+use faceoff_mesh::mesh::check::check;
 use faceoff_mesh::mesh::refine::refine;
-use faceoff_mesh::mesh::{CellKind, Mesh};
 
 pub(super) fn run(arguments: &Arguments, to: &Output) -> Result<u8> {
     let python = meshio_python();
     match &arguments.action {
-        MeshAction::Info { file, .. } => {
-            let info = Info::new(&io::open(file, python.as_deref())?);
-            deliver(&info_report(file, &info)?, to)?;
+        MeshAction::Info { file, mesh, .. } => {
+            let (content, times) = io::survey(file, mesh.as_deref(), python.as_deref())?;
+            let info = Info::new(&content, times);
+            deliver(&info_report(file, &info, &content.mesh)?, to)?;
         }
         MeshAction::Check { file, .. } => {
-            let found = check(&io::open(file, python.as_deref())?.mesh)?;
-            deliver(&check_report(file, &found)?, to)?;
+            let mesh = io::open(file, python.as_deref())?.mesh;
+            let found = check(&mesh)?;
+            deliver(&check_report(file, &found, &mesh)?, to)?;
             if !found.is_sound() {
                 return Ok(DISAGREE);
             }
@@ -175,151 +176,6 @@ fn vtu_encoding(name: Option<&str>) -> Result<Encoding> {
     }
 }
 
-fn info_report<'a>(file: &Path, info: &'a Info) -> Result<Report<'a>> {
-    let version = info.version.as_deref().unwrap_or("");
-    let about = format!(
-        "{}: {} {version}, {}",
-        file.display(),
-        info.format,
-        info.encoding
-    );
-    let question = "faceoff mesh info: what is in a file?";
-    let mut report = Report::new("mesh info", question, "", info)?;
-    report.blocks.push(Block::Text(about));
-    report.blocks.extend(holds(&info.holds));
-    let warnings = info.warnings.iter().map(|what| format!("warning: {what}"));
-    report.blocks.push(Block::List(warnings.collect()));
-    report.inputs.push(file.to_owned());
-    Ok(report)
-}
-
-fn holds<'a>(holds: &Holds) -> Vec<Block<'a>> {
-    let own = [
-        ("points", holds.points),
-        ("vertices", holds.vertices),
-        ("lines", holds.lines),
-        ("triangles", holds.triangles),
-        ("tetrahedra", holds.tetrahedra),
-    ];
-    let own = own.into_iter();
-    let counts = own.filter(|(name, count)| *name == "points" || *count > 0);
-    let others = holds.other_cells.iter();
-    let counts = counts.chain(others.map(|(name, count)| (name.as_str(), *count)));
-    let mut blocks = vec![Block::facts(
-        counts.map(|(n, count)| (n, count.to_string())),
-    )];
-    let groups = table!("", &holds.groups, |g|
-        "group" => g.tag.to_string(),
-        "name" => &g.name,
-        "dimension" => usize::from(g.dim),
-        "cells" => g.cells,
-    );
-    let fields = table!("", &holds.fields, |f|
-        "field" => &f.name,
-        "on" => &f.on,
-        "components" => f.components,
-    );
-    let tables = [groups, fields].into_iter();
-    blocks.extend(tables.filter(|of| !of.rows.is_empty()).map(Table::into));
-    blocks
-}
-
-fn check_report<'a>(file: &Path, found: &'a Soundness) -> Result<Report<'a>> {
-    let kinds: [(&str, &Defects); 8] = [
-        ("inverted cells", &found.inverted),
-        ("degenerate cells", &found.degenerate),
-        ("duplicate cells", &found.duplicate),
-        ("orphan points", &found.orphans),
-        ("faces with more than two cells", &found.crowded_faces),
-        ("hanging nodes", &found.hanging_nodes),
-        ("boundary faces in no group", &found.ungrouped_boundary),
-        ("parts that are not connected", &found.parts),
-    ];
-    // One part is as it should be.
-    let least = |what: &str| usize::from(what.starts_with("parts"));
-    let odd = kinds
-        .iter()
-        .filter(|(what, findings)| findings.count > least(what));
-    let words: Vec<String> = odd
-        .clone()
-        .map(|(what, f)| format!("{} {what}", f.count))
-        .collect();
-    let headline = match (words.is_empty(), found.is_sound()) {
-        (true, _) => "nothing is wrong".to_owned(),
-        (_, true) => format!("sound, with {}", words.join(", ")),
-        _ => words.join(", "),
-    };
-    let (verdict, word) = match found.is_sound() {
-        true => (Verdict::Agree, "sound"),
-        false => (Verdict::Disagree, "unsound"),
-    };
-    let title = format!("faceoff mesh check: is {} sound?", file.display());
-    let judged = Judged { verdict, found };
-    let mut report = Report::new("mesh check", &title, headline, &judged)?;
-    report.verdict = Some((verdict, word));
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    report.claim = format!("**{name}** is {word}");
-    report.lede = match words.is_empty() {
-        true => "No cell is inverted, degenerate or there twice, no point is left over, and every boundary face is in a group.".into(),
-        false => format!("It has **{}**.", words.join("**, **")),
-    };
-    report.inputs.push(file.to_owned());
-    for (what, findings) in odd {
-        let more = match findings.count > findings.first.len() {
-            true => ", the first of them",
-            false => "",
-        };
-        let caption = format!("{what}: {}{more}", findings.count);
-        let found = table!(caption, &findings.first, |f|
-            "cells" => format!("{:?}", f.cells),
-            "points" => format!("{:?}", f.points),
-            "at" => format!("{:?}", f.at),
-        );
-        report.blocks.push(found.into());
-    }
-    let angles = [
-        ("smallest angle", &found.smallest_angle),
-        ("largest angle", &found.largest_angle),
-    ];
-    let angles = angles.into_iter().filter_map(|(what, angle)| {
-        let a = angle.as_ref()?;
-        let place = format!("{:.1}° in cell {} at {:?}", a.degrees, a.cell, a.at);
-        Some((what, place))
-    });
-    report.blocks.push(Block::facts(angles));
-    let (name, message) = (file.display().to_string(), report.headline.clone());
-    let case = TestCase::new("mesh", name, verdict, message);
-    report.suites.push(Suite::new("mesh check", [case]));
-    Ok(report)
-}
-
-/// What `mesh info` tells; its JSON form is a contract.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct Info {
-    /// The name of a native format, or `other`.
-    format: String,
-    version: Option<String>,
-    encoding: String,
-    #[serde(flatten)]
-    holds: Holds,
-    warnings: Vec<String>,
-}
-
-/// What a mesh holds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct Holds {
-    /// All points of the file, those of no cell included.
-    points: usize,
-    vertices: usize,
-    lines: usize,
-    triangles: usize,
-    tetrahedra: usize,
-    /// Number of cells of each other type.
-    other_cells: BTreeMap<String, usize>,
-    groups: Vec<GroupInfo>,
-    fields: Vec<FieldInfo>,
-}
-
 /// What `mesh convert`, `refine` and `make` wrote.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Written {
@@ -343,81 +199,6 @@ impl Written {
             file: file.display().to_string(),
             format: format.map(|format| format.to_string()),
             holds: Holds::new(mesh),
-            warnings,
-        }
-    }
-}
-
-/// A group in a mesh.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct GroupInfo {
-    dim: u8,
-    tag: i64,
-    /// Empty for a group without a name.
-    name: String,
-    /// Number of its cells.
-    cells: usize,
-}
-
-/// A field on a mesh.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct FieldInfo {
-    name: String,
-    /// `points`, `cells` or `cell points`.
-    on: String,
-    components: usize,
-}
-
-impl Holds {
-    fn new(mesh: &Mesh) -> Self {
-        let named = [
-            CellKind::Vertex,
-            CellKind::Line,
-            CellKind::Triangle,
-            CellKind::Tetrahedron,
-        ];
-        let mut other_cells = BTreeMap::new();
-        let others = mesh.blocks.iter().filter(|b| !named.contains(&b.kind));
-        for block in others {
-            *other_cells.entry(block.kind.to_string()).or_insert(0) += block.len();
-        }
-        let groups = mesh.groups.iter().map(|group| GroupInfo {
-            dim: group.dim,
-            tag: group.tag,
-            name: group.name.clone().unwrap_or_default(),
-            cells: group.cells.len(),
-        });
-        let fields = mesh.fields.iter().map(|field| FieldInfo {
-            name: field.name.clone(),
-            on: field.on.to_string(),
-            components: field.components,
-        });
-        Holds {
-            points: mesh.points.len(),
-            vertices: mesh.count(CellKind::Vertex),
-            lines: mesh.count(CellKind::Line),
-            triangles: mesh.count(CellKind::Triangle),
-            tetrahedra: mesh.count(CellKind::Tetrahedron),
-            other_cells,
-            groups: groups.collect(),
-            fields: fields.collect(),
-        }
-    }
-}
-
-impl Info {
-    fn new(content: &Content) -> Self {
-        let mut warnings = [content.warnings.clone(), unread(content)].concat();
-        let mut own = io::NATIVE.iter().map(|format| format.names[0]);
-        let own = own.find(|own| *own == content.format);
-        if own.is_none() {
-            warnings.push(format!("read by meshio as {}", content.format));
-        }
-        Info {
-            format: own.unwrap_or("other").to_owned(),
-            version: content.version.clone(),
-            encoding: content.encoding.clone(),
-            holds: Holds::new(&content.mesh),
             warnings,
         }
     }
@@ -459,12 +240,6 @@ fn rewrite(input: &Path, output: &Path, times: u32, options: &Options) -> Result
     Ok(Written::new(of, output, &mesh, options, warnings))
 }
 
-/// What the reader left behind.
-fn unread(content: &Content) -> Vec<String> {
-    let unread = content.unread.iter();
-    unread.map(|what| format!("not read: {what}")).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -473,25 +248,6 @@ mod tests {
         Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("tests/data")
             .join(name)
-    }
-
-    #[test]
-    fn info_is_what_the_contract_says() {
-        let content = io::open(&data("square-2.2-binary.msh"), None).expect("a sound mesh");
-        let info = Info::new(&content);
-        let json = serde_json::to_value(&info).expect("JSON");
-        assert_eq!(json["format"], "msh");
-        assert_eq!(json["version"], "2.2");
-        assert_eq!(json["encoding"], "binary-little");
-        let counts = ["points", "vertices", "lines", "triangles", "tetrahedra"]
-            .map(|key| json[key].as_u64());
-        assert_eq!(counts, [12, 1, 8, 14, 0].map(Some));
-        assert_eq!(
-            json["groups"][1],
-            serde_json::json!({"dim": 1, "tag": 1, "name": "bottom side", "cells": 2})
-        );
-        assert_eq!(json["other_cells"], serde_json::json!({}));
-        assert_eq!(json["warnings"], serde_json::json!([]));
     }
 
     #[test]
@@ -507,7 +263,7 @@ mod tests {
         let report = check(&content.mesh).unwrap();
         assert!(report.is_sound(), "{report:?}");
         assert_eq!(report.ungrouped_boundary.count, 0);
-        let info = Info::new(&content);
+        let info = Info::new(&content, Vec::new());
         assert_eq!(
             (info.format.as_str(), info.holds.triangles, info.holds.lines),
             ("medit", 14 * 16, 8 * 4)

@@ -21,6 +21,7 @@ mod html;
 mod json;
 mod judge;
 mod junit;
+pub mod mesh;
 pub mod model;
 mod next;
 mod number;

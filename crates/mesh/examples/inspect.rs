@@ -3,7 +3,10 @@
 //!
 //! ```text
 //! cargo run -p faceoff-mesh --example inspect -- plate.msh u.vtu
+//! cargo run -p faceoff-mesh --example inspect -- plate.msh --as plate.vtu plate.med
 //! ```
+//!
+//! With `--as`, writes each file in other formats too, and says of each what it does not hold and what is read again.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -13,15 +16,42 @@ use faceoff_mesh::{Field, Mesh, io};
 use serde_json::{Value, json};
 
 fn main() {
-    for name in std::env::args().skip(1) {
-        let mut line = match io::open(Path::new(&name), None) {
-            Ok(content) => describe(&content),
-            Err(error) => json!({ "error": error.to_string() }),
-        };
+    let mut names: Vec<String> = std::env::args().skip(1).collect();
+    let formats = match names.iter().position(|name| name == "--as") {
+        Some(place) => names.split_off(place)[1..].to_vec(),
+        None => Vec::new(),
+    };
+    for name in names {
+        let content = io::open(Path::new(&name), None);
+        let mut line = described(&content);
         line["file"] = json!(name);
+        for out in &formats {
+            if let Ok(content) = &content {
+                line["written"][out] = written(Path::new(out), content);
+            }
+        }
         if writeln!(std::io::stdout(), "{line}").is_err() {
             return; // whoever reads has had enough
         }
+    }
+}
+
+fn described(content: &faceoff_mesh::Result<io::Content>) -> Value {
+    match content {
+        Ok(content) => describe(content),
+        Err(error) => json!({ "error": error.to_string() }),
+    }
+}
+
+/// What another format does not hold, and what is read from it.
+fn written(out: &Path, content: &io::Content) -> Value {
+    let options = io::Options {
+        lossy: true,
+        ..io::Options::default()
+    };
+    match io::write_with(out, &content.mesh, &content.whole, &options) {
+        Ok(lost) => json!({ "lost": lost, "again": described(&io::open(out, None)) }),
+        Err(error) => json!({ "error": error.to_string() }),
     }
 }
 
@@ -36,12 +66,18 @@ fn describe(content: &io::Content) -> Value {
     );
     json!({
         "format": content.format, "version": content.version, "encoding": content.encoding,
-        "points": mesh.points.len(), "box": bounds(mesh), "cells": cells,
+        "points": mesh.points.len(), "used": used(mesh), "box": bounds(mesh), "cells": cells,
         "groups": groups.collect::<Vec<_>>(),
         "fields": mesh.fields.iter().map(field).collect::<Vec<_>>(),
         "whole": content.whole.iter().map(|data| &data.name).collect::<Vec<_>>(),
         "warnings": content.warnings, "unread": content.unread,
     })
+}
+
+/// Points that belong to cells.
+fn used(mesh: &Mesh) -> usize {
+    let nodes = mesh.blocks.iter().flat_map(|block| &block.nodes);
+    nodes.collect::<std::collections::HashSet<_>>().len()
 }
 
 /// Least and largest coordinates.

@@ -10,6 +10,7 @@ mod compared;
 mod convergence;
 mod effect;
 mod markup;
+pub(super) mod mesh;
 mod pair;
 mod panels;
 mod plane;

@@ -50,7 +50,7 @@ pub use out::save;
 pub use pattern::{files as matching_files, is_pattern, matches};
 pub use recognise::recognise;
 pub use results::{of_content, read_results};
-pub use series::Series;
+pub use series::{Series, survey};
 pub use vtu::lattice::reference_nodes;
 
 use crate::cancel;

@@ -24,27 +24,32 @@ const GHOSTS: &str = "vtkGhostType";
 /// # Errors
 /// The file cannot be read, its format is unknown, or it violates its format.
 pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Results> {
-    let source = path.display().to_string();
-    let has_suffix = |suffix: &str| {
-        path.extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case(suffix))
-    };
-    if has_suffix("csv") {
+    if collection::has_suffix(path, "csv") {
         return table::read(path, bytes);
     }
+    of_content(path, content(path, bytes, None, python)?)
+}
+
+/// What is in a file, in the one file of a list, or in a solution and its mesh, which lies beside it unless it is given.
+pub(super) fn content(
+    path: &Path,
+    bytes: &[u8],
+    mesh: Option<&Path>,
+    python: Option<&Path>,
+) -> Result<Content> {
+    let has_suffix = |suffix| collection::has_suffix(path, suffix);
     if has_suffix("sol") || has_suffix("solb") {
         let both = ["mesh", "meshb"].map(|suffix| path.with_extension(suffix));
         let beside = both.iter().find(|mesh| mesh.exists()).unwrap_or(&both[0]);
-        let mut mesh = super::open(beside, python)?.mesh;
-        mesh.fields = sol::read(path, bytes, &mesh)?;
-        return Ok(of_mesh(source, mesh, &[]));
+        let mut content = super::open(mesh.unwrap_or(beside), python)?;
+        content.mesh.fields = sol::read(path, bytes, &content.mesh)?;
+        return Ok(content);
     }
-    let content = match &collection::sources(path)?[..] {
-        [one] if one != path => super::open(one, python)?,
-        _ if collection::is_pvd(path) => super::open(&collection::only_file(path, bytes)?, python)?,
-        _ => super::parse(path, bytes, python)?,
-    };
-    of_content(path, content)
+    match &collection::sources(path)?[..] {
+        [one] if one != path => super::open(one, python),
+        _ if collection::is_pvd(path) => super::open(&collection::only_file(path, bytes)?, python),
+        _ => super::parse(path, bytes, python),
+    }
 }
 
 /// The fields of a file that has been read.

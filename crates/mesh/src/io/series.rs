@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::recognise::recognise;
-use super::results::{of_content, read_results};
+use super::results::{content, of_content, read_results};
 use super::{Content, Format, Native, bytes, collection, exodus, pattern, table, vtkhdf, xdmf};
 use crate::error::{Error, Place, Result};
 use crate::field::Results;
@@ -183,6 +183,42 @@ impl Series {
             _ => self.path.display().to_string(),
         }
     }
+}
+
+/// What is in a file of any kind, with its times, ascending: in the last file of a list with times, or of a pattern as for
+/// [`Series::open`]; the values of a solution of Medit's are on `mesh`, or else on the mesh beside it.
+///
+/// # Errors
+/// Those of [`Series::open`] and [`super::open`]; several files of the last time.
+pub fn survey(
+    path: &Path,
+    mesh: Option<&Path>,
+    python: Option<&Path>,
+) -> Result<(Content, Vec<f64>)> {
+    if pattern::is_pattern(path) || collection::is_pvd(path) {
+        let series = Series::open(path, python)?;
+        let times: Vec<f64> = series.times.iter().copied().flatten().collect();
+        if let Held::Files(files) = &series.held
+            && let Some(last) = files.last()
+        {
+            let [last] = &last[..] else {
+                let what = format!("{} files are of the last time", last.len());
+                let remedy = "give one of them, or list the pieces in a .pvtu file";
+                return Err(Error::file(path, Place::Whole, what, remedy));
+            };
+            let (mut content, _) = survey(last, mesh, python)?;
+            let name = last.display();
+            let told = format!("cells and fields are those of the last file, {name}");
+            content.warnings.push(told);
+            return Ok((content, times));
+        }
+    }
+    let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
+    let content = content(path, &bytes, mesh, python)?;
+    let mut times: Vec<f64> = content.mesh.fields.iter().filter_map(|f| f.time).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    Ok((content, times))
 }
 
 /// The times of the views of a file, ascending; none if no field has several.

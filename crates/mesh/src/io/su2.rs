@@ -7,7 +7,7 @@ use super::loss::Losses;
 use super::out::Out;
 use super::scan::Scan;
 use super::{Content, Native, Options, refuse_unsound};
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use crate::field::GlobalArray;
 use crate::mesh::{CellKind, Mesh};
 
@@ -226,7 +226,18 @@ fn build(scan: &Scan<'_>, zones: Vec<Zone>) -> Result<Mesh> {
 fn write(path: &Path, mesh: &Mesh, _: &[GlobalArray], options: &Options) -> Result<Vec<String>> {
     refuse_unsound(path, mesh)?;
     let mut losses = Losses::default();
-    let dim = mesh.dim().max(2);
+    let dim = mesh.dim();
+    if dim < 2 {
+        return Err(Error::file(
+            path,
+            Place::Whole,
+            format!(
+                "{} is of cells in the plane or in space, and there are none",
+                FORMAT.title
+            ),
+            "choose another format",
+        ));
+    }
     let number = |kind: CellKind| {
         KINDS
             .iter()

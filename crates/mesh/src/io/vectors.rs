@@ -1,5 +1,7 @@
 //! Vectors that formats hold as fields of one component each, as in `u_x`, `u_y`, `u_z`.
 
+use super::loss::Losses;
+use super::sets;
 use crate::mesh::{Field, Values};
 
 /// The name without the letter of an axis, and that axis.
@@ -66,15 +68,25 @@ fn is_next(parts: &[Field], next: &Field) -> bool {
     }
 }
 
-/// The names of the components of a field in a format of scalars: `u` itself, `u_x`, `u_y`, or `u_1`, `u_2`, ….
-pub fn names(field: &Field) -> Vec<String> {
-    match field.components {
-        1 => vec![field.name.clone()],
-        2 | 3 => "xyz"
-            .chars()
-            .take(field.components)
-            .map(|axis| format!("{}_{axis}", field.name))
+/// The names of the components of a field in a format of scalars, of so many bytes at most: `u` itself, `u_x`, `u_y`, or
+/// `u_1`, `u_2`, …, which [`join`] leaves apart.
+pub fn names(field: &Field, longest: usize, losses: &mut Losses) -> Vec<String> {
+    let name = &field.name;
+    let tails: Vec<String> = match field.components {
+        1 => vec![String::new()],
+        few @ (2 | 3) => ["_x", "_y", "_z"][..few]
+            .iter()
+            .map(|&tail| tail.to_owned())
             .collect(),
-        many => (1..=many).map(|k| format!("{}_{k}", field.name)).collect(),
+        many => (1..=many).map(|k| format!("_{k}")).collect(),
+    };
+    if field.components > 3 {
+        losses.note(format!("the field {name:?} is {} scalars", tails.len()));
     }
+    let tail = tails.iter().map(String::len).max().unwrap_or(0);
+    let stem = sets::cut(name, longest.saturating_sub(tail));
+    if stem != *name {
+        losses.note(format!("the field {name:?} is called {stem:?}"));
+    }
+    tails.iter().map(|tail| format!("{stem}{tail}")).collect()
 }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::hanging::hanging_nodes;
-use super::simplex::{angle, dihedral_angles};
+use super::quality::{Measures, Quality, spans};
 use super::topology::{FaceKey, Side, all_sides, corners, key};
 use super::{Mesh, Shape, Union};
 use crate::cancel;
@@ -36,9 +36,15 @@ pub struct Soundness {
     pub ungrouped_boundary: Defects,
     /// Parts that share no face, each located by its first cell; a connected mesh has one.
     pub parts: Defects,
-    /// Angles of triangles and quadrangles, dihedral angles of tetrahedra.
+    /// Angles of polygons, angles between the faces of solids.
     pub smallest_angle: Option<Angle>,
     pub largest_angle: Option<Angle>,
+    /// Cells of higher order whose Jacobian is not positive at some node, although their corners are in order.
+    pub folded: Defects,
+    /// Points at the place of another.
+    pub duplicate_points: Defects,
+    /// Of cells of the highest dimension.
+    pub quality: Vec<Quality>,
 }
 
 /// The number of findings, and the first few of them.
@@ -77,6 +83,8 @@ impl Soundness {
             &self.orphans,
             &self.crowded_faces,
             &self.hanging_nodes,
+            &self.folded,
+            &self.duplicate_points,
         ];
         faults.iter().all(|findings| findings.count == 0) && self.parts.count <= 1
     }
@@ -104,7 +112,16 @@ pub fn check(mesh: &Mesh) -> Result<Soundness> {
     };
     let sides = all_sides(mesh, checker.dim)?;
     let (inverted, degenerate) = checker.measures()?;
-    let (smallest_angle, largest_angle) = checker.angles()?;
+    let (quality, folded) = checker.quality()?;
+    let angle = |what: &str| {
+        let of = quality.iter().find(|quality| quality.what == what)?;
+        let worst = of.worst.first()?;
+        Some(Angle {
+            degrees: worst.value,
+            cell: worst.cell,
+            at: worst.at,
+        })
+    };
     Ok(Soundness {
         inverted,
         degenerate,
@@ -114,8 +131,11 @@ pub fn check(mesh: &Mesh) -> Result<Soundness> {
         hanging_nodes: checker.hanging(&sides)?,
         ungrouped_boundary: checker.ungrouped(&sides)?,
         parts: checker.parts(&sides)?,
-        smallest_angle,
-        largest_angle,
+        smallest_angle: angle("smallest angle"),
+        largest_angle: angle("largest angle"),
+        folded,
+        duplicate_points: checker.duplicate_points()?,
+        quality,
     })
 }
 
@@ -248,29 +268,6 @@ impl Checker<'_> {
 
     /// The smallest volume of the tetrahedra spanned by a corner and its neighbours.
     fn corner_volumes(&self, shape: Shape, nodes: &[u32]) -> f64 {
-        let spans: &[[usize; 4]] = match shape {
-            Shape::Tetrahedron => &[[0, 1, 2, 3]],
-            Shape::Hexahedron => &[
-                [0, 1, 3, 4],
-                [1, 2, 0, 5],
-                [2, 3, 1, 6],
-                [3, 0, 2, 7],
-                [4, 7, 5, 0],
-                [5, 4, 6, 1],
-                [6, 5, 7, 2],
-                [7, 6, 4, 3],
-            ],
-            Shape::Prism => &[
-                [0, 1, 2, 3],
-                [1, 2, 0, 4],
-                [2, 0, 1, 5],
-                [3, 5, 4, 0],
-                [4, 3, 5, 1],
-                [5, 4, 3, 2],
-            ],
-            Shape::Pyramid => &[[0, 1, 3, 4], [1, 2, 0, 4], [2, 3, 1, 4], [3, 0, 2, 4]],
-            _ => &[],
-        };
         let volume = |span: &[usize; 4]| {
             let [a, b, c, d] = span.map(|i| {
                 nodes
@@ -279,7 +276,10 @@ impl Checker<'_> {
             });
             (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
         };
-        spans.iter().map(volume).fold(f64::INFINITY, f64::min)
+        spans(shape)
+            .iter()
+            .map(volume)
+            .fold(f64::INFINITY, f64::min)
     }
 
     fn duplicates(&self) -> Result<Defects> {
@@ -392,43 +392,42 @@ impl Checker<'_> {
         Ok(findings)
     }
 
-    fn angles(&self) -> Result<(Option<Angle>, Option<Angle>)> {
-        let mut smallest: Option<(f64, u32, &[u32])> = None;
-        let mut largest: Option<(f64, u32, &[u32])> = None;
-        for (cell, shape, nodes) in self.cells().filter(|(_, shape, _)| shape.dim() == self.dim) {
+    /// How good the cells of the highest dimension are, and those that curved sides fold over.
+    fn quality(&self) -> Result<(Vec<Quality>, Defects)> {
+        let (mut measures, mut folded) = (Measures::new(), Defects::default());
+        let whole = self
+            .mesh
+            .cells()
+            .filter(|(_, kind, _)| kind.dim() == self.dim);
+        for (cell, kind, nodes) in whole {
             cancel::check()?;
-            let p: Vec<Vector3<f64>> = nodes.iter().map(|&node| self.point(node)).collect();
-            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            let mut take = |angle: f64| (low, high) = (low.min(angle), high.max(angle));
-            match (shape, p.as_slice()) {
-                (Shape::Triangle | Shape::Quadrangle, p) => {
-                    let n = p.len();
-                    for i in 0..n {
-                        take(angle(p[(i + 1) % n] - p[i], p[(i + n - 1) % n] - p[i]));
-                    }
-                }
-                (Shape::Tetrahedron, &[a, b, c, d]) => {
-                    let corners = [a, b, c, d].map(Into::into);
-                    dihedral_angles(&corners).into_iter().for_each(take);
-                }
-                _ => continue,
-            }
-            if smallest.is_none_or(|(angle, ..)| low < angle) {
-                smallest = Some((low, cell, nodes));
-            }
-            if largest.is_none_or(|(angle, ..)| high > angle) {
-                largest = Some((high, cell, nodes));
+            let Some(corners) = corners(kind, nodes) else {
+                continue;
+            };
+            let [ends, all] = [corners, nodes]
+                .map(|of| of.iter().map(|&node| self.point(node)).collect::<Vec<_>>());
+            if measures.add(kind, &ends, &all, self.tag(cell)) {
+                folded.add(|| self.finding(&[cell], corners));
             }
         }
-        let located = |found: (f64, u32, &[u32])| {
-            let (degrees, cell, nodes) = found;
-            Angle {
-                degrees,
-                cell: self.tag(cell),
-                at: self.finding(&[], nodes).at,
+        Ok((measures.finish(), folded))
+    }
+
+    /// Points at the place of another, to the last bit.
+    fn duplicate_points(&self) -> Result<Defects> {
+        let mut all: Vec<([u64; 3], u32)> = (0..)
+            .zip(&self.mesh.points)
+            .map(|(k, x)| (x.map(|x| (x + 0.0).to_bits()), k))
+            .collect();
+        all.sort_unstable();
+        let mut findings = Defects::default();
+        for pair in all.windows(2) {
+            cancel::check()?;
+            if pair[0].0 == pair[1].0 {
+                findings.add(|| self.finding(&[], &[pair[0].1, pair[1].1]));
             }
-        };
-        Ok((smallest.map(located), largest.map(located)))
+        }
+        Ok(findings)
     }
 }
 

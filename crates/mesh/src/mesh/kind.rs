@@ -228,6 +228,16 @@ impl CellKind {
         Some(place + 1)
     }
 
+    /// The degree of the sides; `None` where it is not that of a complete element or of one that lacks inner nodes.
+    pub fn order(self) -> Option<usize> {
+        match self {
+            K::Vertex => None,
+            K::Quadrangle8 | K::Hexahedron20 | K::Prism15 | K::Pyramid13 | K::Pyramid14 => Some(2),
+            K::Pyramid | K::Polygon(_) | K::Polyhedron(_) => Some(1),
+            other => other.complete_order(),
+        }
+    }
+
     /// Number of points of one cell; never 0.
     pub fn points(self) -> usize {
         match self {

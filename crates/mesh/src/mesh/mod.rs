@@ -10,6 +10,7 @@ mod hanging;
 mod kind;
 mod labels;
 mod polyhedra;
+pub mod quality;
 pub mod refine;
 mod simplex;
 pub(crate) mod topology;

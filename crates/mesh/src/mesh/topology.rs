@@ -65,6 +65,36 @@ pub fn corners(kind: CellKind, nodes: &[u32]) -> Option<&[u32]> {
     nodes.get(..kind.corners())
 }
 
+impl Mesh {
+    /// The corners of each side that one cell of the highest dimension has alone, in their order, with that cell; without the
+    /// sides of polygons and polyhedra.
+    ///
+    /// # Errors
+    /// [`crate::Error::Ended`].
+    pub fn outline(&self) -> Result<Vec<(u32, Vec<u32>)>> {
+        let all = all_sides(self, self.dim())?;
+        let mut alone = vec![Vec::new(); self.cell_count()];
+        for side in all
+            .chunk_by(|a, b| a.key == b.key)
+            .filter(|face| face.len() == 1)
+        {
+            alone[side[0].cell as usize].push(side[0].key);
+        }
+        let mut found = Vec::new();
+        for (cell, kind, nodes) in self.cells() {
+            cancel::check()?;
+            for side in sides(kind.shape()) {
+                let corners: Vec<u32> =
+                    side.iter().filter_map(|&k| nodes.get(k).copied()).collect();
+                if alone[cell as usize].contains(&key(corners.iter().copied())) {
+                    found.push((cell, corners));
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
 /// All sides of all cells of dimension `dim`, sorted, so that the sides of one face are adjacent.
 ///
 /// # Errors

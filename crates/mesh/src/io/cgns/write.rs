@@ -9,7 +9,7 @@ use crate::io::hdf5::write::{Data, Group, Type};
 use crate::io::loss::Losses;
 use crate::io::steps::{Steps, row_of};
 use crate::io::{Options, refuse_unsound, sets, vectors};
-use crate::mesh::{CellBlock, Mesh, Support};
+use crate::mesh::{CellBlock, CellGroups, Mesh, Support};
 
 const INT: Type = Type::Signed(4);
 /// Bytes of a name.
@@ -114,6 +114,18 @@ pub fn write(
     if !mesh.groups.is_empty() {
         losses.note("groups are numbered anew, in their order");
     }
+    let sets = CellGroups::new(mesh);
+    let alone = |(block, first): &(&CellBlock, u32)| {
+        let mut cells = *first..*first + block.len() as u32;
+        block.kind.dim() > 0 && cells.all(|cell| sets.sets[sets.set_of(cell) as usize].is_empty())
+    };
+    if blocks
+        .iter()
+        .any(|block| !block.0.is_empty() && alone(block))
+    {
+        losses
+            .note("the cells in no group are sections, which are groups when they are read again");
+    }
     let mut named = Vec::new();
     for (group, name) in mesh.groups.iter().zip(&names) {
         if group.name.as_ref() != Some(name) {
@@ -199,7 +211,7 @@ fn write_fields<'a>(
         } else {
             ("CellCenter", "Cell")
         };
-        let names = vectors::names(field.first());
+        let names = vectors::names(field.first(), NAME, losses);
         for step in 0..count {
             let solution = format!("{word}Solution{}", step + 1);
             let zone = base.group("Zone");
@@ -209,7 +221,6 @@ fn write_fields<'a>(
                 text(at, "GridLocation", "GridLocation_t", location);
             }
             for (component, name) in names.iter().enumerate() {
-                let name = sets::cut(name, NAME);
                 let rows = if field.on == Support::Points {
                     mesh.points.len()
                 } else {
@@ -224,11 +235,11 @@ fn write_fields<'a>(
                         component,
                     )
                 });
-                if at.has(&name) {
+                if at.has(name) {
                     losses.lose(format!("the field {name:?}, as another has this name"));
                     continue;
                 }
-                node(at, &name, "DataArray_t", "R8").add(" data", values);
+                node(at, name, "DataArray_t", "R8").add(" data", values);
             }
         }
     }

@@ -229,6 +229,11 @@ fn plan<'a>(mesh: &'a Mesh, dimension: usize, losses: &mut Losses) -> Result<Pla
     }
     plan.blocks
         .retain(|block| element(block.kind, dimension).is_some());
+    if plan.blocks.iter().any(|block| block.group.is_none()) {
+        losses.note(
+            "cells in no group or in several are blocks, which are groups when they are read again",
+        );
+    }
     number(mesh, &mut plan, &others, losses);
     Ok(plan)
 }
@@ -511,7 +516,7 @@ fn write_fields<'a>(
     ] {
         let all: Vec<String> = on(support)
             .iter()
-            .flat_map(|field| vectors::names(field.first()))
+            .flat_map(|field| vectors::names(field.first(), usize::MAX, losses))
             .collect();
         if !all.is_empty() {
             out.dimension(count, all.len());

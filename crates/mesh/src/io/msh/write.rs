@@ -184,8 +184,10 @@ impl<'a> Writer<'a> {
         let fits = |tag: i64| (least..=i32::MAX.into()).contains(&tag);
         for group in self.mesh.groups.iter().filter(|group| !fits(group.tag)) {
             losses.lose(format!(
-                "group {} of dimension {}, whose number is not {least} to 2^31 - 1",
-                group.tag, group.dim
+                "group {} of dimension {}, {:?}, whose number is not {least} to 2^31 - 1",
+                group.tag,
+                group.dim,
+                group.name.as_deref().unwrap_or_default()
             ));
         }
     }

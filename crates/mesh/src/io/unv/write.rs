@@ -116,10 +116,14 @@ fn groups(out: &mut Out, mesh: &Mesh, losses: &mut Losses) {
                 group.tag, group.dim
             ));
         }
-        let name = group
-            .name
-            .clone()
-            .unwrap_or_else(|| format!("group {}", group.tag));
+        let name = group.name.clone().unwrap_or_else(|| {
+            let name = format!("group {}", group.tag);
+            losses.note(format!(
+                "group {} of dimension {} has no name and is called {name:?}",
+                group.tag, group.dim
+            ));
+            name
+        });
         if name.contains(['\n', '\r']) || name.trim() != name {
             losses.lose(format!("the name {name:?} as it is"));
         }

@@ -187,14 +187,20 @@ fn nodes(shape: Shape, p: usize, order: Order) -> Vec<Node> {
 /// for prisms beyond degree 2.
 pub fn reference_nodes(kind: CellKind) -> Option<Vec<[f64; 3]>> {
     let p = kind.complete_order()?;
-    if kind.shape() == Shape::Prism && p > 2 {
-        return None;
-    }
-    let nodes = nodes(kind.shape(), p, Order::Gmsh).into_iter();
+    let nodes = of_gmsh(kind.shape(), p).into_iter();
     let nodes: Vec<_> = nodes
         .map(|node| node.map(|k| k as f64 / p as f64))
         .collect();
     (nodes.len() == kind.points()).then_some(nodes)
+}
+
+/// The places of the nodes of a complete element in Gmsh's order; none of a shape that has no lattice here, and those of
+/// prisms up to degree 2.
+pub(crate) fn of_gmsh(shape: Shape, p: usize) -> Vec<Node> {
+    match shape {
+        Shape::Prism if p > 2 => Vec::new(),
+        _ => nodes(shape, p, Order::Gmsh),
+    }
 }
 
 /// The place in Gmsh's order of each node in VTK's; `None` where one of the two is not known.

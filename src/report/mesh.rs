@@ -1,0 +1,388 @@
+//! What a mesh file holds, and what is wrong with it.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::Judged;
+use super::html::mesh::{drawn, located};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, table};
+use super::number::{number, place, trimmed};
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::Result;
+use faceoff_mesh::io::{self, Content};
+use faceoff_mesh::mesh::check::{Defects, Soundness};
+use faceoff_mesh::mesh::quality::{Bin, Quality};
+use faceoff_mesh::mesh::{CellKind, Mesh};
+
+pub fn info_report<'a>(file: &Path, info: &'a Info, mesh: &'a Mesh) -> Result<Report<'a>> {
+    let version = info.version.as_deref().unwrap_or("");
+    let about = format!(
+        "{}: {} {version}, {}",
+        file.display(),
+        info.format,
+        info.encoding
+    );
+    let question = "faceoff mesh info: what is in a file?";
+    let mut report = Report::new("mesh info", question, "", info)?;
+    report.blocks.push(Block::Text(about));
+    report.blocks.extend(holds(&info.holds));
+    let drawn = Block::Html(Box::new(|| drawn(mesh)));
+    report.blocks.push(Block::Page(vec![drawn]));
+    if let [first, .., last] = info.times[..] {
+        let count = info.times.len();
+        let times = format!("{count}, from {first} to {last}");
+        report.blocks.push(Block::facts([("times", times)]));
+    }
+    let warnings = info.warnings.iter().map(|what| format!("warning: {what}"));
+    report.blocks.push(Block::List(warnings.collect()));
+    report.inputs.push(file.to_owned());
+    Ok(report)
+}
+
+pub fn holds<'a>(holds: &Holds) -> Vec<Block<'a>> {
+    let own = [
+        ("points", holds.points),
+        ("vertices", holds.vertices),
+        ("lines", holds.lines),
+        ("triangles", holds.triangles),
+        ("tetrahedra", holds.tetrahedra),
+    ];
+    let own = own.into_iter();
+    let counts = own.filter(|(name, count)| *name == "points" || *count > 0);
+    let others = holds.other_cells.iter();
+    let counts = counts.chain(others.map(|(name, count)| (name.as_str(), *count)));
+    let counts = counts.map(|(n, count)| (n.to_owned(), count.to_string()));
+    let sides = holds.r#box.iter().flat_map(|[low, high]| {
+        let side = |k: usize| format!("{} to {}", low[k], high[k]);
+        [0, 1, 2].map(|k| (["x", "y", "z"][k].to_owned(), side(k)))
+    });
+    let order = holds.order.filter(|order| *order > 1);
+    let order = order.map(|order| ("order of the cells".to_owned(), order.to_string()));
+    let mut blocks = vec![Block::facts(counts.chain(order).chain(sides))];
+    let groups = table!("", &holds.groups, |g|
+        "group" => g.tag.to_string(),
+        "name" => &g.name,
+        "dimension" => usize::from(g.dim),
+        "cells" => g.cells,
+    );
+    let fields = table!("", &holds.fields, |f|
+        "field" => &f.name,
+        "on" => &f.on,
+        "components" => f.components,
+        "least" => range(f.least),
+        "largest" => range(f.largest),
+        "not finite" => f.not_finite,
+        "times" => f.times,
+    );
+    let tables = [groups, fields].into_iter();
+    blocks.extend(tables.filter(|of| !of.rows.is_empty()).map(Table::into));
+    blocks
+}
+
+/// A number in a table, in words where there is none.
+fn range(value: Option<f64>) -> Cell {
+    match value {
+        Some(value) => Cell::Number(value, value.to_string()),
+        None => "–".into(),
+    }
+}
+
+pub fn check_report<'a>(file: &Path, found: &'a Soundness, mesh: &'a Mesh) -> Result<Report<'a>> {
+    let kinds: [(&str, &Defects); 10] = [
+        ("cells that curved sides fold over", &found.folded),
+        ("points at the place of another", &found.duplicate_points),
+        ("inverted cells", &found.inverted),
+        ("degenerate cells", &found.degenerate),
+        ("duplicate cells", &found.duplicate),
+        ("orphan points", &found.orphans),
+        ("faces with more than two cells", &found.crowded_faces),
+        ("hanging nodes", &found.hanging_nodes),
+        ("boundary faces in no group", &found.ungrouped_boundary),
+        ("parts that are not connected", &found.parts),
+    ];
+    // One part is as it should be.
+    let least = |what: &str| usize::from(what.starts_with("parts"));
+    let odd = kinds
+        .iter()
+        .filter(|(what, findings)| findings.count > least(what));
+    let words: Vec<String> = odd
+        .clone()
+        .map(|(what, f)| format!("{} {what}", f.count))
+        .collect();
+    let headline = match (words.is_empty(), found.is_sound()) {
+        (true, _) => "nothing is wrong".to_owned(),
+        (_, true) => format!("sound, with {}", words.join(", ")),
+        _ => words.join(", "),
+    };
+    let (verdict, word) = match found.is_sound() {
+        true => (Verdict::Agree, "sound"),
+        false => (Verdict::Disagree, "unsound"),
+    };
+    let title = format!("faceoff mesh check: is {} sound?", file.display());
+    let judged = Judged { verdict, found };
+    let mut report = Report::new("mesh check", &title, headline, &judged)?;
+    report.verdict = Some((verdict, word));
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    report.claim = format!("**{name}** is {word}");
+    report.lede = match words.is_empty() {
+        true => "No cell is inverted, degenerate or there twice, no point is left over, and every boundary face is in a group.".into(),
+        false => format!("It has **{}**.", words.join("**, **")),
+    };
+    report.inputs.push(file.to_owned());
+    for (what, findings) in odd {
+        let more = match findings.count > findings.first.len() {
+            true => ", the first of them",
+            false => "",
+        };
+        let caption = format!("{what}: {}{more}", findings.count);
+        let found = table!(caption, &findings.first, |f|
+            "cells" => format!("{:?}", f.cells),
+            "points" => format!("{:?}", f.points),
+            "at" => format!("{:?}", f.at),
+        );
+        report.blocks.push(found.into());
+    }
+    found
+        .quality
+        .iter()
+        .for_each(|of| report.blocks.extend(quality(of)));
+    let worst = found
+        .quality
+        .iter()
+        .filter_map(|of| Some(of.worst.first()?.at));
+    let worst: Vec<[f64; 3]> = worst.collect();
+    let drawn = Block::Html(Box::new(move || located(mesh, &worst)));
+    report.blocks.push(Block::Page(vec![drawn]));
+    let (name, message) = (file.display().to_string(), report.headline.clone());
+    let case = TestCase::new("mesh", name, verdict, message);
+    report.suites.push(Suite::new("mesh check", [case]));
+    Ok(report)
+}
+
+/// How a measure is distributed, and the worst cells.
+fn quality<'a>(of: &Quality) -> [Block<'a>; 2] {
+    let most = of
+        .bins
+        .iter()
+        .map(|bin| bin.cells)
+        .max()
+        .unwrap_or(0)
+        .max(1);
+    let bar = |cells: usize| "█".repeat((cells * BAR).div_ceil(most));
+    let digits = |value: f64| trimmed(&number(value, 4));
+    let [least, mean, largest] = [of.least, of.mean, of.largest].map(digits);
+    let caption = format!("{}: {least} to {largest}, {mean} in the mean", of.what);
+    let some = |bin: &&Bin| bin.cells > 0;
+    let bins = table!(caption, of.bins.iter().filter(some), |bin|
+        "from" => Cell::Number(bin.from, digits(bin.from)),
+        "to" => Cell::Number(bin.to, digits(bin.to)),
+        "cells" => bin.cells,
+        "" => bar(bin.cells),
+    );
+    let worst = of.worst.iter().take(1).map(|worst| {
+        let at = place(&worst.at);
+        let value = digits(worst.value);
+        (
+            format!("worst {}", of.what),
+            format!("{value} in cell {} at {at}", worst.cell),
+        )
+    });
+    [bins.into(), Block::facts(worst)]
+}
+
+/// The longest bar of a histogram, in letters.
+const BAR: usize = 40;
+
+/// What `mesh info` tells; its JSON form is a contract.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Info {
+    /// The name of a native format, or `other`.
+    pub format: String,
+    pub version: Option<String>,
+    pub encoding: String,
+    /// Ascending; none if the file has none.
+    pub times: Vec<f64>,
+    #[serde(flatten)]
+    pub holds: Holds,
+    pub warnings: Vec<String>,
+}
+
+/// What a mesh holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Holds {
+    /// All points of the file, those of no cell included.
+    pub points: usize,
+    pub vertices: usize,
+    pub lines: usize,
+    pub triangles: usize,
+    pub tetrahedra: usize,
+    /// Number of cells of each other type.
+    pub other_cells: BTreeMap<String, usize>,
+    /// The highest degree of the cells, where it is known.
+    pub order: Option<usize>,
+    /// The least and the largest coordinates of the points; none without points.
+    pub r#box: Option<[[f64; 3]; 2]>,
+    pub groups: Vec<GroupInfo>,
+    pub fields: Vec<FieldInfo>,
+}
+
+/// A group in a mesh.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GroupInfo {
+    pub dim: u8,
+    pub tag: i64,
+    /// Empty for a group without a name.
+    pub name: String,
+    /// Number of its cells.
+    pub cells: usize,
+}
+
+/// A field on a mesh.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FieldInfo {
+    pub name: String,
+    /// `points`, `cells` or `cell points`.
+    pub on: String,
+    pub components: usize,
+    /// The least and the largest of its finite values, at all times.
+    pub least: Option<f64>,
+    pub largest: Option<f64>,
+    /// Values that are infinite or no number.
+    pub not_finite: usize,
+    /// The number of its times; 1 if it is of no time.
+    pub times: usize,
+}
+
+impl Holds {
+    pub fn new(mesh: &Mesh) -> Self {
+        let named = [
+            CellKind::Vertex,
+            CellKind::Line,
+            CellKind::Triangle,
+            CellKind::Tetrahedron,
+        ];
+        let mut other_cells = BTreeMap::new();
+        let others = mesh.blocks.iter().filter(|b| !named.contains(&b.kind));
+        for block in others {
+            *other_cells.entry(block.kind.to_string()).or_insert(0) += block.len();
+        }
+        let groups = mesh.groups.iter().map(|group| GroupInfo {
+            dim: group.dim,
+            tag: group.tag,
+            name: group.name.clone().unwrap_or_default(),
+            cells: group.cells.len(),
+        });
+        let ends = mesh.points.iter().map(|x| [*x, *x]).reduce(|a, b| {
+            let of =
+                |k: usize, take: fn(f64, f64) -> f64| [0, 1, 2].map(|i| take(a[k][i], b[k][i]));
+            [of(0, f64::min), of(1, f64::max)]
+        });
+        Holds {
+            points: mesh.points.len(),
+            vertices: mesh.count(CellKind::Vertex),
+            lines: mesh.count(CellKind::Line),
+            triangles: mesh.count(CellKind::Triangle),
+            tetrahedra: mesh.count(CellKind::Tetrahedron),
+            other_cells,
+            order: mesh
+                .blocks
+                .iter()
+                .filter_map(|block| block.kind.order())
+                .max(),
+            r#box: ends,
+            groups: groups.collect(),
+            fields: fields(mesh),
+        }
+    }
+}
+
+/// The fields by name and support, each at all of its times.
+fn fields(mesh: &Mesh) -> Vec<FieldInfo> {
+    let mut all: Vec<FieldInfo> = Vec::new();
+    for field in &mesh.fields {
+        let values = field.values.to_f64();
+        let finite = || values.iter().copied().filter(|value| value.is_finite());
+        let one = FieldInfo {
+            name: field.name.clone(),
+            on: field.on.to_string(),
+            components: field.components,
+            least: finite().reduce(f64::min),
+            largest: finite().reduce(f64::max),
+            not_finite: values.len() - finite().count(),
+            times: 1,
+        };
+        let same = |known: &&mut FieldInfo| {
+            (&known.name, &known.on, known.components) == (&one.name, &one.on, one.components)
+        };
+        match all.iter_mut().find(same).filter(|_| field.time.is_some()) {
+            None => all.push(one),
+            Some(known) => {
+                let both = [known.least, one.least].into_iter().flatten();
+                known.least = both.reduce(f64::min);
+                let both = [known.largest, one.largest].into_iter().flatten();
+                known.largest = both.reduce(f64::max);
+                known.not_finite += one.not_finite;
+                known.times += 1;
+            }
+        }
+    }
+    all
+}
+
+impl Info {
+    pub fn new(content: &Content, times: Vec<f64>) -> Self {
+        let mut warnings = [content.warnings.clone(), unread(content)].concat();
+        let mut own = io::NATIVE.iter().map(|format| format.names[0]);
+        let own = own.find(|own| *own == content.format);
+        if own.is_none() {
+            warnings.push(format!("read by meshio as {}", content.format));
+        }
+        Info {
+            format: own.unwrap_or("other").to_owned(),
+            version: content.version.clone(),
+            encoding: content.encoding.clone(),
+            times,
+            holds: Holds::new(&content.mesh),
+            warnings,
+        }
+    }
+}
+
+/// What the reader left behind.
+pub fn unread(content: &Content) -> Vec<String> {
+    let unread = content.unread.iter();
+    unread.map(|what| format!("not read: {what}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn info_is_what_the_contract_says() {
+        let content = io::open(
+            Path::new(concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/tests/data/square-2.2-binary.msh"
+            )),
+            None,
+        )
+        .expect("a sound mesh");
+        let info = Info::new(&content, Vec::new());
+        let json = serde_json::to_value(&info).expect("JSON");
+        assert_eq!(json["format"], "msh");
+        assert_eq!(json["version"], "2.2");
+        assert_eq!(json["encoding"], "binary-little");
+        let counts = ["points", "vertices", "lines", "triangles", "tetrahedra"]
+            .map(|key| json[key].as_u64());
+        assert_eq!(counts, [12, 1, 8, 14, 0].map(Some));
+        assert_eq!(
+            json["groups"][1],
+            serde_json::json!({"dim": 1, "tag": 1, "name": "bottom side", "cells": 2})
+        );
+        assert_eq!(json["other_cells"], serde_json::json!({}));
+        assert_eq!(json["warnings"], serde_json::json!([]));
+    }
+}
