@@ -22,6 +22,37 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! # What is read, written and lost
+//!
+//! A format is recognised by what is in the file. All that a file holds and [`io::Content::mesh`] does not is in
+//! [`io::Content::unread`]; a target that cannot hold all of a mesh refuses it, or warns of each loss if
+//! [`io::Options::lossy`] allows that. The numbers of points and cells, and Gmsh's geometry behind a mesh, are lost with a
+//! warning wherever the last column does not say that they are kept.
+//!
+//! | format | read | written | lost by writing |
+//! |---|---|---|---|
+//! | MSH (Gmsh) | 1.0 to 4.1, text and binary, all sections of meshes and results | 2.2 and 4.1, text and binary | polygons, polyhedra, Lagrange and Bézier cells; names with quotes; data about the whole; numbers are kept |
+//! | VTU, PVTU (VTK) | all encodings, byte orders and compressors, pieces; cells of any order, polyhedra | in all encodings and compressors | nothing of mesh, groups, fields and numbers, which further arrays keep |
+//! | VTP | polygons, lines, vertices, strips (cut up) | as VTU | solids are refused |
+//! | VTI, VTR, VTS | as quadrangles and hexahedra | no | |
+//! | VTK (legacy) | 1.0 to 5.1, all data sets, text and binary; not colour tables and texts | 4.2, or 5.1 for cells of high order | as VTU |
+//! | VTKHDF | grids and polygonal data, partitions, steps | a grid with its steps | as VTU |
+//! | Medit | `.mesh`, `.meshb` 1 to 4; cells of first and second order, labels | text and binary 2 | cells without a keyword; more than one group of a cell; fields; in binary, names |
+//! | FreeFEM `.msh` | all | all | all but triangles, lines and one label each; names; fields |
+//! | Exodus II | netCDF-3 and -4: blocks, sets, variables at all times; not variables on sets, distribution factors, polyhedra | netCDF-3, 64-bit offsets | polygons, polyhedra, orders above 2; fields on the nodes of cells; numbers are kept |
+//! | XDMF 2, 3 | numbers in XML, HDF5 or plain files; collections, structured grids, mesh tags, functions of degree 0 and 1 | with an HDF5 file beside it | polygons, polyhedra, orders above 2; fields on the nodes of cells; texts |
+//! | MED 3, 4 | the first unstructured mesh, families, fields on nodes, cells and their nodes; not Gauss points, polyhedra | 4.0 | polygons, polyhedra, orders above 2; fields on the nodes of cells; names beyond 80 bytes; numbers of groups |
+//! | CGNS | HDF5 and ADF: all zones of the first base, structured too; conditions, families, sections, solutions; not polyhedra | one zone on HDF5 | as MED; names beyond 32 bytes; fields on cells that are not all of the highest dimension |
+//! | MFEM | conforming, curved (order 2), non-conforming by leaves | no | |
+//! | Abaqus | nodes, elements, sets, surfaces, parts, includes | yes | fields; elements without a name in Abaqus |
+//! | AVS-UCD | text and binary, with data | through meshio | |
+//! | UNV | nodes, elements, groups, results | yes | elements without a number in UNV; fields on the nodes of cells |
+//! | Nastran | bulk data in all three widths, includes | through meshio | |
+//! | SU2 | all zones | yes | second order; groups that are no sides; fields |
+//! | STL, PLY, OFF, OBJ | triangles and quadrangles | through meshio | |
+//!
+//! What these do not know, [meshio](https://github.com/nschloe/meshio) reads and writes, where its Python is given.
 
 pub mod cancel;
 pub mod error;

@@ -5,6 +5,7 @@ use std::io::{self, Read};
 use std::ops::{Deref, DerefMut};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use memmap2::{Advice, MmapMut};
 use rayon::prelude::*;
@@ -34,6 +35,12 @@ impl Deref for Bytes {
     }
 }
 
+impl AsRef<[u8]> for Bytes {
+    fn as_ref(&self) -> &[u8] {
+        self
+    }
+}
+
 impl DerefMut for Bytes {
     fn deref_mut(&mut self) -> &mut [u8] {
         match self {
@@ -59,22 +66,38 @@ fn large(length: usize) -> io::Result<MmapMut> {
     Ok(bytes)
 }
 
+/// The large files that are in memory now.
+static HELD: Mutex<Vec<Weak<Bytes>>> = Mutex::new(Vec::new());
+
 /// Reads a regular file to its end.
 ///
 /// # Errors
 /// Those of [`file::open`].
-pub fn read(path: &Path) -> io::Result<Bytes> {
+pub fn read(path: &Path) -> io::Result<Arc<Bytes>> {
     let mut file = file::open(path)?;
     let found = file.metadata()?;
     if found.len() >= LARGE
         && let Ok(large) = read_large(&file, found.len())
     {
-        return Ok(Bytes::Large(large));
+        let bytes = Arc::new(Bytes::Large(large));
+        let mut held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
+        held.retain(|held| held.strong_count() > 0);
+        held.push(Arc::downgrade(&bytes));
+        return Ok(bytes);
     }
     // This also reads a file that grows or shrinks meanwhile.
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)?;
-    Ok(Bytes::Small(bytes))
+    Ok(Arc::new(Bytes::Small(bytes)))
+}
+
+/// The owner of these bytes, if they are a large file from [`read`], or else of a copy: the library of HDF5 keeps what it
+/// reads from, and copying a file takes longer than reading it.
+pub fn owner(bytes: &[u8]) -> Arc<Bytes> {
+    let held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut held = held.iter().filter_map(Weak::upgrade);
+    held.find(|held| std::ptr::eq(&***held, bytes))
+        .unwrap_or_else(|| Arc::new(Bytes::Small(bytes.to_vec())))
 }
 
 /// Reads a file of `length` bytes.
@@ -102,8 +125,12 @@ mod tests {
             let written: Vec<u8> = (0..length).map(|i| (i * 31 / 4096 + i) as u8).collect();
             std::fs::write(&path, &written).expect("written");
             let read = read(&path).expect("read");
-            assert_eq!(matches!(read, Bytes::Large(_)), length >= LARGE);
-            assert!(*read == *written);
+            assert_eq!(matches!(*read, Bytes::Large(_)), length >= LARGE);
+            assert!(**read == *written);
+            // The same memory, if it is large and the whole of it.
+            assert_eq!(Arc::ptr_eq(&owner(&read), &read), length >= LARGE);
+            assert!(**owner(&read) == *written);
+            assert!(!Arc::ptr_eq(&owner(&read[..read.len() / 2]), &read));
         }
         assert!(read(folder.path()).is_err());
         assert!(read(&folder.path().join("none")).is_err());

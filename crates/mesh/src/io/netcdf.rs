@@ -2,10 +2,13 @@
 //! netCDF-4 is HDF5. The 64-bit offset format, CDF-2, is what is written.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::path::Path;
 
 use super::hdf5;
 use super::out::Out;
+use super::vtu::array::RawNumbers;
+use super::vtu::unpack::Unpacked;
 use crate::error::{Error, Place, Result};
 use crate::mesh::Values;
 
@@ -96,32 +99,29 @@ impl<'a> File<'a> {
 
     /// All values of a variable, if there is one; characters are bytes.
     pub fn values(&self, name: &str) -> Result<Option<Values>> {
-        match &self.held {
-            Held::Classic(classic) => {
-                let variable = classic.variables.get(name);
-                let rows = |v: &Variable| 0..v.shape.first().copied().unwrap_or(1);
-                variable.map(|v| self.rows(classic, v, rows(v))).transpose()
-            }
-            Held::Hdf5(root) => root.data(name)?.map(|data| data.values()).transpose(),
-        }
+        Ok(self.raw(name, None)?.map(|numbers| numbers.values()))
     }
 
     /// The values of a variable at one index of its first dimension.
     pub fn row(&self, name: &str, k: usize) -> Result<Option<Values>> {
-        if self
-            .shape(name)?
-            .is_none_or(|shape| shape.first().is_none_or(|&rows| k >= rows))
-        {
-            return Ok(None);
+        match self.shape(name)?.as_deref() {
+            Some([rows, ..]) if k < *rows => {}
+            _ => return Ok(None),
         }
+        let row = self.raw(name, Some(k..k + 1))?;
+        Ok(row.map(|numbers| numbers.values()))
+    }
+
+    /// The numbers of a variable as they lie in the file: all, or those at some indices of its first dimension.
+    pub fn raw(&self, name: &str, rows: Option<Range<usize>>) -> Result<Option<RawNumbers<'_>>> {
         match &self.held {
             Held::Classic(classic) => {
                 let variable = classic.variables.get(name);
-                variable
-                    .map(|v| self.rows(classic, v, k..k + 1))
-                    .transpose()
+                let all = |v: &Variable| 0..v.shape.first().copied().unwrap_or(1);
+                let of = |v| classic.rows(v, rows.unwrap_or_else(|| all(v)));
+                variable.map(of).transpose()
             }
-            Held::Hdf5(root) => root.data(name)?.map(|data| data.some(k..k + 1)).transpose(),
+            Held::Hdf5(root) => root.data(name)?.map(|data| data.raw(rows)).transpose(),
         }
     }
 
@@ -162,31 +162,23 @@ impl<'a> File<'a> {
             },
         }
     }
+}
 
-    /// Some rows of a variable of a classic file, whose bytes have been found to be there.
-    fn rows(
-        &self,
-        file: &Classic<'_>,
-        variable: &Variable,
-        rows: std::ops::Range<usize>,
-    ) -> Result<Values> {
+impl<'a> Classic<'a> {
+    /// Some rows of a variable, whose bytes have been found to be there.
+    fn rows(&self, variable: &Variable, rows: Range<usize>) -> Result<RawNumbers<'a>> {
         crate::cancel::check()?;
         let count: usize = variable.shape.iter().skip(1).product();
         let size = count * size_of(variable.kind);
-        if !variable.is_record {
-            let part = file
-                .bytes
-                .get(variable.begin + rows.start * size..variable.begin + rows.end * size);
-            return Ok(numbers(variable.kind, part.unwrap_or_default()));
-        }
-        let record = |k: usize| {
-            let at = variable.begin + k * file.record;
-            file.bytes.get(at..at + size).unwrap_or_default()
+        let part = |at: usize, length: usize| self.bytes.get(at..at + length).unwrap_or_default();
+        let bytes = match variable.is_record {
+            false => part(variable.begin + rows.start * size, rows.len() * size).into(),
+            true => {
+                let records = rows.map(|k| part(variable.begin + k * self.record, size));
+                records.collect::<Vec<_>>().concat().into()
+            }
         };
-        Ok(numbers(
-            variable.kind,
-            &rows.map(record).collect::<Vec<_>>().concat(),
-        ))
+        Ok(numbers(variable.kind, bytes))
     }
 }
 
@@ -216,23 +208,24 @@ fn size_of(kind: u32) -> usize {
     }
 }
 
-/// Big-endian numbers of a type that is known.
-fn numbers(kind: u32, bytes: &[u8]) -> Values {
-    fn of<T, const N: usize>(bytes: &[u8], number: impl Fn([u8; N]) -> T) -> Vec<T> {
-        let (chunks, _) = bytes.as_chunks();
-        chunks.iter().map(|chunk| number(*chunk)).collect()
-    }
-    match kind {
-        1 => Values::I8(of(bytes, i8::from_be_bytes)),
-        3 => Values::I16(of(bytes, i16::from_be_bytes)),
-        4 => Values::I32(of(bytes, i32::from_be_bytes)),
-        5 => Values::F32(of(bytes, f32::from_be_bytes)),
-        6 => Values::F64(of(bytes, f64::from_be_bytes)),
-        8 => Values::U16(of(bytes, u16::from_be_bytes)),
-        9 => Values::U32(of(bytes, u32::from_be_bytes)),
-        10 => Values::I64(of(bytes, i64::from_be_bytes)),
-        11 => Values::U64(of(bytes, u64::from_be_bytes)),
-        _ => Values::U8(bytes.to_vec()),
+/// Numbers of a type that is known; characters are bytes.
+fn numbers(kind: u32, bytes: Unpacked<'_>) -> RawNumbers<'_> {
+    let type_name = match kind {
+        1 => "Int8",
+        3 => "Int16",
+        4 => "Int32",
+        5 => "Float32",
+        6 => "Float64",
+        8 => "UInt16",
+        9 => "UInt32",
+        10 => "Int64",
+        11 => "UInt64",
+        _ => "UInt8",
+    };
+    RawNumbers {
+        type_name,
+        bytes,
+        big_endian: true,
     }
 }
 
@@ -330,7 +323,7 @@ impl<'a> Header<'a> {
             let name = self.name()?;
             let kind = self.kind()?;
             let bytes = self.count()?.saturating_mul(size_of(kind));
-            attributes.insert(name, numbers(kind, self.padded(bytes)?));
+            attributes.insert(name, numbers(kind, self.padded(bytes)?.into()).values());
         }
         Ok(attributes)
     }

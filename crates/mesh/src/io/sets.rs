@@ -33,14 +33,24 @@ impl Sets {
     /// Adds a set of cells: a group for each of their dimensions, or of dimension `dim` if there are none.
     pub fn cells(&mut self, dim: u8, tag: i64, name: &str, cells: impl IntoIterator<Item = u32>) {
         let ends = self.mesh.block_ends();
-        let mut by_dim: BTreeMap<u8, Vec<u32>> = BTreeMap::new();
+        let mut by_dim: [Vec<u32>; 4] = std::array::from_fn(|_| Vec::new());
+        // The block of the last cell, which is mostly that of the next.
+        let (mut range, mut of) = (0..0, 0);
         for cell in cells {
-            let block = ends.partition_point(|&end| end <= cell as usize);
-            if let Some(block) = self.mesh.blocks.get(block) {
-                by_dim.entry(block.kind.dim()).or_default().push(cell);
+            if !range.contains(&(cell as usize)) {
+                let k = ends.partition_point(|&end| end <= cell as usize);
+                let Some(block) = self.mesh.blocks.get(k) else {
+                    continue;
+                };
+                (range, of) = (
+                    ends[k] - block.len()..ends[k],
+                    usize::from(block.kind.dim()),
+                );
             }
+            by_dim[of].push(cell);
         }
-        self.groups_of(by_dim, dim, tag, name);
+        let by_dim = (0..).zip(by_dim).filter(|(_, cells)| !cells.is_empty());
+        self.groups_of(by_dim.collect(), dim, tag, name);
     }
 
     /// Adds a set of sides: cells, and the corners of each side by their places in the cell. Returns how many are of an order
@@ -187,8 +197,10 @@ impl Sets {
             for cell in group.cells.iter_mut().filter(|cell| **cell & MADE != 0) {
                 *cell = numbers[(*cell ^ MADE) as usize];
             }
-            group.cells.sort_unstable();
-            group.cells.dedup();
+            if !group.cells.is_sorted_by(|a, b| a < b) {
+                group.cells.sort_unstable();
+                group.cells.dedup();
+            }
         }
         self.mesh.blocks.retain(|block| !block.is_empty());
         self.mesh.groups = self.groups.into_values().collect();

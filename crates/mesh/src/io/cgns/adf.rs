@@ -5,7 +5,7 @@ use std::cell::Cell;
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
-use crate::mesh::Values;
+use crate::io::vtu::array::RawNumbers;
 
 /// Whether these are the bytes of such a file.
 pub fn is_adf(bytes: &[u8]) -> bool {
@@ -167,11 +167,15 @@ impl<'a> File<'a> {
     }
 
     /// The numbers of a node; characters are bytes. None if it has none.
-    pub fn values(&self, node: &Node) -> Result<Option<Values>> {
-        let size = match node.kind.as_str() {
-            "C1" | "B1" | "LK" => 1,
-            "I4" | "U4" | "R4" => 4,
-            "I8" | "U8" | "R8" => 8,
+    pub fn raw(&self, node: &Node) -> Result<Option<RawNumbers<'a>>> {
+        let (type_name, size) = match node.kind.as_str() {
+            "C1" | "B1" | "LK" => ("UInt8", 1),
+            "I4" => ("Int32", 4),
+            "U4" => ("UInt32", 4),
+            "R4" => ("Float32", 4),
+            "I8" => ("Int64", 8),
+            "U8" => ("UInt64", 8),
+            "R8" => ("Float64", 8),
             _ => return Ok(None),
         };
         if node.chunks == 0 {
@@ -189,10 +193,10 @@ impl<'a> File<'a> {
             )
         })?;
         self.left.set(self.left.get() - bytes);
-        let mut found = Vec::new();
-        let part = match node.chunks {
-            1 => self.take(node.data + 4 + POINTER as u64, bytes)?,
+        let bytes = match node.chunks {
+            1 => self.take(node.data + 4 + POINTER as u64, bytes)?.into(),
             chunks => {
+                let mut found = Vec::new();
                 // A table of where each part begins and ends.
                 for k in 0..chunks {
                     let at = node.data + (4 + POINTER + 2 * POINTER * k) as u64;
@@ -211,28 +215,13 @@ impl<'a> File<'a> {
                         format!("the data of {} end too early", node.name),
                     ));
                 }
-                &found
+                found.into()
             }
         };
-        macro_rules! numbers {
-            ($variant:ident $type:ty) => {{
-                let (chunks, _) = part.as_chunks();
-                let of = if self.big_endian {
-                    <$type>::from_be_bytes
-                } else {
-                    <$type>::from_le_bytes
-                };
-                Values::$variant(chunks.iter().map(|chunk| of(*chunk)).collect())
-            }};
-        }
-        Ok(Some(match node.kind.as_str() {
-            "I4" => numbers!(I32 i32),
-            "U4" => numbers!(U32 u32),
-            "R4" => numbers!(F32 f32),
-            "I8" => numbers!(I64 i64),
-            "U8" => numbers!(U64 u64),
-            "R8" => numbers!(F64 f64),
-            _ => Values::U8(part.to_vec()),
+        Ok(Some(RawNumbers {
+            type_name,
+            bytes,
+            big_endian: self.big_endian,
         }))
     }
 }

@@ -1,14 +1,16 @@
 //! Reads CGNS files.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
 use super::tree::{self, Node};
 use super::{adf, cells};
 use crate::error::Result;
+use crate::io::raw::{self, Nodes};
 use crate::io::sets::{self, Sets};
-use crate::io::{Content, vectors};
+use crate::io::vtu::array::RawNumbers;
+use crate::io::{Content, rows, vectors};
 use crate::mesh::{CellBlock, CellKind, Field, Support};
 
 struct Reader {
@@ -176,43 +178,33 @@ impl Reader {
                 node.name()
             ));
         }
-        let mut found = Vec::new();
-        let mut points = None;
-        for array in grids
-            .first()
-            .map(|grid| grid.labelled("DataArray_t"))
-            .transpose()?
-            .unwrap_or_default()
-        {
-            let axis = ["CoordinateX", "CoordinateY", "CoordinateZ"]
-                .iter()
-                .position(|axis| *axis == array.name());
-            let Some(axis) = axis else {
-                found.push(array.name().to_owned());
+        let arrays = grids.first().map(|grid| grid.labelled("DataArray_t"));
+        let (mut others, mut axes) = (Vec::new(), [None, None, None]);
+        for array in arrays.transpose()?.unwrap_or_default() {
+            let known = ["CoordinateX", "CoordinateY", "CoordinateZ"];
+            let Some(axis) = known.iter().position(|axis| *axis == array.name()) else {
+                others.push(array.name().to_owned());
                 continue;
             };
-            let values = array.values()?.map_or(Vec::new(), |values| values.to_f64());
-            if values.len() != count {
-                return Err(array.refuse(format!("{} coordinates of {count} points", values.len())));
+            let numbers = array.raw()?.unwrap_or(RawNumbers::of::<f64>(Vec::new()));
+            if numbers.len() != count {
+                let what = format!("{} coordinates of {count} points", numbers.len());
+                return Err(array.refuse(what));
             }
-            let points = points.get_or_insert_with(|| vec![[0.0; 3]; count]);
-            points
-                .iter_mut()
-                .zip(values)
-                .for_each(|(point, x)| point[axis] = x);
+            axes[axis] = Some(numbers);
         }
-        let points = match points {
-            Some(points) => points,
-            None if count == 0 => Vec::new(),
-            None => {
-                return Err(
-                    node.refuse(format!("there are no coordinates x, y, z (but {found:?})"))
-                );
-            }
-        };
-        self.sets.mesh.points.extend(points);
+        if axes.iter().all(Option::is_none) && count > 0 {
+            let what = format!("there are no coordinates x, y, z (but {others:?})");
+            return Err(node.refuse(what));
+        }
+        // Where an axis is missing its coordinates are 0.
+        let none = RawNumbers::of::<f64>(Vec::new());
+        let columns = axes
+            .each_ref()
+            .map(|axis| (axis.as_ref().unwrap_or(&none), 0));
+        let points = raw::points(&columns, count);
+        rows::append(&mut self.sets.mesh.points, points);
         let points = first as u32..(first + count) as u32;
-        let before = self.sets.mesh.cell_count() as u32;
         if is_structured {
             let slowest_first: Vec<usize> = counts.iter().rev().copied().collect();
             let (kind, nodes) = sets::grid(&slowest_first, points.start);
@@ -248,17 +240,18 @@ impl Reader {
         }
         // Values stand in the order of the elements' numbers.
         sections.sort_unstable();
-        let ends = self.sets.mesh.block_ends();
-        let kind = |cell: u32| {
-            self.sets.mesh.blocks[ends.partition_point(|&end| end <= cell as usize)].kind
-        };
-        let in_order = sections.iter().flat_map(|&(from, to, first)| {
-            (0..=(to - from).max(-1)).map(move |k| first + k as u32)
-        });
-        let end = self.sets.mesh.cell_count() as u32;
-        let cells = in_order
-            .filter(|&cell| (before..end).contains(&cell) && kind(cell).dim() == dimension)
-            .collect();
+        let mut cells = Vec::new();
+        for &(from, to, first) in &sections {
+            let end = first + u32::try_from(to - from + 1).unwrap_or(0);
+            let mut start = 0;
+            for block in &self.sets.mesh.blocks {
+                let of = start..start + block.len() as u32;
+                start = of.end;
+                if block.kind.dim() == dimension {
+                    cells.extend(of.start.max(first)..of.end.min(end));
+                }
+            }
+        }
         Ok(Zone {
             structure: None,
             points,
@@ -270,19 +263,9 @@ impl Reader {
     /// Reads a section of elements; false if it is of a kind that is not read.
     fn elements(&mut self, section: &Node<'_>, points: &Range<u32>) -> Result<bool> {
         let number = section.integers()?.first().copied().unwrap_or(0);
-        let numbers = section
-            .child("ElementConnectivity")?
-            .map(|nodes| nodes.integers())
-            .transpose()?
-            .unwrap_or_default();
-        let node = |number: i64| {
-            let index = u32::try_from(number.wrapping_sub(1))
-                .ok()
-                .filter(|&index| index < points.len() as u32);
-            index.map(|index| points.start + index).ok_or_else(|| {
-                section.refuse(format!("it names the node {number} of {}", points.len()))
-            })
-        };
+        let numbers = section.child("ElementConnectivity")?;
+        let numbers = numbers.map(|nodes| nodes.raw()).transpose()?.flatten();
+        let numbers = numbers.unwrap_or(RawNumbers::of::<i32>(Vec::new()));
         if [cells::NGON, cells::NFACE].contains(&number)
             || (number != cells::MIXED && cells::kind(number).is_none())
         {
@@ -292,16 +275,15 @@ impl Reader {
             ));
             return Ok(false);
         }
-        let mut add = |kind: CellKind, order: &[usize], cells: &[i64]| -> Result<()> {
-            let mut nodes = vec![0; cells.len()];
-            for (to, from) in nodes
-                .chunks_exact_mut(order.len())
-                .zip(cells.chunks_exact(order.len()))
-            {
-                for (&place, &number) in order.iter().zip(from) {
-                    to[place] = node(number)?;
-                }
-            }
+        let mut add = |kind: CellKind, numbers: &RawNumbers<'_>| -> Result<()> {
+            let nodes = numbers.nodes(&Nodes {
+                base: 1,
+                points: points.clone(),
+                width: kind.points(),
+                order: &cells::order(kind),
+                by_place: false,
+            });
+            let nodes = nodes.map_err(|what| section.refuse(what))?;
             match self.sets.mesh.blocks.last_mut() {
                 Some(last) if last.kind == kind => last.nodes.extend(nodes),
                 _ => drop(self.sets.block(CellBlock::new(kind, nodes))),
@@ -314,26 +296,29 @@ impl Reader {
                     section.refuse(format!("{} nodes do not make {kind} cells", numbers.len()))
                 );
             }
-            add(kind, &cells::order(kind), &numbers)?;
+            add(kind, &numbers)?;
             return Ok(true);
         }
+        let numbers = numbers.integers();
+        let numbers = numbers.ok_or_else(|| section.refuse("it does not hold whole numbers"))?;
         let mut rest = &numbers[..];
-        let mut orders: BTreeMap<i64, (CellKind, Vec<usize>)> = BTreeMap::new();
+        // Consecutive cells of one kind.
+        let mut runs: Vec<(CellKind, Vec<i64>)> = Vec::new();
         while let [number, tail @ ..] = rest {
-            let known = match orders.get(number) {
-                Some(known) => known,
-                None => {
-                    let kind = cells::kind(*number).ok_or_else(|| {
-                        section.refuse(format!("elements of CGNS's type {number} are not read"))
-                    })?;
-                    orders.entry(*number).or_insert((kind, cells::order(kind)))
-                }
-            };
-            let Some((cell, others)) = tail.split_at_checked(known.1.len()) else {
+            let kind = cells::kind(*number).ok_or_else(|| {
+                section.refuse(format!("elements of CGNS's type {number} are not read"))
+            })?;
+            let Some((cell, others)) = tail.split_at_checked(kind.points()) else {
                 return Err(section.refuse("its last element ends too early"));
             };
-            add(known.0, &known.1, cell)?;
+            match runs.last_mut() {
+                Some((last, run)) if *last == kind => run.extend(cell),
+                _ => runs.push((kind, cell.to_vec())),
+            }
             rest = others;
+        }
+        for (kind, run) in runs {
+            add(kind, &RawNumbers::of(run))?;
         }
         Ok(true)
     }
@@ -523,10 +508,10 @@ impl Reader {
 
     /// Sections that no other group has the cells of are groups by their names.
     fn sections(&mut self, node: &Node<'_>, zone: &Zone) -> Result<()> {
-        let mut covered = BTreeSet::new();
+        let mut covered = vec![false; self.sets.mesh.cell_count()];
         for (_, members) in &self.groups {
             if let Members::Cells(cells) = members {
-                covered.extend(cells.iter().copied());
+                cells.iter().for_each(|&cell| covered[cell as usize] = true);
             }
         }
         let all = node.labelled("Elements_t")?;
@@ -544,17 +529,17 @@ impl Reader {
                 .find(|(from, to, _)| range[..] == [*from, *to]);
             if let Some(&(from, to, first)) = known {
                 let count = u32::try_from(to - from + 1).unwrap_or(0);
-                let cells: Vec<u32> = (first..first.saturating_add(count))
-                    .filter(|cell| !covered.contains(cell))
-                    .collect();
+                let cells = first..first.saturating_add(count);
+                let free = covered.get(cells.start as usize..cells.end as usize);
+                let free = free.is_some_and(|of| !of.contains(&true));
                 // Nodes are in sets of nodes.
                 let is_node = self
                     .sets
                     .mesh
                     .cell(first)
                     .is_some_and(|(kind, _)| kind == CellKind::Vertex);
-                if cells.len() == count as usize && count > 0 && !is_node {
-                    found.push((section.name().to_owned(), Members::Cells(cells)));
+                if free && count > 0 && !is_node {
+                    found.push((section.name().to_owned(), Members::Cells(cells.collect())));
                 }
             }
         }

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::adf;
 use crate::error::{Error, Result};
-use crate::field::to_i64;
 use crate::io::hdf5;
+use crate::io::vtu::array::RawNumbers;
 use crate::mesh::Values;
 
 /// A node with a name, a label that says what it is, and perhaps data.
@@ -78,17 +78,23 @@ impl<'a> Node<'a> {
         }
     }
 
-    pub fn values(&self) -> Result<Option<Values>> {
+    /// Its numbers as they lie in the file; characters are bytes.
+    pub fn raw(&self) -> Result<Option<RawNumbers<'a>>> {
         match self {
-            Node::Hdf5(group, _) => group.data(" data")?.map(|data| data.values()).transpose(),
-            Node::Adf(file, node) => file.values(node),
+            Node::Hdf5(group, _) => group.data(" data")?.map(|data| data.raw(None)).transpose(),
+            Node::Adf(file, node) => file.raw(node),
         }
+    }
+
+    pub fn values(&self) -> Result<Option<Values>> {
+        Ok(self.raw()?.map(|numbers| numbers.values()))
     }
 
     /// The whole numbers of this node.
     pub fn integers(&self) -> Result<Vec<i64>> {
-        let values = self.values()?.unwrap_or(Values::I64(Vec::new()));
-        to_i64(&values).ok_or_else(|| self.refuse("it does not hold whole numbers"))
+        let numbers = self.raw()?.map(|numbers| numbers.integers());
+        let numbers = numbers.unwrap_or(Some(Vec::new()));
+        numbers.ok_or_else(|| self.refuse("it does not hold whole numbers"))
     }
 
     /// The texts of `width` bytes in this node; one of all bytes if it is 0.

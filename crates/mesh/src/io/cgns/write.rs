@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::field::GlobalArray;
 use crate::io::hdf5::write::{Data, Group, Type};
 use crate::io::loss::Losses;
+use crate::io::raw::CellNodes;
 use crate::io::steps::{Steps, row_of};
 use crate::io::{Options, refuse_unsound, sets, vectors};
 use crate::mesh::{CellBlock, CellGroups, Mesh, Support};
@@ -103,11 +104,8 @@ pub fn write(
         let range = [start, start + block.len() as i64 - 1];
         node(section, "ElementRange", "IndexRange_t", "I4")
             .add(" data", Data::integers(INT, vec![2], move |k| range[k]));
-        let (order, width) = (cells::order(kind), kind.points());
-        let nodes = &block.nodes;
-        let connectivity = Data::integers(INT, vec![nodes.len()], move |k| {
-            i64::from(nodes[k / width * width + order[k % width]]) + 1
-        });
+        let nodes = CellNodes::new(&block.nodes, cells::order(kind), false);
+        let connectivity = Data::nodes(vec![nodes.len()], nodes, 1);
         node(section, "ElementConnectivity", "DataArray_t", "I4").add(" data", connectivity);
     }
     let names = sets::distinct_names(mesh.groups.iter(), NAME);

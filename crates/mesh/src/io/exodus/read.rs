@@ -5,9 +5,11 @@ use std::path::Path;
 
 use super::cells;
 use crate::error::Result;
-use crate::field::{GlobalArray, to_i64};
+use crate::field::GlobalArray;
 use crate::io::netcdf::File;
+use crate::io::raw::{self, Nodes};
 use crate::io::sets::Sets;
+use crate::io::vtu::array::RawNumbers;
 use crate::io::{Content, vectors};
 use crate::mesh::{CellBlock, CellKind, Field, Support, Values};
 
@@ -100,12 +102,12 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
 impl Reader<'_> {
     /// The whole numbers of a variable; none if it is not there.
     fn integers(&self, name: &str) -> Result<Option<Vec<i64>>> {
-        let values = self.file.values(name)?;
-        let numbers = values.map(|values| {
-            to_i64(&values).ok_or_else(|| {
+        let numbers = self.file.raw(name, None)?.map(|numbers| {
+            let what = || {
                 self.file
                     .refuse(format!("{name} does not hold whole numbers"))
-            })
+            };
+            numbers.integers().ok_or_else(what)
         });
         numbers.transpose()
     }
@@ -119,43 +121,35 @@ impl Reader<'_> {
     }
 
     fn points(&mut self) -> Result<()> {
-        let mut columns = Vec::new();
+        let (mut one_by_one, all) = (Vec::new(), self.file.raw("coord", None)?);
         for name in ["coordx", "coordy", "coordz"] {
-            columns.extend(self.file.values(name)?.map(|values| values.to_f64()));
+            one_by_one.extend(self.file.raw(name, None)?);
         }
-        if let Some(shape) = self.file.shape("coord")?.filter(|shape| shape.len() == 2)
-            && columns.is_empty()
-        {
-            let all = self
-                .file
-                .values("coord")?
-                .map_or(Vec::new(), |values| values.to_f64());
-            columns = all.chunks(shape[1].max(1)).map(<[f64]>::to_vec).collect();
+        let shape = self.file.shape("coord")?.unwrap_or_default();
+        let mut columns: Vec<_> = one_by_one.iter().map(|column| (column, 0)).collect();
+        let mut count = one_by_one.first().map_or(0, RawNumbers::len);
+        if let ([axes, of_axis], Some(all), true) = (&shape[..], &all, columns.is_empty()) {
+            columns = (0..*axes).map(|axis| (all, axis * of_axis)).collect();
+            count = *of_axis;
         }
         // Some files of two dimensions have a third column all the same.
         let dimension = self.file.dimension("num_dim")?.unwrap_or(columns.len());
         self.dimension = dimension.clamp(1, 3);
         columns.truncate(self.dimension);
-        let count = columns.first().map_or(0, Vec::len);
-        if columns.iter().any(|column| column.len() != count) {
-            return Err(self
-                .file
-                .refuse("coordx, coordy and coordz are not of one length"));
+        if one_by_one
+            .iter()
+            .take(self.dimension)
+            .any(|column| column.len() != count)
+        {
+            let what = "coordx, coordy and coordz are not of one length";
+            return Err(self.file.refuse(what));
         }
         let nodes = self.file.dimension("num_nodes")?;
         if nodes.is_some_and(|nodes| nodes != count) && !columns.is_empty() {
-            return Err(self
-                .file
-                .refuse(format!("there are {count} coordinates for {nodes:?} nodes")));
+            let what = format!("there are {count} coordinates for {nodes:?} nodes");
+            return Err(self.file.refuse(what));
         }
-        let mut points = vec![[0.0; 3]; count];
-        for (axis, column) in columns.iter().enumerate() {
-            points
-                .iter_mut()
-                .zip(column)
-                .for_each(|(point, x)| point[axis] = *x);
-        }
-        self.sets.mesh.points = points;
+        self.sets.mesh.points = raw::points(&columns, count);
         Ok(())
     }
 
@@ -206,21 +200,17 @@ impl Reader<'_> {
                     width - kind.points()
                 ));
             }
-            let numbers = self.integers(&connect)?.unwrap_or_default();
-            let mut nodes = vec![0; count * kind.points()];
-            let order = cells::order(kind);
-            for (cell, found) in nodes
-                .chunks_exact_mut(kind.points())
-                .zip(numbers.chunks_exact(width))
-            {
-                for (place, &node) in found.iter().take(kind.points()).enumerate() {
-                    if node < 1 || node as usize > points {
-                        let what = format!("{connect} names the node {node} of {points}");
-                        return Err(self.file.refuse(what));
-                    }
-                    cell[order.map_or(place, |order| order[place])] = (node - 1) as u32;
-                }
-            }
+            let places: Vec<usize> = (0..kind.points()).collect();
+            let of = Nodes {
+                base: 1,
+                points: 0..points as u32,
+                width,
+                order: cells::order(kind).unwrap_or(&places),
+                by_place: false,
+            };
+            let numbers = self.file.raw(&connect, None)?;
+            let nodes = numbers.map_or(Ok(Vec::new()), |numbers| numbers.nodes(&of));
+            let nodes = nodes.map_err(|what| self.file.refuse(format!("{connect}: {what}")))?;
             let is_shell = cells::is_shell(&element, self.dimension);
             self.blocks.push(Block {
                 kind: Some(kind),
@@ -257,9 +247,9 @@ impl Reader<'_> {
         let usual = |numbers: &[i64]| numbers.iter().zip(1..).all(|(&number, k)| number == k);
         let sound = |numbers: &[i64]| {
             let mut seen = HashSet::new();
-            numbers
-                .iter()
-                .all(|&number| number > 0 && seen.insert(number))
+            numbers.iter().all(|&number| number > 0)
+                && (numbers.is_sorted_by(|a, b| a < b)
+                    || numbers.iter().all(|number| seen.insert(number)))
         };
         let counts = [self.sets.mesh.points.len(), self.sets.mesh.cell_count()];
         for (name, count) in ["node_num_map", "elem_num_map"].into_iter().zip(counts) {

@@ -1,5 +1,6 @@
 //! Writes Exodus files.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -7,7 +8,8 @@ use super::{FORMAT, cells};
 use crate::error::Result;
 use crate::field::{GlobalArray, GlobalValues};
 use crate::io::loss::Losses;
-use crate::io::netcdf::{Attribute, Writer};
+use crate::io::netcdf::{Attribute, Type, Writer};
+use crate::io::raw::CellNodes;
 use crate::io::steps::{Steps, row_of};
 use crate::io::{Options, refuse_unsound, vectors};
 use crate::mesh::topology::{all_sides, corners, key};
@@ -372,17 +374,15 @@ fn write_blocks<'a>(
         let points = block.kind.points();
         out.dimension(&count, block.cells.len());
         out.dimension(&nodes, points);
-        let order = cells::order(block.kind);
-        out.integers(
-            &format!("connect{}", k + 1),
-            &[&count, &nodes],
-            move |place| {
-                let (cell, node) = (block.cells[place / points], place % points);
-                let node = order.map_or(node, |order| order[node]);
-                mesh.cell(cell)
-                    .map_or(0, |(_, nodes)| i64::from(nodes[node]) + 1)
-            },
-        );
+        let order = match cells::order(block.kind) {
+            Some(order) => Cow::Borrowed(order),
+            None => (0..points).collect(),
+        };
+        let cells = CellNodes::of_cells(mesh, &block.cells, order, false);
+        let (name, shape) = (format!("connect{}", k + 1), [&*count, &*nodes]);
+        out.variable(&name, &shape, Type::Int, move |_, first, bytes| {
+            cells.put(first, bytes, |node| (node + 1).to_be_bytes());
+        });
         let element = element(block.kind, dimension).unwrap_or_default();
         out.of_last("elem_type", Attribute::Text(element));
     }

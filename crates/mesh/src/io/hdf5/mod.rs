@@ -10,16 +10,23 @@ mod tests;
 pub mod write;
 
 use std::cell::Cell;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::sync::Arc;
 
+use hdf5_reader::error::Error as Inner;
+use hdf5_reader::messages::{HdfMessage, layout::DataLayout};
 use hdf5_reader::{
-    Attribute, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem,
-    error::Error as Inner,
+    Attribute, ByteOrder, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem,
 };
 
 use crate::cancel;
 use crate::error::{Error, Place, Result};
+use crate::io::bytes::{self, Bytes};
+use crate::io::vtu::array::RawNumbers;
+use crate::io::vtu::scalar::with_type;
+use crate::io::vtu::unpack::Unpacked;
 use crate::mesh::Values;
 
 /// What data sets may unpack to: this for a file of any size, and [`PER_BYTE`] for each of its bytes.
@@ -54,10 +61,21 @@ pub struct Data {
     pub name: String,
 }
 
-/// What errors name, and the bytes that may still be unpacked.
+/// What errors name, the bytes that may still be unpacked, and the file itself.
 struct About {
     path: PathBuf,
     left: Cell<u64>,
+    bytes: Arc<Bytes>,
+    opened: Option<Hdf5File>,
+}
+
+/// The bytes of a file as the library has them.
+struct Owner(Arc<Bytes>);
+
+impl AsRef<[u8]> for Owner {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
 }
 
 impl About {
@@ -81,21 +99,25 @@ pub fn open(path: &Path, bytes: &[u8]) -> Result<Group> {
     let left = PER_BYTE
         .saturating_mul(bytes.len() as u64)
         .saturating_add(ALLOWANCE);
-    let file = Rc::new(About {
+    let mut file = About {
         path: path.to_owned(),
         left: Cell::new(left),
-    });
+        bytes: bytes::owner(bytes),
+        opened: None,
+    };
     let options = OpenOptions::default()
         .with_max_chunk_bytes(MOST)
         .with_max_object_header_bytes(MOST)
         .with_max_read_bytes(usize::try_from(left).unwrap_or(usize::MAX))
         .with_chunk_cache_bytes(0);
-    let opened = Hdf5File::from_bytes_with_options(bytes, options);
-    let root = opened.and_then(|file| file.root_group());
+    let opened = Hdf5File::from_owner(Owner(file.bytes.clone()), options);
+    let opened = opened.and_then(|opened| Ok((opened.root_group()?, opened)));
+    let (group, opened) = opened.map_err(|e| file.refuse("", e.to_string()))?;
+    file.opened = Some(opened);
     Ok(Group {
-        group: root.map_err(|e| file.refuse("", e.to_string()))?,
+        group,
         name: String::new(),
-        file,
+        file: Rc::new(file),
     })
 }
 
@@ -267,8 +289,8 @@ impl Data {
         )
     }
 
-    /// Takes so many numbers of a selection out of what may be unpacked.
-    fn take(&self, numbers: usize) -> Result<()> {
+    /// Takes so many numbers out of what may be unpacked; the bytes of one.
+    fn take(&self, numbers: usize) -> Result<usize> {
         cancel::check()?;
         let size = self
             .data
@@ -282,24 +304,131 @@ impl Data {
             ))
         })?;
         self.file.left.set(left);
-        Ok(())
+        Ok(size)
     }
 
-    /// All numbers, in the type of the file.
+    /// All numbers, in the type of the file; texts are bytes.
     pub fn values(&self) -> Result<Values> {
-        self.read(None)
+        self.raw(None).map(|numbers| numbers.values())
     }
 
     /// Some of the first indices and all of the others.
-    pub fn some(&self, rows: std::ops::Range<usize>) -> Result<Values> {
-        let all = self.shape();
-        let rest = all.iter().skip(1).map(|&n| [0, 1, n]);
-        let first = [rows.start, 1, rows.end.saturating_sub(rows.start)];
-        self.selected(&std::iter::once(first).chain(rest).collect::<Vec<_>>())
+    pub fn some(&self, rows: Range<usize>) -> Result<Values> {
+        self.raw(Some(rows)).map(|numbers| numbers.values())
+    }
+
+    /// The numbers, all or those of some of the first indices, where they lie in the file if they are in one piece.
+    pub fn raw(&self, rows: Option<Range<usize>>) -> Result<RawNumbers<'static>> {
+        let shape = self.shape();
+        let (type_name, big_endian) = self.number()?;
+        let product = |shape: &[usize]| shape.iter().fold(1_usize, |all, &n| all.saturating_mul(n));
+        let all = product(&shape);
+        let (first, count) = match &rows {
+            None => (0, all),
+            Some(rows) => {
+                let width = product(shape.get(1..).unwrap_or_default());
+                let count = rows.end.saturating_sub(rows.start);
+                let end = rows.start.checked_add(count);
+                if end.is_none_or(|end| end > shape.first().copied().unwrap_or(0)) {
+                    return Err(self.refuse(format!(
+                        "it has not the rows {rows:?}, but the shape {shape:?}"
+                    )));
+                }
+                (
+                    rows.start.saturating_mul(width),
+                    count.saturating_mul(width),
+                )
+            }
+        };
+        let size = self.take(count)?;
+        if let Some(place) = self.place(all.saturating_mul(size)) {
+            let start = place + first * size;
+            let part = start..start + count * size;
+            return Ok(RawNumbers {
+                type_name,
+                bytes: Unpacked::Part(self.file.bytes.clone(), part),
+                big_endian,
+            });
+        }
+        // All rows are a selection as well, which would ask for all again.
+        if let Some(rows) = rows.filter(|_| count < all) {
+            let rest = shape.iter().skip(1).map(|&n| [0, 1, n]);
+            let first = [rows.start, 1, rows.end.saturating_sub(rows.start)];
+            let of: Vec<_> = std::iter::once(first).chain(rest).collect();
+            return self.raw_of(&of);
+        }
+        let bytes = self.data.read_raw_bytes();
+        Ok(RawNumbers {
+            type_name,
+            bytes: bytes.map_err(|e| self.refuse(e.to_string()))?.into(),
+            big_endian,
+        })
+    }
+
+    /// Where the numbers begin in the file, if they are there in one piece of this size.
+    fn place(&self, bytes: usize) -> Option<usize> {
+        let opened = self.file.opened.as_ref()?;
+        let header = opened.get_or_parse_header(self.data.address()).ok()?;
+        let mut place = None;
+        for message in &header.messages {
+            match message {
+                HdfMessage::ExternalFiles(_) => return None,
+                HdfMessage::DataLayout(layout) => match layout.layout {
+                    DataLayout::Contiguous { address, size } if size == bytes as u64 => {
+                        place = address.checked_add(opened.superblock().base_address);
+                    }
+                    _ => return None,
+                },
+                _ => {}
+            }
+        }
+        let place = usize::try_from(place?).ok()?;
+        let end = place.checked_add(bytes)?;
+        (end <= self.file.bytes.len()).then_some(place)
+    }
+
+    /// The type of the numbers, and whether their first byte is the highest; characters are bytes.
+    fn number(&self) -> Result<(&'static str, bool)> {
+        let kind = match self.data.dtype() {
+            Datatype::Enum { base, .. } => base,
+            other => other,
+        };
+        let order = |order: &ByteOrder| *order == ByteOrder::BigEndian;
+        Ok(match kind {
+            Datatype::FloatingPoint {
+                size: 4,
+                byte_order,
+            } => ("Float32", order(byte_order)),
+            Datatype::FloatingPoint {
+                size: 8,
+                byte_order,
+            } => ("Float64", order(byte_order)),
+            Datatype::FixedPoint {
+                size,
+                signed,
+                byte_order,
+            } => {
+                let name = match (size, signed) {
+                    (1, true) => "Int8",
+                    (1, false) => "UInt8",
+                    (2, true) => "Int16",
+                    (2, false) => "UInt16",
+                    (4, true) => "Int32",
+                    (4, false) => "UInt32",
+                    (8, true) => "Int64",
+                    (8, false) => "UInt64",
+                    _ => return Err(self.refuse(format!("integers of {size} bytes are not read"))),
+                };
+                (name, order(byte_order))
+            }
+            // netCDF's and CGNS's characters, MED's names.
+            Datatype::String { .. } | Datatype::Array { .. } => ("UInt8", false),
+            other => return Err(self.refuse(format!("it holds no numbers, but {other:?}"))),
+        })
     }
 
     /// A selection: the first index, the step and the count along each dimension.
-    pub fn selected(&self, of: &[[usize; 3]]) -> Result<Values> {
+    pub fn raw_of(&self, of: &[[usize; 3]]) -> Result<RawNumbers<'static>> {
         let shape = self.shape();
         let inside = |(&[start, step, count], &n): (&[usize; 3], &usize)| {
             let span = count.saturating_sub(1).checked_mul(step);
@@ -313,58 +442,17 @@ impl Data {
             .iter()
             .zip(&shape)
             .all(|(&[start, step, count], &n)| (start, step, count) == (0, 1, n));
-        self.read((!whole).then_some(of))
+        if whole {
+            return self.raw(None);
+        }
+        let (type_name, _) = self.number()?;
+        with_type!(type_name, T => self.numbers::<T>(of).map(RawNumbers::of), self.raw(None))
     }
 
-    fn read(&self, of: Option<&[[usize; 3]]>) -> Result<Values> {
-        let kind = match self.data.dtype() {
-            Datatype::Enum { base, .. } => base,
-            other => other,
-        };
-        Ok(match kind {
-            Datatype::FloatingPoint { size: 4, .. } => Values::F32(self.numbers(of)?),
-            Datatype::FloatingPoint { size: 8, .. } => Values::F64(self.numbers(of)?),
-            Datatype::FixedPoint { size, signed, .. } => match (size, signed) {
-                (1, true) => Values::I8(self.numbers(of)?),
-                (1, false) => Values::U8(self.numbers(of)?),
-                (2, true) => Values::I16(self.numbers(of)?),
-                (2, false) => Values::U16(self.numbers(of)?),
-                (4, true) => Values::I32(self.numbers(of)?),
-                (4, false) => Values::U32(self.numbers(of)?),
-                (8, true) => Values::I64(self.numbers(of)?),
-                (8, false) => Values::U64(self.numbers(of)?),
-                _ => return Err(self.refuse(format!("integers of {size} bytes are not read"))),
-            },
-            // netCDF's and CGNS's characters, MED's names.
-            Datatype::String { .. } | Datatype::Array { .. } => {
-                let shape = self.shape();
-                self.take(shape.iter().fold(1, |all: usize, &n| all.saturating_mul(n)))?;
-                Values::U8(
-                    self.data
-                        .read_raw_bytes()
-                        .map_err(|e| self.refuse(e.to_string()))?,
-                )
-            }
-            other => return Err(self.refuse(format!("it holds no numbers, but {other:?}"))),
-        })
-    }
-
-    fn numbers<T: H5Type + Copy + Default>(&self, of: Option<&[[usize; 3]]>) -> Result<Vec<T>> {
-        let refuse = |error: Inner| self.refuse(error.to_string());
-        let counts: Vec<usize> = match of {
-            None => self.shape(),
-            Some(of) => of.iter().map(|[.., count]| *count).collect(),
-        };
-        let count = counts
-            .iter()
-            .try_fold(1_usize, |all, &n| all.checked_mul(n));
-        let count = count.unwrap_or(usize::MAX);
+    fn numbers<T: H5Type + Copy>(&self, of: &[[usize; 3]]) -> Result<Vec<T>> {
+        let counts = of.iter().map(|[.., count]| *count);
+        let count = counts.fold(1_usize, |all, n| all.saturating_mul(n));
         self.take(count)?;
-        let Some(of) = of else {
-            let mut numbers = vec![T::default(); count];
-            self.data.read_into(&mut numbers).map_err(refuse)?;
-            return Ok(numbers);
-        };
         if count == 0 {
             return Ok(Vec::new());
         }
@@ -376,7 +464,8 @@ impl Data {
         let info = SliceInfo {
             selections: slices.collect(),
         };
-        let array = self.data.read_slice::<T>(&info).map_err(refuse)?;
+        let array = self.data.read_slice::<T>(&info);
+        let array = array.map_err(|error| self.refuse(error.to_string()))?;
         Ok(array.iter().copied().collect())
     }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use crate::error::Result;
 use crate::field::data::with_numbers;
 use crate::io::out::Out;
+use crate::io::raw::CellNodes;
 use crate::mesh::Values;
 
 /// A type of numbers or texts, little-endian.
@@ -163,6 +164,34 @@ impl<'a> Data<'a> {
         })
     }
 
+    /// A table of numbers of 64 bits by row and column, without a division for each; it is a list of columns if `by_column`.
+    pub fn table(
+        shape: Vec<usize>,
+        [rows, width]: [usize; 2],
+        by_column: bool,
+        number: impl Fn(usize, usize) -> f64 + Sync + 'a,
+    ) -> Self {
+        let inner = if by_column { rows } else { width };
+        Data::made(Type::Float(8), shape, move |first, bytes| {
+            let (mut outer, mut k) = (first / inner.max(1), first % inner.max(1));
+            for bytes in bytes.as_chunks_mut().0 {
+                let (row, column) = if by_column { (k, outer) } else { (outer, k) };
+                *bytes = number(row, column).to_le_bytes();
+                k += 1;
+                if k == inner {
+                    (outer, k) = (outer + 1, 0);
+                }
+            }
+        })
+    }
+
+    /// The nodes of cells, numbered from `base` on, in 32 bits.
+    pub fn nodes(shape: Vec<usize>, nodes: CellNodes<'a>, base: u32) -> Self {
+        Data::made(Type::Signed(4), shape, move |first, bytes| {
+            nodes.put(first, bytes, |node| (node + base).to_le_bytes());
+        })
+    }
+
     /// Texts of `size` bytes; longer ones are cut.
     pub fn texts(texts: Vec<String>, size: usize) -> Self {
         let shape = vec![texts.len()];
@@ -214,6 +243,10 @@ impl<'a> Data<'a> {
     pub fn with(mut self, name: &str, value: Data<'a>) -> Self {
         self.attributes.push((name.to_owned(), value));
         self
+    }
+
+    pub fn kind(&self) -> Type {
+        self.kind
     }
 
     fn count(&self) -> usize {

@@ -1,14 +1,14 @@
 //! Reads MED files.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
 use super::cells;
 use crate::error::Result;
-use crate::field::to_i64;
-use crate::io::Content;
 use crate::io::hdf5::{self, Data, Group};
+use crate::io::raw::{self, Nodes};
 use crate::io::sets::Sets;
+use crate::io::{Content, rows};
 use crate::mesh::{CellBlock, CellKind, Field, Support, Values};
 
 /// The groups of each family by its number, and the family's own name where it has none.
@@ -92,7 +92,16 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
 }
 
 fn whole_numbers(data: &Data) -> Result<Vec<i64>> {
-    to_i64(&data.values()?).ok_or_else(|| data.refuse("it does not hold whole numbers"))
+    let numbers = data.raw(None)?.integers();
+    numbers.ok_or_else(|| data.refuse("it does not hold whole numbers"))
+}
+
+/// The whole numbers of a data set, if it is there.
+fn numbers_of(group: &Group, name: &str) -> Result<Option<Vec<i64>>> {
+    group
+        .data(name)?
+        .map(|data| whole_numbers(&data))
+        .transpose()
 }
 
 impl Reader {
@@ -136,7 +145,7 @@ impl Reader {
             .group("NOE")?
             .ok_or_else(|| at.refuse("there are no nodes (NOE)"))?;
         let data = nodes.needed("COO")?;
-        let values = data.values()?.to_f64();
+        let values = data.raw(None)?;
         let space = mesh
             .number("ESP")
             .or(mesh.number("DIM"))
@@ -145,20 +154,10 @@ impl Reader {
             return Err(data.refuse(format!("{} coordinates of {space} axes", values.len())));
         }
         let count = values.len() / space;
-        let mut points = vec![[0.0; 3]; count];
-        for (axis, column) in values.chunks_exact(count.max(1)).enumerate() {
-            points
-                .iter_mut()
-                .zip(column)
-                .for_each(|(point, x)| point[axis] = *x);
-        }
-        self.sets.mesh.points = points;
+        let columns: Vec<_> = (0..space).map(|axis| (&values, axis * count)).collect();
+        self.sets.mesh.points = raw::points(&columns, count);
         let numbers = |name: &str| -> Result<Option<Vec<i64>>> {
-            let found = nodes
-                .data(name)?
-                .map(|data| whole_numbers(&data))
-                .transpose()?;
-            Ok(found.filter(|numbers| numbers.len() == count))
+            Ok(numbers_of(&nodes, name)?.filter(|numbers| numbers.len() == count))
         };
         if let Some(own) = numbers("NUM")?.filter(|own| !own.iter().zip(1..).all(|(&n, k)| n == k))
         {
@@ -183,26 +182,21 @@ impl Reader {
             match known {
                 Some(&(name, kind)) => {
                     let data = group.needed("NOD")?;
-                    let numbers = whole_numbers(&data)?;
-                    let width = kind.points();
+                    let (numbers, width) = (data.raw(None)?, kind.points());
                     count = numbers.len() / width;
                     if !numbers.len().is_multiple_of(width) {
                         return Err(data
                             .refuse(format!("{} nodes do not make {kind} cells", numbers.len())));
                     }
-                    let order = cells::order(kind);
-                    let mut nodes = vec![0; numbers.len()];
-                    for (column, &place) in numbers.chunks_exact(count.max(1)).zip(&order) {
-                        for (cell, &node) in column.iter().enumerate() {
-                            nodes[cell * width + place] =
-                                index(node, points).ok_or_else(|| beyond(&data, node, points))?;
-                        }
-                    }
-                    let mut block = CellBlock::new(kind, nodes);
-                    if let Some(own) = group
-                        .data("NUM")?
-                        .map(|data| whole_numbers(&data))
-                        .transpose()?
+                    let nodes = numbers.nodes(&Nodes {
+                        base: 1,
+                        points: 0..points as u32,
+                        width,
+                        order: &cells::order(kind),
+                        by_place: true,
+                    });
+                    let mut block = CellBlock::new(kind, nodes.map_err(|what| data.refuse(what))?);
+                    if let Some(own) = numbers_of(&group, "NUM")?
                         && own.len() == count
                     {
                         block.tags = own.into_iter().map(|n| n.max(0) as u64).collect();
@@ -249,70 +243,43 @@ impl Reader {
                     continue;
                 }
             }
-            let own = group
-                .data("FAM")?
-                .map(|data| whole_numbers(&data))
-                .transpose()?;
-            let own = own
-                .filter(|own| own.len() == count)
-                .unwrap_or_else(|| vec![0; count]);
-            families.extend(own);
+            let own = numbers_of(&group, "FAM")?.filter(|own| own.len() == count);
+            match own {
+                Some(own) => rows::append(&mut families, own),
+                None => families.resize(families.len() + count, 0),
+            }
         }
         // Numbers are those of all blocks or of none.
-        if self
-            .sets
-            .mesh
-            .blocks
-            .iter()
-            .any(|block| block.tags.is_empty())
-        {
-            self.sets
-                .mesh
-                .blocks
-                .iter_mut()
-                .for_each(|block| block.tags.clear());
-        }
-        let usual = self
-            .sets
-            .mesh
-            .blocks
-            .iter()
-            .flat_map(|block| &block.tags)
-            .zip(1..)
-            .all(|(&tag, k)| tag == k);
-        if usual {
-            self.sets
-                .mesh
-                .blocks
-                .iter_mut()
-                .for_each(|block| block.tags.clear());
+        let blocks = &mut self.sets.mesh.blocks;
+        let some_lack = blocks.iter().any(|block| block.tags.is_empty());
+        let mut all = blocks.iter().flat_map(|block| &block.tags).zip(1..);
+        if some_lack || all.all(|(&tag, k)| tag == k) {
+            blocks.iter_mut().for_each(|block| block.tags.clear());
         }
         Ok(families)
     }
 
     /// The groups of nodes and cells, numbered in the order of their names.
     fn groups(&mut self, families: &Families, of_nodes: Option<Vec<i64>>, of_cells: Vec<i64>) {
-        let mut cells: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
-        for (cell, family) in (0..).zip(&of_cells) {
-            for name in families.get(family).into_iter().flatten() {
-                cells.entry(name).or_default().push(cell);
+        let by_name = |of: &[i64]| {
+            let mut members: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
+            let mut first = 0;
+            for run in of.chunk_by(|a, b| a == b) {
+                let items = first..first + run.len() as u32;
+                first = items.end;
+                for name in families.get(&run[0]).into_iter().flatten() {
+                    members.entry(name).or_default().extend(items.clone());
+                }
             }
-        }
-        let mut nodes: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
-        for (node, family) in (0..).zip(of_nodes.iter().flatten()) {
-            for name in families.get(family).into_iter().flatten() {
-                nodes.entry(name).or_default().push(node);
-            }
-        }
+            members
+        };
+        let cells = by_name(&of_cells);
+        let nodes = by_name(&of_nodes.unwrap_or_default());
         // A group that nothing is in is there all the same.
         let used = cells.keys().chain(nodes.keys());
-        let used: std::collections::HashSet<&str> = used.copied().collect();
-        let empty = families
-            .values()
-            .flatten()
-            .map(String::as_str)
-            .filter(|name| !used.contains(name));
-        let empty: std::collections::BTreeSet<&str> = empty.collect();
+        let used: HashSet<&str> = used.copied().collect();
+        let all = families.values().flatten().map(String::as_str);
+        let empty: BTreeSet<&str> = all.filter(|name| !used.contains(name)).collect();
         let dim = self.sets.mesh.dim();
         let mut tag = 0;
         for (name, cells) in cells

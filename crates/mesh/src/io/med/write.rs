@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::field::GlobalArray;
 use crate::io::hdf5::write::{Data, Group, Type};
 use crate::io::loss::Losses;
+use crate::io::raw::CellNodes;
 use crate::io::{Options, refuse_unsound, sets};
 use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Mesh, Support};
 
@@ -75,8 +76,8 @@ pub fn write(
         .with("CGT", Data::integer(INT, 1))
         .with("CGS", Data::integer(INT, 1))
         .with("PFL", Data::text("MED_NO_PROFILE_INTERNAL"));
-    let coordinates = Data::floats(vec![count * space], move |k| {
-        mesh.points[k % count][k / count]
+    let coordinates = Data::table(vec![count * space], [count, space], true, |k, axis| {
+        mesh.points[k][axis]
     });
     nodes.add("COO", sized(coordinates, count));
     if families.of_points.iter().any(|&family| family != 0) {
@@ -97,12 +98,8 @@ pub fn write(
             group.with(key, Data::integer(INT, number));
         }
         group.with("PFL", Data::text("MED_NO_PROFILE_INTERNAL"));
-        let order = cells::order(kind);
-        let nodes = Data::integers(INT, vec![count * kind.points()], move |k| {
-            let (column, cell) = (k / count, cells[k % count]);
-            mesh.cell(cell)
-                .map_or(0, |(_, nodes)| i64::from(nodes[order[column]]) + 1)
-        });
+        let nodes = CellNodes::of_cells(mesh, cells, cells::order(kind), true);
+        let nodes = Data::nodes(vec![nodes.len()], nodes, 1);
         group.add("NOD", sized(nodes, count));
         let of = &families.of_cells;
         if cells.iter().any(|&cell| of[cell as usize] != 0) {
@@ -318,8 +315,8 @@ fn write_fields<'a>(
                     "NOE",
                     count,
                     1,
-                    Data::floats(vec![count * width], move |k| {
-                        value(field, k % count, k / count)
+                    Data::table(vec![count * width], [count, width], true, move |k, of| {
+                        value(field, k, of)
                     }),
                 );
             }
@@ -343,8 +340,9 @@ fn write_fields<'a>(
                         ));
                     }
                     let count = cells.len();
-                    let values = Data::floats(vec![count * width], move |k| {
-                        value(field, cells[k % count] as usize, k / count)
+                    let shape = vec![count * width];
+                    let values = Data::table(shape, [count, width], true, move |k, of| {
+                        value(field, cells[k] as usize, of)
                     });
                     add_values(step, &format!("MAI.{kind}"), count, 1, values);
                 }

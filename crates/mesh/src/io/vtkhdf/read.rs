@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use crate::error::Result;
-use crate::field::data::with_numbers;
 use crate::field::{GlobalArray, to_i64};
 use crate::io::Content;
 use crate::io::hdf5::{self, Data, Group};
@@ -298,17 +297,15 @@ impl Reader {
                 let count = part_of(&counted[k][0], "NumberOfCells")?;
                 let nodes = part_of(&counted[k][1], "NumberOfConnectivityIds")?;
                 if count > 0 {
+                    let data = |name: &str, rows| group.needed(name)?.raw(Some(rows));
                     let codes = match code {
-                        Some(code) => Values::U8(vec![*code; count]),
-                        None => group.needed("Types")?.some(cell[k]..cell[k] + count)?,
+                        Some(code) => RawNumbers::of(vec![*code; count]),
+                        None => data("Types", cell[k]..cell[k] + count)?,
                     };
                     // Each part has one offset more than cells, the first being 0.
                     let first = cell[k] + part + 1;
-                    let ends = group.needed("Offsets")?.some(first..first + count)?;
-                    let connectivity = group
-                        .needed("Connectivity")?
-                        .some(node[k]..node[k] + nodes)?;
-                    let [codes, ends, connectivity] = [codes, ends, connectivity].map(raw);
+                    let ends = data("Offsets", first..first + count)?;
+                    let connectivity = data("Connectivity", node[k]..node[k] + nodes)?;
                     let source = Source::plain(codes, ends, connectivity);
                     cells
                         .append(source, points as u64)
@@ -317,12 +314,11 @@ impl Reader {
                 cell[k] += count;
                 node[k] += nodes;
             }
-            let coordinates = places.some(point..point + points)?.to_f64();
-            let (rows, []) = coordinates.as_chunks::<3>() else {
+            if places.rows().1 != 3 {
                 return Err(places.refuse("points have three coordinates"));
-            };
+            }
             let mut piece = Piece {
-                points: rows.to_vec(),
+                points: places.raw(Some(point..point + points))?.points(3),
                 ..Piece::default()
             };
             let sizes = [points, cells.count];
@@ -411,8 +407,4 @@ impl Reader {
         restore_texts(&mut whole, &mut self.budget);
         Ok(whole)
     }
-}
-
-fn raw(values: Values) -> RawNumbers<'static> {
-    with_numbers!(values, numbers => RawNumbers::of(numbers))
 }

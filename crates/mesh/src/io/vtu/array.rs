@@ -57,6 +57,7 @@ impl RawNumbers<'_> {
         let bytes = match self.bytes {
             Unpacked::Borrowed(bytes) => Unpacked::Borrowed(bytes.get(width..).unwrap_or_default()),
             Unpacked::Owned(bytes) => bytes.get(width..).unwrap_or_default().to_vec().into(),
+            Unpacked::Part(file, range) => Unpacked::Part(file, range.start + width..range.end),
         };
         RawNumbers { bytes, ..self }
     }

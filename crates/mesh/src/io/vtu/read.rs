@@ -11,7 +11,6 @@ use super::unpack::Budget;
 use super::xml::{ArrayTag, Document, Grid, POLYGONS, PieceTag};
 use crate::error::{Error, Place, Result};
 use crate::field::{GlobalArray, GlobalValues, to_i64};
-use crate::io::rows;
 use crate::mesh::{Polyhedra, Values, all_finite};
 use std::collections::HashSet;
 use std::path::Path;
@@ -279,7 +278,7 @@ impl<'a> Decoder<'a> {
         }
         let count = self.product(tag, count, 3)?;
         let numbers = self.numbers(tag, count)?;
-        let points = with_type!(tag.type_name.as_str(), T => points::<T>(&numbers), Vec::new());
+        let points = numbers.points(3);
         if all_finite(points.as_flattened()) {
             return Ok(points);
         }
@@ -399,24 +398,4 @@ fn new_faces(lists: [Option<&[u64]>; 4], cell: usize) -> Option<Vec<u32>> {
         }
     }
     Some(stream)
-}
-
-/// Points, of three coordinates each.
-fn points<T: Scalar>(numbers: &RawNumbers) -> Vec<[f64; 3]> {
-    let bytes = &*numbers.bytes;
-    let mut points = vec![[0.0; 3]; bytes.len() / T::WIDTH / 3];
-    let convert = |_, bytes: &[u8], points: &mut [[f64; 3]]| {
-        let numbers = T::each(bytes, numbers.big_endian);
-        let places = points.as_flattened_mut().iter_mut();
-        places
-            .zip(numbers)
-            .for_each(|(place, x)| *place = x.float());
-    };
-    rows::convert(
-        (bytes, 3 * T::WIDTH),
-        (&mut points, 1),
-        convert,
-        |(), ()| (),
-    );
-    points
 }

@@ -6,7 +6,8 @@ use super::stream::Stream;
 use crate::io::bytes::{self, Bytes};
 use rayon::prelude::*;
 use std::borrow::Cow;
-use std::ops::Deref;
+use std::ops::{Deref, Range};
+use std::sync::Arc;
 
 /// Memory that arrays may take: this for a file of any size, and [`PER_BYTE`] for each of its bytes. A file whose arrays
 /// declare more in sum is refused before any is unpacked.
@@ -37,6 +38,8 @@ impl Budget {
 pub(crate) enum Unpacked<'a> {
     Borrowed(&'a [u8]),
     Owned(Bytes),
+    /// A part of a file.
+    Part(Arc<Bytes>, Range<usize>),
 }
 
 impl Deref for Unpacked<'_> {
@@ -46,6 +49,7 @@ impl Deref for Unpacked<'_> {
         match self {
             Unpacked::Borrowed(bytes) => bytes,
             Unpacked::Owned(bytes) => bytes,
+            Unpacked::Part(file, range) => file.get(range.clone()).unwrap_or_default(),
         }
     }
 }

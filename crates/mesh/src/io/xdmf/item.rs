@@ -3,24 +3,33 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::tree::Tree;
 use crate::error::{Error, Place, Result};
+use crate::field::data::with_numbers;
 use crate::file;
+use crate::io::vtu::array::RawNumbers;
+use crate::io::vtu::unpack::Unpacked;
 use crate::io::{bytes, hdf5};
 use crate::mesh::Values;
 
 /// Numbers with the lengths of their dimensions.
 pub struct Item {
     pub shape: Vec<usize>,
-    pub values: Values,
+    pub numbers: RawNumbers<'static>,
 }
 
 impl Item {
     /// Rows, and numbers of each; a list has one of each.
     pub fn rows(&self) -> (usize, usize) {
-        let rows = self.shape.first().copied().unwrap_or(self.values.len());
-        (rows, self.values.len().checked_div(rows).unwrap_or(1))
+        let count = self.numbers.len();
+        let rows = self.shape.first().copied().unwrap_or(count);
+        (rows, count.checked_div(rows).unwrap_or(1))
+    }
+
+    pub fn values(&self) -> Values {
+        self.numbers.values()
     }
 }
 
@@ -91,7 +100,7 @@ impl<'a> Items<'a> {
                     return Err(self.refuse("a hyperslab has a selection and data"));
                 };
                 let numbers: Vec<usize> = of_depth(selection)?
-                    .values
+                    .values()
                     .to_f64()
                     .iter()
                     .map(|&n| n as usize)
@@ -109,25 +118,25 @@ impl<'a> Items<'a> {
         let count = shape.iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
         let count = count.ok_or_else(|| self.refuse("a data item has too many values"))?;
         let format = element.get("Format").unwrap_or("XML").to_ascii_uppercase();
-        let values = match format.as_str() {
-            "XML" => self.inline(item, &element.text)?,
+        let numbers = match format.as_str() {
+            "XML" => with_numbers!(self.inline(item, &element.text)?, all => RawNumbers::of(all)),
             "HDF" => self.in_hdf5(element.text.trim(), None)?,
             "BINARY" => self.in_bytes(item, count)?,
             other => return Err(self.refuse(format!("data in the format {other:?} are not read"))),
         };
-        if values.len() != count && !shape.is_empty() {
+        if numbers.len() != count && !shape.is_empty() {
             let what = format!(
                 "a data item of the dimensions {dimensions} has {} values",
-                values.len()
+                numbers.len()
             );
             return Err(self.refuse(what));
         }
         let shape = if shape.is_empty() {
-            vec![values.len()]
+            vec![numbers.len()]
         } else {
             shape
         };
-        Ok(Item { shape, values })
+        Ok(Item { shape, numbers })
     }
 
     /// A part of an item: the first index, the step and the count along each dimension.
@@ -138,8 +147,8 @@ impl<'a> Items<'a> {
             .get("Format")
             .is_some_and(|format| format.eq_ignore_ascii_case("HDF"))
         {
-            let values = self.in_hdf5(element.text.trim(), Some(of))?;
-            return Ok(Item { shape, values });
+            let numbers = self.in_hdf5(element.text.trim(), Some(of))?;
+            return Ok(Item { shape, numbers });
         }
         let whole = self.read_at(item, depth + 1)?;
         let inside = |(&[start, step, count], &n): (&[usize; 3], &usize)| {
@@ -160,9 +169,10 @@ impl<'a> Items<'a> {
             let next = |&place: &usize| (0..count).map(move |k| place * n + start + k * step);
             places = places.iter().flat_map(next).collect();
         }
-        let all = whole.values.to_f64();
-        let values = Values::F64(places.iter().map(|&place| all[place]).collect());
-        Ok(Item { shape, values })
+        let all = whole.values().to_f64();
+        let numbers: Vec<f64> = places.iter().map(|&place| all[place]).collect();
+        let numbers = RawNumbers::of(numbers);
+        Ok(Item { shape, numbers })
     }
 
     /// Whether an item holds floats, and the bytes of each.
@@ -214,7 +224,7 @@ impl<'a> Items<'a> {
     }
 
     /// Data as in `u.h5:/Function/u/0`, perhaps with a selection behind `|`.
-    fn in_hdf5(&self, place: &str, of: Option<&[[usize; 3]]>) -> Result<Values> {
+    fn in_hdf5(&self, place: &str, of: Option<&[[usize; 3]]>) -> Result<RawNumbers<'static>> {
         let (place, selection) = place.split_once('|').unwrap_or((place, ""));
         let Some((name, path)) = place.rsplit_once(':') else {
             return Err(self.refuse(format!(
@@ -237,7 +247,7 @@ impl<'a> Items<'a> {
         let data = root.needed(path.trim())?;
         let lists: Option<Vec<Vec<usize>>> = selection.split(':').map(whole_numbers).collect();
         match (of, lists.as_deref()) {
-            (Some(of), _) => data.selected(of),
+            (Some(of), _) => data.raw_of(of),
             (None, Some([start, step, count, ..]))
                 if start.len() == step.len() && step.len() == count.len() =>
             {
@@ -246,17 +256,17 @@ impl<'a> Items<'a> {
                     .zip(step)
                     .zip(count)
                     .map(|((&a, &b), &c)| [a, b, c]);
-                data.selected(&of.collect::<Vec<_>>())
+                data.raw_of(&of.collect::<Vec<_>>())
             }
             _ if !selection.is_empty() => {
                 Err(self.refuse(format!("the selection {selection:?} is not understood")))
             }
-            _ => data.values(),
+            _ => data.raw(None),
         }
     }
 
     /// The bytes of a file beside or below this one.
-    fn beside(&self, name: &str) -> Result<(std::path::PathBuf, bytes::Bytes)> {
+    fn beside(&self, name: &str) -> Result<(std::path::PathBuf, Arc<bytes::Bytes>)> {
         let folder = self.path.with_file_name("");
         // meshio gives the whole path of files of bytes.
         let around = if folder.as_os_str().is_empty() {
@@ -284,55 +294,42 @@ impl<'a> Items<'a> {
         Ok((path, bytes))
     }
 
-    fn in_bytes(&self, item: usize, count: usize) -> Result<Values> {
+    fn in_bytes(&self, item: usize, count: usize) -> Result<RawNumbers<'static>> {
         let element = self.tree.at(item);
         let name = element.text.trim();
         let (_, bytes) = self.beside(name)?;
         let (kind, size) = self.kind(item);
-        let seek = element
-            .get("Seek")
-            .unwrap_or("0")
-            .parse()
-            .unwrap_or(usize::MAX);
-        let end = count
-            .checked_mul(size)
-            .and_then(|length| length.checked_add(seek));
-        let part = end.and_then(|end| bytes.get(seek..end));
+        let seek = element.get("Seek").unwrap_or("0").parse().ok();
+        let end = count.checked_mul(size).zip(seek);
+        let part = end.and_then(|(length, seek): (_, usize)| Some(seek..seek.checked_add(length)?));
+        let part = part.filter(|part| part.end <= bytes.len());
         let part = part.ok_or_else(|| {
-            self.refuse(format!(
-                "{name:?} has not {count} values of {size} bytes from byte {seek} on"
-            ))
+            let seek = seek.unwrap_or_default();
+            let what =
+                format!("{name:?} has not {count} values of {size} bytes from byte {seek} on");
+            self.refuse(what)
         })?;
-        let big = element
-            .get("Endian")
-            .is_some_and(|endian| endian.eq_ignore_ascii_case("big"));
-        macro_rules! numbers {
-            ($variant:ident $type:ty) => {{
-                let (chunks, _) = part.as_chunks();
-                let of = if big {
-                    <$type>::from_be_bytes
-                } else {
-                    <$type>::from_le_bytes
-                };
-                Values::$variant(chunks.iter().map(|chunk| of(*chunk)).collect())
-            }};
-        }
-        Ok(match (kind.to_ascii_lowercase().as_str(), size) {
-            ("float", 4) => numbers!(F32 f32),
-            ("float", 8) => numbers!(F64 f64),
-            ("int" | "char", 1) => numbers!(I8 i8),
-            ("int" | "short", 2) => numbers!(I16 i16),
-            ("int", 4) => numbers!(I32 i32),
-            ("int", 8) => numbers!(I64 i64),
-            ("uint" | "uchar", 1) => numbers!(U8 u8),
-            ("uint" | "ushort", 2) => numbers!(U16 u16),
-            ("uint", 4) => numbers!(U32 u32),
-            ("uint", 8) => numbers!(U64 u64),
+        let type_name = match (kind.to_ascii_lowercase().as_str(), size) {
+            ("float", 4) => "Float32",
+            ("float", 8) => "Float64",
+            ("int" | "char", 1) => "Int8",
+            ("int" | "short", 2) => "Int16",
+            ("int", 4) => "Int32",
+            ("int", 8) => "Int64",
+            ("uint" | "uchar", 1) => "UInt8",
+            ("uint" | "ushort", 2) => "UInt16",
+            ("uint", 4) => "UInt32",
+            ("uint", 8) => "UInt64",
             _ => {
-                return Err(self.refuse(format!(
-                    "numbers of the type {kind} of {size} bytes are not read"
-                )));
+                let what = format!("numbers of the type {kind} of {size} bytes are not read");
+                return Err(self.refuse(what));
             }
+        };
+        let endian = element.get("Endian");
+        Ok(RawNumbers {
+            type_name,
+            bytes: Unpacked::Part(bytes, part),
+            big_endian: endian.is_some_and(|endian| endian.eq_ignore_ascii_case("big")),
         })
     }
 }

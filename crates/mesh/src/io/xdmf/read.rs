@@ -7,7 +7,7 @@ use super::item::{Item, Items};
 use super::tree::Tree;
 use super::{GROUP, topology};
 use crate::error::Result;
-use crate::field::{GlobalArray, to_i64};
+use crate::field::GlobalArray;
 use crate::io::Content;
 use crate::io::sets::Sets;
 use crate::mesh::{CellBlock, Field, Support, Values};
@@ -162,7 +162,7 @@ fn times_of(items: &Items<'_>, time: usize, count: usize) -> Result<Vec<f64>> {
     if items.of(time)?.is_empty() {
         return Ok(Vec::new());
     }
-    let numbers = items.only(time)?.values.to_f64();
+    let numbers = items.only(time)?.values().to_f64();
     Ok(
         match (
             items.tree.at(time).get("TimeType").unwrap_or("List"),
@@ -328,7 +328,7 @@ impl Reader<'_> {
                     }
                     self.whole.push(GlobalArray {
                         components: components.max(1),
-                        ..GlobalArray::numbers(name, item.values)
+                        ..GlobalArray::numbers(name, item.values())
                     });
                     continue;
                 }
@@ -342,7 +342,7 @@ impl Reader<'_> {
                 self.refuse(grid, format!("{name:?} is on a mesh that is not there"))
             })?;
             let (range, item) = (range.clone(), self.items.only(attribute)?);
-            if on == Support::Cells && name == GROUP && to_i64(&item.values).is_some() {
+            if on == Support::Cells && name == GROUP && item.numbers.type_name.contains("Int") {
                 self.numbered(grid, range, &item)?;
                 continue;
             }
@@ -359,7 +359,7 @@ impl Reader<'_> {
         range: std::ops::Range<u32>,
         item: Item,
     ) -> Result<()> {
-        let values = item.values.len();
+        let values = item.numbers.len();
         let rows = range.len();
         if rows == 0 && values == 0 {
             return Ok(());
@@ -381,7 +381,7 @@ impl Reader<'_> {
         };
         if let Some(known) = fields.iter_mut().rev().find(same) {
             known.at.extend(range);
-            known.values = Values::F64([known.values.to_f64(), item.values.to_f64()].concat());
+            known.values = Values::F64([known.values.to_f64(), item.values().to_f64()].concat());
             if known.at.len() == all {
                 known.at.clear();
             }
@@ -394,7 +394,7 @@ impl Reader<'_> {
                 range.collect()
             },
             time,
-            ..Field::new(name, on, components, item.values)
+            ..Field::new(name, on, components, item.values())
         });
         Ok(())
     }
@@ -426,14 +426,19 @@ impl Reader<'_> {
             )));
         }
         let numbers = |item: usize| -> Result<Vec<usize>> {
-            let values = to_i64(&self.items.read(item)?.values).unwrap_or_default();
+            let values = self
+                .items
+                .read(item)?
+                .numbers
+                .integers()
+                .unwrap_or_default();
             Ok(values
                 .into_iter()
                 .map(|n| usize::try_from(n).unwrap_or(usize::MAX))
                 .collect())
         };
         let (dofs, starts, cells) = (numbers(items[0])?, numbers(items[2])?, numbers(items[3])?);
-        let vector = self.items.read(items[1])?.values.to_f64();
+        let vector = self.items.read(items[1])?.values().to_f64();
         let mesh = &self.sets.mesh;
         let count = range.len();
         let mut rows: Vec<Vec<f64>> = vec![Vec::new(); count];
@@ -512,17 +517,25 @@ impl Reader<'_> {
                 }
             }
         }
-        let tags = to_i64(&item.values).unwrap_or_default();
+        let tags = item.numbers.integers().unwrap_or_default();
         let width = tags.len().checked_div(cells.len()).unwrap_or(0).max(1);
         let mut members: BTreeMap<(u8, i64), Vec<u32>> =
             names.keys().map(|key| (*key, Vec::new())).collect();
         let ends = self.sets.mesh.block_ends();
-        for (cell, row) in cells.zip(tags.chunks(width)) {
+        let (mut cell, mut rest) = (cells.start, &tags[..]);
+        while let Some(row) = rest.get(..width)
+            && cell < cells.end
+        {
             let block = ends.partition_point(|&end| end <= cell as usize);
             let dim = self.sets.mesh.blocks[block].kind.dim();
+            let most = ends[block].min(cells.end as usize) - cell as usize;
+            let rows = rest.chunks_exact(width).take(most);
+            let same = rows.take_while(|other| *other == row).count();
+            let run = cell..cell + same as u32;
             for &tag in row.iter().filter(|tag| **tag != 0) {
-                members.entry((dim, tag)).or_default().push(cell);
+                members.entry((dim, tag)).or_default().extend(run.clone());
             }
+            (cell, rest) = (run.end, rest.split_at(same * width).1);
         }
         for ((dim, tag), cells) in members {
             let name = names
@@ -557,7 +570,7 @@ impl Reader<'_> {
                 }
             };
             let range = range.cloned().unwrap_or(0..0);
-            let numbers = to_i64(&items.only(set)?.values).unwrap_or_default();
+            let numbers = items.only(set)?.numbers.integers().unwrap_or_default();
             let inside = |&n: &i64| {
                 u32::try_from(n)
                     .ok()
@@ -609,7 +622,7 @@ impl Reader<'_> {
         let Some(&attribute) = attributes.first() else {
             return Ok(());
         };
-        let tags = to_i64(&self.items.only(attribute)?.values);
+        let tags = self.items.only(attribute)?.numbers.integers();
         let tags = tags.ok_or_else(|| self.refuse(grid, "its tags are no whole numbers"))?;
         let blocks = topology::cells(self.items, topology, None, points.len(), points.start)?;
         let cells: Vec<_> = blocks

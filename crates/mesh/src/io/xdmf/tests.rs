@@ -56,9 +56,8 @@ fn structured_grids_slabs_and_bytes_are_read() {
     assert_eq!(mesh.cell_count(), 2);
     assert_eq!(mesh.points[11], [2.0, 1.0, 7.0]);
     assert_eq!(mesh.fields[0].values.to_f64(), [4.0, 6.0]);
-    let error = read(&MESH.replace("2 2 0 1  1", "2 2 0 3  1"))
-        .unwrap_err()
-        .to_string();
+    let beyond = MESH.replace("9\"", "8\"").replace("0 1  1<", "0 3<");
+    let error = read(&beyond).unwrap_err().to_string();
     assert!(error.contains("the node 3 of 3"), "{error}");
     for (from, to, part) in [
         ("Mixed", "Sphere", "\"sphere\" is not read"),

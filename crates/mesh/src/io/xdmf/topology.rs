@@ -2,7 +2,8 @@
 
 use super::item::Items;
 use crate::error::Result;
-use crate::field::to_i64;
+use crate::io::raw::Nodes;
+use crate::io::vtu::array::RawNumbers;
 use crate::io::vtu::cells::order;
 use crate::mesh::CellKind;
 
@@ -116,7 +117,7 @@ pub fn points(
         items
             .of(geometry)?
             .into_iter()
-            .map(|item| Ok(items.read(item)?.values.to_f64()))
+            .map(|item| Ok(items.read(item)?.values().to_f64()))
             .collect()
     };
     match kind.as_str() {
@@ -127,13 +128,10 @@ pub fn points(
                 (_, width) if item.shape.len() > 1 => width,
                 _ => kind.len(),
             };
-            if !(1..=3).contains(&width) || !item.values.len().is_multiple_of(width) {
+            if !(1..=3).contains(&width) || !item.numbers.len().is_multiple_of(width) {
                 return Err(items.refuse(format!("points with {width} coordinates")));
             }
-            let values = item.values.to_f64();
-            let point =
-                |row: &[f64]| std::array::from_fn(|axis| row.get(axis).copied().unwrap_or(0.0));
-            Ok(values.chunks_exact(width).map(point).collect())
+            Ok(item.numbers.points(width))
         }
         "X_Y_Z" | "X_Y" => {
             let columns = columns()?;
@@ -211,42 +209,46 @@ pub fn cells(
     }
     let element = items.tree.at(topology);
     let kind = kind_of(items, topology);
-    let base: i64 = element
-        .get("BaseOffset")
-        .and_then(|base| base.parse().ok())
-        .unwrap_or(0);
-    let mut blocks: Vec<(CellKind, Vec<u32>)> = Vec::new();
-    let mut add = |kind: CellKind, nodes: &[i64]| -> Result<()> {
-        if blocks.last().is_none_or(|(last, _)| *last != kind) {
-            blocks.push((kind, Vec::new()));
-        }
-        let (_, block) = blocks.last_mut().expect("invariant: one was added");
-        let start = block.len();
-        block.resize(start + nodes.len(), 0);
-        let order = order(kind);
-        for (place, &node) in nodes.iter().enumerate() {
-            let number = node
-                .checked_sub(base)
-                .and_then(|node| usize::try_from(node).ok());
-            let number = number.filter(|&number| number < points);
-            let number = number
-                .ok_or_else(|| items.refuse(format!("a {kind} has the node {node} of {points}")))?;
-            block[start + order.as_ref().map_or(place, |order| order[place])] =
-                first + number as u32;
-        }
-        Ok(())
+    let base = element.get("BaseOffset").unwrap_or("0");
+    let base: u32 = base.trim().parse().map_err(|_| {
+        items.refuse(format!(
+            "the BaseOffset {base:?} is no number of a first node"
+        ))
+    })?;
+    let read = |kind: CellKind, numbers: &RawNumbers<'_>| {
+        let places: Vec<usize> = (0..kind.points()).collect();
+        let nodes = numbers.nodes(&Nodes {
+            base,
+            points: first..first + points as u32,
+            width: kind.points(),
+            order: order(kind).as_deref().unwrap_or(&places),
+            by_place: false,
+        });
+        nodes.map_err(|what| items.refuse(format!("a topology of {kind} cells: {what}")))
+    };
+    // Consecutive cells of one kind.
+    let mut runs: Vec<(CellKind, Vec<i64>)> = Vec::new();
+    let mut add = |kind: CellKind, nodes: &[i64]| match runs.last_mut() {
+        Some((last, run)) if *last == kind => run.extend(nodes),
+        _ => runs.push((kind, nodes.to_vec())),
+    };
+    let blocks = |runs: Vec<(CellKind, Vec<i64>)>| {
+        let runs = runs.into_iter();
+        runs.map(|(kind, run)| Ok((kind, read(kind, &RawNumbers::of(run))?)))
+            .collect()
     };
     if kind.is_empty() || items.of(topology)?.is_empty() && kind == "polyvertex" {
-        for node in 0..points as i64 {
-            add(CellKind::Vertex, &[node + base])?;
-        }
-        return Ok(blocks);
+        let last = first + points as u32;
+        return Ok(vec![(CellKind::Vertex, (first..last).collect())]);
     }
     let item = items.only(topology)?;
-    let numbers =
-        to_i64(&item.values).ok_or_else(|| items.refuse("nodes of cells are no whole numbers"))?;
+    let integers = || {
+        let numbers = item.numbers.integers();
+        numbers.ok_or_else(|| items.refuse("nodes of cells are no whole numbers"))
+    };
     let lookup = |kind: &str| KINDS.iter().find(|(names, ..)| names.contains(&kind));
     if kind == "mixed" {
+        let numbers = integers()?;
         let mut rest = &numbers[..];
         while let [number, tail @ ..] = rest {
             let of = |kind: CellKind| Ok((kind, tail));
@@ -275,10 +277,10 @@ pub fn cells(
             let nodes = tail
                 .get(..kind.points())
                 .ok_or_else(|| items.refuse("the cells end too early"))?;
-            add(kind, nodes)?;
+            add(kind, nodes);
             rest = tail.split_at(kind.points()).1;
         }
-        return Ok(blocks);
+        return blocks(runs);
     }
     let Some((.., found)) = lookup(&kind) else {
         return Err(items.refuse(format!("a topology of the type {kind:?} is not read")));
@@ -295,12 +297,10 @@ pub fn cells(
         ("polygon", 5..256) => CellKind::Polygon(width as u32),
         // Longer lines are lines one after another.
         ("polyline", 3..) => {
-            for line in numbers.chunks_exact(width) {
-                for pair in line.windows(2) {
-                    add(CellKind::Line, pair)?;
-                }
+            for line in integers()?.chunks_exact(width) {
+                line.windows(2).for_each(|pair| add(CellKind::Line, pair));
             }
-            return Ok(blocks);
+            return blocks(runs);
         }
         _ => *found,
     };
@@ -309,8 +309,5 @@ pub fn cells(
             "a topology {kind:?} of {width} nodes per cell is not read"
         )));
     }
-    for cell in numbers.chunks_exact(width) {
-        add(found, cell)?;
-    }
-    Ok(blocks)
+    Ok(vec![(found, read(found, &item.numbers)?)])
 }

@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::field::{GlobalArray, GlobalValues};
 use crate::io::hdf5::write::{Data, Group as Folder, Type};
 use crate::io::loss::Losses;
+use crate::io::raw::CellNodes;
 use crate::io::steps::{Stepped, Steps};
 use crate::io::vtu::cells::order;
 use crate::io::{Options, out, refuse_unsound};
@@ -72,7 +73,7 @@ pub fn write(
     let flat = mesh.dim() <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
     let (space, axes) = if flat { (2, "XY") } else { (3, "XYZ") };
     let shape = [mesh.points.len(), space];
-    let coordinates = Data::floats(shape.to_vec(), move |k| mesh.points[k / space][k % space]);
+    let coordinates = Data::table(shape.to_vec(), shape, false, |k, axis| mesh.points[k][axis]);
     file.group("Mesh").add("geometry", coordinates);
     let mut base = format!(
         "<Geometry GeometryType=\"{axes}\">{}</Geometry>",
@@ -80,9 +81,9 @@ pub fn write(
     );
     if !blocks.is_empty() {
         let count: usize = blocks.iter().map(|block| block.len()).sum();
-        let (words, width, data) = topology_data(&blocks);
-        let shape = data.1.clone();
-        file.group("Mesh").add("topology", data.0);
+        let (words, width, (data, shape)) = topology_data(&blocks);
+        let kind = data.kind();
+        file.group("Mesh").add("topology", data);
         let per = if width > 0 {
             format!(" NodesPerElement=\"{width}\"")
         } else {
@@ -90,14 +91,15 @@ pub fn write(
         };
         base += &format!(
             "<Topology TopologyType=\"{words}\" NumberOfElements=\"{count}\"{per}>{}</Topology>",
-            item("/Mesh/topology", Type::Signed(8), &shape)
+            item("/Mesh/topology", kind, &shape)
         );
     }
     if whole_mesh && !mesh.groups.is_empty() {
         let (names, width, tags) = groups(mesh, &mut losses);
         let shape = [mesh.cell_count(), width];
+        let kind = tags.kind();
         file.group("Mesh").add("groups", tags);
-        let tags = item("/Mesh/groups", Type::Signed(8), &shape);
+        let tags = item("/Mesh/groups", kind, &shape);
         base += &names;
         base += &attribute(GROUP, "Cell", width, &tags);
     }
@@ -216,7 +218,9 @@ fn groups<'a>(mesh: &'a Mesh, losses: &mut Losses) -> (String, usize, Data<'a>) 
     for (cells, set) in sets.runs_from(0) {
         cells.for_each(|cell| of_cells[cell as usize] = set);
     }
-    let values = Data::integers(Type::Signed(8), vec![of_cells.len(), width], move |k| {
+    let narrow = rows.iter().flatten().all(|&tag| i32::try_from(tag).is_ok());
+    let kind = Type::Signed(if narrow { 4 } else { 8 });
+    let values = Data::integers(kind, vec![of_cells.len(), width], move |k| {
         let row = &rows[of_cells[k / width] as usize];
         row.get(k % width).copied().unwrap_or(0)
     });
@@ -265,8 +269,8 @@ fn values<'a>(field: &'a Stepped<'a>, step: usize, rows: usize) -> Data<'a> {
     let width = field.components;
     match field.at_step(step) {
         Some(whole) if whole.at.is_empty() => Data::numbers(&whole.values, width),
-        _ => Data::floats(vec![rows, width], move |k| {
-            field.value(step, k / width, k % width)
+        _ => Data::table(vec![rows, width], [rows, width], false, move |k, of| {
+            field.value(step, k, of)
         }),
     }
 }
@@ -275,17 +279,17 @@ fn values<'a>(field: &'a Stepped<'a>, step: usize, rows: usize) -> Data<'a> {
 fn topology_data<'a>(blocks: &[&'a CellBlock]) -> (&'static str, usize, (Data<'a>, Vec<usize>)) {
     let kind = blocks[0].kind;
     if blocks.iter().all(|block| block.kind == kind) {
-        let nodes: Vec<u32> = blocks
-            .iter()
-            .flat_map(|block| block.nodes.iter().copied())
-            .collect();
         let width = kind.points();
+        let places = order(kind).unwrap_or_else(|| (0..width).collect());
+        let nodes = match blocks {
+            [one] => CellNodes::new(&one.nodes, places, false),
+            several => {
+                let nodes = several.iter().flat_map(|block| block.nodes.iter().copied());
+                CellNodes::new(nodes.collect::<Vec<u32>>(), places, false)
+            }
+        };
         let shape = vec![nodes.len() / width, width];
-        let order = order(kind);
-        let data = Data::integers(Type::Signed(8), shape.clone(), move |k| {
-            let node = order.as_ref().map_or(k % width, |order| order[k % width]);
-            nodes[k / width * width + node].into()
-        });
+        let data = Data::nodes(shape.clone(), nodes, 0);
         let name = topology::name(kind).map_or("", |(name, _)| name);
         return (name, width, (data, shape));
     }

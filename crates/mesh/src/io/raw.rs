@@ -1,0 +1,285 @@
+//! Numbers as they lie in a file, made points, nodes of cells or values on all cores, in one pass over the file's bytes; and
+//! nodes of cells made numbers of a file.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::vtu::array::RawNumbers;
+use super::vtu::scalar::{Scalar, with_type};
+use crate::field::to_i64;
+use crate::mesh::{Mesh, Values};
+
+/// Rows that one thread makes at a time.
+const SHARE: usize = 1 << 12;
+
+/// How the nodes of cells of one kind stand in a file.
+pub struct Nodes<'o> {
+    /// The file's number of the first point.
+    pub base: u32,
+    /// The points that are numbered.
+    pub points: Range<u32>,
+    /// Nodes of a cell in the file.
+    pub width: usize,
+    /// The place in a cell of each of them, as many as are read.
+    pub order: &'o [usize],
+    /// Whether the first nodes of all cells come first, then the second ones.
+    pub by_place: bool,
+}
+
+impl RawNumbers<'_> {
+    /// The whole numbers; `None` for others.
+    pub fn integers(&self) -> Option<Vec<i64>> {
+        match self.values() {
+            Values::I64(numbers) => Some(numbers),
+            other => to_i64(&other),
+        }
+    }
+
+    /// The nodes of cells, as indices of points.
+    ///
+    /// # Errors
+    /// A number that is none of a point, in words.
+    pub fn nodes(&self, of: &Nodes<'_>) -> Result<Vec<u32>, String> {
+        with_type!(self.type_name, T => self.nodes_of::<T>(of), Err("there are no numbers".into()))
+    }
+
+    fn nodes_of<T: Scalar>(&self, of: &Nodes<'_>) -> Result<Vec<u32>, String> {
+        let (start, count, base) = (of.points.start, of.points.len() as u64, u64::from(of.base));
+        let index = |word: T| word.index().unwrap_or(u64::MAX).wrapping_sub(base);
+        let cells = self.len() / of.width;
+        let read = of.order.len();
+        let in_order = read == of.width && of.order.is_sorted();
+        let words = |from: usize, count: usize| {
+            let bytes = self
+                .bytes
+                .get(from * T::WIDTH..(from + count) * T::WIDTH)
+                .unwrap_or_default();
+            T::each(bytes, self.big_endian)
+        };
+        let share = |first: usize, nodes: &mut [u32]| {
+            let mut sound = true;
+            let mut node = |word: T| {
+                let index = index(word);
+                sound &= index < count;
+                start.wrapping_add(index as u32)
+            };
+            if of.by_place {
+                for (place, &at) in of.order.iter().enumerate() {
+                    let words = words(place * cells + first, nodes.len() / read);
+                    let each = nodes.chunks_exact_mut(read).zip(words);
+                    each.for_each(|(cell, word)| cell[at] = node(word));
+                }
+            } else if in_order {
+                let words = words(first * read, nodes.len());
+                nodes
+                    .iter_mut()
+                    .zip(words)
+                    .for_each(|(to, word)| *to = node(word));
+            } else {
+                for (cell, k) in nodes.chunks_exact_mut(read).zip(first..) {
+                    let words = words(k * of.width, of.width).zip(of.order);
+                    words.for_each(|(word, &at)| cell[at] = node(word));
+                }
+            }
+            sound
+        };
+        let mut nodes = vec![0; cells * read];
+        if each_share(&mut nodes, read, share) {
+            return Ok(nodes);
+        }
+        let mut all = words(0, self.len());
+        let odd = all.find(|&word| index(word) >= count).map(T::float);
+        Err(format!(
+            "it names the node {} of {count}",
+            odd.unwrap_or(0.0)
+        ))
+    }
+
+    /// Points of rows of one to three coordinates.
+    pub fn points(&self, width: usize) -> Vec<[f64; 3]> {
+        let mut points = vec![[0.0; 3]; self.len() / width];
+        with_type!(self.type_name, T => each_share(&mut points, 1, |first, points| {
+            let rows = first * width * T::WIDTH..;
+            let mut numbers = T::each(self.bytes.get(rows).unwrap_or_default(), self.big_endian);
+            for point in points {
+                point.iter_mut().take(width).zip(&mut numbers).for_each(|(x, number)| *x = number.float());
+            }
+            true
+        }), true);
+        points
+    }
+}
+
+/// Points of columns of coordinates, each given with the place of the first.
+pub fn points(columns: &[(&RawNumbers<'_>, usize)], count: usize) -> Vec<[f64; 3]> {
+    let mut points = vec![[0.0; 3]; count];
+    each_share(&mut points, 1, |first, points| {
+        for (axis, (numbers, start)) in columns.iter().enumerate() {
+            with_type!(numbers.type_name, T => {
+                let bytes = numbers.bytes.get((start + first) * T::WIDTH..).unwrap_or_default();
+                let numbers = T::each(bytes, numbers.big_endian);
+                points.iter_mut().zip(numbers).for_each(|(point, x)| point[axis] = x.float());
+            }, ());
+        }
+        true
+    });
+    points
+}
+
+/// The nodes of cells of one kind that are written.
+pub struct CellNodes<'a> {
+    nodes: Cow<'a, [u32]>,
+    /// Where each node of a cell of the file is in a cell here.
+    order: Cow<'a, [usize]>,
+    by_place: bool,
+}
+
+impl<'a> CellNodes<'a> {
+    /// Nodes cell by cell; `by_place` as [`Nodes::by_place`].
+    pub fn new(
+        nodes: impl Into<Cow<'a, [u32]>>,
+        order: impl Into<Cow<'a, [usize]>>,
+        by_place: bool,
+    ) -> Self {
+        CellNodes {
+            nodes: nodes.into(),
+            order: order.into(),
+            by_place,
+        }
+    }
+
+    /// Cells of one kind anywhere in a mesh.
+    pub fn of_cells(
+        mesh: &'a Mesh,
+        cells: &[u32],
+        order: impl Into<Cow<'a, [usize]>>,
+        by_place: bool,
+    ) -> Self {
+        let mut nodes: Cow<'a, [u32]> = Cow::default();
+        let mut rest = cells;
+        let mut start = 0;
+        for block in &mesh.blocks {
+            let (end, width) = (start + block.len(), block.kind.points());
+            let inside = rest.iter().take_while(|&&cell| (cell as usize) < end);
+            let (of_block, others) = rest.split_at(inside.count());
+            for run in of_block.chunk_by(|a, b| a + 1 == *b) {
+                let first = (run[0] as usize).saturating_sub(start);
+                let part = block.nodes.get(first * width..(first + run.len()) * width);
+                let part = part.unwrap_or_default();
+                match nodes.is_empty() {
+                    true => nodes = Cow::Borrowed(part),
+                    false => nodes.to_mut().extend(part),
+                }
+            }
+            (rest, start) = (others, end);
+        }
+        CellNodes::new(nodes, order, by_place)
+    }
+
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Fills bytes with the numbers from one on.
+    pub fn put<const N: usize>(
+        &self,
+        first: usize,
+        bytes: &mut [u8],
+        word: impl Fn(u32) -> [u8; N],
+    ) {
+        let width = self.order.len();
+        let cells = self.nodes.len() / width;
+        let inner = if self.by_place { cells } else { width };
+        let (mut outer, mut k) = (first / inner.max(1), first % inner.max(1));
+        for bytes in bytes.as_chunks_mut().0 {
+            let (cell, place) = if self.by_place {
+                (k, outer)
+            } else {
+                (outer, k)
+            };
+            let node = self.order.get(place).map(|place| cell * width + place);
+            let node = node.and_then(|at| self.nodes.get(at));
+            *bytes = word(node.copied().unwrap_or(0));
+            k += 1;
+            if k == inner {
+                (outer, k) = (outer + 1, 0);
+            }
+        }
+    }
+}
+
+/// Fills rows of `width` items on all cores: `share` gets the index of a first row. Whether all answers were yes.
+fn each_share<T: Send>(
+    all: &mut [T],
+    width: usize,
+    share: impl Fn(usize, &mut [T]) -> bool + Sync,
+) -> bool {
+    // A few rows take less time than waking the other cores.
+    if all.len() <= SHARE * width {
+        return share(0, all);
+    }
+    let shares = all.par_chunks_mut(SHARE * width).enumerate();
+    shares
+        .map(|(k, rows)| share(k * SHARE, rows))
+        .reduce(|| true, |a, b| a & b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Across the ends of shares, in all three layouts, of any type and order of bytes.
+    #[test]
+    fn nodes_and_points_are_where_they_belong() {
+        let cells = 2 * SHARE + 7;
+        let number = |cell: usize, place: usize| (1 + (cell * 3 + place) % 1000) as i64;
+        let all = |f: &dyn Fn(usize) -> i64| (0..cells * 3).map(f).collect::<Vec<i64>>();
+        let rows = all(&|k| number(k / 3, k % 3));
+        let columns = all(&|k| number(k % cells, k / cells));
+        let mut big = RawNumbers::of(rows.iter().map(|n| n.swap_bytes()).collect::<Vec<_>>());
+        big.big_endian = true;
+        let of = |order, by_place| Nodes {
+            base: 1,
+            points: 5..1005,
+            width: 3,
+            order,
+            by_place,
+        };
+        let expected = |order: &[usize]| -> Vec<u32> {
+            let of_cell = |cell: usize| {
+                let mut nodes = vec![0; order.len()];
+                for (place, &at) in order.iter().enumerate() {
+                    nodes[at] = number(cell, place) as u32 + 4;
+                }
+                nodes
+            };
+            (0..cells).flat_map(of_cell).collect()
+        };
+        for order in [&[0, 1, 2][..], &[0, 2, 1], &[1, 0]] {
+            let small: Vec<i16> = rows.iter().map(|&n| n as i16).collect();
+            for numbers in [&RawNumbers::of(small), &RawNumbers::of(rows.clone()), &big] {
+                assert!(numbers.nodes(&of(order, false)) == Ok(expected(order)));
+            }
+            let columns = RawNumbers::of(columns.clone());
+            assert!(columns.nodes(&of(order, true)) == Ok(expected(order)));
+        }
+        for (odd, shown) in [(0, "0"), (1001, "1001"), (-7, "-7")] {
+            let mut rows = rows.clone();
+            rows[3 * SHARE + 1] = odd;
+            let error = RawNumbers::of(rows).nodes(&of(&[0, 1, 2], false));
+            assert_eq!(error, Err(format!("it names the node {shown} of 1000")));
+        }
+        let halves = RawNumbers::of(vec![1.5, 2.5, 3.5]);
+        assert!(halves.nodes(&of(&[0, 1, 2], false)).is_err());
+
+        let floats: Vec<f32> = (0..cells * 2).map(|k| k as f32).collect();
+        let floats = RawNumbers::of(floats);
+        let rows = (0..cells).map(|k| [(2 * k) as f64, (2 * k + 1) as f64, 0.0]);
+        assert!(floats.points(2).into_iter().eq(rows));
+        let columns = (0..cells).map(|k| [k as f64, (k + cells) as f64, 0.0]);
+        let made = points(&[(&floats, 0), (&floats, cells)], cells);
+        assert!(made.into_iter().eq(columns));
+    }
+}
