@@ -123,7 +123,7 @@ fn ordering_cr(bencher: Bencher, n: usize) {
     let (scene, mesh) = (scene(), mesh(n));
     let (problem, _) = problem(&scene, &mesh, "cr");
     let roles = roles(&problem);
-    bencher.bench(|| Analysis::new(black_box(&problem.stiffness), &roles).entries());
+    bencher.bench(|| Analysis::new(black_box(&problem.stiffness), &roles, &[], false).entries());
 }
 
 #[divan::bench(args = N)]
@@ -146,7 +146,8 @@ fn factor(bencher: Bencher, problem: &Problem) {
     bencher.bench(|| {
         let settings = Settings::default();
         let cells = black_box(&problem.stiffness);
-        condense(cells, &roles, problem.load.clone(), settings, None).map(|done| done.map(|d| d.3))
+        condense(cells, &roles, &[], problem.load.clone(), settings, None)
+            .map(|done| done.map(|d| d.3))
     });
 }
 
@@ -220,6 +221,7 @@ fn linear_alone_cr(bencher: Bencher, n: usize) {
         let (factor, reduced, ..) = condense(
             cells,
             &roles,
+            &[],
             problem.load.clone(),
             Settings::default(),
             None,

@@ -4,12 +4,16 @@
 //! ```sh
 //! cargo bench --bench solvers                     # minutes for FreeFEM's largest meshes
 //! cargo bench --bench solvers -- --quick
+//! cargo bench --bench solvers -- --shapes         # strips, combs, plates: each way of the Rust engine, and what `auto` chooses
 //! cargo bench --bench solvers -- --methods cr --n 64,128,256 --engines rust,fenicsx --repeats 5
 //! ```
 //!
 //! Every solve is a process of its own, so that each tells its own peak memory; interpreters and
 //! job files count as `start`, the compilation of dolfinx's forms not at all. Times are medians in
 //! seconds. Nothing is printed of a case on which the codes do not agree to 1e-8 of max|u|.
+
+#[path = "solvers/shapes.rs"]
+mod shapes;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -51,6 +55,9 @@ struct Arguments {
     /// Small meshes once: does it run?
     #[arg(long)]
     quick: bool,
+    /// Bodies of many shapes by the Rust engine alone, instead
+    #[arg(long)]
+    shapes: bool,
     /// Solve once, write u into this file and what was measured to standard output
     #[arg(long, hide = true)]
     once: Option<PathBuf>,
@@ -107,6 +114,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match &arguments.once {
         Some(path) => once(&arguments, path),
+        None if arguments.shapes => shapes::compare(STOP),
         None => compare(&arguments),
     };
     match done {

@@ -130,6 +130,7 @@ impl Answer {
                 residuals: solution.residuals,
                 linear: solution.linear,
                 built: solution.built,
+                on_the_way: solution.on_the_way,
             }),
             seconds: vec![
                 ("factor".into(), solution.seconds.factor),
@@ -149,6 +150,8 @@ pub struct History {
     pub residuals: Vec<f64>,
     pub linear: Choice,
     pub built: Built,
+    /// Steps at other γ on the way to this one.
+    pub on_the_way: usize,
 }
 
 /// An engine's answers to all cases.

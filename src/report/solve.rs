@@ -33,6 +33,9 @@ pub struct Answer {
     gamma0: f64,
     iteration: String,
     iterations: usize,
+    /// Newton's steps at other γ before the last of these, where this γ was reached by continuation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    continuation: Option<usize>,
     increments: Vec<f64>,
     /// Contact conditions that changed their status after each step; where the engine tells.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -130,6 +133,7 @@ impl Answer {
             gamma0: case.problem.discretisation.gamma0(),
             iteration: iteration.to_string(),
             iterations: answer.increments.len(),
+            continuation: history.map(|h| h.on_the_way).filter(|steps| *steps > 0),
             increments: answer.increments.clone(),
             active_set_changes: history.map(|h| h.changes.clone()),
             residuals: history.map(|h| h.residuals.clone()),
@@ -258,8 +262,11 @@ pub fn solve<'a>(
         true => "reached",
         false => "not reached",
     };
+    let on_the_way = a.continuation.map_or(String::new(), |steps| {
+        format!(" and {} at other γ", count(steps, "step"))
+    });
     let headline = format!(
-        "{reached} in {}, backward error {}{rounding}",
+        "{reached} in {}{on_the_way}, backward error {}{rounding}",
         count(a.iterations, "iteration"),
         short(a.residual)
     );

@@ -44,7 +44,14 @@ impl<'a> Poisson<'a> {
             Some(factor) => factor.reduce(b),
             None => {
                 let settings = Settings::default();
-                let condensed = condense(&self.stiffness, &self.roles, b.to_vec(), settings, None)?;
+                let condensed = condense(
+                    &self.stiffness,
+                    &self.roles,
+                    &[],
+                    b.to_vec(),
+                    settings,
+                    None,
+                )?;
                 let Some((factor, reduced, ..)) = condensed else {
                     return Err(Error::Solver {
                         what: "no solver was chosen for the flux".into(),

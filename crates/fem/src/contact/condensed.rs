@@ -1,4 +1,4 @@
-//! The scheme condensed onto the dofs K that its contact conditions see.
+//! The scheme condensed onto the dofs K that its contact conditions see, and onto those that separate parts of a long Γ_C.
 //!
 //! Only the conditions are nonlinear. The other rows say A_II u_I + A_IK u_K = b_I, which is solved
 //! once for all u_K; what is left is a scheme of the same form on K,
@@ -73,6 +73,19 @@ fn shift_of_cells(problem: &Problem) -> BTreeMap<usize, Vec<f64>> {
     shift
 }
 
+/// The number of a dof: of the free ones in `kept`, or behind them of those on Γ_D.
+fn number(dof: u32, kept: &[u32], fixed: &[u32]) -> u32 {
+    match kept.binary_search(&dof) {
+        Ok(k) => k as u32,
+        Err(_) => (kept.len() + fixed.partition_point(|other| *other < dof)) as u32,
+    }
+}
+
+fn numbered(conditions: &[Condition], kept: &[u32], fixed: &[u32]) -> Vec<Condition> {
+    let numbered = |condition: &Condition| condition.with_dofs(|dof| number(dof, kept, fixed));
+    conditions.iter().map(numbered).collect()
+}
+
 impl<'a> Condensed<'a> {
     /// The scheme back where what is predicted of iterating is better.
     ///
@@ -105,39 +118,13 @@ impl<'a> Condensed<'a> {
             .collect();
         seen.sort_unstable();
         seen.dedup();
-        let (fixed, kept): (Vec<u32>, Vec<u32>) = seen
+        let (fixed, to_keep): (Vec<u32>, Vec<u32>) = seen
             .iter()
             .partition(|&&dof| roles[dof as usize] == Role::Fixed);
-        for &dof in &kept {
+        for &dof in &to_keep {
             roles[dof as usize] = Role::Kept;
         }
-        let number = |dof: u32| match kept.binary_search(&dof) {
-            Ok(k) => k as u32,
-            Err(_) => (kept.len() + fixed.partition_point(|other| *other < dof)) as u32,
-        };
-        let conditions = scheme
-            .conditions
-            .iter()
-            .map(|condition| condition.with_dofs(number))
-            .collect();
-        let floating = problem.floating.as_ref().map(|floating| {
-            let dofs = kept.iter().chain(&fixed);
-            dofs.map(|&dof| floating[dof as usize]).collect()
-        });
-
         let of_cells = shift_of_cells(problem);
-        let mut shift = Vec::new();
-        for (&cell, matrix) in &of_cells {
-            let dofs = space.cell_dofs(cell);
-            for (&i, row) in dofs.iter().zip(matrix.chunks_exact(dofs.len())) {
-                for (&j, value) in dofs.iter().zip(row) {
-                    let free = |dof: u32| roles[dof as usize] == Role::Kept;
-                    if free(i) && free(j) {
-                        shift.push((number(i), number(j), -value));
-                    }
-                }
-            }
-        }
         let change = |cell: usize, matrix: &mut [f64]| {
             let shift = of_cells.get(&cell).into_iter().flatten();
             matrix
@@ -150,11 +137,31 @@ impl<'a> Condensed<'a> {
             change,
         };
         let b = right_side(&scheme, &problem.start());
+        let ties: Vec<&[u32]> = scheme.conditions.iter().map(|c| &c.dofs[..]).collect();
         let Some((factor, reduced, schur, choice)) =
-            condense(&cells, &roles, b, settings, instead)?
+            condense(&cells, &roles, &ties, b, settings, instead)?
         else {
             return Ok(Err(scheme));
         };
+        let kept = schur.kept().to_vec();
+        let number = |dof: u32| number(dof, &kept, &fixed);
+        let mut shift = Vec::new();
+        for (&cell, matrix) in &of_cells {
+            let dofs = space.cell_dofs(cell);
+            for (&i, row) in dofs.iter().zip(matrix.chunks_exact(dofs.len())) {
+                for (&j, value) in dofs.iter().zip(row) {
+                    let free = |dof: u32| roles[dof as usize] == Role::Kept;
+                    if free(i) && free(j) {
+                        shift.push((number(i), number(j), -value));
+                    }
+                }
+            }
+        }
+        let conditions = numbered(&scheme.conditions, &kept, &fixed);
+        let floating = problem.floating.as_ref().map(|floating| {
+            let dofs = kept.iter().chain(&fixed);
+            dofs.map(|&dof| floating[dof as usize]).collect()
+        });
         Ok(Ok(Condensed {
             problem,
             scheme,
@@ -208,7 +215,7 @@ impl<'a> Condensed<'a> {
         if let Some((_, old)) = stale.as_ref() {
             change = self.change(old, laws);
         }
-        let refactor = |lu: &SchurLu| change.rank() * REFACTOR > lu.dense_size();
+        let refactor = |lu: &SchurLu| !lu.corrects(change.rank());
         if stale.as_ref().is_none_or(|(lu, _)| refactor(lu)) {
             change = LowRank::default();
             *stale = Some((self.schur.lu(&self.entries(laws)), laws.to_vec()));
@@ -283,6 +290,12 @@ impl<'a> Condensed<'a> {
 impl System for Condensed<'_> {
     fn conditions(&self) -> &[Condition] {
         &self.conditions
+    }
+
+    fn put_conditions(&mut self, conditions: Vec<Condition>) {
+        self.conditions = numbered(&conditions, &self.kept, &self.fixed);
+        self.scheme.conditions = conditions.into();
+        *self.stale.borrow_mut() = None;
     }
 
     fn floating(&self) -> Option<&[Option<u32>]> {
@@ -406,9 +419,6 @@ impl System for Condensed<'_> {
         Ok(step)
     }
 }
-
-/// A new factorisation costs less than a correction of more than this part of the rank.
-const REFACTOR: usize = 5;
 
 /// L(φ_i) - (∇u, ∇φ_i), all dofs.
 fn right_side(scheme: &Scheme, u: &[f64]) -> Vec<f64> {

@@ -265,6 +265,10 @@ impl System for Krylov<'_> {
         &self.scheme.conditions
     }
 
+    fn put_conditions(&mut self, conditions: Vec<Condition>) {
+        self.scheme.conditions = conditions.into();
+    }
+
     fn floating(&self) -> Option<&[Option<u32>]> {
         None
     }

@@ -14,6 +14,7 @@ mod choose;
 mod condensed;
 mod condition;
 mod contact_set;
+mod continuation;
 mod discretisation;
 mod errors;
 mod face;

@@ -28,10 +28,19 @@ pub(super) struct Scheme<'a> {
 
 impl<'a> Scheme<'a> {
     pub fn new(problem: &'a Problem<'a>) -> Self {
-        let by_faces = is_face_law(problem).then(|| by_faces(problem));
-        by_faces
-            .flatten()
-            .unwrap_or_else(|| Scheme::as_it_stands(problem))
+        Scheme::at(problem, 1.0)
+    }
+
+    /// The scheme with γ times `factor`.
+    pub fn at(problem: &'a Problem<'a>, factor: f64) -> Self {
+        let mut scheme = Scheme::as_it_stands(problem);
+        if factor != 1.0 {
+            for condition in scheme.conditions.to_mut() {
+                condition.gamma *= factor;
+            }
+        }
+        let rows = is_face_law(problem).then(|| by_faces(problem, &scheme.conditions));
+        rows.flatten().unwrap_or(scheme)
     }
 
     /// The same scheme as it stands, for iterations that are defined by its rows.
@@ -89,8 +98,8 @@ fn is_face_law(problem: &Problem) -> bool {
 }
 
 /// None where all faces of a cell are contact faces: then the m of its faces do not exist.
-fn by_faces<'a>(problem: &'a Problem<'a>) -> Option<Scheme<'a>> {
-    let mut conditions = problem.conditions.clone();
+fn by_faces<'a>(problem: &'a Problem<'a>, conditions: &[Condition]) -> Option<Scheme<'a>> {
+    let mut conditions = conditions.to_vec();
     let mut load = Cow::Borrowed(&problem.load[..]);
     let mut points = 0..0;
     for face in &problem.contact {
@@ -114,7 +123,7 @@ fn by_faces<'a>(problem: &'a Problem<'a>) -> Option<Scheme<'a>> {
         let m = right_side(problem, face, &siblings)?;
         for condition in &mut conditions[points.clone()] {
             condition.psi += m;
-            condition.flux_at_rest = -m / face.gamma;
+            condition.flux_at_rest = -m / condition.gamma;
         }
         let on_contact: Vec<usize> = siblings.iter().map(|f| own_dof(problem, f)).collect();
         for (j, &dof) in problem.space.cell_dofs(face.cell).iter().enumerate() {

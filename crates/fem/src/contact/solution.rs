@@ -59,6 +59,8 @@ pub struct Solution {
     pub u: Vec<f64>,
     /// The step that u comes from, from 1; 0 is the start.
     pub step: usize,
+    /// Steps at other γ on the way to this one, which are none of the others: see `continuation`.
+    pub on_the_way: usize,
     /// The relative increment of each step.
     pub increments: Vec<f64>,
     /// How many contact conditions changed their status after each step.

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::active_set::{ActiveSet, Per};
 use super::choose::system;
+use super::continuation::{DOZEN, follow};
 use super::discretisation::Discretisation;
 use super::form::Problem;
 use super::iteration::Iteration;
@@ -95,8 +96,8 @@ pub fn solve_by(
     } else {
         Scheme::as_it_stands(problem)
     };
-    let scheme = system(rows, settings)?;
-    let scheme = &*scheme;
+    let mut system = system(rows, settings)?;
+    let mut scheme = &*system;
     let scale = Scale::new(scheme);
     let factor = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
@@ -116,6 +117,7 @@ pub fn solve_by(
     let mut best = (f64::INFINITY, 0, Vec::new());
     let mut laws: Vec<Weights> = Vec::new();
     let mut ended = Ended::NotReached;
+    let mut on_the_way = 0;
     if scheme.conditions().is_empty() && scheme.is_solved_but_for_conditions() {
         // Linear: the whole of u is one increment, and there is nothing to iterate.
         let increment = f64::from(u8::from(!scheme.size(&u).is_zero()));
@@ -124,6 +126,21 @@ pub fn solve_by(
         ended = Ended::Rounding;
     }
     while ended == Ended::NotReached && increments.len() < stop.max_iterations {
+        if is_newton && increments.len() == DOZEN {
+            let start = scheme.start();
+            let found = follow(
+                problem,
+                &mut *system,
+                &start,
+                &mut on_the_way,
+                &mut progress,
+            )?;
+            scheme = &*system;
+            if let Some(found) = found {
+                (u, per) = (found, Per::Condition);
+                set = ActiveSet::new(scheme, &u, per);
+            }
+        }
         if laws.is_empty() || !iteration.is_constant() {
             laws = set.laws(scheme, iteration);
         }
@@ -195,6 +212,7 @@ pub fn solve_by(
     Ok(Solution {
         u,
         step,
+        on_the_way,
         increments,
         changes,
         residuals,

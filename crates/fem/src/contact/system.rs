@@ -56,6 +56,9 @@ pub(super) trait System {
     /// The conditions, in these unknowns.
     fn conditions(&self) -> &[Condition];
 
+    /// Takes other conditions, which see the same dofs by the same functionals.
+    fn put_conditions(&mut self, conditions: Vec<Condition>);
+
     /// The part of the domain of each unknown, where it is one that Γ_D does not hold.
     fn floating(&self) -> Option<&[Option<u32>]>;
 

@@ -4,11 +4,16 @@
 //! The tree of [`super::bisection`] cuts the elements. A front belongs to each of its parts: the
 //! unknowns that are complete there, having all their elements in the part but not in either half,
 //! are its *pivots* and are eliminated; the others that the part shares with the rest are its
-//! *border*. Kept unknowns are never complete, so that they arrive in the border of the whole.
+//! *border*. Kept unknowns are never complete, so that they arrive in the border of the whole, or
+//! of the parts of [`super::frontier`], above which all is left to [`super::lu`].
+
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::bisection::Tree;
+use super::frontier::{Count, STEPS, cholesky, frontier};
+use super::lu::LuPlan;
 use super::schur::Entry;
 use super::{Elements, Role};
 
@@ -22,7 +27,7 @@ const TASKS: usize = 64;
 pub(super) struct Front {
     pub pivots: u32,
     pub border: u32,
-    /// Elements of a leaf, 0 otherwise.
+    /// Elements of a leaf, [`Front::OF_HALVES`] otherwise.
     pub elements: u32,
     /// Where its maps start: of a leaf, the places of its elements' unknowns; otherwise the
     /// places of the borders of its two halves, one after the other.
@@ -30,6 +35,12 @@ pub(super) struct Front {
 }
 
 impl Front {
+    pub const OF_HALVES: u32 = u32::MAX;
+
+    pub fn is_leaf(&self) -> bool {
+        self.elements != Front::OF_HALVES
+    }
+
     pub fn size(&self) -> usize {
         (self.pivots + self.border) as usize
     }
@@ -42,8 +53,7 @@ impl Front {
 
     /// Multiplications and additions of its elimination.
     fn flops(&self) -> f64 {
-        let (p, b) = (f64::from(self.pivots), f64::from(self.border));
-        p * p * p / 3.0 + p * p * b + p * b * b
+        cholesky(f64::from(self.pivots), f64::from(self.border))
     }
 }
 
@@ -76,63 +86,142 @@ impl Plan {
 /// The order of elimination and the fronts.
 #[derive(Debug)]
 pub struct Analysis {
-    /// The kept unknowns, ascending: the order of the Schur complement.
+    /// The kept unknowns, ascending: the order of the Schur complement. Beside those that were to be kept they are what is
+    /// complete above the frontier.
     pub kept: Vec<u32>,
     /// The eliminated unknowns in their order.
     pub order: Vec<u32>,
-    /// The elements in the order of the tree.
+    /// The elements that are eliminated, in the order of the tree.
     pub(super) elements: Vec<u32>,
-    /// Elements without an eliminated unknown: they are part of the Schur complement as they are.
+    /// Elements without an unknown to be eliminated: they are part of the Schur complement as they are.
     pub(super) aside: Vec<u32>,
-    /// None where nothing is eliminated.
-    pub(super) plan: Option<Plan>,
-    /// Places in `kept` of the border of the whole.
-    pub(super) border: Vec<u32>,
+    /// The parts of the frontier, and the places of their borders in `kept`.
+    pub(super) blocks: Vec<(Plan, Vec<u32>)>,
+    /// How the Schur complement is factored.
+    pub(super) lu: Arc<LuPlan>,
 }
 
 impl Analysis {
-    /// `roles` of all unknowns.
-    pub fn new(elements: &impl Elements, roles: &[Role]) -> Self {
-        let kept: Vec<u32> = (0..roles.len() as u32)
-            .filter(|&k| roles[k as usize] == Role::Kept)
-            .collect();
+    /// `roles` of all unknowns; `ties` couple kept ones beside the elements, fixed ones in them do not matter. Where `is_whole`
+    /// nothing else is kept.
+    pub fn new(elements: &impl Elements, roles: &[Role], ties: &[&[u32]], is_whole: bool) -> Self {
         let has = |e: u32, role: Role| {
             let unknowns = elements.of(e as usize).iter();
             unknowns.clone().any(|&k| roles[k as usize] == role)
         };
-        let (inside, aside): (Vec<u32>, Vec<u32>) =
-            (0..elements.count() as u32).partition(|&e| has(e, Role::Eliminated));
-        let aside: Vec<u32> = aside.into_iter().filter(|&e| has(e, Role::Kept)).collect();
-        let tree = Tree::new(&inside, |e| elements.centre(e as usize));
-        let owners = owners(elements, &tree, roles);
-        let (firsts, order) = eliminate(&owners, tree.parts.len());
+        let is_inside = |e: u32| has(e, Role::Eliminated);
+        let members: Vec<u32> = (0..elements.count() as u32)
+            .filter(|&e| is_inside(e) || has(e, Role::Kept))
+            .collect();
+        let tree = Tree::new(&members, |e| elements.centre(e as usize));
+        let spans = spans(elements, &tree, roles);
+        let (owners, leaf_at, above) = owners(&tree, &spans);
+        // Of one element aside alone: it can be eliminated before all others.
+        let is_private = |k: usize| {
+            let [first, last] = spans[k];
+            roles[k] == Role::Kept
+                && first == last
+                && first != NONE
+                && !is_inside(tree.order[first as usize])
+        };
+        let mut counts = vec![Count::default(); tree.parts.len()];
+        let is_condensed = roles.contains(&Role::Kept) && !is_whole;
+        if is_condensed {
+            for (k, &owner) in owners
+                .iter()
+                .enumerate()
+                .filter(|(_, owner)| **owner != NONE)
+            {
+                let count = &mut counts[owner as usize];
+                count.eliminated += u32::from(roles[k] == Role::Eliminated);
+                count.kept += u32::from(roles[k] == Role::Kept && !is_private(k));
+            }
+            count_borders(
+                elements,
+                &tree,
+                &spans,
+                &owners,
+                &leaf_at,
+                &above,
+                &mut counts,
+            );
+        }
+        let within = frontier(&tree, &counts, !is_condensed);
+        let mut eliminated = owners.clone();
+        // What is kept, by the front that eliminates it: alone by its element, or by a part.
+        let (mut alone, mut of_parts) = (Vec::new(), Vec::new());
+        let mut kept = Vec::new();
+        for (k, owner) in eliminated.iter_mut().enumerate() {
+            let part = if *owner == NONE {
+                None
+            } else {
+                within[*owner as usize]
+            };
+            match roles[k] {
+                Role::Fixed => continue,
+                Role::Eliminated if part.is_some() || *owner == NONE => continue,
+                _ if is_private(k) => alone.push((spans[k][0], kept.len() as u32)),
+                // An unknown of no element has ties alone, and comes last.
+                _ => of_parts.push((part.unwrap_or(*owner), kept.len() as u32)),
+            }
+            *owner = NONE;
+            kept.push(k as u32);
+        }
+        let groups = [grouped(alone), grouped(of_parts)].concat();
+        let (firsts, order) = eliminate(&eliminated, tree.parts.len());
         let mut numbers = vec![NONE; roles.len()];
         for (number, &k) in order.iter().chain(&kept).enumerate() {
             numbers[k as usize] = number as u32;
         }
+        let mut before = Vec::with_capacity(tree.order.len() + 1);
+        before.push(0);
+        let (mut inside, mut aside) = (Vec::new(), Vec::new());
+        for &e in &tree.order {
+            if is_inside(e) {
+                &mut inside
+            } else {
+                &mut aside
+            }
+            .push(e);
+            before.push(inside.len() as u32);
+        }
         let numbering = Numbering {
             elements,
             tree: &tree,
+            inside: &inside,
+            before: &before,
             numbers: &numbers,
             firsts: &firsts,
             grain: (tree.order.len() / TASKS).max(256),
         };
-        let whole = tree
-            .parts
-            .len()
-            .checked_sub(1)
-            .map(|root| numbering.plan(root));
-        let (plan, mut border) = whole.map_or((None, Vec::new()), |(p, b)| (Some(p), b));
-        for place in &mut border {
-            *place -= order.len() as u32;
-        }
+        let roots: Vec<usize> = (0..tree.parts.len())
+            .filter(|&k| within[k] == Some(k as u32) && !numbering.inside_of(k).is_empty())
+            .collect();
+        let blocks: Vec<(Plan, Vec<u32>)> = roots
+            .into_par_iter()
+            .map(|root| {
+                let (plan, mut border) = numbering.plan(root);
+                border
+                    .iter_mut()
+                    .for_each(|place| *place -= order.len() as u32);
+                (plan, border)
+            })
+            .collect();
+        let place = |k: &u32| kept.binary_search(k).ok().map(|place| place as u32);
+        let places = |unknowns: &[u32]| unknowns.iter().filter_map(place).collect();
+        let of_elements = aside.iter().map(|&e| places(elements.of(e as usize)));
+        let lu = LuPlan::new(
+            groups,
+            blocks.iter().map(|(_, border)| &border[..]),
+            of_elements.chain(ties.iter().map(|tie| places(tie))),
+        );
         Analysis {
-            kept,
             order,
-            elements: tree.order,
+            elements: inside,
             aside,
-            plan,
-            border,
+            blocks,
+            lu: Arc::new(lu),
+            kept,
         }
     }
 
@@ -158,31 +247,55 @@ impl Analysis {
 
     /// Entries of the factor.
     pub fn entries(&self) -> usize {
-        self.plan.as_ref().map_or(0, |plan| plan.entries)
+        self.blocks.iter().map(|(plan, _)| plan.entries).sum()
     }
 
-    /// Multiplications and additions of the factorisation.
+    /// Multiplications and additions of a whole solution: of what is done once, and of what is done again for contact.
     pub fn flops(&self) -> f64 {
-        self.plan.as_ref().map_or(0.0, |plan| plan.flops)
+        let once: f64 = self.blocks.iter().map(|(plan, _)| plan.flops).sum();
+        once + STEPS * self.lu.flops
     }
 
     /// Bytes that factor, updates, Schur complement and its factorisation take with numbers of `size` bytes.
     pub fn bytes(&self, size: usize) -> usize {
-        let waiting = self.plan.as_ref().map_or(0, |plan| plan.waiting);
-        (self.entries() + waiting) * size + 3 * self.border.len().pow(2) * 8
+        let waiting = self.blocks.iter().map(|(plan, _)| plan.waiting).max();
+        let dense: usize = self
+            .blocks
+            .iter()
+            .map(|(_, border)| border.len().pow(2))
+            .sum();
+        (self.entries() + waiting.unwrap_or(0)) * size
+            + (dense + self.lu.entries + self.lu.largest) * 8
     }
 }
 
-/// The part in which each unknown is complete: the smallest that holds all its elements.
-fn owners(elements: &impl Elements, tree: &Tree, roles: &[Role]) -> Vec<u32> {
+/// The values with the same key together, ascending by key.
+fn grouped(mut pairs: Vec<(u32, u32)>) -> Vec<Vec<u32>> {
+    pairs.sort_unstable();
+    let groups = pairs.chunk_by(|a, b| a.0 == b.0);
+    groups
+        .map(|group| group.iter().map(|pair| pair.1).collect())
+        .collect()
+}
+
+/// The first and the last position in the tree of the elements of each unknown; none of fixed ones.
+fn spans(elements: &impl Elements, tree: &Tree, roles: &[Role]) -> Vec<[u32; 2]> {
     let mut spans = vec![[NONE, 0]; roles.len()];
     for (position, &e) in tree.order.iter().enumerate() {
         for &k in elements.of(e as usize) {
-            let [first, last] = &mut spans[k as usize];
-            *first = (*first).min(position as u32);
-            *last = position as u32;
+            if roles[k as usize] != Role::Fixed {
+                let [first, last] = &mut spans[k as usize];
+                *first = (*first).min(position as u32);
+                *last = position as u32;
+            }
         }
     }
+    spans
+}
+
+/// The part in which each unknown is complete: the smallest that holds all its elements. With it the leaf at each position,
+/// and the part above each.
+fn owners(tree: &Tree, spans: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
     let mut leaf_at = vec![0u32; tree.order.len()];
     let mut above = vec![NONE; tree.parts.len()];
     for (k, part) in tree.parts.iter().enumerate() {
@@ -194,12 +307,11 @@ fn owners(elements: &impl Elements, tree: &Tree, roles: &[Role]) -> Vec<u32> {
             }
         }
     }
-    spans
+    let owners = spans
         .par_iter()
-        .zip(roles)
         .with_min_len(4096)
-        .map(|(&[first, last], &role)| {
-            if role != Role::Eliminated || first == NONE {
+        .map(|&[first, last]| {
+            if first == NONE {
                 return NONE;
             }
             let mut part = leaf_at[first as usize];
@@ -208,7 +320,36 @@ fn owners(elements: &impl Elements, tree: &Tree, roles: &[Role]) -> Vec<u32> {
             }
             part
         })
-        .collect()
+        .collect();
+    (owners, leaf_at, above)
+}
+
+/// How many unknowns each part shares with the rest: those that have elements in it and are complete above.
+fn count_borders(
+    elements: &impl Elements,
+    tree: &Tree,
+    spans: &[[u32; 2]],
+    owners: &[u32],
+    leaf_at: &[u32],
+    above: &[u32],
+    counts: &mut [Count],
+) {
+    let mut last = vec![NONE; spans.len()];
+    for (position, &e) in tree.order.iter().enumerate() {
+        for &k in elements.of(e as usize) {
+            let owner = owners[k as usize];
+            // Parts that hold the element before are counted, and none if it is this one.
+            let before = std::mem::replace(&mut last[k as usize], position as u32);
+            let mut part = leaf_at[position];
+            while owner != NONE
+                && part != owner
+                && (before == NONE || tree.parts[part as usize].from > before)
+            {
+                counts[part as usize].border += 1;
+                part = above[part as usize];
+            }
+        }
+    }
 }
 
 /// The unknowns sorted by owner, and where those of each owner start.
@@ -238,6 +379,9 @@ fn eliminate(owners: &[u32], parts: usize) -> (Vec<u32>, Vec<u32>) {
 struct Numbering<'a, E> {
     elements: &'a E,
     tree: &'a Tree,
+    /// The elements that are eliminated, and how many of them stand before each position.
+    inside: &'a [u32],
+    before: &'a [u32],
     /// Of each unknown; the kept ones have the last.
     numbers: &'a [u32],
     /// The first pivot of each part.
@@ -247,11 +391,18 @@ struct Numbering<'a, E> {
 }
 
 impl<E: Elements> Numbering<'_, E> {
+    /// The elements of a part that are eliminated.
+    fn inside_of(&self, part: usize) -> &[u32] {
+        let part = self.tree.parts[part];
+        &self.inside
+            [self.before[part.from as usize] as usize..self.before[part.to as usize] as usize]
+    }
+
     /// The plan of a part, and the numbers on its border, ascending.
     fn plan(&self, root: usize) -> (Plan, Vec<u32>) {
         let part = self.tree.parts[root];
         let mut plan = Plan {
-            from: part.from as usize,
+            from: self.before[part.from as usize] as usize,
             ..Plan::default()
         };
         let border = match part.left() {
@@ -259,7 +410,7 @@ impl<E: Elements> Numbering<'_, E> {
                 let (a, b) = rayon::join(|| self.plan(left), || self.plan(root - 1));
                 let mut front = Vec::new();
                 merge(&a.1, &b.1, &mut front, &mut plan.maps);
-                let border = self.close(&mut plan, root, 0, 0, &front);
+                let border = self.close(&mut plan, root, 0, Front::OF_HALVES, &front);
                 plan.entries += a.0.entries + b.0.entries;
                 plan.pivots += a.0.pivots + b.0.pivots;
                 plan.flops += a.0.flops + b.0.flops;
@@ -301,8 +452,10 @@ impl<E: Elements> Numbering<'_, E> {
                 waiting -= a.len().pow(2) / 2 + b.len().pow(2) / 2;
                 map
             };
-            let part = self.tree.parts[k];
-            let elements = if part.left().is_none() { part.len() } else { 0 };
+            let elements = match self.tree.parts[k].left() {
+                None => self.inside_of(k).len() as u32,
+                Some(_) => Front::OF_HALVES,
+            };
             let border = self.close(plan, k, map, elements, &front);
             waiting += border.len().pow(2) / 2;
             plan.waiting = plan.waiting.max(waiting + front.len().pow(2));
@@ -313,8 +466,7 @@ impl<E: Elements> Numbering<'_, E> {
 
     /// The unknowns of a leaf's elements, and their places.
     fn gather(&self, leaf: usize, front: &mut Vec<u32>, places: &mut Vec<u8>) {
-        let part = self.tree.parts[leaf];
-        let elements = &self.tree.order[part.from as usize..part.to as usize];
+        let elements = self.inside_of(leaf);
         let numbers = || {
             let unknowns = elements.iter().flat_map(|&e| self.elements.of(e as usize));
             unknowns.map(|&k| self.numbers[k as usize])
@@ -334,7 +486,7 @@ impl<E: Elements> Numbering<'_, E> {
         plan: &mut Plan,
         part: usize,
         map: usize,
-        elements: usize,
+        elements: u32,
         front: &[u32],
     ) -> Vec<u32> {
         let pivots = (self.firsts[part + 1] - self.firsts[part]) as usize;
@@ -348,7 +500,7 @@ impl<E: Elements> Numbering<'_, E> {
         let front = Front {
             pivots: pivots as u32,
             border: border.len() as u32,
-            elements: elements as u32,
+            elements,
             map: map as u32,
         };
         plan.pivots += pivots;

@@ -11,6 +11,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Mat, MatMut, Par, Side};
 
+use super::analysis::Plan;
 use super::{Analysis, Elements, Role, Schur, Symmetric};
 use faceoff_mesh::error::{Error, Result};
 
@@ -36,7 +37,7 @@ pub struct Solved {
 }
 
 impl Cholesky {
-    /// Factors the sum of the elements in the order of `analysis`.
+    /// Factors the sum of the elements in the order of `analysis`, which keeps no more than it has to.
     ///
     /// # Errors
     /// A matrix that is not positive definite or has too many entries, or memory that is not there.
@@ -60,11 +61,15 @@ impl Cholesky {
         for &(i, j, value) in &aside {
             dense[(i as usize, j as usize)] -= value;
         }
-        let border = &analysis.border;
-        let dense = Mat::from_fn(border.len(), border.len(), |i, j| {
-            dense[(border[i] as usize, border[j] as usize)]
-        });
-        let schur = Schur::new(kept.len(), border.clone(), dense, aside);
+        let on = |(_, border): &(Plan, Vec<u32>)| {
+            let place = |i: usize| border[i] as usize;
+            let dense = Mat::from_fn(border.len(), border.len(), |i, j| {
+                dense[(place(i), place(j))]
+            });
+            (border.clone(), dense)
+        };
+        let blocks = analysis.blocks.iter().map(on).collect();
+        let schur = Schur::new(analysis.kept, blocks, aside, analysis.lu);
         Ok(Cholesky {
             symbolic,
             values,

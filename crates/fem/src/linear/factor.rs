@@ -97,19 +97,21 @@ fn over(b: &[f64], unit: f64) -> Vec<f64> {
     b.iter().map(|b| b / unit).collect()
 }
 
-/// A factor, b condensed, S, and how it was done. The kept unknowns stand in ascending order. None
-/// where the solver is to be chosen, and what is predicted of `instead` is better.
+/// A factor, b condensed, S, and how it was done. The kept unknowns stand in ascending order; more than were to be kept
+/// may be. `ties` couple kept unknowns in matrices that S is to be factored with. None where the solver is to be chosen, and
+/// what is predicted of `instead` is better.
 ///
 /// # Errors
 /// A matrix that is not positive definite; more memory needed than there is.
 pub fn condense(
     elements: &impl Elements,
     roles: &[Role],
+    ties: &[&[u32]],
     b: Vec<f64>,
     settings: Settings,
     instead: Option<Choice>,
 ) -> Result<Option<(Factor, Reduced, Schur, Choice)>> {
-    let analysis = Analysis::new(elements, roles);
+    let analysis = Analysis::new(elements, roles, ties, settings.solver == Solver::Faer);
     let Some(choice) = choose(&analysis, elements, settings, instead)? else {
         return Ok(None);
     };

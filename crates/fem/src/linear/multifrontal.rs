@@ -6,7 +6,10 @@
 //! The tree alone decides what is done in which order, so that the result is the same with any
 //! number of threads.
 
+use std::sync::Arc;
+
 use faer::Mat;
+use rayon::prelude::*;
 
 use super::analysis::{Analysis, Front, Plan};
 use super::kernels::{Number, eliminate};
@@ -51,34 +54,56 @@ impl<T: Number> Multifrontal<T> {
         analysis: Analysis,
         b: Vec<f64>,
     ) -> Result<(Self, Forward, Schur), NotPositive> {
-        let mut dense = Mat::new();
         let mut y: Vec<f64> = analysis.order.iter().map(|&k| b[k as usize]).collect();
         let mut kept: Vec<f64> = analysis.kept.iter().map(|&k| b[k as usize]).collect();
         drop(b);
         let mut columns = vec![T::ZERO; analysis.entries()];
-        if let Some(plan) = &analysis.plan {
-            let work = Work {
-                elements,
-                order: &analysis.elements,
-                unknowns: &analysis.order,
-                entries: plan.entries,
-                pool: Pool::new(),
-            };
-            let (update, rest) = work.factor(plan, &mut columns, &mut y, 0)?;
-            drop(work);
-            dense = Mat::zeros(rest.len(), rest.len());
-            for (j, column) in columns_of(&update, rest.len()).enumerate() {
-                for (i, value) in (j..).zip(column) {
-                    dense[(i, j)] = value.wide();
-                    dense[(j, i)] = value.wide();
+        let work = Work {
+            elements,
+            order: &analysis.elements,
+            unknowns: &analysis.order,
+            entries: columns.len(),
+            pool: Pool::new(),
+        };
+        let mut parts = Vec::with_capacity(analysis.blocks.len());
+        let (mut columns_left, mut y_left, mut first) = (&mut columns[..], &mut y[..], 0);
+        for (plan, border) in &analysis.blocks {
+            let (own, others) = columns_left.split_at_mut(plan.entries);
+            let (own_y, other_y) = y_left.split_at_mut(plan.pivots);
+            (columns_left, y_left) = (others, other_y);
+            parts.push((plan, border, own, own_y, first));
+            first += plan.pivots;
+        }
+        let factored: Vec<_> = parts
+            .into_par_iter()
+            .map(|(plan, border, columns, y, first)| {
+                let (update, rest) = work.factor(plan, columns, y, first)?;
+                let mut dense = Mat::zeros(rest.len(), rest.len());
+                for (j, column) in columns_of(&update, rest.len()).enumerate() {
+                    for (i, value) in (j..).zip(column) {
+                        dense[(i, j)] = value.wide();
+                        dense[(j, i)] = value.wide();
+                    }
                 }
-            }
-            for (value, &p) in rest.iter().zip(&analysis.border) {
+                Ok((border.clone(), dense, rest))
+            })
+            .collect();
+        drop(work);
+        let mut blocks = Vec::with_capacity(factored.len());
+        for block in factored {
+            let (border, dense, rest) = block?;
+            for (value, &p) in rest.iter().zip(&border) {
                 kept[p as usize] += value;
             }
+            blocks.push((border, dense));
         }
         let aside = analysis.aside(elements);
-        let schur = Schur::new(analysis.kept.len(), analysis.border.clone(), dense, aside);
+        let schur = Schur::new(
+            analysis.kept.clone(),
+            blocks,
+            aside,
+            Arc::clone(&analysis.lu),
+        );
         let factor = Multifrontal { analysis, columns };
         Ok((factor, Forward { y, kept }, schur))
     }
@@ -88,9 +113,13 @@ impl<T: Number> Multifrontal<T> {
         let analysis = &self.analysis;
         let mut y: Vec<f64> = analysis.order.iter().map(|&k| b[k as usize]).collect();
         let mut kept: Vec<f64> = analysis.kept.iter().map(|&k| b[k as usize]).collect();
-        if let Some(plan) = &analysis.plan {
-            let rest = forward(plan, &self.columns, &mut y);
-            for (value, &p) in rest.iter().zip(&analysis.border) {
+        let rests: Vec<Vec<f64>> = self
+            .parts(&mut y)
+            .into_par_iter()
+            .map(|(plan, _, columns, y)| forward(plan, columns, y))
+            .collect();
+        for (rest, (_, border)) in rests.iter().zip(&analysis.blocks) {
+            for (value, &p) in rest.iter().zip(border) {
                 kept[p as usize] += value;
             }
         }
@@ -102,16 +131,35 @@ impl<T: Number> Multifrontal<T> {
     pub fn backward(&self, forward: &Forward, kept: &[f64], x: &mut [f64]) {
         let analysis = &self.analysis;
         let mut y = forward.y.clone();
-        if let Some(plan) = &analysis.plan {
-            let border: Vec<f64> = analysis.border.iter().map(|&p| kept[p as usize]).collect();
-            backward(plan, &self.columns, &mut y, &border);
-        }
+        self.parts(&mut y)
+            .into_par_iter()
+            .for_each(|(plan, border, columns, y)| {
+                let border: Vec<f64> = border.iter().map(|&p| kept[p as usize]).collect();
+                backward(plan, columns, y, &border);
+            });
         for (&k, value) in analysis.order.iter().zip(&y) {
             x[k as usize] = *value;
         }
         for (&k, value) in analysis.kept.iter().zip(kept) {
             x[k as usize] = *value;
         }
+    }
+}
+
+/// A part of the frontier: its plan, border and columns, and its share of a vector.
+type Share<'a, T> = (&'a Plan, &'a [u32], &'a [T], &'a mut [f64]);
+
+impl<T> Multifrontal<T> {
+    /// The parts of the frontier, with their shares of `y`.
+    fn parts<'a>(&'a self, mut y: &'a mut [f64]) -> Vec<Share<'a, T>> {
+        let mut columns = &self.columns[..];
+        let part = |(plan, border): &'a (Plan, Vec<u32>)| {
+            let (own, others) = columns.split_at(plan.entries);
+            let (own_y, other_y) = std::mem::take(&mut y).split_at_mut(plan.pivots);
+            (columns, y) = (others, other_y);
+            (plan, &border[..], own, own_y)
+        };
+        self.analysis.blocks.iter().map(part).collect()
     }
 }
 
@@ -203,7 +251,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         let mut waiting: Vec<usize> = Vec::new();
         let (mut top, mut highest) = (0, 0);
         for front in &plan.fronts {
-            if front.elements == 0 {
+            if !front.is_leaf() {
                 let halves = waiting.split_off(waiting.len().saturating_sub(2));
                 top -= halves.into_iter().map(triangle).sum::<usize>();
             }
@@ -228,7 +276,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
             let b = f - p;
             let (panel, update) = (&mut panel[..f * p], &mut update[..b * b]);
             let mut target = Target::new(front, panel, update);
-            if front.elements > 0 {
+            if front.is_leaf() {
                 for place in places.by_ref().take(front.elements as usize) {
                     self.elements
                         .matrix(self.order[element] as usize, &mut matrix);

@@ -86,7 +86,7 @@ fn forward_all<T: Number>(plan: &Plan, mut columns: &[T], mut y: &mut [f64]) -> 
         let (pivots, others) = y.split_at_mut(front.pivots as usize);
         y = others;
         let (mut a, mut b, mut maps) = (Vec::new(), Vec::new(), &[][..]);
-        if front.elements == 0 {
+        if !front.is_leaf() {
             b = waiting.pop().unwrap_or_default();
             a = waiting.pop().unwrap_or_default();
             maps = &plan.maps[front.map as usize..][..a.len() + b.len()];
@@ -135,7 +135,7 @@ fn backward_all<T: Number>(plan: &Plan, mut columns: &[T], mut y: &mut [f64], bo
         waiting.truncate(start);
         backward_front(own, pivots, &mut x);
         own_y.copy_from_slice(&x[..pivots]);
-        if front.elements == 0 {
+        if !front.is_leaf() {
             let maps = &plan.maps[front.map as usize..map_end];
             map_end = front.map as usize;
             waiting.extend(maps.iter().map(|&place| x[place as usize]));
