@@ -63,7 +63,8 @@ class Result(Mapping):
         """Is it done, and does all agree?"""
         return self.code == 0
 
-    __bool__ = agree.fget
+    def __bool__(self):
+        return self.agree
 
     def to_dict(self):
         """The JSON as a dictionary."""
@@ -127,8 +128,8 @@ def solve(scene, *, out=None, report=None, **options):
 
     >>> import faceoff_fem as fo
     >>> solution = fo.solve("one-zone", n=4, method="p1")
-    >>> solution["converged"], len(solution.mesh.points)
-    (True, 25)
+    >>> solution["converged"], solution["dofs"], solution.mesh.cells[0][1].shape
+    (True, 25, (32, 3))
     """
     from ._mesh import read
 
@@ -149,8 +150,12 @@ def verify(*scenes, engines=None, report=None, **options):
         options: those of ``faceoff verify``, as ``methods=["cr"]``, ``n=[8, 16]``.
 
     >>> import faceoff_fem as fo
-    >>> fo.verify("one-zone", engines=["rust"], methods=["cr"], n=8, allow_missing=True)["cases"][0]["scene"]
-    'one-zone'
+    >>> import numpy as np
+    >>> @fo.engine
+    ... def zero(case):
+    ...     return np.zeros((len(case.cells), len(case.nodes())))
+    >>> fo.verify("one-zone", engines=["rust", zero], methods=["cr"], n=4).verdict
+    'disagree'
     """
     from ._engine import served
 
