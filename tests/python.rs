@@ -92,16 +92,11 @@ fn wheel() -> PathBuf {
     let python = environment("tools", false, &["maturin"]);
     let wheels = source("target/python/wheels");
     let _ = std::fs::remove_dir_all(&wheels);
-    let path = [python.parent().expect("bin").to_owned()].into_iter();
-    let path = path.chain(std::env::split_paths(
-        &std::env::var_os("PATH").unwrap_or_default(),
-    ));
     run(Command::new(&python)
         .args(["-m", "maturin", "build", "--profile", "dev", "--out"])
         .arg(&wheels)
         .arg("--manifest-path")
-        .arg(source("python/Cargo.toml"))
-        .env("PATH", std::env::join_paths(path).expect("a path")));
+        .arg(source("python/Cargo.toml")));
     let mut found = wheels.read_dir().expect("wheels");
     found.next().expect("a wheel").expect("a wheel").path()
 }
