@@ -25,12 +25,25 @@ const ENVIRONMENTS: [Environment; 3] = [
         "debian",
         true,
         &["nbclient", "ipykernel"],
-        &["test_dolfinx.py", "test_getfem.py", "test_docs.py", "test_notebook.py"],
+        &[
+            "test_dolfinx.py",
+            "test_getfem.py",
+            "test_docs.py",
+            "test_notebook.py",
+        ],
     ),
     (
         "others",
         false,
-        &["ngsolve", "meshio", "pyvista", "pandas", "polars", "pytest-xdist", "mypy"],
+        &[
+            "ngsolve",
+            "meshio",
+            "pyvista",
+            "pandas",
+            "polars",
+            "pytest-xdist",
+            "mypy",
+        ],
         &[
             "test_compare.py",
             "test_program.py",
@@ -46,7 +59,12 @@ const ENVIRONMENTS: [Environment; 3] = [
 fn run(command: &mut Command) {
     let done = command.output().expect("it starts");
     let said = [&done.stdout[..], &done.stderr].map(String::from_utf8_lossy);
-    assert!(done.status.success(), "{command:?}\n{}\n{}", said[0], said[1]);
+    assert!(
+        done.status.success(),
+        "{command:?}\n{}\n{}",
+        said[0],
+        said[1]
+    );
 }
 
 fn environment(name: &str, debian: bool, packages: &[&str]) -> PathBuf {
@@ -58,7 +76,13 @@ fn environment(name: &str, debian: bool, packages: &[&str]) -> PathBuf {
     }
     run(venv.arg(&folder));
     let python = folder.join("bin/python3");
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
+    let install = [
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+    ];
     run(Command::new(&python).args(install).args(packages));
     python
 }
@@ -68,14 +92,11 @@ fn wheel() -> PathBuf {
     let python = environment("tools", false, &["maturin"]);
     let wheels = source("target/python/wheels");
     let _ = std::fs::remove_dir_all(&wheels);
-    let path = [python.parent().expect("bin").to_owned()].into_iter();
-    let path = path.chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
     run(Command::new(&python)
         .args(["-m", "maturin", "build", "--profile", "dev", "--out"])
         .arg(&wheels)
         .arg("--manifest-path")
-        .arg(source("python/Cargo.toml"))
-        .env("PATH", std::env::join_paths(path).expect("a path")));
+        .arg(source("python/Cargo.toml")));
     let mut found = wheels.read_dir().expect("wheels");
     found.next().expect("a wheel").expect("a wheel").path()
 }

@@ -72,8 +72,17 @@ class Result(Mapping[str, Any]):
     code: int
     text: str
     page: Optional[str]
+    notes: list[str]
     mesh: Optional[Mesh]
-    def __init__(self, code: int, text: str, found: dict[str, Any], page: Optional[str] = None, mesh: Optional[Mesh] = None) -> None: ...
+    def __init__(
+        self,
+        code: int,
+        text: str,
+        found: dict[str, Any],
+        page: Optional[str] = None,
+        mesh: Optional[Mesh] = None,
+        notes: Sequence[str] = (),
+    ) -> None: ...
     def __getitem__(self, key: str) -> Any: ...
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int: ...

@@ -80,10 +80,12 @@ def numbers(values, what, source):
     values = np.asarray(values)
     if values.dtype.kind == "b":
         return values.astype(np.uint8)
-    known = values.dtype.kind in "iu" or values.dtype in (np.float32, np.float64) or values.dtype.kind == "c"
+    if not values.dtype.isnative:
+        values = values.astype(values.dtype.newbyteorder("="))
+    known = values.dtype.kind in "iuc" or values.dtype in (np.float32, np.float64)
     if values.ndim == 0 or not known:
         raise usage(f"{what} is of shape {values.shape} and type {values.dtype}", "give an array of numbers", source)
-    return values if values.dtype.isnative else values.astype(values.dtype.newbyteorder("="))
+    return values
 
 
 def nodes_of(shape, order):

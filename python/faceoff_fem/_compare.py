@@ -24,7 +24,8 @@ class Comparison:
         """Do all fields agree?"""
         return self._found.agree
 
-    __bool__ = agree.fget
+    def __bool__(self):
+        return self.agree
 
     @property
     def verdict(self):

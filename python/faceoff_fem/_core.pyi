@@ -1,10 +1,11 @@
 from os import PathLike
-from typing import Any, Optional, Union
+from typing import Any, Optional, Union, final
 
 import numpy as np
 
 __version__: str
 
+@final
 class Mesh:
     def __new__(cls, arrays: Any) -> Mesh: ...
     @property
@@ -24,6 +25,7 @@ class Mesh:
     @property
     def whole(self) -> list[tuple[str, Any]]: ...
 
+@final
 class Found:
     @property
     def agree(self) -> bool: ...

@@ -14,6 +14,13 @@ from pathlib import Path
 import numpy as np
 
 
+def _protocol():
+    """Imported where it is used: it needs Python 3.10."""
+    from . import job
+
+    return job
+
+
 class Case:
     """What a code is to solve: the scheme is in the project's ``fenicsx/nitsche.py``.
 
@@ -31,9 +38,8 @@ class Case:
     """
 
     def __init__(self, folder, case, job):
-        from . import job as protocol
-
-        self._case, self._job, self._protocol = case, job, protocol
+        protocol = _protocol()
+        self._case, self._job = case, job
         files = {key: os.path.join(folder, path) for key, path in case["mesh"].items()}
         gamma = {key: os.path.join(folder, path) for key, path in case["gamma"].items()}
         self.id, self.dimension, self.element = case["id"], case["dimension"], case["element"]
@@ -44,15 +50,15 @@ class Case:
 
     def data(self, name, x):
         """``f``, ``g``, ``t`` or ``psi`` at points, an array whose first axis has the coordinates."""
-        return self._protocol.values(self._case["data"][name], np.asarray(x))
+        return _protocol().values(self._case["data"][name], np.asarray(x))
 
     def rule(self, which):
         """Points (Q, d) on the simplex of 0 and the unit vectors and weights (Q,): for (f, v) ``"cell"``, for Γ_C and Γ_N ``"face"``."""
-        return self._protocol.rule(self._job["quadrature"][which])
+        return _protocol().rule(self._job["quadrature"][which])
 
     def nodes(self):
         """Barycentric coordinates of the dofs of a cell, in the order in which they are returned, of shape (dofs, d+1)."""
-        return self._protocol.nodes(self.element, self.dimension)
+        return _protocol().nodes(self.element, self.dimension)
 
 
 class Engine:
@@ -66,8 +72,7 @@ class Engine:
 
     def answer(self, folder):
         """Solves the job in a folder, and writes what the protocol asks for."""
-        from . import job as protocol
-
+        protocol = _protocol()
         job = json.loads(Path(folder, "job.json").read_text(encoding="utf-8"))
         done = []
         for case in job["cases"]:
@@ -113,7 +118,7 @@ def served(engines):
             listener = stack.enter_context(Listener(None, authkey=key))
             threading.Thread(target=_serve, args=(listener, of), daemon=True).start()
             told = folder / f"{of.name}.json"
-            told.write_text(json.dumps({"address": listener.address, "key": key.hex(), "path": sys.path}))
+            told.write_text(json.dumps({"address": listener.address, "key": key.hex()}))
             told.chmod(0o600)
             line = [sys.executable, str(Path(__file__).with_name("_proxy.py")), str(told)]
             file = folder / f"{of.name}.toml"

@@ -39,11 +39,15 @@ def of_meshio(mesh):
 
 def of_vtk(grid):
     """Through VTK's own writer, in memory: types of cells, orders of nodes and pieces are those of the format."""
-    from vtkmodules.vtkIOXML import vtkXMLDataSetWriter
+    from vtkmodules import vtkIOXML
 
     if not grid.IsA("vtkDataSet"):
         raise usage(f"a {grid.GetClassName()} is no grid", "give one of its blocks")
-    writer = vtkXMLDataSetWriter()
+    kinds = ("ImageData", "RectilinearGrid", "StructuredGrid", "PolyData", "UnstructuredGrid")
+    kind = next((kind for kind in kinds if grid.IsA(f"vtk{kind}")), None)
+    if kind is None:
+        raise usage(f"VTK cannot write a {grid.GetClassName()}", "give a vtkUnstructuredGrid")
+    writer = getattr(vtkIOXML, f"vtkXML{kind}Writer")()
     writer.SetInputDataObject(grid)
     writer.WriteToOutputStringOn()
     writer.SetDataModeToAppended()

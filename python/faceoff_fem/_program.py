@@ -37,11 +37,11 @@ class Result(Mapping):
     """What a command of the program found: its JSON as a mapping, its ``text``, and its ``verdict`` where it judges.
 
     ``code`` is the exit code of the program: 0 agree or done, 1 disagree or not reached. ``page`` is the page as HTML where a
-    folder was given as ``report``.
+    folder was given as ``report``, ``notes`` are what it said beside its answer.
     """
 
-    def __init__(self, code, text, found, page=None, mesh=None):
-        self.code, self.text, self.page, self.mesh = code, text, page, mesh
+    def __init__(self, code, text, found, page=None, mesh=None, notes=()):
+        self.code, self.text, self.page, self.mesh, self.notes = code, text, page, mesh, list(notes)
         self._found = found
 
     def __getitem__(self, key):
@@ -63,19 +63,20 @@ class Result(Mapping):
         """Is it done, and does all agree?"""
         return self.code == 0
 
-    __bool__ = agree.fget
+    def __bool__(self):
+        return self.agree
 
     def to_dict(self):
         """The JSON as a dictionary."""
         return dict(self._found)
 
     def __str__(self):
-        return self.text
+        return "\n".join([self.text, *(f"note: {note}" for note in self.notes)])
 
     __repr__ = __str__
 
     def _repr_html_(self):
-        return framed(self.page) if self.page else f"<pre>{escape(self.text)}</pre>"
+        return framed(self.page) if self.page else f"<pre>{escape(str(self))}</pre>"
 
 
 def framed(page):
@@ -93,8 +94,7 @@ def run(command, arguments=(), report=None, **options):
         out = Path(folder, "result.json")
         line = [sys.executable, "-m", "faceoff_fem", *command.split(), *map(os.fspath, arguments), f"--json={out}"]
         line += words({**options, "report": report})
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [_HOME, os.environ.get("PYTHONPATH")]))}
-        with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:
+        with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
             try:
                 text, said = process.communicate()
             except BaseException:
@@ -107,14 +107,12 @@ def run(command, arguments=(), report=None, **options):
         message = found.get("error") or "\n".join(line for line in said.splitlines() if line)
         if not message and found:
             message = text
-        what, _, remedy = message.removeprefix("faceoff: ").rpartition("; ") if hasattr(str, "removeprefix") else (message, "", "")
+        message = message.removeprefix("faceoff: ")
+        what, _, remedy = message.rpartition("; ")
         raise Error(message or f"the program ended with {process.returncode}", what or message, "", remedy)
     page = Path(report, "index.html").read_text(encoding="utf-8") if report else None
-    return Result(process.returncode, text, found, page)
-
-
-#: Where this package is, for the process.
-_HOME = str(Path(__file__).parent.parent)
+    notes = [line.removeprefix("faceoff: ") for line in said.splitlines() if line]
+    return Result(process.returncode, text, found, page, notes=notes)
 
 
 def solve(scene, *, out=None, report=None, **options):
@@ -127,8 +125,8 @@ def solve(scene, *, out=None, report=None, **options):
 
     >>> import faceoff_fem as fo
     >>> solution = fo.solve("one-zone", n=4, method="p1")
-    >>> solution["converged"], len(solution.mesh.points)
-    (True, 25)
+    >>> solution["converged"], solution["dofs"], solution.mesh.cells[0][1].shape
+    (True, 25, (32, 3))
     """
     from ._mesh import read
 
@@ -149,8 +147,12 @@ def verify(*scenes, engines=None, report=None, **options):
         options: those of ``faceoff verify``, as ``methods=["cr"]``, ``n=[8, 16]``.
 
     >>> import faceoff_fem as fo
-    >>> fo.verify("one-zone", engines=["rust"], methods=["cr"], n=8, allow_missing=True)["cases"][0]["scene"]
-    'one-zone'
+    >>> import numpy as np
+    >>> @fo.engine
+    ... def zero(case):
+    ...     return np.zeros((len(case.cells), len(case.nodes())))
+    >>> fo.verify("one-zone", engines=["rust", zero], methods=["cr"], n=4).verdict
+    'disagree'
     """
     from ._engine import served
 

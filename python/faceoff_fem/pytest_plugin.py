@@ -62,8 +62,8 @@ class Checker:
         pytest.fail(f"{found}\n{remedy}page: {page}", pytrace=False)
 
 
-_PAGES = pytest.StashKey()
-_EXTRAS = pytest.StashKey()
+_PAGES = pytest.StashKey[int]()
+_EXTRAS = pytest.StashKey[list]()
 
 
 @pytest.hookimpl(hookwrapper=True)

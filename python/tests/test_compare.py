@@ -70,7 +70,8 @@ def test_other_meshes_are_compared_as_functions():
     assert r.agree and r.to_dict()["map"] == "functions"
     # Two nodes of each cell change places: the wrong order is seen.
     wrong = {**b, "cells": {"triangle6": b["cells"]["triangle6"][:, [0, 1, 2, 3, 5, 4]]}}
-    assert not fo.compare(a, wrong, rtol=1e-3)
+    with pytest.raises(fo.Error, match="folded"):
+        fo.compare(a, wrong, rtol=1e-3)
 
 
 def test_arrays_of_all_kinds():
@@ -147,7 +148,12 @@ def test_files_times_and_folders(tmp_path):
     r = fo.compare(tmp_path / "a_*.vtu", tmp_path / "b_*.vtu")
     assert not r and [field["verdict"] for field in r.fields] == ["agree", "disagree"]
     assert r.worst["time"] == 1.0 and len(r.to_pandas()) == 2
-    assert fo.compare(tmp_path, tmp_path).agree
+    for name in ("one", "other"):
+        (tmp_path / name).mkdir()
+        fo.write(tmp_path / name / "u.vtu", {**SQUARE, "u": U})
+    assert fo.compare(tmp_path / "one", tmp_path / "other")
+    with pytest.raises(fo.Error):
+        fo.compare(tmp_path / "one", tmp_path / "one/u.vtu")
 
 
 def test_results_show_themselves(tmp_path):

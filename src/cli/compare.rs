@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
             note!("faceoff: {what}");
         }
     };
-    let found = Request::new(arguments, to.quiet, &tell)?.found(sides)?;
+    let found = Request::new(arguments, &sides, to.quiet, &tell)?.found(sides)?;
     deliver(&found.report()?, to)?;
     Ok(code(found.verdict()))
 }
@@ -54,7 +54,7 @@ pub fn compare(options: &[String], sides: [Side; 2], tell: &dyn Fn(String)) -> R
         .chain(options.iter().map(Into::into));
     let arguments = parse(words.chain(["--".into()]).chain(paths))?;
     match &arguments.command {
-        Command::Compare(arguments) => Request::new(arguments, true, tell)?.found(sides),
+        Command::Compare(arguments) => Request::new(arguments, &sides, true, tell)?.found(sides),
         _ => Err(Error::usage("this is no comparison", "give two results")),
     }
 }
@@ -95,16 +95,22 @@ impl Found {
 }
 
 impl<'a> Request<'a> {
-    fn new(arguments: &'a Compare, quiet: bool, tell: &'a dyn Fn(String)) -> Result<Self> {
+    fn new(
+        arguments: &'a Compare,
+        sides: &[Side; 2],
+        quiet: bool,
+        tell: &'a dyn Fn(String),
+    ) -> Result<Self> {
         let scene = arguments.scene.as_deref();
         let scene = scene.map(|name| arguments.trust.scene(name)).transpose()?;
         for out in arguments.out.iter().chain(&arguments.project) {
             report::check_vtu_path(out)?;
         }
+        let reads = sides.iter().any(|side| matches!(side, Side::Path(_)));
         Ok(Request {
             arguments,
             tolerances: tolerances(arguments, scene_bounds(scene.as_ref())?),
-            python: meshio_python(),
+            python: reads.then(meshio_python).flatten(),
             quiet,
             tell,
         })
