@@ -341,56 +341,145 @@ fn cells_of_uneven_degrees_are_no_elements_of_gmsh() {
     assert_eq!(kind("7 1 0"), "lagrange-quadrangle16");
 }
 
-/// `vtkio` reads what is written, as text and in binary.
-#[test]
-fn vtkio_reads_legacy_files() {
-    use vtkio::model::{DataSet, Piece, VertexNumbers};
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.vtk");
-    let mesh = Mesh {
-        points: (0..5)
-            .map(|k| [f64::from(k) / 3.0, f64::from(k * k), -1e-300])
-            .collect(),
-        blocks: vec![
-            CellBlock::new(CellKind::Triangle, vec![0, 1, 2, 2, 1, 3]),
-            CellBlock::new(CellKind::Line, vec![3, 4]),
-        ],
-        fields: vec![Field::new(
-            "u and v",
-            Support::Points,
-            1,
-            Values::F32(vec![0.1, 2.0, -3.0, 4.5, 1e30]),
-        )],
+/// Numbers that look random and are the same on every day.
+fn random(state: &mut u64, below: usize) -> usize {
+    *state = state
+        .wrapping_mul(6364136223846793005)
+        .wrapping_add(1442695040888963407);
+    (*state >> 33) as usize % below
+}
+
+/// Cells of first order of all kinds, and data of several types on points and cells.
+fn any_mesh(state: &mut u64) -> Mesh {
+    let points = 1 + random(state, 20);
+    let kinds = [
+        CellKind::Vertex,
+        CellKind::Line,
+        CellKind::Triangle,
+        CellKind::Quadrangle,
+        CellKind::Tetrahedron,
+        CellKind::Hexahedron,
+        CellKind::Prism,
+        CellKind::Pyramid,
+        CellKind::Line3,
+        CellKind::Triangle6,
+    ];
+    let mut blocks: Vec<CellBlock> = Vec::new();
+    for _ in 0..1 + random(state, 12) {
+        let kind = kinds[random(state, kinds.len())];
+        let nodes: Vec<u32> = (0..kind.points())
+            .map(|_| random(state, points) as u32)
+            .collect();
+        match blocks.last_mut() {
+            Some(last) if last.kind == kind => last.nodes.extend(nodes),
+            _ => blocks.push(CellBlock::new(kind, nodes)),
+        }
+    }
+    let cells = blocks.iter().map(CellBlock::len).sum();
+    let mut number = || (random(state, 2001) as f64 - 1000.0) / 7.0;
+    let points: Vec<[f64; 3]> = (0..points).map(|_| [(); 3].map(|()| number())).collect();
+    let mut fields = Vec::new();
+    for (k, (on, rows)) in [(Support::Points, points.len()), (Support::Cells, cells)]
+        .into_iter()
+        .flat_map(|on| [on; 4])
+        .enumerate()
+    {
+        let width = [1, 2, 3, 9][k % 4];
+        let all: Vec<f64> = (0..rows * width).map(|_| number()).collect();
+        let values = match k % 4 {
+            0 => Values::F64(all),
+            1 => Values::I32(all.iter().map(|&x| x as i32).collect()),
+            2 => Values::F32(all.iter().map(|&x| x as f32).collect()),
+            _ => Values::U8(all.iter().map(|&x| x as u8).collect()),
+        };
+        fields.push(Field::new(format!("data{k}"), on, width, values));
+    }
+    Mesh {
+        points,
+        blocks,
+        fields,
         ..Mesh::default()
-    };
-    for binary in [false, true] {
+    }
+}
+
+/// What is written `vtkio` reads equal, as text and in binary, and what it writes of that is read equal here.
+#[test]
+fn vtkio_and_this_crate_agree_on_legacy_files() {
+    use vtkio::model::{Attribute, DataSet, IOBuffer, Piece, VertexNumbers};
+    let folder = tempfile::tempdir().expect("a folder");
+    let [path, again] = ["a.vtk", "b.vtk"].map(|name| folder.path().join(name));
+    let seed = std::env::var("FACEOFF_SEED").ok();
+    let mut state = seed.and_then(|seed| seed.parse().ok()).unwrap_or(2017);
+    for case in 0..64 {
+        let mesh = any_mesh(&mut state);
         let options = io::Options {
-            binary,
+            binary: case % 2 == 0,
             ..io::Options::default()
         };
         io::write(&path, &mesh, &options).expect("written");
-        let DataSet::UnstructuredGrid { pieces, .. } =
-            vtkio::Vtk::import(&path).expect("read").data
-        else {
+        let read = vtkio::Vtk::import(&path).expect("read");
+        let DataSet::UnstructuredGrid { pieces, .. } = &read.data else {
             panic!("another grid")
         };
         let [Piece::Inline(piece)] = &pieces[..] else {
             panic!("another number of pieces")
         };
         let points: Vec<f64> = piece.points.cast_into().expect("numbers");
-        assert_eq!(points, mesh.points.as_flattened());
-        let VertexNumbers::Legacy {
-            num_cells,
-            vertices,
-        } = &piece.cells.cell_verts
-        else {
+        assert_eq!(points, mesh.points.as_flattened(), "{case}");
+        let VertexNumbers::Legacy { vertices, .. } = &piece.cells.cell_verts else {
             panic!("cells of another version")
         };
-        assert_eq!(
-            (*num_cells, &vertices[..]),
-            (3, &[3, 0, 1, 2, 3, 2, 1, 3, 2, 3, 4][..])
-        );
-        let types: Vec<u8> = piece.cells.types.iter().map(|kind| *kind as u8).collect();
-        assert_eq!(types, [5, 5, 3]);
+        let cells = mesh.cells().flat_map(|(_, _, nodes)| {
+            std::iter::once(nodes.len() as u32).chain(nodes.iter().copied())
+        });
+        assert!(cells.eq(vertices.iter().copied()), "{case}");
+        let types = piece.cells.types.iter().map(|kind| *kind as u8);
+        let expected = mesh.cells().map(|(_, kind, _)| match kind {
+            CellKind::Vertex => 1,
+            CellKind::Line => 3,
+            CellKind::Triangle => 5,
+            CellKind::Quadrangle => 9,
+            CellKind::Tetrahedron => 10,
+            CellKind::Hexahedron => 12,
+            CellKind::Prism => 13,
+            CellKind::Pyramid => 14,
+            CellKind::Line3 => 21,
+            _ => 22,
+        });
+        assert!(types.eq(expected), "{case}");
+        let both = [
+            (Support::Points, &piece.data.point),
+            (Support::Cells, &piece.data.cell),
+        ];
+        let mut compared = 0;
+        for (on, attributes) in both {
+            let mut arrays: Vec<(&str, &IOBuffer)> = Vec::new();
+            for attribute in attributes {
+                match attribute {
+                    Attribute::DataArray(array) => arrays.push((&array.name, &array.data)),
+                    Attribute::Field { data_array, .. } => {
+                        arrays.extend(data_array.iter().map(|of| (&*of.name, &of.data)));
+                    }
+                }
+            }
+            for (name, data) in arrays {
+                let mut known = mesh.fields.iter().filter(|field| field.on == on);
+                let mine = known.find(|field| field.name == name);
+                let mine = mine.unwrap_or_else(|| panic!("{case}: {name}"));
+                let theirs: Vec<f64> = data.cast_into().expect("numbers");
+                assert_eq!(mine.values.to_f64(), theirs, "{case}: {name}");
+                compared += 1;
+            }
+        }
+        assert_eq!(compared, mesh.fields.len(), "{case}");
+
+        match case % 4 < 2 {
+            true => read.export_be(&again).expect("written"),
+            false => read.export_ascii(&again).expect("written"),
+        }
+        let back = io::read(&again).unwrap_or_else(|error| panic!("{case}: {error}"));
+        assert_eq!(back.points, mesh.points, "{case}");
+        assert_eq!(back.blocks, mesh.blocks, "{case}");
+        assert_eq!(back.fields, mesh.fields, "{case}");
     }
 }

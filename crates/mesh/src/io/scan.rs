@@ -1,10 +1,11 @@
 //! A cursor over a file's bytes. Declared sizes are checked against the bytes that follow, and every
 //! error says where the cursor is.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::cancel;
 use crate::error::{Error, Place, Result};
+use crate::file;
 
 /// How the numbers at the cursor are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,6 +81,26 @@ impl<'a> Scan<'a> {
             Place::SectionByte(section, self.pos as u64)
         };
         Error::file(self.path, place, what, remedy)
+    }
+
+    /// The file that this line includes, beneath the folder of the file, where `depth` files are open and `files` were read;
+    /// `None` if it is not there.
+    pub fn included(
+        &self,
+        folder: &Path,
+        name: &str,
+        depth: usize,
+        files: usize,
+    ) -> Result<Option<PathBuf>> {
+        let Some(path) = file::beneath(folder, name) else {
+            let what = format!("the included file {name:?} is outside of the folder");
+            return Err(self.error_with(what, "put it into the folder of this file or below"));
+        };
+        if depth > 16 || files > 1000 {
+            let remedy = "check whether files include themselves";
+            return Err(self.error_with("too many files are included", remedy));
+        }
+        Ok(Some(path).filter(|path| path.exists()))
     }
 
     /// The fewest bytes of an item, as text or in binary.

@@ -103,23 +103,53 @@ pub fn place(kind: CellKind, [a, b]: Between) -> Option<usize> {
     Some(edge.map_or_else(face, |edge| corners + edge)).filter(|&place| place < kind.points())
 }
 
-/// The place in Gmsh's order of each node of a format that has corners, then nodes on edges, on faces, and inside. `corners` are
-/// the places of its corners; `edges` and `faces` name the format's own corners.
-pub fn order(
-    kind: CellKind,
-    corners: &[usize],
-    edges: &[[usize; 2]],
-    faces: &[&[usize]],
-) -> Vec<usize> {
+/// The edges of a cell as most formats have them: around the bottom, up, around the top, or up as the last.
+pub fn around(shape: Shape, up_last: bool) -> Vec<Between> {
+    let all = shape.corners() as u8;
+    let base = match shape {
+        Shape::Triangle | Shape::Tetrahedron | Shape::Prism => 3,
+        Shape::Quadrangle | Shape::Pyramid | Shape::Hexahedron => 4,
+        _ => return edges(shape).to_vec(),
+    };
+    let ring = |first: u8| (0..base).map(move |k| [first + k, first + (k + 1) % base]);
+    let up = (0..base).filter(|_| all > base);
+    let up = up.map(|k| [k, if all == 2 * base { base + k } else { base }]);
+    let top = ring(base).filter(|_| all == 2 * base);
+    match up_last {
+        true => ring(0).chain(top).chain(up).collect(),
+        false => ring(0).chain(up).chain(top).collect(),
+    }
+}
+
+/// The place in Gmsh's order of each node of a format that has corners, then nodes on edges as [`around`], on the
+/// quadrangles from the bottom around to the top, and inside. `corners` are the places of its corners.
+pub fn order(kind: CellKind, corners: &[usize], up_last: bool) -> Vec<usize> {
     let mut places = corners.to_vec();
-    let on_edges = edges
-        .iter()
-        .map(|edge| edge.map(|corner| corners[corner] as u8));
-    places.extend(on_edges.filter_map(|edge| place(kind, edge)));
-    for face in faces {
-        let of: BTreeSet<u8> = face.iter().map(|&corner| corners[corner] as u8).collect();
+    let here = |side: &[u8]| -> BTreeSet<u8> {
+        let corners = side
+            .iter()
+            .map(|&corner| corners[usize::from(corner)] as u8);
+        corners.collect()
+    };
+    let edges = around(kind.shape(), up_last);
+    let of_edge = |edge: &Between| edge.map(|corner| corners[usize::from(corner)] as u8);
+    places.extend(edges.iter().filter_map(|edge| place(kind, of_edge(edge))));
+    let quadrangles: &[[u8; 4]] = match kind.shape() {
+        Shape::Hexahedron => &[
+            [0, 1, 2, 3],
+            [0, 1, 5, 4],
+            [1, 2, 6, 5],
+            [2, 3, 7, 6],
+            [3, 0, 4, 7],
+            [4, 5, 6, 7],
+        ],
+        Shape::Prism => &[[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]],
+        Shape::Pyramid => &[[0, 1, 2, 3]],
+        _ => &[],
+    };
+    for face in quadrangles {
         let mut known = centred(kind.shape()).iter();
-        let known = known.find(|known| known.iter().copied().collect::<BTreeSet<u8>>() == of);
+        let known = known.find(|known| here(face) == known.iter().copied().collect());
         places.extend(known.and_then(|known| place(kind, [known[0], known[2]])));
     }
     places.extend(places.len()..kind.points());

@@ -1,6 +1,6 @@
 //! The types of elements by their names, their nodes, and their sides.
 
-use crate::io::sides::Between;
+use crate::io::sides::{Between, around};
 use crate::mesh::{CellKind, Shape};
 
 /// Beginnings of the names of elements, after which the number of nodes stands, by dimension; longer ones first.
@@ -97,47 +97,8 @@ pub fn kind(name: &str) -> Option<(CellKind, bool)> {
 pub fn nodes(kind: CellKind) -> impl Iterator<Item = Between> {
     use CellKind as K;
     let corners = kind.shape().corners() as u8;
-    let edges: &[Between] = match kind {
-        K::Tetrahedron10 => &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
-        K::Hexahedron20 | K::Hexahedron27 => &[
-            [0, 1],
-            [1, 2],
-            [2, 3],
-            [3, 0],
-            [4, 5],
-            [5, 6],
-            [6, 7],
-            [7, 4],
-            [0, 4],
-            [1, 5],
-            [2, 6],
-            [3, 7],
-        ],
-        K::Prism15 => &[
-            [0, 1],
-            [1, 2],
-            [2, 0],
-            [3, 4],
-            [4, 5],
-            [5, 3],
-            [0, 3],
-            [1, 4],
-            [2, 5],
-        ],
-        K::Pyramid13 => &[
-            [0, 1],
-            [1, 2],
-            [2, 3],
-            [3, 0],
-            [0, 4],
-            [1, 4],
-            [2, 4],
-            [3, 4],
-        ],
-        K::Triangle6 => &[[0, 1], [1, 2], [2, 0]],
-        K::Quadrangle8 | K::Quadrangle9 => &[[0, 1], [1, 2], [2, 3], [3, 0]],
-        _ => &[],
-    };
+    let mut edges = around(kind.shape(), true);
+    edges.truncate(kind.points().saturating_sub(kind.shape().corners()));
     // The middle of a variable-node brick, then the middles of its faces.
     let more: &[Between] = match kind {
         K::Line3 => {
@@ -151,10 +112,7 @@ pub fn nodes(kind: CellKind) -> impl Iterator<Item = Between> {
         _ => &[],
     };
     let corners = (0..corners).map(|a| [a, a]);
-    let all: Vec<Between> = corners
-        .chain(edges.iter().copied())
-        .chain(more.iter().copied())
-        .collect();
+    let all: Vec<Between> = corners.chain(edges).chain(more.iter().copied()).collect();
     all.into_iter()
 }
 

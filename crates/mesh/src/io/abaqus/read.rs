@@ -7,7 +7,6 @@ use super::build::Model;
 use super::elements::kind;
 use super::model::{Instance, Part, Set, Surface};
 use crate::error::{Error, Result};
-use crate::file;
 use crate::io::Content;
 use crate::io::out::folder_of;
 use crate::io::scan::Scan;
@@ -35,8 +34,6 @@ const SILENT: [&str; 8] = [
     "RESTART",
     "PARAMETER",
 ];
-/// The most files that one includes.
-const MOST_FILES: usize = 1000;
 
 /// What the data lines that follow mean.
 pub enum Mode {
@@ -173,24 +170,11 @@ impl Reader<'_> {
     }
 
     fn include(&mut self, row: &Scan<'_>, name: &str, depth: usize) -> Result<()> {
-        let remedy = "put it into the folder of this file or below";
-        let Some(path) = file::beneath(self.folder, name) else {
-            return Err(row.error_with(
-                format!("the included file {name:?} is outside of the folder"),
-                remedy,
-            ));
-        };
-        if depth > 16 || self.files > MOST_FILES {
-            return Err(row.error_with(
-                "too many files are included",
-                "check whether files include themselves",
-            ));
-        }
-        if !path.exists() {
-            self.unread
-                .push(format!("the included file {name}, which is not there"));
+        let Some(path) = row.included(self.folder, name, depth, self.files)? else {
+            let what = format!("the included file {name}, which is not there");
+            self.unread.push(what);
             return Ok(());
-        }
+        };
         let bytes = crate::io::bytes::read(&path).map_err(Error::io(&path, "read"))?;
         self.file(&path, &bytes, depth + 1)
     }

@@ -1,7 +1,7 @@
 //! CGNS's elements: their numbers, and the order of their nodes against Gmsh's.
 
 use crate::io::sides;
-use crate::mesh::{CellKind, Shape};
+use crate::mesh::CellKind;
 
 pub const MIXED: i64 = 20;
 /// Elements of any number of corners, and of faces.
@@ -47,65 +47,8 @@ pub fn number(kind: CellKind) -> Option<i64> {
 
 /// The place in Gmsh's order of each node in CGNS's.
 pub fn order(kind: CellKind) -> Vec<usize> {
-    let (edges, faces): (&[[usize; 2]], &[&[usize]]) = match kind.shape() {
-        Shape::Tetrahedron => (&[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]], &[]),
-        Shape::Hexahedron => (
-            &[
-                [0, 1],
-                [1, 2],
-                [2, 3],
-                [3, 0],
-                [0, 4],
-                [1, 5],
-                [2, 6],
-                [3, 7],
-                [4, 5],
-                [5, 6],
-                [6, 7],
-                [7, 4],
-            ],
-            &[
-                &[0, 1, 2, 3],
-                &[0, 1, 4, 5],
-                &[1, 2, 5, 6],
-                &[2, 3, 6, 7],
-                &[0, 3, 4, 7],
-                &[4, 5, 6, 7],
-            ],
-        ),
-        Shape::Prism => (
-            &[
-                [0, 1],
-                [1, 2],
-                [2, 0],
-                [0, 3],
-                [1, 4],
-                [2, 5],
-                [3, 4],
-                [4, 5],
-                [5, 3],
-            ],
-            &[&[0, 1, 3, 4], &[1, 2, 4, 5], &[0, 2, 3, 5]],
-        ),
-        Shape::Pyramid => (
-            &[
-                [0, 1],
-                [1, 2],
-                [2, 3],
-                [3, 0],
-                [0, 4],
-                [1, 4],
-                [2, 4],
-                [3, 4],
-            ],
-            &[&[0, 1, 2, 3]],
-        ),
-        _ => return (0..kind.points()).collect(),
-    };
-    let has_faces = matches!(
-        kind,
-        CellKind::Hexahedron27 | CellKind::Prism18 | CellKind::Pyramid14
-    );
-    let corners: Vec<usize> = (0..kind.corners()).collect();
-    sides::order(kind, &corners, edges, if has_faces { faces } else { &[] })
+    match kind.dim() {
+        3 => sides::order(kind, &Vec::from_iter(0..kind.corners()), false),
+        _ => (0..kind.points()).collect(),
+    }
 }

@@ -438,53 +438,41 @@ impl Reader<'_> {
 
     fn node_sets(&mut self) -> Result<()> {
         let points = self.sets.mesh.points.len();
-        for (k, (tag, name)) in self
-            .numbers_and_names("ns_prop1", "ns_names")?
-            .into_iter()
-            .enumerate()
-        {
-            let nodes = self
-                .integers(&format!("node_ns{}", k + 1))?
-                .unwrap_or_default();
-            if let Some(odd) = nodes
-                .iter()
-                .find(|&&node| node < 1 || node as usize > points)
-            {
-                let what = format!("the node set {tag} names the node {odd} of {points}");
-                return Err(self.file.refuse(what));
-            }
-            self.sets
-                .nodes(tag, &name, nodes.into_iter().map(|node| (node - 1) as u32));
+        for (tag, name, nodes) in self.lists("ns", "node", points)? {
+            self.sets.nodes(tag, &name, nodes);
         }
         Ok(())
     }
 
     fn element_sets(&mut self) -> Result<()> {
-        let all = self.blocks.iter().map(|block| block.count).sum::<usize>();
-        for (k, (tag, name)) in self
-            .numbers_and_names("els_prop1", "els_names")?
-            .into_iter()
-            .enumerate()
-        {
-            let elements = self
-                .integers(&format!("elem_els{}", k + 1))?
-                .unwrap_or_default();
-            if let Some(odd) = elements
-                .iter()
-                .find(|&&element| element < 1 || element as usize > all)
-            {
-                let what = format!("the element set {tag} names the element {odd} of {all}");
-                return Err(self.file.refuse(what));
-            }
-            let dim = self.sets.mesh.dim();
-            self.sets.cells(
-                dim,
-                tag,
-                &name,
-                elements.into_iter().map(|element| (element - 1) as u32),
-            );
+        let all = self.blocks.iter().map(|block| block.count).sum();
+        let dim = self.sets.mesh.dim();
+        for (tag, name, elements) in self.lists("els", "elem", all)? {
+            self.sets.cells(dim, tag, &name, elements);
         }
         Ok(())
+    }
+
+    /// The number, the name and the members of each set of a kind, of which there are so many things in the file.
+    fn lists(&self, kind: &str, of: &str, count: usize) -> Result<Vec<(i64, String, Vec<u32>)>> {
+        let known = self.numbers_and_names(&format!("{kind}_prop1"), &format!("{kind}_names"))?;
+        let sets = known.into_iter().zip(1..).map(|((tag, name), k)| {
+            let numbers = self.integers(&format!("{of}_{kind}{k}"))?;
+            let index = |number: i64| {
+                let index = u32::try_from(number.wrapping_sub(1)).ok();
+                index
+                    .filter(|&index| (index as usize) < count)
+                    .ok_or_else(|| {
+                        let thing = if of == "node" { "node" } else { "element" };
+                        let what =
+                            format!("the {thing} set {tag} names the {thing} {number} of {count}");
+                        self.file.refuse(what)
+                    })
+            };
+            let members = numbers.unwrap_or_default().into_iter().map(index);
+            Ok((tag, name, members.collect::<Result<_>>()?))
+        });
+        sets.collect()
     }
 
     /// Tells what else is there.

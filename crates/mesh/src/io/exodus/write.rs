@@ -194,6 +194,8 @@ fn plan<'a>(mesh: &'a Mesh, dimension: usize, losses: &mut Losses) -> Result<Pla
         Some((block.kind, *end))
     });
     let (mut kind, mut end) = (CellKind::Vertex, 0);
+    // The block of the last cell, which is mostly that of the next.
+    let mut last: Option<(CellKind, u32, usize)> = None;
     for (cells, set) in sets.runs_from(0) {
         let groups = kept[set as usize].as_slice();
         for cell in cells {
@@ -204,17 +206,22 @@ fn plan<'a>(mesh: &'a Mesh, dimension: usize, losses: &mut Losses) -> Result<Pla
             if groups.is_empty() && in_sets[cell as usize] {
                 continue;
             }
-            let place = *places.entry((kind, groups)).or_insert_with(|| {
-                plan.blocks.push(Block {
-                    kind,
-                    cells: Vec::new(),
-                    group: None,
-                    of: groups.to_vec(),
-                    tag: NO_TAG,
+            if last.is_none_or(|(of, in_set, _)| (of, in_set) != (kind, set)) {
+                let place = *places.entry((kind, groups)).or_insert_with(|| {
+                    plan.blocks.push(Block {
+                        kind,
+                        cells: Vec::new(),
+                        group: None,
+                        of: groups.to_vec(),
+                        tag: NO_TAG,
+                    });
+                    plan.blocks.len() - 1
                 });
-                plan.blocks.len() - 1
-            });
-            plan.blocks[place].cells.push(cell);
+                last = Some((kind, set, place));
+            }
+            if let Some((.., place)) = last {
+                plan.blocks[place].cells.push(cell);
+            }
         }
     }
     for block in &mut plan.blocks {

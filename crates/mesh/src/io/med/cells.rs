@@ -34,72 +34,12 @@ pub fn name(kind: CellKind) -> Option<&'static str> {
 
 /// The place in Gmsh's order of each node in MED's.
 pub fn order(kind: CellKind) -> Vec<usize> {
-    let (corners, edges, faces): (&[usize], &[[usize; 2]], &[&[usize]]) = match kind.shape() {
-        Shape::Tetrahedron => (
-            &[0, 2, 1, 3],
-            &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
-            &[],
-        ),
-        Shape::Hexahedron => (
-            &[0, 3, 2, 1, 4, 7, 6, 5],
-            &[
-                [0, 1],
-                [1, 2],
-                [2, 3],
-                [3, 0],
-                [4, 5],
-                [5, 6],
-                [6, 7],
-                [7, 4],
-                [0, 4],
-                [1, 5],
-                [2, 6],
-                [3, 7],
-            ],
-            &[
-                &[0, 1, 2, 3],
-                &[0, 1, 4, 5],
-                &[1, 2, 5, 6],
-                &[2, 3, 6, 7],
-                &[0, 3, 4, 7],
-                &[4, 5, 6, 7],
-            ],
-        ),
-        Shape::Prism => (
-            &[0, 2, 1, 3, 5, 4],
-            &[
-                [0, 1],
-                [1, 2],
-                [2, 0],
-                [3, 4],
-                [4, 5],
-                [5, 3],
-                [0, 3],
-                [1, 4],
-                [2, 5],
-            ],
-            &[&[0, 1, 3, 4], &[1, 2, 4, 5], &[0, 2, 3, 5]],
-        ),
-        Shape::Pyramid => (
-            &[0, 3, 2, 1, 4],
-            &[
-                [0, 1],
-                [1, 2],
-                [2, 3],
-                [3, 0],
-                [0, 4],
-                [1, 4],
-                [2, 4],
-                [3, 4],
-            ],
-            &[],
-        ),
+    let corners: &[usize] = match kind.shape() {
+        Shape::Tetrahedron => &[0, 2, 1, 3],
+        Shape::Hexahedron => &[0, 3, 2, 1, 4, 7, 6, 5],
+        Shape::Prism => &[0, 2, 1, 3, 5, 4],
+        Shape::Pyramid => &[0, 3, 2, 1, 4],
         _ => return (0..kind.points()).collect(),
     };
-    let faces = if matches!(kind, CellKind::Hexahedron27 | CellKind::Prism18) {
-        faces
-    } else {
-        &[]
-    };
-    sides::order(kind, corners, edges, faces)
+    sides::order(kind, corners, true)
 }

@@ -7,7 +7,7 @@ use super::nodes::Nodes;
 use crate::error::Result;
 use crate::io::scan::Scan;
 use crate::io::sides::{self, edges};
-use crate::mesh::{CellKind, Shape};
+use crate::mesh::{CellKind, Shape, topology};
 
 /// The cells of a grid function that each cell has for itself, as periodic meshes do; nodes of one place and of the same
 /// vertices become one point.
@@ -50,15 +50,14 @@ pub fn broken(
                 scan.error(format!("there are too few nodes of {}", nodes.collection))
             })?;
             // What the node lies on, by its vertices; a periodic mesh has several places for it.
-            let on = |face: &&&[u8]| face.contains(&a) && face.contains(&b);
-            let on = match faces(kind.shape()).iter().find(on) {
-                _ if a == b || edges(kind.shape()).contains(&[a, b]) => vec![a, b],
+            let [i, j] = [a, b].map(usize::from);
+            let on = |face: &&&[usize]| face.contains(&i) && face.contains(&j);
+            let on = match topology::sides(kind.shape()).iter().find(on) {
+                _ if a == b || edges(kind.shape()).contains(&[a, b]) => vec![i, j],
                 Some(face) => face.to_vec(),
-                None => (0..kind.shape().corners() as u8).collect(),
+                None => (0..kind.shape().corners()).collect(),
             };
-            let vertices = on
-                .iter()
-                .filter_map(|&a| element.vertices.get(usize::from(a)).copied());
+            let vertices = on.iter().filter_map(|&a| element.vertices.get(a).copied());
             let places = known
                 .entry(sorted(&vertices.collect::<Vec<u32>>()))
                 .or_default();
@@ -75,13 +74,14 @@ pub fn broken(
             found.push(node);
         }
         first += lattice.len();
-        for corners in faces(kind.shape()) {
+        for corners in topology::sides(kind.shape()) {
             let vertices = corners
                 .iter()
-                .filter_map(|&a| element.vertices.get(usize::from(a)).copied());
+                .filter_map(|&a| element.vertices.get(a).copied());
             let key = sorted(&vertices.collect::<Vec<u32>>());
+            let corners: Vec<u8> = corners.iter().map(|&a| a as u8).collect();
             if wanted.contains(&key)
-                && let Some((_, side)) = sides::side(kind, &found, corners)
+                && let Some((_, side)) = sides::side(kind, &found, &corners)
             {
                 sides.entry(key).or_insert(side);
             }
@@ -107,39 +107,6 @@ pub fn broken(
         cells.push((kind, side.clone()));
     }
     Ok(cells)
-}
-
-/// The corners of the sides of a cell.
-fn faces(shape: Shape) -> &'static [&'static [u8]] {
-    match shape {
-        Shape::Vertex | Shape::Polygon | Shape::Polyhedron => &[],
-        Shape::Line => &[&[0], &[1]],
-        Shape::Triangle => &[&[0, 1], &[1, 2], &[2, 0]],
-        Shape::Quadrangle => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
-        Shape::Tetrahedron => &[&[1, 2, 3], &[0, 3, 2], &[0, 1, 3], &[0, 2, 1]],
-        Shape::Hexahedron => &[
-            &[3, 2, 1, 0],
-            &[0, 1, 5, 4],
-            &[1, 2, 6, 5],
-            &[2, 3, 7, 6],
-            &[3, 0, 4, 7],
-            &[4, 5, 6, 7],
-        ],
-        Shape::Prism => &[
-            &[0, 2, 1],
-            &[3, 4, 5],
-            &[0, 1, 4, 3],
-            &[1, 2, 5, 4],
-            &[2, 0, 3, 5],
-        ],
-        Shape::Pyramid => &[
-            &[3, 2, 1, 0],
-            &[0, 1, 4],
-            &[1, 2, 4],
-            &[2, 3, 4],
-            &[3, 0, 4],
-        ],
-    }
 }
 
 fn sorted(vertices: &[u32]) -> Vec<u32> {

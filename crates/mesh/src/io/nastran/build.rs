@@ -70,9 +70,7 @@ impl Reader {
         for element in &self.elements {
             let kind = element.kind;
             let corners = kind.shape().corners() as u8;
-            let order = (0..corners)
-                .map(|a| [a, a])
-                .chain(middles(kind).iter().copied());
+            let order = (0..corners).map(|a| [a, a]).chain(middles(kind));
             let mut nodes = vec![0; kind.points()];
             for (&number, between) in element.nodes.iter().zip(order) {
                 let point = points.get(number).ok_or_else(|| {

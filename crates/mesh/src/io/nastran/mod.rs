@@ -5,7 +5,7 @@ mod build;
 mod card;
 mod read;
 
-use super::sides::Between;
+use super::sides::{Between, around};
 use super::{Native, meshio};
 use crate::mesh::CellKind;
 
@@ -90,47 +90,9 @@ const CARDS: [(&str, CellKind, Option<CellKind>, usize); 23] = [
 ];
 
 /// Where the nodes behind the corners lie: around the bottom, up, around the top.
-fn middles(kind: CellKind) -> &'static [Between] {
-    match kind {
-        CellKind::Triangle6 => &[[0, 1], [1, 2], [2, 0]],
-        CellKind::Quadrangle8 => &[[0, 1], [1, 2], [2, 3], [3, 0]],
-        CellKind::Quadrangle9 => &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
-        CellKind::Tetrahedron10 => &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
-        CellKind::Pyramid13 => &[
-            [0, 1],
-            [1, 2],
-            [2, 3],
-            [3, 0],
-            [0, 4],
-            [1, 4],
-            [2, 4],
-            [3, 4],
-        ],
-        CellKind::Prism15 => &[
-            [0, 1],
-            [1, 2],
-            [2, 0],
-            [0, 3],
-            [1, 4],
-            [2, 5],
-            [3, 4],
-            [4, 5],
-            [5, 3],
-        ],
-        CellKind::Hexahedron20 => &[
-            [0, 1],
-            [1, 2],
-            [2, 3],
-            [3, 0],
-            [0, 4],
-            [1, 5],
-            [2, 6],
-            [3, 7],
-            [4, 5],
-            [5, 6],
-            [6, 7],
-            [7, 4],
-        ],
-        _ => &[],
-    }
+fn middles(kind: CellKind) -> Vec<Between> {
+    let mut edges = around(kind.shape(), false);
+    edges.truncate(kind.points().saturating_sub(kind.shape().corners()));
+    edges.extend((kind == CellKind::Quadrangle9).then_some([0, 2]));
+    edges
 }

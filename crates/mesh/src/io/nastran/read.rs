@@ -6,7 +6,6 @@ use std::path::Path;
 use super::CARDS;
 use super::card::{Card, fields};
 use crate::error::{Error, Result};
-use crate::file;
 use crate::io::Content;
 use crate::io::out::folder_of;
 use crate::io::scan::Scan;
@@ -160,24 +159,11 @@ impl Reader {
     }
 
     fn include(&mut self, row: &Scan<'_>, folder: &Path, name: &str, depth: usize) -> Result<()> {
-        let remedy = "put it into the folder of this file or below";
-        let Some(path) = file::beneath(folder, name) else {
-            return Err(row.error_with(
-                format!("the included file {name:?} is outside of the folder"),
-                remedy,
-            ));
-        };
-        if depth > 16 || self.files > 1000 {
-            return Err(row.error_with(
-                "too many files are included",
-                "check whether files include themselves",
-            ));
-        }
-        if !path.exists() {
-            self.unread
-                .push(format!("the included file {name}, which is not there"));
+        let Some(path) = row.included(folder, name, depth, self.files)? else {
+            let what = format!("the included file {name}, which is not there");
+            self.unread.push(what);
             return Ok(());
-        }
+        };
         let bytes = crate::io::bytes::read(&path).map_err(Error::io(&path, "read"))?;
         self.file(Scan::new(&path, &bytes), folder, depth + 1)
     }

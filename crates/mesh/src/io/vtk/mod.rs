@@ -3,6 +3,10 @@
 //! Reading takes all kinds of grids; structured ones become meshes of hexahedra, quadrangles or lines, strips are cut up.
 //! Tables of colours and texts are not read, which is told. Writing gives an unstructured grid, with groups and names as
 //! VTU has them, of version 4.2, or 5.1 where VTK takes nodes of high order for others before.
+//!
+//! The crate `vtkio` (0.7.0-rc2) is the oracle of the tests, in both directions, and not the reader: of 143 files of other
+//! projects it reads 131 where VTK reads 142, it names no place in its errors, and it passes over all data behind a `FIELD` of
+//! the whole without a word. Nor is it the writer, which is 220 lines here: its model has no polyhedra, and copies the mesh.
 
 mod arrays;
 mod assemble;

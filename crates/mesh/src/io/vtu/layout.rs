@@ -11,7 +11,7 @@ use super::scalar::Scalar;
 use super::write::Topology;
 use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::{GlobalArray, GlobalValues, data::with_numbers};
-use crate::mesh::{CellGroups, CellKind, Field, Geometry, Group, Mesh, Support, Values};
+use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Geometry, Group, Mesh, Support, Values};
 use std::borrow::Cow;
 use std::collections::HashSet;
 
@@ -50,6 +50,20 @@ pub(super) const GEOMETRY: &str = "faceoff:geometry";
 /// The global arrays that hold texts: each text as UTF-8 bytes and a NUL, as numbers. VTK has a type for texts, but
 /// meshio cannot read files that use it.
 pub(super) const TEXTS: &str = "faceoff:texts";
+
+/// Whether the blocks are the runs of cells of one kind, either all with numbers and entities or none, as they are made of a
+/// file that does not tell them.
+fn has_usual_blocks(mesh: &Mesh) -> bool {
+    let blocks = &mesh.blocks;
+    let same =
+        |has: fn(&CellBlock) -> bool| blocks.iter().all(|block| has(block) == has(&blocks[0]));
+    let taken = |field: &Field| [CELL_TAG, ENTITY].contains(&field.name.as_str());
+    blocks.iter().all(|block| !block.is_empty())
+        && blocks.windows(2).all(|pair| pair[0].kind != pair[1].kind)
+        && same(|block| block.tags.is_empty())
+        && same(|block| block.entities.is_empty())
+        && !mesh.fields.iter().any(taken)
+}
 
 /// One array of a file.
 pub(crate) struct Array<'a> {
@@ -239,7 +253,9 @@ impl<'a> FileArrays<'a> {
                 (!block.entities.is_empty()).into(),
             ]
         });
-        self.push_whole(BLOCKS, 4, Values::I64(rows.collect()));
+        if !has_usual_blocks(mesh) {
+            self.push_whole(BLOCKS, 4, Values::I64(rows.collect()));
+        }
         if mesh.geometry != Geometry::default() {
             let text = serde_json::to_string(&mesh.geometry);
             self.push_texts(GEOMETRY, text.ok());
