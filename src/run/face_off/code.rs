@@ -18,7 +18,7 @@ use faceoff_mesh::mesh::Triangulation;
 /// Who answers.
 pub enum Code {
     Script(Script),
-    Protocol(Protocol),
+    Protocol(Box<Protocol>),
 }
 
 /// An engine, and the scheme that it gets.

@@ -412,7 +412,9 @@ impl Reader {
         let engine = engine::find(&beside(engine))?;
         engine.accepts(&method)?;
         let scene = Scene::find(&beside(scene))?;
-        Ok(Code::Protocol(Protocol::new(name, engine, scene, method)))
+        Ok(Code::Protocol(Box::new(Protocol::new(
+            name, engine, scene, method,
+        ))))
     }
 
     fn asked(
