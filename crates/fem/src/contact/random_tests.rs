@@ -39,8 +39,7 @@ struct Random {
 /// Laws with one status a face or a dof, `cr` and `cr-fc` at midpoints: nothing but a bad scene
 /// excuses them.
 const CERTAIN: [&str; 5] = ["cr-fc", "cr", "p1-vi", "cr-vi", "multiplier"];
-/// Laws at the points of a face, more of them than it has dofs: they end as well, but the least-index
-/// rule may need more steps than are allowed where γ is far from h or data meet at a corner.
+/// Laws at the points of a face, more of them than it has dofs: they end as well, at times by continuation where γ is far from h.
 const AT_POINTS: [&str; 4] = ["p2", "p1", "cr(1,1)", "penalty"];
 /// Members of the family that are stable for small γ only, or have no proof.
 const UNPROVEN: [&str; 6] = [
@@ -269,9 +268,6 @@ proptest! {
         };
         prop_assert!(solution.u.iter().all(|u| u.is_finite()));
         prop_assert_eq!(solution.converged, solution.ended.converged());
-        if solution.on_the_way > 0 && solution.converged {
-            println!("{} {:e}: reached by {} steps", random.method, random.gamma0, solution.on_the_way);
-        }
         if solution.converged {
             let error = problem.backward_error(&solution.u).0;
             // Where u vanishes with all its neighbours, the terms of a row are rounding themselves.
@@ -281,7 +277,9 @@ proptest! {
             prop_assert!(vanishes || error < 1e-12, "{:?}: {:e}", solution.ended, error);
         } else {
             prop_assert!(!certain, "{:?} {:?}", solution.increments, solution.changes);
-            println!("{} {:e}: {:?} after {} and {} steps", random.method, random.gamma0, solution.ended, solution.on_the_way, solution.increments.len());
+            // Laws with exactly one solution are reached by continuation, unless rounding decides what that is.
+            let is_unique = AT_POINTS.contains(&random.method);
+            prop_assert!(!is_unique || solution.ended == Ended::Undetermined, "{:?} {}", solution.changes, solution.on_the_way);
             prop_assert!((1..=solution.increments.len()).contains(&solution.step));
             // The best that was seen, unless only the refinement at all dofs failed.
             let least = solution.residuals.iter().fold(f64::INFINITY, |m: f64, r| m.min(*r));
