@@ -9,6 +9,10 @@ use std::collections::BTreeMap;
 /// A dense contact system of more multiplications and additions is not tried: minutes.
 const TOO_MANY: f64 = 1e11;
 
+/// Each way is taken so often, unless it takes longer than so many seconds.
+const REPEATS: usize = 3;
+const LONG: f64 = 5.0;
+
 /// Unit cubes of a lattice, those that `has`, each cut by the paths of Kuhn (1960).
 struct Shape {
     name: &'static str,
@@ -205,30 +209,35 @@ pub fn compare(stop: Stop) -> super::Outcome<()> {
         } {
             let discretisation = Discretisation::of(&scene, method.parse()?);
             let problem = Problem::new(&scene, &mesh, &discretisation)?;
-            let solve = |solver: Solver| {
+            let once = |solver: Solver| {
                 let settings = Settings {
                     solver,
                     ..Settings::default()
                 };
-                let once = || solve_by(&problem, Iteration::Newton, stop, settings, |_, _| Ok(()));
-                let first = once()?;
-                let again = if seconds(&first) < 2.0 {
-                    once()?
-                } else {
-                    first.clone()
-                };
-                Ok::<_, faceoff_mesh::Error>((seconds(&first).min(seconds(&again)), first))
+                solve_by(&problem, Iteration::Newton, stop, settings, |_, _| Ok(()))
             };
-            let (direct, by) = solve(Solver::Multifrontal)?;
-            let kept = 3.0 * problem.contact.len() as f64 * (problem.space.element.degree() as f64);
-            let dense = (kept.powi(3) < TOO_MANY)
-                .then(|| solve(Solver::Faer))
-                .transpose()?;
-            let iterative = match method.starts_with("cr") {
-                true => Some(solve(Solver::Iterative)?),
-                false => None,
+            let kept = 3.0 * problem.contact.len() as f64 * problem.space.element.degree() as f64;
+            let ways = [
+                (Solver::Multifrontal, true),
+                (Solver::Iterative, method.starts_with("cr")),
+                (Solver::Faer, kept.powi(3) < TOO_MANY),
+                (Solver::Auto, true),
+            ];
+            // In turn, so that what else the machine does hits all.
+            let mut found: [Option<(f64, Solution)>; 4] = [const { None }; 4];
+            for _ in 0..REPEATS {
+                for ((solver, is_possible), best) in ways.into_iter().zip(&mut found) {
+                    let is_long = best.as_ref().is_some_and(|(least, _)| *least > LONG);
+                    if is_possible && !is_long {
+                        let solution = once(solver)?;
+                        let least = best.as_ref().map_or(f64::INFINITY, |(least, _)| *least);
+                        *best = Some((least.min(seconds(&solution)), solution));
+                    }
+                }
+            }
+            let [Some((direct, by)), iterative, dense, Some((auto, chosen))] = found else {
+                return Err("a way that is always there was not taken".into());
             };
-            let (auto, chosen) = solve(Solver::Auto)?;
             for other in [&dense, &iterative].into_iter().flatten() {
                 let off = super::distance(&by.u, &other.1.u);
                 if !(off <= super::AGREEMENT) {

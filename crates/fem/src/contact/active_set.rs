@@ -17,9 +17,8 @@
 //! it stays finite where it only steps in when turning all over has not lowered the number of
 //! violations for a while (J. J. Júdice, F. M. Pires, Comput. Oper. Res. 21, 1994). On CR with
 //! θ = (1, 0) and several points on a face there is no proof: the status by faces comes first, so
-//! that Newton starts from its solution. Finite is not short: where γ is far from h, or data meet at
-//! a corner, a law at more points than a face has dofs may need more steps than are allowed, and the
-//! best iterate is returned as not converged.
+//! that Newton starts from its solution. Finite is not short where γ is far from h: after a dozen steps
+//! [`super::continuation`] leads there from γ₀ = 1, and least indices come last.
 
 use std::ops::Range;
 

@@ -39,8 +39,7 @@ struct Random {
 /// Laws with one status a face or a dof, `cr` and `cr-fc` at midpoints: nothing but a bad scene
 /// excuses them.
 const CERTAIN: [&str; 5] = ["cr-fc", "cr", "p1-vi", "cr-vi", "multiplier"];
-/// Laws at the points of a face, more of them than it has dofs: they end as well, but the least-index
-/// rule may need more steps than are allowed where γ is far from h or data meet at a corner.
+/// Laws at the points of a face, more of them than it has dofs: they end as well, at times by continuation where γ is far from h.
 const AT_POINTS: [&str; 4] = ["p2", "p1", "cr(1,1)", "penalty"];
 /// Members of the family that are stable for small γ only, or have no proof.
 const UNPROVEN: [&str; 6] = [
@@ -98,7 +97,7 @@ fn any_scene() -> impl Strategy<Value = Random> {
         pick(&["radon-7", "edges-3", "centroid"]),
         pick(&["gauss-5", "gauss-3", "gauss-2", "midpoint"]),
     );
-    let scheme = (-8.0..8.0, any::<bool>(), rules, methods);
+    let scheme = (-10.0..10.0, any::<bool>(), rules, methods);
     (mesh, parts, (f, g, t, psi), scheme).prop_map(|(mesh, parts, data, scheme)| {
         let (n, (x, y), cut, change, shuffle) = mesh;
         let (gamma0, global_h, rules, method) = scheme;
@@ -278,6 +277,10 @@ proptest! {
             prop_assert!(vanishes || error < 1e-12, "{:?}: {:e}", solution.ended, error);
         } else {
             prop_assert!(!certain, "{:?} {:?}", solution.increments, solution.changes);
+            // Rounding decides what the one solution is, or no path was found: of 13,000 scenes in one.
+            let is_unique = AT_POINTS.contains(&random.method);
+            let is_stated = solution.ended == Ended::Undetermined || solution.on_the_way > 0;
+            prop_assert!(!is_unique || is_stated, "{:?} {}", solution.changes, solution.on_the_way);
             prop_assert!((1..=solution.increments.len()).contains(&solution.step));
             // The best that was seen, unless only the refinement at all dofs failed.
             let least = solution.residuals.iter().fold(f64::INFINITY, |m: f64, r| m.min(*r));
