@@ -153,7 +153,8 @@ pub fn write(
         ));
         for (cell, face) in group.cells.iter().filter_map(side) {
             // The edges of shells have another letter than the sides of solids.
-            let letter = if dim == 2 && !flat { 'E' } else { 'S' };
+            let is_shell = !flat || cells[cell as usize].0 == CellKind::Quadrangle9;
+            let letter = if dim == 2 && is_shell { 'E' } else { 'S' };
             out.text(&format!("{}, {letter}{}\n", cell + 1, face + 1))
                 .pass_on();
         }
