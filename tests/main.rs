@@ -16,6 +16,7 @@ mod faults;
 mod judge;
 mod mesh_faults;
 mod mesh_formats;
+mod mesh_info;
 mod mutations;
 mod numbering;
 mod other_meshes;

@@ -81,6 +81,10 @@ pub fn holds<'a>(holds: &Holds) -> Vec<Block<'a>> {
     blocks
 }
 
+/// Findings that are no faults of single cells.
+const UNGROUPED: &str = "boundary faces in no group";
+const PARTS: &str = "parts that are not connected";
+
 /// A number in a table, in words where there is none.
 fn range(value: Option<f64>) -> Cell {
     match value {
@@ -99,8 +103,8 @@ pub fn check_report<'a>(file: &Path, found: &'a Soundness, mesh: &'a Mesh) -> Re
         ("orphan points", &found.orphans),
         ("faces with more than two cells", &found.crowded_faces),
         ("hanging nodes", &found.hanging_nodes),
-        ("boundary faces in no group", &found.ungrouped_boundary),
-        ("parts that are not connected", &found.parts),
+        (UNGROUPED, &found.ungrouped_boundary),
+        (PARTS, &found.parts),
     ];
     // One part is as it should be.
     let least = |what: &str| usize::from(what.starts_with("parts"));
@@ -152,7 +156,11 @@ pub fn check_report<'a>(file: &Path, found: &'a Soundness, mesh: &'a Mesh) -> Re
         .quality
         .iter()
         .filter_map(|of| Some(of.worst.first()?.at));
-    let worst: Vec<[f64; 3]> = worst.collect();
+    let first = kinds
+        .iter()
+        .filter(|(what, _)| *what != PARTS && *what != UNGROUPED);
+    let first = first.filter_map(|(_, findings)| Some(findings.first.first()?.at));
+    let worst: Vec<[f64; 3]> = worst.chain(first).collect();
     let drawn = Block::Html(Box::new(move || located(mesh, &worst)));
     report.blocks.push(Block::Page(vec![drawn]));
     let (name, message) = (file.display().to_string(), report.headline.clone());

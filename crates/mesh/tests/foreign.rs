@@ -1,4 +1,4 @@
-//! Meshes that Gmsh and meshio write in formats of text: the same cells, node by node.
+//! Meshes that Gmsh and meshio write in formats of text: the same cells, node by node. The shape of cells as VTK measures it.
 //!
 //! `FACEOFF_READERS` names a Python with gmsh and meshio; `tests/run` makes one and sets it.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use faceoff_mesh::{CellKind, Mesh, io};
+use faceoff_mesh::mesh::check::check;
+use faceoff_mesh::{CellBlock, CellKind, Mesh, io};
 
 type Cells = BTreeMap<u8, Vec<String>>;
 
@@ -96,4 +97,75 @@ fn gmsh_and_meshio_mean_the_same_cells() {
             || (suffix == "inp" && !path.to_str().unwrap().contains("meshio"));
         assert_eq!(bottom.is_some(), named, "{}", path.display());
     }
+}
+
+/// One cell of each shape, each pulled out of shape in its own way: what VTK, which is Verdict, says of it.
+#[test]
+fn vtk_measures_the_same_shapes() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
+    let python = python.unwrap_or_else(|| root.join("../../target/readers/bin/python3"));
+    let folder = tempfile::tempdir().unwrap();
+    let cube = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [1.0, 1.0, 1.0],
+        [0.0, 1.0, 1.0],
+    ];
+    let (mut cells, mut paths) = (Vec::new(), Vec::new());
+    for (kind, nodes) in [
+        (CellKind::Triangle, vec![0, 1, 2]),
+        (CellKind::Quadrangle, vec![0, 1, 2, 3]),
+        (CellKind::Tetrahedron, vec![0, 1, 3, 4]),
+        (CellKind::Hexahedron, vec![0, 1, 2, 3, 4, 5, 6, 7]),
+        (CellKind::Prism, vec![0, 1, 3, 4, 5, 7]),
+    ] {
+        for pull in 0..6u32 {
+            let points = cube.iter().zip(0u32..).map(|(x, k)| {
+                let pulled = f64::from(pull);
+                let off = |axis: u32| f64::from((7 * k + 5 * axis + 3 * pull) % 11) * 0.06;
+                let up = f64::from(kind.dim() - 2) * (x[2] + pulled * off(2) / 4.0);
+                [x[0] * (1.0 + pulled) + off(0), x[1] + off(1), up]
+            });
+            let mesh = Mesh {
+                points: points.collect(),
+                blocks: vec![CellBlock::new(kind, nodes.clone())],
+                ..Mesh::default()
+            };
+            let path = folder.path().join(format!("{kind}{pull}.vtu"));
+            io::write(&path, &mesh, &io::Options::default()).unwrap();
+            cells.push((kind, mesh));
+            paths.push(path);
+        }
+    }
+    let mut command = Command::new(&python);
+    command.arg(root.join("tests/quality.py")).args(&paths);
+    let ran = command
+        .output()
+        .unwrap_or_else(|error| panic!("{}: {error}: run tests/run", python.display()));
+    let told = String::from_utf8_lossy(&ran.stderr);
+    assert!(ran.status.success(), "{told}");
+    let seen: Vec<BTreeMap<String, f64>> = serde_json::from_slice(&ran.stdout).unwrap();
+    let mut compared = 0;
+    for ((kind, mesh), theirs) in cells.iter().zip(&seen) {
+        for of in check(mesh).unwrap().quality {
+            // What Verdict has of prisms besides is measured otherwise.
+            let known = *kind != CellKind::Prism || of.what == "scaled Jacobian";
+            if let Some(theirs) = theirs.get(of.what).filter(|_| known) {
+                let apart = (of.least - theirs).abs() / theirs.abs().max(1.0);
+                let what = of.what;
+                assert!(
+                    apart < 1e-9,
+                    "{what} of a {kind}: {} and {theirs}",
+                    of.least
+                );
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared >= 60, "only {compared}");
 }

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::Html;
 use super::markup::figure;
 use super::plane::{Layers, View, WIDTH, circle, drawing, word};
+use super::{Html, in_thirds};
 use crate::report::number::{number, trimmed};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::{Field, Mesh, Support};
@@ -147,7 +147,8 @@ pub(in crate::report) fn drawn(mesh: &Mesh) -> Result<Html> {
         first
     });
     let fields = fields.take(FIELDS).map(|field| of_field(&scene, field));
-    Ok([of_groups(&scene)].into_iter().chain(fields).collect())
+    let fields = fields.collect::<Vec<_>>();
+    Ok(in_thirds([of_groups(&scene)].into_iter().chain(fields)))
 }
 
 /// Groups of the shapes' dimension, and the sides of a plane mesh as lines.
@@ -308,9 +309,6 @@ pub(in crate::report) fn located(mesh: &Mesh, places: &[[f64; 3]]) -> Result<Htm
         "**The worst cells** by each measure, and the first finding of each kind; {}",
         scene.words()
     );
-    Ok(figure(
-        "",
-        caption,
-        [drawing("the worst cells", [WIDTH, scene.view.height], &svg)],
-    ))
+    let picture = drawing("the worst cells", [WIDTH, scene.view.height], &svg);
+    Ok(in_thirds([figure("", caption, [picture])].into_iter()))
 }

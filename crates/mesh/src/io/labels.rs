@@ -121,8 +121,7 @@ impl<'a> Labels<'a> {
             mesh.groups.iter().filter(bad).count(),
             "groups whose number is 0 or exceeds 32 bits",
         );
-        let empty = mesh.groups.iter().filter(|group| group.cells.is_empty());
-        losses.lose_some(empty.count(), "groups without cells");
+        losses.lose_empty(mesh);
         let label = |first: Option<&Group>| i32::try_from(first?.tag).ok();
         let of_set = first.into_iter().map(|first| label(first).unwrap_or(0));
         let of_set = of_set.collect();
@@ -182,7 +181,7 @@ impl<'a> Labels<'a> {
         );
         if turned > 0 {
             losses.note(format!(
-                "{turned} vertex cells become labels of their points"
+                "{turned} vertex cells become labels of their points, without the names of their groups"
             ));
         }
         self.of_points = labels;

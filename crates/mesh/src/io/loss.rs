@@ -1,9 +1,10 @@
 //! What a format cannot hold is never dropped silently.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
-use crate::mesh::{Mesh, Partitions};
+use crate::mesh::{Group, Mesh, Partitions};
 
 /// Collects what a target format cannot hold.
 #[derive(Default)]
@@ -28,6 +29,36 @@ impl Losses {
 
     pub fn note(&mut self, what: impl Into<String>) {
         self.notes.push(what.into());
+    }
+
+    /// Notes that a group has another name in the file than its own.
+    pub fn called(&mut self, group: &Group, name: &str) {
+        let Group { tag, dim, .. } = group;
+        let own = match &group.name {
+            Some(own) => format!(", {own:?},"),
+            None => " has no name and".to_owned(),
+        };
+        self.note(format!(
+            "the group {tag} of dimension {dim}{own} is called {name:?}"
+        ));
+    }
+
+    /// Loses the groups without cells.
+    pub fn lose_empty(&mut self, mesh: &Mesh) {
+        let empty = mesh.groups.iter().filter(|group| group.cells.is_empty());
+        self.lose_some(empty.count(), "groups without cells");
+    }
+
+    /// Notes the cells that become one where a format has sides of others in their place: each cell with its side.
+    pub fn note_twice(&mut self, sides: impl Iterator<Item = (u32, (u32, usize))>) {
+        let sides: BTreeMap<u32, (u32, usize)> = sides.collect();
+        let places: BTreeSet<&(u32, usize)> = sides.values().collect();
+        if places.len() < sides.len() {
+            let twice = sides.len() - places.len();
+            self.note(format!(
+                "{twice} cells that lie on others become one with them"
+            ));
+        }
     }
 
     /// Notes what only Gmsh's format holds of a mesh.

@@ -226,18 +226,7 @@ fn build(scan: &Scan<'_>, zones: Vec<Zone>) -> Result<Mesh> {
 fn write(path: &Path, mesh: &Mesh, _: &[GlobalArray], options: &Options) -> Result<Vec<String>> {
     refuse_unsound(path, mesh)?;
     let mut losses = Losses::default();
-    let dim = mesh.dim();
-    if dim < 2 {
-        return Err(Error::file(
-            path,
-            Place::Whole,
-            format!(
-                "{} is of cells in the plane or in space, and there are none",
-                FORMAT.title
-            ),
-            "choose another format",
-        ));
-    }
+    let dim = mesh.dim().max(2);
     let number = |kind: CellKind| {
         KINDS
             .iter()
@@ -297,6 +286,15 @@ fn write(path: &Path, mesh: &Mesh, _: &[GlobalArray], options: &Options) -> Resu
         .copied()
         .filter(|(kind, _)| kind.dim() == dim && number(*kind).is_some())
         .collect();
+    if whole.is_empty() {
+        let what = "of its cells in the plane or in space it has none";
+        return Err(Error::file(
+            path,
+            Place::Whole,
+            what,
+            "choose another format",
+        ));
+    }
     out.text(&format!("NDIME= {dim}\nNELEM= {}\n", whole.len()));
     whole.into_iter().for_each(|whole| cell(&mut out, whole));
     out.text(&format!("NPOIN= {}\n", mesh.points.len()));
@@ -309,11 +307,9 @@ fn write(path: &Path, mesh: &Mesh, _: &[GlobalArray], options: &Options) -> Resu
     out.text(&format!("NMARK= {}\n", markers.len()));
     for group in markers {
         let name = group.name.clone().unwrap_or_else(|| {
-            losses.note(format!(
-                "group {} of dimension {} has no name and is called by its number",
-                group.tag, group.dim
-            ));
-            group.tag.to_string()
+            let name = group.tag.to_string();
+            losses.called(group, &name);
+            name
         });
         if name.contains(['\n', '\r', '%']) || name.trim() != name {
             losses.lose(format!(

@@ -51,21 +51,28 @@ pub fn write(
     let flat = dim <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
     let cells: Vec<Cell<'_>> = mesh.cells().map(|(_, kind, nodes)| (kind, nodes)).collect();
     let sides = sides(&cells, dim);
-    let side = |cell: &u32| sides.get(&sorted(cells[*cell as usize])).copied();
+    let is_known = |kind: CellKind| TYPES.iter().any(|(known, ..)| *known == kind);
+    let side = |cell: &u32| {
+        let side = sides.get(&sorted(cells[*cell as usize])).copied();
+        side.filter(|(of, _)| is_known(cells[*of as usize].0))
+    };
     let is_surface = |group: &&Group| {
         group.dim + 1 == dim && dim > 1 && group.cells.iter().all(|cell| side(cell).is_some())
     };
     let (surfaces, sets): (Vec<&Group>, Vec<&Group>) = mesh.groups.iter().partition(is_surface);
 
     // What a set of nodes or a surface stands for is not written as an element.
-    let mut written: Vec<bool> = cells
-        .iter()
-        .map(|(kind, _)| TYPES.iter().any(|(known, ..)| known == kind))
-        .collect();
+    let mut written: Vec<bool> = cells.iter().map(|(kind, _)| is_known(*kind)).collect();
+    let twice = surfaces.iter().flat_map(|group| &group.cells);
+    losses.note_twice(twice.filter_map(|cell| {
+        let (of, number) = side(cell)?;
+        Some((*cell, (of, number as usize)))
+    }));
     losses.lose_some(
         written.iter().filter(|written| !**written).count(),
         "cells of the kinds that it has no element for",
     );
+    losses.lose_empty(mesh);
     let mut stood_for = vec![false; cells.len()];
     for group in surfaces
         .iter()
@@ -146,7 +153,8 @@ pub fn write(
         ));
         for (cell, face) in group.cells.iter().filter_map(side) {
             // The edges of shells have another letter than the sides of solids.
-            let letter = if dim == 2 && !flat { 'E' } else { 'S' };
+            let is_shell = !flat || cells[cell as usize].0 == CellKind::Quadrangle9;
+            let letter = if dim == 2 && is_shell { 'E' } else { 'S' };
             out.text(&format!("{}, {letter}{}\n", cell + 1, face + 1))
                 .pass_on();
         }
@@ -167,11 +175,9 @@ fn row(out: &mut Out, numbers: impl IntoIterator<Item = u32>) {
 /// The name of a set, in quotes where it needs them.
 fn name(group: &Group, losses: &mut Losses) -> String {
     let Some(name) = &group.name else {
-        losses.note(format!(
-            "group {} of dimension {} has no name and is called by its numbers",
-            group.tag, group.dim
-        ));
-        return format!("GROUP_{}_{}", group.dim, group.tag);
+        let name = format!("GROUP_{}_{}", group.dim, group.tag);
+        losses.called(group, &name);
+        return name;
     };
     if name.contains(['"', '\n', '\r']) || name.trim() != name {
         losses.lose(format!(

@@ -127,10 +127,7 @@ pub fn write(
     let mut named = Vec::new();
     for (group, name) in mesh.groups.iter().zip(&names) {
         if group.name.as_ref() != Some(name) {
-            losses.note(format!(
-                "the group {} of dimension {} is called {name:?}",
-                group.tag, group.dim
-            ));
+            losses.called(group, name);
         }
         let of_vertices = group.dim == 0;
         let listed = group.cells.iter().map(|&cell| match mesh.cell(cell) {

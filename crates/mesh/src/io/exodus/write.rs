@@ -180,6 +180,11 @@ fn plan<'a>(mesh: &'a Mesh, dimension: usize, losses: &mut Losses) -> Result<Pla
             .iter()
             .for_each(|&cell| in_sets[cell as usize] = true);
     }
+    let sides = plan
+        .side_sets
+        .iter()
+        .flat_map(|(group, sides)| group.cells.iter().copied().zip(sides.iter().copied()));
+    losses.note_twice(sides);
     let sets = CellGroups::new(mesh);
     let kept = |set: &Vec<u32>| -> Vec<u32> {
         set.iter()
@@ -331,6 +336,7 @@ fn sides_of(
         let wanted = key(of.iter().copied());
         let owner = *owners.get(&wanted)?;
         let (kind, nodes) = mesh.cell(owner)?;
+        element(kind, dimension)?;
         let all = cells::sides(kind.shape(), dimension == 3);
         let number = all
             .iter()

@@ -173,10 +173,7 @@ impl Families {
         let names = sets::distinct_names(mesh.groups.iter(), 80);
         for (group, name) in mesh.groups.iter().zip(&names) {
             if group.name.as_ref() != Some(name) {
-                losses.note(format!(
-                    "the group {} of dimension {} is called {name:?}",
-                    group.tag, group.dim
-                ));
+                losses.called(group, name);
             }
         }
         if !mesh.groups.is_empty() {

@@ -98,6 +98,7 @@ fn groups(out: &mut Out, mesh: &Mesh, losses: &mut Losses) {
     if mesh.groups.is_empty() {
         return;
     }
+    losses.lose_empty(mesh);
     let mut numbers = std::collections::HashSet::new();
     let kinds: Vec<CellKind> = mesh.cells().map(|(_, kind, _)| kind).collect();
     let points: Vec<u32> = mesh.cells().map(|(_, _, nodes)| nodes[0]).collect();
@@ -118,10 +119,7 @@ fn groups(out: &mut Out, mesh: &Mesh, losses: &mut Losses) {
         }
         let name = group.name.clone().unwrap_or_else(|| {
             let name = format!("group {}", group.tag);
-            losses.note(format!(
-                "group {} of dimension {} has no name and is called {name:?}",
-                group.tag, group.dim
-            ));
+            losses.called(group, &name);
             name
         });
         if name.contains(['\n', '\r']) || name.trim() != name {

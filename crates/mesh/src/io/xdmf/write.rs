@@ -5,7 +5,7 @@ use std::path::Path;
 use quick_xml::escape::escape;
 
 use super::{FORMAT, GROUP, topology};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::field::{GlobalArray, GlobalValues};
 use crate::io::hdf5::write::{Data, Group as Folder, Type};
 use crate::io::loss::Losses;
@@ -45,6 +45,15 @@ pub fn write(
         .iter()
         .filter(|block| topology::name(block.kind).is_some())
         .collect();
+    if blocks.iter().all(|block| block.is_empty()) && mesh.cell_count() > 0 {
+        let what = format!("{} has none of its kinds of cells", FORMAT.title);
+        return Err(Error::file(
+            path,
+            Place::Whole,
+            what,
+            "choose another format, as VTU",
+        ));
+    }
     let whole_mesh = blocks.len() == mesh.blocks.len();
     let steps = Steps::of(&mesh.fields, &mut losses);
     for field in &steps.fields {

@@ -202,3 +202,57 @@ fn loose_triangles_take_no_time() {
         );
     }
 }
+
+#[test]
+fn curved_sides_that_fold_a_cell_are_found() {
+    let mesh = |middle: [f64; 3]| Mesh {
+        points: vec![
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            middle,
+            [0.5, 0.5, 0.0],
+            [0.0, 0.5, 0.0],
+        ],
+        blocks: vec![CellBlock::new(CellKind::Triangle6, vec![0, 1, 2, 3, 4, 5])],
+        ..Mesh::default()
+    };
+    let scaled = |mesh: &Mesh| {
+        let found = check(mesh).unwrap();
+        let of = found.quality.iter().find(|q| q.what == "scaled Jacobian");
+        (found.folded.count, of.unwrap().least)
+    };
+    // sin 45° over sin 60°, which straight sides leave as it is.
+    let (folded, straight) = scaled(&mesh([0.5, 0.0, 0.0]));
+    assert!(
+        folded == 0 && (straight - (2.0f64 / 3.0).sqrt()).abs() < 1e-12,
+        "{straight}"
+    );
+    // At the first corner the Jacobian is 1 - 4 h with the middle of the side lifted by h, at the second 1 + 4 h · 0.
+    let (folded, bent) = scaled(&mesh([0.5, 0.2, 0.0]));
+    assert!(folded == 0 && bent > 0.0 && bent < straight, "{bent}");
+    let (folded, over) = scaled(&mesh([0.5, 0.3, 0.0]));
+    assert!(folded == 1 && over < 0.0, "{over}");
+    assert!(!check(&mesh([0.5, 0.3, 0.0])).unwrap().is_sound());
+}
+
+#[test]
+fn points_at_one_place_are_found() {
+    let mut mesh = square();
+    mesh.points.push([0.5, 0.5, -0.0]);
+    mesh.blocks[1].nodes[11] = 5;
+    let found = check(&mesh).unwrap();
+    assert_eq!(found.duplicate_points.first[0].points, [5, 6]);
+    assert!(!found.is_sound());
+}
+
+#[test]
+fn cells_are_counted_between_the_ends_of_bins() {
+    let found = check(&square()).unwrap();
+    let of = &found.quality[0];
+    assert_eq!((of.what, of.cells), ("smallest angle", 4));
+    let full: Vec<_> = of.bins.iter().filter(|bin| bin.cells > 0).collect();
+    assert_eq!((full.len(), full[0].cells), (1, 4), "{full:?}");
+    assert!(full[0].from <= 45.0 && 45.0 < full[0].to);
+    assert_eq!(of.worst.len(), 4);
+}
