@@ -66,7 +66,7 @@ pub fn write(
     let twice = surfaces.iter().flat_map(|group| &group.cells);
     losses.note_twice(twice.filter_map(|cell| {
         let (of, number) = side(cell)?;
-        Some((*cell, (of, number as usize)))
+        Some((*cell, (of, number)))
     }));
     losses.lose_some(
         written.iter().filter(|written| !**written).count(),
