@@ -144,6 +144,7 @@ pages! {
     speed: "docs/reference/speed.md"
     methods: "docs/theory/methods.md"
     paper: "docs/paper.md"
+    python: "docs/python.md"
 }
 
 fn markdown(folder: &Path) -> Vec<PathBuf> {

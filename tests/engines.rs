@@ -339,8 +339,10 @@ fn what_only_the_rust_engine_has_is_refused_elsewhere() {
     let ran = run(folder.path(), &words);
     assert_eq!(ran.code, Some(2));
     assert!(ran.stderr.contains("penalty(0.01)"), "{}", ran.stderr);
-    let ran = run(folder.path(), &["solve", "no-such-scene"]);
+    let ran = run(folder.path(), &["solve", "transition-15"]);
     assert!(ran.stderr.contains("transition-1.5"), "{}", ran.stderr);
+    let ran = run(folder.path(), &["solve", "no-such-scene"]);
+    assert!(ran.stderr.contains("`faceoff scenes`"), "{}", ran.stderr);
 }
 
 #[test]

@@ -68,7 +68,8 @@ fn run(command: &mut Command) {
 }
 
 fn environment(name: &str, debian: bool, packages: &[&str]) -> PathBuf {
-    let folder = source("target/python").join(name);
+    // A name that no package has, since Python looks for packages beside it.
+    let folder = source("target/python").join(format!("of-{name}"));
     let mut venv = Command::new("/usr/bin/python3");
     venv.args(["-m", "venv", "--clear"]);
     if debian {

@@ -1,10 +1,11 @@
 //! `faceoff verify`.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use super::args::{Running, Verify};
 use super::progress::watched;
-use super::{code, engines};
+use super::{DONE, FAILED, code, engines};
 use crate::campaigns::face_off;
 use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
 use crate::engine::{self, Baseline, Engine, Launch, Settings, typed};
@@ -13,6 +14,7 @@ use crate::report::{self, Output, Verified, deliver};
 use crate::run::{FaceOff, Failure, Record, Store, is_face_off};
 use faceoff_fem::contact::Stop;
 use faceoff_fem::scene::Scene;
+use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result, distinct};
 
 pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u8> {
@@ -71,11 +73,10 @@ pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u
     for failure in &outcome.failures {
         note!("faceoff: {}", failure.message);
     }
-    if let Some(folder) = &arguments.record {
-        let recipe = format!("faceoff {}", typed());
-        report::write_baseline(folder, &recipe, &request, &outcome)?;
-    }
-    Ok(code(outcome.verdict))
+    let recorded = recorded(arguments, outcome.verdict, |folder, recipe| {
+        report::write_baseline(folder, recipe, &request, &outcome)
+    })?;
+    Ok(code(outcome.verdict).max(recorded))
 }
 
 /// Codes of one's own, as a face-off file has them.
@@ -135,11 +136,30 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
             note!("faceoff: {failure}");
         }
     }
-    if let (Some(folder), Some(store)) = (&arguments.record, &store) {
-        let recipe = format!("faceoff {}", typed());
-        report::write_record(folder, &recipe, store, &outcome)?;
+    let recorded = store.as_ref().map(|store| {
+        recorded(arguments, outcome.verdict, |folder, recipe| {
+            report::write_record(folder, recipe, store, &outcome)
+        })
+    });
+    Ok(code(outcome.verdict).max(recorded.transpose()?.unwrap_or(DONE)))
+}
+
+/// Writes a baseline by `write`, with the command that makes it again, if all agree: it holds what all codes answer alike. The
+/// exit code of that alone.
+fn recorded(
+    arguments: &Verify,
+    verdict: Verdict,
+    write: impl FnOnce(&Path, &str) -> Result<()>,
+) -> Result<u8> {
+    let Some(folder) = &arguments.record else {
+        return Ok(DONE);
+    };
+    if verdict.passes() {
+        write(folder, &format!("faceoff {}", typed()))?;
+        return Ok(DONE);
     }
-    Ok(code(outcome.verdict))
+    note!("faceoff: nothing was recorded, as the codes do not agree; settle the difference first");
+    Ok(FAILED)
 }
 
 /// Engines that are there, and those that are not.

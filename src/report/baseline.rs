@@ -7,7 +7,6 @@ use crate::campaigns::face_off::FaceOffOutcome;
 use crate::campaigns::verify::{VerifyOutcome, VerifyRequest};
 use crate::engine::{self, BASELINE, Kept, record};
 use crate::run::Store;
-use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 
 /// Refuses a folder that a baseline would be mixed into.
@@ -21,14 +20,13 @@ pub fn check_baseline_folder(folder: &Path) -> Result<()> {
 /// Writes what every engine but ours answered.
 ///
 /// # Errors
-/// A run whose codes do not agree, and files that cannot be written.
+/// Files that cannot be written.
 pub fn write_baseline(
     folder: &Path,
     recipe: &str,
     request: &VerifyRequest,
     outcome: &VerifyOutcome,
 ) -> Result<()> {
-    refuse_differing(outcome.verdict)?;
     let mut cases = Vec::new();
     for case in &outcome.cases {
         let of = case.setup.case()?;
@@ -45,14 +43,13 @@ pub fn write_baseline(
 /// Writes what every code of a face-off answered, as files of its own.
 ///
 /// # Errors
-/// A run whose codes do not agree, and files that cannot be written.
+/// Files that cannot be written.
 pub fn write_record(
     folder: &Path,
     recipe: &str,
     store: &Store,
     outcome: &FaceOffOutcome,
 ) -> Result<()> {
-    refuse_differing(outcome.verdict)?;
     write_folder(folder, |beside| {
         store.record(beside, (&outcome.name, recipe), &outcome.asked())?;
         // Those of an earlier record cannot be moved onto.
@@ -64,14 +61,4 @@ pub fn write_record(
         }
         Ok(())
     })
-}
-
-fn refuse_differing(verdict: Verdict) -> Result<()> {
-    if verdict.passes() {
-        return Ok(());
-    }
-    Err(Error::usage(
-        "nothing was recorded, as the codes do not agree",
-        "a baseline holds only what all codes answer alike: settle the difference first",
-    ))
 }

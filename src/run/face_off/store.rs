@@ -208,7 +208,7 @@ impl Record {
             return Err(refuse(format!("it was another problem: {what}")));
         }
         let place = file::beneath(&self.folder, &label)
-            .ok_or_else(|| refuse(format!("there is no folder {label}")))?;
+            .ok_or_else(|| refuse(format!("{label} lies outside of its folder")))?;
         if digests(&place)? != found.digests {
             return Err(refuse(format!("files in {label} have changed since")));
         }

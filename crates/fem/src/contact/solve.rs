@@ -27,9 +27,11 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A field that is called converged has at most this backward error, or the tolerance where that is larger: by an
 /// increment alone a contact of stiffness γ⁻¹ that is still to come, or to go, is not seen.
 const BACKWARD: f64 = 1e-9;
-/// Where steps of refinement stay larger than this part of u, or rounding in the contact terms, as large as it may be and
-/// with the worst signs, moves u by more, rounding decides what u is.
+/// Where steps of refinement stay larger than this part of u, rounding decides what u is.
 const SETTLED: f64 = 1e-3;
+/// Likewise where rounding in the contact terms, as large as it may be and with the worst signs, moves u by more: what it is
+/// and the signs that it has leave a small part of that.
+const MOVED: f64 = 1e-2;
 /// A fixed point's increments bound its error but for the factor 1/(1-rate).
 const SLOWEST: f64 = 100.0;
 
@@ -316,7 +318,7 @@ fn refine(
             if error <= limit || vanishes(problem, u) {
                 let moved = moved_by_rounding(scheme, &laws, &scheme.restrict(u))?;
                 tracing::debug!(moved, "rounding in the contact terms");
-                return Ok(((moved > SETTLED).then_some(Ended::Undetermined), error));
+                return Ok(((moved > MOVED).then_some(Ended::Undetermined), error));
             }
             set.pivot(scheme, &scheme.restrict(u));
         }
