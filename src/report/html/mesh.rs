@@ -156,11 +156,12 @@ fn of_groups(scene: &Scene<'_>) -> Html {
     let mesh = scene.mesh;
     let dim = mesh.dim();
     let mut colours = vec![0; mesh.cell_count()];
-    let groups: Vec<_> = mesh
-        .groups
-        .iter()
+    let groups = mesh.groups.iter();
+    let mut groups: Vec<_> = groups
         .filter(|group| group.dim > 0 && group.dim + 1 >= dim)
         .collect();
+    // What fills the picture is pale.
+    groups.sort_by_key(|group| std::cmp::Reverse(group.dim));
     let colour = |k: usize| COLOURS[0] + k * (COLOURS[1] - COLOURS[0]) / groups.len().max(1);
     for (k, group) in groups.iter().enumerate() {
         group
