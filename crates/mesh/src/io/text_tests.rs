@@ -212,15 +212,16 @@ fn what_is_written_comes_back() {
         );
     }
     // What a format has no place for is told or refused.
-    let lines = mesh(&[K::Line, K::Prism18], vec![group(3, 1, None, &[1])]);
-    for (name, words) in [
-        ("b.su2", "second order"),
-        ("b.unv", "no number for"),
-        ("b.inp", "no element for"),
-        ("b.meshb", "no keyword for"),
+    let solids = mesh(&[K::Line, K::Prism18], vec![group(3, 1, None, &[1])]);
+    let plane = mesh(&[K::Triangle, K::Triangle6], vec![]);
+    for (name, mesh, words) in [
+        ("b.su2", &plane, "second order"),
+        ("b.unv", &solids, "no number for"),
+        ("b.inp", &solids, "no element for"),
+        ("b.meshb", &solids, "no keyword for"),
     ] {
         let path = folder.path().join(name);
-        let error = write(&path, &lines, &Options::default())
+        let error = write(&path, mesh, &Options::default())
             .expect_err(name)
             .to_string();
         assert!(error.contains(words), "{error}");
@@ -228,12 +229,21 @@ fn what_is_written_comes_back() {
             lossy: true,
             ..Options::default()
         };
-        assert!(!write(&path, &lines, &options).expect("allowed").is_empty());
-        // All are lost that SU2 has no place for: then there is nothing to read.
-        assert_eq!(
-            super::open(&path, None).map_or(0, |content| content.mesh.count(K::Prism18)),
-            0
-        );
+        assert!(!write(&path, mesh, &options).expect("allowed").is_empty());
+        let [kept, lost] = [mesh.blocks[0].kind, mesh.blocks[1].kind];
+        let again = super::open(&path, None).expect(name).mesh;
+        assert_eq!((again.count(kept), again.count(lost)), (1, 0), "{name}");
+    }
+    // Where nothing would be left there is no file.
+    let path = folder.path().join("c.su2");
+    for lossy in [false, true] {
+        let options = Options {
+            lossy,
+            ..Options::default()
+        };
+        let error = write(&path, &solids, &options).expect_err("empty");
+        assert!(error.to_string().contains("it has none"), "{error}");
+        assert!(!path.exists());
     }
 }
 
