@@ -13,9 +13,8 @@ def _of(thing, name):
 
 
 def _table(dofmap, cells):
-    """Rows of numbers, cell by cell."""
-    rows = dofmap.array if hasattr(dofmap, "array") else dofmap
-    return np.asarray(rows).reshape(len(rows) // max(cells, 1) and -1 if np.ndim(rows) > 1 else cells, -1)[:cells]
+    """Rows of numbers, cell by cell; 0.5 has an adjacency list."""
+    return np.asarray(getattr(dofmap, "array", dofmap)).reshape(cells, -1)
 
 
 def arrays(uh, name=None):
@@ -39,7 +38,7 @@ def arrays(uh, name=None):
     degree = _degree(element)
     theirs = np.asarray(_of(space.element, "interpolation_points"))
     values = uh.x.array.reshape(-1, bs)
-    vector = () if bs == 1 and not len(_of(space.element, "value_shape")) else (-1,)
+    vector = (-1,) if len(uh.ufl_shape) else ()
     name = name or uh.name
 
     if "CR" in str(element) or "Crouzeix" in str(element):
