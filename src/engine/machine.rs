@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::fs;
 
-use nix::sys::resource::{UsageWho, getrusage};
 use serde::Serialize;
 
 /// Where, and with what build, something was measured.
@@ -44,13 +43,29 @@ pub fn peak_memory_mb(children: bool) -> f64 {
     if let Some(own) = status("VmHWM").filter(|_| !children) {
         return own;
     }
+    largest(children)
+}
+
+#[cfg(unix)]
+fn largest(children: bool) -> f64 {
+    use nix::sys::resource::{UsageWho, getrusage};
     let who = if children {
         UsageWho::RUSAGE_CHILDREN
     } else {
         UsageWho::RUSAGE_SELF
     };
-    // Linux counts in KiB.
-    getrusage(who).map_or(f64::NAN, |usage| usage.max_rss() as f64 / 1024.0)
+    // Linux counts in KiB, macOS in bytes.
+    let kilo = if cfg!(target_os = "macos") {
+        1024.0 * 1024.0
+    } else {
+        1024.0
+    };
+    getrusage(who).map_or(f64::NAN, |usage| usage.max_rss() as f64 / kilo)
+}
+
+#[cfg(not(unix))]
+fn largest(_: bool) -> f64 {
+    f64::NAN
 }
 
 /// Memory that this process and all that it started hold, in bytes; 0 where the system does not report it.

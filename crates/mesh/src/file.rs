@@ -2,12 +2,12 @@
 //! memory can hold, never a pipe or a device, and what a file names lies below the folder of that file. And folders of our
 //! own that nobody else enters.
 
-use std::fs::{self, File, Permissions};
+use std::fs::{self, File};
 use std::io::{self, Read};
+#[cfg(unix)]
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Component, Path, PathBuf};
-use std::sync::{Mutex, Once, PoisonError};
-use std::time::Duration;
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::TempDir;
 
@@ -78,7 +78,9 @@ pub fn beneath(folder: &Path, name: &str) -> Option<PathBuf> {
 #[derive(Debug)]
 pub struct Temporary {
     folder: TempDir,
-    /// Held as long as it is used; where nobody holds it, a process that was killed left the folder behind.
+    /// Held as long as it is used; where nobody holds it, a process that was killed left the folder behind. Elsewhere folders
+    /// cannot be locked, and are left to the system.
+    #[cfg(unix)]
     _lock: File,
 }
 
@@ -105,7 +107,8 @@ impl Drop for Temporary {
 const PREFIX: &str = ".faceoff-temporary-";
 
 /// A folder that is younger may not have its lock yet.
-const YOUNG: Duration = Duration::from_secs(60);
+#[cfg(unix)]
+const YOUNG: std::time::Duration = std::time::Duration::from_secs(60);
 
 impl Temporary {
     /// A new one. The first one of a process also removes what processes that were killed left behind.
@@ -113,25 +116,31 @@ impl Temporary {
     /// # Errors
     /// Those of the file system.
     pub fn new() -> Result<Self> {
-        static SWEPT: Once = Once::new();
         let place = std::env::temp_dir();
         let made = || {
-            let folder = tempfile::Builder::new()
-                .prefix(PREFIX)
-                .permissions(Permissions::from_mode(0o700))
-                .tempdir_in(&place)?;
-            let lock = File::open(folder.path())?;
-            lock.lock()?;
+            let mut builder = tempfile::Builder::new();
+            #[cfg(unix)]
+            builder.permissions(fs::Permissions::from_mode(0o700));
+            let folder = builder.prefix(PREFIX).tempdir_in(&place)?;
+            #[cfg(unix)]
+            let _lock = File::open(folder.path())?;
+            #[cfg(unix)]
+            _lock.lock()?;
             Ok(Temporary {
                 folder,
-                _lock: lock,
+                #[cfg(unix)]
+                _lock,
             })
         };
         let new = made().map_err(Error::io(&place, "make a folder in"))?;
         let mut in_use = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
         in_use.push(new.path().to_owned());
-        // What cannot be removed is no reason to do nothing.
-        SWEPT.call_once(|| drop(sweep(&place, new.path())));
+        #[cfg(unix)]
+        {
+            static SWEPT: std::sync::Once = std::sync::Once::new();
+            // What cannot be removed is no reason to do nothing.
+            SWEPT.call_once(|| drop(sweep(&place, new.path())));
+        }
         Ok(new)
     }
 
@@ -142,6 +151,7 @@ impl Temporary {
 }
 
 /// Removes temporary folders of the owner of `like` in which no process is.
+#[cfg(unix)]
 fn sweep(place: &Path, like: &Path) -> io::Result<()> {
     let owner = fs::metadata(like)?.uid();
     for entry in fs::read_dir(place)? {

@@ -1,16 +1,19 @@
-//! Runs a program with a time limit and interruption; none of its children is left behind.
+//! Runs a program with a time limit and interruption; none of its children is left behind. What Unix alone has (signals, a watcher
+//! that outlives this process, marks) is left out elsewhere: there a program is killed with its children, and not asked to end.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
-use process_wrap::std::{CommandWrap, ProcessGroup};
+#[cfg(unix)]
+use nix::{
+    sys::signal::{Signal, kill},
+    unistd::Pid,
+};
+use process_wrap::std::CommandWrap;
 
 use crate::cancel;
 use crate::error::{Error, Result};
@@ -20,6 +23,7 @@ const POLL: Duration = Duration::from_millis(5);
 
 /// How long a program may take to end when asked to, before it is killed. Its children die with
 /// it; those of `mpirun`, which are in groups of their own, only if it is not killed.
+#[cfg(unix)]
 const GRACE: Duration = Duration::from_millis(500);
 
 /// Starts a watcher and becomes the program. The watcher reads a pipe that nobody writes to: it
@@ -99,10 +103,12 @@ pub fn run(
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::from(for_stderr));
-    let mut child = CommandWrap::from(command)
-        .wrap(ProcessGroup::leader())
-        .spawn()
-        .map_err(|e| not_started(e.to_string()))?;
+    let mut command = CommandWrap::from(command);
+    #[cfg(unix)]
+    command.wrap(process_wrap::std::ProcessGroup::leader());
+    #[cfg(windows)]
+    command.wrap(process_wrap::std::JobObject);
+    let mut child = command.spawn().map_err(|e| not_started(e.to_string()))?;
     tracing::info!(program, folder = %folder.display(), "started");
     // Held until the group has ended: it shows the watcher that this process is alive.
     let _alive = child.stdin().take();
@@ -132,6 +138,7 @@ pub fn run(
             std::thread::sleep(POLL);
         };
         // Also after a regular end: children that outlive the program would hold its output open.
+        #[cfg(unix)]
         if status.is_err() {
             let _ = child.signal(Signal::SIGTERM as i32);
             let end = Instant::now() + GRACE;
@@ -143,6 +150,7 @@ pub fn run(
         if status.is_err() {
             let _ = child.wait();
         }
+        #[cfg(unix)]
         end_marked(&mark);
         let _ = reader.join();
         status
@@ -152,7 +160,7 @@ pub fn run(
         return Ok(());
     }
     let said = quote(&log_path);
-    Err(if status.signal() == Some(Signal::SIGKILL as i32) {
+    Err(if was_killed(status) {
         Failure::Killed { program, said }
     } else {
         Failure::Failed {
@@ -173,7 +181,18 @@ fn mark() -> String {
     format!("{}-{number}", std::process::id())
 }
 
+#[cfg(unix)]
+fn was_killed(status: ExitStatus) -> bool {
+    std::os::unix::process::ExitStatusExt::signal(&status) == Some(Signal::SIGKILL as i32)
+}
+
+#[cfg(not(unix))]
+fn was_killed(_: ExitStatus) -> bool {
+    false
+}
+
 /// Kills every process that carries a mark; those of others cannot be looked into.
+#[cfg(unix)]
 fn end_marked(mark: &str) {
     let carried = format!("{MARK}={mark}");
     for entry in std::fs::read_dir("/proc").into_iter().flatten().flatten() {
@@ -199,19 +218,23 @@ pub fn find_in_path(name: impl AsRef<Path>) -> Option<PathBuf> {
         return name.is_file().then(|| name.to_owned());
     }
     let path = std::env::var_os("PATH")?;
+    let file = format!("{}{}", name.display(), std::env::consts::EXE_SUFFIX);
     std::env::split_paths(&path)
-        .map(|folder| folder.join(name))
+        .flat_map(|folder| [folder.join(name), folder.join(&file)])
         .find(|file| file.is_file())
 }
 
 /// The command with a watcher beside it, which tells its end in the log.
 fn watched(command: &Command, log: &Path) -> Command {
-    let mut shell = Command::new("/bin/sh");
-    shell
-        .args(["-c", WATCHED])
-        .arg(log)
-        .arg(command.get_program())
-        .args(command.get_args());
+    let program = command.get_program();
+    let mut shell;
+    if cfg!(unix) {
+        shell = Command::new("/bin/sh");
+        shell.args(["-c", WATCHED]).arg(log).arg(program);
+    } else {
+        shell = Command::new(program);
+    }
+    shell.args(command.get_args());
     for (name, value) in command.get_envs() {
         match value {
             Some(value) => shell.env(name, value),

@@ -3,12 +3,10 @@
 use std::fs::File;
 use std::io::{self, Read};
 use std::ops::{Deref, DerefMut};
-use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use memmap2::{Advice, MmapMut};
-use rayon::prelude::*;
+use memmap2::MmapMut;
 
 use crate::file;
 
@@ -62,7 +60,8 @@ pub fn zeros(length: usize) -> Bytes {
 fn large(length: usize) -> io::Result<MmapMut> {
     let bytes = MmapMut::map_anon(length)?;
     // Large pages only save time.
-    let _ = bytes.advise(Advice::HugePage);
+    #[cfg(target_os = "linux")]
+    let _ = bytes.advise(memmap2::Advice::HugePage);
     Ok(bytes)
 }
 
@@ -101,7 +100,10 @@ pub fn owner(bytes: &[u8]) -> Arc<Bytes> {
 }
 
 /// Reads a file of `length` bytes.
+#[cfg(unix)]
 fn read_large(file: &File, length: u64) -> io::Result<MmapMut> {
+    use rayon::prelude::*;
+    use std::os::unix::fs::FileExt;
     let length = usize::try_from(length).map_err(io::Error::other)?;
     // A copy, as others may change the file itself while we use it.
     let mut bytes = large(length)?;
@@ -111,6 +113,12 @@ fn read_large(file: &File, length: u64) -> io::Result<MmapMut> {
         return Err(io::Error::other("the file has grown"));
     }
     Ok(bytes)
+}
+
+/// Elsewhere threads that read one file move its cursor.
+#[cfg(not(unix))]
+fn read_large(_: &File, _: u64) -> io::Result<MmapMut> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 #[cfg(test)]
