@@ -134,14 +134,13 @@ def compare(a, b, *, rtol=None, atol=None, fields=None, name=None, **options):
     unnamed = [is_function(thing) and name is None for thing in (a, b)]
     for k in (0, 1):
         if unnamed[k]:
-            other = sides[1 - k]
-            called = NAME if unnamed[1 - k] else _only_name(other)
+            called = NAME if unnamed[1 - k] else _only_name(sides[1 - k])
             sides[k].fields = [(called, *rest) for _, *rest in sides[k].fields]
     notes = []
     if any(map(is_function, (a, b))) and not options.get("only"):
-        function = sides[0] if is_function(a) else sides[1]
-        options["only"] = names(function)
-    found, told = _core.compare(*sides, [*words({"rtol": rtol, "atol": atol, **options})])
+        options["only"] = names(sides[0] if is_function(a) else sides[1])
+    # Takes the sides out of the list: what an adapter made is not kept beside what the comparison makes of it.
+    found, told = _core.compare(sides, [*words({"rtol": rtol, "atol": atol, **options})])
     return Comparison(found, notes + told)
 
 

@@ -70,7 +70,7 @@ class Engine:
     def __call__(self, case):
         return self.solve(case)
 
-    def answer(self, folder):
+    def _answer(self, folder):
         """Solves the job in a folder, and writes what the protocol asks for."""
         protocol = _protocol()
         job = json.loads(Path(folder, "job.json").read_text(encoding="utf-8"))
@@ -136,7 +136,7 @@ def _serve(listener, engine):
             return
         with connection:
             try:
-                engine.answer(connection.recv())
+                engine._answer(connection.recv())
                 said = None
             except Exception as error:
                 where = traceback.extract_tb(error.__traceback__)[-1]

@@ -9,6 +9,7 @@ use faceoff_judge::{Differences, On};
 use faceoff_mesh::io::of_content;
 use numpy::{PyArray2, PyArrayMethods as _};
 use pyo3::prelude::*;
+use pyo3::types::PyList;
 
 use crate::arrays::Arrays;
 use crate::call::run;
@@ -27,15 +28,16 @@ pub enum Given {
     Arrays(Arrays),
 }
 
-/// `faceoff compare` with these options, as they are typed, of two paths, meshes or [`Arrays`]; returns what was found, and
-/// what was left out.
+/// `faceoff compare` with these options, as they are typed, of two paths, meshes or [`Arrays`], which are taken out of the list;
+/// returns what was found, and what was left out.
 #[pyfunction]
 pub fn compare(
     py: Python<'_>,
-    a: Given,
-    b: Given,
+    sides: &Bound<'_, PyList>,
     options: Vec<String>,
 ) -> PyResult<(Found, Vec<String>)> {
+    let take = || -> PyResult<Given> { sides.call_method1("pop", (0,))?.extract() };
+    let [a, b] = [take()?, take()?];
     let told = Mutex::new(Vec::new());
     let found = run(py, || {
         let tell = |what| {
