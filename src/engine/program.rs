@@ -133,11 +133,19 @@ impl Engine for Program {
     }
 
     fn probe(&self) -> Result<String> {
-        match &self.kind {
+        let probed = match &self.kind {
             Kind::FreeFem { .. } => freefem::probe(&self.within),
             Kind::Fenicsx { .. } => fenicsx::probe(&self.within),
             Kind::Other { .. } => Ok("told by its answers".into()),
-        }
+        };
+        probed.map_err(|error| match error {
+            Error::Engine { what, .. } if !self.within.is_here() => {
+                let remedy =
+                    "type the words of `within` before a command to see whether it runs there";
+                Error::engine(&self.name, what, remedy)
+            }
+            other => other,
+        })
     }
 
     fn is_installed(&self) -> bool {

@@ -217,8 +217,11 @@ fn sentences(outcome: &MatrixOutcome) -> Vec<String> {
         }
     }
     let said = said.into_iter();
-    said.map(|(sentence, places)| format!("{sentence} ({})", places.join("; ")))
-        .collect()
+    let told = |(sentence, places): (String, Vec<String>)| match places.len() {
+        all if all * outcome.releases.len() == outcome.cells.len() => sentence,
+        _ => format!("{sentence} ({})", places.join("; ")),
+    };
+    said.map(told).collect()
 }
 
 /// What was not refused.
