@@ -61,6 +61,11 @@ def function_space(mesh, family, degree):
     return create(mesh, (family, degree))
 
 
+def degree(V):
+    of = V.ufl_element().degree  # a method up to 0.6
+    return of() if callable(of) else of
+
+
 def compiled(*forms):
     """The forms, ready to assemble.
 

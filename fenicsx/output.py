@@ -74,7 +74,7 @@ def errors(u, U, m):
 
 def write(u, name):
     """name.pvd for ParaView, the values of each cell its own; name.png where matplotlib is installed."""
-    V = compat.function_space(u.function_space.mesh, "DG", u.function_space.ufl_element().degree())
+    V = compat.function_space(u.function_space.mesh, "DG", compat.degree(u.function_space))
     v = fem.Function(V, name="u")
     v.interpolate(u)
     with io.VTKFile(meshes.COMM, f"{name}.pvd", "w") as file:

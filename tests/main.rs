@@ -14,6 +14,7 @@ mod face_off;
 mod false_alarms;
 mod faults;
 mod judge;
+mod matrix;
 mod mesh_faults;
 mod mesh_formats;
 mod mesh_info;

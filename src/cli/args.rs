@@ -77,6 +77,8 @@ pub(super) enum Command {
     Study(Study),
     /// What breaks: extremes of data, domains, meshes and gamma0, as a map
     Stress(Stress),
+    /// Which releases of which codes agree: a page with badges and history
+    Matrix(Matrix),
     /// Look at, check, convert, make or refine meshes
     Mesh(Mesh),
     /// Begin a scene on a mesh of your own: a TOML file with the groups that it has
@@ -222,6 +224,7 @@ impl Command {
             Command::Paper(a) => to("paper", &a.output, None),
             Command::Study(a) => to("study", &a.output, None),
             Command::Stress(a) => to("stress", &a.output, Some(&a.verdicts)),
+            Command::Matrix(a) => to("matrix", &a.output, Some(&a.verdicts)),
             Command::Mesh(a) => match &a.action {
                 MeshAction::Info { output, .. } => to("mesh info", output, None),
                 MeshAction::Check {
@@ -683,6 +686,22 @@ pub(super) struct Paper {
     pub fine: u32,
     #[command(flatten)]
     pub running: Running,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// With --report the folder keeps the history of all runs, a badge for each release, and for each scene and method the page that
+/// `verify` writes.
+///
+/// Exit code: 0 all agree; 1 something differs; 2 a release is not there or failed.
+#[derive(Args)]
+pub(super) struct Matrix {
+    /// A TOML file with `scenes`, `methods`, `n`, and [[releases]] of codes with the words by which each runs in a container or chroot
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub trust: Trust,
+    #[command(flatten)]
+    pub verdicts: Verdicts,
     #[command(flatten)]
     pub output: Output,
 }

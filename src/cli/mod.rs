@@ -8,6 +8,7 @@ mod engines;
 mod folders;
 mod init;
 mod judge;
+mod matrix;
 pub mod mesh;
 mod new;
 mod progress;
@@ -192,6 +193,7 @@ fn run(arguments: &Arguments) -> Result<u8> {
         Command::Paper(arguments) => campaigns::paper(arguments, to),
         Command::Study(arguments) => campaigns::study(arguments, to),
         Command::Stress(arguments) => campaigns::stress(arguments, to),
+        Command::Matrix(arguments) => matrix::run(arguments, to),
         Command::Mesh(arguments) => mesh::run(arguments, to),
         Command::Init(arguments) => init::run(arguments),
         Command::Scenes(_) => scenes::run(to),

@@ -8,6 +8,7 @@ use std::sync::Mutex;
 
 use super::job::{self, Files};
 use super::process::find_in_path;
+use super::within::Within;
 use super::{Case, Launch, Settings, lock, version};
 use faceoff_fem::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
@@ -21,7 +22,11 @@ const SCRIPTS: [(&str, &str); 4] = [
 ];
 
 /// A Python that has dolfinx: the one the user names, Debian's, or the first in the path.
-pub(super) fn python() -> Option<PathBuf> {
+pub(super) fn python(within: &Within) -> Option<PathBuf> {
+    within.program(python_here, "python3")
+}
+
+fn python_here() -> Option<PathBuf> {
     let named = std::env::var_os("FACEOFF_PYTHON").map(PathBuf::from);
     let debian = Some(PathBuf::from("/usr/bin/python3"));
     let all = [named, debian, find_in_path("python3")].into_iter();
@@ -56,20 +61,33 @@ pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
 }
 
 /// Runs the companion in the job folder.
-pub(super) fn command(folder: &Path, scripts: Option<&Path>, launch: &Launch) -> Result<Command> {
+pub(super) fn command(
+    folder: &Path,
+    scripts: Option<&Path>,
+    launch: &Launch,
+    within: &Within,
+) -> Result<Command> {
     let home = match scripts {
-        Some(scripts) => std::path::absolute(scripts).map_err(Error::io(scripts, "find"))?,
-        None => {
+        Some(scripts) if within.is_here() => {
+            std::path::absolute(scripts).map_err(Error::io(scripts, "find"))?
+        }
+        // Another system sees the job folder alone.
+        _ => {
             let home = folder.join("engine");
             fs::create_dir_all(&home).map_err(Error::io(&home, "make"))?;
             for (name, text) in SCRIPTS {
                 let path = home.join(name);
-                fs::write(&path, text).map_err(Error::io(&path, "write"))?;
+                match scripts.map(|scripts| scripts.join(name)) {
+                    None => fs::write(&path, text).map_err(Error::io(&path, "write"))?,
+                    Some(script) => {
+                        fs::copy(&script, &path).map_err(Error::io(&script, "copy"))?;
+                    }
+                }
             }
             home
         }
     };
-    let python = python().ok_or_else(missing)?;
+    let python = python(within).ok_or_else(missing)?;
     let script = home.join(SCRIPTS[0].0);
     // What MPI puts there would outlive a process that is killed.
     let temporary = folder.join("tmp");
@@ -81,7 +99,8 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>, launch: &Launch) ->
             command
         }
         Launch::Ranks(ranks) => {
-            let mut command = Command::new(find_in_path("mpirun").ok_or_else(no_mpirun)?);
+            let mpirun = within.program(|| find_in_path("mpirun"), "mpirun");
+            let mut command = Command::new(mpirun.ok_or_else(no_mpirun)?);
             let ranks = ranks.to_string();
             command.args(["-n", &ranks]).env("TMPDIR", &temporary);
             distribute(&mut command, &python, &script, &ranks);
@@ -103,7 +122,13 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>, launch: &Launch) ->
         .env("PYTHONHASHSEED", "0")
         .env("OMP_NUM_THREADS", "1")
         .env("OPENBLAS_NUM_THREADS", "1")
-        .env("XDG_CACHE_HOME", cache(folder));
+        .env(
+            "XDG_CACHE_HOME",
+            match within.is_here() {
+                true => cache(folder),
+                false => folder.join("cache"),
+            },
+        );
     if std::env::var_os("HOME").is_none() {
         // dolfinx asks for it even where it has no need of it.
         command.env("HOME", folder);
@@ -113,7 +138,7 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>, launch: &Launch) ->
         let path = folder.join(name);
         fs::write(&path, "{\"timeout\": 60}\n").map_err(Error::io(&path, "write"))?;
     }
-    Ok(command)
+    Ok(within.enclose(command, folder))
 }
 
 /// Sets a variable that the user has not set.
@@ -154,17 +179,14 @@ fn no_mpirun() -> Error {
 }
 
 /// Imports dolfinx in a process of its own.
-pub(super) fn probe() -> Result<String> {
-    let python = python().ok_or_else(missing)?;
+pub(super) fn probe(within: &Within) -> Result<String> {
+    let python = python(within).ok_or_else(missing)?;
     let folder = faceoff_mesh::file::Temporary::new()?;
     let question = "import dolfinx, dolfinx.fem.petsc; print('version', dolfinx.__version__)";
     let mut command = Command::new(python);
-    let told = version::told(
-        "fenicsx",
-        command.args(["-c", question]),
-        folder.path(),
-        120,
-    )?;
+    command.args(["-c", question]);
+    let command = within.enclose(command, folder.path());
+    let told = version::told("fenicsx", &command, folder.path(), 120)?;
     let what = "dolfinx does not report its version";
     let version = told.ok_or_else(|| Error::engine("fenicsx", what, "reinstall it"))?;
     version::accept("fenicsx", &version)?;

@@ -11,33 +11,66 @@
 //! companion = "freefem"               # or "fenicsx"
 //! scripts = "copy"                    # folder, beside this file, with signorini.edp and nitsche.idp
 //! ```
+//!
+//! ```toml
+//! name = "freefem-13"                 # the release that another system has
+//! companion = "freefem"
+//! within = ["bwrap", "--bind", "/srv/debian13", "/", "--dev", "/dev", "--bind", "{job}", "{job}", "--chdir", "{job}"]
+//! ```
 
 use std::path::Path;
 
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use super::program::{Kind, Program};
+use super::within::Within;
 use faceoff_mesh::error::{Error, Place, Result};
 
-#[derive(Deserialize)]
+/// What a file says of an engine, or of one release of it.
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct EngineFile {
+pub struct EngineFile {
     name: String,
     command: Option<Vec<String>>,
     companion: Option<String>,
     scripts: Option<String>,
+    /// Words before the command, by which it runs in another system; `{job}` is the job folder.
+    within: Option<Vec<String>>,
 }
 
+const REMEDY: &str =
+    "give `name`, and `command`, or `companion` and where it differs `scripts` or `within`";
+
 pub(super) fn read(path: &Path) -> Result<Program> {
+    described(parsed(path, REMEDY)?, path)
+}
+
+/// A TOML file.
+///
+/// # Errors
+/// A file that cannot be read, or is not what is asked for.
+pub fn parsed<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T> {
     let text = faceoff_mesh::file::text(path)?;
-    let remedy = "give `name` and either `command`, or `companion` and `scripts`";
-    let refuse = |place: Place, what: String| Error::file(path, place, what, remedy);
-    let file: EngineFile = toml::from_str(&text).map_err(|e| {
+    toml::from_str(&text).map_err(|e| {
         let line = e
             .span()
             .map_or(1, |span| 1 + text[..span.start].matches('\n').count());
-        refuse(Place::Line(line), e.message().replace('\n', " "))
-    })?;
+        Error::file(
+            path,
+            Place::Line(line),
+            e.message().replace('\n', " "),
+            remedy,
+        )
+    })
+}
+
+/// The engine that the file at `path` describes.
+///
+/// # Errors
+/// A name that cannot be one, and what does not say what to run.
+pub(super) fn described(file: EngineFile, path: &Path) -> Result<Program> {
+    let refuse = |place: Place, what: String| Error::file(path, place, what, REMEDY);
     let valid = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
     if file.name.is_empty() || !file.name.chars().all(valid) {
         let what = "cannot name an engine (letters, digits, `-`, `_`)";
@@ -53,8 +86,11 @@ pub(super) fn read(path: &Path) -> Result<Program> {
             command,
             folder: home,
         },
-        (None, Some(companion @ ("freefem" | "fenicsx")), Some(scripts)) => {
-            let scripts = Some(home.join(scripts));
+        // A companion as it is, where it is, is built in.
+        (None, Some(companion @ ("freefem" | "fenicsx")), scripts)
+            if scripts.is_some() || file.within.is_some() =>
+        {
+            let scripts = scripts.map(|scripts| home.join(scripts));
             match companion {
                 "freefem" => Kind::FreeFem { scripts },
                 _ => Kind::Fenicsx { scripts },
@@ -62,8 +98,14 @@ pub(super) fn read(path: &Path) -> Result<Program> {
         }
         _ => return Err(refuse(Place::Whole, "it does not say what to run".into())),
     };
+    let within = file.within.unwrap_or_default();
+    if !within.is_empty() && !within.iter().any(|word| word.contains("{job}")) {
+        let what = "`within` does not name {job}, the folder that the command must see";
+        return Err(refuse(Place::Whole, format!("{}: {what}", file.name)));
+    }
     Ok(Program {
         name: file.name,
         kind,
+        within: Within(within),
     })
 }

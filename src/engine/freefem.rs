@@ -7,6 +7,7 @@ use std::process::Command;
 
 use super::job::{self, Files};
 use super::process::find_in_path;
+use super::within::Within;
 use super::{Case, Settings, unique, version};
 use faceoff_fem::contact::Law;
 use faceoff_fem::quadrature::Rule;
@@ -21,8 +22,9 @@ const SCRIPTS: [(&str, &str); 2] = [
 ];
 
 /// The program without graphics.
-pub(super) fn program() -> Option<PathBuf> {
-    find_in_path("FreeFem++-nw").or_else(|| find_in_path("FreeFem++"))
+pub(super) fn program(within: &Within) -> Option<PathBuf> {
+    let here = || find_in_path("FreeFem++-nw").or_else(|| find_in_path("FreeFem++"));
+    within.program(here, "FreeFem++-nw")
 }
 
 fn missing() -> Error {
@@ -39,7 +41,7 @@ pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
 }
 
 /// Runs the job's copy of the script in `folder`.
-pub(super) fn command(folder: &Path, scripts: Option<&Path>) -> Result<Command> {
+pub(super) fn command(folder: &Path, scripts: Option<&Path>, within: &Within) -> Result<Command> {
     // FreeFEM looks for what a script includes beside the script first.
     for (name, text) in SCRIPTS {
         let script = folder.join(name);
@@ -51,19 +53,19 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>) -> Result<Command> 
             }
         }
     }
-    let mut command = Command::new(program().ok_or_else(missing)?);
+    let mut command = Command::new(program(within).ok_or_else(missing)?);
     command
         .args(["-ne", "-v", "0", "-nw", SCRIPTS[0].0])
         .env("LC_ALL", "C")
         .env("OMP_NUM_THREADS", "1")
         .env("OPENBLAS_NUM_THREADS", "1");
-    Ok(command)
+    Ok(within.enclose(command, folder))
 }
 
 /// Solves a small system in FreeFEM, and asks the package for its version, because the banner of
 /// Debian's 4.11 says 4.9.
-pub(super) fn probe() -> Result<String> {
-    let program = program().ok_or_else(missing)?;
+pub(super) fn probe(within: &Within) -> Result<String> {
+    let program = program(within).ok_or_else(missing)?;
     let folder = file::Temporary::new()?;
     let script = folder.path().join("probe.edp");
     let text = "mesh Th = square(2, 2); fespace Vh(Th, P1nc); Vh u, v;\n\
@@ -73,22 +75,23 @@ pub(super) fn probe() -> Result<String> {
     fs::write(&script, text).map_err(Error::io(&script, "write"))?;
     let mut command = Command::new(&program);
     command.args(["-ne", "-v", "0", "-nw", "probe.edp"]);
-    let told = version::told("freefem", command.env("LC_ALL", "C"), folder.path(), 60)?;
-    let version = package_version(&program).or(told);
+    command.env("LC_ALL", "C");
+    let command = within.enclose(command, folder.path());
+    let told = version::told("freefem", &command, folder.path(), 60)?;
+    let version = package_version(within, folder.path()).or(told);
     let version = version.unwrap_or_else(|| "unknown".into());
     version::accept("freefem", &version)?;
     Ok(version)
 }
 
 /// The version of Debian's package, if this is its program: 4.11 of 4.11+dfsg1-4.
-pub(super) fn package_version(program: &Path) -> Option<String> {
-    if !program.starts_with("/usr/bin") {
+pub(super) fn package_version(within: &Within, folder: &Path) -> Option<String> {
+    if within.is_here() && !program(within)?.starts_with("/usr/bin") {
         return None;
     }
-    let output = Command::new("dpkg-query")
-        .args(["-W", "-f", "${Version}", "freefem++"])
-        .output()
-        .ok()?;
+    let mut command = Command::new("dpkg-query");
+    command.args(["-W", "-f", "${Version}", "freefem++"]);
+    let output = within.enclose(command, folder).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
     let end = text.find(['+', '-', '~']).unwrap_or(text.len());
     let version = text[..end].split_once(':').map_or(&text[..end], |v| v.1);

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use super::within::Within;
 use super::{fenicsx, freefem, process, quoted};
 use faceoff_mesh::error::{Error, Result};
 
@@ -27,11 +28,11 @@ impl Installation {
 pub fn plan(names: &[&str]) -> Vec<Installation> {
     let mut packages: Vec<&str> = Vec::new();
     let mut what: Vec<&str> = Vec::new();
-    if names.contains(&"freefem") && freefem::program().is_none() {
+    if names.contains(&"freefem") && freefem::program(&Within::default()).is_none() {
         packages.push("freefem++");
         what.push("FreeFEM");
     }
-    if names.contains(&"fenicsx") && fenicsx::python().is_none() {
+    if names.contains(&"fenicsx") && fenicsx::python(&Within::default()).is_none() {
         packages.push("python3-dolfinx");
         what.push("dolfinx");
     }

@@ -17,6 +17,7 @@ mod rust;
 mod sandbox;
 mod script;
 mod version;
+mod within;
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -25,6 +26,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 pub use explain::Explanation;
+pub use file::{EngineFile, parsed};
 pub use install::{Installation, install, meshio_python, plan};
 pub use job::{case_label, raw_values};
 pub use kept::{Kept, digest, first_difference, identity};
@@ -292,6 +294,14 @@ pub const OWN: &str = "rust";
 
 /// The engines' names, in the order of comparison.
 pub const NAMES: [&str; 3] = [OWN, "freefem", "fenicsx"];
+
+/// The engine that a table of the file at `path` describes.
+///
+/// # Errors
+/// A table that is not valid.
+pub fn release(of: EngineFile, path: &Path) -> Result<Box<dyn Engine>> {
+    Ok(Box::new(file::described(of, path)?))
+}
 
 /// Finds an engine by name, or by the path of a TOML file that describes one.
 ///

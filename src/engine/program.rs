@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::kept::digest;
 use super::sandbox::{self, Allowed};
+use super::within::Within;
 use super::{
     Answer, Case, Engine, Launch, Progress, Run, Settings, fenicsx, freefem, job, process,
 };
@@ -18,6 +19,7 @@ use faceoff_mesh::file::{self, Temporary};
 pub(super) struct Program {
     pub name: String,
     pub kind: Kind,
+    pub within: Within,
 }
 
 pub(super) enum Kind {
@@ -37,6 +39,7 @@ impl Program {
         Program {
             name: "freefem".into(),
             kind: Kind::FreeFem { scripts: None },
+            within: Within::default(),
         }
     }
 
@@ -44,6 +47,7 @@ impl Program {
         Program {
             name: "fenicsx".into(),
             kind: Kind::Fenicsx { scripts: None },
+            within: Within::default(),
         }
     }
 
@@ -52,6 +56,10 @@ impl Program {
         let command = self.command(folder, cases, settings)?;
         if !settings.sandbox {
             return Ok(command);
+        }
+        if !self.within.is_here() {
+            let what = format!("{} runs within another system already", self.name);
+            return Err(Error::usage(what, "leave --sandbox out"));
         }
         if matches!(settings.launch, Launch::By(_)) {
             let remedy = "use --ranks, or leave --sandbox out";
@@ -82,18 +90,19 @@ impl Program {
         match &self.kind {
             Kind::FreeFem { scripts } => {
                 freefem::write_job(&self.name, folder, cases, settings)?;
-                freefem::command(folder, scripts.as_deref())
+                freefem::command(folder, scripts.as_deref(), &self.within)
             }
             Kind::Fenicsx { scripts } => {
                 fenicsx::write_job(&self.name, folder, cases, settings, |e| e.to_ufl())?;
-                fenicsx::command(folder, scripts.as_deref(), &settings.launch)
+                fenicsx::command(folder, scripts.as_deref(), &settings.launch, &self.within)
             }
             Kind::Other {
                 command,
                 folder: home,
             } => {
                 fenicsx::write_job(&self.name, folder, cases, settings, |e| e.text().to_owned())?;
-                Ok(other_command(command, home))
+                let command = other_command(command, home);
+                Ok(self.within.enclose(command, folder))
             }
         }
     }
@@ -124,17 +133,25 @@ impl Engine for Program {
     }
 
     fn probe(&self) -> Result<String> {
-        match &self.kind {
-            Kind::FreeFem { .. } => freefem::probe(),
-            Kind::Fenicsx { .. } => fenicsx::probe(),
+        let probed = match &self.kind {
+            Kind::FreeFem { .. } => freefem::probe(&self.within),
+            Kind::Fenicsx { .. } => fenicsx::probe(&self.within),
             Kind::Other { .. } => Ok("told by its answers".into()),
-        }
+        };
+        probed.map_err(|error| match error {
+            Error::Engine { what, .. } if !self.within.is_here() => {
+                let remedy =
+                    "type the words of `within` before a command to see whether it runs there";
+                Error::engine(&self.name, what, remedy)
+            }
+            other => other,
+        })
     }
 
     fn is_installed(&self) -> bool {
         match &self.kind {
-            Kind::FreeFem { .. } => freefem::program().is_some(),
-            Kind::Fenicsx { .. } => fenicsx::python().is_some(),
+            Kind::FreeFem { .. } => freefem::program(&self.within).is_some(),
+            Kind::Fenicsx { .. } => fenicsx::python(&self.within).is_some(),
             Kind::Other { .. } => true,
         }
     }
@@ -144,7 +161,7 @@ impl Engine for Program {
     }
 
     fn identity(&self) -> Result<Value> {
-        Ok(match &self.kind {
+        let mut identity = match &self.kind {
             Kind::FreeFem { scripts } => json!({
                 "version": self.probe()?,
                 "companion": freefem::digest(scripts.as_deref())?,
@@ -158,7 +175,11 @@ impl Engine for Program {
                 let digests = files.filter_map(|path| Some(digest(&file::read(&path).ok()?)));
                 json!({ "command": command, "files": digests.collect::<Vec<_>>() })
             }
-        })
+        };
+        if !self.within.is_here() {
+            identity["within"] = json!(self.within.0);
+        }
+        Ok(identity)
     }
 
     fn refuses_other_protocols(&self, case: &Case, settings: &Settings) -> Result<bool> {
@@ -199,6 +220,7 @@ impl Engine for Program {
             let run = || self.run_job(&folder.path, &of_job, settings, step);
             let mut done = run();
             if let (Kind::Fenicsx { .. }, Err(failure)) = (&self.kind, &done)
+                && self.within.is_here()
                 && fenicsx::give_up_cache(&folder.path, failure)
             {
                 done = run();
@@ -233,9 +255,7 @@ impl Program {
         let (told, answers) = job::read(&self.name, folder, cases)?;
         let version = match self.kind {
             // The version that FreeFEM reports is older than what Debian ships: 4.9 for 4.11.
-            Kind::FreeFem { .. } => freefem::program()
-                .and_then(|program| freefem::package_version(&program))
-                .unwrap_or(told),
+            Kind::FreeFem { .. } => freefem::package_version(&self.within, folder).unwrap_or(told),
             _ => told,
         };
         Ok((version, answers))

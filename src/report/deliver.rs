@@ -166,6 +166,19 @@ pub fn deliver(report: &Report, output: &Output) -> Result<()> {
     annotate(report, output)
 }
 
+/// Writes the page of a report that belongs to another into a folder.
+///
+/// # Errors
+/// A folder with things that are no earlier report; those of [`deliver`].
+pub fn write_page(report: &Report, folder: &Path) -> Result<()> {
+    let output = Output {
+        report: Some(folder),
+        ..Output::default()
+    };
+    output.check()?;
+    write(report, &output)
+}
+
 fn write(report: &Report, output: &Output) -> Result<()> {
     let is_closed = IS_CLOSED.lock().unwrap_or_else(PoisonError::into_inner);
     if *is_closed {

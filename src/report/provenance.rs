@@ -43,7 +43,7 @@ pub(super) fn provenance(report: &Report) -> Provenance {
     };
     let (name, system, threads) = (host.trim(), machine.system, machine.threads);
     let (date, took) = (
-        date(SystemTime::now()),
+        now(),
         BEGUN.get().map(|begun| took(begun.elapsed().as_secs_f64())),
     );
     let engine = |(name, version): &(String, String)| format!("{name} **{version}**");
@@ -101,6 +101,11 @@ fn took(seconds: f64) -> String {
         s if s < 60.0 => format!("{} s", number(s, 2)),
         s => format!("{:.0} min {:.0} s", (s / 60.0).floor(), s % 60.0),
     }
+}
+
+/// The date, as [`date`] writes it.
+pub(super) fn now() -> String {
+    date(SystemTime::now())
 }
 
 /// `2026-11-22 04:02 UTC`

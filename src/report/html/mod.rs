@@ -9,6 +9,7 @@ mod codes;
 mod compared;
 mod convergence;
 mod effect;
+mod history;
 mod markup;
 pub(super) mod mesh;
 mod pair;
@@ -34,6 +35,7 @@ pub(super) use codes::{tolerances, tried};
 pub(super) use compared::{Compared, by_field};
 pub(super) use convergence::{Line, errors, newton};
 use faceoff_mesh::error::{Error, Result};
+pub(super) use history::history;
 pub use markup::Html;
 use markup::{
     division, element, emphasised, facts, folded, leaf, picture, prose, raw, table, text,

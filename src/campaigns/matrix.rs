@@ -1,0 +1,230 @@
+//! Releases of codes × scenes × methods: each release held against the own solver, by what `verify` does.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::verify::{VerifyOutcome, VerifyRequest, verify};
+use crate::engine::{self, Engine, EngineFile, OWN, Progress, Settings};
+use faceoff_fem::contact::Method;
+use faceoff_fem::scene::Scene;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::{Error, Result, distinct};
+
+/// What is to be held against what.
+pub struct MatrixRequest {
+    pub scenes: Vec<Scene>,
+    pub methods: Vec<Method>,
+    /// Refinements; none: each scene's own.
+    pub n: Vec<usize>,
+    pub releases: Vec<EngineFile>,
+    /// The file that has them, beside which their own files lie.
+    pub path: PathBuf,
+}
+
+/// Everything that was found.
+#[derive(Serialize)]
+pub struct MatrixOutcome {
+    pub verdict: Verdict,
+    pub releases: Vec<Release>,
+    pub cells: Vec<Entry>,
+    /// What `verify` found of each scene and method.
+    #[serde(skip)]
+    pub cases: Vec<(Place, VerifyOutcome)>,
+}
+
+/// A code as a system has it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Release {
+    pub name: String,
+    /// None where it is not there.
+    pub version: Option<String>,
+}
+
+/// A line of the matrix.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Place {
+    pub scene: String,
+    pub method: String,
+}
+
+/// A release on one scene, by one method.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Entry {
+    #[serde(flatten)]
+    pub place: Place,
+    pub release: String,
+    pub became: Became,
+    /// The largest difference of any field from the own solver's, relative to the field.
+    pub difference: Option<f64>,
+    /// Why there is no answer, or what is wrong with it.
+    pub why: Option<String>,
+}
+
+/// What became of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Became {
+    Agrees,
+    Differs,
+    /// It does not have the method, and says so.
+    Refused,
+    /// It is there, and gives no answer that counts.
+    Failed,
+    /// It is not there.
+    Absent,
+}
+
+impl Became {
+    /// A refusal in words is neither a pass nor a failure.
+    pub fn verdict(self) -> Option<Verdict> {
+        match self {
+            Became::Agrees => Some(Verdict::Agree),
+            Became::Differs => Some(Verdict::Disagree),
+            Became::Refused => None,
+            Became::Failed | Became::Absent => Some(Verdict::Undetermined),
+        }
+    }
+}
+
+/// Of some entries together: undetermined where nothing was held against anything.
+pub fn verdict<'a>(entries: impl IntoIterator<Item = &'a Entry>) -> Verdict {
+    let verdicts = entries.into_iter().filter_map(|e| e.became.verdict());
+    verdicts.max().unwrap_or(Verdict::Undetermined)
+}
+
+/// Runs every release on every scene by every method.
+///
+/// # Errors
+/// Two releases of one name, what does not describe a code, scenes that are not valid; an interruption. A release that fails is
+/// no error.
+pub fn matrix(request: &MatrixRequest, progress: &dyn Progress) -> Result<MatrixOutcome> {
+    let found = || request.releases.iter().map(|of| release(request, of));
+    let engines = found().collect::<Result<Vec<_>>>()?;
+    let names = engines.iter().map(|engine| engine.name());
+    distinct(names, "release", "give each a name of its own")?;
+    let probed: Vec<Result<String>> = engines.iter().map(|engine| engine.probe()).collect();
+    let (mut cells, mut cases) = (Vec::new(), Vec::new());
+    let all = request.scenes.len() * request.methods.len();
+    for scene in &request.scenes {
+        for method in &request.methods {
+            let place = Place {
+                scene: scene.name().to_owned(),
+                method: method.to_string(),
+            };
+            let share = cases.len() as f64 / all as f64;
+            progress.next(&format!("{}, {}", place.scene, place.method), share);
+            let mut runs = vec![engine::find(OWN)?];
+            let mut refusals = Vec::new();
+            for (of, probed) in found().zip(&probed) {
+                let of = of?;
+                let refusal = match (probed, of.accepts(method)) {
+                    (Err(why), _) => Some((Became::Absent, why.to_string())),
+                    (_, Err(why)) => Some((Became::Refused, why.to_string())),
+                    _ => None,
+                };
+                refusals.push(refusal);
+                if matches!(refusals.last(), Some(None)) {
+                    runs.push(of);
+                }
+            }
+            let outcome = match runs.len() {
+                1 => None,
+                _ => Some(verify(
+                    &VerifyRequest {
+                        scenes: vec![scene.clone()],
+                        methods: vec![*method],
+                        n: request.n.clone(),
+                        engines: runs,
+                        settings: Settings::default(),
+                        journal: None,
+                    },
+                    progress,
+                )?),
+            };
+            for (of, refusal) in engines.iter().zip(refusals) {
+                let (became, difference, why) = match (refusal, &outcome) {
+                    (Some((became, why)), _) => (became, None, Some(why)),
+                    (None, Some(outcome)) => judged(outcome, of.name()),
+                    (None, None) => (Became::Failed, None, None),
+                };
+                cells.push(Entry {
+                    place: place.clone(),
+                    release: of.name().to_owned(),
+                    became,
+                    difference,
+                    why,
+                });
+            }
+            cases.extend(outcome.map(|outcome| (place, outcome)));
+        }
+    }
+    let releases = engines.iter().zip(probed);
+    Ok(MatrixOutcome {
+        verdict: verdict(&cells),
+        releases: releases
+            .map(|(of, probed)| Release {
+                name: of.name().to_owned(),
+                version: probed.ok(),
+            })
+            .collect(),
+        cells,
+        cases,
+    })
+}
+
+fn release(request: &MatrixRequest, of: &EngineFile) -> Result<Box<dyn Engine>> {
+    engine::release(of.clone(), &request.path)
+}
+
+/// What a release answered, held against the own solver's answers.
+fn judged(outcome: &VerifyOutcome, release: &str) -> (Became, Option<f64>, Option<String>) {
+    let answers = outcome.cases.iter().flat_map(|case| &case.engines);
+    let answers: Vec<_> = answers.filter(|of| of.engine == release).collect();
+    let pairs = outcome.cases.iter().flat_map(|case| &case.pairs);
+    let pairs: Vec<_> = pairs.filter(|p| p.a == OWN && p.b == release).collect();
+    let is_whole = outcome.cases.iter().all(|case| {
+        let is = |name: &str| case.engines.iter().any(|of| of.engine == name);
+        is(OWN) && is(release)
+    });
+    let failure = |name: &str| outcome.failures.iter().find(|of| of.engine == name);
+    if !is_whole {
+        let why = failure(release).or(failure(OWN));
+        return (Became::Failed, None, why.map(|of| of.message.clone()));
+    }
+    let of_pairs = pairs.iter().map(|pair| pair.field.verdict);
+    let of_answers = answers.iter().map(|answer| answer.verdict);
+    let (became, words) = match of_pairs.chain(of_answers).max() {
+        Some(Verdict::Agree | Verdict::Conditioned) => (Became::Agrees, None),
+        Some(Verdict::Several) => (Became::Differs, Some("both solve the scheme".to_owned())),
+        Some(Verdict::Disagree) => (Became::Differs, None),
+        Some(Verdict::Undetermined) | None => {
+            (Became::Failed, Some("it did not converge".to_owned()))
+        }
+    };
+    let found = answers.iter().find_map(|answer| answer.findings.as_ref());
+    let largest = pairs.iter().map(|pair| pair.field.max_rel);
+    (
+        became,
+        largest.fold(None, |most: Option<f64>, value| {
+            Some(most.map_or(value, |most| most.max(value)))
+        }),
+        found.map(|found| found.sentence()).or(words),
+    )
+}
+
+/// Refuses what has nothing to run.
+///
+/// # Errors
+/// A file without scenes or releases.
+pub fn check(request: &MatrixRequest) -> Result<()> {
+    let lacks = |what: &str| {
+        let what = format!("{} names no {what}", request.path.display());
+        Err(Error::usage(what, "give `scenes` and `[[releases]]`"))
+    };
+    match (request.scenes.is_empty(), request.releases.is_empty()) {
+        (true, _) => lacks("scene"),
+        (_, true) => lacks("release"),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,46 @@
+//! What releases were, run by run: a row of signs each, which do not rely on their colours.
+
+use super::markup::{Column, Entry, Html, Sheet, leaf, text};
+use crate::campaigns::matrix::verdict;
+use crate::engine::unique;
+use crate::report::matrix::{Past, badge_name};
+use faceoff_judge::Verdict;
+
+/// Most runs in a row.
+const MOST: usize = 60;
+
+pub(in crate::report) fn history(past: &[Past]) -> Html {
+    let names = past
+        .iter()
+        .flat_map(|run| run.releases.iter().map(|of| &*of.name));
+    let shown = &past[past.len().saturating_sub(MOST)..];
+    let rows = unique(names).into_iter().map(|name| {
+        let signs = shown.iter().map(|run| sign(run, name)).collect();
+        let badge = badge_name(name);
+        let link = leaf("a", &[("href", &*badge)], "badge");
+        let entry = |html| Entry::new(html, None);
+        (false, vec![Entry::words(name), entry(signs), entry(link)])
+    });
+    let head = ["release", "runs", "badge"];
+    Sheet {
+        caption: String::new(),
+        head: head.map(|name| Column::new("", text(name))).into(),
+        rows: rows.collect(),
+    }
+    .html()
+}
+
+/// One run of one release.
+fn sign(run: &Past, name: &str) -> Html {
+    let Some(release) = run.releases.iter().find(|of| of.name == name) else {
+        return text("\u{2007}");
+    };
+    let (sign, class) = match verdict(run.cells.iter().filter(|cell| cell.release == name)) {
+        Verdict::Agree | Verdict::Conditioned => ("●", "good"),
+        Verdict::Several | Verdict::Disagree => ("×", "bad"),
+        Verdict::Undetermined => ("○", ""),
+    };
+    let version = release.version.as_deref().unwrap_or("not there");
+    let about = format!("{}: {version}, faceoff {}", run.date, run.faceoff);
+    leaf("span", &[("class", class), ("title", &about)], sign)
+}
