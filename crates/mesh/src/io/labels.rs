@@ -23,29 +23,33 @@ pub struct Rows {
 impl Rows {
     /// Reads points of one to three coordinates.
     pub fn points(&mut self, scan: &mut Scan<'_>, count: usize, dimension: usize) -> Result<()> {
-        self.points.reserve_exact(count);
-        self.labels.reserve_exact(count);
-        for _ in 0..count {
-            let mut point = [0.0; 3];
-            for x in point.iter_mut().take(dimension) {
-                *x = scan.real()?;
+        (self.points, self.labels) = (vec![[0.0; 3]; count], vec![0; count]);
+        let to = (&mut self.points[..], 1, &mut self.labels[..]);
+        scan.rows(1, dimension, to, |scan, points, labels| {
+            for (point, to) in points.iter_mut().zip(labels) {
+                for x in point.iter_mut().take(dimension) {
+                    *x = scan.real()?;
+                }
+                *to = label(scan)?;
             }
-            self.points.push(point);
-            self.labels.push(label(scan)?);
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     /// Reads cells of the points so far.
     pub fn cells(&mut self, scan: &mut Scan<'_>, count: usize, kind: CellKind) -> Result<()> {
-        let mut nodes = Vec::with_capacity(count * kind.points());
-        let mut labels = Vec::with_capacity(count);
-        for _ in 0..count {
-            for _ in 0..kind.points() {
-                nodes.push(scan.vertex(self.points.len())?);
+        let (width, points) = (kind.points(), self.points.len());
+        let (mut nodes, mut labels) = (vec![0; count * width], vec![0; count]);
+        let to = (&mut nodes[..], width, &mut labels[..]);
+        scan.rows(width + 1, 0, to, |scan, nodes, labels| {
+            for (cell, to) in nodes.chunks_exact_mut(width).zip(labels) {
+                for node in cell {
+                    *node = scan.vertex(points)?;
+                }
+                *to = label(scan)?;
             }
-            labels.push(label(scan)?);
-        }
+            Ok(())
+        })?;
         self.blocks.push((CellBlock::new(kind, nodes), labels));
         Ok(())
     }
@@ -146,10 +150,10 @@ impl<'a> Labels<'a> {
         }
     }
 
-    /// Labels points: by the field of that name, or else by the vertex cells. Other fields are lost.
-    pub fn label_points(&mut self, losses: &mut Losses) {
+    /// Labels points: by the field of that name, or else by the vertex cells. The other fields.
+    pub fn label_points(&mut self, losses: &mut Losses) -> Vec<&'a Field> {
         let mesh = self.mesh;
-        let mut labels = None;
+        let (mut labels, mut others) = (None, Vec::new());
         for field in &mesh.fields {
             match (&field.values, labels.is_none()) {
                 (Values::I32(values), true) if is_label(field) => labels = Some(values.clone()),
@@ -159,7 +163,7 @@ impl<'a> Labels<'a> {
                 {
                     labels = Some(values.iter().map(|&v| v as i32).collect());
                 }
-                _ => losses.lose(format!("the field {:?} on {}", field.name, field.on)),
+                _ => others.push(field),
             }
         }
         let mut labels = labels.unwrap_or_default();
@@ -185,6 +189,7 @@ impl<'a> Labels<'a> {
             ));
         }
         self.of_points = labels;
+        others
     }
 
     /// Each point with its label.

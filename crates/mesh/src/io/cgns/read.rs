@@ -7,6 +7,7 @@ use std::path::Path;
 use super::tree::{self, Node};
 use super::{adf, cells};
 use crate::error::Result;
+use crate::io::polytopes::Lists;
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::{self, Sets};
 use crate::io::vtu::array::RawNumbers;
@@ -21,11 +22,12 @@ struct Reader {
     unread: Vec<String>,
 }
 
+#[derive(Clone)]
 enum Members {
     Cells(Vec<u32>),
     Nodes(Vec<u32>),
-    /// Parts of structured grids: kinds and nodes.
-    Given(CellKind, Vec<u32>),
+    /// Parts of structured grids and faces of polyhedra: kinds and nodes.
+    Given(Vec<(CellKind, Vec<u32>)>),
 }
 
 /// A zone that has been read.
@@ -35,6 +37,8 @@ struct Zone {
     points: Range<u32>,
     /// First and last number of the elements of a section, and its first cell.
     sections: Vec<(i64, i64, u32)>,
+    /// The faces of polyhedra, from the number of the first on.
+    faces: Vec<(i64, Lists)>,
     /// Those of the dimension of the base, which have the values.
     cells: Vec<u32>,
 }
@@ -213,18 +217,17 @@ impl Reader {
                 structure: Some(counts),
                 points,
                 sections: Vec::new(),
+                faces: Vec::new(),
                 cells,
             });
         }
+        let all = node.labelled("Elements_t")?;
+        let faces = faces(&all)?;
         let mut sections = Vec::new();
-        for section in node.labelled("Elements_t")? {
+        for section in all {
             let first = self.sets.mesh.cell_count() as u32;
-            let range = section
-                .child("ElementRange")?
-                .map(|range| range.integers())
-                .transpose()?
-                .unwrap_or_default();
-            if !self.elements(&section, &points)? {
+            let range = range(&section)?;
+            if !self.elements(&section, &points, &faces)? {
                 continue;
             }
             let count = self.sets.mesh.cell_count() as i64 - i64::from(first);
@@ -256,25 +259,48 @@ impl Reader {
             structure: None,
             points,
             sections,
+            faces,
             cells,
         })
     }
 
-    /// Reads a section of elements; false if it is of a kind that is not read.
-    fn elements(&mut self, section: &Node<'_>, points: &Range<u32>) -> Result<bool> {
+    /// Reads a section of elements; false if there are no cells in it.
+    fn elements(
+        &mut self,
+        section: &Node<'_>,
+        points: &Range<u32>,
+        faces: &[(i64, Lists)],
+    ) -> Result<bool> {
         let number = section.integers()?.first().copied().unwrap_or(0);
+        let refuse = |what| section.refuse(what);
+        match number {
+            // Where there are polyhedra, these are their faces.
+            cells::NGON if !faces.is_empty() => return Ok(false),
+            cells::NGON => {
+                self.sets
+                    .polygons(&lists(section)?, points)
+                    .map_err(refuse)?;
+                return Ok(true);
+            }
+            cells::NFACE => {
+                let face = |number| Ok(face(faces, number, points)?.1);
+                self.sets
+                    .polyhedra(&lists(section)?, face)
+                    .map_err(refuse)?;
+                return Ok(true);
+            }
+            number if number != cells::MIXED && cells::kind(number).is_none() => {
+                self.unread.push(format!(
+                    "the section {:?} of elements of CGNS's type {number}",
+                    section.name()
+                ));
+                return Ok(false);
+            }
+            _ => {}
+        }
         let numbers = section.child("ElementConnectivity")?;
         let numbers = numbers.map(|nodes| nodes.raw()).transpose()?.flatten();
         let numbers = numbers.unwrap_or(RawNumbers::of::<i32>(Vec::new()));
-        if [cells::NGON, cells::NFACE].contains(&number)
-            || (number != cells::MIXED && cells::kind(number).is_none())
-        {
-            self.unread.push(format!(
-                "the section {:?} of elements of CGNS's type {number}",
-                section.name()
-            ));
-            return Ok(false);
-        }
         let mut add = |kind: CellKind, numbers: &RawNumbers<'_>| -> Result<()> {
             let nodes = numbers.nodes(&Nodes {
                 base: 1,
@@ -347,7 +373,7 @@ impl Reader {
                     Some(family) => {
                         let name = alias(aliases, &family);
                         if name != own {
-                            self.groups.push((name, members.again()));
+                            self.groups.push((name, members.clone()));
                         }
                         self.groups.push((own, members));
                     }
@@ -409,11 +435,14 @@ impl Reader {
             let (from, to, first) = zone.sections[at];
             (n <= to).then(|| first + (n - from) as u32)
         };
-        Ok(listed
-            .iter()
-            .map(cell)
-            .collect::<Option<_>>()
-            .map(Members::Cells))
+        let cells: Option<Vec<u32>> = listed.iter().map(cell).collect();
+        let faces = || {
+            let face = |&number: &i64| face(&zone.faces, number, &zone.points).ok();
+            listed.iter().map(face).collect::<Option<_>>()
+        };
+        Ok(cells
+            .map(Members::Cells)
+            .or_else(|| faces().map(Members::Given)))
     }
 
     /// Solutions as fields, at the times that they are for.
@@ -518,11 +547,7 @@ impl Reader {
         let named = all.iter().filter(|section| section.integers().is_ok());
         let mut found = Vec::new();
         for section in named {
-            let range = section
-                .child("ElementRange")?
-                .map(|range| range.integers())
-                .transpose()?
-                .unwrap_or_default();
+            let range = range(section)?;
             let known = zone
                 .sections
                 .iter()
@@ -555,12 +580,9 @@ impl Reader {
             match members {
                 Members::Cells(cells) => self.sets.cells(dimension, tag, &name, cells),
                 Members::Nodes(nodes) => self.sets.nodes(tag, &name, nodes),
-                Members::Given(kind, nodes) => {
-                    self.sets.given(
-                        tag,
-                        &name,
-                        nodes.chunks_exact(kind.points()).map(|cell| (kind, cell)),
-                    );
+                Members::Given(cells) => {
+                    let cells = cells.iter().map(|(kind, nodes)| (*kind, &nodes[..]));
+                    self.sets.given(tag, &name, cells);
                 }
             }
         }
@@ -580,14 +602,82 @@ impl Reader {
     }
 }
 
-impl Members {
-    fn again(&self) -> Members {
-        match self {
-            Members::Cells(cells) => Members::Cells(cells.clone()),
-            Members::Nodes(nodes) => Members::Nodes(nodes.clone()),
-            Members::Given(kind, nodes) => Members::Given(*kind, nodes.clone()),
+/// The first and the last number of the elements of a section.
+fn range(section: &Node<'_>) -> Result<Vec<i64>> {
+    let range = section.child("ElementRange")?;
+    Ok(range
+        .map(|range| range.integers())
+        .transpose()?
+        .unwrap_or_default())
+}
+
+/// The faces of all polyhedra of a zone, from the number of the first on; none if there are no polyhedra.
+fn faces(sections: &[Node<'_>]) -> Result<Vec<(i64, Lists)>> {
+    let mut faces = Vec::new();
+    let mut has_polyhedra = false;
+    for section in sections {
+        match section.integers()?.first() {
+            Some(&cells::NFACE) => has_polyhedra = true,
+            Some(&cells::NGON) => {
+                faces.push((
+                    range(section)?.first().copied().unwrap_or(1),
+                    lists(section)?,
+                ));
+            }
+            _ => {}
         }
     }
+    faces.retain(|_| has_polyhedra);
+    Ok(faces)
+}
+
+/// The kind and the corners of a face by its number.
+fn face(
+    faces: &[(i64, Lists)],
+    number: i64,
+    points: &Range<u32>,
+) -> Result<(CellKind, Vec<u32>), String> {
+    let of_section = |(first, lists): &(i64, Lists)| {
+        let k = usize::try_from(number.checked_sub(*first)?).ok()?;
+        (k < lists.len()).then(|| lists.face(k, points))
+    };
+    let found = faces.iter().find_map(of_section);
+    found.unwrap_or_else(|| Err(format!("there is no face of the number {number}")))
+}
+
+/// The lists of a section, each with its length before it or, since CGNS 4, where they begin given apart.
+fn lists(section: &Node<'_>) -> Result<Lists> {
+    let numbers = section.child("ElementConnectivity")?;
+    let mut numbers = numbers
+        .map(|numbers| numbers.integers())
+        .transpose()?
+        .unwrap_or_default();
+    let counts: Vec<i64> = match section.child("ElementStartOffset")? {
+        Some(starts) => starts
+            .integers()?
+            .windows(2)
+            .map(|pair| pair[1].saturating_sub(pair[0]))
+            .collect(),
+        None => {
+            let (mut counts, mut at, mut items) = (Vec::new(), 0, Vec::new());
+            while let Some(&count) = numbers.get(at) {
+                let list = usize::try_from(count)
+                    .ok()
+                    .and_then(|count| numbers.get(at + 1..)?.get(..count));
+                let list = list.ok_or_else(|| section.refuse("its last element ends too early"))?;
+                counts.push(count);
+                items.extend(list);
+                at += 1 + list.len();
+            }
+            numbers = items;
+            counts
+        }
+    };
+    let mut lists = Lists::default();
+    lists
+        .append(numbers, counts)
+        .map_err(|what| section.refuse(what))?;
+    Ok(lists)
 }
 
 /// The cells of a part of a structured zone, given by its first and last indices of points, or of faces.
@@ -626,8 +716,8 @@ fn part_of_grid(structure: &[usize], range: &[i64], location: &str, first: u32) 
     });
     let nodes: Vec<u32> = nodes.collect();
     let end = structure.iter().product::<usize>() as u32;
-    nodes
-        .iter()
-        .all(|&node| node - first < end)
-        .then_some(Members::Given(kind, nodes))
+    nodes.iter().all(|&node| node - first < end).then(|| {
+        let cells = nodes.chunks_exact(kind.points());
+        Members::Given(cells.map(|cell| (kind, cell.to_vec())).collect())
+    })
 }

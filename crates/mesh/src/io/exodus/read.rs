@@ -7,16 +7,17 @@ use super::cells;
 use crate::error::Result;
 use crate::field::GlobalArray;
 use crate::io::netcdf::File;
+use crate::io::polytopes::Lists;
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::Sets;
 use crate::io::vtu::array::RawNumbers;
 use crate::io::{Content, vectors};
-use crate::mesh::{CellBlock, CellKind, Field, Support, Values};
+use crate::mesh::{CellBlock, CellKind, Field, Shape, Support, Values};
 
 /// An element block of the file.
 struct Block {
-    /// The kind is none where there are no elements.
-    kind: Option<CellKind>,
+    /// None where there are no elements.
+    shape: Option<Shape>,
     /// Number of elements.
     count: usize,
     is_shell: bool,
@@ -29,6 +30,8 @@ struct Reader<'a> {
     sets: Sets,
     blocks: Vec<Block>,
     dimension: usize,
+    /// The corners of the faces of polyhedra.
+    faces: Option<Lists>,
     unread: Vec<String>,
 }
 
@@ -59,6 +62,7 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         sets: Sets::default(),
         blocks: Vec::new(),
         dimension: 0,
+        faces: None,
         unread: Vec::new(),
     };
     reader.points()?;
@@ -165,10 +169,12 @@ impl Reader<'_> {
                 .get(k)
                 .cloned()
                 .unwrap_or((k as i64 + 1, String::new()));
-            let Some(shape) = self.file.shape(&connect)? else {
+            let found = self.polytopes(k + 1)?;
+            let Some(shape) = self.file.shape(&connect)?.filter(|_| found.is_none()) else {
+                let (shape, count) = found.unzip();
                 self.blocks.push(Block {
-                    kind: None,
-                    count: 0,
+                    shape,
+                    count: count.unwrap_or(0),
                     is_shell: false,
                     tag,
                     name,
@@ -213,7 +219,7 @@ impl Reader<'_> {
             let nodes = nodes.map_err(|what| self.file.refuse(format!("{connect}: {what}")))?;
             let is_shell = cells::is_shell(&element, self.dimension);
             self.blocks.push(Block {
-                kind: Some(kind),
+                shape: Some(kind.shape()),
                 count,
                 is_shell,
                 tag,
@@ -225,10 +231,66 @@ impl Reader<'_> {
         for block in &self.blocks {
             let cells = first..first + block.count as u32;
             first = cells.end;
-            let dim = block.kind.map_or(self.dimension as u8, CellKind::dim);
+            let dim = block.shape.map_or(self.dimension as u8, Shape::dim);
             self.sets.cells(dim, block.tag, &block.name, cells);
         }
         Ok(())
+    }
+
+    /// Reads the k-th block if it is one of polygons (NSIDED) or polyhedra (NFACED); their shape and number.
+    fn polytopes(&mut self, k: usize) -> Result<Option<(Shape, usize)>> {
+        let Some(counts) = self.integers(&format!("ebepecnt{k}"))? else {
+            return Ok(None);
+        };
+        let points = 0..self.sets.mesh.points.len() as u32;
+        let (mut lists, mut block) = (Lists::default(), format!("connect{k}"));
+        let (shape, added) = if let Some(nodes) = self.integers(&block)? {
+            let added = lists
+                .append(nodes, counts)
+                .and_then(|()| self.sets.polygons(&lists, &points));
+            (Shape::Polygon, added)
+        } else {
+            block = format!("facconn{k}");
+            let numbers = self.integers(&block)?.unwrap_or_default();
+            let faces = match self.faces.take() {
+                Some(faces) => faces,
+                None => self.faces()?,
+            };
+            let face = |number: i64| {
+                let k = usize::try_from(number.wrapping_sub(1)).unwrap_or(usize::MAX);
+                faces.face(k, &points).map(|(_, corners)| corners)
+            };
+            let added = lists
+                .append(numbers, counts)
+                .and_then(|()| self.sets.polyhedra(&lists, face));
+            self.faces = Some(faces);
+            (Shape::Polyhedron, added)
+        };
+        added.map_err(|what| self.file.refuse(format!("{block}: {what}")))?;
+        Ok(Some((shape, lists.len())))
+    }
+
+    /// The corners of all faces of the blocks of faces.
+    fn faces(&self) -> Result<Lists> {
+        let mut faces = Lists::default();
+        let declared = self.file.dimension("num_fa_blk")?.unwrap_or(0);
+        for k in 1..=declared.min(self.file.names()?.len()) {
+            let name = format!("fbconn{k}");
+            let nodes = self.integers(&name)?.unwrap_or_default();
+            let counts = match (
+                self.integers(&format!("fbepecnt{k}"))?,
+                self.file.shape(&name)?.as_deref(),
+            ) {
+                (Some(counts), _) => counts,
+                (None, Some(&[_, width])) => {
+                    vec![width as i64; nodes.len().checked_div(width).unwrap_or(0)]
+                }
+                _ => Vec::new(),
+            };
+            let appended = faces.append(nodes, counts);
+            appended.map_err(|what| self.file.refuse(format!("{name}: {what}")))?;
+        }
+        Ok(faces)
     }
 
     /// What elements without a name are.
@@ -410,12 +472,18 @@ impl Reader<'_> {
             let numbers = self
                 .integers(&format!("side_ss{}", k + 1))?
                 .unwrap_or_default();
-            let mut sides = Vec::with_capacity(elements.len());
+            let (mut sides, mut of_polytopes) = (Vec::with_capacity(elements.len()), 0);
             for (&element, &side) in elements.iter().zip(&numbers) {
                 let cell = usize::try_from(element.wrapping_sub(1)).unwrap_or(usize::MAX);
                 let block = self.blocks.get(ends.partition_point(|&end| end <= cell));
+                if let Some(Shape::Polygon | Shape::Polyhedron) =
+                    block.and_then(|block| block.shape)
+                {
+                    of_polytopes += 1;
+                    continue;
+                }
                 let corners = block.and_then(|block| {
-                    let all = cells::sides(block.kind?.shape(), block.is_shell);
+                    let all = cells::sides(block.shape?, block.is_shell);
                     all.get(usize::try_from(side.wrapping_sub(1)).ok()?)
                 });
                 let Some(corners) = corners else {
@@ -427,10 +495,14 @@ impl Reader<'_> {
                 sides.push((cell as u32, *corners));
             }
             let unknown = self.sets.sides(tag, &name, sides);
-            if unknown > 0 {
-                self.unread.push(format!(
-                    "{unknown} sides of the side set {tag}, of cells of higher order"
-                ));
+            for (count, of) in [
+                (unknown, "cells of higher order"),
+                (of_polytopes, "polygons and polyhedra"),
+            ] {
+                if count > 0 {
+                    self.unread
+                        .push(format!("{count} sides of the side set {tag}, of {of}"));
+                }
             }
         }
         Ok(())
@@ -488,7 +560,8 @@ impl Reader<'_> {
             ("es_prop1", "edge sets"),
             ("fs_prop1", "face sets"),
         ];
-        for (variable, what) in kinds {
+        let used = |variable: &str| variable == "fa_prop1" && self.faces.is_some();
+        for (variable, what) in kinds.into_iter().filter(|(variable, _)| !used(variable)) {
             if let Some(shape) = self.file.shape(variable)? {
                 self.unread
                     .push(format!("{} {what}", shape.first().unwrap_or(&0)));

@@ -470,11 +470,18 @@ fn write_sets<'a>(
         head(out, "els", "num_elem_sets", plan.element_sets.clone());
     }
     for (k, group) in filled(&plan.element_sets) {
-        let count = format!("num_ele_els{k}");
-        out.dimension(&count, group.cells.len());
-        out.integers(&format!("elem_els{k}"), &[&count], move |k| {
-            number(group.cells[k])
-        });
+        // Cells of kinds that Exodus has not, which are lost, have no number.
+        let members: Vec<i64> = group
+            .cells
+            .iter()
+            .map(|&cell| number(cell))
+            .filter(|&n| n > 0)
+            .collect();
+        if !members.is_empty() {
+            let count = format!("num_ele_els{k}");
+            out.dimension(&count, members.len());
+            out.integers(&format!("elem_els{k}"), &[&count], move |k| members[k]);
+        }
     }
 }
 
@@ -521,7 +528,7 @@ fn write_fields<'a>(
             .collect::<Vec<_>>()
     };
     for field in on(Support::CellPoints) {
-        losses.lose(format!("the field {:?} on {}", field.name, field.on));
+        losses.lose_field(field.name, field.on);
     }
     for (support, names, count) in [
         (Support::Points, "name_nod_var", "num_nod_var"),
