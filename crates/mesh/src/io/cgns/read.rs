@@ -1,8 +1,15 @@
 //! Reads CGNS files.
 
+mod boundaries;
+mod polytopes;
+mod solutions;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
+
+use boundaries::{alias, family};
+use polytopes::{face, faces, lists};
 
 use super::tree::{self, Node};
 use super::{adf, cells};
@@ -12,7 +19,7 @@ use crate::io::raw::{self, Nodes};
 use crate::io::sets::{self, Sets};
 use crate::io::vtu::array::RawNumbers;
 use crate::io::{Content, rows, vectors};
-use crate::mesh::{CellBlock, CellKind, Field, Support};
+use crate::mesh::{CellBlock, CellKind, Support};
 
 struct Reader {
     sets: Sets,
@@ -132,24 +139,6 @@ fn aliases(base: &Node<'_>) -> Result<BTreeMap<String, String>> {
         }
     }
     Ok(aliases)
-}
-
-fn alias(aliases: &BTreeMap<String, String>, family: &str) -> String {
-    aliases
-        .get(family)
-        .cloned()
-        .unwrap_or_else(|| family.to_owned())
-}
-
-fn family(node: &Node<'_>) -> Result<Option<String>> {
-    match node.labelled("FamilyName_t")?.first() {
-        Some(family) => Ok(family
-            .texts(0)?
-            .into_iter()
-            .next()
-            .filter(|text| !text.is_empty())),
-        None => Ok(None),
-    }
 }
 
 impl Reader {
@@ -349,192 +338,6 @@ impl Reader {
         Ok(true)
     }
 
-    fn boundaries(
-        &mut self,
-        node: &Node<'_>,
-        zone: &Zone,
-        aliases: &BTreeMap<String, String>,
-    ) -> Result<()> {
-        for list in node.labelled("ZoneBC_t")? {
-            for boundary in list.labelled("BC_t")? {
-                let Some(members) = self.members(&boundary, zone)? else {
-                    self.unread.push(format!(
-                        "the boundary condition {:?}, whose place is not understood",
-                        boundary.name()
-                    ));
-                    continue;
-                };
-                let family = family(&boundary)?;
-                let own = boundary.name().to_owned();
-                match family {
-                    Some(family) if family == own => {
-                        self.groups.push((alias(aliases, &family), members))
-                    }
-                    Some(family) => {
-                        let name = alias(aliases, &family);
-                        if name != own {
-                            self.groups.push((name, members.clone()));
-                        }
-                        self.groups.push((own, members));
-                    }
-                    None => self.groups.push((own, members)),
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// What a boundary condition is on.
-    fn members(&self, boundary: &Node<'_>, zone: &Zone) -> Result<Option<Members>> {
-        let mut place = None;
-        for name in ["PointRange", "PointList", "ElementRange", "ElementList"] {
-            if let Some(node) = boundary.child(name)? {
-                place = Some((name, node.integers()?));
-                break;
-            }
-        }
-        let Some((name, numbers)) = place else {
-            return Ok(None);
-        };
-        let location = boundary
-            .text_of("GridLocation")?
-            .unwrap_or_else(|| "Vertex".into());
-        let on_nodes = location == "Vertex" && name.starts_with("Point");
-        if let Some(structure) = &zone.structure {
-            return Ok((name == "PointRange")
-                .then(|| part_of_grid(structure, &numbers, &location, zone.points.start))
-                .flatten());
-        }
-        let most = (self.sets.mesh.points.len() + self.sets.mesh.cell_count()) as i64;
-        let listed: Vec<i64> = match (name.ends_with("Range"), &numbers[..]) {
-            // No more than there are points and cells.
-            (true, &[from, to]) if to.checked_sub(from).is_some_and(|n| n <= most) => {
-                (from..=to).collect()
-            }
-            (true, _) => return Ok(None),
-            (false, _) => numbers,
-        };
-        if on_nodes {
-            let node = |&n: &i64| {
-                u32::try_from(n.wrapping_sub(1))
-                    .ok()
-                    .filter(|&n| n < zone.points.len() as u32)
-                    .map(|n| zone.points.start + n)
-            };
-            return Ok(listed
-                .iter()
-                .map(node)
-                .collect::<Option<_>>()
-                .map(Members::Nodes));
-        }
-        let cell = |&n: &i64| {
-            let at = zone
-                .sections
-                .partition_point(|&(from, ..)| from <= n)
-                .checked_sub(1)?;
-            let (from, to, first) = zone.sections[at];
-            (n <= to).then(|| first + (n - from) as u32)
-        };
-        let cells: Option<Vec<u32>> = listed.iter().map(cell).collect();
-        let faces = || {
-            let face = |&number: &i64| face(&zone.faces, number, &zone.points).ok();
-            listed.iter().map(face).collect::<Option<_>>()
-        };
-        Ok(cells
-            .map(Members::Cells)
-            .or_else(|| faces().map(Members::Given)))
-    }
-
-    /// Solutions as fields, at the times that they are for.
-    fn solutions(&mut self, node: &Node<'_>, zone: &Zone, times: &[f64]) -> Result<()> {
-        let mut steps: BTreeMap<String, usize> = BTreeMap::new();
-        for data in node.labelled("ZoneIterativeData_t")? {
-            for pointers in data.children()? {
-                if pointers.name().starts_with("FlowSolution")
-                    && pointers.name().ends_with("Pointers")
-                {
-                    let width = pointers.shape()?.first().copied().unwrap_or(32);
-                    steps.extend(pointers.texts(width)?.into_iter().zip(0..));
-                }
-            }
-        }
-        for solution in node.labelled("FlowSolution_t")? {
-            let location = solution
-                .text_of("GridLocation")?
-                .unwrap_or_else(|| "Vertex".into());
-            let (on, items): (_, Vec<u32>) = match location.as_str() {
-                "Vertex" => (Support::Points, zone.points.clone().collect()),
-                "CellCenter" => (Support::Cells, zone.cells.clone()),
-                other => {
-                    self.unread.push(format!(
-                        "the solution {:?} on each {other}",
-                        solution.name()
-                    ));
-                    continue;
-                }
-            };
-            let step = steps.get(solution.name()).copied();
-            let time = step.and_then(|step| times.get(step).copied());
-            for array in solution.labelled("DataArray_t")? {
-                let Some(values) = array
-                    .values()?
-                    .filter(|values| values.len() == items.len() && !items.is_empty())
-                else {
-                    self.unread.push(format!(
-                        "{:?} of the solution {:?}, which is not of its size",
-                        array.name(),
-                        solution.name()
-                    ));
-                    continue;
-                };
-                let fields = &mut self.sets.mesh.fields;
-                // The same of another zone continues a field.
-                let same = |field: &&mut Field| {
-                    (field.name.as_str(), field.on, field.time) == (array.name(), on, time)
-                        && field
-                            .at
-                            .last()
-                            .zip(items.first())
-                            .is_some_and(|(last, first)| last < first)
-                };
-                if let Some(known) = fields.iter_mut().rev().find(same) {
-                    known.at.extend(&items);
-                    known.values =
-                        crate::mesh::Values::F64([known.values.to_f64(), values.to_f64()].concat());
-                    continue;
-                }
-                let taken = fields.iter().any(|field| {
-                    (field.name.as_str(), field.on, field.time) == (array.name(), on, time)
-                });
-                let name = if taken {
-                    format!("{} {}", solution.name(), array.name())
-                } else {
-                    array.name().to_owned()
-                };
-                // Cells of a section may have numbers that do not ascend with their places.
-                let mut order: Vec<usize> = (0..items.len()).collect();
-                order.sort_unstable_by_key(|&k| items[k]);
-                let is_sorted = order.is_sorted();
-                let values = match is_sorted {
-                    true => values,
-                    false => {
-                        let all = values.to_f64();
-                        crate::mesh::Values::F64(order.iter().map(|&k| all[k]).collect())
-                    }
-                };
-                fields.push(Field {
-                    at: order.iter().map(|&k| items[k]).collect(),
-                    time,
-                    step: step
-                        .filter(|_| time.is_some())
-                        .and_then(|step| i32::try_from(step + 1).ok()),
-                    ..Field::new(name, on, 1, values)
-                });
-            }
-        }
-        Ok(())
-    }
-
     /// Sections that no other group has the cells of are groups by their names.
     fn sections(&mut self, node: &Node<'_>, zone: &Zone) -> Result<()> {
         let mut covered = vec![false; self.sets.mesh.cell_count()];
@@ -609,115 +412,4 @@ fn range(section: &Node<'_>) -> Result<Vec<i64>> {
         .map(|range| range.integers())
         .transpose()?
         .unwrap_or_default())
-}
-
-/// The faces of all polyhedra of a zone, from the number of the first on; none if there are no polyhedra.
-fn faces(sections: &[Node<'_>]) -> Result<Vec<(i64, Lists)>> {
-    let mut faces = Vec::new();
-    let mut has_polyhedra = false;
-    for section in sections {
-        match section.integers()?.first() {
-            Some(&cells::NFACE) => has_polyhedra = true,
-            Some(&cells::NGON) => {
-                faces.push((
-                    range(section)?.first().copied().unwrap_or(1),
-                    lists(section)?,
-                ));
-            }
-            _ => {}
-        }
-    }
-    faces.retain(|_| has_polyhedra);
-    Ok(faces)
-}
-
-/// The kind and the corners of a face by its number.
-fn face(
-    faces: &[(i64, Lists)],
-    number: i64,
-    points: &Range<u32>,
-) -> Result<(CellKind, Vec<u32>), String> {
-    let of_section = |(first, lists): &(i64, Lists)| {
-        let k = usize::try_from(number.checked_sub(*first)?).ok()?;
-        (k < lists.len()).then(|| lists.face(k, points))
-    };
-    let found = faces.iter().find_map(of_section);
-    found.unwrap_or_else(|| Err(format!("there is no face of the number {number}")))
-}
-
-/// The lists of a section, each with its length before it or, since CGNS 4, where they begin given apart.
-fn lists(section: &Node<'_>) -> Result<Lists> {
-    let numbers = section.child("ElementConnectivity")?;
-    let mut numbers = numbers
-        .map(|numbers| numbers.integers())
-        .transpose()?
-        .unwrap_or_default();
-    let counts: Vec<i64> = match section.child("ElementStartOffset")? {
-        Some(starts) => starts
-            .integers()?
-            .windows(2)
-            .map(|pair| pair[1].saturating_sub(pair[0]))
-            .collect(),
-        None => {
-            let (mut counts, mut at, mut items) = (Vec::new(), 0, Vec::new());
-            while let Some(&count) = numbers.get(at) {
-                let list = usize::try_from(count)
-                    .ok()
-                    .and_then(|count| numbers.get(at + 1..)?.get(..count));
-                let list = list.ok_or_else(|| section.refuse("its last element ends too early"))?;
-                counts.push(count);
-                items.extend(list);
-                at += 1 + list.len();
-            }
-            numbers = items;
-            counts
-        }
-    };
-    let mut lists = Lists::default();
-    lists
-        .append(numbers, counts)
-        .map_err(|what| section.refuse(what))?;
-    Ok(lists)
-}
-
-/// The cells of a part of a structured zone, given by its first and last indices of points, or of faces.
-fn part_of_grid(structure: &[usize], range: &[i64], location: &str, first: u32) -> Option<Members> {
-    let rank = structure.len();
-    let (from, to) = range.split_at_checked(rank)?;
-    let mut bounds = Vec::new();
-    for axis in 0..rank {
-        let (mut low, mut high) = (from[axis].min(*to.get(axis)?), from[axis].max(to[axis]));
-        // Faces have the points at both of their ends, but for the direction in which they lie.
-        if location != "Vertex" && low != high {
-            high = high.saturating_add(1);
-        }
-        let last = structure[axis] as i64;
-        (low, high) = (low.clamp(1, last.max(1)), high.clamp(1, last.max(1)));
-        bounds.push((
-            usize::try_from(low - 1).ok()?,
-            usize::try_from(high - 1).ok()?,
-        ));
-    }
-    let counts: Vec<usize> = bounds
-        .iter()
-        .rev()
-        .map(|&(low, high)| high.saturating_sub(low) + 1)
-        .collect();
-    let (kind, places) = sets::grid(&counts, 0);
-    let nodes = places.into_iter().map(|place| {
-        let (mut rest, mut stride, mut node) = (place as usize, 1, 0);
-        for (axis, &(low, high)) in bounds.iter().enumerate() {
-            let count = high.saturating_sub(low) + 1;
-            node += (low + rest % count) * stride;
-            rest /= count;
-            stride *= structure[axis];
-        }
-        first + node as u32
-    });
-    let nodes: Vec<u32> = nodes.collect();
-    let end = structure.iter().product::<usize>() as u32;
-    nodes.iter().all(|&node| node - first < end).then(|| {
-        let cells = nodes.chunks_exact(kind.points());
-        Members::Given(cells.map(|cell| (kind, cell.to_vec())).collect())
-    })
 }

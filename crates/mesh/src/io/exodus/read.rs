@@ -1,18 +1,21 @@
 //! Reads Exodus files.
 
+mod polytopes;
+mod sets;
+mod variables;
+
 use std::collections::HashSet;
 use std::path::Path;
 
 use super::cells;
 use crate::error::Result;
-use crate::field::GlobalArray;
 use crate::io::netcdf::File;
 use crate::io::polytopes::Lists;
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::Sets;
 use crate::io::vtu::array::RawNumbers;
 use crate::io::{Content, vectors};
-use crate::mesh::{CellBlock, CellKind, Field, Shape, Support, Values};
+use crate::mesh::{CellBlock, CellKind, Shape};
 
 /// An element block of the file.
 struct Block {
@@ -237,62 +240,6 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads the k-th block if it is one of polygons (NSIDED) or polyhedra (NFACED); their shape and number.
-    fn polytopes(&mut self, k: usize) -> Result<Option<(Shape, usize)>> {
-        let Some(counts) = self.integers(&format!("ebepecnt{k}"))? else {
-            return Ok(None);
-        };
-        let points = 0..self.sets.mesh.points.len() as u32;
-        let (mut lists, mut block) = (Lists::default(), format!("connect{k}"));
-        let (shape, added) = if let Some(nodes) = self.integers(&block)? {
-            let added = lists
-                .append(nodes, counts)
-                .and_then(|()| self.sets.polygons(&lists, &points));
-            (Shape::Polygon, added)
-        } else {
-            block = format!("facconn{k}");
-            let numbers = self.integers(&block)?.unwrap_or_default();
-            let faces = match self.faces.take() {
-                Some(faces) => faces,
-                None => self.faces()?,
-            };
-            let face = |number: i64| {
-                let k = usize::try_from(number.wrapping_sub(1)).unwrap_or(usize::MAX);
-                faces.face(k, &points).map(|(_, corners)| corners)
-            };
-            let added = lists
-                .append(numbers, counts)
-                .and_then(|()| self.sets.polyhedra(&lists, face));
-            self.faces = Some(faces);
-            (Shape::Polyhedron, added)
-        };
-        added.map_err(|what| self.file.refuse(format!("{block}: {what}")))?;
-        Ok(Some((shape, lists.len())))
-    }
-
-    /// The corners of all faces of the blocks of faces.
-    fn faces(&self) -> Result<Lists> {
-        let mut faces = Lists::default();
-        let declared = self.file.dimension("num_fa_blk")?.unwrap_or(0);
-        for k in 1..=declared.min(self.file.names()?.len()) {
-            let name = format!("fbconn{k}");
-            let nodes = self.integers(&name)?.unwrap_or_default();
-            let counts = match (
-                self.integers(&format!("fbepecnt{k}"))?,
-                self.file.shape(&name)?.as_deref(),
-            ) {
-                (Some(counts), _) => counts,
-                (None, Some(&[_, width])) => {
-                    vec![width as i64; nodes.len().checked_div(width).unwrap_or(0)]
-                }
-                _ => Vec::new(),
-            };
-            let appended = faces.append(nodes, counts);
-            appended.map_err(|what| self.file.refuse(format!("{name}: {what}")))?;
-        }
-        Ok(faces)
-    }
-
     /// What elements without a name are.
     fn guess(&self, nodes: usize) -> Option<CellKind> {
         let names: &[&str] = match self.dimension {
@@ -336,215 +283,10 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A variable of the k-th of several; the old files have all of them in one.
-    fn variable(&self, one: &str, all: &str, k: usize, step: usize) -> Result<Option<Values>> {
-        if let Some(values) = self.file.row(one, step)? {
-            return Ok(Some(values));
-        }
-        let shape = self.file.shape(all)?.unwrap_or_default();
-        let [_, count, width] = shape[..] else {
-            return Ok(None);
-        };
-        let values = self.file.row(all, step)?;
-        Ok(values.filter(|_| k < count).map(|values| {
-            Values::F64(
-                values
-                    .to_f64()
-                    .into_iter()
-                    .skip(k * width)
-                    .take(width)
-                    .collect(),
-            )
-        }))
-    }
-
-    fn on_nodes(&mut self, step: usize, time: Option<f64>) -> Result<()> {
-        let points = self.sets.mesh.points.len();
-        for (k, name) in self
-            .file
-            .texts("name_nod_var")?
-            .unwrap_or_default()
-            .into_iter()
-            .enumerate()
-        {
-            let values =
-                self.variable(&format!("vals_nod_var{}", k + 1), "vals_nod_var", k, step)?;
-            match values.filter(|values| values.len() == points && points > 0) {
-                Some(values) => self.add(Field::new(name, Support::Points, 1, values), step, time),
-                None => self.tell(format!(
-                    "the variable {name:?} on nodes, whose values are not there"
-                )),
-            }
-        }
-        Ok(())
-    }
-
     fn tell(&mut self, what: String) {
         if !self.unread.contains(&what) {
             self.unread.push(what);
         }
-    }
-
-    fn add(&mut self, field: Field, step: usize, time: Option<f64>) {
-        self.sets.mesh.fields.push(Field {
-            time,
-            step: time.and(i32::try_from(step + 1).ok()),
-            ..field
-        });
-    }
-
-    fn on_elements(&mut self, step: usize, time: Option<f64>) -> Result<()> {
-        for (k, name) in self
-            .file
-            .texts("name_elem_var")?
-            .unwrap_or_default()
-            .into_iter()
-            .enumerate()
-        {
-            let (mut at, mut parts) = (Vec::new(), Vec::new());
-            let mut first = 0;
-            for (b, block) in self.blocks.iter().enumerate() {
-                let cells = first..first + block.count as u32;
-                first = cells.end;
-                // Where the truth table says no, there is no such variable.
-                let found = self
-                    .file
-                    .row(&format!("vals_elem_var{}eb{}", k + 1, b + 1), step)?;
-                if let Some(values) = found.filter(|values| values.len() == block.count) {
-                    at.extend(cells);
-                    parts.push(values);
-                }
-            }
-            if at.is_empty() {
-                self.tell(format!(
-                    "the variable {name:?} on elements, whose values are not there"
-                ));
-                continue;
-            }
-            let at = if at.len() == first as usize {
-                Vec::new()
-            } else {
-                at
-            };
-            let field = Field {
-                at,
-                ..Field::new(name, Support::Cells, 1, joined(parts))
-            };
-            self.add(field, step, time);
-        }
-        Ok(())
-    }
-
-    /// Variables of the whole: at one time, or a row for each time.
-    fn globals(
-        &mut self,
-        times: &[f64],
-        time: Option<f64>,
-        whole: &mut Vec<GlobalArray>,
-    ) -> Result<()> {
-        let names = self.file.texts("name_glo_var")?.unwrap_or_default();
-        let values = self
-            .file
-            .values("vals_glo_var")?
-            .map_or(Vec::new(), |values| values.to_f64());
-        let kept = |row: &usize| time.is_none() || times.get(*row).copied() == time;
-        for (k, name) in names.iter().enumerate() {
-            let rows = values.chunks_exact(names.len()).enumerate();
-            let column = rows.filter(|(row, _)| kept(row)).map(|(_, row)| row[k]);
-            whole.push(GlobalArray::numbers(name, Values::F64(column.collect())));
-        }
-        Ok(())
-    }
-
-    fn sides(&mut self) -> Result<()> {
-        let mut ends = Vec::new();
-        for block in &self.blocks {
-            ends.push(ends.last().copied().unwrap_or(0) + block.count);
-        }
-        for (k, (tag, name)) in self
-            .numbers_and_names("ss_prop1", "ss_names")?
-            .into_iter()
-            .enumerate()
-        {
-            let elements = self
-                .integers(&format!("elem_ss{}", k + 1))?
-                .unwrap_or_default();
-            let numbers = self
-                .integers(&format!("side_ss{}", k + 1))?
-                .unwrap_or_default();
-            let (mut sides, mut of_polytopes) = (Vec::with_capacity(elements.len()), 0);
-            for (&element, &side) in elements.iter().zip(&numbers) {
-                let cell = usize::try_from(element.wrapping_sub(1)).unwrap_or(usize::MAX);
-                let block = self.blocks.get(ends.partition_point(|&end| end <= cell));
-                if let Some(Shape::Polygon | Shape::Polyhedron) =
-                    block.and_then(|block| block.shape)
-                {
-                    of_polytopes += 1;
-                    continue;
-                }
-                let corners = block.and_then(|block| {
-                    let all = cells::sides(block.shape?, block.is_shell);
-                    all.get(usize::try_from(side.wrapping_sub(1)).ok()?)
-                });
-                let Some(corners) = corners else {
-                    let what = format!(
-                        "the side set {tag} names side {side} of element {element}, which is not there"
-                    );
-                    return Err(self.file.refuse(what));
-                };
-                sides.push((cell as u32, *corners));
-            }
-            let unknown = self.sets.sides(tag, &name, sides);
-            for (count, of) in [
-                (unknown, "cells of higher order"),
-                (of_polytopes, "polygons and polyhedra"),
-            ] {
-                if count > 0 {
-                    self.unread
-                        .push(format!("{count} sides of the side set {tag}, of {of}"));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn node_sets(&mut self) -> Result<()> {
-        let points = self.sets.mesh.points.len();
-        for (tag, name, nodes) in self.lists("ns", "node", points)? {
-            self.sets.nodes(tag, &name, nodes);
-        }
-        Ok(())
-    }
-
-    fn element_sets(&mut self) -> Result<()> {
-        let all = self.blocks.iter().map(|block| block.count).sum();
-        let dim = self.sets.mesh.dim();
-        for (tag, name, elements) in self.lists("els", "elem", all)? {
-            self.sets.cells(dim, tag, &name, elements);
-        }
-        Ok(())
-    }
-
-    /// The number, the name and the members of each set of a kind, of which there are so many things in the file.
-    fn lists(&self, kind: &str, of: &str, count: usize) -> Result<Vec<(i64, String, Vec<u32>)>> {
-        let known = self.numbers_and_names(&format!("{kind}_prop1"), &format!("{kind}_names"))?;
-        let sets = known.into_iter().zip(1..).map(|((tag, name), k)| {
-            let numbers = self.integers(&format!("{of}_{kind}{k}"))?;
-            let index = |number: i64| {
-                let index = u32::try_from(number.wrapping_sub(1)).ok();
-                index
-                    .filter(|&index| (index as usize) < count)
-                    .ok_or_else(|| {
-                        let thing = if of == "node" { "node" } else { "element" };
-                        let what =
-                            format!("the {thing} set {tag} names the {thing} {number} of {count}");
-                        self.file.refuse(what)
-                    })
-            };
-            let members = numbers.unwrap_or_default().into_iter().map(index);
-            Ok((tag, name, members.collect::<Result<_>>()?))
-        });
-        sets.collect()
     }
 
     /// Tells what else is there.
@@ -580,19 +322,4 @@ impl Reader<'_> {
         }
         Ok(())
     }
-}
-
-/// Parts of one type one after another, of several as binary64.
-fn joined(mut parts: Vec<Values>) -> Values {
-    if parts.len() == 1 {
-        return parts.remove(0);
-    }
-    if parts.iter().all(|part| matches!(part, Values::F32(_))) {
-        let parts = parts.into_iter().filter_map(|part| match part {
-            Values::F32(values) => Some(values),
-            _ => None,
-        });
-        return Values::F32(parts.flatten().collect());
-    }
-    Values::F64(parts.iter().flat_map(Values::to_f64).collect())
 }
