@@ -175,6 +175,8 @@ def with_gmsh(path):
 
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
+    # Otherwise it adds the cells between partitions.
+    gmsh.option.setNumber("Mesh.PartitionCreateTopology", 0)
     gmsh.merge(path)
     mesh = gmsh.model.mesh
     cells, sizes, groups = collections.Counter(), {}, []
@@ -190,7 +192,11 @@ def with_gmsh(path):
         groups.append([gmsh.model.getPhysicalName(dim, tag) or str(tag), size])
     fields = {}
     for view in gmsh.view.getTags():
-        where, _, values, _, components = gmsh.view.getModelData(view, 0)
+        # Steps that a file does not have are there and empty.
+        steps = range(int(gmsh.view.option.getNumber(view, "NbTimeStep")))
+        where, _, values, _, components = next(
+            (data for data in (gmsh.view.getModelData(view, step) for step in steps) if len(data[2])), gmsh.view.getModelData(view, 0)
+        )
         on = {"NodeData": "points", "ElementData": "cells", "ElementNodeData": "cell points"}[where]
         name = gmsh.option.getString(f"View[{gmsh.view.getIndex(view)}].Name")
         fields.setdefault(f"{on} {name}", [components, *spread([number for row in values for number in row])])

@@ -5,7 +5,7 @@
         [--inspect target/debug/examples/inspect] [--seconds 60] [--megabytes 4096]
 
 VTK reads VTU, legacy VTK, VTKHDF and XDMF, Gmsh MSH, MED, Medit and UNV, VTK and Gmsh CGNS, netCDF4 Exodus, meshio Abaqus and
-SU2, h5py the fields of MED. What is compared: points, cells by kind, groups (name or number, size), fields (name,
+SU2, h5py the fields of MED; what a program has no cells for is compared with our own reading alone. What is compared: points, cells by kind, groups (name or number, size), fields (name,
 components, least, largest, sum), with what we read from the original. What differs and is not said to be lost is wrong.
 Prints each trip that is wrong, then a table by format: trips, equal, said (to be lost), alone (we read it, the other program fails),
 refused, wrong.
@@ -27,6 +27,11 @@ import numpy as np
 
 # Formats that keep the cells of sets, or sides, apart from their cells: cells of less than the highest dimension are none there.
 SETS = ("e", "inp", "su2", "unv", "med", "cgns")
+
+
+# The kinds of cells that UNV and CGNS share with other formats.
+KNOWN = ("vertex", "line", "line3", "triangle", "triangle6", "quadrangle", "quadrangle8", "quadrangle9", "tetrahedron", "tetrahedron10",
+         "hexahedron", "hexahedron20", "hexahedron27", "prism", "prism15", "prism18", "pyramid", "pyramid13", "pyramid14")
 
 
 def of_exodus(path):
@@ -84,12 +89,37 @@ def of_vtk(path):
     return told
 
 
+def of_cgns(path):
+    """By VTK, which makes empty cells of pyramids of 13 nodes and leaves out vertices."""
+    told = of_vtk(path)
+    told["knows"] = [kind for kind in KNOWN if kind not in ("vertex", "pyramid13")]
+    return told
+
+
 def of_gmsh(path):
     told = corpus.with_gmsh(path)
     if not path.endswith(".msh"):
         told["fields"] = {}
-    if path.endswith(".unv"):
-        told["groups"] = []  # it has one for each property
+    return told
+
+
+def of_unv(path):
+    """By Gmsh, which neither reads nor writes pyramids and vertices, and has a group for each property."""
+    import gmsh
+
+    told = corpus.with_gmsh(path)
+    told["fields"], told["groups"] = {}, []
+    told["knows"] = [kind for kind in KNOWN if kind not in ("vertex", "pyramid", "pyramid13")]
+    # Of several orders in an entity its interface shows one.
+    out = path + ".msh"
+    gmsh.option.setNumber("Mesh.SaveAll", 1)
+    gmsh.option.setNumber("Mesh.MshFileVersion", 2.2)
+    gmsh.write(out)
+    told["cells"] = collections.Counter()
+    for row in pathlib.Path(out).read_text().split("$Elements\n")[1].split("$EndElements")[0].splitlines()[1:]:
+        name, _, _, nodes = gmsh.model.mesh.getElementProperties(int(row.split()[1]))[:4]
+        shape = name.split()[0].lower()
+        told["cells"][corpus.kind(corpus.GMSH.get(shape, shape), nodes)] += 1
     return told
 
 
@@ -108,7 +138,7 @@ def of_meshio(path):
 
 
 FORMATS = {"vtu": [of_vtk], "vtk": [of_vtk], "vtkhdf": [of_vtk], "xdmf": [of_vtk], "msh": [of_gmsh], "e": [of_exodus], "med": [of_med],
-           "cgns": [of_vtk, of_gmsh], "mesh": [of_medit], "meshb": [], "unv": [of_gmsh], "inp": [of_meshio], "su2": [of_meshio], "vtp": [of_vtk]}
+           "cgns": [of_cgns, of_gmsh], "mesh": [of_medit], "meshb": [], "unv": [of_unv], "inp": [of_meshio], "su2": [of_meshio], "vtp": [of_vtk]}
 
 
 def first_times(fields):

@@ -14,11 +14,22 @@ use crate::file;
 /// pages takes longer than reading the file.
 pub enum Bytes {
     Small(Vec<u8>),
-    Large(MmapMut),
+    Large(Pages),
+}
+
+/// The first bytes of large pages, which the next file may get.
+pub struct Pages {
+    /// None once it is dropped.
+    pages: Option<MmapMut>,
+    length: usize,
 }
 
 /// From this many bytes on, large pages are used.
 const LARGE: u64 = 4 << 20;
+/// The most memory that is kept for the next file: a page that the system has to make first takes longer than to read it.
+const KEPT: usize = 64 << 20;
+/// Pages of a file that is no longer needed.
+static SPARE: Mutex<Option<MmapMut>> = Mutex::new(None);
 /// Bytes that one thread reads at a time.
 const SHARE: usize = 2 << 20;
 
@@ -28,7 +39,10 @@ impl Deref for Bytes {
     fn deref(&self) -> &[u8] {
         match self {
             Bytes::Small(bytes) => bytes,
-            Bytes::Large(bytes) => bytes,
+            Bytes::Large(Pages { pages, length }) => pages
+                .as_deref()
+                .and_then(|pages| pages.get(..*length))
+                .unwrap_or_default(),
         }
     }
 }
@@ -43,7 +57,27 @@ impl DerefMut for Bytes {
     fn deref_mut(&mut self) -> &mut [u8] {
         match self {
             Bytes::Small(bytes) => bytes,
-            Bytes::Large(bytes) => bytes,
+            Bytes::Large(Pages { pages, length }) => pages
+                .as_deref_mut()
+                .and_then(|pages| pages.get_mut(..*length))
+                .unwrap_or_default(),
+        }
+    }
+}
+
+impl Pages {
+    fn new(pages: MmapMut, length: usize) -> Self {
+        let pages = Some(pages);
+        Pages { pages, length }
+    }
+}
+
+impl Drop for Pages {
+    fn drop(&mut self) {
+        let mut spare = SPARE.lock().unwrap_or_else(PoisonError::into_inner);
+        let length = |pages: &Option<MmapMut>| pages.as_ref().map_or(0, |pages| pages.len());
+        if (length(&spare) + 1..=KEPT).contains(&length(&self.pages)) {
+            *spare = self.pages.take();
         }
     }
 }
@@ -52,7 +86,7 @@ impl DerefMut for Bytes {
 pub fn zeros(length: usize) -> Bytes {
     let large = (length as u64 >= LARGE).then(|| large(length));
     match large {
-        Some(Ok(large)) => Bytes::Large(large),
+        Some(Ok(pages)) => Bytes::Large(Pages::new(pages, length)),
         _ => Bytes::Small(vec![0; length]),
     }
 }
@@ -101,23 +135,40 @@ pub fn owner(bytes: &[u8]) -> Arc<Bytes> {
 
 /// Reads a file of `length` bytes.
 #[cfg(unix)]
-fn read_large(file: &File, length: u64) -> io::Result<MmapMut> {
+fn read_large(file: &File, length: u64) -> io::Result<Pages> {
     use rayon::prelude::*;
     use std::os::unix::fs::FileExt;
     let length = usize::try_from(length).map_err(io::Error::other)?;
+    keep_memory();
+    let spare = SPARE
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take_if(|spare| spare.len() >= length);
     // A copy, as others may change the file itself while we use it.
-    let mut bytes = large(length)?;
+    let mut pages = match spare {
+        Some(spare) => spare,
+        None => large(length)?,
+    };
+    let bytes = pages.get_mut(..length).unwrap_or_default();
     let shares = bytes.par_chunks_mut(SHARE).enumerate();
     shares.try_for_each(|(index, share)| file.read_exact_at(share, (index * SHARE) as u64))?;
     if file.read_at(&mut [0], length as u64)? > 0 {
         return Err(io::Error::other("the file has grown"));
     }
-    Ok(bytes)
+    Ok(Pages::new(pages, length))
+}
+
+/// Lets the allocator keep what the arrays of a file took for those of the next one: glibc gives back what is more than
+/// twice the largest block that was ever freed, if that has 32 MB or less.
+#[cfg(unix)]
+fn keep_memory() {
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    ONCE.call_once(|| drop(std::hint::black_box(Vec::<u8>::with_capacity(31 << 20))));
 }
 
 /// Elsewhere threads that read one file move its cursor.
 #[cfg(not(unix))]
-fn read_large(_: &File, _: u64) -> io::Result<MmapMut> {
+fn read_large(_: &File, _: u64) -> io::Result<Pages> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
@@ -139,6 +190,13 @@ mod tests {
             assert_eq!(Arc::ptr_eq(&owner(&read), &read), length >= LARGE);
             assert!(**owner(&read) == *written);
             assert!(!Arc::ptr_eq(&owner(&read[..read.len() / 2]), &read));
+        }
+        // A smaller file in the pages of a larger one.
+        let small = folder.path().join("small");
+        for fill in [7, 8] {
+            std::fs::write(&small, vec![fill; LARGE as usize]).expect("written");
+            let read = read(&small).expect("read");
+            assert!(read.len() == LARGE as usize && read.iter().all(|&byte| byte == fill));
         }
         assert!(read(folder.path()).is_err());
         assert!(read(&folder.path().join("none")).is_err());

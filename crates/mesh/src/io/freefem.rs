@@ -92,7 +92,9 @@ fn write(path: &Path, mesh: &Mesh, _: &[GlobalArray], options: &Options) -> Resu
     );
     let raised = mesh.points.iter().filter(|point| point[2] != 0.0).count();
     losses.lose_some(raised, "points with a third coordinate");
-    labels.label_points(&mut losses);
+    for field in labels.label_points(&mut losses) {
+        losses.lose_field(&field.name, field.on);
+    }
     losses.note_gmsh(mesh);
 
     let mut out = Out::to(path)?;

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use super::loss::Losses;
 use super::out::Out;
-use super::scan::Scan;
+use super::scan::{Numbers, Scan};
+use super::vtu::scalar::Scalar;
 use crate::error::Result;
 use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Group, Mesh, Support, Values};
 
@@ -23,29 +24,39 @@ pub struct Rows {
 impl Rows {
     /// Reads points of one to three coordinates.
     pub fn points(&mut self, scan: &mut Scan<'_>, count: usize, dimension: usize) -> Result<()> {
-        self.points.reserve_exact(count);
-        self.labels.reserve_exact(count);
-        for _ in 0..count {
-            let mut point = [0.0; 3];
-            for x in point.iter_mut().take(dimension) {
-                *x = scan.real()?;
+        (self.points, self.labels) = (vec![[0.0; 3]; count], vec![0; count]);
+        let to = (&mut self.points[..], 1, &mut self.labels[..]);
+        scan.rows(1, dimension, to, |scan, points, labels| {
+            if fast_points(scan, dimension, points, labels) {
+                return Ok(());
             }
-            self.points.push(point);
-            self.labels.push(label(scan)?);
-        }
-        Ok(())
+            for (point, to) in points.iter_mut().zip(labels) {
+                for x in point.iter_mut().take(dimension) {
+                    *x = scan.real()?;
+                }
+                *to = label(scan)?;
+            }
+            Ok(())
+        })
     }
 
     /// Reads cells of the points so far.
     pub fn cells(&mut self, scan: &mut Scan<'_>, count: usize, kind: CellKind) -> Result<()> {
-        let mut nodes = Vec::with_capacity(count * kind.points());
-        let mut labels = Vec::with_capacity(count);
-        for _ in 0..count {
-            for _ in 0..kind.points() {
-                nodes.push(scan.vertex(self.points.len())?);
+        let (width, points) = (kind.points(), self.points.len());
+        let (mut nodes, mut labels) = (vec![0; count * width], vec![0; count]);
+        let to = (&mut nodes[..], width, &mut labels[..]);
+        scan.rows(width + 1, 0, to, |scan, nodes, labels| {
+            if fast_cells(scan, points, nodes, labels) {
+                return Ok(());
             }
-            labels.push(label(scan)?);
-        }
+            for (cell, to) in nodes.chunks_exact_mut(width).zip(labels) {
+                for node in cell {
+                    *node = scan.vertex(points)?;
+                }
+                *to = label(scan)?;
+            }
+            Ok(())
+        })?;
         self.blocks.push((CellBlock::new(kind, nodes), labels));
         Ok(())
     }
@@ -93,6 +104,76 @@ impl Rows {
         }
         mesh.groups = groups.into_values().collect();
         mesh
+    }
+}
+
+/// Fills points and labels from a binary file at once; whether all is sound, without what and where it is not.
+fn fast_points(
+    scan: &Scan<'_>,
+    dimension: usize,
+    points: &mut [[f64; 3]],
+    labels: &mut [i32],
+) -> bool {
+    fn fill<R: Scalar, L: Scalar>(
+        scan: &Scan<'_>,
+        dimension: usize,
+        points: &mut [[f64; 3]],
+        labels: &mut [i32],
+    ) -> bool {
+        let big_endian = scan.numbers == Numbers::Big;
+        let rows = scan.rest().chunks_exact(dimension * R::WIDTH + L::WIDTH);
+        let enough = rows.len() >= points.len();
+        rows.zip(points)
+            .zip(labels)
+            .fold(enough, |sound, ((row, point), to)| {
+                let (reals, label) = row.split_at(dimension * R::WIDTH);
+                let numbers = R::each(reals, big_endian);
+                point
+                    .iter_mut()
+                    .zip(numbers)
+                    .for_each(|(x, number)| *x = number.float());
+                let label = L::each(label, big_endian).next().map_or(f64::NAN, L::float);
+                *to = label as i32;
+                sound & point.iter().all(|x| x.is_finite()) & (f64::from(*to) == label)
+            })
+    }
+    match (scan.numbers, scan.single, scan.wide) {
+        (Numbers::Ascii, ..) => false,
+        (_, true, false) => fill::<f32, i32>(scan, dimension, points, labels),
+        (_, true, true) => fill::<f32, i64>(scan, dimension, points, labels),
+        (_, false, false) => fill::<f64, i32>(scan, dimension, points, labels),
+        (_, false, true) => fill::<f64, i64>(scan, dimension, points, labels),
+    }
+}
+
+/// [`fast_points`] for the nodes of cells, of which there are as many `points`.
+fn fast_cells(scan: &Scan<'_>, points: usize, nodes: &mut [u32], labels: &mut [i32]) -> bool {
+    fn fill<L: Scalar>(
+        scan: &Scan<'_>,
+        points: usize,
+        nodes: &mut [u32],
+        labels: &mut [i32],
+    ) -> bool {
+        let width = nodes.len() / labels.len().max(1);
+        let words = scan.rest().get(..(nodes.len() + labels.len()) * L::WIDTH);
+        let mut words = L::each(words.unwrap_or_default(), scan.numbers == Numbers::Big);
+        let mut sound = words.len() == nodes.len() + labels.len();
+        for (cell, to) in nodes.chunks_exact_mut(width.max(1)).zip(labels) {
+            for (node, word) in cell.iter_mut().zip(&mut words) {
+                let index = word.index().unwrap_or(0).wrapping_sub(1);
+                sound &= index < points as u64;
+                *node = index as u32;
+            }
+            let label = words.next().map_or(f64::NAN, L::float);
+            *to = label as i32;
+            sound &= f64::from(*to) == label;
+        }
+        sound
+    }
+    match (scan.numbers, scan.wide) {
+        (Numbers::Ascii, _) => false,
+        (_, false) => fill::<i32>(scan, points, nodes, labels),
+        (_, true) => fill::<i64>(scan, points, nodes, labels),
     }
 }
 
@@ -146,10 +227,10 @@ impl<'a> Labels<'a> {
         }
     }
 
-    /// Labels points: by the field of that name, or else by the vertex cells. Other fields are lost.
-    pub fn label_points(&mut self, losses: &mut Losses) {
+    /// Labels points: by the field of that name, or else by the vertex cells. The other fields.
+    pub fn label_points(&mut self, losses: &mut Losses) -> Vec<&'a Field> {
         let mesh = self.mesh;
-        let mut labels = None;
+        let (mut labels, mut others) = (None, Vec::new());
         for field in &mesh.fields {
             match (&field.values, labels.is_none()) {
                 (Values::I32(values), true) if is_label(field) => labels = Some(values.clone()),
@@ -159,7 +240,7 @@ impl<'a> Labels<'a> {
                 {
                     labels = Some(values.iter().map(|&v| v as i32).collect());
                 }
-                _ => losses.lose(format!("the field {:?} on {}", field.name, field.on)),
+                _ => others.push(field),
             }
         }
         let mut labels = labels.unwrap_or_default();
@@ -185,6 +266,7 @@ impl<'a> Labels<'a> {
             ));
         }
         self.of_points = labels;
+        others
     }
 
     /// Each point with its label.

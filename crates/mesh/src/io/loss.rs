@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
-use crate::mesh::{Group, Mesh, Partitions};
+use crate::mesh::{Group, Mesh, Partitions, Support};
 
 /// Collects what a target format cannot hold.
 #[derive(Default)]
@@ -18,6 +18,11 @@ pub struct Losses {
 impl Losses {
     pub fn lose(&mut self, what: impl Into<String>) {
         self.losses.push(what.into());
+    }
+
+    /// Loses a whole field.
+    pub fn lose_field(&mut self, name: &str, on: Support) {
+        self.lose(format!("the field {name:?} on {on}"));
     }
 
     /// [`Losses::lose`] where `count` is not 0.

@@ -86,7 +86,7 @@ pub fn write(path: &Path, mesh: &Mesh, format: &str, options: &Options) -> Resul
         back = round_trip(&rest, &mut Losses::default())?;
     }
     for field in lost {
-        losses.lose(format!("the field {:?} on {}", field.name, field.on));
+        losses.lose_field(&field.name, field.on);
     }
     compare(mesh, &back, &mut losses);
     losses.note_gmsh(mesh);

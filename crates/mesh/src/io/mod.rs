@@ -20,6 +20,7 @@ mod netcdf;
 mod out;
 mod pattern;
 mod plain;
+mod polytopes;
 mod raw;
 mod recognise;
 mod results;

@@ -34,20 +34,21 @@ impl Sets {
     pub fn cells(&mut self, dim: u8, tag: i64, name: &str, cells: impl IntoIterator<Item = u32>) {
         let ends = self.mesh.block_ends();
         let mut by_dim: [Vec<u32>; 4] = std::array::from_fn(|_| Vec::new());
-        // The block of the last cell, which is mostly that of the next.
-        let (mut range, mut of) = (0..0, 0);
-        for cell in cells {
-            if !range.contains(&(cell as usize)) {
-                let k = ends.partition_point(|&end| end <= cell as usize);
-                let Some(block) = self.mesh.blocks.get(k) else {
-                    continue;
-                };
-                (range, of) = (
-                    ends[k] - block.len()..ends[k],
-                    usize::from(block.kind.dim()),
-                );
-            }
-            by_dim[of].push(cell);
+        let cells: Vec<u32> = cells.into_iter().collect();
+        let mut rest = &cells[..];
+        while let Some((&cell, others)) = rest.split_first() {
+            let k = ends.partition_point(|&end| end <= cell as usize);
+            let Some(block) = self.mesh.blocks.get(k) else {
+                rest = others;
+                continue;
+            };
+            let range = ends[k] - block.len()..ends[k];
+            let mine = rest
+                .iter()
+                .take_while(|&&cell| range.contains(&(cell as usize)));
+            let (of_block, others) = rest.split_at(mine.count());
+            by_dim[usize::from(block.kind.dim())].extend(of_block);
+            rest = others;
         }
         let by_dim = (0..).zip(by_dim).filter(|(_, cells)| !cells.is_empty());
         self.groups_of(by_dim.collect(), dim, tag, name);

@@ -260,7 +260,7 @@ fn write(path: &Path, mesh: &Mesh, _: &[GlobalArray], options: &Options) -> Resu
         "groups that are no sides of the mesh",
     );
     for field in &mesh.fields {
-        losses.lose(format!("the field {:?} on {}", field.name, field.on));
+        losses.lose_field(&field.name, field.on);
     }
     if dim == 2 {
         let raised = mesh.points.iter().filter(|point| point[2] != 0.0).count();

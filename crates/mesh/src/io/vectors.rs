@@ -32,7 +32,11 @@ pub fn join(fields: &mut Vec<Field>) {
             continue;
         }
         let stem = axis(&parts[0].name).map_or("", |(stem, _)| stem).to_owned();
-        let name = stem.trim_end_matches(['_', ' ', '-', '.']).to_owned();
+        // One mark between the name and the letter is not part of the name.
+        let name = stem
+            .strip_suffix(['_', ' ', '-', '.'])
+            .unwrap_or(&stem)
+            .to_owned();
         let columns: Vec<Vec<f64>> = parts.iter().map(|part| part.values.to_f64()).collect();
         let rows = 0..columns[0].len();
         let values = rows.flat_map(|row| columns.iter().map(move |column| column[row]));

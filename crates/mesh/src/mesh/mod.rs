@@ -210,13 +210,17 @@ impl Mesh {
             .unwrap_or(u64::from(point) + 1)
     }
 
-    /// The file's numbers of all cells in order.
+    /// The file's numbers of all cells in order; cells without one are numbered on from the highest.
     pub fn cell_tags(&self) -> impl Iterator<Item = u64> {
-        let mut next = 1u64;
+        let highest = self.blocks.iter().flat_map(|block| &block.tags).max();
+        let mut next = highest.copied().unwrap_or(0);
         self.blocks.iter().flat_map(move |block| {
             let first = next;
-            next += block.len() as u64;
-            (0..block.len()).map(move |i| block.tags.get(i).copied().unwrap_or(first + i as u64))
+            if block.tags.is_empty() {
+                next = next.saturating_add(block.len() as u64);
+            }
+            let number = move |i: usize| first.saturating_add(i as u64 + 1);
+            (0..block.len()).map(move |i| block.tags.get(i).copied().unwrap_or_else(|| number(i)))
         })
     }
 

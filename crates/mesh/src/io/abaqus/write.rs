@@ -44,7 +44,7 @@ pub fn write(
     refuse_unsound(path, mesh)?;
     let mut losses = Losses::default();
     for field in &mesh.fields {
-        losses.lose(format!("the field {:?} on {}", field.name, field.on));
+        losses.lose_field(&field.name, field.on);
     }
     losses.note_gmsh(mesh);
     let dim = mesh.dim();

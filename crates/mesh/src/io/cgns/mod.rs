@@ -1,12 +1,15 @@
 //! CGNS, the format of flow solvers, on HDF5 and on ADF.
 //!
 //! Read are all zones of the first base, unstructured, or structured as hexahedra and quadrangles: boundary conditions, families
-//! and sections are groups, solutions are fields, at their times where the base gives these. Polyhedra are not read, which is told.
+//! and sections are groups, solutions are fields, at their times where the base gives these; polygons
+//! and polyhedra (NGON_n, NFACE_n) are cells.
 //! Written is one unstructured zone on HDF5; each group is a boundary condition.
 
 mod adf;
 mod cells;
 mod read;
+#[cfg(test)]
+mod tests;
 mod tree;
 mod write;
 

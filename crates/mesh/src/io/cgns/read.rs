@@ -1,17 +1,25 @@
 //! Reads CGNS files.
 
+mod boundaries;
+mod polytopes;
+mod solutions;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
+use boundaries::{alias, family};
+use polytopes::{face, faces, lists};
+
 use super::tree::{self, Node};
 use super::{adf, cells};
 use crate::error::Result;
+use crate::io::polytopes::Lists;
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::{self, Sets};
 use crate::io::vtu::array::RawNumbers;
 use crate::io::{Content, rows, vectors};
-use crate::mesh::{CellBlock, CellKind, Field, Support};
+use crate::mesh::{CellBlock, CellKind, Support};
 
 struct Reader {
     sets: Sets,
@@ -21,11 +29,12 @@ struct Reader {
     unread: Vec<String>,
 }
 
+#[derive(Clone)]
 enum Members {
     Cells(Vec<u32>),
     Nodes(Vec<u32>),
-    /// Parts of structured grids: kinds and nodes.
-    Given(CellKind, Vec<u32>),
+    /// Parts of structured grids and faces of polyhedra: kinds and nodes.
+    Given(Vec<(CellKind, Vec<u32>)>),
 }
 
 /// A zone that has been read.
@@ -35,6 +44,8 @@ struct Zone {
     points: Range<u32>,
     /// First and last number of the elements of a section, and its first cell.
     sections: Vec<(i64, i64, u32)>,
+    /// The faces of polyhedra, from the number of the first on.
+    faces: Vec<(i64, Lists)>,
     /// Those of the dimension of the base, which have the values.
     cells: Vec<u32>,
 }
@@ -130,24 +141,6 @@ fn aliases(base: &Node<'_>) -> Result<BTreeMap<String, String>> {
     Ok(aliases)
 }
 
-fn alias(aliases: &BTreeMap<String, String>, family: &str) -> String {
-    aliases
-        .get(family)
-        .cloned()
-        .unwrap_or_else(|| family.to_owned())
-}
-
-fn family(node: &Node<'_>) -> Result<Option<String>> {
-    match node.labelled("FamilyName_t")?.first() {
-        Some(family) => Ok(family
-            .texts(0)?
-            .into_iter()
-            .next()
-            .filter(|text| !text.is_empty())),
-        None => Ok(None),
-    }
-}
-
 impl Reader {
     /// Reads the points and cells of a zone.
     fn zone(&mut self, node: &Node<'_>, dimension: u8) -> Result<Zone> {
@@ -213,18 +206,17 @@ impl Reader {
                 structure: Some(counts),
                 points,
                 sections: Vec::new(),
+                faces: Vec::new(),
                 cells,
             });
         }
+        let all = node.labelled("Elements_t")?;
+        let faces = faces(&all)?;
         let mut sections = Vec::new();
-        for section in node.labelled("Elements_t")? {
+        for section in all {
             let first = self.sets.mesh.cell_count() as u32;
-            let range = section
-                .child("ElementRange")?
-                .map(|range| range.integers())
-                .transpose()?
-                .unwrap_or_default();
-            if !self.elements(&section, &points)? {
+            let range = range(&section)?;
+            if !self.elements(&section, &points, &faces)? {
                 continue;
             }
             let count = self.sets.mesh.cell_count() as i64 - i64::from(first);
@@ -256,25 +248,48 @@ impl Reader {
             structure: None,
             points,
             sections,
+            faces,
             cells,
         })
     }
 
-    /// Reads a section of elements; false if it is of a kind that is not read.
-    fn elements(&mut self, section: &Node<'_>, points: &Range<u32>) -> Result<bool> {
+    /// Reads a section of elements; false if there are no cells in it.
+    fn elements(
+        &mut self,
+        section: &Node<'_>,
+        points: &Range<u32>,
+        faces: &[(i64, Lists)],
+    ) -> Result<bool> {
         let number = section.integers()?.first().copied().unwrap_or(0);
+        let refuse = |what| section.refuse(what);
+        match number {
+            // Where there are polyhedra, these are their faces.
+            cells::NGON if !faces.is_empty() => return Ok(false),
+            cells::NGON => {
+                self.sets
+                    .polygons(&lists(section)?, points)
+                    .map_err(refuse)?;
+                return Ok(true);
+            }
+            cells::NFACE => {
+                let face = |number| Ok(face(faces, number, points)?.1);
+                self.sets
+                    .polyhedra(&lists(section)?, face)
+                    .map_err(refuse)?;
+                return Ok(true);
+            }
+            number if number != cells::MIXED && cells::kind(number).is_none() => {
+                self.unread.push(format!(
+                    "the section {:?} of elements of CGNS's type {number}",
+                    section.name()
+                ));
+                return Ok(false);
+            }
+            _ => {}
+        }
         let numbers = section.child("ElementConnectivity")?;
         let numbers = numbers.map(|nodes| nodes.raw()).transpose()?.flatten();
         let numbers = numbers.unwrap_or(RawNumbers::of::<i32>(Vec::new()));
-        if [cells::NGON, cells::NFACE].contains(&number)
-            || (number != cells::MIXED && cells::kind(number).is_none())
-        {
-            self.unread.push(format!(
-                "the section {:?} of elements of CGNS's type {number}",
-                section.name()
-            ));
-            return Ok(false);
-        }
         let mut add = |kind: CellKind, numbers: &RawNumbers<'_>| -> Result<()> {
             let nodes = numbers.nodes(&Nodes {
                 base: 1,
@@ -323,189 +338,6 @@ impl Reader {
         Ok(true)
     }
 
-    fn boundaries(
-        &mut self,
-        node: &Node<'_>,
-        zone: &Zone,
-        aliases: &BTreeMap<String, String>,
-    ) -> Result<()> {
-        for list in node.labelled("ZoneBC_t")? {
-            for boundary in list.labelled("BC_t")? {
-                let Some(members) = self.members(&boundary, zone)? else {
-                    self.unread.push(format!(
-                        "the boundary condition {:?}, whose place is not understood",
-                        boundary.name()
-                    ));
-                    continue;
-                };
-                let family = family(&boundary)?;
-                let own = boundary.name().to_owned();
-                match family {
-                    Some(family) if family == own => {
-                        self.groups.push((alias(aliases, &family), members))
-                    }
-                    Some(family) => {
-                        let name = alias(aliases, &family);
-                        if name != own {
-                            self.groups.push((name, members.again()));
-                        }
-                        self.groups.push((own, members));
-                    }
-                    None => self.groups.push((own, members)),
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// What a boundary condition is on.
-    fn members(&self, boundary: &Node<'_>, zone: &Zone) -> Result<Option<Members>> {
-        let mut place = None;
-        for name in ["PointRange", "PointList", "ElementRange", "ElementList"] {
-            if let Some(node) = boundary.child(name)? {
-                place = Some((name, node.integers()?));
-                break;
-            }
-        }
-        let Some((name, numbers)) = place else {
-            return Ok(None);
-        };
-        let location = boundary
-            .text_of("GridLocation")?
-            .unwrap_or_else(|| "Vertex".into());
-        let on_nodes = location == "Vertex" && name.starts_with("Point");
-        if let Some(structure) = &zone.structure {
-            return Ok((name == "PointRange")
-                .then(|| part_of_grid(structure, &numbers, &location, zone.points.start))
-                .flatten());
-        }
-        let most = (self.sets.mesh.points.len() + self.sets.mesh.cell_count()) as i64;
-        let listed: Vec<i64> = match (name.ends_with("Range"), &numbers[..]) {
-            // No more than there are points and cells.
-            (true, &[from, to]) if to.checked_sub(from).is_some_and(|n| n <= most) => {
-                (from..=to).collect()
-            }
-            (true, _) => return Ok(None),
-            (false, _) => numbers,
-        };
-        if on_nodes {
-            let node = |&n: &i64| {
-                u32::try_from(n.wrapping_sub(1))
-                    .ok()
-                    .filter(|&n| n < zone.points.len() as u32)
-                    .map(|n| zone.points.start + n)
-            };
-            return Ok(listed
-                .iter()
-                .map(node)
-                .collect::<Option<_>>()
-                .map(Members::Nodes));
-        }
-        let cell = |&n: &i64| {
-            let at = zone
-                .sections
-                .partition_point(|&(from, ..)| from <= n)
-                .checked_sub(1)?;
-            let (from, to, first) = zone.sections[at];
-            (n <= to).then(|| first + (n - from) as u32)
-        };
-        Ok(listed
-            .iter()
-            .map(cell)
-            .collect::<Option<_>>()
-            .map(Members::Cells))
-    }
-
-    /// Solutions as fields, at the times that they are for.
-    fn solutions(&mut self, node: &Node<'_>, zone: &Zone, times: &[f64]) -> Result<()> {
-        let mut steps: BTreeMap<String, usize> = BTreeMap::new();
-        for data in node.labelled("ZoneIterativeData_t")? {
-            for pointers in data.children()? {
-                if pointers.name().starts_with("FlowSolution")
-                    && pointers.name().ends_with("Pointers")
-                {
-                    let width = pointers.shape()?.first().copied().unwrap_or(32);
-                    steps.extend(pointers.texts(width)?.into_iter().zip(0..));
-                }
-            }
-        }
-        for solution in node.labelled("FlowSolution_t")? {
-            let location = solution
-                .text_of("GridLocation")?
-                .unwrap_or_else(|| "Vertex".into());
-            let (on, items): (_, Vec<u32>) = match location.as_str() {
-                "Vertex" => (Support::Points, zone.points.clone().collect()),
-                "CellCenter" => (Support::Cells, zone.cells.clone()),
-                other => {
-                    self.unread.push(format!(
-                        "the solution {:?} on each {other}",
-                        solution.name()
-                    ));
-                    continue;
-                }
-            };
-            let step = steps.get(solution.name()).copied();
-            let time = step.and_then(|step| times.get(step).copied());
-            for array in solution.labelled("DataArray_t")? {
-                let Some(values) = array
-                    .values()?
-                    .filter(|values| values.len() == items.len() && !items.is_empty())
-                else {
-                    self.unread.push(format!(
-                        "{:?} of the solution {:?}, which is not of its size",
-                        array.name(),
-                        solution.name()
-                    ));
-                    continue;
-                };
-                let fields = &mut self.sets.mesh.fields;
-                // The same of another zone continues a field.
-                let same = |field: &&mut Field| {
-                    (field.name.as_str(), field.on, field.time) == (array.name(), on, time)
-                        && field
-                            .at
-                            .last()
-                            .zip(items.first())
-                            .is_some_and(|(last, first)| last < first)
-                };
-                if let Some(known) = fields.iter_mut().rev().find(same) {
-                    known.at.extend(&items);
-                    known.values =
-                        crate::mesh::Values::F64([known.values.to_f64(), values.to_f64()].concat());
-                    continue;
-                }
-                let taken = fields.iter().any(|field| {
-                    (field.name.as_str(), field.on, field.time) == (array.name(), on, time)
-                });
-                let name = if taken {
-                    format!("{} {}", solution.name(), array.name())
-                } else {
-                    array.name().to_owned()
-                };
-                // Cells of a section may have numbers that do not ascend with their places.
-                let mut order: Vec<usize> = (0..items.len()).collect();
-                order.sort_unstable_by_key(|&k| items[k]);
-                let is_sorted = order.is_sorted();
-                let values = match is_sorted {
-                    true => values,
-                    false => {
-                        let all = values.to_f64();
-                        crate::mesh::Values::F64(order.iter().map(|&k| all[k]).collect())
-                    }
-                };
-                fields.push(Field {
-                    at: order.iter().map(|&k| items[k]).collect(),
-                    time,
-                    step: step
-                        .filter(|_| time.is_some())
-                        .and_then(|step| i32::try_from(step + 1).ok()),
-                    ..Field::new(name, on, 1, values)
-                });
-            }
-        }
-        Ok(())
-    }
-
     /// Sections that no other group has the cells of are groups by their names.
     fn sections(&mut self, node: &Node<'_>, zone: &Zone) -> Result<()> {
         let mut covered = vec![false; self.sets.mesh.cell_count()];
@@ -518,11 +350,7 @@ impl Reader {
         let named = all.iter().filter(|section| section.integers().is_ok());
         let mut found = Vec::new();
         for section in named {
-            let range = section
-                .child("ElementRange")?
-                .map(|range| range.integers())
-                .transpose()?
-                .unwrap_or_default();
+            let range = range(section)?;
             let known = zone
                 .sections
                 .iter()
@@ -555,12 +383,9 @@ impl Reader {
             match members {
                 Members::Cells(cells) => self.sets.cells(dimension, tag, &name, cells),
                 Members::Nodes(nodes) => self.sets.nodes(tag, &name, nodes),
-                Members::Given(kind, nodes) => {
-                    self.sets.given(
-                        tag,
-                        &name,
-                        nodes.chunks_exact(kind.points()).map(|cell| (kind, cell)),
-                    );
+                Members::Given(cells) => {
+                    let cells = cells.iter().map(|(kind, nodes)| (*kind, &nodes[..]));
+                    self.sets.given(tag, &name, cells);
                 }
             }
         }
@@ -580,54 +405,11 @@ impl Reader {
     }
 }
 
-impl Members {
-    fn again(&self) -> Members {
-        match self {
-            Members::Cells(cells) => Members::Cells(cells.clone()),
-            Members::Nodes(nodes) => Members::Nodes(nodes.clone()),
-            Members::Given(kind, nodes) => Members::Given(*kind, nodes.clone()),
-        }
-    }
-}
-
-/// The cells of a part of a structured zone, given by its first and last indices of points, or of faces.
-fn part_of_grid(structure: &[usize], range: &[i64], location: &str, first: u32) -> Option<Members> {
-    let rank = structure.len();
-    let (from, to) = range.split_at_checked(rank)?;
-    let mut bounds = Vec::new();
-    for axis in 0..rank {
-        let (mut low, mut high) = (from[axis].min(*to.get(axis)?), from[axis].max(to[axis]));
-        // Faces have the points at both of their ends, but for the direction in which they lie.
-        if location != "Vertex" && low != high {
-            high = high.saturating_add(1);
-        }
-        let last = structure[axis] as i64;
-        (low, high) = (low.clamp(1, last.max(1)), high.clamp(1, last.max(1)));
-        bounds.push((
-            usize::try_from(low - 1).ok()?,
-            usize::try_from(high - 1).ok()?,
-        ));
-    }
-    let counts: Vec<usize> = bounds
-        .iter()
-        .rev()
-        .map(|&(low, high)| high.saturating_sub(low) + 1)
-        .collect();
-    let (kind, places) = sets::grid(&counts, 0);
-    let nodes = places.into_iter().map(|place| {
-        let (mut rest, mut stride, mut node) = (place as usize, 1, 0);
-        for (axis, &(low, high)) in bounds.iter().enumerate() {
-            let count = high.saturating_sub(low) + 1;
-            node += (low + rest % count) * stride;
-            rest /= count;
-            stride *= structure[axis];
-        }
-        first + node as u32
-    });
-    let nodes: Vec<u32> = nodes.collect();
-    let end = structure.iter().product::<usize>() as u32;
-    nodes
-        .iter()
-        .all(|&node| node - first < end)
-        .then_some(Members::Given(kind, nodes))
+/// The first and the last number of the elements of a section.
+fn range(section: &Node<'_>) -> Result<Vec<i64>> {
+    let range = section.child("ElementRange")?;
+    Ok(range
+        .map(|range| range.integers())
+        .transpose()?
+        .unwrap_or_default())
 }

@@ -264,7 +264,7 @@ fn write_fields<'a>(
 }
 
 /// What each node says of itself.
-fn describe(node: &mut Group<'_>, name: &str, label: &str, kind: &str) {
+pub(super) fn describe(node: &mut Group<'_>, name: &str, label: &str, kind: &str) {
     if node.has_attributes() {
         return;
     }
@@ -275,7 +275,7 @@ fn describe(node: &mut Group<'_>, name: &str, label: &str, kind: &str) {
     node.with("flags", Data::integers(INT, vec![1], |_| 1));
 }
 
-fn node<'b, 'a>(
+pub(super) fn node<'b, 'a>(
     parent: &'b mut Group<'a>,
     name: &str,
     label: &str,
@@ -287,7 +287,7 @@ fn node<'b, 'a>(
 }
 
 /// A node whose data are a text.
-fn text(parent: &mut Group<'_>, name: &str, label: &str, value: &str) {
+pub(super) fn text(parent: &mut Group<'_>, name: &str, label: &str, value: &str) {
     node(parent, name, label, "C1").add(" data", characters(value, value.len()));
 }
 

@@ -1,22 +1,26 @@
 //! Reads Exodus files.
 
+mod polytopes;
+mod sets;
+mod variables;
+
 use std::collections::HashSet;
 use std::path::Path;
 
 use super::cells;
 use crate::error::Result;
-use crate::field::GlobalArray;
 use crate::io::netcdf::File;
+use crate::io::polytopes::Lists;
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::Sets;
 use crate::io::vtu::array::RawNumbers;
 use crate::io::{Content, vectors};
-use crate::mesh::{CellBlock, CellKind, Field, Support, Values};
+use crate::mesh::{CellBlock, CellKind, Shape};
 
 /// An element block of the file.
 struct Block {
-    /// The kind is none where there are no elements.
-    kind: Option<CellKind>,
+    /// None where there are no elements.
+    shape: Option<Shape>,
     /// Number of elements.
     count: usize,
     is_shell: bool,
@@ -29,6 +33,8 @@ struct Reader<'a> {
     sets: Sets,
     blocks: Vec<Block>,
     dimension: usize,
+    /// The corners of the faces of polyhedra.
+    faces: Option<Lists>,
     unread: Vec<String>,
 }
 
@@ -59,6 +65,7 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         sets: Sets::default(),
         blocks: Vec::new(),
         dimension: 0,
+        faces: None,
         unread: Vec::new(),
     };
     reader.points()?;
@@ -165,10 +172,12 @@ impl Reader<'_> {
                 .get(k)
                 .cloned()
                 .unwrap_or((k as i64 + 1, String::new()));
-            let Some(shape) = self.file.shape(&connect)? else {
+            let found = self.polytopes(k + 1)?;
+            let Some(shape) = self.file.shape(&connect)?.filter(|_| found.is_none()) else {
+                let (shape, count) = found.unzip();
                 self.blocks.push(Block {
-                    kind: None,
-                    count: 0,
+                    shape,
+                    count: count.unwrap_or(0),
                     is_shell: false,
                     tag,
                     name,
@@ -213,7 +222,7 @@ impl Reader<'_> {
             let nodes = nodes.map_err(|what| self.file.refuse(format!("{connect}: {what}")))?;
             let is_shell = cells::is_shell(&element, self.dimension);
             self.blocks.push(Block {
-                kind: Some(kind),
+                shape: Some(kind.shape()),
                 count,
                 is_shell,
                 tag,
@@ -225,7 +234,7 @@ impl Reader<'_> {
         for block in &self.blocks {
             let cells = first..first + block.count as u32;
             first = cells.end;
-            let dim = block.kind.map_or(self.dimension as u8, CellKind::dim);
+            let dim = block.shape.map_or(self.dimension as u8, Shape::dim);
             self.sets.cells(dim, block.tag, &block.name, cells);
         }
         Ok(())
@@ -274,205 +283,10 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A variable of the k-th of several; the old files have all of them in one.
-    fn variable(&self, one: &str, all: &str, k: usize, step: usize) -> Result<Option<Values>> {
-        if let Some(values) = self.file.row(one, step)? {
-            return Ok(Some(values));
-        }
-        let shape = self.file.shape(all)?.unwrap_or_default();
-        let [_, count, width] = shape[..] else {
-            return Ok(None);
-        };
-        let values = self.file.row(all, step)?;
-        Ok(values.filter(|_| k < count).map(|values| {
-            Values::F64(
-                values
-                    .to_f64()
-                    .into_iter()
-                    .skip(k * width)
-                    .take(width)
-                    .collect(),
-            )
-        }))
-    }
-
-    fn on_nodes(&mut self, step: usize, time: Option<f64>) -> Result<()> {
-        let points = self.sets.mesh.points.len();
-        for (k, name) in self
-            .file
-            .texts("name_nod_var")?
-            .unwrap_or_default()
-            .into_iter()
-            .enumerate()
-        {
-            let values =
-                self.variable(&format!("vals_nod_var{}", k + 1), "vals_nod_var", k, step)?;
-            match values.filter(|values| values.len() == points && points > 0) {
-                Some(values) => self.add(Field::new(name, Support::Points, 1, values), step, time),
-                None => self.tell(format!(
-                    "the variable {name:?} on nodes, whose values are not there"
-                )),
-            }
-        }
-        Ok(())
-    }
-
     fn tell(&mut self, what: String) {
         if !self.unread.contains(&what) {
             self.unread.push(what);
         }
-    }
-
-    fn add(&mut self, field: Field, step: usize, time: Option<f64>) {
-        self.sets.mesh.fields.push(Field {
-            time,
-            step: time.and(i32::try_from(step + 1).ok()),
-            ..field
-        });
-    }
-
-    fn on_elements(&mut self, step: usize, time: Option<f64>) -> Result<()> {
-        for (k, name) in self
-            .file
-            .texts("name_elem_var")?
-            .unwrap_or_default()
-            .into_iter()
-            .enumerate()
-        {
-            let (mut at, mut parts) = (Vec::new(), Vec::new());
-            let mut first = 0;
-            for (b, block) in self.blocks.iter().enumerate() {
-                let cells = first..first + block.count as u32;
-                first = cells.end;
-                // Where the truth table says no, there is no such variable.
-                let found = self
-                    .file
-                    .row(&format!("vals_elem_var{}eb{}", k + 1, b + 1), step)?;
-                if let Some(values) = found.filter(|values| values.len() == block.count) {
-                    at.extend(cells);
-                    parts.push(values);
-                }
-            }
-            if at.is_empty() {
-                self.tell(format!(
-                    "the variable {name:?} on elements, whose values are not there"
-                ));
-                continue;
-            }
-            let at = if at.len() == first as usize {
-                Vec::new()
-            } else {
-                at
-            };
-            let field = Field {
-                at,
-                ..Field::new(name, Support::Cells, 1, joined(parts))
-            };
-            self.add(field, step, time);
-        }
-        Ok(())
-    }
-
-    /// Variables of the whole: at one time, or a row for each time.
-    fn globals(
-        &mut self,
-        times: &[f64],
-        time: Option<f64>,
-        whole: &mut Vec<GlobalArray>,
-    ) -> Result<()> {
-        let names = self.file.texts("name_glo_var")?.unwrap_or_default();
-        let values = self
-            .file
-            .values("vals_glo_var")?
-            .map_or(Vec::new(), |values| values.to_f64());
-        let kept = |row: &usize| time.is_none() || times.get(*row).copied() == time;
-        for (k, name) in names.iter().enumerate() {
-            let rows = values.chunks_exact(names.len()).enumerate();
-            let column = rows.filter(|(row, _)| kept(row)).map(|(_, row)| row[k]);
-            whole.push(GlobalArray::numbers(name, Values::F64(column.collect())));
-        }
-        Ok(())
-    }
-
-    fn sides(&mut self) -> Result<()> {
-        let mut ends = Vec::new();
-        for block in &self.blocks {
-            ends.push(ends.last().copied().unwrap_or(0) + block.count);
-        }
-        for (k, (tag, name)) in self
-            .numbers_and_names("ss_prop1", "ss_names")?
-            .into_iter()
-            .enumerate()
-        {
-            let elements = self
-                .integers(&format!("elem_ss{}", k + 1))?
-                .unwrap_or_default();
-            let numbers = self
-                .integers(&format!("side_ss{}", k + 1))?
-                .unwrap_or_default();
-            let mut sides = Vec::with_capacity(elements.len());
-            for (&element, &side) in elements.iter().zip(&numbers) {
-                let cell = usize::try_from(element.wrapping_sub(1)).unwrap_or(usize::MAX);
-                let block = self.blocks.get(ends.partition_point(|&end| end <= cell));
-                let corners = block.and_then(|block| {
-                    let all = cells::sides(block.kind?.shape(), block.is_shell);
-                    all.get(usize::try_from(side.wrapping_sub(1)).ok()?)
-                });
-                let Some(corners) = corners else {
-                    let what = format!(
-                        "the side set {tag} names side {side} of element {element}, which is not there"
-                    );
-                    return Err(self.file.refuse(what));
-                };
-                sides.push((cell as u32, *corners));
-            }
-            let unknown = self.sets.sides(tag, &name, sides);
-            if unknown > 0 {
-                self.unread.push(format!(
-                    "{unknown} sides of the side set {tag}, of cells of higher order"
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    fn node_sets(&mut self) -> Result<()> {
-        let points = self.sets.mesh.points.len();
-        for (tag, name, nodes) in self.lists("ns", "node", points)? {
-            self.sets.nodes(tag, &name, nodes);
-        }
-        Ok(())
-    }
-
-    fn element_sets(&mut self) -> Result<()> {
-        let all = self.blocks.iter().map(|block| block.count).sum();
-        let dim = self.sets.mesh.dim();
-        for (tag, name, elements) in self.lists("els", "elem", all)? {
-            self.sets.cells(dim, tag, &name, elements);
-        }
-        Ok(())
-    }
-
-    /// The number, the name and the members of each set of a kind, of which there are so many things in the file.
-    fn lists(&self, kind: &str, of: &str, count: usize) -> Result<Vec<(i64, String, Vec<u32>)>> {
-        let known = self.numbers_and_names(&format!("{kind}_prop1"), &format!("{kind}_names"))?;
-        let sets = known.into_iter().zip(1..).map(|((tag, name), k)| {
-            let numbers = self.integers(&format!("{of}_{kind}{k}"))?;
-            let index = |number: i64| {
-                let index = u32::try_from(number.wrapping_sub(1)).ok();
-                index
-                    .filter(|&index| (index as usize) < count)
-                    .ok_or_else(|| {
-                        let thing = if of == "node" { "node" } else { "element" };
-                        let what =
-                            format!("the {thing} set {tag} names the {thing} {number} of {count}");
-                        self.file.refuse(what)
-                    })
-            };
-            let members = numbers.unwrap_or_default().into_iter().map(index);
-            Ok((tag, name, members.collect::<Result<_>>()?))
-        });
-        sets.collect()
     }
 
     /// Tells what else is there.
@@ -488,7 +302,8 @@ impl Reader<'_> {
             ("es_prop1", "edge sets"),
             ("fs_prop1", "face sets"),
         ];
-        for (variable, what) in kinds {
+        let used = |variable: &str| variable == "fa_prop1" && self.faces.is_some();
+        for (variable, what) in kinds.into_iter().filter(|(variable, _)| !used(variable)) {
             if let Some(shape) = self.file.shape(variable)? {
                 self.unread
                     .push(format!("{} {what}", shape.first().unwrap_or(&0)));
@@ -507,19 +322,4 @@ impl Reader<'_> {
         }
         Ok(())
     }
-}
-
-/// Parts of one type one after another, of several as binary64.
-fn joined(mut parts: Vec<Values>) -> Values {
-    if parts.len() == 1 {
-        return parts.remove(0);
-    }
-    if parts.iter().all(|part| matches!(part, Values::F32(_))) {
-        let parts = parts.into_iter().filter_map(|part| match part {
-            Values::F32(values) => Some(values),
-            _ => None,
-        });
-        return Values::F32(parts.flatten().collect());
-    }
-    Values::F64(parts.iter().flat_map(Values::to_f64).collect())
 }

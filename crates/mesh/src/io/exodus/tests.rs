@@ -1,5 +1,6 @@
 use super::{FORMAT, times};
 use crate::field::GlobalArray;
+use crate::io::netcdf::{Attribute, Writer};
 use crate::io::{self, Format, Options};
 use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
 
@@ -104,10 +105,24 @@ fn values_on_sides_keep_them_as_cells() {
     let path = folder.path().join("cubes.e");
     let mut mesh = cubes();
     let values = Values::F64((0..5).map(f64::from).collect());
-    mesh.fields = vec![Field::new("flux", Support::Cells, 1, values)];
+    let ends_in_mark = Field::new("d_", Support::Points, 3, Values::F64(vec![2.0; 36]));
+    mesh.fields = vec![Field::new("flux", Support::Cells, 1, values), ends_in_mark];
+    // Sides have no numbers in the file: they get such as no element has.
+    mesh.blocks[0].tags = vec![5];
+    mesh.blocks[1].tags = vec![3];
     io::write(&path, &mesh, &options(false)).unwrap();
     let back = io::read(&path).unwrap();
-    assert_eq!(back.fields[0].values.to_f64().iter().sum::<f64>(), 10.0);
+    assert!(back.fields.iter().any(|field| field.name == "d_"));
+    let mut numbers: Vec<u64> = back.cell_tags().collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    assert_eq!(numbers.len(), back.cell_count());
+    let flux = back
+        .fields
+        .iter()
+        .find(|field| field.name == "flux")
+        .unwrap();
+    assert_eq!(flux.values.to_f64().iter().sum::<f64>(), 10.0);
     assert_eq!(back.groups.len(), mesh.groups.len());
 }
 
@@ -156,5 +171,103 @@ fn damaged_files_are_refused_and_never_more() {
             damaged[place] = (random >> 3) as u8;
         }
         let _ = io::parse(&path, &damaged, None);
+    }
+}
+
+/// Two cubes by their eleven faces, and a block of a triangle, a quadrangle and a pentagon.
+#[test]
+fn polygons_and_polyhedra_are_read() {
+    let mesh = cubes();
+    let faces = [
+        [1, 2, 5, 4],
+        [7, 8, 11, 10],
+        [1, 2, 8, 7],
+        [4, 5, 11, 10],
+        [1, 4, 10, 7],
+        [2, 5, 11, 8],
+        [2, 3, 6, 5],
+        [8, 9, 12, 11],
+        [2, 3, 9, 8],
+        [5, 6, 12, 11],
+        [3, 6, 12, 9],
+    ];
+    let points = &mesh.points;
+    let write = |path: &std::path::Path, of_cells: [i64; 12]| {
+        let mut file = Writer::default();
+        for (name, length) in [
+            ("num_dim", 3),
+            ("num_nodes", 12),
+            ("num_el_blk", 2),
+            ("num_fa_blk", 1),
+            ("num_el_in_blk1", 2),
+            ("num_el_in_blk2", 3),
+            ("num_fac_per_el1", 12),
+            ("num_nod_per_el2", 12),
+            ("num_fa_in_blk1", 11),
+            ("num_nod_per_fa1", 44),
+            ("time_step", 0),
+        ] {
+            file.dimension(name, length);
+        }
+        for (axis, name) in ["coordx", "coordy", "coordz"].into_iter().enumerate() {
+            file.floats(name, &["num_nodes"], move |_, k| points[k][axis]);
+        }
+        file.integers("eb_prop1", &["num_el_blk"], |k| [7, 8][k]);
+        file.integers("fa_prop1", &["num_fa_blk"], |_| 1);
+        file.integers("fbconn1", &["num_nod_per_fa1"], |k| faces.as_flattened()[k]);
+        file.integers("fbepecnt1", &["num_fa_in_blk1"], |_| 4);
+        file.integers("facconn1", &["num_fac_per_el1"], move |k| of_cells[k]);
+        file.integers("ebepecnt1", &["num_el_in_blk1"], |_| 6);
+        file.integers("connect2", &["num_nod_per_el2"], |k| {
+            [1, 2, 4, 2, 3, 6, 5, 1, 2, 8, 10, 7][k]
+        });
+        file.of_last("elem_type", Attribute::Text("NSIDED".into()));
+        file.integers("ebepecnt2", &["num_el_in_blk2"], |k| [3, 4, 5][k]);
+        file.save(path).unwrap();
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("polyhedra.e");
+    write(&path, [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 6, 11]);
+    let content = io::open(&path, None).unwrap();
+    assert!(content.unread.is_empty(), "{:?}", content.unread);
+    let back = content.mesh;
+    let kinds: Vec<_> = back
+        .blocks
+        .iter()
+        .map(|block| (block.kind, block.len()))
+        .collect();
+    let expected = [
+        (CellKind::Polyhedron(8), 2),
+        (CellKind::Triangle, 1),
+        (CellKind::Quadrangle, 1),
+        (CellKind::Polygon(5), 1),
+    ];
+    assert_eq!(kinds, expected);
+    let second: Vec<&[u32]> = back.polyhedra.iter().nth(1).unwrap().collect();
+    assert_eq!((second.len(), second[4]), (6, &[1, 4, 10, 7][..]));
+    assert_eq!(back.blocks[3].nodes, [0, 1, 7, 9, 6]);
+    let cells: Vec<_> = back
+        .groups
+        .iter()
+        .map(|g| (g.dim, g.tag, g.cells.len()))
+        .collect();
+    assert_eq!(cells, [(2, 8, 3), (3, 7, 2)]);
+    for (of_cells, part) in [
+        (
+            [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 6, 12],
+            "there is no face 12",
+        ),
+        (
+            [1, 2, 3, 4, 5, 6, 6, 8, 9, 10, 6, 11],
+            "more than two cells",
+        ),
+        ([0, 2, 3, 4, 5, 6, 7, 8, 9, 10, 6, 11], "there is no face"),
+    ] {
+        write(&path, of_cells);
+        let error = io::open(&path, None).unwrap_err().to_string();
+        assert!(
+            error.contains("facconn1") && error.contains(part),
+            "{error}"
+        );
     }
 }

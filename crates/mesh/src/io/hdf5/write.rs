@@ -155,6 +155,12 @@ impl<'a> Data<'a> {
         })
     }
 
+    /// The same numbers as rows of another shape.
+    pub fn of_shape(self, shape: &[usize]) -> Self {
+        let shape = shape.to_vec();
+        Data { shape, ..self }
+    }
+
     /// Numbers of 64 bits.
     pub fn floats(shape: Vec<usize>, number: impl Fn(usize) -> f64 + Sync + 'a) -> Self {
         Data::made(Type::Float(8), shape, move |first, bytes| {

@@ -344,9 +344,7 @@ fn write_fields<'a>(
                     add_values(step, &format!("MAI.{kind}"), count, 1, values);
                 }
             }
-            Support::CellPoints => {
-                losses.lose(format!("the field {:?} on {}", field.name, field.on))
-            }
+            Support::CellPoints => losses.lose_field(&field.name, field.on),
         }
     }
 }

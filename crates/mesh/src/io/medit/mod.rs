@@ -9,7 +9,8 @@ mod write;
 
 use super::Native;
 use crate::mesh::CellKind;
-pub use sections::Sections;
+pub use sections::{Sections, number};
+pub use write::Binary;
 
 pub static FORMAT: Native = Native {
     title: "Medit",

@@ -57,6 +57,12 @@ fn byte_order(bytes: &[u8]) -> Option<Numbers> {
     }
 }
 
+/// The number of a keyword of values in binary files.
+pub fn number(keyword: &str) -> Option<i32> {
+    let found = KEYWORDS.iter().find(|(known, _)| *known == keyword);
+    found.map(|(_, number)| *number)
+}
+
 /// The keywords of a mesh or of its values, text or binary.
 pub struct Sections<'a> {
     pub scan: Scan<'a>,
@@ -186,7 +192,7 @@ impl<'a> Sections<'a> {
     pub fn count(&mut self, of: &str, ints: usize, reals: usize) -> Result<usize> {
         let scan = &mut self.scan;
         let declared = scan.uint()?;
-        let binary = ints * if scan.wide { 8 } else { 4 } + reals * if scan.single { 4 } else { 8 };
+        let binary = scan.row_bytes(ints, reals);
         scan.believe(declared, of, scan.least(2 * (ints + reals), binary))
     }
 

@@ -8,10 +8,11 @@ use crate::field::GlobalArray;
 use crate::io::labels::Labels;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
-use crate::io::{Options, refuse_unsound};
+use crate::io::{Options, refuse_unsound, sol};
 use crate::mesh::{CellKind, Mesh};
 
-/// Writes a mesh, with two coordinates if it lies in the plane z = 0; in binary if asked to, or by the suffix `.meshb`.
+/// Writes a mesh, with two coordinates if it lies in the plane z = 0; in binary if asked to, or by the suffix `.meshb`. Fields
+/// are in a file of their own beside it.
 pub fn write(
     path: &Path,
     mesh: &Mesh,
@@ -25,7 +26,7 @@ pub fn write(
         |kind: CellKind| CELLS.iter().any(|(.., known)| *known == kind) || kind == CellKind::Vertex;
     let rest = mesh.cells().filter(|(_, kind, _)| !held(*kind)).count();
     losses.lose_some(rest, "cells of the kinds that it has no keyword for");
-    labels.label_points(&mut losses);
+    let fields = labels.label_points(&mut losses);
     losses.note_gmsh(mesh);
 
     // FreeFEM and dolfinx expect a planar mesh to have two coordinates.
@@ -35,13 +36,18 @@ pub fn write(
     let is_meshb = path
         .extension()
         .is_some_and(|suffix| suffix.eq_ignore_ascii_case("meshb"));
-    if options.binary || is_meshb {
+    let is_binary = options.binary || is_meshb;
+    let values = sol::write(path, mesh, dimension, &fields, is_binary, &mut losses)?;
+    if is_binary {
         labels.lose_names(&mut losses);
         write_binary(&mut out, &labels, mesh, dimension);
     } else {
         write_text(&mut out, &labels, mesh, dimension, &mut losses);
     }
     let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
+    if let Some((path, values)) = values {
+        values.save(&path)?;
+    }
     out.save(path)?;
     Ok(warnings)
 }
@@ -96,38 +102,59 @@ fn write_text(
     out.text("End\n");
 }
 
-/// Version 3: binary64, whole numbers of 32 bits, and 64 bits for where sections are.
+/// A binary file of version 3: binary64, whole numbers of 32 bits, and 64 bits for where sections are.
+pub struct Binary<'o> {
+    pub out: &'o mut Out,
+    at: u64,
+}
+
+impl<'o> Binary<'o> {
+    pub fn new(out: &'o mut Out, dimension: usize) -> Self {
+        let mut binary = Binary { out, at: 24 };
+        binary.ints([1, 3, 3]);
+        binary.out.append(&24u64.to_le_bytes());
+        binary.ints([dimension as i32]);
+        binary
+    }
+
+    /// Begins a section: its keyword, where the next one is, and the number of its rows, which so many bytes follow.
+    pub fn begin(&mut self, keyword: i32, count: usize, bytes: usize) {
+        self.at += 16 + bytes as u64;
+        self.ints([keyword]);
+        self.out.append(&self.at.to_le_bytes());
+        self.ints([count as i32]);
+    }
+
+    pub fn ints(&mut self, ints: impl IntoIterator<Item = i32>) {
+        ints.into_iter()
+            .for_each(|it| self.out.append(&it.to_le_bytes()));
+    }
+
+    pub fn end(mut self) {
+        self.ints([54]);
+        self.out.append(&0u64.to_le_bytes());
+    }
+}
+
 fn write_binary(out: &mut Out, labels: &Labels<'_>, mesh: &Mesh, dimension: usize) {
-    let ints =
-        |out: &mut Out, ints: &[i32]| ints.iter().for_each(|it| out.append(&it.to_le_bytes()));
-    ints(out, &[1, 3, 3]);
-    let mut at = 24u64;
-    out.append(&at.to_le_bytes());
-    ints(out, &[dimension as i32]);
-    // A section: keyword, place of the next one, number of its rows.
-    let mut begin = |out: &mut Out, keyword: i32, count: usize, row: usize| {
-        at += 16 + (count * row) as u64;
-        ints(out, &[keyword]);
-        out.append(&at.to_le_bytes());
-        ints(out, &[count as i32]);
-    };
-    begin(out, 4, mesh.points.len(), 8 * dimension + 4);
+    let mut binary = Binary::new(out, dimension);
+    let points = mesh.points.len();
+    binary.begin(4, points, points * (8 * dimension + 4));
     for (point, label) in labels.points() {
-        point[..dimension]
-            .iter()
-            .for_each(|x| out.append(&x.to_le_bytes()));
-        ints(out, &[label]);
+        for x in &point[..dimension] {
+            binary.out.append(&x.to_le_bytes());
+        }
+        binary.ints([label]);
     }
     for (_, keyword, kind) in CELLS {
         let count = mesh.count(kind);
         if count > 0 {
-            begin(out, keyword, count, 4 * (kind.points() + 1));
+            binary.begin(keyword, count, count * 4 * (kind.points() + 1));
             for (nodes, label) in labels.cells(kind) {
-                numbers(kind, nodes).for_each(|node| out.append(&node.to_le_bytes()));
-                ints(out, &[label]);
+                numbers(kind, nodes).for_each(|node| binary.out.append(&node.to_le_bytes()));
+                binary.ints([label]);
             }
         }
     }
-    ints(out, &[54]);
-    out.append(&0u64.to_le_bytes());
+    binary.end();
 }

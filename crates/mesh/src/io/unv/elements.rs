@@ -42,7 +42,7 @@ pub const WRITTEN: [(CellKind, u64); 15] = [
     (CellKind::Hexahedron20, 116),
     (CellKind::Tetrahedron10, 118),
     (CellKind::Pyramid, 312),
-    (CellKind::Pyramid13, 312),
+    (CellKind::Pyramid13, 114),
     (CellKind::Vertex, 161),
 ];
 

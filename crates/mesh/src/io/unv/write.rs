@@ -162,7 +162,7 @@ fn result(out: &mut Out, mesh: &Mesh, field: &Field, losses: &mut Losses) {
         Support::Points => 1,
         Support::Cells => 2,
         Support::CellPoints => {
-            return losses.lose(format!("the field {:?} on {}", field.name, field.on));
+            return losses.lose_field(&field.name, field.on);
         }
     };
     let values = field.values.to_f64();

@@ -61,7 +61,7 @@ pub fn write(
         if field.on == Support::CellPoints
             || (field.on == Support::Cells && (!whole_mesh || is_group))
         {
-            losses.lose(format!("the field {:?} on {}", field.name, field.on));
+            losses.lose_field(field.name, field.on);
         } else if field.on == Support::Cells && field.at().is_some() {
             losses.note(format!(
                 "the field {:?} is NaN on the cells that lack it",
@@ -105,9 +105,9 @@ pub fn write(
     }
     if whole_mesh && !mesh.groups.is_empty() {
         let (names, width, tags) = groups(mesh, &mut losses);
-        let shape = [mesh.cell_count(), width];
+        let shape = rows_of(mesh.cell_count(), width);
         let kind = tags.kind();
-        file.group("Mesh").add("groups", tags);
+        file.group("Mesh").add("groups", tags.of_shape(&shape));
         let tags = item("/Mesh/groups", kind, &shape);
         base += &names;
         base += &attribute(GROUP, "Cell", width, &tags);
@@ -149,12 +149,12 @@ pub fn write(
             // A field without time is the same at all of them.
             let at = if field.at_all_times() { 0 } else { step };
             let kind = kind_of(field, step);
+            let shape = rows_of(rows, field.components);
             if at == step {
                 file.group("Fields")
                     .group(&k.to_string())
-                    .add(&at.to_string(), values(field, step, rows));
+                    .add(&at.to_string(), values(field, step, rows).of_shape(&shape));
             }
-            let shape = [rows, field.components];
             grid += &attribute(
                 field.name,
                 centre,
@@ -203,6 +203,11 @@ fn groups<'a>(mesh: &'a Mesh, losses: &mut Losses) -> (String, usize, Data<'a>) 
         next
     };
     let tags: Vec<i64> = mesh.groups.iter().map(&mut number).collect();
+    let nothing = mesh
+        .groups
+        .iter()
+        .filter(|group| group.cells.is_empty() && group.name.is_none());
+    losses.lose_some(nothing.count(), "groups without cells that have no name");
     let named = mesh.groups.iter().zip(&tags).filter_map(|(group, tag)| {
         let name = escape(group.name.as_deref()?).into_owned();
         Some(format!(
@@ -249,6 +254,15 @@ fn data_item(file: &str, place: &str, kind: Type, shape: &[usize]) -> String {
         shape.join(" "),
         escape(file)
     )
+}
+
+/// The shape of rows of so many components: VTK takes the first two lengths of a matrix for those of one row, unless a third
+/// follows.
+fn rows_of(rows: usize, components: usize) -> Vec<usize> {
+    match components {
+        1 | 3 | 6 | 9 => vec![rows, components],
+        _ => vec![rows, components, 1],
+    }
 }
 
 fn attribute(name: &str, centre: &str, components: usize, item: &str) -> String {

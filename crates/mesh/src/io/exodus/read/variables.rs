@@ -1,0 +1,137 @@
+//! Variables on nodes and elements, and of the whole.
+
+use super::Reader;
+use crate::error::Result;
+use crate::field::GlobalArray;
+use crate::mesh::{Field, Support, Values};
+
+impl Reader<'_> {
+    /// A variable of the k-th of several; the old files have all of them in one.
+    fn variable(&self, one: &str, all: &str, k: usize, step: usize) -> Result<Option<Values>> {
+        if let Some(values) = self.file.row(one, step)? {
+            return Ok(Some(values));
+        }
+        let shape = self.file.shape(all)?.unwrap_or_default();
+        let [_, count, width] = shape[..] else {
+            return Ok(None);
+        };
+        let values = self.file.row(all, step)?;
+        Ok(values.filter(|_| k < count).map(|values| {
+            Values::F64(
+                values
+                    .to_f64()
+                    .into_iter()
+                    .skip(k * width)
+                    .take(width)
+                    .collect(),
+            )
+        }))
+    }
+
+    pub(super) fn on_nodes(&mut self, step: usize, time: Option<f64>) -> Result<()> {
+        let points = self.sets.mesh.points.len();
+        for (k, name) in self
+            .file
+            .texts("name_nod_var")?
+            .unwrap_or_default()
+            .into_iter()
+            .enumerate()
+        {
+            let values =
+                self.variable(&format!("vals_nod_var{}", k + 1), "vals_nod_var", k, step)?;
+            match values.filter(|values| values.len() == points && points > 0) {
+                Some(values) => self.add(Field::new(name, Support::Points, 1, values), step, time),
+                None => self.tell(format!(
+                    "the variable {name:?} on nodes, whose values are not there"
+                )),
+            }
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, field: Field, step: usize, time: Option<f64>) {
+        self.sets.mesh.fields.push(Field {
+            time,
+            step: time.and(i32::try_from(step + 1).ok()),
+            ..field
+        });
+    }
+
+    pub(super) fn on_elements(&mut self, step: usize, time: Option<f64>) -> Result<()> {
+        for (k, name) in self
+            .file
+            .texts("name_elem_var")?
+            .unwrap_or_default()
+            .into_iter()
+            .enumerate()
+        {
+            let (mut at, mut parts) = (Vec::new(), Vec::new());
+            let mut first = 0;
+            for (b, block) in self.blocks.iter().enumerate() {
+                let cells = first..first + block.count as u32;
+                first = cells.end;
+                // Where the truth table says no, there is no such variable.
+                let found = self
+                    .file
+                    .row(&format!("vals_elem_var{}eb{}", k + 1, b + 1), step)?;
+                if let Some(values) = found.filter(|values| values.len() == block.count) {
+                    at.extend(cells);
+                    parts.push(values);
+                }
+            }
+            if at.is_empty() {
+                self.tell(format!(
+                    "the variable {name:?} on elements, whose values are not there"
+                ));
+                continue;
+            }
+            let at = if at.len() == first as usize {
+                Vec::new()
+            } else {
+                at
+            };
+            let field = Field {
+                at,
+                ..Field::new(name, Support::Cells, 1, joined(parts))
+            };
+            self.add(field, step, time);
+        }
+        Ok(())
+    }
+
+    /// Variables of the whole: at one time, or a row for each time.
+    pub(super) fn globals(
+        &mut self,
+        times: &[f64],
+        time: Option<f64>,
+        whole: &mut Vec<GlobalArray>,
+    ) -> Result<()> {
+        let names = self.file.texts("name_glo_var")?.unwrap_or_default();
+        let values = self
+            .file
+            .values("vals_glo_var")?
+            .map_or(Vec::new(), |values| values.to_f64());
+        let kept = |row: &usize| time.is_none() || times.get(*row).copied() == time;
+        for (k, name) in names.iter().enumerate() {
+            let rows = values.chunks_exact(names.len()).enumerate();
+            let column = rows.filter(|(row, _)| kept(row)).map(|(_, row)| row[k]);
+            whole.push(GlobalArray::numbers(name, Values::F64(column.collect())));
+        }
+        Ok(())
+    }
+}
+
+/// Parts of one type one after another, of several as binary64.
+fn joined(mut parts: Vec<Values>) -> Values {
+    if parts.len() == 1 {
+        return parts.remove(0);
+    }
+    if parts.iter().all(|part| matches!(part, Values::F32(_))) {
+        let parts = parts.into_iter().filter_map(|part| match part {
+            Values::F32(values) => Some(values),
+            _ => None,
+        });
+        return Values::F32(parts.flatten().collect());
+    }
+    Values::F64(parts.iter().flat_map(Values::to_f64).collect())
+}
