@@ -134,6 +134,7 @@ pages! {
     meshes: "docs/how-to/meshes.md"
     baselines: "docs/how-to/baselines.md"
     engine: "docs/how-to/engine.md"
+    matrix: "docs/how-to/matrix.md"
     accuracy: "docs/how-to/accuracy.md"
     costs: "docs/how-to/costs.md"
     clusters: "docs/how-to/clusters.md"

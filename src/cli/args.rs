@@ -693,7 +693,7 @@ pub(super) struct Paper {
 /// With --report the folder keeps the history of all runs, a badge for each release, and for each scene and method the page that
 /// `verify` writes.
 ///
-/// Exit code: 0 all agree; 1 something differs; 2 a release is not there or failed.
+/// Exit code: 0 all agree; 1 something differs; else 2 where a release is not there or failed.
 #[derive(Args)]
 pub(super) struct Matrix {
     /// A TOML file with `scenes`, `methods`, `n`, and [[releases]] of codes with the words by which each runs in a container or chroot

@@ -23,6 +23,9 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 use crate::engine::held_memory;
 use crate::report::console::{self, note};
@@ -113,10 +116,16 @@ fn log(verbose: u8) {
         let level = ["error", "error", "info", "debug"][usize::from(verbose.min(3))];
         level.to_owned()
     });
-    tracing_subscriber::fmt()
+    let told: Targets = asked.parse().unwrap_or_else(|e| {
+        note!("faceoff: FACEOFF_LOG is `{asked}`: {e}; give info, debug, or a part as in faceoff_fem::linear=debug");
+        Targets::new().with_default(LevelFilter::ERROR)
+    });
+    let to_stderr = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
-        .with_ansi(console::has_colours(&std::io::stderr()))
-        .with_env_filter(tracing_subscriber::EnvFilter::new(asked))
+        .with_ansi(console::has_colours(&std::io::stderr()));
+    tracing_subscriber::registry()
+        .with(to_stderr)
+        .with(told)
         .init();
 }
 

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::json::csv;
 use super::model::{Block, Cell, Report, Table, count, duration, short, table};
 use super::number::number;
-use crate::campaigns::study::{Gammas, Norm, Row, Safe, Scaling, StudyOutcome, Varied, value};
+use crate::campaigns::study::{Gammas, Norm, Rates, Row, Safe, Scaling, StudyOutcome, Varied, value};
 use crate::engine::unique;
 use crate::run::Fit;
 use faceoff_mesh::error::Result;
@@ -177,8 +177,9 @@ fn rates(outcome: &StudyOutcome, scene: &str) -> Table {
         let spread = f.spread.unwrap_or(f64::NAN);
         Cell::Number(f.exponent, format!("{:.2} ± {spread:.2}", f.exponent))
     };
+    let is_known = |r: &&Rates| [r.h1, r.l2, r.seconds, r.memory].iter().any(Option::is_some);
     let rows = outcome.rates.iter().filter(|r| r.scene == scene);
-    table!("", rows, |r|
+    table!("", rows.filter(is_known), |r|
         "code" => &r.engine,
         "method" => &r.method,
         "energy" => r.h1.map(cell),
@@ -276,12 +277,9 @@ fn gamma_sentence(g: &Gammas) -> String {
         );
         for (side, fit) in [("below", safe.below), ("above", safe.above)] {
             if let Some(fit) = fit {
-                text += &format!(
-                    ", {side} it grows by {:.2e} γ₀^{:.2} (± {:.2})",
-                    fit.constant,
-                    fit.exponent,
-                    fit.spread.unwrap_or(f64::NAN)
-                );
+                let spread = fit.spread.map_or(String::new(), |s| format!(" (± {s:.2})"));
+                let (constant, exponent) = (fit.constant, fit.exponent);
+                text += &format!(", {side} it grows by {constant:.2e} γ₀^{exponent:.2}{spread}");
             }
         }
     };

@@ -16,8 +16,15 @@ pub(in crate::report) fn history(past: &[Past]) -> Html {
     let shown = &past[past.len().saturating_sub(MOST)..];
     let rows = unique(names).into_iter().map(|name| {
         let signs = shown.iter().map(|run| sign(run, name)).collect();
+        // The badge of what is not asked any more is of an earlier run.
+        let is_asked = past
+            .last()
+            .is_some_and(|run| run.releases.iter().any(|of| of.name == name));
         let badge = badge_name(name);
-        let link = leaf("a", &[("href", &*badge)], "badge");
+        let link = match is_asked {
+            true => leaf("a", &[("href", &*badge)], "badge"),
+            false => text(""),
+        };
         let entry = |html| Entry::new(html, None);
         (false, vec![Entry::words(name), entry(signs), entry(link)])
     });
