@@ -20,6 +20,7 @@ pub enum Bytes {
 /// From this many bytes on, large pages are used.
 const LARGE: u64 = 4 << 20;
 /// Bytes that one thread reads at a time.
+#[cfg(unix)]
 const SHARE: usize = 2 << 20;
 
 impl Deref for Bytes {
