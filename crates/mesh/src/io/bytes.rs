@@ -31,6 +31,7 @@ const KEPT: usize = 64 << 20;
 /// Pages of a file that is no longer needed.
 static SPARE: Mutex<Option<MmapMut>> = Mutex::new(None);
 /// Bytes that one thread reads at a time.
+#[cfg(unix)]
 const SHARE: usize = 2 << 20;
 
 impl Deref for Bytes {
