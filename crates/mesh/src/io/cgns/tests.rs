@@ -3,25 +3,11 @@ use std::path::Path;
 use super::write::{describe, node, text};
 use crate::error::Result;
 use crate::io::hdf5::write::{Data, Group, Type};
+use crate::io::polytopes::FACES;
 use crate::io::{self, Content};
 use crate::mesh::CellKind;
 
 const INT: Type = Type::Signed(4);
-
-/// The faces of two cubes side by side, of points that count from 1 along x, y and z.
-const FACES: [[i64; 4]; 11] = [
-    [1, 2, 5, 4],
-    [7, 8, 11, 10],
-    [1, 2, 8, 7],
-    [4, 5, 11, 10],
-    [1, 4, 10, 7],
-    [2, 5, 11, 8],
-    [2, 3, 6, 5],
-    [8, 9, 12, 11],
-    [2, 3, 9, 8],
-    [5, 6, 12, 11],
-    [3, 6, 12, 9],
-];
 
 fn array(parent: &mut Group<'_>, name: &str, label: &str, numbers: Vec<i64>) {
     let count = numbers.len();

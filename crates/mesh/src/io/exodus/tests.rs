@@ -1,6 +1,7 @@
 use super::{FORMAT, times};
 use crate::field::GlobalArray;
 use crate::io::netcdf::{Attribute, Writer};
+use crate::io::polytopes::FACES;
 use crate::io::{self, Format, Options};
 use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
 
@@ -117,6 +118,17 @@ fn values_on_sides_keep_them_as_cells() {
     numbers.sort_unstable();
     numbers.dedup();
     assert_eq!(numbers.len(), back.cell_count());
+    let msh = path.with_extension("msh");
+    io::write(
+        &msh,
+        &back,
+        &Options {
+            lossy: true,
+            ..Options::default()
+        },
+    )
+    .unwrap();
+    assert!(io::read(&msh).unwrap().cell_tags().eq(back.cell_tags()));
     let flux = back
         .fields
         .iter()
@@ -178,19 +190,6 @@ fn damaged_files_are_refused_and_never_more() {
 #[test]
 fn polygons_and_polyhedra_are_read() {
     let mesh = cubes();
-    let faces = [
-        [1, 2, 5, 4],
-        [7, 8, 11, 10],
-        [1, 2, 8, 7],
-        [4, 5, 11, 10],
-        [1, 4, 10, 7],
-        [2, 5, 11, 8],
-        [2, 3, 6, 5],
-        [8, 9, 12, 11],
-        [2, 3, 9, 8],
-        [5, 6, 12, 11],
-        [3, 6, 12, 9],
-    ];
     let points = &mesh.points;
     let write = |path: &std::path::Path, of_cells: [i64; 12]| {
         let mut file = Writer::default();
@@ -214,7 +213,7 @@ fn polygons_and_polyhedra_are_read() {
         }
         file.integers("eb_prop1", &["num_el_blk"], |k| [7, 8][k]);
         file.integers("fa_prop1", &["num_fa_blk"], |_| 1);
-        file.integers("fbconn1", &["num_nod_per_fa1"], |k| faces.as_flattened()[k]);
+        file.integers("fbconn1", &["num_nod_per_fa1"], |k| FACES.as_flattened()[k]);
         file.integers("fbepecnt1", &["num_fa_in_blk1"], |_| 4);
         file.integers("facconn1", &["num_fac_per_el1"], move |k| of_cells[k]);
         file.integers("ebepecnt1", &["num_el_in_blk1"], |_| 6);

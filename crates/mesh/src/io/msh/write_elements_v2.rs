@@ -7,8 +7,8 @@ use crate::mesh::{CellBlock, Mesh};
 
 /// What is common to all elements.
 struct Context<'a, P> {
-    /// Whether elements keep their numbers.
-    keep_numbers: bool,
+    /// The numbers of elements; none if they count from 1.
+    numbers: Vec<u64>,
     point_tag: &'a P,
     /// The physical tag of each set of groups.
     physical_of_set: &'a [i32],
@@ -23,8 +23,13 @@ pub fn elements<P: Fn(u32) -> u64 + Sync>(
 ) {
     let mesh = writer.mesh;
     let partitions = partitions(mesh);
+    let has_own = keep_numbers && mesh.blocks.iter().any(|block| !block.tags.is_empty());
     let context = Context {
-        keep_numbers,
+        numbers: if has_own {
+            mesh.cell_tags().collect()
+        } else {
+            Vec::new()
+        },
         point_tag,
         physical_of_set,
         reversed: reversed(mesh),
@@ -41,11 +46,9 @@ pub fn elements<P: Fn(u32) -> u64 + Sync>(
 }
 
 impl<P: Fn(u32) -> u64 + Sync> Context<'_, P> {
-    /// The number of a cell of a block; `before` cells precede the block.
     #[inline]
-    fn number(&self, block: &CellBlock, before: usize, place: usize) -> u64 {
-        let own = block.tags.get(place).filter(|_| self.keep_numbers);
-        own.copied().unwrap_or((before + place) as u64 + 1)
+    fn number(&self, cell: usize) -> u64 {
+        self.numbers.get(cell).copied().unwrap_or(cell as u64 + 1)
     }
 
     /// The physical tag, with a minus sign where the group holds the entity reversed.
@@ -81,7 +84,7 @@ impl<P: Fn(u32) -> u64 + Sync> Context<'_, P> {
                     let (Some(row), Some(nodes)) = (rows.next(), nodes.next()) else {
                         return;
                     };
-                    let number = self.number(block, before, cell - before) as i32;
+                    let number = self.number(cell) as i32;
                     let (head, places) = row.split_at_mut(3);
                     head.copy_from_slice(&[number, physical, run.entity].map(i32::to_le_bytes));
                     for (place, &node) in places.iter_mut().zip(nodes) {
@@ -125,7 +128,7 @@ impl<P: Fn(u32) -> u64 + Sync> Context<'_, P> {
                 writer.i32(kind).i32(same_count as i32);
                 writer.i32(2 + tag_count as i32);
             }
-            writer.tag(self.number(block, before, place));
+            writer.tag(self.number(before + place));
             if writer.binary {
                 same_count -= 1;
             } else {

@@ -9,11 +9,7 @@ use crate::mesh::{Group, Mesh};
 pub fn encode(mut writer: Writer<'_>, losses: &mut Losses) -> Out {
     let mesh = writer.mesh;
     let keep_points = fit(mesh.point_tags.iter().copied(), "points", losses);
-    let keep_cells = fit(
-        mesh.blocks.iter().flat_map(|block| &block.tags).copied(),
-        "cells",
-        losses,
-    );
+    let keep_cells = fit(mesh.cell_tags(), "cells", losses);
     let point_tag = |point: u32| match keep_points {
         true => mesh.point_tag(point),
         false => u64::from(point) + 1,
