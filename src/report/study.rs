@@ -7,7 +7,9 @@ use serde_json::json;
 use super::json::csv;
 use super::model::{Block, Cell, Report, Table, count, duration, short, table};
 use super::number::number;
-use crate::campaigns::study::{Gammas, Norm, Rates, Row, Safe, Scaling, StudyOutcome, Varied, value};
+use crate::campaigns::study::{
+    Gammas, Norm, Rates, Row, Safe, Scaling, StudyOutcome, Varied, value,
+};
 use crate::engine::unique;
 use crate::run::Fit;
 use faceoff_mesh::error::Result;
@@ -177,7 +179,11 @@ fn rates(outcome: &StudyOutcome, scene: &str) -> Table {
         let spread = f.spread.unwrap_or(f64::NAN);
         Cell::Number(f.exponent, format!("{:.2} ± {spread:.2}", f.exponent))
     };
-    let is_known = |r: &&Rates| [r.h1, r.l2, r.seconds, r.memory].iter().any(Option::is_some);
+    let is_known = |r: &&Rates| {
+        [r.h1, r.l2, r.seconds, r.memory]
+            .iter()
+            .any(Option::is_some)
+    };
     let rows = outcome.rates.iter().filter(|r| r.scene == scene);
     table!("", rows.filter(is_known), |r|
         "code" => &r.engine,
