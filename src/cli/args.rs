@@ -696,7 +696,7 @@ pub(super) struct Paper {
 /// Exit code: 0 all agree; 1 something differs; else 2 where a release is not there or failed.
 #[derive(Args)]
 pub(super) struct Matrix {
-    /// A TOML file with `scenes`, `methods`, `n`, and [[releases]] of codes with the words by which each runs in a container or chroot
+    /// A TOML file with `scenes`, `methods`, `n`, and `[[releases]]` of codes with the words by which each runs in a container or chroot
     pub file: PathBuf,
     #[command(flatten)]
     pub trust: Trust,
