@@ -42,6 +42,8 @@ mod vectors;
 mod vtk;
 mod vtkhdf;
 pub mod vtu;
+#[cfg(test)]
+mod written_tests;
 mod xdmf;
 
 use std::fmt;

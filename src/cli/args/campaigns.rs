@@ -1,0 +1,141 @@
+//! The arguments of what runs many cases: `orders`, `study`, `stress`, `paper`, `matrix`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::{Output, Running, SCENES, Trust, Verdicts};
+use crate::campaigns::paper;
+use crate::cli::words::{Methods, methods, time};
+
+#[derive(Args)]
+#[command(after_help = SCENES)]
+pub(in crate::cli) struct Orders {
+    /// Scenes with a known solution [default: all that are built in]
+    #[arg(value_name = "SCENE")]
+    pub scenes: Vec<String>,
+    /// Instead of scenes: the results of any code, from the coarsest mesh to the finest, in files that `faceoff compare` reads
+    #[arg(long, value_name = "FILE,FILE,…", value_delimiter = ',', conflicts_with_all = ["scenes", "methods", "n"])]
+    pub results: Vec<PathBuf>,
+    /// Of results: take the errors against this one [default: each against the next]
+    #[arg(long, value_name = "FILE", requires = "results")]
+    pub reference: Option<PathBuf>,
+    /// Of results: take the errors against this function, as in "sin(pi*x)*y"; of a vector give one for each component
+    #[arg(
+        long,
+        value_name = "FORMULA",
+        requires = "results",
+        conflicts_with = "reference",
+        allow_hyphen_values = true
+    )]
+    pub exact: Vec<String>,
+    /// Of results: the field, or a component or magnitude as in `u[0]` or `|u|`; may be given several times [default: all that
+    /// they share]
+    #[arg(long, value_name = "NAME", requires = "results")]
+    pub only: Vec<String>,
+    /// cr, p1, p2, a member of the family (2.4) as in "p2(1,0)", p1-vi, cr-vi, penalty, multiplier
+    #[arg(long, default_value = "cr,p1,p2", value_parser = methods)]
+    pub methods: Methods,
+    /// Refinements, rising
+    #[arg(long, value_delimiter = ',', default_values = ["16", "32", "64"], value_parser = clap::value_parser!(u32).range(1..))]
+    pub n: Vec<u32>,
+    #[command(flatten)]
+    pub trust: Trust,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Exit code: 0 done; 1 some iteration did not reach its tolerance; 2 nothing was measured.
+#[derive(Args)]
+#[command(after_help = SCENES)]
+pub(in crate::cli) struct Study {
+    /// Scenes, best with a known solution: with an exact one, or one-zone, three-zones, five-zones
+    #[arg(value_name = "SCENE", default_values = ["one-zone", "transition-1.5"])]
+    pub scenes: Vec<String>,
+    /// Engines, or TOML files that describe one
+    #[arg(long, value_delimiter = ',', default_values = ["rust"])]
+    pub engines: Vec<String>,
+    /// What an engine does not have is left out for it
+    #[arg(long, default_value = "cr,cr-fc,p1,p2,p1-vi,cr-vi,penalty,multiplier", value_parser = methods)]
+    pub methods: Methods,
+    /// Wall-clock time for everything, as in 90s, 5m or 1h; the two coarsest meshes are measured in any case
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = time, allow_negative_numbers = true)]
+    pub budget: Duration,
+    /// No finer uniform meshes than this, nor adapted ones that follow one with more dofs
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub finest: Option<u32>,
+    /// Keep each measurement in FILE as it is made, and take from it what was measured before
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
+    #[command(flatten)]
+    pub trust: Trust,
+    #[command(flatten)]
+    pub running: Running,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// Exit code: 0 nothing is wrong; 1 something is; 2 not run.
+#[derive(Args)]
+pub(in crate::cli) struct Stress {
+    /// Scenes with an exact solution whose data, domain and gamma0 are taken to extremes
+    #[arg(value_name = "SCENE", default_values = ["transition-1.5", "manufactured-3"])]
+    pub scenes: Vec<String>,
+    /// Only these families of extremes, as in --families gamma0,flat [default: all]
+    #[arg(long, value_delimiter = ',')]
+    pub families: Vec<String>,
+    /// Engines, or TOML files that describe one
+    #[arg(long, value_delimiter = ',', default_values = ["rust"])]
+    pub engines: Vec<String>,
+    /// What an engine does not have is left out for it
+    #[arg(long, default_value = "cr,cr-fc,p1,p2,p1-vi,cr-vi,penalty,multiplier", value_parser = methods)]
+    pub methods: Methods,
+    #[command(flatten)]
+    pub trust: Trust,
+    #[command(flatten)]
+    pub running: Running,
+    #[command(flatten)]
+    pub verdicts: Verdicts,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Args)]
+pub(in crate::cli) struct Paper {
+    /// The mesh-free solutions only: contact set, norms, flux and samples
+    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "ranks", "launcher", "keep", "tolerance", "max_iterations", "sandbox", "install"])]
+    pub reference: bool,
+    /// N of (6.2) besides the paper's 3 and 5
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    pub zones: Vec<u32>,
+    /// Codes besides the Rust engine that solve the same: freefem, fenicsx, or a TOML file
+    #[arg(long, value_delimiter = ',')]
+    pub engines: Vec<String>,
+    /// Meshes, rising
+    #[arg(long, value_delimiter = ',', default_values_t = paper::MESHES.map(|n| n as u32), value_parser = clap::value_parser!(u32).range(1..))]
+    pub n: Vec<u32>,
+    /// Mesh of the P2 reference, a multiple of 4
+    #[arg(long, value_name = "N", default_value_t = paper::FINE as u32, value_parser = clap::value_parser!(u32).range(4..))]
+    pub fine: u32,
+    #[command(flatten)]
+    pub running: Running,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+/// With --report the folder keeps the history of all runs, a badge for each release, and for each scene and method the page that
+/// `verify` writes.
+///
+/// Exit code: 0 all agree; 1 something differs; else 2 where a release is not there or failed.
+#[derive(Args)]
+pub(in crate::cli) struct Matrix {
+    /// A TOML file with `scenes`, `methods`, `n`, and `[[releases]]` of codes with the words by which each runs in a container or chroot
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub trust: Trust,
+    #[command(flatten)]
+    pub verdicts: Verdicts,
+    #[command(flatten)]
+    pub output: Output,
+}
