@@ -8,7 +8,7 @@ use crate::common::{assert_valid, changed_companion, folder, run, write};
 const WITHIN: &str = r#"within = ["env", "--chdir={job}", "PATH=/usr/bin:/bin"]"#;
 
 #[test]
-fn releases_are_held_against_the_own_solver_and_their_history_is_kept() {
+fn releases_are_held_against_the_built_in_solver_and_their_history_is_kept() {
     let folder = folder();
     let at = folder.path();
     changed_companion(

@@ -1,4 +1,4 @@
-//! Releases of codes × scenes × methods: each release held against the own solver, by what `verify` does.
+//! Releases of codes × scenes × methods: each release held against the built-in solver, by what `verify` does.
 
 use std::path::PathBuf;
 
@@ -55,7 +55,7 @@ pub struct Entry {
     pub place: Place,
     pub release: String,
     pub became: Became,
-    /// The largest difference of any field from the own solver's, relative to the field.
+    /// The largest difference of any field from the built-in solver's, relative to the field.
     pub difference: Option<f64>,
     /// Why there is no answer, or what is wrong with it.
     pub why: Option<String>,
@@ -177,7 +177,7 @@ fn release(request: &MatrixRequest, of: &EngineFile) -> Result<Box<dyn Engine>> 
     engine::release(of.clone(), &request.path)
 }
 
-/// What a release answered, held against the own solver's answers.
+/// What a release answered, held against the built-in solver's answers.
 fn judged(outcome: &VerifyOutcome, release: &str) -> (Became, Option<f64>, Option<String>) {
     let answers = outcome.cases.iter().flat_map(|case| &case.engines);
     let answers: Vec<_> = answers.filter(|of| of.engine == release).collect();

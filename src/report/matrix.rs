@@ -101,7 +101,7 @@ pub fn matrix<'a>(outcome: &'a MatrixOutcome, mut past: Vec<Past>) -> Result<Rep
     report.verdict = Some((outcome.verdict, super::model::word(outcome.verdict)));
     report.claim = format!("**{headline}**");
     report.lede = format!(
-        "{}, each held against the own solver of faceoff on the same meshes, field by field. A number is the largest difference, \
+        "{}, each held against the solver of faceoff on the same meshes, field by field. A number is the largest difference, \
          relative to the field; a line's name leads to all that it rests on.",
         count(outcome.releases.len(), "release")
     );
