@@ -147,7 +147,13 @@ impl<'a> Stiffness<'a> {
     }
 
     /// y_i = Σ_j product(A_ij, u_j) on one cell.
-    fn cell_times(&self, cell: usize, u: &[f64], y: &mut [f64], product: impl Fn(f64, f64) -> f64) {
+    pub fn cell_times(
+        &self,
+        cell: usize,
+        u: &[f64],
+        y: &mut [f64],
+        product: impl Fn(f64, f64) -> f64,
+    ) {
         let local = self.space.local_dofs;
         let mut storage = [0.0; MAX_DOFS * MAX_DOFS];
         let matrix = &mut storage[..local * local];

@@ -8,12 +8,16 @@ use crate::assembly::Stiffness;
 use crate::contact::Problem;
 use crate::element::{P1, Space};
 use crate::interval::Interval;
+use crate::linear::{KrylovStop, conjugate_gradients};
 use crate::scene::Part;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
+use rayon::prelude::*;
 
 /// Steps on the P1 energy. Averages alone cost up to a factor of 100 on slivers.
 const STEPS: usize = 10;
+/// Rows that one task takes at least.
+const ROWS: usize = 8192;
 
 /// Where g and ψ meet their intervals are no wider than this for rounding, relative to the largest value.
 const ROUNDING: f64 = 1e-12;
@@ -223,11 +227,19 @@ fn averages(problem: &Problem, u: &[f64]) -> Vec<f64> {
             space.element.values(mesh.dim, &lambda)
         })
         .collect();
-    let (mut v, mut count) = (vec![0.0; mesh.points.len()], vec![0.0; mesh.points.len()]);
-    for cell in 0..mesh.cell_count() {
+    let values = |cell: usize| -> [f64; 4] {
         let local = space.local(cell, u);
-        for (&vertex, phi) in mesh.cell(cell).iter().zip(&corners) {
-            v[vertex as usize] += phi.iter().zip(&local).map(|(p, u)| p * u).sum::<f64>();
+        let mut values = [0.0; 4];
+        for (value, phi) in values.iter_mut().zip(&corners) {
+            *value = phi.iter().zip(&local).map(|(p, u)| p * u).sum();
+        }
+        values
+    };
+    let values: Vec<[f64; 4]> = (0..mesh.cell_count()).into_par_iter().map(values).collect();
+    let (mut v, mut count) = (vec![0.0; mesh.points.len()], vec![0.0; mesh.points.len()]);
+    for (cell, values) in values.iter().enumerate() {
+        for (&vertex, value) in mesh.cell(cell).iter().zip(values) {
+            v[vertex as usize] += value;
             count[vertex as usize] += 1.0;
         }
     }
@@ -269,8 +281,8 @@ fn loads(problem: &Problem, space: &Space, data: &PreparedData) -> Vec<f64> {
     r
 }
 
-/// Conjugate gradients for (∇v, ∇φ_i) = r_i where `held` does not hold v.
-pub(super) fn descend(space: &Space, held: &[bool], mut r: Vec<f64>, v: &mut [f64]) {
+/// A few steps for (∇v, ∇φ_i) = b_i where `held` does not hold v.
+pub(super) fn descend(space: &Space, held: &[bool], b: Vec<f64>, v: &mut [f64]) {
     let stiffness = Stiffness::new(space);
     let mut diagonal = vec![0.0; v.len()];
     let local = space.local_dofs;
@@ -281,38 +293,23 @@ pub(super) fn descend(space: &Space, held: &[bool], mut r: Vec<f64>, v: &mut [f6
             diagonal[dof as usize] += matrix[i * local + i];
         }
     }
-    for (r, y) in r.iter_mut().zip(stiffness.times(v)) {
-        *r -= y;
-    }
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let precondition = |r: &[f64]| -> Vec<f64> {
-        let rows = r.iter().zip(&diagonal).zip(held);
-        rows.map(|((r, d), held)| if *held { 0.0 } else { r / d })
-            .collect()
+    // What is held has no residual, and so no step.
+    let free = |y: &mut [f64], of: &(dyn Fn(usize) -> f64 + Sync)| {
+        let rows = y.par_iter_mut().zip(held).enumerate();
+        rows.with_min_len(ROWS)
+            .for_each(|(k, (y, held))| *y = if *held { 0.0 } else { of(k) });
     };
-    let mut z = precondition(&r);
-    let mut p = z.clone();
-    let mut product = dot(&r, &z);
-    for _ in 0..STEPS {
-        let mut y = stiffness.times(&p);
-        y.iter_mut()
-            .zip(held)
-            .for_each(|(y, held)| *y = if *held { 0.0 } else { *y });
-        let curvature = dot(&p, &y);
-        if !(curvature > 0.0 && product > 0.0) {
-            return;
-        }
-        let length = product / curvature;
-        for k in 0..v.len() {
-            v[k] += length * p[k];
-            r[k] -= length * y[k];
-        }
-        z = precondition(&r);
-        let next = dot(&r, &z);
-        let ratio = next / product;
-        product = next;
-        for (p, z) in p.iter_mut().zip(&z) {
-            *p = z + ratio * *p;
-        }
-    }
+    conjugate_gradients(
+        |x, y| {
+            let product = stiffness.times(x);
+            y.copy_from_slice(&product);
+        },
+        |r, z| free(z, &|k| r[k] / diagonal[k]),
+        &b,
+        v,
+        KrylovStop {
+            residual: 0.0,
+            steps: STEPS,
+        },
+    );
 }

@@ -63,7 +63,7 @@ pub(super) fn balance(
         let leaf = &tree.whole;
         let most = (0..count).map(|j| left(&WHOLE[j], leaf.values[j]).magnitude());
         return Balance {
-            oscillation: wave(scale.high, measure, leaf.wave),
+            oscillation: wave(scale.high, measure, leaf.swell),
             error: up(leaf.error, most.fold(0.0, f64::max)),
             ..Balance::default()
         };
@@ -214,7 +214,7 @@ struct Linear {
     scale: f64,
     /// Share times the mean square of r less its mean.
     square: f64,
-    /// Share times the square of the wave.
+    /// Share times the mean square of the wave.
     wave: f64,
 }
 
@@ -253,7 +253,7 @@ impl<L: Fn(&[f64; 4], f64) -> Interval> Leaves<'_, L> {
         self.linear.push(Linear {
             scale: (poincare(dim) * Interval::at(diameter(self.cell, piece))).high,
             square: above_of_product(share, mean_square_of_linear(&off).high),
-            wave: above_of_product(share, Interval::at(leaf.wave).square().high),
+            wave: above_of_product(share, Interval::at(leaf.swell).square().high),
         });
         self.plain.push((share, values));
     }

@@ -3,22 +3,24 @@
 use super::balance::{Balance, Coefficients, balance};
 use super::data::PreparedData;
 use super::lift::{self, Lift, Sector};
+use super::quadratic::{Linear, Quadratic};
 use super::second_order::{self, Stream};
-use super::simplex::{
-    EDGES, Quadratic, Simplex, Vector, ZERO, add, half, interpolated, mean_square_of_linear, plus,
-};
+use super::simplex::{EDGES, Simplex, Vector, times};
 use super::{admissible, flux};
 use crate::contact::Problem;
+use crate::element::{MAX_DOFS, Space};
 use crate::interval::Interval;
 use crate::quadrature::{Piece, WHOLE};
 use faceoff_mesh::error::Result;
-use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// What the theorem needs of one cell.
+#[derive(Default)]
 pub(super) struct CellNorms {
     /// ‖∇v-σ‖_κ
     pub misfit: f64,
+    /// ‖Q‖_κ
+    pub unknown: f64,
     /// ‖G-∇u_h‖_κ
     pub distance: Interval,
     /// ‖G‖_κ
@@ -50,6 +52,8 @@ pub(super) struct CellFields<'a> {
     pub stream: Option<Stream>,
     /// ∫_F σ·n out of each cell, by its local faces.
     pub fluxes: Vec<f64>,
+    /// Of the basis functions of u_h, at the corners.
+    derivatives: [[[f64; 4]; MAX_DOFS]; 4],
 }
 
 impl<'a> CellFields<'a> {
@@ -74,17 +78,17 @@ impl<'a> CellFields<'a> {
             bubbles: v.faces,
             stream: None,
             fluxes,
+            derivatives: WHOLE.map(|corner| {
+                let Space { mesh, element, .. } = problem.space;
+                element.derivatives(mesh.dim, &corner)
+            }),
         };
         if let Some(space) = second_order::space(problem) {
-            let misfit = (0..problem.space.mesh.cell_count())
-                .into_par_iter()
-                .map(|cell| {
-                    let simplex = fields.simplex(cell);
-                    let of_v = Quadratic::linear(fields.slope_at_corners(&simplex, cell));
-                    of_v.plus(-1.0, &fields.sigma_of(&simplex, cell))
-                });
-            let misfit: Vec<Quadratic> = misfit.collect();
-            let stream = Stream::new(problem, &space, &fields.u, &fields.lambda, &misfit)?;
+            let misfit = |cell: usize, simplex: &Simplex| {
+                let of_v = Quadratic::of(&fields.slope(simplex, cell));
+                of_v.plus(-1.0, &fields.sigma_of(simplex, cell))
+            };
+            let stream = Stream::new(problem, &space, &fields.u, &fields.lambda, misfit)?;
             fields.stream = Some(stream);
         }
         Ok(fields)
@@ -114,36 +118,26 @@ impl<'a> CellFields<'a> {
         (b != [0.0; 3]).then_some(b)
     }
 
-    /// ∇v at the corners, without the lift: linear in between.
-    pub fn slope_at_corners(&self, simplex: &Simplex, cell: usize) -> [Vector; 4] {
-        let flat = [self.slope(simplex, cell); 4];
-        match self.bubbles_of(cell) {
-            Some(b) => {
-                let bent = second_order::slopes(simplex, &b);
-                std::array::from_fn(|k| plus(&flat[k], &bent[k]))
-            }
-            None => flat,
-        }
+    /// ∇v without the lift.
+    pub fn slope(&self, simplex: &Simplex, cell: usize) -> Linear {
+        let bubbles = self.bubbles_of(cell);
+        Linear::gradient(simplex, &self.corner_values(cell), bubbles.as_ref())
     }
 
-    /// The linear part of σ at the corners.
-    pub fn flux_at_corners(&self, simplex: &Simplex, cell: usize) -> [Vector; 4] {
-        let own = self.fluxes_of(&self.fluxes, cell);
-        let mut corners = flux::raviart_thomas(simplex, own);
-        if let Some(stream) = &self.stream {
-            let rot = stream.at_corners(self.problem.space.mesh, cell, simplex);
-            corners = std::array::from_fn(|k| plus(&corners[k], &rot[k]));
+    /// The linear part of σ.
+    fn flux(&self, simplex: &Simplex, cell: usize) -> Linear {
+        let own = Linear::raviart_thomas(simplex, self.fluxes_of(&self.fluxes, cell));
+        match &self.stream {
+            Some(stream) => own.plus(1.0, &stream.rot(self.problem.space.mesh, cell, simplex)),
+            None => own,
         }
-        corners
     }
 
     /// The linear part of G at the corners, without the lift and τ.
     pub fn gradient_at_corners(&self, simplex: &Simplex, cell: usize) -> [Vector; 4] {
-        let [v, sigma] = [
-            self.slope_at_corners(simplex, cell),
-            self.flux_at_corners(simplex, cell),
-        ];
-        std::array::from_fn(|k| half(&plus(&v[k], &sigma[k])))
+        let all = self.slope(simplex, cell);
+        let twice = all.plus(1.0, &self.flux(simplex, cell)).at_corners();
+        twice.map(|g| times(Interval::at(0.5), &g))
     }
 
     pub fn simplex(&self, cell: usize) -> Simplex {
@@ -178,13 +172,18 @@ impl<'a> CellFields<'a> {
     }
 
     /// Enclosures of the norms, with the cell's τ as part of σ.
-    pub fn norms(&self, cell: usize, balance: &Balance) -> CellNorms {
-        let simplex = self.simplex(cell);
+    pub fn norms(
+        &self,
+        simplex: &Simplex,
+        cell: usize,
+        balance: &Balance,
+        unknown: f64,
+    ) -> CellNorms {
         let on_cell = OnCell {
-            slope: self.slope_at_corners(&simplex, cell),
-            sigma: self.sigma_of(&simplex, cell),
-            of_u: self.of_u(&simplex, cell),
-            simplex: &simplex,
+            slope: Quadratic::of(&self.slope(simplex, cell)),
+            sigma: self.sigma_of(simplex, cell),
+            of_u: self.of_u(simplex, cell),
+            simplex,
         };
         let lifts = lift::of_cell(&self.data, cell);
         let mut sums = Sums::default();
@@ -195,10 +194,10 @@ impl<'a> CellFields<'a> {
                 apart = Interval::at(balance.norm);
                 for sector in &first.sectors {
                     let share = Interval::at(sector.to) - Interval::at(sector.from);
-                    let lift = first.slope(&simplex, sector);
+                    let lift = first.slope(simplex, sector);
                     sums.add(&on_cell, (&first.piece(sector), share), Some(&lift), None);
                 }
-                apart += Interval::at(first.norms(&simplex)[1]);
+                apart += Interval::at(first.norms(simplex)[1]);
             }
             (None, true) => sums.add(&on_cell, (&WHOLE, Interval::ONE), None, None),
             (None, false) => {
@@ -210,12 +209,13 @@ impl<'a> CellFields<'a> {
         }
         // A second lift on the same cell has rays of its own: by the triangle inequality.
         for lift in lifts.iter().skip(1) {
-            apart += Interval::at(lift.norms(&simplex)[0]);
+            apart += Interval::at(lift.norms(simplex)[0]);
         }
         let of = |mean: Interval| (mean * simplex.measure).root();
         let around = Interval::around_zero(0.5 * apart.high);
         let positive = |of: Interval| Interval::new(of.low.max(0.0), of.high);
         CellNorms {
+            unknown,
             misfit: (of(sums.misfit) + apart).high,
             distance: positive(of(sums.distance) + around),
             gradient: positive(of(sums.gradient) + around),
@@ -226,15 +226,15 @@ impl<'a> CellFields<'a> {
                 let square = (sums.gradient.mid() - of_mean).max(0.0);
                 (square * simplex.measure.mid()).sqrt()
             },
-            load: super::load_of_cell(self, &simplex, cell, &self.corner_values(cell))
-                + super::load_of_bubbles(self, &simplex, cell),
-            centre: self.centre(&simplex, cell),
+            load: super::load_of_cell(self, simplex, cell, &self.corner_values(cell))
+                + super::load_of_bubbles(self, simplex, cell),
+            centre: {
+                let middle = [1.0 / (simplex.dim + 1) as f64; 4];
+                let [v, sigma] =
+                    [&on_cell.slope, &on_cell.sigma].map(|of| of.at(&middle, simplex.dim));
+                std::array::from_fn(|k| 0.5 * (v[k] + sigma[k]))
+            },
         }
-    }
-
-    /// ∇v without the lift and what is of second order.
-    pub fn slope(&self, simplex: &Simplex, cell: usize) -> Vector {
-        simplex.gradient(&self.corner_values(cell))
     }
 
     /// v at the cell's vertices.
@@ -286,7 +286,7 @@ impl<'a> CellFields<'a> {
 
     /// σ without τ on all of the cell.
     pub fn sigma_of(&self, simplex: &Simplex, cell: usize) -> Quadratic {
-        let mut sigma = Quadratic::linear(self.flux_at_corners(simplex, cell));
+        let mut sigma = Quadratic::of(&self.flux(simplex, cell));
         add_bubble(&mut sigma, simplex, &self.data.loads[cell].slopes);
         sigma
     }
@@ -295,32 +295,8 @@ impl<'a> CellFields<'a> {
     fn of_u(&self, simplex: &Simplex, cell: usize) -> Quadratic {
         let space = &self.problem.space;
         let local = space.local(cell, &self.u);
-        let mut corners = [ZERO; 4];
-        for (slope, corner) in corners.iter_mut().zip(&WHOLE).take(simplex.dim + 1) {
-            let derivatives = space.element.derivatives(simplex.dim, corner);
-            for i in 0..=simplex.dim {
-                let along = derivatives.iter().zip(&local).filter(|(d, _)| d[i] != 0.0);
-                let along: Interval = along.map(|(d, u)| d[i] * Interval::at(*u)).sum();
-                add(slope, along, &simplex.gradients[i], simplex.dim);
-            }
-        }
-        Quadratic::linear(corners)
-    }
-
-    /// G at the centroid, without the lift.
-    fn centre(&self, simplex: &Simplex, cell: usize) -> [f64; 3] {
-        let count = simplex.dim + 1;
-        let corners = self.gradient_at_corners(simplex, cell);
-        // The bubble is -Σ a_i (x_c - x_i) / (d+1)² there, and half of it in G.
-        let slopes = &self.data.loads[cell].slopes;
-        let scale = 0.5 / (count * count) as f64;
-        std::array::from_fn(|k| {
-            let flat: f64 = corners[..count].iter().map(|g| g[k].mid()).sum();
-            // The slopes have the sum 0.
-            let of_slopes = slopes.iter().zip(&simplex.vertices).take(count);
-            let bubble: f64 = of_slopes.map(|(a, x)| a * x[k]).sum();
-            flat / count as f64 + scale * bubble
-        })
+        let local = &local[..space.local_dofs];
+        Quadratic::of(&Linear::of_basis(simplex, &self.derivatives, local))
     }
 }
 
@@ -339,8 +315,8 @@ struct Sums {
 /// The fields on a cell, without lifts and τ.
 struct OnCell<'a> {
     simplex: &'a Simplex,
-    /// ∇v at the corners
-    slope: [Vector; 4],
+    /// ∇v
+    slope: Quadratic,
     sigma: Quadratic,
     /// ∇u_h
     of_u: Quadratic,
@@ -355,24 +331,19 @@ impl Sums {
         lift: Option<&Vector>,
         tau: Option<&[Coefficients; 4]>,
     ) {
-        let (simplex, dim) = (on.simplex, on.simplex.dim);
-        let is_whole = lift.is_none() && tau.is_none();
-        let mut of_v = if is_whole {
-            on.slope
+        let dim = on.simplex.dim;
+        let (mut of_v, mut sigma, of_u) = if lift.is_none() && tau.is_none() {
+            (on.slope, on.sigma, on.of_u)
         } else {
-            piece.map(|corner| interpolated(&on.slope, &corner, dim))
+            let of = |field: &Quadratic| field.on(piece, dim);
+            (of(&on.slope), of(&on.sigma), of(&on.of_u))
         };
         if let Some(lift) = lift {
-            of_v = of_v.map(|slope| plus(&slope, lift));
+            of_v = of_v.plus(1.0, &Quadratic::of(&Linear::new(&[*lift; 4])));
         }
-        let of_v = Quadratic::linear(of_v);
-        let (mut sigma, of_u) = if is_whole {
-            (on.sigma, on.of_u)
-        } else {
-            (on.sigma.on(piece, dim), on.of_u.on(piece, dim))
-        };
         if let Some(tau) = tau {
-            sigma = sigma.plus(1.0, &Quadratic::linear(tau.map(|b| simplex.vector(&b))));
+            let tau = tau.map(|b| on.simplex.vector(&b));
+            sigma = sigma.plus(1.0, &Quadratic::of(&Linear::new(&tau)));
         }
         let misfit = of_v.plus(-1.0, &sigma);
         let of_g = of_v.plus(-0.5, &misfit);
@@ -383,7 +354,7 @@ impl Sums {
         self.flux += square(&sigma);
         self.slope += square(&of_v);
         for (sum, value) in self.mean.iter_mut().zip(of_g.mean(dim)) {
-            *sum += share.mid() * value.mid();
+            *sum += share.mid() * value;
         }
     }
 }
@@ -392,21 +363,23 @@ impl Sums {
 /// the corners. It has no normal trace on any face, and -div of it is Σ a_i λ_i.
 fn add_bubble(field: &mut Quadratic, simplex: &Simplex, slopes: &[f64; 4]) {
     let dim = simplex.dim;
-    let scale = Interval::at((4 * (dim + 1)) as f64);
-    let edges = EDGES.iter().take(dim * (dim + 1) / 2);
-    for (middle, &[i, j]) in field.middles.iter_mut().zip(edges) {
-        let bubble = (Interval::at(slopes[j]) - Interval::at(slopes[i])) / scale;
-        add(middle, bubble, &simplex.edge(i, j), dim);
+    for (edge, &[i, j]) in EDGES.iter().take(dim * (dim + 1) / 2).enumerate() {
+        let [a, b] = [simplex.vertices[i], simplex.vertices[j]];
+        let along: [f64; 3] = std::array::from_fn(|k| b[k] - a[k]);
+        field.bend(
+            edge,
+            (slopes[j] - slopes[i]) / (4 * (dim + 1)) as f64,
+            &along,
+        );
     }
 }
 
 /// ‖q‖_κ of a Raviart–Thomas field of lowest order.
 pub(super) fn norm_of_fluxes(simplex: &Simplex, fluxes: &[f64]) -> f64 {
-    let corners = &flux::raviart_thomas(simplex, fluxes)[..=simplex.dim];
-    let mean: Interval = (0..simplex.dim)
-        .map(|k| mean_square_of_linear(&corners.iter().map(|c| c[k]).collect::<Vec<_>>()))
-        .sum();
-    (mean * simplex.measure).root().high
+    let field = Quadratic::of(&Linear::raviart_thomas(simplex, fluxes));
+    (field.mean_square(simplex.dim) * simplex.measure)
+        .root()
+        .high
 }
 
 /// ∫_κ |w| of a lift at most.

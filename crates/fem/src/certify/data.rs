@@ -14,7 +14,6 @@ use super::simplex::{Simplex, bubble_on, mean_with_bubble};
 use crate::contact::Problem;
 use crate::interval::Interval;
 use crate::scene::Part;
-use crate::scene::expression::Order;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
@@ -301,10 +300,7 @@ fn dirichlet(problem: &Problem, unit: i32) -> Result<Vec<Option<Interval>>> {
                 continue;
             }
             let at = mesh.points[vertex as usize].map(Interval::at);
-            let value = g
-                .enclosure(at, mesh.dim, Order::Value)
-                .value
-                .times_power_of_two(unit);
+            let value = g.range(at, mesh.dim).times_power_of_two(unit);
             if !value.is_finite() {
                 return Err(refusal(
                     format!("g could not be bounded at {}", mesh.vertex_label(vertex)),
@@ -383,7 +379,7 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
                     let values = tree.leaf(node).values.map(Interval::at);
                     bubble += share * mean_with_bubble(&values, &bubble_on(piece, [0, 1], 1), 1);
                 }
-                wave += share * Interval::at(tree.leaf(node).wave);
+                wave += share * Interval::at(tree.leaf(node).swell);
                 rest += share * Interval::at(tree.leaf(node).error);
             });
             let patch = patch::patch(

@@ -13,11 +13,11 @@
 use super::data::PreparedData;
 use super::poisson::Poisson;
 use super::refusal;
-use super::simplex::{Simplex, Vector, ZERO, add};
+use super::simplex::Simplex;
 use crate::contact::Problem;
 use crate::element::{CR, Space};
 use crate::interval::{Interval, above_of_product};
-use crate::linear::Role;
+use crate::linear::{Role, Settings};
 use crate::quadrature;
 use crate::scene::Part;
 use faceoff_mesh::error::Result;
@@ -60,7 +60,7 @@ impl<'a> Fluxes<'a> {
         let roles = problem.parts.iter().map(|part| role(is_fixed(part)));
         Fluxes {
             problem,
-            poisson: Poisson::new(&space, roles.collect()),
+            poisson: Poisson::new(&space, roles.collect(), Settings::default()),
             space,
         }
     }
@@ -255,16 +255,18 @@ impl<'a> Fluxes<'a> {
         let mesh = self.problem.space.mesh;
         let corners = mesh.dim + 1;
         let mut fluxes = vec![0.0; cells.len()];
-        let mut matrix = vec![0.0; corners * corners];
-        for cell in 0..mesh.cell_count() {
-            self.poisson.stiffness.cell_matrix(cell, &mut matrix);
-            let local = self.space.local(cell, w);
-            for i in 0..corners {
-                let row = &matrix[corners * i..corners * (i + 1)];
-                let out: f64 = row.iter().zip(&local).map(|(a, w)| a * w).sum();
-                fluxes[corners * cell + i] = out - cells[corners * cell + i];
-            }
-        }
+        let of_cells = fluxes
+            .par_chunks_exact_mut(corners)
+            .zip(cells.par_chunks_exact(corners));
+        of_cells.enumerate().for_each(|(cell, (fluxes, loads))| {
+            self.poisson
+                .stiffness
+                .cell_times(cell, w, fluxes, |a, w| a * w);
+            fluxes
+                .iter_mut()
+                .zip(loads)
+                .for_each(|(flux, load)| *flux -= load);
+        });
         for face in 0..mesh.face_count() {
             if mesh.is_boundary(face) {
                 continue;
@@ -315,19 +317,4 @@ impl<'a> Fluxes<'a> {
         }
         w
     }
-}
-
-/// A Raviart–Thomas field of lowest order at the corners, linear in between: Σ_i flux_i (x - x_i)/(d|κ|).
-pub(super) fn raviart_thomas(cell: &Simplex, fluxes: &[f64]) -> [Vector; 4] {
-    let volume = cell.dim as f64 * cell.measure;
-    let mut corners = [ZERO; 4];
-    for (i, flux) in fluxes.iter().enumerate().filter(|(_, flux)| **flux != 0.0) {
-        let weight = Interval::at(*flux) / volume;
-        for (k, corner) in corners.iter_mut().enumerate().take(cell.dim + 1) {
-            if k != i {
-                add(corner, weight, &cell.edge(i, k), cell.dim);
-            }
-        }
-    }
-    corners
 }

@@ -18,8 +18,9 @@ use rayon::prelude::*;
 use super::admissible;
 use super::balance::poincare;
 use super::cells::CellFields;
-use super::flux::{Fluxes, raviart_thomas};
+use super::flux::Fluxes;
 use super::lift;
+use super::quadratic::Linear;
 use super::simplex::{Simplex, Vector, dot, length, mean_square_of_linear, minus, plus, up};
 use crate::contact::Problem;
 use crate::element::{P1, Space};
@@ -189,7 +190,7 @@ impl Goal {
                 let fluxes = out(cell);
                 let slope = simplex.gradient(&fields.corners_of(&z, cell));
                 let count = simplex.dim + 1;
-                let q = raviart_thomas(&simplex, fluxes);
+                let q = Linear::raviart_thomas(&simplex, fluxes).at_corners();
                 let difference: Vec<Vector> = q[..count].iter().map(|q| minus(q, &slope)).collect();
                 let mean = fields.gradient_at_corners(&simplex, cell);
                 let square: Interval = (0..simplex.dim)

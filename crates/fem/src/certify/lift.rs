@@ -22,7 +22,7 @@ use super::simplex::{Simplex, Vector, ZERO, add, corners, dot, minus, norm};
 use crate::contact::Problem;
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::quadrature::Piece;
-use crate::scene::expression::Order;
+use crate::scene::expression::GRADIENT;
 use crate::scene::{Expression, Part};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
@@ -77,7 +77,7 @@ impl Lift {
     pub fn slope(&self, cell: &Simplex, sector: &Sector) -> Vector {
         let mut slope = ZERO;
         for (value, end) in sector.slopes.iter().zip(self.ends) {
-            add(&mut slope, Interval::at(*value), &cell.gradients[end], 2);
+            add(&mut slope, Interval::at(*value), &cell.gradient_of(end), 2);
         }
         slope
     }
@@ -166,17 +166,13 @@ fn check_linear(
     for &i in &others[1..] {
         around = std::array::from_fn(|k| around[k].hull(at(i)[k]));
     }
-    let on_box = g.enclosure_inside(around, 3, Order::Gradient, 2);
-    let values = |i: usize| {
-        g.enclosure(at(i), 3, Order::Value)
-            .value
-            .times_power_of_two(unit)
-    };
+    let on_box = g.enclosure_inside::<GRADIENT>(around, 3, 1, 2);
+    let values = |i: usize| g.range(at(i), 3).times_power_of_two(unit);
     let is_linear = others[1..].iter().all(|&i| {
         // δ' along the edge, against the variation of g along it: an offset hides nothing.
         let edge = minus(&at(i), &at(others[0]));
         let slope = dot(
-            &on_box.gradient.map(|g| g.times_power_of_two(unit)),
+            &[0, 1, 2].map(|k| on_box.slope(k).times_power_of_two(unit)),
             &edge,
             3,
         );
@@ -240,7 +236,7 @@ fn lift_of(
     let mut leaves = vec![face.leaf(0.0, 1.0)];
     // No leaf that costs can be cut any more.
     let mut is_stuck = false;
-    let gradients = ends.map(|end| cell.gradients[end]);
+    let gradients = ends.map(|end| cell.gradient_of(end));
     let of_r = norm(&super::simplex::plus(&gradients[0], &gradients[1]), 2).high;
     let of_s = norm(&gradients[1], 2).high;
     loop {
@@ -354,7 +350,7 @@ impl<'a> Face<'a> {
     fn new(cell: &Simplex, ends: [usize; 2], data: &'a Expression, unit: i32) -> Self {
         let vertices = ends.map(|i| cell.vertices[i]);
         let value = |x: [f64; 3]| {
-            let of = data.enclosure(x.map(Interval::at), 2, Order::Value).value;
+            let of = data.range(x.map(Interval::at), 2);
             of.times_power_of_two(unit)
         };
         Face {
@@ -386,29 +382,28 @@ impl<'a> Face<'a> {
     fn value(&self, leaf: [f64; 2]) -> Interval {
         let of = self
             .data
-            .enclosure_inside(self.around(leaf), 2, Order::Gradient, 1);
-        of.value.times_power_of_two(self.unit)
+            .enclosure_inside::<GRADIENT>(self.around(leaf), 2, 1, 1);
+        of.value().times_power_of_two(self.unit)
     }
 
     fn leaf(&self, from: f64, to: f64) -> Delta {
         let on_box = self
             .data
-            .enclosure_inside(self.around([from, to]), 2, Order::Gradient, 1);
+            .enclosure_inside::<GRADIENT>(self.around([from, to]), 2, 1, 1);
         let scaled = |of: Interval| of.times_power_of_two(self.unit);
         let difference = self.values[1] - self.values[0];
         let s = Interval::new(from, to);
         // 4 b s (1-s) = b (1 - (2s-1)²)
         let (one, bend) = (Interval::ONE, Interval::at(self.bend));
         let bent = 4.0 * (bend * (one - 2.0 * s));
-        let slope = dot(&on_box.gradient.map(scaled), &self.edge, 2) - difference - bent;
+        let slope =
+            dot(&[0, 1, 2].map(|k| scaled(on_box.slope(k))), &self.edge, 2) - difference - bent;
         let linear =
             |s: Interval| self.values[0] + s * difference + bend * (one - (2.0 * s - one).square());
-        let range = scaled(on_box.value) - linear(s);
+        let range = scaled(on_box.value()) - linear(s);
         let middle = 0.5 * (from + to);
-        let at_middle = self
-            .data
-            .enclosure(self.around([middle, middle]), 2, Order::Value);
-        let centre = scaled(at_middle.value) - linear(Interval::at(middle));
+        let at_middle = self.data.range(self.around([middle, middle]), 2);
+        let centre = scaled(at_middle) - linear(Interval::at(middle));
         let steps = Interval::around_zero(0.5 * (to - from));
         let height = range.meet(centre + slope * steps);
         Delta {

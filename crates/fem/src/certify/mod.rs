@@ -17,6 +17,7 @@ mod obstacle;
 mod patch;
 mod poisson;
 mod proof;
+mod quadratic;
 #[cfg(test)]
 mod random_tests;
 mod second_order;
@@ -36,12 +37,12 @@ use crate::contact::Problem;
 use crate::element::Space;
 use crate::interval::{Interval, above_of_all, below_of_all};
 use crate::quadrature;
-use balance::Balance;
 use cells::{CellFields, CellNorms};
 pub use data::PreparedData;
 use data::Traction;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::Triangulation;
 use flux::Fluxes;
 use goal::{Goal, Known};
 pub use proof::{ContactProof, Touched};
@@ -290,12 +291,7 @@ fn numbers(fields: &CellFields, mut known: Known, solver: &mut Fluxes) -> Result
 fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Known)> {
     let (problem, data) = (fields.problem, &*fields.data);
     let mesh = problem.space.mesh;
-    let cells = 0..mesh.cell_count();
-    let balances: Vec<Balance> = cells
-        .clone()
-        .into_par_iter()
-        .map(|cell| cancel::check().map(|()| fields.balance(cell)))
-        .collect::<Result<_>>()?;
+    let balances = on_cells(mesh, |cell| fields.balance(cell))?;
     let errors: Vec<f64> = balances.iter().map(|balance| balance.error).collect();
     let on_neumann: Vec<(usize, f64)> = data
         .tractions
@@ -303,22 +299,18 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
         .map(|traction| (traction.face, traction.error))
         .collect();
     let q = solver.majorant(&errors, &on_neumann)?;
-    let of_q = |cell: usize| {
-        let of_q = cells::norm_of_fluxes(&Simplex::new(mesh, cell), fields.fluxes_of(&q, cell));
-        up(of_q, balances[cell].spread)
-    };
-    let mut unknown: Vec<f64> = cells.clone().into_par_iter().map(of_q).collect();
+    let norms = on_cells(mesh, |cell| {
+        let (simplex, balance) = (fields.simplex(cell), &balances[cell]);
+        let of_q = cells::norm_of_fluxes(&simplex, fields.fluxes_of(&q, cell));
+        fields.norms(&simplex, cell, balance, up(of_q, balance.spread))
+    })?;
+    let mut unknown: Vec<f64> = norms.iter().map(|cell| cell.unknown).collect();
     let mut oscillations: Vec<f64> = balances.iter().map(|balance| balance.oscillation).collect();
     for traction in &data.tractions {
         let oscillation = &mut oscillations[traction.cell];
         *oscillation = up(*oscillation, traction.oscillation);
         unknown[traction.cell] = up(unknown[traction.cell], traction.spread);
     }
-    let norms: Vec<CellNorms> = cells
-        .clone()
-        .into_par_iter()
-        .map(|cell| cancel::check().map(|()| fields.norms(cell, &balances[cell])))
-        .collect::<Result<_>>()?;
     let touching = contact_terms(fields);
 
     let at = Interval::at;
@@ -411,6 +403,22 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
         friedrichs: f64::INFINITY,
     };
     Ok((certificate, known))
+}
+
+/// Something of each cell.
+///
+/// # Errors
+/// An interruption.
+fn on_cells<T: Default + Send>(
+    mesh: &Triangulation,
+    of: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>> {
+    let of = |cell: usize| match cancel::check() {
+        Ok(()) => of(cell),
+        Err(_) => T::default(),
+    };
+    let all = (0..mesh.cell_count()).into_par_iter().map(of).collect();
+    cancel::check().map(|()| all)
 }
 
 /// A norm over all cells from those on each.
@@ -548,6 +556,18 @@ fn load_of_bubbles(fields: &CellFields, simplex: &Simplex, cell: usize) -> Inter
         return Interval::ZERO;
     };
     let (tree, mut load) = (&fields.data.trees[cell], Interval::ZERO);
+    if !tree.is_cut() {
+        // The mean of λ_i 4 λ_a λ_b is 2/15 for i = a, b and 1/15 for the third.
+        let (leaf, b) = (&tree.whole, b.map(at));
+        let p = leaf.values.map(at);
+        let twice = 2.0 * p[..3].iter().copied().sum::<Interval>();
+        let mean = (0..3).map(|i| b[i] * (twice - p[i])).sum::<Interval>() / at(15.0);
+        // Bernstein's coefficients are 0 at the corners and 2 b.
+        let third = (2.0 * b.iter().copied().sum::<Interval>() / at(6.0)).magnitude();
+        let most = 2.0 * b.iter().map(|b| b.magnitude()).fold(0.0, f64::max);
+        let slack = at(leaf.swell) * at(up(third, most)) + at(leaf.error) * at(most);
+        return (mean + Interval::around_zero(slack.high)) * simplex.measure;
+    }
     tree.for_each(2, &mut |node, piece, share| {
         let leaf = tree.leaf(node);
         let mut w = [Interval::ZERO; 10];
@@ -560,7 +580,7 @@ fn load_of_bubbles(fields: &CellFields, simplex: &Simplex, cell: usize) -> Inter
         // No value is larger than the largest coefficient; the wave has mean 0.
         let coefficients = [w[0], w[1], w[2], w[4], w[5], w[6]];
         let (away, largest) = reach(&coefficients);
-        let slack = at(leaf.wave) * at(away) + at(leaf.error) * at(largest);
+        let slack = at(leaf.swell) * at(away) + at(leaf.error) * at(largest);
         let mean = mean_with_bubble(&leaf.values.map(at), &w, 2);
         load += share * (mean + Interval::around_zero(slack.high));
     });
@@ -599,16 +619,18 @@ fn load_of_cell(
     let mut load = Interval::ZERO;
     tree.for_each(dim, &mut |node, piece, share| {
         let leaf = tree.leaf(node);
-        let mut here = [Interval::ZERO; 4];
-        for (value, corner) in here.iter_mut().zip(piece).take(count) {
-            *value = (0..count).map(|i| corner[i] * z[i]).sum();
+        let mut here = *z;
+        if tree.is_cut() {
+            for (value, corner) in here.iter_mut().zip(piece).take(count) {
+                *value = (0..count).map(|i| corner[i] * z[i]).sum();
+            }
         }
         let p = leaf.values.map(at);
         let mixed: Interval = (0..count).map(|j| p[j] * here[j]).sum();
         let sums = [&p, &here].map(|of| of[..count].iter().copied().sum::<Interval>());
         // The wave has mean 0.
         let (away, largest) = reach(&here[..count]);
-        let slack = at(leaf.wave) * at(away) + at(leaf.error) * at(largest);
+        let slack = at(leaf.swell) * at(away) + at(leaf.error) * at(largest);
         let mean = (mixed + sums[0] * sums[1]) / at((count * (count + 1)) as f64);
         load += share * (mean + Interval::around_zero(slack.high));
     });

@@ -2,23 +2,24 @@
 //! |s| ≤ `wave`, |r| ≤ `error` everywhere.
 //!
 //! p and s come from Taylor's formula about a point c of the leaf with the remainder in interval arithmetic (K. Makino,
-//! M. Berz, Int. J. Pure Appl. Math. 4, 2003), of whichever order leaves least:
+//! M. Berz, Int. J. Pure Appl. Math. 4, 2003), of whichever order m leaves least:
 //!
 //! ```text
-//! order 2   f(x) = f(c) + ∇f(c)·(x-c) + ½ (x-c)·H(x-c),   H in the box's interval: its middle makes s, its radius r
-//! order 1   f(x) = f(c) + ∇f·(x-c),                       ∇f in the box's interval
-//! order 0   f(x) in the box's interval
+//! f(x) = Σ_{|α| < m} f_α(c) (x-c)^α + Σ_{|α| = m} f_α (x-c)^α,   f_α = ∂^α f/α! somewhere in the box of the leaf
 //! ```
 //!
-//! Where an `if` is not decided on a leaf only order 0 is known. Leaves are cut where they cost most.
+//! In the last sum the middles of the intervals that hold f_α belong to p and s, their radii make r. Where an `if` is not
+//! decided on a leaf only order 0 is known. Leaves that cost most get derivatives up to the fourth, and are cut where these
+//! do not help.
 
 use rayon::prelude::*;
 
+use super::quadratic::Quadratic;
 use super::simplex::{Vector, corners, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::quadrature::{Piece, WHOLE, parts};
 use crate::scene::Expression;
-use crate::scene::expression::{AXES, Order};
+use crate::scene::expression::{IN_PLANE, IN_SPACE, MOST, Monomials, SECOND, Taylor};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
@@ -27,10 +28,14 @@ use faceoff_mesh::error::Result;
 pub(super) struct Leaf {
     /// p at the corners.
     pub values: [f64; 4],
-    /// |s| is at most this, and the mean of s is 0.
+    /// |s| is at most this, and the mean of s is 0 …
     pub wave: f64,
+    /// … that of s² no larger than the square of this.
+    pub swell: f64,
     /// |r| is at most this.
     pub error: f64,
+    /// Are there derivatives on it?
+    pub is_smooth: bool,
     /// The first of its 2^d parts among the nodes of its tree; 0 where it was not cut.
     pub parts: u32,
 }
@@ -133,6 +138,10 @@ pub(super) struct Effort {
 const DEEPEST: usize = 40;
 /// Those are cut that cost at least this part of the costliest.
 const COSTLY: f64 = 0.125;
+/// So many derivatives are taken at first.
+const AT_FIRST: usize = 2;
+/// More derivatives are worth their time where they leave less than this part.
+const WORTH: f64 = 0.25;
 
 impl Domain<'_> {
     /// The trees of all simplices, and whether the tolerance was met.
@@ -145,7 +154,7 @@ impl Domain<'_> {
             .into_par_iter()
             .map(|k| {
                 cancel::check()?;
-                let whole = self.model(k, &WHOLE);
+                let whole = self.model(k, &WHOLE, AT_FIRST);
                 Ok(Tree {
                     whole,
                     rest: Vec::new(),
@@ -163,163 +172,201 @@ impl Domain<'_> {
             return Ok(trees);
         }
         let mut left = effort.budget;
-        // Leaves that still count: simplex, node, piece, depth, and ∫ |r| on it.
         let mut open: Vec<Open> = (0..count)
-            .map(|simplex| {
-                Open::new(
-                    simplex,
-                    0,
-                    WHOLE,
-                    0,
-                    self.measures[simplex],
-                    &trees[simplex].whole,
-                )
+            .map(|simplex| Open {
+                simplex,
+                node: 0,
+                piece: WHOLE,
+                depth: 0,
+                order: AT_FIRST,
+                measure: self.measures[simplex],
+                leaf: trees[simplex].whole,
             })
             .collect();
         loop {
             cancel::check()?;
-            let total = above_of_all(open.iter().map(|o| o.cost));
+            let total = above_of_all(open.iter().map(Open::cost));
             if total <= effort.tolerance * square.sqrt() {
                 break;
             }
-            let worst = open.iter().map(|o| o.cost).fold(0.0, f64::max);
-            let is_costly = |o: &Open| o.cost >= COSTLY * worst && o.depth < DEEPEST;
+            let worst = open.iter().map(Open::cost).fold(0.0, f64::max);
+            let is_costly = |o: &Open| o.cost() >= COSTLY * worst && o.depth < DEEPEST;
             let (mut chosen, kept): (Vec<Open>, Vec<Open>) = open.into_iter().partition(is_costly);
             open = kept;
             let children = 1 << self.dim;
-            let most = left / children;
-            if most == 0 || chosen.is_empty() {
+            if chosen.is_empty() {
                 break;
             }
-            if chosen.len() > most {
-                chosen.sort_by(|a, b| b.cost.total_cmp(&a.cost));
-                open.extend(chosen.drain(most..));
+            // What may not be cut any more may still get more derivatives.
+            chosen.sort_by(|a, b| b.cost().total_cmp(&a.cost()));
+            let most = left / children;
+            for late in chosen.iter_mut().skip(most) {
+                late.depth = DEEPEST;
             }
-            left -= children * chosen.len();
-            let made: Vec<Vec<(Piece, Leaf)>> = chosen
+            let made: Vec<Vec<Open>> = chosen
                 .par_iter()
-                .map(|o| {
-                    cancel::check()?;
-                    let of = |piece: Piece| (piece, self.model(o.simplex, &piece));
-                    Ok(parts(&o.piece, self.dim).into_iter().map(of).collect())
-                })
+                .map(|parent| cancel::check().map(|()| self.improved(parent)))
                 .collect::<Result<_>>()?;
-            for (parent, made) in chosen.iter().zip(made) {
+            for (parent, mut made) in chosen.iter().zip(made) {
                 let tree = &mut trees[parent.simplex];
-                let first = tree.rest.len() as u32 + 1;
-                tree.node_mut(parent.node).parts = first;
-                square -= parent.square;
-                for (k, (piece, leaf)) in made.into_iter().enumerate() {
-                    let measure = parent.measure / children as f64;
-                    let node = first + k as u32;
-                    let child = Open::new(
-                        parent.simplex,
-                        node,
-                        piece,
-                        parent.depth + 1,
-                        measure,
-                        &leaf,
-                    );
-                    square += child.square;
-                    tree.rest.push(leaf);
-                    open.push(child);
+                square -= parent.square();
+                square += made.iter().map(Open::square).sum::<f64>();
+                if let [same] = &made[..] {
+                    *tree.node_mut(parent.node) = same.leaf;
+                } else {
+                    left -= children;
+                    let first = tree.rest.len() as u32 + 1;
+                    tree.node_mut(parent.node).parts = first;
+                    for (child, node) in made.iter_mut().zip(first..) {
+                        child.node = node;
+                        tree.rest.push(child.leaf);
+                    }
                 }
+                open.extend(made);
             }
             square = square.max(0.0);
         }
         Ok(trees)
     }
 
-    /// p, s and r on a part of a simplex.
-    fn model(&self, simplex: usize, piece: &Piece) -> Leaf {
+    /// The same leaf with more derivatives, or its parts.
+    fn improved(&self, parent: &Open) -> Vec<Open> {
+        if parent.order < MOST && parent.leaf.is_smooth {
+            let leaf = self.model(parent.simplex, &parent.piece, MOST);
+            let worth = if parent.depth == DEEPEST { 1.0 } else { WORTH };
+            if leaf.error < worth * parent.leaf.error {
+                let order = MOST;
+                return vec![Open {
+                    leaf,
+                    order,
+                    ..*parent
+                }];
+            }
+        }
+        if parent.depth == DEEPEST {
+            return vec![*parent];
+        }
+        let parts = parts(&parent.piece, self.dim).into_iter();
+        let of = |piece: Piece| Open {
+            leaf: self.model(parent.simplex, &piece, parent.order),
+            piece,
+            depth: parent.depth + 1,
+            measure: parent.measure / (1 << self.dim) as f64,
+            ..*parent
+        };
+        parts.map(of).collect()
+    }
+
+    /// p, s and r on a part of a simplex from so many derivatives.
+    fn model(&self, simplex: usize, piece: &Piece, order: usize) -> Leaf {
+        match (order, self.space) {
+            (..=AT_FIRST, _) => self.model_of::<SECOND>(simplex, piece, order),
+            (_, 2) => self.model_of::<IN_PLANE>(simplex, piece, order),
+            _ => self.model_of::<IN_SPACE>(simplex, piece, order),
+        }
+    }
+
+    fn model_of<const N: usize>(&self, simplex: usize, piece: &Piece, order: usize) -> Leaf {
         let count = self.dim + 1;
         let corners = corners(&self.vertices[simplex][..count], piece, self.space);
-        let scaled = |of: Interval| of.times_power_of_two(self.unit);
         let mut around = corners[0];
         for corner in &corners[1..count] {
             around = std::array::from_fn(|k| around[k].hull(corner[k]));
         }
-        let on_box = self
+        let scaled = |of: Taylor<N>| of.coefficients.map(|c| c.times_power_of_two(self.unit));
+        let inside = self
             .expression
-            .enclosure_inside(around, self.space, Order::Hessian, self.dim);
-        let range = scaled(on_box.value);
+            .enclosure_inside(around, self.space, order, self.dim);
+        let on_box = scaled(inside);
+        let range = on_box[0];
         let flat = |error: f64| Leaf {
             values: [range.mid(); 4],
             error,
             ..Leaf::default()
         };
         // A constant, or nothing but the range is known.
-        if range.radius() == 0.0 || !on_box.gradient.iter().all(|g| g.is_finite()) {
+        if range.radius() == 0.0 || !on_box[1..=self.space].iter().all(|g| g.is_finite()) {
             return flat(range.radius());
         }
-        let centre: [f64; 3] = std::array::from_fn(|k| {
-            let sum: f64 = corners[..count].iter().map(|c| c[k].mid()).sum();
-            (sum / count as f64).clamp(around[k].low, around[k].high)
-        });
-        let at_centre = centre.map(Interval::at);
-        let taylor = self
-            .expression
-            .enclosure(at_centre, self.space, Order::Gradient);
-        let middle = scaled(taylor.value);
+        // From the middle of the box no point is far.
+        let centre = around.map(|x| Interval::at(x.mid().clamp(x.low, x.high)));
+        let at_centre = scaled(self.expression.enclosure(centre, self.space, order - 1));
         let steps: Vec<Vector> = corners[..count]
             .iter()
-            .map(|c| std::array::from_fn(|k| c[k] - at_centre[k]))
+            .map(|c| std::array::from_fn(|k| c[k] - centre[k]))
             .collect();
-        // |x_k - c_k| is at most this.
-        let reach: [f64; 3] =
-            std::array::from_fn(|k| steps.iter().map(|s| s[k].magnitude()).fold(0.0, f64::max));
-        let linear = |gradient: [Interval; 3]| -> f64 {
-            let terms = (0..self.space).map(|k| above_of_product(gradient[k].radius(), reach[k]));
-            up(middle.radius(), above_of_all(terms))
-        };
-        let of_order_1 = linear(on_box.gradient.map(scaled));
-        let hessian = on_box.hessian.map(scaled);
-        let weights: [f64; 6] = AXES.map(|[i, j]| if i == j { 0.5 } else { 1.0 });
-        let second = self.space * (self.space + 1) / 2;
-        let over = |size: &dyn Fn(Interval) -> f64| -> f64 {
-            above_of_all((0..second).map(|k| {
-                let [i, j] = AXES[k];
-                let product = above_of_product(reach[i], reach[j]);
-                weights[k] * above_of_product(size(hessian[k]), product)
-            }))
-        };
-        let mut of_order_2 = up(linear(taylor.gradient.map(scaled)), over(&|h| h.radius()));
-        let mut mean = Interval::ZERO;
-        let wave = over(&|h| h.mid().abs());
-        if of_order_2.is_finite() && wave.is_finite() {
-            // The mean of (x-c)(x-c)ᵀ: (Σ δδᵀ + (Σ δ)(Σ δ)ᵀ) / ((d+1)(d+2)) of the corners' δ.
-            let all: Vector = std::array::from_fn(|k| steps.iter().map(|s| s[k]).sum());
-            for k in (0..second).filter(|&k| hessian[k].mid() != 0.0) {
-                let [i, j] = AXES[k];
-                let products: Interval = steps.iter().map(|s| s[i] * s[j]).sum();
-                let covariance = products + all[i] * all[j];
-                mean += (weights[k] * hessian[k].mid()) * covariance;
+        let monomials = Monomials::of(self.space);
+        // |(x-c)^α| is at most this.
+        let mut reach = [1.0; N];
+        for (n, reach) in reach
+            .iter_mut()
+            .enumerate()
+            .take(monomials.counts[order])
+            .skip(1)
+        {
+            for (k, exponent) in monomials.exponents[n].iter().enumerate() {
+                let most = steps.iter().map(|s| s[k].magnitude()).fold(0.0, f64::max);
+                (0..*exponent).for_each(|_| *reach = above_of_product(*reach, most));
             }
-            mean = mean / Interval::at((count * (count + 1)) as f64);
-            of_order_2 = up(of_order_2, mean.radius());
         }
-        let (gradient, shift, wave, error) = if of_order_2 < of_order_1 {
-            (
-                taylor.gradient.map(scaled),
-                mean.mid(),
-                up(wave, mean.magnitude()),
-                of_order_2,
-            )
-        } else {
-            (on_box.gradient.map(scaled), 0.0, 0.0, of_order_1)
+        let of_degree = |degree: usize| match degree {
+            0 => 0..1,
+            _ => monomials.counts[degree - 1]..monomials.counts[degree],
         };
-        if !(error < range.radius()) {
+        let sum = |size: &dyn Fn(usize) -> f64, degrees: std::ops::RangeInclusive<usize>| {
+            let all = degrees.flat_map(of_degree);
+            above_of_all(all.map(|n| above_of_product(size(n), reach[n])))
+        };
+        let rest = |m: usize| {
+            let known = sum(&|n| at_centre[n].radius(), 0..=m - 1);
+            up(known, sum(&|n| on_box[n].radius(), m..=m))
+        };
+        let rests = (1..=order).map(|m| (m, rest(m)));
+        let Some((m, rest)) = rests.min_by(|a, b| a.1.total_cmp(&b.1)) else {
             return flat(range.radius());
+        };
+        let coefficient = |n: usize| {
+            let of = if n < monomials.counts[m - 1] {
+                at_centre[n]
+            } else {
+                on_box[n]
+            };
+            of.mid()
+        };
+        let mut wave = sum(&|n| coefficient(n).abs(), 2..=m);
+        let (mut mean, mut swell) = (Interval::ZERO, wave);
+        if wave > 0.0 {
+            let moments = moments(monomials, &steps, monomials.counts[m]);
+            let of = |n: usize| coefficient(n) * moments[n];
+            let of_degree_2: Interval = of_degree(2).map(of).sum();
+            mean = of_degree_2 + (monomials.counts[2]..monomials.counts[m]).map(of).sum();
+            wave = up(wave, mean.magnitude());
+            let quadratic = of_degree(2).map(|n| (monomials.exponents[n], coefficient(n)));
+            let quadratic: Vec<_> = quadratic.filter(|(_, c)| *c != 0.0).collect();
+            // The rest of degree 3 and 4 less its mean, by its size.
+            let rest = 2.0 * sum(&|n| coefficient(n).abs(), 3..=m);
+            if order > AT_FIRST {
+                swell = wave.min(up(root_mean_square(&steps, &quadratic, of_degree_2), rest));
+            }
+        }
+        let error = up(rest, mean.radius());
+        if !(error < range.radius()) {
+            return Leaf {
+                is_smooth: true,
+                ..flat(range.radius())
+            };
         }
         let mut leaf = Leaf {
             wave,
+            swell,
             error,
+            is_smooth: true,
             ..Leaf::default()
         };
         let mut rounding = 0.0_f64;
         for (value, step) in leaf.values.iter_mut().zip(&steps) {
-            let slope: Interval = (0..self.space).map(|k| gradient[k].mid() * step[k]).sum();
-            let exact = Interval::at(middle.mid()) + Interval::at(shift) + slope;
+            let slope: Interval = (0..self.space).map(|k| coefficient(1 + k) * step[k]).sum();
+            let exact = Interval::at(coefficient(0)) + Interval::at(mean.mid()) + slope;
             *value = exact.mid();
             rounding = rounding.max(exact.radius());
         }
@@ -328,36 +375,85 @@ impl Domain<'_> {
     }
 }
 
+/// The means of the first monomials over the simplex with these corners:
+///
+/// ```text
+/// mean of x^α = α! d!/(|α|+d)! [t^α] Π_i 1/(1 - t·x_i)
+/// ```
+///
+/// as that of (t·x)^m is d! m!/(m+d)! times the complete homogeneous polynomial of degree m of the t·x_i.
+fn moments(monomials: &Monomials, corners: &[Vector], count: usize) -> [Interval; IN_SPACE] {
+    let mut series = [Interval::ZERO; IN_SPACE];
+    series[0] = Interval::ONE;
+    for corner in corners {
+        // P_α of P/(1 - t·x) is P_α + Σ_k x_k P_(α - e_k): by degree.
+        for n in 1..count {
+            for (k, lower) in monomials.lower[n].iter().enumerate() {
+                if let Some(lower) = lower {
+                    series[n] += corner[k] * series[*lower as usize];
+                }
+            }
+        }
+    }
+    let factorial = |n: u8| (1..=u64::from(n)).product::<u64>() as f64;
+    let dim = corners.len() as u8 - 1;
+    for (moment, exponents) in series
+        .iter_mut()
+        .zip(&monomials.exponents)
+        .take(count)
+        .skip(1)
+    {
+        let above = exponents.map(factorial).iter().product::<f64>() * factorial(dim);
+        let below = factorial(exponents.iter().sum::<u8>() + dim);
+        *moment = Interval::at(above) * *moment / Interval::at(below);
+    }
+    series
+}
+
+/// √ of the mean square of Σ c_α x^α, |α| = 2, less its mean over the simplex with these corners at most.
+fn root_mean_square(corners: &[Vector], terms: &[([u8; 3], f64)], mean: Interval) -> f64 {
+    let points: Vec<[f64; 3]> = corners.iter().map(|c| c.map(Interval::mid)).collect();
+    let all = corners.iter().flatten();
+    let (radius, largest) = all.fold((0.0, 0.0), |(radius, largest): (f64, f64), c| {
+        (radius.max(c.radius()), largest.max(c.magnitude()))
+    });
+    let value = |x: [f64; 3]| {
+        let power = |e: &[u8; 3]| (0..3).map(|k| x[k].powi(i32::from(e[k]))).product::<f64>();
+        terms.iter().map(|(e, c)| c * power(e)).sum::<f64>() - mean.mid()
+    };
+    // Points are off by `radius` and a rounding.
+    let sizes: f64 = terms.iter().map(|(_, c)| c.abs()).sum();
+    let radius = radius + f64::EPSILON * largest;
+    let size = sizes * largest * largest + mean.magnitude();
+    let off =
+        sizes * radius * (2.0 * largest + radius) + mean.radius() + 16.0 * f64::EPSILON * size;
+    Quadratic::scalar(&points, value, off, size)
+        .mean_square(corners.len() - 1)
+        .root()
+        .high
+}
+
 /// A leaf that may be cut.
+#[derive(Clone, Copy)]
 struct Open {
     simplex: usize,
     node: u32,
     piece: Piece,
     depth: usize,
+    /// So many derivatives are taken.
+    order: usize,
     measure: f64,
-    /// ∫ |r|
-    cost: f64,
-    /// ∫ f², roughly.
-    square: f64,
+    leaf: Leaf,
 }
 
 impl Open {
-    fn new(
-        simplex: usize,
-        node: u32,
-        piece: Piece,
-        depth: usize,
-        measure: f64,
-        leaf: &Leaf,
-    ) -> Self {
-        Open {
-            simplex,
-            node,
-            piece,
-            depth,
-            measure,
-            cost: leaf.cost(measure),
-            square: measure * leaf.size() * leaf.size(),
-        }
+    /// ∫ |r|
+    fn cost(&self) -> f64 {
+        self.leaf.cost(self.measure)
+    }
+
+    /// ∫ f², roughly.
+    fn square(&self) -> f64 {
+        self.measure * self.leaf.size().powi(2)
     }
 }

@@ -10,7 +10,6 @@ use super::simplex::Simplex;
 use crate::contact::Problem;
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::scene::Part;
-use crate::scene::expression::Order;
 use faceoff_mesh::error::Result;
 
 /// What v stays below ψ for rounding alone, relative to the largest |ψ| on the face.
@@ -82,10 +81,7 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
         let mut obstacle = zero;
         for (value, &vertex) in obstacle.values.iter_mut().zip(face) {
             let at = mesh.points[vertex as usize].map(Interval::at);
-            *value = psi
-                .enclosure(at, mesh.dim, Order::Value)
-                .value
-                .times_power_of_two(unit);
+            *value = psi.range(at, mesh.dim).times_power_of_two(unit);
         }
         // How far the interpolant of the vertex values is above ψ, and the mean of ψ.
         let (mut drop, mut size, mut means) = (0.0_f64, 0.0_f64, Interval::ZERO);

@@ -61,7 +61,7 @@ pub(super) fn patch(
         plain.push(size(mean_square_of_linear(&from_mean).high));
         waves.push(above_of_product(
             own,
-            size(Interval::at(leaf.wave).square().high),
+            size(Interval::at(leaf.swell).square().high),
         ));
         means[node as usize] = mean.mid();
         errors[node as usize] = up(leaf.error, mean.radius());

@@ -8,14 +8,16 @@ use faceoff_mesh::error::{Error, Result};
 pub(super) struct Poisson<'a> {
     pub stiffness: Stiffness<'a>,
     pub roles: Vec<Role>,
+    settings: Settings,
     factor: Option<Factor>,
 }
 
 impl<'a> Poisson<'a> {
-    pub fn new(space: &Space<'a>, roles: Vec<Role>) -> Self {
+    pub fn new(space: &Space<'a>, roles: Vec<Role>, settings: Settings) -> Self {
         Poisson {
             stiffness: Stiffness::new(space),
             roles,
+            settings,
             factor: None,
         }
     }
@@ -43,13 +45,12 @@ impl<'a> Poisson<'a> {
         let reduced = match &self.factor {
             Some(factor) => factor.reduce(b),
             None => {
-                let settings = Settings::default();
                 let condensed = condense(
                     &self.stiffness,
                     &self.roles,
                     &[],
                     b.to_vec(),
-                    settings,
+                    self.settings,
                     None,
                 )?;
                 let Some((factor, reduced, ..)) = condensed else {

@@ -30,7 +30,6 @@ use super::simplex::{Simplex, dot, length, plus, up};
 use super::{load_of_cell, load_of_face};
 use crate::interval::Interval;
 use crate::scene::Expression;
-use crate::scene::expression::Order;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use std::collections::BTreeSet;
@@ -501,12 +500,7 @@ impl Ball {
             };
             [0, 1, 2].map(|k| of(k).reduce(Interval::hull).unwrap_or(Interval::WHOLE))
         };
-        let is_near = |cell: &usize| {
-            !kernel
-                .enclosure(box_of(*cell), 2, Order::Value)
-                .value
-                .is_zero()
-        };
+        let is_near = |cell: &usize| !kernel.range(box_of(*cell), 2).is_zero();
         let near: Vec<usize> = (0..mesh.cell_count()).filter(is_near).collect();
         let domain = Domain {
             expression: &kernel,
@@ -603,10 +597,7 @@ impl Ball {
             (at(self.centre) - at(width)).low,
             (at(self.centre) + at(width)).high,
         );
-        let psi = psi
-            .enclosure(around, 2, Order::Value)
-            .value
-            .times_power_of_two(data.unit);
+        let psi = psi.range(around, 2).times_power_of_two(data.unit);
         (mass * psi - total).low > 0.0
     }
 }

@@ -11,11 +11,12 @@
 //! λ = σ·n is then linear on a contact face, ≤ 0, and nowhere smaller in size than half its mean.
 
 use super::poisson::Poisson;
-use super::simplex::{Quadratic, Simplex, Vector, ZERO, add};
+use super::quadratic::{Linear, Quadratic};
+use super::simplex::Simplex;
 use crate::contact::Problem;
 use crate::element::{Element, P2, Space};
 use crate::interval::Interval;
-use crate::linear::Role;
+use crate::linear::{Precision, Role, Settings};
 use crate::quadrature::{WHOLE, exact};
 use crate::scene::Part;
 use faceoff_mesh::error::Result;
@@ -60,35 +61,15 @@ pub(super) fn on_cell(mesh: &Triangulation, faces: &[f64], cell: usize) -> [f64;
     std::array::from_fn(|i| faces[mesh.cell_faces(cell)[i] as usize])
 }
 
-/// ∇(Σ_F 4 b_F λ_a λ_b) at the corners: linear in between.
-pub(super) fn slopes(cell: &Simplex, b: &[f64; 3]) -> [Vector; 4] {
-    let mut slopes = [ZERO; 4];
-    for (k, slope) in slopes.iter_mut().enumerate().take(3) {
-        for j in (0..3).filter(|&j| j != k) {
-            // The face of both is opposite the third.
-            add(
-                slope,
-                Interval::at(4.0 * b[3 - j - k]),
-                &cell.gradients[j],
-                2,
-            );
-        }
-    }
-    slopes
-}
-
 impl Stream {
-    /// rot s at the corners of a cell.
-    pub fn at_corners(&self, mesh: &Triangulation, cell: usize, simplex: &Simplex) -> [Vector; 4] {
+    /// rot s on a cell.
+    pub fn rot(&self, mesh: &Triangulation, cell: usize, simplex: &Simplex) -> Linear {
         let mut values = [Interval::ZERO; 4];
         for (value, &vertex) in values.iter_mut().zip(mesh.cell(cell)) {
             *value = Interval::at(self.vertices[vertex as usize]);
         }
-        let flat = simplex.gradient(&values);
-        slopes(simplex, &on_cell(mesh, &self.faces, cell)).map(|bent| {
-            let [x, y, _] = std::array::from_fn(|k| flat[k] + bent[k]);
-            [y, -x, Interval::ZERO]
-        })
+        let faces = on_cell(mesh, &self.faces, cell);
+        Linear::gradient(simplex, &values, Some(&faces)).turned()
     }
 
     /// s for v and σ, given by their values at the points of cells, where λ is as u_h says.
@@ -100,19 +81,28 @@ impl Stream {
         space: &Space,
         u: &[f64],
         lambda: &[f64],
-        misfit: &[Quadratic],
+        misfit: impl Fn(usize, &Simplex) -> Quadratic + Sync,
     ) -> Result<Self> {
         let mesh = problem.space.mesh;
-        let b = load(space, misfit);
+        let mut b = load(space, misfit);
         let parts = Parts::of(problem, space);
-        let mut poisson = Poisson::new(space, parts.roles.clone());
+        let settings = Settings {
+            precision: Precision::F32Refined,
+            ..Settings::default()
+        };
+        let mut poisson = Poisson::new(space, parts.roles.clone(), settings);
         let mut start = vec![0.0; space.dofs];
         let on_contact = on_contact(problem, u, lambda);
         for (contact, b) in problem.contact.iter().zip(&on_contact) {
             let local = mesh.local_face(contact.cell, contact.face);
             start[middle_of(space, contact.cell, local)] = *b;
         }
-        let mut s = poisson.solution(start, &b)?;
+        // Any s will do: one solve is accurate enough.
+        b.iter_mut()
+            .zip(poisson.stiffness.times(&start))
+            .for_each(|(b, y)| *b -= y);
+        let mut s = poisson.about(&b)?;
+        s.iter_mut().zip(start).for_each(|(s, start)| *s += start);
         // s + Σ c_k χ_k, χ_k the continuation of 1 on a part: (∇s + Σ c_k ∇χ_k, ∇χ_j) = (b, χ_j).
         let ones = parts.free.iter().map(|&part| {
             let mut one = vec![0.0; space.dofs];
@@ -165,36 +155,38 @@ impl Stream {
 }
 
 /// (d, rot φ_i) of a field that is quadratic on each cell.
-fn load(space: &Space, fields: &[Quadratic]) -> Vec<f64> {
+fn load(space: &Space, field: impl Fn(usize, &Simplex) -> Quadratic + Sync) -> Vec<f64> {
     let mesh = space.mesh;
-    let rule: Vec<_> = exact(2, 3)
-        .iter()
-        .map(|(point, weight)| (point, weight, P2.values(2, &point)))
-        .collect();
-    let of_cell = |cell: usize| -> [f64; 6] {
-        let geometry = mesh.geometry(cell);
-        // P2's dofs: the corners, and the middles opposite them.
-        let field = &fields[cell];
-        let nodes = [0, 1, 2].map(|i| field.corners[i]);
-        let middles = [2, 1, 0].map(|e| field.middles[e]);
-        let mut sums = [0.0; 6];
-        for (point, weight, values) in &rule {
-            let at = |k: usize| -> f64 {
-                let nodes = nodes.iter().chain(&middles).zip(values);
-                nodes.map(|(node, phi)| node[k].mid() * phi).sum()
-            };
-            let (x, y) = (at(0), at(1));
-            let gradients = space.gradients(&geometry, point);
-            for (sum, slope) in sums.iter_mut().zip(gradients) {
-                *sum += geometry.measure() * weight * (x * slope.y - y * slope.x);
+    // The means of ψ_n ∂φ_i/∂λ_j, ψ_n the functions of P2 as [`Quadratic`] orders their points.
+    let mut means = [[[0.0; 6]; 3]; 6];
+    for (point, weight) in exact(2, 3).iter() {
+        let (values, derivatives) = (P2.values(2, &point), P2.derivatives(2, &point));
+        for (means, of) in means.iter_mut().zip(&derivatives) {
+            for (means, of) in means.iter_mut().zip(of) {
+                // P2's dofs: the corners, and the middles opposite them.
+                let values = [0, 1, 2, 5, 4, 3].map(|n| values[n]);
+                let products = means.iter_mut().zip(values);
+                products.for_each(|(mean, value)| *mean += weight * of * value);
             }
         }
-        sums
-    };
-    let cells: Vec<[f64; 6]> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(of_cell)
-        .collect();
+    }
+    let mut cells = vec![[0.0; 6]; mesh.cell_count()];
+    cells.par_iter_mut().enumerate().for_each(|(cell, sums)| {
+        let simplex = Simplex::new(mesh, cell);
+        let field = field(cell, &simplex);
+        let points = field.corners[..3].iter().chain(&field.middles[..3]);
+        // d · rot λ_j at the points, times |κ|.
+        let mut along = [[0.0; 6]; 3];
+        for (n, d) in points.enumerate() {
+            for (along, [x, y, _]) in along.iter_mut().zip(simplex.slopes) {
+                along[n] = simplex.measure.mid() * (d[0] * y - d[1] * x);
+            }
+        }
+        for (sum, means) in sums.iter_mut().zip(&means) {
+            let all = means.iter().flatten().zip(along.iter().flatten());
+            *sum = all.map(|(mean, along)| mean * along).sum();
+        }
+    });
     let mut b = vec![0.0; space.dofs];
     for (cell, sums) in cells.iter().enumerate() {
         for (&dof, sum) in space.cell_dofs(cell).iter().zip(sums) {

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::cells::CellFields;
 use super::lift::Lift;
-use super::simplex::interpolated;
+use super::quadratic::Quadratic;
 use super::*;
 use crate::assembly::combine;
 use crate::contact::{Discretisation, Iteration, Method, Problem, Stop, solve};
@@ -63,7 +63,7 @@ fn slope_of_lift(
 fn sigma(fields: &CellFields, cell: usize) -> impl Fn(&[f64; 4]) -> Vector3<f64> {
     let dim = fields.problem.space.mesh.dim;
     let sigma = fields.sigma_of(&fields.simplex(cell), cell);
-    move |lambda| Vector3::from(sigma.at(lambda, dim).map(Interval::mid))
+    move |lambda| Vector3::from(sigma.at(lambda, dim))
 }
 
 /// The errors themselves, on the parts of each cell that its lift or its τ has.
@@ -77,12 +77,11 @@ fn errors(fields: &CellFields, exact: &Expression) -> True {
         let local = space.local(cell, &fields.u);
         let balance = fields.balance(cell);
         let simplex = fields.simplex(cell);
-        let slopes = fields.slope_at_corners(&simplex, cell);
+        let slopes = Quadratic::of(&fields.slope(&simplex, cell));
         let sigma = sigma(fields, cell);
         let mut add = |lambda: &[f64; 4], weight: f64, lift: Vector3<f64>, tau: Vector3<f64>| {
             let of_exact = Vector3::from(exact.gradient(geometry.point(lambda)));
-            let slope = interpolated(&slopes, lambda, mesh.dim).map(Interval::mid);
-            let of_v = Vector3::from(slope) + lift;
+            let of_v = Vector3::from(slopes.at(lambda, mesh.dim)) + lift;
             let mean = 0.5 * (of_v + sigma(lambda) + tau);
             let of_u = combine(&space.gradients(&geometry, lambda), &local);
             for (sum, of) in squares.iter_mut().zip([of_v, mean, of_u, Vector3::zeros()]) {
@@ -357,8 +356,10 @@ fn both_sides_of_the_identity_are_equal() {
         let vertices = mesh.cell(cell).iter().zip(lambda);
         vertices.map(|(&k, l)| l * v[k as usize]).sum()
     };
-    let of_v =
-        |cell: usize| Vector3::from(fields.slope(&fields.simplex(cell), cell).map(Interval::mid));
+    let of_v = |cell: usize| {
+        let slope = fields.simplex(cell).gradient(&fields.corner_values(cell));
+        Vector3::from(slope.map(Interval::mid))
+    };
     let left = integral(&mesh, |cell, geometry, at| {
         let gradient = slope(geometry.point(at));
         let sigma = sigma(&fields, cell)(at);

@@ -5,8 +5,9 @@ mod enclosure;
 mod gradient;
 mod many;
 mod parse;
+mod truncated;
 
-pub use enclosure::{AXES, Enclosure, Order};
+pub use truncated::{GRADIENT, IN_PLANE, IN_SPACE, MOST, Monomials, SECOND, Taylor};
 
 /// A real-valued function of the point (x, y, z).
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,428 @@
+//! Vector fields of degree 1 and 2 on a cell by about their values at points, with one bound for all rounding of a component
+//! in place of an interval each (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, ch. 3).
+
+use super::simplex::{EDGES, Simplex, Vector};
+use crate::interval::Interval;
+use crate::quadrature::Piece;
+
+/// Twice what rounding to nearest errs by, relative to the result.
+const STEP: f64 = f64::EPSILON;
+/// Σ |φ| ≤ Σ λ_i |2λ_i - 1| + 4 Σ λ_i λ_j ≤ 1 + 2 (1 - Σ λ_i²) of P2's functions φ.
+const LEBESGUE: f64 = 2.5;
+
+/// Counts four roundings of numbers no larger than `size`, or more of smaller ones. That `off` and `size` are rounded
+/// themselves is made good at the end, in [`Quadratic::mean_square`] and [`Linear::at_corners`].
+#[inline]
+fn round(off: &mut [f64; 3], size: &[f64; 3]) {
+    for (off, size) in off.iter_mut().zip(size).filter(|(_, size)| **size > 0.0) {
+        *off += 2.0 * STEP * size + f64::MIN_POSITIVE;
+    }
+}
+
+/// A linear vector field.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Linear {
+    corners: [[f64; 3]; 4],
+    /// Each component at the corners is no farther off than this …
+    off: [f64; 3],
+    /// … and no larger than this.
+    size: [f64; 3],
+}
+
+impl Linear {
+    const ZERO: Linear = Linear {
+        corners: [[0.0; 3]; 4],
+        off: [0.0; 3],
+        size: [0.0; 3],
+    };
+
+    /// The field with these values at the corners.
+    #[inline]
+    pub fn new(corners: &[Vector; 4]) -> Self {
+        let mut of = Linear::ZERO;
+        for (value, corner) in of.corners.iter_mut().zip(corners) {
+            for k in 0..3 {
+                value[k] = corner[k].mid();
+                of.off[k] = of.off[k].max(corner[k].radius());
+                of.size[k] = of.size[k].max(corner[k].magnitude());
+            }
+        }
+        of
+    }
+
+    /// ∇(Σ a_i λ_i + Σ_F 4 b_F λ_a λ_b), F = ab, b by the vertex opposite.
+    #[inline]
+    pub fn gradient(cell: &Simplex, a: &[Interval; 4], b: Option<&[f64; 3]>) -> Self {
+        let mut of = Linear::ZERO;
+        let mut flat = [0.0; 3];
+        for i in 1..=cell.dim {
+            let difference = a[i] - a[0];
+            if difference.is_zero() {
+                continue;
+            }
+            let (middle, radius) = (difference.mid(), difference.radius());
+            for k in 0..3 {
+                let slope = cell.slopes[i][k];
+                let most = slope.abs() + cell.off;
+                flat[k] += middle * slope;
+                of.off[k] += middle.abs() * cell.off + radius * most;
+                of.size[k] += (middle.abs() + radius) * most;
+            }
+        }
+        of.corners = [flat; 4];
+        if let Some(b) = b {
+            for (corner, value) in of.corners.iter_mut().enumerate().take(3) {
+                for j in (0..3).filter(|&j| j != corner) {
+                    // The face of both is opposite the third.
+                    let weight = 4.0 * b[3 - j - corner];
+                    (0..2).for_each(|k| value[k] += weight * cell.slopes[j][k]);
+                }
+            }
+            let most = 4.0 * b.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
+            for k in 0..2 {
+                let all: f64 = cell.slopes[..3].iter().map(|g| g[k].abs()).sum();
+                of.off[k] += 3.0 * most * cell.off;
+                of.size[k] += most * (all + 3.0 * cell.off);
+            }
+        }
+        round(&mut of.off, &of.size);
+        of
+    }
+
+    /// A Raviart–Thomas field of lowest order: Σ_i flux_i (x - x_i)/(d|κ|).
+    #[inline]
+    pub fn raviart_thomas(cell: &Simplex, fluxes: &[f64]) -> Self {
+        let (dim, mut of) = (cell.dim, Linear::ZERO);
+        let volume = dim as f64 * cell.measure;
+        let known_to = volume.radius() / volume.low.max(0.0) + 2.0 * STEP;
+        let x = &cell.vertices;
+        let wide: [f64; 3] = std::array::from_fn(|k| {
+            let all = x[..=dim].iter().map(|x| x[k]);
+            all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min)
+        });
+        for (i, flux) in fluxes.iter().enumerate().filter(|(_, flux)| **flux != 0.0) {
+            let weight = flux / volume.mid();
+            for (corner, value) in of.corners.iter_mut().enumerate().take(dim + 1) {
+                (0..3).for_each(|k| value[k] += weight * (x[corner][k] - x[i][k]));
+            }
+            (0..3).for_each(|k| of.size[k] += weight.abs() * (1.0 + known_to) * wide[k]);
+        }
+        (0..3).for_each(|k| of.off[k] += known_to * of.size[k]);
+        round(&mut of.off, &of.size);
+        of
+    }
+
+    /// Σ_i c_i ∇λ_i, c_i = Σ_n derivatives_n,i u_n, from the derivatives of basis functions at each corner.
+    #[inline]
+    pub fn of_basis<const N: usize>(
+        cell: &Simplex,
+        derivatives: &[[[f64; 4]; N]; 4],
+        u: &[f64],
+    ) -> Self {
+        let mut of = Linear::ZERO;
+        for (value, derivatives) in of.corners.iter_mut().zip(derivatives).take(cell.dim + 1) {
+            let (mut off, mut size) = ([0.0; 3], [0.0; 3]);
+            for i in 0..=cell.dim {
+                let terms = derivatives.iter().zip(u).map(|(d, u)| d[i] * u);
+                let (c, most) = terms.fold((0.0, 0.0), |(c, most), t: f64| (c + t, most + t.abs()));
+                // Of no more than 20 terms.
+                let error = 10.0 * STEP * most;
+                for k in 0..3 {
+                    let slope = cell.slopes[i][k];
+                    value[k] += c * slope;
+                    off[k] += most * cell.off + error * (slope.abs() + cell.off);
+                    size[k] += (c.abs() + error) * (slope.abs() + cell.off);
+                }
+            }
+            for k in 0..3 {
+                of.off[k] = of.off[k].max(off[k]);
+                of.size[k] = of.size[k].max(size[k]);
+            }
+        }
+        round(&mut of.off, &of.size);
+        of
+    }
+
+    /// (w₂, -w₁)
+    #[inline]
+    pub fn turned(mut self) -> Self {
+        self.corners
+            .iter_mut()
+            .for_each(|w| *w = [w[1], -w[0], 0.0]);
+        self.off.swap(0, 1);
+        self.size.swap(0, 1);
+        self
+    }
+
+    /// Adds a multiple of another field.
+    #[inline]
+    pub fn plus(mut self, factor: f64, other: &Self) -> Self {
+        for (a, b) in self.corners.iter_mut().zip(&other.corners) {
+            (0..3).for_each(|k| a[k] += factor * b[k]);
+        }
+        for k in 0..3 {
+            self.off[k] += factor.abs() * other.off[k];
+            self.size[k] += factor.abs() * other.size[k];
+        }
+        round(&mut self.off, &self.size);
+        self
+    }
+
+    /// Its values at the corners.
+    pub fn at_corners(&self) -> [Vector; 4] {
+        let around = self.off.map(|off| Interval::around_zero(1.001 * off));
+        let of = |w: &[f64; 3]| std::array::from_fn(|k| Interval::at(w[k]) + around[k]);
+        self.corners.each_ref().map(of)
+    }
+}
+
+/// A vector field of degree 2: about its values at the corners, and at the midpoints of [`EDGES`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Quadratic {
+    pub corners: [[f64; 3]; 4],
+    pub middles: [[f64; 3]; 6],
+    /// Each component at these points is no farther off than this …
+    off: [f64; 3],
+    /// … and no larger than this.
+    size: [f64; 3],
+}
+
+impl Quadratic {
+    pub const ZERO: Quadratic = Quadratic {
+        corners: [[0.0; 3]; 4],
+        middles: [[0.0; 3]; 6],
+        off: [0.0; 3],
+        size: [0.0; 3],
+    };
+
+    /// A function as the first component, by its values: none is farther off than `off`, or larger than `size`.
+    pub fn scalar(
+        corners: &[[f64; 3]],
+        value: impl Fn([f64; 3]) -> f64,
+        off: f64,
+        size: f64,
+    ) -> Self {
+        let mut of = Quadratic::ZERO;
+        for (w, x) in of.corners.iter_mut().zip(corners) {
+            w[0] = value(*x);
+        }
+        for (w, [i, j]) in of.middles.iter_mut().zip(EDGES) {
+            if let (Some(a), Some(b)) = (corners.get(i), corners.get(j)) {
+                w[0] = value(std::array::from_fn(|k| 0.5 * (a[k] + b[k])));
+            }
+        }
+        (of.off[0], of.size[0]) = (off, size);
+        of.rounded()
+    }
+
+    /// A linear field is one.
+    #[inline]
+    pub fn of(linear: &Linear) -> Self {
+        let Linear { corners, off, size } = *linear;
+        let mut of = Quadratic {
+            corners,
+            off,
+            size,
+            ..Quadratic::ZERO
+        };
+        for (middle, [i, j]) in of.middles.iter_mut().zip(EDGES) {
+            for k in 0..3 {
+                middle[k] = 0.5 * (of.corners[i][k] + of.corners[j][k]);
+            }
+        }
+        of.rounded()
+    }
+
+    #[inline]
+    fn rounded(mut self) -> Self {
+        round(&mut self.off, &self.size);
+        self
+    }
+
+    /// Adds c w in the middle of an edge, where c and the components of w are each rounded twice at most.
+    #[inline]
+    pub fn bend(&mut self, edge: usize, c: f64, w: &[f64; 3]) {
+        for k in 0..3 {
+            self.middles[edge][k] += c * w[k];
+            self.size[k] += (c * w[k]).abs();
+            self.off[k] += 4.0 * STEP * (c * w[k]).abs();
+        }
+        round(&mut self.off, &self.size);
+    }
+
+    /// The field on a part of the simplex.
+    pub fn on(&self, piece: &Piece, dim: usize) -> Self {
+        let mut of = Quadratic::ZERO;
+        for (corner, at) in of.corners.iter_mut().zip(piece).take(dim + 1) {
+            *corner = self.at(at, dim);
+        }
+        for (middle, [i, j]) in of.middles.iter_mut().zip(EDGES).take(dim * (dim + 1) / 2) {
+            let at = std::array::from_fn(|k| 0.5 * (piece[i][k] + piece[j][k]));
+            *middle = self.at(&at, dim);
+        }
+        // Ten products of three numbers and their sum: less than 16 roundings of 2⁻⁵³.
+        for k in 0..3 {
+            of.size[k] = LEBESGUE * self.size[k];
+            of.off[k] = LEBESGUE * self.off[k] + 8.0 * STEP * of.size[k];
+        }
+        of.rounded()
+    }
+
+    /// The field at a point with exact coordinates: Σ w(x_i) λ_i (2λ_i-1) + Σ w(m_ij) 4 λ_i λ_j.
+    pub fn at(&self, lambda: &[f64; 4], dim: usize) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        let mut add = |weight: f64, value: &[f64; 3]| {
+            for k in 0..3 {
+                sum[k] += weight * value[k];
+            }
+        };
+        for (corner, l) in self.corners.iter().zip(lambda).take(dim + 1) {
+            add(l * (2.0 * l - 1.0), corner);
+        }
+        for ([i, j], middle) in EDGES.iter().zip(&self.middles).take(dim * (dim + 1) / 2) {
+            add(4.0 * lambda[*i] * lambda[*j], middle);
+        }
+        sum
+    }
+
+    /// Adds a multiple of another field.
+    #[inline]
+    pub fn plus(&self, factor: f64, other: &Self) -> Self {
+        let mut of = *self;
+        for (a, b) in of.corners.iter_mut().zip(&other.corners) {
+            for k in 0..3 {
+                a[k] += factor * b[k];
+            }
+        }
+        for (a, b) in of.middles.iter_mut().zip(&other.middles) {
+            for k in 0..3 {
+                a[k] += factor * b[k];
+            }
+        }
+        for k in 0..3 {
+            of.off[k] += factor.abs() * other.off[k];
+            of.size[k] += factor.abs() * other.size[k];
+        }
+        of.rounded()
+    }
+
+    /// About the mean over the simplex: that of Bernstein's coefficients.
+    pub fn mean(&self, dim: usize) -> [f64; 3] {
+        let (corners, edges) = (dim + 1, dim * (dim + 1) / 2);
+        // Σ b_ij = 2 Σ w(m_ij) - d/2 Σ w(x_i), as each corner is on d edges.
+        let share = 1.0 - 0.5 * dim as f64;
+        std::array::from_fn(|k| {
+            let at_corners: f64 = self.corners[..corners].iter().map(|w| w[k]).sum();
+            let at_middles: f64 = self.middles[..edges].iter().map(|w| w[k]).sum();
+            (share * at_corners + 2.0 * at_middles) / (corners + edges) as f64
+        })
+    }
+
+    /// The mean of |·|² over the simplex.
+    ///
+    /// With Bernstein's coefficients b_ii = w(x_i) and b_ij = 2 w(m_ij) - (b_ii + b_jj)/2 it is F(b) = Σ b_α·b_β g(α, β),
+    /// g(α, β) = C(α+β, α) / (C(4, 2) C(4+d, d)) (R. T. Farouki, T. N. T. Goodman, Math. Comp. 65, 1996). The weights g are
+    /// positive, and each row of them has the sum 1/N, N coefficients: with S the mean of b², and b known up to ρ, F of the
+    /// middles is off by no more than 2ρ√S + ρ², and its rounding by no more than 2⁻⁴⁸ S, as each term is rounded less than 2⁵
+    /// times.
+    pub fn mean_square(&self, dim: usize) -> Interval {
+        match dim {
+            1 => self.square_of::<1, 2, 1>(),
+            2 => self.square_of::<2, 3, 3>(),
+            _ => self.square_of::<3, 4, 6>(),
+        }
+    }
+
+    #[inline]
+    fn square_of<const DIM: usize, const CORNERS: usize, const SIDES: usize>(&self) -> Interval {
+        let scale = 6.0 * [5.0, 15.0, 35.0][DIM - 1];
+        let (mut sum, mut off) = (0.0, 0.0);
+        for k in 0..DIM {
+            if self.size[k] == 0.0 {
+                continue;
+            }
+            let (mut corner, mut middle) = ([0.0; CORNERS], [0.0; SIDES]);
+            for (corner, w) in corner.iter_mut().zip(&self.corners) {
+                *corner = w[k];
+            }
+            for (e, middle) in middle.iter_mut().enumerate() {
+                let [i, j] = EDGES[e];
+                *middle = 2.0 * self.middles[e][k] - 0.5 * (corner[i] + corner[j]);
+            }
+            // Σ_α Σ_β with α+β over the multi-indices of degree 4: C(α+β, α) is 6 for (2e_i, 2e_i), 1 for
+            // (2e_i, 2e_j), 3 for (2e_i, e_i+e_j), 1 for (2e_i, e_j+e_k), 4 for twice one edge, 2 for edges with one
+            // corner in common, 1 for opposite edges of a tetrahedron. A middle coefficient stands for one multi-index.
+            let all: f64 = corner.iter().sum();
+            let squares: f64 = corner.iter().map(|c| c * c).sum();
+            let mut own = all * all + 5.0 * squares;
+            for e in 0..SIDES {
+                let [i, j] = EDGES[e];
+                own += middle[e] * (2.0 * (all + 2.0 * (corner[i] + corner[j])));
+                own += 4.0 * middle[e] * middle[e];
+                for f in 0..e {
+                    // Opposite edges of a tetrahedron: 01 and 23, 02 and 13, 12 and 03.
+                    let weight = if e + f == 5 { 2.0 } else { 4.0 };
+                    own += weight * middle[e] * middle[f];
+                }
+            }
+            sum += own / scale;
+            // b is rounded three times, and is no larger than 3 max |w|.
+            let radius = 3.0 * self.off[k] + self.size[k] * (2.0 * STEP);
+            let mean =
+                (squares + middle.iter().map(|b| b * b).sum::<f64>()) / (CORNERS + SIDES) as f64;
+            off += 2.0 * radius * mean.sqrt() + radius * radius + mean * 2f64.powi(-48);
+        }
+        if off == 0.0 {
+            return Interval::ZERO;
+        }
+        // `off` itself, and the sum of the components, are rounded.
+        let off = 1.001 * off + f64::MIN_POSITIVE;
+        Interval::new((sum - off).max(0.0), sum + off)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::simplex::ZERO;
+    use super::*;
+    use crate::quadrature::exact;
+
+    /// Against the quadrature rule of degree 4, which is another formula.
+    #[test]
+    fn squares_of_quadratic_fields_are_integrated() {
+        let mut random = crate::Random::new(7);
+        let mut random = || 2.0 * random.next() - 1.0;
+        for dim in [2, 3] {
+            let mut vector = || {
+                let mut w = ZERO;
+                (0..dim).for_each(|k| w[k] = Interval::at(random()));
+                w
+            };
+            let mut field = Quadratic::of(&Linear::new(&std::array::from_fn(|_| vector())));
+            (0..dim * (dim + 1) / 2)
+                .for_each(|edge| field.bend(edge, 0.7, &vector().map(Interval::mid)));
+            let at = |lambda: &[f64; 4], k: usize| -> f64 {
+                let corners =
+                    (0..=dim).map(|i| field.corners[i][k] * lambda[i] * (2.0 * lambda[i] - 1.0));
+                let edges = EDGES[..dim * (dim + 1) / 2].iter().zip(&field.middles);
+                let middles = edges.map(|([i, j], w)| 4.0 * w[k] * lambda[*i] * lambda[*j]);
+                corners.sum::<f64>() + middles.sum::<f64>()
+            };
+            let rule = exact(dim, 4);
+            let expected: f64 = rule
+                .iter()
+                .map(|(l, w)| w * (0..dim).map(|k| at(&l, k).powi(2)).sum::<f64>())
+                .sum();
+            let found = field.mean_square(dim);
+            assert!(
+                (found.mid() / expected - 1.0).abs() < 1e-12,
+                "{dim}: {found:?} {expected}"
+            );
+            assert!(found.high - found.low < 1e-12 * expected);
+            for k in 0..dim {
+                let expected: f64 = rule.iter().map(|(l, w)| w * at(&l, k)).sum();
+                assert!((field.mean(dim)[k] - expected).abs() < 1e-14);
+            }
+        }
+    }
+}
