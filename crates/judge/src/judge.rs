@@ -118,7 +118,7 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
         .map(|name| match (a.column(name), b.column(name)) {
             (Some(of_a), Some(of_b)) => {
                 let unit = |k: usize| size * of_a.sensitivity[k];
-                judge_column(a, of_a, of_b, &partner, unit, &by)
+                judge_column(&a.into(), &of_a.into(), &of_b.into(), &partner, unit, &by)
             }
             (one, _) => {
                 let without = if one.is_some() { &b.source } else { &a.source };
@@ -165,7 +165,7 @@ pub fn judge_conditioned(
             nan_equal: false,
             has_components: false,
         };
-        let again = judge_column(a, of_a, of_b, &partner, unit, &by)?;
+        let again = judge_column(&a.into(), &of_a.into(), &of_b.into(), &partner, unit, &by)?;
         let largest = (0..of_a.faces.len()).map(tolerance).fold(0.0, f64::max);
         field.conditioned = Some(largest);
         field.beyond = again.beyond;
@@ -204,7 +204,7 @@ pub fn relative_differences(
     let (Some(of_a), Some(of_b)) = (a.column(field), b.column(field)) else {
         return Ok(Vec::new());
     };
-    let rows = rows_of(of_b, b.face_count())?;
+    let rows = rows_of(&of_b.into(), b.face_count())?;
     let on = |k: usize, face: u32| -> Option<Result<(u32, f64)>> {
         let row = rows[partner[face as usize] as usize];
         (row != NOWHERE).then(|| {
@@ -235,7 +235,6 @@ mod tests {
             values: (0..carriers.len() * components)
                 .map(|k| (1.0 + k as f64).sin())
                 .collect(),
-            rest: Vec::new(),
             sensitivity: vec![1.0; carriers.len()],
             faces: carriers,
         };

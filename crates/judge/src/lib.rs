@@ -37,6 +37,7 @@ mod results;
 mod series;
 mod sets;
 mod supermesh;
+mod view;
 
 pub use align::align;
 pub use judge::{FieldVerdict, Verdict, Worst, judge, judge_conditioned, relative_differences};

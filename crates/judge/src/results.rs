@@ -126,10 +126,20 @@ impl On {
 #[derive(Debug)]
 pub struct Differences {
     pub on: On,
-    /// Coordinates of the corners, cell by cell, or of the points or cells in the order of the file.
-    pub places: Vec<[f64; 3]>,
+    /// What [`Differences::places`] returns, but empty where that is in the first file.
+    pub(super) places: Vec<[f64; 3]>,
     /// Name, components and values; NaN where a field is not carried.
     pub fields: Vec<(String, usize, Vec<f64>)>,
+}
+
+impl Differences {
+    /// Coordinates of the corners, cell by cell, or of the points or cells in the order of the file, which is `a`.
+    pub fn places<'a>(&'a self, a: &'a Results) -> &'a [[f64; 3]] {
+        match self.on {
+            On::Points if self.places.is_empty() => &a.points,
+            _ => &self.places,
+        }
+    }
 }
 
 /// By what two results are compared.
@@ -292,10 +302,9 @@ pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<
         let exists = |side: &Results| !fields_on(side, on).is_empty();
         if exists(a) && exists(b) {
             let keyed = |side, numbers| Keyed::new(side, numbers, on, broken);
-            let (mut side_a, mut side_b) = (keyed(a, of_a)?, keyed(b, of_b)?);
-            let sides = [&mut side_a, &mut side_b];
-            let (mut fields, differences) = judge_sets(on, sides, near, &parts, settings)?;
-            for (name, norms) in norms_on_mesh(a, on, &differences) {
+            let sides = [keyed(a, of_a)?, keyed(b, of_b)?];
+            let (mut fields, mut differences) = judge_sets(on, sides, near, &parts, settings)?;
+            for (name, norms) in norms_on_mesh(a, on, &mut differences) {
                 let found = fields.iter_mut().filter(|f| f.field.field == name);
                 found.for_each(|field| field.norms = Some(norms));
             }
