@@ -19,13 +19,16 @@ pub struct FaceFields {
     pub midpoints: Vec<[f64; 3]>,
     /// |F|; empty if all have the same weight.
     pub measures: Vec<f64>,
+    /// The fields.
     pub columns: Vec<FaceColumn>,
 }
 
 /// One field: values on some of the faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceColumn {
+    /// What it is called on both sides: `mean`, `flux`.
     pub name: String,
+    /// By what it is judged.
     pub kind: ColumnKind,
     /// Values on each face.
     pub components: usize,
