@@ -1,4 +1,8 @@
-//! Arrays of numpy become a mesh, or rows of a table. They are copied once, and nothing is believed of them.
+//! Arrays of numpy become a mesh, or rows of a table, and nothing is believed of them.
+//!
+//! They are copied once, while the GIL is held, and that copy is what is compared: nothing copies it again. Looked at in place they
+//! could be changed by another thread as soon as the GIL is released, whatever flags are set, and by their owner before the result
+//! that speaks of them is shown.
 
 use faceoff_mesh::CellKind;
 use faceoff_mesh::error::{Error, Result};

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use faceoff::cli::compare::{self as cli, Side};
 use faceoff::report::{Output, deliver, text};
-use faceoff_judge::{Differences, On};
+use faceoff_judge::On;
 use faceoff_mesh::io::of_content;
 use numpy::{PyArray2, PyArrayMethods as _};
 use pyo3::prelude::*;
@@ -107,11 +107,10 @@ impl Found {
 
     /// Places and values of a - b: for each kind of carrier its name, an array of places, and fields by name.
     fn differences<'py>(&self, py: Python<'py>) -> PyResult<Vec<Located<'py>>> {
-        let all: &[Differences] = match &self.0 {
-            cli::Found::One(comparison, _) => &comparison.differences,
-            cli::Found::Many(_) => &[],
+        let cli::Found::One(comparison, of_a) = &self.0 else {
+            return Ok(Vec::new());
         };
-        let located = all.iter().map(|of| {
+        let located = comparison.differences.iter().map(|of| {
             let on = match of.on {
                 On::Points => "points",
                 On::Cells => "cells",
@@ -128,7 +127,7 @@ impl Found {
             let fields = fields.map(|(name, n, values)| Ok((name.clone(), table(values, *n)?)));
             Ok((
                 on,
-                table(of.places.as_flattened(), 3)?,
+                table(of.places(of_a).as_flattened(), 3)?,
                 fields.collect::<PyResult<_>>()?,
             ))
         });

@@ -263,3 +263,13 @@ def test_ten_thousand_small_comparisons_leak_nothing():
 
     first = some(2000)
     assert some(8000) - first < 4000, "kB in 8000 comparisons"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the peak of memory is set back through Linux's /proc")
+def test_a_million_values_are_copied_once():
+    """What the comparison takes beside the arrays is one copy of them, which it owns, and less than another for its work."""
+    measure = "import bench; print(*bench.compared(1)[1:3])"
+    folder = os.path.dirname(__file__)
+    measured = subprocess.run([sys.executable, "-c", measure], cwd=folder, check=True, capture_output=True, text=True)
+    more, arrays = map(float, measured.stdout.split())
+    assert arrays > 60 and more < 2 * arrays

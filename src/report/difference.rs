@@ -32,7 +32,7 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
         ));
     }
     let corners = comparison.differences.iter().find(|d| d.on == On::Corners);
-    let mesh = mesh_of(a, corners.map(|d| d.places.clone()));
+    let mesh = mesh_of(a, corners.map(|d| d.places(a).to_vec()));
     let mut fields = Vec::new();
     for set in &comparison.differences {
         let support = match (set.on, corners) {

@@ -6,6 +6,8 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{FaceFields, PADDING};
 
+use super::view::Faces;
+
 /// What is matched, and how close the positions of a matching pair must be.
 pub(super) struct Nearness<'a> {
     /// `face`, `cell`, `point`
@@ -23,19 +25,19 @@ pub fn align(a: &FaceFields, b: &FaceFields) -> Result<Vec<u32>> {
     let exponent = 1.0 / a.dim.saturating_sub(1).max(1) as f64;
     let near = |i: usize| 1e-9 * a.measures.get(i).map_or(1.0, |m| m.powf(exponent));
     let noun = "face";
-    align_by(a, b, &Nearness { noun, near: &near })
+    align_by(&a.into(), &b.into(), &Nearness { noun, near: &near })
 }
 
-pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Nearness) -> Result<Vec<u32>> {
+pub(super) fn align_by(a: &Faces, b: &Faces, by: &Nearness) -> Result<Vec<u32>> {
     let noun = by.noun;
     let refuse = |what: String| Error::Compare {
-        a: a.source.clone(),
-        b: b.source.clone(),
+        a: a.source.to_owned(),
+        b: b.source.to_owned(),
         what,
         remedy: "compare results on the same mesh".into(),
     };
     for side in [a, b] {
-        let count = side.face_count();
+        let count = side.count();
         let fits = |len: usize| len == 0 || len == count;
         if !fits(side.measures.len()) || !fits(side.midpoints.len()) {
             return Err(refuse(format!(
@@ -44,10 +46,10 @@ pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Nearness) -> Result<
             )));
         }
     }
-    if a.dim != b.dim || a.face_count() != b.face_count() {
-        let counted = |side: &FaceFields| match side.dim {
-            1 => format!("{} {noun}s", side.face_count()),
-            many => format!("{} {noun}s of {many} vertices", side.face_count()),
+    if a.dim != b.dim || a.count() != b.count() {
+        let counted = |side: &Faces| match side.dim {
+            1 => format!("{} {noun}s", side.count()),
+            many => format!("{} {noun}s of {many} vertices", side.count()),
         };
         return Err(refuse(format!(
             "one has {}, the other {}",
@@ -55,15 +57,15 @@ pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Nearness) -> Result<
             counted(b)
         )));
     }
-    if a.face_count() == 0 {
+    if a.count() == 0 {
         return Err(refuse(format!("there are no {noun}s")));
     }
     let (order_a, order_b) = rayon::join(|| sorted(a), || sorted(b));
-    let mut partner = vec![0; a.face_count()];
+    let mut partner = vec![0; a.count()];
     for (k, (&i, &j)) in order_a.iter().zip(&order_b).enumerate() {
         cancel::check()?;
         let (face, other) = (a.face(i as usize), b.face(j as usize));
-        let twice = |order: &[u32], of: &FaceFields, face: &[u32]| {
+        let twice = |order: &[u32], of: &Faces, face: &[u32]| {
             k > 0 && of.face(order[k - 1] as usize) == face
         };
         for (order, of, face) in [(&order_a, a, face), (&order_b, b, other)] {
@@ -99,7 +101,7 @@ pub(super) fn align_by(a: &FaceFields, b: &FaceFields, by: &Nearness) -> Result<
 }
 
 /// Vertices and, where known, the position.
-fn label(fields: &FaceFields, face: usize) -> String {
+fn label(fields: &Faces, face: usize) -> String {
     let vertices = fields.face(face).iter().filter(|v| **v != PADDING);
     let vertices: Vec<_> = vertices.collect();
     match fields.midpoints.get(face) {
@@ -108,8 +110,8 @@ fn label(fields: &FaceFields, face: usize) -> String {
     }
 }
 
-fn sorted(fields: &FaceFields) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..fields.face_count() as u32).collect();
+fn sorted(fields: &Faces) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..fields.count() as u32).collect();
     order.par_sort_unstable_by(|&i, &j| fields.face(i as usize).cmp(fields.face(j as usize)));
     order
 }

@@ -1,9 +1,10 @@
 //! One field on both sides: every difference is measured and counted, and the worst one located.
 
+use super::view::{Column, Faces};
 use super::{FieldVerdict, Verdict, Worst};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
-use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields, PADDING};
+use faceoff_mesh::field::{ColumnKind, PADDING};
 
 /// A face that does not carry a field.
 pub(super) const NOWHERE: u32 = u32::MAX;
@@ -42,9 +43,9 @@ pub(super) struct By<'a> {
 
 /// Judges |a - b| ≤ tolerance · unit(k) on the k-th face that carries `a`; `partner` is [`super::align()`]'s.
 pub(super) fn judge_column(
-    fields: &FaceFields,
-    a: &FaceColumn,
-    b: &FaceColumn,
+    fields: &Faces,
+    a: &Column,
+    b: &Column,
     partner: &[u32],
     unit: impl Fn(usize) -> f64,
     by: &By,
@@ -52,7 +53,7 @@ pub(super) fn judge_column(
     let By {
         noun, tolerance, ..
     } = *by;
-    let failed = |reason: String| FieldVerdict::failed(&a.name, tolerance, reason);
+    let failed = |reason: String| FieldVerdict::failed(a.name, tolerance, reason);
     if a.kind != b.kind || a.components != b.components {
         let reason = "its type or number of components differs between the two";
         return Ok(failed(reason.into()));
@@ -200,21 +201,21 @@ fn relative(difference: f64, unit: f64) -> f64 {
 }
 
 /// The row of each of `faces` faces in a column; [`NOWHERE`] for faces without the field.
-pub(super) fn rows_of(column: &FaceColumn, faces: usize) -> Result<Vec<u32>> {
+pub(super) fn rows_of(column: &Column, faces: usize) -> Result<Vec<u32>> {
     let mut rows = vec![NOWHERE; faces];
-    for (row, &face) in (0..).zip(&column.faces) {
+    for (row, &face) in (0..).zip(column.faces.iter()) {
         cancel::check()?;
         rows[face as usize] = row;
     }
     Ok(rows)
 }
 
-fn vertices(fields: &FaceFields, face: u32) -> Vec<u32> {
+fn vertices(fields: &Faces, face: u32) -> Vec<u32> {
     let all = fields.face(face as usize).iter();
     all.copied().filter(|v| *v != PADDING).collect()
 }
 
-fn place(fields: &FaceFields, face: u32, a: f64, b: f64) -> Worst {
+fn place(fields: &Faces, face: u32, a: f64, b: f64) -> Worst {
     let midpoint = fields.midpoints.get(face as usize);
     let space = fields.space;
     Worst {

@@ -14,7 +14,6 @@ fn fields(source: &str) -> FaceFields {
             kind,
             components,
             values: values.collect(),
-            rest: Vec::new(),
             sensitivity: vec![1.0; faces.len()],
             faces,
         }

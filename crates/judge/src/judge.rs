@@ -16,6 +16,7 @@ use faceoff_mesh::field::FaceFields;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
+    /// All fields are within their tolerance.
     Agree,
     /// Farther apart than the fixed tolerance, but no farther than rounding moves the solution of a scheme so
     /// ill-conditioned.
@@ -26,6 +27,7 @@ pub enum Verdict {
     /// Both solve the scheme, which has more than one solution.
     #[serde(rename = "several solutions")]
     Several,
+    /// A field is beyond its tolerance, or not finite.
     Disagree,
 }
 
@@ -50,15 +52,18 @@ impl Verdict {
 /// One field of one pair.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FieldVerdict {
+    /// Its name.
     pub field: String,
     /// Largest |a - b|; for the contact status 1 where a quadrature point differs beyond rounding.
     pub max_abs: f64,
     /// Largest |a - b| / (max|u| s), comparable with the tolerance.
     pub max_rel: f64,
+    /// The `tolerance` that `max_rel` is held against.
     pub tolerance: f64,
     /// What conditioning makes of the tolerance where the fields differ most, if that was asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conditioned: Option<f64>,
+    /// Whether the field agrees.
     pub verdict: Verdict,
     /// Where it is largest.
     pub worst: Option<Worst>,
@@ -82,9 +87,13 @@ pub struct FieldVerdict {
 /// The face where two results differ most.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Worst {
+    /// Those of the face, ascending.
     pub vertices: Vec<u32>,
+    /// Its centroid, as many coordinates as the mesh has; empty where places are unknown.
     pub midpoint: Vec<f64>,
+    /// The value of the first result.
     pub a: f64,
+    /// The value of the second.
     pub b: f64,
     /// Of a field with several.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -118,7 +127,7 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
         .map(|name| match (a.column(name), b.column(name)) {
             (Some(of_a), Some(of_b)) => {
                 let unit = |k: usize| size * of_a.sensitivity[k];
-                judge_column(a, of_a, of_b, &partner, unit, &by)
+                judge_column(&a.into(), &of_a.into(), &of_b.into(), &partner, unit, &by)
             }
             (one, _) => {
                 let without = if one.is_some() { &b.source } else { &a.source };
@@ -165,7 +174,7 @@ pub fn judge_conditioned(
             nan_equal: false,
             has_components: false,
         };
-        let again = judge_column(a, of_a, of_b, &partner, unit, &by)?;
+        let again = judge_column(&a.into(), &of_a.into(), &of_b.into(), &partner, unit, &by)?;
         let largest = (0..of_a.faces.len()).map(tolerance).fold(0.0, f64::max);
         field.conditioned = Some(largest);
         field.beyond = again.beyond;
@@ -204,7 +213,7 @@ pub fn relative_differences(
     let (Some(of_a), Some(of_b)) = (a.column(field), b.column(field)) else {
         return Ok(Vec::new());
     };
-    let rows = rows_of(of_b, b.face_count())?;
+    let rows = rows_of(&of_b.into(), b.face_count())?;
     let on = |k: usize, face: u32| -> Option<Result<(u32, f64)>> {
         let row = rows[partner[face as usize] as usize];
         (row != NOWHERE).then(|| {
@@ -235,7 +244,6 @@ mod tests {
             values: (0..carriers.len() * components)
                 .map(|k| (1.0 + k as f64).sin())
                 .collect(),
-            rest: Vec::new(),
             sensitivity: vec![1.0; carriers.len()],
             faces: carriers,
         };

@@ -1,12 +1,14 @@
 //! The fields of one file, each value keyed by points, so that two files can be aligned.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use super::On;
 use super::parts::number;
+use super::view::{Column, Faces};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields, PADDING, ResultField, Results};
+use faceoff_mesh::field::{ColumnKind, PADDING, ResultField, Results};
 
 pub(super) fn fields_on(results: &Results, on: On) -> &[ResultField] {
     match on {
@@ -20,7 +22,7 @@ pub(super) fn fields_on(results: &Results, on: On) -> &[ResultField] {
 
 /// The fields of one file on points, cells or corners, keyed so that they can be aligned.
 pub(super) struct Keyed<'a> {
-    pub fields: FaceFields,
+    pub fields: Faces<'a>,
     pub carried: &'a [ResultField],
     by_name: HashMap<&'a str, &'a ResultField>,
     /// Where points became corners: the row of a point field that each corner uses.
@@ -28,44 +30,45 @@ pub(super) struct Keyed<'a> {
 }
 
 impl<'a> Keyed<'a> {
-    pub fn new(side: &'a Results, numbers: &[u32], on: On, broken: bool) -> Result<Self> {
-        let mut fields = FaceFields {
-            source: side.source.clone(),
+    pub fn new(side: &'a Results, numbers: &'a [u32], on: On, broken: bool) -> Result<Self> {
+        let mut fields = Faces {
+            source: &side.source,
             dim: 1,
             space: side.space,
-            vertices: Vec::new(),
-            midpoints: Vec::new(),
-            measures: Vec::new(),
-            columns: Vec::new(),
+            vertices: Cow::default(),
+            midpoints: Cow::default(),
+            measures: &[],
         };
         let mut corner_points = None;
         match on {
             On::Points if !broken => {
-                fields.vertices = numbers.to_vec();
-                fields.midpoints.clone_from(&side.points);
+                fields.vertices = numbers.into();
+                fields.midpoints = Cow::from(&side.points);
             }
             On::Cells => {
                 fields.dim = side.width.max(1);
+                let vertices = fields.vertices.to_mut();
                 for cell in 0..side.cell_count() {
-                    push_key(&mut fields.vertices, side, cell, numbers, None)?;
+                    push_key(vertices, side, cell, numbers, None)?;
                 }
-                fields.midpoints = side.centroids()?;
+                fields.midpoints = side.centroids()?.into();
             }
             // One array at a time, each of its own length: see `Keyed::of_whole`.
             On::Whole | On::Functions | On::Domain => {}
             On::Points | On::Corners => {
                 fields.dim = side.width + 1;
                 let corners = side.width * side.cell_count();
-                fields.vertices.reserve_exact(fields.dim * corners);
+                let vertices = fields.vertices.to_mut();
+                vertices.reserve_exact(fields.dim * corners);
                 let mut points = Vec::with_capacity(corners);
                 for cell in 0..side.cell_count() {
                     for point in side.cell(cell) {
-                        push_key(&mut fields.vertices, side, cell, numbers, Some(point))?;
+                        push_key(vertices, side, cell, numbers, Some(point))?;
                         points.push(point);
                     }
                 }
                 if on == On::Points {
-                    add_orphans(&mut fields.vertices, &mut points, side, numbers);
+                    add_orphans(vertices, &mut points, side, numbers);
                 }
                 if !side.points.is_empty() {
                     let place = |p: &u32| cancel::check().map(|()| side.points[*p as usize]);
@@ -83,20 +86,19 @@ impl<'a> Keyed<'a> {
     }
 
     /// One array about the file as a whole, keyed by the order of its entries.
-    pub fn of_whole(side: &Results, array: &'a ResultField) -> Self {
-        let fields = FaceFields {
-            source: side.source.clone(),
+    pub fn of_whole(side: &'a Results, array: &'a ResultField) -> Self {
+        let fields = Faces {
+            source: &side.source,
             dim: 1,
             space: side.space,
             vertices: (0..array.len() as u32).collect(),
-            midpoints: Vec::new(),
-            measures: Vec::new(),
-            columns: Vec::new(),
+            midpoints: Cow::default(),
+            measures: &[],
         };
         Keyed::of(fields, std::slice::from_ref(array))
     }
 
-    fn of(fields: FaceFields, carried: &'a [ResultField]) -> Self {
+    fn of(fields: Faces<'a>, carried: &'a [ResultField]) -> Self {
         let by_name = carried.iter().map(|field| (field.name.as_str(), field));
         Keyed {
             fields,
@@ -110,33 +112,36 @@ impl<'a> Keyed<'a> {
     ///
     /// # Errors
     /// [`Error::Ended`].
-    pub fn column(&self, field: &ResultField) -> Result<FaceColumn> {
-        let mut column = FaceColumn {
-            name: field.name.clone(),
+    pub fn column(&self, field: &'a ResultField) -> Result<Column<'a>> {
+        let mut column = Column {
+            name: &field.name,
             kind: ColumnKind::Value,
             components: field.components,
-            faces: Vec::new(),
-            values: Vec::new(),
-            rest: Vec::new(),
-            sensitivity: Vec::new(),
+            faces: Cow::default(),
+            values: Cow::default(),
+            rest: Cow::default(),
         };
         let rest = field.rest.as_deref().unwrap_or_default();
         let Some(points) = &self.corner_points else {
-            let all = || (0..self.fields.face_count() as u32).collect();
-            column.faces = field.at.clone().unwrap_or_else(all);
-            column.values.clone_from(&field.values);
-            column.rest = rest.to_vec();
+            column.faces = match &field.at {
+                Some(at) => at.into(),
+                None => (0..self.fields.count() as u32).collect(),
+            };
+            column.values = Cow::from(&field.values);
+            column.rest = rest.into();
             return Ok(column);
         };
+        let (mut faces, mut values, mut rests) = (Vec::new(), Vec::new(), Vec::new());
         for (corner, &point) in (0..).zip(points) {
             cancel::check()?;
             if let Some(row) = field.row_of(point) {
                 let row = row * field.components..(row + 1) * field.components;
-                column.faces.push(corner);
-                column.values.extend_from_slice(&field.values[row.clone()]);
-                column.rest.extend(rest.get(row).into_iter().flatten());
+                faces.push(corner);
+                values.extend_from_slice(&field.values[row.clone()]);
+                rests.extend(rest.get(row).into_iter().flatten());
             }
         }
+        (column.faces, column.values, column.rest) = (faces.into(), values.into(), rests.into());
         Ok(column)
     }
 
@@ -144,7 +149,7 @@ impl<'a> Keyed<'a> {
     ///
     /// # Errors
     /// [`Error::Ended`].
-    pub fn scaling(&self, field: &ResultField) -> Result<Option<FaceColumn>> {
+    pub fn scaling(&self, field: &ResultField) -> Result<Option<Column<'a>>> {
         let by = field.scaled_by.as_deref();
         let other = by.and_then(|name| self.by_name.get(name));
         other.map(|field| self.column(field)).transpose()
@@ -152,7 +157,7 @@ impl<'a> Keyed<'a> {
 }
 
 /// In 2D a vector may have a third component, 0, as VTK requires.
-pub(super) fn same_length(a: &mut FaceColumn, b: &mut FaceColumn) {
+pub(super) fn same_length<'a, 'b>(a: &'b mut Column<'a>, b: &'b mut Column<'a>) {
     let shorter = match (a.components, b.components) {
         (2, 3) => a,
         (3, 2) => b,

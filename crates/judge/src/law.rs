@@ -11,7 +11,9 @@ use faceoff_mesh::io::{self, matches};
 /// A field agrees where |a - b| ≤ max(rtol · largest value of the field, atol).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
+    /// Relative to the largest value of the field on its connected part of the mesh.
     pub rtol: f64,
+    /// In the unit of the field.
     pub atol: f64,
 }
 
@@ -39,7 +41,9 @@ impl Tolerance {
 /// The tolerance of every field, and of some that have their own.
 #[derive(Debug, Clone, Default)]
 pub struct Tolerances {
+    /// Where a field has none of its own.
     pub of_all: Tolerance,
+    /// By name, or by a pattern with `*` and `?`; the last that matches counts.
     pub of_field: Vec<(String, Tolerance)>,
     /// Whether somebody asked for `of_all`; if not, fields of binary32 are allowed their rounding.
     pub is_given: bool,
@@ -51,7 +55,9 @@ const SINGLE: f64 = f32::EPSILON as f64;
 /// A tolerance as far as it is given.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PartialTolerance {
+    /// As in [`Tolerance`].
     pub rtol: Option<f64>,
+    /// As in [`Tolerance`].
     pub atol: Option<f64>,
 }
 
@@ -67,7 +73,9 @@ impl PartialTolerance {
 /// The tolerances that one source gives: a scene, or a command line.
 #[derive(Debug, Clone, Default)]
 pub struct GivenTolerances {
+    /// For every field.
     pub of_all: PartialTolerance,
+    /// For single fields, by name or pattern.
     pub of_field: Vec<(String, PartialTolerance)>,
 }
 

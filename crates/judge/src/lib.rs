@@ -23,6 +23,8 @@
 //! # }
 //! ```
 
+#![warn(missing_docs)]
+
 mod align;
 mod cells;
 mod column;
@@ -37,6 +39,7 @@ mod results;
 mod series;
 mod sets;
 mod supermesh;
+mod view;
 
 pub use align::align;
 pub use judge::{FieldVerdict, Verdict, Worst, judge, judge_conditioned, relative_differences};

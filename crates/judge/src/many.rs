@@ -9,9 +9,13 @@ use crate::{ComparedField, Comparison, Verdict};
 /// What comparisons of two series, or of the files of two folders, find.
 #[derive(Debug, Serialize)]
 pub struct Comparisons {
+    /// The worst of the parts.
     pub verdict: Verdict,
+    /// The first series or folder.
     pub a: String,
+    /// The second.
     pub b: String,
+    /// One a time, or a file, in order.
     pub parts: Vec<Part>,
     /// What was left out on purpose.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -27,12 +31,15 @@ pub struct Part {
     /// The file, below either folder; empty where one file is compared with one.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
+    /// Where the results have times.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
+    /// Of this part alone.
     pub verdict: Verdict,
     /// Why nothing could be compared: a partner is missing, or a file cannot be read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// What was found, where it could be compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub comparison: Option<Comparison>,
 }

@@ -42,6 +42,7 @@ impl Parts {
         known.dedup();
         own.par_sort_unstable();
         let shares = own.windows(2).any(|pair| pair[0] == pair[1]);
+        drop(own);
         let places = if shares {
             Vec::new()
         } else {

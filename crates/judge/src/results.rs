@@ -29,7 +29,9 @@ use faceoff_mesh::io::matches;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MatchBy {
+    /// By their numbers.
     Vertices,
+    /// By their places.
     Coordinates,
     /// Not at all: fields are functions, which are compared where both are.
     Functions,
@@ -38,10 +40,15 @@ pub enum MatchBy {
 /// What a comparison of two files finds.
 #[derive(Debug, Serialize)]
 pub struct Comparison {
+    /// The worst of its fields.
     pub verdict: Verdict,
+    /// The name of the first result.
     pub a: String,
+    /// The name of the second.
     pub b: String,
+    /// By what points and cells were matched.
     pub map: MatchBy,
+    /// Every field that either has.
     pub fields: Vec<ComparedField>,
     /// Whether the files are the same byte for byte; who reads them says so.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -52,6 +59,7 @@ pub struct Comparison {
     /// What only one file has without being judged.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// For each set of fields that was matched.
     #[serde(skip)]
     pub differences: Vec<Differences>,
     /// The cells of the first result, where they were found from its faces.
@@ -62,10 +70,13 @@ pub struct Comparison {
 /// One field of two files. What the verdict calls a face is the point, cell or corner that carries the field.
 #[derive(Debug, Clone, Serialize)]
 pub struct ComparedField {
+    /// What carries it.
     pub on: On,
     /// The largest |value| on either side: the scale on which the field is judged; each connected part has its own.
     pub scale: Option<f64>,
+    /// What was allowed, relative to `scale`.
     pub rtol: f64,
+    /// What was allowed, in the unit of the field.
     pub atol: f64,
     /// Norms of the difference, where cells are known.
     #[serde(flatten)]
@@ -73,6 +84,7 @@ pub struct ComparedField {
     /// Whether a file holds it as binary32, which rounds to 6e-8.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub single: bool,
+    /// How far the two are apart, and where.
     #[serde(flatten)]
     pub field: FieldVerdict,
 }
@@ -96,7 +108,9 @@ impl ComparedField {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum On {
+    /// Points of the mesh, or rows of a table.
     Points,
+    /// Cells, faces among them.
     Cells,
     /// Corners of cells, which need not agree where they meet.
     Corners,
@@ -125,16 +139,28 @@ impl On {
 /// if they have components).
 #[derive(Debug)]
 pub struct Differences {
+    /// What has the values.
     pub on: On,
-    /// Coordinates of the corners, cell by cell, or of the points or cells in the order of the file.
-    pub places: Vec<[f64; 3]>,
+    /// What [`Differences::places`] returns, but empty where that is in the first file.
+    pub(super) places: Vec<[f64; 3]>,
     /// Name, components and values; NaN where a field is not carried.
     pub fields: Vec<(String, usize, Vec<f64>)>,
+}
+
+impl Differences {
+    /// Coordinates of the corners, cell by cell, or of the points or cells in the order of the file, which is `a`.
+    pub fn places<'a>(&'a self, a: &'a Results) -> &'a [[f64; 3]] {
+        match self.on {
+            On::Points if self.places.is_empty() => &a.points,
+            _ => &self.places,
+        }
+    }
 }
 
 /// By what two results are compared.
 #[derive(Clone, Default)]
 pub struct Settings<'a> {
+    /// What is allowed for each field.
     pub tolerances: Tolerances,
     /// Without it, points and cells are matched by their numbers if the points of both files are the same in the same order,
     /// and by coordinates otherwise; fields on meshes with other cells are compared as functions.
@@ -292,10 +318,9 @@ pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<
         let exists = |side: &Results| !fields_on(side, on).is_empty();
         if exists(a) && exists(b) {
             let keyed = |side, numbers| Keyed::new(side, numbers, on, broken);
-            let (mut side_a, mut side_b) = (keyed(a, of_a)?, keyed(b, of_b)?);
-            let sides = [&mut side_a, &mut side_b];
-            let (mut fields, differences) = judge_sets(on, sides, near, &parts, settings)?;
-            for (name, norms) in norms_on_mesh(a, on, &differences) {
+            let sides = [keyed(a, of_a)?, keyed(b, of_b)?];
+            let (mut fields, mut differences) = judge_sets(on, sides, near, &parts, settings)?;
+            for (name, norms) in norms_on_mesh(a, on, &mut differences) {
                 let found = fields.iter_mut().filter(|f| f.field.field == name);
                 found.for_each(|field| field.norms = Some(norms));
             }

@@ -6,6 +6,7 @@ use faceoff_mesh::field::{ResultField, Results};
 /// What is held against each other at one time; numbers count the times of either side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pairing {
+    /// A time that both have.
     Both(usize, usize),
     /// A time of the first between two of the second: (1 - w) b_j + w b_{j+1}.
     Between(usize, usize, f64),

@@ -1,5 +1,6 @@
 //! Fields that are matched: one set on points, on cells, at corners, or about the files as a whole.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use super::align::{Nearness, align_by};
@@ -7,14 +8,15 @@ use super::column::{By, NOWHERE, judge_column, rows_of};
 use super::keyed::{Keyed, same_length};
 use super::parts::Parts;
 use super::results::{ComparedField, Comparison, Differences, On, Settings};
+use super::view::Column;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
-use faceoff_mesh::field::{FaceColumn, ResultField, Results};
+use faceoff_mesh::field::{ResultField, Results};
 
 /// Judges the fields of one set, with their differences. Where only `b` has coordinates, they are those of `a` too.
 pub(super) fn judge_sets(
     on: On,
-    [a, b]: [&mut Keyed; 2],
+    [mut a, b]: [Keyed; 2],
     near: f64,
     parts: &Parts,
     settings: &Settings,
@@ -30,8 +32,7 @@ pub(super) fn judge_sets(
         a.fields.midpoints = partner.iter().map(place).collect();
         a.fields.space = b.fields.space;
     }
-    let (a, b) = (&*a, &*b);
-    let faces = 0..a.fields.face_count();
+    let faces = 0..a.fields.count();
     let part = |face: usize| cancel::check().map(|()| parts.of(a.fields.face(face)));
     let of_a = faces.map(part).collect::<Result<Vec<u32>>>()?;
     let mut of_b = vec![0; of_a.len()];
@@ -54,8 +55,8 @@ pub(super) fn judge_sets(
             let reason = if sides.iter().any(|fields| fields.len() > 1) {
                 "a file has it more than once".to_owned()
             } else {
-                let without = if sides[0].is_empty() { a } else { b };
-                lacks(name, &without.fields.source)
+                let without = if sides[0].is_empty() { &a } else { &b };
+                lacks(name, without.fields.source)
             };
             judged.push(ComparedField::unjudged(
                 on,
@@ -72,8 +73,8 @@ pub(super) fn judge_sets(
         }
         let mut scales = vec![0.0; parts.count + 1];
         for (side, field, column, part) in [
-            (a, field_a, &column_a, &of_a),
-            (b, field_b, &column_b, &of_b),
+            (&a, field_a, &column_a, &of_a),
+            (&b, field_b, &column_b, &of_b),
         ] {
             let scaling = side.scaling(field)?;
             add_scales(&mut scales, scaling.as_ref().unwrap_or(column), part)?;
@@ -104,7 +105,9 @@ pub(super) fn judge_sets(
             field: verdict,
         });
     }
-    differences.places.clone_from(&a.fields.midpoints);
+    if let Cow::Owned(places) = a.fields.midpoints {
+        differences.places = places;
+    }
     Ok((judged, differences))
 }
 
@@ -138,7 +141,7 @@ pub(super) fn lacks(name: &str, without: &str) -> String {
 }
 
 /// The largest finite |value| of a column on each part; `part` is that of each face.
-fn add_scales(scales: &mut [f64], column: &FaceColumn, part: &[u32]) -> Result<()> {
+fn add_scales(scales: &mut [f64], column: &Column, part: &[u32]) -> Result<()> {
     for (k, &face) in column.faces.iter().enumerate() {
         cancel::check()?;
         let scale = &mut scales[part[face as usize] as usize];
@@ -149,7 +152,7 @@ fn add_scales(scales: &mut [f64], column: &FaceColumn, part: &[u32]) -> Result<(
 }
 
 /// a - b for everything in the first file.
-fn subtract(a: &FaceColumn, b: &FaceColumn, partner: &[u32]) -> Result<Option<Vec<f64>>> {
+fn subtract(a: &Column, b: &Column, partner: &[u32]) -> Result<Option<Vec<f64>>> {
     if a.components != b.components {
         return Ok(None);
     }
@@ -181,8 +184,8 @@ pub(super) fn judge_whole(
         match (&sides[0][..], &sides[1][..]) {
             (&[of_a], &[of_b]) if of_a.is_empty() && of_b.is_empty() => {}
             (&[of_a], &[of_b]) if of_a.len() == of_b.len() => {
-                let (mut of_a, mut of_b) = (Keyed::of_whole(a, of_a), Keyed::of_whole(b, of_b));
-                let (parts, sides) = (Parts::default(), [&mut of_a, &mut of_b]);
+                let sides = [Keyed::of_whole(a, of_a), Keyed::of_whole(b, of_b)];
+                let parts = Parts::default();
                 let (fields, _) = judge_sets(On::Whole, sides, 0.0, &parts, settings)?;
                 comparison.fields.extend(fields);
             }

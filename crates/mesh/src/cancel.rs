@@ -10,14 +10,22 @@ use crate::error::{Error, Result};
 /// Why a run has to end.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Cause {
+    /// Ctrl-C, or another signal that ends programs.
     #[error("interrupted; engines were ended and nothing was left half-written")]
     Signal,
+    /// The limit of time, which is over.
     #[error("it did not end within the {} s of --time-limit; allow more, or ask for less: coarser meshes, fewer cases", .0.as_secs_f64())]
     Time(Duration),
+    /// The limit of memory.
     #[error(
         "it takes {used} MB of memory, and {most} MB may be taken; allow more with --memory, or use coarser meshes"
     )]
-    Memory { used: u64, most: u64 },
+    Memory {
+        /// What the run uses, in MB.
+        used: u64,
+        /// What it may use, in MB.
+        most: u64,
+    },
 }
 
 static CAUSE: Mutex<Option<Cause>> = Mutex::new(None);

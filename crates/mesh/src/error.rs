@@ -15,65 +15,101 @@ pub enum Error {
     /// A file that violates its format.
     #[error("{}{place}: {what}; {remedy}", path.display())]
     File {
+        /// The file.
         path: PathBuf,
+        /// Where in it.
         place: Place,
+        /// What is wrong there.
         what: String,
+        /// What to do about it.
         remedy: String,
     },
 
     /// The operating system refused a file or folder.
     #[error("{}: cannot {action}: {source}; check that the path exists and that you may use it", path.display())]
     Io {
+        /// The file or folder.
         path: PathBuf,
+        /// What was to be done with it, as in `read`.
         action: &'static str,
+        /// The system's reason.
         source: std::io::Error,
     },
 
     /// A mesh that was read, but on which the problem cannot be solved.
     #[error("mesh {mesh}: {what}; {remedy}")]
     Mesh {
+        /// Its path or generator.
         mesh: String,
+        /// What is wrong, and with which cell or point.
         what: String,
+        /// What to do about it.
         remedy: String,
     },
 
     /// A scene that asks for something impossible or unknown.
     #[error("scene {scene}, {place}: {what}; {remedy}")]
     Scene {
+        /// Its name or path.
         scene: String,
+        /// The table and key.
         place: String,
+        /// What is wrong there.
         what: String,
+        /// What to do about it.
         remedy: String,
     },
 
     /// The solver could not finish.
     #[error("solver: {what}; {remedy}")]
-    Solver { what: String, remedy: String },
+    Solver {
+        /// What is wrong.
+        what: String,
+        /// What to do about it.
+        remedy: String,
+    },
 
     /// An error that cannot be bounded.
     #[error("no certificate, because {because}; {remedy}")]
-    Certificate { because: String, remedy: String },
+    Certificate {
+        /// What the bound would need, and there is not.
+        because: String,
+        /// What to do about it.
+        remedy: String,
+    },
 
     /// An engine that is missing, failed, or answered something that does not count.
     #[error("engine {engine}: {what}; {remedy}")]
     Engine {
+        /// Its name.
         engine: String,
+        /// What it did, or did not.
         what: String,
+        /// What to do about it.
         remedy: String,
     },
 
     /// Two results that cannot be compared at all.
     #[error("comparison of {a} with {b}: {what}; {remedy}")]
     Compare {
+        /// The one result.
         a: String,
+        /// The other.
         b: String,
+        /// Why they cannot be matched.
         what: String,
+        /// What to do about it.
         remedy: String,
     },
 
     /// A command line that asks for something impossible.
     #[error("{what}; {remedy}")]
-    Usage { what: String, remedy: String },
+    Usage {
+        /// What is wrong.
+        what: String,
+        /// What to do about it.
+        remedy: String,
+    },
 
     /// The run was ended: by the user, or at a limit that was set.
     #[error(transparent)]

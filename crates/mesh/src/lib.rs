@@ -54,6 +54,8 @@
 //!
 //! What these do not know, [meshio](https://github.com/nschloe/meshio) reads and writes, where its Python is given.
 
+#![warn(missing_docs)]
+
 pub mod cancel;
 pub mod error;
 pub mod field;

@@ -51,20 +51,36 @@ pub enum Failure {
     /// It was interrupted, or its log cannot be written.
     #[error(transparent)]
     Ours(#[from] Error),
+    /// The system does not start it: there is none, or no right to.
     #[error("`{program}` cannot be started: {why}")]
-    NotStarted { program: String, why: String },
+    NotStarted {
+        /// As it was called.
+        program: String,
+        /// The system's reason.
+        why: String,
+    },
+    /// It was ended after this time.
     #[error("it did not end within {:.1} s and was killed", .0.as_secs_f64())]
     OutOfTime(Duration),
+    /// The system does not say how it ended.
     #[error("its process was lost: {0}")]
     Lost(std::io::Error),
     /// Usually for lack of memory.
     #[error("`{program}` was killed from outside{said}")]
-    Killed { program: String, said: String },
+    Killed {
+        /// As it was called.
+        program: String,
+        /// What its log says, after `: `; empty where that is nothing.
+        said: String,
+    },
     /// `said`: `: ` and what its log says of the failure.
     #[error("`{program}` failed ({status}){said}")]
     Failed {
+        /// As it was called.
         program: String,
+        /// Its exit code, or the signal that ended it.
         status: ExitStatus,
+        /// What its log says, after `: `; empty where that is nothing.
         said: String,
     },
 }

@@ -137,7 +137,6 @@ fn column(name: &str, components: usize, capacity: usize) -> FaceColumn {
         components,
         faces: Vec::with_capacity(capacity),
         values: Vec::with_capacity(capacity * components),
-        rest: Vec::new(),
         sensitivity: Vec::with_capacity(capacity),
     }
 }

@@ -1,5 +1,6 @@
 //! The cells of one result as straight simplices, each with the cell whose functions hold there.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -44,7 +45,7 @@ pub(super) struct Domain<'a> {
     /// The first corner of each cell.
     pub first_corners: Vec<u32>,
     /// Points of the file, and those that divide its curved cells.
-    points: Vec<[f64; 3]>,
+    points: Cow<'a, [[f64; 3]]>,
     pub pieces: Vec<Piece>,
     pub tree: Tree,
     /// How near points are that are one place.
@@ -109,7 +110,7 @@ impl<'a> Domain<'a> {
             of_cell: Vec::with_capacity(side.cell_count()),
             geometries: vec![Geometry::Straight; side.cell_count()],
             first_corners: Vec::new(),
-            points: side.points.clone(),
+            points: Cow::from(&side.points),
             pieces: Vec::new(),
             tree: Tree::new(&[]),
             near,
@@ -299,7 +300,7 @@ impl<'a> Domain<'a> {
             });
             let new: Vec<[f64; 3]> = new.collect();
             pieces.extend(simplices.into_iter().map(|s| s.map(|k| first + k)));
-            self.points.extend(new);
+            self.points.to_mut().extend(new);
             self.curved += 1;
         }
         let turned = |piece: &Piece| self.piece_measure(piece) < 0.0;

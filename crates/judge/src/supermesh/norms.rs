@@ -288,21 +288,35 @@ impl Work<'_> {
 
 /// Norms of each difference over the mesh of the first file, on whose points, cells or corners (`on`) its fields are; none
 /// where it is no mesh of known elements, or where a difference is not known everywhere.
-pub(crate) fn norms_on_mesh(a: &Results, on: On, found: &Differences) -> Vec<(String, Norms)> {
-    let fields = fields_on(a, on);
-    let differences: Vec<ResultField> = found
+pub(crate) fn norms_on_mesh(a: &Results, on: On, found: &mut Differences) -> Vec<(String, Norms)> {
+    // Lent, not copied.
+    let lent = found
         .fields
-        .iter()
-        .map(|(name, components, values)| ResultField {
+        .iter_mut()
+        .map(|(name, n, values)| ResultField {
             name: name.clone(),
-            components: *components,
-            values: values.clone(),
+            components: *n,
+            values: std::mem::take(values),
             rest: None,
             at: None,
             scaled_by: None,
             single: false,
-        })
-        .collect();
+        });
+    let lent: Vec<ResultField> = lent.collect();
+    let norms = norms_of(a, on, found.on, &lent);
+    for ((.., values), lent) in found.fields.iter_mut().zip(lent) {
+        *values = lent.values;
+    }
+    norms
+}
+
+fn norms_of(
+    a: &Results,
+    on: On,
+    of_differences: On,
+    differences: &[ResultField],
+) -> Vec<(String, Norms)> {
+    let fields = fields_on(a, on);
     let of_field = |difference: &ResultField| {
         let field = fields.iter().find(|f| f.name == difference.name)?;
         (field.rest.is_none() && field.components == difference.components)
@@ -310,7 +324,7 @@ pub(crate) fn norms_on_mesh(a: &Results, on: On, found: &Differences) -> Vec<(St
     };
     let pairs = differences.iter().filter_map(|difference| {
         let field = of_field(difference)?;
-        Some((field, Function::new(difference, found.on)))
+        Some((field, Function::new(difference, of_differences)))
     });
     let (of_a, of_difference): (Vec<Function>, Vec<Function>) = pairs.unzip();
     if of_a.is_empty() {

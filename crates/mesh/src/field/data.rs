@@ -5,16 +5,20 @@ use crate::mesh::Values;
 /// A named array about the whole mesh: provenance, parameters, tables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GlobalArray {
+    /// What the file calls it.
     pub name: String,
     /// Values in one tuple: 1 for a list, 3 for a table of three columns. Never 0; 1 for text.
     pub components: usize,
+    /// `components` a tuple, one tuple after the other.
     pub values: GlobalValues,
 }
 
 /// Numbers in exactly the type of the file, or text.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GlobalValues {
+    /// Numbers.
     Numbers(Values),
+    /// Lines of text.
     Text(Vec<String>),
 }
 

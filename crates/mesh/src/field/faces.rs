@@ -19,13 +19,16 @@ pub struct FaceFields {
     pub midpoints: Vec<[f64; 3]>,
     /// |F|; empty if all have the same weight.
     pub measures: Vec<f64>,
+    /// The fields.
     pub columns: Vec<FaceColumn>,
 }
 
 /// One field: values on some of the faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceColumn {
+    /// What it is called on both sides: `mean`, `flux`.
     pub name: String,
+    /// By what it is judged.
     pub kind: ColumnKind,
     /// Values on each face.
     pub components: usize,
@@ -33,8 +36,6 @@ pub struct FaceColumn {
     pub faces: Vec<u32>,
     /// `components` values a face of `faces`.
     pub values: Vec<f64>,
-    /// What is to be added to each of `values` where they are rounded integers; empty if nothing.
-    pub rest: Vec<f64>,
     /// How much a value on that face can change when no dof changes by more than 1: it turns a
     /// tolerance for dofs into one for this field. Empty if the field is judged on its own scale.
     pub sensitivity: Vec<f64>,
@@ -70,11 +71,5 @@ impl FaceColumn {
     /// Values on the k-th of its faces.
     pub fn row(&self, k: usize) -> &[f64] {
         &self.values[self.components * k..self.components * (k + 1)]
-    }
-
-    /// What rounding has taken from a component on the k-th of its faces.
-    pub fn rest(&self, k: usize, component: usize) -> f64 {
-        let at = self.components * k + component;
-        self.rest.get(at).copied().unwrap_or(0.0)
     }
 }

@@ -25,7 +25,9 @@ pub struct Results {
     pub kinds: Vec<(CellKind, usize)>,
     /// Groups of cells, by their numbers among `cells`.
     pub groups: Vec<Group>,
+    /// Fields with a row for each point.
     pub on_points: Vec<ResultField>,
+    /// Fields with a row for each cell.
     pub on_cells: Vec<ResultField>,
     /// Values at each point of each cell in turn.
     pub on_corners: Vec<ResultField>,
@@ -38,7 +40,9 @@ pub struct Results {
 /// One field of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResultField {
+    /// What it is called: fields of one name are compared.
     pub name: String,
+    /// Numbers in a row: 1 for a scalar, 2 or 3 for a vector.
     pub components: usize,
     /// `components` for each item of `at`.
     pub values: Vec<f64>,

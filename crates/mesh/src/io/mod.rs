@@ -124,6 +124,7 @@ impl Eq for Native {}
 /// The formats of meshes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
+    /// Read and written here, by this entry of the table.
     Native(&'static Native),
     /// Read and written by meshio, which has this name for it.
     Meshio(&'static str),
@@ -154,6 +155,7 @@ pub fn native_names() -> String {
 /// What a file holds.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Content {
+    /// Points, cells, groups, and fields on them.
     pub mesh: Mesh,
     /// Data about the mesh as a whole, which only VTK's formats hold.
     pub whole: Vec<GlobalArray>,
@@ -244,6 +246,7 @@ fn checked(path: &Path, content: Content) -> Result<Content> {
 pub struct Options {
     /// The format; `None` lets the suffix of the path decide.
     pub format: Option<Format>,
+    /// Which MSH, where that is the format.
     pub msh_version: msh::Version,
     /// MSH as little-endian binary, legacy VTK as binary, rather than as text.
     pub binary: bool,

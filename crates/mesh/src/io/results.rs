@@ -9,7 +9,7 @@ use super::{Content, collection, sol, table};
 use crate::error::Result;
 use crate::field::{GlobalArray, GlobalValues, PADDING, ResultField, Results, to_i64};
 use crate::memory;
-use crate::mesh::{Field, Mesh, Support, Values};
+use crate::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 
 /// Fields that faceoff writes on all faces although only some have them; the others have NaN.
 const PARTIAL: [&str; 5] = ["gamma", "contact", "jump", "flux", "P"];
@@ -72,28 +72,34 @@ pub fn of_content(path: &Path, content: Content) -> Result<Results> {
 fn of_mesh(source: String, mut mesh: Mesh, whole: &[GlobalArray]) -> Results {
     let ours = whole.iter().any(|data| data.name == "faceoff");
     let engine = only_engine(whole).map(|engine| format!(" {engine}"));
-    let kinds = mesh.blocks.iter().map(|block| block.kind.points());
-    let width = kinds.max().unwrap_or(0);
-    let mut cells = Vec::with_capacity(width * mesh.cell_count());
-    for block in &mesh.blocks {
-        for cell in block.cells() {
-            cells.extend_from_slice(cell);
-            cells.extend(std::iter::repeat_n(PADDING, width - cell.len()));
+    let kinds: Vec<(CellKind, usize)> = mesh.blocks.iter().map(|b| (b.kind, b.len())).collect();
+    let width = kinds.iter().map(|(kind, _)| kind.points()).max();
+    let width = width.unwrap_or(0);
+    let cells = match &mut mesh.blocks[..] {
+        // Cells of one kind are the table already.
+        [all] => std::mem::take(&mut all.nodes),
+        blocks => {
+            let mut cells = Vec::with_capacity(width * kinds.iter().map(|(_, n)| n).sum::<usize>());
+            for cell in blocks.iter().flat_map(CellBlock::cells) {
+                cells.extend_from_slice(cell);
+                cells.extend(std::iter::repeat_n(PADDING, width - cell.len()));
+            }
+            cells
         }
-    }
+    };
     let planar = mesh.points.iter().all(|p| p[2] == 0.0);
     let mut results = Results {
         source,
         space: if planar { 2 } else { 3 },
         width,
         cells,
-        kinds: mesh.blocks.iter().map(|b| (b.kind, b.len())).collect(),
+        kinds,
         ..Results::default()
     };
-    let corners: Vec<usize> = mesh.blocks.iter().map(|b| b.kind.points()).collect();
+    let sizes = results.kinds.clone();
     let starts = || {
-        let sizes = mesh.blocks.iter().zip(&corners);
-        let sizes = sizes.flat_map(|(block, k)| std::iter::repeat_n(*k as u32, block.len()));
+        let sizes = sizes.iter();
+        let sizes = sizes.flat_map(|(kind, n)| std::iter::repeat_n(kind.points() as u32, *n));
         sizes.scan(0, |next, size| {
             let start = *next;
             *next += size;
@@ -203,7 +209,6 @@ fn carry(field: Field, ours: bool) -> ResultField {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{CellBlock, CellKind, Values};
 
     #[test]
     fn what_a_face_does_not_carry_is_not_there_and_only_in_files_of_ours() {

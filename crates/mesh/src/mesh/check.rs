@@ -38,6 +38,7 @@ pub struct Soundness {
     pub parts: Defects,
     /// Angles of polygons, angles between the faces of solids.
     pub smallest_angle: Option<Angle>,
+    /// The same, but the largest.
     pub largest_angle: Option<Angle>,
     /// Cells of higher order whose Jacobian is not positive at some node, although their corners are in order.
     pub folded: Defects,
@@ -50,7 +51,9 @@ pub struct Soundness {
 /// The number of findings, and the first few of them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Defects {
+    /// How many there are.
     pub count: usize,
+    /// The first of them; not all where there are many.
     pub first: Vec<Defect>,
 }
 
@@ -68,8 +71,11 @@ pub struct Defect {
 /// An angle in degrees, and the file's number of the cell that has it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Angle {
+    /// From 0 to 180.
     pub degrees: f64,
+    /// The file's number.
     pub cell: u64,
+    /// The mean of the corners of the cell.
     pub at: [f64; 3],
 }
 

@@ -5,7 +5,9 @@ use crate::mesh::Mesh;
 /// Named values on points or cells, as the file holds them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
+    /// What the file calls it; several may share it, at other times.
     pub name: String,
+    /// What has values.
     pub on: Support,
     /// Values of one point, cell or corner: 1 for a scalar, 3 for a vector, 9 for a tensor.
     pub components: usize,
@@ -15,13 +17,16 @@ pub struct Field {
     pub at: Vec<u32>,
     /// Time and number of the step, where the file gives them.
     pub time: Option<f64>,
+    /// The number of the step.
     pub step: Option<i32>,
 }
 
 /// What the values of a [`Field`] belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Support {
+    /// The points of the mesh, in their order.
     Points,
+    /// The cells of the mesh, counted through all blocks.
     Cells,
     /// Each node of each cell: a field that may jump from cell to cell.
     CellPoints,
@@ -41,7 +46,9 @@ macro_rules! values {
     ($($variant:ident $type:ty),*) => {
         /// Numbers in the type that the file uses.
         #[derive(Debug, Clone, PartialEq)]
-        pub enum Values { $($variant(Vec<$type>)),* }
+        pub enum Values {
+            $(#[doc = concat!("Of type `", stringify!($type), "`.")] $variant(Vec<$type>)),*
+        }
 
         impl Values {
             /// How many values there are.

@@ -32,6 +32,7 @@ pub struct Cuboid {
     pub dim: usize,
     /// The corner of the lowest coordinates.
     pub origin: [f64; 3],
+    /// Lengths of the sides, from `origin`, in the unit of the coordinates.
     pub size: [f64; 3],
     /// Where each side of a rectangle is split into two groups: the coordinate along it.
     pub splits: [Option<f64>; 4],

@@ -5,24 +5,43 @@ use std::fmt;
 /// The cell types that meshes of the supported formats hold. Nodes stand in Gmsh's order, but for [`CellKind::Vtk`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum CellKind {
+    /// One point.
     Vertex,
+    /// Two points.
     Line,
+    /// Three corners.
     Triangle,
+    /// Four corners in turn.
     Quadrangle,
+    /// Four corners.
     Tetrahedron,
+    /// Eight corners: the bottom in turn, then the top.
     Hexahedron,
+    /// Six corners: a triangle, then the one above it.
     Prism,
+    /// Five corners: the base in turn, then the apex.
     Pyramid,
+    /// Order 2: the ends, then the middle.
     Line3,
+    /// Order 2: corners, then midpoints of edges.
     Triangle6,
+    /// Order 2 without the node inside.
     Quadrangle8,
+    /// Order 2: corners, midpoints of edges, the centre.
     Quadrangle9,
+    /// Order 2: corners, then midpoints of edges; the last two stand otherwise than in VTK.
     Tetrahedron10,
+    /// Order 2 with nodes on corners and edges alone.
     Hexahedron20,
+    /// Order 2: corners, edges, faces, the centre.
     Hexahedron27,
+    /// Order 2 with nodes on corners and edges alone.
     Prism15,
+    /// Order 2: corners, edges, quadrangles.
     Prism18,
+    /// Order 2 with nodes on corners and edges alone.
     Pyramid13,
+    /// Order 2: corners, edges, the base.
     Pyramid14,
     /// Any other type of Gmsh's table: cubic, quartic and so on.
     Other(OtherKind),
@@ -53,13 +72,21 @@ pub struct OtherKind {
 /// The shape of a cell, regardless of its order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Shape {
+    /// A point.
     Vertex,
+    /// A line, straight or curved.
     Line,
+    /// Three sides.
     Triangle,
+    /// Four sides.
     Quadrangle,
+    /// Four triangles.
     Tetrahedron,
+    /// Six quadrangles.
     Hexahedron,
+    /// Two triangles and three quadrangles; VTK's wedge.
     Prism,
+    /// A quadrangle and four triangles.
     Pyramid,
     /// Of any number of corners, which the kind of a cell has.
     Polygon,

@@ -79,6 +79,7 @@ impl Mesh {
 /// Cells of one type.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellBlock {
+    /// Their type, by which the nodes of each are counted and ordered.
     pub kind: CellKind,
     /// Point indices from 0, `kind.points()` per cell, in Gmsh's order of nodes (VTK's for [`CellKind::Vtk`]).
     pub nodes: Vec<u32>,
@@ -93,7 +94,9 @@ pub struct CellBlock {
 pub struct Group {
     /// Dimension of its cells: 0 to 3.
     pub dim: u8,
+    /// Its number; groups of other dimensions may have the same.
     pub tag: i64,
+    /// Its name, where the file gives one.
     pub name: Option<String>,
     /// Cell indices counted through all blocks, ascending.
     pub cells: Vec<u32>,

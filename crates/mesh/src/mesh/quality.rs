@@ -52,8 +52,11 @@ pub struct Quality {
     pub what: &'static str,
     /// Number of cells that have it.
     pub cells: usize,
+    /// The smallest value of a cell.
     pub least: f64,
+    /// The mean over the cells, each of the same weight.
     pub mean: f64,
+    /// The largest value of a cell.
     pub largest: f64,
     /// The cells from one end to the next; the first and the last bin have what is beyond, too.
     pub bins: Vec<Bin>,
@@ -64,15 +67,20 @@ pub struct Quality {
 /// The cells whose value is from one number to another.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bin {
+    /// The lower end.
     pub from: f64,
+    /// The upper end, which belongs to the next.
     pub to: f64,
+    /// How many there are.
     pub cells: usize,
 }
 
 /// A value of a cell, which is called by the file's number.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Located {
+    /// In the unit of its measure.
     pub value: f64,
+    /// The file's number of the cell.
     pub cell: u64,
     /// The mean of its corners.
     pub at: [f64; 3],

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Measure, barycentric gradients and diameter of a simplex.
 #[derive(Debug, Clone, Copy)]
 pub struct CellGeometry {
+    /// 2 for a triangle, 3 for a tetrahedron.
     pub dim: usize,
     /// |κ| with the sign of its orientation: area in 2D, volume in 3D.
     pub signed_measure: f64,

@@ -41,6 +41,7 @@ pub struct Triangulation {
     pub name: String,
     /// 2 or 3.
     pub dim: usize,
+    /// Coordinates of the vertices; in 2D the third is 0.
     pub points: Vec<[f64; 3]>,
     /// Vertices of the cells, `dim + 1` each, positively oriented.
     cells: Vec<u32>,
@@ -57,7 +58,9 @@ pub struct Triangulation {
 /// A named or numbered set of faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceGroup {
+    /// Its number in the file.
     pub tag: i64,
+    /// Its name, where it has one.
     pub name: Option<String>,
     /// Face indices, ascending.
     pub faces: Vec<u32>,

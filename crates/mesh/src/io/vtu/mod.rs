@@ -55,10 +55,14 @@ pub enum Encoding {
 /// How the bytes of an array are packed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Compressor {
+    /// Not at all: fastest to write, largest.
     #[default]
     None,
+    /// zlib's deflate, which every reader of VTU has.
     Zlib,
+    /// LZ4: faster than zlib, larger.
     Lz4,
+    /// LZMA: slower than zlib, smaller.
     Lzma,
 }
 
