@@ -42,6 +42,8 @@ pub(super) struct LuPlan {
     pub flops: f64,
     /// Most entries of one front.
     pub largest: usize,
+    /// Pivots and borders of all fronts.
+    pub rows: usize,
 }
 
 #[derive(Debug, Default)]
@@ -129,6 +131,7 @@ impl LuPlan {
             plan.entries += p * p + 2 * p * b;
             plan.flops += frontier::lu(p as f64, b as f64);
             plan.largest = plan.largest.max(unknowns.len().pow(2));
+            plan.rows += unknowns.len();
             plan.levels
                 .resize(plan.levels.len().max(heights[g] + 1), Vec::new());
             plan.levels[heights[g]].push(g as u32);
