@@ -76,6 +76,8 @@ pub struct Stiffness<'a> {
     space: Space<'a>,
     /// i, j and R_ij.
     pairs: Vec<(usize, usize, Vec<f64>)>,
+    /// -|κ| ∇λ_i·∇λ_j of all cells, where they are kept.
+    weights: Vec<[f64; 6]>,
 }
 
 impl Elements for Stiffness<'_> {
@@ -130,16 +132,35 @@ impl<'a> Stiffness<'a> {
         Stiffness {
             space: space.clone(),
             pairs,
+            weights: Vec::new(),
         }
+    }
+
+    /// Keeps what it takes of the cells' geometry, for many products: 48 bytes a cell.
+    pub fn kept(mut self) -> Self {
+        let cells = (0..self.space.mesh.cell_count()).into_par_iter();
+        self.weights = cells.map(|cell| self.weights_of(cell)).collect();
+        self
+    }
+
+    fn weights_of(&self, cell: usize) -> [f64; 6] {
+        let mesh = self.space.mesh;
+        let metric = Metric::new(mesh.dim, &mesh.vertices(cell));
+        let mut weights = [0.0; 6];
+        for (weight, (i, j, _)) in weights.iter_mut().zip(&self.pairs) {
+            *weight = -metric.products[*i][*j];
+        }
+        weights
     }
 
     /// The matrix of one cell, `local_dofs`² places, symmetric.
     pub fn cell_matrix(&self, cell: usize, matrix: &mut [f64]) {
-        let mesh = self.space.mesh;
-        let metric = Metric::new(mesh.dim, &mesh.vertices(cell));
+        let weights = match self.weights.get(cell) {
+            Some(weights) => *weights,
+            None => self.weights_of(cell),
+        };
         matrix.fill(0.0);
-        for (i, j, reference) in &self.pairs {
-            let weight = -metric.products[*i][*j];
+        for (weight, (.., reference)) in weights.iter().zip(&self.pairs) {
             for (value, r) in matrix.iter_mut().zip(reference) {
                 *value += weight * r;
             }

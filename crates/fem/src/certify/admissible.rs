@@ -283,7 +283,7 @@ fn loads(problem: &Problem, space: &Space, data: &PreparedData) -> Vec<f64> {
 
 /// A few steps for (∇v, ∇φ_i) = b_i where `held` does not hold v.
 pub(super) fn descend(space: &Space, held: &[bool], b: Vec<f64>, v: &mut [f64]) {
-    let stiffness = Stiffness::new(space);
+    let stiffness = Stiffness::new(space).kept();
     let mut diagonal = vec![0.0; v.len()];
     let local = space.local_dofs;
     let mut matrix = vec![0.0; local * local];

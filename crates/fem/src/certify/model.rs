@@ -395,17 +395,9 @@ fn moments(monomials: &Monomials, corners: &[Vector], count: usize) -> [Interval
             }
         }
     }
-    let factorial = |n: u8| (1..=u64::from(n)).product::<u64>() as f64;
-    let dim = corners.len() as u8 - 1;
-    for (moment, exponents) in series
-        .iter_mut()
-        .zip(&monomials.exponents)
-        .take(count)
-        .skip(1)
-    {
-        let above = exponents.map(factorial).iter().product::<f64>() * factorial(dim);
-        let below = factorial(exponents.iter().sum::<u8>() + dim);
-        *moment = Interval::at(above) * *moment / Interval::at(below);
+    let shares = &monomials.shares[corners.len() - 1];
+    for (moment, share) in series.iter_mut().zip(shares).take(count) {
+        *moment = *share * *moment;
     }
     series
 }

@@ -15,7 +15,7 @@ pub(super) struct Poisson<'a> {
 impl<'a> Poisson<'a> {
     pub fn new(space: &Space<'a>, roles: Vec<Role>, settings: Settings) -> Self {
         Poisson {
-            stiffness: Stiffness::new(space),
+            stiffness: Stiffness::new(space).kept(),
             roles,
             settings,
             factor: None,

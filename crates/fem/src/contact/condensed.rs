@@ -73,6 +73,19 @@ fn shift_of_cells(problem: &Problem) -> BTreeMap<usize, Vec<f64>> {
     shift
 }
 
+/// The dofs of contact cells and those that conditions see, ascending.
+pub(super) fn of_contact_cells(problem: &Problem) -> Vec<u32> {
+    let cells = problem.contact.iter();
+    let mut seen: Vec<u32> = cells
+        .flat_map(|face| problem.space.cell_dofs(face.cell))
+        .chain(problem.conditions.iter().flat_map(|c| &c.dofs))
+        .copied()
+        .collect();
+    seen.sort_unstable();
+    seen.dedup();
+    seen
+}
+
 /// The number of a dof: of the free ones in `kept`, or behind them of those on Γ_D.
 fn number(dof: u32, kept: &[u32], fixed: &[u32]) -> u32 {
     match kept.binary_search(&dof) {
@@ -109,16 +122,7 @@ impl<'a> Condensed<'a> {
                 remedy: "refine the mesh".into(),
             });
         }
-        let mut seen: Vec<u32> = problem
-            .contact
-            .iter()
-            .flat_map(|face| space.cell_dofs(face.cell))
-            .chain(problem.conditions.iter().flat_map(|c| &c.dofs))
-            .copied()
-            .collect();
-        seen.sort_unstable();
-        seen.dedup();
-        let (fixed, to_keep): (Vec<u32>, Vec<u32>) = seen
+        let (fixed, to_keep): (Vec<u32>, Vec<u32>) = of_contact_cells(problem)
             .iter()
             .partition(|&&dof| roles[dof as usize] == Role::Fixed);
         for &dof in &to_keep {

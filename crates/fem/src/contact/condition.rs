@@ -99,16 +99,23 @@ impl Condition {
     }
 
     /// The entries of that linear scheme: row, column, value.
-    pub(super) fn for_each_entry(
+    pub(super) fn for_each_entry(&self, law: [f64; 2], mut visit: impl FnMut(u32, u32, f64)) {
+        self.for_each_local_entry(law, |i, j, value| {
+            visit(self.dofs[i], self.dofs[j], value);
+        });
+    }
+
+    /// The same with places in `dofs` for rows and columns.
+    pub(super) fn for_each_local_entry(
         &self,
         [alpha, beta]: [f64; 2],
-        mut visit: impl FnMut(u32, u32, f64),
+        mut visit: impl FnMut(usize, usize, f64),
     ) {
-        for (j, &column) in self.dofs.iter().enumerate() {
+        for j in 0..self.dofs.len() {
             let law = alpha * self.displacement[j] + beta * self.gamma * self.flux[j];
-            for (i, &row) in self.dofs.iter().enumerate() {
+            for i in 0..self.dofs.len() {
                 let value = law * self.test(i) - self.flux[j] * self.flux_test(i);
-                visit(row, column, self.weight * value);
+                visit(i, j, self.weight * value);
             }
         }
     }

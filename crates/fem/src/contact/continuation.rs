@@ -38,13 +38,13 @@ pub(super) fn follow(
     if at == asked {
         return Ok(None);
     }
-    let mut newton = |gamma0: f64, start: &[f64]| {
+    let mut newton_at = |gamma0: f64, start: &[f64]| {
         scheme.put_conditions(Scheme::at(problem, gamma0 / asked).conditions.into_owned());
-        let found = solve(&*scheme, start, steps, progress);
+        let found = newton(&*scheme, start, DOZEN, steps, progress);
         tracing::debug!(gamma0, found = matches!(found, Ok(Some(_))), "continuation");
         found
     };
-    let mut found = newton(at, start);
+    let mut found = newton_at(at, start);
     let mut factor = FIRST;
     while let Ok(Some(u)) = &found {
         if at == asked {
@@ -55,7 +55,7 @@ pub(super) fn follow(
         } else {
             (at / factor).max(asked)
         };
-        match newton(next, u) {
+        match newton_at(next, u) {
             Ok(None) if factor.sqrt() > LAST => factor = factor.sqrt(),
             ended => {
                 (at, factor, found) = (next, factor * factor, ended);
@@ -66,16 +66,20 @@ pub(super) fn follow(
     found
 }
 
-/// Newton's method: u where no status changes any more, none where it does not come there.
-fn solve(
+/// Newton's method: u where no status changes any more, none where it does not come there in `most` steps.
+///
+/// # Errors
+/// What `progress` returns, and an interruption.
+pub(super) fn newton(
     scheme: &dyn System,
     start: &[f64],
+    most: usize,
     steps: &mut usize,
     progress: &mut dyn FnMut(usize, f64) -> Result<()>,
 ) -> Result<Option<Vec<f64>>> {
     let mut u = start.to_vec();
     let mut set = ActiveSet::new(scheme, &u, Per::Condition);
-    for _ in 0..DOZEN {
+    for _ in 0..most {
         let laws = set.laws(scheme, Iteration::Newton);
         let step = match scheme.step(&laws, &scheme.linear_residual(&laws, &u)) {
             Ok(step) => step,

@@ -22,6 +22,7 @@ mod form;
 mod iteration;
 mod krylov;
 mod law;
+mod layer;
 mod method;
 mod quantities;
 mod residual;

@@ -19,6 +19,7 @@ use super::condition::{Condition, Row};
 use super::face::ContactFace;
 use super::form::Problem;
 use super::law::Law;
+use super::system::Weights;
 
 pub(super) struct Scheme<'a> {
     pub problem: &'a Problem<'a>,
@@ -52,18 +53,24 @@ impl<'a> Scheme<'a> {
         }
     }
 
-    /// The residual of all rows; those of Γ_D are 0.
-    pub fn residual(&self, u: &[f64]) -> Vec<f64> {
-        self.residual_with(u, |_, condition, r| condition.add_to(u, r))
+    /// The residual of all rows, from the stiffness times u; those of Γ_D are 0.
+    pub fn residual(&self, product: Vec<f64>, u: &[f64]) -> Vec<f64> {
+        self.residual_with(product, |_, condition, r| condition.add_to(u, r))
     }
 
     /// The same with these laws, see [`Condition::add_law_to`].
-    pub fn linear_residual(&self, laws: &[[f64; 2]], u: &[f64]) -> Vec<f64> {
-        self.residual_with(u, |k, condition, r| condition.add_law_to(laws[k], u, r))
+    pub fn linear_residual(&self, product: Vec<f64>, laws: &[Weights], u: &[f64]) -> Vec<f64> {
+        self.residual_with(product, |k, condition, r| {
+            condition.add_law_to(laws[k], u, r)
+        })
     }
 
-    fn residual_with(&self, u: &[f64], add: impl Fn(usize, &Condition, &mut [f64])) -> Vec<f64> {
-        let mut r = self.problem.stiffness.times(u);
+    fn residual_with(
+        &self,
+        product: Vec<f64>,
+        add: impl Fn(usize, &Condition, &mut [f64]),
+    ) -> Vec<f64> {
+        let mut r = product;
         for (r, b) in r.iter_mut().zip(&*self.load) {
             *r -= b;
         }

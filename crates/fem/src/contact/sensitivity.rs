@@ -225,11 +225,12 @@ mod tests {
             let free: Vec<usize> = (0..u.len())
                 .filter(|&k| problem.dirichlet[k].is_none())
                 .collect();
-            let at_rest = scheme.linear_residual(&laws, &vec![0.0; u.len()]);
+            let residual = |u: &[f64]| scheme.linear_residual(problem.stiffness.times(u), &laws, u);
+            let at_rest = residual(&vec![0.0; u.len()]);
             let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| {
                 let mut unit = vec![0.0; u.len()];
                 unit[free[j]] = 1.0;
-                scheme.linear_residual(&laws, &unit)[free[i]] - at_rest[free[i]]
+                residual(&unit)[free[i]] - at_rest[free[i]]
             });
             let terms = sizes_of_rows(scheme, &laws, &u);
             let terms = DVector::from_fn(free.len(), |i, _| terms[free[i]]);

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::active_set::{ActiveSet, Per};
 use super::choose::system;
-use super::continuation::{DOZEN, follow};
+use super::continuation::{DOZEN, follow, newton};
 use super::discretisation::Discretisation;
 use super::form::Problem;
 use super::iteration::Iteration;
@@ -92,13 +92,35 @@ pub fn solve_by(
         ));
     }
     let clock = Instant::now();
-    let is_newton = iteration == Iteration::Newton;
-    let rows = if is_newton {
-        Scheme::new(problem)
-    } else {
-        Scheme::as_it_stands(problem)
+    let rows = match iteration {
+        Iteration::Newton => Scheme::new(problem),
+        _ => Scheme::as_it_stands(problem),
     };
-    let mut system = system(rows, settings)?;
+    let system = system(rows, settings)?;
+    let was_chosen = settings.solver == Solver::Auto && system.choice().solver == Solver::Iterative;
+    match iterate(problem, system, clock, iteration, stop, &mut progress) {
+        Err(Error::Solver { what, .. }) if was_chosen => {
+            tracing::info!(what, "factorisation instead of iterations");
+            let settings = Settings {
+                solver: Solver::Multifrontal,
+                ..settings
+            };
+            solve_by(problem, iteration, stop, settings, progress)
+        }
+        ended => ended,
+    }
+}
+
+/// Solves the scheme of a system, which was put together since `clock`.
+fn iterate(
+    problem: &Problem,
+    mut system: Box<dyn System + '_>,
+    clock: Instant,
+    iteration: Iteration,
+    stop: Stop,
+    progress: &mut dyn FnMut(usize, f64) -> Result<()>,
+) -> Result<Solution> {
+    let is_newton = iteration == Iteration::Newton;
     let mut scheme = &*system;
     let scale = Scale::new(scheme);
     let factor = clock.elapsed().as_secs_f64();
@@ -110,7 +132,7 @@ pub fn solve_by(
         Per::Condition
     };
     let mut u = match scheme.choice().solver {
-        Solver::Iterative => nested_start(problem, &mut progress)?,
+        Solver::Iterative => nested_start(problem, progress)?,
         _ => None,
     }
     .unwrap_or_else(|| scheme.start());
@@ -130,13 +152,7 @@ pub fn solve_by(
     while ended == Ended::NotReached && increments.len() < stop.max_iterations {
         if is_newton && increments.len() == DOZEN {
             let start = scheme.start();
-            let found = follow(
-                problem,
-                &mut *system,
-                &start,
-                &mut on_the_way,
-                &mut progress,
-            )?;
+            let found = follow(problem, &mut *system, &start, &mut on_the_way, progress)?;
             scheme = &*system;
             if let Some(found) = found {
                 (u, per) = (found, Per::Condition);
@@ -231,9 +247,6 @@ pub fn solve_by(
     })
 }
 
-/// More exact than P1 itself is no start's need.
-const ROUGH: f64 = 1e-3;
-
 /// u of the variational inequality on P1, which has nearly the same contact set at a third of the unknowns in 2D and
 /// a tenth in 3D; g on Γ_D. None without contact, where P1 has no fewer unknowns, and where it is not solved.
 ///
@@ -251,10 +264,6 @@ fn nested_start(
         element: &P1,
         law: Law::Variational,
     };
-    let stop = Stop {
-        increment: ROUGH,
-        ..Stop::default()
-    };
     let settings = Settings {
         solver: Solver::Iterative,
         ..Settings::default()
@@ -264,10 +273,19 @@ fn nested_start(
         ..problem.discretisation.clone()
     };
     let coarse = Problem::new(problem.scene, mesh, &discretisation)?;
-    let report = |_: usize, increment| progress(0, increment);
-    let found = match solve_by(&coarse, Iteration::Newton, stop, settings, report) {
-        Ok(found) => found.u,
-        Err(Error::Solver { .. }) => return Ok(None),
+    let system = system(Scheme::new(&coarse), settings);
+    let found = system.and_then(|system| {
+        newton(
+            &*system,
+            &system.start(),
+            Stop::default().max_iterations,
+            &mut 0,
+            progress,
+        )
+    });
+    let found = match found {
+        Ok(Some(found)) => found,
+        Ok(None) | Err(Error::Solver { .. }) => return Ok(None),
         Err(other) => return Err(other),
     };
     let values = VertexValues::new(&problem.space);
@@ -340,7 +358,8 @@ fn vanishes(problem: &Problem, u: &[f64]) -> bool {
 
 /// One step at all dofs; max |δ| over max |u|.
 pub(super) fn take_step(scheme: &dyn System, laws: &[Weights], u: &mut [f64]) -> Result<f64> {
-    let r = scheme.scheme().linear_residual(laws, u);
+    let rows = scheme.scheme();
+    let r = rows.linear_residual(rows.problem.stiffness.times(u), laws, u);
     let step = scheme.step_everywhere(laws, &r)?;
     for (u, d) in u.iter_mut().zip(&step) {
         *u += d;

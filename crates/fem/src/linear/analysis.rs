@@ -256,6 +256,15 @@ impl Analysis {
         once + STEPS * self.lu.flops
     }
 
+    /// Seconds that a whole solution takes one core, whose unit is the one that iterations are predicted in: what each
+    /// unknown takes in sweeps over the cells, what each row and entry takes where contact is factored and solved with, and
+    /// the operations. Fitted to `cargo bench --bench solvers -- --shapes`.
+    pub(super) fn seconds(&self) -> f64 {
+        let unknowns = (self.order.len() + self.kept.len()) as f64;
+        let contact = 2.5e-7 * self.lu.rows as f64 + 4e-9 * self.lu.entries as f64;
+        8e-7 * unknowns + 5e-11 * self.flops() + STEPS * contact
+    }
+
     /// Bytes that factor, updates, Schur complement and its factorisation take with numbers of `size` bytes.
     pub fn bytes(&self, size: usize) -> usize {
         let waiting = self.blocks.iter().map(|(plan, _)| plan.waiting).max();

@@ -90,6 +90,11 @@ impl Csr {
         self.by_rows(r, |i, _| b[i] - self.dot(i, x));
     }
 
+    /// (b - A x)_i
+    pub fn rest(&self, i: usize, b: &[f64], x: &[f64]) -> f64 {
+        b[i] - self.dot(i, x)
+    }
+
     /// y += A x
     pub fn add_times(&self, x: &[f64], y: &mut [f64]) {
         self.by_rows(y, |i, y| y + self.dot(i, x));

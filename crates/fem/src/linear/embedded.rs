@@ -7,7 +7,8 @@
 //! forward sweep on the dofs,  V-cycle on Eᵀ(b - A x),  backward sweep
 //! ```
 //!
-//! contracts whatever the size of the mesh: the sweeps reduce what P1 does not see.
+//! contracts whatever the size of the mesh: the sweeps reduce what P1 does not see. Rows that no sweep reduces have 0 in the
+//! place of their inverse diagonal, and are solved for as one block before and after the V-cycle.
 
 use super::amg::Amg;
 use super::csr::{Csr, Sweep};
@@ -32,13 +33,22 @@ impl Embedded {
         })
     }
 
-    /// x ≈ A⁻¹ b
-    pub fn apply(&mut self, matrix: &Csr, inverse_diagonal: &[f64], b: &[f64], x: &mut [f64]) {
+    /// x ≈ A⁻¹ b; `relax_block` gets b and the x that it is to change.
+    pub fn apply(
+        &mut self,
+        matrix: &Csr,
+        inverse_diagonal: &[f64],
+        b: &[f64],
+        x: &mut [f64],
+        relax_block: impl Fn(&[f64], &mut [f64]),
+    ) {
         matrix.gauss_seidel_from_zero(inverse_diagonal, b, x);
+        relax_block(b, x);
         matrix.residual(b, x, &mut self.residual);
         self.restriction.times(&self.residual, self.coarse.rhs());
         self.coarse.cycle();
         self.embedding.add_times(self.coarse.solution(), x);
+        relax_block(b, x);
         matrix.gauss_seidel(inverse_diagonal, b, x, Sweep::Backward);
     }
 }

@@ -211,7 +211,7 @@ fn choose(
         predicted_mb: needed as f64 / 1e6,
     };
     if let Some(other) = instead.filter(|other| fits((other.predicted_mb * 1e6) as usize)) {
-        let faster = other.flops * ITERATED_FLOP < choice.flops;
+        let faster = other.flops * ITERATED_FLOP < analysis.seconds();
         tracing::info!(
             factor_gigaflops = choice.flops / 1e9,
             iterations_gigaflops = other.flops / 1e9,
@@ -233,12 +233,12 @@ fn choose(
             choice.predicted_mb,
             there.unwrap_or(0) as f64 / 1e6
         ),
-        remedy: "take a coarser mesh, --precision f32-refined, --linear iterative with cr, or a machine with more memory; or allow more with --memory".into(),
+        remedy: "take a coarser mesh, --precision f32-refined, --linear iterative, or a machine with more memory; or allow more with --memory".into(),
     })
 }
 
-/// An operation on sparse vectors takes as long as so many in dense blocks, as measured in 2D and 3D.
-const ITERATED_FLOP: f64 = 25.0;
+/// Seconds that an operation on sparse vectors takes, fitted as [`Analysis::seconds`] is.
+const ITERATED_FLOP: f64 = 1.3e-9;
 
 impl Factor {
     /// Condenses a further right-hand side.

@@ -24,6 +24,18 @@ pub struct Ended {
     pub steps: usize,
     /// Is the residual, computed anew, below the limit?
     pub reached: bool,
+    /// Its norm.
+    pub residual: f64,
+}
+
+impl Ended {
+    fn new(steps: usize, residual: f64, stop: KrylovStop) -> Self {
+        Ended {
+            steps,
+            reached: residual <= stop.residual,
+            residual,
+        }
+    }
 }
 
 /// Solves A x = b for a symmetric positive definite A, from the x given.
@@ -43,14 +55,14 @@ pub fn conjugate_gradients(
     let mut p = z.clone();
     let mut rz = dot(&r, &z);
     for steps in 0..stop.steps {
-        let reached = norm(&r) <= stop.residual;
-        if reached {
-            return Ended { steps, reached };
+        let ended = Ended::new(steps, norm(&r), stop);
+        if ended.reached {
+            return ended;
         }
         apply(&p, &mut q);
         let alpha = rz / dot(&p, &q);
         if !alpha.is_finite() {
-            return Ended { steps, reached };
+            return ended;
         }
         add(x, &p, alpha);
         add(&mut r, &q, -alpha);
@@ -63,10 +75,7 @@ pub fn conjugate_gradients(
             .with_min_len(CHUNK)
             .for_each(|(p, z)| *p = z + beta * *p);
     }
-    Ended {
-        steps: stop.steps,
-        reached: norm(&r) <= stop.residual,
-    }
+    Ended::new(stop.steps, norm(&r), stop)
 }
 
 /// Solves A x = b from the x given.
@@ -90,10 +99,7 @@ pub fn gmres(
         let size = norm(&basis[0]);
         // Rounding sets a floor: a restart that does not gain will not.
         if size <= stop.residual || done >= stop.steps || !(size < 0.5 * before) {
-            return Ended {
-                steps: done,
-                reached: size <= stop.residual,
-            };
+            return Ended::new(done, size, stop);
         }
         before = size;
         scale(&mut basis[0], 1.0 / size);

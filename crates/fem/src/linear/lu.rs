@@ -6,8 +6,14 @@
 
 use std::sync::Arc;
 
-use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::{Mat, MatMut, MatRef};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place,
+    solve_upper_triangular_in_place,
+};
+use faer::{Accum, MatMut, MatRef, Par, Spec};
 use rayon::prelude::*;
 
 use super::frontier;
@@ -15,6 +21,14 @@ use super::schur::{Entry, Schur};
 
 /// Pivots wait if an update is larger than this times the entries of the front.
 const LARGEST_GROWTH: f64 = 1e6;
+/// Pivots that are eliminated before all that is behind them is updated.
+const PANEL: usize = 24;
+/// From so many pivots on faer's factorisation takes less time.
+const LARGE: usize = 96;
+/// In products of fewer multiplications faer's way into its kernels takes longer than the arithmetic.
+const SMALL: usize = 20_000;
+/// From so many on, several threads are worth it.
+const PARALLEL: usize = 20_000_000;
 
 /// The fronts, all that does not depend on values.
 #[derive(Debug, Default)]
@@ -25,11 +39,15 @@ pub(super) struct LuPlan {
     /// The front of each unknown, and its number in the order of elimination.
     owners: Vec<u32>,
     numbers: Vec<u32>,
+    /// Places in the fronts.
+    places: Vec<u32>,
     /// Entries that are stored, and multiplications and additions.
     pub entries: usize,
     pub flops: f64,
     /// Most entries of one front.
     pub largest: usize,
+    /// Pivots and borders of all fronts.
+    pub rows: usize,
 }
 
 #[derive(Debug, Default)]
@@ -40,6 +58,14 @@ struct Front {
     /// Blocks that are added to it, and fronts.
     blocks: Vec<u32>,
     below: Vec<u32>,
+    /// Where the places of the unknowns of those blocks, and then of the borders of those fronts, begin in the plan's.
+    places: usize,
+}
+
+impl Front {
+    fn border(&self) -> &[u32] {
+        &self.unknowns[self.pivots..]
+    }
 }
 
 impl LuPlan {
@@ -65,7 +91,8 @@ impl LuPlan {
         // What is coupled comes into the front that eliminates the first of it.
         let mut tied: Vec<Vec<u32>> = vec![Vec::new(); groups.len()];
         let mut of_blocks = vec![Vec::new(); groups.len()];
-        for (block, border) in (0..).zip(blocks) {
+        let blocks: Vec<&[u32]> = blocks.collect();
+        for (block, &border) in (0..).zip(&blocks) {
             if let Some(first) = border.iter().map(|&k| plan.owners[k as usize]).min() {
                 of_blocks[first as usize].push(block);
                 tied[first as usize].extend(border);
@@ -83,11 +110,22 @@ impl LuPlan {
             let mut unknowns = group;
             unknowns.append(&mut tied[g]);
             for &half in &below[g] {
-                let half: &Front = &plan.fronts[half as usize];
-                unknowns.extend(&half.unknowns[half.pivots..]);
+                unknowns.extend(plan.fronts[half as usize].border());
             }
             unknowns.sort_unstable_by_key(|&k| plan.numbers[k as usize]);
             unknowns.dedup();
+            let places = plan.places.len();
+            let place = |k: &u32| {
+                let number = plan.numbers[*k as usize];
+                unknowns.partition_point(|&other| plan.numbers[other as usize] < number) as u32
+            };
+            let of_blocks = std::mem::take(&mut of_blocks[g]);
+            let parts = of_blocks.iter().map(|&block: &u32| blocks[block as usize]);
+            let halves = below[g]
+                .iter()
+                .map(|&half| plan.fronts[half as usize].border());
+            let found: Vec<u32> = parts.chain(halves).flatten().map(place).collect();
+            plan.places.extend(found);
             if let Some(&next) = unknowns.get(pivots) {
                 let parent = plan.owners[next as usize] as usize;
                 below[parent].push(g as u32);
@@ -97,14 +135,16 @@ impl LuPlan {
             plan.entries += p * p + 2 * p * b;
             plan.flops += frontier::lu(p as f64, b as f64);
             plan.largest = plan.largest.max(unknowns.len().pow(2));
+            plan.rows += unknowns.len();
             plan.levels
                 .resize(plan.levels.len().max(heights[g] + 1), Vec::new());
             plan.levels[heights[g]].push(g as u32);
             plan.fronts.push(Front {
                 pivots,
                 unknowns,
-                blocks: std::mem::take(&mut of_blocks[g]),
+                blocks: of_blocks,
                 below: std::mem::take(&mut below[g]),
+                places,
             });
         }
         plan
@@ -143,22 +183,24 @@ pub struct SchurLu {
     fronts: Vec<Eliminated>,
 }
 
-/// A front M whose pivots p are eliminated from its border b.
+/// What is left of a front M = PᵀLU once its pivots p are eliminated from its border b.
+#[derive(Default)]
 struct Eliminated {
-    pivots: Vec<u32>,
-    border: Vec<u32>,
-    lu: Option<PartialPivLu<f64>>,
-    /// M_pp⁻¹ M_pb and M_bp.
-    across: Mat<f64>,
-    back: Mat<f64>,
+    /// Pivots that fronts below left to this one, which stand first.
+    late: Vec<u32>,
+    /// None of a front that leaves all of its own.
+    pivots: usize,
+    /// The row that each was exchanged with.
+    swaps: Vec<u32>,
+    /// L_pp with U_pp on its diagonal and above, and below it L_bp; then U_pb: by columns.
+    values: Vec<f64>,
 }
 
-/// What a front hands up.
+/// What a front hands up: pivots that wait, and a matrix on them and its border, by columns.
+#[derive(Default)]
 struct Update {
-    /// Pivots that wait, and the border.
-    waiting: usize,
-    unknowns: Vec<u32>,
-    matrix: Mat<f64>,
+    waiting: Vec<u32>,
+    matrix: Vec<f64>,
 }
 
 impl SchurLu {
@@ -171,10 +213,10 @@ impl SchurLu {
             let done: Vec<_> = level
                 .par_iter()
                 .with_min_len(16)
-                .map(|&g| {
+                .map_init(Vec::new, |room, &g| {
                     let g = g as usize;
                     let own = &entries[starts[g]..starts[g + 1]];
-                    eliminate(&plan, g, schur, own, &updates)
+                    eliminate(&plan, g, schur, own, &updates, room)
                 })
                 .collect();
             for (&g, (front, update)) in level.iter().zip(done) {
@@ -202,142 +244,346 @@ impl SchurLu {
 
     /// Solves M X = B in place; not finite where M is singular.
     pub(super) fn solve_in_place(&self, mut x: MatMut<f64>) {
-        for front in &self.fronts {
-            let Some(lu) = &front.lu else { continue };
-            let mut z = gather(x.as_ref(), &front.pivots);
-            lu.solve_in_place(z.as_mut());
-            subtract(x.as_mut(), &front.border, &(&front.back * &z));
-            for (i, &k) in front.pivots.iter().enumerate() {
-                for j in 0..z.ncols() {
-                    x[(k as usize, j)] = z[(i, j)];
+        let columns = x.ncols();
+        let mut room = Vec::new();
+        let eliminated = || self.plan.fronts.iter().zip(&self.fronts);
+        for (front, done) in eliminated().filter(|(_, done)| done.pivots > 0) {
+            let (p, size) = (done.pivots, done.late.len() + front.unknowns.len());
+            gather(x.as_ref(), done.pivots(front), &mut room);
+            for column in room.chunks_exact_mut(p) {
+                for (k, &swap) in done.swaps.iter().enumerate() {
+                    column.swap(k, swap as usize);
+                }
+            }
+            let of_pivots = p * columns;
+            room.resize(size * columns, 0.0);
+            let (z, on_border) = room.split_at_mut(of_pivots);
+            if size * p * columns < SMALL {
+                for (j, z) in z.chunks_exact_mut(p).enumerate() {
+                    let on_border = &mut on_border[j * (size - p)..][..size - p];
+                    for (k, column) in done.values[..size * p].chunks_exact(size).enumerate() {
+                        let factor = z[k];
+                        subtract(&mut z[k + 1..], &column[k + 1..p], factor);
+                        subtract(on_border, &column[p..], factor);
+                    }
+                }
+            } else {
+                let mut z = MatMut::from_column_major_slice_mut(z, p, columns);
+                let (of_pivots, of_border) = done.lower(size).split_at_row(p);
+                solve_unit_lower_triangular_in_place(of_pivots, z.as_mut(), Par::Seq);
+                let target = MatMut::from_column_major_slice_mut(on_border, size - p, columns);
+                matmul(target, Accum::Add, of_border, z.as_ref(), -1.0, Par::Seq);
+            }
+            for j in 0..columns {
+                for (&k, z) in done.pivots(front).zip(&room[j * p..]) {
+                    x[(k as usize, j)] = *z;
+                }
+                let change = &room[of_pivots + j * (size - p)..];
+                for (&k, change) in done.border(front).iter().zip(change) {
+                    x[(k as usize, j)] += change;
                 }
             }
         }
-        for front in self.fronts.iter().rev().filter(|front| front.lu.is_some()) {
-            let update = &front.across * gather(x.as_ref(), &front.border);
-            subtract(x.as_mut(), &front.pivots, &update);
+        for (front, done) in eliminated().rev().filter(|(_, done)| done.pivots > 0) {
+            let (p, size) = (done.pivots, done.late.len() + front.unknowns.len());
+            let all = done.pivots(front).chain(done.border(front));
+            gather(x.as_ref(), all, &mut room);
+            if size * p * columns < SMALL {
+                for all in room.chunks_exact_mut(size) {
+                    let (z, on_border) = all.split_at_mut(p);
+                    let of_border = done.values[size * p..].chunks_exact(p);
+                    for (column, factor) in of_border.zip(on_border) {
+                        subtract(z, column, *factor);
+                    }
+                    for (k, column) in done.values[..size * p].chunks_exact(size).enumerate().rev()
+                    {
+                        z[k] /= column[k];
+                        let factor = z[k];
+                        subtract(&mut z[..k], &column[..k], factor);
+                    }
+                }
+            } else {
+                let all = MatMut::from_column_major_slice_mut(&mut room, size, columns);
+                let (mut z, on_border) = all.split_at_row_mut(p);
+                let of_border =
+                    MatRef::from_column_major_slice(&done.values[size * p..], p, size - p);
+                let sum = z.as_mut();
+                matmul(
+                    sum,
+                    Accum::Add,
+                    of_border,
+                    on_border.as_ref(),
+                    -1.0,
+                    Par::Seq,
+                );
+                let of_pivots = done.lower(size).split_at_row(p).0;
+                solve_upper_triangular_in_place(of_pivots, z, Par::Seq);
+            }
+            for (j, z) in room.chunks_exact(size).enumerate() {
+                for (&k, z) in done.pivots(front).zip(z) {
+                    x[(k as usize, j)] = *z;
+                }
+            }
         }
     }
 }
 
-fn gather(x: MatRef<f64>, rows: &[u32]) -> Mat<f64> {
-    Mat::from_fn(rows.len(), x.ncols(), |i, j| x[(rows[i] as usize, j)])
-}
+impl Eliminated {
+    fn pivots<'a>(&'a self, front: &'a Front) -> impl Iterator<Item = &'a u32> + Clone {
+        self.late.iter().chain(&front.unknowns[..front.pivots])
+    }
 
-fn subtract(mut x: MatMut<f64>, rows: &[u32], update: &Mat<f64>) {
-    for (i, &k) in rows.iter().enumerate() {
-        for j in 0..update.ncols() {
-            x[(k as usize, j)] -= update[(i, j)];
-        }
+    fn border<'a>(&self, front: &'a Front) -> &'a [u32] {
+        front.border()
+    }
+
+    /// The columns of L with the diagonal of U and what is above.
+    fn lower(&self, size: usize) -> MatRef<'_, f64> {
+        let p = self.pivots;
+        MatRef::from_column_major_slice(&self.values[..size * p], size, p)
     }
 }
 
-/// Sums a front and eliminates its pivots.
+/// The rows of x, by columns.
+fn gather<'a>(x: MatRef<f64>, rows: impl Iterator<Item = &'a u32> + Clone, room: &mut Vec<f64>) {
+    room.clear();
+    for j in 0..x.ncols() {
+        room.extend(rows.clone().map(|&k| x[(k as usize, j)]));
+    }
+}
+
+fn subtract(y: &mut [f64], x: &[f64], factor: f64) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y -= factor * x;
+    }
+}
+
+/// Sums a front and eliminates its pivots; `room` is for the front, and used again.
 fn eliminate(
     plan: &LuPlan,
     g: usize,
     schur: &Schur,
     entries: &[Entry],
     updates: &[Option<Update>],
+    room: &mut Vec<f64>,
 ) -> (Eliminated, Update) {
     let front = &plan.fronts[g];
-    let mut late: Vec<u32> = Vec::new();
     let halves = || {
-        front
-            .below
-            .iter()
-            .filter_map(|&half| updates[half as usize].as_ref())
+        let below = front.below.iter();
+        below.filter_map(|&half| updates[half as usize].as_ref())
     };
-    for half in halves() {
-        late.extend(&half.unknowns[..half.waiting]);
-    }
-    let number = |k: u32| plan.numbers[k as usize];
-    // Who waited stands first.
-    let place = |k: u32| {
-        let in_front = front
-            .unknowns
-            .binary_search_by_key(&number(k), |&other| number(other));
-        match in_front {
-            Ok(place) => late.len() + place,
-            Err(_) => late.iter().position(|&other| other == k).expect(
-                "invariant: the plan has all that is tied in the front of its first unknown",
-            ),
-        }
-    };
+    let late: Vec<u32> = halves().flat_map(|half| &half.waiting).copied().collect();
     let size = late.len() + front.unknowns.len();
-    let mut matrix = Mat::<f64>::zeros(size, size);
-    let blocks = front.blocks.iter().map(|&block| {
-        let (border, dense) = &schur.blocks[block as usize];
-        (border, dense)
-    });
-    let from_below = halves().map(|half| (&half.unknowns, &half.matrix));
-    for (unknowns, dense) in blocks.chain(from_below) {
-        let places: Vec<usize> = unknowns.iter().map(|&k| place(k)).collect();
-        for (&q, column) in places.iter().zip(dense.col_iter()) {
-            let mut target = matrix.col_mut(q);
-            for (&p, value) in places.iter().zip(column.iter()) {
-                target[p] += *value;
-            }
-        }
-    }
-    for &(i, j, value) in entries {
-        matrix[(place(i), place(j))] += value;
-    }
+    sum(plan, front, schur, entries, halves(), &late, room);
     let p = late.len() + front.pivots;
-    let mut unknowns = late;
-    unknowns.extend(&front.unknowns);
-    let lu = matrix.submatrix(0, 0, p, p).partial_piv_lu();
-    let mut across = matrix.submatrix(0, p, p, size - p).to_owned();
-    lu.solve_in_place(across.as_mut());
-    let back = matrix.submatrix(p, 0, size - p, p).to_owned();
-    let mut update = &back * &across;
-    let growth = LARGEST_GROWTH * largest(matrix.as_ref());
+    let growth = LARGEST_GROWTH * largest(room);
+    let swaps = factor(room, size, p);
+    let of_border = || room[size * p..].chunks_exact(size.max(1)).map(|c| &c[p..]);
     // What is not a number waits as well.
-    if size > p && !(largest(update.as_ref()) <= growth) {
-        let none = Eliminated {
-            pivots: Vec::new(),
-            border: Vec::new(),
-            lu: None,
-            across: Mat::new(),
-            back: Mat::new(),
-        };
+    if !of_border().all(|column| largest(column) <= growth) {
+        sum(plan, front, schur, entries, halves(), &late, room);
+        let own = &front.unknowns[..front.pivots];
         let update = Update {
-            waiting: p,
-            unknowns,
-            matrix,
+            waiting: [&late[..], own].concat(),
+            matrix: std::mem::take(room),
         };
-        return (none, update);
+        return (Eliminated::default(), update);
     }
-    let of_border = matrix.submatrix(p, p, size - p, size - p);
-    for (update, own) in update.col_iter_mut().zip(of_border.col_iter()) {
-        for (update, own) in update.iter_mut().zip(own.iter()) {
-            *update = own - *update;
-        }
+    let mut matrix = Vec::with_capacity((size - p).pow(2));
+    of_border().for_each(|column| matrix.extend(column));
+    let mut values = Vec::with_capacity(size * p + p * (size - p));
+    values.extend(&room[..size * p]);
+    for column in room[size * p..].chunks_exact(size.max(1)) {
+        values.extend(&column[..p]);
     }
-    let border = unknowns.split_off(p);
-    let above = Update {
-        waiting: 0,
-        unknowns: border.clone(),
-        matrix: update,
-    };
     let front = Eliminated {
-        pivots: unknowns,
-        border,
-        lu: Some(lu),
-        across,
-        back,
+        late,
+        pivots: p,
+        swaps,
+        values,
     };
-    (front, above)
+    let waiting = Vec::new();
+    (front, Update { waiting, matrix })
 }
 
-/// The largest entry; not a number if one is none.
-fn largest(matrix: MatRef<f64>) -> f64 {
-    let mut largest = 0.0;
-    for column in matrix.col_iter() {
-        for a in column.iter() {
-            if !(a.abs() <= largest) {
-                largest = a.abs();
+/// Adds all that comes into a front, by columns: who waited stands first.
+fn sum<'a>(
+    plan: &LuPlan,
+    front: &Front,
+    schur: &Schur,
+    entries: &[Entry],
+    halves: impl Iterator<Item = &'a Update>,
+    late: &[u32],
+    matrix: &mut Vec<f64>,
+) {
+    let size = late.len() + front.unknowns.len();
+    matrix.clear();
+    matrix.resize(size * size, 0.0);
+    let mut next = front.places;
+    let mut places = Vec::with_capacity(size);
+    let mut known = |count: usize, places: &mut Vec<usize>| {
+        let of_part = &plan.places[next..next + count];
+        places.extend(of_part.iter().map(|&place| late.len() + place as usize));
+        next += count;
+    };
+    for &block in &front.blocks {
+        let (border, dense) = &schur.blocks[block as usize];
+        places.clear();
+        known(border.len(), &mut places);
+        for (k, column) in dense.col_iter().enumerate() {
+            let target = &mut matrix[places[k] * size..][..size];
+            for (&place, value) in places.iter().zip(column.iter()) {
+                target[place] += *value;
             }
+        }
+    }
+    let mut waited = 0;
+    for (&half, update) in front.below.iter().zip(halves) {
+        places.clear();
+        places.extend(waited..waited + update.waiting.len());
+        waited += update.waiting.len();
+        known(plan.fronts[half as usize].border().len(), &mut places);
+        let columns = update.matrix.chunks_exact(places.len().max(1));
+        for (k, column) in columns.enumerate() {
+            let target = &mut matrix[places[k] * size..][..size];
+            for (&place, value) in places.iter().zip(column) {
+                target[place] += *value;
+            }
+        }
+    }
+    let number = |k: u32| plan.numbers[k as usize];
+    let place = |k: u32| {
+        let found = front
+            .unknowns
+            .binary_search_by_key(&number(k), |&other| number(other));
+        late.len()
+            + found.expect(
+                "invariant: the plan has all that is tied in the front of its first unknown",
+            )
+    };
+    for &(i, j, value) in entries {
+        matrix[place(j) * size + place(i)] += value;
+    }
+}
+
+/// Eliminates the first p rows of a matrix by columns, pivoting among them; the exchanges.
+fn factor(matrix: &mut [f64], size: usize, p: usize) -> Vec<u32> {
+    if p >= LARGE {
+        return factor_large(matrix, size, p);
+    }
+    let mut swaps = Vec::with_capacity(p);
+    for start in (0..p).step_by(PANEL) {
+        let end = (start + PANEL).min(p);
+        for k in start..end {
+            let column = &matrix[k * size..][..p];
+            let pivot = (k..p).fold(k, |best, i| {
+                if column[i].abs() > column[best].abs() {
+                    i
+                } else {
+                    best
+                }
+            });
+            swaps.push(pivot as u32);
+            let (done, rest) = matrix[start * size..].split_at_mut((k + 1 - start) * size);
+            if pivot != k {
+                let of_panel = done.chunks_exact_mut(size);
+                let of_panel = of_panel.chain(rest.chunks_exact_mut(size).take(end - k - 1));
+                of_panel.for_each(|column| column.swap(k, pivot));
+            }
+            let column = &mut done[(k - start) * size..];
+            let inverse = 1.0 / column[k];
+            column[k + 1..].iter_mut().for_each(|l| *l *= inverse);
+            for next in rest.chunks_exact_mut(size).take(end - k - 1) {
+                let factor = next[k];
+                subtract(&mut next[k + 1..], &column[k + 1..], factor);
+            }
+        }
+        let (done, rest) = matrix.split_at_mut(end * size);
+        let (before, panel) = done.split_at_mut(start * size);
+        // The other columns one after the other: a row has a place in each of them.
+        let swap = |column: &mut [f64]| {
+            let swaps = (start..end).zip(&swaps[start..]);
+            swaps.for_each(|(k, &pivot)| column.swap(k, pivot as usize));
+        };
+        before.chunks_exact_mut(size).for_each(swap);
+        let is_small = (end - start) * (size - end) * (size - end) < SMALL;
+        for next in rest.chunks_exact_mut(size) {
+            swap(next);
+            for (k, column) in (start..).zip(panel.chunks_exact(size)) {
+                let factor = next[k];
+                let to = if is_small { size } else { end };
+                subtract(&mut next[k + 1..to], &column[k + 1..to], factor);
+            }
+        }
+        if !is_small {
+            let lower = MatRef::from_column_major_slice(panel, size, end - start);
+            let lower = lower.split_at_row(end).1;
+            let rest = MatMut::from_column_major_slice_mut(rest, size, size - end);
+            let (upper, target) = rest.split_at_row_mut(end);
+            let upper = upper.split_at_row_mut(start).1;
+            matmul(target, Accum::Add, lower, upper.as_ref(), -1.0, Par::Seq);
+        }
+    }
+    swaps
+}
+
+/// The same by faer.
+fn factor_large(matrix: &mut [f64], size: usize, p: usize) -> Vec<u32> {
+    let threads = if p * size * size > PARALLEL {
+        faer::get_global_parallelism()
+    } else {
+        Par::Seq
+    };
+    let all = MatMut::from_column_major_slice_mut(&mut *matrix, size, size);
+    let (mut own, ..) = all.split_at_mut(p, p);
+    let (mut rows, mut places) = (vec![0_usize; p], vec![0_usize; p]);
+    let scratch = lu_in_place_scratch::<usize, f64>(p, p, threads, Spec::default());
+    let memory = &mut MemBuffer::new(scratch);
+    let stack = MemStack::new(memory);
+    lu_in_place(
+        own.as_mut(),
+        &mut rows,
+        &mut places,
+        threads,
+        stack,
+        Spec::default(),
+    );
+    // The permutation as exchanges: what stands where at each step.
+    let (mut at, mut place_of): (Vec<usize>, Vec<usize>) = ((0..p).collect(), (0..p).collect());
+    let mut swaps = Vec::with_capacity(p);
+    for (k, &row) in rows.iter().enumerate() {
+        let from = place_of[row];
+        swaps.push(from as u32);
+        place_of[at[k]] = from;
+        at.swap(k, from);
+    }
+    for column in matrix[p * size..].chunks_exact_mut(size) {
+        let exchanges = swaps.iter().enumerate();
+        exchanges.for_each(|(k, &pivot)| column.swap(k, pivot as usize));
+    }
+    let all = MatMut::from_column_major_slice_mut(matrix, size, size);
+    let (own, mut upper, mut lower, rest) = all.split_at_mut(p, p);
+    let own = own.as_ref();
+    solve_unit_lower_triangular_in_place(own, upper.as_mut(), threads);
+    let turned = lower.as_mut().transpose_mut();
+    solve_lower_triangular_in_place(own.transpose(), turned, threads);
+    matmul(
+        rest,
+        Accum::Add,
+        lower.as_ref(),
+        upper.as_ref(),
+        -1.0,
+        threads,
+    );
+    swaps
+}
+
+/// The largest |a|; not a number if one is none.
+fn largest(values: &[f64]) -> f64 {
+    let mut largest = 0.0;
+    for a in values {
+        if !(a.abs() <= largest) {
+            largest = a.abs();
         }
     }
     largest
@@ -347,6 +593,7 @@ fn largest(matrix: MatRef<f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::linear::LowRank;
+    use faer::Mat;
 
     /// Dense on every third of `n` unknowns, the others joined to neighbours in twos and threes.
     fn example(n: u32) -> (Schur, Vec<Entry>) {
@@ -400,7 +647,39 @@ mod tests {
 
     /// Of each front.
     fn pivots(lu: &SchurLu) -> Vec<usize> {
-        lu.fronts.iter().map(|front| front.pivots.len()).collect()
+        lu.fronts.iter().map(|front| front.pivots).collect()
+    }
+
+    /// Fronts of every way to factor them, with pivots far from the diagonal, against the product of the factors.
+    #[test]
+    fn factors_of_small_and_large_fronts_multiply_to_the_matrix() {
+        let mut random = crate::Random::new(5);
+        for (size, p) in [(7, 3), (40, 40), (130, 60), (LARGE + 30, LARGE), (300, 200)] {
+            let matrix: Vec<f64> = (0..size * size).map(|_| random.next() - 0.5).collect();
+            let mut done = matrix.clone();
+            let swaps = factor(&mut done, size, p);
+            let mut rows: Vec<usize> = (0..size).collect();
+            for (k, &swap) in swaps.iter().enumerate() {
+                assert!(k <= swap as usize && (swap as usize) < p);
+                rows.swap(k, swap as usize);
+            }
+            for j in 0..size {
+                for i in 0..size {
+                    let of = |i: usize, j: usize| done[j * size + i];
+                    let terms = (0..p.min(i).min(j + 1)).map(|k| of(i, k) * of(k, j));
+                    let own = if i < p && i <= j || i >= p && j >= p {
+                        of(i, j)
+                    } else {
+                        0.0
+                    };
+                    let product = terms.sum::<f64>() + own;
+                    assert!(
+                        (product - matrix[j * size + rows[i]]).abs() < 1e-12,
+                        "{size} {p} {i} {j}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

@@ -16,7 +16,7 @@ pub enum Solver {
     Faer,
     /// Our own, which sums no matrix and uses all cores.
     Multifrontal,
-    /// Krylov's methods with P1 as preconditioner, for Crouzeix–Raviart: memory as the mesh takes.
+    /// Krylov's methods with P1 as preconditioner: memory as the mesh takes.
     Iterative,
 }
 

@@ -32,6 +32,8 @@ pub struct Monomials {
     pub counts: [usize; MOST + 1],
     /// Of each where that with one power less of x, y, z is.
     pub lower: Vec<[Option<u8>; 3]>,
+    /// α! d!/(|α|+d)! by the dimension d of a simplex.
+    pub shares: [Vec<Interval>; 4],
     /// x^α x^β = x^γ, α ≤ β in their order and neither of them 1, by the degree of γ.
     pairs: Vec<[u8; 3]>,
     /// How many have γ of no more than this degree.
@@ -82,8 +84,15 @@ impl Monomials {
                 place(lower)
             })
         });
+        let factorial = |n: usize| (1..=n as u64).product::<u64>() as f64;
+        let share = |of: &[u8; 3], d: usize| {
+            let above = of.map(|e| factorial(e.into())).iter().product::<f64>() * factorial(d);
+            let degree = of.iter().sum::<u8>() as usize;
+            Interval::at(above) / Interval::at(factorial(degree + d))
+        };
         Monomials {
             lower: lower.collect(),
+            shares: std::array::from_fn(|d| exponents.iter().map(|of| share(of, d)).collect()),
             counts: std::array::from_fn(|d| up_to(d, &mut (0..exponents.len()))),
             pair_counts: std::array::from_fn(|d| {
                 up_to(d, &mut pairs.iter().map(|pair| pair[2] as usize))
