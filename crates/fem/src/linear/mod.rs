@@ -5,6 +5,7 @@ mod analysis;
 mod bisection;
 mod cholesky;
 mod csr;
+mod dense_lu;
 mod elements;
 mod embedded;
 mod factor;
