@@ -199,6 +199,20 @@ impl<'a> Stiffness<'a> {
         self.products(u, |a, u| a * u)
     }
 
+    /// a_ii
+    pub fn diagonal(&self) -> Vec<f64> {
+        let local = self.space.local_dofs;
+        sum_over_cells(&self.space, |cells, vectors| {
+            let mut matrix = [0.0; MAX_DOFS * MAX_DOFS];
+            let matrix = &mut matrix[..local * local];
+            for (cell, diagonal) in cells.zip(vectors.chunks_exact_mut(local)) {
+                self.cell_matrix(cell, matrix);
+                let own = matrix.iter().step_by(local + 1);
+                diagonal.iter_mut().zip(own).for_each(|(d, a)| *d = *a);
+            }
+        })
+    }
+
     /// Σ_j |A_ij u_j|, the entries of each cell counted for themselves.
     pub fn sizes(&self, u: &[f64]) -> Vec<f64> {
         self.products(u, |a, u| (a * u).abs())

@@ -1,7 +1,7 @@
 //! A continuous v that keeps the constraints with the lifts, v = g on Γ_D and v ≤ ψ on Γ_C, from any discrete field: linear on
 //! the cells, or of second order with 4 b λ_a λ_b on each face ([`super::second_order`]).
 
-use super::data::PreparedData;
+use super::data::{Load, PreparedData};
 use super::refusal;
 use super::second_order::{self, middle_of};
 use crate::assembly::Stiffness;
@@ -251,16 +251,24 @@ fn averages(problem: &Problem, u: &[f64]) -> Vec<f64> {
 fn loads(problem: &Problem, space: &Space, data: &PreparedData) -> Vec<f64> {
     let mesh = problem.space.mesh;
     let is_quadratic = space.element.degree() == 2;
-    let mut r = vec![0.0; space.dofs];
-    for (cell, load) in data.loads.iter().enumerate() {
+    let of_cell = |(cell, load): (usize, &Load)| -> [[f64; 4]; 2] {
         let measure = mesh.geometry(cell).measure();
         let bubbles = if is_quadratic { load.bubbles } else { [0.0; 3] };
         let all: f64 = bubbles.iter().sum();
+        let own = |i: usize| bubbles.get(i).copied().unwrap_or(0.0);
+        let at_vertex = |i| measure * (load.moment(mesh.dim, i) - 0.5 * (all - own(i)));
+        [
+            std::array::from_fn(at_vertex),
+            std::array::from_fn(|i| measure * own(i)),
+        ]
+    };
+    let cells: Vec<_> = data.loads.par_iter().enumerate().map(of_cell).collect();
+    let mut r = vec![0.0; space.dofs];
+    for (cell, [at_vertices, in_middles]) in cells.iter().enumerate() {
         for (i, &vertex) in mesh.cell(cell).iter().enumerate() {
-            let own = bubbles.get(i).copied().unwrap_or(0.0);
-            r[vertex as usize] += measure * (load.moment(mesh.dim, i) - 0.5 * (all - own));
+            r[vertex as usize] += at_vertices[i];
             if is_quadratic {
-                r[middle_of(space, cell, i)] += measure * own;
+                r[middle_of(space, cell, i)] += in_middles[i];
             }
         }
     }
@@ -284,15 +292,7 @@ fn loads(problem: &Problem, space: &Space, data: &PreparedData) -> Vec<f64> {
 /// A few steps for (∇v, ∇φ_i) = b_i where `held` does not hold v.
 pub(super) fn descend(space: &Space, held: &[bool], b: Vec<f64>, v: &mut [f64]) {
     let stiffness = Stiffness::new(space).kept();
-    let mut diagonal = vec![0.0; v.len()];
-    let local = space.local_dofs;
-    let mut matrix = vec![0.0; local * local];
-    for cell in 0..space.mesh.cell_count() {
-        stiffness.cell_matrix(cell, &mut matrix);
-        for (i, &dof) in space.cell_dofs(cell).iter().enumerate() {
-            diagonal[dof as usize] += matrix[i * local + i];
-        }
-    }
+    let diagonal = stiffness.diagonal();
     // What is held has no residual, and so no step.
     let free = |y: &mut [f64], of: &(dyn Fn(usize) -> f64 + Sync)| {
         let rows = y.par_iter_mut().zip(held).enumerate();

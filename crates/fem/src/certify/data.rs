@@ -104,10 +104,14 @@ impl PreparedData {
 /// The power of two that brings the largest of the data to 1; 0 where they are of ordinary size.
 fn unit(problem: &Problem) -> i32 {
     let (mesh, data) = (problem.space.mesh, problem.scene.data());
-    let cells = (0..mesh.cell_count()).map(|cell| {
+    let of_cell = |cell: usize| {
         let geometry = mesh.geometry(cell);
         data.f.value(geometry.point(&geometry.centroid())).abs()
-    });
+    };
+    let cells: Vec<f64> = (0..mesh.cell_count())
+        .into_par_iter()
+        .map(of_cell)
+        .collect();
     let boundary = (0..mesh.face_count()).filter_map(|face| {
         let of = match problem.parts[face]? {
             Part::Dirichlet => &data.g,
@@ -117,6 +121,7 @@ fn unit(problem: &Problem) -> i32 {
         Some(of.value(mesh.face_midpoint(face)).abs())
     });
     let largest = cells
+        .into_iter()
         .chain(boundary)
         .filter(|v| v.is_finite())
         .fold(0.0, f64::max);
@@ -187,6 +192,7 @@ fn effort(problem: &Problem, count: usize, h: f64) -> Effort {
 fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
     let mesh = problem.space.mesh;
     let measures: Vec<f64> = (0..mesh.cell_count())
+        .into_par_iter()
         .map(|cell| mesh.geometry(cell).measure())
         .collect();
     let volume: f64 = measures.iter().sum();

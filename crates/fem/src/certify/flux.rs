@@ -132,13 +132,13 @@ impl<'a> Fluxes<'a> {
         let (dim, corners) = (mesh.dim, mesh.dim + 1);
         // (f, φ)_κ, and <t, φ> on the faces of κ that are not on Γ_N.
         let mut cells = vec![0.0; corners * mesh.cell_count()];
-        for (cell, (of_cell, load)) in cells.chunks_exact_mut(corners).zip(&data.loads).enumerate()
-        {
+        let of_cells = cells.par_chunks_exact_mut(corners).zip(&data.loads);
+        of_cells.enumerate().for_each(|(cell, (of_cell, load))| {
             let measure = mesh.geometry(cell).measure();
             for (i, b) in of_cell.iter_mut().enumerate() {
                 *b = measure * load.on_face(dim, i);
             }
-        }
+        });
         let mut b = vec![0.0; self.space.dofs];
         for traction in &data.tractions {
             b[traction.face] += traction.total;
@@ -185,7 +185,11 @@ impl<'a> Fluxes<'a> {
         if cells.iter().all(|e| *e == 0.0) && neumann.iter().all(|(_, e)| *e == 0.0) {
             return Ok(vec![0.0; corners * mesh.cell_count()]);
         }
-        let measure = |cell: usize| mesh.geometry(cell).measure();
+        let measures: Vec<f64> = (0..mesh.cell_count())
+            .into_par_iter()
+            .map(|cell| mesh.geometry(cell).measure())
+            .collect();
+        let measure = |cell: usize| measures[cell];
         let face_measure = |face: usize| {
             let cell = mesh.face_cells(face)[0] as usize;
             mesh.geometry(cell)
@@ -202,7 +206,10 @@ impl<'a> Fluxes<'a> {
         for inflation in [1e-8, 1e-5, 1e-2] {
             let wanted = |cell: usize| cells[cell] * (1.0 + inflation) + inflation * total / volume;
             let loads: Vec<f64> = (0..mesh.cell_count())
-                .flat_map(|cell| vec![measure(cell) * wanted(cell) / corners as f64; corners])
+                .flat_map(|cell| {
+                    let load = measure(cell) * wanted(cell) / corners as f64;
+                    std::iter::repeat_n(load, corners)
+                })
                 .collect();
             let mut b = vec![0.0; self.space.dofs];
             self.add_cells(&mut b, &loads);
