@@ -77,7 +77,8 @@ pub struct Asked {
     pub names: BTreeMap<String, String>,
     /// What the codes share, which decides how it is judged.
     pub same: Same,
-    /// Relative to the largest value; where codes share the problem only, to the norm on the finest mesh. Infinite: told and not judged.
+    /// Relative to the largest value; where codes share the problem only, to the norm on the finest mesh. Infinite where
+    /// differences are told and not judged.
     pub rtol: f64,
     /// In the unit of the field or number.
     pub atol: f64,
