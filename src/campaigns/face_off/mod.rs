@@ -95,11 +95,11 @@ pub struct OfField {
     pub field: String,
     /// What the codes share, which decides how it is judged.
     pub same: Same,
-    /// The worst of pairs and orders.
+    /// The worst of the pairs that are judged and of the orders.
     pub verdict: Verdict,
-    /// Every two codes on every level where both have it.
+    /// Every two codes on every level where both have results.
     pub pairs: Vec<OfPair>,
-    /// Where the solution is known, or the codes share the problem only.
+    /// On several levels, where the solution is known or the codes share the problem only.
     pub orders: Vec<OfOrder>,
 }
 

@@ -63,7 +63,8 @@ pub struct Judged {
     pub best: f64,
     /// ‖∇u‖ is at least this.
     pub gradient: f64,
-    /// They disagree where the distance exceeds the sum of the bounds, or a bound stands out from what the mesh gives.
+    /// They disagree where the distance exceeds the sum of the bounds, or where one that does not solve its scheme has a
+    /// bound beyond [`STANDS_OUT`] times `best`.
     pub verdict: Verdict,
 }
 

@@ -82,7 +82,7 @@ pub struct Asked {
     pub rtol: f64,
     /// In the unit of the field or number.
     pub atol: f64,
-    /// What carries it, where a file has it on several.
+    /// What must carry it; none: anything may.
     pub on: Option<On>,
     /// How many a field must have; in the plane, 2 may stand as 3.
     pub components: Option<usize>,
