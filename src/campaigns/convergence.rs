@@ -13,6 +13,7 @@ use faceoff_mesh::field::Results;
 pub enum Against {
     /// A formula for each component.
     Exact(Vec<Expression>),
+    /// The result of a finer mesh, or of a better method.
     Reference(Box<Results>),
     /// ‖u_k - u_{k+1}‖, which falls with the order of the error where meshes are refined by one factor.
     Next,
@@ -21,11 +22,13 @@ pub enum Against {
 /// The orders of one field.
 #[derive(Debug, Serialize)]
 pub struct Convergence {
+    /// Its name.
     pub field: String,
     /// `exact`, `reference`, `next`, or the other code.
     pub against: &'static str,
     /// The coarsest first; against the next, the finest has no error.
     pub levels: Vec<Level>,
+    /// Of the L² norm of the error.
     pub l2: Order,
     /// Of the broken seminorm; none where a field is constant on each cell.
     pub h1: Option<Order>,
@@ -34,10 +37,13 @@ pub struct Convergence {
 /// One result.
 #[derive(Debug, Serialize)]
 pub struct Level {
+    /// Where it was read.
     pub file: String,
+    /// Those of the highest dimension.
     pub cells: usize,
     /// (measure / cells)^(1/d)
     pub h: f64,
+    /// Of the error; none of the finest against the next.
     #[serde(flatten)]
     pub norms: Option<Norms>,
     /// The part of either mesh that the other does not cover, where two are compared.

@@ -13,10 +13,13 @@ use faceoff_mesh::error::{Error, Result, distinct};
 
 /// What is to be held against what.
 pub struct MatrixRequest {
+    /// Lines of the matrix, each with every method.
     pub scenes: Vec<Scene>,
+    /// What each scene is solved by.
     pub methods: Vec<Method>,
     /// Refinements; none: each scene's own.
     pub n: Vec<usize>,
+    /// Columns of the matrix.
     pub releases: Vec<EngineFile>,
     /// The file that has them, beside which their own files lie.
     pub path: PathBuf,
@@ -25,8 +28,11 @@ pub struct MatrixRequest {
 /// Everything that was found.
 #[derive(Serialize)]
 pub struct MatrixOutcome {
+    /// The worst of all cells; refusals do not count.
     pub verdict: Verdict,
+    /// In the order of the request.
     pub releases: Vec<Release>,
+    /// Every release on every line.
     pub cells: Vec<Entry>,
     /// What `verify` found of each scene and method.
     #[serde(skip)]
@@ -36,6 +42,7 @@ pub struct MatrixOutcome {
 /// A code as a system has it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Release {
+    /// As the file of releases calls it.
     pub name: String,
     /// None where it is not there.
     pub version: Option<String>,
@@ -44,16 +51,21 @@ pub struct Release {
 /// A line of the matrix.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Place {
+    /// Its name.
     pub scene: String,
+    /// Its name.
     pub method: String,
 }
 
 /// A release on one scene, by one method.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Entry {
+    /// The line.
     #[serde(flatten)]
     pub place: Place,
+    /// The column, by name.
     pub release: String,
+    /// What it counts as.
     pub became: Became,
     /// The largest difference of any field from the built-in solver's, relative to the field.
     pub difference: Option<f64>,
@@ -65,7 +77,9 @@ pub struct Entry {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Became {
+    /// All fields are within their tolerance of the built-in solver's.
     Agrees,
+    /// A field is beyond it.
     Differs,
     /// It does not have the method, and says so.
     Refused,

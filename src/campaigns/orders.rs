@@ -18,16 +18,21 @@ use faceoff_mesh::error::{Error, Result};
 /// One method on one scene over several meshes.
 #[derive(Debug, Clone, Serialize)]
 pub struct Orders {
+    /// Its name.
     pub scene: String,
+    /// Its name.
     pub method: String,
     /// None where nothing is stated of the solution's regularity.
     pub theory: Option<Theory>,
     /// By ascending n.
     pub levels: Vec<ErrorsOnMesh>,
+    /// Of the relative error in the energy norm.
     pub h1: Observed,
+    /// Of the relative error in L².
     pub l2: Observed,
     /// Where theory has something to say.
     pub h1_verdict: Option<Reach>,
+    /// Likewise.
     pub l2_verdict: Option<Reach>,
 }
 
@@ -74,11 +79,15 @@ const ROUNDING: f64 = 1e-12;
 /// One mesh.
 #[derive(Debug, Clone, Serialize)]
 pub struct ErrorsOnMesh {
+    /// The refinement.
     pub n: usize,
+    /// Of the space, those on Γ_D among them.
     pub dofs: usize,
     /// Steps of Newton, or of the active set.
     pub steps: usize,
+    /// Did the iteration reach its tolerance?
     pub converged: bool,
+    /// Relative to u.
     #[serde(flatten)]
     pub errors: Errors,
 }
@@ -90,10 +99,13 @@ pub struct ErrorsOnMesh {
 /// contact and not, or meets Γ_D, on a straight side. That is a lower bound, usually exceeded.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Theory {
+    /// The order in the energy norm.
     pub h1: f64,
+    /// What keeps it from being higher.
     pub h1_limited_by: Limit,
     /// At least this.
     pub l2: f64,
+    /// What keeps it from being higher.
     pub l2_limited_by: Limit,
 }
 

@@ -77,6 +77,7 @@ pub enum Found {
 }
 
 impl Found {
+    /// Of the comparison, or the worst of all.
     pub fn verdict(&self) -> Verdict {
         match self {
             Found::One(comparison, _) => comparison.verdict,

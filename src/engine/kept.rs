@@ -11,7 +11,9 @@ use faceoff_fem::scene::Part;
 /// An answer in a journal or a baseline. What it does not hold is computed again from the dofs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Kept {
+    /// Its name.
     pub engine: String,
+    /// As it reported it.
     pub version: String,
     converged: bool,
     step: usize,

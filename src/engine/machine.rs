@@ -14,7 +14,9 @@ pub struct Machine {
     pub threads: usize,
     /// All of it, in MB; none where the system does not report it.
     pub memory_mb: Option<f64>,
+    /// `linux`, `macos`, `windows`.
     pub system: &'static str,
+    /// That of this program.
     pub version: &'static str,
     /// Whether the program was built with optimisation: times of a debug build mean little.
     pub optimised: bool,

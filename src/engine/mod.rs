@@ -45,6 +45,7 @@ use faceoff_mesh::error::{Error, Result, meant};
 pub struct Case<'a> {
     /// The refinement, where the scene has one.
     pub n: Option<usize>,
+    /// The discrete problem that they must solve.
     pub problem: Problem<'a>,
 }
 
@@ -58,6 +59,7 @@ impl<'a> Case<'a> {
 /// What every engine must do alike.
 #[derive(Debug, Clone)]
 pub struct Settings {
+    /// When an iteration ends.
     pub stop: Stop,
     /// Of the Rust engine; the companions are Newton's.
     pub iteration: Iteration,
@@ -106,6 +108,7 @@ pub struct Answer {
     pub u: Vec<f64>,
     /// The relative increment of each step.
     pub increments: Vec<f64>,
+    /// Does the engine say that its iteration reached the tolerance?
     pub converged: bool,
     /// The step that u comes from; not the last where nothing was reached and another was better.
     pub step: usize,
@@ -146,11 +149,15 @@ impl Answer {
 /// What the Rust engine reports of its iteration besides the increments.
 #[derive(Debug, Clone)]
 pub struct History {
+    /// Why it ended.
     pub ended: Ended,
     /// See [`faceoff_fem::contact::Solution`].
     pub changes: Vec<usize>,
+    /// See [`faceoff_fem::contact::Solution`].
     pub residuals: Vec<f64>,
+    /// What solved the linear systems.
     pub linear: Choice,
+    /// What was built for it.
     pub built: Built,
     /// Steps at other γ on the way to this one.
     pub on_the_way: usize,
@@ -159,7 +166,9 @@ pub struct History {
 /// An engine's answers to all cases.
 #[derive(Debug, Clone)]
 pub struct Run {
+    /// As it reports it.
     pub version: String,
+    /// In the order of the cases.
     pub answers: Vec<Answer>,
 }
 

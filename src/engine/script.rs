@@ -32,6 +32,7 @@ const THREADS: [&str; 4] = [
 /// A code: how it is called, and what it reads and writes.
 #[derive(Debug, Clone)]
 pub struct Script {
+    /// As reports call it.
     pub name: String,
     /// Words with placeholders: `{mesh}`, `{out}`, `{n}`, and those of parameters.
     pub command: Vec<String>,
@@ -58,15 +59,20 @@ pub struct Form {
 pub struct Task<'a> {
     /// None where every code makes its own.
     pub mesh: Option<&'a Mesh>,
+    /// The refinement, where there are several.
     pub n: Option<usize>,
+    /// By name, as commands get them.
     pub parameters: &'a BTreeMap<String, String>,
 }
 
 /// What a code left.
 #[derive(Debug)]
 pub struct Left {
+    /// The files that it was to write.
     pub results: Vec<Results>,
+    /// By name, as the code calls them.
     pub numbers: BTreeMap<String, f64>,
+    /// From its start to its end.
     pub seconds: f64,
 }
 
@@ -363,7 +369,9 @@ pub struct How {
     pub keep: Option<PathBuf>,
     /// The name of this run's folder there.
     pub kept: String,
+    /// Longest time that it may take.
     pub time_limit: Duration,
+    /// Is it run in a sandbox?
     pub sandbox: bool,
 }
 

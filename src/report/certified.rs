@@ -8,12 +8,17 @@ use faceoff_fem::certify::{Certificate, Numbers, Parts, Target};
 /// Bounds of ‖∇u - …‖ for one target, and what they are made of.
 #[derive(Debug, Clone, Serialize)]
 pub struct Certified {
+    /// Whose error is bounded.
     pub target: Target,
+    /// The error is at most this.
     pub upper: f64,
+    /// The error is at least this.
     pub lower: f64,
     /// `upper` over a bound of ‖∇u‖ from below; none where that is 0.
     pub relative: Option<f64>,
+    /// What is known of the data and no flux balances; as in `parts`.
     pub oscillation: f64,
+    /// What `upper` is made of.
     pub parts: Parts,
     /// Every target's upper bound.
     pub bounds: Bounds,
@@ -26,10 +31,14 @@ pub struct Certified {
     pub numbers: Option<Numbers>,
 }
 
+/// Upper bounds, as in [`Certificate`].
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Bounds {
+    /// ‖∇u-G‖ is at most this.
     pub g: f64,
+    /// ‖∇(u-v)‖ is at most this.
     pub v: f64,
+    /// ‖∇u-∇u_h‖_h is at most this.
     pub u_h: f64,
 }
 

@@ -35,6 +35,7 @@ pub struct Certification {
 }
 
 impl Certification {
+    /// Of a field that was read from `result` as a function in the case's space.
     pub fn new(
         result: &Path,
         case: &Case,

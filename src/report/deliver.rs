@@ -27,15 +27,21 @@ use faceoff_mesh::io::save;
 /// Where the results of a command go.
 #[derive(Debug, Clone, Default)]
 pub struct Output<'a> {
+    /// As it is typed.
     pub command: &'static str,
     /// What it is about, where that is not the command.
     pub subject: Option<String>,
     /// Does it judge something?
     pub judges: bool,
+    /// File of the result as JSON; standard output for `-`.
     pub json: Option<&'a Path>,
+    /// Folder of the page.
     pub report: Option<&'a Path>,
+    /// File of what was judged as JUnit XML.
     pub junit: Option<&'a Path>,
+    /// File of the verdict as SVG.
     pub badge: Option<&'a Path>,
+    /// Nothing is said on the terminal.
     pub quiet: bool,
 }
 

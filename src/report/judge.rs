@@ -22,6 +22,7 @@ use faceoff_mesh::error::Result;
 /// A field of a file in a scheme, as scripts read it.
 #[derive(Serialize)]
 pub struct Judgement {
+    /// Does the field solve the scheme?
     pub verdict: Verdict,
     /// What is wrong where, and why.
     sentence: String,
@@ -45,6 +46,7 @@ impl Judgement {
         self.result.rsplit('/').next().unwrap_or(&self.result)
     }
 
+    /// Of a field that was read from `result` as a function in the case's space; `certificate`, or why there is none.
     pub fn new(
         result: &Path,
         case: &Case,

@@ -16,6 +16,10 @@ use faceoff_mesh::mesh::check::{Defects, Soundness};
 use faceoff_mesh::mesh::quality::{Bin, Quality};
 use faceoff_mesh::mesh::{CellKind, Mesh};
 
+/// The report of `mesh info`.
+///
+/// # Errors
+/// None but of a broken installation.
 pub fn info_report<'a>(file: &Path, info: &'a Info, mesh: &'a Mesh) -> Result<Report<'a>> {
     let version = info.version.as_deref().unwrap_or("");
     let about = format!(
@@ -41,6 +45,7 @@ pub fn info_report<'a>(file: &Path, info: &'a Info, mesh: &'a Mesh) -> Result<Re
     Ok(report)
 }
 
+/// What a mesh holds, as tables.
 pub fn holds<'a>(holds: &Holds) -> Vec<Block<'a>> {
     let own = [
         ("points", holds.points),
@@ -93,6 +98,10 @@ fn range(value: Option<f64>) -> Cell {
     }
 }
 
+/// The report of `mesh check`.
+///
+/// # Errors
+/// None but of a broken installation.
 pub fn check_report<'a>(file: &Path, found: &'a Soundness, mesh: &'a Mesh) -> Result<Report<'a>> {
     let kinds: [(&str, &Defects); 10] = [
         ("cells that curved sides fold over", &found.folded),
@@ -208,12 +217,16 @@ const BAR: usize = 40;
 pub struct Info {
     /// The name of a native format, or `other`.
     pub format: String,
+    /// Of the format, where the file states one.
     pub version: Option<String>,
+    /// `ascii`, `binary-little`, `binary-big`, or the format's own name for it.
     pub encoding: String,
     /// Ascending; none if the file has none.
     pub times: Vec<f64>,
+    /// What is in it.
     #[serde(flatten)]
     pub holds: Holds,
+    /// Oddities of the file, and what was not read.
     pub warnings: Vec<String>,
 }
 
@@ -222,9 +235,13 @@ pub struct Info {
 pub struct Holds {
     /// All points of the file, those of no cell included.
     pub points: usize,
+    /// Cells of one vertex.
     pub vertices: usize,
+    /// Of two vertices.
     pub lines: usize,
+    /// Of three vertices.
     pub triangles: usize,
+    /// Of four vertices.
     pub tetrahedra: usize,
     /// Number of cells of each other type.
     pub other_cells: BTreeMap<String, usize>,
@@ -232,14 +249,18 @@ pub struct Holds {
     pub order: Option<usize>,
     /// The least and the largest coordinates of the points; none without points.
     pub r#box: Option<[[f64; 3]; 2]>,
+    /// In the order of the mesh.
     pub groups: Vec<GroupInfo>,
+    /// By name and what carries them.
     pub fields: Vec<FieldInfo>,
 }
 
 /// A group in a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GroupInfo {
+    /// Of its cells.
     pub dim: u8,
+    /// Its number.
     pub tag: i64,
     /// Empty for a group without a name.
     pub name: String,
@@ -250,12 +271,15 @@ pub struct GroupInfo {
 /// A field on a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FieldInfo {
+    /// In the file.
     pub name: String,
     /// `points`, `cells` or `cell points`.
     pub on: String,
+    /// Values at each place.
     pub components: usize,
-    /// The least and the largest of its finite values, at all times.
+    /// The least of its finite values at all times; none without one.
     pub least: Option<f64>,
+    /// The largest of them.
     pub largest: Option<f64>,
     /// Values that are infinite or no number.
     pub not_finite: usize,
@@ -264,6 +288,7 @@ pub struct FieldInfo {
 }
 
 impl Holds {
+    /// Counts, and the extent of points and fields.
     pub fn new(mesh: &Mesh) -> Self {
         let named = [
             CellKind::Vertex,
@@ -340,6 +365,7 @@ fn fields(mesh: &Mesh) -> Vec<FieldInfo> {
 }
 
 impl Info {
+    /// Of a file's content; `times` are those of all of its series.
     pub fn new(content: &Content, times: Vec<f64>) -> Self {
         let mut warnings = [content.warnings.clone(), unread(content)].concat();
         let mut own = io::NATIVE.iter().map(|format| format.names[0]);

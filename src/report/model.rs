@@ -28,7 +28,9 @@ pub struct Report<'a> {
     pub lede: String,
     /// What shows it, beside what to do next.
     pub lead: Vec<Block<'a>>,
+    /// Suggestions, the best first.
     pub next: Vec<Todo>,
+    /// What was found, top down.
     pub blocks: Vec<Block<'a>>,
     /// By which methods, and what numbers mean: the foot of the page.
     pub notes: Vec<String>,
@@ -48,7 +50,9 @@ pub struct Report<'a> {
 
 /// What to do next, and what one would type to do it.
 pub struct Todo {
+    /// What to do, as a sentence.
     pub words: String,
+    /// Each as one would type it.
     pub commands: Vec<String>,
 }
 
@@ -59,13 +63,17 @@ pub type Write<'a> = Box<dyn Fn(&Path) -> Result<()> + 'a>;
 pub enum Block<'a> {
     /// From 2, the largest.
     Heading(u8, String),
+    /// A paragraph.
     Text(String),
+    /// An item each.
     List(Vec<String>),
     /// What one would type.
     Commands(Vec<String>),
     /// Names and what they are.
     Facts(Vec<(String, String)>),
+    /// Words and numbers in columns.
     Table(Table),
+    /// A picture with its caption.
     Figure(Figure<'a>),
     /// Folded on the page until it is asked for.
     Folded(String, Vec<Block<'a>>),
@@ -79,25 +87,33 @@ pub enum Block<'a> {
 
 /// A picture: in the page, and as NAME.svg and NAME.png beside it.
 pub struct Figure<'a> {
+    /// Of its files, without suffix.
     pub name: String,
+    /// What it shows.
     pub caption: String,
+    /// What draws it.
     pub picture: Box<dyn Picture + 'a>,
 }
 
 /// Rows of cells; a column of numbers is aligned as such.
 #[derive(Default)]
 pub struct Table {
+    /// What it shows.
     pub caption: String,
+    /// A name for each column.
     pub head: Vec<String>,
+    /// As many cells each as `head`.
     pub rows: Vec<Vec<Cell>>,
 }
 
 /// What a table holds in one place.
 #[derive(Clone)]
 pub enum Cell {
+    /// Words.
     Text(String),
     /// The value by which it sorts, and the digits that are shown.
     Number(f64, String),
+    /// A verdict alone.
     Verdict(Verdict),
     /// A verdict and the number that it is about.
     Judged(Verdict, f64),
@@ -107,18 +123,25 @@ pub enum Cell {
 
 /// What was judged together.
 pub struct Suite {
+    /// As JUnit has it.
     pub name: String,
+    /// Name and value.
     pub properties: Vec<(&'static str, String)>,
+    /// In the order of the report.
     pub cases: Vec<TestCase>,
 }
 
 /// One thing that was judged.
 pub struct TestCase {
+    /// By which servers group: the case or the files.
     pub class: String,
+    /// Unique in its class.
     pub name: String,
     /// How an annotation calls what is wrong, where that is not suite and name.
     pub title: Option<String>,
+    /// That it took; 0 where it was not timed.
     pub seconds: f64,
+    /// A pass, a failure or an error of JUnit.
     pub verdict: Verdict,
     /// Why it is no pass.
     pub message: String,

@@ -43,6 +43,7 @@ pub struct Answer {
     /// The scheme's residual after each step, relative to its largest terms.
     #[serde(skip_serializing_if = "Option::is_none")]
     residuals: Option<Vec<f64>>,
+    /// Did the iteration reach its tolerance?
     pub converged: bool,
     /// increment, rounding, not-reached or undetermined
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -65,8 +66,10 @@ pub struct Answer {
     /// Is it known but too costly here?
     #[serde(skip)]
     is_error_left_out: bool,
+    /// Bounds of its error, where they are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certificate: Option<Certified>,
+    /// How it was solved, where that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explanation: Option<Explanation>,
     /// The meshes on the way to an accuracy, and how they ended.

@@ -19,7 +19,9 @@ use faceoff_mesh::error::Result;
 
 /// An outcome with all that belongs to it.
 pub struct Verified<'a> {
+    /// What was found.
     pub outcome: &'a VerifyOutcome,
+    /// Why codes differ, where they were run again.
     pub diagnoses: &'a [Diagnosis],
     /// Engines that were asked for and left out.
     pub missing: &'a [Failure],

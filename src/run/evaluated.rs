@@ -7,6 +7,7 @@ use faceoff_mesh::error::{Error, Result};
 /// An answer beside what is known.
 #[derive(Debug)]
 pub struct Evaluated {
+    /// Numbers of u_h.
     pub quantities: Quantities,
     /// Relative to the solution; none where it is not known, or u is not finite.
     pub errors: Option<Errors>,

@@ -37,7 +37,9 @@ const NONE: u32 = u32::MAX;
 /// How a file is to be understood, where it does not say so itself.
 #[derive(Default)]
 pub struct Options<'a> {
+    /// By name; none: the only one.
     pub field: Option<&'a str>,
+    /// Whose function it is; none: as the values tell.
     pub element: Option<&'static dyn Element>,
     /// The mesh of the result, instead of the file's own.
     pub mesh: Option<&'a Path>,
@@ -47,22 +49,28 @@ pub struct Options<'a> {
 
 /// A field of a file as a function u of the space of an element on a mesh.
 pub struct Foreign {
+    /// The one that u is on.
     pub mesh: Triangulation,
+    /// The one whose function u is.
     pub element: &'static dyn Element,
     /// At all dofs.
     pub u: Vec<f64>,
     /// How exactly the file has the values.
     pub written: Written,
+    /// For the report.
     pub understood: Understood,
 }
 
 /// How a file was understood.
 #[derive(Debug, Clone, Serialize)]
 pub struct Understood {
+    /// Its name in the file.
     pub field: String,
+    /// `P1`, `P2` or `CR`.
     pub element: &'static str,
     /// What the values are of: points, corners, faces, vertices, places.
     pub values: &'static str,
+    /// Its name: that of a file, or of the scene's mesh.
     pub mesh: String,
     /// The parts of the boundary are those of the mesh's groups, or of the scene's mesh at the same place.
     pub boundary: &'static str,

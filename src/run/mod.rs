@@ -50,21 +50,27 @@ pub fn tolerance(method: &Method) -> f64 {
 /// An engine that gave no answers that count, and why.
 #[derive(Debug, Clone, Serialize)]
 pub struct Failure {
+    /// Its name.
     pub engine: String,
+    /// The error, in words.
     pub message: String,
 }
 
 /// The answers of one engine, in the order of the cases; none where it gave none.
 #[derive(Debug, Clone)]
 pub struct Answers {
+    /// Its name.
     pub engine: String,
+    /// As it reports it.
     pub version: String,
     answers: Vec<Option<Arc<Answer>>>,
 }
 
 /// Runs cases, and remembers their answers.
 pub struct Runner<'a> {
+    /// Of every run.
     pub settings: &'a Settings,
+    /// Who is told what runs.
     pub progress: &'a dyn Progress,
     journal: Option<Journal>,
     /// By all that an answer, or a refusal, depends on.

@@ -10,10 +10,13 @@ const FINEST: usize = 3;
 /// y ≈ constant · x^exponent
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fit {
+    /// The order, where x is h and y an error.
     pub exponent: f64,
+    /// y at x = 1.
     pub constant: f64,
     /// Standard error of the exponent; none of two points.
     pub spread: Option<f64>,
+    /// How many it is the fit of.
     pub points: usize,
 }
 

@@ -13,24 +13,34 @@ use faceoff_mesh::mesh::{Mesh, Triangulation};
 /// Everything that an answer depends on but the engine.
 #[derive(Debug, Clone)]
 pub struct Setup {
+    /// The problem.
     pub scene: Scene,
+    /// The refinement, where the scene has one.
     pub n: Option<usize>,
+    /// The scene's at n, or as it is varied.
     pub mesh: Arc<Triangulation>,
+    /// The scheme.
     pub discretisation: Discretisation,
+    /// What every engine must do alike.
     pub settings: Settings,
 }
 
 /// One thing that is otherwise.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Variation {
+    /// γ₀ in the place of the scene's.
     Gamma0(f64),
+    /// What h means in γ = γ₀ h.
     H(HRule),
     /// The rule for (f, v).
     LoadRule(String),
     /// The rule on Γ_C and Γ_N.
     ContactRule(String),
+    /// Element and contact law.
     Method(Method),
+    /// A datum with the other sign.
     Negated(Datum),
+    /// A datum that is 0.
     Zero(Datum),
     /// A datum times a factor.
     Scaled(Datum, f64),
@@ -42,6 +52,7 @@ pub enum Variation {
     Swapped(usize, usize),
     /// The stopping rule's increment, with as many times the iterations as one.
     Increment(f64, usize),
+    /// What solves the linear systems.
     Linear(linear::Settings),
     /// The cells of the mesh in reverse order.
     CellsReversed,
@@ -50,9 +61,13 @@ pub enum Variation {
 /// One of the data of (1.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Datum {
+    /// -Δu = f
     F,
+    /// u = g on Γ_D
     G,
+    /// ∂ₙu = t on Γ_N
     T,
+    /// u ≤ ψ on Γ_C
     Psi,
 }
 
@@ -60,6 +75,7 @@ impl Datum {
     /// All of them.
     pub const ALL: [Datum; 4] = [Datum::F, Datum::G, Datum::T, Datum::Psi];
 
+    /// As formulas have it.
     pub fn name(self) -> &'static str {
         match self {
             Datum::F => "f",
@@ -69,6 +85,7 @@ impl Datum {
         }
     }
 
+    /// Its expression.
     pub fn of(self, data: &Data) -> &Expression {
         match self {
             Datum::F => &data.f,

@@ -8,6 +8,7 @@ use serde::Serialize;
 pub enum Written {
     /// All of binary64's, as far as one can tell.
     Binary64,
+    /// Those of binary32.
     Binary32,
     /// So many decimal ones.
     Digits(usize),
@@ -54,6 +55,7 @@ impl Written {
         }
     }
 
+    /// As the end of a sentence: `with 6 digits`.
     pub fn words(self) -> String {
         match self {
             Written::Binary64 => "with all digits".into(),

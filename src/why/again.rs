@@ -18,10 +18,15 @@ const BADLY_CONDITIONED: &str =
 /// What was found about two answers to one case.
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis {
+    /// Its name.
     pub scene: String,
+    /// Its name.
     pub method: String,
+    /// The refinement, where the scene has one.
     pub n: Option<usize>,
+    /// The first engine.
     pub a: String,
+    /// The second.
     pub b: String,
     /// The largest |a-b| of any field by value, relative to max|u| and the field's sensitivity.
     pub difference: f64,
@@ -32,6 +37,7 @@ pub struct Diagnosis {
 /// One ingredient, matched.
 #[derive(Debug, Clone, Serialize)]
 pub struct Ingredient {
+    /// What was matched: tolerances, the order of the mesh, linear solvers, the start.
     pub ingredient: String,
     /// What it was set to.
     pub matched: String,

@@ -21,7 +21,9 @@ const SAY: f64 = 1e3;
 /// What γ would have to be on a contact face, over what it is.
 #[derive(Debug, Clone, Serialize)]
 pub struct FaceGamma {
+    /// Those of the face, ascending.
     pub vertices: Vec<u32>,
+    /// Its centroid, as many coordinates as the mesh has.
     pub midpoint: Vec<f64>,
     /// None where γ has no say: in contact, for methods without a penalty.
     pub factor: Option<f64>,

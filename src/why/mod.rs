@@ -33,11 +33,13 @@ pub struct Findings {
     pub residual: f64,
     /// What the rounding of the values as they are written may leave.
     pub limit: f64,
+    /// The digits that the values have.
     pub written: Written,
     /// The dofs, each with its row.
     pub rows: usize,
     /// The rows that are above rounding.
     pub failing: usize,
+    /// Those of the mesh.
     pub faces: usize,
     /// The faces with such a row.
     pub failing_faces: usize,
@@ -57,6 +59,7 @@ pub struct Findings {
 /// A term of the scheme in the rows that fail.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct TermRows {
+    /// Which.
     pub term: Term,
     /// The rows that it is part of.
     pub rows: usize,
@@ -73,6 +76,7 @@ pub struct Explanation {
     pub ingredient: &'static str,
     /// How, as a sentence about the code.
     pub what: String,
+    /// The one that it is about, where it is about one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub term: Option<Term>,
     /// By which what the scheme has is multiplied.

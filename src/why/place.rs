@@ -7,7 +7,9 @@ use faceoff_fem::contact::Problem;
 /// A vertex, an edge or a face.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spot {
+    /// Those of it, ascending.
     pub vertices: Vec<u32>,
+    /// Its centroid, as many coordinates as the mesh has.
     pub midpoint: Vec<f64>,
     /// The largest backward error of a row there.
     pub error: f64,

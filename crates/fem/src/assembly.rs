@@ -379,6 +379,7 @@ pub struct FacePoint {
     pub cell: usize,
     /// Barycentric coordinates in that cell.
     pub lambda: [f64; 4],
+    /// Its place in the domain; the third coordinate is 0 in 2D.
     pub x: [f64; 3],
     /// Weight times |F|.
     pub weight: f64,

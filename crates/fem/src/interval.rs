@@ -12,7 +12,9 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 /// All real numbers from `low` to `high`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Interval {
+    /// The lower end, or -∞.
     pub low: f64,
+    /// The upper end, or ∞.
     pub high: f64,
 }
 

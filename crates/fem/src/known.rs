@@ -16,7 +16,9 @@ use faceoff_mesh::error::{Error, Result};
 /// u of a scene.
 #[derive(Debug, Clone)]
 pub enum Truth {
+    /// u as a closed expression in the coordinates.
     Formula(Expression),
+    /// u of the paper's square by separation of variables, to about 1e-13 of max |u|.
     MeshFree(&'static Reference),
 }
 

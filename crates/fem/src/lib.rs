@@ -22,6 +22,8 @@
 //! # }
 //! ```
 
+#![warn(missing_docs)]
+
 pub mod adapt;
 pub mod assembly;
 pub mod certify;

@@ -8,6 +8,7 @@ pub use parts::{Piece, WHOLE, parts};
 /// A rule on the reference simplex: the weights are fractions of its measure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rule {
+    /// As scenes and commands call it.
     pub name: &'static str,
     /// Polynomials of this degree are integrated exactly.
     pub degree: usize,

@@ -20,7 +20,9 @@ const ULPS: u64 = 4;
 /// What was changed, and what came of it.
 #[derive(Debug, Serialize)]
 pub struct Diagnosis {
+    /// The refinement that all were run on.
     pub n: Option<usize>,
+    /// One for each code, change, and field or number.
     pub moved: Vec<Moved>,
     /// What it says of the differences, in sentences.
     pub findings: Vec<String>,
@@ -29,11 +31,15 @@ pub struct Diagnosis {
 /// How far a code's field or number moved.
 #[derive(Debug, Serialize)]
 pub struct Moved {
+    /// The one that was run again.
     pub code: String,
+    /// In words, as `cells in reverse order`.
     pub change: &'static str,
+    /// The field or the number, by name.
     pub of: String,
     /// Relative to the largest value; none where it could not be told.
     pub relative: Option<f64>,
+    /// Why it could not be told.
     pub reason: Option<String>,
 }
 

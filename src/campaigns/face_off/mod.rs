@@ -25,8 +25,11 @@ use faceoff_mesh::field::Results;
 pub struct Running<'a> {
     /// Those of the face-off by name; all where none is named.
     pub codes: Vec<String>,
+    /// Where job folders are kept; none: they are removed.
     pub keep: Option<PathBuf>,
+    /// Longest time of one run.
     pub time_limit: Duration,
+    /// Are codes run in a sandbox?
     pub sandbox: bool,
     /// Keeps what each writes, and has it from an earlier run.
     pub store: Option<&'a Store>,
@@ -39,12 +42,18 @@ pub struct Running<'a> {
 /// What a face-off found.
 #[derive(Debug, Serialize)]
 pub struct FaceOffOutcome {
+    /// As its file has it.
     pub name: String,
+    /// What the problem is, in the file's words.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub about: String,
+    /// The worst of fields, numbers and runs.
     pub verdict: Verdict,
+    /// Each code on each level.
     pub runs: Vec<RunOf>,
+    /// As the file asks for them.
     pub fields: Vec<OfField>,
+    /// As the file asks for them.
     pub numbers: Vec<OfNumber>,
     /// Where it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -66,8 +75,11 @@ impl FaceOffOutcome {
 /// One code on one mesh.
 #[derive(Debug, Serialize)]
 pub struct RunOf {
+    /// Its name.
     pub code: String,
+    /// The refinement, where the mesh has several.
     pub n: Option<usize>,
+    /// Of the process; none of a recorded answer, or without a result.
     pub seconds: Option<f64>,
     /// Why there is no result.
     pub failure: Option<String>,
@@ -79,21 +91,30 @@ pub struct RunOf {
 /// A field of all codes.
 #[derive(Debug, Serialize)]
 pub struct OfField {
+    /// Its name.
     pub field: String,
+    /// What the codes share, which decides how it is judged.
     pub same: Same,
+    /// The worst of the pairs that are judged and of the orders.
     pub verdict: Verdict,
+    /// Every two codes on every level where both have results.
     pub pairs: Vec<OfPair>,
+    /// On several levels, where the solution is known or the codes share the problem only.
     pub orders: Vec<OfOrder>,
 }
 
 /// Two codes on one level.
 #[derive(Debug, Serialize)]
 pub struct OfPair {
+    /// The first code.
     pub a: String,
+    /// The second.
     pub b: String,
+    /// The refinement.
     pub n: Option<usize>,
     /// Coarser levels of one problem are told and not judged.
     pub judged: bool,
+    /// The field of the one less that of the other.
     #[serde(flatten)]
     pub compared: ComparedField,
 }
@@ -101,12 +122,15 @@ pub struct OfPair {
 /// Observed orders, of one code's error or of two codes' difference.
 #[derive(Debug, Serialize)]
 pub struct OfOrder {
+    /// The code, or both: `freefem – dolfinx`.
     pub of: String,
     /// The refinements, coarsest first.
     pub n: Vec<Option<usize>>,
+    /// In L² and H¹, as far as the file states them.
     pub theory: [Option<f64>; 2],
     /// None where theory is not asked.
     pub verdict: Option<Verdict>,
+    /// What was observed.
     #[serde(flatten)]
     pub found: Convergence,
 }
@@ -114,18 +138,26 @@ pub struct OfOrder {
 /// A number of all codes.
 #[derive(Debug, Serialize)]
 pub struct OfNumber {
+    /// Its name.
     pub number: String,
+    /// The worst of its rows.
     pub verdict: Verdict,
+    /// Where the file states it.
     pub exact: Option<f64>,
+    /// One a level.
     pub rows: Vec<RowOfNumber>,
 }
 
 /// A number on one level.
 #[derive(Debug, Serialize)]
 pub struct RowOfNumber {
+    /// The refinement.
     pub n: Option<usize>,
+    /// By code.
     pub values: BTreeMap<String, f64>,
+    /// Of this level.
     pub verdict: Verdict,
+    /// What is wrong, or why nothing can be told; else empty.
     pub reason: String,
 }
 

@@ -13,7 +13,9 @@ pub struct Example {
     pub section: &'static str,
     /// N of (6.2); none for 6.1.
     pub zones: Option<u32>,
+    /// Domain, boundary and load.
     pub scene: Scene,
+    /// u without a mesh.
     pub truth: Reference,
 }
 

@@ -19,14 +19,19 @@ use faceoff_mesh::mesh::Triangulation;
 /// P2 on the fine mesh and on those of half and a quarter of its n.
 #[derive(Debug, Serialize)]
 pub struct FineOutcome {
+    /// Rising, each twice the one before.
     pub n: Vec<usize>,
+    /// On each mesh.
     pub dofs: Vec<usize>,
     /// Steps of Newton until the increment was below the paper's tolerance.
     pub steps: Vec<Option<usize>>,
+    /// Did Newton's iteration reach its tolerance on all of them?
     pub converged: bool,
     /// To the mesh-free reference.
     pub errors: Vec<Errors>,
+    /// Orders of these errors in the energy norm.
     pub h1: Observed,
+    /// Orders of these errors in L².
     pub l2: Observed,
     /// ‖∇(U-V)‖/‖∇U‖ of each mesh's U and the V before it.
     pub steps_between: Vec<f64>,

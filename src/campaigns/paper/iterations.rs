@@ -60,11 +60,14 @@ pub struct Count {
     pub example: String,
     /// `cr` or `p2`.
     pub method: String,
+    /// Newton, or a splitting of the fixed point.
     #[serde(serialize_with = "as_text")]
     pub iteration: Iteration,
     /// γ in words.
     pub gamma: String,
+    /// Which way the diagonals run.
     pub mesh: Pattern,
+    /// Rising.
     pub n: Vec<usize>,
     /// Steps to the first increment below [`TOL`]; none where there is none in [`CAP`].
     pub iterations: Vec<Option<usize>>,
@@ -133,10 +136,14 @@ pub fn count(
 /// One (splitting, γ, mesh) of a search.
 #[derive(Debug, Clone, Serialize)]
 pub struct Trial {
+    /// The splitting.
     #[serde(serialize_with = "as_text")]
     pub iteration: Iteration,
+    /// γ in words.
     pub gamma: String,
+    /// Which way the diagonals run.
     pub mesh: Pattern,
+    /// Steps to the first increment below [`TOL`], on each of the paper's meshes that were asked for.
     pub iterations: Vec<usize>,
     /// The largest |k - paper's| / paper's of a mesh.
     pub off: f64,

@@ -20,6 +20,7 @@ pub struct Known {
     pub l2_norm: f64,
     /// <∂ₙu, 1>_C
     pub contact_flux: f64,
+    /// On a uniform grid of the unit square; x runs faster than y.
     pub samples: Vec<Sample>,
 }
 

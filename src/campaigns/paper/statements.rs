@@ -13,6 +13,7 @@ use faceoff_fem::contact::Method;
 /// A statement of the paper beside what was found.
 #[derive(Debug, Clone, Serialize)]
 pub struct Statement {
+    /// Of the paper.
     pub section: &'static str,
     /// The example, where one is meant.
     pub example: String,

@@ -27,6 +27,7 @@ pub struct PaperRequest {
     pub fine: usize,
     /// The codes that solve with CR.
     pub engines: Vec<Box<dyn Engine>>,
+    /// Of every solve.
     pub settings: Settings,
 }
 
@@ -35,14 +36,19 @@ pub struct PaperRequest {
 pub struct PaperOutcome {
     /// γ = γ₀ h of every solution whose error is reported.
     pub gamma0: f64,
+    /// Meshes for CR, rising.
     pub n: Vec<usize>,
+    /// n of the mesh of the P2 reference.
     pub fine: usize,
+    /// In the order of the request.
     pub examples: Vec<ExampleOutcome>,
+    /// Of Newton and of each splitting.
     pub counts: Vec<Count>,
     /// The search for the paper's counts; none where no mesh is the paper's.
     pub search: Option<Search>,
     /// Lemma 3.1, (4.2) and Proposition 4.2 as numbers.
     pub theory: Theory,
+    /// What the paper says, one by one.
     pub statements: Vec<Statement>,
     /// Did every iteration of Newton reach its tolerance?
     pub converged: bool,
@@ -54,17 +60,25 @@ pub struct PaperOutcome {
 /// One example.
 #[derive(Debug, Serialize)]
 pub struct ExampleOutcome {
+    /// Of its scene.
     pub name: String,
+    /// As the report has it.
     pub title: String,
+    /// Of the paper.
     pub section: &'static str,
     /// N of (6.2).
     pub zones: Option<u32>,
+    /// The load, as a formula.
     pub f: String,
+    /// Of u: intervals of x on y = 0, rising.
     pub contact_set: Vec<[f64; 2]>,
     /// Where contact begins or ends inside Γ_C.
     pub transitions: Vec<f64>,
+    /// ‖∇u‖²
     pub grad_norm_sq: f64,
+    /// ‖u‖
     pub l2_norm: f64,
+    /// <∂ₙu, 1>_C
     pub contact_flux: f64,
     /// γ₀ of the series.
     pub gamma0: f64,
@@ -79,28 +93,38 @@ pub struct ExampleOutcome {
 /// CR over the meshes by one engine.
 #[derive(Debug, Serialize)]
 pub struct Series {
+    /// Its name.
     pub engine: String,
+    /// As it reports it.
     pub version: String,
+    /// By ascending n.
     pub levels: Vec<SeriesLevel>,
     /// Orders of the errors to the mesh-free reference.
     pub h1: Observed,
+    /// The same in L².
     pub l2: Observed,
     /// Of the errors to P2 on the fine mesh.
     pub h1_to_fine: Observed,
+    /// The same in L².
     pub l2_to_fine: Observed,
+    /// Of ‖u_h + [P(u_h)]₊‖ on Γ_C.
     pub residual: Observed,
+    /// The same times γ^(-1/2).
     pub weighted_residual: Observed,
 }
 
 /// CR on one mesh.
 #[derive(Debug, Clone, Serialize)]
 pub struct SeriesLevel {
+    /// The mesh has 2n² cells.
     pub n: usize,
     /// √2/n, the diameter of the cells.
     pub h: f64,
+    /// Faces, those on Γ_D among them.
     pub dofs: usize,
     /// Steps of Newton until the increment was below the paper's tolerance.
     pub steps: Option<usize>,
+    /// Did the iteration reach its tolerance?
     pub converged: bool,
     /// To the mesh-free reference.
     pub errors: Errors,

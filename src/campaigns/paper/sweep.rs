@@ -22,7 +22,9 @@ pub const GAMMAS: [f64; 4] = [1.0, 10.0, 100.0, 1000.0];
 pub struct Variant {
     /// `cr`, or `p1(1,0)`: the conforming penalty-free method.
     pub method: String,
+    /// Which way the diagonals run.
     pub mesh: Pattern,
+    /// γ₀ of γ = γ₀ h.
     pub gamma0: f64,
     /// To the mesh-free reference.
     pub errors: Vec<Errors>,
@@ -30,10 +32,15 @@ pub struct Variant {
     pub residuals: Vec<f64>,
     /// The same times γ^(-1/2), as (5.12) has it.
     pub weighted: Vec<f64>,
+    /// Orders of the errors in the energy norm.
     pub h1: Observed,
+    /// Orders of the errors in L².
     pub l2: Observed,
+    /// Orders of `residuals`.
     pub residual: Observed,
+    /// Orders of `weighted`.
     pub weighted_residual: Observed,
+    /// Did Newton's iteration reach its tolerance on all meshes?
     pub converged: bool,
 }
 

@@ -27,7 +27,9 @@ pub struct OfMesh {
 /// The theory as numbers.
 #[derive(Debug, Clone, Serialize)]
 pub struct Theory {
+    /// γ₀ that the scheme is solved with.
     pub gamma0: f64,
+    /// One for each way that the diagonals run.
     pub meshes: Vec<OfMesh>,
     /// (2.10): does f have a trace near Γ_C?
     pub load_has_trace: bool,

@@ -22,10 +22,15 @@ const NOTHING_LEFT: f64 = 0.5;
 /// One engine and method at one extreme.
 #[derive(Debug, Clone, Serialize)]
 pub struct Entry {
+    /// Its name.
     pub engine: String,
+    /// Its name.
     pub method: String,
+    /// What is extreme.
     pub family: &'static str,
+    /// How extreme.
     pub value: String,
+    /// What became of it.
     #[serde(flatten)]
     pub verdict: Behaviour,
     /// The larger of the relative errors in the energy norm and in L².
@@ -34,6 +39,7 @@ pub struct Entry {
     pub reference: Option<f64>,
     /// Digits that agree with the moderate solution, where that has the same dofs.
     pub digits: Option<f64>,
+    /// Of the iteration.
     pub steps: Option<usize>,
     /// Backward error.
     pub residual: Option<f64>,
@@ -48,11 +54,20 @@ pub enum Behaviour {
     /// The error is that of moderate values.
     Holds,
     /// The error is so many times that of moderate values.
-    Degrades { factor: f64 },
+    Degrades {
+        /// Above 1.
+        factor: f64,
+    },
     /// Said in words.
-    Refuses { sentence: String },
+    Refuses {
+        /// Those words.
+        sentence: String,
+    },
     /// An answer that claims to be one and is not.
-    Wrong { why: String },
+    Wrong {
+        /// What gives it away.
+        why: String,
+    },
 }
 
 impl Entry {

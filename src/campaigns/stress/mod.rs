@@ -27,8 +27,11 @@ pub struct StressRequest {
     pub scenes: Vec<Scene>,
     /// None named: all.
     pub families: Vec<String>,
+    /// By which each extreme is solved.
     pub methods: Vec<Method>,
+    /// With which each is solved.
     pub engines: Vec<Box<dyn Engine>>,
+    /// Of every solve.
     pub settings: Settings,
     /// Without what takes seconds.
     pub is_brief: bool,

@@ -27,10 +27,13 @@ pub const TARGETS: [f64; 10] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 1e
 /// How to reach an error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Advice {
+    /// Its name.
     pub scene: String,
+    /// In which the error is meant.
     pub norm: Norm,
     /// The error that is wanted.
     pub target: f64,
+    /// The one that took the least time.
     pub best: Alternative,
     /// The best of every other engine.
     pub others: Vec<Alternative>,
@@ -41,17 +44,23 @@ pub struct Advice {
 /// One engine's way, as it was measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Alternative {
+    /// Its name.
     pub engine: String,
+    /// Its name.
     pub method: String,
     /// Of a uniform mesh.
     pub n: Option<usize>,
     /// The certified accuracy of an adapted one.
     pub accuracy: Option<f64>,
+    /// Relative increment at which the iteration stops.
     pub tolerance: f64,
+    /// Relative to u.
     pub error: f64,
     /// Is the error the guaranteed bound, for want of the true one?
     pub is_bound: bool,
+    /// The median of its repetitions, without start-up.
     pub seconds: f64,
+    /// As [`Row::memory_mb`].
     pub memory_mb: Option<f64>,
 }
 

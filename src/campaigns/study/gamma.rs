@@ -15,26 +15,36 @@ const EXCESS: std::ops::Range<f64> = 2e-3..3.0;
 /// One method on one mesh over all γ₀.
 #[derive(Debug, Clone, Serialize)]
 pub struct Gammas {
+    /// Its name.
     pub scene: String,
+    /// Its name.
     pub method: String,
+    /// The refinement.
     pub n: usize,
-    /// Of so many values so many were solved, in so many steps.
+    /// Values of γ₀.
     pub tried: usize,
+    /// Those of them whose iteration reached its tolerance.
     pub solved: usize,
+    /// The fewest and the most of those that were solved.
     pub steps: [usize; 2],
+    /// Of the error in the energy norm, or of its bound where u is not known.
     pub energy: Option<Safe>,
+    /// Of the error in L², where u is known.
     pub l2: Option<Safe>,
 }
 
 /// Where an error is the least.
 #[derive(Debug, Clone, Serialize)]
 pub struct Safe {
-    /// The least error, and the γ₀ about it up to which no error is larger by a tenth.
+    /// The least error.
     pub least: f64,
+    /// The lower end of the γ₀ about it up to which no error is larger by a tenth.
     pub from: f64,
+    /// The upper end.
     pub to: f64,
-    /// The error less the least, over γ₀: below the range, and above.
+    /// The error less the least, over γ₀ below that of the least.
     pub below: Option<Fit>,
+    /// The same over γ₀ above it.
     pub above: Option<Fit>,
 }
 

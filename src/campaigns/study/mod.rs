@@ -35,8 +35,11 @@ use faceoff_fem::contact::Method;
 
 /// What is to be measured.
 pub struct StudyRequest {
+    /// Scenes.
     pub subjects: Vec<Subject>,
+    /// By which each is solved.
     pub methods: Vec<Method>,
+    /// With which each is solved.
     pub engines: Vec<Box<dyn Engine>>,
     /// Wall-clock time for everything: nothing is begun that is predicted to exceed it.
     pub budget: Duration,
@@ -53,19 +56,27 @@ pub struct StudyRequest {
 /// Everything that was measured, and what follows from it.
 #[derive(Debug, Serialize)]
 pub struct StudyOutcome {
+    /// Where it was measured.
     pub machine: Machine,
     /// Engine and version.
     pub engines: Vec<(String, String)>,
+    /// Seconds that were allowed.
     pub budget: f64,
     /// Seconds that were spent.
     pub spent: f64,
+    /// Every measurement, in the order that they were made.
     pub rows: Vec<Row>,
     /// Indices of the rows that no other row beats in both time and error.
     pub front: Vec<usize>,
+    /// One for each scene, engine and method.
     pub rates: Vec<Rates>,
+    /// Where time and memory have rates.
     pub scaling: Vec<Scaling>,
+    /// Of every setting that was varied.
     pub waste: Vec<Waste>,
+    /// Where γ₀ was varied.
     pub gammas: Vec<Gammas>,
+    /// By scene, norm and error.
     pub advice: Vec<Advice>,
     /// What was asked for and not measured, and why.
     pub left_out: Vec<LeftOut>,
@@ -74,6 +85,8 @@ pub struct StudyOutcome {
 /// Something that was not measured.
 #[derive(Debug, Clone, Serialize)]
 pub struct LeftOut {
+    /// What was to be measured.
     pub what: String,
+    /// Why it was not.
     pub why: String,
 }

@@ -8,14 +8,19 @@ use crate::run::Fit;
 /// How errors, time and memory of one engine and method change with the mesh.
 #[derive(Debug, Clone, Serialize)]
 pub struct Rates {
+    /// Its name.
     pub scene: String,
+    /// Its name.
     pub engine: String,
+    /// Its name.
     pub method: String,
     /// Errors over 1/n.
     pub h1: Option<Fit>,
+    /// The same in L², where u is known.
     pub l2: Option<Fit>,
     /// Over the number of dofs; none where noise hides it.
     pub seconds: Option<Fit>,
+    /// Peak memory over the number of dofs; none where noise hides it.
     pub memory: Option<Fit>,
 }
 

@@ -19,33 +19,50 @@ pub enum Varied {
     Adaptive,
     /// When the iteration stops.
     Tolerance,
+    /// The rule on Γ_C and Γ_N.
     ContactQuadrature,
+    /// The rule for (f, v).
     LoadQuadrature,
     /// Solver and precision.
     Linear,
+    /// γ₀ of γ = γ₀ h.
     Gamma0,
 }
 
 /// One engine and method on one mesh with one setting.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Row {
+    /// Its name.
     pub scene: String,
+    /// Its name.
     pub engine: String,
+    /// Its name.
     pub method: String,
+    /// What this row is part of.
     pub varied: Varied,
     /// Of a uniform mesh.
     pub n: Option<usize>,
     /// The certified accuracy that an adapted mesh was asked for.
     pub accuracy: Option<f64>,
+    /// Of the mesh.
     pub cells: usize,
+    /// Of the space, those on Γ_D among them.
     pub dofs: usize,
+    /// Relative increment at which the iteration stops.
     pub tolerance: f64,
+    /// γ₀ of γ = γ₀ h.
     pub gamma0: f64,
+    /// Name of the rule for (f, v).
     pub load_quadrature: String,
+    /// Name of the rule on Γ_C and Γ_N.
     pub contact_quadrature: String,
+    /// What solved the linear systems; empty where the engine does not say.
     pub linear: String,
+    /// Of the factor; empty likewise.
     pub precision: String,
+    /// Of the iteration.
     pub steps: usize,
+    /// Did the iteration reach its tolerance?
     pub converged: bool,
     /// Backward error of the scheme.
     pub residual: f64,
@@ -70,9 +87,13 @@ pub struct Row {
 /// Seconds over repetitions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Times {
+    /// The mean of the middle two where they are even in number.
     pub median: f64,
+    /// The shortest.
     pub least: f64,
+    /// The longest.
     pub most: f64,
+    /// How many times it was measured.
     pub repeats: usize,
 }
 

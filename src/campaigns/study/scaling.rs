@@ -24,18 +24,25 @@ const OUT_OF_REACH: f64 = 1e6;
 /// What the fits of one engine and method say of more.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scaling {
+    /// Its name.
     pub scene: String,
+    /// Its name.
     pub engine: String,
+    /// Its name.
     pub method: String,
     /// The finest mesh that was measured.
     pub dofs: usize,
+    /// The median on that mesh.
     pub seconds: f64,
+    /// Peak memory on that mesh.
     pub memory_mb: f64,
-    /// Dofs that this machine's memory holds, and the seconds that they take.
+    /// Dofs that this machine's memory holds.
     pub most_dofs: Option<f64>,
+    /// Seconds that they take.
     pub most_seconds: Option<f64>,
-    /// Seconds on 4, 16, 64 and 256 ranks with the dofs of the finest mesh each, and the memory of each rank.
+    /// Seconds on 4, 16, 64 and 256 ranks with the dofs of the finest mesh each.
     pub rank_seconds: [f64; 4],
+    /// Memory of each of those ranks.
     pub rank_memory_mb: [f64; 4],
     /// Ranks at which half of the time is lost; none where that is out of reach.
     pub half_efficient: Option<f64>,

@@ -11,6 +11,7 @@ use faceoff_mesh::error::Result;
 pub struct Subject {
     /// The name or the path that it was found by.
     pub argument: String,
+    /// The problem.
     pub scene: Scene,
     /// Does its mesh lie where the user had to allow it?
     pub is_trusted: bool,

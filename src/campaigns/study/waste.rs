@@ -11,14 +11,19 @@ const HARMLESS: f64 = 0.01;
 /// One setting over its values, of one method on one mesh.
 #[derive(Debug, Clone, Serialize)]
 pub struct Waste {
+    /// Its name.
     pub scene: String,
+    /// Its name.
     pub method: String,
+    /// The refinement.
     pub n: usize,
+    /// The setting.
     pub varied: Varied,
     /// The loosest tolerance, or the rule with fewest points, whose errors are those of the most exact within 1 %.
     pub enough: String,
-    /// The most exact value that was measured, and how many times longer it takes than `enough`.
+    /// The most exact value that was measured.
     pub most_exact: String,
+    /// How many times longer it takes than `enough`.
     pub time_ratio: f64,
     /// By what part an error is larger with the worst value.
     pub worst_change: f64,

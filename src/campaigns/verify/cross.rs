@@ -25,9 +25,13 @@ pub const STANDS_OUT: f64 = 4.0;
 /// Two methods, each by some engine, on one scene and mesh.
 #[derive(Debug, Serialize)]
 pub struct CrossOutcome {
+    /// Its name.
     pub scene: String,
+    /// The refinement, where the scene has one.
     pub n: Option<usize>,
+    /// The first.
     pub a: Source,
+    /// The second.
     pub b: Source,
     /// None where there is no certificate.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -40,7 +44,9 @@ pub struct CrossOutcome {
 /// Who solved it how.
 #[derive(Debug, Clone, Serialize)]
 pub struct Source {
+    /// Its name.
     pub engine: String,
+    /// Its name.
     pub method: String,
 }
 
@@ -57,6 +63,8 @@ pub struct Judged {
     pub best: f64,
     /// ‖∇u‖ is at least this.
     pub gradient: f64,
+    /// They disagree where the distance exceeds the sum of the bounds, or where one that does not solve its scheme has a
+    /// bound beyond [`STANDS_OUT`] times `best`.
     pub verdict: Verdict,
 }
 

@@ -29,11 +29,15 @@ pub use settle::Settled;
 
 /// What is to be verified.
 pub struct VerifyRequest {
+    /// Each is solved by every method.
     pub scenes: Vec<Scene>,
+    /// By which each scene is solved.
     pub methods: Vec<Method>,
     /// Refinements; none: each scene's own.
     pub n: Vec<usize>,
+    /// At least two, of different names.
     pub engines: Vec<Box<dyn Engine>>,
+    /// Of every engine.
     pub settings: Settings,
     /// Where answers are kept as they come, and taken from.
     pub journal: Option<PathBuf>,
@@ -52,7 +56,9 @@ impl VerifyRequest {
 /// Everything that was found.
 #[derive(Debug, Serialize)]
 pub struct VerifyOutcome {
+    /// The worst of all.
     pub verdict: Verdict,
+    /// By scene, then refinement, then method.
     pub cases: Vec<CaseOutcome>,
     /// Methods against each other, by certified bounds.
     pub cross: Vec<CrossOutcome>,
@@ -64,16 +70,27 @@ pub struct VerifyOutcome {
 /// One scene, method and mesh.
 #[derive(Debug, Serialize)]
 pub struct CaseOutcome {
+    /// Its name.
     pub scene: String,
+    /// Its name.
     pub method: String,
+    /// The refinement, where the scene has one.
     pub n: Option<usize>,
+    /// Those of the mesh, inside and on the boundary.
     pub faces: usize,
+    /// Of the mesh.
     pub cells: usize,
+    /// Of the space, those on Γ_D among them.
     pub dofs: usize,
+    /// Those on Γ_C.
     pub contact_faces: usize,
+    /// BLAKE3 of the mesh that every engine got, in hexadecimal.
     pub mesh_digest: String,
+    /// The worst of engines and pairs.
     pub verdict: Verdict,
+    /// Those that answered.
     pub engines: Vec<EngineOutcome>,
+    /// Every field of every two of them.
     pub pairs: Vec<PairOutcome>,
     /// Pairs whose answers both solve the scheme and are farther apart than the fixed tolerance.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -81,6 +98,7 @@ pub struct CaseOutcome {
     /// The fields that were compared, one set an engine.
     #[serde(skip)]
     pub setup: Setup,
+    /// Of each engine, in the order of `engines`.
     #[serde(skip)]
     pub fields: Vec<FaceFields>,
     /// How the Rust engine solved it, where it did.
@@ -91,24 +109,32 @@ pub struct CaseOutcome {
 /// One engine's answer to a case.
 #[derive(Debug, Serialize)]
 pub struct EngineOutcome {
+    /// Its name.
     pub engine: String,
+    /// As it reports it.
     pub version: String,
+    /// Steps that it took.
     pub iterations: usize,
     /// The relative increment of each step.
     pub increments: Vec<f64>,
+    /// Does it say that its iteration reached the tolerance?
     pub converged: bool,
     /// Seconds that the engine spent on the case, all phases together.
     pub seconds: f64,
+    /// Seconds by phase, as the engine reports them.
     pub phases: BTreeMap<String, f64>,
     /// Backward error, recomputed here.
     pub residual: f64,
     /// Where it is largest.
     pub residual_at: Option<Vec<f64>>,
+    /// Are all of its dofs finite?
     pub finite: bool,
+    /// Does it solve the scheme?
     pub verdict: Verdict,
     /// What is wrong with an answer that does not solve the scheme.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub findings: Option<Findings>,
+    /// u_h, and all that the engine says of it.
     #[serde(skip)]
     pub answer: Arc<Answer>,
 }
@@ -116,8 +142,11 @@ pub struct EngineOutcome {
 /// One field of one pair of engines.
 #[derive(Debug, Serialize)]
 pub struct PairOutcome {
+    /// The first engine.
     pub a: String,
+    /// The second.
     pub b: String,
+    /// How far they are apart in it.
     #[serde(flatten)]
     pub field: FieldVerdict,
 }

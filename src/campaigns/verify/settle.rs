@@ -15,8 +15,11 @@ const SETTLED: f64 = 1e-3;
 /// What is known of two answers that both solve the scheme and are farther apart than the fixed tolerance.
 #[derive(Debug, Serialize)]
 pub struct Settled {
+    /// The first engine.
     pub a: String,
+    /// The second.
     pub b: String,
+    /// How far rounding moves the solution.
     #[serde(flatten)]
     pub conditioning: Conditioning,
     /// They are two solutions.

@@ -17,7 +17,9 @@ use faceoff_mesh::mesh::Triangulation;
 
 /// Who answers.
 pub enum Code {
+    /// A program of the user's own.
     Script(Script),
+    /// An engine that solves a scene.
     Protocol(Box<Protocol>),
 }
 
@@ -34,6 +36,7 @@ pub struct Protocol {
 const FIELD: &str = "u.vtu";
 
 impl Code {
+    /// As the file of the face-off calls it.
     pub fn name(&self) -> &str {
         &self.files().name
     }

@@ -44,15 +44,20 @@ use tables::Reader;
 
 /// A problem, the codes that solve it, and what they are asked for.
 pub struct FaceOff {
+    /// As the file has it.
     pub name: String,
+    /// What the problem is, in the file's words; may be empty.
     pub about: String,
     mesh: Option<Source>,
     /// Refinements, ascending; none where the mesh is taken as it is.
     pub n: Vec<usize>,
     /// As commands get them.
     pub parameters: BTreeMap<String, String>,
+    /// At least two, each of another name.
     pub codes: Vec<Code>,
+    /// Those that are compared.
     pub fields: Vec<Asked>,
+    /// Those that are compared.
     pub numbers: Vec<Asked>,
 }
 
@@ -66,13 +71,20 @@ enum Source {
 /// A field, or a number, that all codes have.
 #[derive(Debug, Clone)]
 pub struct Asked {
+    /// As reports call it.
     pub name: String,
     /// Where a code calls it otherwise.
     pub names: BTreeMap<String, String>,
+    /// What the codes share, which decides how it is judged.
     pub same: Same,
+    /// Relative to the largest value; where codes share the problem only, to the norm on the finest mesh. Infinite where
+    /// differences are told and not judged.
     pub rtol: f64,
+    /// In the unit of the field or number.
     pub atol: f64,
+    /// What must carry it; none: anything may.
     pub on: Option<On>,
+    /// How many a field must have; in the plane, 2 may stand as 3.
     pub components: Option<usize>,
     /// The solution, a formula for each component; of a number, its value.
     pub exact: Vec<Expression>,

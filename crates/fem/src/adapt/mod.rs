@@ -20,11 +20,15 @@ use plan::Spread;
 /// What is wanted.
 #[derive(Debug, Clone)]
 pub struct Wish {
+    /// The scheme on every mesh.
     pub discretisation: Discretisation,
+    /// Whose error is to be that small.
     pub target: Target,
     /// Relative bound of the error in the energy norm, in (0, 1).
     pub accuracy: f64,
+    /// When the iteration on each mesh ends.
     pub stop: Stop,
+    /// What solves the linear systems.
     pub linear: Settings,
     /// One way only; none: whichever is predicted to be cheaper.
     pub way: Option<Way>,
@@ -55,11 +59,14 @@ impl std::str::FromStr for Way {
 /// One mesh on the way.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Step {
+    /// How its mesh was made.
     pub way: Way,
     /// Of a uniform mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub n: Option<usize>,
+    /// Of that mesh.
     pub cells: usize,
+    /// Of the space, those on Γ_D among them.
     pub dofs: usize,
     /// The certified relative bound.
     pub relative: f64,
@@ -72,9 +79,11 @@ pub struct Step {
 /// What comes next.
 #[derive(Debug, Clone, Copy)]
 pub struct Next {
+    /// How its mesh is made.
     pub way: Way,
-    /// Predicted: cells of the mesh that reaches the accuracy, and seconds until then.
+    /// Predicted: cells of the mesh that reaches the accuracy.
     pub cells: f64,
+    /// Predicted: seconds until then.
     pub seconds: f64,
 }
 
@@ -82,6 +91,7 @@ pub struct Next {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
+    /// The relative bound is at most the accuracy.
     Reached,
     /// Why not.
     NotReached(String),
@@ -89,12 +99,19 @@ pub enum Outcome {
 
 /// The mesh with the smallest relative bound, and what was found on it.
 pub struct Reached {
+    /// The one that the bound is for.
     pub mesh: Triangulation,
+    /// How it was made.
     pub way: Way,
+    /// Of a uniform mesh.
     pub n: Option<usize>,
+    /// u_h on it.
     pub solution: Solution,
+    /// The bounds of its error.
     pub certificate: Certificate,
+    /// Every mesh that was solved on, in order.
     pub steps: Vec<Step>,
+    /// Whether the accuracy was reached.
     pub outcome: Outcome,
 }
 

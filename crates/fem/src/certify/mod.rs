@@ -67,6 +67,7 @@ pub struct Certificate {
     pub gradient: [f64; 2],
     /// J(u) is at least and at most this.
     pub energy: [f64; 2],
+    /// What the bounds are made of.
     pub parts: Parts,
     /// Numbers of u, where they were asked for: see [`examine`].
     pub numbers: Option<Numbers>,

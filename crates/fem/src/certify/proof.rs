@@ -46,8 +46,11 @@ pub struct ContactProof {
 /// Every window of this length between these ends has a point of contact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Touched {
+    /// The lower end, as a coordinate along Γ_C.
     pub from: f64,
+    /// The upper end.
     pub to: f64,
+    /// The length of a window, rounded up.
     pub window: f64,
 }
 

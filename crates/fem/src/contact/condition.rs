@@ -5,7 +5,9 @@ use super::face::Trace;
 /// One k of the form that all laws have, see `law`.
 #[derive(Clone)]
 pub struct Condition {
+    /// w_k, a measure: length in 2D, area in 3D.
     pub weight: f64,
+    /// γ_k, a length.
     pub gamma: f64,
     /// The dofs that the functionals see.
     pub dofs: Vec<u32>,

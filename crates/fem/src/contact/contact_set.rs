@@ -31,9 +31,10 @@ pub struct Zones {
 /// A face of Γ_C, and how much of it is in contact.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ZoneFace {
-    /// Its number in the mesh, and its vertices, ascending.
+    /// Its number in the mesh.
     #[serde(skip)]
     pub face: usize,
+    /// Its vertices, ascending.
     pub vertices: Vec<u32>,
     /// The part of it that is in contact.
     pub share: f64,

@@ -23,12 +23,15 @@ use faceoff_mesh::error::{Error, Result};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Discretisation {
+    /// Element and contact law.
     pub method: Method,
     /// γ = γ₀ h of Nitsche's method; see [`Discretisation::gamma0`].
     pub gamma0: f64,
+    /// What h is in γ = γ₀ h.
     pub h: HRule,
-    /// Names of the rules for (f, v), and on Γ_C and Γ_N; none: the default of the dimension.
+    /// Name of the rule for (f, v); none: the default of the dimension.
     pub load_quadrature: Option<String>,
+    /// Name of the rule on Γ_C and Γ_N; none: likewise.
     pub contact_quadrature: Option<String>,
 }
 

@@ -9,12 +9,15 @@ use faceoff_mesh::mesh::CellGeometry;
 
 /// A contact face F.
 pub struct ContactFace {
+    /// Its number in the mesh.
     pub face: usize,
+    /// The cell behind it.
     pub cell: usize,
     /// γ = γ₀ h, constant on F; of the penalty, ε.
     pub gamma: f64,
     /// |F|
     pub measure: f64,
+    /// Those of the rule on Γ_C, in its order.
     pub points: Vec<ContactPoint>,
 }
 

@@ -14,8 +14,11 @@ use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 
 /// The discrete problem: find u_h with A_h(u_h; v) = L(v) for all v that vanish on Γ_D, (3.1).
 pub struct Problem<'a> {
+    /// The continuous problem.
     pub scene: &'a Scene,
+    /// What makes a scheme of it.
     pub discretisation: Discretisation,
+    /// V_h, on all of the mesh and without boundary conditions.
     pub space: Space<'a>,
     /// The part of each boundary face.
     pub parts: Vec<Option<Part>>,
@@ -33,8 +36,9 @@ pub struct Problem<'a> {
     pub floating: Option<Vec<Option<u32>>>,
     /// The connected part of the mesh of each dof, and how many there are.
     pub bodies: (Vec<u32>, usize),
-    /// The rules that the scheme is defined by.
+    /// The rule for (f, v), by which the scheme is defined.
     pub cell_rule: Rule,
+    /// The same for Γ_C and Γ_N.
     pub face_rule: Rule,
 }
 

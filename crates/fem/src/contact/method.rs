@@ -10,7 +10,9 @@ use faceoff_mesh::error::meant;
 /// An element and a contact law.
 #[derive(Clone, Copy)]
 pub struct Method {
+    /// V_h.
     pub element: &'static dyn Element,
+    /// How the contact condition is imposed on it.
     pub law: Law,
 }
 

@@ -22,6 +22,7 @@ pub struct Quantities {
     pub contact_residual: f64,
     /// ‖γ^(-1/2) (u_h - ψ + [P(u_h)]₊)‖ on Γ_C, which (5.12) bounds.
     pub weighted_residual: f64,
+    /// Where P(u_h) ≤ 0 on Γ_C.
     pub contact_set: ContactSet,
 }
 

@@ -22,6 +22,7 @@ pub enum Term {
 
 /// The residual of each row, and what it is measured by.
 pub struct Rows {
+    /// R_i, all dofs.
     pub residual: Vec<f64>,
     /// The sum of the sizes of a row's terms, or of the largest row's where that is rounding.
     pub scale: Vec<f64>,

@@ -9,6 +9,7 @@ use crate::linear::Choice;
 pub struct Stop {
     /// ‖∇δ‖ < increment · ‖∇u‖, norms over the cells
     pub increment: f64,
+    /// Steps after which the iteration ends as [`Ended::NotReached`].
     pub max_iterations: usize,
 }
 
@@ -45,7 +46,9 @@ impl Ended {
 /// Seconds spent.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Timings {
+    /// Until the system is there: assembled, and factored or preconditioned.
     pub factor: f64,
+    /// For all steps.
     pub iterate: f64,
     /// From u on the contact cells to u everywhere.
     pub expand: f64,
@@ -67,11 +70,13 @@ pub struct Solution {
     pub changes: Vec<usize>,
     /// ‖R(u)‖ after each step, relative to ‖A‖ ‖u‖ and the contact terms, all in the maximum norm.
     pub residuals: Vec<f64>,
+    /// Why it ended.
     pub ended: Ended,
     /// Did it end by increment or rounding?
     pub converged: bool,
     /// [`super::Problem::backward_error`] of u.
     pub backward_error: f64,
+    /// What it took.
     pub seconds: Timings,
     /// What solved the linear systems.
     pub linear: Choice,

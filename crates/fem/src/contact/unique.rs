@@ -29,14 +29,20 @@ use faceoff_mesh::mesh::CellGeometry;
 pub enum Doubt {
     /// γ is too small, worst on this face: γ₀ must be larger by more than this factor.
     GammaTooSmall {
+        /// Its number in the mesh.
         face: usize,
+        /// γ there.
         gamma: f64,
+        /// At least 1: its condition holds where γ₀ is larger by more than that.
         factor: f64,
     },
     /// γ is too large, worst on this face: γ₀ must be multiplied by less than this factor.
     GammaTooLarge {
+        /// Its number in the mesh.
         face: usize,
+        /// γ there.
         gamma: f64,
+        /// At most 1: its condition holds where γ₀ is less than that part of what it is.
         factor: f64,
     },
     /// No condition is known for the method.

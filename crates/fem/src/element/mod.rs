@@ -36,8 +36,11 @@ pub trait Element: Sync {
 /// Which mesh entities carry one dof each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DofEntities {
+    /// One dof on each vertex.
     pub vertices: bool,
+    /// One on each edge.
     pub edges: bool,
+    /// One on each face: edges in 2D, triangles in 3D.
     pub faces: bool,
 }
 

@@ -9,7 +9,9 @@ use nalgebra::Vector3;
 /// V_h before boundary conditions. Copies share the numbering.
 #[derive(Clone)]
 pub struct Space<'a> {
+    /// The mesh.
     pub mesh: &'a Triangulation,
+    /// The same on every cell.
     pub element: &'static dyn Element,
     numbering: Numbering<'a>,
     /// Dofs on one cell.

@@ -34,7 +34,9 @@ pub enum Role {
 
 /// Elements whose matrices `change` changes: it gets the number and the matrix of one.
 pub struct Changed<'a, E, F> {
+    /// Those that are changed.
     pub elements: &'a E,
+    /// Gets the number of an element, and A_e by columns to change in place.
     pub change: F,
 }
 

@@ -16,7 +16,9 @@ use faceoff_mesh::memory;
 /// What was chosen, and what it was predicted to take.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Choice {
+    /// Never [`Solver::Auto`].
     pub solver: Solver,
+    /// Of the factor.
     pub precision: Precision,
     /// Entries of the factor; of the matrix where iterations solve.
     pub entries: usize,

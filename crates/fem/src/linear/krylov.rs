@@ -12,6 +12,7 @@ use rayon::prelude::*;
 pub struct KrylovStop {
     /// Euclidean norm of the residual.
     pub residual: f64,
+    /// The most that are taken.
     pub steps: usize,
 }
 
@@ -21,6 +22,7 @@ const RESTART: usize = 20;
 /// What an iteration ended with.
 #[derive(Debug, Clone, Copy)]
 pub struct Ended {
+    /// Those that were taken.
     pub steps: usize,
     /// Is the residual, computed anew, below the limit?
     pub reached: bool,

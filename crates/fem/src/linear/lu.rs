@@ -227,6 +227,7 @@ impl SchurLu {
         1.7 * solves < self.plan.flops
     }
 
+    /// Number of rows.
     pub fn size(&self) -> usize {
         self.plan.owners.len()
     }

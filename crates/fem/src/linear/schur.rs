@@ -48,6 +48,7 @@ impl Schur {
         self
     }
 
+    /// Number of rows.
     pub fn size(&self) -> usize {
         self.kept.len()
     }

@@ -24,6 +24,7 @@ pub enum Solver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
+    /// binary64.
     #[default]
     F64,
     /// Half the memory; steps of refinement in f64 bring the digits back.
@@ -33,7 +34,9 @@ pub enum Precision {
 /// Solver and precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Settings {
+    /// What solves; [`Solver::Auto`] leaves it open.
     pub solver: Solver,
+    /// Of the factor; faer's knows binary64 only.
     pub precision: Precision,
 }
 

@@ -8,10 +8,13 @@ const NONE: u32 = u32::MAX;
 /// A symmetric matrix: rows ascending in each column, row ≥ column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Symmetric {
+    /// Number of rows.
     pub n: usize,
     /// `n + 1` positions in `rows` and `values`.
     pub starts: Vec<u32>,
+    /// The row of each entry, from 0.
     pub rows: Vec<u32>,
+    /// The value of each entry.
     pub values: Vec<f64>,
 }
 

@@ -10,7 +10,9 @@ use faceoff_mesh::mesh::{FaceGroup, Triangulation};
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(untagged)]
 pub enum GroupName {
+    /// Its number in the mesh file.
     Tag(i64),
+    /// Its name there.
     Name(String),
 }
 
@@ -18,8 +20,11 @@ pub enum GroupName {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Boundary {
+    /// The groups of Γ_D.
     pub dirichlet: Vec<GroupName>,
+    /// Those of Γ_N.
     pub neumann: Vec<GroupName>,
+    /// Those of Γ_C.
     pub contact: Vec<GroupName>,
 }
 

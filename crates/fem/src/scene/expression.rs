@@ -151,7 +151,9 @@ const FUNCTIONS: [(&str, usize, Function, &str, &str); 16] = [
 /// What is wrong with a text, and at which character (from 1).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ParseError {
+    /// In characters, from 1.
     pub column: usize,
+    /// What is wrong there.
     pub what: String,
 }
 

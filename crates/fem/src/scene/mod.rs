@@ -66,6 +66,7 @@ pub struct Scene {
 /// What is known of u.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Exact {
+    /// u in closed form.
     Formula(Expression),
     /// No formula, but a solution without a mesh.
     MeshFree(MeshFree),
@@ -91,6 +92,7 @@ impl Exact {
 /// Tolerances of results that files hold, as far as a scene gives them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparing {
+    /// Where a field has none of its own.
     pub of_all: Bounds,
     /// By the names of fields.
     pub of_field: BTreeMap<String, Bounds>,
@@ -100,7 +102,9 @@ pub struct Comparing {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bounds {
+    /// Relative to the largest value of the field.
     pub rtol: Option<f64>,
+    /// In the unit of the field.
     pub atol: Option<f64>,
 }
 
@@ -108,18 +112,29 @@ pub struct Bounds {
 #[derive(Debug, Clone, PartialEq)]
 pub enum MeshSource {
     /// n × n cells of a rectangle or n × n × n of a box, cut Union-Jack style.
-    Union { n: usize, cuboid: Cuboid },
+    Union {
+        /// Cells along each side, before each is cut.
+        n: usize,
+        /// The rectangle or the box.
+        cuboid: Cuboid,
+    },
     /// A mesh file. `n` says what refinement the file counts as; `2^k n` refines it k times. `dim`
     /// is the dimension that the scene is made for, where that is known.
     File {
+        /// In any format that [`faceoff_mesh::io`] reads.
         path: PathBuf,
+        /// At least 1; without it the mesh cannot be refined.
         n: Option<usize>,
+        /// 2 or 3.
         dim: Option<usize>,
     },
     /// A mesh that the program carries with it.
     Embedded {
+        /// Its file name, which says the format.
         name: &'static str,
+        /// The file.
         bytes: &'static [u8],
+        /// What refinement it counts as.
         n: Option<usize>,
     },
 }

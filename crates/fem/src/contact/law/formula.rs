@@ -44,10 +44,13 @@ pub trait Formula {
 
 /// What conditions are made of.
 pub struct OnContact<'a> {
+    /// V_h before boundary conditions.
     pub space: &'a Space<'a>,
+    /// All contact faces, ascending.
     pub faces: &'a [ContactFace],
     /// ψ
     pub psi: &'a Expression,
+    /// (∇φ_j, ∇φ_i)_h, all dofs.
     pub stiffness: &'a Stiffness<'a>,
     /// L(φ_i)
     pub load: &'a [f64],

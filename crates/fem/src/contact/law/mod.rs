@@ -33,10 +33,15 @@ pub use penalty::Penalty;
 /// A law by name; what it is made of is its [`Formula`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Law {
+    /// Nitsche's method with any θ, penalty-free with θ₂ = 0.
     Nitsche(Nitsche),
+    /// Penalty-free, with the flux of CR corrected by the load: λ = ∂ₙu - L(φ_F)/|F|.
     FluxCorrected,
+    /// The discrete variational inequality: complementarity at each dof on Γ_C.
     Variational,
+    /// u ≤ ψ by penalty, which is not consistent.
     Penalty(Penalty),
+    /// A stabilised multiplier, constant on each contact face.
     Multiplier(Multiplier),
 }
 

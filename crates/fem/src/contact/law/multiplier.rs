@@ -11,6 +11,7 @@ use faceoff_mesh::error::Result;
 /// h_F = d|κ|/|F| it is stable for γ₀ < 1/4 on every mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Multiplier {
+    /// γ₀ of γ = γ₀ h_F; without dimension.
     pub gamma0: f64,
 }
 

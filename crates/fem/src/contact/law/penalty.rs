@@ -9,6 +9,7 @@ use faceoff_mesh::error::Result;
 /// Appl. 65, 2013). ε ~ h is what keeps the order of the H¹ error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Penalty {
+    /// ε₀ of ε = ε₀ h_F; without dimension.
     pub epsilon0: f64,
 }
 

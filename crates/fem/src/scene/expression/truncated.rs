@@ -19,6 +19,7 @@ pub const IN_SPACE: usize = 35;
 /// The coefficients, by degree, and for each degree up to the one wanted from then on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Taylor<const N: usize> {
+    /// c_α in the order of [`Monomials::exponents`].
     pub coefficients: [Interval; N],
     /// May it jump inside the box?
     pub may_jump: bool,
@@ -224,6 +225,7 @@ impl<const N: usize> Taylor<N> {
         }
     }
 
+    /// Holds the function at all points of the box.
     pub fn value(&self) -> Interval {
         self.coefficients[0]
     }

@@ -105,6 +105,7 @@ fn root_text(a: f64) -> [String; 2] {
 /// -Re (a²-z²)^{3/2}: contact for |x| > a.
 #[derive(Debug, Clone, Copy)]
 pub struct Gap {
+    /// Half the width of the gap, without contact.
     pub a: f64,
 }
 
@@ -127,6 +128,7 @@ impl ExactSolution for Gap {
 /// A rigid cylinder: -½ Re[z√(z²-a²) - a² log((z+√(z²-a²))/a)], contact for |x| < a.
 #[derive(Debug, Clone, Copy)]
 pub struct Hertz {
+    /// Half the width of the contact.
     pub a: f64,
 }
 
@@ -157,7 +159,9 @@ impl ExactSolution for Hertz {
 /// distance of nx from the nearest even number exceeds a.
 #[derive(Debug, Clone, Copy)]
 pub struct Periodic {
+    /// In (0, 1); a/n is half the width of a gap.
     pub a: f64,
+    /// Half-periods on 0 ≤ x ≤ 1.
     pub n: u32,
 }
 

@@ -37,6 +37,7 @@ impl<S: ExactSolution> ExactSolution for Extruded<S> {
 /// (π/8)(2a²-r²+2z²) + Im[(Z²/2+r²/4)L - ZR/4 - z(ZL-R)], Z = z+ia, R = √(r²+Z²), L = log(R+Z).
 #[derive(Debug, Clone, Copy)]
 pub struct HertzSphere {
+    /// The radius of the contact disc.
     pub a: f64,
 }
 

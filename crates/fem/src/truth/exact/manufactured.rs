@@ -8,7 +8,10 @@ use super::{ExactSolution, Monomial, Point, Text};
 #[derive(Debug, Clone, Copy)]
 pub enum Selector {
     /// cos 2πnx, 2D.
-    Waves { n: u32 },
+    Waves {
+        /// Periods on 0 ≤ x ≤ 1.
+        n: u32,
+    },
     /// cos 2πx cos 2πy, 3D.
     Checker,
 }
@@ -17,7 +20,14 @@ pub enum Selector {
 #[derive(Debug, Clone, Copy)]
 pub enum Profile {
     /// [s-δ]₊^p where free, [-s-δ]₊^q in contact; p, q ≥ 2; grazing on |s| ≤ δ.
-    Power { p: u32, q: u32, delta: f64 },
+    Power {
+        /// Exponent where free.
+        p: u32,
+        /// Exponent in contact.
+        q: u32,
+        /// δ ≥ 0, half the range of s that grazes.
+        delta: f64,
+    },
     /// e^{-1/s}.
     Smooth,
 }
@@ -62,7 +72,9 @@ fn fade(y: f64) -> Jet {
 /// (-α(s) + α(-s) y)(1-y)²(1+2y), y the last coordinate.
 #[derive(Debug, Clone, Copy)]
 pub struct Separated {
+    /// s, which decides where contact is.
     pub selector: Selector,
+    /// α, which decides how smooth u is.
     pub profile: Profile,
 }
 
@@ -189,7 +201,9 @@ impl ExactSolution for Separated {
 /// (1-r²/R²)³₊ Im (z-x0)^{3/2}: contact for x > x0, and nothing beyond the radius R.
 #[derive(Debug, Clone, Copy)]
 pub struct CutOff {
+    /// Where contact begins on y = 0.
     pub x0: f64,
+    /// R: u = 0 at this distance from (x0, 0) and beyond.
     pub radius: f64,
 }
 

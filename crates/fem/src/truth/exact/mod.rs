@@ -39,19 +39,24 @@ pub trait ExactSolution: Send + Sync {
 /// What is prescribed on a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
+    /// u = g.
     Dirichlet,
+    /// ∂ₙu = t.
     Neumann,
+    /// u ≤ ψ, ∂ₙu ≤ 0, (u-ψ) ∂ₙu = 0.
     Contact,
 }
 
 /// A side of the box, or the part of it with x in `range`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Side {
+    /// What holds on it.
     pub kind: Kind,
     /// The coordinate that is constant on it.
     pub axis: usize,
     /// At the upper end of that coordinate, or at the lower.
     pub upper: bool,
+    /// The part's interval of x; none: the whole side.
     pub range: Option<[f64; 2]>,
 }
 
@@ -59,10 +64,15 @@ pub struct Side {
 /// `if(a < b, c, d)`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Text {
+    /// The solution.
     pub u: String,
+    /// -Δu
     pub f: String,
+    /// u on Γ_D.
     pub g: String,
+    /// ∂ₙu on Γ_N.
     pub t: String,
+    /// The obstacle on Γ_C.
     pub psi: String,
 }
 
@@ -124,13 +134,19 @@ pub struct Benchmark {
     pub name: &'static str,
     /// What it is for.
     pub purpose: &'static str,
+    /// What limits the order of any method.
     pub regularity: Regularity,
+    /// 2 or 3.
     pub dimension: usize,
+    /// The box's corner of the lowest coordinates.
     pub lower: Point,
+    /// The box's corner of the highest coordinates; 2D boxes leave the third at 0.
     pub upper: Point,
     /// Every side of the box, in the order of the axes, lower before upper.
     pub sides: Vec<Side>,
+    /// u, ∇u and f as numbers.
     pub solution: Box<dyn ExactSolution>,
+    /// The same data as text.
     pub text: Text,
 }
 
