@@ -526,10 +526,7 @@ fn the_verdict_has_a_colour_on_a_terminal_that_may_be_refused() {
     let on_terminal = |gamma0: &str, no_color: &str| {
         let program = env!("CARGO_BIN_EXE_faceoff");
         let typed = format!("'{program}' judge u.vtu --scene one-zone --gamma0 {gamma0}");
-        let mut script = Command::new("script");
-        script.args(["-qec", &typed, "/dev/null"]).current_dir(at);
-        script.env("TERM", "xterm").env("NO_COLOR", no_color);
-        told(script.output().unwrap()).stdout
+        crate::common::on_terminal(at, &typed, no_color).stdout
     };
     assert!(on_terminal("100", "").contains("\u{1b}[1;32magree: "));
     assert!(on_terminal("7", "").contains("\u{1b}[1;31mdisagree: "));

@@ -10,11 +10,7 @@ fn on_terminal(columns: u32, before: &str, words: &str) -> String {
     let folder = folder();
     let program = env!("CARGO_BIN_EXE_faceoff");
     let typed = format!("stty cols {columns}; {before} {program} {words}");
-    let mut script = Command::new("script");
-    script
-        .args(["-qec", &typed, "/dev/null"])
-        .env("TERM", "xterm");
-    let ran = told(script.current_dir(folder.path()).output().unwrap());
+    let ran = crate::common::on_terminal(folder.path(), &typed, "");
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     ran.stdout
 }

@@ -38,6 +38,19 @@ pub fn told(output: Output) -> Ran {
     }
 }
 
+/// Runs a line of shell on a terminal. Where no terminals are mounted, as in a bare chroot, they are, for this line alone.
+pub fn on_terminal(at: &Path, line: &str, no_color: &str) -> Ran {
+    let mut command = Command::new("sh");
+    command.current_dir(at).env("TERM", "xterm");
+    command.env("NO_COLOR", no_color);
+    let mounted = "[ -e /dev/pts/ptmx ] && exec \"$@\"
+        exec unshare --mount --propagation unchanged sh -c '
+            mount --make-private /dev 2>/dev/null
+            mount -t devpts devpts /dev/pts && exec \"$@\"' sh \"$@\"";
+    command.args(["-c", mounted, "sh", "script", "-qec", line, "/dev/null"]);
+    told(command.output().unwrap())
+}
+
 impl Ran {
     /// The JSON on standard output.
     pub fn json(&self) -> Value {

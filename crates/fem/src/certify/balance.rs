@@ -2,23 +2,22 @@
 //!
 //! Let r be f + div σ on a cell κ whose tree was cut. Its mean m on κ, and the part that the tree does not know, go to
 //! the majorant flux. Constants on leaves that have mean 0 on κ are the divergence of an explicit flux τ without normal
-//! trace on ∂κ. In a simplex T cut in 2^d with d_j the mean on child j relative to T's (their sum is 0):
+//! trace on ∂κ. In a simplex T cut in the middle of its edge ab, with ±δ the means on its halves relative to T's,
 //!
 //! ```text
-//! τ = -d_j (x-x_j)/d     in the child at the vertex x_j
+//! τ = -δ (x-a)/d in the half at a,   δ (x-b)/d in that at b
 //! ```
 //!
-//! has no flux through ∂T, and the flux d_j |child| (the same on all of it) into the middle. In 2D the middle is one
-//! triangle with vertices m_j opposite x_j, and τ = Σ d_j (x-m_j)/2 there. In 3D it is a ring of four tetrahedra around
-//! a diagonal; each has one face in common with a corner's child, and what goes round the ring is chosen with mean 0.
-//! Summed over all levels -div τ is r's constants, and τ is added to σ: no Poincaré inequality, and a peak of width ε in a
-//! cell of size h costs (log h/ε)^½ where that would cost h/ε. What is linear on a leaf with mean 0, and the wave s of the
-//! model, are bounded by Poincaré's inequality on the leaf. Where that inequality on all of κ is good enough there is no τ.
+//! has no flux through ∂T, where x-a or x-b is a tangent, and the flux δ |T|/2 into the half at a, the same all over what
+//! both have in common. Summed over all levels -div τ is r's constants, and τ is added to σ: no Poincaré inequality, and a
+//! peak of width ε in a cell of size h costs (log h/ε)^½ where that would cost h/ε. What is linear on a leaf with mean 0,
+//! and the wave s of the model, are bounded by Poincaré's inequality on the leaf. Where that inequality on all of κ is good
+//! enough there is no τ.
 
 use super::model::Tree;
 use super::simplex::{Simplex, Vector, length, mean_square_of_linear, norm, root_of_product, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
-use crate::quadrature::{Piece, WHOLE, parts};
+use crate::quadrature::{Piece, WHOLE, halves};
 
 /// Coefficients of a vector Σ b_i x_i, Σ b_i = 0, of the cell's vertices x_i.
 pub(super) type Coefficients = [Interval; 4];
@@ -86,7 +85,7 @@ pub(super) fn balance(
         plain,
         ..
     } = found;
-    let means = averages(tree, dim, exact.iter().map(|m| m.mid()).collect());
+    let means = tree.averages(exact.iter().map(|m| m.mid()).collect());
     let known = means[0];
     // Poincaré's inequality on the whole cell, or on the leaves after τ.
     let away = plain.iter().map(|(share, values)| {
@@ -121,7 +120,8 @@ pub(super) fn balance(
     };
     let (mut known_part, mut tau, mut norm) = (of_cell, Vec::new(), 0.0);
     // What rounding leaves of the mean.
-    let mut rounding = mean_of(tree, dim, |node| exact[node as usize] - Interval::at(known));
+    let off = |node: u32| exact[node as usize] - Interval::at(known);
+    let mut rounding = tree.mean(off).magnitude();
     if of_cell > enough {
         let own = errors.clone();
         let (with, of_tau) = of_means(&means, &mut |node, represented| {
@@ -148,15 +148,15 @@ pub(super) fn balance(
     );
 
     // The unknown: the same flux for e - ē, or Poincaré's inequality.
-    let bounds = averages(tree, dim, errors.clone());
+    let bounds = tree.averages(errors.clone());
     let mut away = Vec::new();
-    tree.for_each(dim, &mut |node, _, share| {
+    tree.for_each(&mut |node, _, share| {
         let off = Interval::at(errors[node as usize]) - Interval::at(bounds[0]);
         away.push(above_of_product(share, off.square().high));
     });
     let mut spread = above_of_product(scale.high, root_of_product(measure, above_of_all(away)));
     let of_errors = |node: u32| Interval::at(errors[node as usize]) - Interval::at(bounds[0]);
-    let mut off = mean_of(tree, dim, of_errors);
+    let mut off = tree.mean(of_errors).magnitude();
     if spread > enough {
         let (_, norm) = of_means(&bounds, &mut |node, represented| {
             let missing = Interval::at(errors[node as usize]) - represented;
@@ -173,13 +173,6 @@ pub(super) fn balance(
     }
 }
 
-/// The size of the mean of what is known of each leaf.
-fn mean_of(tree: &Tree, dim: usize, of: impl Fn(u32) -> Interval) -> f64 {
-    let mut sum = Interval::ZERO;
-    tree.for_each(dim, &mut |node, _, share| sum += share * of(node));
-    sum.magnitude()
-}
-
 fn wave(scale: f64, measure: f64, wave: f64) -> f64 {
     if wave == 0.0 {
         return 0.0;
@@ -194,18 +187,6 @@ fn mean_square(cell: &Simplex, at: &[Coefficients; 4]) -> Interval {
     (0..cell.dim)
         .map(|k| mean_square_of_linear(&corners.iter().map(|c| c[k]).collect::<Vec<_>>()))
         .sum()
-}
-
-/// Means of all nodes from those of the leaves.
-fn averages(tree: &Tree, dim: usize, mut means: Vec<f64>) -> Vec<f64> {
-    // The parts of a node stand behind it.
-    for node in (0..means.len()).rev() {
-        if let Some(parts) = tree.parts_of(node as u32, dim) {
-            let all: f64 = parts.map(|part| means[part as usize]).sum();
-            means[node] = all / (1 << dim) as f64;
-        }
-    }
-    means
 }
 
 /// The linear part of r on one leaf.
@@ -234,10 +215,9 @@ impl<L: Fn(&[f64; 4], f64) -> Interval> Leaves<'_, L> {
     fn look(&mut self, node: u32, piece: &Piece, share: f64) {
         let dim = self.cell.dim;
         let count = dim + 1;
-        if let Some(indices) = self.tree.parts_of(node, dim) {
-            let share = share / (1 << dim) as f64;
-            for (index, part) in indices.zip(parts(piece, dim)) {
-                self.look(index, &part, share);
+        if let Some(indices) = self.tree.halves_of(node) {
+            for (index, half) in indices.iter().zip(halves(piece, self.tree.edge(node))) {
+                self.look(*index, &half, 0.5 * share);
             }
             return;
         }
@@ -291,91 +271,123 @@ impl<F: FnMut(u32, &Piece, f64, [Coefficients; 4], Interval)> Flux<'_, F> {
         at: [Coefficients; 4],
         represented: Interval,
     ) {
-        let Some(indices) = self.tree.parts_of(node, self.dim) else {
+        let Some(indices) = self.tree.halves_of(node) else {
             return (self.leaves)(node, piece, share, at, represented);
         };
-        let dim = self.dim;
-        let indices: Vec<u32> = indices.collect();
-        let own = self.means[node as usize];
-        let d: Vec<f64> = indices
-            .iter()
-            .map(|&k| self.means[k as usize] - own)
-            .collect();
-        let share = share / (1 << dim) as f64;
-        for (k, part) in parts(piece, dim).iter().enumerate() {
-            // (x-x_i)/dim times these, i the corners of the part, is what this level adds.
-            let own = own_fluxes(dim, k, &d);
-            let mut inside = [[Interval::ZERO; 4]; 4];
-            for (j, value) in inside.iter_mut().enumerate().take(dim + 1) {
-                *value = interpolated(&at, piece, &part[j], dim);
-                for (i, flux) in own.iter().enumerate().take(dim + 1) {
-                    let weight = *flux / Interval::at(dim as f64);
-                    for (c, b) in value.iter_mut().enumerate().take(dim + 1) {
-                        *b += weight * (Interval::at(part[j][c]) - Interval::at(part[i][c]));
-                    }
+        let [a, b] = self.tree.edge(node);
+        let sum = |k: usize| at[a][k] + at[b][k];
+        let middle = std::array::from_fn(|k| Interval::new(0.5 * sum(k).low, 0.5 * sum(k).high));
+        // The one number is δ in one half and -δ in the other, or the fluxes through their common face would differ.
+        let delta = Interval::at(self.means[indices[0] as usize] - self.means[node as usize]);
+        let of_halves = [(a, b, delta), (b, a, -delta)];
+        let both = indices.into_iter().zip(halves(piece, [a, b]));
+        for ((index, half), (corner, new, delta)) in both.zip(of_halves) {
+            let mut inside = at;
+            inside[new] = middle;
+            let weight = -delta / Interval::at(self.dim as f64);
+            for (value, x) in inside.iter_mut().zip(&half).take(self.dim + 1) {
+                for (k, b) in value.iter_mut().enumerate().take(self.dim + 1) {
+                    *b += weight * (Interval::at(x[k]) - Interval::at(half[corner][k]));
                 }
             }
-            let divergence: Interval = own.iter().copied().sum();
-            let represented = represented - divergence;
-            self.below(indices[k], part, share, inside, represented);
+            self.below(index, &half, 0.5 * share, inside, represented + delta);
         }
     }
 }
 
-/// The fluxes out of a part through its faces, over its measure, by the corner opposite: for the means d of all parts.
-fn own_fluxes(dim: usize, part: usize, d: &[f64]) -> [Interval; 4] {
-    let at = Interval::at;
-    let mut fluxes = [Interval::ZERO; 4];
-    if part <= dim {
-        // The corner itself is the one opposite the only face that is inside.
-        fluxes[part] = -at(d[part]);
-        return fluxes;
-    }
-    if dim == 2 {
-        // [ab, bc, ac]: opposite ab is the child at c, opposite bc that at a, opposite ac that at b.
-        return [at(d[2]), at(d[0]), at(d[1]), Interval::ZERO];
-    }
-    // The ring: parts 4 (child a), 5 (b), 7 (c), 6 (d), each with the next one through a face with the diagonal ac-bd.
-    let s = [d[4] + d[0], d[5] + d[1], d[7] + d[2], d[6] + d[3]];
-    // g_k - g_{k-1} = -s_k, with mean 0.
-    let mut g = [0.0; 4];
-    for k in 1..4 {
-        g[k] = g[k - 1] - s[k];
-    }
-    let mean = 0.25 * g.iter().sum::<f64>();
-    let g = g.map(|g| g - mean);
-    // g[0]: 4 → 5 by ab, g[1]: 5 → 7 by bc, g[2]: 7 → 6 by cd, g[3]: 6 → 4 by ad.
-    match part {
-        // [ab, ac, ad, bd]: opposite bd is child a; opposite ad the face with ab; opposite ab that with ad.
-        4 => [-at(g[3]), Interval::ZERO, at(g[0]), at(d[0])],
-        // [ab, ac, bd, bc]: opposite ac is child b; opposite bc the face with ab; opposite ab that with bc.
-        5 => [at(g[1]), at(d[1]), Interval::ZERO, -at(g[0])],
-        // [ac, ad, bd, cd]: opposite ac is child d; opposite cd the face with ad; opposite ad that with cd.
-        6 => [at(d[3]), -at(g[2]), Interval::ZERO, at(g[3])],
-        // [ac, bc, cd, bd]: opposite bd is child c; opposite cd the face with bc; opposite bc that with cd.
-        _ => [Interval::ZERO, at(g[2]), -at(g[1]), at(d[2])],
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::super::model::{Domain, Effort};
+    use super::*;
+    use crate::quadrature::exact;
+    use crate::scene::{Expression, Scene};
 
-/// A linear function of given values at a piece's corners, at a point inside, both in the cell's coordinates.
-fn interpolated(
-    at: &[Coefficients; 4],
-    piece: &Piece,
-    point: &[f64; 4],
-    dim: usize,
-) -> Coefficients {
-    // The corners of a part are corners of the piece or midpoints of its edges.
-    let half = |i: usize, j: usize| (0..4).all(|k| point[k] == 0.5 * (piece[i][k] + piece[j][k]));
-    for i in 0..=dim {
-        for j in 0..=i {
-            if half(i, j) {
-                return std::array::from_fn(|k| {
-                    let sum = at[i][k] + at[j][k];
-                    Interval::new(0.5 * sum.low, 0.5 * sum.high)
-                });
+    /// (τ, ∇φ) = (r - r̄, φ) for polynomials φ: -div τ is r less its mean, there is no jump of τ·n inside and none of it on ∂κ.
+    #[test]
+    fn tau_has_the_divergence_of_the_leaves_and_no_normal_trace() {
+        for (scene, f) in [
+            ("one-zone", "if(x + 2*y < 0.8, 1, if(x < 0.2, -3, 5))"),
+            (
+                "one-zone-3d",
+                "if(x + 2*y - z < 0.1, 1, if(x < 0.2, -3, 5))",
+            ),
+        ] {
+            let mesh = Scene::find(scene).unwrap().triangulation(Some(2)).unwrap();
+            let f = Expression::parse(f).unwrap();
+            let (dim, mut cut) = (mesh.dim, 0);
+            let rule = exact(dim, 5);
+            for cell in 0..mesh.cell_count() {
+                let simplex = Simplex::new(&mesh, cell);
+                let domain = Domain {
+                    expression: &f,
+                    vertices: vec![mesh.vertices(cell)],
+                    measures: vec![1.0],
+                    dim,
+                    space: dim,
+                    unit: 0,
+                };
+                let effort = Effort {
+                    tolerance: 1e-3,
+                    budget: 60,
+                };
+                let tree = &domain.enclose(&effort).unwrap()[0];
+                let found = balance(&simplex, tree, 0.0, |_, value| Interval::at(value));
+                if found.tau.is_empty() {
+                    continue;
+                }
+                cut += 1;
+                let mean = tree
+                    .mean(|node| Interval::at(tree.leaf(node).values[0]))
+                    .mid();
+                let mut leaves = Vec::new();
+                tree.for_each(&mut |node, _, _| leaves.push(tree.leaf(node).values[0] - mean));
+                let geometry = mesh.geometry(cell);
+                for power in [
+                    [1, 0, 0],
+                    [0, 1, 0],
+                    [1, 1, 0],
+                    [2, 1, 0],
+                    [0, 1, 2],
+                    [3, 0, 0],
+                ] {
+                    if power[dim..].iter().any(|p| *p > 0) {
+                        continue;
+                    }
+                    let phi = |x: [f64; 3]| (0..3).map(|k| x[k].powi(power[k])).product::<f64>();
+                    let slope = |x: [f64; 3], k: usize| match power[k] {
+                        0 => 0.0,
+                        p => {
+                            f64::from(p) * x[k].powi(p - 1) * {
+                                let others = (0..3).filter(|j| *j != k);
+                                others.map(|j| x[j].powi(power[j])).product::<f64>()
+                            }
+                        }
+                    };
+                    let mut sums = [0.0; 2];
+                    for ((piece, share, tau), r) in found.tau.iter().zip(&leaves) {
+                        for (inner, weight) in rule.iter() {
+                            let inside = |i: usize| -> f64 {
+                                (0..=dim).map(|k| inner[k] * piece[k][i]).sum()
+                            };
+                            let x = geometry.point(&std::array::from_fn(inside));
+                            let of = |i: usize| {
+                                let at = tau.iter().zip(inner);
+                                Interval::at(at.map(|(t, w)| t[i].mid() * w).sum())
+                            };
+                            let tau = simplex.vector(&std::array::from_fn(of));
+                            let along = (0..dim).map(|k| tau[k].mid() * slope(x, k));
+                            sums[0] += share * weight * along.sum::<f64>();
+                            sums[1] += share * weight * r * phi(x);
+                        }
+                    }
+                    let [left, right] = sums;
+                    assert!(
+                        (left - right).abs() < 1e-13,
+                        "{scene} {cell} {power:?}: {sums:?}"
+                    );
+                }
             }
+            assert!(cut >= 3, "{scene}: {cut}");
         }
     }
-    // No part has another corner; nothing is known of one that has.
-    [Interval::WHOLE; 4]
 }

@@ -179,11 +179,14 @@ pub(super) struct Traction {
     pub rest: f64,
 }
 
-/// What may be spent on the data of a part of the mesh.
-fn effort(problem: &Problem, count: usize, h: f64) -> Effort {
+/// What may be spent on the data of a part of the mesh with so many simplices of this dimension and measure.
+fn effort(problem: &Problem, count: usize, dim: usize, measure: f64) -> Effort {
+    let root = 1.0 / dim as f64;
+    let h = 1.0 / (count.max(1) as f64).powf(root);
     let is_second = second_order::applies(problem);
+    let order = if is_second { OF_SECOND_ORDER } else { 1.0 };
     Effort {
-        tolerance: TOLERANCE * h * if is_second { OF_SECOND_ORDER } else { 1.0 },
+        tolerance: TOLERANCE * order * h * measure.sqrt(),
         budget: (PER_CELL * count + MORE).min(MOST),
     }
 }
@@ -196,9 +199,6 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
         .map(|cell| mesh.geometry(cell).measure())
         .collect();
     let volume: f64 = measures.iter().sum();
-    // h ‖f‖ |Ω|^½ over the domain's size.
-    let size = volume.powf(1.0 / mesh.dim as f64);
-    let h = size / (mesh.cell_count() as f64).powf(1.0 / mesh.dim as f64);
     let domain = Domain {
         expression: &problem.scene.data().f,
         vertices: (0..mesh.cell_count())
@@ -209,10 +209,10 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
         space: mesh.dim,
         unit,
     };
-    let effort = effort(problem, mesh.cell_count(), h * volume.sqrt() / size);
+    let effort = effort(problem, mesh.cell_count(), mesh.dim, volume);
     let trees = domain.enclose(&effort)?;
     for (cell, tree) in trees.iter().enumerate() {
-        bounded("f", tree, mesh.dim, || format!("cell {cell}"))?;
+        bounded("f", tree, || format!("cell {cell}"))?;
     }
     let loads = trees.par_iter().map(|tree| {
         if !tree.is_cut() {
@@ -227,7 +227,7 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
         }
         let mut bubbles = [Interval::ZERO; 3];
         if mesh.dim == 2 {
-            tree.for_each(2, &mut |node, piece, share| {
+            tree.for_each(&mut |node, piece, share| {
                 let values = tree.leaf(node).values.map(Interval::at);
                 for (i, bubble) in bubbles.iter_mut().enumerate() {
                     let on_leaf = bubble_on(piece, [(i + 1) % 3, (i + 2) % 3], 2);
@@ -254,6 +254,7 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
         .sum();
     // A leaf of a tetrahedron costs more time, one of a triangle is more often worth it.
     let share = if mesh.dim == 2 { 0.25 } else { 1.0 };
+    let size = volume.powf(1.0 / mesh.dim as f64);
     let enough = share * effort.tolerance / volume.sqrt() * size * (square / volume).sqrt();
     Ok((trees, loads, enough))
 }
@@ -262,7 +263,7 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
 pub(super) fn moments(tree: &Tree, dim: usize) -> (Interval, [Interval; 4]) {
     let count = dim + 1;
     let (mut mean, mut moments) = (Interval::ZERO, [Interval::ZERO; 4]);
-    tree.for_each(dim, &mut |node, piece, share| {
+    tree.for_each(&mut |node, piece, share| {
         let values = tree.leaf(node).values.map(Interval::at);
         let all: Interval = values[..count].iter().copied().sum();
         mean += share * all / Interval::at(count as f64);
@@ -279,11 +280,9 @@ pub(super) fn moments(tree: &Tree, dim: usize) -> (Interval, [Interval; 4]) {
 }
 
 /// What is not bounded cannot be charged.
-fn bounded(name: &str, tree: &Tree, dim: usize, place: impl Fn() -> String) -> Result<()> {
+fn bounded(name: &str, tree: &Tree, place: impl Fn() -> String) -> Result<()> {
     let mut is_bounded = true;
-    tree.for_each(dim, &mut |node, _, _| {
-        is_bounded &= tree.leaf(node).error.is_finite()
-    });
+    tree.for_each(&mut |node, _, _| is_bounded &= tree.leaf(node).error.is_finite());
     if is_bounded {
         return Ok(());
     }
@@ -352,7 +351,6 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
         })
         .collect();
     let whole: f64 = measures.iter().sum();
-    let h = 1.0 / (faces.len().max(1) as f64).powf(1.0 / (mesh.dim - 1) as f64);
     let domain = Domain {
         expression: t,
         vertices: vertices.collect(),
@@ -361,13 +359,14 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
         space: mesh.dim,
         unit,
     };
-    let trees = domain.enclose(&effort(problem, faces.len(), h * whole.sqrt()))?;
+    let effort = effort(problem, faces.len(), mesh.dim - 1, whole);
+    let trees = domain.enclose(&effort)?;
     let pairs = faces.into_iter().zip(cells);
     pairs
         .zip(&trees)
         .map(|((face, cell), tree)| {
             cancel::check()?;
-            bounded("t", tree, mesh.dim - 1, || mesh.face_label(face))?;
+            bounded("t", tree, || mesh.face_label(face))?;
             let simplex = Simplex::new(mesh, cell);
             let local = mesh.local_face(cell, face);
             let vertex_of = |v: &u32| mesh.cell(cell).iter().position(|c| c == v);
@@ -380,7 +379,7 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
                 moments[corner] = measure * moment;
             }
             let [mut wave, mut rest, mut bubble] = [Interval::ZERO; 3];
-            tree.for_each(mesh.dim - 1, &mut |node, piece, share| {
+            tree.for_each(&mut |node, piece, share| {
                 if mesh.dim == 2 {
                     let values = tree.leaf(node).values.map(Interval::at);
                     bubble += share * mean_with_bubble(&values, &bubble_on(piece, [0, 1], 1), 1);

@@ -531,7 +531,7 @@ fn energy(fields: &CellFields, norms: &[CellNorms]) -> Interval {
         let simplex = fields.simplex(lift.cell);
         let mut sup = 0.0_f64;
         let tree = &fields.data.trees[lift.cell];
-        tree.for_each(simplex.dim, &mut |node, _, _| {
+        tree.for_each(&mut |node, _, _| {
             let leaf = tree.leaf(node);
             let most = leaf.values[..=simplex.dim]
                 .iter()
@@ -569,7 +569,7 @@ fn load_of_bubbles(fields: &CellFields, simplex: &Simplex, cell: usize) -> Inter
         let slack = at(leaf.swell) * at(up(third, most)) + at(leaf.error) * at(most);
         return (mean + Interval::around_zero(slack.high)) * simplex.measure;
     }
-    tree.for_each(2, &mut |node, piece, share| {
+    tree.for_each(&mut |node, piece, share| {
         let leaf = tree.leaf(node);
         let mut w = [Interval::ZERO; 10];
         for (local, b) in b.iter().enumerate().filter(|(_, b)| **b != 0.0) {
@@ -614,11 +614,10 @@ fn load_of_cell(
     cell: usize,
     z: &[Interval; 4],
 ) -> Interval {
-    let mesh = fields.problem.space.mesh;
-    let (dim, count) = (mesh.dim, mesh.dim + 1);
+    let count = simplex.dim + 1;
     let (at, tree) = (Interval::at, &fields.data.trees[cell]);
     let mut load = Interval::ZERO;
-    tree.for_each(dim, &mut |node, piece, share| {
+    tree.for_each(&mut |node, piece, share| {
         let leaf = tree.leaf(node);
         let mut here = *z;
         if tree.is_cut() {

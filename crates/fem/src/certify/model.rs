@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use super::quadratic::Quadratic;
 use super::simplex::{Vector, corners, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
-use crate::quadrature::{Piece, WHOLE, parts};
+use crate::quadrature::{Piece, WHOLE, halves, longest_edge};
 use crate::scene::Expression;
 use crate::scene::expression::{IN_PLANE, IN_SPACE, MOST, Monomials, SECOND, Taylor};
 use faceoff_mesh::cancel;
@@ -34,10 +34,12 @@ pub(super) struct Leaf {
     pub swell: f64,
     /// |r| is at most this.
     pub error: f64,
-    /// Are there derivatives on it?
+    /// May more derivatives say more of it?
     pub is_smooth: bool,
-    /// The first of its 2^d parts among the nodes of its tree; 0 where it was not cut.
-    pub parts: u32,
+    /// The ends of its longest edge, where it is cut.
+    pub edge: [u8; 2],
+    /// The first of its halves among the nodes of its tree; 0 where it was not cut.
+    pub halves: u32,
 }
 
 impl Leaf {
@@ -61,7 +63,7 @@ impl Leaf {
 pub(super) struct Tree {
     /// The whole first.
     pub whole: Leaf,
-    /// Its parts, theirs, …; empty where it was not cut.
+    /// Its halves, theirs, …; empty where it was not cut.
     pub rest: Vec<Leaf>,
 }
 
@@ -85,8 +87,8 @@ impl Tree {
     }
 
     /// Calls `visit` with every leaf's number, where it is, and its share of the whole.
-    pub fn for_each(&self, dim: usize, visit: &mut impl FnMut(u32, &Piece, f64)) {
-        self.below(0, &WHOLE, 1.0, dim, visit);
+    pub fn for_each(&self, visit: &mut impl FnMut(u32, &Piece, f64)) {
+        self.below(0, &WHOLE, 1.0, visit);
     }
 
     fn below(
@@ -94,22 +96,43 @@ impl Tree {
         index: u32,
         piece: &Piece,
         share: f64,
-        dim: usize,
         visit: &mut impl FnMut(u32, &Piece, f64),
     ) {
-        let Some(indices) = self.parts_of(index, dim) else {
+        let Some(indices) = self.halves_of(index) else {
             return visit(index, piece, share);
         };
-        let share = share / (1 << dim) as f64;
-        for (index, part) in indices.zip(parts(piece, dim)) {
-            self.below(index, &part, share, dim, visit);
+        for (index, half) in indices.iter().zip(halves(piece, self.edge(index))) {
+            self.below(*index, &half, 0.5 * share, visit);
         }
     }
 
-    /// The parts of a node that was cut.
-    pub fn parts_of(&self, index: u32, dim: usize) -> Option<impl Iterator<Item = u32>> {
-        let first = self.leaf(index).parts;
-        (first != 0).then(|| (0..1_u32 << dim).map(move |k| first + k))
+    /// The halves of a node that was cut.
+    pub fn halves_of(&self, index: u32) -> Option<[u32; 2]> {
+        let first = self.leaf(index).halves;
+        (first != 0).then_some([first, first + 1])
+    }
+
+    /// The edge in whose middle a node was cut: the first half has its first end.
+    pub fn edge(&self, index: u32) -> [usize; 2] {
+        self.leaf(index).edge.map(usize::from)
+    }
+
+    /// Means of all nodes from those of the leaves.
+    pub fn averages(&self, mut means: Vec<f64>) -> Vec<f64> {
+        // The halves of a node stand behind it.
+        for node in (0..means.len()).rev() {
+            if let Some([a, b]) = self.halves_of(node as u32) {
+                means[node] = 0.5 * (means[a as usize] + means[b as usize]);
+            }
+        }
+        means
+    }
+
+    /// The mean of what each leaf has.
+    pub fn mean(&self, of: impl Fn(u32) -> Interval) -> Interval {
+        let mut sum = Interval::ZERO;
+        self.for_each(&mut |node, _, share| sum += share * of(node));
+        sum
     }
 }
 
@@ -134,14 +157,16 @@ pub(super) struct Effort {
     pub budget: usize,
 }
 
-/// A part is cut no more often than this: its corners are then exact dyadic combinations.
-const DEEPEST: usize = 40;
+/// The corners of all parts are exact dyadic combinations, in multiples of 2 to the power of less this.
+const FINEST: i32 = 40;
 /// Those are cut that cost at least this part of the costliest.
 const COSTLY: f64 = 0.125;
 /// So many derivatives are taken at first.
 const AT_FIRST: usize = 2;
 /// More derivatives are worth their time where they leave less than this part.
 const WORTH: f64 = 0.25;
+/// … and not tried where the first leave so many times the range of f: a leaf is then longer than its waves.
+const FAR: f64 = 4.0;
 
 impl Domain<'_> {
     /// The trees of all simplices, and whether the tolerance was met.
@@ -161,28 +186,19 @@ impl Domain<'_> {
                 })
             })
             .collect::<Result<_>>()?;
-        let squares = trees
-            .iter()
-            .zip(&self.measures)
-            .map(|(tree, m)| m * tree.whole.size().powi(2));
-        let mut square: f64 = squares.sum();
-        let costs = trees.iter().zip(&self.measures);
-        let total = above_of_all(costs.map(|(tree, measure)| tree.whole.cost(*measure)));
-        if total <= effort.tolerance * square.sqrt() {
-            return Ok(trees);
-        }
         let mut left = effort.budget;
         let mut open: Vec<Open> = (0..count)
             .map(|simplex| Open {
                 simplex,
                 node: 0,
                 piece: WHOLE,
-                depth: 0,
+                is_final: false,
                 order: AT_FIRST,
                 measure: self.measures[simplex],
                 leaf: trees[simplex].whole,
             })
             .collect();
+        let mut square: f64 = open.iter().map(Open::square).sum();
         loop {
             cancel::check()?;
             let total = above_of_all(open.iter().map(Open::cost));
@@ -190,18 +206,16 @@ impl Domain<'_> {
                 break;
             }
             let worst = open.iter().map(Open::cost).fold(0.0, f64::max);
-            let is_costly = |o: &Open| o.cost() >= COSTLY * worst && o.depth < DEEPEST;
+            let is_costly = |o: &Open| o.cost() >= COSTLY * worst && !o.is_final;
             let (mut chosen, kept): (Vec<Open>, Vec<Open>) = open.into_iter().partition(is_costly);
             open = kept;
-            let children = 1 << self.dim;
             if chosen.is_empty() {
                 break;
             }
             // What may not be cut any more may still get more derivatives.
             chosen.sort_by(|a, b| b.cost().total_cmp(&a.cost()));
-            let most = left / children;
-            for late in chosen.iter_mut().skip(most) {
-                late.depth = DEEPEST;
+            for late in chosen.iter_mut().skip(left) {
+                late.is_final = true;
             }
             let made: Vec<Vec<Open>> = chosen
                 .par_iter()
@@ -214,9 +228,9 @@ impl Domain<'_> {
                 if let [same] = &made[..] {
                     *tree.node_mut(parent.node) = same.leaf;
                 } else {
-                    left -= children;
+                    left -= 1;
                     let first = tree.rest.len() as u32 + 1;
-                    tree.node_mut(parent.node).parts = first;
+                    tree.node_mut(parent.node).halves = first;
                     for (child, node) in made.iter_mut().zip(first..) {
                         child.node = node;
                         tree.rest.push(child.leaf);
@@ -229,11 +243,11 @@ impl Domain<'_> {
         Ok(trees)
     }
 
-    /// The same leaf with more derivatives, or its parts.
+    /// The same leaf with more derivatives, or its halves.
     fn improved(&self, parent: &Open) -> Vec<Open> {
         if parent.order < MOST && parent.leaf.is_smooth {
             let leaf = self.model(parent.simplex, &parent.piece, MOST);
-            let worth = if parent.depth == DEEPEST { 1.0 } else { WORTH };
+            let worth = if parent.is_final { 1.0 } else { WORTH };
             if leaf.error < worth * parent.leaf.error {
                 let order = MOST;
                 return vec![Open {
@@ -243,26 +257,39 @@ impl Domain<'_> {
                 }];
             }
         }
-        if parent.depth == DEEPEST {
-            return vec![*parent];
+        let both = halves(&parent.piece, parent.leaf.edge.map(usize::from));
+        let is_exact = |x: &f64| (x * 2.0_f64.powi(FINEST)).fract() == 0.0;
+        if parent.is_final || !both[0].iter().flatten().all(is_exact) {
+            return vec![Open {
+                is_final: true,
+                ..*parent
+            }];
         }
-        let parts = parts(&parent.piece, self.dim).into_iter();
         let of = |piece: Piece| Open {
             leaf: self.model(parent.simplex, &piece, parent.order),
             piece,
-            depth: parent.depth + 1,
-            measure: parent.measure / (1 << self.dim) as f64,
+            measure: 0.5 * parent.measure,
             ..*parent
         };
-        parts.map(of).collect()
+        both.map(of).into()
     }
 
     /// p, s and r on a part of a simplex from so many derivatives.
     fn model(&self, simplex: usize, piece: &Piece, order: usize) -> Leaf {
-        match (order, self.space) {
+        let leaf = match (order, self.space) {
             (..=AT_FIRST, _) => self.model_of::<SECOND>(simplex, piece, order),
             (_, 2) => self.model_of::<IN_PLANE>(simplex, piece, order),
             _ => self.model_of::<IN_SPACE>(simplex, piece, order),
+        };
+        let vertices = &self.vertices[simplex][..=self.dim];
+        let edge = longest_edge(piece, self.dim, |weights| {
+            let along = |k: usize| vertices.iter().zip(weights).map(|(x, w)| w * x[k]).sum();
+            let edge: [f64; 3] = std::array::from_fn(along);
+            edge.iter().map(|x| x * x).sum()
+        });
+        Leaf {
+            edge: edge.map(|corner| corner as u8),
+            ..leaf
         }
     }
 
@@ -352,7 +379,7 @@ impl Domain<'_> {
         let error = up(rest, mean.radius());
         if !(error < range.radius()) {
             return Leaf {
-                is_smooth: true,
+                is_smooth: error < FAR * range.radius(),
                 ..flat(range.radius())
             };
         }
@@ -431,7 +458,8 @@ struct Open {
     simplex: usize,
     node: u32,
     piece: Piece,
-    depth: usize,
+    /// May it not be cut any more?
+    is_final: bool,
     /// So many derivatives are taken.
     order: usize,
     measure: f64,
@@ -453,7 +481,7 @@ impl Open {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quadrature::exact;
+    use crate::quadrature::{exact, parts};
 
     /// Points and weights of a composite rule on 4^dim parts.
     fn points(dim: usize) -> Vec<([f64; 4], f64)> {

@@ -85,7 +85,7 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
         }
         // How far the interpolant of the vertex values is above ψ, and the mean of ψ.
         let (mut drop, mut size, mut means) = (0.0_f64, 0.0_f64, Interval::ZERO);
-        tree.for_each(mesh.dim - 1, &mut |node, piece, share| {
+        tree.for_each(&mut |node, piece, share| {
             let leaf = tree.leaf(node);
             let slack = Interval::at(leaf.wave) + Interval::at(leaf.error);
             for j in 0..mesh.dim {

@@ -36,11 +36,11 @@ pub(super) fn patch(
     let (mut means, mut errors, mut depths) = (vec![0.0; nodes], vec![0.0; nodes], vec![0; nodes]);
     let (mut leaves, mut plain, mut waves) = (Vec::new(), Vec::new(), Vec::new());
     for node in 0..nodes as u32 {
-        if let Some(parts) = tree.parts_of(node, dim) {
-            parts.for_each(|part| depths[part as usize] = depths[node as usize] + 1);
+        for half in tree.halves_of(node).into_iter().flatten() {
+            depths[half as usize] = depths[node as usize] + 1;
         }
     }
-    tree.for_each(dim, &mut |node, _, share| {
+    tree.for_each(&mut |node, _, share| {
         let leaf = tree.leaf(node);
         let values = leaf.values[..count].iter().map(|v| Interval::at(*v));
         let mean = values.clone().sum::<Interval>() / Interval::at(count as f64);
@@ -70,15 +70,15 @@ pub(super) fn patch(
     let plain = above_of_product(scale, length(plain));
     if !tree.is_cut() || dim != 1 {
         // What the mean differs from σ·n by is unknown as well, not oscillation: it is no function of mean 0.
-        let off = mean_of(tree, dim, &means) - flux;
+        let off = tree.mean(|node| Interval::at(means[node as usize])) - flux;
         let worst = errors.iter().copied().fold(0.0, f64::max);
         let mean_error = if tree.is_cut() {
-            average(tree, dim, &errors)
+            tree.mean(|node| Interval::at(errors[node as usize])).high
         } else {
             worst
         };
         let mut away = Vec::new();
-        tree.for_each(dim, &mut |node, _, share| {
+        tree.for_each(&mut |node, _, share| {
             let off = Interval::at(errors[node as usize]) - Interval::at(mean_error);
             away.push(above_of_product(share, off.square().high));
         });
@@ -93,7 +93,7 @@ pub(super) fn patch(
             spread: above_of_product(scale, spread),
         };
     }
-    fill(tree, &mut means);
+    let means = tree.averages(means);
     let known = means[0];
     let [a, b] = [corners[0], corners[1]];
     let quotient = cell.face_measure(local) / (2.0 * cell.measure);
@@ -120,8 +120,7 @@ pub(super) fn patch(
     for (error, off) in errors.iter_mut().zip(off) {
         *error = up(*error, off);
     }
-    let mut bounds = errors.clone();
-    fill(tree, &mut bounds);
+    let bounds = tree.averages(errors.clone());
     let mut rounding = 0.0_f64;
     let square = nested.square(
         0,
@@ -136,7 +135,7 @@ pub(super) fn patch(
         },
     );
     let mut away = Vec::new();
-    tree.for_each(dim, &mut |node, _, share| {
+    tree.for_each(&mut |node, _, share| {
         let off = Interval::at(bounds[node as usize]) - Interval::at(bounds[0]);
         away.push(above_of_product(share, off.square().high));
     });
@@ -146,28 +145,6 @@ pub(super) fn patch(
         oscillation: up(by_flux.min(plain), waves),
         error: up(up(bounds[0], rounding), unbalanced),
         spread: of_face.min(square.root().high),
-    }
-}
-
-/// The mean of all leaves in interval arithmetic.
-fn mean_of(tree: &Tree, dim: usize, means: &[f64]) -> Interval {
-    let mut sum = Interval::ZERO;
-    tree.for_each(dim, &mut |node, _, share| {
-        sum += share * Interval::at(means[node as usize])
-    });
-    sum
-}
-
-fn average(tree: &Tree, dim: usize, values: &[f64]) -> f64 {
-    mean_of(tree, dim, values).high
-}
-
-/// The means of what was cut, from those of the leaves.
-fn fill(tree: &Tree, means: &mut [f64]) {
-    for node in (0..means.len()).rev() {
-        if let Some(parts) = tree.parts_of(node as u32, 1) {
-            means[node] = 0.5 * parts.map(|part| means[part as usize]).sum::<f64>();
-        }
     }
 }
 
@@ -192,12 +169,9 @@ impl Nested<'_> {
         leaf: &mut impl FnMut(u32, Interval),
     ) -> Interval {
         let dim = self.cell.dim;
-        let Some(mut parts) = self.tree.parts_of(node, 1) else {
+        let Some([at_a, at_b]) = self.tree.halves_of(node) else {
             leaf(node, represented);
             return area * dot(&above, &above, dim);
-        };
-        let (Some(at_a), Some(at_b)) = (parts.next(), parts.next()) else {
-            return Interval::WHOLE;
         };
         let delta = Interval::at(means[at_a as usize] - means[node as usize]);
         let quarter = area / Interval::at(4.0);

@@ -461,7 +461,7 @@ impl Around {
         let distance = (c[0] - x[0]).hypot(c[1] - x[1]) * (1.0 - 1e-9) - geometry.diameter;
         let tree = &fields.data.trees[cell];
         let mut load = 0.0_f64;
-        tree.for_each(2, &mut |node, _, _| {
+        tree.for_each(&mut |node, _, _| {
             let leaf = tree.leaf(node);
             let most = leaf.values[..3]
                 .iter()
@@ -529,7 +529,7 @@ impl Ball {
                 mean: exact.radius(),
                 ..Rest::default()
             };
-            tree.for_each(2, &mut |node, _, share| {
+            tree.for_each(&mut |node, _, share| {
                 let leaf = tree.leaf(node);
                 for value in &leaf.values[..3] {
                     let off = (Interval::at(*value) - exact).abs() + Interval::at(leaf.wave);

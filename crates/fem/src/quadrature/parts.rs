@@ -11,31 +11,34 @@ pub const WHOLE: Piece = [
     [0.0, 0.0, 0.0, 1.0],
 ];
 
-/// 2^d parts of equal measure, cut between the edges' midpoints: the corners, and in 3D the
-/// octahedron between them along one of its diagonals.
-pub fn parts(&[a, b, c, d]: &Piece, dim: usize) -> Vec<Piece> {
-    let middle = |p: [f64; 4], q: [f64; 4]| std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
-    let ab = middle(a, b);
-    if dim == 1 {
-        return vec![[a, ab, c, d], [ab, b, c, d]];
-    }
-    let (ac, bc) = (middle(a, c), middle(b, c));
-    if dim == 2 {
-        return [[a, ab, ac], [ab, b, bc], [ac, bc, c], [ab, bc, ac]]
-            .map(|[p, q, r]| [p, q, r, d])
-            .to_vec();
-    }
-    let (ad, bd, cd) = (middle(a, d), middle(b, d), middle(c, d));
-    vec![
-        [a, ab, ac, ad],
-        [ab, b, bc, bd],
-        [ac, bc, c, cd],
-        [ad, bd, cd, d],
-        [ab, ac, ad, bd],
-        [ab, ac, bd, bc],
-        [ac, ad, bd, cd],
-        [ac, bc, cd, bd],
-    ]
+/// Both halves of what is cut in the middle of its edge ij: that at corner i, with the middle in place of j, and that at j.
+pub fn halves(piece: &Piece, [i, j]: [usize; 2]) -> [Piece; 2] {
+    let middle = std::array::from_fn(|k| 0.5 * (piece[i][k] + piece[j][k]));
+    let (mut at_i, mut at_j) = (*piece, *piece);
+    (at_i[j], at_j[i]) = (middle, middle);
+    [at_i, at_j]
+}
+
+/// The longest edge of a part: [i, j] with the largest `length` of x_i - x_j, a sum of 0 in barycentric coordinates.
+pub fn longest_edge(piece: &Piece, dim: usize, length: impl Fn(&[f64; 4]) -> f64) -> [usize; 2] {
+    let edges = (1..=dim).flat_map(|j| (0..j).map(move |i| [i, j]));
+    let of = |[i, j]: [usize; 2]| length(&std::array::from_fn(|k| piece[i][k] - piece[j][k]));
+    let longest = edges.fold(([0, 0], 0.0), |most, edge| {
+        let length = of(edge);
+        if length > most.1 || most.0 == [0, 0] {
+            (edge, length)
+        } else {
+            most
+        }
+    });
+    longest.0
+}
+
+/// 2^d parts of equal measure, each d times a half.
+pub fn parts(piece: &Piece, dim: usize) -> Vec<Piece> {
+    let length = |of: &[f64; 4]| of.iter().map(|x| x * x).sum();
+    let cut = |piece: &Piece| halves(piece, longest_edge(piece, dim, length));
+    (0..dim).fold(vec![*piece], |all, _| all.iter().flat_map(cut).collect())
 }
 
 #[cfg(test)]
