@@ -1,6 +1,8 @@
 //! The whole chain in arithmetic of 60 digits, by other formulas, from the numbers that define v, σ and q: what is said of each
 //! cell holds for the exact fields, rounding included, and is no more than rounding above them.
 
+use super::quadratic::{Linear, Quadratic};
+use super::simplex::{EDGES, Vector};
 use super::tests::{moved, solved, square};
 use super::*;
 use crate::contact::Discretisation;
@@ -239,5 +241,143 @@ fn the_exact_fields_are_within_what_is_said_of_them() {
             certificate.g
         );
         assert!(problem.parts.contains(&Some(Part::Neumann)));
+    }
+}
+
+/// Fields on slivers far from the origin, whose cofactors cancel, and fields that are nothing but sums: their exact values at
+/// the corners, and the mean of their squares, are in the intervals, which are hardly wider than rounding asks.
+#[test]
+fn fields_on_slivers_are_within_their_rounding() {
+    let scene = square("-1", "0", "0", "0");
+    let mut random = crate::Random::new(11);
+    let mut random = move || 2.0 * random.next() - 1.0;
+    for (seed, [width, height, shear], [x, y], known_to) in [
+        (1, [1.0, 1.0, 0.0], [0.0, 0.0], 1e-13),
+        (2, [1.0, 1e-5, 0.0], [1e3, 7.0], 1e-12),
+        (3, [1e-7, 1.0, 0.0], [-3.0, 1e5], 1e-12),
+        // The determinant is a small difference.
+        (4, [0.3, 1e-9, 0.3], [0.1, 0.7], 1e-4),
+    ] {
+        let mut mesh = moved(&scene, 4, seed);
+        for point in &mut mesh.points {
+            let [p, q, _] = *point;
+            *point = [x + width * p, y + shear * p + height * q, 0.0];
+        }
+        for cell in 0..mesh.cell_count() {
+            let (of, simplex) = (Cell::new(&mesh, cell), Simplex::new(&mesh, cell));
+            let mut three = || -> [f64; 3] { std::array::from_fn(|_| random()) };
+            let (fluxes, v, b, bend) = (three(), three(), three(), three());
+            let fields = [
+                Linear::raviart_thomas(&simplex, &fluxes),
+                Linear::gradient(
+                    &simplex,
+                    &[v[0], v[1], v[2], 0.0].map(Interval::at),
+                    Some(&b),
+                ),
+            ];
+            let c: [Big; 3] =
+                std::array::from_fn(|i| Big::of(fluxes[i]) / (Big::of(2.0) * of.measure.clone()));
+            let exact = |at: &[f64; 3]| [of.radial(&c, at), of.slope(&v, &b, at)];
+            let holds = |found: Vector, exact: &Pair, most: f64| {
+                for (found, exact) in found.iter().zip(exact) {
+                    let place = format!("{seed}, cell {cell}: {found:?}");
+                    assert!(
+                        exact.at_least(found.low) && exact.at_most(found.high),
+                        "{place}"
+                    );
+                    assert!(found.radius() <= most, "{place}");
+                }
+            };
+            let sum = fields[0].plus(-0.7, &fields[1]);
+            let all = [&fields[0], &fields[1], &sum].map(Linear::at_corners);
+            let largest = |of: &[Vector; 4]| {
+                of.iter()
+                    .flatten()
+                    .fold(0.0, |m: f64, w| m.max(w.magnitude()))
+            };
+            for n in 0..3 {
+                let [first, second] = exact(&NODES[n]);
+                let both = plus(&first, &times(&Big::of(-0.7), &second));
+                for (found, exact) in all.iter().zip([&first, &second, &both]) {
+                    holds(found[n], exact, known_to * largest(found));
+                }
+            }
+            let flat = Linear::gradient(&simplex, &[v[0], v[1], v[2], 0.0].map(Interval::at), None);
+            let found = flat.at_corners();
+            let slope = of.slope(&v, &[0.0; 3], &NODES[0]);
+            holds(found[0], &slope, known_to * largest(&found));
+            // With a bubble in the middle of each edge.
+            let mut field = Quadratic::of(&sum);
+            let along = |k: usize| {
+                let [i, j] = EDGES[k];
+                let [p, q] = [simplex.vertices[i], simplex.vertices[j]];
+                std::array::from_fn::<f64, 3, _>(|k| q[k] - p[k])
+            };
+            (0..3).for_each(|k| field.bend(k, bend[k], &along(k)));
+            let values: [Pair; 6] = std::array::from_fn(|n| {
+                let [first, second] = exact(&NODES[n]);
+                let mut value = plus(&first, &times(&Big::of(-0.7), &second));
+                let middle = EDGES[..3]
+                    .iter()
+                    .position(|[i, j]| n >= 3 && n - 3 + i + j == 3);
+                if let Some(edge) = middle {
+                    let [i, j] = EDGES[edge];
+                    let [p, q] = [&of.vertices[i], &of.vertices[j]];
+                    let along = plus(q, &times(&Big::of(-1.0), p));
+                    value = plus(&value, &times(&Big::of(bend[edge]), &along));
+                }
+                value
+            });
+            let mean = square_of(&of, &values) / of.measure.clone();
+            let found = field.mean_square(2);
+            assert!(
+                mean.at_least(found.low) && mean.at_most(found.high),
+                "{seed}: {found:?}"
+            );
+            assert!(
+                found.radius() <= 100.0 * known_to * found.high,
+                "{seed}: {found:?}"
+            );
+        }
+    }
+}
+
+/// Sums of exact fields are known up to rounding alone, and what is not known of an argument stays unknown.
+#[test]
+fn a_sum_of_exact_fields_has_its_rounding_and_what_its_terms_did_not_know() {
+    let mut random = crate::Random::new(12);
+    for _ in 0..500 {
+        let mut field = |radius: f64| -> [[Interval; 3]; 4] {
+            std::array::from_fn(|_| {
+                std::array::from_fn(|_| {
+                    let x = 2.0 * random.next() - 1.0;
+                    Interval::new(x - radius, x + radius)
+                })
+            })
+        };
+        let (a, b) = (field(0.0), field(1e-9));
+        let factor = 2.0 * b[0][0].mid() + 0.1;
+        let found = Linear::new(&a).plus(factor, &Linear::new(&b)).at_corners();
+        let exact = Linear::new(&a).plus(factor, &Linear::new(&a)).at_corners();
+        for corner in 0..4 {
+            for k in 0..3 {
+                let (a, b) = (&a[corner][k], &b[corner][k]);
+                for end in [b.low, b.high] {
+                    let sum = Big::of(a.mid()) + Big::of(factor) * Big::of(end);
+                    let found = found[corner][k];
+                    assert!(
+                        sum.at_least(found.low) && sum.at_most(found.high),
+                        "{found:?}"
+                    );
+                }
+                let sum = Big::of(a.mid()) + Big::of(factor) * Big::of(a.mid());
+                let found = exact[corner][k];
+                assert!(
+                    sum.at_least(found.low) && sum.at_most(found.high),
+                    "{found:?}"
+                );
+                assert!(found.radius() < 1e-14, "{found:?}");
+            }
+        }
     }
 }
