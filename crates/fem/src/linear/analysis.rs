@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::bisection::Tree;
 use super::frontier::{Count, STEPS, cholesky, frontier};
-use super::lu::LuPlan;
+use super::lu_plan::LuPlan;
 use super::schur::Entry;
 use super::{Elements, Role};
 
