@@ -301,9 +301,9 @@ pub fn spent(by_others: bool) -> super::Outcome<f64> {
 pub fn compare(stop: Stop) -> super::Outcome<()> {
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     println!(
-        "\n| shape | squares or cubes | method | unknowns | contact faces | multifrontal | iterative | dense (faer) | auto | chosen | auto / best | Gflop | Gflop iterative | MB predicted |"
+        "\n| shape | squares or cubes | method | unknowns | contact faces | multifrontal | iterative | dense (faer) | auto | chosen | auto / best | Gflop | s predicted | s predicted iterative | MB predicted |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     let mut ratios: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for shape in &SHAPES {
         let (scene, mesh) = (
@@ -348,7 +348,7 @@ pub fn compare(stop: Stop) -> super::Outcome<()> {
                 .map(usize::to_string)
                 .collect();
             println!(
-                "| {} | {} | {method} | {} | {} | {:.4} | {:.4} | {} | {:.4} | {} | {ratio:.2} | {:.3} | {:.3} | {:.0} |",
+                "| {} | {} | {method} | {} | {} | {:.4} | {:.4} | {} | {:.4} | {} | {ratio:.2} | {:.3} | {:.4} | {:.4} | {:.0} |",
                 shape.name,
                 squares.join(" × "),
                 problem.space.dofs,
@@ -360,7 +360,8 @@ pub fn compare(stop: Stop) -> super::Outcome<()> {
                 auto.seconds,
                 auto.chosen,
                 direct.flops / 1e9,
-                iterative.flops / 1e9,
+                direct.predicted_seconds,
+                iterative.predicted_seconds,
                 direct.predicted_mb,
             );
         }
@@ -387,6 +388,7 @@ struct Way {
     chosen: Solver,
     flops: f64,
     predicted_mb: f64,
+    predicted_seconds: f64,
 }
 
 impl Way {
@@ -398,6 +400,7 @@ impl Way {
             chosen: solver,
             flops: 0.0,
             predicted_mb: 0.0,
+            predicted_seconds: 0.0,
         }
     }
 
@@ -414,6 +417,7 @@ impl Way {
         self.chosen = solution.linear.solver;
         self.flops = solution.linear.flops;
         self.predicted_mb = solution.linear.predicted_mb;
+        self.predicted_seconds = solution.linear.predicted_seconds;
         self.u = solution.u;
         Ok(())
     }
