@@ -65,9 +65,9 @@ struct Arguments {
     /// So many processes of dolfinx share the mesh
     #[arg(long)]
     ranks: Option<usize>,
-    /// Bodies of many shapes by the Rust engine alone, instead
-    #[arg(long)]
-    shapes: bool,
+    /// Bodies of many shapes by the Rust engine alone, instead; or those with this in their name
+    #[arg(long, value_name = "NAME", num_args = 0..=1, default_missing_value = "")]
+    shapes: Option<String>,
     /// Solve once, write u into this file and what was measured to standard output
     #[arg(long, hide = true)]
     once: Option<PathBuf>,
@@ -136,8 +136,10 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match &arguments.once {
         Some(path) => once(&arguments, path),
-        None if arguments.shapes => shapes::compare(STOP),
-        None => compare(&arguments),
+        None => match &arguments.shapes {
+            Some(name) => shapes::compare(name, STOP),
+            None => compare(&arguments),
+        },
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -298,14 +298,14 @@ pub fn spent(by_others: bool) -> super::Outcome<f64> {
 }
 
 /// Prints a row for each shape and method, and for each method how often `auto` is as fast as it is to be.
-pub fn compare(stop: Stop) -> super::Outcome<()> {
+pub fn compare(name: &str, stop: Stop) -> super::Outcome<()> {
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     println!(
         "\n| shape | squares or cubes | method | unknowns | contact faces | multifrontal | iterative | dense (faer) | auto | chosen | auto / best | Gflop | s predicted | s predicted iterative | MB predicted |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     let mut ratios: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for shape in &SHAPES {
+    for shape in SHAPES.iter().filter(|shape| shape.name.contains(name)) {
         let (scene, mesh) = (
             shape.scene()?,
             Triangulation::new(shape.name, &shape.mesh())?,
