@@ -4,6 +4,7 @@
 //! ```sh
 //! cargo bench --bench solvers                     # minutes for FreeFEM's largest meshes
 //! cargo bench --bench solvers -- --quick
+//! cargo bench --bench solvers -- --strips         # N × 4 squares with contact on the long side, by all three
 //! cargo bench --bench solvers -- --shapes         # strips, combs, plates: each way of the Rust engine, and what `auto` chooses
 //! cargo bench --bench solvers -- --methods cr --n 64,128,256 --engines rust,fenicsx --repeats 5
 //! ```
@@ -22,9 +23,10 @@ use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use faceoff::engine::{self, Case, Settings, Silent};
+use faceoff::engine::{self, Case, Launch, Settings, Silent};
 use faceoff_fem::contact::{Discretisation, Method, Problem, Stop};
 use faceoff_fem::scene::Scene;
+use faceoff_mesh::mesh::Triangulation;
 use serde::{Deserialize, Serialize};
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
@@ -43,9 +45,11 @@ const LONG: f64 = 60.0;
 struct Arguments {
     #[arg(long, default_value = "one-zone")]
     scene: String,
-    #[arg(long, value_delimiter = ',', default_values = ["cr", "p2"])]
+    /// [default: cr, p2; and cr-fc on strips]
+    #[arg(long, value_delimiter = ',')]
     methods: Vec<Method>,
-    /// Meshes of n × n squares [default: 64, 128, 256, 512 for cr; 64, 128, 250, 500 for p2]
+    /// Meshes of n × n squares [default: 64, 128, 256, 512 for cr; 64, 128, 250, 500 for p2], or strips of n × 4 [default: 500
+    /// to 8000]
     #[arg(long, value_delimiter = ',')]
     n: Vec<usize>,
     #[arg(long, value_delimiter = ',', default_values = engine::NAMES)]
@@ -55,9 +59,15 @@ struct Arguments {
     /// Small meshes once: does it run?
     #[arg(long)]
     quick: bool,
-    /// Bodies of many shapes by the Rust engine alone, instead
+    /// Strips of n × 4 squares with contact on the long side, instead of squares; the Rust engine has one thread
     #[arg(long)]
-    shapes: bool,
+    strips: bool,
+    /// So many processes of dolfinx share the mesh
+    #[arg(long)]
+    ranks: Option<usize>,
+    /// Bodies of many shapes by the Rust engine alone, instead; or those with this in their name
+    #[arg(long, value_name = "NAME", num_args = 0..=1, default_missing_value = "")]
+    shapes: Option<String>,
     /// Solve once, write u into this file and what was measured to standard output
     #[arg(long, hide = true)]
     once: Option<PathBuf>,
@@ -67,9 +77,18 @@ struct Arguments {
 }
 
 impl Arguments {
+    fn methods(&self) -> Vec<Method> {
+        match (&self.methods[..], self.strips) {
+            ([], true) => vec![Method::cr(), Method::cr_fc(), Method::p2()],
+            ([], false) => vec![Method::cr(), Method::p2()],
+            (methods, _) => methods.to_vec(),
+        }
+    }
+
     fn meshes(&self, method: &Method) -> Vec<usize> {
         match (&self.n[..], self.quick, method.element.degree()) {
             ([], true, _) => vec![16, 32],
+            ([], false, _) if self.strips => vec![500, 1000, 2000, 4000, 8000],
             ([], false, 1) => vec![64, 128, 256, 512],
             ([], false, _) => vec![64, 128, 250, 500],
             (n, ..) => n.to_vec(),
@@ -87,16 +106,19 @@ struct Solve {
     seconds: BTreeMap<String, f64>,
     /// From the job to the answer, starts and files included.
     wall: f64,
+    /// The same, as seconds of one core.
+    spent: f64,
     peak_mb: f64,
 }
 
 /// Columns of the table, and the phases of the engines that they sum up.
-const COLUMNS: [(&str, &[&str]); 5] = [
+const COLUMNS: [(&str, &[&str]); 6] = [
     ("mesh", &["mesh"]),
     ("space", &["space"]),
     ("assembly", &["assemble"]),
     ("factor", &["factor"]),
     ("iterate", &["iterate", "solve"]),
+    ("complete", &["expand"]),
 ];
 
 impl Solve {
@@ -114,8 +136,10 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match &arguments.once {
         Some(path) => once(&arguments, path),
-        None if arguments.shapes => shapes::compare(STOP),
-        None => compare(&arguments),
+        None => match &arguments.shapes {
+            Some(name) => shapes::compare(name, STOP),
+            None => compare(&arguments),
+        },
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -130,10 +154,20 @@ fn main() -> ExitCode {
 fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
     let engine = engine::find(&arguments.engines[0])?;
     let own = engine.name() == "rust";
-    let scene = Scene::find(&arguments.scene)?;
     let (method, n) = (arguments.methods[0], arguments.n[0]);
+    let strip = shapes::shape("strip", [n, 4, 0]);
+    let scene = if arguments.strips {
+        strip.scene()?
+    } else {
+        Scene::find(&arguments.scene)?
+    };
+    let generated = arguments.strips.then(|| strip.mesh());
+    let before = shapes::spent(!own)?;
     let clock = Instant::now();
-    let mesh = scene.triangulation(Some(n))?;
+    let mesh = match &generated {
+        Some(mesh) => Triangulation::new("strip", mesh)?,
+        None => scene.triangulation(Some(n))?,
+    };
     let seconds_mesh = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method))?;
@@ -141,6 +175,7 @@ fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
     let settings = Settings {
         stop: STOP,
         time_limit: Duration::from_secs(7200),
+        launch: arguments.ranks.map_or(Launch::Alone, Launch::Ranks),
         ..Settings::default()
     };
     let case = Case {
@@ -168,6 +203,7 @@ fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
         steps: answer.increments.len(),
         seconds,
         wall,
+        spent: shapes::spent(!own)? - before,
         peak_mb: engine::peak_memory_mb(!own),
     };
     println!("{}", serde_json::to_string(&solve)?);
@@ -175,15 +211,25 @@ fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
 }
 
 /// Starts this program again for one solve; u comes along.
-fn measure(scene: &str, engine: &str, method: &Method, n: usize) -> Outcome<(Solve, Vec<f64>)> {
+fn measure(
+    arguments: &Arguments,
+    engine: &str,
+    method: &Method,
+    n: usize,
+) -> Outcome<(Solve, Vec<f64>)> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("u.f64");
-    let output = Command::new(std::env::current_exe()?)
-        .args(["--scene", scene, "--engines", engine])
-        .args(["--methods", &method.to_string(), "--n", &n.to_string()])
-        .arg("--once")
-        .arg(&path)
-        .output()?;
+    let mut command = Command::new(std::env::current_exe()?);
+    command
+        .args(["--scene", &arguments.scene, "--engines", engine])
+        .args(["--methods", &method.to_string(), "--n", &n.to_string()]);
+    if arguments.strips {
+        command.arg("--strips").env("RAYON_NUM_THREADS", "1");
+    }
+    if let Some(ranks) = arguments.ranks {
+        command.args(["--ranks", &ranks.to_string()]);
+    }
+    let output = command.arg("--once").arg(&path).output()?;
     if !output.status.success() {
         let told = String::from_utf8_lossy(&output.stderr);
         return Err(format!("{engine} on {method}, n = {n}: {}", told.trim()).into());
@@ -222,23 +268,28 @@ fn median(mut values: Vec<f64>) -> f64 {
 fn compare(arguments: &Arguments) -> Outcome<()> {
     let cores = std::thread::available_parallelism()?;
     println!(
-        "{}, increments below {:e}; {cores} cores, one thread for FreeFEM and dolfinx\n{}\n",
+        "{}, increments below {:e}; {cores} cores, one thread for FreeFEM and dolfinx{}\n{}\n",
         arguments.scene,
         STOP.increment,
+        if arguments.strips {
+            " and Rust; strips of n × 4 squares"
+        } else {
+            ""
+        },
         blas(&arguments.engines)
     );
     let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
     println!(
-        "| method | n | unknowns | engine | runs | steps | {} | work | start | MB | work / rust | MB / rust |",
+        "| method | n | unknowns | engine | runs | steps | {} | work | start | core seconds | MB | work / rust | MB / rust |",
         names.join(" | ")
     );
     println!(
-        "|---|---|---|---|---|---|{}---|---|---|---|---|",
+        "|---|---|---|---|---|---|{}---|---|---|---|---|---|",
         "---|".repeat(names.len())
     );
-    // Work by method and engine.
+    // Seconds of one core by method and engine.
     let mut series: BTreeMap<(String, usize), Vec<(usize, f64)>> = BTreeMap::new();
-    for method in &arguments.methods {
+    for method in &arguments.methods() {
         for n in arguments.meshes(method) {
             let mut rows = Vec::new();
             let mut reference: Option<Vec<f64>> = None;
@@ -250,7 +301,7 @@ fn compare(arguments: &Arguments) -> Outcome<()> {
                     arguments.repeats.max(1)
                 };
                 while solves.len() < most {
-                    let (solve, u) = measure(&arguments.scene, engine, method, n)?;
+                    let (solve, u) = measure(arguments, engine, method, n)?;
                     let first = reference.get_or_insert_with(|| u.clone());
                     let off = distance(first, &u);
                     if !(off <= AGREEMENT) {
@@ -276,11 +327,13 @@ fn compare(arguments: &Arguments) -> Outcome<()> {
                 series
                     .entry(key)
                     .or_default()
-                    .push((row.unknowns, row.work));
+                    .push((row.unknowns, row.spent));
             }
         }
     }
-    println!("\nwork ~ unknowns^s between one mesh and the next:\n");
+    println!(
+        "\ncore seconds ~ unknowns^s between one mesh and the next, and from the first to the last:\n"
+    );
     for ((method, engine), points) in &series {
         let engine = &arguments.engines[*engine];
         let slope = |pair: &[(usize, f64)]| {
@@ -288,8 +341,9 @@ fn compare(arguments: &Arguments) -> Outcome<()> {
             format!("{:.2}", (b.1 / a.1).ln() / (b.0 as f64 / a.0 as f64).ln())
         };
         let slopes: Vec<String> = points.windows(2).map(slope).collect();
-        if !slopes.is_empty() {
-            println!("{method}, {engine}: s = {}", slopes.join(", "));
+        if let ([first, .., last], false) = (&points[..], slopes.is_empty()) {
+            let all = slope(&[*first, *last]);
+            println!("{method}, {engine}: s = {}; {all}", slopes.join(", "));
         }
     }
     Ok(())
@@ -304,6 +358,7 @@ struct Row {
     columns: Vec<f64>,
     work: f64,
     start: f64,
+    spent: f64,
     peak_mb: f64,
 }
 
@@ -321,6 +376,8 @@ impl Row {
                 .collect(),
             work: of(&Solve::work),
             start: of(&|s| s.wall - s.work()),
+            // What else the machine does adds to it, and takes nothing away.
+            spent: solves.iter().fold(f64::INFINITY, |m, s| m.min(s.spent)),
             peak_mb: of(&|s| s.peak_mb),
         }
     }
@@ -330,7 +387,11 @@ impl Row {
             "{} | {} | {} | {}",
             self.unknowns, self.engine, self.runs, self.steps
         );
-        for seconds in self.columns.iter().chain([&self.work, &self.start]) {
+        for seconds in self
+            .columns
+            .iter()
+            .chain([&self.work, &self.start, &self.spent])
+        {
             // What is 0 to the last digit was not told apart from the rest.
             let told = if *seconds == 0.0 {
                 String::new()

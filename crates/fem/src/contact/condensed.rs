@@ -222,7 +222,8 @@ impl<'a> Condensed<'a> {
         let refactor = |lu: &SchurLu| !lu.corrects(change.rank());
         if stale.as_ref().is_none_or(|(lu, _)| refactor(lu)) {
             change = LowRank::default();
-            *stale = Some((self.schur.lu(&self.entries(laws)), laws.to_vec()));
+            let old = stale.take().map(|(lu, _)| lu);
+            *stale = Some((self.schur.lu(&self.entries(laws), old), laws.to_vec()));
             self.dense.set(self.dense.get() + 1);
         }
         let Some((lu, _)) = stale.as_ref() else {

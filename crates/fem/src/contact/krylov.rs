@@ -276,7 +276,8 @@ impl Krylov<'_> {
         if let Some(layer) = &self.layer
             && (state.lu.is_none() || state.laws != laws)
         {
-            state.lu = Some(layer.lu(&self.scheme.conditions, laws));
+            let old = state.lu.take();
+            state.lu = Some(layer.lu(&self.scheme.conditions, laws, old));
         }
         state.laws = laws.to_vec();
         let matrix = &state.matrix;
@@ -464,6 +465,8 @@ fn adds_to_rows(scheme: &Scheme) -> bool {
 /// Iterations of Newton's method times those of each step, and of its last one, as measured in 2D and in 3D: they hardly
 /// depend on the mesh.
 const ITERATIONS: [f64; 2] = [100.0, 60.0];
+/// Seconds that an operation on sparse vectors takes, fitted as those of a factorisation are.
+const ITERATED_FLOP: f64 = 1.3e-9;
 /// Vectors that an iteration holds.
 const VECTORS: usize = 30;
 
@@ -489,6 +492,7 @@ fn choice(scheme: &Scheme) -> Option<Choice> {
         entries,
         flops,
         predicted_mb: bytes as f64 / 1e6,
+        predicted_seconds: ITERATED_FLOP * flops,
     })
 }
 
@@ -523,6 +527,8 @@ mod tests {
     use crate::contact::{Discretisation, Iteration, Method, Solution, Stop, solve_by};
     use crate::linear::Settings;
     use crate::scene::{Data, Expression, Scene};
+    use faceoff_mesh::mesh::Triangulation;
+    use faceoff_mesh::mesh::generate::union_cube;
 
     fn solve_with(problem: &Problem, solver: Solver) -> Result<Solution> {
         let settings = Settings {
@@ -587,6 +593,58 @@ mod tests {
             }
         }
         assert!(4 * steps < 3 * direct_steps, "{steps} of {direct_steps}");
+    }
+
+    /// Section 6.1 extruded, on a box of n³ small ones.
+    fn in_a_box(n: usize, size: [f64; 3]) -> (Scene, Triangulation) {
+        let scene = Scene::find("one-zone-3d").unwrap();
+        let mesh = Triangulation::new("box", &union_cube(n, size)).unwrap();
+        (scene, mesh)
+    }
+
+    /// Plates, walls, beams and towers, whose cells are as thin as they are.
+    #[test]
+    fn thin_boxes_are_solved_by_iterations() {
+        for (size, n) in [
+            ([1.0, 1.0, 0.1], 5),
+            ([1.0, 0.1, 1.0], 5),
+            ([8.0, 1.0, 1.0], 5),
+            ([0.1, 0.1, 1.0], 5),
+            ([1.0, 1.0, 0.01], 4),
+        ] {
+            let (scene, mesh) = in_a_box(n, size);
+            for method in ["cr", "cr-fc", "cr(1,1)", "p2"] {
+                let discretisation = Discretisation::of(&scene, method.parse().unwrap());
+                let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+                let direct = solve_with(&problem, Solver::Multifrontal).unwrap();
+                let found = solve_with(&problem, Solver::Iterative).unwrap();
+                assert!(found.converged, "{size:?} {method}: {:?}", found.increments);
+                let far = distance(&found.u, &direct.u);
+                assert!(far < 1e-10, "{size:?} {method}: {far:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn auto_factorises_what_iterations_do_not_reach() {
+        let (scene, mesh) = in_a_box(12, [1.0, 1e-4, 1.0]);
+        let discretisation = Discretisation::of(&scene, Method::p2());
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let refused = solve_with(&problem, Solver::Iterative).err();
+        let refused = refused.expect("iterations reach it").to_string();
+        assert!(refused.contains("iterat"), "{refused}");
+        let found = solve_with(&problem, Solver::Auto).unwrap();
+        assert!(found.converged && found.linear.solver == Solver::Multifrontal);
+        let chosen = Krylov::predicted(&Scheme::new(&problem));
+        let condensed = super::super::condensed::Condensed::new(
+            Scheme::new(&problem),
+            Settings::default(),
+            chosen,
+        );
+        assert!(
+            condensed.unwrap().is_err(),
+            "auto did not choose to iterate"
+        );
     }
 
     /// EᵀAE is the P1 matrix: what the preconditioner rests on.

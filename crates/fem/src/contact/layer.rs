@@ -37,8 +37,8 @@ impl Layer {
         self.0.kept()
     }
 
-    /// The block with these laws, factored.
-    pub fn lu(&self, conditions: &[Condition], laws: &[Weights]) -> SchurLu {
+    /// The block with these laws, factored in the memory of an `old` one.
+    pub fn lu(&self, conditions: &[Condition], laws: &[Weights], old: Option<SchurLu>) -> SchurLu {
         let mut entries: Vec<Entry> = Vec::new();
         for (condition, law) in conditions.iter().zip(laws) {
             let place = |dof: &u32| self.dofs().binary_search(dof).map(|k| k as u32);
@@ -49,7 +49,7 @@ impl Layer {
                 }
             });
         }
-        self.0.lu(&entries)
+        self.0.lu(&entries, old)
     }
 
     /// Multiplications and additions of its factorisations, and bytes.

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::bisection::Tree;
 use super::frontier::{Count, STEPS, cholesky, frontier};
-use super::lu::LuPlan;
+use super::lu_plan::LuPlan;
 use super::schur::Entry;
 use super::{Elements, Role};
 
@@ -261,7 +261,7 @@ impl Analysis {
     /// the operations. Fitted to `cargo bench --bench solvers -- --shapes`.
     pub(super) fn seconds(&self) -> f64 {
         let unknowns = (self.order.len() + self.kept.len()) as f64;
-        let contact = 2.5e-7 * self.lu.rows as f64 + 4e-9 * self.lu.entries as f64;
+        let contact = 1.9e-7 * self.lu.rows as f64 + 3e-9 * self.lu.entries as f64;
         8e-7 * unknowns + 5e-11 * self.flops() + STEPS * contact
     }
 

@@ -26,6 +26,9 @@ pub struct Choice {
     pub flops: f64,
     /// Memory predicted, in MB.
     pub predicted_mb: f64,
+    /// Seconds of one core predicted, by which [`Solver::Auto`] chooses: their unit is that of one machine.
+    #[serde(skip)]
+    pub predicted_seconds: f64,
 }
 
 /// A factorisation of the eliminated unknowns.
@@ -211,12 +214,13 @@ fn choose(
         entries: analysis.entries(),
         flops: analysis.flops(),
         predicted_mb: needed as f64 / 1e6,
+        predicted_seconds: analysis.seconds(),
     };
     if let Some(other) = instead.filter(|other| fits((other.predicted_mb * 1e6) as usize)) {
-        let faster = other.flops * ITERATED_FLOP < analysis.seconds();
+        let faster = other.predicted_seconds < choice.predicted_seconds;
         tracing::info!(
-            factor_gigaflops = choice.flops / 1e9,
-            iterations_gigaflops = other.flops / 1e9,
+            factor_seconds = choice.predicted_seconds,
+            iterations_seconds = other.predicted_seconds,
             factor_mb = choice.predicted_mb,
             iterations_mb = other.predicted_mb,
             faster,
@@ -238,9 +242,6 @@ fn choose(
         remedy: "take a coarser mesh, --precision f32-refined, --linear iterative, or a machine with more memory; or allow more with --memory".into(),
     })
 }
-
-/// Seconds that an operation on sparse vectors takes, fitted as [`Analysis::seconds`] is.
-const ITERATED_FLOP: f64 = 1.3e-9;
 
 impl Factor {
     /// Condenses a further right-hand side.

@@ -39,6 +39,11 @@ pub(super) fn lu(p: f64, b: f64) -> f64 {
     2.0 * cholesky(p, b)
 }
 
+/// What a front of so many unknowns costs besides.
+pub(super) fn overhead(size: f64) -> f64 {
+    FRONT + ENTRY * size * size
+}
+
 const NONE: u32 = u32::MAX;
 
 /// The part of the frontier that each part is in; none of open ones.
@@ -47,7 +52,6 @@ pub(super) fn frontier(tree: &Tree, counts: &[Count], is_whole: bool) -> Vec<Opt
     let (mut carry, mut best) = (vec![0.0; parts], vec![0.0; parts]);
     let (mut kept, mut open) = (vec![0.0; parts], vec![false; parts]);
     let mut above = vec![NONE; parts];
-    let overhead = |size: f64| FRONT + ENTRY * size * size;
     for (k, part) in tree.parts.iter().enumerate() {
         let [p, q, b] = [counts[k].eliminated, counts[k].kept, counts[k].border].map(f64::from);
         let mut anew = f64::INFINITY;

@@ -13,6 +13,7 @@ mod frontier;
 mod kernels;
 mod krylov;
 mod lu;
+mod lu_plan;
 mod multifrontal;
 mod pool;
 mod schur;

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
-use super::lu::{LuPlan, SchurLu};
+use super::lu::SchurLu;
+use super::lu_plan::LuPlan;
 
 /// An entry: row, column, value.
 pub type Entry = (u32, u32, f64);
@@ -96,8 +97,9 @@ impl Schur {
     }
 
     /// Factors S with `extra` entries added, whose places the ties of [`super::condense`] have.
-    pub fn lu(&self, extra: &[Entry]) -> SchurLu {
-        SchurLu::new(self, extra)
+    /// The memory of an `old` one is used again.
+    pub fn lu(&self, extra: &[Entry], old: Option<SchurLu>) -> SchurLu {
+        SchurLu::new(self, extra, old)
     }
 }
 
