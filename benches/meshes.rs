@@ -177,14 +177,18 @@ fn main() {
             let path = folder.path().join(&file);
             // XDMF has its numbers in a file of their own.
             let numbers = path.with_extension("h5");
+            let numbers = if form.ends_with("xdmf") {
+                &numbers
+            } else {
+                &path
+            };
             let remove = |path: &Path| drop(std::fs::remove_file(path));
             let write = best(
-                || [&path, &numbers].into_iter().for_each(|path| remove(path)),
+                || [&path, numbers].into_iter().for_each(|path| remove(path)),
                 || drop(io::write(&path, &mesh, &options).expect("written")),
             );
-            let largest = if numbers.exists() { &numbers } else { &path };
             let mut bytes = Vec::new();
-            let plain_read = best(|| (), || bytes = std::fs::read(largest).expect("there"));
+            let plain_read = best(|| (), || bytes = std::fs::read(numbers).expect("there"));
             let plain = folder.path().join("plain");
             let plain_write = best(
                 || remove(&plain),

@@ -136,23 +136,33 @@ fn points_of<R: Scalar, L: Scalar>(
     dimension: usize,
 ) -> Option<(Vec<[f64; 3]>, Vec<i32>)> {
     let big_endian = scan.numbers == Numbers::Big;
-    let reals = dimension * R::WIDTH;
-    let row = reals + L::WIDTH;
+    let row = dimension * R::WIDTH + L::WIDTH;
     let bytes = scan.rest().get(..count * row)?;
-    let mut points = Vec::new();
+    let points = match dimension {
+        1 => coordinates::<R, 1>(bytes, row, big_endian),
+        2 => coordinates::<R, 2>(bytes, row, big_endian),
+        _ => coordinates::<R, 3>(bytes, row, big_endian),
+    };
+    points.zip(labels_of::<L>(bytes, row, big_endian))
+}
+
+/// The points at the beginning of rows of so many bytes.
+fn coordinates<R: Scalar, const DIM: usize>(
+    bytes: &[u8],
+    row: usize,
+    big_endian: bool,
+) -> Option<Vec<[f64; 3]>> {
+    let (mut points, count) = (Vec::new(), bytes.len() / row);
     let sound = rows::fill(&mut points, count, 1, |first, points: &mut [[f64; 3]]| {
         let rows = bytes[first * row..].chunks_exact(row).zip(points);
         rows.fold(true, |sound, (row, point)| {
-            let numbers = R::each(&row[..reals], big_endian);
-            point
-                .iter_mut()
-                .zip(numbers)
-                .for_each(|(x, number)| *x = number.float());
-            sound & point.iter().all(|x| x.is_finite())
+            let numbers = R::each(&row[..DIM * R::WIDTH], big_endian);
+            let each = point.iter_mut().zip(numbers);
+            each.for_each(|(x, number)| *x = number.float());
+            sound & point.iter().fold(true, |sound, x| sound & x.is_finite())
         })
     });
-    let labels = labels_of::<L>(bytes, row, big_endian);
-    labels.filter(|_| sound).map(|labels| (points, labels))
+    sound.then_some(points)
 }
 
 /// The labels at the end of rows of so many bytes.
@@ -166,9 +176,9 @@ fn labels_of<L: Scalar>(bytes: &[u8], row: usize, big_endian: bool) -> Option<Ve
             let rows = bytes[first * row..].chunks_exact(row).zip(labels);
             rows.fold(true, |sound, (row, to)| {
                 let label = L::each(&row[row.len() - L::WIDTH..], big_endian).next();
-                let label = label.map_or(f64::NAN, L::float);
-                *to = label as i32;
-                sound & (f64::from(*to) == label)
+                let label = label.unwrap_or_default();
+                *to = label.index_from(0).0 as i32;
+                sound & (L::WIDTH == 4 || f64::from(*to) == label.float())
             })
         },
     );

@@ -86,10 +86,13 @@ impl RawNumbers<'_> {
                 start.wrapping_add(word.index_from(of.base).0)
             };
             if of.by_place {
+                let mut column = vec![0; nodes.len() / read];
                 for (place, &at) in of.order.iter().enumerate() {
-                    let words = words(place * cells + first, nodes.len() / read);
-                    let each = nodes.chunks_exact_mut(read).zip(words);
-                    each.for_each(|(cell, word)| cell[at] = node(word));
+                    let words = words(place * cells + first, column.len());
+                    let each = column.iter_mut().zip(words);
+                    each.for_each(|(to, word)| *to = node(word));
+                    let places = nodes.iter_mut().skip(at).step_by(read);
+                    places.zip(&column).for_each(|(to, node)| *to = *node);
                 }
             } else if in_order {
                 let words = words(first * read, nodes.len());
@@ -98,8 +101,10 @@ impl RawNumbers<'_> {
                     .zip(words)
                     .for_each(|(to, word)| *to = node(word));
             } else {
-                for (cell, k) in nodes.chunks_exact_mut(read).zip(first..) {
-                    let words = words(k * of.width, of.width).zip(of.order);
+                let size = of.width * T::WIDTH;
+                let rows = self.bytes.get(first * size..).unwrap_or_default();
+                for (cell, row) in nodes.chunks_exact_mut(read).zip(rows.chunks_exact(size)) {
+                    let words = T::each(row, self.big_endian).zip(of.order);
                     words.for_each(|(word, &at)| cell[at] = node(word));
                 }
             }
@@ -119,18 +124,24 @@ impl RawNumbers<'_> {
 
     /// Points of rows of one to three coordinates.
     pub fn points(&self, width: usize) -> Vec<[f64; 3]> {
-        let rows = self.len() / width;
-        let mut points = Vec::new();
-        rows::fill(&mut points, rows, 1, |first, points: &mut [[f64; 3]]| {
-            with_type!(self.type_name, T => {
-                let rows = first * width * T::WIDTH..;
-                let mut numbers = T::each(self.bytes.get(rows).unwrap_or_default(), self.big_endian);
-                for point in points {
-                    point.iter_mut().take(width).zip(&mut numbers).for_each(|(x, number)| *x = number.float());
-                }
-            }, ());
+        with_type!(self.type_name, T => match width {
+            1 => self.points_of::<T, 1>(),
+            2 => self.points_of::<T, 2>(),
+            _ => self.points_of::<T, 3>(),
+        }, Vec::new())
+    }
+
+    fn points_of<T: Scalar, const WIDTH: usize>(&self) -> Vec<[f64; 3]> {
+        let (mut points, size) = (Vec::new(), WIDTH * T::WIDTH);
+        let fill = |first: usize, points: &mut [[f64; 3]]| {
+            let rows = self.bytes.get(first * size..).unwrap_or_default();
+            for (point, row) in points.iter_mut().zip(rows.chunks_exact(size)) {
+                let numbers = point.iter_mut().zip(T::each(row, self.big_endian));
+                numbers.for_each(|(x, number)| *x = number.float());
+            }
             true
-        });
+        };
+        rows::fill(&mut points, self.len() / WIDTH, 1, fill);
         points
     }
 }
