@@ -362,3 +362,31 @@ fn is_label(field: &Field) -> bool {
         && field.components == 1
         && field.at.is_empty()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn labels_of_64_bits_are_those_of_32_or_refused() {
+        for (label, fits) in [(-7, true), (1 << 33, false), ((1 << 32) - 7, false)] {
+            let reals = [0.5_f64, 0.25].map(f64::to_le_bytes).concat();
+            let bytes = [&reals[..], &i64::to_le_bytes(label)].concat();
+            let mut scan = Scan::new(Path::new("a.meshb"), &bytes);
+            (scan.numbers, scan.wide) = (Numbers::Little, true);
+            let mut rows = Rows::default();
+            match rows.points(&mut scan, 1, 2) {
+                Ok(()) => {
+                    assert!(fits, "{label}");
+                    assert_eq!(rows.labels, [-7]);
+                    assert_eq!(rows.points, [[0.5, 0.25, 0.0]]);
+                }
+                Err(error) => {
+                    let text = error.to_string();
+                    assert!(!fits && text.contains("does not fit 32 bits"), "{text}");
+                }
+            }
+        }
+    }
+}

@@ -129,7 +129,7 @@ impl Out {
             return self.pass_on();
         }
         // While one batch is written the next is made.
-        let batch = share * rayon::current_num_threads().max(4);
+        let batch = (BATCH / size.max(1)).max(share);
         let mut next = Vec::new();
         for first in (0..count).step_by(batch) {
             let rows = batch.min(count - first);
