@@ -28,7 +28,9 @@ pub static FORMAT: Native = Native {
 
 /// Whether bytes look like this format: a line of three numbers, a line of three numbers, and counts that fit.
 fn recognises(bytes: &[u8]) -> bool {
-    let mut scan = Scan::new(Path::new(""), bytes);
+    // A binary file may have no end of a line.
+    let head = bytes.get(..1 << 12).unwrap_or(bytes);
+    let mut scan = Scan::new(Path::new(""), head);
     scan.skip_blanks();
     // AVS' UCD begins with five numbers.
     let words = scan.clone().line().split(u8::is_ascii_whitespace);

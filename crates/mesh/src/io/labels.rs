@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use super::loss::Losses;
 use super::out::Out;
+use super::raw::Nodes;
+use super::rows;
 use super::scan::{Numbers, Scan};
+use super::vtu::array::RawNumbers;
 use super::vtu::scalar::Scalar;
 use crate::error::Result;
 use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Group, Mesh, Support, Values};
@@ -24,39 +27,57 @@ pub struct Rows {
 impl Rows {
     /// Reads points of one to three coordinates.
     pub fn points(&mut self, scan: &mut Scan<'_>, count: usize, dimension: usize) -> Result<()> {
-        (self.points, self.labels) = (vec![[0.0; 3]; count], vec![0; count]);
-        let to = (&mut self.points[..], 1, &mut self.labels[..]);
-        scan.rows(1, dimension, to, |scan, points, labels| {
-            if fast_points(scan, dimension, points, labels) {
-                return Ok(());
+        let row = scan.row_bytes(1, dimension);
+        let found = match (scan.numbers, scan.single, scan.wide) {
+            (Numbers::Ascii, ..) => None,
+            (_, true, false) => points_of::<f32, i32>(scan, count, dimension),
+            (_, true, true) => points_of::<f32, i64>(scan, count, dimension),
+            (_, false, false) => points_of::<f64, i32>(scan, count, dimension),
+            (_, false, true) => points_of::<f64, i64>(scan, count, dimension),
+        };
+        if let Some(found) = found {
+            (self.points, self.labels) = found;
+            scan.advance(count * row);
+            return Ok(());
+        }
+        self.points.reserve(count);
+        for _ in 0..count {
+            let mut point = [0.0; 3];
+            for x in point.iter_mut().take(dimension) {
+                *x = scan.real()?;
             }
-            for (point, to) in points.iter_mut().zip(labels) {
-                for x in point.iter_mut().take(dimension) {
-                    *x = scan.real()?;
-                }
-                *to = label(scan)?;
-            }
-            Ok(())
-        })
+            self.points.push(point);
+            self.labels.push(label(scan)?);
+        }
+        Ok(())
     }
 
     /// Reads cells of the points so far.
     pub fn cells(&mut self, scan: &mut Scan<'_>, count: usize, kind: CellKind) -> Result<()> {
         let (width, points) = (kind.points(), self.points.len());
-        let (mut nodes, mut labels) = (vec![0; count * width], vec![0; count]);
-        let to = (&mut nodes[..], width, &mut labels[..]);
-        scan.rows(width + 1, 0, to, |scan, nodes, labels| {
-            if fast_cells(scan, points, nodes, labels) {
-                return Ok(());
+        let row = scan.row_bytes(width + 1, 0);
+        let found = match (scan.numbers, scan.wide) {
+            (Numbers::Ascii, _) => None,
+            (_, false) => cells_of::<i32>(scan, count, width, points),
+            (_, true) => cells_of::<i64>(scan, count, width, points),
+        };
+        let (nodes, labels) = match found {
+            Some(found) => {
+                scan.advance(count * row);
+                found
             }
-            for (cell, to) in nodes.chunks_exact_mut(width).zip(labels) {
-                for node in cell {
-                    *node = scan.vertex(points)?;
+            None => {
+                let mut nodes = Vec::with_capacity(count * width);
+                let mut labels = Vec::with_capacity(count);
+                for _ in 0..count {
+                    for _ in 0..width {
+                        nodes.push(scan.vertex(points)?);
+                    }
+                    labels.push(label(scan)?);
                 }
-                *to = label(scan)?;
+                (nodes, labels)
             }
-            Ok(())
-        })?;
+        };
         self.blocks.push((CellBlock::new(kind, nodes), labels));
         Ok(())
     }
@@ -89,15 +110,16 @@ impl Rows {
         let mut cell = 0;
         for (block, labels) in self.blocks {
             let dim = block.kind.dim();
-            for run in labels.chunk_by(|a, b| a == b) {
-                let (tag, cells) = (i64::from(run[0]), cell..cell + run.len() as u32);
-                cell = cells.end;
+            for run in rows::runs(&labels, 1) {
+                let tag = i64::from(labels[run.start as usize]);
+                let cells = cell + run.start..cell + run.end;
                 if tag != 0 {
                     let group = groups.entry((dim, tag));
                     let group = group.or_insert_with(|| Group::new(dim, tag));
                     group.cells.extend(cells);
                 }
             }
+            cell += block.len() as u32;
             if !block.is_empty() {
                 mesh.blocks.push(block);
             }
@@ -107,74 +129,85 @@ impl Rows {
     }
 }
 
-/// Fills points and labels from a binary file at once; whether all is sound, without what and where it is not.
-fn fast_points(
+/// Points and labels of a binary file; none where something is wrong, without what and where.
+fn points_of<R: Scalar, L: Scalar>(
     scan: &Scan<'_>,
+    count: usize,
     dimension: usize,
-    points: &mut [[f64; 3]],
-    labels: &mut [i32],
-) -> bool {
-    fn fill<R: Scalar, L: Scalar>(
-        scan: &Scan<'_>,
-        dimension: usize,
-        points: &mut [[f64; 3]],
-        labels: &mut [i32],
-    ) -> bool {
-        let big_endian = scan.numbers == Numbers::Big;
-        let rows = scan.rest().chunks_exact(dimension * R::WIDTH + L::WIDTH);
-        let enough = rows.len() >= points.len();
-        rows.zip(points)
-            .zip(labels)
-            .fold(enough, |sound, ((row, point), to)| {
-                let (reals, label) = row.split_at(dimension * R::WIDTH);
-                let numbers = R::each(reals, big_endian);
-                point
-                    .iter_mut()
-                    .zip(numbers)
-                    .for_each(|(x, number)| *x = number.float());
-                let label = L::each(label, big_endian).next().map_or(f64::NAN, L::float);
-                *to = label as i32;
-                sound & point.iter().all(|x| x.is_finite()) & (f64::from(*to) == label)
-            })
-    }
-    match (scan.numbers, scan.single, scan.wide) {
-        (Numbers::Ascii, ..) => false,
-        (_, true, false) => fill::<f32, i32>(scan, dimension, points, labels),
-        (_, true, true) => fill::<f32, i64>(scan, dimension, points, labels),
-        (_, false, false) => fill::<f64, i32>(scan, dimension, points, labels),
-        (_, false, true) => fill::<f64, i64>(scan, dimension, points, labels),
-    }
+) -> Option<(Vec<[f64; 3]>, Vec<i32>)> {
+    let big_endian = scan.numbers == Numbers::Big;
+    let row = dimension * R::WIDTH + L::WIDTH;
+    let bytes = scan.rest().get(..count * row)?;
+    let points = match dimension {
+        1 => coordinates::<R, 1>(bytes, row, big_endian),
+        2 => coordinates::<R, 2>(bytes, row, big_endian),
+        _ => coordinates::<R, 3>(bytes, row, big_endian),
+    };
+    points.zip(labels_of::<L>(bytes, row, big_endian))
 }
 
-/// [`fast_points`] for the nodes of cells, of which there are as many `points`.
-fn fast_cells(scan: &Scan<'_>, points: usize, nodes: &mut [u32], labels: &mut [i32]) -> bool {
-    fn fill<L: Scalar>(
-        scan: &Scan<'_>,
-        points: usize,
-        nodes: &mut [u32],
-        labels: &mut [i32],
-    ) -> bool {
-        let width = nodes.len() / labels.len().max(1);
-        let words = scan.rest().get(..(nodes.len() + labels.len()) * L::WIDTH);
-        let mut words = L::each(words.unwrap_or_default(), scan.numbers == Numbers::Big);
-        let mut sound = words.len() == nodes.len() + labels.len();
-        for (cell, to) in nodes.chunks_exact_mut(width.max(1)).zip(labels) {
-            for (node, word) in cell.iter_mut().zip(&mut words) {
-                let index = word.index().unwrap_or(0).wrapping_sub(1);
-                sound &= index < points as u64;
-                *node = index as u32;
-            }
-            let label = words.next().map_or(f64::NAN, L::float);
-            *to = label as i32;
-            sound &= f64::from(*to) == label;
-        }
-        sound
-    }
-    match (scan.numbers, scan.wide) {
-        (Numbers::Ascii, _) => false,
-        (_, false) => fill::<i32>(scan, points, nodes, labels),
-        (_, true) => fill::<i64>(scan, points, nodes, labels),
-    }
+/// The points at the beginning of rows of so many bytes.
+fn coordinates<R: Scalar, const DIM: usize>(
+    bytes: &[u8],
+    row: usize,
+    big_endian: bool,
+) -> Option<Vec<[f64; 3]>> {
+    let (mut points, count) = (Vec::new(), bytes.len() / row);
+    let sound = rows::fill(&mut points, count, 1, |first, points: &mut [[f64; 3]]| {
+        let rows = bytes[first * row..].chunks_exact(row).zip(points);
+        rows.fold(true, |sound, (row, point)| {
+            let numbers = R::each(&row[..DIM * R::WIDTH], big_endian);
+            let each = point.iter_mut().zip(numbers);
+            each.for_each(|(x, number)| *x = number.float());
+            sound & point.iter().fold(true, |sound, x| sound & x.is_finite())
+        })
+    });
+    sound.then_some(points)
+}
+
+/// The labels at the end of rows of so many bytes.
+fn labels_of<L: Scalar>(bytes: &[u8], row: usize, big_endian: bool) -> Option<Vec<i32>> {
+    let mut labels = Vec::new();
+    let sound = rows::fill(
+        &mut labels,
+        bytes.len() / row,
+        1,
+        |first, labels: &mut [i32]| {
+            let rows = bytes[first * row..].chunks_exact(row).zip(labels);
+            rows.fold(true, |sound, (row, to)| {
+                let label = L::each(&row[row.len() - L::WIDTH..], big_endian).next();
+                let label = label.unwrap_or_default();
+                *to = label.index_from(0).0 as i32;
+                sound & (L::WIDTH == 4 || f64::from(*to) == label.float())
+            })
+        },
+    );
+    sound.then_some(labels)
+}
+
+/// [`points_of`] for the nodes of cells.
+fn cells_of<L: Scalar>(
+    scan: &Scan<'_>,
+    count: usize,
+    width: usize,
+    points: usize,
+) -> Option<(Vec<u32>, Vec<i32>)> {
+    let row = (width + 1) * L::WIDTH;
+    let bytes = scan.rest().get(..count * row)?;
+    let numbers = RawNumbers {
+        type_name: L::NAME,
+        bytes: bytes.into(),
+        big_endian: scan.numbers == Numbers::Big,
+    };
+    let nodes = numbers.nodes(&Nodes {
+        base: 1,
+        points: 0..points as u32,
+        width: width + 1,
+        order: &(0..width).collect::<Vec<usize>>(),
+        by_place: false,
+    });
+    let labels = labels_of::<L>(bytes, row, numbers.big_endian);
+    nodes.ok().zip(labels)
 }
 
 fn label(scan: &mut Scan<'_>) -> Result<i32> {
@@ -269,21 +302,42 @@ impl<'a> Labels<'a> {
         others
     }
 
-    /// Each point with its label.
-    pub fn points(&self) -> impl Iterator<Item = (&[f64; 3], i32)> {
-        let labels = self.of_points.iter().copied().chain(std::iter::repeat(0));
-        self.mesh.points.iter().zip(labels)
+    /// Each point with its label, from one on.
+    pub fn points(&self, first: usize) -> impl Iterator<Item = (&[f64; 3], i32)> {
+        let labels = self.of_points.get(first..).unwrap_or_default();
+        let labels = labels.iter().copied().chain(std::iter::repeat(0));
+        let points = self.mesh.points.get(first..).unwrap_or_default();
+        points.iter().zip(labels)
+    }
+
+    /// The labels of the cells from one on.
+    pub fn from(&self, cell: u32) -> impl Iterator<Item = i32> {
+        let runs = self.groups.runs_from(cell);
+        runs.flat_map(|(cells, set)| {
+            let label = self.of_set.get(set as usize).copied().unwrap_or(0);
+            std::iter::repeat_n(label, cells.len())
+        })
+    }
+
+    /// The blocks of a kind, each with its first cell.
+    pub fn blocks(&self, kind: CellKind) -> impl Iterator<Item = (u32, &CellBlock)> {
+        let starts = self.mesh.blocks.iter().scan(0, |next, block| {
+            let first = *next;
+            *next += block.len() as u32;
+            Some((first, block))
+        });
+        starts.filter(move |(_, block)| block.kind == kind)
     }
 
     /// The points and the label of each cell of this kind.
     pub fn cells(&self, kind: CellKind) -> impl Iterator<Item = (&[u32], i32)> {
-        let cells = self.mesh.cells_of(kind);
-        cells.map(|(cell, _, nodes)| (nodes, self.of(cell)))
+        let blocks = self.blocks(kind);
+        blocks.flat_map(|(first, block)| block.cells().zip(self.from(first)))
     }
 
     /// Writes a row for each point.
     pub fn write_points(&self, out: &mut Out, dimension: usize) {
-        for (point, label) in self.points() {
+        for (point, label) in self.points(0) {
             point[..dimension].iter().for_each(|&x| {
                 out.float(x);
             });
@@ -307,4 +361,32 @@ fn is_label(field: &Field) -> bool {
         && field.on == Support::Points
         && field.components == 1
         && field.at.is_empty()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn labels_of_64_bits_are_those_of_32_or_refused() {
+        for (label, fits) in [(-7, true), (1 << 33, false), ((1 << 32) - 7, false)] {
+            let reals = [0.5_f64, 0.25].map(f64::to_le_bytes).concat();
+            let bytes = [&reals[..], &i64::to_le_bytes(label)].concat();
+            let mut scan = Scan::new(Path::new("a.meshb"), &bytes);
+            (scan.numbers, scan.wide) = (Numbers::Little, true);
+            let mut rows = Rows::default();
+            match rows.points(&mut scan, 1, 2) {
+                Ok(()) => {
+                    assert!(fits, "{label}");
+                    assert_eq!(rows.labels, [-7]);
+                    assert_eq!(rows.points, [[0.5, 0.25, 0.0]]);
+                }
+                Err(error) => {
+                    let text = error.to_string();
+                    assert!(!fits && text.contains("does not fit 32 bits"), "{text}");
+                }
+            }
+        }
+    }
 }

@@ -4,15 +4,11 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use rayon::prelude::*;
-
+use super::rows;
 use super::vtu::array::RawNumbers;
 use super::vtu::scalar::{Scalar, with_type};
 use crate::field::to_i64;
-use crate::mesh::{Mesh, Values};
-
-/// Rows that one thread makes at a time.
-const SHARE: usize = 1 << 12;
+use crate::mesh::{CellBlock, Mesh, Values};
 
 /// How the nodes of cells of one kind stand in a file.
 pub struct Nodes<'o> {
@@ -37,6 +33,27 @@ impl RawNumbers<'_> {
         }
     }
 
+    /// Runs of equal rows of so many whole numbers, and the numbers of each run; `None` for others.
+    pub fn runs(&self, width: usize) -> Option<(Vec<Range<u32>>, Vec<i64>)> {
+        let size = width * with_type!(self.type_name, T => T::WIDTH, 1);
+        let runs = rows::runs(&self.bytes, size);
+        let row = |run: &Range<u32>| {
+            let start = run.start as usize * size;
+            self.bytes.get(start..start + size).unwrap_or_default()
+        };
+        let numbers = RawNumbers {
+            type_name: self.type_name,
+            bytes: runs
+                .iter()
+                .flat_map(row)
+                .copied()
+                .collect::<Vec<u8>>()
+                .into(),
+            big_endian: self.big_endian,
+        };
+        Some((runs, numbers.integers()?))
+    }
+
     /// The nodes of cells, as indices of points.
     ///
     /// # Errors
@@ -46,8 +63,12 @@ impl RawNumbers<'_> {
     }
 
     fn nodes_of<T: Scalar>(&self, of: &Nodes<'_>) -> Result<Vec<u32>, String> {
-        let (start, count, base) = (of.points.start, of.points.len() as u64, u64::from(of.base));
-        let index = |word: T| word.index().unwrap_or(u64::MAX).wrapping_sub(base);
+        let (start, count) = (of.points.start, of.points.len() as u32);
+        // Without a branch, so that the loops are vectorised.
+        let beyond = |word: T| {
+            let (index, odd) = word.index_from(of.base);
+            odd | u32::from(index >= count)
+        };
         let cells = self.len() / of.width;
         let read = of.order.len();
         let in_order = read == of.width && of.order.is_sorted();
@@ -59,17 +80,19 @@ impl RawNumbers<'_> {
             T::each(bytes, self.big_endian)
         };
         let share = |first: usize, nodes: &mut [u32]| {
-            let mut sound = true;
+            let mut odd = 0;
             let mut node = |word: T| {
-                let index = index(word);
-                sound &= index < count;
-                start.wrapping_add(index as u32)
+                odd |= beyond(word);
+                start.wrapping_add(word.index_from(of.base).0)
             };
             if of.by_place {
+                let mut column = vec![0; nodes.len() / read];
                 for (place, &at) in of.order.iter().enumerate() {
-                    let words = words(place * cells + first, nodes.len() / read);
-                    let each = nodes.chunks_exact_mut(read).zip(words);
-                    each.for_each(|(cell, word)| cell[at] = node(word));
+                    let words = words(place * cells + first, column.len());
+                    let each = column.iter_mut().zip(words);
+                    each.for_each(|(to, word)| *to = node(word));
+                    let places = nodes.iter_mut().skip(at).step_by(read);
+                    places.zip(&column).for_each(|(to, node)| *to = *node);
                 }
             } else if in_order {
                 let words = words(first * read, nodes.len());
@@ -78,19 +101,21 @@ impl RawNumbers<'_> {
                     .zip(words)
                     .for_each(|(to, word)| *to = node(word));
             } else {
-                for (cell, k) in nodes.chunks_exact_mut(read).zip(first..) {
-                    let words = words(k * of.width, of.width).zip(of.order);
+                let size = of.width * T::WIDTH;
+                let rows = self.bytes.get(first * size..).unwrap_or_default();
+                for (cell, row) in nodes.chunks_exact_mut(read).zip(rows.chunks_exact(size)) {
+                    let words = T::each(row, self.big_endian).zip(of.order);
                     words.for_each(|(word, &at)| cell[at] = node(word));
                 }
             }
-            sound
+            odd == 0
         };
-        let mut nodes = vec![0; cells * read];
-        if each_share(&mut nodes, read, share) {
+        let mut nodes = Vec::new();
+        if rows::fill(&mut nodes, cells, read, share) {
             return Ok(nodes);
         }
         let mut all = words(0, self.len());
-        let odd = all.find(|&word| index(word) >= count).map(T::float);
+        let odd = all.find(|&word| beyond(word) != 0).map(T::float);
         Err(format!(
             "it names the node {} of {count}",
             odd.unwrap_or(0.0)
@@ -99,23 +124,32 @@ impl RawNumbers<'_> {
 
     /// Points of rows of one to three coordinates.
     pub fn points(&self, width: usize) -> Vec<[f64; 3]> {
-        let mut points = vec![[0.0; 3]; self.len() / width];
-        with_type!(self.type_name, T => each_share(&mut points, 1, |first, points| {
-            let rows = first * width * T::WIDTH..;
-            let mut numbers = T::each(self.bytes.get(rows).unwrap_or_default(), self.big_endian);
-            for point in points {
-                point.iter_mut().take(width).zip(&mut numbers).for_each(|(x, number)| *x = number.float());
+        with_type!(self.type_name, T => match width {
+            1 => self.points_of::<T, 1>(),
+            2 => self.points_of::<T, 2>(),
+            _ => self.points_of::<T, 3>(),
+        }, Vec::new())
+    }
+
+    fn points_of<T: Scalar, const WIDTH: usize>(&self) -> Vec<[f64; 3]> {
+        let (mut points, size) = (Vec::new(), WIDTH * T::WIDTH);
+        let fill = |first: usize, points: &mut [[f64; 3]]| {
+            let rows = self.bytes.get(first * size..).unwrap_or_default();
+            for (point, row) in points.iter_mut().zip(rows.chunks_exact(size)) {
+                let numbers = point.iter_mut().zip(T::each(row, self.big_endian));
+                numbers.for_each(|(x, number)| *x = number.float());
             }
             true
-        }), true);
+        };
+        rows::fill(&mut points, self.len() / WIDTH, 1, fill);
         points
     }
 }
 
 /// Points of columns of coordinates, each given with the place of the first.
 pub fn points(columns: &[(&RawNumbers<'_>, usize)], count: usize) -> Vec<[f64; 3]> {
-    let mut points = vec![[0.0; 3]; count];
-    each_share(&mut points, 1, |first, points| {
+    let mut points = Vec::new();
+    rows::fill(&mut points, count, 1, |first, points: &mut [[f64; 3]]| {
         for (axis, (numbers, start)) in columns.iter().enumerate() {
             with_type!(numbers.type_name, T => {
                 let bytes = numbers.bytes.get((start + first) * T::WIDTH..).unwrap_or_default();
@@ -178,6 +212,21 @@ impl<'a> CellNodes<'a> {
         CellNodes::new(nodes, order, by_place)
     }
 
+    /// The cells of blocks of one kind.
+    pub fn of_blocks(
+        blocks: &[&'a CellBlock],
+        order: impl Into<Cow<'a, [usize]>>,
+        by_place: bool,
+    ) -> Self {
+        match blocks {
+            [one] => CellNodes::new(&one.nodes, order, by_place),
+            several => {
+                let nodes: Vec<&[u32]> = several.iter().map(|block| &block.nodes[..]).collect();
+                CellNodes::new(nodes.concat(), order, by_place)
+            }
+        }
+    }
+
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
@@ -189,46 +238,40 @@ impl<'a> CellNodes<'a> {
         bytes: &mut [u8],
         word: impl Fn(u32) -> [u8; N],
     ) {
-        let width = self.order.len();
-        let cells = self.nodes.len() / width;
+        let (width, nodes) = (self.order.len(), &self.nodes);
+        let cells = nodes.len() / width;
+        let from = |at: usize| nodes.get(at..).unwrap_or_default();
+        let (mut at, mut words) = (first, bytes.as_chunks_mut().0);
+        if !self.by_place && self.order.is_sorted() {
+            let each = words.iter_mut().zip(from(first));
+            each.for_each(|(to, &node)| *to = word(node));
+            return;
+        }
+        // Up to the last cell of a place, or to the last place of a cell.
         let inner = if self.by_place { cells } else { width };
-        let (mut outer, mut k) = (first / inner.max(1), first % inner.max(1));
-        for bytes in bytes.as_chunks_mut().0 {
-            let (cell, place) = if self.by_place {
-                (k, outer)
+        while !words.is_empty() {
+            let (outer, k) = (at / inner, at % inner);
+            let (now, later) = words.split_at_mut(words.len().min(inner - k));
+            at += now.len();
+            if self.by_place {
+                let column = from(k * width + self.order[outer]).iter().step_by(width);
+                let each = now.iter_mut().zip(column);
+                each.for_each(|(to, &node)| *to = word(node));
             } else {
-                (outer, k)
-            };
-            let node = self.order.get(place).map(|place| cell * width + place);
-            let node = node.and_then(|at| self.nodes.get(at));
-            *bytes = word(node.copied().unwrap_or(0));
-            k += 1;
-            if k == inner {
-                (outer, k) = (outer + 1, 0);
+                let cell = from(outer * width);
+                let each = now.iter_mut().zip(&self.order[k..]);
+                each.for_each(|(to, &place)| *to = word(cell[place]));
             }
+            words = later;
         }
     }
-}
-
-/// Fills rows of `width` items on all cores: `share` gets the index of a first row. Whether all answers were yes.
-fn each_share<T: Send>(
-    all: &mut [T],
-    width: usize,
-    share: impl Fn(usize, &mut [T]) -> bool + Sync,
-) -> bool {
-    // A few rows take less time than waking the other cores.
-    if all.len() <= SHARE * width {
-        return share(0, all);
-    }
-    let shares = all.par_chunks_mut(SHARE * width).enumerate();
-    shares
-        .map(|(k, rows)| share(k * SHARE, rows))
-        .reduce(|| true, |a, b| a & b)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const SHARE: usize = 1 << 12;
 
     /// Across the ends of shares, in all three layouts, of any type and order of bytes.
     #[test]

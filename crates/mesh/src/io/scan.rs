@@ -3,8 +3,6 @@
 
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
-
 use crate::cancel;
 use crate::error::{Error, Place, Result};
 use crate::file;
@@ -33,9 +31,6 @@ pub struct Scan<'a> {
     /// Whether [`Scan::real`] reads binary32 in binary, rather than binary64.
     pub single: bool,
 }
-
-/// Rows that one thread reads at a time.
-const ROWS: usize = 1 << 13;
 
 /// What to do about a file that violates its format.
 const DAMAGED: &str =
@@ -417,33 +412,6 @@ impl<'a> Scan<'a> {
             true => Ok(value),
             false => Err(self.error(format!("expected a finite number, found {value}"))),
         }
-    }
-
-    /// Reads rows of so many whole numbers and reals, with a label each, which `share` does for some of them; on all cores where
-    /// each row takes as many bytes.
-    pub fn rows<T: Send>(
-        &mut self,
-        ints: usize,
-        reals: usize,
-        (items, width, labels): (&mut [T], usize, &mut [i32]),
-        share: impl Fn(&mut Scan<'a>, &mut [T], &mut [i32]) -> Result<()> + Sync,
-    ) -> Result<()> {
-        if self.numbers == Numbers::Ascii {
-            return share(self, items, labels);
-        }
-        let bytes = self.row_bytes(ints, reals);
-        let end = self.pos.saturating_add(bytes.saturating_mul(labels.len()));
-        let items = items.par_chunks_mut(ROWS * width);
-        let shares = items.zip(labels.par_chunks_mut(ROWS)).enumerate();
-        let read = shares.map(|(k, (items, labels))| {
-            let mut scan = self.clone();
-            scan.advance(k * ROWS * bytes);
-            share(&mut scan, items, labels)
-        });
-        // Of several errors the first in the file.
-        read.find_first(Result::is_err).unwrap_or(Ok(()))?;
-        self.pos = end.min(self.data.len());
-        Ok(())
     }
 
     /// The bytes of so many whole numbers and reals in binary.

@@ -2,6 +2,7 @@
 //! one dimension less, a set of nodes becomes vertices, and each set a group. And back.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::ops::Range;
 
 use super::sides;
 use crate::mesh::{CellBlock, CellKind, Group, Mesh};
@@ -11,7 +12,7 @@ use crate::mesh::{CellBlock, CellKind, Group, Mesh};
 pub struct Sets {
     pub mesh: Mesh,
     pub warnings: Vec<String>,
-    groups: BTreeMap<(u8, i64), Group>,
+    groups: BTreeMap<(u8, i64), (Option<String>, Runs)>,
     /// Cells by their sorted nodes, of the dimensions that have been asked for.
     known: HashMap<Vec<u32>, u32>,
     indexed: [bool; 4],
@@ -21,37 +22,81 @@ pub struct Sets {
 
 const MADE: u32 = 1 << 31;
 
+/// Cells of a group, those after one another as one.
+#[derive(Default)]
+struct Runs(Vec<Range<u32>>);
+
+impl Runs {
+    fn push(&mut self, run: Range<u32>) {
+        match self.0.last_mut() {
+            Some(last) if last.end == run.start => last.end = run.end,
+            _ => self.0.push(run),
+        }
+    }
+
+    /// The cells in ascending order, each once.
+    fn cells(mut self) -> Vec<u32> {
+        if !self.0.is_sorted_by_key(|run| run.start) {
+            self.0.sort_unstable_by_key(|run| run.start);
+        }
+        let (mut cells, mut end) = (Vec::new(), 0);
+        for run in self.0 {
+            cells.extend(run.start.max(end)..run.end);
+            end = end.max(run.end);
+        }
+        cells
+    }
+}
+
+impl FromIterator<u32> for Runs {
+    fn from_iter<I: IntoIterator<Item = u32>>(cells: I) -> Self {
+        let mut runs = Runs::default();
+        cells.into_iter().for_each(|cell| runs.push(cell..cell + 1));
+        runs
+    }
+}
+
 impl Sets {
     /// Adds a block; its cells.
-    pub fn block(&mut self, block: CellBlock) -> std::ops::Range<u32> {
+    pub fn block(&mut self, block: CellBlock) -> Range<u32> {
         let first = self.mesh.cell_count() as u32;
         let cells = first..first + block.len() as u32;
         self.mesh.blocks.push(block);
         cells
     }
 
-    /// Adds a set of cells: a group for each of their dimensions, or of dimension `dim` if there are none.
-    pub fn cells(&mut self, dim: u8, tag: i64, name: &str, cells: impl IntoIterator<Item = u32>) {
+    /// Adds a set of cells, given as runs: a group for each of their dimensions, or of dimension `dim` if there are none.
+    pub fn cells(
+        &mut self,
+        dim: u8,
+        tag: i64,
+        name: &str,
+        cells: impl IntoIterator<Item = Range<u32>>,
+    ) {
         let ends = self.mesh.block_ends();
-        let mut by_dim: [Vec<u32>; 4] = std::array::from_fn(|_| Vec::new());
-        let cells: Vec<u32> = cells.into_iter().collect();
-        let mut rest = &cells[..];
-        while let Some((&cell, others)) = rest.split_first() {
-            let k = ends.partition_point(|&end| end <= cell as usize);
-            let Some(block) = self.mesh.blocks.get(k) else {
-                rest = others;
-                continue;
-            };
-            let range = ends[k] - block.len()..ends[k];
-            let mine = rest
-                .iter()
-                .take_while(|&&cell| range.contains(&(cell as usize)));
-            let (of_block, others) = rest.split_at(mine.count());
-            by_dim[usize::from(block.kind.dim())].extend(of_block);
-            rest = others;
+        let mut by_dim: BTreeMap<u8, Runs> = BTreeMap::new();
+        for run in cells {
+            for (dim, part) in self.of_blocks(&ends, run) {
+                by_dim.entry(dim).or_default().push(part);
+            }
         }
-        let by_dim = (0..).zip(by_dim).filter(|(_, cells)| !cells.is_empty());
-        self.groups_of(by_dim.collect(), dim, tag, name);
+        self.groups_of(by_dim, dim, tag, name);
+    }
+
+    /// The parts of a run of cells in each block, with its dimension. `ends` are those of [`Mesh::block_ends`].
+    pub fn of_blocks(
+        &self,
+        ends: &[usize],
+        cells: Range<u32>,
+    ) -> impl Iterator<Item = (u8, Range<u32>)> {
+        let first = ends.partition_point(|&end| end <= cells.start as usize);
+        let blocks = self.mesh.blocks.iter().zip(ends).skip(first);
+        let parts = blocks.scan(cells.start, move |start, (block, &end)| {
+            let part = *start..cells.end.min(end as u32);
+            *start = part.end.max(*start);
+            (!part.is_empty() || *start < cells.end).then_some((block.kind.dim(), part))
+        });
+        parts.filter(|(_, part)| !part.is_empty())
     }
 
     /// Adds a set of sides: cells, and the corners of each side by their places in the cell. Returns how many are of an order
@@ -63,7 +108,7 @@ impl Sets {
         sides: impl IntoIterator<Item = (u32, &'a [usize])>,
     ) -> usize {
         let ends = self.mesh.block_ends();
-        let mut by_dim: BTreeMap<u8, Vec<u32>> = BTreeMap::new();
+        let mut by_dim: BTreeMap<u8, Runs> = BTreeMap::new();
         let mut unknown = 0;
         for (cell, corners) in sides {
             let index = ends.partition_point(|&end| end <= cell as usize);
@@ -82,10 +127,10 @@ impl Sets {
                 }
             };
             match side {
-                Some((kind, nodes)) => by_dim
-                    .entry(kind.dim())
-                    .or_default()
-                    .push(self.cell_of(kind, nodes)),
+                Some((kind, nodes)) => {
+                    let cell = self.cell_of(kind, nodes);
+                    by_dim.entry(kind.dim()).or_default().push(cell..cell + 1);
+                }
                 None => unknown += 1,
             }
         }
@@ -110,12 +155,10 @@ impl Sets {
         name: &str,
         cells: impl IntoIterator<Item = (CellKind, &'a [u32])>,
     ) {
-        let mut by_dim: BTreeMap<u8, Vec<u32>> = BTreeMap::new();
+        let mut by_dim: BTreeMap<u8, Runs> = BTreeMap::new();
         for (kind, nodes) in cells {
-            by_dim
-                .entry(kind.dim())
-                .or_default()
-                .push(self.cell_of(kind, nodes.to_vec()));
+            let cell = self.cell_of(kind, nodes.to_vec());
+            by_dim.entry(kind.dim()).or_default().push(cell..cell + 1);
         }
         self.groups_of(by_dim, 0, tag, name);
     }
@@ -139,9 +182,9 @@ impl Sets {
         })
     }
 
-    fn groups_of(&mut self, by_dim: BTreeMap<u8, Vec<u32>>, dim: u8, tag: i64, name: &str) {
+    fn groups_of(&mut self, by_dim: BTreeMap<u8, Runs>, dim: u8, tag: i64, name: &str) {
         if by_dim.is_empty() {
-            self.group(dim, tag, name, Vec::new());
+            self.group(dim, tag, name, Runs::default());
         }
         for (dim, cells) in by_dim {
             self.group(dim, tag, name, cells);
@@ -149,12 +192,12 @@ impl Sets {
     }
 
     /// Another set of this number and dimension goes before: then it gets the next free one.
-    fn group(&mut self, dim: u8, tag: i64, name: &str, cells: Vec<u32>) {
+    fn group(&mut self, dim: u8, tag: i64, name: &str, cells: Runs) {
         let name = Some(name).filter(|name| !name.is_empty());
         let mut number = tag;
-        while let Some(other) = self.groups.get_mut(&(dim, number)) {
-            if name.is_some() && other.name.as_deref() == name {
-                other.cells.extend(cells);
+        while let Some((other, known)) = self.groups.get_mut(&(dim, number)) {
+            if name.is_some() && other.as_deref() == name {
+                cells.0.into_iter().for_each(|run| known.push(run));
                 return;
             }
             let last = self
@@ -169,12 +212,8 @@ impl Sets {
                 name.unwrap_or_default()
             ));
         }
-        let group = Group {
-            name: name.map(str::to_owned),
-            cells,
-            ..Group::new(dim, number)
-        };
-        self.groups.insert((dim, number), group);
+        let name = name.map(str::to_owned);
+        self.groups.insert((dim, number), (name, cells));
     }
 
     /// The mesh, in which the cells that were made come last.
@@ -194,17 +233,25 @@ impl Sets {
                 .zip(cells)
                 .for_each(|(&k, cell)| numbers[k] = cell);
         }
-        for group in self.groups.values_mut() {
-            for cell in group.cells.iter_mut().filter(|cell| **cell & MADE != 0) {
-                *cell = numbers[(*cell ^ MADE) as usize];
+        let groups = self.groups.into_iter().map(|((dim, tag), (name, runs))| {
+            let mut known = Runs::default();
+            for run in runs.0 {
+                match run.start & MADE {
+                    0 => known.push(run),
+                    _ => run.for_each(|made| {
+                        let cell = numbers[(made ^ MADE) as usize];
+                        known.push(cell..cell + 1);
+                    }),
+                }
             }
-            if !group.cells.is_sorted_by(|a, b| a < b) {
-                group.cells.sort_unstable();
-                group.cells.dedup();
+            Group {
+                name,
+                cells: known.cells(),
+                ..Group::new(dim, tag)
             }
-        }
+        });
+        self.mesh.groups = groups.collect();
         self.mesh.blocks.retain(|block| !block.is_empty());
-        self.mesh.groups = self.groups.into_values().collect();
         // Fields were read before the last cells were made.
         let all = self.mesh.cell_count();
         for field in &mut self.mesh.fields {

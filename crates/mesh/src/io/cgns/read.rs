@@ -381,7 +381,10 @@ impl Reader {
             let next = self.names.len() as i64 + 1;
             let tag = *self.names.entry(name.clone()).or_insert(next);
             match members {
-                Members::Cells(cells) => self.sets.cells(dimension, tag, &name, cells),
+                Members::Cells(cells) => {
+                    let cells = cells.into_iter().map(|cell| cell..cell + 1);
+                    self.sets.cells(dimension, tag, &name, cells);
+                }
                 Members::Nodes(nodes) => self.sets.nodes(tag, &name, nodes),
                 Members::Given(cells) => {
                     let cells = cells.iter().map(|(kind, nodes)| (*kind, &nodes[..]));

@@ -235,7 +235,7 @@ impl Reader<'_> {
             let cells = first..first + block.count as u32;
             first = cells.end;
             let dim = block.shape.map_or(self.dimension as u8, Shape::dim);
-            self.sets.cells(dim, block.tag, &block.name, cells);
+            self.sets.cells(dim, block.tag, &block.name, [cells]);
         }
         Ok(())
     }

@@ -155,6 +155,24 @@ impl<'a> Data<'a> {
         })
     }
 
+    /// Whole numbers of 32 or 64 bits in rows, of which many after one another are the same: the end of each run, and its row.
+    pub fn runs(kind: Type, shape: Vec<usize>, runs: Vec<(u32, u32)>, rows: Vec<Vec<i64>>) -> Self {
+        let (size, width) = (kind.size(), rows.first().map_or(1, Vec::len).max(1));
+        Data::made(kind, shape, move |first, mut bytes| {
+            let mut at = first;
+            let past = runs.partition_point(|(end, _)| *end as usize * width <= first);
+            for &(end, row) in &runs[past..] {
+                let count = (end as usize * width - at).min(bytes.len() / size);
+                let (now, later) = bytes.split_at_mut(count * size);
+                match (size, &rows[row as usize]) {
+                    (4, row) => repeat::<4>(now, row, at),
+                    (_, row) => repeat::<8>(now, row, at),
+                }
+                (at, bytes) = (at + count, later);
+            }
+        })
+    }
+
     /// The same numbers as rows of another shape.
     pub fn of_shape(self, shape: &[usize]) -> Self {
         let shape = shape.to_vec();
@@ -426,6 +444,20 @@ impl<'a> Group<'a> {
             out.append(&[0; 8][..padding(data.count() * data.kind.size())]);
         }
         out.save(path)
+    }
+}
+
+/// Fills bytes with the numbers of a row, over and over, from the `first` one on.
+fn repeat<const N: usize>(bytes: &mut [u8], row: &[i64], first: usize) {
+    let word = |number: i64| std::array::from_fn(|k| number.to_le_bytes()[k]);
+    let words: &mut [[u8; N]] = bytes.as_chunks_mut().0;
+    match row {
+        [one] => words.fill(word(*one)),
+        _ => {
+            let numbers = row.iter().cycle().skip(first % row.len().max(1));
+            let each = words.iter_mut().zip(numbers);
+            each.for_each(|(to, number)| *to = word(*number));
+        }
     }
 }
 

@@ -1,18 +1,22 @@
 //! Reads MED files.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::ops::Range;
 use std::path::Path;
 
 use super::cells;
 use crate::error::Result;
+use crate::io::Content;
 use crate::io::hdf5::{self, Data, Group};
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::Sets;
-use crate::io::{Content, rows};
 use crate::mesh::{CellBlock, CellKind, Field, Support, Values};
 
 /// The groups of each family by its number, and the family's own name where it has none.
 type Families = HashMap<i64, Vec<String>>;
+
+/// Runs of points or cells, and the family of each run.
+type Runs = Vec<(Range<u32>, i64)>;
 
 /// Points or cells, and their values.
 type Part = (Vec<u32>, Vec<f64>);
@@ -22,7 +26,7 @@ struct Reader {
     mesh: String,
     sets: Sets,
     /// The cells of each of MED's kinds.
-    cells: BTreeMap<&'static str, std::ops::Range<u32>>,
+    cells: BTreeMap<&'static str, Range<u32>>,
     unread: Vec<String>,
 }
 
@@ -92,8 +96,25 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
 }
 
 fn whole_numbers(data: &Data) -> Result<Vec<i64>> {
-    let numbers = data.raw(None)?.integers();
-    numbers.ok_or_else(|| data.refuse("it does not hold whole numbers"))
+    data.raw(None)?.integers().ok_or_else(|| not_whole(data))
+}
+
+fn not_whole(data: &Data) -> crate::Error {
+    data.refuse("it does not hold whole numbers")
+}
+
+/// The families of so many points or cells, numbered from `first` on; 0 where none is given.
+fn families_of(group: &Group, first: u32, count: usize) -> Result<Runs> {
+    let Some(data) = group.data("FAM")? else {
+        return Ok(Runs::new());
+    };
+    let numbers = Some(data.raw(None)?).filter(|numbers| numbers.len() == count);
+    let runs = numbers.map_or(Some(Default::default()), |numbers| numbers.runs(1));
+    let (runs, families) = runs.ok_or_else(|| not_whole(&data))?;
+    let cells = runs
+        .into_iter()
+        .map(|run| first + run.start..first + run.end);
+    Ok(cells.zip(families).collect())
 }
 
 /// The whole numbers of a data set, if it is there.
@@ -140,7 +161,7 @@ impl Reader {
     }
 
     /// Reads the points; their families.
-    fn nodes(&mut self, at: &Group, mesh: &Group) -> Result<Option<Vec<i64>>> {
+    fn nodes(&mut self, at: &Group, mesh: &Group) -> Result<Runs> {
         let nodes = at
             .group("NOE")?
             .ok_or_else(|| at.refuse("there are no nodes (NOE)"))?;
@@ -156,18 +177,15 @@ impl Reader {
         let count = values.len() / space;
         let columns: Vec<_> = (0..space).map(|axis| (&values, axis * count)).collect();
         self.sets.mesh.points = raw::points(&columns, count);
-        let numbers = |name: &str| -> Result<Option<Vec<i64>>> {
-            Ok(numbers_of(&nodes, name)?.filter(|numbers| numbers.len() == count))
-        };
-        if let Some(own) = numbers("NUM")?.filter(|own| !own.iter().zip(1..).all(|(&n, k)| n == k))
-        {
+        let own = numbers_of(&nodes, "NUM")?.filter(|own| own.len() == count);
+        if let Some(own) = own.filter(|own| !own.iter().zip(1..).all(|(&n, k)| n == k)) {
             self.sets.mesh.point_tags = own.into_iter().map(|n| n.max(0) as u64).collect();
         }
-        numbers("FAM")
+        families_of(&nodes, 0, count)
     }
 
     /// Reads the cells; the family of each.
-    fn cells(&mut self, at: &Group) -> Result<Vec<i64>> {
+    fn cells(&mut self, at: &Group) -> Result<Runs> {
         let points = self.sets.mesh.points.len();
         let mut families = Vec::new();
         let all = at
@@ -178,6 +196,7 @@ impl Reader {
         for (name, group) in all {
             let known = cells::KINDS.iter().find(|(known, _)| *known == name);
             let polygons = ["POG", "PO2"].contains(&name.as_str());
+            let first = self.sets.mesh.cell_count() as u32;
             let count;
             match known {
                 Some(&(name, kind)) => {
@@ -243,11 +262,7 @@ impl Reader {
                     continue;
                 }
             }
-            let own = numbers_of(&group, "FAM")?.filter(|own| own.len() == count);
-            match own {
-                Some(own) => rows::append(&mut families, own),
-                None => families.resize(families.len() + count, 0),
-            }
+            families.extend(families_of(&group, first, count)?);
         }
         // Numbers are those of all blocks or of none.
         let blocks = &mut self.sets.mesh.blocks;
@@ -260,21 +275,18 @@ impl Reader {
     }
 
     /// The groups of nodes and cells, numbered in the order of their names.
-    fn groups(&mut self, families: &Families, of_nodes: Option<Vec<i64>>, of_cells: Vec<i64>) {
-        let by_name = |of: &[i64]| {
-            let mut members: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
-            let mut first = 0;
-            for run in of.chunk_by(|a, b| a == b) {
-                let items = first..first + run.len() as u32;
-                first = items.end;
-                for name in families.get(&run[0]).into_iter().flatten() {
-                    members.entry(name).or_default().extend(items.clone());
+    fn groups(&mut self, families: &Families, of_nodes: Runs, of_cells: Runs) {
+        let by_name = |of: Runs| {
+            let mut members: BTreeMap<&str, Vec<Range<u32>>> = BTreeMap::new();
+            for (run, family) in of {
+                for name in families.get(&family).into_iter().flatten() {
+                    members.entry(name).or_default().push(run.clone());
                 }
             }
             members
         };
-        let cells = by_name(&of_cells);
-        let nodes = by_name(&of_nodes.unwrap_or_default());
+        let cells = by_name(of_cells);
+        let nodes = by_name(of_nodes);
         // A group that nothing is in is there all the same.
         let used = cells.keys().chain(nodes.keys());
         let used: HashSet<&str> = used.copied().collect();
@@ -291,7 +303,7 @@ impl Reader {
         }
         for (name, nodes) in nodes {
             tag += 1;
-            self.sets.nodes(tag, name, nodes);
+            self.sets.nodes(tag, name, nodes.into_iter().flatten());
         }
     }
 
@@ -413,7 +425,7 @@ impl Reader {
     }
 
     /// The points or cells that have values, ascending.
-    fn profile(&self, name: &str, range: &std::ops::Range<u32>) -> Result<Vec<u32>> {
+    fn profile(&self, name: &str, range: &Range<u32>) -> Result<Vec<u32>> {
         let Some(data) = self.file.data(&format!("PROFILS/{name}/PFL"))? else {
             return Ok(range.clone().collect());
         };

@@ -1,6 +1,7 @@
 //! Writes MED files.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 
 use super::{FORMAT, cells};
@@ -26,7 +27,7 @@ pub fn write(
     refuse_unsound(path, mesh)?;
     let mut losses = Losses::default();
     losses.note_gmsh(mesh);
-    let blocks = of_kinds(mesh, &mut losses);
+    let kinds = of_kinds(mesh, &mut losses);
     let families = Families::of(mesh, &mut losses);
     let mut file = Group::default();
     let about = file.group("INFOS_GENERALES");
@@ -80,40 +81,29 @@ pub fn write(
         mesh.points[k][axis]
     });
     nodes.add("COO", sized(coordinates, count));
-    if families.of_points.iter().any(|&family| family != 0) {
-        nodes.add(
-            "FAM",
-            sized(
-                Data::integers(INT, vec![count], |k| families.of_points[k]),
-                count,
-            ),
-        );
-    }
     let cells_of = step.group("MAI");
     cells_of.with("CGT", Data::integer(INT, 1));
-    for (name, kind, cells) in &blocks {
-        let group = cells_of.group(name);
-        let (kind, count) = (*kind, cells.len());
+    for of_kind in &kinds {
+        let group = cells_of.group(of_kind.name);
+        let (kind, count) = (of_kind.kind, of_kind.count());
         for (key, number) in [("CGT", 1), ("CGS", 1), ("GEO", geometry(kind))] {
             group.with(key, Data::integer(INT, number));
         }
         group.with("PFL", Data::text("MED_NO_PROFILE_INTERNAL"));
-        let nodes = CellNodes::of_cells(mesh, cells, cells::order(kind), true);
+        let nodes = CellNodes::of_blocks(&of_kind.blocks, cells::order(kind), true);
         let nodes = Data::nodes(vec![nodes.len()], nodes, 1);
         group.add("NOD", sized(nodes, count));
-        let of = &families.of_cells;
-        if cells.iter().any(|&cell| of[cell as usize] != 0) {
-            group.add(
-                "FAM",
-                sized(
-                    Data::integers(INT, vec![count], move |k| of[cells[k] as usize]),
-                    count,
-                ),
-            );
+        let runs = families.runs(&of_kind.cells);
+        if runs
+            .iter()
+            .any(|(_, set)| families.numbers[*set as usize][0] != 0)
+        {
+            let numbers = Data::runs(INT, vec![count], runs, families.numbers.clone());
+            group.add("FAM", sized(numbers, count));
         }
     }
     families.write(&mut file);
-    write_fields(&mut file, mesh, &blocks, &mut losses);
+    write_fields(&mut file, mesh, &kinds, &mut losses);
     let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
     file.save(path)?;
     Ok(warnings)
@@ -140,29 +130,51 @@ fn step_name(number: i64, order: i64) -> String {
     part(number) + &part(order)
 }
 
-/// The cells of each kind, which MED has together.
-fn of_kinds(mesh: &Mesh, losses: &mut Losses) -> Vec<(&'static str, CellKind, Vec<u32>)> {
-    let mut kinds: BTreeMap<CellKind, Vec<u32>> = BTreeMap::new();
-    let mut first = 0;
-    for block in &mesh.blocks {
-        let cells = first..first + CellBlock::len(block) as u32;
-        first = cells.end;
-        kinds.entry(block.kind).or_default().extend(cells);
-    }
-    let mut all = Vec::new();
-    for (kind, cells) in kinds {
-        match cells::name(kind) {
-            Some(name) => all.push((name, kind, cells)),
-            None => losses.lose(format!("{} {kind} cells", cells.len())),
-        }
-    }
-    all
+/// The cells of one kind, which MED has together.
+struct OfKind<'a> {
+    name: &'static str,
+    kind: CellKind,
+    blocks: Vec<&'a CellBlock>,
+    /// Those of each block.
+    cells: Vec<Range<u32>>,
 }
 
-/// Which family each point and cell is in, and the groups of each.
+impl OfKind<'_> {
+    fn count(&self) -> usize {
+        self.cells.iter().map(Range::len).sum()
+    }
+}
+
+fn of_kinds<'a>(mesh: &'a Mesh, losses: &mut Losses) -> Vec<OfKind<'a>> {
+    let mut kinds: BTreeMap<CellKind, OfKind<'a>> = BTreeMap::new();
+    let mut first = 0;
+    for block in &mesh.blocks {
+        let cells = first..first + block.len() as u32;
+        first = cells.end;
+        let of_kind = kinds.entry(block.kind).or_insert_with(|| OfKind {
+            name: cells::name(block.kind).unwrap_or_default(),
+            kind: block.kind,
+            blocks: Vec::new(),
+            cells: Vec::new(),
+        });
+        of_kind.blocks.push(block);
+        of_kind.cells.push(cells);
+    }
+    let mut kinds: Vec<OfKind<'a>> = kinds.into_values().collect();
+    kinds.retain(|of| {
+        if of.name.is_empty() {
+            losses.lose(format!("{} {} cells", of.count(), of.kind));
+        }
+        !of.name.is_empty()
+    });
+    kinds
+}
+
+/// Which family each cell is in, and the groups of each.
 struct Families {
-    of_points: Vec<i64>,
-    of_cells: Vec<i64>,
+    sets: CellGroups,
+    /// The one number of the family of each set.
+    numbers: Vec<Vec<i64>>,
     /// Number and names of groups.
     all: Vec<(i64, Vec<String>)>,
 }
@@ -187,10 +199,7 @@ impl Families {
                 -(set as i64)
             }
         };
-        let mut of_cells = vec![0; mesh.cell_count()];
-        for (cells, set) in sets.runs_from(0) {
-            cells.for_each(|cell| of_cells[cell as usize] = number(set as usize));
-        }
+        let numbers = (0..sets.sets.len()).map(|set| vec![number(set)]).collect();
         let of = |set: &Vec<u32>| -> Vec<String> {
             set.iter().map(|&k| names[k as usize].clone()).collect()
         };
@@ -212,11 +221,20 @@ impl Families {
             all.push((next, vec![name.clone()]));
             next -= 1;
         }
-        Families {
-            of_points: vec![0; mesh.points.len()],
-            of_cells,
-            all,
+        Families { sets, numbers, all }
+    }
+
+    /// Runs of these cells, one list after another, in one family: the end of each and its set.
+    fn runs(&self, cells: &[Range<u32>]) -> Vec<(u32, u32)> {
+        let (mut runs, mut before) = (Vec::new(), 0);
+        for cells in cells {
+            let within = self.sets.runs_from(cells.start);
+            for (run, set) in within.take_while(|(run, _)| run.start < cells.end) {
+                runs.push((before + run.end.min(cells.end) - cells.start, set));
+            }
+            before += cells.len() as u32;
         }
+        runs
     }
 
     fn write(&self, file: &mut Group<'_>) {
@@ -236,7 +254,7 @@ impl Families {
 fn write_fields<'a>(
     file: &mut Group<'a>,
     mesh: &'a Mesh,
-    blocks: &'a [(&'static str, CellKind, Vec<u32>)],
+    kinds: &'a [OfKind<'a>],
     losses: &mut Losses,
 ) {
     let mut steps: BTreeMap<&str, i64> = BTreeMap::new();
@@ -318,19 +336,18 @@ fn write_fields<'a>(
                 );
             }
             Support::Cells => {
-                for (kind, _, cells) in blocks {
-                    let there: Vec<u32> = match field.at.is_empty() {
-                        true => cells.clone(),
-                        false => cells
-                            .iter()
-                            .copied()
-                            .filter(|cell| field.at.binary_search(cell).is_ok())
-                            .collect(),
-                    };
-                    if there.is_empty() {
+                for OfKind {
+                    name: kind, cells, ..
+                } in kinds
+                {
+                    let cells: Vec<u32> = cells.iter().cloned().flatten().collect();
+                    let has =
+                        |cell: &&u32| field.at.is_empty() || field.at.binary_search(cell).is_ok();
+                    let there = cells.iter().filter(has).count();
+                    if there == 0 {
                         continue;
                     }
-                    if there.len() < cells.len() {
+                    if there < cells.len() {
                         losses.note(format!(
                             "the field {:?} is NaN on the {kind} that lack it",
                             field.name

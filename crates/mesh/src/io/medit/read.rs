@@ -7,6 +7,7 @@ use super::{CELLS, NAME, SWAPPED, Sections};
 use crate::error::Result;
 use crate::io::Content;
 use crate::io::labels::Rows;
+use crate::io::scan::Numbers;
 use crate::mesh::{CellKind, Group};
 
 /// Keywords that mark points and cells or relate them to a geometry; skipped, as they hold no part of the mesh.
@@ -112,7 +113,9 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             .push("the file has no End: it may be cut short".into());
     }
     content.mesh = rows.finish();
-    name_groups(&mut content.mesh.groups, bytes);
+    if scan.numbers == Numbers::Ascii {
+        name_groups(&mut content.mesh.groups, bytes);
+    }
     Ok(content)
 }
 

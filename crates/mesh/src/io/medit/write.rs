@@ -8,6 +8,7 @@ use crate::field::GlobalArray;
 use crate::io::labels::Labels;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
+use crate::io::vtu::scalar::Scalar;
 use crate::io::{Options, refuse_unsound, sol};
 use crate::mesh::{CellKind, Mesh};
 
@@ -52,13 +53,13 @@ pub fn write(
     Ok(warnings)
 }
 
-/// The nodes of a cell in Medit's order, counted from 1.
-fn numbers(kind: CellKind, nodes: &[u32]) -> impl Iterator<Item = u32> {
-    let mut nodes = nodes.to_vec();
+/// Where each node of a cell in Medit's order is in ours.
+fn order(kind: CellKind) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..kind.points()).collect();
     if kind == CellKind::Tetrahedron10 {
-        nodes.swap(SWAPPED.0, SWAPPED.1);
+        order.swap(SWAPPED.0, SWAPPED.1);
     }
-    nodes.into_iter().map(|node| node + 1)
+    order
 }
 
 fn write_text(
@@ -91,9 +92,10 @@ fn write_text(
         let count = mesh.count(kind);
         if count > 0 {
             out.text(&format!("{keyword}\n{count}\n"));
+            let order = order(kind);
             for (nodes, label) in labels.cells(kind) {
-                numbers(kind, nodes).for_each(|node| {
-                    out.int(node);
+                order.iter().for_each(|&place| {
+                    out.int(nodes[place] + 1);
                 });
                 out.int(label).end();
             }
@@ -139,20 +141,33 @@ impl<'o> Binary<'o> {
 fn write_binary(out: &mut Out, labels: &Labels<'_>, mesh: &Mesh, dimension: usize) {
     let mut binary = Binary::new(out, dimension);
     let points = mesh.points.len();
-    binary.begin(4, points, points * (8 * dimension + 4));
-    for (point, label) in labels.points() {
-        for x in &point[..dimension] {
-            binary.out.append(&x.to_le_bytes());
+    let size = 8 * dimension + 4;
+    binary.begin(4, points, points * size);
+    binary.out.rows(points, size, |first, bytes| {
+        let rows = bytes.chunks_exact_mut(size).zip(labels.points(first));
+        for (row, (point, label)) in rows {
+            let (reals, end) = row.split_at_mut(8 * dimension);
+            f64::put_le(point, reals);
+            i32::put_le(&[label], end);
         }
-        binary.ints([label]);
-    }
+    });
     for (_, keyword, kind) in CELLS {
         let count = mesh.count(kind);
         if count > 0 {
-            binary.begin(keyword, count, count * 4 * (kind.points() + 1));
-            for (nodes, label) in labels.cells(kind) {
-                numbers(kind, nodes).for_each(|node| binary.out.append(&node.to_le_bytes()));
-                binary.ints([label]);
+            let (width, order) = (kind.points(), order(kind));
+            let size = 4 * (width + 1);
+            binary.begin(keyword, count, count * size);
+            for (start, block) in labels.blocks(kind) {
+                binary.out.rows(block.len(), size, |first, bytes| {
+                    let cells = block.nodes[first * width..].chunks_exact(width);
+                    let rows = bytes.chunks_exact_mut(size).zip(cells);
+                    for ((row, nodes), label) in rows.zip(labels.from(start + first as u32)) {
+                        let (end, words) = row.as_chunks_mut().0.split_last_mut().expect("a label");
+                        *end = label.to_le_bytes();
+                        let each = words.iter_mut().zip(&order);
+                        each.for_each(|(to, &place)| *to = (nodes[place] + 1).to_le_bytes());
+                    }
+                });
             }
         }
     }

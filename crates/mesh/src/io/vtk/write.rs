@@ -22,12 +22,24 @@ pub(super) fn write(
     refuse_unsound(path, mesh)?;
     let refuse = |what| refuse(path, what);
     let layout = lay_out(mesh, &[], whole, Topology::Cells).map_err(refuse)?;
-    let lists = lists(mesh);
     let is_new = mesh
         .blocks
         .iter()
         .any(|block| needs_new_version(block.kind));
-    let size = lists.nodes.len() + mesh.cell_count();
+    // Those of one kind of cells have one length, and are made where they are written.
+    let of_kinds = options.binary && !is_new && mesh.polyhedra.is_empty();
+    let (lists, nodes) = match of_kinds {
+        true => (
+            Lists::default(),
+            mesh.blocks.iter().map(|block| block.nodes.len()).sum(),
+        ),
+        false => {
+            let lists = lists(mesh);
+            let nodes = lists.nodes.len();
+            (lists, nodes)
+        }
+    };
+    let size = nodes + mesh.cell_count();
     check_arrays(&layout).map_err(refuse)?;
     if i32::try_from(size).is_err() {
         return Err(refuse("cells of more than 2^31 nodes do not fit".into()));
@@ -50,11 +62,7 @@ pub(super) fn write(
     file.numbers(mesh.points.as_flattened(), 3);
     if is_new {
         let ends = std::iter::once(0).chain(lists.ends.iter().copied());
-        file.line(&format!(
-            "CELLS {} {}",
-            lists.ends.len() + 1,
-            lists.nodes.len()
-        ));
+        file.line(&format!("CELLS {} {nodes}", lists.ends.len() + 1,));
         file.line("OFFSETS vtktypeint64");
         file.numbers(&ends.map(|end| end as i64).collect::<Vec<_>>(), 1);
         file.line("CONNECTIVITY vtktypeint64");
@@ -68,7 +76,10 @@ pub(super) fn write(
         );
     } else {
         file.line(&format!("CELLS {} {size}", mesh.cell_count()));
-        file.lists(&lists);
+        match of_kinds {
+            true => file.cells(mesh),
+            false => file.lists(&lists),
+        }
     }
     file.line(&format!("CELL_TYPES {}", mesh.cell_count()));
     let types = mesh.blocks.iter().flat_map(|block| {
@@ -91,6 +102,7 @@ pub(super) fn write(
 }
 
 /// The list of each cell, in VTK's order of nodes: its nodes, or the faces of a polyhedron.
+#[derive(Default)]
 struct Lists {
     nodes: Vec<u32>,
     ends: Vec<usize>,
@@ -167,6 +179,24 @@ impl File {
             }
             self.out.end();
         }
+    }
+
+    /// The nodes of each cell after their number, in binary.
+    fn cells(&mut self, mesh: &Mesh) {
+        for block in &mesh.blocks {
+            let (width, order) = (block.kind.points(), order(block.kind));
+            let order = order.unwrap_or_else(|| (0..width).collect());
+            self.out.rows(block.len(), 4 * (width + 1), |first, bytes| {
+                let cells = block.nodes[first * width..].chunks_exact(width);
+                for (row, nodes) in bytes.chunks_exact_mut(4 * (width + 1)).zip(cells) {
+                    let numbers = order.iter().map(|&place| nodes[place]);
+                    let numbers = std::iter::once(width as u32).chain(numbers);
+                    let words = row.as_chunks_mut().0.iter_mut().zip(numbers);
+                    words.for_each(|(to, number)| *to = number.to_be_bytes());
+                }
+            });
+        }
+        self.out.text("\n");
     }
 
     /// Each list after its length.

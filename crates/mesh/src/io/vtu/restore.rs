@@ -13,6 +13,7 @@ use super::scalar::Scalar;
 use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::data::{to_i64, with_numbers};
 use crate::field::{GlobalArray, GlobalValues};
+use crate::io::rows;
 use crate::mesh::{CellBlock, Field, Geometry, Group, Mesh, Support, Values};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -224,7 +225,7 @@ fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<PieceArray>, whole: &mut Vec<
 }
 
 /// Puts cells into the groups whose tags each has in its row; the tag `none` stands for none.
-fn group_cells<T: Copy + PartialEq + Into<i64>>(
+fn group_cells<T: Copy + PartialEq + Sync + Into<i64>>(
     blocks: &[CellBlock],
     tags: &[T],
     none: i64,
@@ -243,21 +244,18 @@ fn group_cells<T: Copy + PartialEq + Into<i64>>(
         }
     };
     let mut rest = tags;
-    let mut cell = 0;
+    let mut first = 0;
     for block in blocks {
-        let (mut mine, others) = rest.split_at(block.len() * components);
+        let (mine, others) = rest.split_at(block.len() * components);
         rest = others;
-        while let (Some(row), Some(next)) = (mine.get(..components), mine.get(components..)) {
-            // A row equals the previous one if each number does.
-            let same = next.iter().zip(mine).position(|(a, b)| a != b);
-            let count = 1 + same.unwrap_or(next.len()) / components;
-            let cells = cell..cell + count as u32;
-            let tags = row.iter().map(|&tag| tag.into());
+        for run in rows::runs(mine, components) {
+            let row = mine[run.start as usize * components..].iter();
+            let tags = row.take(components).map(|&tag| tag.into());
+            let cells = first + run.start..first + run.end;
             tags.filter(|&tag| tag != none)
                 .for_each(|tag| join(block.kind.dim(), tag, cells.clone()));
-            cell = cells.end;
-            mine = mine.split_at(count * components).1;
         }
+        first += block.len() as u32;
     }
 }
 

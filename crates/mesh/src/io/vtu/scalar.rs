@@ -21,6 +21,8 @@ pub(crate) trait Scalar: Copy + Default + Send + Sync {
     fn put_le(values: &[Self], bytes: &mut [u8]);
     /// The value as an index; `None` unless it is an integer of at least 0.
     fn index(self) -> Option<u64>;
+    /// The value as an index beyond `base`, and something other than 0 if it is none of 32 bits.
+    fn index_from(self, base: u32) -> (u32, u32);
     /// Reads the decimal form; floats also `nan` and `inf` in any case.
     fn parse(word: &[u8]) -> Option<Self>;
     /// Appends the shortest decimal form that reads back as the same number.
@@ -73,6 +75,17 @@ macro_rules! scalar {
             #[inline]
             fn index(self) -> Option<u64> {
                 $index(self)
+            }
+
+            #[inline]
+            fn index_from(self, base: u32) -> (u32, u32) {
+                if Self::WIDTH == 8 && Self::default().index().is_some() {
+                    let index = (self as u64).wrapping_sub(base.into());
+                    return (index as u32, (index >> 32) as u32);
+                }
+                let index = self as u32;
+                let odd = self.index().is_none() | (index < base);
+                (index.wrapping_sub(base), odd.into())
             }
 
             fn parse(word: &[u8]) -> Option<Self> {

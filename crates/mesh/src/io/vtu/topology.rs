@@ -10,6 +10,7 @@ use super::scalar::{Scalar, with_type};
 use super::unpack::Unpacked;
 use crate::io::rows;
 use crate::mesh::{CellBlock, CellKind, Polyhedra};
+use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Cells that are examined together.
@@ -216,37 +217,47 @@ fn codes_of(codes: RawNumbers) -> Result<Unpacked, String> {
 
 /// Collects consecutive cells of the same type and width.
 fn runs_of<T: Scalar>(ends: &RawNumbers, codes: &[u8]) -> Result<Vec<CellRun>, &'static str> {
+    let end_of = |cell: usize| {
+        let bytes = ends.bytes.get(cell * T::WIDTH..).unwrap_or_default();
+        T::each(bytes, ends.big_endian).next().and_then(T::index)
+    };
+    // Usually the cells that are looked at together have one width, which is seen without a branch.
+    let width_of = |share: usize, bytes: &[u8], codes: &[u8]| {
+        let first = share * CELLS;
+        let start = first.checked_sub(1).map_or(Some(0), end_of)?;
+        let width = end_of(first)?.checked_sub(start)?;
+        let last = width.checked_mul(codes.len() as u64)?.checked_add(start)?;
+        let expected = (1..).map(|cell| start + cell * width);
+        let ends = T::each(bytes, ends.big_endian).map(T::index);
+        let pairs = ends.zip(expected).take(codes.len());
+        let even = pairs.fold(true, |on, (end, expected)| on & (end == Some(expected)));
+        let even = codes.iter().fold(even, |on, code| on & (*code == codes[0]));
+        even.then_some((width, last))
+    };
+    let shares = ends
+        .bytes
+        .par_chunks(CELLS * T::WIDTH)
+        .zip(codes.par_chunks(CELLS));
+    let shares = shares.enumerate();
+    let shares = shares.map(|(k, (bytes, codes))| (bytes, codes, width_of(k, bytes, codes)));
+    let shares: Vec<_> = shares.collect();
     let mut runs: Vec<CellRun> = Vec::new();
+    let mut push = |code: u8, width: usize, cells: usize| match runs.last_mut() {
+        Some(run) if run.code == code && run.width == width => run.cells += cells,
+        _ => runs.push(CellRun { code, width, cells }),
+    };
     let mut start = 0;
-    let chunks = ends.bytes.chunks(CELLS * T::WIDTH).zip(codes.chunks(CELLS));
-    for (bytes, codes) in chunks {
-        let ends = || T::each(bytes, ends.big_endian).map(Scalar::index);
-        // Usually all continue the last run, which can be checked for many at once.
-        if let Some(run) = runs.last_mut()
-            && let Some(last) = (run.width as u64).checked_mul(codes.len() as u64)
-            && let Some(last) = last.checked_add(start)
-        {
-            let expected = (1..).map(|cell| start + cell * run.width as u64);
-            let pairs = ends().zip(expected);
-            let on = pairs.fold(true, |on, (end, expected)| on & (end == Some(expected)));
-            if on && codes.iter().fold(true, |on, code| on & (*code == run.code)) {
-                run.cells += codes.len();
-                start = last;
-                continue;
-            }
+    for (bytes, codes, even) in shares {
+        if let Some((width, last)) = even {
+            push(codes[0], width as usize, codes.len());
+            start = last;
+            continue;
         }
-        for (end, &code) in ends().zip(codes) {
-            let end = end.ok_or(NO_INDEX)?;
-            let width = end.checked_sub(start).ok_or("the offsets do not ascend")? as usize;
+        for (end, &code) in T::each(bytes, ends.big_endian).zip(codes) {
+            let end = end.index().ok_or(NO_INDEX)?;
+            let width = end.checked_sub(start).ok_or("the offsets do not ascend")?;
             start = end;
-            match runs.last_mut() {
-                Some(run) if run.code == code && run.width == width => run.cells += 1,
-                _ => runs.push(CellRun {
-                    code,
-                    width,
-                    cells: 1,
-                }),
-            }
+            push(code, width as usize, 1);
         }
     }
     Ok(runs)
@@ -263,29 +274,24 @@ fn append<T: Scalar>(
     meaning: &Meaning,
 ) -> bool {
     let places = meaning.nodes.as_deref();
-    let start = nodes.len();
     let out = places.map_or(width, <[usize]>::len);
-    let count = words.len() / T::WIDTH / width * out;
-    if start == 0 {
-        *nodes = vec![0; count];
-    } else {
-        nodes.resize(start + count, 0);
-    }
-    let fill = |_, words: &[u8], nodes: &mut [u32]| {
-        let mut there = true;
+    let cells = words.len() / T::WIDTH / width.max(1);
+    let points = u32::try_from(points).unwrap_or(u32::MAX);
+    rows::fill(nodes, cells, out, |first, nodes| {
+        let mut odd = 0;
         let narrow = |word: T| {
-            // An invalid index is beyond all points.
-            let node = word.index().unwrap_or(u64::MAX);
-            there &= node < points;
-            node as u32
+            let (node, beyond) = word.index_from(0);
+            odd |= beyond | u32::from(node >= points);
+            node
         };
+        let words = words.get(first * width * T::WIDTH..).unwrap_or_default();
         let mut words = T::each(words, big_endian).map(narrow);
         let Some(places) = places else {
             nodes
                 .iter_mut()
                 .zip(words)
                 .for_each(|(node, word)| *node = word);
-            return there;
+            return odd == 0;
         };
         let mut cell = Vec::with_capacity(width);
         for nodes in nodes.chunks_exact_mut(out) {
@@ -296,11 +302,8 @@ fn append<T: Scalar>(
                 .zip(places)
                 .for_each(|(node, &place)| *node = cell[place]);
         }
-        there
-    };
-    let new = nodes.split_at_mut(start).1;
-    let all = rows::convert((words, width * T::WIDTH), (new, out), fill, |a, b| a & b);
-    all.unwrap_or(true)
+        odd == 0
+    })
 }
 
 /// Finds the entry of the connectivity that is not a point.

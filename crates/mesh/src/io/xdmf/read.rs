@@ -11,8 +11,8 @@ use super::topology;
 use super::tree::Tree;
 use crate::error::Result;
 use crate::field::GlobalArray;
-use crate::io::Content;
 use crate::io::sets::Sets;
+use crate::io::{Content, rows};
 use crate::mesh::CellBlock;
 
 /// A grid with a mesh of its own, at one time.
@@ -238,7 +238,7 @@ impl Reader<'_> {
             let points = topology::points(self.items, geometry, structure.as_deref())?;
             let all = &mut self.sets.mesh.points;
             let first = all.len() as u32;
-            all.extend(points);
+            rows::append(all, points);
             self.points.insert(key.clone(), first..all.len() as u32);
         }
         let points = self.points[key].clone();

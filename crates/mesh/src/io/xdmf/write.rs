@@ -223,21 +223,15 @@ fn groups<'a>(mesh: &'a Mesh, losses: &mut Losses) -> (String, usize, Data<'a>) 
     );
     let sets = CellGroups::new(mesh);
     let width = sets.sets.iter().map(Vec::len).max().unwrap_or(0).max(1);
-    let rows: Vec<Vec<i64>> = sets
-        .sets
-        .iter()
-        .map(|set| set.iter().map(|&k| tags[k as usize]).collect())
-        .collect();
-    let mut of_cells = vec![0; mesh.cell_count()];
-    for (cells, set) in sets.runs_from(0) {
-        cells.for_each(|cell| of_cells[cell as usize] = set);
-    }
+    let row = |set: &Vec<u32>| -> Vec<i64> {
+        let mut row: Vec<i64> = set.iter().map(|&k| tags[k as usize]).collect();
+        row.resize(width, 0);
+        row
+    };
+    let rows: Vec<Vec<i64>> = sets.sets.iter().map(row).collect();
     let narrow = rows.iter().flatten().all(|&tag| i32::try_from(tag).is_ok());
     let kind = Type::Signed(if narrow { 4 } else { 8 });
-    let values = Data::integers(kind, vec![of_cells.len(), width], move |k| {
-        let row = &rows[of_cells[k / width] as usize];
-        row.get(k % width).copied().unwrap_or(0)
-    });
+    let values = Data::runs(kind, vec![mesh.cell_count(), width], sets.runs, rows);
     (names, width, values)
 }
 
@@ -304,13 +298,7 @@ fn topology_data<'a>(blocks: &[&'a CellBlock]) -> (&'static str, usize, (Data<'a
     if blocks.iter().all(|block| block.kind == kind) {
         let width = kind.points();
         let places = order(kind).unwrap_or_else(|| (0..width).collect());
-        let nodes = match blocks {
-            [one] => CellNodes::new(&one.nodes, places, false),
-            several => {
-                let nodes = several.iter().flat_map(|block| block.nodes.iter().copied());
-                CellNodes::new(nodes.collect::<Vec<u32>>(), places, false)
-            }
-        };
+        let nodes = CellNodes::of_blocks(blocks, places, false);
         let shape = vec![nodes.len() / width, width];
         let data = Data::nodes(shape.clone(), nodes, 0);
         let name = topology::name(kind).map_or("", |(name, _)| name);

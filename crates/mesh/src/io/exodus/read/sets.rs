@@ -70,7 +70,8 @@ impl Reader<'_> {
         let all = self.blocks.iter().map(|block| block.count).sum();
         let dim = self.sets.mesh.dim();
         for (tag, name, elements) in self.lists("els", "elem", all)? {
-            self.sets.cells(dim, tag, &name, elements);
+            let cells = elements.into_iter().map(|cell| cell..cell + 1);
+            self.sets.cells(dim, tag, &name, cells);
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Sets, and the numbers that cells have for their groups.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::{Grid, Reader};
 use crate::error::Result;
@@ -10,12 +11,7 @@ use crate::io::xdmf::tree::Tree;
 
 impl Reader<'_> {
     /// The groups whose numbers stand on the cells, with the names in what else is told of the grid. Once for all times.
-    pub(super) fn numbered(
-        &mut self,
-        grid: &Grid,
-        cells: std::ops::Range<u32>,
-        item: &Item,
-    ) -> Result<()> {
+    pub(super) fn numbered(&mut self, grid: &Grid, cells: Range<u32>, item: &Item) -> Result<()> {
         if grid
             .topology
             .as_ref()
@@ -42,25 +38,19 @@ impl Reader<'_> {
                 }
             }
         }
-        let tags = item.numbers.integers().unwrap_or_default();
-        let width = tags.len().checked_div(cells.len()).unwrap_or(0).max(1);
-        let mut members: BTreeMap<(u8, i64), Vec<u32>> =
+        let width = item.numbers.len().checked_div(cells.len());
+        let width = width.unwrap_or(0).max(1);
+        let runs = item.numbers.runs(width).unwrap_or_default();
+        let mut members: BTreeMap<(u8, i64), Vec<Range<u32>>> =
             names.keys().map(|key| (*key, Vec::new())).collect();
         let ends = self.sets.mesh.block_ends();
-        let (mut cell, mut rest) = (cells.start, &tags[..]);
-        while let Some(row) = rest.get(..width)
-            && cell < cells.end
-        {
-            let block = ends.partition_point(|&end| end <= cell as usize);
-            let dim = self.sets.mesh.blocks[block].kind.dim();
-            let most = ends[block].min(cells.end as usize) - cell as usize;
-            let rows = rest.chunks_exact(width).take(most);
-            let same = rows.take_while(|other| *other == row).count();
-            let run = cell..cell + same as u32;
-            for &tag in row.iter().filter(|tag| **tag != 0) {
-                members.entry((dim, tag)).or_default().extend(run.clone());
+        for (rows, tags) in runs.0.iter().zip(runs.1.chunks_exact(width)) {
+            let [start, end] = [rows.start, rows.end].map(|row| cells.start.saturating_add(row));
+            for (dim, part) in self.sets.of_blocks(&ends, start..end.min(cells.end)) {
+                for &tag in tags.iter().filter(|tag| **tag != 0) {
+                    members.entry((dim, tag)).or_default().push(part.clone());
+                }
             }
-            (cell, rest) = (run.end, rest.split_at(same * width).1);
         }
         for ((dim, tag), cells) in members {
             let name = names
@@ -110,7 +100,10 @@ impl Reader<'_> {
                 )
             })?;
             match kind.as_str() {
-                "cell" => self.sets.cells(0, k, name, found),
+                "cell" => {
+                    let cells = found.into_iter().map(|cell| cell..cell + 1);
+                    self.sets.cells(0, k, name, cells);
+                }
                 _ => self.sets.nodes(k, name, found),
             }
         }
