@@ -1,15 +1,18 @@
 //! Arrays of numpy become a mesh, or rows of a table, and nothing is believed of them.
 //!
-//! They are copied once, while the GIL is held, and that copy is what is compared: nothing copies it again. Looked at in place they
-//! could be changed by another thread as soon as the GIL is released, whatever flags are set, and by their owner before the result
-//! that speaks of them is shown.
+//! They are lent, so that what is compared is their own memory: see [`Lent`] for who may write to it meanwhile. What is told of
+//! them later is of a copy.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use faceoff_mesh::CellKind;
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::field::{GlobalArray, ResultField, Results};
+use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::io::Content;
-use faceoff_mesh::mesh::{CellBlock, Field, Group, Mesh, Support, Values};
-use numpy::{PyArray1, PyArrayMethods as _};
+use faceoff_mesh::mesh::{Array, CellBlock, Field, Group, Mesh, Support, Values};
+use numpy::npyffi::{_PyArray_GET_ITEM_DATA, NPY_ARRAY_WRITEABLE};
+use numpy::{Element, PyArrayDyn, PyArrayMethods as _, PyUntypedArray, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 
 /// `faceoff_fem._arrays.Arrays`, taken over.
@@ -24,10 +27,9 @@ pub struct Arrays {
     fields: Vec<(String, Carrier, usize, Numbers)>,
     /// Name, dimension, number, cells.
     groups: Vec<(Option<String>, u8, i64, Numbers)>,
-    whole: Vec<(String, Numbers)>,
 }
 
-/// One flat array.
+/// The rows of one array, flat.
 struct Numbers(Values);
 
 impl<'py> FromPyObject<'_, 'py> for Numbers {
@@ -36,29 +38,116 @@ impl<'py> FromPyObject<'_, 'py> for Numbers {
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         macro_rules! any {
             ($($variant:ident $of:ty),*) => {
-                $(if let Ok(array) = given.cast::<PyArray1<$of>>() {
-                    return Ok(Numbers(Values::$variant(array.to_vec()?)));
+                $(if let Ok(array) = given.cast::<PyArrayDyn<$of>>() {
+                    return Ok(Numbers(Values::$variant(Array::lent(Lent::new(&array)?))));
                 })*
             };
         }
         any!(F64 f64, F32 f32, U32 u32, I64 i64, I32 i32, U64 u64, I8 i8, U8 u8, I16 i16, U16 u16);
         let name = given.get_type().name()?;
         Err(pyo3::exceptions::PyTypeError::new_err(format!(
-            "{name} is no flat array of numbers"
+            "{name} is no array of numbers"
         )))
     }
 }
 
-/// Three numbers a point, flat.
-struct Places(Vec<[f64; 3]>);
+/// Three numbers a point.
+struct Places(Array<[f64; 3]>);
 
 impl<'py> FromPyObject<'_, 'py> for Places {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        let array = given.cast::<PyArray1<f64>>()?.readonly();
-        let (points, _) = array.as_slice()?.as_chunks();
-        Ok(Places(points.to_vec()))
+        let array = given.cast::<PyArrayDyn<f64>>()?;
+        Ok(Places(Array::lent(Lent::new(&array)?)))
+    }
+}
+
+/// The memory of an array: alive, and not written to by Python through this object, which is read-only until the last of those that
+/// have lent it is gone.
+///
+/// Through others it can be: views, and what the array is a view of. That nobody does so is for the caller to see to, as with every
+/// function of numpy that releases the GIL, and so stands in the text of `compare`.
+struct Lent<T> {
+    array: Py<PyUntypedArray>,
+    start: *const T,
+    len: usize,
+}
+
+// SAFETY: Numbers that are only read.
+#[expect(unsafe_code)]
+unsafe impl<T: Element> Send for Lent<T> {}
+// SAFETY: As above.
+#[expect(unsafe_code)]
+unsafe impl<T: Element> Sync for Lent<T> {}
+
+/// How often each array that can be written to is lent, by its address; locked only with the GIL.
+static LENT: Mutex<BTreeMap<usize, usize>> = Mutex::new(BTreeMap::new());
+
+fn lent() -> MutexGuard<'static, BTreeMap<usize, usize>> {
+    LENT.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Allows or forbids Python to write to an array, as its `flags` do, which do not allow again what they forbade where numpy does not
+/// know the owner of the memory; returns what was.
+fn set_writeable(array: &Bound<'_, PyUntypedArray>, writeable: bool) -> bool {
+    // SAFETY: The array is alive, and as the GIL is held, nobody else looks at its flags.
+    #[expect(unsafe_code)]
+    let flags = unsafe { &mut (*_PyArray_GET_ITEM_DATA(array.as_array_ptr())).flags };
+    let before = *flags & NPY_ARRAY_WRITEABLE != 0;
+    match writeable {
+        true => *flags |= NPY_ARRAY_WRITEABLE,
+        false => *flags &= !NPY_ARRAY_WRITEABLE,
+    }
+    before
+}
+
+impl<T: Element> Lent<T> {
+    fn new(array: &Bound<'_, PyArrayDyn<T>>) -> PyResult<Arc<Self>> {
+        let numbers = array.readonly();
+        let numbers = numbers.as_slice()?;
+        let (start, len) = (numbers.as_ptr(), numbers.len());
+        let array = array.as_untyped();
+        let (mut lent, address) = (lent(), array.as_ptr() as usize);
+        if set_writeable(array, false) || lent.contains_key(&address) {
+            *lent.entry(address).or_default() += 1;
+        }
+        let array = array.clone().unbind();
+        Ok(Arc::new(Lent { array, start, len }))
+    }
+}
+
+impl<T> Drop for Lent<T> {
+    fn drop(&mut self) {
+        // Without an interpreter there is nobody left to write.
+        Python::try_attach(|py| {
+            let (mut lent, address) = (lent(), self.array.as_ptr() as usize);
+            let times = lent.get_mut(&address);
+            if times.is_some_and(|times| std::mem::replace(times, *times - 1) == 1) {
+                lent.remove(&address);
+                set_writeable(self.array.bind(py), true);
+            }
+        });
+    }
+}
+
+impl<T> AsRef<[T]> for Lent<T> {
+    fn as_ref(&self) -> &[T] {
+        // SAFETY: This is where the numbers of `array` are, which is alive, aligned and contiguous, and numpy moves none that others
+        // refer to, but with `resize(refcheck=False)`. Nobody changes them meanwhile: that the array does not is seen to, all
+        // else its owner promises. Who breaks that promise has a race, which Rust leaves undefined; what is read is an old or a
+        // new number then, and every number that is an index is checked where it is used.
+        #[expect(unsafe_code)]
+        unsafe {
+            std::slice::from_raw_parts(self.start, self.len)
+        }
+    }
+}
+
+impl AsRef<[[f64; 3]]> for Lent<f64> {
+    fn as_ref(&self) -> &[[f64; 3]] {
+        let numbers: &[f64] = self.as_ref();
+        numbers.as_chunks().0
     }
 }
 
@@ -78,6 +167,19 @@ impl<'py> FromPyObject<'_, 'py> for Carrier {
 }
 
 impl Arrays {
+    /// The same with memory of their own.
+    pub fn owned(mut self) -> Self {
+        self.points
+            .iter_mut()
+            .for_each(|Places(points)| _ = points.to_mut());
+        let cells = self.cells.iter_mut().map(|(_, nodes)| nodes);
+        let fields = self.fields.iter_mut().map(|(.., values)| values);
+        cells
+            .chain(fields)
+            .for_each(|Numbers(numbers)| numbers.own());
+        self
+    }
+
     /// Rows without a key, as those of a table; `None` where there are points.
     pub fn rows(&mut self) -> Option<Results> {
         if self.points.is_some() {
@@ -123,7 +225,10 @@ impl Arrays {
             if nodes.len() % kind.points() != 0 {
                 return Err(refuse(format!("{kind} has {} points", kind.points())));
             }
-            blocks.push(CellBlock::new(kind, nodes));
+            blocks.push(CellBlock {
+                nodes,
+                ..CellBlock::new(kind, Vec::new())
+            });
         }
         let fields = self.fields.into_iter();
         let fields = fields
@@ -140,15 +245,13 @@ impl Arrays {
             };
             groups.push(Group {
                 name,
-                cells,
+                cells: cells.into_vec(),
                 ..Group::new(dim, tag)
             });
         }
         groups.sort_by_key(|group| (group.dim, group.tag));
-        let whole = self.whole.into_iter();
-        let whole = whole.map(|(name, Numbers(values))| GlobalArray::numbers(name, values));
         let mesh = Mesh {
-            points: points.map_or(Vec::new(), |Places(points)| points),
+            points: points.map(|Places(points)| points).unwrap_or_default(),
             blocks,
             groups,
             fields,
@@ -157,7 +260,6 @@ impl Arrays {
         mesh.validate().map_err(refuse)?;
         let content = Content {
             mesh,
-            whole: whole.collect(),
             format: "arrays".into(),
             ..Content::default()
         };

@@ -84,7 +84,7 @@ fn of_mesh(source: String, mut mesh: Mesh, whole: &[GlobalArray]) -> Results {
                 cells.extend_from_slice(cell);
                 cells.extend(std::iter::repeat_n(PADDING, width - cell.len()));
             }
-            cells
+            cells.into()
         }
     };
     let planar = mesh.points.iter().all(|p| p[2] == 0.0);
@@ -154,7 +154,7 @@ fn of_mesh(source: String, mut mesh: Mesh, whole: &[GlobalArray]) -> Results {
     let about = numbers.map(|(data, values)| ResultField {
         name: data.name.clone(),
         components: data.components,
-        values: values.to_f64(),
+        values: values.to_f64().into(),
         rest: values.rest(),
         at: None,
         scaled_by: None,
@@ -212,10 +212,11 @@ mod tests {
 
     #[test]
     fn what_a_face_does_not_carry_is_not_there_and_only_in_files_of_ours() {
-        let on_cells =
-            |name: &str, values: Vec<f64>| Field::new(name, Support::Cells, 1, Values::F64(values));
+        let on_cells = |name: &str, values: Vec<f64>| {
+            Field::new(name, Support::Cells, 1, Values::F64(values.into()))
+        };
         let mesh = Mesh {
-            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(),
             blocks: vec![CellBlock::new(CellKind::Line, vec![0, 1, 1, 2])],
             fields: vec![
                 on_cells("flux rust", vec![f64::NAN, 2.0]),
