@@ -151,8 +151,8 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
     let source = space.mesh;
     let corners = source.dim + 1;
     let cells = source.cell_count();
-    let mut add = |name, on, components, values| {
-        fields.push(Field::new(name, on, components, Values::F64(values)));
+    let mut add = |name, on, components, values: Vec<f64>| {
+        fields.push(Field::new(name, on, components, Values::F64(values.into())));
     };
     let mut first: Option<(&str, Vec<f64>)> = None;
     for (engine, _, u) in solutions {
@@ -177,22 +177,12 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
             None => first = Some((engine, values.clone())),
             Some((reference, of_reference)) => {
                 let name = format!("u {engine} - {reference}");
-                add(
-                    name,
-                    Support::Points,
-                    1,
-                    difference(&values, of_reference).into(),
-                );
+                add(name, Support::Points, 1, difference(&values, of_reference));
             }
         }
-        add(format!("u {engine}"), Support::Points, 1, values.into());
-        add(format!("mean {engine}"), Support::Cells, 1, means.into());
-        add(
-            format!("gradient {engine}"),
-            Support::Cells,
-            3,
-            gradients.into(),
-        );
+        add(format!("u {engine}"), Support::Points, 1, values);
+        add(format!("mean {engine}"), Support::Cells, 1, means);
+        add(format!("gradient {engine}"), Support::Cells, 3, gradients);
     }
     (broken_mesh(problem), fields)
 }

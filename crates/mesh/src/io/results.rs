@@ -208,7 +208,39 @@ fn carry(field: Field, ours: bool) -> ResultField {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
+    use crate::mesh::Array;
+
+    #[test]
+    fn what_is_lent_is_copied_only_to_be_owned() {
+        let points = Arc::new(vec![[0.0; 3], [1.0, 0.0, 0.0]]);
+        let (nodes, values) = (Arc::new(vec![0, 1]), Arc::new(vec![1.0, 2.0]));
+        let u = Values::F64(Array::lent(values.clone()));
+        let mesh = Mesh {
+            points: Array::lent(points.clone()),
+            blocks: vec![CellBlock {
+                nodes: Array::lent(nodes.clone()),
+                ..CellBlock::new(CellKind::Line, Vec::new())
+            }],
+            fields: vec![Field::new("u", Support::Points, 1, u)],
+            ..Mesh::default()
+        };
+        let mut found = of_mesh("a".into(), mesh, &[]);
+        let lent = |found: &Results| {
+            let of = &found.on_points[0].values;
+            [
+                found.points.as_ptr() == points.as_ptr(),
+                found.cells.as_ptr() == nodes.as_ptr(),
+                of.as_ptr() == values.as_ptr(),
+            ]
+        };
+        assert_eq!(lent(&found), [true; 3]);
+        let before = found.clone();
+        found.own();
+        assert_eq!((lent(&found), found), ([false; 3], before));
+    }
 
     #[test]
     fn what_a_face_does_not_carry_is_not_there_and_only_in_files_of_ours() {
