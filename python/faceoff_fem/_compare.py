@@ -119,9 +119,8 @@ def compare(a, b, *, rtol=None, atol=None, fields=None, name=None, **options):
     Raises:
         Error: what cannot be compared; :class:`FileError` and :class:`UsageError` are kinds of it.
 
-    Arrays are compared where they are, without the GIL: do not write to them meanwhile. An array that is given is read-only until
-    ``compare`` returns, so that other threads cannot; views of it, and what it is a view of, are yours to leave alone. Afterwards all
-    of them may change: the result speaks of what was compared.
+    Arrays are compared where they are, without the GIL: let no other thread write to them meanwhile. Afterwards they may change:
+    the result speaks of what was compared.
 
     >>> import faceoff_fem as fo
     >>> square = {"points": [[0, 0], [1, 0], [0, 1], [1, 1]], "cells": {"triangle": [[0, 1, 2], [1, 3, 2]]}}

@@ -3,16 +3,14 @@
 //! They are lent, so that what is compared is their own memory: see [`Lent`] for who may write to it meanwhile. What is told of
 //! them later is of a copy.
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use faceoff_mesh::CellKind;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::io::Content;
 use faceoff_mesh::mesh::{Array, CellBlock, Field, Group, Mesh, Support, Values};
-use numpy::npyffi::{_PyArray_GET_ITEM_DATA, NPY_ARRAY_WRITEABLE};
-use numpy::{Element, PyArrayDyn, PyArrayMethods as _, PyUntypedArray, PyUntypedArrayMethods as _};
+use numpy::{Element, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
 
 /// `faceoff_fem._arrays.Arrays`, taken over.
@@ -63,80 +61,40 @@ impl<'py> FromPyObject<'_, 'py> for Places {
     }
 }
 
-/// The memory of an array: alive, and not written to by Python through this object, which is read-only until the last of those that
-/// have lent it is gone.
-///
-/// Through others it can be: views, and what the array is a view of. That nobody does so is for the caller to see to, as with every
+/// The memory of an array, which is alive. That nobody writes to it while it is compared is for the caller to see to, as with every
 /// function of numpy that releases the GIL, and so stands in the text of `compare`.
 struct Lent<T> {
-    array: Py<PyUntypedArray>,
+    /// Keeps the memory.
+    _array: Py<PyArrayDyn<T>>,
     start: *const T,
     len: usize,
 }
 
-// SAFETY: Numbers that are only read.
+// SAFETY: Numbers that are only read, and a reference that any thread may give back.
 #[expect(unsafe_code)]
 unsafe impl<T: Element> Send for Lent<T> {}
 // SAFETY: As above.
 #[expect(unsafe_code)]
 unsafe impl<T: Element> Sync for Lent<T> {}
 
-/// How often each array that can be written to is lent, by its address; locked only with the GIL.
-static LENT: Mutex<BTreeMap<usize, usize>> = Mutex::new(BTreeMap::new());
-
-fn lent() -> MutexGuard<'static, BTreeMap<usize, usize>> {
-    LENT.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Allows or forbids Python to write to an array, as its `flags` do, which do not allow again what they forbade where numpy does not
-/// know the owner of the memory; returns what was.
-fn set_writeable(array: &Bound<'_, PyUntypedArray>, writeable: bool) -> bool {
-    // SAFETY: The array is alive, and as the GIL is held, nobody else looks at its flags.
-    #[expect(unsafe_code)]
-    let flags = unsafe { &mut (*_PyArray_GET_ITEM_DATA(array.as_array_ptr())).flags };
-    let before = *flags & NPY_ARRAY_WRITEABLE != 0;
-    match writeable {
-        true => *flags |= NPY_ARRAY_WRITEABLE,
-        false => *flags &= !NPY_ARRAY_WRITEABLE,
-    }
-    before
-}
-
 impl<T: Element> Lent<T> {
     fn new(array: &Bound<'_, PyArrayDyn<T>>) -> PyResult<Arc<Self>> {
         let numbers = array.readonly();
         let numbers = numbers.as_slice()?;
-        let (start, len) = (numbers.as_ptr(), numbers.len());
-        let array = array.as_untyped();
-        let (mut lent, address) = (lent(), array.as_ptr() as usize);
-        if set_writeable(array, false) || lent.contains_key(&address) {
-            *lent.entry(address).or_default() += 1;
-        }
-        let array = array.clone().unbind();
-        Ok(Arc::new(Lent { array, start, len }))
-    }
-}
-
-impl<T> Drop for Lent<T> {
-    fn drop(&mut self) {
-        // Without an interpreter there is nobody left to write.
-        Python::try_attach(|py| {
-            let (mut lent, address) = (lent(), self.array.as_ptr() as usize);
-            let times = lent.get_mut(&address);
-            if times.is_some_and(|times| std::mem::replace(times, *times - 1) == 1) {
-                lent.remove(&address);
-                set_writeable(self.array.bind(py), true);
-            }
-        });
+        Ok(Arc::new(Lent {
+            start: numbers.as_ptr(),
+            len: numbers.len(),
+            _array: array.clone().unbind(),
+        }))
     }
 }
 
 impl<T> AsRef<[T]> for Lent<T> {
     fn as_ref(&self) -> &[T] {
-        // SAFETY: This is where the numbers of `array` are, which is alive, aligned and contiguous, and numpy moves none that others
-        // refer to, but with `resize(refcheck=False)`. Nobody changes them meanwhile: that the array does not is seen to, all
-        // else its owner promises. Who breaks that promise has a race, which Rust leaves undefined; what is read is an old or a
-        // new number then, and every number that is an index is checked where it is used.
+        // SAFETY: This is where the numbers of the array are, which is alive, aligned and contiguous, and numpy moves none that
+        // others refer to, but with `resize(refcheck=False)`. Nobody changes them meanwhile: so the caller promises. Who
+        // breaks that promise has a race, which Rust leaves undefined; what is read is an old or a new number then, and every
+        // number that is an index is checked where it is used.
         #[expect(unsafe_code)]
         unsafe {
             std::slice::from_raw_parts(self.start, self.len)
