@@ -56,11 +56,11 @@ fn triangles(n: usize, permuted: bool, off: f64) -> Mesh {
     u[cells] += off;
     let field = |name: &str, on, values| Field::new(name, on, 1, Values::F64(values));
     Mesh {
-        points,
+        points: points.into(),
         blocks: vec![CellBlock::new(CellKind::Triangle, nodes)],
         fields: vec![
-            field("u", Support::Points, u),
-            field("w", Support::Cells, w),
+            field("u", Support::Points, u.into()),
+            field("w", Support::Cells, w.into()),
         ],
         ..Mesh::default()
     }

@@ -79,7 +79,7 @@ fn grouped(points: Vec<[f64; 3]>, kind: CellKind, nodes: Vec<u32>) -> Mesh {
         cells,
     };
     Mesh {
-        points,
+        points: points.into(),
         blocks,
         groups: vec![group],
         ..Mesh::default()

@@ -213,7 +213,7 @@ fn the_parts_of_the_boundary_are_found_by_place() {
     refused(at, &["u.vtu", "--scene", "one-zone-3d"], "u.vtu");
     // The same domain, of which other parts are Γ_D.
     changed(at, "u.vtu", "moved.vtu", |mesh| {
-        mesh.points.iter_mut().for_each(|p| p[0] *= 2.0);
+        mesh.points.to_mut().iter_mut().for_each(|p| p[0] *= 2.0);
     });
     refused(
         at,
@@ -251,7 +251,7 @@ fn values_of_binary32_are_taken_as_g_and_others_are_not() {
         let Values::F64(values) = &mut field.values else {
             panic!()
         };
-        values.iter_mut().for_each(|v| *v *= 1.001);
+        values.to_mut().iter_mut().for_each(|v| *v *= 1.001);
     });
     let words = ["wrong.vtu", "--scene", "plate", "--field", "u rust"];
     refused(at, &words, "the field violates its boundary data");
@@ -328,7 +328,9 @@ fn what_is_no_function_of_a_space_is_refused_in_words() {
     refused(at, &on(&["none.vtu"]), "it has no field that can be u");
     solve(at, "one-zone", "4", "p2");
     refused(at, &on(&["u.vtu", "--element", "cr"]), "is of degree 2");
-    changed(at, "u.vtu", "curved.vtu", |mesh| mesh.points[4][1] += 0.01);
+    changed(at, "u.vtu", "curved.vtu", |mesh| {
+        mesh.points.to_mut()[4][1] += 0.01
+    });
     refused(at, &named("curved.vtu"), "is curved");
     write(at, "a.csv", "vertex,u\n0,1\n1,2\n");
     refused(at, &on(&["a.csv"]), "numbers of vertices are those of P1");

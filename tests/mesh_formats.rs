@@ -109,7 +109,7 @@ fn both_byte_orders_sparse_and_wide_tags() {
     assert_eq!(wide.mesh.geometry.entities[0].physicals, [-6]);
     let old = open("big-endian-2.2.msh");
     assert_eq!(
-        (old.encoding.as_str(), old.mesh.blocks[0].nodes.as_slice()),
+        (old.encoding.as_str(), &old.mesh.blocks[0].nodes[..]),
         ("binary-big", &[0, 1, 2, 0, 2, 3][..])
     );
     assert_eq!(old.mesh.groups, wide.mesh.groups);
@@ -443,7 +443,7 @@ prop_compose! {
         names in prop::collection::vec("[a-zA-Zäß ,:]{1,12}", 4),
         values in prop::collection::vec(prop::num::f64::NORMAL, 36),
     ) -> Mesh {
-        let mut mesh = Mesh { points, ..Mesh::default() };
+        let mut mesh = Mesh { points: points.into(), ..Mesh::default() };
         let count = mesh.points.len();
         if sparse {
             mesh.point_tags = (0..count as u64).map(|i| 1000 - 7 * i).collect();
@@ -477,10 +477,10 @@ prop_compose! {
         mesh.groups.sort_by_key(|group| (group.dim, group.tag));
         mesh.fields.push(Field {
             time: Some(0.25), step: Some(3),
-            ..Field::new("u v", Support::Points, 3, Values::F64(values[..3 * count].to_vec()))
+            ..Field::new("u v", Support::Points, 3, Values::F64(values[..3 * count].to_vec().into()))
         });
         if count > 2 {
-            mesh.fields.push(Field { at: vec![1], time: Some(0.0), step: Some(0), ..Field::new("part", Support::Points, 1, Values::F64(vec![2.5])) });
+            mesh.fields.push(Field { at: vec![1], time: Some(0.0), step: Some(0), ..Field::new("part", Support::Points, 1, Values::F64(vec![2.5].into())) });
         }
         mesh
     }
@@ -509,10 +509,10 @@ proptest! {
         medit in any::<bool>(),
         solid in any::<bool>(),
     ) {
-        let mut mesh = Mesh { points, ..Mesh::default() };
+        let mut mesh = Mesh { points: points.into(), ..Mesh::default() };
         let count = mesh.points.len();
         if !(medit && solid) {
-            mesh.points.iter_mut().for_each(|point| point[2] = 0.0);
+            mesh.points.to_mut().iter_mut().for_each(|point| point[2] = 0.0);
         }
         let line_block = CellBlock::new(CellKind::Line, lines.iter().flat_map(|l| l.0).collect());
         let triangle_block = CellBlock::new(CellKind::Triangle, triangles.iter().flat_map(|t| t.0).collect());
@@ -529,7 +529,7 @@ proptest! {
         lines.iter().enumerate().for_each(|(i, l)| add(1, line_start + i, l.1));
         triangles.iter().enumerate().for_each(|(i, t)| add(2, triangle_start + i, t.1));
         mesh.groups.sort_by_key(|group| (group.dim, group.tag));
-        mesh.fields.push(Field::new("label", Support::Points, 1, Values::I32(point_labels[..count].to_vec())));
+        mesh.fields.push(Field::new("label", Support::Points, 1, Values::I32(point_labels[..count].to_vec().into())));
         let format = Format::of_name(if medit { "medit" } else { "freefem" });
         prop_assert_eq!(round_trip(&mesh, &Options { format, ..Options::default() }), mesh);
     }
@@ -589,7 +589,7 @@ fn own_numbers_of_cells_stay_when_later_blocks_count_from_nought() {
             ..CellBlock::new(kind, nodes.to_vec())
         };
         let mesh = Mesh {
-            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(),
             blocks: vec![
                 block(CellKind::Line, &[0, 1, 1, 2], first),
                 block(CellKind::Triangle, &[0, 1, 2, 1, 2, 0], second),
@@ -618,7 +618,7 @@ fn own_numbers_of_cells_stay_when_later_blocks_count_from_nought() {
 #[test]
 fn ranges_of_numbers_are_told_and_wide_ones_given_anew() {
     let mut mesh = Mesh {
-        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(),
         blocks: vec![
             CellBlock::new(CellKind::Line, vec![0, 1, 1, 2]),
             CellBlock::new(CellKind::Triangle, vec![0, 1, 2]),

@@ -323,7 +323,7 @@ fn dolfinx_reads_xdmf() {
     mesh.blocks.retain(|block| block.kind == CellKind::Triangle);
     mesh.groups.clear();
     mesh.geometry = Default::default();
-    let mut used: Vec<u32> = mesh.blocks[0].nodes.clone();
+    let mut used: Vec<u32> = mesh.blocks[0].nodes.to_vec();
     used.sort_unstable();
     used.dedup();
     assert_eq!(
@@ -398,7 +398,7 @@ fn the_faces_of_a_solution_open_in_vtk_and_meshio() {
                 field.components,
             );
             if field.at.is_empty() {
-                all.clone_from(values);
+                all = values.to_vec();
             }
             for (row, &cell) in field.at.iter().enumerate() {
                 all[n * cell as usize..][..n].copy_from_slice(&values[n * row..][..n]);

@@ -31,7 +31,7 @@ fn faces() -> (Mesh, Vec<GlobalArray>) {
     let odd = f64::from_bits(0x7ff8_0000_dead_beef);
     let dofs = vec![0.1, odd, -0.0, 5e-324, f64::MAX];
     let mesh = Mesh {
-        points: [0, 1, 2, 0, 2, 3].map(at).to_vec(),
+        points: [0, 1, 2, 0, 2, 3].map(at).to_vec().into(),
         blocks: vec![
             CellBlock::new(CellKind::Triangle, (0..6).collect()),
             CellBlock::new(CellKind::Line, vec![0, 1, 1, 2, 0, 2, 4, 5, 5, 3]),
@@ -51,7 +51,7 @@ fn faces() -> (Mesh, Vec<GlobalArray>) {
             ),
             Field {
                 at: (2..7).collect(),
-                ..Field::new("dof", Support::Cells, 1, Values::F64(dofs))
+                ..Field::new("dof", Support::Cells, 1, Values::F64(dofs.into()))
             },
         ],
         ..Mesh::default()
@@ -59,7 +59,7 @@ fn faces() -> (Mesh, Vec<GlobalArray>) {
     let whole = vec![
         GlobalArray::text("engine", "dolfinx 0.5.2"),
         GlobalArray::text("scene", "Signorini, Ω = (0, 1)²"),
-        GlobalArray::numbers("gamma", Values::F64(vec![10.0])),
+        GlobalArray::numbers("gamma", Values::F64(vec![10.0].into())),
     ];
     (mesh, whole)
 }
@@ -212,7 +212,7 @@ fn vtk_reads_the_same() {
             let Values::F64(dofs) = &mesh.fields[1].values else {
                 unreachable!("made so above")
             };
-            let all = [&[f64::NAN, f64::NAN], dofs.as_slice()].concat();
+            let all = [&[f64::NAN, f64::NAN], &dofs[..]].concat();
             assert_eq!(
                 grid["cell_data"]["dof"],
                 json!(["float64", 1, float_bits(&all)]),

@@ -273,7 +273,7 @@ impl Shape {
             _ => [CellKind::Triangle, CellKind::Tetrahedron],
         };
         Mesh {
-            points,
+            points: points.into(),
             groups,
             blocks: vec![
                 CellBlock::new(kinds[0], sides),

@@ -21,28 +21,25 @@ class Arrays:
 
     def __init__(self, source, points=None):
         self.source = source
-        self.cells, self.fields, self.groups, self.whole = [], [], [], []
+        self.cells, self.fields, self.groups = [], [], []
         self.points = None
         if points is not None:
             points = numbers(points, "points", source)
             if points.ndim != 2 or not 1 <= points.shape[1] <= 3:
                 raise usage(f"points of shape {points.shape}", "give one row of 2 or 3 coordinates a point", source)
             if points.shape[1] == 3:
-                self.points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1)
+                self.points = np.ascontiguousarray(points, dtype=np.float64)
             else:
-                space = np.zeros((len(points), 3))
-                space[:, : points.shape[1]] = points
-                self.points = space.reshape(-1)
+                self.points = np.zeros((len(points), 3))
+                self.points[:, : points.shape[1]] = points
 
     @property
     def point_count(self):
-        return 0 if self.points is None else len(self.points) // 3
+        return 0 if self.points is None else len(self.points)
 
     @property
     def cell_count(self):
-        return sum(len(nodes) // width for (_, nodes), width in zip(self.cells, self._widths))
-
-    _widths = ()
+        return sum(len(nodes) for _, nodes in self.cells)
 
     def add_cells(self, kind, nodes):
         """Cells of one type, by Gmsh's number of it, in Gmsh's order of nodes."""
@@ -55,8 +52,7 @@ class Arrays:
                 "count points from 0",
                 self.source,
             )
-        self.cells.append((int(kind), np.ascontiguousarray(nodes, dtype=np.uint32).reshape(-1)))
-        self._widths = (*self._widths, nodes.shape[1])
+        self.cells.append((int(kind), np.ascontiguousarray(nodes, dtype=np.uint32)))
 
     def add_field(self, name, on, values):
         """A field on "points", "cells" or "corners": one row of components for each."""
@@ -68,7 +64,7 @@ class Arrays:
         components = int(np.prod(values.shape[1:], dtype=int))
         if values.size == 0:
             raise usage(f"the field {name!r} is empty", "give a value for each of what carries it", self.source)
-        self.fields.append((str(name), on, components, np.ascontiguousarray(values).reshape(-1)))
+        self.fields.append((str(name), on, components, np.ascontiguousarray(values)))
 
     def add_group(self, name, dim, tag, cells):
         cells = np.unique(np.asarray(cells, dtype=np.int64)).astype(np.uint32)

@@ -119,6 +119,9 @@ def compare(a, b, *, rtol=None, atol=None, fields=None, name=None, **options):
     Raises:
         Error: what cannot be compared; :class:`FileError` and :class:`UsageError` are kinds of it.
 
+    Arrays are compared where they are, without the GIL: let no other thread write to them meanwhile. Afterwards they may change:
+    the result speaks of what was compared.
+
     >>> import faceoff_fem as fo
     >>> square = {"points": [[0, 0], [1, 0], [0, 1], [1, 1]], "cells": {"triangle": [[0, 1, 2], [1, 3, 2]]}}
     >>> r = fo.compare({**square, "u": [0.0, 1, 2, 3]}, {**square, "u": [0.0, 1, 2, 3.5]}, rtol=1e-8)

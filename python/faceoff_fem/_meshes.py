@@ -27,7 +27,7 @@ def of_meshio(mesh):
     for name, values in mesh.point_data.items():
         arrays.add_field(name, "points", values)
     for name, blocks in mesh.cell_data.items():
-        arrays.add_field(name, "cells", np.concatenate([np.asarray(values) for values in blocks]))
+        arrays.add_field(name, "cells", np.concatenate([np.asarray(values) for values in blocks]) if len(blocks) > 1 else blocks[0])
     starts = np.cumsum([0] + [len(block.data) for block in mesh.cells])
     for tag, (name, parts) in enumerate(mesh.cell_sets.items(), 1):
         cells = [np.asarray(part, dtype=np.int64) + start for part, start in zip(parts, starts) if part is not None]
@@ -84,6 +84,6 @@ def of_dict(given, source="dict"):
                 source,
             )
         arrays.add_field(name, on[0] if points is not None else "points", values)
-    if points is None and len({len(values) // n for _, _, n, values in arrays.fields}) > 1:
+    if points is None and len({len(values) for *_, values in arrays.fields}) > 1:
         raise usage("its arrays have rows of different numbers", "give one value a row", source)
     return arrays

@@ -1,15 +1,16 @@
 //! Arrays of numpy become a mesh, or rows of a table, and nothing is believed of them.
 //!
-//! They are copied once, while the GIL is held, and that copy is what is compared: nothing copies it again. Looked at in place they
-//! could be changed by another thread as soon as the GIL is released, whatever flags are set, and by their owner before the result
-//! that speaks of them is shown.
+//! They are lent, so that what is compared is their own memory: see [`Lent`] for who may write to it meanwhile. What is told of
+//! them later is of a copy.
+
+use std::sync::Arc;
 
 use faceoff_mesh::CellKind;
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::field::{GlobalArray, ResultField, Results};
+use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::io::Content;
-use faceoff_mesh::mesh::{CellBlock, Field, Group, Mesh, Support, Values};
-use numpy::{PyArray1, PyArrayMethods as _};
+use faceoff_mesh::mesh::{Array, CellBlock, Field, Group, Mesh, Support, Values};
+use numpy::{Element, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
 
 /// `faceoff_fem._arrays.Arrays`, taken over.
@@ -24,10 +25,9 @@ pub struct Arrays {
     fields: Vec<(String, Carrier, usize, Numbers)>,
     /// Name, dimension, number, cells.
     groups: Vec<(Option<String>, u8, i64, Numbers)>,
-    whole: Vec<(String, Numbers)>,
 }
 
-/// One flat array.
+/// The rows of one array, flat.
 struct Numbers(Values);
 
 impl<'py> FromPyObject<'_, 'py> for Numbers {
@@ -36,29 +36,76 @@ impl<'py> FromPyObject<'_, 'py> for Numbers {
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         macro_rules! any {
             ($($variant:ident $of:ty),*) => {
-                $(if let Ok(array) = given.cast::<PyArray1<$of>>() {
-                    return Ok(Numbers(Values::$variant(array.to_vec()?)));
+                $(if let Ok(array) = given.cast::<PyArrayDyn<$of>>() {
+                    return Ok(Numbers(Values::$variant(Array::lent(Lent::new(&array)?))));
                 })*
             };
         }
         any!(F64 f64, F32 f32, U32 u32, I64 i64, I32 i32, U64 u64, I8 i8, U8 u8, I16 i16, U16 u16);
         let name = given.get_type().name()?;
         Err(pyo3::exceptions::PyTypeError::new_err(format!(
-            "{name} is no flat array of numbers"
+            "{name} is no array of numbers"
         )))
     }
 }
 
-/// Three numbers a point, flat.
-struct Places(Vec<[f64; 3]>);
+/// Three numbers a point.
+struct Places(Array<[f64; 3]>);
 
 impl<'py> FromPyObject<'_, 'py> for Places {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        let array = given.cast::<PyArray1<f64>>()?.readonly();
-        let (points, _) = array.as_slice()?.as_chunks();
-        Ok(Places(points.to_vec()))
+        let array = given.cast::<PyArrayDyn<f64>>()?;
+        Ok(Places(Array::lent(Lent::new(&array)?)))
+    }
+}
+
+/// The memory of an array, which is alive. That nobody writes to it while it is compared is for the caller to see to, as with every
+/// function of numpy that releases the GIL, and so stands in the text of `compare`.
+struct Lent<T> {
+    /// Keeps the memory.
+    _array: Py<PyArrayDyn<T>>,
+    start: *const T,
+    len: usize,
+}
+
+// SAFETY: Numbers that are only read, and a reference that any thread may give back.
+#[expect(unsafe_code)]
+unsafe impl<T: Element> Send for Lent<T> {}
+// SAFETY: As above.
+#[expect(unsafe_code)]
+unsafe impl<T: Element> Sync for Lent<T> {}
+
+impl<T: Element> Lent<T> {
+    fn new(array: &Bound<'_, PyArrayDyn<T>>) -> PyResult<Arc<Self>> {
+        let numbers = array.readonly();
+        let numbers = numbers.as_slice()?;
+        Ok(Arc::new(Lent {
+            start: numbers.as_ptr(),
+            len: numbers.len(),
+            _array: array.clone().unbind(),
+        }))
+    }
+}
+
+impl<T> AsRef<[T]> for Lent<T> {
+    fn as_ref(&self) -> &[T] {
+        // SAFETY: This is where the numbers of the array are, which is alive, aligned and contiguous, and numpy moves none that
+        // others refer to, but with `resize(refcheck=False)`. Nobody changes them meanwhile: so the caller promises. Who
+        // breaks that promise has a race, which Rust leaves undefined; what is read is an old or a new number then, and every
+        // number that is an index is checked where it is used.
+        #[expect(unsafe_code)]
+        unsafe {
+            std::slice::from_raw_parts(self.start, self.len)
+        }
+    }
+}
+
+impl AsRef<[[f64; 3]]> for Lent<f64> {
+    fn as_ref(&self) -> &[[f64; 3]] {
+        let numbers: &[f64] = self.as_ref();
+        numbers.as_chunks().0
     }
 }
 
@@ -78,6 +125,19 @@ impl<'py> FromPyObject<'_, 'py> for Carrier {
 }
 
 impl Arrays {
+    /// The same with memory of their own.
+    pub fn owned(mut self) -> Self {
+        self.points
+            .iter_mut()
+            .for_each(|Places(points)| _ = points.to_mut());
+        let cells = self.cells.iter_mut().map(|(_, nodes)| nodes);
+        let fields = self.fields.iter_mut().map(|(.., values)| values);
+        cells
+            .chain(fields)
+            .for_each(|Numbers(numbers)| numbers.own());
+        self
+    }
+
     /// Rows without a key, as those of a table; `None` where there are points.
     pub fn rows(&mut self) -> Option<Results> {
         if self.points.is_some() {
@@ -123,7 +183,10 @@ impl Arrays {
             if nodes.len() % kind.points() != 0 {
                 return Err(refuse(format!("{kind} has {} points", kind.points())));
             }
-            blocks.push(CellBlock::new(kind, nodes));
+            blocks.push(CellBlock {
+                nodes,
+                ..CellBlock::new(kind, Vec::new())
+            });
         }
         let fields = self.fields.into_iter();
         let fields = fields
@@ -140,15 +203,13 @@ impl Arrays {
             };
             groups.push(Group {
                 name,
-                cells,
+                cells: cells.into_vec(),
                 ..Group::new(dim, tag)
             });
         }
         groups.sort_by_key(|group| (group.dim, group.tag));
-        let whole = self.whole.into_iter();
-        let whole = whole.map(|(name, Numbers(values))| GlobalArray::numbers(name, values));
         let mesh = Mesh {
-            points: points.map_or(Vec::new(), |Places(points)| points),
+            points: points.map(|Places(points)| points).unwrap_or_default(),
             blocks,
             groups,
             fields,
@@ -157,7 +218,6 @@ impl Arrays {
         mesh.validate().map_err(refuse)?;
         let content = Content {
             mesh,
-            whole: whole.collect(),
             format: "arrays".into(),
             ..Content::default()
         };

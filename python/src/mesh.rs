@@ -42,7 +42,8 @@ type About<'py> = (String, Bound<'py, PyAny>);
 impl Mesh {
     #[new]
     fn new(py: Python<'_>, arrays: Arrays) -> PyResult<Self> {
-        let (source, content) = arrays.content().map_err(|e| raised(py, &e))?;
+        // It lives on, and who gave the arrays may change them.
+        let (source, content) = arrays.owned().content().map_err(|e| raised(py, &e))?;
         Ok(Mesh { source, content })
     }
 

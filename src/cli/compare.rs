@@ -345,7 +345,7 @@ impl<'a> Request<'a> {
         let all = &mut tolerances.of_field;
         all.retain(|(name, _)| is_here(name) || is_given(name));
         let what = "laying the meshes over each other";
-        let comparison = watched(&[], vec![], self.quiet, |bars| {
+        let mut comparison = watched(&[], vec![], self.quiet, |bars| {
             let settings = Settings {
                 tolerances,
                 map: arguments.map,
@@ -367,6 +367,15 @@ impl<'a> Request<'a> {
             report::projected(&projection)
                 .into_iter()
                 .for_each(self.tell);
+        }
+        // What is told of it later is not told of memory that others may have changed since.
+        for kept in comparison
+            .found
+            .as_deref_mut()
+            .into_iter()
+            .chain([&mut of_a])
+        {
+            kept.own();
         }
         Ok((comparison, of_a))
     }

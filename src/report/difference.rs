@@ -46,7 +46,7 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
             }
         };
         for (name, components, values) in &set.fields {
-            let values = Values::F64(values.clone());
+            let values = Values::F64(values.clone().into());
             fields.push(Field::new(name.clone(), support, *components, values));
         }
     }
@@ -85,7 +85,7 @@ fn of_function((name, _, rows): &(String, usize, Vec<f64>)) -> [Field; 3] {
 fn mesh_of(of: &Results, corners: Option<Vec<[f64; 3]>>) -> Mesh {
     let is_broken = corners.is_some();
     let mut mesh = Mesh {
-        points: corners.unwrap_or_else(|| of.points.clone()),
+        points: corners.map_or_else(|| of.points.clone(), Into::into),
         ..Mesh::default()
     };
     let mut cell = 0;

@@ -137,7 +137,10 @@ fn provenance(case: &Case, solutions: &[Solution]) -> Vec<GlobalArray> {
             "quadrature",
             vec![problem.cell_rule.name.into(), problem.face_rule.name.into()],
         ),
-        GlobalArray::numbers("gamma0", Values::F64(vec![problem.discretisation.gamma0])),
+        GlobalArray::numbers(
+            "gamma0",
+            Values::F64(vec![problem.discretisation.gamma0].into()),
+        ),
     ]
 }
 
@@ -148,8 +151,8 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
     let source = space.mesh;
     let corners = source.dim + 1;
     let cells = source.cell_count();
-    let mut add = |name, on, components, values| {
-        fields.push(Field::new(name, on, components, Values::F64(values)));
+    let mut add = |name, on, components, values: Vec<f64>| {
+        fields.push(Field::new(name, on, components, Values::F64(values.into())));
     };
     let mut first: Option<(&str, Vec<f64>)> = None;
     for (engine, _, u) in solutions {
@@ -237,7 +240,7 @@ fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (
     };
     let parts = (0..faces).map(part).collect();
     add("part".to_owned(), 1, Values::I32(parts));
-    add("gamma".to_owned(), 1, Values::F64(gamma));
+    add("gamma".to_owned(), 1, Values::F64(gamma.into()));
     for (engine, _, u) in solutions {
         let mut values = Vec::new();
         let mut components = 0;
@@ -250,7 +253,11 @@ fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (
             components = dofs.len();
             values.extend(dofs.iter().map(|&dof| u[dof as usize]));
         }
-        add(format!("dofs {engine}"), components, Values::F64(values));
+        add(
+            format!("dofs {engine}"),
+            components,
+            Values::F64(values.into()),
+        );
         if let ContactSet::Zones(zones) = ContactSet::new(problem, u) {
             let mut shares = vec![f64::NAN; faces];
             let mut numbers = vec![-1; faces];
@@ -261,8 +268,8 @@ fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (
                 shares[face.face] = face.share;
                 numbers[face.face] = face.zone as i32;
             }
-            add(format!("contact {engine}"), 1, Values::F64(shares));
-            add(format!("zone {engine}"), 1, Values::I32(numbers));
+            add(format!("contact {engine}"), 1, Values::F64(shares.into()));
+            add(format!("zone {engine}"), 1, Values::I32(numbers.into()));
         }
     }
     let Some(first) = engines.first() else {
@@ -290,14 +297,18 @@ fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (
             };
             let (components, source) = (column.components, &engine.source);
             if let (Some(reference), true) = (&reference, *source != first.source) {
-                let difference = Values::F64(difference(&values, reference));
+                let difference = Values::F64(difference(&values, reference).into());
                 add(
                     format!("{name} {source} - {}", first.source),
                     components,
                     difference,
                 );
             }
-            add(format!("{name} {source}"), components, Values::F64(values));
+            add(
+                format!("{name} {source}"),
+                components,
+                Values::F64(values.into()),
+            );
         }
     }
     (mesh, fields)

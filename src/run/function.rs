@@ -5,7 +5,7 @@ use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values, quad
 
 /// u as a field of this name on the points of a mesh of its own.
 pub fn broken(problem: &Problem, name: &str, u: &[f64]) -> (Mesh, Field) {
-    let values = Values::F64(at_nodes(problem, u));
+    let values = Values::F64(at_nodes(problem, u).into());
     (
         broken_mesh(problem),
         Field::new(name.to_owned(), Support::Points, 1, values),
@@ -78,7 +78,7 @@ pub fn at_vertices<const N: usize>(lambda: &[f64; 4], of_vertices: &[[f64; N]; 4
 /// A mesh of one block of cells.
 pub fn block(points: Vec<[f64; 3]>, kind: CellKind, nodes: Vec<u32>) -> Mesh {
     Mesh {
-        points,
+        points: points.into(),
         blocks: vec![CellBlock::new(kind, nodes)],
         ..Mesh::default()
     }

@@ -234,8 +234,12 @@ impl Setup {
 /// The points in reverse order, and what names them with them; what is stored by point is dropped.
 pub fn reverse_points(mesh: &mut Mesh) {
     let last = mesh.points.len().saturating_sub(1) as u32;
-    mesh.points.reverse();
-    for node in mesh.blocks.iter_mut().flat_map(|block| &mut block.nodes) {
+    mesh.points.to_mut().reverse();
+    for node in mesh
+        .blocks
+        .iter_mut()
+        .flat_map(|block| block.nodes.to_mut())
+    {
         *node = last - *node;
     }
     mesh.fields.clear();

@@ -464,7 +464,7 @@ mod tests {
     fn cells_matrices_are_integrals_of_gradients() {
         let points = [[0.1, 0.0, 0.0], [2.0, 0.3, 0.0], [0.4, 0.9, 0.0]];
         let mesh = faceoff_mesh::mesh::Mesh {
-            points: points.to_vec(),
+            points: points.to_vec().into(),
             blocks: vec![faceoff_mesh::mesh::CellBlock::new(
                 faceoff_mesh::mesh::CellKind::Triangle,
                 vec![0, 1, 2],
@@ -497,7 +497,8 @@ mod tests {
         let bodies = faceoff_mesh::mesh::Mesh {
             points: [0.0, 9.0]
                 .map(|x| [[x, 0.0, 0.0], [x + 0.9, 0.1, 0.0], [x + 0.2, 0.7, 0.0]])
-                .concat(),
+                .concat()
+                .into(),
             blocks: vec![faceoff_mesh::mesh::CellBlock::new(
                 faceoff_mesh::mesh::CellKind::Triangle,
                 (0..6).collect(),

@@ -69,8 +69,8 @@ fn mesh(dim: usize, n: usize, bend: f64) -> Results {
         space: dim,
         width: dim + 1,
         kinds: vec![(kind, cells.len() / (dim + 1))],
-        cells,
-        points,
+        cells: cells.into(),
+        points: points.into(),
         on_points: vec![field],
         ..Results::default()
     }

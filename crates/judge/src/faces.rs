@@ -49,7 +49,7 @@ pub(super) fn crouzeix_raviart(side: &Results) -> Result<(Results, Vec<String>)>
             }
         }
         ResultField {
-            values,
+            values: values.into(),
             ..field.clone()
         }
     });
@@ -166,9 +166,9 @@ mod tests {
         let mut side = Results {
             source: "faces".into(),
             space: width,
-            points,
+            points: points.into(),
             width,
-            cells,
+            cells: cells.into(),
             kinds: vec![(
                 if width == 2 {
                     CellKind::Line

@@ -40,9 +40,9 @@ fn results(source: &str, n: usize, broken: bool) -> Results {
     Results {
         source: source.into(),
         space: 2,
-        points,
+        points: points.into(),
         width: 3,
-        cells,
+        cells: cells.into(),
         on_points: vec![field("u", 1, on_points)],
         on_cells: vec![field("q", 2, cell_values)],
         ..Results::default()
@@ -53,7 +53,7 @@ fn field(name: &str, components: usize, values: Vec<f64>) -> ResultField {
     ResultField {
         name: name.into(),
         components,
-        values,
+        values: values.into(),
         rest: None,
         at: None,
         scaled_by: None,
@@ -75,17 +75,17 @@ fn permuted(of: &Results) -> Results {
     };
     let moved = |k: usize, count: usize| (k * stride(count) + 5) % count;
     for k in 0..points {
-        other.points[moved(k, points)] = of.points[k];
-        other.on_points[0].values[moved(k, points)] = of.on_points[0].values[k];
+        other.points.to_mut()[moved(k, points)] = of.points[k];
+        other.on_points[0].values.to_mut()[moved(k, points)] = of.on_points[0].values[k];
     }
     for c in 0..cells {
         let to = moved(c, cells);
         for i in 0..3 {
             let point = of.cells[3 * c + (i + c) % 3] as usize;
-            other.cells[3 * to + i] = moved(point, points) as u32;
+            other.cells.to_mut()[3 * to + i] = moved(point, points) as u32;
         }
         for i in 0..2 {
-            other.on_cells[0].values[2 * to + i] = of.on_cells[0].values[2 * c + i];
+            other.on_cells[0].values.to_mut()[2 * to + i] = of.on_cells[0].values[2 * c + i];
         }
     }
     other
@@ -140,8 +140,8 @@ fn the_worst_is_named_by_the_first_files_own_numbers() {
         let a = results("a", 6, broken);
         let mut b = permuted(&a);
         let point = b.points.iter().position(|p| *p == a.points[9]).unwrap();
-        b.on_points[0].values[point] += 1e-3;
-        b.on_cells[0].values[7] = 0.5;
+        b.on_points[0].values.to_mut()[point] += 1e-3;
+        b.on_cells[0].values.to_mut()[7] = 0.5;
         let comparison = compare(&a, &b, None).unwrap();
         let worst = comparison.fields[0].field.worst.clone().unwrap();
         assert_eq!(comparison.fields[0].field.beyond, 1);
@@ -172,7 +172,7 @@ fn continuous_data_are_compared_with_discontinuous_corner_by_corner() {
     b.on_points[0].values = b.points.iter().map(value).collect();
     assert_eq!(verdict(&a, &b), Some(Verdict::Agree));
     assert_eq!(verdict(&b, &a), Some(Verdict::Agree));
-    b.on_points[0].values[17] += 1.0;
+    b.on_points[0].values.to_mut()[17] += 1.0;
     let comparison = compare(&a, &b, None).unwrap();
     assert_eq!(
         (comparison.verdict, comparison.fields[0].field.beyond),
@@ -185,35 +185,55 @@ type Fault = (&'static str, fn(&mut Results));
 
 /// What can be wrong with one of two files.
 const FAULTS: [Fault; 30] = [
-    ("a value", |r| r.on_points[0].values[7] += 1e-9),
-    ("a sign", |r| r.on_points[0].values[7] *= -1.0),
+    ("a value", |r| r.on_points[0].values.to_mut()[7] += 1e-9),
+    ("a sign", |r| r.on_points[0].values.to_mut()[7] *= -1.0),
     ("all signs", |r| {
-        r.on_points[0].values.iter_mut().for_each(|v| *v *= -1.0)
+        r.on_points[0]
+            .values
+            .to_mut()
+            .iter_mut()
+            .for_each(|v| *v *= -1.0)
     }),
     ("a unit, in the tenth digit", |r| {
         r.on_points[0]
             .values
+            .to_mut()
             .iter_mut()
             .for_each(|v| *v *= 1.0 + 1e-10)
     }),
     ("a unit, a thousand times", |r| {
-        r.on_cells[0].values.iter_mut().for_each(|v| *v *= 1e3)
+        r.on_cells[0]
+            .values
+            .to_mut()
+            .iter_mut()
+            .for_each(|v| *v *= 1e3)
     }),
     ("a shift", |r| {
-        r.on_points[0].values.iter_mut().for_each(|v| *v += 1e-9)
+        r.on_points[0]
+            .values
+            .to_mut()
+            .iter_mut()
+            .for_each(|v| *v += 1e-9)
     }),
-    ("two values swapped", |r| r.on_points[0].values.swap(3, 11)),
+    ("two values swapped", |r| {
+        r.on_points[0].values.to_mut().swap(3, 11)
+    }),
     ("values off by one", |r| {
-        r.on_points[0].values.rotate_left(1)
+        r.on_points[0].values.to_mut().rotate_left(1)
     }),
-    ("values reversed", |r| r.on_points[0].values.reverse()),
+    ("values reversed", |r| {
+        r.on_points[0].values.to_mut().reverse()
+    }),
     ("cell values off by one cell", |r| {
-        r.on_cells[0].values.rotate_right(2)
+        r.on_cells[0].values.to_mut().rotate_right(2)
     }),
-    ("components swapped", |r| r.on_cells[0].values.swap(4, 5)),
+    ("components swapped", |r| {
+        r.on_cells[0].values.to_mut().swap(4, 5)
+    }),
     ("all components swapped", |r| {
         r.on_cells[0]
             .values
+            .to_mut()
             .chunks_exact_mut(2)
             .for_each(|c| c.swap(0, 1))
     }),
@@ -221,13 +241,15 @@ const FAULTS: [Fault; 30] = [
         r.on_points[0].name = "q".into();
         r.on_cells[0].name = "u".into();
     }),
-    ("NaN", |r| r.on_points[0].values[2] = f64::NAN),
-    ("infinity", |r| r.on_points[0].values[2] = f64::INFINITY),
-    ("minus infinity on a cell", |r| {
-        r.on_cells[0].values[2] = f64::NEG_INFINITY
+    ("NaN", |r| r.on_points[0].values.to_mut()[2] = f64::NAN),
+    ("infinity", |r| {
+        r.on_points[0].values.to_mut()[2] = f64::INFINITY
     }),
-    ("all NaN", |r| r.on_points[0].values.fill(f64::NAN)),
-    ("all zero", |r| r.on_points[0].values.fill(0.0)),
+    ("minus infinity on a cell", |r| {
+        r.on_cells[0].values.to_mut()[2] = f64::NEG_INFINITY
+    }),
+    ("all NaN", |r| r.on_points[0].values.to_mut().fill(f64::NAN)),
+    ("all zero", |r| r.on_points[0].values.to_mut().fill(0.0)),
     ("a field missing", |r| r.on_cells.clear()),
     ("a field too many", |r| {
         r.on_points.push(ResultField {
@@ -239,34 +261,38 @@ const FAULTS: [Fault; 30] = [
         r.on_points.push(r.on_points[0].clone())
     }),
     ("a field on no point", |r| {
-        r.on_points[0].values.clear();
+        r.on_points[0].values.to_mut().clear();
         r.on_points[0].at = Some(Vec::new());
     }),
     ("a field that one point lacks", |r| {
-        r.on_points[0].values.pop();
+        r.on_points[0].values.to_mut().pop();
         r.on_points[0].at = Some((0..r.points.len() as u32 - 1).collect());
     }),
     ("another number of components", |r| {
         r.on_cells[0].components = 1;
-        r.on_cells[0].values.truncate(r.cells.len() / 3);
+        r.on_cells[0].values.to_mut().truncate(r.cells.len() / 3);
     }),
-    ("a point elsewhere", |r| r.points[5][0] += 1e-4),
+    ("a point elsewhere", |r| r.points.to_mut()[5][0] += 1e-4),
     ("a coordinate that is no number", |r| {
-        r.points[5][1] = f64::NAN
+        r.points.to_mut()[5][1] = f64::NAN
     }),
     ("the mesh scaled in the seventh digit", |r| {
-        r.points.iter_mut().flatten().for_each(|x| *x *= 1.0 + 1e-7)
+        r.points
+            .to_mut()
+            .iter_mut()
+            .flatten()
+            .for_each(|x| *x *= 1.0 + 1e-7)
     }),
     ("a cell twice", |r| {
         let first = r.cells[..3].to_vec();
-        r.cells[3..6].copy_from_slice(&first);
+        r.cells.to_mut()[3..6].copy_from_slice(&first);
     }),
     ("a cell of other points", |r| {
-        r.cells[0] = (r.cells[0] + 13) % r.points.len() as u32;
+        r.cells.to_mut()[0] = (r.cells[0] + 13) % r.points.len() as u32;
     }),
     ("a cell missing", |r| {
-        r.cells.truncate(r.cells.len() - 3);
-        let values = &mut r.on_cells[0].values;
+        let (cells, values) = (r.cells.to_mut(), r.on_cells[0].values.to_mut());
+        cells.truncate(cells.len() - 3);
         values.truncate(values.len() - 2);
     }),
 ];
@@ -314,7 +340,7 @@ fn the_reason_of_every_fault_is_told() {
             .and_then(|f| f.field.reason.clone())
             .unwrap_or_default()
     };
-    assert!(reason(|r| r.on_points[0].values[2] = f64::NAN).contains("has 0.9"));
+    assert!(reason(|r| r.on_points[0].values.to_mut()[2] = f64::NAN).contains("has 0.9"));
     assert_eq!(
         reason(|r| r.on_points[0].name = "w".into()),
         "b does not have it"
@@ -348,9 +374,9 @@ fn the_reason_of_every_fault_is_told() {
 fn all_values_that_are_not_finite_are_counted() {
     let whole = results("a", 5, false);
     let mut b = whole.clone();
-    b.on_points[0].values[2] = f64::NAN;
-    b.on_points[0].values[9] = f64::INFINITY;
-    b.on_points[0].values[11] += 1.0;
+    b.on_points[0].values.to_mut()[2] = f64::NAN;
+    b.on_points[0].values.to_mut()[9] = f64::INFINITY;
+    b.on_points[0].values.to_mut()[11] += 1.0;
     let comparison = compare(&whole, &b, None).unwrap();
     assert_eq!(comparison.fields[0].field.beyond, 3);
 }
@@ -360,19 +386,19 @@ fn a_place_that_is_ambiguous_is_refused() {
     // Two points of one cell at one place; two points of a cloud at one place.
     let a = results("a", 3, false);
     let mut b = permuted(&a);
-    b.points[b.cells[1] as usize] = b.points[b.cells[0] as usize];
+    b.points.to_mut()[b.cells[1] as usize] = b.points[b.cells[0] as usize];
     let error = compare(&a, &b, Some(MatchBy::Coordinates))
         .unwrap_err()
         .to_string();
     assert!(error.contains("ambiguous"), "{error}");
     let cloud = |source: &str| Results {
         width: 0,
-        cells: Vec::new(),
+        cells: Vec::new().into(),
         on_cells: Vec::new(),
         ..results(source, 3, false)
     };
     let (mut a, mut b) = (cloud("a"), cloud("b"));
-    (a.points[3], b.points[3]) = (a.points[4], b.points[4]);
+    (a.points.to_mut()[3], b.points.to_mut()[3]) = (a.points[4], b.points[4]);
     let error = compare(&a, &b, Some(MatchBy::Coordinates))
         .unwrap_err()
         .to_string();
@@ -385,6 +411,7 @@ fn tolerances_are_those_of_the_field_its_scale_and_a_floor() {
     let mut b = a.clone();
     b.on_points[0]
         .values
+        .to_mut()
         .iter_mut()
         .for_each(|v| *v *= 1.0 + 1e-7);
     let judged = |rtol: f64, atol: f64, of_field: Vec<(String, Tolerance)>| {
@@ -431,8 +458,8 @@ fn tolerances_are_those_of_the_field_its_scale_and_a_floor() {
 
     // What is noise beside the field's own scale is judged by a floor, or not at all.
     let (mut a, mut b) = (a.clone(), a.clone());
-    a.on_points[0].values.fill(1e-17);
-    b.on_points[0].values.fill(0.0);
+    a.on_points[0].values.to_mut().fill(1e-17);
+    b.on_points[0].values.to_mut().fill(0.0);
     assert_eq!(verdict(&a, &b), Some(Verdict::Disagree));
     a.on_points[0].scaled_by = Some("v".into());
     b.on_points[0].scaled_by = Some("v".into());
@@ -454,15 +481,15 @@ fn a_vector_of_the_plane_may_have_a_third_component_that_is_zero() {
     };
     let two = b.on_cells[0].values.clone();
     b.on_cells[0].components = 3;
-    b.on_cells[0].values = with_third(&two, 0.0);
+    b.on_cells[0].values = with_third(&two, 0.0).into();
     assert_eq!(verdict(&a, &b), Some(Verdict::Agree));
     assert_eq!(verdict(&b, &a), Some(Verdict::Agree));
-    b.on_cells[0].values = with_third(&two, 1e-3);
+    b.on_cells[0].values = with_third(&two, 1e-3).into();
     assert_eq!(verdict(&a, &b), Some(Verdict::Disagree));
     assert_eq!(verdict(&b, &a), Some(Verdict::Disagree));
     // In space a component is missing.
     let (mut a, mut b) = (a, b);
-    b.on_cells[0].values = with_third(&two, 0.0);
+    b.on_cells[0].values = with_third(&two, 0.0).into();
     (a.space, b.space) = (3, 3);
     assert_eq!(verdict(&a, &b), Some(Verdict::Undetermined));
 }
@@ -473,7 +500,7 @@ fn nan_may_be_expected_on_both_sides_and_never_on_one() {
     let with = |at: &[usize]| {
         let mut side = a.clone();
         at.iter()
-            .for_each(|k| side.on_points[0].values[*k] = f64::NAN);
+            .for_each(|k| side.on_points[0].values.to_mut()[*k] = f64::NAN);
         side
     };
     let judged = |a: &Results, b: &Results, names: &[&str]| {
@@ -508,9 +535,9 @@ fn a_quadrangle_with_two_corners_exchanged_is_another_cell() {
     let quadrangle = |corners: [u32; 4]| Results {
         source: "q".into(),
         space: 2,
-        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]].into(),
         width: 4,
-        cells: corners.to_vec(),
+        cells: corners.to_vec().into(),
         kinds: vec![(faceoff_mesh::CellKind::Quadrangle, 1)],
         on_points: vec![field("u", 1, vec![1.0, 2.0, 3.0, 4.0])],
         ..Results::default()

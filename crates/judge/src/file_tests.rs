@@ -217,7 +217,7 @@ fn a_small_body_beside_a_large_one_is_judged_on_its_own_scale() {
         );
         // One part has one scale: the corner where u is 1e-12 of the largest may be off by more than that.
         let mut b = bodies("b.vtu", 1e13, 1.0, broken);
-        b.on_points[0].values[0] += 1.0;
+        b.on_points[0].values.to_mut()[0] += 1.0;
         assert_eq!(compare(&a, &b).unwrap().verdict, Verdict::Agree);
     }
     // The same two bodies, one file continuous and the other not.

@@ -43,7 +43,7 @@ impl<'a> Keyed<'a> {
         match on {
             On::Points if !broken => {
                 fields.vertices = numbers.into();
-                fields.midpoints = Cow::from(&side.points);
+                fields.midpoints = Cow::from(&*side.points);
             }
             On::Cells => {
                 fields.dim = side.width.max(1);
@@ -127,7 +127,7 @@ impl<'a> Keyed<'a> {
                 Some(at) => at.into(),
                 None => (0..self.fields.count() as u32).collect(),
             };
-            column.values = Cow::from(&field.values);
+            column.values = Cow::from(&*field.values);
             column.rest = rest.into();
             return Ok(column);
         };

@@ -450,7 +450,7 @@ pub fn at_midpoints(a: &mut Results, b: &mut Results) -> Result<()> {
         });
     }
     *cells = Results {
-        points: cells.centroids()?,
+        points: cells.centroids()?.into(),
         on_points: std::mem::take(&mut cells.on_cells),
         source: std::mem::take(&mut cells.source),
         space: cells.space,

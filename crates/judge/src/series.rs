@@ -127,7 +127,7 @@ pub fn interpolate(x: &Results, y: &Results, w: f64) -> Result<Results> {
                 continue;
             }
             f.single |= g.single;
-            let pairs = f.values.iter_mut().zip(&g.values);
+            let pairs = f.values.to_mut().iter_mut().zip(&g.values);
             pairs.for_each(|(x, y)| *x = (1.0 - w) * *x + w * y);
         }
     }
@@ -194,7 +194,7 @@ mod tests {
             on_points: vec![ResultField {
                 name: "u".into(),
                 components: 1,
-                values: vec![value],
+                values: vec![value].into(),
                 rest,
                 at: None,
                 scaled_by: None,

@@ -123,7 +123,7 @@ fn mesh() -> Mesh {
     };
     let u = (0..9).map(|k| f64::from(k * k)).collect();
     Mesh {
-        points: points.to_vec(),
+        points: points.to_vec().into(),
         blocks: vec![
             CellBlock::new(CellKind::Hexahedron, (0..8).collect()),
             CellBlock::new(CellKind::Tetrahedron, vec![4, 5, 6, 8]),

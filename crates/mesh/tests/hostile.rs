@@ -30,7 +30,7 @@ fn mesh(surface: bool) -> Mesh {
         blocks,
         polyhedra,
         fields: vec![
-            Field::new("u", Support::Points, 1, Values::F64(vec![0.5; 10])),
+            Field::new("u", Support::Points, 1, Values::F64(vec![0.5; 10].into())),
             Field::new(
                 "k",
                 Support::Cells,

@@ -98,6 +98,7 @@ fn nodes_stand_where_vtk_expects_them() {
         let first = mesh.points.len() as u32;
         for row in rows.as_array().expect("rows") {
             mesh.points
+                .to_mut()
                 .push(floats(row).try_into().expect("three coordinates"));
         }
         let nodes = (first..mesh.points.len() as u32).collect();
@@ -371,7 +372,7 @@ fn any_mesh(state: &mut u64) -> Mesh {
             .map(|_| random(state, points) as u32)
             .collect();
         match blocks.last_mut() {
-            Some(last) if last.kind == kind => last.nodes.extend(nodes),
+            Some(last) if last.kind == kind => last.nodes.to_mut().extend(nodes),
             _ => blocks.push(CellBlock::new(kind, nodes)),
         }
     }
@@ -387,7 +388,7 @@ fn any_mesh(state: &mut u64) -> Mesh {
         let width = [1, 2, 3, 9][k % 4];
         let all: Vec<f64> = (0..rows * width).map(|_| number()).collect();
         let values = match k % 4 {
-            0 => Values::F64(all),
+            0 => Values::F64(all.into()),
             1 => Values::I32(all.iter().map(|&x| x as i32).collect()),
             2 => Values::F32(all.iter().map(|&x| x as f32).collect()),
             _ => Values::U8(all.iter().map(|&x| x as u8).collect()),
@@ -395,7 +396,7 @@ fn any_mesh(state: &mut u64) -> Mesh {
         fields.push(Field::new(format!("data{k}"), on, width, values));
     }
     Mesh {
-        points,
+        points: points.into(),
         blocks,
         fields,
         ..Mesh::default()

@@ -99,7 +99,7 @@ fn joined(a: &Mesh, b: &Mesh, shift: f64) -> Mesh {
     let mut whole = a.clone();
     let points = a.points.len() as u32;
     let shifted = b.points.iter().map(|p| [p[0] + shift, p[1], p[2]]);
-    whole.points.extend(shifted);
+    whole.points.to_mut().extend(shifted);
     // Faces stand first in both, and only they are in groups.
     let faces = a.blocks[0].len() as u32;
     let block = |(a, b): (&CellBlock, &CellBlock)| {

@@ -87,7 +87,7 @@ pub fn moved(home: &Place, s: f64, shift: f64) -> Result<Place> {
     };
     let dim = usize::from(home.mesh.dim());
     let mut moved = home.clone();
-    for point in &mut moved.mesh.points {
+    for point in moved.mesh.points.to_mut() {
         for x in &mut point[..dim] {
             *x = s * *x + shift;
         }

@@ -99,7 +99,7 @@ fn layer(axis: usize, distance: f64) -> Mesh {
             1 => vertex(k, l),
             _ => vertex(l, k),
         });
-        mesh.points[to][axis] = mesh.points[from][axis] + distance;
+        mesh.points.to_mut()[to][axis] = mesh.points[from][axis] + distance;
     }
     mesh
 }
@@ -107,7 +107,7 @@ fn layer(axis: usize, distance: f64) -> Mesh {
 /// Obtuse cells: x + s y in the place of x.
 fn sheared(s: f64) -> Mesh {
     let mut mesh = union_jack(N, [1.0; 2]);
-    for point in &mut mesh.points {
+    for point in mesh.points.to_mut() {
         point[0] += s * point[1];
     }
     mesh
@@ -116,7 +116,7 @@ fn sheared(s: f64) -> Mesh {
 /// One vertex of eight cells moved, in squares, until it is `distance` of a square away from the line of its neighbours.
 fn sliver([i, j]: [usize; 2], to: [f64; 2], distance: f64) -> Mesh {
     let mut mesh = union_jack(N, [1.0; 2]);
-    let point = &mut mesh.points[vertex(i, j)];
+    let point = &mut mesh.points.to_mut()[vertex(i, j)];
     for axis in 0..2 {
         let less = match to[axis].abs() {
             1.0 => to[axis] * distance,
@@ -136,7 +136,7 @@ fn one_cell() -> Mesh {
         cells: vec![side],
     };
     Mesh {
-        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(),
         blocks: vec![
             CellBlock::new(CellKind::Line, vec![0, 1, 1, 2, 2, 0]),
             CellBlock::new(CellKind::Triangle, vec![0, 1, 2]),

@@ -98,6 +98,7 @@ fn strip(columns: usize, rows: usize) -> Mesh {
     let at = |k: usize| k as f64 / columns as f64;
     for j in 0..=rows {
         mesh.points
+            .to_mut()
             .extend((0..=columns).map(|i| [at(i), at(j), 0.0]));
     }
     let mut triangles = Vec::new();

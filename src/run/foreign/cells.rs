@@ -176,7 +176,7 @@ impl Reader<'_> {
             blocks.push(CellBlock::new(linear, nodes));
         }
         let mesh = Mesh {
-            points,
+            points: points.into(),
             blocks,
             groups: match has_groups {
                 true => held.groups.clone(),

@@ -665,10 +665,15 @@ mod tests {
             .map(|b| b.nodes.len() as u32 / b.kind.points() as u32)
             .sum();
         both.points
+            .to_mut()
             .extend(below.points.iter().map(|[x, y, z]| [*x, -y, *z]));
         both.blocks
             .extend(below.blocks.iter().cloned().map(|mut block| {
-                block.nodes.iter_mut().for_each(|node| *node += points);
+                block
+                    .nodes
+                    .to_mut()
+                    .iter_mut()
+                    .for_each(|node| *node += points);
                 block
             }));
         for (group, other) in both.groups.iter_mut().zip(&below.groups) {

@@ -261,7 +261,7 @@ fn with_moved_vertices(
             .for_each(|&v| inner[v as usize] = false);
     }
     let h = plain.geometry(0).diameter;
-    for (point, inner) in points.points.iter_mut().zip(inner) {
+    for (point, inner) in points.points.to_mut().iter_mut().zip(inner) {
         for x in &mut point[..2] {
             *x += if inner { moved * h * random() } else { 0.0 };
         }

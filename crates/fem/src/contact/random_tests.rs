@@ -140,12 +140,12 @@ fn permutation(n: usize, next: &mut impl FnMut() -> f64) -> Vec<usize> {
 fn shuffled(mesh: &mut Mesh, seed: u64) {
     let mut next = numbers(seed);
     let to = permutation(mesh.points.len(), &mut next);
-    let old = mesh.points.clone();
+    let old = mesh.points.to_vec();
     for (k, p) in old.into_iter().enumerate() {
-        mesh.points[to[k]] = p;
+        mesh.points.to_mut()[to[k]] = p;
     }
     for block in &mut mesh.blocks {
-        for node in &mut block.nodes {
+        for node in block.nodes.to_mut() {
             *node = to[*node as usize] as u32;
         }
     }
@@ -155,7 +155,7 @@ fn shuffled(mesh: &mut Mesh, seed: u64) {
         .iter()
         .flat_map(|&k| [1, 2, 0].map(|i| cells[3 * k + i]))
         .collect();
-    *cells = turned;
+    *cells = turned.into();
 }
 
 impl Random {
@@ -168,7 +168,7 @@ impl Random {
             Change::None => {}
             Change::Perturbed(by, seed) => {
                 let mut next = numbers(seed);
-                for p in &mut mesh.points {
+                for p in mesh.points.to_mut() {
                     for axis in 0..2 {
                         let inner = p[axis] > 0.0 && p[axis] < self.size[axis];
                         let move_by = (next() - 0.5) * by * self.size[axis] / self.n as f64;
@@ -177,7 +177,7 @@ impl Random {
                 }
             }
             Change::Graded(a, b) => {
-                for p in &mut mesh.points {
+                for p in mesh.points.to_mut() {
                     for (axis, power) in [a, b].into_iter().enumerate() {
                         p[axis] = self.size[axis] * (p[axis] / self.size[axis]).powf(power);
                     }

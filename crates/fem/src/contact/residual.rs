@@ -370,14 +370,15 @@ mod tests {
         let mut mesh = union_jack(4, [1.0, 1.0]);
         let points = mesh.points.len() as u32;
         let cells: usize = mesh.blocks.iter().map(|block| block.len()).sum();
-        let beside = mesh
-            .points
-            .clone()
-            .into_iter()
-            .map(|[x, y, z]| [x + 2.0, y, z]);
-        mesh.points.extend(beside);
+        let beside = mesh.points.iter().map(|[x, y, z]| [x + 2.0, *y, *z]);
+        let beside: Vec<[f64; 3]> = beside.collect();
+        mesh.points.to_mut().extend(beside);
         for mut block in mesh.blocks.clone() {
-            block.nodes.iter_mut().for_each(|node| *node += points);
+            block
+                .nodes
+                .to_mut()
+                .iter_mut()
+                .for_each(|node| *node += points);
             mesh.blocks.push(block);
         }
         for group in &mut mesh.groups {

@@ -243,7 +243,7 @@ mod tests {
                  [method]\ngamma0 = {gamma0:?}\ncontact_quadrature = \"{rule}\"\n"
             )).unwrap();
             let (name, mut mesh) = scene.mesh(None).unwrap();
-            for point in &mut mesh.points {
+            for point in mesh.points.to_mut() {
                 point[0] += shear * point[1];
             }
             let mesh = Triangulation::new(&name, &mesh).unwrap();

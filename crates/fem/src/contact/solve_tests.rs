@@ -52,7 +52,7 @@ g = "x-3"
     let solved = |method: &str, height: f64| {
         let mut mesh = union_jack(8, [1.0, 1.0]);
         let above = mesh.points.iter().position(|p| *p == [0.625, 0.125, 0.0]);
-        mesh.points[above.unwrap()] = [0.5625, 0.125 * height, 0.0];
+        mesh.points.to_mut()[above.unwrap()] = [0.5625, 0.125 * height, 0.0];
         let mesh = Triangulation::new("sliver", &mesh).unwrap();
         let problem = Problem::new(
             &scene,

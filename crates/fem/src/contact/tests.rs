@@ -153,7 +153,7 @@ fn a_transition_from_contact_to_non_contact_converges() {
             .iter()
             .map(|&n| {
                 let mut mesh = union_jack(n, [2.0, 1.0]);
-                for p in &mut mesh.points {
+                for p in mesh.points.to_mut() {
                     p[0] -= 1.0;
                 }
                 let mesh = Triangulation::new("half", &mesh).unwrap();

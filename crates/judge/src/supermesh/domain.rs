@@ -110,7 +110,7 @@ impl<'a> Domain<'a> {
             of_cell: Vec::with_capacity(side.cell_count()),
             geometries: vec![Geometry::Straight; side.cell_count()],
             first_corners: Vec::new(),
-            points: Cow::from(&side.points),
+            points: Cow::from(&*side.points),
             pieces: Vec::new(),
             tree: Tree::new(&[]),
             near,

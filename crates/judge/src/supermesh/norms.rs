@@ -296,7 +296,7 @@ pub(crate) fn norms_on_mesh(a: &Results, on: On, found: &mut Differences) -> Vec
         .map(|(name, n, values)| ResultField {
             name: name.clone(),
             components: *n,
-            values: std::mem::take(values),
+            values: std::mem::take(values).into(),
             rest: None,
             at: None,
             scaled_by: None,
@@ -305,7 +305,7 @@ pub(crate) fn norms_on_mesh(a: &Results, on: On, found: &mut Differences) -> Vec
     let lent: Vec<ResultField> = lent.collect();
     let norms = norms_of(a, on, found.on, &lent);
     for ((.., values), lent) in found.fields.iter_mut().zip(lent) {
-        *values = lent.values;
+        *values = lent.values.into_vec();
     }
     norms
 }

@@ -178,7 +178,7 @@ fn assemble<'a>(
     let points = ResultField {
         name: String::new(),
         components: 1,
-        values: Vec::new(),
+        values: Vec::new().into(),
         rest: None,
         at: None,
         scaled_by: None,

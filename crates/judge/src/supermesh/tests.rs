@@ -51,7 +51,7 @@ fn broken_at(
         source: source.into(),
         space: if kind.dim() == 2 { 2 } else { 3 },
         cells: (0..points.len() as u32).collect(),
-        points,
+        points: points.into(),
         width,
         kinds: vec![(kind, corners.len())],
         ..Results::default()
@@ -62,7 +62,7 @@ fn field(name: &str, components: usize, values: Vec<f64>) -> ResultField {
     ResultField {
         name: name.into(),
         components,
-        values,
+        values: values.into(),
         rest: None,
         at: None,
         scaled_by: None,
@@ -423,7 +423,7 @@ fn curved_cells_are_taken_as_pieces_and_told() {
     let mut a = broken("a", triangle(2), &grid(2, 2, 1, |x| x));
     // The middle of a side inside moves, in both cells that have it.
     let middle = [0.5, 0.25, 0.0];
-    let moved = a.points.iter_mut().filter(|p| **p == middle);
+    let moved = a.points.to_mut().iter_mut().filter(|p| **p == middle);
     assert_eq!(moved.map(|p| p[0] += 0.02).count(), 2);
     let a = with(a, "u", |x| x[0] - x[1]);
     let b = with(broken("b", triangle(1), &grid(2, 3, 1, |x| x)), "u", |x| {
@@ -528,7 +528,7 @@ fn on_each_cell_stand_its_largest_difference_and_the_means() {
         );
         for damaged in [false, true] {
             if damaged {
-                b.on_points[0].values.fill(f64::NAN);
+                b.on_points[0].values.to_mut().fill(f64::NAN);
             }
             let found = compare(&a, &b).unwrap();
             let [set] = &found.differences[..] else {

@@ -121,25 +121,28 @@ mod tests {
 
     #[test]
     fn bits_are_compared_rather_than_numbers() {
-        let nan = Values::F64(vec![f64::NAN]);
-        let other_nan = Values::F64(vec![f64::from_bits(f64::NAN.to_bits() ^ 1)]);
+        let nan = Values::F64(vec![f64::NAN].into());
+        let other_nan = Values::F64(vec![f64::from_bits(f64::NAN.to_bits() ^ 1)].into());
         assert!(same_bits(&nan, &nan.clone()));
         assert!(!same_bits(&nan, &other_nan));
         assert!(!same_bits(
-            &Values::F64(vec![0.0]),
-            &Values::F64(vec![-0.0])
+            &Values::F64(vec![0.0].into()),
+            &Values::F64(vec![-0.0].into())
         ));
-        assert!(!same_bits(&Values::F64(vec![1.0]), &Values::F32(vec![1.0])));
         assert!(!same_bits(
-            &Values::F32(vec![1.0]),
-            &Values::F32(vec![1.0, 1.0])
+            &Values::F64(vec![1.0].into()),
+            &Values::F32(vec![1.0].into())
+        ));
+        assert!(!same_bits(
+            &Values::F32(vec![1.0].into()),
+            &Values::F32(vec![1.0, 1.0].into())
         ));
     }
 
     #[test]
     fn whole_numbers_are_widened_or_refused() {
-        assert_eq!(to_i64(&Values::U8(vec![255])), Some(vec![255]));
-        assert_eq!(to_i64(&Values::U64(vec![u64::MAX])), None);
-        assert_eq!(to_i64(&Values::F32(vec![1.0])), None);
+        assert_eq!(to_i64(&Values::U8(vec![255].into())), Some(vec![255]));
+        assert_eq!(to_i64(&Values::U64(vec![u64::MAX].into())), None);
+        assert_eq!(to_i64(&Values::F32(vec![1.0].into())), None);
     }
 }

@@ -4,7 +4,7 @@ use super::PADDING;
 use crate::cancel;
 use crate::error::Result;
 use crate::io::matches;
-use crate::mesh::{CellKind, Group};
+use crate::mesh::{Array, CellKind, Group};
 
 /// The fields of one file: values on points, cells and corners of cells.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -14,13 +14,13 @@ pub struct Results {
     /// Number of coordinates: 2 or 3; 1 for a curve, whose points are times, and 0 for rows without a key.
     pub space: usize,
     /// Coordinates of the points; empty where the file has none.
-    pub points: Vec<[f64; 3]>,
+    pub points: Array<[f64; 3]>,
     /// The number of each point; empty where they are numbered 0, 1, 2, ….
     pub ids: Vec<u32>,
     /// The largest number of points of a cell; 0 if there are no cells.
     pub width: usize,
     /// Points of the cells, `width` each, [`PADDING`] where there are fewer.
-    pub cells: Vec<u32>,
+    pub cells: Array<u32>,
     /// Runs of cells of one kind, in order: kind and number; empty if only point numbers are known.
     pub kinds: Vec<(CellKind, usize)>,
     /// Groups of cells, by their numbers among `cells`.
@@ -45,7 +45,7 @@ pub struct ResultField {
     /// Numbers in a row: 1 for a scalar, 2 or 3 for a vector.
     pub components: usize,
     /// `components` for each item of `at`.
-    pub values: Vec<f64>,
+    pub values: Array<f64>,
     /// For integers, what is to be added to each of `values`, which are rounded; empty where that is nothing. `None` for
     /// floats.
     pub rest: Option<Vec<f64>>,
@@ -88,7 +88,7 @@ impl ResultField {
             .collect();
         let all = || (0..kept.len() as u32).collect();
         let items = self.at.take().unwrap_or_else(all);
-        for values in std::iter::once(&mut self.values).chain(&mut self.rest) {
+        for values in std::iter::once(self.values.to_mut()).chain(&mut self.rest) {
             let rows = items.iter().zip(values.chunks_exact(self.components));
             let rows = rows.filter(|(item, _)| kept[**item as usize]);
             *values = rows.flat_map(|(_, row)| row).copied().collect();
@@ -193,11 +193,12 @@ impl Results {
                 count.wrapping_sub(1)
             })
             .collect();
-        let cells = self.cells.iter_mut().filter(|p| **p != PADDING);
+        let cells = self.cells.to_mut().iter_mut().filter(|p| **p != PADDING);
         cells.for_each(|p| *p = numbers[*p as usize]);
         self.on_points.iter_mut().for_each(|field| field.keep(kept));
         let mut each = kept.iter();
         self.points
+            .to_mut()
             .retain(|_| each.next().is_some_and(|kept| *kept));
         let mut each = kept.iter();
         self.ids.retain(|_| each.next().is_some_and(|kept| *kept));
@@ -342,6 +343,15 @@ impl Results {
         ]
     }
 
+    /// Copies what is lent: what is owned nobody else can change.
+    pub fn own(&mut self) {
+        self.points.to_mut();
+        self.cells.to_mut();
+        for field in self.all_mut().into_iter().flatten() {
+            field.values.to_mut();
+        }
+    }
+
     /// Is there any field at all on the mesh?
     pub fn is_empty(&self) -> bool {
         [&self.on_points, &self.on_cells, &self.on_corners]
@@ -380,21 +390,22 @@ mod tests {
         let field = |values: &[f64], at: Option<&[u32]>| ResultField {
             name: "w".into(),
             components: 2,
-            values: values.to_vec(),
+            values: values.to_vec().into(),
             rest: None,
             at: at.map(<[u32]>::to_vec),
             scaled_by: None,
             single: false,
         };
         let mut results = Results {
-            points: vec![[0.0; 3]; 4],
+            points: vec![[0.0; 3]; 4].into(),
             width: 4,
             cells: vec![
                 0, 1, 2, PADDING, // a triangle
                 0, 1, PADDING, PADDING, // a line
                 1, 2, 3, PADDING, // a triangle
                 0, 1, 2, 3, // a tetrahedron
-            ],
+            ]
+            .into(),
             kinds: vec![
                 (CellKind::Triangle, 1),
                 (CellKind::Line, 1),

@@ -223,7 +223,7 @@ impl Builder {
 
     /// Appends a cell of known points, with its number and the tag of its group; 0 for none. Its index.
     pub fn cell(&mut self, kind: CellKind, nodes: &[u32], number: u64, tag: i64) -> u32 {
-        self.block(kind).nodes.extend_from_slice(nodes);
+        self.block(kind).nodes.to_mut().extend_from_slice(nodes);
         self.numbers.push(number);
         self.appended(1, kind.dim(), &[tag][usize::from(tag == 0)..]);
         if let (Some(sides), Some(key)) = (&mut self.sides, key(kind, nodes)) {

@@ -85,7 +85,7 @@ impl Rows {
     /// Swaps two nodes in each of the cells read last.
     pub fn swap(&mut self, a: usize, b: usize) {
         if let Some((block, _)) = self.blocks.last_mut() {
-            let cells = block.nodes.chunks_exact_mut(block.kind.points());
+            let cells = block.nodes.to_mut().chunks_exact_mut(block.kind.points());
             cells.for_each(|cell| cell.swap(a, b));
         }
     }
@@ -98,11 +98,11 @@ impl Rows {
     /// The mesh, with a group for each label of cells.
     pub fn finish(self) -> Mesh {
         let mut mesh = Mesh {
-            points: self.points,
+            points: self.points.into(),
             ..Mesh::default()
         };
         if self.labels.iter().any(|&label| label != 0) {
-            let labels = Values::I32(self.labels);
+            let labels = Values::I32(self.labels.into());
             mesh.fields
                 .push(Field::new(POINT_LABEL, Support::Points, 1, labels));
         }
@@ -266,7 +266,7 @@ impl<'a> Labels<'a> {
         let (mut labels, mut others) = (None, Vec::new());
         for field in &mesh.fields {
             match (&field.values, labels.is_none()) {
-                (Values::I32(values), true) if is_label(field) => labels = Some(values.clone()),
+                (Values::I32(values), true) if is_label(field) => labels = Some(values.to_vec()),
                 // Another format may have turned integers into floating-point numbers.
                 (Values::F64(values), true)
                     if is_label(field) && values.iter().all(|&v| f64::from(v as i32) == v) =>

@@ -87,7 +87,7 @@ pub fn decode(bytes: &[u8], format: &str) -> Option<Content> {
     };
     content.unread = head.unread;
     let mesh = &mut content.mesh;
-    mesh.points = floats(head.points)?.as_chunks::<3>().0.to_vec();
+    mesh.points = floats(head.points)?.as_chunks::<3>().0.to_vec().into();
     for block in head.cells {
         let nodes = indices(block.nodes)?;
         if !nodes.is_empty() {
@@ -125,11 +125,11 @@ pub fn decode(bytes: &[u8], format: &str) -> Option<Content> {
             }
         } else {
             let values = if integer {
-                Values::I64(ints(at)?)
+                Values::I64(ints(at)?.into())
             } else if single {
                 Values::F32(floats(at)?.into_iter().map(|x| x as f32).collect())
             } else {
-                Values::F64(floats(at)?)
+                Values::F64(floats(at)?.into())
             };
             mesh.fields.push(Field::new(name, on, components, values));
         }

@@ -140,7 +140,7 @@ impl Sets {
             .get_mut(first..)
             .and_then(<[CellBlock]>::last_mut)
         {
-            Some(last) if last.kind == kind => last.nodes.extend(nodes),
+            Some(last) if last.kind == kind => last.nodes.to_mut().extend(nodes),
             _ => self.mesh.blocks.push(CellBlock::new(kind, nodes.to_vec())),
         }
     }

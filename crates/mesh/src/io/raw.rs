@@ -28,7 +28,7 @@ impl RawNumbers<'_> {
     /// The whole numbers; `None` for others.
     pub fn integers(&self) -> Option<Vec<i64>> {
         match self.values() {
-            Values::I64(numbers) => Some(numbers),
+            Values::I64(numbers) => Some(numbers.into_vec()),
             other => to_i64(&other),
         }
     }
@@ -219,7 +219,7 @@ impl<'a> CellNodes<'a> {
         by_place: bool,
     ) -> Self {
         match blocks {
-            [one] => CellNodes::new(&one.nodes, order, by_place),
+            [one] => CellNodes::new(&*one.nodes, order, by_place),
             several => {
                 let nodes: Vec<&[u32]> = several.iter().map(|block| &block.nodes[..]).collect();
                 CellNodes::new(nodes.concat(), order, by_place)

@@ -84,7 +84,7 @@ fn of_mesh(source: String, mut mesh: Mesh, whole: &[GlobalArray]) -> Results {
                 cells.extend_from_slice(cell);
                 cells.extend(std::iter::repeat_n(PADDING, width - cell.len()));
             }
-            cells
+            cells.into()
         }
     };
     let planar = mesh.points.iter().all(|p| p[2] == 0.0);
@@ -154,7 +154,7 @@ fn of_mesh(source: String, mut mesh: Mesh, whole: &[GlobalArray]) -> Results {
     let about = numbers.map(|(data, values)| ResultField {
         name: data.name.clone(),
         components: data.components,
-        values: values.to_f64(),
+        values: values.to_f64().into(),
         rest: values.rest(),
         at: None,
         scaled_by: None,
@@ -208,14 +208,47 @@ fn carry(field: Field, ours: bool) -> ResultField {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
+    use crate::mesh::Array;
+
+    #[test]
+    fn what_is_lent_is_copied_only_to_be_owned() {
+        let points = Arc::new(vec![[0.0; 3], [1.0, 0.0, 0.0]]);
+        let (nodes, values) = (Arc::new(vec![0, 1]), Arc::new(vec![1.0, 2.0]));
+        let u = Values::F64(Array::lent(values.clone()));
+        let mesh = Mesh {
+            points: Array::lent(points.clone()),
+            blocks: vec![CellBlock {
+                nodes: Array::lent(nodes.clone()),
+                ..CellBlock::new(CellKind::Line, Vec::new())
+            }],
+            fields: vec![Field::new("u", Support::Points, 1, u)],
+            ..Mesh::default()
+        };
+        let mut found = of_mesh("a".into(), mesh, &[]);
+        let lent = |found: &Results| {
+            let of = &found.on_points[0].values;
+            [
+                found.points.as_ptr() == points.as_ptr(),
+                found.cells.as_ptr() == nodes.as_ptr(),
+                of.as_ptr() == values.as_ptr(),
+            ]
+        };
+        assert_eq!(lent(&found), [true; 3]);
+        let before = found.clone();
+        found.own();
+        assert_eq!((lent(&found), found), ([false; 3], before));
+    }
 
     #[test]
     fn what_a_face_does_not_carry_is_not_there_and_only_in_files_of_ours() {
-        let on_cells =
-            |name: &str, values: Vec<f64>| Field::new(name, Support::Cells, 1, Values::F64(values));
+        let on_cells = |name: &str, values: Vec<f64>| {
+            Field::new(name, Support::Cells, 1, Values::F64(values.into()))
+        };
         let mesh = Mesh {
-            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(),
             blocks: vec![CellBlock::new(CellKind::Line, vec![0, 1, 1, 2])],
             fields: vec![
                 on_cells("flux rust", vec![f64::NAN, 2.0]),

@@ -91,7 +91,7 @@ fn values(sections: &mut Sections<'_>, kind: Option<CellKind>, mesh: &Mesh) -> R
     let columns = columns.into_iter().zip(components);
     let fields = columns.map(|(values, components)| Field {
         at: if all { Vec::new() } else { at.clone() },
-        ..Field::new("sol", on, components, Values::F64(values))
+        ..Field::new("sol", on, components, Values::F64(values.into()))
     });
     Ok(fields.collect())
 }
@@ -279,7 +279,7 @@ mod tests {
 
     fn mesh() -> Mesh {
         Mesh {
-            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(),
             blocks: vec![
                 CellBlock::new(CellKind::Line, vec![0, 1, 1, 2]),
                 CellBlock::new(CellKind::Triangle, vec![0, 1, 2]),
@@ -336,7 +336,7 @@ mod tests {
     fn what_is_written_is_read_and_the_rest_told() {
         let folder = tempfile::tempdir().unwrap();
         let field = |name: &str, on, components, values: &[f64]| {
-            Field::new(name, on, components, Values::F64(values.to_vec()))
+            Field::new(name, on, components, Values::F64(values.to_vec().into()))
         };
         let mut mesh = mesh();
         let v = [1.0, 2.0, 0.0, 3.0, 4.0, 0.0, 5.0, 6.0, 0.0];

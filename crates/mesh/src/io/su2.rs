@@ -193,7 +193,7 @@ fn build(scan: &Scan<'_>, zones: Vec<Zone>) -> Result<Mesh> {
     for (zone, place) in zones.iter().zip(1..) {
         let first = builder.mesh.points.len();
         firsts.push(first);
-        builder.mesh.points.extend_from_slice(&zone.points);
+        builder.mesh.points.to_mut().extend_from_slice(&zone.points);
         let from = builder.cell_count();
         for cell in &zone.cells {
             let nodes = points(cell, first, zone.points.len())?;

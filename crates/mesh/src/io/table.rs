@@ -62,7 +62,7 @@ fn read_keyed(path: &Path, bytes: &[u8], curves: bool) -> Result<Results> {
         .map(|&column| ResultField {
             name: names[column].to_owned(),
             components: 1,
-            values: Vec::new(),
+            values: Vec::new().into(),
             rest: None,
             at: Some(Vec::new()),
             scaled_by: None,
@@ -95,7 +95,7 @@ fn read_keyed(path: &Path, bytes: &[u8], curves: bool) -> Result<Results> {
             let ids = if results.width == 0 {
                 &mut results.ids
             } else {
-                &mut results.cells
+                results.cells.to_mut()
             };
             ids.push(id);
         }
@@ -112,11 +112,11 @@ fn read_keyed(path: &Path, bytes: &[u8], curves: bool) -> Result<Results> {
                     return Err(refuse(line, format!("the coordinate {x} is not finite")));
                 }
             }
-            results.points.push(place);
+            results.points.to_mut().push(place);
         }
         for (field, &column) in fields.iter_mut().zip(&columns.fields) {
             if !row[column].is_empty() {
-                field.values.push(number(column)?);
+                field.values.to_mut().push(number(column)?);
                 field.at.get_or_insert_default().push(count);
             }
         }
@@ -213,10 +213,10 @@ mod tests {
         let points = table("vertex, u\n7, 1.5\n3, -2e-3\n").unwrap();
         assert_eq!(
             (points.ids, points.on_points[0].values.clone()),
-            (vec![7, 3], vec![1.5, -2e-3])
+            (vec![7, 3], vec![1.5, -2e-3].into())
         );
         let faces = table("v0,v1,mean,flux\n0,1,2,\n1,2,3,4\n").unwrap();
-        assert_eq!((faces.width, faces.cells), (2, vec![0, 1, 1, 2]));
+        assert_eq!((faces.width, faces.cells), (2, vec![0, 1, 1, 2].into()));
         assert_eq!(faces.on_cells[0].at, None);
         assert_eq!(faces.on_cells[1].at, Some(vec![1]));
         let places = table("x,y,u\n0,1,2\n0.5,1,3\n").unwrap();
@@ -229,7 +229,7 @@ mod tests {
         let drag = curve("drag,time\n1,0.5\n2,0.25\n").unwrap();
         assert_eq!(
             (drag.space, drag.points),
-            (1, vec![[0.5, 0.0, 0.0], [0.25, 0.0, 0.0]])
+            (1, vec![[0.5, 0.0, 0.0], [0.25, 0.0, 0.0]].into())
         );
         let rows = curve("a,b\n1,0.5\n2,0.25\n").unwrap();
         assert_eq!(

@@ -45,7 +45,7 @@ fn turn_over(mesh: &mut Mesh) -> usize {
             CellKind::Hexahedron => ([0, 1, 3, 4], &[4, 5, 6, 7, 0, 1, 2, 3]),
             _ => continue,
         };
-        for cell in block.nodes.chunks_exact_mut(order.len()) {
+        for cell in block.nodes.to_mut().chunks_exact_mut(order.len()) {
             let [o, a, b, c] =
                 corners.map(|corner| nalgebra::Vector3::from(mesh.points[cell[corner] as usize]));
             if (a - o).cross(&(b - o)).dot(&(c - o)) < 0.0 {
@@ -155,7 +155,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         // Nodes and cells may be counted from 0.
         numbers.push(scan.u64()?);
         let point = scan.xyz()?;
-        builder.mesh.points.push(point);
+        builder.mesh.points.to_mut().push(point);
     }
     builder.finish_points(&scan, numbers)?;
     let Some(points) = builder.points.take() else {
@@ -278,7 +278,7 @@ fn text_fields(
             builder
                 .mesh
                 .fields
-                .push(Field::new(name, on, size, Values::F64(values)));
+                .push(Field::new(name, on, size, Values::F64(values.into())));
         }
     }
     Ok(())
@@ -313,9 +313,9 @@ fn binary(mut scan: Scan<'_>, head: Head, listed: usize, mut content: Content) -
     }
     scan.go(end)?;
     scan.believe(nodes as u64, "nodes", 12)?;
-    builder.mesh.points = vec![[0.0; 3]; nodes];
+    builder.mesh.points = vec![[0.0; 3]; nodes].into();
     for axis in 0..3 {
-        for point in &mut builder.mesh.points {
+        for point in builder.mesh.points.to_mut() {
             point[axis] = scan.real()?;
         }
     }

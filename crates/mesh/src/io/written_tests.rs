@@ -136,7 +136,7 @@ fn what_is_written_comes_back() {
                     "w",
                     Support::Cells,
                     2,
-                    Values::F64(vec![1.0, -2.5, 1e-7, 3e100]),
+                    Values::F64(vec![1.0, -2.5, 1e-7, 3e100].into()),
                 )
             });
             mesh

@@ -139,7 +139,7 @@ fn assemble(
         });
     }
     Mesh {
-        points,
+        points: points.into(),
         blocks: vec![
             CellBlock::new(CellKind::Line, lines),
             CellBlock::new(CellKind::Triangle, triangles.concat()),

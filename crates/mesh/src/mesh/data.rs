@@ -1,6 +1,6 @@
 //! Values on the points or cells of a mesh.
 
-use crate::mesh::Mesh;
+use crate::mesh::{Array, Mesh};
 
 /// Named values on points or cells, as the file holds them.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,7 +47,7 @@ macro_rules! values {
         /// Numbers in the type that the file uses.
         #[derive(Debug, Clone, PartialEq)]
         pub enum Values {
-            $(#[doc = concat!("Of type `", stringify!($type), "`.")] $variant(Vec<$type>)),*
+            $(#[doc = concat!("Of type `", stringify!($type), "`.")] $variant(Array<$type>)),*
         }
 
         impl Values {
@@ -60,6 +60,11 @@ macro_rules! values {
             pub fn to_f64(&self) -> Vec<f64> {
                 match self { $(Values::$variant(values) => values.iter().map(|&v| v as f64).collect()),* }
             }
+
+            /// Copies them if they are lent: what is owned nobody else can change.
+            pub fn own(&mut self) {
+                match self { $(Values::$variant(values) => _ = values.to_mut()),* }
+            }
         }
     };
 }
@@ -67,10 +72,10 @@ values!(F64 f64, F32 f32, I8 i8, U8 u8, I16 i16, U16 u16, I32 i32, U32 u32, I64 
 
 impl Values {
     /// [`Values::to_f64`] of what is not needed any more: binary64 is not copied.
-    pub fn into_f64(self) -> Vec<f64> {
+    pub fn into_f64(self) -> Array<f64> {
         match self {
             Values::F64(values) => values,
-            others => others.to_f64(),
+            others => others.to_f64().into(),
         }
     }
 

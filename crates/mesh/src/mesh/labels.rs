@@ -127,7 +127,7 @@ mod tests {
             cells: cells.to_vec(),
         };
         let mesh = Mesh {
-            points: vec![[0.0; 3]; 2],
+            points: vec![[0.0; 3]; 2].into(),
             blocks: vec![CellBlock::new(CellKind::Line, [0, 1].repeat(4))],
             groups: vec![group(1, &[0, 1]), group(2, &[1, 2])],
             ..Mesh::default()

@@ -1,5 +1,6 @@
 //! Meshes as a file holds them ([`Mesh`]) and as the solver needs them ([`Triangulation`]).
 
+mod array;
 pub mod bisect;
 pub mod check;
 mod data;
@@ -18,6 +19,7 @@ mod triangulation;
 mod union;
 mod validate;
 
+pub use array::Array;
 pub use data::{Field, Support, Values};
 pub use geometry::{CellPartitions, Entity, Geometry, Partitions, Periodic, PointRun};
 pub use hanging::carriers;
@@ -35,7 +37,7 @@ pub(crate) use validate::all_finite;
 /// use faceoff_mesh::{CellBlock, CellKind, Mesh};
 ///
 /// let mesh = Mesh {
-///     points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+///     points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]].into(),
 ///     blocks: vec![CellBlock::new(CellKind::Triangle, vec![0, 1, 2, 0, 2, 3])],
 ///     ..Mesh::default()
 /// };
@@ -46,7 +48,7 @@ pub(crate) use validate::all_finite;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
     /// Coordinates, one row per point; planar meshes have z = 0.
-    pub points: Vec<[f64; 3]>,
+    pub points: Array<[f64; 3]>,
     /// The file's own number of each point; empty when the file numbers them 1, 2, 3, ….
     pub point_tags: Vec<u64>,
     /// Cells in the order of the file; a cell's index counts through all blocks.
@@ -82,7 +84,7 @@ pub struct CellBlock {
     /// Their type, by which the nodes of each are counted and ordered.
     pub kind: CellKind,
     /// Point indices from 0, `kind.points()` per cell, in Gmsh's order of nodes (VTK's for [`CellKind::Vtk`]).
-    pub nodes: Vec<u32>,
+    pub nodes: Array<u32>,
     /// The file's own number of each cell; empty when it numbers cells 1, 2, 3, … through all blocks.
     pub tags: Vec<u64>,
     /// The elementary (geometrical) entity of each cell; empty when the file has none.
@@ -119,7 +121,7 @@ impl CellBlock {
     pub fn new(kind: CellKind, nodes: Vec<u32>) -> Self {
         CellBlock {
             kind,
-            nodes,
+            nodes: nodes.into(),
             tags: Vec::new(),
             entities: Vec::new(),
         }

@@ -47,7 +47,7 @@ pub fn refine(name: &str, mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
         let mut nodes = Vec::with_capacity(block.nodes.len() * children as usize);
         for cell in block.cells() {
             cancel::check()?;
-            split(cell, &mut fine.points, &mut midpoints, &mut nodes).map_err(refuse)?;
+            split(cell, fine.points.to_mut(), &mut midpoints, &mut nodes).map_err(refuse)?;
             parts.push((count, children));
             count += children;
         }
@@ -161,7 +161,7 @@ mod tests {
         let mut block = CellBlock::new(CellKind::Tetrahedron, vec![0, 1, 2, 3]);
         block.entities = vec![5];
         Mesh {
-            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]],
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]].into(),
             point_tags: vec![4, 3, 2, 9],
             blocks: vec![CellBlock::new(CellKind::Triangle, vec![0, 2, 1]), block],
             groups: vec![
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn other_cells_are_refused() {
         let mesh = Mesh {
-            points: vec![[0.0; 3]; 4],
+            points: vec![[0.0; 3]; 4].into(),
             blocks: vec![CellBlock::new(CellKind::Quadrangle, vec![0, 1, 2, 3])],
             ..Mesh::default()
         };

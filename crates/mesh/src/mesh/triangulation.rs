@@ -195,7 +195,7 @@ impl Triangulation {
         let mut triangulation = Triangulation {
             name: name.to_owned(),
             dim,
-            points: mesh.points.clone(),
+            points: mesh.points.to_vec(),
             cells: Vec::new(),
             faces: Vec::new(),
             cell_faces: Vec::new(),

@@ -151,7 +151,7 @@ fn validate_block(block: &CellBlock, points: usize) -> Result<(), String> {
         ));
     }
     let highest = |nodes: &[u32]| nodes.iter().fold(0, |highest, &node| highest.max(node));
-    let highest = match block.nodes.as_slice() {
+    let highest = match &block.nodes[..] {
         nodes if nodes.len() <= CHUNK => highest(nodes),
         nodes => nodes.par_chunks(CHUNK).map(highest).max().unwrap_or(0),
     };
@@ -225,12 +225,15 @@ mod tests {
             assert!(error.contains(words), "{error}");
         };
         for at in places(sound.points.len()) {
-            refused(&|mesh| mesh.points[at][2] = f64::NAN, "not finite");
-            refused(&|mesh| mesh.points[at][0] = f64::INFINITY, "not finite");
+            refused(&|mesh| mesh.points.to_mut()[at][2] = f64::NAN, "not finite");
+            refused(
+                &|mesh| mesh.points.to_mut()[at][0] = f64::INFINITY,
+                "not finite",
+            );
         }
         for at in places(sound.blocks[0].nodes.len()) {
             let beyond = sound.points.len() as u32;
-            refused(&|mesh| mesh.blocks[0].nodes[at] = beyond, "beyond");
+            refused(&|mesh| mesh.blocks[0].nodes.to_mut()[at] = beyond, "beyond");
         }
         for at in places(sound.groups[1].cells.len() - 1) {
             refused(&|mesh| mesh.groups[1].cells.swap(at, at + 1), "ascending");

@@ -55,7 +55,7 @@ fn what_one_mesh_covers_alone_is_told() {
     );
     // Nothing in common, another plane, another dimension.
     let mut other = disk(8);
-    other.points.iter_mut().for_each(|x| x[0] += 3.0);
+    other.points.to_mut().iter_mut().for_each(|x| x[0] += 3.0);
     assert!(
         compare(&a, &other)
             .unwrap_err()
@@ -63,7 +63,7 @@ fn what_one_mesh_covers_alone_is_told() {
             .contains("nothing in common")
     );
     let mut other = disk(8);
-    other.points.iter_mut().for_each(|x| x[2] = 1.0);
+    other.points.to_mut().iter_mut().for_each(|x| x[2] = 1.0);
     assert!(
         compare(&a, &other)
             .unwrap_err()
@@ -139,7 +139,7 @@ fn a_difference_on_a_single_cell_is_found_and_named() {
             f,
         );
         let width = b.width;
-        b.on_points[0].values[width * 7] += 1e-6;
+        b.on_points[0].values.to_mut()[width * 7] += 1e-6;
         let compared = compare(&a, &b).unwrap();
         let u = &compared.fields[0].field;
         let worst = u.worst.as_ref().unwrap();
@@ -148,7 +148,7 @@ fn a_difference_on_a_single_cell_is_found_and_named() {
         let place = b.points[width * 7];
         assert!((0..dim).all(|k| (worst.midpoint[k] - place[k]).abs() < 1e-12));
         // A NaN is never a pass, wherever it is.
-        b.on_points[0].values[width * 7] = f64::NAN;
+        b.on_points[0].values.to_mut()[width * 7] = f64::NAN;
         let compared = compare(&a, &b).unwrap();
         let u = &compared.fields[0].field;
         assert_eq!((u.verdict, u.max_abs.is_nan()), (Verdict::Disagree, true));

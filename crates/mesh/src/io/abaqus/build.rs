@@ -155,7 +155,7 @@ impl Building<'_> {
             if let Some((origin, turn)) = turn {
                 point = origin + turn * (point - origin);
             }
-            self.builder.mesh.points.push(point.into());
+            self.builder.mesh.points.to_mut().push(point.into());
         }
         let own: Vec<u64> = pieces
             .iter()

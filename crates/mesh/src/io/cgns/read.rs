@@ -196,7 +196,7 @@ impl Reader {
             .each_ref()
             .map(|axis| (axis.as_ref().unwrap_or(&none), 0));
         let points = raw::points(&columns, count);
-        rows::append(&mut self.sets.mesh.points, points);
+        rows::append(self.sets.mesh.points.to_mut(), points);
         let points = first as u32..(first + count) as u32;
         if is_structured {
             let slowest_first: Vec<usize> = counts.iter().rev().copied().collect();
@@ -300,7 +300,7 @@ impl Reader {
             });
             let nodes = nodes.map_err(|what| section.refuse(what))?;
             match self.sets.mesh.blocks.last_mut() {
-                Some(last) if last.kind == kind => last.nodes.extend(nodes),
+                Some(last) if last.kind == kind => last.nodes.to_mut().extend(nodes),
                 _ => drop(self.sets.block(CellBlock::new(kind, nodes))),
             }
             Ok(())

@@ -101,8 +101,8 @@ impl<'a> Node<'a> {
     pub fn texts(&self, width: usize) -> Result<Vec<String>> {
         let bytes = match self.values()? {
             Some(Values::U8(bytes)) => bytes,
-            Some(Values::I8(bytes)) => bytes.into_iter().map(|byte| byte as u8).collect(),
-            _ => Vec::new(),
+            Some(Values::I8(bytes)) => bytes.iter().map(|byte| *byte as u8).collect(),
+            _ => Vec::new().into(),
         };
         let width = if width == 0 {
             bytes.len().max(1)

@@ -104,7 +104,7 @@ pub fn write(
         let range = [start, start + block.len() as i64 - 1];
         node(section, "ElementRange", "IndexRange_t", "I4")
             .add(" data", Data::integers(INT, vec![2], move |k| range[k]));
-        let nodes = CellNodes::new(&block.nodes, cells::order(kind), false);
+        let nodes = CellNodes::new(&*block.nodes, cells::order(kind), false);
         let connectivity = Data::nodes(vec![nodes.len()], nodes, 1);
         node(section, "ElementConnectivity", "DataArray_t", "I4").add(" data", connectivity);
     }

@@ -156,7 +156,7 @@ impl Reader<'_> {
             let what = format!("there are {count} coordinates for {nodes:?} nodes");
             return Err(self.file.refuse(what));
         }
-        self.sets.mesh.points = raw::points(&columns, count);
+        self.sets.mesh.points = raw::points(&columns, count).into();
         Ok(())
     }
 

@@ -24,7 +24,7 @@ pub(in crate::io) fn cubes() -> Mesh {
     let field = |name: &str, on, components, values: Vec<f64>, time| Field {
         time: Some(time),
         step: Some(if time == 0.5 { 1 } else { 2 }),
-        ..Field::new(name, on, components, Values::F64(values))
+        ..Field::new(name, on, components, Values::F64(values.into()))
     };
     let at = |time: f64| {
         let u = (0..36).map(|k| f64::from(k) + time).collect();
@@ -61,7 +61,10 @@ fn groups_sets_numbers_and_times_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cubes.e");
     let mesh = cubes();
-    let whole = [GlobalArray::numbers("work", Values::F64(vec![1.0, 4.0]))];
+    let whole = [GlobalArray::numbers(
+        "work",
+        Values::F64(vec![1.0, 4.0].into()),
+    )];
     let warnings = io::write_with(&path, &mesh, &whole, &options(false)).unwrap();
     assert_eq!(warnings, Vec::<String>::new());
     let content = io::open(&path, None).unwrap();
@@ -106,7 +109,7 @@ fn values_on_sides_keep_them_as_cells() {
     let path = folder.path().join("cubes.e");
     let mut mesh = cubes();
     let values = Values::F64((0..5).map(f64::from).collect());
-    let ends_in_mark = Field::new("d_", Support::Points, 3, Values::F64(vec![2.0; 36]));
+    let ends_in_mark = Field::new("d_", Support::Points, 3, Values::F64(vec![2.0; 36].into()));
     mesh.fields = vec![Field::new("flux", Support::Cells, 1, values), ends_in_mark];
     // Sides have no numbers in the file: they get such as no element has.
     mesh.blocks[0].tags = vec![5];
@@ -147,7 +150,7 @@ fn what_it_cannot_hold_is_told() {
         "d",
         Support::CellPoints,
         1,
-        Values::F64(vec![0.0; 22]),
+        Values::F64(vec![0.0; 22].into()),
     )];
     let error = io::write(&path, &mesh, &options(false))
         .unwrap_err()

@@ -160,7 +160,7 @@ fn numbers_texts_and_selections_come_back() {
     assert_eq!(data.some(1..2).unwrap(), Values::I16((4..8).collect()));
     assert_eq!(
         data.raw_of(&[[0, 2, 2], [1, 2, 2]]).unwrap().values(),
-        Values::I16(vec![1, 3, 9, 11])
+        Values::I16(vec![1, 3, 9, 11].into())
     );
     assert!(data.some(2..4).is_err() && root.data("a/none").unwrap().is_none());
     let error = io::open(&path, None).unwrap_err().to_string();

@@ -176,7 +176,7 @@ impl Reader {
         }
         let count = values.len() / space;
         let columns: Vec<_> = (0..space).map(|axis| (&values, axis * count)).collect();
-        self.sets.mesh.points = raw::points(&columns, count);
+        self.sets.mesh.points = raw::points(&columns, count).into();
         let own = numbers_of(&nodes, "NUM")?.filter(|own| own.len() == count);
         if let Some(own) = own.filter(|own| !own.iter().zip(1..).all(|(&n, k)| n == k)) {
             self.sets.mesh.point_tags = own.into_iter().map(|n| n.max(0) as u64).collect();
@@ -250,7 +250,7 @@ impl Reader {
                         };
                         match self.sets.mesh.blocks.last_mut() {
                             Some(last) if last.kind == kind && last.tags.is_empty() => {
-                                last.nodes.extend(nodes)
+                                last.nodes.to_mut().extend(nodes)
                             }
                             _ => drop(self.sets.block(CellBlock::new(kind, nodes))),
                         }

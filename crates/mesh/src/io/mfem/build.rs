@@ -81,7 +81,7 @@ impl Raw {
                 builder.set(name, cells.flatten().copied());
             }
         }
-        builder.mesh.points = self.points;
+        builder.mesh.points = self.points.into();
         Ok(builder.finish())
     }
 

@@ -135,7 +135,7 @@ fn make(kind: CellKind, cut: &[&[u8]], number: [usize; 3], size: [f64; 3]) -> Me
         let middle = |cube: [usize; 3]| {
             std::array::from_fn(|axis| size[axis] * (cube[axis] as f64 + 0.5) / number[axis] as f64)
         };
-        builder.mesh.points.extend(axes(last).map(middle));
+        builder.mesh.points.to_mut().extend(axes(last).map(middle));
     }
     // A side of the box is cut as the cells behind it.
     let of_box = SIDES.get(dim - 1).copied().unwrap_or_default();

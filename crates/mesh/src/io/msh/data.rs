@@ -113,7 +113,7 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         name: head.name,
         on,
         components: head.components,
-        values: Values::F64(values),
+        values: Values::F64(values.into()),
         at,
         time: head.time,
         step: head.step,

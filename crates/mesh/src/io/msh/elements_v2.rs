@@ -106,6 +106,7 @@ fn element(
         return Err(scan.error("the elements come before the nodes"));
     };
     let block = builder.block(kind);
+    let nodes = block.nodes.to_mut();
     for _ in 0..kind.points() {
         let node = scan.tag()?;
         let Some(index) = points.get(node) else {
@@ -113,7 +114,7 @@ fn element(
                 "element {number} has the node {node}, which does not exist"
             )));
         };
-        block.nodes.push(index);
+        nodes.push(index);
     }
     let entity = tags.values.get(1).copied().unwrap_or(0);
     block.entities.push(entity);
@@ -204,7 +205,7 @@ fn plain_block(
         }
     }
     let block = builder.block(kind);
-    append(&mut block.nodes, new.nodes);
+    append(block.nodes.to_mut(), new.nodes);
     for &((_, entity), count) in &runs {
         block.entities.resize(block.entities.len() + count, entity);
     }

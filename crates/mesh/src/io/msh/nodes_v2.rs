@@ -19,11 +19,11 @@ pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
         return builder.finish_points(scan, tags);
     }
     let mut tags = Numbering::default();
-    builder.mesh.points.reserve_exact(count);
+    builder.mesh.points.to_mut().reserve_exact(count);
     for _ in 0..count {
         tags.push(scan.tag()?);
         let point = scan.xyz()?;
-        builder.mesh.points.push(point);
+        builder.mesh.points.to_mut().push(point);
     }
     builder.finish_points(scan, tags)
 }
@@ -50,7 +50,7 @@ fn binary_nodes(scan: &mut Scan<'_>, builder: &mut Builder, count: usize) -> Res
             place.xyz()?;
         }
     }
-    builder.mesh.points = points;
+    builder.mesh.points = points.into();
     Ok(tags)
 }
 
@@ -66,7 +66,7 @@ pub fn parametric_nodes(reader: &mut Reader<'_>) -> Result<()> {
     for _ in 0..count {
         tags.push(scan.tag()?);
         let point = scan.xyz()?;
-        builder.mesh.points.push(point);
+        builder.mesh.points.to_mut().push(point);
         let (dim, entity) = (scan.i32()?, scan.i32()?);
         let dim = u8::try_from(dim).ok().filter(|dim| *dim <= 3);
         let dim = dim.ok_or_else(|| scan.error("the dimension of an entity is 0 to 3"))?;

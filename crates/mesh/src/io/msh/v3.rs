@@ -54,7 +54,7 @@ pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
     for _ in 0..count {
         tags.push(scan.u64()?);
         let point = scan.xyz()?;
-        builder.mesh.points.push(point);
+        builder.mesh.points.to_mut().push(point);
         let more = scan.line();
         lying += usize::from(more.trim_ascii() != b"0");
     }
@@ -97,10 +97,11 @@ pub fn elements(reader: &mut Reader<'_>) -> Result<()> {
             return Err(scan.error(format!("element {number}, a {kind}, has {left} nodes")));
         }
         let block = builder.block(kind);
+        let nodes = block.nodes.to_mut();
         for _ in 0..kind.points() {
             let node = scan.u64()?;
             let point = points.get(node);
-            block.nodes.push(point.ok_or_else(|| {
+            nodes.push(point.ok_or_else(|| {
                 scan.error(format!(
                     "element {number} has the node {node}, which does not exist"
                 ))

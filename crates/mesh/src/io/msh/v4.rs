@@ -48,14 +48,14 @@ pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         }
         let mut parameters = Vec::new();
         if layout == Layout::V41 && extra == 0 && scan.numbers != Numbers::Ascii {
-            coordinates(scan, in_block, &mut builder.mesh.points)?;
+            coordinates(scan, in_block, builder.mesh.points.to_mut())?;
         } else {
             for _ in 0..in_block {
                 if layout != Layout::V41 {
                     tags.push(scan.tag()?);
                 }
                 let point = scan.xyz()?;
-                builder.mesh.points.push(point);
+                builder.mesh.points.to_mut().push(point);
                 for _ in 0..extra {
                     parameters.push(scan.f64()?);
                 }
@@ -140,14 +140,15 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
             } else {
                 numbers.append(bulk::first_words(words, row, scan.numbers));
             }
-            append(&mut block.nodes, new.nodes);
+            append(block.nodes.to_mut(), new.nodes);
         } else {
+            let nodes = block.nodes.to_mut();
             for _ in 0..in_block {
                 let element = tag(scan, layout)?;
                 numbers.push(element);
                 for _ in 1..row {
                     let node = tag(scan, layout)?;
-                    block.nodes.push(
+                    nodes.push(
                         points
                             .get(node)
                             .ok_or_else(|| unknown(scan, element, node))?,

@@ -60,7 +60,11 @@ impl Reader {
         let mut numbers = Numbering::default();
         for (&number, &(point, system)) in self.numbers.iter().zip(&self.points) {
             numbers.push(number);
-            builder.mesh.points.push(self.placed(scan, point, system)?);
+            builder
+                .mesh
+                .points
+                .to_mut()
+                .push(self.placed(scan, point, system)?);
         }
         builder.finish_points(scan, numbers)?;
         let points = builder

@@ -57,7 +57,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             b"" => {}
             b"v" => {
                 let at = row.xyz()?;
-                surface.builder.mesh.points.push(at);
+                surface.builder.mesh.points.to_mut().push(at);
             }
             b"o" | b"g" | b"usemtl" => {
                 if row.rest().len() > LONGEST {

@@ -43,7 +43,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut more = 0;
     for _ in 0..points {
         let at = scan.xyz()?;
-        surface.builder.mesh.points.push(at);
+        surface.builder.mesh.points.to_mut().push(at);
         more += usize::from(!line_is_done(&mut scan));
     }
     for _ in 0..faces {

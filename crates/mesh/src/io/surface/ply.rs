@@ -168,7 +168,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
                     if at.iter().any(|x| !x.is_finite()) {
                         return Err(scan.error("a coordinate is not finite"));
                     }
-                    surface.builder.mesh.points.push(at);
+                    surface.builder.mesh.points.to_mut().push(at);
                     None
                 }
                 "face" | "edge" => {
@@ -214,7 +214,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
                 };
                 surface.builder.mesh.fields.push(Field {
                     at,
-                    ..Field::new(name, on, 1, Values::F64(values))
+                    ..Field::new(name, on, 1, Values::F64(values.into()))
                 });
             }
         }

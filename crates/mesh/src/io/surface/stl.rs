@@ -37,7 +37,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         *known
             .entry(at.map(|x| (x + 0.0).to_bits()))
             .or_insert_with(|| {
-                points.push(at);
+                points.to_mut().push(at);
                 points.len() as u32 - 1
             })
     };

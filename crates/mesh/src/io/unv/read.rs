@@ -196,7 +196,7 @@ impl<'a> Reader<'a> {
             let &[x, y, z] = values.as_slice() else {
                 return Err(row.error(format!("a node has 3 coordinates, not {}", values.len())));
             };
-            self.builder.mesh.points.push([x, y, z]);
+            self.builder.mesh.points.to_mut().push([x, y, z]);
         }
         Ok(())
     }
@@ -381,7 +381,7 @@ impl<'a> Reader<'a> {
             let values: Vec<i32> = self.marks.iter().map(|marks| marks[place]).collect();
             if values.windows(2).any(|pair| pair[0] != pair[1]) {
                 let all = count == self.builder.cell_count();
-                let mut field = Field::new(name, Support::Cells, 1, Values::I32(values));
+                let mut field = Field::new(name, Support::Cells, 1, Values::I32(values.into()));
                 field.at = if all {
                     Vec::new()
                 } else {

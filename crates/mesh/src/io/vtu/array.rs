@@ -41,7 +41,7 @@ impl RawNumbers<'_> {
     }
 
     pub fn values(&self) -> Values {
-        with_type!(self.type_name, T => T::values(T::from_bytes(&self.bytes, self.big_endian)), Values::U8(Vec::new()))
+        with_type!(self.type_name, T => T::values(T::from_bytes(&self.bytes, self.big_endian)), Values::U8(Vec::new().into()))
     }
 
     /// Whether a number is among them.

@@ -101,7 +101,7 @@ impl Column<'_> {
         let values = with_type!(
             self.type_name(),
             T => T::values(T::from_bytes(&bytes, false)),
-            Values::U8(bytes)
+            Values::U8(bytes.into())
         );
         Cow::Owned(values)
     }
@@ -240,7 +240,7 @@ mod tests {
             cells: cells.to_vec(),
         };
         Mesh {
-            points: vec![[0.5, 1.5, 2.5]; 11],
+            points: vec![[0.5, 1.5, 2.5]; 11].into(),
             blocks: vec![
                 CellBlock::new(CellKind::Line, vec![3, 4, 4, 5]),
                 CellBlock::new(CellKind::Triangle, vec![]),
@@ -283,12 +283,12 @@ mod tests {
             groups(Width::Wide),
         ];
         for ((narrow, expected), wide) in narrow.iter().zip(wide) {
-            assert_eq!(*narrow.values(), Values::I32(expected.clone()));
+            assert_eq!(*narrow.values(), Values::I32(expected.clone().into()));
             let expected = expected.iter().map(|&x| i64::from(x)).collect();
             assert_eq!(*wide.values(), Values::I64(expected));
         }
         let types = Column::Types(&mesh);
-        assert_eq!(*types.values(), Values::U8(vec![3, 3, 24, 24, 1]));
+        assert_eq!(*types.values(), Values::U8(vec![3, 3, 24, 24, 1].into()));
         let coordinates = Column::Coordinates(&mesh.points);
         for column in narrow
             .iter()

@@ -113,7 +113,7 @@ fn headers_may_be_padded_apart_and_lines_broken() {
     let together = binary(&[words(&[12]), values].concat());
     for array in [apart, together] {
         let vtu = file(|f| f.array = array).read().expect("a sound file");
-        let expected = crate::mesh::Values::F32(vec![1.0, 2.0, 3.0]);
+        let expected = crate::mesh::Values::F32(vec![1.0, 2.0, 3.0].into());
         assert_eq!(vtu.mesh.fields[0].values, expected);
     }
 }
@@ -126,7 +126,7 @@ fn big_endian_is_read() {
         .collect();
     let mut big = file(|f| f.array = binary(&bytes));
     big.root += " byte_order=\"BigEndian\"";
-    let expected = crate::mesh::Values::F32(vec![1.0, 2.0, 3.0]);
+    let expected = crate::mesh::Values::F32(vec![1.0, 2.0, 3.0].into());
     assert_eq!(
         big.read().expect("a sound file").mesh.fields[0].values,
         expected
@@ -242,7 +242,7 @@ fn a_length_beyond_the_file_gives_way_to_the_counts() {
         .expect("read by the counts");
     assert_eq!(
         read.mesh.fields[0].values,
-        crate::mesh::Values::F32(vec![1.0, 2.0, 3.0])
+        crate::mesh::Values::F32(vec![1.0, 2.0, 3.0].into())
     );
     assert_eq!(read.warnings.len(), 1);
     let short = [&words(&[3f32.to_bits()])[..], &words(&values[..2])].concat();

@@ -155,8 +155,8 @@ fn topology(mesh: &Mesh) -> Result<Vec<Array<'_>>, String> {
     ];
     if !mesh.polyhedra.is_empty() {
         let (faces, ends) = faces(mesh);
-        arrays.push(Array::scalar("faces", Values::I64(faces)));
-        arrays.push(Array::scalar("faceoffsets", Values::I64(ends)));
+        arrays.push(Array::scalar("faces", Values::I64(faces.into())));
+        arrays.push(Array::scalar("faceoffsets", Values::I64(ends.into())));
     }
     Ok(arrays)
 }
@@ -188,7 +188,7 @@ impl<'a> FileArrays<'a> {
     }
 
     fn push_texts<T: AsRef<str>>(&mut self, name: &str, texts: impl IntoIterator<Item = T>) {
-        self.push_whole(name, 1, Values::U8(text_bytes(texts)));
+        self.push_whole(name, 1, Values::U8(text_bytes(texts).into()));
         self.texts.push(name.into());
     }
 
@@ -221,14 +221,14 @@ impl<'a> FileArrays<'a> {
     fn text_names(&mut self) {
         if !self.texts.is_empty() {
             let names = text_bytes(&self.texts);
-            self.push_whole(TEXTS, 1, Values::U8(names));
+            self.push_whole(TEXTS, 1, Values::U8(names.into()));
         }
     }
 
     /// The file's own numbers, entities, and blocks.
     fn mesh(&mut self, mesh: &Mesh) {
         if !mesh.point_tags.is_empty() {
-            let tags = Values::U64(mesh.point_tags.clone());
+            let tags = Values::U64(mesh.point_tags.clone().into());
             self.points.push(Array::scalar(POINT_TAG, tags));
         }
         if mesh.blocks.iter().any(|block| !block.tags.is_empty()) {
@@ -243,7 +243,7 @@ impl<'a> FileArrays<'a> {
                 entities.resize(end, 0);
             }
             self.cells
-                .push(Array::scalar(ENTITY, Values::I32(entities)));
+                .push(Array::scalar(ENTITY, Values::I32(entities.into())));
         }
         let rows = mesh.blocks.iter().flat_map(|block| {
             [
@@ -303,7 +303,7 @@ impl<'a> FileArrays<'a> {
         let rows = mesh.groups.iter().zip(shown).flat_map(|(group, shown)| {
             [group.dim.into(), group.tag, named(group) + i64::from(shown)]
         });
-        self.push_whole(NO_GROUP, 1, Values::I64(vec![none]));
+        self.push_whole(NO_GROUP, 1, Values::I64(vec![none].into()));
         self.push_whole(GROUPS, 3, Values::I64(rows.collect()));
         let names = mesh.groups.iter().map(|group| group.name.as_deref());
         self.push_texts(GROUP_NAMES, names.map(Option::unwrap_or_default));
@@ -322,7 +322,7 @@ impl<'a> FileArrays<'a> {
                 return false;
             }
             left -= 1;
-            let values = Values::I64(vec![group.tag, group.dim.into()]);
+            let values = Values::I64(vec![group.tag, group.dim.into()].into());
             self.push_whole(name, 1, values);
             true
         };
@@ -371,11 +371,11 @@ impl<'a> FileArrays<'a> {
             }
         }
         if !names.is_empty() {
-            self.push_whole(FIELDS, 5, Values::I64(rows));
-            self.push_whole(FIELD_TIMES, 1, Values::F64(times));
+            self.push_whole(FIELDS, 5, Values::I64(rows.into()));
+            self.push_whole(FIELD_TIMES, 1, Values::F64(times.into()));
             // meshio cannot read a compressed empty array.
             if !at.is_empty() {
-                self.push_whole(FIELD_AT, 1, Values::U32(at));
+                self.push_whole(FIELD_AT, 1, Values::U32(at.into()));
             }
             self.push_texts(FIELD_NAMES, names);
             self.push_texts(FIELD_ARRAYS, arrays);

@@ -103,7 +103,7 @@ impl Piece {
                     }
                 }
             }
-            block.nodes = nodes;
+            block.nodes = nodes.into();
         }
         self.blocks.retain(|block| !block.is_empty());
         let places = |kept: &mut dyn Iterator<Item = bool>| -> Vec<usize> {
@@ -126,7 +126,10 @@ impl Piece {
             self.polyhedra
                 .push(faces.renumbered(|node| number[node as usize]));
         }
-        let nodes = self.blocks.iter_mut().flat_map(|block| &mut block.nodes);
+        let nodes = self
+            .blocks
+            .iter_mut()
+            .flat_map(|block| block.nodes.to_mut());
         nodes.for_each(|node| *node = number[*node as usize]);
         self.points = points.iter().map(|&place| self.points[place]).collect();
         let pick = |arrays: &mut Vec<PieceArray>, places: &[usize]| {
@@ -185,10 +188,14 @@ pub(crate) fn merge(pieces: Vec<Piece>) -> Result<Merged, String> {
 fn append_blocks(blocks: &mut Vec<CellBlock>, new: Vec<CellBlock>, base: u32) {
     for mut block in new {
         if base > 0 {
-            block.nodes.iter_mut().for_each(|node| *node += base);
+            block
+                .nodes
+                .to_mut()
+                .iter_mut()
+                .for_each(|node| *node += base);
         }
         match blocks.last_mut().filter(|last| last.kind == block.kind) {
-            Some(last) => append(&mut last.nodes, block.nodes),
+            Some(last) => append(last.nodes.to_mut(), block.nodes.into_vec()),
             None => blocks.push(block),
         }
     }
@@ -234,7 +241,7 @@ fn append_values(all: &mut Values, new: &Values) -> bool {
             .map(|new| all.extend_from_slice(new))
             .is_some()
     }
-    with_numbers!(all, all => append(all, new))
+    with_numbers!(all, all => append(all.to_mut(), new))
 }
 
 #[cfg(test)]
@@ -318,7 +325,7 @@ mod tests {
         };
         let u = (0..9).map(f64::from).collect();
         assert_eq!(values("u"), (Support::Points.to_string(), Values::F64(u)));
-        let k = Values::I32(vec![7, 8, 9, 10]);
+        let k = Values::I32(vec![7, 8, 9, 10].into());
         assert_eq!(values("k"), (Support::Cells.to_string(), k));
     }
 

@@ -43,7 +43,7 @@ fn block(points: u32) -> impl Strategy<Value = CellBlock> {
             )
                 .prop_map(move |(nodes, tags, entities)| CellBlock {
                     kind,
-                    nodes,
+                    nodes: nodes.into(),
                     tags,
                     entities,
                 })
@@ -53,16 +53,16 @@ fn block(points: u32) -> impl Strategy<Value = CellBlock> {
 /// Any bits: NaN of every kind, infinities, numbers too small to be normal.
 fn values(len: usize) -> BoxedStrategy<Values> {
     prop_oneof![
-        vec(any::<u64>().prop_map(f64::from_bits), len).prop_map(Values::F64),
-        vec(any::<u32>().prop_map(f32::from_bits), len).prop_map(Values::F32),
-        vec(any::<i8>(), len).prop_map(Values::I8),
-        vec(any::<u8>(), len).prop_map(Values::U8),
-        vec(any::<i16>(), len).prop_map(Values::I16),
-        vec(any::<u16>(), len).prop_map(Values::U16),
-        vec(any::<i32>(), len).prop_map(Values::I32),
-        vec(any::<u32>(), len).prop_map(Values::U32),
-        vec(any::<i64>(), len).prop_map(Values::I64),
-        vec(any::<u64>(), len).prop_map(Values::U64),
+        vec(any::<u64>().prop_map(f64::from_bits), len).prop_map(|all| Values::F64(all.into())),
+        vec(any::<u32>().prop_map(f32::from_bits), len).prop_map(|all| Values::F32(all.into())),
+        vec(any::<i8>(), len).prop_map(|all| Values::I8(all.into())),
+        vec(any::<u8>(), len).prop_map(|all| Values::U8(all.into())),
+        vec(any::<i16>(), len).prop_map(|all| Values::I16(all.into())),
+        vec(any::<u16>(), len).prop_map(|all| Values::U16(all.into())),
+        vec(any::<i32>(), len).prop_map(|all| Values::I32(all.into())),
+        vec(any::<u32>(), len).prop_map(|all| Values::U32(all.into())),
+        vec(any::<i64>(), len).prop_map(|all| Values::I64(all.into())),
+        vec(any::<u64>(), len).prop_map(|all| Values::U64(all.into())),
     ]
     .boxed()
 }
@@ -90,7 +90,7 @@ fn field(mesh: &Mesh) -> impl Strategy<Value = Field> + use<> {
                 at: at.into_iter().filter(|&at| (at as usize) < limit).collect(),
                 time,
                 step,
-                ..Field::new(name, on, components, Values::U8(Vec::new()))
+                ..Field::new(name, on, components, Values::U8(Vec::new().into()))
             };
             let len = field.expected_len(&mesh).unwrap_or(0);
             values(len).prop_map(move |values| Field {
@@ -137,7 +137,7 @@ fn mesh() -> impl Strategy<Value = Mesh> {
                         .collect(),
                 });
             Mesh {
-                points,
+                points: points.into(),
                 point_tags,
                 groups: groups.collect(),
                 blocks,
@@ -155,10 +155,12 @@ fn forget_payloads(mesh: &mut Mesh) {
     for field in &mut mesh.fields {
         match &mut field.values {
             Values::F64(values) => values
+                .to_mut()
                 .iter_mut()
                 .filter(|x| x.is_nan())
                 .for_each(|x| *x = f64::NAN),
             Values::F32(values) => values
+                .to_mut()
                 .iter_mut()
                 .filter(|x| x.is_nan())
                 .for_each(|x| *x = f32::NAN),

@@ -28,13 +28,13 @@ pub(crate) fn restore(merged: Merged, mut whole: Vec<GlobalArray>) -> (Mesh, Vec
         mut on_cells,
     } = merged;
     let mut mesh = Mesh {
-        points,
+        points: points.into(),
         blocks,
         polyhedra,
         ..Mesh::default()
     };
     let own_tags = |values: &Values| match values {
-        Values::U64(tags) => Some(tags.clone()),
+        Values::U64(tags) => Some(tags.to_vec()),
         other => to_i64(other)?
             .into_iter()
             .map(|tag| tag.try_into().ok())
@@ -177,7 +177,10 @@ fn split_blocks(runs: Vec<CellBlock>, rows: &[[i64; 4]]) -> Vec<CellBlock> {
         };
         let count = cells as usize * kind.points();
         if count > 0 && at == left.len() {
-            (left, at) = (runs.next().map(|run| run.nodes).unwrap_or_default(), 0);
+            (left, at) = (
+                runs.next().map_or(Vec::new(), |run| run.nodes.into_vec()),
+                0,
+            );
         }
         // A complete run becomes a block without a copy.
         let nodes = if at == 0 && count == left.len() {

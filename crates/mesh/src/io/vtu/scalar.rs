@@ -97,7 +97,7 @@ macro_rules! scalar {
             }
 
             fn values(numbers: Vec<Self>) -> Values {
-                Values::$variant(numbers)
+                Values::$variant(numbers.into())
             }
 
             fn of_values(values: &Values) -> Option<&[Self]> {

@@ -22,7 +22,7 @@ pub(super) const ENCODINGS: [Encoding; 9] = [
 pub(super) fn square() -> Mesh {
     let block = |kind, nodes: &[u32], tags: &[u64], entities: &[i32]| CellBlock {
         kind,
-        nodes: nodes.to_vec(),
+        nodes: nodes.to_vec().into(),
         tags: tags.to_vec(),
         entities: entities.to_vec(),
     };
@@ -38,7 +38,8 @@ pub(super) fn square() -> Mesh {
             [1.0, -0.0, 0.0],
             [1.0, 1.0 / 3.0, 0.0],
             [0.0, 1e-300, 0.0],
-        ],
+        ]
+        .into(),
         point_tags: vec![7, 1 << 40, 9, 2],
         blocks: vec![
             block(CellKind::Line, &[0, 1, 1, 2], &[10, 11], &[1, 2]),
@@ -56,17 +57,27 @@ pub(super) fn square() -> Mesh {
                 "u",
                 Support::Points,
                 1,
-                Values::F64(vec![1.5, -0.0, 1e-310, 7.0]),
+                Values::F64(vec![1.5, -0.0, 1e-310, 7.0].into()),
             ),
             Field::new("flag", Support::Cells, 2, Values::I8((-6..6).collect())),
             Field {
                 at: vec![1, 4],
                 time: Some(0.1),
-                ..Field::new("flag", Support::Cells, 1, Values::U64(vec![u64::MAX, 3]))
+                ..Field::new(
+                    "flag",
+                    Support::Cells,
+                    1,
+                    Values::U64(vec![u64::MAX, 3].into()),
+                )
             },
             Field {
                 step: Some(-2),
-                ..Field::new("σ", Support::CellPoints, 1, Values::F32(vec![0.5; 14]))
+                ..Field::new(
+                    "σ",
+                    Support::CellPoints,
+                    1,
+                    Values::F32(vec![0.5; 14].into()),
+                )
             },
         ],
         ..Mesh::default()
@@ -77,7 +88,7 @@ pub(super) fn provenance() -> Vec<GlobalArray> {
     vec![
         GlobalArray::text("engine", "FreeFEM 4.11, γ = 10"),
         GlobalArray::texts("notes", vec![String::new(), "second".into()]),
-        GlobalArray::numbers("gamma", Values::F64(vec![10.0])),
+        GlobalArray::numbers("gamma", Values::F64(vec![10.0].into())),
     ]
 }
 
@@ -100,7 +111,7 @@ pub(super) fn assert_same(read: &Mesh, written: &Mesh) {
     for (a, b) in read.fields.iter().zip(fields) {
         assert!(same_bits(&a.values, &b.values), "{a:?} {b:?}");
         let rest = |field: &Field| Field {
-            values: Values::U8(vec![]),
+            values: Values::U8(vec![].into()),
             ..field.clone()
         };
         assert_eq!(rest(a), rest(b));

@@ -148,7 +148,7 @@ impl Cells {
             self.blocks.push(CellBlock::new(kind, Vec::new()));
         }
         let last = self.blocks.len() - 1;
-        &mut self.blocks[last].nodes
+        self.blocks[last].nodes.to_mut()
     }
 
     fn polyhedron(
@@ -343,7 +343,7 @@ mod tests {
                 CellBlock::new(kind, (0..first as u32 * width).map(|i| i % 9).collect())
             };
             let mesh = Mesh {
-                points: vec![[1.0; 3]; 9],
+                points: vec![[1.0; 3]; 9].into(),
                 blocks: kinds.into_iter().map(block).collect(),
                 ..Mesh::default()
             };

@@ -119,7 +119,9 @@ impl<'a> Items<'a> {
         let count = count.ok_or_else(|| self.refuse("a data item has too many values"))?;
         let format = element.get("Format").unwrap_or("XML").to_ascii_uppercase();
         let numbers = match format.as_str() {
-            "XML" => with_numbers!(self.inline(item, &element.text)?, all => RawNumbers::of(all)),
+            "XML" => {
+                with_numbers!(self.inline(item, &element.text)?, all => RawNumbers::of(all.into_vec()))
+            }
             "HDF" => self.in_hdf5(element.text.trim(), None)?,
             "BINARY" => self.in_bytes(item, count)?,
             other => return Err(self.refuse(format!("data in the format {other:?} are not read"))),
@@ -206,7 +208,7 @@ impl<'a> Items<'a> {
                 4 if self.tree.at(item).get("Precision").is_some() => {
                     Values::F32(numbers.iter().map(|&n: &f64| n as f32).collect())
                 }
-                _ => Values::F64(numbers),
+                _ => Values::F64(numbers.into()),
             });
         }
         let mut numbers = Vec::new();
@@ -220,7 +222,7 @@ impl<'a> Items<'a> {
             numbers
                 .push(number.ok_or_else(|| self.refuse(format!("{word:?} is no whole number")))?);
         }
-        Ok(Values::I64(numbers))
+        Ok(Values::I64(numbers.into()))
     }
 
     /// Data as in `u.h5:/Function/u/0`, perhaps with a selection behind `|`.

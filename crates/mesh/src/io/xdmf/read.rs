@@ -236,7 +236,7 @@ impl Reader<'_> {
         let structure = topology::structure(self.items, grid.parts[1])?;
         if !self.points.contains_key(key) {
             let points = topology::points(self.items, geometry, structure.as_deref())?;
-            let all = &mut self.sets.mesh.points;
+            let all = self.sets.mesh.points.to_mut();
             let first = all.len() as u32;
             rows::append(all, points);
             self.points.insert(key.clone(), first..all.len() as u32);
@@ -283,9 +283,9 @@ impl Reader<'_> {
         let mesh = &self.sets.mesh;
         let same_cells = blocks
             .iter()
-            .map(|(kind, nodes)| (*kind, nodes))
-            .eq(mesh.blocks.iter().map(|b| (b.kind, &b.nodes)));
-        if points != mesh.points || !same_cells {
+            .map(|(kind, nodes)| (*kind, &nodes[..]))
+            .eq(mesh.blocks.iter().map(|b| (b.kind, &b.nodes[..])));
+        if mesh.points != points || !same_cells {
             return Ok(false);
         }
         self.points.insert(at.clone(), 0..mesh.points.len() as u32);

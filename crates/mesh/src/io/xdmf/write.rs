@@ -320,7 +320,7 @@ fn topology_data<'a>(blocks: &[&'a CellBlock]) -> (&'static str, usize, (Data<'a
         }
     }
     let shape = vec![numbers.len()];
-    let values = Values::I64(numbers);
+    let values = Values::I64(numbers.into());
     let data = Data::made(Type::Signed(8), shape.clone(), move |first, bytes| {
         let Values::I64(numbers) = &values else {
             return;

@@ -12,7 +12,8 @@ fn square() -> Mesh {
             [1.0, 1.0, 0.0],
             [0.0, 1.0, 0.0],
             [0.5, 0.5, 0.0],
-        ],
+        ]
+        .into(),
         blocks: vec![
             CellBlock::new(CellKind::Line, sides),
             CellBlock::new(CellKind::Triangle, triangles),
@@ -46,7 +47,7 @@ fn a_good_mesh_is_sound() {
 #[test]
 fn inverted_degenerate_and_duplicate_cells() {
     let mut mesh = square();
-    mesh.blocks[1].nodes.swap(0, 1);
+    mesh.blocks[1].nodes.to_mut().swap(0, 1);
     let inverted = check(&mesh).unwrap().inverted;
     assert_eq!(
         (inverted.count, inverted.first[0].cells.as_slice()),
@@ -55,12 +56,12 @@ fn inverted_degenerate_and_duplicate_cells() {
     assert_eq!(inverted.first[0].at, [0.5, 1.0 / 6.0, 0.0]);
 
     let mut mesh = square();
-    mesh.points[4] = [0.5, 0.0, 0.0];
+    mesh.points.to_mut()[4] = [0.5, 0.0, 0.0];
     let report = check(&mesh).unwrap();
     assert_eq!((report.degenerate.count, report.inverted.count), (1, 0));
 
     let mut mesh = square();
-    mesh.blocks[1].nodes.extend([4, 0, 1]);
+    mesh.blocks[1].nodes.to_mut().extend([4, 0, 1]);
     let report = check(&mesh).unwrap();
     assert_eq!(report.duplicate.count, 1);
     assert_eq!(report.duplicate.first[0].cells, [5, 9]);
@@ -70,14 +71,14 @@ fn inverted_degenerate_and_duplicate_cells() {
 #[test]
 fn orphans_parts_and_open_boundary() {
     let mut mesh = square();
-    mesh.points.extend([
+    mesh.points.to_mut().extend([
         [9.0, 9.0, 0.0],
         [5.0, 0.0, 0.0],
         [6.0, 0.0, 0.0],
         [5.0, 1.0, 0.0],
     ]);
     mesh.point_tags = (11..20).collect();
-    mesh.blocks[1].nodes.extend([6, 7, 8]);
+    mesh.blocks[1].nodes.to_mut().extend([6, 7, 8]);
     let report = check(&mesh).unwrap();
     assert_eq!(
         (
@@ -96,8 +97,10 @@ fn orphans_parts_and_open_boundary() {
 fn hanging_nodes_in_two_and_three_dimensions() {
     let mut mesh = square();
     // The side 1-2 is halved for a neighbour only.
-    mesh.points.extend([[1.0, 0.5, 0.0], [2.0, 0.5, 0.0]]);
-    mesh.blocks[1].nodes.extend([1, 6, 5, 5, 6, 2]);
+    mesh.points
+        .to_mut()
+        .extend([[1.0, 0.5, 0.0], [2.0, 0.5, 0.0]]);
+    mesh.blocks[1].nodes.to_mut().extend([1, 6, 5, 5, 6, 2]);
     let report = check(&mesh).unwrap();
     assert_eq!(
         (
@@ -116,7 +119,8 @@ fn hanging_nodes_in_two_and_three_dimensions() {
             [0.0, 0.0, 3.0],
             [1.0, 1.0, 0.0],
             [0.0, 0.0, -1.0],
-        ],
+        ]
+        .into(),
         blocks: vec![CellBlock::new(
             CellKind::Tetrahedron,
             vec![0, 1, 2, 3, 0, 4, 1, 5],
@@ -152,7 +156,8 @@ fn solids_of_all_shapes_are_the_right_way_round() {
             [2., 0., 1.],
         ]
         .map(cube)
-        .to_vec(),
+        .to_vec()
+        .into(),
         blocks: vec![
             CellBlock::new(CellKind::Hexahedron, vec![0, 1, 2, 3, 4, 5, 6, 7]),
             CellBlock::new(CellKind::Pyramid, vec![4, 5, 6, 7, 8]),
@@ -163,7 +168,7 @@ fn solids_of_all_shapes_are_the_right_way_round() {
     let report = check(&mesh).unwrap();
     assert!(report.is_sound(), "{report:?}");
     let mut wrong = mesh;
-    wrong.blocks[2].nodes = vec![5, 10, 6, 1, 9, 2];
+    wrong.blocks[2].nodes = vec![5, 10, 6, 1, 9, 2].into();
     assert_eq!(check(&wrong).unwrap().inverted.count, 1);
 }
 
@@ -213,7 +218,8 @@ fn curved_sides_that_fold_a_cell_are_found() {
             middle,
             [0.5, 0.5, 0.0],
             [0.0, 0.5, 0.0],
-        ],
+        ]
+        .into(),
         blocks: vec![CellBlock::new(CellKind::Triangle6, vec![0, 1, 2, 3, 4, 5])],
         ..Mesh::default()
     };
@@ -239,8 +245,8 @@ fn curved_sides_that_fold_a_cell_are_found() {
 #[test]
 fn points_at_one_place_are_found() {
     let mut mesh = square();
-    mesh.points.push([0.5, 0.5, -0.0]);
-    mesh.blocks[1].nodes[11] = 5;
+    mesh.points.to_mut().push([0.5, 0.5, -0.0]);
+    mesh.blocks[1].nodes.to_mut()[11] = 5;
     let found = check(&mesh).unwrap();
     assert_eq!(found.duplicate_points.first[0].points, [5, 6]);
     assert!(!found.is_sound());

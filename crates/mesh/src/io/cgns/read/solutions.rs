@@ -62,8 +62,9 @@ impl Reader {
                 };
                 if let Some(known) = fields.iter_mut().rev().find(same) {
                     known.at.extend(&items);
-                    known.values =
-                        crate::mesh::Values::F64([known.values.to_f64(), values.to_f64()].concat());
+                    known.values = crate::mesh::Values::F64(
+                        [known.values.to_f64(), values.to_f64()].concat().into(),
+                    );
                     continue;
                 }
                 let taken = fields.iter().any(|field| {

@@ -127,11 +127,11 @@ fn joined(mut parts: Vec<Values>) -> Values {
         return parts.remove(0);
     }
     if parts.iter().all(|part| matches!(part, Values::F32(_))) {
-        let parts = parts.into_iter().filter_map(|part| match part {
+        let parts = parts.iter().filter_map(|part| match part {
             Values::F32(values) => Some(values),
             _ => None,
         });
-        return Values::F32(parts.flatten().collect());
+        return Values::F32(parts.flatten().copied().collect());
     }
     Values::F64(parts.iter().flat_map(Values::to_f64).collect())
 }

@@ -92,7 +92,11 @@ impl Reader<'_> {
         };
         if let Some(known) = fields.iter_mut().rev().find(same) {
             known.at.extend(range);
-            known.values = Values::F64([known.values.to_f64(), item.values().to_f64()].concat());
+            known.values = Values::F64(
+                [known.values.to_f64(), item.values().to_f64()]
+                    .concat()
+                    .into(),
+            );
             if known.at.len() == all {
                 known.at.clear();
             }
