@@ -2,6 +2,8 @@
 //! norms of the broken spaces. No matrix is put together: its products are sums over the cells,
 //! which all cores form and one adds up in the cells' order, so that no bit depends on their number.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use crate::element::{Basis, MAX_DOFS, Space};
@@ -77,7 +79,7 @@ pub struct Stiffness<'a> {
     /// i, j and R_ij.
     pairs: Vec<(usize, usize, Vec<f64>)>,
     /// -|κ| ∇λ_i·∇λ_j of all cells, where they are kept.
-    weights: Vec<[f64; 6]>,
+    weights: Arc<[[f64; 6]]>,
 }
 
 impl Elements for Stiffness<'_> {
@@ -106,6 +108,11 @@ impl Elements for Stiffness<'_> {
     fn matrix(&self, cell: usize, matrix: &mut [f64]) {
         self.cell_matrix(cell, matrix);
     }
+
+    fn row(&self, cell: usize, row: usize, values: &mut [f64]) {
+        let local = self.space.local_dofs;
+        self.part(cell, row * local..(row + 1) * local, values);
+    }
 }
 
 impl<'a> Stiffness<'a> {
@@ -132,7 +139,7 @@ impl<'a> Stiffness<'a> {
         Stiffness {
             space: space.clone(),
             pairs,
-            weights: Vec::new(),
+            weights: Arc::default(),
         }
     }
 
@@ -141,6 +148,14 @@ impl<'a> Stiffness<'a> {
         let cells = (0..self.space.mesh.cell_count()).into_par_iter();
         self.weights = cells.map(|cell| self.weights_of(cell)).collect();
         self
+    }
+
+    /// On another space of the same mesh, with what was kept.
+    pub fn on<'b>(&self, space: &Space<'b>) -> Stiffness<'b> {
+        Stiffness {
+            weights: self.weights.clone(),
+            ..Stiffness::new(space)
+        }
     }
 
     fn weights_of(&self, cell: usize) -> [f64; 6] {
@@ -155,13 +170,18 @@ impl<'a> Stiffness<'a> {
 
     /// The matrix of one cell, `local_dofs`² places, symmetric.
     pub fn cell_matrix(&self, cell: usize, matrix: &mut [f64]) {
+        self.part(cell, 0..matrix.len(), matrix);
+    }
+
+    /// The entries of one cell's matrix at these places.
+    fn part(&self, cell: usize, places: std::ops::Range<usize>, entries: &mut [f64]) {
         let weights = match self.weights.get(cell) {
             Some(weights) => *weights,
             None => self.weights_of(cell),
         };
-        matrix.fill(0.0);
+        entries.fill(0.0);
         for (weight, (.., reference)) in weights.iter().zip(&self.pairs) {
-            for (value, r) in matrix.iter_mut().zip(reference) {
+            for (value, r) in entries.iter_mut().zip(&reference[places.clone()]) {
                 *value += weight * r;
             }
         }

@@ -131,7 +131,7 @@ impl<'a> Problem<'a> {
             cell_rule,
             face_rule,
         };
-        problem.floating = problem.check_held()?;
+        problem.floating = problem.check_held(&body_of)?;
         Ok(problem)
     }
 
@@ -142,9 +142,9 @@ impl<'a> Problem<'a> {
 
     /// Every connected part needs Γ_D, or contact and a total load that presses it on; what
     /// [`Problem::floating`] is.
-    fn check_held(&self) -> Result<Option<Vec<Option<u32>>>> {
+    fn check_held(&self, part_of: &[u32]) -> Result<Option<Vec<Option<u32>>>> {
         let mesh = self.space.mesh;
-        let (part_of, count) = mesh.components();
+        let count = self.bodies.1;
         let mut held = vec![false; count];
         let mut touching = vec![false; count];
         for (face, part) in self.parts.iter().enumerate() {

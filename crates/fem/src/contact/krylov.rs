@@ -21,8 +21,8 @@ use super::vertex_values::VertexValues;
 use crate::assembly::Stiffness;
 use crate::element::{P1, Space};
 use crate::linear::{
-    Choice, Csr, Elements, Embedded, Ended, KrylovStop, LowRank, Precision, Role, SchurLu, Solver,
-    Symmetric, conjugate_gradients, dot, gmres, norm,
+    Choice, Csr, Elements, Embedded, Ended, KrylovStop, LowRank, Precision, SchurLu, Solver,
+    Sweeps, conjugate_gradients, dot, gmres, norm,
 };
 use faceoff_mesh::error::{Error, Result};
 
@@ -32,6 +32,8 @@ const STEPS: usize = 400;
 const COARSE: f64 = 1e-2;
 const MEDIUM: f64 = 1e-4;
 const FINE: f64 = 1e-10;
+/// What is left of a right side of which only the size of the response counts.
+const ROUGH: f64 = 0.3;
 
 /// Vectors of this system hold all dofs.
 pub(super) struct Krylov<'a> {
@@ -61,10 +63,12 @@ pub(super) struct Krylov<'a> {
 
 /// What is kept from step to step.
 struct State {
-    matrix: Csr,
+    sweeps: Sweeps,
     laws: Vec<Weights>,
     /// Of the layer with these laws.
     lu: Option<SchurLu>,
+    /// Vectors of iterations.
+    basis: Vec<Vec<f64>>,
     preconditioner: Option<Preconditioner>,
 }
 
@@ -100,14 +104,12 @@ impl<'a> Krylov<'a> {
         };
         let mut free = vec![None; space.dofs];
         let mut dof_of = Vec::with_capacity(space.dofs);
-        let mut roles = vec![Role::Fixed; space.dofs];
         let mut held = vec![false; space.mesh.points.len()];
         let values = VertexValues::new(space);
         for (dof, g) in problem.dirichlet.iter().enumerate() {
             if g.is_none() {
                 free[dof] = Some(dof_of.len() as u32);
                 dof_of.push(dof as u32);
-                roles[dof] = Role::Eliminated;
             } else {
                 for (vertex, _) in values.of(dof as u32) {
                     held[vertex as usize] = true;
@@ -120,7 +122,6 @@ impl<'a> Krylov<'a> {
                 remedy: "refine the mesh".into(),
             });
         }
-        let mut matrix = Csr::from(&Symmetric::new(&problem.stiffness, &roles)?);
         let mut seen: Vec<u32> = scheme
             .conditions
             .iter()
@@ -129,6 +130,12 @@ impl<'a> Krylov<'a> {
             .collect();
         seen.sort_unstable();
         seen.dedup();
+        // A law has entries where the stiffness has none.
+        let whole = |row: usize| seen.binary_search(&(row as u32)).is_ok();
+        let stiffness = Stiffness::new(space).kept();
+        let mut sweeps = Sweeps::new(Csr::sum(&stiffness, &free, whole)?);
+        let matrix = sweeps.matrix_mut();
+        let scale = matrix.norm();
         let stiff = seen
             .into_iter()
             .map(|row| (row, matrix.row_values_mut(row as usize).to_vec()))
@@ -152,12 +159,13 @@ impl<'a> Krylov<'a> {
             choice,
             given,
             energy_given,
-            coarse: Stiffness::new(&Space::new(space.mesh, &P1)),
-            scale: matrix.norm(),
+            coarse: stiffness.on(&Space::new(space.mesh, &P1)),
+            scale,
             state: RefCell::new(State {
-                matrix,
+                sweeps,
                 laws: Vec::new(),
                 lu: None,
+                basis: Vec::new(),
                 preconditioner: None,
             }),
             scheme,
@@ -221,11 +229,9 @@ impl<'a> Krylov<'a> {
             held[vertex as usize] = true;
         }
         let mut number = vec![None; held.len()];
-        let mut roles = vec![Role::Fixed; held.len()];
         let mut count = 0;
         for vertex in (0..held.len()).filter(|&vertex| !held[vertex]) {
             number[vertex] = Some(count);
-            roles[vertex] = Role::Eliminated;
             count += 1;
         }
         let mut embedding = Csr::empty(count as usize);
@@ -234,7 +240,7 @@ impl<'a> Krylov<'a> {
                 number[vertex as usize].map(|column| (column, value))
             }));
         }
-        let coarse = Csr::from(&Symmetric::new(&self.coarse, &roles)?);
+        let coarse = Csr::sum(&self.coarse, &number, |_| false)?;
         Embedded::new(embedding, coarse).ok_or_else(|| Error::Solver {
             what: "the P1 matrix on this mesh does not coarsen (cells of extreme shape?)".into(),
             remedy: "use --linear multifrontal".into(),
@@ -246,7 +252,8 @@ impl Krylov<'_> {
     /// u at the free numbers, and the stiffness times that, from the rows that are summed already: rounding in these does not
     /// matter on the way, and the last step takes the residual from the cells.
     fn free_times(&self, u: &[f64]) -> [Vec<f64>; 2] {
-        let matrix = &self.state.borrow().matrix;
+        let state = self.state.borrow();
+        let matrix = state.sweeps.matrix();
         let v: Vec<f64> = self.dof_of.iter().map(|&dof| u[dof as usize]).collect();
         let mut y = vec![0.0; v.len()];
         matrix.times(&v, &mut y);
@@ -272,7 +279,9 @@ impl Krylov<'_> {
     /// δ with at most `wanted` of the residual left, or `least`.
     fn solve(&self, laws: &[Weights], r: &[f64], wanted: f64, least: f64) -> Result<Vec<f64>> {
         let state = &mut *self.state.borrow_mut();
-        let closed = self.put(laws, &mut state.matrix);
+        let closed = self.put(laws, state.sweeps.matrix_mut());
+        // No sweep moves what the layer has.
+        state.sweeps.set(&self.layer_rows);
         if let Some(layer) = &self.layer
             && (state.lu.is_none() || state.laws != laws)
         {
@@ -280,38 +289,36 @@ impl Krylov<'_> {
             state.lu = Some(layer.lu(&self.scheme.conditions, laws, old));
         }
         state.laws = laws.to_vec();
-        let matrix = &state.matrix;
+        let (sweeps, matrix) = (&state.sweeps, state.sweeps.matrix());
         let b: Vec<f64> = self.dof_of.iter().map(|&d| -r[d as usize]).collect();
         let size = norm(&b);
         let residual = (wanted * size).max(least);
         let digits = (size / residual).log10().max(1.0);
-        let mut inverse: Vec<f64> = matrix.diagonal().iter().map(|d| 1.0 / d).collect();
-        // No sweep moves what the layer has.
-        for &row in &self.layer_rows {
-            inverse[row as usize] = 0.0;
-        }
         let none = LowRank::default();
         let of_layer = state.lu.as_ref().map(|lu| lu.changed(&none));
-        let relax_layer = |b: &[f64], x: &mut [f64]| {
-            let Some(solve) = &of_layer else { return };
-            let rows = self.layer_rows.iter();
-            let rest: Vec<f64> = rows.map(|&i| matrix.rest(i as usize, b, x)).collect();
-            for (&row, change) in self.layer_rows.iter().zip(solve(&rest)) {
-                x[row as usize] += change;
+        let relax_layer = of_layer.as_ref().map(|solve| {
+            move |b: &[f64], x: &mut [f64]| {
+                let rows = self.layer_rows.iter();
+                let rest: Vec<f64> = rows.map(|&i| matrix.rest(i as usize, b, x)).collect();
+                for (&row, change) in self.layer_rows.iter().zip(solve(&rest)) {
+                    x[row as usize] += change;
+                }
             }
-        };
+        });
+        let relax_layer = relax_layer.as_ref();
         let mut delta = vec![0.0; b.len()];
         // From where an earlier one left off.
         let mut iterate = |embedded: &mut Embedded, steps: usize| {
             let stop = KrylovStop { residual, steps };
             let apply = |x: &[f64], y: &mut [f64]| matrix.times(x, y);
-            let precondition = |r: &[f64], z: &mut [f64]| {
-                embedded.apply(matrix, &inverse, r, z, relax_layer);
+            let mut precondition = |r: &[f64], z: &mut [f64], product: Option<&mut [f64]>| {
+                embedded.apply(sweeps, r, z, product, relax_layer.map(|relax| relax as _));
             };
             let ended = if laws.is_empty() {
+                let precondition = |r: &[f64], z: &mut [f64]| precondition(r, z, None);
                 conjugate_gradients(apply, precondition, &b, &mut delta, stop)
             } else {
-                gmres(apply, precondition, &b, &mut delta, stop)
+                gmres(apply, precondition, &b, &mut delta, stop, &mut state.basis)
             };
             tracing::debug!(?ended, digits, "linear iteration");
             ended
@@ -435,7 +442,7 @@ impl System for Krylov<'_> {
     }
 
     fn respond(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
-        self.solve(laws, r, COARSE, 0.0)
+        self.solve(laws, r, ROUGH, 0.0)
     }
 
     fn restrict(&self, u: &[f64]) -> Vec<f64> {

@@ -12,7 +12,8 @@
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
-use super::csr::{Csr, Sweep};
+use super::csr::Csr;
+use super::sweeps::Sweeps;
 
 const STRONG: f64 = 0.08;
 const OMEGA: f64 = 2.0 / 3.0;
@@ -30,8 +31,7 @@ pub struct Amg {
 }
 
 struct Level {
-    matrix: Csr,
-    inverse_diagonal: Vec<f64>,
+    sweeps: Sweeps,
     prolongation: Csr,
     restriction: Csr,
     /// Right-hand side, solution and residual of this level.
@@ -68,8 +68,7 @@ impl Amg {
             let restriction = prolongation.transpose();
             let coarse = restriction.product(&matrix.product(&prolongation));
             levels.push(Level {
-                inverse_diagonal: diagonal.iter().map(|d| 1.0 / d).collect(),
-                matrix: std::mem::replace(&mut matrix, coarse),
+                sweeps: Sweeps::new(std::mem::replace(&mut matrix, coarse)),
                 prolongation,
                 restriction,
                 b: vec![0.0; n],
@@ -114,11 +113,8 @@ impl Amg {
         for l in 0..self.levels.len() {
             let (above, below) = self.levels.split_at_mut(l + 1);
             let level = &mut above[l];
-            let Level {
-                matrix, b, x, r, ..
-            } = level;
-            matrix.gauss_seidel_from_zero(&level.inverse_diagonal, b, x);
-            matrix.residual(b, x, r);
+            let Level { b, x, r, .. } = level;
+            level.sweeps.forward(b, x, r);
             let coarse = below.first_mut().map_or(&mut self.bottom[0], |c| &mut c.b);
             level.restriction.times(r, coarse);
         }
@@ -132,8 +128,8 @@ impl Amg {
             let level = &mut above[l];
             let coarse = below.first().map_or(&self.bottom[1], |c| &c.x);
             level.prolongation.add_times(coarse, &mut level.x);
-            let Level { matrix, b, x, .. } = level;
-            matrix.gauss_seidel(&level.inverse_diagonal, b, x, Sweep::Backward);
+            let Level { b, x, r, .. } = level;
+            level.sweeps.backward(b, x, r);
         }
     }
 }

@@ -1,8 +1,11 @@
 //! Sparse matrices by rows, for everything that only multiplies.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::Symmetric;
+use super::Elements;
+use faceoff_mesh::error::{Error, Result};
 
 /// A matrix in compressed sparse rows; the columns of a row come in any order, once each.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +17,9 @@ pub struct Csr {
     indices: Vec<u32>,
     values: Vec<f64>,
 }
+
+/// Entries that are less than this of √(a_ii a_jj) are rounding: faces at right angles have no tie.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Rows that one task takes: many tasks for every core, and few enough that a task is worth it.
 const CHUNK: usize = 8192;
@@ -27,6 +33,108 @@ impl Csr {
             indices: Vec::new(),
             values: Vec::new(),
         }
+    }
+
+    /// The sum of elements. Unknowns without a number are left out, and so are ties that are rounding, but in rows that are `whole`.
+    ///
+    /// # Errors
+    /// More unknowns of elements than 32 bits count.
+    pub fn sum(
+        elements: &impl Elements,
+        number: &[Option<u32>],
+        whole: impl Fn(usize) -> bool + Sync,
+    ) -> Result<Self> {
+        let (size, count) = (elements.size(), elements.count());
+        if u32::try_from(count * size).is_err() {
+            return Err(Error::Solver {
+                what: format!("{count} elements are too many for a matrix of rows"),
+                remedy: "use --linear multifrontal, which never puts it together".into(),
+            });
+        }
+        let n = number.iter().flatten().count();
+        let row_of = |place: usize| number[elements.of(place / size)[place % size] as usize];
+        // The places in elements that each row is the sum of.
+        let mut starts = vec![0u32; n + 1];
+        for row in (0..count * size).filter_map(row_of) {
+            starts[row as usize + 1] += 1;
+        }
+        for row in 0..n {
+            starts[row + 1] += starts[row];
+        }
+        let mut next = starts.clone();
+        let mut places = vec![0u32; starts[n] as usize];
+        for place in 0..count * size {
+            if let Some(row) = row_of(place) {
+                places[next[row as usize] as usize] = place as u32;
+                next[row as usize] += 1;
+            }
+        }
+        drop(next);
+        let all = Csr::by_chunks(n, n, |rows, part| {
+            let (mut values, mut entries) = (vec![0.0; size], Vec::new());
+            for row in rows {
+                entries.clear();
+                for &place in &places[starts[row] as usize..starts[row + 1] as usize] {
+                    let (element, local) = (place as usize / size, place as usize % size);
+                    elements.row(element, local, &mut values);
+                    let unknowns = elements.of(element).iter().zip(&values);
+                    entries.extend(unknowns.filter_map(|(&j, a)| Some((number[j as usize]?, *a))));
+                }
+                entries.sort_by_key(|entry| entry.0);
+                let sums = entries.chunk_by(|a, b| a.0 == b.0);
+                part.end_row(sums.map(|same| (same[0].0, same.iter().map(|e| e.1).sum())));
+            }
+        });
+        drop(places);
+        let diagonal = all.diagonal();
+        Ok(Csr::by_chunks(n, n, |rows, part| {
+            for i in rows {
+                let is_tie = |&(j, a): &(u32, f64)| {
+                    let size = (diagonal[i] * diagonal[j as usize]).abs().sqrt();
+                    j as usize == i || !(a.abs() <= ROUNDING * size) || whole(i)
+                };
+                part.end_row(all.row(i).filter(is_tie));
+            }
+        }))
+    }
+
+    /// Rows that `fill` adds to parts of the matrix, side by side.
+    fn by_chunks(
+        rows: usize,
+        columns: usize,
+        fill: impl Fn(Range<usize>, &mut Csr) + Sync,
+    ) -> Self {
+        let parts: Vec<Csr> = (0..rows.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                let mut part = Csr::empty(columns);
+                fill(chunk * CHUNK..((chunk + 1) * CHUNK).min(rows), &mut part);
+                part
+            })
+            .collect();
+        let mut matrix = Csr::empty(columns);
+        let entries = parts.iter().map(Csr::entries).sum();
+        matrix.starts.reserve_exact(rows);
+        matrix.indices.reserve_exact(entries);
+        matrix.values.reserve_exact(entries);
+        for part in parts {
+            let before = matrix.indices.len();
+            matrix
+                .starts
+                .extend(part.starts[1..].iter().map(|end| before + end));
+            matrix.indices.extend(part.indices);
+            matrix.values.extend(part.values);
+        }
+        matrix
+    }
+
+    /// Adds a row below, whose entries have different columns.
+    fn end_row(&mut self, entries: impl IntoIterator<Item = (u32, f64)>) {
+        for (column, value) in entries {
+            self.indices.push(column);
+            self.values.push(value);
+        }
+        self.starts.push(self.indices.len());
     }
 
     /// Adds a row below; entries of one column are summed.
@@ -66,7 +174,7 @@ impl Csr {
         indices.zip(self.values[range].iter().copied())
     }
 
-    /// The columns of a row, ascending.
+    /// The columns of a row.
     pub fn row_columns(&self, i: usize) -> &[u32] {
         &self.indices[self.starts[i]..self.starts[i + 1]]
     }
@@ -76,6 +184,40 @@ impl Csr {
         &mut self.values[self.starts[i]..self.starts[i + 1]]
     }
 
+    /// The value of an entry of a row.
+    pub fn value(&self, i: usize, entry: u32) -> f64 {
+        self.values[self.starts[i] + entry as usize]
+    }
+
+    /// a_ij, 0 where there is none.
+    fn at(&self, i: usize, j: u32) -> f64 {
+        let mut row = self.row(i);
+        row.find(|&(column, _)| column == j).map_or(0.0, |(_, a)| a)
+    }
+
+    /// Orders a row; entries of one key stay as they were.
+    pub fn sort_row_by_key<K: Ord>(&mut self, i: usize, key: impl Fn(u32) -> K) {
+        let range = self.starts[i]..self.starts[i + 1];
+        if self.indices[range.clone()].is_sorted_by_key(|&j| key(j)) {
+            return;
+        }
+        let mut row: Vec<(u32, f64)> = self.row(i).collect();
+        row.sort_by_key(|&(j, _)| key(j));
+        for (k, (j, a)) in range.zip(row) {
+            (self.indices[k], self.values[k]) = (j, a);
+        }
+    }
+
+    /// Σ a_ij x_j over `part` of the entries of a row, where x begins at the column `first`.
+    #[inline]
+    pub fn dot_part(&self, i: usize, part: Range<u32>, x: &[f64], first: usize) -> f64 {
+        let start = self.starts[i];
+        let range = start + part.start as usize..start + part.end as usize;
+        let entries = self.indices[range.clone()].iter().zip(&self.values[range]);
+        entries.map(|(&j, a)| a * x[j as usize - first]).sum()
+    }
+
+    #[inline]
     fn dot(&self, i: usize, x: &[f64]) -> f64 {
         self.row(i).map(|(j, a)| a * x[j as usize]).sum()
     }
@@ -101,7 +243,7 @@ impl Csr {
     }
 
     /// Writes each entry from its row and what it was. Rows do not depend on each other, so the result is the same on any number of cores.
-    fn by_rows(&self, y: &mut [f64], value: impl Fn(usize, f64) -> f64 + Sync) {
+    pub fn by_rows(&self, y: &mut [f64], value: impl Fn(usize, f64) -> f64 + Sync) {
         y.par_chunks_mut(CHUNK)
             .enumerate()
             .for_each(|(chunk, part)| {
@@ -120,12 +262,7 @@ impl Csr {
 
     /// a_ii, 0 where there is none.
     pub fn diagonal(&self) -> Vec<f64> {
-        (0..self.rows())
-            .map(|i| {
-                let mut row = self.row(i);
-                row.find(|&(j, _)| j as usize == i).map_or(0.0, |(_, a)| a)
-            })
-            .collect()
+        (0..self.rows()).map(|i| self.at(i, i as u32)).collect()
     }
 
     /// The transpose.
@@ -158,93 +295,26 @@ impl Csr {
 
     /// A B, row by row (F. G. Gustavson, ACM Trans. Math. Softw. 4, 1978).
     pub fn product(&self, other: &Csr) -> Csr {
-        let mut result = Csr::empty(other.columns);
-        let mut place = vec![usize::MAX; other.columns];
-        for i in 0..self.rows() {
-            let start = result.indices.len();
-            for (k, a) in self.row(i) {
-                for (j, b) in other.row(k as usize) {
-                    let at = &mut place[j as usize];
-                    // Places of earlier rows lie before `start`, or are not set.
-                    if *at >= start && *at < result.indices.len() {
-                        result.values[*at] += a * b;
-                    } else {
-                        *at = result.indices.len();
-                        result.indices.push(j);
-                        result.values.push(a * b);
+        Csr::by_chunks(self.rows(), other.columns, |rows, part| {
+            let mut place = vec![usize::MAX; other.columns];
+            for i in rows {
+                let start = part.indices.len();
+                for (k, a) in self.row(i) {
+                    for (j, b) in other.row(k as usize) {
+                        let at = &mut place[j as usize];
+                        // Places of earlier rows lie before `start`, or are not set.
+                        if *at >= start && *at < part.indices.len() {
+                            part.values[*at] += a * b;
+                        } else {
+                            *at = part.indices.len();
+                            part.indices.push(j);
+                            part.values.push(a * b);
+                        }
                     }
                 }
+                part.starts.push(part.indices.len());
             }
-            result.starts.push(result.indices.len());
-        }
-        result
-    }
-
-    /// One sweep x_i += (b - A x)_i / a_ii, forwards or backwards.
-    pub fn gauss_seidel(&self, inverse_diagonal: &[f64], b: &[f64], x: &mut [f64], sweep: Sweep) {
-        let mut relax = |i: usize| x[i] += inverse_diagonal[i] * (b[i] - self.dot(i, x));
-        match sweep {
-            Sweep::Forward => (0..self.rows()).for_each(&mut relax),
-            Sweep::Backward => (0..self.rows()).rev().for_each(&mut relax),
-        }
-    }
-
-    /// The forward sweep from x = 0, which needs the entries left of the diagonal only.
-    pub fn gauss_seidel_from_zero(&self, inverse_diagonal: &[f64], b: &[f64], x: &mut [f64]) {
-        for i in 0..self.rows() {
-            let left = self.row(i).filter(|&(j, _)| (j as usize) < i);
-            let known: f64 = left.map(|(j, a)| a * x[j as usize]).sum();
-            x[i] = inverse_diagonal[i] * (b[i] - known);
-        }
-    }
-}
-
-/// The order in which a sweep takes the rows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sweep {
-    Forward,
-    Backward,
-}
-
-impl From<&Symmetric> for Csr {
-    /// Both halves.
-    fn from(matrix: &Symmetric) -> Self {
-        let n = matrix.n;
-        let lower = |mut visit: Box<dyn FnMut(usize, usize, f64) + '_>| {
-            for j in 0..n {
-                for k in matrix.starts[j] as usize..matrix.starts[j + 1] as usize {
-                    visit(matrix.rows[k] as usize, j, matrix.values[k]);
-                }
-            }
-        };
-        let mut starts = vec![0usize; n + 1];
-        lower(Box::new(|i, j, _| {
-            starts[i + 1] += 1;
-            starts[j + 1] += usize::from(i != j);
-        }));
-        for k in 0..n {
-            starts[k + 1] += starts[k];
-        }
-        let mut next = starts.clone();
-        let mut indices = vec![0; starts[n]];
-        let mut values = vec![0.0; starts[n]];
-        let mut put = |i: usize, j: usize, a: f64| {
-            indices[next[i]] = j as u32;
-            values[next[i]] = a;
-            next[i] += 1;
-        };
-        lower(Box::new(|i, j, a| {
-            put(i, j, a);
-            if i != j {
-                put(j, i, a);
-            }
-        }));
-        Csr {
-            columns: n,
-            starts,
-            indices,
-            values,
-        }
+        })
     }
 }
 
@@ -278,25 +348,54 @@ mod tests {
         assert_eq!(twice.row(0).collect::<Vec<_>>(), [(1, 5.0), (0, 1.0)]);
     }
 
+    /// Elements whose sum has ties that cancel, unknowns without a number, and rows that keep everything.
     #[test]
-    fn sweeps_are_those_of_the_triangles() {
-        let matrix = Symmetric {
-            n: 3,
-            starts: vec![0, 2, 4, 5],
-            rows: vec![0, 1, 1, 2, 2],
-            values: vec![4.0, -1.0, 4.0, -1.0, 2.0],
+    fn a_sum_of_elements_leaves_out_what_is_rounding() {
+        struct Pairs;
+        impl Elements for Pairs {
+            fn unknowns(&self) -> usize {
+                3
+            }
+            fn count(&self) -> usize {
+                2
+            }
+            fn size(&self) -> usize {
+                3
+            }
+            fn of(&self, element: usize) -> &[u32] {
+                [&[0, 1, 2], &[2, 1, 3]][element]
+            }
+            fn centre(&self, _: usize) -> [f64; 3] {
+                [0.0; 3]
+            }
+            fn matrix(&self, element: usize, matrix: &mut [f64]) {
+                // Between 1 and 2, 0.1 + 0.2 - 0.3 is left.
+                let tie = [0.1 + 0.2, -0.3][element];
+                let [near, far] = [[-0.5, tie], [tie, -0.5]][element];
+                let entries = match element {
+                    0 => [1.0, near, 1e-17, near, 1.0, far, 1e-17, far, 1.0],
+                    _ => [1.0, near, far, near, 1.0, 0.25, far, 0.25, 1.0],
+                };
+                matrix.copy_from_slice(&entries);
+            }
+        }
+        let number = [Some(1), Some(0), Some(2), None];
+        let rows = |whole: fn(usize) -> bool| {
+            let sum = Csr::sum(&Pairs, &number, whole).unwrap();
+            (0..3)
+                .map(|i| sum.row(i).collect::<Vec<_>>())
+                .collect::<Vec<_>>()
         };
-        let a = Csr::from(&matrix);
-        let inverse: Vec<f64> = a.diagonal().iter().map(|d| 1.0 / d).collect();
-        let b = [4.0, 8.0, 2.0];
-        let mut x = [7.0; 3];
-        a.gauss_seidel_from_zero(&inverse, &b, &mut x);
-        assert_eq!(x, [1.0, 2.25, 2.125]);
-        let mut same = [0.0; 3];
-        a.gauss_seidel(&inverse, &b, &mut same, Sweep::Forward);
-        assert_eq!(same, x);
-        let mut back = [0.0; 3];
-        a.gauss_seidel(&inverse, &b, &mut back, Sweep::Backward);
-        assert_eq!(back, [1.5625, 2.25, 1.0]);
+        let tie = 0.1 + 0.2 - 0.3;
+        assert!(tie > 0.0);
+        assert_eq!(
+            rows(|_| false),
+            [
+                vec![(0, 2.0), (1, -0.5)],
+                vec![(0, -0.5), (1, 1.0)],
+                vec![(2, 2.0)]
+            ]
+        );
+        assert_eq!(rows(|row| row == 2)[2], [(0, tie), (1, 1e-17), (2, 2.0)]);
     }
 }

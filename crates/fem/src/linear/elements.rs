@@ -19,6 +19,14 @@ pub trait Elements: Sync {
 
     /// A_e by columns, both triangles; `matrix` has size² places, all of which are written.
     fn matrix(&self, element: usize, matrix: &mut [f64]);
+
+    /// One row of A_e.
+    fn row(&self, element: usize, row: usize, values: &mut [f64]) {
+        let size = self.size();
+        let mut matrix = vec![0.0; size * size];
+        self.matrix(element, &mut matrix);
+        values.copy_from_slice(&matrix[row * size..(row + 1) * size]);
+    }
 }
 
 /// What becomes of an unknown.

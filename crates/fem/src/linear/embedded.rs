@@ -7,11 +7,12 @@
 //! forward sweep on the dofs,  V-cycle on Eᵀ(b - A x),  backward sweep
 //! ```
 //!
-//! contracts whatever the size of the mesh: the sweeps reduce what P1 does not see. Rows that no sweep reduces have 0 in the
-//! place of their inverse diagonal, and are solved for as one block before and after the V-cycle.
+//! contracts whatever the size of the mesh: the sweeps reduce what P1 does not see. Rows that are not swept are solved for as one
+//! block before and after the V-cycle.
 
 use super::amg::Amg;
-use super::csr::{Csr, Sweep};
+use super::csr::Csr;
+use super::sweeps::Sweeps;
 
 /// The embedding and the hierarchy below.
 pub struct Embedded {
@@ -33,22 +34,31 @@ impl Embedded {
         })
     }
 
-    /// x ≈ A⁻¹ b; `relax_block` gets b and the x that it is to change.
+    /// x ≈ A⁻¹ b, and the product A x where it is wanted; `relax_block`, for rows that are not swept, gets b and the x that it
+    /// is to change.
     pub fn apply(
         &mut self,
-        matrix: &Csr,
-        inverse_diagonal: &[f64],
+        sweeps: &Sweeps,
         b: &[f64],
         x: &mut [f64],
-        relax_block: impl Fn(&[f64], &mut [f64]),
+        product: Option<&mut [f64]>,
+        relax_block: Option<&dyn Fn(&[f64], &mut [f64])>,
     ) {
-        matrix.gauss_seidel_from_zero(inverse_diagonal, b, x);
-        relax_block(b, x);
-        matrix.residual(b, x, &mut self.residual);
-        self.restriction.times(&self.residual, self.coarse.rhs());
+        let residual = &mut self.residual;
+        sweeps.forward(b, x, residual);
+        if let Some(relax_block) = relax_block {
+            relax_block(b, x);
+            sweeps.matrix().residual(b, x, residual);
+        }
+        self.restriction.times(residual, self.coarse.rhs());
         self.coarse.cycle();
         self.embedding.add_times(self.coarse.solution(), x);
-        relax_block(b, x);
-        matrix.gauss_seidel(inverse_diagonal, b, x, Sweep::Backward);
+        if let Some(relax_block) = relax_block {
+            relax_block(b, x);
+        }
+        sweeps.backward(b, x, residual);
+        if let Some(product) = product {
+            sweeps.product(b, x, residual, product);
+        }
     }
 }

@@ -1,9 +1,8 @@
 //! Preconditioned iterations: conjugate gradients (Hestenes and Stiefel 1952), and GMRES with right
 //! preconditioning and restarts (Saad and Schultz 1986).
 //!
-//! `apply(x, y)` is y = A x, `precondition(r, z)` is z ≈ A⁻¹ r; each call overwrites its second
-//! argument. The vectors' sums are taken in a fixed order, so that results do not depend on the
-//! number of cores.
+//! `apply(x, y)` is y = A x, `precondition(r, z)` is z ≈ A⁻¹ r, for GMRES with A z where that is wanted; each call overwrites
+//! all but its first argument. The vectors' sums are taken in a fixed order, so that results do not depend on the number of cores.
 
 use rayon::prelude::*;
 
@@ -80,16 +79,19 @@ pub fn conjugate_gradients(
     Ended::new(stop.steps, norm(&r), stop)
 }
 
-/// Solves A x = b from the x given.
+/// Solves A x = b from the x given; `basis` keeps the vectors for the next solve with as many unknowns.
 pub fn gmres(
     mut apply: impl FnMut(&[f64], &mut [f64]),
-    mut precondition: impl FnMut(&[f64], &mut [f64]),
+    mut precondition: impl FnMut(&[f64], &mut [f64], Option<&mut [f64]>),
     b: &[f64],
     x: &mut [f64],
     stop: KrylovStop,
+    basis: &mut Vec<Vec<f64>>,
 ) -> Ended {
     let n = b.len();
-    let mut basis: Vec<Vec<f64>> = vec![vec![0.0; n]];
+    if basis.is_empty() {
+        basis.push(vec![0.0; n]);
+    }
     let mut direction = vec![0.0; n];
     let mut done = 0;
     let mut before = f64::INFINITY;
@@ -108,20 +110,15 @@ pub fn gmres(
         let mut triangle = Triangle::new(size);
         while triangle.len() < RESTART && done < stop.steps && triangle.residual() > stop.residual {
             let k = triangle.len();
-            precondition(&basis[k], &mut direction);
             if basis.len() < k + 2 {
                 basis.push(vec![0.0; n]);
             }
             let (old, new) = basis.split_at_mut(k + 1);
             let next = &mut new[0];
-            apply(&direction, next);
-            let mut column = Vec::with_capacity(k + 2);
-            for vector in old.iter() {
-                let h = dot(vector, next);
-                add(next, vector, -h);
-                column.push(h);
-            }
-            let length = norm(next);
+            precondition(&old[k], &mut direction, Some(next));
+            // Classical Gram and Schmidt, which reads each vector twice; the residual is computed anew at the end.
+            let mut column = dots(old, next);
+            let length = subtract(next, old, &column);
             column.push(length);
             done += 1;
             if !triangle.push(column) {
@@ -134,10 +131,9 @@ pub fn gmres(
         // x += M⁻¹ V y
         let y = triangle.solve();
         let mut sum = vec![0.0; n];
-        for (vector, y) in basis.iter().zip(&y) {
-            add(&mut sum, vector, *y);
-        }
-        precondition(&sum, &mut direction);
+        let minus: Vec<f64> = y.iter().map(|y| -y).collect();
+        subtract(&mut sum, &basis[..y.len()], &minus);
+        precondition(&sum, &mut direction, None);
         add(x, &direction, 1.0);
     }
 }
@@ -209,21 +205,58 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let parts: Vec<f64> = a
         .par_chunks(CHUNK)
         .zip(b.par_chunks(CHUNK))
-        .map(|(a, b)| {
-            // Eight sums side by side, as wide as the registers.
-            let mut sums = [0.0; 8];
-            let (a_rows, b_rows) = (a.chunks_exact(8), b.chunks_exact(8));
-            let rest = a_rows.remainder().iter().zip(b_rows.remainder());
-            let rest: f64 = rest.map(|(a, b)| a * b).sum();
-            for (a, b) in a_rows.zip(b_rows) {
-                for k in 0..8 {
-                    sums[k] += a[k] * b[k];
-                }
-            }
-            sums.iter().sum::<f64>() + rest
-        })
+        .map(|(a, b)| dot_of_chunks(a, b))
         .collect();
     parts.iter().sum()
+}
+
+/// The products of vectors with one, of which each chunk stays near while they pass.
+fn dots(vectors: &[Vec<f64>], with: &[f64]) -> Vec<f64> {
+    let parts: Vec<Vec<f64>> = with
+        .par_chunks(CHUNK)
+        .enumerate()
+        .map(|(k, with)| {
+            let chunk = k * CHUNK..k * CHUNK + with.len();
+            let vectors = vectors.iter();
+            vectors
+                .map(|v| dot_of_chunks(&v[chunk.clone()], with))
+                .collect()
+        })
+        .collect();
+    (0..vectors.len())
+        .map(|j| parts.iter().map(|part| part[j]).sum())
+        .collect()
+}
+
+/// a -= Σ_j h_j v_j, and the norm of what it becomes.
+fn subtract(a: &mut [f64], vectors: &[Vec<f64>], h: &[f64]) -> f64 {
+    let parts: Vec<f64> = a
+        .par_chunks_mut(CHUNK)
+        .enumerate()
+        .map(|(k, a)| {
+            for (vector, h) in vectors.iter().zip(h) {
+                for (a, v) in a.iter_mut().zip(&vector[k * CHUNK..]) {
+                    *a -= h * v;
+                }
+            }
+            dot_of_chunks(a, a)
+        })
+        .collect();
+    parts.iter().sum::<f64>().sqrt()
+}
+
+/// Eight sums side by side, as wide as the registers.
+fn dot_of_chunks(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a_rows, b_rows) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest = a_rows.remainder().iter().zip(b_rows.remainder());
+    let rest: f64 = rest.map(|(a, b)| a * b).sum();
+    for (a, b) in a_rows.zip(b_rows) {
+        for k in 0..8 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 /// The Euclidean norm.
@@ -268,9 +301,28 @@ mod tests {
         }
     }
 
-    fn by_diagonal(r: &[f64], z: &mut [f64]) {
-        for i in 0..N {
-            z[i] = r[i] / (3.0 + i as f64);
+    /// By the diagonal, for the matrix of `apply`.
+    fn by_diagonal(
+        apply: fn(&[f64], &mut [f64]),
+    ) -> impl Fn(&[f64], &mut [f64], Option<&mut [f64]>) {
+        with(apply, |i, r| r / (3.0 + i as f64))
+    }
+
+    fn divided(r: &[f64], z: &mut [f64]) {
+        by_diagonal(symmetric)(r, z, None);
+    }
+
+    fn with(
+        apply: fn(&[f64], &mut [f64]),
+        inverse: fn(usize, f64) -> f64,
+    ) -> impl Fn(&[f64], &mut [f64], Option<&mut [f64]>) {
+        move |r, z, product| {
+            for i in 0..N {
+                z[i] = inverse(i, r[i]);
+            }
+            if let Some(product) = product {
+                apply(z, product);
+            }
         }
     }
 
@@ -289,23 +341,42 @@ mod tests {
         steps: 200,
     };
 
+    fn gmres_of(
+        apply: fn(&[f64], &mut [f64]),
+        precondition: impl Fn(&[f64], &mut [f64], Option<&mut [f64]>),
+        b: &[f64],
+        x: &mut [f64],
+        stop: KrylovStop,
+    ) -> Ended {
+        gmres(apply, precondition, b, x, stop, &mut Vec::new())
+    }
+
     #[test]
     fn gmres_solves_a_nonsymmetric_system_and_says_when_it_cannot() {
         let mut b = vec![0.0; N];
         nonsymmetric(&known(), &mut b);
         let mut x = vec![0.0; N];
-        assert!(gmres(nonsymmetric, by_diagonal, &b, &mut x, FINE).reached);
+        assert!(gmres_of(nonsymmetric, by_diagonal(nonsymmetric), &b, &mut x, FINE).reached);
         assert_close(&x, &known());
         // Without a preconditioner it needs more steps than there are between restarts.
         let mut x = vec![1.0; N];
-        let copy = |r: &[f64], z: &mut [f64]| z.copy_from_slice(r);
-        let ended = gmres(nonsymmetric, copy, &b, &mut x, FINE);
+        let copy = || with(nonsymmetric, |_, r| r);
+        let ended = gmres_of(nonsymmetric, copy(), &b, &mut x, FINE);
         assert!(ended.reached && ended.steps > RESTART, "{ended:?}");
         assert_close(&x, &known());
         let few = KrylovStop { steps: 3, ..FINE };
-        assert!(!gmres(nonsymmetric, copy, &b, &mut vec![0.0; N], few).reached);
+        assert!(!gmres_of(nonsymmetric, copy(), &b, &mut vec![0.0; N], few).reached);
         let singular = |_: &[f64], y: &mut [f64]| y.fill(0.0);
-        assert!(!gmres(singular, copy, &b, &mut vec![0.0; N], FINE).reached);
+        assert!(
+            !gmres_of(
+                singular,
+                with(singular, |_, r| r),
+                &b,
+                &mut vec![0.0; N],
+                FINE
+            )
+            .reached
+        );
     }
 
     #[test]
@@ -313,11 +384,11 @@ mod tests {
         let mut b = vec![0.0; N];
         symmetric(&known(), &mut b);
         let mut x = vec![0.0; N];
-        assert!(conjugate_gradients(symmetric, by_diagonal, &b, &mut x, FINE).reached);
+        assert!(conjugate_gradients(symmetric, divided, &b, &mut x, FINE).reached);
         assert_close(&x, &known());
         let singular = |_: &[f64], y: &mut [f64]| y.fill(0.0);
         let mut x = vec![0.0; N];
-        assert!(!conjugate_gradients(singular, by_diagonal, &b, &mut x, FINE).reached);
+        assert!(!conjugate_gradients(singular, divided, &b, &mut x, FINE).reached);
         assert!(x.iter().all(|x| x.is_finite()));
     }
 
@@ -325,10 +396,10 @@ mod tests {
     fn nothing_to_do_takes_no_step() {
         let mut x = vec![0.0; N];
         assert_eq!(
-            gmres(symmetric, by_diagonal, &[0.0; N], &mut x, FINE).steps,
+            gmres_of(symmetric, by_diagonal(symmetric), &[0.0; N], &mut x, FINE).steps,
             0
         );
-        let ended = conjugate_gradients(symmetric, by_diagonal, &[0.0; N], &mut x, FINE);
+        let ended = conjugate_gradients(symmetric, divided, &[0.0; N], &mut x, FINE);
         assert_eq!(ended.steps, 0);
     }
 }

@@ -20,6 +20,7 @@ mod schur;
 mod settings;
 mod sparse;
 mod substitution;
+mod sweeps;
 
 pub use analysis::Analysis;
 pub use cholesky::Cholesky;
@@ -33,6 +34,7 @@ pub use multifrontal::Multifrontal;
 pub use schur::{Entry, LowRank, Row, Schur};
 pub use settings::{Precision, Settings, Solver};
 pub use sparse::Symmetric;
+pub use sweeps::Sweeps;
 
 #[cfg(test)]
 mod tests;

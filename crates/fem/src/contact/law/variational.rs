@@ -54,7 +54,18 @@ impl Formula for Variational {
                 };
             }
         }
-        stiffness.for_each(0..space.mesh.cell_count(), |row, column, value| {
+        let mut is_held = vec![false; space.dofs];
+        for &dof in constraints.keys() {
+            is_held[dof as usize] = true;
+        }
+        let near = |cell: &usize| {
+            space
+                .cell_dofs(*cell)
+                .iter()
+                .any(|&dof| is_held[dof as usize])
+        };
+        let cells = (0..space.mesh.cell_count()).filter(near);
+        stiffness.for_each(cells, |row, column, value| {
             if let Some(constraint) = constraints.get_mut(&row) {
                 *constraint.row.entry(column).or_default() += value;
             }
