@@ -46,6 +46,7 @@ pub(super) struct Krylov<'a> {
     /// P1 by cells, and the vertices where P1 functions vanish because u is given on Γ_D.
     coarse: Stiffness<'a>,
     held: Vec<bool>,
+    values: VertexValues<'a>,
     /// What is solved for as one block, and its free numbers.
     layer: Option<Layer>,
     layer_rows: Vec<u32>,
@@ -169,6 +170,7 @@ impl<'a> Krylov<'a> {
                 preconditioner: None,
             }),
             scheme,
+            values,
             free,
             dof_of,
             stiff,
@@ -222,8 +224,7 @@ impl<'a> Krylov<'a> {
 
     /// P1 functions that vanish on Γ_D and where there is contact.
     fn embedded(&self, closed: &[u32]) -> Result<Embedded> {
-        let space = &self.scheme.problem.space;
-        let values = VertexValues::new(space);
+        let values = &self.values;
         let mut held = self.held.clone();
         for (vertex, _) in closed.iter().flat_map(|&dof| values.of(dof)) {
             held[vertex as usize] = true;
@@ -234,12 +235,14 @@ impl<'a> Krylov<'a> {
             number[vertex] = Some(count);
             count += 1;
         }
-        let mut embedding = Csr::empty(count as usize);
-        for &dof in &self.dof_of {
-            embedding.push(values.of(dof).filter_map(|(vertex, value)| {
-                number[vertex as usize].map(|column| (column, value))
-            }));
-        }
+        let dof_of = &self.dof_of;
+        let embedding = Csr::by_chunks(dof_of.len(), count as usize, |rows, part| {
+            for &dof in &dof_of[rows] {
+                part.end_row(values.of(dof).filter_map(|(vertex, value)| {
+                    number[vertex as usize].map(|column| (column, value))
+                }));
+            }
+        });
         let coarse = Csr::sum(&self.coarse, &number, |_| false)?;
         Embedded::new(embedding, coarse).ok_or_else(|| Error::Solver {
             what: "the P1 matrix on this mesh does not coarsen (cells of extreme shape?)".into(),

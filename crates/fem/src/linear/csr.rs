@@ -99,7 +99,7 @@ impl Csr {
     }
 
     /// Rows that `fill` adds to parts of the matrix, side by side.
-    fn by_chunks(
+    pub fn by_chunks(
         rows: usize,
         columns: usize,
         fill: impl Fn(Range<usize>, &mut Csr) + Sync,
@@ -129,7 +129,7 @@ impl Csr {
     }
 
     /// Adds a row below, whose entries have different columns.
-    fn end_row(&mut self, entries: impl IntoIterator<Item = (u32, f64)>) {
+    pub fn end_row(&mut self, entries: impl IntoIterator<Item = (u32, f64)>) {
         for (column, value) in entries {
             self.indices.push(column);
             self.values.push(value);

@@ -42,7 +42,12 @@ pub struct Reference {
     pub contact_flux: f64,
     load: Load,
     zone: ContactZone,
+    /// a_k e^κ/2 of the first k: of the others the share of the pressure and e^{-2κ} are 0 in this arithmetic.
+    first: Vec<f64>,
 }
+
+/// exp(-x) is 0 beyond.
+const UNDERFLOW: f64 = 746.0;
 
 impl Reference {
     /// The paper's 6.1, f = -2π sin 2πx. `resolution`: Chebyshev points on the contact zone.
@@ -77,6 +82,10 @@ impl Reference {
         let modes = LEAST_MODES.max(MODES_PER_POINT * resolution);
         let zone = ContactZone::solve(&load, resolution, modes)?;
         let (grad_norm_sq, l2_norm) = norms(&load, &zone);
+        let omega = load.omega();
+        let first = (1..=(UNDERFLOW / omega).ceil() as usize)
+            .map(|k| zone.top_amplitude(&load, k) / (1.0 + (-2.0 * omega * k as f64).exp()))
+            .collect();
         Ok(Reference {
             contact_set: contact_set(&load, zone.alpha),
             grad_norm_sq,
@@ -84,6 +93,7 @@ impl Reference {
             contact_flux: -zone.mean_pressure,
             load,
             zone,
+            first,
         })
     }
 
@@ -149,8 +159,8 @@ impl Reference {
         for k in 1..=terms {
             down_k *= down;
             up_k *= up;
-            let kappa = omega * k as f64;
-            let amplitude = self.zone.top_amplitude(&self.load, k) / (1.0 + (-2.0 * kappa).exp());
+            let first = self.first.get(k - 1).copied();
+            let amplitude = first.unwrap_or_else(|| (self.load.amplitude)(k));
             let both = down_k + up_k;
             sums[0] += amplitude * both.re;
             sums[1] -= amplitude * k as f64 * both.im;
