@@ -14,6 +14,9 @@ use super::amg::Amg;
 use super::csr::Csr;
 use super::sweeps::Sweeps;
 
+/// Changes x where its rows are solved for as one block; gets b and x.
+pub type Relax<'a> = &'a dyn Fn(&[f64], &mut [f64]);
+
 /// The embedding and the hierarchy below.
 pub struct Embedded {
     embedding: Csr,
@@ -34,15 +37,14 @@ impl Embedded {
         })
     }
 
-    /// x ≈ A⁻¹ b, and the product A x where it is wanted; `relax_block`, for rows that are not swept, gets b and the x that it
-    /// is to change.
+    /// x ≈ A⁻¹ b, and the product A x where it is wanted; `relax_block` is for rows that are not swept.
     pub fn apply(
         &mut self,
         sweeps: &Sweeps,
         b: &[f64],
         x: &mut [f64],
         product: Option<&mut [f64]>,
-        relax_block: Option<&dyn Fn(&[f64], &mut [f64])>,
+        relax_block: Option<Relax>,
     ) {
         let residual = &mut self.residual;
         sweeps.forward(b, x, residual);
