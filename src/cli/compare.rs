@@ -368,7 +368,7 @@ impl<'a> Request<'a> {
                 .into_iter()
                 .for_each(self.tell);
         }
-        // What is told of it later is not told of memory that others may have changed since.
+        // Who lent an array may change it as soon as this returns; the report is read later.
         for kept in comparison
             .found
             .as_deref_mut()

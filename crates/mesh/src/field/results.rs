@@ -383,7 +383,43 @@ impl Results {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
+
+    #[test]
+    fn what_is_owned_is_no_memory_of_a_lender() {
+        let (points, cells, values) = ([[0.0; 3]; 2], [0, 1], [1.0, 2.0]);
+        let (points, cells, values) = (Arc::new(points), Arc::new(cells), Arc::new(values));
+        let field = ResultField {
+            name: "u".into(),
+            components: 1,
+            values: Array::lent(values.clone()),
+            rest: None,
+            at: None,
+            scaled_by: None,
+            single: false,
+        };
+        let mut results = Results {
+            points: Array::lent(points.clone()),
+            cells: Array::lent(cells.clone()),
+            on_points: vec![field.clone()],
+            on_cells: vec![field],
+            ..Results::default()
+        };
+        let lenders = |shared: bool| {
+            let counts = [
+                Arc::strong_count(&points),
+                Arc::strong_count(&cells),
+                Arc::strong_count(&values),
+            ];
+            assert_eq!(counts, if shared { [2, 2, 3] } else { [1, 1, 1] });
+        };
+        lenders(true);
+        results.own();
+        lenders(false);
+        assert_eq!(results.on_cells[0].values, [1.0, 2.0]);
+    }
 
     #[test]
     fn cells_of_other_dimensions_go_with_what_they_carry() {
