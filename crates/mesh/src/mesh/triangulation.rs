@@ -490,28 +490,32 @@ impl Triangulation {
     /// For each cell the number of its connected part (cells connect through faces), and the
     /// number of parts.
     pub fn components(&self) -> (Vec<u32>, usize) {
-        let mut part = vec![NONE; self.cell_count()];
-        let mut parts = 0;
-        let mut stack = Vec::new();
-        for seed in 0..self.cell_count() {
-            if part[seed] != NONE {
-                continue;
+        // Each cell points to an earlier one of its part, the first to itself (B. Galler, M. Fischer, Commun. ACM 7, 1964).
+        let mut before: Vec<u32> = (0..self.cell_count() as u32).collect();
+        let first_of = |before: &mut [u32], mut cell: u32| {
+            while before[cell as usize] != cell {
+                let next = before[before[cell as usize] as usize];
+                before[cell as usize] = next;
+                cell = next;
             }
-            part[seed] = parts;
-            stack.push(seed);
-            while let Some(cell) = stack.pop() {
-                for &face in self.cell_faces(cell) {
-                    for other in self.face_cells(face as usize) {
-                        if other != NONE && part[other as usize] == NONE {
-                            part[other as usize] = parts;
-                            stack.push(other as usize);
-                        }
-                    }
-                }
-            }
-            parts += 1;
+            cell
+        };
+        for &[a, b] in self.face_cells.iter().filter(|[_, b]| *b != NONE) {
+            let [a, b] = [a, b].map(|cell| first_of(&mut before, cell));
+            before[a.max(b) as usize] = a.min(b);
         }
-        (part, parts as usize)
+        let mut parts = 0;
+        for cell in 0..before.len() {
+            before[cell] = match before[cell] as usize {
+                own if own == cell => {
+                    parts += 1;
+                    parts - 1
+                }
+                // Already the number of its part.
+                earlier => before[earlier],
+            };
+        }
+        (before, parts as usize)
     }
 
     /// A digest of coordinates, cells and groups, in hexadecimal.
