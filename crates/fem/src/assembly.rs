@@ -2,7 +2,7 @@
 //! norms of the broken spaces. No matrix is put together: its products are sums over the cells,
 //! which all cores form and one adds up in the cells' order, so that no bit depends on their number.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
@@ -78,8 +78,10 @@ pub struct Stiffness<'a> {
     space: Space<'a>,
     /// i, j and R_ij.
     pairs: Vec<(usize, usize, Vec<f64>)>,
+    /// Is R_ij c (e_i - e_j)(e_i - e_j)ᵀ, as where the dofs are as many as the vertices?
+    is_graph: bool,
     /// -|κ| ∇λ_i·∇λ_j of all cells, where they are kept.
-    weights: Arc<[[f64; 6]]>,
+    weights: Arc<OnceLock<Vec<f64>>>,
 }
 
 impl Elements for Stiffness<'_> {
@@ -111,7 +113,17 @@ impl Elements for Stiffness<'_> {
 
     fn row(&self, cell: usize, row: usize, values: &mut [f64]) {
         let local = self.space.local_dofs;
-        self.part(cell, row * local..(row + 1) * local, values);
+        if !self.is_graph {
+            return self.part(cell, row * local..(row + 1) * local, values);
+        }
+        values.fill(0.0);
+        self.for_each_pair(cell, |weight, i, j, reference| {
+            if i == row || j == row {
+                let value = weight * reference[i * local + i];
+                values[row] += value;
+                values[i + j - row] = -value;
+            }
+        });
     }
 }
 
@@ -136,24 +148,44 @@ impl<'a> Stiffness<'a> {
                 pairs.push((i, j, reference));
             }
         }
+        let is_graph = |(i, j, reference): &(usize, usize, Vec<f64>)| {
+            let sign = |a: usize| f64::from(a == *i) - f64::from(a == *j);
+            let scale = reference[i * local + i];
+            let places = (0..local).flat_map(|a| (0..local).map(move |b| (a, b)));
+            let mut entries = places.zip(reference);
+            entries.all(|((a, b), r)| *r == scale * sign(a) * sign(b))
+        };
         Stiffness {
+            is_graph: local == dim + 1 && pairs.iter().all(is_graph),
             space: space.clone(),
             pairs,
             weights: Arc::default(),
         }
     }
 
-    /// Keeps what it takes of the cells' geometry, for many products: 48 bytes a cell.
-    pub fn kept(mut self) -> Self {
-        let cells = (0..self.space.mesh.cell_count()).into_par_iter();
-        self.weights = cells.map(|cell| self.weights_of(cell)).collect();
+    /// Keeps what it takes of the cells' geometry, for many products: 24 bytes a triangle, 48 a tetrahedron.
+    pub fn keep(&self) {
+        self.weights.get_or_init(|| {
+            let count = self.pairs.len();
+            let mut weights = vec![0.0; count * self.space.mesh.cell_count()];
+            let cells = weights.par_chunks_exact_mut(count).enumerate();
+            cells.for_each(|(cell, weights)| {
+                weights.copy_from_slice(&self.weights_of(cell)[..count]);
+            });
+            weights
+        });
+    }
+
+    /// [`Stiffness::keep`], in passing.
+    pub fn kept(self) -> Self {
+        self.keep();
         self
     }
 
     /// On another space of the same mesh, with what was kept.
     pub fn on<'b>(&self, space: &Space<'b>) -> Stiffness<'b> {
         Stiffness {
-            weights: self.weights.clone(),
+            weights: Arc::clone(&self.weights),
             ..Stiffness::new(space)
         }
     }
@@ -170,21 +202,44 @@ impl<'a> Stiffness<'a> {
 
     /// The matrix of one cell, `local_dofs`² places, symmetric.
     pub fn cell_matrix(&self, cell: usize, matrix: &mut [f64]) {
-        self.part(cell, 0..matrix.len(), matrix);
+        if !self.is_graph {
+            return self.part(cell, 0..matrix.len(), matrix);
+        }
+        let local = self.space.local_dofs;
+        matrix.fill(0.0);
+        self.for_each_pair(cell, |weight, i, j, reference| {
+            let value = weight * reference[i * local + i];
+            matrix[i * local + i] += value;
+            matrix[j * local + j] += value;
+            matrix[i * local + j] = -value;
+            matrix[j * local + i] = -value;
+        });
+    }
+
+    /// -|κ| ∇λ_i·∇λ_j, i, j and R_ij.
+    fn for_each_pair(&self, cell: usize, mut visit: impl FnMut(f64, usize, usize, &[f64])) {
+        let count = self.pairs.len();
+        let of_cell;
+        let weights = match self.weights.get() {
+            Some(kept) => &kept[count * cell..count * (cell + 1)],
+            None => {
+                of_cell = self.weights_of(cell);
+                &of_cell[..]
+            }
+        };
+        for (weight, (i, j, reference)) in weights.iter().zip(&self.pairs) {
+            visit(*weight, *i, *j, reference);
+        }
     }
 
     /// The entries of one cell's matrix at these places.
     fn part(&self, cell: usize, places: std::ops::Range<usize>, entries: &mut [f64]) {
-        let weights = match self.weights.get(cell) {
-            Some(weights) => *weights,
-            None => self.weights_of(cell),
-        };
         entries.fill(0.0);
-        for (weight, (.., reference)) in weights.iter().zip(&self.pairs) {
+        self.for_each_pair(cell, |weight, _, _, reference| {
             for (value, r) in entries.iter_mut().zip(&reference[places.clone()]) {
                 *value += weight * r;
             }
-        }
+        });
     }
 
     /// y_i = Σ_j product(A_ij, u_j) on one cell.

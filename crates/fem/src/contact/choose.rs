@@ -14,6 +14,9 @@ use faceoff_mesh::error::Result;
 /// Nothing to solve for; a stiffness that is not positive definite; a method that the solver does
 /// not take; memory that is not there.
 pub(super) fn system<'a>(scheme: Scheme<'a>, settings: Settings) -> Result<Box<dyn System + 'a>> {
+    let matrices = tracing::debug_span!("matrix").entered();
+    scheme.problem.stiffness.keep();
+    drop(matrices);
     let instead = match settings.solver {
         Solver::Iterative => return Ok(Box::new(Krylov::new(scheme)?)),
         Solver::Auto => Krylov::predicted(&scheme),

@@ -3,10 +3,11 @@
 use super::condition::Condition;
 use super::discretisation::Discretisation;
 use super::face::ContactFace;
-use super::law::OnContact;
+use super::law::{Law, OnContact};
 use super::method::Method;
+use super::vertex_values::VertexValues;
 use crate::assembly::{self, Stiffness, value_at};
-use crate::element::Space;
+use crate::element::{P1, Space};
 use crate::quadrature::Rule;
 use crate::scene::{HRule, Part, Scene};
 use faceoff_mesh::error::{Error, Result};
@@ -53,13 +54,74 @@ impl<'a> Problem<'a> {
         mesh: &'a Triangulation,
         discretisation: &Discretisation,
     ) -> Result<Self> {
-        let method = discretisation.method;
         let parts = scene.parts(mesh)?;
-        let space = Space::new(mesh, method.element);
+        let space = Space::new(mesh, discretisation.method.element);
         let [cell_rule, face_rule] = discretisation.checked(scene, mesh.dim)?;
-
         let mut load = vec![0.0; space.dofs];
         assembly::add_load(&space, &scene.data().f, &cell_rule, &mut load)?;
+        for face in (0..parts.len()).filter(|&face| parts[face] == Some(Part::Neumann)) {
+            assembly::add_traction(&space, &scene.data().t, face, &face_rule, &mut load)?;
+        }
+        let stiffness = Stiffness::new(&space);
+        let components = mesh.components();
+        Problem::with_load(
+            scene,
+            discretisation,
+            stiffness,
+            space,
+            parts,
+            load,
+            components,
+        )
+    }
+
+    /// The variational inequality on P1, whose functions are in V_h, with L at them by these rules.
+    ///
+    /// # Errors
+    /// Those of [`Problem::new`].
+    pub(super) fn on_p1(&self, values: &VertexValues) -> Result<Self> {
+        let discretisation = Discretisation {
+            method: Method {
+                element: &P1,
+                law: Law::Variational,
+            },
+            ..self.discretisation.clone()
+        };
+        let mesh = self.space.mesh;
+        let space = Space::new(mesh, &P1);
+        let mut load = vec![0.0; space.dofs];
+        for (dof, of_dof) in (0..).zip(&self.load) {
+            for (vertex, value) in values.of(dof) {
+                load[vertex as usize] += value * of_dof;
+            }
+        }
+        let body = |cell| self.bodies.0[self.space.cell_dofs(cell)[0] as usize];
+        let body_of = (0..mesh.cell_count()).map(body).collect();
+        let (stiffness, parts) = (self.stiffness.on(&space), self.parts.clone());
+        let components = (body_of, self.bodies.1);
+        Problem::with_load(
+            self.scene,
+            &discretisation,
+            stiffness,
+            space,
+            parts,
+            load,
+            components,
+        )
+    }
+
+    /// The rest of the problem, of what its data are on the boundary.
+    fn with_load(
+        scene: &'a Scene,
+        discretisation: &Discretisation,
+        stiffness: Stiffness<'a>,
+        space: Space<'a>,
+        parts: Vec<Option<Part>>,
+        load: Vec<f64>,
+        (body_of, count): (Vec<u32>, usize),
+    ) -> Result<Self> {
+        let (mesh, method) = (space.mesh, discretisation.method);
+        let [cell_rule, face_rule] = discretisation.checked(scene, mesh.dim)?;
         let mut dirichlet = vec![None; space.dofs];
         let mut contact = Vec::new();
         let largest = match discretisation.h {
@@ -70,10 +132,7 @@ impl<'a> Problem<'a> {
         };
         for (face, part) in parts.iter().enumerate() {
             match part {
-                None => {}
-                Some(Part::Neumann) => {
-                    assembly::add_traction(&space, &scene.data().t, face, &face_rule, &mut load)?;
-                }
+                None | Some(Part::Neumann) => {}
                 Some(Part::Dirichlet) => {
                     let cell = mesh.face_cells(face)[0] as usize;
                     let dofs: Vec<u32> =
@@ -100,7 +159,6 @@ impl<'a> Problem<'a> {
             }
         }
         method.law.prepare(&space, &load, &mut contact);
-        let stiffness = Stiffness::new(&space);
         let conditions = method.law.conditions(&OnContact {
             space: &space,
             faces: &contact,
@@ -109,7 +167,6 @@ impl<'a> Problem<'a> {
             load: &load,
             dirichlet: &dirichlet,
         })?;
-        let (body_of, count) = mesh.components();
         let mut bodies = (vec![0; space.dofs], count);
         for (cell, body) in body_of.iter().enumerate() {
             for dof in space.cell_dofs(cell) {

@@ -6,17 +6,13 @@ use std::time::Instant;
 use super::active_set::{ActiveSet, Per};
 use super::choose::system;
 use super::continuation::{DOZEN, follow, newton};
-use super::discretisation::Discretisation;
 use super::form::Problem;
 use super::iteration::Iteration;
-use super::law::Law;
-use super::method::Method;
 use super::scheme::Scheme;
 use super::sensitivity::{for_each_contact_term, moved_by_rounding};
 use super::solution::{Ended, Solution, Stop, Timings};
 use super::system::{Energy, System, Weights, largest};
 use super::vertex_values::VertexValues;
-use crate::element::P1;
 use crate::linear::{Precision, Settings, Solver};
 use faceoff_mesh::error::{Error, Result};
 
@@ -131,6 +127,7 @@ fn iterate(
     } else {
         Per::Condition
     };
+    let _span = tracing::debug_span!("contact").entered();
     let mut u = match scheme.choice().solver {
         Solver::Iterative => nested_start(problem, progress)?,
         _ => None,
@@ -260,19 +257,13 @@ fn nested_start(
     if problem.conditions.is_empty() || problem.space.dofs <= mesh.points.len() {
         return Ok(None);
     }
-    let method = Method {
-        element: &P1,
-        law: Law::Variational,
-    };
+    let _span = tracing::debug_span!("P1 start", whole = true).entered();
     let settings = Settings {
         solver: Solver::Iterative,
         ..Settings::default()
     };
-    let discretisation = Discretisation {
-        method,
-        ..problem.discretisation.clone()
-    };
-    let coarse = Problem::new(problem.scene, mesh, &discretisation)?;
+    let values = VertexValues::new(&problem.space);
+    let coarse = problem.on_p1(&values)?;
     let system = system(Scheme::new(&coarse), settings);
     let found = system.and_then(|system| {
         newton(
@@ -288,7 +279,6 @@ fn nested_start(
         Ok(None) | Err(Error::Solver { .. }) => return Ok(None),
         Err(other) => return Err(other),
     };
-    let values = VertexValues::new(&problem.space);
     let u = (0..).zip(&problem.dirichlet).map(|(dof, g)| {
         let embedded = values
             .of(dof)
@@ -312,6 +302,7 @@ fn refine(
     u: &mut [f64],
     limit: f64,
 ) -> Result<(Option<Ended>, f64)> {
+    let _span = tracing::debug_span!("refinement").entered();
     let choice = scheme.choice();
     let least = match (choice.precision, choice.solver) {
         (Precision::F32Refined, _) => REFINEMENTS,
