@@ -583,6 +583,23 @@ mod tests {
         assert_eq!(t.components().1, 1);
     }
 
+    /// Parts are numbered by their first cells, also where these are far from each other in the mesh.
+    #[test]
+    fn parts_are_those_that_faces_connect() {
+        // Three squares side by side and one apart, two triangles each; the middle one comes last.
+        let points: Vec<[f64; 2]> = (0..6)
+            .flat_map(|k| [0.0, 1.0].map(|y| [f64::from(k), y]))
+            .collect();
+        let lower = [4, 6, 7, 0, 2, 3, 8, 10, 11];
+        let upper = [4, 7, 5, 0, 3, 1, 8, 11, 9];
+        let mesh = triangles(
+            &points,
+            &[&lower[..], &upper[..], &[2, 4, 5, 2, 5, 3]].concat(),
+        );
+        let t = Triangulation::new("squares", &mesh).unwrap();
+        assert_eq!(t.components(), (vec![0, 0, 1, 0, 0, 1, 0, 0], 2));
+    }
+
     #[test]
     fn bad_meshes_are_refused_with_the_place() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.0]];
