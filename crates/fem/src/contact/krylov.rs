@@ -69,7 +69,7 @@ struct State {
     /// Of the layer with these laws.
     lu: Option<SchurLu>,
     /// Vectors of iterations.
-    basis: Vec<Vec<f64>>,
+    basis: Vec<Vec<f32>>,
     preconditioner: Option<Preconditioner>,
 }
 
@@ -103,6 +103,7 @@ impl<'a> Krylov<'a> {
                 "use --linear auto",
             ));
         };
+        let _span = tracing::debug_span!("matrix").entered();
         let mut free = vec![None; space.dofs];
         let mut dof_of = Vec::with_capacity(space.dofs);
         let mut held = vec![false; space.mesh.points.len()];
@@ -133,8 +134,8 @@ impl<'a> Krylov<'a> {
         seen.dedup();
         // A law has entries where the stiffness has none.
         let whole = |row: usize| seen.binary_search(&(row as u32)).is_ok();
-        let stiffness = Stiffness::new(space).kept();
-        let mut sweeps = Sweeps::new(Csr::sum(&stiffness, &free, whole)?);
+        let stiffness = &problem.stiffness;
+        let mut sweeps = Sweeps::new(Csr::sum(stiffness, &free, whole)?);
         let matrix = sweeps.matrix_mut();
         let scale = matrix.norm();
         let stiff = seen
@@ -224,6 +225,7 @@ impl<'a> Krylov<'a> {
 
     /// P1 functions that vanish on Γ_D and where there is contact.
     fn embedded(&self, closed: &[u32]) -> Result<Embedded> {
+        let _span = tracing::debug_span!("P1 matrix").entered();
         let values = &self.values;
         let mut held = self.held.clone();
         for (vertex, _) in closed.iter().flat_map(|&dof| values.of(dof)) {
@@ -284,7 +286,8 @@ impl Krylov<'_> {
         let state = &mut *self.state.borrow_mut();
         let closed = self.put(laws, state.sweeps.matrix_mut());
         // No sweep moves what the layer has.
-        state.sweeps.set(&self.layer_rows);
+        let changed = self.stiff.iter().map(|(row, _)| *row);
+        state.sweeps.set(changed, &self.layer_rows);
         if let Some(layer) = &self.layer
             && (state.lu.is_none() || state.laws != laws)
         {
@@ -313,7 +316,11 @@ impl Krylov<'_> {
         // From where an earlier one left off.
         let mut iterate = |embedded: &mut Embedded, steps: usize| {
             let stop = KrylovStop { residual, steps };
-            let apply = |x: &[f64], y: &mut [f64]| matrix.times(x, y);
+            let apply = |x: &[f64], y: &mut [f64]| {
+                let (bytes, flops) = (matrix.bytes() + 16 * x.len(), 2 * matrix.entries());
+                let _span = tracing::debug_span!("products", bytes, flops).entered();
+                matrix.times(x, y);
+            };
             let mut precondition = |r: &[f64], z: &mut [f64], product: Option<&mut [f64]>| {
                 embedded.apply(sweeps, r, z, product, relax_layer.map(|relax| relax as _));
             };
@@ -477,8 +484,8 @@ fn adds_to_rows(scheme: &Scheme) -> bool {
 const ITERATIONS: [f64; 2] = [100.0, 60.0];
 /// Seconds that an operation on sparse vectors takes, fitted as those of a factorisation are.
 const ITERATED_FLOP: f64 = 1.3e-9;
-/// Vectors that an iteration holds.
-const VECTORS: usize = 30;
+/// Bytes of a dof: twenty vectors in f32, a dozen in f64, the embedding of P1 and its transpose.
+const OF_DOF: usize = 250;
 
 /// None where parts are held by contact alone.
 fn choice(scheme: &Scheme) -> Option<Choice> {
@@ -489,8 +496,10 @@ fn choice(scheme: &Scheme) -> Option<Choice> {
     let entries = entries(problem);
     // Two sweeps, a residual and a product; the hierarchy below takes about half as much again.
     let mut flops = ITERATIONS[problem.space.mesh.dim - 2] * 6.0 * entries as f64;
-    // The matrix beside the entries it is summed from; the hierarchy; the vectors.
-    let mut bytes = entries * (12 + 16 + 8) + problem.space.dofs * 8 * VECTORS;
+    // The matrix in f64 and in f32, and once more while it is put together; what is kept of the cells; the rest.
+    let dim = problem.space.mesh.dim;
+    let of_cells = 4 * dim * (dim + 1) * problem.space.mesh.cell_count();
+    let mut bytes = 32 * entries + of_cells + problem.space.dofs * OF_DOF;
     if adds_to_rows(scheme) {
         let (of_layer, bytes_of_layer) = Layer::predicted(problem);
         flops += of_layer;

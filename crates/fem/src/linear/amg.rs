@@ -32,8 +32,8 @@ pub struct Amg {
 
 struct Level {
     sweeps: Sweeps,
-    prolongation: Csr,
-    restriction: Csr,
+    prolongation: Csr<f32>,
+    restriction: Csr<f32>,
     /// Right-hand side, solution and residual of this level.
     b: Vec<f64>,
     x: Vec<f64>,
@@ -44,6 +44,7 @@ impl Amg {
     /// None if a diagonal entry is not positive, or if the matrix does not coarsen and is too
     /// large to be solved directly.
     pub fn new(matrix: Csr) -> Option<Self> {
+        let _span = tracing::debug_span!("multigrid set-up", whole = true).entered();
         let mut levels = Vec::new();
         let mut matrix = matrix;
         let mut threshold = STRONG;
@@ -69,8 +70,8 @@ impl Amg {
             let coarse = restriction.product(&matrix.product(&prolongation));
             levels.push(Level {
                 sweeps: Sweeps::new(std::mem::replace(&mut matrix, coarse)),
-                prolongation,
-                restriction,
+                prolongation: prolongation.narrow(),
+                restriction: restriction.narrow(),
                 b: vec![0.0; n],
                 x: vec![0.0; n],
                 r: vec![0.0; n],
@@ -110,6 +111,9 @@ impl Amg {
     /// One V-cycle from zero, with a forward sweep of Gauss and Seidel down and a backward one up,
     /// which makes it symmetric.
     pub fn cycle(&mut self) {
+        let transfers = |level: &Level| level.restriction.bytes() + level.prolongation.bytes();
+        let bytes: usize = self.levels.iter().map(transfers).sum();
+        let _span = tracing::debug_span!("multigrid", whole = true, bytes).entered();
         for l in 0..self.levels.len() {
             let (above, below) = self.levels.split_at_mut(l + 1);
             let level = &mut above[l];

@@ -50,45 +50,36 @@ struct Point {
 }
 
 impl Tree {
+    /// How many cuts each point stays with the lower part, of `most`.
+    pub fn depths(
+        members: &[u32],
+        place: impl Fn(u32) -> [f64; 3] + Sync,
+        most: u8,
+    ) -> Vec<(u32, u8)> {
+        let mut points = points(members, place);
+        let mut spare = points.clone();
+        let mut depths = Vec::with_capacity(points.len());
+        let mut rest = &mut points[..];
+        for depth in 0..most {
+            if rest.len() <= LEAF {
+                break;
+            }
+            let room = &mut spare[..rest.len()];
+            let middle = split(rest, room);
+            let (low, high) = rest.split_at_mut(middle);
+            depths.extend(high.iter().map(|point| (point.index, depth)));
+            rest = low;
+        }
+        depths.extend(rest.iter().map(|point| (point.index, most)));
+        depths
+    }
+
     /// Cuts the points across their longest extent near the median, where a gap between the
     /// points is widest, so that on a regular mesh the cuts follow its lines.
     ///
     /// `members` are the numbers of the points, `place` their coordinates.
     pub fn new(members: &[u32], place: impl Fn(u32) -> [f64; 3] + Sync) -> Self {
-        let nothing = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        let (low, high) = members
-            .par_iter()
-            .fold(
-                || nothing,
-                |(low, high), &member| {
-                    let at = place(member);
-                    (
-                        std::array::from_fn(|k| at[k].min(low[k])),
-                        std::array::from_fn(|k| at[k].max(high[k])),
-                    )
-                },
-            )
-            .reduce(
-                || nothing,
-                |a, b| {
-                    (
-                        std::array::from_fn(|k| a.0[k].min(b.0[k])),
-                        std::array::from_fn(|k| a.1[k].max(b.1[k])),
-                    )
-                },
-            );
-        let extent = (0..3).fold(0.0, |e: f64, k| e.max(high[k] - low[k]));
-        let scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
-        let mut points: Vec<Point> = members
-            .par_iter()
-            .map(|&index| {
-                let at = place(index);
-                Point {
-                    at: std::array::from_fn(|k| ((at[k] - low[k]) * scale) as f32),
-                    index,
-                }
-            })
-            .collect();
+        let mut points = points(members, place);
         let mut spare = points.clone();
         let parts = if points.is_empty() {
             Vec::new()
@@ -100,6 +91,44 @@ impl Tree {
             parts,
         }
     }
+}
+
+/// The points in the unit cube.
+fn points(members: &[u32], place: impl Fn(u32) -> [f64; 3] + Sync) -> Vec<Point> {
+    let nothing = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    let (low, high) = members
+        .par_iter()
+        .fold(
+            || nothing,
+            |(low, high), &member| {
+                let at = place(member);
+                (
+                    std::array::from_fn(|k| at[k].min(low[k])),
+                    std::array::from_fn(|k| at[k].max(high[k])),
+                )
+            },
+        )
+        .reduce(
+            || nothing,
+            |a, b| {
+                (
+                    std::array::from_fn(|k| a.0[k].min(b.0[k])),
+                    std::array::from_fn(|k| a.1[k].max(b.1[k])),
+                )
+            },
+        );
+    let extent = (0..3).fold(0.0, |e: f64, k| e.max(high[k] - low[k]));
+    let scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
+    members
+        .par_iter()
+        .map(|&index| {
+            let at = place(index);
+            Point {
+                at: std::array::from_fn(|k| ((at[k] - low[k]) * scale) as f32),
+                index,
+            }
+        })
+        .collect()
 }
 
 /// Cuts `points`, which start at `from` in the order; `spare` is room for as many. The depth is

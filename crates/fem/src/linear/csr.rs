@@ -1,21 +1,23 @@
 //! Sparse matrices by rows, for everything that only multiplies.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
 use super::Elements;
+use super::kernels::Number;
 use faceoff_mesh::error::{Error, Result};
 
 /// A matrix in compressed sparse rows; the columns of a row come in any order, once each.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Csr {
+pub struct Csr<T = f64> {
     columns: usize,
     /// One more than there are rows: positions in `indices` and `values`.
     starts: Vec<usize>,
     /// The columns of the entries.
     indices: Vec<u32>,
-    values: Vec<f64>,
+    values: Vec<T>,
 }
 
 /// Entries that are less than this of √(a_ii a_jj) are rounding: faces at right angles have no tie.
@@ -52,30 +54,49 @@ impl Csr {
             });
         }
         let n = number.iter().flatten().count();
-        let row_of = |place: usize| number[elements.of(place / size)[place % size] as usize];
-        // The places in elements that each row is the sum of.
+        // The places in elements that each row is the sum of, ascending: first how many are in each part of the elements.
+        let part = count.div_ceil(rayon::current_num_threads().min(8)).max(1);
+        let rows_of = |k: usize| {
+            let elements = (k * part..count.min((k + 1) * part)).map(|e| (e, elements.of(e)));
+            elements.flat_map(|(e, unknowns)| {
+                let rows = unknowns.iter().enumerate();
+                rows.filter_map(move |(j, k)| Some(((e * size + j) as u32, number[*k as usize]?)))
+            })
+        };
+        let parts = (0..count.div_ceil(part)).into_par_iter();
+        let mut next: Vec<Vec<u32>> = parts
+            .map(|k| {
+                let mut counts = vec![0; n];
+                rows_of(k).for_each(|(_, row)| counts[row as usize] += 1);
+                counts
+            })
+            .collect();
         let mut starts = vec![0u32; n + 1];
-        for row in (0..count * size).filter_map(row_of) {
-            starts[row as usize + 1] += 1;
-        }
         for row in 0..n {
-            starts[row + 1] += starts[row];
-        }
-        let mut next = starts.clone();
-        let mut places = vec![0u32; starts[n] as usize];
-        for place in 0..count * size {
-            if let Some(row) = row_of(place) {
-                places[next[row as usize] as usize] = place as u32;
-                next[row as usize] += 1;
+            let mut start = starts[row];
+            for next in &mut next {
+                let count = std::mem::replace(&mut next[row], start);
+                start += count;
             }
+            starts[row + 1] = start;
         }
+        let mut places = Vec::new();
+        places.resize_with(starts[n] as usize, AtomicU32::default);
+        next.par_iter_mut().enumerate().for_each(|(k, next)| {
+            for (place, row) in rows_of(k) {
+                let at = &mut next[row as usize];
+                places[*at as usize].store(place, Ordering::Relaxed);
+                *at += 1;
+            }
+        });
         drop(next);
         let all = Csr::by_chunks(n, n, |rows, part| {
             let (mut values, mut entries) = (vec![0.0; size], Vec::new());
             for row in rows {
                 entries.clear();
-                for &place in &places[starts[row] as usize..starts[row + 1] as usize] {
-                    let (element, local) = (place as usize / size, place as usize % size);
+                for place in &places[starts[row] as usize..starts[row + 1] as usize] {
+                    let place = place.load(Ordering::Relaxed) as usize;
+                    let (element, local) = (place / size, place % size);
                     elements.row(element, local, &mut values);
                     let unknowns = elements.of(element).iter().zip(&values);
                     entries.extend(unknowns.filter_map(|(&j, a)| Some((number[j as usize]?, *a))));
@@ -152,21 +173,6 @@ impl Csr {
         self.starts.push(self.indices.len());
     }
 
-    /// How many rows it has.
-    pub fn rows(&self) -> usize {
-        self.starts.len() - 1
-    }
-
-    /// How many columns it has.
-    pub fn columns(&self) -> usize {
-        self.columns
-    }
-
-    /// Stored entries.
-    pub fn entries(&self) -> usize {
-        self.indices.len()
-    }
-
     /// The columns and values of a row.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
         let range = self.starts[i]..self.starts[i + 1];
@@ -180,6 +186,11 @@ impl Csr {
     }
 
     /// The values of a row, in the order of its columns.
+    pub fn row_values(&self, i: usize) -> &[f64] {
+        &self.values[self.places(i)]
+    }
+
+    /// The same, to be changed.
     pub fn row_values_mut(&mut self, i: usize) -> &mut [f64] {
         &mut self.values[self.starts[i]..self.starts[i + 1]]
     }
@@ -208,61 +219,51 @@ impl Csr {
         }
     }
 
-    /// Σ a_ij x_j over `part` of the entries of a row, where x begins at the column `first`.
+    /// Its values rounded, for a preconditioner.
+    pub fn narrow(self) -> Csr<f32> {
+        Csr {
+            columns: self.columns,
+            starts: self.starts,
+            indices: self.indices,
+            values: self.values.par_iter().map(|a| *a as f32).collect(),
+        }
+    }
+
+    /// Where the entries of a row are among `values`.
+    pub fn places(&self, i: usize) -> Range<usize> {
+        self.starts[i]..self.starts[i + 1]
+    }
+
+    /// Σ a_ij x_j over `part` of the entries of a row, where x begins at the column `first`, for `values` as many as the
+    /// matrix has.
     #[inline]
-    pub fn dot_part(&self, i: usize, part: Range<u32>, x: &[f64], first: usize) -> f64 {
+    pub fn dot_part(
+        &self,
+        values: &[f32],
+        i: usize,
+        part: Range<u32>,
+        x: &[f64],
+        first: usize,
+    ) -> f64 {
         let start = self.starts[i];
         let range = start + part.start as usize..start + part.end as usize;
-        let entries = self.indices[range.clone()].iter().zip(&self.values[range]);
-        entries.map(|(&j, a)| a * x[j as usize - first]).sum()
-    }
-
-    #[inline]
-    fn dot(&self, i: usize, x: &[f64]) -> f64 {
-        self.row(i).map(|(j, a)| a * x[j as usize]).sum()
-    }
-
-    /// y = A x
-    pub fn times(&self, x: &[f64], y: &mut [f64]) {
-        self.by_rows(y, |i, _| self.dot(i, x));
-    }
-
-    /// r = b - A x
-    pub fn residual(&self, b: &[f64], x: &[f64], r: &mut [f64]) {
-        self.by_rows(r, |i, _| b[i] - self.dot(i, x));
-    }
-
-    /// (b - A x)_i
-    pub fn rest(&self, i: usize, b: &[f64], x: &[f64]) -> f64 {
-        b[i] - self.dot(i, x)
-    }
-
-    /// y += A x
-    pub fn add_times(&self, x: &[f64], y: &mut [f64]) {
-        self.by_rows(y, |i, y| y + self.dot(i, x));
-    }
-
-    /// Writes each entry from its row and what it was. Rows do not depend on each other, so the result is the same on any number of cores.
-    pub fn by_rows(&self, y: &mut [f64], value: impl Fn(usize, f64) -> f64 + Sync) {
-        y.par_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(chunk, part)| {
-                for (k, y) in part.iter_mut().enumerate() {
-                    *y = value(chunk * CHUNK + k, *y);
-                }
-            });
+        let entries = self.indices[range.clone()].iter().zip(&values[range]);
+        entries
+            .map(|(&j, a)| f64::from(*a) * x[j as usize - first])
+            .sum()
     }
 
     /// The largest Σ_j |a_ij|.
     pub fn norm(&self) -> f64 {
-        (0..self.rows())
-            .map(|i| self.row(i).map(|(_, a)| a.abs()).sum())
-            .fold(0.0, f64::max)
+        let sums = (0..self.rows()).into_par_iter();
+        sums.map(|i| self.row(i).map(|(_, a)| a.abs()).sum())
+            .reduce(|| 0.0, f64::max)
     }
 
     /// a_ii, 0 where there is none.
     pub fn diagonal(&self) -> Vec<f64> {
-        (0..self.rows()).map(|i| self.at(i, i as u32)).collect()
+        let rows = (0..self.rows()).into_par_iter();
+        rows.map(|i| self.at(i, i as u32)).collect()
     }
 
     /// The transpose.
@@ -315,6 +316,69 @@ impl Csr {
                 part.starts.push(part.indices.len());
             }
         })
+    }
+}
+
+impl<T: Number> Csr<T> {
+    /// How many rows it has.
+    pub fn rows(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// How many columns it has.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// What one pass over it reads.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.starts[..])
+            + size_of_val(&self.indices[..])
+            + size_of_val(&self.values[..])
+    }
+
+    /// Stored entries.
+    pub fn entries(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// Σ_j a_ij x_j
+    #[inline(always)]
+    pub fn dot(&self, i: usize, x: &[f64]) -> f64 {
+        let range = self.starts[i]..self.starts[i + 1];
+        let entries = self.indices[range.clone()].iter().zip(&self.values[range]);
+        entries.map(|(&j, a)| a.wide() * x[j as usize]).sum()
+    }
+
+    /// y = A x
+    pub fn times(&self, x: &[f64], y: &mut [f64]) {
+        self.by_rows(y, |i, _| self.dot(i, x));
+    }
+
+    /// r = b - A x
+    pub fn residual(&self, b: &[f64], x: &[f64], r: &mut [f64]) {
+        self.by_rows(r, |i, _| b[i] - self.dot(i, x));
+    }
+
+    /// (b - A x)_i
+    pub fn rest(&self, i: usize, b: &[f64], x: &[f64]) -> f64 {
+        b[i] - self.dot(i, x)
+    }
+
+    /// y += A x
+    pub fn add_times(&self, x: &[f64], y: &mut [f64]) {
+        self.by_rows(y, |i, y| y + self.dot(i, x));
+    }
+
+    /// Writes each entry from its row and what it was. Rows do not depend on each other, so the result is the same on any number of cores.
+    pub fn by_rows(&self, y: &mut [f64], value: impl Fn(usize, f64) -> f64 + Sync) {
+        y.par_chunks_mut(CHUNK)
+            .enumerate()
+            .for_each(|(chunk, part)| {
+                for (k, y) in part.iter_mut().enumerate() {
+                    *y = value(chunk * CHUNK + k, *y);
+                }
+            });
     }
 }
 

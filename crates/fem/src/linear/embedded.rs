@@ -19,8 +19,8 @@ pub type Relax<'a> = &'a dyn Fn(&[f64], &mut [f64]);
 
 /// The embedding and the hierarchy below.
 pub struct Embedded {
-    embedding: Csr,
-    restriction: Csr,
+    embedding: Csr<f32>,
+    restriction: Csr<f32>,
     coarse: Amg,
     residual: Vec<f64>,
 }
@@ -31,9 +31,9 @@ impl Embedded {
     pub fn new(embedding: Csr, coarse: Csr) -> Option<Self> {
         Some(Embedded {
             residual: vec![0.0; embedding.rows()],
-            restriction: embedding.transpose(),
+            restriction: embedding.transpose().narrow(),
             coarse: Amg::new(coarse)?,
-            embedding,
+            embedding: embedding.narrow(),
         })
     }
 
@@ -52,9 +52,15 @@ impl Embedded {
             relax_block(b, x);
             sweeps.matrix().residual(b, x, residual);
         }
+        let transfer = |bytes: usize| tracing::debug_span!("P1 and back", bytes).entered();
+        let vectors = 8 * (self.embedding.rows() + self.embedding.columns());
+        let span = transfer(self.restriction.bytes() + vectors);
         self.restriction.times(residual, self.coarse.rhs());
+        drop(span);
         self.coarse.cycle();
+        let span = transfer(self.embedding.bytes() + vectors);
         self.embedding.add_times(self.coarse.solution(), x);
+        drop(span);
         if let Some(relax_block) = relax_block {
             relax_block(b, x);
         }

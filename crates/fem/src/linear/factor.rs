@@ -31,12 +31,23 @@ pub struct Choice {
     pub predicted_seconds: f64,
 }
 
+impl Choice {
+    fn bytes_of_factor(&self) -> usize {
+        self.entries
+            * match self.precision {
+                Precision::F64 => 8,
+                Precision::F32Refined => 4,
+            }
+    }
+}
+
 /// A factorisation of the eliminated unknowns.
 ///
 /// What is factored is A over a power of two of its own size: the pivots' roots then have the same digits in any unit, and
 /// numbers of f32 their range.
 pub struct Factor {
     kind: FactorKind,
+    bytes: usize,
     unit: f64,
 }
 
@@ -116,10 +127,22 @@ pub fn condense(
     settings: Settings,
     instead: Option<Choice>,
 ) -> Result<Option<(Factor, Reduced, Schur, Choice)>> {
+    let ordering = tracing::debug_span!("ordering").entered();
+    if let (Solver::Auto, Some(other)) = (settings.solver, instead)
+        && other.predicted_seconds < Analysis::seconds_at_least(elements, roles)
+        && memory::available().is_none_or(|there| other.predicted_mb * 1e6 < there as f64)
+    {
+        tracing::info!("iterations, without an ordering");
+        return Ok(None);
+    }
     let analysis = Analysis::new(elements, roles, ties, settings.solver == Solver::Faer);
     let Some(choice) = choose(&analysis, elements, settings, instead)? else {
         return Ok(None);
     };
+    drop(ordering);
+    // The factor is written once.
+    let (bytes, flops) = (choice.bytes_of_factor(), analysis.flops_once());
+    let _span = tracing::debug_span!("factorisation", bytes, flops).entered();
     tracing::info!(
         solver = %choice.solver,
         precision = %choice.precision,
@@ -165,7 +188,7 @@ pub fn condense(
     };
     let reduced = Reduced::new(reduced, unit);
     Ok(Some((
-        Factor { kind, unit },
+        Factor { kind, bytes, unit },
         reduced,
         schur.times_unit(unit),
         choice,
@@ -244,8 +267,15 @@ fn choose(
 }
 
 impl Factor {
+    /// A pass over the factor: what it reads at least.
+    fn pass(&self) -> tracing::span::EnteredSpan {
+        let (bytes, flops) = (self.bytes, self.bytes / 4);
+        tracing::debug_span!("substitution", bytes, flops).entered()
+    }
+
     /// Condenses a further right-hand side.
     pub fn reduce(&self, b: &[f64]) -> Reduced {
+        let _span = self.pass();
         let b = &over(b, self.unit);
         let kind = match &self.kind {
             FactorKind::Faer(factor) => Kind::Faer(factor.forward(b)),
@@ -257,6 +287,7 @@ impl Factor {
 
     /// Writes all unknowns into `x`, where the kept ones are `kept`; fixed ones stay as they are.
     pub fn expand(&self, reduced: &Reduced, kept: &[f64], x: &mut [f64]) {
+        let _span = self.pass();
         match (&self.kind, &reduced.kind) {
             (FactorKind::Faer(factor), Kind::Faer(solved)) => factor.backward(solved, kept, x),
             (FactorKind::F64(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),

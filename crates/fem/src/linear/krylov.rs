@@ -6,6 +6,8 @@
 
 use rayon::prelude::*;
 
+use super::kernels::Number;
+
 /// When an iteration ends.
 #[derive(Debug, Clone, Copy)]
 pub struct KrylovStop {
@@ -17,6 +19,8 @@ pub struct KrylovStop {
 
 /// Steps between restarts of GMRES: as many vectors are held.
 const RESTART: usize = 20;
+/// What is left of a residual before a restart: above what rounding to f32 leaves.
+const GAIN: f64 = 1e-6;
 
 /// What an iteration ended with.
 #[derive(Debug, Clone, Copy)]
@@ -79,61 +83,61 @@ pub fn conjugate_gradients(
     Ended::new(stop.steps, norm(&r), stop)
 }
 
-/// Solves A x = b from the x given; `basis` keeps the vectors for the next solve with as many unknowns.
+/// Solves A x = b from the x given; `basis` keeps the vectors for the next solve with as many unknowns, in f32 as the
+/// preconditioner is (J. I. Aliaga et al., Concurrency Computat. Pract. Exper. 34, 2022): the residual is computed anew after at most
+/// `GAIN`.
 pub fn gmres(
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&[f64], &mut [f64], Option<&mut [f64]>),
     b: &[f64],
     x: &mut [f64],
     stop: KrylovStop,
-    basis: &mut Vec<Vec<f64>>,
+    basis: &mut Vec<Vec<f32>>,
 ) -> Ended {
     let n = b.len();
-    if basis.is_empty() {
-        basis.push(vec![0.0; n]);
-    }
-    let mut direction = vec![0.0; n];
+    let _span = tracing::debug_span!("basis").entered();
+    let [mut last, mut next, mut direction] = [(); 3].map(|()| vec![0.0; n]);
     let mut done = 0;
     let mut before = f64::INFINITY;
     loop {
         // The residual anew, so that what is believed at the end was not only predicted.
         apply(x, &mut direction);
-        basis[0].copy_from_slice(b);
-        add(&mut basis[0], &direction, -1.0);
-        let size = norm(&basis[0]);
+        last.copy_from_slice(b);
+        add(&mut last, &direction, -1.0);
+        let size = norm(&last);
         // Rounding sets a floor: a restart that does not gain will not.
         if size <= stop.residual || done >= stop.steps || !(size < 0.5 * before) {
             return Ended::new(done, size, stop);
         }
         before = size;
-        scale(&mut basis[0], 1.0 / size);
+        let enough = stop.residual.max(GAIN * size);
         let mut triangle = Triangle::new(size);
-        while triangle.len() < RESTART && done < stop.steps && triangle.residual() > stop.residual {
+        let mut length = size;
+        while triangle.len() < RESTART && done < stop.steps && triangle.residual() > enough {
             let k = triangle.len();
-            if basis.len() < k + 2 {
+            if basis.len() == k {
                 basis.push(vec![0.0; n]);
             }
-            let (old, new) = basis.split_at_mut(k + 1);
-            let next = &mut new[0];
-            precondition(&old[k], &mut direction, Some(next));
+            scale(&mut last, 1.0 / length, &mut basis[k]);
+            precondition(&last, &mut direction, Some(&mut next));
             // Classical Gram and Schmidt, which reads each vector twice; the residual is computed anew at the end.
-            let mut column = dots(old, next);
-            let length = subtract(next, old, &column);
+            let (bytes, flops) = (n * (8 * (k + 1) + 40), 4 * n * (k + 1));
+            let _span = tracing::debug_span!("basis", bytes, flops).entered();
+            let old = &basis[..=k];
+            let mut column = dots(old, &next);
+            length = subtract(&mut next, old, &column);
             column.push(length);
             done += 1;
-            if !triangle.push(column) {
+            if !triangle.push(column) || length == 0.0 {
                 break;
             }
-            if length > 0.0 {
-                scale(next, 1.0 / length);
-            }
+            std::mem::swap(&mut last, &mut next);
         }
         // x += M⁻¹ V y
-        let y = triangle.solve();
-        let mut sum = vec![0.0; n];
-        let minus: Vec<f64> = y.iter().map(|y| -y).collect();
-        subtract(&mut sum, &basis[..y.len()], &minus);
-        precondition(&sum, &mut direction, None);
+        let minus: Vec<f64> = triangle.solve().iter().map(|y| -y).collect();
+        last.fill(0.0);
+        subtract(&mut last, &basis[..minus.len()], &minus);
+        precondition(&last, &mut direction, None);
         add(x, &direction, 1.0);
     }
 }
@@ -210,17 +214,23 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     parts.iter().sum()
 }
 
-/// The products of vectors with one, of which each chunk stays near while they pass.
-fn dots(vectors: &[Vec<f64>], with: &[f64]) -> Vec<f64> {
+/// Entries of a vector that stay nearest while others pass.
+const NEAR: usize = 2048;
+
+/// The products of vectors with one.
+fn dots(vectors: &[Vec<f32>], with: &[f64]) -> Vec<f64> {
     let parts: Vec<Vec<f64>> = with
         .par_chunks(CHUNK)
         .enumerate()
         .map(|(k, with)| {
-            let chunk = k * CHUNK..k * CHUNK + with.len();
-            let vectors = vectors.iter();
-            vectors
-                .map(|v| dot_of_chunks(&v[chunk.clone()], with))
-                .collect()
+            let mut sums = vec![0.0; vectors.len()];
+            for (near, with) in with.chunks(NEAR).enumerate() {
+                let first = k * CHUNK + near * NEAR;
+                for (sum, vector) in sums.iter_mut().zip(vectors) {
+                    *sum += dot_of_chunks(&vector[first..first + with.len()], with);
+                }
+            }
+            sums
         })
         .collect();
     (0..vectors.len())
@@ -229,31 +239,34 @@ fn dots(vectors: &[Vec<f64>], with: &[f64]) -> Vec<f64> {
 }
 
 /// a -= Σ_j h_j v_j, and the norm of what it becomes.
-fn subtract(a: &mut [f64], vectors: &[Vec<f64>], h: &[f64]) -> f64 {
+fn subtract(a: &mut [f64], vectors: &[Vec<f32>], h: &[f64]) -> f64 {
     let parts: Vec<f64> = a
         .par_chunks_mut(CHUNK)
         .enumerate()
         .map(|(k, a)| {
-            for (vector, h) in vectors.iter().zip(h) {
-                for (a, v) in a.iter_mut().zip(&vector[k * CHUNK..]) {
-                    *a -= h * v;
+            let of_near = a.chunks_mut(NEAR).enumerate().map(|(near, a)| {
+                for (vector, h) in vectors.iter().zip(h) {
+                    for (a, v) in a.iter_mut().zip(&vector[k * CHUNK + near * NEAR..]) {
+                        *a -= h * f64::from(*v);
+                    }
                 }
-            }
-            dot_of_chunks(a, a)
+                dot_of_chunks(a, a)
+            });
+            of_near.sum()
         })
         .collect();
     parts.iter().sum::<f64>().sqrt()
 }
 
 /// Eight sums side by side, as wide as the registers.
-fn dot_of_chunks(a: &[f64], b: &[f64]) -> f64 {
+fn dot_of_chunks<T: Number>(a: &[T], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a_rows, b_rows) = (a.chunks_exact(8), b.chunks_exact(8));
     let rest = a_rows.remainder().iter().zip(b_rows.remainder());
-    let rest: f64 = rest.map(|(a, b)| a * b).sum();
+    let rest: f64 = rest.map(|(a, b)| a.wide() * b).sum();
     for (a, b) in a_rows.zip(b_rows) {
         for k in 0..8 {
-            sums[k] += a[k] * b[k];
+            sums[k] += a[k].wide() * b[k];
         }
     }
     sums.iter().sum::<f64>() + rest
@@ -264,9 +277,15 @@ pub fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
 }
 
-fn scale(a: &mut [f64], factor: f64) {
-    a.par_chunks_mut(CHUNK)
-        .for_each(|a| a.iter_mut().for_each(|a| *a *= factor));
+/// a *= factor, and the same rounded.
+fn scale(a: &mut [f64], factor: f64, narrow: &mut [f32]) {
+    let chunks = a.par_chunks_mut(CHUNK).zip(narrow.par_chunks_mut(CHUNK));
+    chunks.for_each(|(a, narrow)| {
+        for (a, narrow) in a.iter_mut().zip(narrow) {
+            *a *= factor;
+            *narrow = *a as f32;
+        }
+    });
 }
 
 fn add(a: &mut [f64], b: &[f64], factor: f64) {
