@@ -6,13 +6,18 @@
 //! cargo bench --bench solvers -- --quick
 //! cargo bench --bench solvers -- --strips         # N × 4 squares with contact on the long side, by all three
 //! cargo bench --bench solvers -- --shapes         # strips, combs, plates: each way of the Rust engine, and what `auto` chooses
+//! cargo bench --bench solvers -- --phases         # where the Rust engine's time goes, beside the machine's limits
 //! cargo bench --bench solvers -- --methods cr --n 64,128,256 --engines rust,fenicsx --repeats 5
 //! ```
 //!
 //! Every solve is a process of its own, so that each tells its own peak memory; interpreters and
 //! job files count as `start`, the compilation of dolfinx's forms not at all. Times are medians in
 //! seconds. Nothing is printed of a case on which the codes do not agree to 1e-8 of max|u|.
+//!
+//! Among the tests, without a word, it tells the phases of small solves.
 
+#[path = "solvers/phases.rs"]
+mod phases;
 #[path = "solvers/shapes.rs"]
 mod shapes;
 
@@ -68,6 +73,9 @@ struct Arguments {
     /// Bodies of many shapes by the Rust engine alone, instead; or those with this in their name
     #[arg(long, value_name = "NAME", num_args = 0..=1, default_missing_value = "")]
     shapes: Option<String>,
+    /// The phases of solves by the Rust engine alone, beside the machine's bandwidth and operations, instead
+    #[arg(long)]
+    phases: bool,
     /// Solve once, write u into this file and what was measured to standard output
     #[arg(long, hide = true)]
     once: Option<PathBuf>,
@@ -133,11 +141,15 @@ impl Solve {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let mut arguments = Arguments::parse();
+    if std::env::args().len() == 1 {
+        (arguments.phases, arguments.quick) = (true, true);
+    }
     let done = match &arguments.once {
         Some(path) => once(&arguments, path),
         None => match &arguments.shapes {
             Some(name) => shapes::compare(name, STOP),
+            None if arguments.phases => tell_phases(&arguments),
             None => compare(&arguments),
         },
     };
@@ -207,6 +219,28 @@ fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
         peak_mb: engine::peak_memory_mb(!own),
     };
     println!("{}", serde_json::to_string(&solve)?);
+    Ok(())
+}
+
+/// The named scene on the named meshes; else squares and cubes.
+fn tell_phases(arguments: &Arguments) -> Outcome<()> {
+    let limits = phases::Limits::measure(arguments.quick);
+    let methods = match &arguments.methods[..] {
+        [] => vec![Method::cr()],
+        methods => methods.to_vec(),
+    };
+    let cases: &[(&str, &[usize])] = match (&arguments.n[..], arguments.quick) {
+        ([], true) => &[("one-zone", &[16, 32]), ("one-zone-3d", &[4, 14])],
+        ([], false) => &[("one-zone", &[512, 1024]), ("one-zone-3d", &[32, 48])],
+        (n, _) => &[(&arguments.scene[..], n)],
+    };
+    for method in &methods {
+        for (scene, meshes) in cases {
+            for &n in *meshes {
+                limits.table(scene, *method, n, STOP)?;
+            }
+        }
+    }
     Ok(())
 }
 
