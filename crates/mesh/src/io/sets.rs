@@ -29,6 +29,7 @@ pub struct Runs(pub Vec<Range<u32>>);
 impl Runs {
     pub fn push(&mut self, run: Range<u32>) {
         match self.0.last_mut() {
+            _ if run.is_empty() => {}
             Some(last) if last.end == run.start => last.end = run.end,
             _ => self.0.push(run),
         }

@@ -239,7 +239,7 @@ impl Reader {
             for block in &self.sets.mesh.blocks {
                 let of = start.max(first)..end.min(start + block.len() as u32);
                 start += block.len() as u32;
-                if block.kind.dim() == dimension && !of.is_empty() {
+                if block.kind.dim() == dimension {
                     cells.push(of);
                 }
             }

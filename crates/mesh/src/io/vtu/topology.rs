@@ -381,4 +381,33 @@ mod tests {
             assert!(read.mesh.blocks == mesh.blocks, "{first}");
         }
     }
+
+    /// Also where the nodes of a cell stand in another order, or the cell is several.
+    #[test]
+    fn a_node_beyond_the_points_is_refused_in_any_cell() {
+        for code in [4, 6, 7, 8, 9] {
+            for (node, is_there) in [(3, true), (4, false)] {
+                let text = format!(
+                    "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">\
+                     <Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\
+                     0 0 0 1 0 0 0 1 0 1 1 0</DataArray></Points><Cells>\
+                     <DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2 {node}</DataArray>\
+                     <DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">4</DataArray>\
+                     <DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">{code}</DataArray>\
+                     </Cells></Piece></UnstructuredGrid></VTKFile>"
+                );
+                let read = from_bytes(Path::new("test.vtu"), text.as_bytes());
+                assert_eq!(read.is_ok(), is_there, "{code}");
+                let what = read
+                    .err()
+                    .map(|error| error.to_string())
+                    .unwrap_or_default();
+                assert_eq!(
+                    what.contains("entry 3 is point 4, but there are 4 points"),
+                    !is_there,
+                    "{what}"
+                );
+            }
+        }
+    }
 }
