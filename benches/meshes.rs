@@ -5,8 +5,8 @@
 //! Times are of the work alone, without the start of an interpreter: the best of those of a second, in milliseconds; what is written
 //! is written where no file is. Programs do different work in them: faceoff checks every number and has the groups; meshio
 //! hands out the arrays of HDF5 files as they are (MED, XDMF) and reads no group of XDMF; VTK takes over the arrays of VTP and
-//! VTKHDF without a look at them. Each of these copies the file once; faceoff reads it, turns the numbers into points and nodes,
-//! and looks at these again, on all cores: what it takes on one core is twice what those take.
+//! VTKHDF without a look at them. Each of these copies the file once; faceoff reads it and looks at each number on all cores: where
+//! it lies, if it lies there as it is used, or else while points and nodes are made of it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
