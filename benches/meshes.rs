@@ -2,11 +2,11 @@
 //!
 //! `FACEOFF_READERS=target/readers/bin/python3 cargo bench --bench meshes` (`tests/run` makes that environment); words after
 //! `--` choose the files with such words in their names, as `-- med xdmf`.
-//! Times are of the work alone, without the start of an interpreter: the best of those of a second, in seconds; what is written
+//! Times are of the work alone, without the start of an interpreter: the best of those of a second, in milliseconds; what is written
 //! is written where no file is. Programs do different work in them: faceoff checks every number and has the groups; meshio
 //! hands out the arrays of HDF5 files as they are (MED, XDMF) and reads no group of XDMF; VTK takes over the arrays of VTP and
-//! VTKHDF without a look at them. Each of these copies the file once; faceoff reads it, turns the numbers into points and nodes,
-//! and looks at these again, on all cores: what it takes on one core is twice what those take.
+//! VTKHDF without a look at them. Each of these copies the file once; faceoff reads it and looks at each number on all cores: where
+//! it lies, if it lies there as it is used, or else while points and nodes are made of it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -226,10 +226,12 @@ fn main() {
                     .copied()
                     .fold(f64::INFINITY, f64::min);
                 let shown =
-                    programs.map(|time| time.map_or("".into(), |time| format!("{time:.3}")));
+                    programs.map(|time| time.map_or("".into(), |time| format!("{:.1}", 1e3 * time)));
                 println!(
-                    "| {file} | {} | {action} | {plain:.3} | {ours:.3} | {} | {:.1} | {:.1} |",
+                    "| {file} | {} | {action} | {:.1} | {:.1} | {} | {:.2} | {:.1} |",
                     bytes / 1_000_000,
+                    1e3 * plain,
+                    1e3 * ours,
                     shown.join(" | "),
                     next / ours,
                     ours / plain

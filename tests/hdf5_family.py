@@ -115,9 +115,30 @@ def write_gmsh(folder):
             yield f"order{order}.{suffix}", told(count, cells, sizes)
 
 
+def write_vtk(folder):
+    import vtk
+
+    grid, points = vtk.vtkUnstructuredGrid(), vtk.vtkPoints()
+    for point in POINTS:
+        points.InsertNextPoint(point)
+    grid.SetPoints(points)
+    # A tetrahedron before the two cubes, which are polyhedra.
+    grid.InsertNextCell(vtk.VTK_TETRA, 4, (0, 1, 3, 6))
+    for a, b, c, d, e, f, g, h in HEXES.tolist():
+        faces = vtk.vtkIdList()
+        for number in (6, 4, a, b, c, d, 4, e, f, g, h, 4, a, b, f, e, 4, b, c, g, f, 4, c, d, h, g, 4, d, a, e, h):
+            faces.InsertNextId(number)
+        grid.InsertNextCell(vtk.VTK_POLYHEDRON, faces)
+    writer = vtk.vtkHDFWriter()
+    writer.SetFileName(str(folder / "polyhedra.vtkhdf"))
+    writer.SetInputData(grid)
+    writer.Write()
+    yield "polyhedra.vtkhdf", told(12, [(4, 1), (8, 2)])
+
+
 def write(folder):
     folder = pathlib.Path(folder)
-    files = (*write_meshio(folder), *write_netcdf(folder), *write_gmsh(folder))
+    files = (*write_meshio(folder), *write_netcdf(folder), *write_gmsh(folder), *write_vtk(folder))
     return {str(folder / name): seen for name, seen in files}
 
 

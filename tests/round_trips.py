@@ -85,6 +85,8 @@ def of_med(path):
 def of_vtk(path):
     """Groups are an array on cells, as meshio and we write it."""
     told = corpus.with_vtk(path)
+    # What another format has as numbers of groups is a field here.
+    told["fields"] |= {f"cells {name}": corpus.totals(of) for name, of in told["labels"].items()}
     told["fields"] = {name: values for name, values in told["fields"].items() if not name.startswith(("cells gmsh:", "cells faceoff:"))}
     return told
 

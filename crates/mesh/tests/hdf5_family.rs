@@ -47,7 +47,7 @@ fn what_others_write_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let told = python(&["write", folder.path().to_str().expect("a path")]);
     let told = told.as_object().expect("files");
-    assert_eq!(told.len(), 14);
+    assert_eq!(told.len(), 15);
     for (path, theirs) in told {
         let content = io::open(Path::new(path), None).unwrap_or_else(|error| panic!("{error}"));
         let Content { mesh, unread, .. } = &content;

@@ -2,13 +2,15 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::ops::{Deref, DerefMut};
+use std::ops::{Deref, DerefMut, Range};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
+use bytemuck::Pod;
 use memmap2::MmapMut;
 
 use crate::file;
+use crate::mesh::Array;
 
 /// Bytes, in pages of 2 MB if there are many and the system has such pages: allocating the size of a file in small
 /// pages takes longer than reading the file.
@@ -128,10 +130,39 @@ pub fn read(path: &Path) -> io::Result<Arc<Bytes>> {
 /// The owner of these bytes, if they are a large file from [`read`], or else of a copy: the library of HDF5 keeps what it
 /// reads from, and copying a file takes longer than reading it.
 pub fn owner(bytes: &[u8]) -> Arc<Bytes> {
-    let held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut held = held.iter().filter_map(Weak::upgrade);
-    held.find(|held| std::ptr::eq(&***held, bytes))
+    let held = holder(bytes).map(|(file, _)| file);
+    held.filter(|file| file.len() == bytes.len())
         .unwrap_or_else(|| Arc::new(Bytes::Small(bytes.to_vec())))
+}
+
+/// The large file that these bytes are a part of, and where.
+fn holder(bytes: &[u8]) -> Option<(Arc<Bytes>, Range<usize>)> {
+    let held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
+    held.iter().filter_map(Weak::upgrade).find_map(|file| {
+        let start = bytes.as_ptr().addr().checked_sub(file.as_ptr().addr())?;
+        let part = start..start.checked_add(bytes.len())?;
+        (part.end <= file.len()).then_some((file, part))
+    })
+}
+
+/// Numbers of a file where they lie.
+struct Lender(Arc<Bytes>, Range<usize>);
+
+impl<T: Pod> AsRef<[T]> for Lender {
+    fn as_ref(&self) -> &[T] {
+        let Lender(file, part) = self;
+        let bytes = file.get(part.clone()).unwrap_or_default();
+        bytemuck::try_cast_slice(bytes).unwrap_or_default()
+    }
+}
+
+/// The little-endian numbers that these bytes are, without copying them: if they are part of a large file and lie in it as in
+/// memory. They keep all of it, so they are to be no less than a quarter.
+pub fn lent<T: Pod>(bytes: &[u8]) -> Option<Array<T>> {
+    bytemuck::try_cast_slice::<u8, T>(bytes).ok()?;
+    let (file, part) = holder(bytes)?;
+    let sparing = part.len() >= file.len() / 4 && cfg!(target_endian = "little");
+    sparing.then(|| Array::lent(Arc::new(Lender(file, part))))
 }
 
 /// Reads a file of `length` bytes.

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use super::loss::Losses;
 use super::out::Out;
-use super::raw::Nodes;
+use super::raw::{Nodes, points_of_rows};
 use super::rows;
 use super::scan::{Numbers, Scan};
 use super::vtu::array::RawNumbers;
 use super::vtu::scalar::Scalar;
 use crate::error::Result;
-use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Group, Mesh, Support, Values};
+use crate::mesh::{Array, CellBlock, CellGroups, CellKind, Field, Group, Mesh, Support, Values};
 
 /// The name of the field that holds the labels of points.
 const POINT_LABEL: &str = "label";
@@ -18,7 +18,7 @@ const POINT_LABEL: &str = "label";
 /// A mesh that is being read from rows that end in a label.
 #[derive(Default)]
 pub struct Rows {
-    points: Vec<[f64; 3]>,
+    points: Array<[f64; 3]>,
     labels: Vec<i32>,
     /// With the label of each cell.
     blocks: Vec<(CellBlock, Vec<i32>)>,
@@ -40,13 +40,14 @@ impl Rows {
             scan.advance(count * row);
             return Ok(());
         }
-        self.points.reserve(count);
+        let points = self.points.to_mut();
+        points.reserve(count);
         for _ in 0..count {
             let mut point = [0.0; 3];
             for x in point.iter_mut().take(dimension) {
                 *x = scan.real()?;
             }
-            self.points.push(point);
+            points.push(point);
             self.labels.push(label(scan)?);
         }
         Ok(())
@@ -75,10 +76,10 @@ impl Rows {
                     }
                     labels.push(label(scan)?);
                 }
-                (nodes, labels)
+                (nodes.into(), labels)
             }
         };
-        self.blocks.push((CellBlock::new(kind, nodes), labels));
+        self.blocks.push((CellBlock::of(kind, nodes), labels));
         Ok(())
     }
 
@@ -98,7 +99,7 @@ impl Rows {
     /// The mesh, with a group for each label of cells.
     pub fn finish(self) -> Mesh {
         let mut mesh = Mesh {
-            points: self.points.into(),
+            points: self.points,
             ..Mesh::default()
         };
         if self.labels.iter().any(|&label| label != 0) {
@@ -134,35 +135,17 @@ fn points_of<R: Scalar, L: Scalar>(
     scan: &Scan<'_>,
     count: usize,
     dimension: usize,
-) -> Option<(Vec<[f64; 3]>, Vec<i32>)> {
+) -> Option<(Array<[f64; 3]>, Vec<i32>)> {
     let big_endian = scan.numbers == Numbers::Big;
     let row = dimension * R::WIDTH + L::WIDTH;
     let bytes = scan.rest().get(..count * row)?;
     let points = match dimension {
-        1 => coordinates::<R, 1>(bytes, row, big_endian),
-        2 => coordinates::<R, 2>(bytes, row, big_endian),
-        _ => coordinates::<R, 3>(bytes, row, big_endian),
+        1 => points_of_rows::<R, 1>(bytes, row, big_endian),
+        2 => points_of_rows::<R, 2>(bytes, row, big_endian),
+        _ => points_of_rows::<R, 3>(bytes, row, big_endian),
     };
-    points.zip(labels_of::<L>(bytes, row, big_endian))
-}
-
-/// The points at the beginning of rows of so many bytes.
-fn coordinates<R: Scalar, const DIM: usize>(
-    bytes: &[u8],
-    row: usize,
-    big_endian: bool,
-) -> Option<Vec<[f64; 3]>> {
-    let (mut points, count) = (Vec::new(), bytes.len() / row);
-    let sound = rows::fill(&mut points, count, 1, |first, points: &mut [[f64; 3]]| {
-        let rows = bytes[first * row..].chunks_exact(row).zip(points);
-        rows.fold(true, |sound, (row, point)| {
-            let numbers = R::each(&row[..DIM * R::WIDTH], big_endian);
-            let each = point.iter_mut().zip(numbers);
-            each.for_each(|(x, number)| *x = number.float());
-            sound & point.iter().fold(true, |sound, x| sound & x.is_finite())
-        })
-    });
-    sound.then_some(points)
+    let sound = points.is_finite().then_some(points);
+    sound.zip(labels_of::<L>(bytes, row, big_endian))
 }
 
 /// The labels at the end of rows of so many bytes.
@@ -191,7 +174,7 @@ fn cells_of<L: Scalar>(
     count: usize,
     width: usize,
     points: usize,
-) -> Option<(Vec<u32>, Vec<i32>)> {
+) -> Option<(Array<u32>, Vec<i32>)> {
     let row = (width + 1) * L::WIDTH;
     let bytes = scan.rest().get(..count * row)?;
     let numbers = RawNumbers {

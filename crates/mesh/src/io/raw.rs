@@ -3,12 +3,18 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::rows;
+use rayon::prelude::*;
+
 use super::vtu::array::RawNumbers;
 use super::vtu::scalar::{Scalar, with_type};
+use super::{bytes, rows};
 use crate::field::to_i64;
-use crate::mesh::{CellBlock, Mesh, Values};
+use crate::mesh::{Array, CellBlock, Mesh, Values, highest};
+
+/// Points that one thread makes at a time.
+const SHARE: usize = 1 << 12;
 
 /// How the nodes of cells of one kind stand in a file.
 pub struct Nodes<'o> {
@@ -58,11 +64,24 @@ impl RawNumbers<'_> {
     ///
     /// # Errors
     /// A number that is none of a point, in words.
-    pub fn nodes(&self, of: &Nodes<'_>) -> Result<Vec<u32>, String> {
+    pub fn nodes(&self, of: &Nodes<'_>) -> Result<Array<u32>, String> {
+        let in_order = of.order.len() == of.width && of.order.is_sorted();
+        let as_they_are = in_order && !of.by_place && of.base == 0 && of.points.start == 0;
+        if as_they_are && let Some(nodes) = self.lent_nodes(of.points.end) {
+            return Ok(nodes);
+        }
         with_type!(self.type_name, T => self.nodes_of::<T>(of), Err("there are no numbers".into()))
     }
 
-    fn nodes_of<T: Scalar>(&self, of: &Nodes<'_>) -> Result<Vec<u32>, String> {
+    /// Nodes that the file lends, each less than `limit`.
+    pub fn lent_nodes(&self, limit: u32) -> Option<Array<u32>> {
+        // Less than 2^31, a number is the same with a sign and without.
+        let fits = matches!(self.type_name, "Int32" | "UInt32") && limit <= 1 << 31;
+        let nodes = (fits && !self.big_endian).then(|| bytes::lent(&self.bytes))??;
+        (highest(&nodes) < limit).then(|| nodes.below(limit))
+    }
+
+    fn nodes_of<T: Scalar>(&self, of: &Nodes<'_>) -> Result<Array<u32>, String> {
         let (start, count) = (of.points.start, of.points.len() as u32);
         // Without a branch, so that the loops are vectorised.
         let beyond = |word: T| {
@@ -71,7 +90,7 @@ impl RawNumbers<'_> {
         };
         let cells = self.len() / of.width;
         let read = of.order.len();
-        let in_order = read == of.width && of.order.is_sorted();
+        let in_order = of.order.iter().copied().eq(0..read);
         let words = |from: usize, count: usize| {
             let bytes = self
                 .bytes
@@ -94,7 +113,7 @@ impl RawNumbers<'_> {
                     let places = nodes.iter_mut().skip(at).step_by(read);
                     places.zip(&column).for_each(|(to, node)| *to = *node);
                 }
-            } else if in_order {
+            } else if in_order && read == of.width {
                 let words = words(first * read, nodes.len());
                 nodes
                     .iter_mut()
@@ -104,15 +123,23 @@ impl RawNumbers<'_> {
                 let size = of.width * T::WIDTH;
                 let rows = self.bytes.get(first * size..).unwrap_or_default();
                 for (cell, row) in nodes.chunks_exact_mut(read).zip(rows.chunks_exact(size)) {
-                    let words = T::each(row, self.big_endian).zip(of.order);
-                    words.for_each(|(word, &at)| cell[at] = node(word));
+                    let words = T::each(row, self.big_endian);
+                    match in_order {
+                        true => cell
+                            .iter_mut()
+                            .zip(words)
+                            .for_each(|(to, word)| *to = node(word)),
+                        false => words
+                            .zip(of.order)
+                            .for_each(|(word, &at)| cell[at] = node(word)),
+                    }
                 }
             }
             odd == 0
         };
         let mut nodes = Vec::new();
         if rows::fill(&mut nodes, cells, read, share) {
-            return Ok(nodes);
+            return Ok(Array::from(nodes).below(of.points.end));
         }
         let mut all = words(0, self.len());
         let odd = all.find(|&word| beyond(word) != 0).map(T::float);
@@ -123,43 +150,83 @@ impl RawNumbers<'_> {
     }
 
     /// Points of rows of one to three coordinates.
-    pub fn points(&self, width: usize) -> Vec<[f64; 3]> {
+    pub fn points(&self, width: usize) -> Array<[f64; 3]> {
+        let as_they_are = self.type_name == f64::NAME && !self.big_endian && width == 3;
+        if as_they_are && let Some(points) = bytes::lent::<[f64; 3]>(&self.bytes) {
+            let finite = points.is_finite();
+            return points.seen(finite);
+        }
+        let (bytes, big_endian) = (&*self.bytes, self.big_endian);
         with_type!(self.type_name, T => match width {
-            1 => self.points_of::<T, 1>(),
-            2 => self.points_of::<T, 2>(),
-            _ => self.points_of::<T, 3>(),
-        }, Vec::new())
-    }
-
-    fn points_of<T: Scalar, const WIDTH: usize>(&self) -> Vec<[f64; 3]> {
-        let (mut points, size) = (Vec::new(), WIDTH * T::WIDTH);
-        let fill = |first: usize, points: &mut [[f64; 3]]| {
-            let rows = self.bytes.get(first * size..).unwrap_or_default();
-            for (point, row) in points.iter_mut().zip(rows.chunks_exact(size)) {
-                let numbers = point.iter_mut().zip(T::each(row, self.big_endian));
-                numbers.for_each(|(x, number)| *x = number.float());
-            }
-            true
-        };
-        rows::fill(&mut points, self.len() / WIDTH, 1, fill);
-        points
+            1 => points_of_rows::<T, 1>(bytes, T::WIDTH, big_endian),
+            2 => points_of_rows::<T, 2>(bytes, 2 * T::WIDTH, big_endian),
+            _ => points_of_rows::<T, 3>(bytes, 3 * T::WIDTH, big_endian),
+        }, Array::default())
     }
 }
 
-/// Points of columns of coordinates, each given with the place of the first.
-pub fn points(columns: &[(&RawNumbers<'_>, usize)], count: usize) -> Vec<[f64; 3]> {
-    let mut points = Vec::new();
-    rows::fill(&mut points, count, 1, |first, points: &mut [[f64; 3]]| {
-        for (axis, (numbers, start)) in columns.iter().enumerate() {
-            with_type!(numbers.type_name, T => {
-                let bytes = numbers.bytes.get((start + first) * T::WIDTH..).unwrap_or_default();
-                let numbers = T::each(bytes, numbers.big_endian);
-                points.iter_mut().zip(numbers).for_each(|(point, x)| point[axis] = x.float());
-            }, ());
+/// Points of columns of coordinates, each given with the place of the first; 0 where a column is missing.
+pub fn points(columns: &[(&RawNumbers<'_>, usize)], count: usize) -> Array<[f64; 3]> {
+    let Some((first, _)) = columns.first() else {
+        return made(count, |_| [0.0; 3]);
+    };
+    let form = |numbers: &RawNumbers<'_>| (numbers.type_name, numbers.big_endian);
+    let mut others = columns.iter().map(|(numbers, _)| numbers);
+    if !others.all(|numbers| numbers.bytes.is_empty() || form(numbers) == form(first)) {
+        let each = columns.iter().map(|(numbers, _)| numbers.values().to_f64());
+        let each: Vec<RawNumbers<'_>> = each.map(RawNumbers::of).collect();
+        let starts = columns.iter().map(|(_, start)| *start);
+        return points(&each.iter().zip(starts).collect::<Vec<_>>(), count);
+    }
+    with_type!(first.type_name, T => {
+        let bytes = |axis: usize| {
+            let (numbers, start) = columns.get(axis)?;
+            numbers.bytes.get(start * T::WIDTH..(start + count) * T::WIDTH)
+        };
+        let columns = [0, 1, 2].map(|axis| bytes(axis).unwrap_or_default());
+        made(count, |k| columns.map(|bytes| {
+            let word = bytes.get(k * T::WIDTH..(k + 1) * T::WIDTH).unwrap_or_default();
+            T::each(word, first.big_endian).next().map_or(0.0, T::float)
+        }))
+    }, Array::default())
+}
+
+/// Points at the beginning of rows of so many bytes.
+pub fn points_of_rows<T: Scalar, const DIM: usize>(
+    bytes: &[u8],
+    row: usize,
+    big_endian: bool,
+) -> Array<[f64; 3]> {
+    made(bytes.len() / row, |k| {
+        let numbers = bytes.get(k * row..k * row + DIM * T::WIDTH);
+        let mut point = [0.0; 3];
+        let each = point
+            .iter_mut()
+            .zip(T::each(numbers.unwrap_or_default(), big_endian));
+        each.for_each(|(x, number)| *x = number.float());
+        point
+    })
+}
+
+/// Points by their places; whether all are finite is seen on the way.
+fn made(count: usize, point: impl Fn(usize) -> [f64; 3] + Sync) -> Array<[f64; 3]> {
+    let odd = AtomicBool::new(false);
+    let each = |k: usize| {
+        let point = point(k);
+        if !point.iter().fold(true, |sound, x| sound & x.is_finite()) {
+            odd.store(true, Ordering::Relaxed);
         }
-        true
-    });
-    points
+        point
+    };
+    // A few points take less time than waking the other cores.
+    let points: Vec<[f64; 3]> = match count <= SHARE {
+        true => (0..count).map(each).collect(),
+        false => {
+            let all = (0..count).into_par_iter().with_min_len(SHARE);
+            all.map(each).collect()
+        }
+    };
+    Array::from(points).seen(!odd.into_inner())
 }
 
 /// The nodes of cells of one kind that are written.
@@ -271,8 +338,6 @@ impl<'a> CellNodes<'a> {
 mod tests {
     use super::*;
 
-    const SHARE: usize = 1 << 12;
-
     /// Across the ends of shares, in all three layouts, of any type and order of bytes.
     #[test]
     fn nodes_and_points_are_where_they_belong() {
@@ -290,7 +355,7 @@ mod tests {
             order,
             by_place,
         };
-        let expected = |order: &[usize]| -> Vec<u32> {
+        let expected = |order: &[usize]| -> Array<u32> {
             let of_cell = |cell: usize| {
                 let mut nodes = vec![0; order.len()];
                 for (place, &at) in order.iter().enumerate() {
@@ -321,9 +386,84 @@ mod tests {
         let floats: Vec<f32> = (0..cells * 2).map(|k| k as f32).collect();
         let floats = RawNumbers::of(floats);
         let rows = (0..cells).map(|k| [(2 * k) as f64, (2 * k + 1) as f64, 0.0]);
-        assert!(floats.points(2).into_iter().eq(rows));
+        assert!(floats.points(2) == rows.collect::<Vec<_>>());
         let columns = (0..cells).map(|k| [k as f64, (k + cells) as f64, 0.0]);
         let made = points(&[(&floats, 0), (&floats, cells)], cells);
-        assert!(made.into_iter().eq(columns));
+        assert!(made == columns.collect::<Vec<_>>());
+    }
+
+    /// A file lends numbers that lie in it as they are used, if they are much of it; they are looked at all the same.
+    #[test]
+    fn a_file_lends_what_is_as_it_is_used() {
+        use crate::io::vtu::unpack::Unpacked;
+        const COUNT: usize = 120_000;
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("numbers");
+        let read = |shift: usize, points: &[f64], nodes: &[i32]| {
+            let mut all = vec![0; shift];
+            all.extend(points.iter().flat_map(|x| x.to_le_bytes()));
+            all.extend(nodes.iter().flat_map(|n| n.to_le_bytes()));
+            std::fs::write(&path, all).expect("written");
+            let file = bytes::read(&path).expect("read");
+            let part = |type_name, part| RawNumbers {
+                type_name,
+                bytes: Unpacked::Part(file.clone(), part),
+                big_endian: false,
+            };
+            let end = shift + 24 * COUNT;
+            let numbers = (part("Float64", shift..end), part("Int32", end..file.len()));
+            (file, numbers)
+        };
+        let of = |count: u32| Nodes {
+            base: 0,
+            points: 0..count,
+            width: 4,
+            order: &[0, 1, 2, 3],
+            by_place: false,
+        };
+        let points: Vec<f64> = (0..3 * COUNT).map(|k| k as f64).collect();
+        let nodes: Vec<i32> = (0..4 * COUNT).map(|k| (k / 4) as i32).collect();
+        for (shift, is_lent) in [(0, true), (8, true), (5, false)] {
+            let (file, (at, of_cells)) = read(shift, &points, &nodes);
+            let inside = |place: *const u8| file.as_ptr_range().contains(&place);
+            let found = at.points(3);
+            assert!(found.is_finite() && found.as_flattened() == points);
+            assert_eq!(inside(found.as_ptr().cast()), is_lent);
+            let found = of_cells.nodes(&of(COUNT as u32)).expect("nodes");
+            assert!(found.iter().zip(&nodes).all(|(a, b)| *a == *b as u32));
+            assert_eq!(
+                (inside(found.as_ptr().cast()), found.limit()),
+                (is_lent, Some(COUNT as u32))
+            );
+            // A tenth of a file is no reason to keep it.
+            let few = RawNumbers {
+                bytes: (&at.bytes[..shift + 24 * COUNT / 10]).into(),
+                ..at
+            };
+            assert!(!inside(few.points(3).as_ptr().cast()));
+        }
+        for (odd, shown) in [
+            (COUNT as i32, "120000"),
+            (-1, "-1"),
+            (i32::MIN, "-2147483648"),
+        ] {
+            let mut nodes = nodes.clone();
+            nodes[3 * COUNT] = odd;
+            let (_, (_, of_cells)) = read(0, &points, &nodes);
+            let error = of_cells.nodes(&of(COUNT as u32));
+            assert_eq!(
+                error.err(),
+                Some(format!("it names the node {shown} of {COUNT}"))
+            );
+            assert!(of_cells.nodes(&of(u32::MAX)).is_err() == (odd < 0));
+        }
+        for odd in [f64::NAN, f64::NEG_INFINITY] {
+            let mut points = points.clone();
+            points[2 * COUNT] = odd;
+            for shift in [0, 5] {
+                let (_, (at, _)) = read(shift, &points, &nodes);
+                assert!(!at.points(3).is_finite(), "{shift}");
+            }
+        }
     }
 }

@@ -23,12 +23,13 @@ pub struct Sets {
 const MADE: u32 = 1 << 31;
 
 /// Cells of a group, those after one another as one.
-#[derive(Default)]
-struct Runs(Vec<Range<u32>>);
+#[derive(Default, Clone)]
+pub struct Runs(pub Vec<Range<u32>>);
 
 impl Runs {
-    fn push(&mut self, run: Range<u32>) {
+    pub fn push(&mut self, run: Range<u32>) {
         match self.0.last_mut() {
+            _ if run.is_empty() => {}
             Some(last) if last.end == run.start => last.end = run.end,
             _ => self.0.push(run),
         }

@@ -17,7 +17,11 @@ use std::sync::Arc;
 /// assert_eq!((&*ours, &**theirs), (&[1.0, 2.0, 3.0][..], &[1.0, 2.0][..]));
 /// ```
 #[derive(Clone)]
-pub struct Array<T>(Held<T>);
+pub struct Array<T> {
+    held: Held<T>,
+    /// That nodes are less than this, or that coordinates are finite, as who made them has seen; forgotten when they may change.
+    checked: Option<u32>,
+}
 
 #[derive(Clone)]
 enum Held<T> {
@@ -28,15 +32,19 @@ enum Held<T> {
 impl<T: Clone> Array<T> {
     /// Memory that stays what it is while this or a clone of it is there.
     pub fn lent(by: Arc<dyn AsRef<[T]> + Send + Sync>) -> Self {
-        Array(Held::Lent(by))
+        Array {
+            held: Held::Lent(by),
+            checked: None,
+        }
     }
 
     /// The numbers to be changed; copied, once, if they are lent.
     pub fn to_mut(&mut self) -> &mut Vec<T> {
-        if let Held::Lent(by) = &self.0 {
-            self.0 = Held::Owned((**by).as_ref().to_vec());
+        self.checked = None;
+        if let Held::Lent(by) = &self.held {
+            self.held = Held::Owned((**by).as_ref().to_vec());
         }
-        match &mut self.0 {
+        match &mut self.held {
             Held::Owned(numbers) => numbers,
             Held::Lent(_) => unreachable!("owned since the lines above"),
         }
@@ -46,13 +54,47 @@ impl<T: Clone> Array<T> {
     pub fn into_vec(mut self) -> Vec<T> {
         std::mem::take(self.to_mut())
     }
+
+    /// Appends numbers, without copying if there are none yet.
+    pub fn append(&mut self, new: Array<T>) {
+        match self.is_empty() {
+            true => *self = new,
+            false => self.to_mut().extend_from_slice(&new),
+        }
+    }
+}
+
+impl Array<u32> {
+    /// Nodes of which it has been seen that each is less than this.
+    pub(crate) fn below(self, limit: u32) -> Self {
+        let checked = Some(limit);
+        Array { checked, ..self }
+    }
+
+    /// A number than which each is known to be less.
+    pub(crate) fn limit(&self) -> Option<u32> {
+        self.checked
+    }
+}
+
+impl Array<[f64; 3]> {
+    /// Coordinates, and whether it has been seen that all are finite.
+    pub(crate) fn seen(self, finite: bool) -> Self {
+        let checked = finite.then_some(0);
+        Array { checked, ..self }
+    }
+
+    /// Whether all are finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.checked.is_some() || super::all_finite(self.as_flattened())
+    }
 }
 
 impl<T> Deref for Array<T> {
     type Target = [T];
 
     fn deref(&self) -> &[T] {
-        match &self.0 {
+        match &self.held {
             Held::Owned(numbers) => numbers,
             Held::Lent(by) => (**by).as_ref(),
         }
@@ -73,7 +115,10 @@ impl<T> Default for Array<T> {
 
 impl<T> From<Vec<T>> for Array<T> {
     fn from(numbers: Vec<T>) -> Self {
-        Array(Held::Owned(numbers))
+        Array {
+            held: Held::Owned(numbers),
+            checked: None,
+        }
     }
 }
 
@@ -101,5 +146,44 @@ impl<T: PartialEq, Other: AsRef<[T]> + ?Sized> PartialEq<Other> for Array<T> {
 impl<T: fmt::Debug> fmt::Debug for Array<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         (**self).fmt(f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{CellBlock, CellKind, Mesh};
+
+    /// Then the mesh is looked at again.
+    #[test]
+    fn what_was_seen_is_forgotten_when_numbers_may_change() {
+        let validate = |nodes: &Array<u32>, points: &Array<[f64; 3]>| {
+            let mesh = Mesh {
+                points: points.clone(),
+                blocks: vec![CellBlock::of(CellKind::Vertex, nodes.clone())],
+                ..Mesh::default()
+            };
+            mesh.validate().err().unwrap_or_default()
+        };
+        let nodes = Array::from(vec![0, 1]).below(2);
+        let points = Array::from(vec![[0.0; 3]; 2]).seen(true);
+        assert_eq!(validate(&nodes, &points), "");
+        assert!(validate(&nodes, &vec![[0.0; 3]].into()).contains("beyond the 1 points"));
+        let (mut changed, mut longer) = (nodes.clone(), nodes.clone());
+        changed.to_mut()[0] = 7;
+        longer.append(vec![7].into());
+        for odd in [changed, longer] {
+            assert!(validate(&odd, &points).contains("beyond the 2 points"));
+        }
+        let (mut changed, mut longer) = (points.clone(), points.clone());
+        changed.to_mut()[1][2] = f64::NAN;
+        longer.append(vec![[f64::INFINITY; 3]].into());
+        for odd in [
+            changed,
+            longer,
+            Array::from(vec![[f64::NAN; 3]; 2]).seen(false),
+        ] {
+            assert!(validate(&nodes, &odd).contains("not finite"));
+        }
     }
 }

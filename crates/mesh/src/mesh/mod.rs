@@ -29,7 +29,7 @@ pub use polyhedra::Polyhedra;
 pub use simplex::{CellGeometry, Metric};
 pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges, quadratic_edges};
 pub use union::Union;
-pub(crate) use validate::all_finite;
+pub(crate) use validate::{all_finite, highest};
 
 /// A mesh as a file holds it: points, cells of any type, named groups of cells, and fields.
 ///
@@ -119,9 +119,14 @@ impl Group {
 impl CellBlock {
     /// A block without tags and entities.
     pub fn new(kind: CellKind, nodes: Vec<u32>) -> Self {
+        CellBlock::of(kind, nodes.into())
+    }
+
+    /// A block without tags and entities, of nodes that may be lent.
+    pub fn of(kind: CellKind, nodes: Array<u32>) -> Self {
         CellBlock {
             kind,
-            nodes: nodes.into(),
+            nodes,
             tags: Vec::new(),
             entities: Vec::new(),
         }

@@ -18,7 +18,7 @@ impl Mesh {
         if u32::try_from(points).is_err() || u32::try_from(cells).is_err() {
             return Err("more than 2^32 - 1 points or cells".into());
         }
-        if !all_finite(self.points.as_flattened()) {
+        if !self.points.is_finite() {
             let odd = |point: &[f64; 3]| !point.iter().all(|x| x.is_finite());
             let point = self.points.iter().position(odd).unwrap_or(0);
             return Err(format!(
@@ -150,12 +150,11 @@ fn validate_block(block: &CellBlock, points: usize) -> Result<(), String> {
             block.nodes.len()
         ));
     }
-    let highest = |nodes: &[u32]| nodes.iter().fold(0, |highest, &node| highest.max(node));
-    let highest = match &block.nodes[..] {
-        nodes if nodes.len() <= CHUNK => highest(nodes),
-        nodes => nodes.par_chunks(CHUNK).map(highest).max().unwrap_or(0),
-    };
-    if !block.is_empty() && highest as usize >= points {
+    let known = block
+        .nodes
+        .limit()
+        .is_some_and(|limit| limit as usize <= points);
+    if !known && !block.is_empty() && highest(&block.nodes) as usize >= points {
         return Err(format!("a {kind} has a node beyond the {points} points"));
     }
     if (!block.tags.is_empty() && block.tags.len() != len)
@@ -166,6 +165,19 @@ fn validate_block(block: &CellBlock, points: usize) -> Result<(), String> {
         ));
     }
     Ok(())
+}
+
+/// The highest of the numbers; 0 if there are none.
+pub(crate) fn highest(numbers: &[u32]) -> u32 {
+    let highest = |numbers: &[u32]| {
+        numbers
+            .iter()
+            .fold(0, |highest, &number| highest.max(number))
+    };
+    match numbers.len() <= CHUNK {
+        true => highest(numbers),
+        false => numbers.par_chunks(CHUNK).map(highest).max().unwrap_or(0),
+    }
 }
 
 /// Whether none of the numbers is NaN or infinite.

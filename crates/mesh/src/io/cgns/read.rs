@@ -16,9 +16,9 @@ use super::{adf, cells};
 use crate::error::Result;
 use crate::io::polytopes::Lists;
 use crate::io::raw::{self, Nodes};
-use crate::io::sets::{self, Sets};
+use crate::io::sets::{self, Runs, Sets};
 use crate::io::vtu::array::RawNumbers;
-use crate::io::{Content, rows, vectors};
+use crate::io::{Content, vectors};
 use crate::mesh::{CellBlock, CellKind, Support};
 
 struct Reader {
@@ -31,7 +31,7 @@ struct Reader {
 
 #[derive(Clone)]
 enum Members {
-    Cells(Vec<u32>),
+    Cells(Runs),
     Nodes(Vec<u32>),
     /// Parts of structured grids and faces of polyhedra: kinds and nodes.
     Given(Vec<(CellKind, Vec<u32>)>),
@@ -47,7 +47,7 @@ struct Zone {
     /// The faces of polyhedra, from the number of the first on.
     faces: Vec<(i64, Lists)>,
     /// Those of the dimension of the base, which have the values.
-    cells: Vec<u32>,
+    cells: Runs,
 }
 
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
@@ -196,12 +196,12 @@ impl Reader {
             .each_ref()
             .map(|axis| (axis.as_ref().unwrap_or(&none), 0));
         let points = raw::points(&columns, count);
-        rows::append(self.sets.mesh.points.to_mut(), points);
+        self.sets.mesh.points.append(points);
         let points = first as u32..(first + count) as u32;
         if is_structured {
             let slowest_first: Vec<usize> = counts.iter().rev().copied().collect();
             let (kind, nodes) = sets::grid(&slowest_first, points.start);
-            let cells = self.sets.block(CellBlock::new(kind, nodes)).collect();
+            let cells = Runs(vec![self.sets.block(CellBlock::new(kind, nodes))]);
             return Ok(Zone {
                 structure: Some(counts),
                 points,
@@ -232,15 +232,15 @@ impl Reader {
         }
         // Values stand in the order of the elements' numbers.
         sections.sort_unstable();
-        let mut cells = Vec::new();
+        let mut cells = Runs::default();
         for &(from, to, first) in &sections {
             let end = first + u32::try_from(to - from + 1).unwrap_or(0);
             let mut start = 0;
             for block in &self.sets.mesh.blocks {
-                let of = start..start + block.len() as u32;
-                start = of.end;
+                let of = start.max(first)..end.min(start + block.len() as u32);
+                start += block.len() as u32;
                 if block.kind.dim() == dimension {
-                    cells.extend(of.start.max(first)..of.end.min(end));
+                    cells.push(of);
                 }
             }
         }
@@ -300,8 +300,8 @@ impl Reader {
             });
             let nodes = nodes.map_err(|what| section.refuse(what))?;
             match self.sets.mesh.blocks.last_mut() {
-                Some(last) if last.kind == kind => last.nodes.to_mut().extend(nodes),
-                _ => drop(self.sets.block(CellBlock::new(kind, nodes))),
+                Some(last) if last.kind == kind => last.nodes.append(nodes),
+                _ => drop(self.sets.block(CellBlock::of(kind, nodes))),
             }
             Ok(())
         };
@@ -343,7 +343,8 @@ impl Reader {
         let mut covered = vec![false; self.sets.mesh.cell_count()];
         for (_, members) in &self.groups {
             if let Members::Cells(cells) = members {
-                cells.iter().for_each(|&cell| covered[cell as usize] = true);
+                let runs = cells.0.iter().cloned();
+                runs.for_each(|run| covered[run.start as usize..run.end as usize].fill(true));
             }
         }
         let all = node.labelled("Elements_t")?;
@@ -367,7 +368,7 @@ impl Reader {
                     .cell(first)
                     .is_some_and(|(kind, _)| kind == CellKind::Vertex);
                 if free && count > 0 && !is_node {
-                    found.push((section.name().to_owned(), Members::Cells(cells.collect())));
+                    found.push((section.name().to_owned(), Members::Cells(Runs(vec![cells]))));
                 }
             }
         }
@@ -381,10 +382,7 @@ impl Reader {
             let next = self.names.len() as i64 + 1;
             let tag = *self.names.entry(name.clone()).or_insert(next);
             match members {
-                Members::Cells(cells) => {
-                    let cells = cells.into_iter().map(|cell| cell..cell + 1);
-                    self.sets.cells(dimension, tag, &name, cells);
-                }
+                Members::Cells(cells) => self.sets.cells(dimension, tag, &name, cells.0),
                 Members::Nodes(nodes) => self.sets.nodes(tag, &name, nodes),
                 Members::Given(cells) => {
                     let cells = cells.iter().map(|(kind, nodes)| (*kind, &nodes[..]));

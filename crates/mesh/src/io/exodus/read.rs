@@ -15,7 +15,7 @@ use crate::io::raw::{self, Nodes};
 use crate::io::sets::Sets;
 use crate::io::vtu::array::RawNumbers;
 use crate::io::{Content, vectors};
-use crate::mesh::{CellBlock, CellKind, Shape};
+use crate::mesh::{Array, CellBlock, CellKind, Shape};
 
 /// An element block of the file.
 struct Block {
@@ -156,7 +156,7 @@ impl Reader<'_> {
             let what = format!("there are {count} coordinates for {nodes:?} nodes");
             return Err(self.file.refuse(what));
         }
-        self.sets.mesh.points = raw::points(&columns, count).into();
+        self.sets.mesh.points = raw::points(&columns, count);
         Ok(())
     }
 
@@ -218,7 +218,7 @@ impl Reader<'_> {
                 by_place: false,
             };
             let numbers = self.file.raw(&connect, None)?;
-            let nodes = numbers.map_or(Ok(Vec::new()), |numbers| numbers.nodes(&of));
+            let nodes = numbers.map_or(Ok(Array::default()), |numbers| numbers.nodes(&of));
             let nodes = nodes.map_err(|what| self.file.refuse(format!("{connect}: {what}")))?;
             let is_shell = cells::is_shell(&element, self.dimension);
             self.blocks.push(Block {
@@ -228,7 +228,7 @@ impl Reader<'_> {
                 tag,
                 name,
             });
-            self.sets.block(CellBlock::new(kind, nodes));
+            self.sets.block(CellBlock::of(kind, nodes));
         }
         let mut first = 0;
         for block in &self.blocks {

@@ -176,7 +176,7 @@ impl Reader {
         }
         let count = values.len() / space;
         let columns: Vec<_> = (0..space).map(|axis| (&values, axis * count)).collect();
-        self.sets.mesh.points = raw::points(&columns, count).into();
+        self.sets.mesh.points = raw::points(&columns, count);
         let own = numbers_of(&nodes, "NUM")?.filter(|own| own.len() == count);
         if let Some(own) = own.filter(|own| !own.iter().zip(1..).all(|(&n, k)| n == k)) {
             self.sets.mesh.point_tags = own.into_iter().map(|n| n.max(0) as u64).collect();
@@ -214,7 +214,7 @@ impl Reader {
                         order: &cells::order(kind),
                         by_place: true,
                     });
-                    let mut block = CellBlock::new(kind, nodes.map_err(|what| data.refuse(what))?);
+                    let mut block = CellBlock::of(kind, nodes.map_err(|what| data.refuse(what))?);
                     if let Some(own) = numbers_of(&group, "NUM")?
                         && own.len() == count
                     {

@@ -21,10 +21,10 @@ pub static FORMAT: Native = Native {
 };
 
 /// What the first line that is no comment begins with.
-const BEGINNINGS: [&str; 22] = [
+const BEGINNINGS: [&str; 27] = [
     "GRID", "BEGIN", "SOL ", "CEND", "NASTRAN ", "ID ", "ASSIGN", "INCLUDE", "CTETRA", "CHEXA",
     "CPENTA", "CQUAD", "CTRIA", "PSHELL", "PSOLID", "MAT1", "TITLE", "CORD2", "SUBCASE", "ECHO",
-    "INIT ", "PARAM",
+    "INIT ", "PARAM", "GRDSET", "PBAR", "PCOMP", "SPC", "FORCE",
 ];
 
 fn recognises(bytes: &[u8]) -> bool {

@@ -1,6 +1,6 @@
 //! Surfaces of polygons as graphics programs have them: OBJ, OFF, PLY and STL. Read here, written by meshio.
 //!
-//! Of polygons, triangles and quadrangles are cells; others are told. So are normals, textures and the like.
+//! Normals, textures and the like are told.
 
 pub mod obj;
 pub mod off;
@@ -11,7 +11,7 @@ use super::Content;
 use super::builder::Builder;
 use crate::mesh::CellKind;
 
-/// Cells of a surface, and how many polygons are none.
+/// Cells of a surface, and how many polygons without corners are none.
 #[derive(Default)]
 struct Surface {
     builder: Builder,
@@ -27,7 +27,8 @@ impl Surface {
             2 => CellKind::Line,
             3 => CellKind::Triangle,
             4 => CellKind::Quadrangle,
-            _ => {
+            5.. => CellKind::Polygon(points.len() as u32),
+            0 => {
                 self.others += 1;
                 return None;
             }
@@ -38,10 +39,8 @@ impl Surface {
 
     fn content(mut self, format: &str, encoding: &str) -> Content {
         if self.others > 0 {
-            self.unread.push(format!(
-                "{} polygons of more than four corners",
-                self.others
-            ));
+            self.unread
+                .push(format!("{} polygons without corners", self.others));
         }
         Content {
             mesh: self.builder.finish(),

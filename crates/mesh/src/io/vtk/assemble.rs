@@ -82,7 +82,7 @@ impl<'a> Reader<'a> {
             );
             return Err(self.scan.error(what));
         }
-        self.piece.points = points;
+        self.piece.points = points.into();
         let taken = self
             .piece
             .take_cells(cells, &mut self.budget, &mut self.out.warnings);

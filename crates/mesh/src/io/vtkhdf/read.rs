@@ -1,5 +1,6 @@
 //! Reads VTKHDF files.
 
+use std::ops::Range;
 use std::path::Path;
 
 use crate::error::Result;
@@ -9,7 +10,7 @@ use crate::io::hdf5::{self, Data, Group};
 use crate::io::vtu::Decoded;
 use crate::io::vtu::array::RawNumbers;
 use crate::io::vtu::merge::{Piece, PieceArray};
-use crate::io::vtu::read::restore_texts;
+use crate::io::vtu::read::{new_faces, restore_texts};
 use crate::io::vtu::topology::{Cells, Source};
 use crate::io::vtu::unpack::Budget;
 use crate::mesh::{Field, Support, Values};
@@ -297,6 +298,14 @@ impl Reader {
                 let count = part_of(&counted[k][0], "NumberOfCells")?;
                 let nodes = part_of(&counted[k][1], "NumberOfConnectivityIds")?;
                 if count > 0 {
+                    let lists = match code {
+                        None => self.faces(part, cell[k]..cell[k] + count)?,
+                        Some(_) => None,
+                    };
+                    let faces = |cell: usize| {
+                        let lists = lists.as_ref()?.each_ref();
+                        new_faces(lists.map(|list| Some(&list[..])), cell)
+                    };
                     let data = |name: &str, rows| group.needed(name)?.raw(Some(rows));
                     let codes = match code {
                         Some(code) => RawNumbers::of(vec![*code; count]),
@@ -306,7 +315,10 @@ impl Reader {
                     let first = cell[k] + part + 1;
                     let ends = data("Offsets", first..first + count)?;
                     let connectivity = data("Connectivity", node[k]..node[k] + nodes)?;
-                    let source = Source::plain(codes, ends, connectivity);
+                    let source = Source {
+                        faces: &faces,
+                        ..Source::plain(codes, ends, connectivity)
+                    };
                     cells
                         .append(source, points as u64)
                         .map_err(|(_, what)| group.refuse(what))?;
@@ -337,6 +349,32 @@ impl Reader {
             point += points;
         }
         Ok(pieces)
+    }
+
+    /// What the faces of the polyhedra among the cells of a part are, for [`new_faces`].
+    fn faces(&self, part: usize, cells: Range<usize>) -> Result<Option<[Vec<u64>; 4]>> {
+        if self.root.data("PolyhedronToFaces")?.is_none() {
+            return Ok(None);
+        }
+        // Those of the parts before come first.
+        let of_part = |name: &str| -> Result<Range<usize>> {
+            let counts = self.numbers(&self.root, name)?;
+            let first = counts.iter().take(part).sum();
+            Ok(first..first + counts.get(part).copied().unwrap_or(0))
+        };
+        let list = |name: &str, rows: Range<usize>| -> Result<Vec<u64>> {
+            let numbers = self.root.needed(name)?.raw(Some(rows))?.integers();
+            let numbers = numbers.unwrap_or_default().into_iter();
+            Ok(numbers.map(|n| n.try_into().unwrap_or(u64::MAX)).collect())
+        };
+        // Each part has one offset more than faces and cells, the first being 0.
+        let ends = |of: Range<usize>| of.start + part + 1..of.end + part + 1;
+        Ok(Some([
+            list("FaceConnectivity", of_part("NumberOfFaceConnectivityIds")?)?,
+            list("FaceOffsets", ends(of_part("NumberOfFaces")?))?,
+            list("PolyhedronToFaces", of_part("NumberOfPolyhedronToFaceIds")?)?,
+            list("PolyhedronOffsets", ends(cells))?,
+        ]))
     }
 
     /// The arrays on the points or cells of a part, before which there are so many of the step.

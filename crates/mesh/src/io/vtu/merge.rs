@@ -4,14 +4,13 @@ use super::scalar::Scalar;
 use super::topology::Cells;
 use super::unpack::Budget;
 use crate::field::data::{to_i64, with_numbers};
-use crate::io::rows::append;
-use crate::mesh::{CellBlock, Polyhedra, Values};
+use crate::mesh::{Array, CellBlock, Polyhedra, Values};
 use std::iter::repeat_n;
 
 /// What one `<Piece>` holds.
 #[derive(Default)]
 pub(crate) struct Piece {
-    pub points: Vec<[f64; 3]>,
+    pub points: Array<[f64; 3]>,
     pub cell_count: usize,
     /// Runs of cells of one type, whose nodes are points of this piece.
     pub blocks: Vec<CellBlock>,
@@ -30,7 +29,7 @@ pub(crate) struct PieceArray {
 /// Points, runs of cells of one type, and the arrays on both.
 #[derive(Default)]
 pub(crate) struct Merged {
-    pub points: Vec<[f64; 3]>,
+    pub points: Array<[f64; 3]>,
     pub blocks: Vec<CellBlock>,
     pub polyhedra: Polyhedra,
     pub on_points: Vec<PieceArray>,
@@ -170,7 +169,7 @@ pub(crate) fn merge(pieces: Vec<Piece>) -> Result<Merged, String> {
         }
         append_blocks(&mut merged.blocks, piece.blocks, before.0 as u32);
         merged.polyhedra.append(&piece.polyhedra, before.0 as u32);
-        append(&mut merged.points, piece.points);
+        merged.points.append(piece.points);
         let misfit = |on: &str, name: String| {
             format!(
                 "not all pieces have the array {name:?} on {on}, or have it in another type: see piece {index}"
@@ -195,7 +194,7 @@ fn append_blocks(blocks: &mut Vec<CellBlock>, new: Vec<CellBlock>, base: u32) {
                 .for_each(|node| *node += base);
         }
         match blocks.last_mut().filter(|last| last.kind == block.kind) {
-            Some(last) => append(last.nodes.to_mut(), block.nodes.into_vec()),
+            Some(last) => last.nodes.append(block.nodes),
             None => blocks.push(block),
         }
     }

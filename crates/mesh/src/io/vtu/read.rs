@@ -11,7 +11,7 @@ use super::unpack::Budget;
 use super::xml::{ArrayTag, Document, Grid, POLYGONS, PieceTag};
 use crate::error::{Error, Place, Result};
 use crate::field::{GlobalArray, GlobalValues, to_i64};
-use crate::mesh::{Polyhedra, Values, all_finite};
+use crate::mesh::{Array, Polyhedra, Values};
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -201,7 +201,7 @@ impl<'a> Decoder<'a> {
     }
 
     /// The points and cells of an image, a rectilinear or a structured grid, and the numbers of both.
-    fn structured(&mut self, piece: &'a PieceTag) -> Result<(Vec<[f64; 3]>, Cells, [u64; 2])> {
+    fn structured(&mut self, piece: &'a PieceTag) -> Result<(Array<[f64; 3]>, Cells, [u64; 2])> {
         let document = self.document;
         let refuse = |what| {
             Error::file(
@@ -214,11 +214,11 @@ impl<'a> Decoder<'a> {
         let extent =
             Extent::new(piece.extent.unwrap_or_default(), &mut self.budget).map_err(refuse)?;
         let points = match document.grid {
-            Grid::Image => extent.image(&Frame {
+            Grid::Image => Array::from(extent.image(&Frame {
                 origin: document.origin,
                 spacing: document.spacing.unwrap_or([1.0; 3]),
                 direction: document.direction,
-            }),
+            })),
             Grid::Rectilinear => {
                 let mut axes = Vec::new();
                 for (tag, count) in piece.coordinates.iter().zip(extent.points) {
@@ -227,11 +227,11 @@ impl<'a> Decoder<'a> {
                 let axes = axes.try_into().map_err(|_| {
                     self.refuse_piece(piece, "<Coordinates> does not have three arrays".into())
                 })?;
-                extent.rectilinear(&axes)
+                extent.rectilinear(&axes).into()
             }
             _ => self.points_of(piece, extent.point_count())?,
         };
-        if !all_finite(points.as_flattened()) {
+        if !points.is_finite() {
             return Err(self.refuse_piece(piece, "a coordinate is not finite".into()));
         }
         Ok((
@@ -261,14 +261,14 @@ impl<'a> Decoder<'a> {
             .collect())
     }
 
-    fn points(&mut self, piece: &'a PieceTag) -> Result<Vec<[f64; 3]>> {
+    fn points(&mut self, piece: &'a PieceTag) -> Result<Array<[f64; 3]>> {
         self.points_of(piece, piece.points)
     }
 
-    fn points_of(&mut self, piece: &'a PieceTag, count: u64) -> Result<Vec<[f64; 3]>> {
+    fn points_of(&mut self, piece: &'a PieceTag, count: u64) -> Result<Array<[f64; 3]>> {
         let [tag] = piece.coordinates.as_slice() else {
             if piece.coordinates.is_empty() && count == 0 {
-                return Ok(Vec::new());
+                return Ok(Array::default());
             }
             let arrays = piece.coordinates.len();
             return Err(self.refuse_piece(piece, format!("<Points> has {arrays} arrays, not one")));
@@ -279,7 +279,7 @@ impl<'a> Decoder<'a> {
         let count = self.product(tag, count, 3)?;
         let numbers = self.numbers(tag, count)?;
         let points = numbers.points(3);
-        if all_finite(points.as_flattened()) {
+        if points.is_finite() {
             return Ok(points);
         }
         let odd = |point: &[f64; 3]| !point.iter().all(|x| x.is_finite());
@@ -380,8 +380,9 @@ fn old_faces(lists: [Option<&[u64]>; 2], cell: usize) -> Option<Vec<u32>> {
     (Polyhedra::count_faces(&faces) == usize::try_from(count).ok()).then_some(faces)
 }
 
-/// The faces of a cell where each face stands by itself.
-fn new_faces(lists: [Option<&[u64]>; 4], cell: usize) -> Option<Vec<u32>> {
+/// The faces of a cell where each face stands by itself: the corners of all faces, where those of each end, the faces of all
+/// cells, and where those of each end.
+pub(crate) fn new_faces(lists: [Option<&[u64]>; 4], cell: usize) -> Option<Vec<u32>> {
     let [corners, corner_ends, faces, face_ends] = lists;
     fn part<'l>(list: &'l [u64], ends: &[u64], at: usize) -> Option<&'l [u64]> {
         let start = at

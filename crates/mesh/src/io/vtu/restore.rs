@@ -28,7 +28,7 @@ pub(crate) fn restore(merged: Merged, mut whole: Vec<GlobalArray>) -> (Mesh, Vec
         mut on_cells,
     } = merged;
     let mut mesh = Mesh {
-        points: points.into(),
+        points,
         blocks,
         polyhedra,
         ..Mesh::default()

@@ -9,7 +9,7 @@ use super::lattice::Order;
 use super::scalar::{Scalar, with_type};
 use super::unpack::Unpacked;
 use crate::io::rows;
-use crate::mesh::{CellBlock, CellKind, Polyhedra};
+use crate::mesh::{Array, CellBlock, CellKind, Polyhedra};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -127,8 +127,13 @@ impl Cells {
             }
             self.note_parts(cells, meaning.parts);
             if meaning.parts > 0 {
-                let all_there = with_type!(nodes.type_name, T => {
-                    append::<T>(self.block(meaning.kind), words, nodes.big_endian, points, width, meaning)
+                let words = RawNumbers {
+                    bytes: words.into(),
+                    ..nodes
+                };
+                let block = self.block(meaning.kind);
+                let all_there = with_type!(words.type_name, T => {
+                    append::<T>(block, &words, points, width, meaning)
                 }, false);
                 if !all_there {
                     let what = with_type!(nodes.type_name, T => beyond::<T>(&nodes, points), NO_INDEX.into());
@@ -143,12 +148,12 @@ impl Cells {
     }
 
     /// The nodes of the block that a cell of a kind belongs to.
-    fn block(&mut self, kind: CellKind) -> &mut Vec<u32> {
+    fn block(&mut self, kind: CellKind) -> &mut Array<u32> {
         if self.blocks.last().is_none_or(|block| block.kind != kind) {
             self.blocks.push(CellBlock::new(kind, Vec::new()));
         }
         let last = self.blocks.len() - 1;
-        self.blocks[last].nodes.to_mut()
+        &mut self.blocks[last].nodes
     }
 
     fn polyhedron(
@@ -266,26 +271,36 @@ fn runs_of<T: Scalar>(ends: &RawNumbers, codes: &[u8]) -> Result<Vec<CellRun>, &
 /// Appends the nodes of cells of `width` nodes, those that the meaning wants; returns whether all are below the number of
 /// points.
 fn append<T: Scalar>(
-    nodes: &mut Vec<u32>,
-    words: &[u8],
-    big_endian: bool,
+    nodes: &mut Array<u32>,
+    numbers: &RawNumbers,
     points: u64,
     width: usize,
     meaning: &Meaning,
 ) -> bool {
     let places = meaning.nodes.as_deref();
     let out = places.map_or(width, <[usize]>::len);
-    let cells = words.len() / T::WIDTH / width.max(1);
+    let cells = numbers.len() / width.max(1);
     let points = u32::try_from(points).unwrap_or(u32::MAX);
-    rows::fill(nodes, cells, out, |first, nodes| {
+    let is_first = nodes.is_empty();
+    if is_first
+        && places.is_none()
+        && let Some(lent) = numbers.lent_nodes(points)
+    {
+        *nodes = lent;
+        return true;
+    }
+    let fill = |first: usize, nodes: &mut [u32]| {
         let mut odd = 0;
         let narrow = |word: T| {
             let (node, beyond) = word.index_from(0);
             odd |= beyond | u32::from(node >= points);
             node
         };
-        let words = words.get(first * width * T::WIDTH..).unwrap_or_default();
-        let mut words = T::each(words, big_endian).map(narrow);
+        let words = numbers
+            .bytes
+            .get(first * width * T::WIDTH..)
+            .unwrap_or_default();
+        let mut words = T::each(words, numbers.big_endian).map(narrow);
         let Some(places) = places else {
             nodes
                 .iter_mut()
@@ -303,7 +318,12 @@ fn append<T: Scalar>(
                 .for_each(|(node, &place)| *node = cell[place]);
         }
         odd == 0
-    })
+    };
+    let sound = rows::fill(nodes.to_mut(), cells, out, fill);
+    if sound && is_first {
+        *nodes = std::mem::take(nodes).below(points);
+    }
+    sound
 }
 
 /// Finds the entry of the connectivity that is not a point.
@@ -359,6 +379,35 @@ mod tests {
             let bytes = out.expect("a sound mesh").bytes;
             let read = from_bytes(Path::new("test.vtu"), &bytes).expect("a sound file");
             assert!(read.mesh.blocks == mesh.blocks, "{first}");
+        }
+    }
+
+    /// Also where the nodes of a cell stand in another order, or the cell is several.
+    #[test]
+    fn a_node_beyond_the_points_is_refused_in_any_cell() {
+        for code in [4, 6, 7, 8, 9] {
+            for (node, is_there) in [(3, true), (4, false)] {
+                let text = format!(
+                    "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">\
+                     <Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\
+                     0 0 0 1 0 0 0 1 0 1 1 0</DataArray></Points><Cells>\
+                     <DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2 {node}</DataArray>\
+                     <DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">4</DataArray>\
+                     <DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">{code}</DataArray>\
+                     </Cells></Piece></UnstructuredGrid></VTKFile>"
+                );
+                let read = from_bytes(Path::new("test.vtu"), text.as_bytes());
+                assert_eq!(read.is_ok(), is_there, "{code}");
+                let what = read
+                    .err()
+                    .map(|error| error.to_string())
+                    .unwrap_or_default();
+                assert_eq!(
+                    what.contains("entry 3 is point 4, but there are 4 points"),
+                    !is_there,
+                    "{what}"
+                );
+            }
         }
     }
 }

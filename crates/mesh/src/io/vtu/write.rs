@@ -162,6 +162,9 @@ fn document(
     Ok(out)
 }
 
+/// Plain numbers after the XML lie at multiples of this many bytes, so that they can be used where they are.
+const WORD: usize = size_of::<u64>();
+
 /// A file that is being written; arrays of raw encoding come after the XML.
 struct File<'a> {
     out: Vec<u8>,
@@ -179,7 +182,9 @@ enum Deferred<'a> {
 impl Deferred<'_> {
     fn len(&self) -> usize {
         match self {
-            Deferred::Plain(column) => size_of::<u64>() + column.len() * column.width(),
+            Deferred::Plain(column) => {
+                (WORD + column.len() * column.width()).next_multiple_of(WORD)
+            }
             Deferred::Packed(packed) => packed.len(),
         }
     }
@@ -190,6 +195,7 @@ impl Deferred<'_> {
                 let (count, width) = (column.len(), column.width());
                 out.append(&((count * width) as u64).to_le_bytes());
                 out.rows(count, width, |first, bytes| column.fill(first, bytes));
+                out.append(&[0; WORD][..(count * width).next_multiple_of(WORD) - count * width]);
             }
             Deferred::Packed(Packed { header, blocks }) => {
                 out.append(&header);
@@ -272,9 +278,14 @@ impl<'a> File<'a> {
             self.out.splice(*place..*place, text.bytes());
             offset += array.len();
         }
+        if matches!(self.encoding, Encoding::Raw(_)) {
+            self.text("<AppendedData encoding=\"raw\">\n");
+            let first = (self.out.len() + 1).next_multiple_of(WORD);
+            self.out.resize(first - 1, b' ');
+            self.text("_");
+        }
         out.append(&self.out);
         if matches!(self.encoding, Encoding::Raw(_)) {
-            out.text("<AppendedData encoding=\"raw\">\n_");
             let arrays = self.appended.into_iter().rev();
             arrays.for_each(|(_, array)| array.append(out));
             out.text("\n</AppendedData>\n");

@@ -111,6 +111,28 @@ impl<'a> Items<'a> {
                     .collect();
                 return self.selected(data, &of, depth);
             }
+            "function" => {
+                let parts = self.of(item)?;
+                let function = element.get("Function").unwrap_or_default();
+                let word: String = function.split_ascii_whitespace().collect();
+                let names: Vec<String> = (0..parts.len()).map(|k| format!("${k}")).collect();
+                let is_join = word.replace(';', ",") == format!("JOIN({})", names.join(","));
+                // The components of a tensor at most, so that no few bytes stand for many.
+                if !is_join || parts.len() > 9 {
+                    return Err(self.refuse(format!("the function {function:?} is not read")));
+                }
+                let columns = parts
+                    .into_iter()
+                    .map(|part| Ok(of_depth(part)?.values().to_f64()));
+                let columns = columns.collect::<Result<Vec<Vec<f64>>>>()?;
+                let rows = columns.first().map_or(0, Vec::len);
+                if columns.iter().any(|column| column.len() != rows) {
+                    return Err(self.refuse("what is joined is not of one length"));
+                }
+                let row = |k: usize| columns.iter().map(move |column| column[k]);
+                let numbers = RawNumbers::of((0..rows).flat_map(row).collect::<Vec<f64>>());
+                return Ok(Item { shape, numbers });
+            }
             other => {
                 return Err(self.refuse(format!("data items of the kind {other:?} are not read")));
             }

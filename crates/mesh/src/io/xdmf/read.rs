@@ -11,8 +11,8 @@ use super::topology;
 use super::tree::Tree;
 use crate::error::Result;
 use crate::field::GlobalArray;
+use crate::io::Content;
 use crate::io::sets::Sets;
-use crate::io::{Content, rows};
 use crate::mesh::CellBlock;
 
 /// A grid with a mesh of its own, at one time.
@@ -236,9 +236,9 @@ impl Reader<'_> {
         let structure = topology::structure(self.items, grid.parts[1])?;
         if !self.points.contains_key(key) {
             let points = topology::points(self.items, geometry, structure.as_deref())?;
-            let all = self.sets.mesh.points.to_mut();
+            let all = &mut self.sets.mesh.points;
             let first = all.len() as u32;
-            rows::append(all, points);
+            all.append(points);
             self.points.insert(key.clone(), first..all.len() as u32);
         }
         let points = self.points[key].clone();
@@ -255,7 +255,7 @@ impl Reader<'_> {
             )?;
             let first = self.sets.mesh.cell_count() as u32;
             for (kind, nodes) in blocks {
-                self.sets.block(CellBlock::new(kind, nodes));
+                self.sets.block(CellBlock::of(kind, nodes));
             }
             self.cells
                 .insert(key.clone(), first..self.sets.mesh.cell_count() as u32);

@@ -73,3 +73,37 @@ fn structured_grids_slabs_and_bytes_are_read() {
         assert!(error.contains(part), "{error}");
     }
 }
+
+/// As codes write a vector that have its components apart; other functions are refused.
+#[test]
+fn what_is_joined_is_a_vector() {
+    let mesh = MESH.replace("9\"", "8\"").replace("0 1  1<", "0 1<");
+    let joined = |function: &str, last: &str| {
+        let list = |numbers: &str| {
+            let count = numbers.split(' ').count();
+            format!("<DataItem Dimensions=\"{count}\">{numbers}</DataItem>")
+        };
+        read(&mesh.replace(
+            "</Grid>",
+            &format!(
+                "<Attribute Name=\"u\" AttributeType=\"Vector\" Center=\"Node\">
+                 <DataItem ItemType=\"Function\" Function=\"{function}\" Dimensions=\"3 2\">{}{}</DataItem>
+                 </Attribute></Grid>",
+                list("1 2 3"),
+                list(last)
+            ),
+        ))
+    };
+    let mesh = joined("JOIN($0 , $1)", "4 5 6").expect("read").mesh;
+    let u = &mesh.fields[0];
+    assert_eq!(u.components, 2);
+    assert_eq!(u.values.to_f64(), [1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
+    for (function, last, words) in [
+        ("$0 + $1", "4 5 6", "the function"),
+        ("JOIN($1, $0)", "4 5 6", "the function"),
+        ("JOIN($0, $1)", "4 5", "not of one length"),
+    ] {
+        let error = joined(function, last).expect_err(words).to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}

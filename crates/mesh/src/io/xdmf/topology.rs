@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::io::raw::Nodes;
 use crate::io::vtu::array::RawNumbers;
 use crate::io::vtu::cells::order;
-use crate::mesh::CellKind;
+use crate::mesh::{Array, CellKind};
 
 /// Names of topologies, XDMF's numbers for them, and the kinds.
 const KINDS: [(&[&str], i64, CellKind); 19] = [
@@ -106,7 +106,7 @@ pub fn points(
     items: &Items<'_>,
     geometry: usize,
     structure: Option<&[usize]>,
-) -> Result<Vec<[f64; 3]>> {
+) -> Result<Array<[f64; 3]>> {
     let element = items.tree.at(geometry);
     let kind = element
         .get("GeometryType")
@@ -170,7 +170,7 @@ pub fn points(
 }
 
 /// All points of a grid of coordinates along x, y and z.
-fn grid_points(items: &Items<'_>, axes: &[Vec<f64>]) -> Result<Vec<[f64; 3]>> {
+fn grid_points(items: &Items<'_>, axes: &[Vec<f64>]) -> Result<Array<[f64; 3]>> {
     let count = axes
         .iter()
         .try_fold(1_usize, |all, axis| all.checked_mul(axis.len()));
@@ -197,7 +197,7 @@ pub fn cells(
     structure: Option<&[usize]>,
     points: usize,
     first: u32,
-) -> Result<Vec<(CellKind, Vec<u32>)>> {
+) -> Result<Vec<(CellKind, Array<u32>)>> {
     if let Some(counts) = structure {
         let count = counts
             .iter()
@@ -205,7 +205,8 @@ pub fn cells(
         if count != Some(points) {
             return Err(items.refuse(format!("a grid of {counts:?} for {points} points")));
         }
-        return Ok(vec![crate::io::sets::grid(counts, first)]);
+        let (kind, nodes) = crate::io::sets::grid(counts, first);
+        return Ok(vec![(kind, nodes.into())]);
     }
     let element = items.tree.at(topology);
     let kind = kind_of(items, topology);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{Members, Reader, Zone, polytopes::face};
 use crate::error::Result;
 use crate::io::cgns::tree::Node;
-use crate::io::sets;
+use crate::io::sets::{self, Runs};
 
 impl Reader {
     pub(super) fn boundaries(
@@ -94,7 +94,7 @@ impl Reader {
             let (from, to, first) = zone.sections[at];
             (n <= to).then(|| first + (n - from) as u32)
         };
-        let cells: Option<Vec<u32>> = listed.iter().map(cell).collect();
+        let cells: Option<Runs> = listed.iter().map(cell).collect();
         let faces = || {
             let face = |&number: &i64| face(&zone.faces, number, &zone.points).ok();
             listed.iter().map(face).collect::<Option<_>>()

@@ -27,7 +27,10 @@ impl Reader {
                 .unwrap_or_else(|| "Vertex".into());
             let (on, items): (_, Vec<u32>) = match location.as_str() {
                 "Vertex" => (Support::Points, zone.points.clone().collect()),
-                "CellCenter" => (Support::Cells, zone.cells.clone()),
+                "CellCenter" => (
+                    Support::Cells,
+                    zone.cells.0.iter().cloned().flatten().collect(),
+                ),
                 other => {
                     self.unread.push(format!(
                         "the solution {:?} on each {other}",
