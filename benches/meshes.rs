@@ -225,8 +225,8 @@ fn main() {
                     .flatten()
                     .copied()
                     .fold(f64::INFINITY, f64::min);
-                let shown =
-                    programs.map(|time| time.map_or("".into(), |time| format!("{:.1}", 1e3 * time)));
+                let shown = programs
+                    .map(|time| time.map_or("".into(), |time| format!("{:.1}", 1e3 * time)));
                 println!(
                     "| {file} | {} | {action} | {:.1} | {:.1} | {} | {:.2} | {:.1} |",
                     bytes / 1_000_000,

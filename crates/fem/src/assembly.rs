@@ -34,26 +34,46 @@ fn sum_over_cells(
     space: &Space,
     form: impl Fn(std::ops::Range<usize>, &mut [f64]) + Sync,
 ) -> Vec<f64> {
-    let (cells, local) = (space.mesh.cell_count(), space.local_dofs);
     let mut sum = vec![0.0; space.dofs];
-    let mut waiting = vec![0.0; cells.min(WAITING) * local];
-    for first in (0..cells).step_by(WAITING) {
-        let count = (cells - first).min(WAITING);
-        let waiting = &mut waiting[..count * local];
-        waiting
-            .par_chunks_mut(TASK * local)
-            .enumerate()
-            .for_each(|(k, vectors)| {
-                let from = first + k * TASK;
-                form(from..from + vectors.len() / local, vectors);
-            });
-        for (cell, vector) in (first..first + count).zip(waiting.chunks_exact(local)) {
+    add_over_cells(space, &mut sum, form);
+    sum
+}
+
+/// Adds the same to `sum`.
+fn add_over_cells(
+    space: &Space,
+    sum: &mut [f64],
+    form: impl Fn(std::ops::Range<usize>, &mut [f64]) + Sync,
+) {
+    let (cells, local) = (space.mesh.cell_count(), space.local_dofs);
+    let of = |first: usize| first..(first + WAITING).min(cells);
+    let form = |first: usize, vectors: &mut [f64]| {
+        let vectors = &mut vectors[..of(first).len() * local];
+        let tasks = vectors.par_chunks_mut(TASK * local).enumerate();
+        tasks.for_each(|(k, vectors)| {
+            let from = first + k * TASK;
+            form(from..from + vectors.len() / local, vectors);
+        });
+    };
+    let mut add = |first: usize, vectors: &[f64]| {
+        for (cell, vector) in of(first).zip(vectors.chunks_exact(local)) {
             for (&dof, value) in space.cell_dofs(cell).iter().zip(vector) {
                 sum[dof as usize] += value;
             }
         }
+    };
+    // What was formed is added up while the next is.
+    let room = || vec![0.0; cells.min(WAITING) * local];
+    let (mut formed, mut next) = (room(), room());
+    form(0, &mut formed);
+    for first in (0..cells).step_by(WAITING) {
+        if first + WAITING < cells {
+            rayon::join(|| add(first, &formed), || form(first + WAITING, &mut next));
+            std::mem::swap(&mut formed, &mut next);
+        } else {
+            add(first, &formed);
+        }
     }
-    sum
 }
 
 /// Σ over the cells of numbers, always in the same order.
@@ -102,9 +122,7 @@ impl Elements for Stiffness<'_> {
     }
 
     fn centre(&self, cell: usize) -> [f64; 3] {
-        let mesh = self.space.mesh;
-        let vertices = mesh.vertices(cell);
-        std::array::from_fn(|k| vertices.iter().map(|x| x[k]).sum::<f64>() / (mesh.dim + 1) as f64)
+        self.space.mesh.cell_midpoint(cell)
     }
 
     fn matrix(&self, cell: usize, matrix: &mut [f64]) {
@@ -250,47 +268,84 @@ impl<'a> Stiffness<'a> {
         y: &mut [f64],
         product: impl Fn(f64, f64) -> f64,
     ) {
-        let local = self.space.local_dofs;
-        let mut storage = [0.0; MAX_DOFS * MAX_DOFS];
-        let matrix = &mut storage[..local * local];
-        self.cell_matrix(cell, matrix);
-        let u = self.space.local(cell, u);
-        for (y, row) in y.iter_mut().zip(matrix.chunks_exact(local)) {
-            *y = row.iter().zip(&u).map(|(a, u)| product(*a, *u)).sum();
+        // Loops whose lengths are known are several times as fast.
+        match self.space.local_dofs {
+            3 => self.times_of::<3>(cell, u, y, product),
+            4 => self.times_of::<4>(cell, u, y, product),
+            6 => self.times_of::<6>(cell, u, y, product),
+            _ => self.times_of::<MAX_DOFS>(cell, u, y, product),
         }
     }
 
-    fn products(&self, u: &[f64], product: impl Fn(f64, f64) -> f64 + Sync + Copy) -> Vec<f64> {
+    #[inline]
+    fn times_of<const L: usize>(
+        &self,
+        cell: usize,
+        u: &[f64],
+        y: &mut [f64],
+        product: impl Fn(f64, f64) -> f64,
+    ) {
+        let (mut matrix, mut at) = ([[0.0; L]; L], [0.0; L]);
+        let flat = matrix.as_flattened_mut();
+        if self.is_graph {
+            self.cell_matrix(cell, flat);
+        } else {
+            self.for_each_pair(cell, |weight, _, _, reference| {
+                for (value, r) in flat.iter_mut().zip(reference) {
+                    *value += weight * r;
+                }
+            });
+        }
+        for (at, &dof) in at.iter_mut().zip(self.space.cell_dofs(cell)) {
+            *at = u[dof as usize];
+        }
+        for (y, row) in y.iter_mut().zip(&matrix) {
+            *y = row.iter().zip(&at).map(|(a, u)| product(*a, *u)).sum();
+        }
+    }
+
+    fn products(&self, u: &[f64], y: &mut [f64], product: impl Fn(f64, f64) -> f64 + Sync + Copy) {
         let local = self.space.local_dofs;
-        sum_over_cells(&self.space, |cells, vectors| {
+        y.fill(0.0);
+        add_over_cells(&self.space, y, |cells, vectors| {
             for (cell, y) in cells.zip(vectors.chunks_exact_mut(local)) {
                 self.cell_times(cell, u, y, product);
             }
-        })
+        });
     }
 
     /// A u
     pub fn times(&self, u: &[f64]) -> Vec<f64> {
-        self.products(u, |a, u| a * u)
+        let mut y = vec![0.0; self.space.dofs];
+        self.times_into(u, &mut y);
+        y
+    }
+
+    /// A u, into `y`.
+    pub fn times_into(&self, u: &[f64], y: &mut [f64]) {
+        self.products(u, y, |a, u| a * u);
     }
 
     /// a_ii
     pub fn diagonal(&self) -> Vec<f64> {
         let local = self.space.local_dofs;
         sum_over_cells(&self.space, |cells, vectors| {
-            let mut matrix = [0.0; MAX_DOFS * MAX_DOFS];
-            let matrix = &mut matrix[..local * local];
             for (cell, diagonal) in cells.zip(vectors.chunks_exact_mut(local)) {
-                self.cell_matrix(cell, matrix);
-                let own = matrix.iter().step_by(local + 1);
-                diagonal.iter_mut().zip(own).for_each(|(d, a)| *d = *a);
+                diagonal.fill(0.0);
+                self.for_each_pair(cell, |weight, _, _, reference| {
+                    let own = reference.iter().step_by(local + 1);
+                    let pairs = diagonal.iter_mut().zip(own);
+                    pairs.for_each(|(d, r)| *d += weight * r);
+                });
             }
         })
     }
 
     /// Σ_j |A_ij u_j|, the entries of each cell counted for themselves.
     pub fn sizes(&self, u: &[f64]) -> Vec<f64> {
-        self.products(u, |a, u| (a * u).abs())
+        let mut y = vec![0.0; self.space.dofs];
+        self.products(u, &mut y, |a, u| (a * u).abs());
+        y
     }
 
     /// uᵀ A u = ‖∇u‖²_h, from cell to cell without what is constant there, which would leave rounding of its own size.

@@ -76,7 +76,7 @@ fn one_zone() -> Result<&'static Reference> {
 fn is_papers_square(problem: &Problem) -> bool {
     let mesh = problem.space.mesh;
     let inside = |p: &[f64; 3]| p[..2].iter().all(|x| (0.0..=1.0).contains(x));
-    let cells = (0..mesh.cell_count()).map(|cell| mesh.geometry(cell).measure());
+    let cells = (0..mesh.cell_count()).map(|cell| mesh.measure(cell));
     let has_part = |(face, part): (usize, &Option<Part>)| {
         part.is_none_or(|part| match mesh.face_midpoint(face)[1] {
             0.0 => part == Part::Contact,

@@ -166,7 +166,7 @@ pub fn reach(
         };
         let relative = certificate.relative(wish.target);
         let measures: Vec<f64> = (0..candidate.mesh.cell_count())
-            .map(|cell| candidate.mesh.geometry(cell).measure())
+            .map(|cell| candidate.mesh.measure(cell))
             .collect();
         let spread = Spread::new(&certificate.local, &measures);
         steps.push(Step {

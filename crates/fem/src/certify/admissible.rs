@@ -14,8 +14,8 @@ use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 use rayon::prelude::*;
 
-/// Steps on the P1 energy. Averages alone cost up to a factor of 100 on slivers.
-const STEPS: usize = 10;
+/// Steps on the energy, for P1 and P2. Averages alone cost up to a factor of 100 on slivers.
+const STEPS: [usize; 2] = [10, 6];
 /// Rows that one task takes at least.
 const ROWS: usize = 8192;
 
@@ -56,43 +56,45 @@ pub(super) fn admissible(
     let bounds = bounds(problem, data)?;
     let of_second_order = second_order::space(problem);
     let is_quadratic = of_second_order.is_some();
-    let (mut v, of_first) = if is_quadratic && problem.space.element.degree() == 2 {
-        (u.to_vec(), None)
+    let space = of_second_order
+        .clone()
+        .unwrap_or_else(|| Space::new(mesh, &P1));
+    let mut v = if is_quadratic && problem.space.element.degree() == 2 {
+        u.to_vec()
     } else {
-        (averages(problem, u), Some(Space::new(mesh, &P1)))
+        averages(problem, u)
     };
-    for space in of_first.iter().chain(&of_second_order) {
-        if v.len() < space.dofs {
-            v.resize(space.dofs, 0.0);
-            for face in 0..mesh.face_count() {
-                v[middle(space, face)] = flat(mesh, face, &v);
-            }
+    if v.len() < space.dofs {
+        v.resize(space.dofs, 0.0);
+        for face in 0..mesh.face_count() {
+            v[middle(&space, face)] = flat(mesh, face, &v);
         }
-        let mut held = vec![false; v.len()];
-        let pressed = problem.contact.iter().zip(lambda);
-        for (contact, _) in pressed.filter(|(_, lambda)| **lambda < 0.0) {
-            let vertices = mesh.face(contact.face).iter();
-            vertices.for_each(|&vertex| held[vertex as usize] = true);
-        }
-        for ((v, bound), held) in v.iter_mut().zip(&bounds).zip(&mut held) {
-            match *bound {
-                Bound::Free => {}
-                Bound::Fixed(g) => (*v, *held) = (g.mid(), true),
-                Bound::Below(ceiling) => {
-                    *held |= *v >= ceiling;
-                    *v = if *held { ceiling } else { *v };
-                }
-            }
-        }
-        if space.element.degree() == 2 {
-            let mut faces = bubbles(space, &v);
-            for face in constrain(problem, data, lambda, &v, &mut faces) {
-                let dof = middle(space, face);
-                (v[dof], held[dof]) = (flat(mesh, face, &v) + faces[face], true);
-            }
-        }
-        descend(space, &held, loads(problem, space, data), &mut v);
     }
+    let mut held = vec![false; v.len()];
+    let pressed = problem.contact.iter().zip(lambda);
+    for (contact, _) in pressed.filter(|(_, lambda)| **lambda < 0.0) {
+        let vertices = mesh.face(contact.face).iter();
+        vertices.for_each(|&vertex| held[vertex as usize] = true);
+    }
+    for ((v, bound), held) in v.iter_mut().zip(&bounds).zip(&mut held) {
+        match *bound {
+            Bound::Free => {}
+            Bound::Fixed(g) => (*v, *held) = (g.mid(), true),
+            Bound::Below(ceiling) => {
+                *held |= *v >= ceiling;
+                *v = if *held { ceiling } else { *v };
+            }
+        }
+    }
+    if is_quadratic {
+        let mut faces = bubbles(&space, &v);
+        for face in constrain(problem, data, lambda, &v, &mut faces) {
+            let dof = middle(&space, face);
+            (v[dof], held[dof]) = (flat(mesh, face, &v) + faces[face], true);
+        }
+    }
+    let b = loads(problem, &space, data);
+    descend(&space, &held, &[], b, &mut v);
     let pairs = v.iter().zip(bounds);
     let vertices = pairs.map(|(v, bound)| match bound {
         Bound::Free => Interval::at(*v),
@@ -252,7 +254,7 @@ fn loads(problem: &Problem, space: &Space, data: &PreparedData) -> Vec<f64> {
     let mesh = problem.space.mesh;
     let is_quadratic = space.element.degree() == 2;
     let of_cell = |(cell, load): (usize, &Load)| -> [[f64; 4]; 2] {
-        let measure = mesh.geometry(cell).measure();
+        let measure = mesh.measure(cell);
         let bubbles = if is_quadratic { load.bubbles } else { [0.0; 3] };
         let all: f64 = bubbles.iter().sum();
         let own = |i: usize| bubbles.get(i).copied().unwrap_or(0.0);
@@ -289,27 +291,43 @@ fn loads(problem: &Problem, space: &Space, data: &PreparedData) -> Vec<f64> {
     r
 }
 
-/// A few steps for (∇v, ∇φ_i) = b_i where `held` does not hold v.
-pub(super) fn descend(space: &Space, held: &[bool], b: Vec<f64>, v: &mut [f64]) {
+/// A few steps for (∇v, ∇φ_i) = b_i where `held` does not hold v; what is held and in one of `parts` moves with all of that.
+pub(super) fn descend(
+    space: &Space,
+    held: &[bool],
+    parts: &[&[usize]],
+    b: Vec<f64>,
+    v: &mut [f64],
+) {
     let stiffness = Stiffness::new(space).kept();
     let diagonal = stiffness.diagonal();
-    // What is held has no residual, and so no step.
-    let free = |y: &mut [f64], of: &(dyn Fn(usize) -> f64 + Sync)| {
-        let rows = y.par_iter_mut().zip(held).enumerate();
-        rows.with_min_len(ROWS)
-            .for_each(|(k, (y, held))| *y = if *held { 0.0 } else { of(k) });
-    };
+    // (∇χ, ∇χ) of what is 1 on a part.
+    let of_parts: Vec<f64> = parts
+        .iter()
+        .map(|part| {
+            let mut one = vec![0.0; space.dofs];
+            part.iter().for_each(|&dof| one[dof] = 1.0);
+            let product = stiffness.times(&one);
+            part.iter().map(|&dof| product[dof]).sum()
+        })
+        .collect();
     conjugate_gradients(
-        |x, y| {
-            let product = stiffness.times(x);
-            y.copy_from_slice(&product);
+        |x, y| stiffness.times_into(x, y),
+        |r, z| {
+            // What is held has no residual, and so no step.
+            let rows = z.par_iter_mut().zip(r).zip(&diagonal).zip(held);
+            rows.with_min_len(ROWS)
+                .for_each(|(((z, r), d), held)| *z = if *held { 0.0 } else { r / d });
+            for (part, square) in parts.iter().zip(&of_parts) {
+                let step = part.iter().map(|&dof| r[dof]).sum::<f64>() / square;
+                part.iter().for_each(|&dof| z[dof] = step);
+            }
         },
-        |r, z| free(z, &|k| r[k] / diagonal[k]),
         &b,
         v,
         KrylovStop {
             residual: 0.0,
-            steps: STEPS,
+            steps: STEPS[space.element.degree() - 1],
         },
     );
 }

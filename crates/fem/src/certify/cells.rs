@@ -19,8 +19,6 @@ use std::borrow::Cow;
 pub(super) struct CellNorms {
     /// ‖∇v-σ‖_κ
     pub misfit: f64,
-    /// ‖Q‖_κ
-    pub unknown: f64,
     /// ‖G-∇u_h‖_κ
     pub distance: Interval,
     /// ‖G‖_κ
@@ -35,6 +33,12 @@ pub(super) struct CellNorms {
     pub load: Interval,
     /// G at the centroid, without the lift.
     pub centre: [f64; 3],
+    /// Of what is left of f: see [`Balance`].
+    pub oscillation: f64,
+    pub error: f64,
+    pub spread: f64,
+    /// ‖τ‖_κ
+    pub tau: f64,
 }
 
 /// The discrete fields, cell by cell, in the data's unit.
@@ -88,7 +92,7 @@ impl<'a> CellFields<'a> {
                 let of_v = Quadratic::of(&fields.slope(simplex, cell));
                 of_v.plus(-1.0, &fields.sigma_of(simplex, cell))
             };
-            let stream = Stream::new(problem, &space, &fields.u, &fields.lambda, misfit)?;
+            let stream = Stream::new(problem, &space, &fields.u, &fields.lambda, misfit);
             fields.stream = Some(stream);
         }
         Ok(fields)
@@ -119,13 +123,13 @@ impl<'a> CellFields<'a> {
     }
 
     /// ∇v without the lift.
-    pub fn slope(&self, simplex: &Simplex, cell: usize) -> Linear {
+    pub fn slope<const D: usize>(&self, simplex: &Simplex, cell: usize) -> Linear<D> {
         let bubbles = self.bubbles_of(cell);
         Linear::gradient(simplex, &self.corner_values(cell), bubbles.as_ref())
     }
 
     /// The linear part of σ.
-    fn flux(&self, simplex: &Simplex, cell: usize) -> Linear {
+    fn flux<const D: usize>(&self, simplex: &Simplex, cell: usize) -> Linear<D> {
         let own = Linear::raviart_thomas(simplex, self.fluxes_of(&self.fluxes, cell));
         match &self.stream {
             Some(stream) => own.plus(1.0, &stream.rot(self.problem.space.mesh, cell, simplex)),
@@ -135,7 +139,7 @@ impl<'a> CellFields<'a> {
 
     /// The linear part of G at the corners, without the lift and τ.
     pub fn gradient_at_corners(&self, simplex: &Simplex, cell: usize) -> [Vector; 4] {
-        let all = self.slope(simplex, cell);
+        let all = self.slope::<3>(simplex, cell);
         let twice = all.plus(1.0, &self.flux(simplex, cell)).at_corners();
         twice.map(|g| times(Interval::at(0.5), &g))
     }
@@ -150,8 +154,7 @@ impl<'a> CellFields<'a> {
     }
 
     /// f + div σ, split.
-    pub fn balance(&self, cell: usize) -> Balance {
-        let simplex = self.simplex(cell);
+    pub fn balance(&self, simplex: &Simplex, cell: usize) -> Balance {
         let load = &self.data.loads[cell];
         let count = simplex.dim + 1;
         let out: Interval = self
@@ -163,7 +166,7 @@ impl<'a> CellFields<'a> {
         let slopes = load.slopes.map(Interval::at);
         let mean = slopes[..count].iter().copied().sum::<Interval>() / Interval::at(count as f64);
         let enough = self.data.enough * simplex.measure.high.sqrt();
-        balance(&simplex, &self.data.trees[cell], enough, |lambda, value| {
+        balance(simplex, &self.data.trees[cell], enough, |lambda, value| {
             let bubble: Interval = (0..count)
                 .map(|i| slopes[i] * Interval::at(lambda[i]))
                 .sum();
@@ -172,14 +175,16 @@ impl<'a> CellFields<'a> {
     }
 
     /// Enclosures of the norms, with the cell's τ as part of σ.
-    pub fn norms(
-        &self,
-        simplex: &Simplex,
-        cell: usize,
-        balance: &Balance,
-        unknown: f64,
-    ) -> CellNorms {
-        let on_cell = OnCell {
+    pub fn norms(&self, simplex: &Simplex, cell: usize) -> CellNorms {
+        match simplex.dim {
+            2 => self.norms_of::<2>(simplex, cell),
+            _ => self.norms_of::<3>(simplex, cell),
+        }
+    }
+
+    fn norms_of<const D: usize>(&self, simplex: &Simplex, cell: usize) -> CellNorms {
+        let balance = self.balance(simplex, cell);
+        let on_cell = OnCell::<D> {
             slope: Quadratic::of(&self.slope(simplex, cell)),
             sigma: self.sigma_of(simplex, cell),
             of_u: self.of_u(simplex, cell),
@@ -215,7 +220,6 @@ impl<'a> CellFields<'a> {
         let around = Interval::around_zero(0.5 * apart.high);
         let positive = |of: Interval| Interval::new(of.low.max(0.0), of.high);
         CellNorms {
-            unknown,
             misfit: (of(sums.misfit) + apart).high,
             distance: positive(of(sums.distance) + around),
             gradient: positive(of(sums.gradient) + around),
@@ -232,8 +236,14 @@ impl<'a> CellFields<'a> {
                 let middle = [1.0 / (simplex.dim + 1) as f64; 4];
                 let [v, sigma] =
                     [&on_cell.slope, &on_cell.sigma].map(|of| of.at(&middle, simplex.dim));
-                std::array::from_fn(|k| 0.5 * (v[k] + sigma[k]))
+                let mut centre = [0.0; 3];
+                (0..D).for_each(|k| centre[k] = 0.5 * (v[k] + sigma[k]));
+                centre
             },
+            oscillation: balance.oscillation,
+            error: balance.error,
+            spread: balance.spread,
+            tau: balance.norm,
         }
     }
 
@@ -277,7 +287,7 @@ impl<'a> CellFields<'a> {
         if slopes.iter().all(|slope| *slope == 0.0) {
             return 0.0;
         }
-        let mut field = Quadratic::ZERO;
+        let mut field = Quadratic::<3>::ZERO;
         add_bubble(&mut field, simplex, slopes);
         (field.mean_square(simplex.dim) * simplex.measure)
             .root()
@@ -285,14 +295,14 @@ impl<'a> CellFields<'a> {
     }
 
     /// σ without τ on all of the cell.
-    pub fn sigma_of(&self, simplex: &Simplex, cell: usize) -> Quadratic {
+    pub fn sigma_of<const D: usize>(&self, simplex: &Simplex, cell: usize) -> Quadratic<D> {
         let mut sigma = Quadratic::of(&self.flux(simplex, cell));
         add_bubble(&mut sigma, simplex, &self.data.loads[cell].slopes);
         sigma
     }
 
     /// ∇u_h, linear on the cell.
-    fn of_u(&self, simplex: &Simplex, cell: usize) -> Quadratic {
+    fn of_u<const D: usize>(&self, simplex: &Simplex, cell: usize) -> Quadratic<D> {
         let space = &self.problem.space;
         let local = space.local(cell, &self.u);
         let local = &local[..space.local_dofs];
@@ -313,20 +323,20 @@ struct Sums {
 }
 
 /// The fields on a cell, without lifts and τ.
-struct OnCell<'a> {
+struct OnCell<'a, const D: usize> {
     simplex: &'a Simplex,
     /// ∇v
-    slope: Quadratic,
-    sigma: Quadratic,
+    slope: Quadratic<D>,
+    sigma: Quadratic<D>,
     /// ∇u_h
-    of_u: Quadratic,
+    of_u: Quadratic<D>,
 }
 
 impl Sums {
     /// Adds a part of a cell and its share of it, with the lift's slope there and τ at its corners.
-    fn add(
+    fn add<const D: usize>(
         &mut self,
-        on: &OnCell,
+        on: &OnCell<D>,
         (piece, share): (&Piece, Interval),
         lift: Option<&Vector>,
         tau: Option<&[Coefficients; 4]>,
@@ -335,7 +345,7 @@ impl Sums {
         let (mut of_v, mut sigma, of_u) = if lift.is_none() && tau.is_none() {
             (on.slope, on.sigma, on.of_u)
         } else {
-            let of = |field: &Quadratic| field.on(piece, dim);
+            let of = |field: &Quadratic<D>| field.on(piece, dim);
             (of(&on.slope), of(&on.sigma), of(&on.of_u))
         };
         if let Some(lift) = lift {
@@ -347,7 +357,7 @@ impl Sums {
         }
         let misfit = of_v.plus(-1.0, &sigma);
         let of_g = of_v.plus(-0.5, &misfit);
-        let square = |of: &Quadratic| share * of.mean_square(dim);
+        let square = |of: &Quadratic<D>| share * of.mean_square(dim);
         self.misfit += square(&misfit);
         self.distance += square(&of_g.plus(-1.0, &of_u));
         self.gradient += square(&of_g);
@@ -361,11 +371,11 @@ impl Sums {
 
 /// Adds -1/(d+1) Σ_i a_i λ_i (x - x_i) with a of the sum 0: (a_j - a_i) (x_j - x_i) / (4 (d+1)) in the middle of an edge, and 0 at
 /// the corners. It has no normal trace on any face, and -div of it is Σ a_i λ_i.
-fn add_bubble(field: &mut Quadratic, simplex: &Simplex, slopes: &[f64; 4]) {
+fn add_bubble<const D: usize>(field: &mut Quadratic<D>, simplex: &Simplex, slopes: &[f64; 4]) {
     let dim = simplex.dim;
     for (edge, &[i, j]) in EDGES.iter().take(dim * (dim + 1) / 2).enumerate() {
         let [a, b] = [simplex.vertices[i], simplex.vertices[j]];
-        let along: [f64; 3] = std::array::from_fn(|k| b[k] - a[k]);
+        let along: [f64; D] = std::array::from_fn(|k| b[k] - a[k]);
         field.bend(
             edge,
             (slopes[j] - slopes[i]) / (4 * (dim + 1)) as f64,
@@ -376,10 +386,11 @@ fn add_bubble(field: &mut Quadratic, simplex: &Simplex, slopes: &[f64; 4]) {
 
 /// ‖q‖_κ of a Raviart–Thomas field of lowest order.
 pub(super) fn norm_of_fluxes(simplex: &Simplex, fluxes: &[f64]) -> f64 {
-    let field = Quadratic::of(&Linear::raviart_thomas(simplex, fluxes));
-    (field.mean_square(simplex.dim) * simplex.measure)
-        .root()
-        .high
+    let square = match simplex.dim {
+        2 => Quadratic::of(&Linear::<2>::raviart_thomas(simplex, fluxes)).mean_square(2),
+        dim => Quadratic::of(&Linear::<3>::raviart_thomas(simplex, fluxes)).mean_square(dim),
+    };
+    (square * simplex.measure).root().high
 }
 
 /// ∫_κ |w| of a lift at most.

@@ -104,10 +104,7 @@ impl PreparedData {
 /// The power of two that brings the largest of the data to 1; 0 where they are of ordinary size.
 fn unit(problem: &Problem) -> i32 {
     let (mesh, data) = (problem.space.mesh, problem.scene.data());
-    let of_cell = |cell: usize| {
-        let geometry = mesh.geometry(cell);
-        data.f.value(geometry.point(&geometry.centroid())).abs()
-    };
+    let of_cell = |cell: usize| data.f.value(mesh.cell_midpoint(cell)).abs();
     let cells: Vec<f64> = (0..mesh.cell_count())
         .into_par_iter()
         .map(of_cell)
@@ -196,14 +193,12 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
     let mesh = problem.space.mesh;
     let measures: Vec<f64> = (0..mesh.cell_count())
         .into_par_iter()
-        .map(|cell| mesh.geometry(cell).measure())
+        .map(|cell| mesh.measure(cell))
         .collect();
     let volume: f64 = measures.iter().sum();
     let domain = Domain {
         expression: &problem.scene.data().f,
-        vertices: (0..mesh.cell_count())
-            .map(|cell| mesh.vertices(cell))
-            .collect(),
+        vertices: Box::new(|cell| mesh.vertices(cell)),
         measures,
         dim: mesh.dim,
         space: mesh.dim,
@@ -305,7 +300,7 @@ fn dirichlet(problem: &Problem, unit: i32) -> Result<Vec<Option<Interval>>> {
                 continue;
             }
             let at = mesh.points[vertex as usize].map(Interval::at);
-            let value = g.range(at, mesh.dim).times_power_of_two(unit);
+            let value = g.range(at).times_power_of_two(unit);
             if !value.is_finite() {
                 return Err(refusal(
                     format!("g could not be bounded at {}", mesh.vertex_label(vertex)),
@@ -335,13 +330,6 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
         .iter()
         .map(|&face| mesh.face_cells(face)[0] as usize)
         .collect();
-    let vertices = faces.iter().map(|&face| {
-        let mut corners = [[0.0; 3]; 4];
-        for (corner, &vertex) in corners.iter_mut().zip(mesh.face(face)) {
-            *corner = mesh.points[vertex as usize];
-        }
-        corners
-    });
     let measures: Vec<f64> = faces
         .iter()
         .zip(&cells)
@@ -353,7 +341,7 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
     let whole: f64 = measures.iter().sum();
     let domain = Domain {
         expression: t,
-        vertices: vertices.collect(),
+        vertices: Box::new(|k| mesh.face_vertices(faces[k])),
         measures,
         dim: mesh.dim - 1,
         space: mesh.dim,
@@ -361,7 +349,7 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
     };
     let effort = effort(problem, faces.len(), mesh.dim - 1, whole);
     let trees = domain.enclose(&effort)?;
-    let pairs = faces.into_iter().zip(cells);
+    let pairs = faces.iter().copied().zip(cells);
     pairs
         .zip(&trees)
         .map(|((face, cell), tree)| {

@@ -85,9 +85,8 @@ impl<'a> Fluxes<'a> {
     ) -> Result<[Vec<f64>; 2]> {
         let mesh = self.problem.space.mesh;
         let corners = mesh.dim + 1;
-        let cells = (0..mesh.cell_count()).flat_map(|cell| {
-            vec![mesh.geometry(cell).measure() * loads[cell] / corners as f64; corners]
-        });
+        let cells = (0..mesh.cell_count())
+            .flat_map(|cell| vec![mesh.measure(cell) * loads[cell] / corners as f64; corners]);
         let cells: Vec<f64> = cells.collect();
         let mut b = vec![0.0; self.space.dofs];
         self.add_cells(&mut b, &cells);
@@ -134,7 +133,7 @@ impl<'a> Fluxes<'a> {
         let mut cells = vec![0.0; corners * mesh.cell_count()];
         let of_cells = cells.par_chunks_exact_mut(corners).zip(&data.loads);
         of_cells.enumerate().for_each(|(cell, (of_cell, load))| {
-            let measure = mesh.geometry(cell).measure();
+            let measure = mesh.measure(cell);
             for (i, b) in of_cell.iter_mut().enumerate() {
                 *b = measure * load.on_face(dim, i);
             }
@@ -187,7 +186,7 @@ impl<'a> Fluxes<'a> {
         }
         let measures: Vec<f64> = (0..mesh.cell_count())
             .into_par_iter()
-            .map(|cell| mesh.geometry(cell).measure())
+            .map(|cell| mesh.measure(cell))
             .collect();
         let measure = |cell: usize| measures[cell];
         let face_measure = |face: usize| {

@@ -190,7 +190,7 @@ impl Goal {
                 let fluxes = out(cell);
                 let slope = simplex.gradient(&fields.corners_of(&z, cell));
                 let count = simplex.dim + 1;
-                let q = Linear::raviart_thomas(&simplex, fluxes).at_corners();
+                let q = Linear::<3>::raviart_thomas(&simplex, fluxes).at_corners();
                 let difference: Vec<Vector> = q[..count].iter().map(|q| minus(q, &slope)).collect();
                 let mean = fields.gradient_at_corners(&simplex, cell);
                 let square: Interval = (0..simplex.dim)
@@ -300,13 +300,14 @@ impl Goal {
         }
         let mut loads = vec![0.0; z.len()];
         for cell in 0..mesh.cell_count() {
-            let share = self.means[cell] * mesh.geometry(cell).measure() / (mesh.dim + 1) as f64;
+            let share = self.means[cell] * mesh.measure(cell) / (mesh.dim + 1) as f64;
             mesh.cell(cell)
                 .iter()
                 .for_each(|&vertex| loads[vertex as usize] += share);
         }
         if self.rests.is_empty() {
-            admissible::descend(&Space::new(mesh, &P1), &held, loads, &mut z);
+            let space = Space::new(mesh, &P1);
+            admissible::descend(&space, &held, &[], loads, &mut z);
         }
         for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
             let gaps = mesh.face(contact.face).iter().zip(obstacle.ceiling);

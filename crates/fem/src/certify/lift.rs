@@ -166,8 +166,8 @@ fn check_linear(
     for &i in &others[1..] {
         around = std::array::from_fn(|k| around[k].hull(at(i)[k]));
     }
-    let on_box = g.enclosure_inside::<GRADIENT>(around, 3, 1, 2);
-    let values = |i: usize| g.range(at(i), 3).times_power_of_two(unit);
+    let on_box = g.enclosure_inside::<GRADIENT>(around, &[0, 1, 2], 1, 2);
+    let values = |i: usize| g.range(at(i)).times_power_of_two(unit);
     let is_linear = others[1..].iter().all(|&i| {
         // δ' along the edge, against the variation of g along it: an offset hides nothing.
         let edge = minus(&at(i), &at(others[0]));
@@ -350,7 +350,7 @@ impl<'a> Face<'a> {
     fn new(cell: &Simplex, ends: [usize; 2], data: &'a Expression, unit: i32) -> Self {
         let vertices = ends.map(|i| cell.vertices[i]);
         let value = |x: [f64; 3]| {
-            let of = data.range(x.map(Interval::at), 2);
+            let of = data.range(x.map(Interval::at));
             of.times_power_of_two(unit)
         };
         Face {
@@ -382,14 +382,14 @@ impl<'a> Face<'a> {
     fn value(&self, leaf: [f64; 2]) -> Interval {
         let of = self
             .data
-            .enclosure_inside::<GRADIENT>(self.around(leaf), 2, 1, 1);
+            .enclosure_inside::<GRADIENT>(self.around(leaf), &[0, 1], 1, 1);
         of.value().times_power_of_two(self.unit)
     }
 
     fn leaf(&self, from: f64, to: f64) -> Delta {
         let on_box = self
             .data
-            .enclosure_inside::<GRADIENT>(self.around([from, to]), 2, 1, 1);
+            .enclosure_inside::<GRADIENT>(self.around([from, to]), &[0, 1], 1, 1);
         let scaled = |of: Interval| of.times_power_of_two(self.unit);
         let difference = self.values[1] - self.values[0];
         let s = Interval::new(from, to);
@@ -402,7 +402,7 @@ impl<'a> Face<'a> {
             |s: Interval| self.values[0] + s * difference + bend * (one - (2.0 * s - one).square());
         let range = scaled(on_box.value()) - linear(s);
         let middle = 0.5 * (from + to);
-        let at_middle = self.data.range(self.around([middle, middle]), 2);
+        let at_middle = self.data.range(self.around([middle, middle]));
         let centre = scaled(at_middle) - linear(Interval::at(middle));
         let steps = Interval::around_zero(0.5 * (to - from));
         let height = range.meet(centre + slope * steps);

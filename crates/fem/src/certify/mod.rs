@@ -292,21 +292,20 @@ fn numbers(fields: &CellFields, mut known: Known, solver: &mut Fluxes) -> Result
 fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Known)> {
     let (problem, data) = (fields.problem, &*fields.data);
     let mesh = problem.space.mesh;
-    let balances = on_cells(mesh, |cell| fields.balance(cell))?;
-    let errors: Vec<f64> = balances.iter().map(|balance| balance.error).collect();
+    let norms = on_cells(mesh, |cell| fields.norms(&fields.simplex(cell), cell))?;
+    let errors: Vec<f64> = norms.iter().map(|cell| cell.error).collect();
     let on_neumann: Vec<(usize, f64)> = data
         .tractions
         .iter()
         .map(|traction| (traction.face, traction.error))
         .collect();
     let q = solver.majorant(&errors, &on_neumann)?;
-    let norms = on_cells(mesh, |cell| {
-        let (simplex, balance) = (fields.simplex(cell), &balances[cell]);
-        let of_q = cells::norm_of_fluxes(&simplex, fields.fluxes_of(&q, cell));
-        fields.norms(&simplex, cell, balance, up(of_q, balance.spread))
+    // ‖Q‖_κ
+    let mut unknown = on_cells(mesh, |cell| {
+        let of_q = cells::norm_of_fluxes(&fields.simplex(cell), fields.fluxes_of(&q, cell));
+        up(of_q, norms[cell].spread)
     })?;
-    let mut unknown: Vec<f64> = norms.iter().map(|cell| cell.unknown).collect();
-    let mut oscillations: Vec<f64> = balances.iter().map(|balance| balance.oscillation).collect();
+    let mut oscillations: Vec<f64> = norms.iter().map(|cell| cell.oscillation).collect();
     for traction in &data.tractions {
         let oscillation = &mut oscillations[traction.cell];
         *oscillation = up(*oscillation, traction.oscillation);
@@ -391,10 +390,10 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
             "scale the problem, or use cells of less extreme shape",
         ));
     }
-    let apart = balances.iter().enumerate().map(|(cell, balance)| {
+    let apart = norms.iter().enumerate().map(|(cell, norms)| {
         let lifts = lift::of_cell(data, cell).iter();
         let lifts = lifts.map(|lift| lift.norms(&fields.simplex(cell))[0]);
-        above_of_all(lifts.chain([balance.norm]))
+        above_of_all(lifts.chain([norms.tau]))
     });
     let known = Known {
         of_g: up(of_g, 0.5 * length(apart)),

@@ -12,6 +12,8 @@
 //! decided on a leaf only order 0 is known. Leaves that cost most get derivatives up to the fourth, and are cut where these
 //! do not help.
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 
 use super::quadratic::Quadratic;
@@ -19,7 +21,9 @@ use super::simplex::{Vector, corners, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::quadrature::{Piece, WHOLE, halves, longest_edge};
 use crate::scene::Expression;
-use crate::scene::expression::{IN_PLANE, IN_SPACE, MOST, Monomials, SECOND, Taylor};
+use crate::scene::expression::{
+    IN_PLANE, IN_SPACE, MOST, Monomials, ON_LINE, SECOND_IN_PLANE, SECOND_IN_SPACE, Taylor, spanned,
+};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
@@ -139,8 +143,8 @@ impl Tree {
 /// Where an expression is modelled: simplices of dimension `dim` in a space of `space` dimensions.
 pub(super) struct Domain<'a> {
     pub expression: &'a Expression,
-    /// Of each simplex, `dim + 1` of them.
-    pub vertices: Vec<[[f64; 3]; 4]>,
+    /// Of a simplex, `dim + 1` of them.
+    pub vertices: Box<dyn Fn(usize) -> [[f64; 3]; 4] + Sync + 'a>,
     /// |S|, roughly: only what is cut first depends on it.
     pub measures: Vec<f64>,
     pub dim: usize,
@@ -156,6 +160,17 @@ pub(super) struct Effort {
     /// Leaves in all, beyond one a simplex.
     pub budget: usize,
 }
+
+/// The derivatives on boxes and at their middles, as one task met them: cells in rows have their boxes in common, and along
+/// the axes on which an expression does not hang all cells do.
+#[derive(Default)]
+struct Boxes(HashMap<Place, Vec<Interval>>);
+
+/// A box along the axes that count, as bits; the derivatives that are taken; is a simplex all that counts?
+type Place = ([[u64; 2]; 3], usize, bool);
+
+/// So many boxes are kept.
+const BOXES: usize = 4096;
 
 /// The corners of all parts are exact dyadic combinations, in multiples of 2 to the power of less this.
 const FINEST: i32 = 40;
@@ -174,12 +189,12 @@ impl Domain<'_> {
     /// # Errors
     /// An interruption.
     pub fn enclose(&self, effort: &Effort) -> Result<Vec<Tree>> {
-        let count = self.vertices.len();
+        let (count, axes) = (self.measures.len(), self.axes());
         let mut trees: Vec<Tree> = (0..count)
             .into_par_iter()
-            .map(|k| {
+            .map_init(Boxes::default, |boxes, k| {
                 cancel::check()?;
-                let whole = self.model(k, &WHOLE, AT_FIRST);
+                let whole = self.model((k, &WHOLE), AT_FIRST, &axes, boxes);
                 Ok(Tree {
                     whole,
                     rest: Vec::new(),
@@ -187,22 +202,27 @@ impl Domain<'_> {
             })
             .collect::<Result<_>>()?;
         let mut left = effort.budget;
-        let mut open: Vec<Open> = (0..count)
-            .map(|simplex| Open {
-                simplex,
-                node: 0,
-                piece: WHOLE,
-                is_final: false,
-                order: AT_FIRST,
-                measure: self.measures[simplex],
-                leaf: trees[simplex].whole,
-            })
-            .collect();
-        let mut square: f64 = open.iter().map(Open::square).sum();
+        let whole = |simplex: usize| Open {
+            simplex,
+            node: 0,
+            piece: WHOLE,
+            is_final: false,
+            order: AT_FIRST,
+            measure: self.measures[simplex],
+            leaf: trees[simplex].whole,
+        };
+        let is_enough = |total: f64, square: f64| total <= effort.tolerance * square.sqrt();
+        // Mostly that is all: there is no need to keep every simplex open.
+        let mut square: f64 = (0..count).map(|simplex| whole(simplex).square()).sum();
+        let total = above_of_all((0..count).map(|simplex| whole(simplex).cost()));
+        if is_enough(total, square) {
+            return Ok(trees);
+        }
+        let mut open: Vec<Open> = (0..count).map(whole).collect();
         loop {
             cancel::check()?;
             let total = above_of_all(open.iter().map(Open::cost));
-            if total <= effort.tolerance * square.sqrt() {
+            if is_enough(total, square) {
                 break;
             }
             let worst = open.iter().map(Open::cost).fold(0.0, f64::max);
@@ -217,11 +237,13 @@ impl Domain<'_> {
             for late in chosen.iter_mut().skip(left) {
                 late.is_final = true;
             }
-            let made: Vec<Vec<Open>> = chosen
+            let made: Vec<(Vec<Open>, [usize; 2])> = chosen
                 .par_iter()
-                .map(|parent| cancel::check().map(|()| self.improved(parent)))
+                .map_init(Boxes::default, |boxes, parent| {
+                    cancel::check().map(|()| self.improved(parent, &axes, boxes))
+                })
                 .collect::<Result<_>>()?;
-            for (parent, mut made) in chosen.iter().zip(made) {
+            for (parent, (mut made, edge)) in chosen.iter().zip(made) {
                 let tree = &mut trees[parent.simplex];
                 square -= parent.square();
                 square += made.iter().map(Open::square).sum::<f64>();
@@ -230,7 +252,8 @@ impl Domain<'_> {
                 } else {
                     left -= 1;
                     let first = tree.rest.len() as u32 + 1;
-                    tree.node_mut(parent.node).halves = first;
+                    let node = tree.node_mut(parent.node);
+                    (node.halves, node.edge) = (first, edge.map(|corner| corner as u8));
                     for (child, node) in made.iter_mut().zip(first..) {
                         child.node = node;
                         tree.rest.push(child.leaf);
@@ -243,68 +266,120 @@ impl Domain<'_> {
         Ok(trees)
     }
 
-    /// The same leaf with more derivatives, or its halves.
-    fn improved(&self, parent: &Open) -> Vec<Open> {
+    /// The same leaf with more derivatives, or its halves, and the edge in whose middle it was cut.
+    fn improved(
+        &self,
+        parent: &Open,
+        axes: &[usize],
+        boxes: &mut Boxes,
+    ) -> (Vec<Open>, [usize; 2]) {
         if parent.order < MOST && parent.leaf.is_smooth {
-            let leaf = self.model(parent.simplex, &parent.piece, MOST);
+            let leaf = self.model((parent.simplex, &parent.piece), MOST, axes, boxes);
             let worth = if parent.is_final { 1.0 } else { WORTH };
             if leaf.error < worth * parent.leaf.error {
                 let order = MOST;
-                return vec![Open {
+                let same = Open {
                     leaf,
                     order,
                     ..*parent
-                }];
+                };
+                return (vec![same], [0; 2]);
             }
         }
-        let both = halves(&parent.piece, parent.leaf.edge.map(usize::from));
-        let is_exact = |x: &f64| (x * 2.0_f64.powi(FINEST)).fract() == 0.0;
-        if parent.is_final || !both[0].iter().flatten().all(is_exact) {
-            return vec![Open {
-                is_final: true,
-                ..*parent
-            }];
-        }
-        let of = |piece: Piece| Open {
-            leaf: self.model(parent.simplex, &piece, parent.order),
-            piece,
-            measure: 0.5 * parent.measure,
-            ..*parent
-        };
-        both.map(of).into()
-    }
-
-    /// p, s and r on a part of a simplex from so many derivatives.
-    fn model(&self, simplex: usize, piece: &Piece, order: usize) -> Leaf {
-        let leaf = match (order, self.space) {
-            (..=AT_FIRST, _) => self.model_of::<SECOND>(simplex, piece, order),
-            (_, 2) => self.model_of::<IN_PLANE>(simplex, piece, order),
-            _ => self.model_of::<IN_SPACE>(simplex, piece, order),
-        };
-        let vertices = &self.vertices[simplex][..=self.dim];
-        let edge = longest_edge(piece, self.dim, |weights| {
+        let vertices = (self.vertices)(parent.simplex);
+        let edge = longest_edge(&parent.piece, self.dim, |weights| {
             let along = |k: usize| vertices.iter().zip(weights).map(|(x, w)| w * x[k]).sum();
             let edge: [f64; 3] = std::array::from_fn(along);
             edge.iter().map(|x| x * x).sum()
         });
-        Leaf {
-            edge: edge.map(|corner| corner as u8),
-            ..leaf
+        let both = halves(&parent.piece, edge);
+        let is_exact = |x: &f64| (x * 2.0_f64.powi(FINEST)).fract() == 0.0;
+        if parent.is_final || !both[0].iter().flatten().all(is_exact) {
+            let same = Open {
+                is_final: true,
+                ..*parent
+            };
+            return (vec![same], [0; 2]);
+        }
+        let mut of = |piece: Piece| Open {
+            leaf: self.model((parent.simplex, &piece), parent.order, axes, boxes),
+            piece,
+            measure: 0.5 * parent.measure,
+            ..*parent
+        };
+        (both.map(&mut of).into(), edge)
+    }
+
+    /// The axes along which the expression varies, at most.
+    fn axes(&self) -> Vec<usize> {
+        let all = self.expression.axes().into_iter();
+        all.filter(|axis| *axis < self.space).collect()
+    }
+
+    /// p, s and r on a part of a simplex from so many derivatives along these axes.
+    fn model(
+        &self,
+        part: (usize, &Piece),
+        order: usize,
+        axes: &[usize],
+        boxes: &mut Boxes,
+    ) -> Leaf {
+        match (axes.len(), order) {
+            (..=1, _) => self.model_of::<ON_LINE>(part, order, axes, boxes),
+            (2, ..=AT_FIRST) => self.model_of::<SECOND_IN_PLANE>(part, order, axes, boxes),
+            (2, _) => self.model_of::<IN_PLANE>(part, order, axes, boxes),
+            (_, ..=AT_FIRST) => self.model_of::<SECOND_IN_SPACE>(part, order, axes, boxes),
+            _ => self.model_of::<IN_SPACE>(part, order, axes, boxes),
         }
     }
 
-    fn model_of<const N: usize>(&self, simplex: usize, piece: &Piece, order: usize) -> Leaf {
-        let count = self.dim + 1;
-        let corners = corners(&self.vertices[simplex][..count], piece, self.space);
+    /// ∂^α f/α! at all points of a box, and behind them at a point in its middle.
+    fn derivatives<'b, const N: usize>(
+        &self,
+        around: [Interval; 3],
+        centre: [Interval; 3],
+        order: usize,
+        axes: &[usize],
+        boxes: &'b mut Boxes,
+    ) -> &'b [Interval] {
+        let mut bits = [[0; 2]; 3];
+        for (bits, axis) in bits.iter_mut().zip(axes) {
+            let x = around[*axis];
+            *bits = [x.low.to_bits(), x.high.to_bits()];
+        }
+        let is_spanned = spanned(around, self.dim);
+        let place = (bits, order, is_spanned.is_some());
+        if boxes.0.len() >= BOXES && !boxes.0.contains_key(&place) {
+            boxes.0.clear();
+        }
+        boxes.0.entry(place).or_insert_with(|| {
+            let inside: Taylor<N> = self.expression.over(around, axes, order, is_spanned);
+            let at_centre: Taylor<N> = self.expression.enclosure(centre, axes, order - 1);
+            let both = inside
+                .coefficients
+                .into_iter()
+                .chain(at_centre.coefficients);
+            both.map(|c| c.times_power_of_two(self.unit)).collect()
+        })
+    }
+
+    fn model_of<const N: usize>(
+        &self,
+        (simplex, piece): (usize, &Piece),
+        order: usize,
+        axes: &[usize],
+        boxes: &mut Boxes,
+    ) -> Leaf {
+        let (count, vars) = (self.dim + 1, axes.len());
+        let corners = corners(&(self.vertices)(simplex)[..count], piece, self.space);
         let mut around = corners[0];
         for corner in &corners[1..count] {
             around = std::array::from_fn(|k| around[k].hull(corner[k]));
         }
-        let scaled = |of: Taylor<N>| of.coefficients.map(|c| c.times_power_of_two(self.unit));
-        let inside = self
-            .expression
-            .enclosure_inside(around, self.space, order, self.dim);
-        let on_box = scaled(inside);
+        // From the middle of the box no point is far.
+        let centre = around.map(|x| Interval::at(x.mid().clamp(x.low, x.high)));
+        let derivatives = self.derivatives::<N>(around, centre, order, axes, boxes);
+        let (on_box, at_centre) = derivatives.split_at(N);
         let range = on_box[0];
         let flat = |error: f64| Leaf {
             values: [range.mid(); 4],
@@ -312,68 +387,79 @@ impl Domain<'_> {
             ..Leaf::default()
         };
         // A constant, or nothing but the range is known.
-        if range.radius() == 0.0 || !on_box[1..=self.space].iter().all(|g| g.is_finite()) {
+        if range.radius() == 0.0 || !on_box[1..=vars].iter().all(|g| g.is_finite()) {
             return flat(range.radius());
         }
-        // From the middle of the box no point is far.
-        let centre = around.map(|x| Interval::at(x.mid().clamp(x.low, x.high)));
-        let at_centre = scaled(self.expression.enclosure(centre, self.space, order - 1));
-        let steps: Vec<Vector> = corners[..count]
-            .iter()
-            .map(|c| std::array::from_fn(|k| c[k] - centre[k]))
-            .collect();
-        let monomials = Monomials::of(self.space);
-        // |(x-c)^α| is at most this.
-        let mut reach = [1.0; N];
-        for (n, reach) in reach
-            .iter_mut()
-            .enumerate()
-            .take(monomials.counts[order])
-            .skip(1)
-        {
-            for (k, exponent) in monomials.exponents[n].iter().enumerate() {
-                let most = steps.iter().map(|s| s[k].magnitude()).fold(0.0, f64::max);
-                (0..*exponent).for_each(|_| *reach = above_of_product(*reach, most));
+        let mut steps = [[Interval::ZERO; 3]; 4];
+        for (step, corner) in steps.iter_mut().zip(&corners[..count]) {
+            for (step, &axis) in step.iter_mut().zip(axes) {
+                *step = corner[axis] - centre[axis];
             }
         }
-        let of_degree = |degree: usize| match degree {
-            0 => 0..1,
-            _ => monomials.counts[degree - 1]..monomials.counts[degree],
+        let steps = &steps[..count];
+        let monomials = Monomials::of(vars);
+        let counts = &monomials.counts;
+        // |(x-c)^α| is at most this.
+        let farthest: [f64; 3] =
+            std::array::from_fn(|k| steps.iter().fold(0.0, |most, s| s[k].magnitude().max(most)));
+        let mut reach = [1.0; N];
+        for (reach, exponents) in reach[..counts[order]].iter_mut().zip(&monomials.exponents) {
+            for (most, exponent) in farthest.iter().zip(exponents) {
+                (0..*exponent).for_each(|_| *reach = above_of_product(*reach, *most));
+            }
+        }
+        let sum = |sizes: &mut dyn Iterator<Item = (usize, f64)>| {
+            above_of_all(sizes.map(|(n, size)| above_of_product(size, reach[n])))
         };
-        let sum = |size: &dyn Fn(usize) -> f64, degrees: std::ops::RangeInclusive<usize>| {
-            let all = degrees.flat_map(of_degree);
-            above_of_all(all.map(|n| above_of_product(size(n), reach[n])))
-        };
-        let rest = |m: usize| {
-            let known = sum(&|n| at_centre[n].radius(), 0..=m - 1);
-            up(known, sum(&|n| on_box[n].radius(), m..=m))
-        };
-        let rests = (1..=order).map(|m| (m, rest(m)));
-        let Some((m, rest)) = rests.min_by(|a, b| a.1.total_cmp(&b.1)) else {
-            return flat(range.radius());
-        };
-        let coefficient = |n: usize| {
-            let of = if n < monomials.counts[m - 1] {
+        // What is known at c grows with m; of which order the rest is least?
+        let (mut known, mut m, mut rest) = (at_centre[0].radius(), 1, f64::INFINITY);
+        for degree in 1..=order {
+            let here = counts[degree - 1]..counts[degree];
+            let last = sum(&mut here.clone().map(|n| (n, on_box[n].radius())));
+            if up(known, last) < rest {
+                (m, rest) = (degree, up(known, last));
+            }
+            if degree < order {
+                known = up(known, sum(&mut here.map(|n| (n, at_centre[n].radius()))));
+            }
+        }
+        let mut coefficients = [0.0; N];
+        for (n, of) in coefficients[..counts[m]].iter_mut().enumerate() {
+            *of = if n < counts[m - 1] {
                 at_centre[n]
             } else {
                 on_box[n]
-            };
-            of.mid()
+            }
+            .mid();
+        }
+        let sizes = |from: usize| (from..counts[m]).map(|n| (n, coefficients[n].abs()));
+        let mut wave = if m < 2 {
+            0.0
+        } else {
+            sum(&mut sizes(counts[1]))
         };
-        let mut wave = sum(&|n| coefficient(n).abs(), 2..=m);
         let (mut mean, mut swell) = (Interval::ZERO, wave);
         if wave > 0.0 {
-            let moments = moments(monomials, &steps, monomials.counts[m]);
-            let of = |n: usize| coefficient(n) * moments[n];
-            let of_degree_2: Interval = of_degree(2).map(of).sum();
-            mean = of_degree_2 + (monomials.counts[2]..monomials.counts[m]).map(of).sum();
+            let quadratic = (counts[1]..counts[2]).filter(|n| coefficients[*n] != 0.0);
+            let of_degree_2 = quadratic
+                .clone()
+                .map(|n| coefficients[n] * moment(&monomials.exponents[n], steps))
+                .sum();
+            mean = of_degree_2;
+            if m > 2 {
+                let moments = moments(monomials, steps, counts[m]);
+                mean += (counts[2]..counts[m])
+                    .map(|n| coefficients[n] * moments[n])
+                    .sum();
+            }
             wave = up(wave, mean.magnitude());
-            let quadratic = of_degree(2).map(|n| (monomials.exponents[n], coefficient(n)));
-            let quadratic: Vec<_> = quadratic.filter(|(_, c)| *c != 0.0).collect();
-            // The rest of degree 3 and 4 less its mean, by its size.
-            let rest = 2.0 * sum(&|n| coefficient(n).abs(), 3..=m);
             if order > AT_FIRST {
-                swell = wave.min(up(root_mean_square(&steps, &quadratic, of_degree_2), rest));
+                // The rest of degree 3 and 4 less its mean, by its size.
+                let rest = 2.0 * sum(&mut sizes(counts[2]));
+                let terms: Vec<_> = quadratic
+                    .map(|n| (monomials.exponents[n], coefficients[n]))
+                    .collect();
+                swell = wave.min(up(root_mean_square(steps, &terms, of_degree_2), rest));
             }
         }
         let error = up(rest, mean.radius());
@@ -391,15 +477,34 @@ impl Domain<'_> {
             ..Leaf::default()
         };
         let mut rounding = 0.0_f64;
-        for (value, step) in leaf.values.iter_mut().zip(&steps) {
-            let slope: Interval = (0..self.space).map(|k| coefficient(1 + k) * step[k]).sum();
-            let exact = Interval::at(coefficient(0)) + Interval::at(mean.mid()) + slope;
+        for (value, step) in leaf.values.iter_mut().zip(steps) {
+            let slope: Interval = (0..vars).map(|k| coefficients[1 + k] * step[k]).sum();
+            let exact = Interval::at(coefficients[0]) + Interval::at(mean.mid()) + slope;
             *value = exact.mid();
             rounding = rounding.max(exact.radius());
         }
         leaf.error = up(leaf.error, rounding);
         leaf
     }
+}
+
+/// The mean of x_a x_b over the simplex with these corners, from their sums: (Σ x_a x_b + Σ x_a Σ x_b) / ((d+1)(d+2)).
+fn moment(exponents: &[u8; 3], corners: &[Vector]) -> Interval {
+    let mut axes = (0..3).flat_map(|k| std::iter::repeat_n(k, exponents[k].into()));
+    let (Some(a), Some(b), None) = (axes.next(), axes.next(), axes.next()) else {
+        return Interval::WHOLE;
+    };
+    let of = |k: usize| corners.iter().map(|x| x[k]).sum::<Interval>();
+    let (own, both) = if a == b {
+        (corners.iter().map(|x| x[a].square()).sum(), of(a).square())
+    } else {
+        (
+            corners.iter().map(|x| x[a] * x[b]).sum::<Interval>(),
+            of(a) * of(b),
+        )
+    };
+    let count = corners.len() as f64;
+    (own + both) / Interval::at(count * (count + 1.0))
 }
 
 /// The means of the first monomials over the simplex with these corners:
@@ -446,7 +551,7 @@ fn root_mean_square(corners: &[Vector], terms: &[([u8; 3], f64)], mean: Interval
     let size = sizes * largest * largest + mean.magnitude();
     let off =
         sizes * radius * (2.0 * largest + radius) + mean.radius() + 16.0 * f64::EPSILON * size;
-    Quadratic::scalar(&points, value, off, size)
+    Quadratic::<3>::scalar(&points, value, off, size)
         .mean_square(corners.len() - 1)
         .root()
         .high
@@ -525,7 +630,7 @@ mod tests {
                     let vertices: [[f64; 3]; 4] = std::array::from_fn(|_| corner());
                     let domain = Domain {
                         expression: &expression,
-                        vertices: vec![vertices],
+                        vertices: Box::new(move |_| vertices),
                         measures: vec![1.0],
                         dim,
                         space,
@@ -538,7 +643,8 @@ mod tests {
                         expression.value(x) - linear.map(|(p, l)| p * l).sum::<f64>()
                     };
                     let errors = [AT_FIRST, MOST].map(|order| {
-                        let leaf = domain.model(0, &WHOLE, order);
+                        let leaf =
+                            domain.model((0, &WHOLE), order, &domain.axes(), &mut Boxes::default());
                         let (mut mean, mut square) = (0.0, 0.0);
                         for (lambda, weight) in points(dim) {
                             let off = left(&lambda, &leaf);

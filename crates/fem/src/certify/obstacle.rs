@@ -46,16 +46,9 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
     if psi.is_zero() {
         return Ok((vec![zero; problem.contact.len()], Vec::new()));
     }
-    let vertices = problem.contact.iter().map(|contact| {
-        let mut corners = [[0.0; 3]; 4];
-        for (corner, &vertex) in corners.iter_mut().zip(mesh.face(contact.face)) {
-            *corner = mesh.points[vertex as usize];
-        }
-        corners
-    });
     let domain = Domain {
         expression: psi,
-        vertices: vertices.collect(),
+        vertices: Box::new(|k| mesh.face_vertices(problem.contact[k].face)),
         measures: problem
             .contact
             .iter()
@@ -81,7 +74,7 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
         let mut obstacle = zero;
         for (value, &vertex) in obstacle.values.iter_mut().zip(face) {
             let at = mesh.points[vertex as usize].map(Interval::at);
-            *value = psi.range(at, mesh.dim).times_power_of_two(unit);
+            *value = psi.range(at).times_power_of_two(unit);
         }
         // How far the interpolant of the vertex values is above ψ, and the mean of ψ.
         let (mut drop, mut size, mut means) = (0.0_f64, 0.0_f64, Interval::ZERO);

@@ -270,9 +270,7 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(line: &'a Line, fields: &'a CellFields<'a>, known: &'a Known) -> Self {
         let mesh = fields.problem.space.mesh;
-        let area: f64 = (0..mesh.cell_count())
-            .map(|cell| mesh.geometry(cell).measure())
-            .sum();
+        let area: f64 = (0..mesh.cell_count()).map(|cell| mesh.measure(cell)).sum();
         let most = fields.lambda.iter().fold(0.0, |m: f64, l| m.max(-l));
         let least = (STRIP * most).max(known.of_g / area.sqrt());
         Search {
@@ -503,15 +501,12 @@ impl Ball {
             };
             [0, 1, 2].map(|k| of(k).reduce(Interval::hull).unwrap_or(Interval::WHOLE))
         };
-        let is_near = |cell: &usize| !kernel.range(box_of(*cell), 2).is_zero();
+        let is_near = |cell: &usize| !kernel.range(box_of(*cell)).is_zero();
         let near: Vec<usize> = (0..mesh.cell_count()).filter(is_near).collect();
         let domain = Domain {
             expression: &kernel,
-            vertices: near.iter().map(|&cell| mesh.vertices(cell)).collect(),
-            measures: near
-                .iter()
-                .map(|&cell| mesh.geometry(cell).measure())
-                .collect(),
+            vertices: Box::new(|k| mesh.vertices(near[k])),
+            measures: near.iter().map(|&cell| mesh.measure(cell)).collect(),
             dim: 2,
             space: 2,
             unit: 0,
@@ -600,7 +595,7 @@ impl Ball {
             (at(self.centre) - at(width)).low,
             (at(self.centre) + at(width)).high,
         );
-        let psi = psi.range(around, 2).times_power_of_two(data.unit);
+        let psi = psi.range(around).times_power_of_two(data.unit);
         (mass * psi - total).low > 0.0
     }
 }

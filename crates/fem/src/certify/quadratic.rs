@@ -1,7 +1,7 @@
 //! Vector fields of degree 1 and 2 on a cell by about their values at points, with one bound for all rounding of a component
 //! in place of an interval each (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, ch. 3).
 
-use super::simplex::{EDGES, Simplex, Vector};
+use super::simplex::{EDGES, Simplex, Vector, ZERO};
 use crate::interval::Interval;
 use crate::quadrature::Piece;
 
@@ -13,35 +13,35 @@ const LEBESGUE: f64 = 2.5;
 /// Counts four roundings of numbers no larger than `size`, or more of smaller ones. That `off` and `size` are rounded
 /// themselves is made good at the end, in [`Quadratic::mean_square`] and [`Linear::at_corners`].
 #[inline]
-fn round(off: &mut [f64; 3], size: &[f64; 3]) {
+fn round<const D: usize>(off: &mut [f64; D], size: &[f64; D]) {
     for (off, size) in off.iter_mut().zip(size).filter(|(_, size)| **size > 0.0) {
         *off += 2.0 * STEP * size + f64::MIN_POSITIVE;
     }
 }
 
-/// A linear vector field.
+/// A linear vector field of D components on a simplex of no more than D dimensions.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Linear {
-    corners: [[f64; 3]; 4],
+pub(super) struct Linear<const D: usize> {
+    corners: [[f64; D]; 4],
     /// Each component at the corners is no farther off than this …
-    off: [f64; 3],
+    off: [f64; D],
     /// … and no larger than this.
-    size: [f64; 3],
+    size: [f64; D],
 }
 
-impl Linear {
-    const ZERO: Linear = Linear {
-        corners: [[0.0; 3]; 4],
-        off: [0.0; 3],
-        size: [0.0; 3],
+impl<const D: usize> Linear<D> {
+    const ZERO: Self = Linear {
+        corners: [[0.0; D]; 4],
+        off: [0.0; D],
+        size: [0.0; D],
     };
 
     /// The field with these values at the corners.
     #[inline]
     pub fn new(corners: &[Vector; 4]) -> Self {
-        let mut of = Linear::ZERO;
+        let mut of = Self::ZERO;
         for (value, corner) in of.corners.iter_mut().zip(corners) {
-            for k in 0..3 {
+            for k in 0..D {
                 value[k] = corner[k].mid();
                 of.off[k] = of.off[k].max(corner[k].radius());
                 of.size[k] = of.size[k].max(corner[k].magnitude());
@@ -53,15 +53,15 @@ impl Linear {
     /// ∇(Σ a_i λ_i + Σ_F 4 b_F λ_a λ_b), F = ab, b by the vertex opposite.
     #[inline]
     pub fn gradient(cell: &Simplex, a: &[Interval; 4], b: Option<&[f64; 3]>) -> Self {
-        let mut of = Linear::ZERO;
-        let mut flat = [0.0; 3];
+        let mut of = Self::ZERO;
+        let mut flat = [0.0; D];
         for i in 1..=cell.dim {
             let difference = a[i] - a[0];
             if difference.is_zero() {
                 continue;
             }
             let (middle, radius) = (difference.mid(), difference.radius());
-            for k in 0..3 {
+            for k in 0..D {
                 let slope = cell.slopes[i][k];
                 let most = slope.abs() + cell.off;
                 flat[k] += middle * slope;
@@ -92,22 +92,22 @@ impl Linear {
     /// A Raviart–Thomas field of lowest order: Σ_i flux_i (x - x_i)/(d|κ|).
     #[inline]
     pub fn raviart_thomas(cell: &Simplex, fluxes: &[f64]) -> Self {
-        let (dim, mut of) = (cell.dim, Linear::ZERO);
+        let (dim, mut of) = (cell.dim, Self::ZERO);
         let volume = dim as f64 * cell.measure;
         let known_to = volume.radius() / volume.low.max(0.0) + 2.0 * STEP;
         let x = &cell.vertices;
-        let wide: [f64; 3] = std::array::from_fn(|k| {
+        let wide: [f64; D] = std::array::from_fn(|k| {
             let all = x[..=dim].iter().map(|x| x[k]);
             all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min)
         });
         for (i, flux) in fluxes.iter().enumerate().filter(|(_, flux)| **flux != 0.0) {
             let weight = flux / volume.mid();
             for (corner, value) in of.corners.iter_mut().enumerate().take(dim + 1) {
-                (0..3).for_each(|k| value[k] += weight * (x[corner][k] - x[i][k]));
+                (0..D).for_each(|k| value[k] += weight * (x[corner][k] - x[i][k]));
             }
-            (0..3).for_each(|k| of.size[k] += weight.abs() * (1.0 + known_to) * wide[k]);
+            (0..D).for_each(|k| of.size[k] += weight.abs() * (1.0 + known_to) * wide[k]);
         }
-        (0..3).for_each(|k| of.off[k] += known_to * of.size[k]);
+        (0..D).for_each(|k| of.off[k] += known_to * of.size[k]);
         round(&mut of.off, &of.size);
         of
     }
@@ -119,22 +119,22 @@ impl Linear {
         derivatives: &[[[f64; 4]; N]; 4],
         u: &[f64],
     ) -> Self {
-        let mut of = Linear::ZERO;
+        let mut of = Self::ZERO;
         for (value, derivatives) in of.corners.iter_mut().zip(derivatives).take(cell.dim + 1) {
-            let (mut off, mut size) = ([0.0; 3], [0.0; 3]);
+            let (mut off, mut size) = ([0.0; D], [0.0; D]);
             for i in 0..=cell.dim {
                 let terms = derivatives.iter().zip(u).map(|(d, u)| d[i] * u);
                 let (c, most) = terms.fold((0.0, 0.0), |(c, most), t: f64| (c + t, most + t.abs()));
                 // Of no more than 20 terms.
                 let error = 10.0 * STEP * most;
-                for k in 0..3 {
+                for k in 0..D {
                     let slope = cell.slopes[i][k];
                     value[k] += c * slope;
                     off[k] += most * cell.off + error * (slope.abs() + cell.off);
                     size[k] += (c.abs() + error) * (slope.abs() + cell.off);
                 }
             }
-            for k in 0..3 {
+            for k in 0..D {
                 of.off[k] = of.off[k].max(off[k]);
                 of.size[k] = of.size[k].max(size[k]);
             }
@@ -146,9 +146,10 @@ impl Linear {
     /// (w₂, -w₁)
     #[inline]
     pub fn turned(mut self) -> Self {
-        self.corners
-            .iter_mut()
-            .for_each(|w| *w = [w[1], -w[0], 0.0]);
+        for w in &mut self.corners {
+            w.swap(0, 1);
+            w[1] = -w[1];
+        }
         self.off.swap(0, 1);
         self.size.swap(0, 1);
         self
@@ -157,10 +158,10 @@ impl Linear {
     /// Adds a multiple of another field.
     #[inline]
     pub fn plus(mut self, factor: f64, other: &Self) -> Self {
-        for (a, b) in self.corners.iter_mut().zip(&other.corners) {
-            (0..3).for_each(|k| a[k] += factor * b[k]);
+        for (a, b) in self.corners.iter_mut().zip(&other.corners).take(D + 1) {
+            (0..D).for_each(|k| a[k] += factor * b[k]);
         }
-        for k in 0..3 {
+        for k in 0..D {
             self.off[k] += factor.abs() * other.off[k];
             self.size[k] += factor.abs() * other.size[k];
         }
@@ -171,28 +172,34 @@ impl Linear {
     /// Its values at the corners.
     pub fn at_corners(&self) -> [Vector; 4] {
         let around = self.off.map(|off| Interval::around_zero(1.001 * off));
-        let of = |w: &[f64; 3]| std::array::from_fn(|k| Interval::at(w[k]) + around[k]);
-        self.corners.each_ref().map(of)
+        self.corners.each_ref().map(|w| {
+            let mut of = ZERO;
+            (0..D).for_each(|k| of[k] = Interval::at(w[k]) + around[k]);
+            of
+        })
     }
 }
 
 /// A vector field of degree 2: about its values at the corners, and at the midpoints of [`EDGES`].
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Quadratic {
-    pub corners: [[f64; 3]; 4],
-    pub middles: [[f64; 3]; 6],
+pub(super) struct Quadratic<const D: usize> {
+    pub corners: [[f64; D]; 4],
+    pub middles: [[f64; D]; 6],
     /// Each component at these points is no farther off than this …
-    off: [f64; 3],
+    off: [f64; D],
     /// … and no larger than this.
-    size: [f64; 3],
+    size: [f64; D],
 }
 
-impl Quadratic {
-    pub const ZERO: Quadratic = Quadratic {
-        corners: [[0.0; 3]; 4],
-        middles: [[0.0; 3]; 6],
-        off: [0.0; 3],
-        size: [0.0; 3],
+impl<const D: usize> Quadratic<D> {
+    /// How many middles there are.
+    const SIDES: usize = D * (D + 1) / 2;
+
+    pub const ZERO: Self = Quadratic {
+        corners: [[0.0; D]; 4],
+        middles: [[0.0; D]; 6],
+        off: [0.0; D],
+        size: [0.0; D],
     };
 
     /// A function as the first component, by its values: none is farther off than `off`, or larger than `size`.
@@ -202,7 +209,7 @@ impl Quadratic {
         off: f64,
         size: f64,
     ) -> Self {
-        let mut of = Quadratic::ZERO;
+        let mut of = Self::ZERO;
         for (w, x) in of.corners.iter_mut().zip(corners) {
             w[0] = value(*x);
         }
@@ -217,16 +224,16 @@ impl Quadratic {
 
     /// A linear field is one.
     #[inline]
-    pub fn of(linear: &Linear) -> Self {
+    pub fn of(linear: &Linear<D>) -> Self {
         let Linear { corners, off, size } = *linear;
         let mut of = Quadratic {
             corners,
             off,
             size,
-            ..Quadratic::ZERO
+            ..Self::ZERO
         };
-        for (middle, [i, j]) in of.middles.iter_mut().zip(EDGES) {
-            for k in 0..3 {
+        for (middle, [i, j]) in of.middles.iter_mut().zip(EDGES).take(Self::SIDES) {
+            for k in 0..D {
                 middle[k] = 0.5 * (of.corners[i][k] + of.corners[j][k]);
             }
         }
@@ -241,8 +248,8 @@ impl Quadratic {
 
     /// Adds c w in the middle of an edge, where c and the components of w are each rounded twice at most.
     #[inline]
-    pub fn bend(&mut self, edge: usize, c: f64, w: &[f64; 3]) {
-        for k in 0..3 {
+    pub fn bend(&mut self, edge: usize, c: f64, w: &[f64; D]) {
+        for k in 0..D {
             self.middles[edge][k] += c * w[k];
             self.size[k] += (c * w[k]).abs();
             self.off[k] += 4.0 * STEP * (c * w[k]).abs();
@@ -252,7 +259,7 @@ impl Quadratic {
 
     /// The field on a part of the simplex.
     pub fn on(&self, piece: &Piece, dim: usize) -> Self {
-        let mut of = Quadratic::ZERO;
+        let mut of = Self::ZERO;
         for (corner, at) in of.corners.iter_mut().zip(piece).take(dim + 1) {
             *corner = self.at(at, dim);
         }
@@ -261,7 +268,7 @@ impl Quadratic {
             *middle = self.at(&at, dim);
         }
         // Ten products of three numbers and their sum: less than 16 roundings of 2⁻⁵³.
-        for k in 0..3 {
+        for k in 0..D {
             of.size[k] = LEBESGUE * self.size[k];
             of.off[k] = LEBESGUE * self.off[k] + 8.0 * STEP * of.size[k];
         }
@@ -269,10 +276,10 @@ impl Quadratic {
     }
 
     /// The field at a point with exact coordinates: Σ w(x_i) λ_i (2λ_i-1) + Σ w(m_ij) 4 λ_i λ_j.
-    pub fn at(&self, lambda: &[f64; 4], dim: usize) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        let mut add = |weight: f64, value: &[f64; 3]| {
-            for k in 0..3 {
+    pub fn at(&self, lambda: &[f64; 4], dim: usize) -> [f64; D] {
+        let mut sum = [0.0; D];
+        let mut add = |weight: f64, value: &[f64; D]| {
+            for k in 0..D {
                 sum[k] += weight * value[k];
             }
         };
@@ -289,17 +296,18 @@ impl Quadratic {
     #[inline]
     pub fn plus(&self, factor: f64, other: &Self) -> Self {
         let mut of = *self;
-        for (a, b) in of.corners.iter_mut().zip(&other.corners) {
-            for k in 0..3 {
+        for (a, b) in of.corners.iter_mut().zip(&other.corners).take(D + 1) {
+            for k in 0..D {
                 a[k] += factor * b[k];
             }
         }
-        for (a, b) in of.middles.iter_mut().zip(&other.middles) {
-            for k in 0..3 {
+        let middles = of.middles.iter_mut().zip(&other.middles);
+        for (a, b) in middles.take(Self::SIDES) {
+            for k in 0..D {
                 a[k] += factor * b[k];
             }
         }
-        for k in 0..3 {
+        for k in 0..D {
             of.off[k] += factor.abs() * other.off[k];
             of.size[k] += factor.abs() * other.size[k];
         }
@@ -307,7 +315,7 @@ impl Quadratic {
     }
 
     /// About the mean over the simplex: that of Bernstein's coefficients.
-    pub fn mean(&self, dim: usize) -> [f64; 3] {
+    pub fn mean(&self, dim: usize) -> [f64; D] {
         let (corners, edges) = (dim + 1, dim * (dim + 1) / 2);
         // Σ b_ij = 2 Σ w(m_ij) - d/2 Σ w(x_i), as each corner is on d edges.
         let share = 1.0 - 0.5 * dim as f64;
@@ -337,7 +345,7 @@ impl Quadratic {
     fn square_of<const DIM: usize, const CORNERS: usize, const SIDES: usize>(&self) -> Interval {
         let scale = 6.0 * [5.0, 15.0, 35.0][DIM - 1];
         let (mut sum, mut off) = (0.0, 0.0);
-        for k in 0..DIM {
+        for k in 0..DIM.min(D) {
             if self.size[k] == 0.0 {
                 continue;
             }
@@ -383,7 +391,6 @@ impl Quadratic {
 
 #[cfg(test)]
 mod tests {
-    use super::super::simplex::ZERO;
     use super::*;
     use crate::quadrature::exact;
 
@@ -398,7 +405,7 @@ mod tests {
                 (0..dim).for_each(|k| w[k] = Interval::at(random()));
                 w
             };
-            let mut field = Quadratic::of(&Linear::new(&std::array::from_fn(|_| vector())));
+            let mut field = Quadratic::<3>::of(&Linear::new(&std::array::from_fn(|_| vector())));
             (0..dim * (dim + 1) / 2)
                 .for_each(|edge| field.bend(edge, 0.7, &vector().map(Interval::mid)));
             let at = |lambda: &[f64; 4], k: usize| -> f64 {

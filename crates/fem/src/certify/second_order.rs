@@ -5,21 +5,20 @@
 //! v = Σ v_i λ_i + Σ_F 4 b_F λ_a λ_b, F = ab, and σ + rot s with a continuous s of the same form, rot s = (∂₂s, -∂₁s). rot s has
 //! no divergence, and its flux through a face is s's derivative along it: none where s is constant, as on Γ_N, and one of mean 0
 //! on a face of Γ_C whose ends have the same value. So nothing changes of the balance of σ and of its mean on any face of Γ_N or
-//! Γ_C. s is that of the least ‖∇v-σ-rot s‖: (∇s, ∇w) = (∇v-σ, rot w), one problem of P2, with a constant of its own on each
-//! connected part of Γ_N and Γ_C.
+//! Γ_C. s is that of the least ‖∇v-σ-rot s‖: (∇s, ∇w) = (∇v-σ, rot w), a problem of P2 with a constant of its own on each
+//! connected part of Γ_N and Γ_C. Any s will do, and what rot s has to make good changes from cell to cell: a few steps of
+//! conjugate gradients are as good as the solution.
 //!
 //! λ = σ·n is then linear on a contact face, ≤ 0, and nowhere smaller in size than half its mean.
 
-use super::poisson::Poisson;
+use super::admissible::descend;
 use super::quadratic::{Linear, Quadratic};
 use super::simplex::Simplex;
 use crate::contact::Problem;
 use crate::element::{Element, P2, Space};
 use crate::interval::Interval;
-use crate::linear::{Precision, Role, Settings};
 use crate::quadrature::{WHOLE, exact};
 use crate::scene::Part;
-use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -34,16 +33,12 @@ pub(super) struct Stream {
 
 /// On a contact face λ is off its mean by no more than this part of it.
 const OFF_MEAN: f64 = 0.5;
-/// Connected parts of Γ_N and Γ_C beyond so many have the constant 0: each takes a solve.
+/// Connected parts of Γ_N and Γ_C beyond so many have the constant 0.
 const MOST_PARTS: usize = 12;
-
-/// On more cells than that v and σ are of second order for fields of degree 2 alone: s takes a problem of P2.
-const MANY: usize = 1_000_000;
 
 /// Are v and σ of second order?
 pub(super) fn applies(problem: &Problem) -> bool {
-    let Space { mesh, element, .. } = problem.space;
-    mesh.dim == 2 && (element.degree() == 2 || mesh.cell_count() <= MANY)
+    problem.space.mesh.dim == 2
 }
 
 /// P2 where they are.
@@ -63,7 +58,12 @@ pub(super) fn on_cell(mesh: &Triangulation, faces: &[f64], cell: usize) -> [f64;
 
 impl Stream {
     /// rot s on a cell.
-    pub fn rot(&self, mesh: &Triangulation, cell: usize, simplex: &Simplex) -> Linear {
+    pub fn rot<const D: usize>(
+        &self,
+        mesh: &Triangulation,
+        cell: usize,
+        simplex: &Simplex,
+    ) -> Linear<D> {
         let mut values = [Interval::ZERO; 4];
         for (value, &vertex) in values.iter_mut().zip(mesh.cell(cell)) {
             *value = Interval::at(self.vertices[vertex as usize]);
@@ -73,57 +73,29 @@ impl Stream {
     }
 
     /// s for v and σ, given by their values at the points of cells, where λ is as u_h says.
-    ///
-    /// # Errors
-    /// Those of the linear solver.
     pub fn new(
         problem: &Problem,
         space: &Space,
         u: &[f64],
         lambda: &[f64],
-        misfit: impl Fn(usize, &Simplex) -> Quadratic + Sync,
-    ) -> Result<Self> {
+        misfit: impl Fn(usize, &Simplex) -> Quadratic<2> + Sync,
+    ) -> Self {
         let mesh = problem.space.mesh;
-        let mut b = load(space, misfit);
+        let b = load(space, misfit);
         let parts = Parts::of(problem, space);
-        let settings = Settings {
-            precision: Precision::F32Refined,
-            ..Settings::default()
-        };
-        let mut poisson = Poisson::new(space, parts.roles.clone(), settings);
-        let mut start = vec![0.0; space.dofs];
+        let mut s = vec![0.0; space.dofs];
         let on_contact = on_contact(problem, u, lambda);
         for (contact, b) in problem.contact.iter().zip(&on_contact) {
             let local = mesh.local_face(contact.cell, contact.face);
-            start[middle_of(space, contact.cell, local)] = *b;
+            s[middle_of(space, contact.cell, local)] = *b;
         }
-        // Any s will do: one solve is accurate enough.
-        b.iter_mut()
-            .zip(poisson.stiffness.times(&start))
-            .for_each(|(b, y)| *b -= y);
-        let mut s = poisson.about(&b)?;
-        s.iter_mut().zip(start).for_each(|(s, start)| *s += start);
-        // s + Σ c_k χ_k, χ_k the continuation of 1 on a part: (∇s + Σ c_k ∇χ_k, ∇χ_j) = (b, χ_j).
-        let ones = parts.free.iter().map(|&part| {
-            let mut one = vec![0.0; space.dofs];
-            parts.all[part].iter().for_each(|&dof| one[dof] = 1.0);
-            poisson.solution(one, &vec![0.0; space.dofs])
-        });
-        let ones: Vec<Vec<f64>> = ones.collect::<Result<_>>()?;
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let count = ones.len();
-        let products: Vec<Vec<f64>> = ones
+        // Any s will do.
+        let free: Vec<&[usize]> = parts
+            .free
             .iter()
-            .map(|one| poisson.stiffness.times(one))
+            .map(|&part| &parts.all[part][..])
             .collect();
-        let matrix = nalgebra::DMatrix::from_fn(count, count, |i, j| dot(&ones[i], &products[j]));
-        let rest =
-            nalgebra::DVector::from_fn(count, |i, _| dot(&b, &ones[i]) - dot(&s, &products[i]));
-        if let Some(c) = matrix.cholesky().map(|factor| factor.solve(&rest)) {
-            for (one, c) in ones.iter().zip(c.iter()) {
-                s.iter_mut().zip(one).for_each(|(s, one)| *s += c * one);
-            }
-        }
+        descend(space, &parts.held, &free, b, &mut s);
         // What is constant is exactly so.
         for dofs in &parts.all {
             // Vertices have the first numbers.
@@ -150,12 +122,12 @@ impl Stream {
         for (contact, b) in problem.contact.iter().zip(on_contact) {
             faces[contact.face] = b;
         }
-        Ok(Stream { vertices, faces })
+        Stream { vertices, faces }
     }
 }
 
 /// (d, rot φ_i) of a field that is quadratic on each cell.
-fn load(space: &Space, field: impl Fn(usize, &Simplex) -> Quadratic + Sync) -> Vec<f64> {
+fn load(space: &Space, field: impl Fn(usize, &Simplex) -> Quadratic<2> + Sync) -> Vec<f64> {
     let mesh = space.mesh;
     // The means of ψ_n ∂φ_i/∂λ_j, ψ_n the functions of P2 as [`Quadratic`] orders their points.
     let mut means = [[[0.0; 6]; 3]; 6];
@@ -231,13 +203,14 @@ struct Parts {
     all: Vec<Vec<usize>>,
     /// Those whose constant is looked for: all but one in each part of the domain.
     free: Vec<usize>,
-    roles: Vec<Role>,
+    /// By dofs.
+    held: Vec<bool>,
 }
 
 impl Parts {
     fn of(problem: &Problem, space: &Space) -> Self {
         let mesh = problem.space.mesh;
-        let mut roles = vec![Role::Eliminated; space.dofs];
+        let mut held = vec![false; space.dofs];
         // Each dof with the first that is found of its part.
         let mut leader: Vec<usize> = (0..space.dofs).collect();
         for (face, part) in problem.parts.iter().enumerate() {
@@ -247,14 +220,14 @@ impl Parts {
             let cell = mesh.face_cells(face)[0] as usize;
             let middle = middle_of(space, cell, mesh.local_face(cell, face));
             for dof in mesh.face(face).iter().map(|&v| v as usize).chain([middle]) {
-                roles[dof] = Role::Fixed;
+                held[dof] = true;
                 let [a, b] = [dof, middle].map(|dof| first(&mut leader, dof));
                 leader[a.max(b)] = a.min(b);
             }
         }
         let mut number = vec![None; space.dofs];
         let mut all: Vec<Vec<usize>> = Vec::new();
-        for dof in (0..space.dofs).filter(|&dof| roles[dof] == Role::Fixed) {
+        for dof in (0..space.dofs).filter(|&dof| held[dof]) {
             let leader = first(&mut leader, dof);
             let part = *number[leader].get_or_insert(all.len());
             if part == all.len() {
@@ -283,10 +256,10 @@ impl Parts {
         }
         for (cell, body) in body_of.into_iter().enumerate() {
             if !std::mem::replace(&mut is_held[body as usize], true) {
-                roles[space.cell_dofs(cell)[0] as usize] = Role::Fixed;
+                held[space.cell_dofs(cell)[0] as usize] = true;
             }
         }
-        Parts { all, free, roles }
+        Parts { all, free, held }
     }
 }
 

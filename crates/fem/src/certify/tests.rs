@@ -62,7 +62,7 @@ fn slope_of_lift(
 /// σ without τ.
 fn sigma(fields: &CellFields, cell: usize) -> impl Fn(&[f64; 4]) -> Vector3<f64> {
     let dim = fields.problem.space.mesh.dim;
-    let sigma = fields.sigma_of(&fields.simplex(cell), cell);
+    let sigma = fields.sigma_of::<3>(&fields.simplex(cell), cell);
     move |lambda| Vector3::from(sigma.at(lambda, dim))
 }
 
@@ -75,9 +75,9 @@ fn errors(fields: &CellFields, exact: &Expression) -> True {
     for cell in 0..mesh.cell_count() {
         let geometry = mesh.geometry(cell);
         let local = space.local(cell, &fields.u);
-        let balance = fields.balance(cell);
         let simplex = fields.simplex(cell);
-        let slopes = Quadratic::of(&fields.slope(&simplex, cell));
+        let balance = fields.balance(&simplex, cell);
+        let slopes = Quadratic::<3>::of(&fields.slope(&simplex, cell));
         let sigma = sigma(fields, cell);
         let mut add = |lambda: &[f64; 4], weight: f64, lift: Vector3<f64>, tau: Vector3<f64>| {
             let of_exact = Vector3::from(exact.gradient(geometry.point(lambda)));

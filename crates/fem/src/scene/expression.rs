@@ -7,7 +7,11 @@ mod many;
 mod parse;
 mod truncated;
 
-pub use truncated::{GRADIENT, IN_PLANE, IN_SPACE, MOST, Monomials, SECOND, Taylor};
+pub use enclosure::spanned;
+pub use truncated::{
+    GRADIENT, IN_PLANE, IN_SPACE, MOST, Monomials, ON_LINE, SECOND_IN_PLANE, SECOND_IN_SPACE,
+    Taylor,
+};
 
 /// A real-valued function of the point (x, y, z).
 #[derive(Debug, Clone, PartialEq)]

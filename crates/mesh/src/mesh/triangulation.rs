@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::faces::{self, Crowded};
 use super::hanging::hanging_nodes;
 use super::simplex::{diameter, dihedral_angles, signed_measure, thickness};
-use super::{CellGeometry, CellKind, Mesh};
+use super::{CellGeometry, CellKind, Mesh, Metric};
 use crate::cancel;
 use crate::error::{Error, Result};
 
@@ -88,6 +88,7 @@ impl Triangulation {
     }
 
     /// Vertices of a cell.
+    #[inline]
     pub fn cell(&self, cell: usize) -> &[u32] {
         let k = self.dim + 1;
         &self.cells[k * cell..k * (cell + 1)]
@@ -104,6 +105,7 @@ impl Triangulation {
     }
 
     /// Faces of a cell; face i lies opposite vertex i.
+    #[inline]
     pub fn cell_faces(&self, cell: usize) -> &[u32] {
         let k = self.dim + 1;
         &self.cell_faces[k * cell..k * (cell + 1)]
@@ -133,17 +135,39 @@ impl Triangulation {
     }
 
     /// Coordinates of a cell's vertices in the first `dim + 1` of four entries.
+    #[inline]
     pub fn vertices(&self, cell: usize) -> [[f64; 3]; 4] {
-        let mut points = [[0.0; 3]; 4];
-        for (point, &vertex) in points.iter_mut().zip(self.cell(cell)) {
-            *point = self.points[vertex as usize];
+        self.points_of(self.cell(cell))
+    }
+
+    /// The coordinates of a face's vertices, in their order; what is not there is 0.
+    pub fn face_vertices(&self, face: usize) -> [[f64; 3]; 4] {
+        self.points_of(self.face(face))
+    }
+
+    #[inline]
+    fn points_of(&self, vertices: &[u32]) -> [[f64; 3]; 4] {
+        let (all, mut points) = (&self.points[..], [[0.0; 3]; 4]);
+        for (point, &vertex) in points.iter_mut().zip(vertices) {
+            *point = all[vertex as usize];
         }
         points
+    }
+
+    /// |κ|
+    pub fn measure(&self, cell: usize) -> f64 {
+        Metric::new(self.dim, &self.vertices(cell)).measure
     }
 
     /// The gradients and the volume of a cell.
     pub fn geometry(&self, cell: usize) -> CellGeometry {
         CellGeometry::new(self.dim, &self.vertices(cell))
+    }
+
+    /// Centroid of a cell.
+    pub fn cell_midpoint(&self, cell: usize) -> [f64; 3] {
+        let vertices = self.vertices(cell);
+        std::array::from_fn(|k| vertices.iter().map(|x| x[k]).sum::<f64>() / (self.dim + 1) as f64)
     }
 
     /// Centroid of a face.

@@ -14,19 +14,24 @@ use crate::interval::Interval;
 type Series = [Interval; MOST + 1];
 
 impl Expression {
-    /// Its values at all points of a box.
-    pub fn range(&self, at: [Interval; 3], dim: usize) -> Interval {
-        self.enclosure::<GRADIENT>(at, dim, 0).value()
+    /// The axes along which it varies, at most: those whose coordinates occur.
+    pub fn axes(&self) -> Vec<usize> {
+        self.steps.axes()
     }
 
-    /// Its values and derivatives along the first `dim` axes, so many of them as `order`, at all points of a box.
+    /// Its values at all points of a box.
+    pub fn range(&self, at: [Interval; 3]) -> Interval {
+        self.enclosure::<GRADIENT>(at, &[], 0).value()
+    }
+
+    /// Its values and derivatives along `axes`, so many of them as `order`, at all points of a box.
     pub fn enclosure<const N: usize>(
         &self,
         at: [Interval; 3],
-        dim: usize,
+        axes: &[usize],
         order: usize,
     ) -> Taylor<N> {
-        self.over(at, dim, order, None)
+        self.over(at, axes, order, None)
     }
 
     /// The same almost everywhere on a simplex of dimension `simplex` that spans the box: where a condition of `if` turns
@@ -34,24 +39,22 @@ impl Expression {
     pub fn enclosure_inside<const N: usize>(
         &self,
         at: [Interval; 3],
-        dim: usize,
+        axes: &[usize],
         order: usize,
         simplex: usize,
     ) -> Taylor<N> {
-        let wide = at.map(|x| x.low < x.high);
-        let spans = wide.iter().filter(|wide| **wide).count() == simplex;
-        self.over(at, dim, order, spans.then_some(wide))
+        self.over(at, axes, order, spanned(at, simplex))
     }
 
     /// `inside`: the axes along which a simplex with inner points spans the box, where only those count.
-    fn over<const N: usize>(
+    pub fn over<const N: usize>(
         &self,
         at: [Interval; 3],
-        dim: usize,
+        axes: &[usize],
         order: usize,
         inside: Option<[bool; 3]>,
     ) -> Taylor<N> {
-        let size = Size::new(dim, order);
+        let size = Size::new(axes.len(), order);
         let mut all: Vec<Taylor<N>> = Vec::with_capacity(self.steps.0.len());
         for step in &self.steps.0 {
             all.push(match *step {
@@ -60,8 +63,8 @@ impl Expression {
                 }
                 Step::Coordinate(axis) => {
                     let mut coordinate = Taylor::constant(at[axis]);
-                    if order > 0 && axis < dim {
-                        coordinate.coefficients[1 + axis] = Interval::ONE;
+                    if let Some(k) = axes.iter().position(|a| *a == axis && order > 0) {
+                        coordinate.coefficients[1 + k] = Interval::ONE;
                     }
                     coordinate
                 }
@@ -73,7 +76,8 @@ impl Expression {
                     let strictly = comparison.decided(all[a].value(), all[b].value());
                     let touching = || {
                         let wide = inside.filter(|_| order > 0)?;
-                        touches(comparison, &all[a], &all[b], &wide[..dim])
+                        let wide = (0..axes.len()).filter(|k| wide[axes[*k]]);
+                        touches(comparison, &all[a], &all[b], wide)
                     };
                     match strictly.or_else(touching) {
                         Some(true) => all[then],
@@ -87,16 +91,22 @@ impl Expression {
     }
 }
 
+/// The axes along which a simplex of this dimension spans a box, if it does.
+pub fn spanned(at: [Interval; 3], simplex: usize) -> Option<[bool; 3]> {
+    let wide = at.map(|x| x.low < x.high);
+    let spans = wide.iter().filter(|wide| **wide).count() == simplex;
+    spans.then_some(wide)
+}
+
 /// Does a comparison hold almost everywhere, or almost nowhere, where both sides meet at an end? Only where they differ
 /// by a function with a slope, which is 0 on no set with inner points.
 fn touches<const N: usize>(
     comparison: Comparison,
     a: &Taylor<N>,
     b: &Taylor<N>,
-    wide: &[bool],
+    mut wide: impl Iterator<Item = usize>,
 ) -> Option<bool> {
-    let mut axes = wide.iter().enumerate().filter(|(_, wide)| **wide);
-    let has_slope = axes.any(|(k, _)| !(a.slope(k) - b.slope(k)).contains(0.0));
+    let has_slope = wide.any(|k| !(a.slope(k) - b.slope(k)).contains(0.0));
     if !has_slope || a.may_jump || b.may_jump {
         return None;
     }
@@ -384,7 +394,7 @@ mod tests {
                     let low = 0.1 + 1.4 * random();
                     Interval::new(low, low + width)
                 });
-                let box_of: Taylor<IN_SPACE> = e.enclosure(at, 3, MOST);
+                let box_of: Taylor<IN_SPACE> = e.enclosure(at, &[0, 1, 2], MOST);
                 let mut inside =
                     || at.map(|a| (a.low + (a.high - a.low) * random()).clamp(a.low, a.high));
                 for _ in 0..10 {
@@ -400,7 +410,8 @@ mod tests {
                         assert!(holds(of, slope[k]), "{text} at {to:?}: {slope:?} {of:?}");
                     }
                     // Taylor's formula of each order, with its last derivatives anywhere in the box.
-                    let at_point: Taylor<IN_SPACE> = e.enclosure(from.map(Interval::at), 3, MOST);
+                    let at_point: Taylor<IN_SPACE> =
+                        e.enclosure(from.map(Interval::at), &[0, 1, 2], MOST);
                     let step: [f64; 3] = std::array::from_fn(|k| to[k] - from[k]);
                     let of = Monomials::of(3);
                     for order in 0..=MOST {
@@ -432,7 +443,7 @@ mod tests {
                 let angle = f64::from(eighth) * std::f64::consts::FRAC_PI_8 + 3.0 * small;
                 let at = |x: f64| Interval::new(x - small, x + small);
                 let box_of = [at(angle.cos()), at(angle.sin()), Interval::ZERO];
-                let of: Taylor<IN_SPACE> = e.enclosure(box_of, 2, MOST);
+                let of: Taylor<IN_SPACE> = e.enclosure(box_of, &[0, 1], MOST);
                 for of in of.coefficients {
                     assert!(of.radius() < 1e3 * small, "{angle}, {small}: {of:?}");
                 }
@@ -450,7 +461,7 @@ mod tests {
             ];
             Expression::parse(text)
                 .unwrap()
-                .enclosure::<GRADIENT>(x, 2, 1)
+                .enclosure::<GRADIENT>(x, &[0, 1], 1)
         };
         let jump = at("if(x < 0.501, 0, 5)", [0.5, 0.502]);
         assert!(jump.may_jump && jump.value() == Interval::new(0.0, 5.0));
@@ -464,7 +475,7 @@ mod tests {
         let inside = |text: &str, simplex: usize| {
             Expression::parse(text)
                 .unwrap()
-                .enclosure_inside::<GRADIENT>(half, 2, 1, simplex)
+                .enclosure_inside::<GRADIENT>(half, &[0, 1], 1, simplex)
                 .value()
         };
         assert_eq!(inside("if(x < 0.5, 1, 2)", 2), Interval::at(1.0));
@@ -487,11 +498,9 @@ mod tests {
     #[test]
     fn constants_are_what_they_stand_for() {
         let two_pi = Expression::parse("2*pi").unwrap();
-        let of = two_pi.range([Interval::ZERO; 3], 2);
+        let of = two_pi.range([Interval::ZERO; 3]);
         assert!(of.low <= std::f64::consts::TAU && std::f64::consts::TAU.next_up() <= of.high);
-        let third = Expression::parse("1/3")
-            .unwrap()
-            .range([Interval::ZERO; 3], 2);
+        let third = Expression::parse("1/3").unwrap().range([Interval::ZERO; 3]);
         assert!(third.low < third.high);
     }
 }

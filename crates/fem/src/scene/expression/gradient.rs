@@ -100,6 +100,12 @@ impl Steps {
         Steps(steps)
     }
 
+    /// The coordinates that occur, in ascending order.
+    pub(super) fn axes(&self) -> Vec<usize> {
+        let is_one = |axis: &usize| self.0.contains(&Step::Coordinate(*axis));
+        (0..3).filter(is_one).collect()
+    }
+
     /// Both branches of a choice are taken: one that does not count does no harm.
     fn dual(&self, point: [f64; 3]) -> Dual {
         let mut all: Vec<Dual> = Vec::with_capacity(self.0.len());

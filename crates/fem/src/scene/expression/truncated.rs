@@ -9,8 +9,12 @@ use crate::interval::Interval;
 pub const MOST: usize = 4;
 /// Places for a value and a gradient in space.
 pub const GRADIENT: usize = 4;
-/// Places for second derivatives in space, or third ones in the plane.
-pub const SECOND: usize = 10;
+/// Places for [`MOST`] derivatives along one axis.
+pub const ON_LINE: usize = 5;
+/// Places for second derivatives in the plane, and in space.
+pub const SECOND_IN_PLANE: usize = 6;
+/// See [`SECOND_IN_PLANE`].
+pub const SECOND_IN_SPACE: usize = 10;
 /// Places for [`MOST`] derivatives in the plane.
 pub const IN_PLANE: usize = 15;
 /// The same in space.
