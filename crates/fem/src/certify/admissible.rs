@@ -14,8 +14,11 @@ use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 use rayon::prelude::*;
 
-/// Steps on the energy, for P1 and P2. Averages alone cost up to a factor of 100 on slivers.
-const STEPS: [usize; 2] = [10, 6];
+/// Steps on the energy. Averages alone cost up to a factor of 100 on slivers.
+const STEPS: usize = 10;
+/// Those for P2, from few on large meshes to many on small ones, where they cost nothing: about so many dofs in all of them.
+const STEPS_OF_SECOND_ORDER: std::ops::RangeInclusive<usize> = 6..=30;
+const DOFS: usize = 400_000;
 /// Rows that one task takes at least.
 const ROWS: usize = 8192;
 
@@ -311,6 +314,11 @@ pub(super) fn descend(
             part.iter().map(|&dof| product[dof]).sum()
         })
         .collect();
+    let (least, most) = STEPS_OF_SECOND_ORDER.into_inner();
+    let steps = match space.element.degree() {
+        1 => STEPS,
+        _ => (DOFS / space.dofs.max(1)).clamp(least, most),
+    };
     conjugate_gradients(
         |x, y| stiffness.times_into(x, y),
         |r, z| {
@@ -327,7 +335,7 @@ pub(super) fn descend(
         v,
         KrylovStop {
             residual: 0.0,
-            steps: STEPS[space.element.degree() - 1],
+            steps,
         },
     );
 }

@@ -7,7 +7,7 @@
 //! on a face of Γ_C whose ends have the same value. So nothing changes of the balance of σ and of its mean on any face of Γ_N or
 //! Γ_C. s is that of the least ‖∇v-σ-rot s‖: (∇s, ∇w) = (∇v-σ, rot w), a problem of P2 with a constant of its own on each
 //! connected part of Γ_N and Γ_C. Any s will do, and what rot s has to make good changes from cell to cell: a few steps of
-//! conjugate gradients are as good as the solution.
+//! conjugate gradients are nearly as good as the solution.
 //!
 //! λ = σ·n is then linear on a contact face, ≤ 0, and nowhere smaller in size than half its mean.
 
