@@ -117,7 +117,7 @@ pub struct Reached {
 
 /// Adapting pays where it is predicted to save more than this factor of cells: it solves on several meshes, and
 /// on those that no generator orders.
-const WORTH: f64 = 2.5;
+const WORTH: f64 = 3.5;
 /// Predictions aim at this part of the accuracy.
 const AIM: f64 = 0.95;
 /// Bisections of a triangle from one mesh to the next, and the factor of a uniform n while the bound is above

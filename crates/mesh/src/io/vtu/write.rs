@@ -162,7 +162,8 @@ fn document(
     Ok(out)
 }
 
-/// Plain numbers after the XML lie at multiples of this many bytes, so that they can be used where they are.
+/// Plain numbers after the XML begin at a multiple of this many bytes, so that they can be used where they are. No array is filled
+/// up to one: meshio takes it that the next begins where one ends.
 const WORD: usize = size_of::<u64>();
 
 /// A file that is being written; arrays of raw encoding come after the XML.
@@ -182,9 +183,7 @@ enum Deferred<'a> {
 impl Deferred<'_> {
     fn len(&self) -> usize {
         match self {
-            Deferred::Plain(column) => {
-                (WORD + column.len() * column.width()).next_multiple_of(WORD)
-            }
+            Deferred::Plain(column) => WORD + column.len() * column.width(),
             Deferred::Packed(packed) => packed.len(),
         }
     }
@@ -195,7 +194,6 @@ impl Deferred<'_> {
                 let (count, width) = (column.len(), column.width());
                 out.append(&((count * width) as u64).to_le_bytes());
                 out.rows(count, width, |first, bytes| column.fill(first, bytes));
-                out.append(&[0; WORD][..(count * width).next_multiple_of(WORD) - count * width]);
             }
             Deferred::Packed(Packed { header, blocks }) => {
                 out.append(&header);
