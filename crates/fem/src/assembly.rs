@@ -2,6 +2,8 @@
 //! norms of the broken spaces. No matrix is put together: its products are sums over the cells,
 //! which all cores form and one adds up in the cells' order, so that no bit depends on their number.
 
+mod quadratic;
+
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
@@ -30,7 +32,7 @@ fn value_rule(space: &Space) -> Rule {
 
 /// Σ over the cells of vectors on their dofs. `form` takes a range of cells and writes the
 /// local vectors one after the other.
-fn sum_over_cells(
+pub(crate) fn sum_over_cells(
     space: &Space,
     form: impl Fn(std::ops::Range<usize>, &mut [f64]) + Sync,
 ) -> Vec<f64> {
@@ -181,6 +183,11 @@ impl<'a> Stiffness<'a> {
         }
     }
 
+    /// Whose dofs it has.
+    pub fn space(&self) -> &Space<'a> {
+        &self.space
+    }
+
     /// Keeps what it takes of the cells' geometry, for many products: 24 bytes a triangle, 48 a tetrahedron.
     pub fn keep(&self) {
         self.weights.get_or_init(|| {
@@ -323,7 +330,12 @@ impl<'a> Stiffness<'a> {
 
     /// A u, into `y`.
     pub fn times_into(&self, u: &[f64], y: &mut [f64]) {
-        self.products(u, y, |a, u| a * u);
+        let Space { mesh, element, .. } = self.space;
+        match (mesh.dim, element.degree()) {
+            (2, 2) => self.times_quadratic::<3>(u, y),
+            (3, 2) => self.times_quadratic::<4>(u, y),
+            _ => self.products(u, y, |a, u| a * u),
+        }
     }
 
     /// a_ii

@@ -449,12 +449,6 @@ pub fn above_of_all(values: impl IntoIterator<Item = f64>) -> f64 {
     above_of_product(sum, 1.0 + slack)
 }
 
-/// The same rounded down.
-pub fn below_of_all(values: impl IntoIterator<Item = f64>) -> f64 {
-    let (sum, slack) = sum_of_all(values);
-    below(sum * (1.0 - slack)).max(0.0)
-}
-
 /// A sum, and what it may be off by relative to itself: each rounding errs by 2⁻⁵³ of its result at most, n of them by less
 /// than (1 + 2⁻⁵²)ⁿ.
 fn sum_of_all(values: impl IntoIterator<Item = f64>) -> (f64, f64) {

@@ -1,12 +1,11 @@
 //! A continuous v that keeps the constraints with the lifts, v = g on Γ_D and v ≤ ψ on Γ_C, from any discrete field: linear on
 //! the cells, or of second order with 4 b λ_a λ_b on each face ([`super::second_order`]).
 
-use super::data::{Load, PreparedData};
+use super::data::PreparedData;
 use super::refusal;
-use super::second_order::{self, middle_of};
-use crate::assembly::Stiffness;
+use crate::assembly::{Stiffness, sum_over_cells};
 use crate::contact::Problem;
-use crate::element::{P1, Space};
+use crate::element::Space;
 use crate::interval::Interval;
 use crate::linear::{KrylovStop, conjugate_gradients};
 use crate::scene::Part;
@@ -54,14 +53,12 @@ pub(super) fn admissible(
     u: &[f64],
     lambda: &[f64],
     data: &PreparedData,
+    stiffness: &Stiffness,
 ) -> Result<Admissible> {
-    let mesh = problem.space.mesh;
+    let (mesh, space) = (problem.space.mesh, stiffness.space());
     let bounds = bounds(problem, data)?;
-    let of_second_order = second_order::space(problem);
-    let is_quadratic = of_second_order.is_some();
-    let space = of_second_order
-        .clone()
-        .unwrap_or_else(|| Space::new(mesh, &P1));
+    let is_quadratic = space.element.degree() == 2;
+    let first = mesh.points.len();
     let mut v = if is_quadratic && problem.space.element.degree() == 2 {
         u.to_vec()
     } else {
@@ -69,9 +66,9 @@ pub(super) fn admissible(
     };
     if v.len() < space.dofs {
         v.resize(space.dofs, 0.0);
-        for face in 0..mesh.face_count() {
-            v[middle(&space, face)] = flat(mesh, face, &v);
-        }
+        let (vertices, middles) = v.split_at_mut(first);
+        let middles = middles.par_iter_mut().enumerate();
+        middles.for_each(|(face, v)| *v = flat(mesh, face, vertices));
     }
     let mut held = vec![false; v.len()];
     let pressed = problem.contact.iter().zip(lambda);
@@ -90,14 +87,14 @@ pub(super) fn admissible(
         }
     }
     if is_quadratic {
-        let mut faces = bubbles(&space, &v);
+        let mut faces = bubbles(space, &v);
         for face in constrain(problem, data, lambda, &v, &mut faces) {
-            let dof = middle(&space, face);
+            let dof = first + face;
             (v[dof], held[dof]) = (flat(mesh, face, &v) + faces[face], true);
         }
     }
-    let b = loads(problem, &space, data);
-    descend(&space, &held, &[], b, &mut v);
+    let b = loads(space, data);
+    descend(stiffness, &held, &[], b, &mut v);
     let pairs = v.iter().zip(bounds);
     let vertices = pairs.map(|(v, bound)| match bound {
         Bound::Free => Interval::at(*v),
@@ -105,9 +102,10 @@ pub(super) fn admissible(
         Bound::Below(ceiling) => Interval::at(v.min(ceiling)),
     });
     let vertices: Vec<Interval> = vertices.collect();
-    let mut faces = match &of_second_order {
-        Some(space) => bubbles(space, &v),
-        None => data.bends.clone(),
+    let mut faces = if is_quadratic {
+        bubbles(space, &v)
+    } else {
+        data.bends.clone()
     };
     if !faces.is_empty() {
         let highest: Vec<f64> = vertices.iter().map(|v| v.high).collect();
@@ -125,16 +123,12 @@ fn flat(mesh: &Triangulation, face: usize, v: &[f64]) -> f64 {
         .sum::<f64>()
 }
 
-fn middle(space: &Space, face: usize) -> usize {
-    let cell = space.mesh.face_cells(face)[0] as usize;
-    middle_of(space, cell, space.mesh.local_face(cell, face))
-}
-
-/// b of a function of P2.
-fn bubbles(space: &Space, v: &[f64]) -> Vec<f64> {
-    let faces = 0..space.mesh.face_count();
-    faces
-        .map(|face| v[middle(space, face)] - flat(space.mesh, face, v))
+/// b of a function of P2: its dofs are the vertices, and in the plane the faces' middles.
+pub(super) fn bubbles(space: &Space, v: &[f64]) -> Vec<f64> {
+    let (vertices, middles) = v.split_at(space.mesh.points.len());
+    let middles = middles.par_iter().enumerate();
+    middles
+        .map(|(face, v)| v - flat(space.mesh, face, vertices))
         .collect()
 }
 
@@ -253,30 +247,24 @@ fn averages(problem: &Problem, u: &[f64]) -> Vec<f64> {
 }
 
 /// (f, φ_i) + <t, φ_i>_N. P2's function of a vertex is λ_i less half the bubbles of its faces.
-fn loads(problem: &Problem, space: &Space, data: &PreparedData) -> Vec<f64> {
-    let mesh = problem.space.mesh;
+fn loads(space: &Space, data: &PreparedData) -> Vec<f64> {
+    let mesh = space.mesh;
     let is_quadratic = space.element.degree() == 2;
-    let of_cell = |(cell, load): (usize, &Load)| -> [[f64; 4]; 2] {
-        let measure = mesh.measure(cell);
-        let bubbles = if is_quadratic { load.bubbles } else { [0.0; 3] };
-        let all: f64 = bubbles.iter().sum();
-        let own = |i: usize| bubbles.get(i).copied().unwrap_or(0.0);
-        let at_vertex = |i| measure * (load.moment(mesh.dim, i) - 0.5 * (all - own(i)));
-        [
-            std::array::from_fn(at_vertex),
-            std::array::from_fn(|i| measure * own(i)),
-        ]
-    };
-    let cells: Vec<_> = data.loads.par_iter().enumerate().map(of_cell).collect();
-    let mut r = vec![0.0; space.dofs];
-    for (cell, [at_vertices, in_middles]) in cells.iter().enumerate() {
-        for (i, &vertex) in mesh.cell(cell).iter().enumerate() {
-            r[vertex as usize] += at_vertices[i];
-            if is_quadratic {
-                r[middle_of(space, cell, i)] += in_middles[i];
+    let mut r = sum_over_cells(space, |cells, vectors| {
+        for (cell, r) in cells.zip(vectors.chunks_exact_mut(space.local_dofs)) {
+            let (load, measure) = (&data.loads[cell], mesh.measure(cell));
+            let bubbles = if is_quadratic { load.bubbles } else { [0.0; 3] };
+            let all: f64 = bubbles.iter().sum();
+            let (at_vertices, in_middles) = r.split_at_mut(mesh.dim + 1);
+            for (i, r) in at_vertices.iter_mut().enumerate() {
+                let others = all - bubbles.get(i).copied().unwrap_or(0.0);
+                *r = measure * (load.moment(mesh.dim, i) - 0.5 * others);
+            }
+            for (r, bubble) in in_middles.iter_mut().zip(bubbles) {
+                *r = measure * bubble;
             }
         }
-    }
+    });
     for traction in &data.tractions {
         let bubble = if is_quadratic {
             traction.bubble.mid()
@@ -288,7 +276,7 @@ fn loads(problem: &Problem, space: &Space, data: &PreparedData) -> Vec<f64> {
             r[vertex as usize] += moment.mid() - if is_end { 0.5 * bubble } else { 0.0 };
         }
         if is_quadratic {
-            r[middle(space, traction.face)] += bubble;
+            r[mesh.points.len() + traction.face] += bubble;
         }
     }
     r
@@ -296,13 +284,13 @@ fn loads(problem: &Problem, space: &Space, data: &PreparedData) -> Vec<f64> {
 
 /// A few steps for (∇v, ∇φ_i) = b_i where `held` does not hold v; what is held and in one of `parts` moves with all of that.
 pub(super) fn descend(
-    space: &Space,
+    stiffness: &Stiffness,
     held: &[bool],
     parts: &[&[usize]],
     b: Vec<f64>,
     v: &mut [f64],
 ) {
-    let stiffness = Stiffness::new(space).kept();
+    let space = stiffness.space();
     let diagonal = stiffness.diagonal();
     // (∇χ, ∇χ) of what is 1 on a part.
     let of_parts: Vec<f64> = parts

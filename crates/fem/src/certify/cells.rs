@@ -8,17 +8,32 @@ use super::second_order::{self, Stream};
 use super::simplex::{EDGES, Simplex, Vector, times};
 use super::{admissible, flux};
 use crate::contact::Problem;
-use crate::element::{MAX_DOFS, Space};
+use crate::element::{MAX_DOFS, P1, Space};
 use crate::interval::Interval;
 use crate::quadrature::{Piece, WHOLE};
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
+use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// What the theorem needs of one cell.
-#[derive(Default)]
-pub(super) struct CellNorms {
+/// What the theorem needs of each cell.
+#[derive(Clone, Copy, Default)]
+pub(super) struct CellParts {
     /// ‖∇v-σ‖_κ
     pub misfit: f64,
+    /// Of what is left of f: see [`Balance`].
+    pub oscillation: f64,
+    pub error: f64,
+    pub spread: f64,
+    /// ‖τ‖_κ
+    pub tau: f64,
+    /// G at the centroid, without the lift.
+    pub centre: [f64; 3],
+}
+
+/// Norms on one cell.
+pub(super) struct CellNorms {
+    pub parts: CellParts,
     /// ‖G-∇u_h‖_κ
     pub distance: Interval,
     /// ‖G‖_κ
@@ -31,14 +46,42 @@ pub(super) struct CellNorms {
     pub variation: f64,
     /// (f, v)_κ, v without the lift
     pub load: Interval,
-    /// G at the centroid, without the lift.
-    pub centre: [f64; 3],
-    /// Of what is left of f: see [`Balance`].
-    pub oscillation: f64,
-    pub error: f64,
-    pub spread: f64,
-    /// ‖τ‖_κ
-    pub tau: f64,
+}
+
+/// Norms over all cells.
+pub(super) struct Norms {
+    /// ‖∇v-σ‖
+    pub misfit: f64,
+    /// ‖σ‖
+    pub flux: f64,
+    /// ‖G-Π₀G‖, about
+    pub variation: f64,
+    /// ‖G-∇u_h‖_h
+    pub distance: Interval,
+    /// ‖G‖
+    pub gradient: Interval,
+    /// ½‖∇v‖² - (f, v), v without lifts in the load
+    pub energy: Interval,
+}
+
+/// Cells that one task adds up: sums do not depend on the number of cores.
+const CHUNK: usize = 4096;
+
+/// Sums over all of them.
+pub(super) fn sums<T: Send, const N: usize>(
+    cells: &mut [T],
+    of: impl Fn(usize, &mut T) -> [Interval; N] + Sync,
+) -> Result<[Interval; N]> {
+    let added = |sums: [Interval; N], of: [Interval; N]| std::array::from_fn(|k| sums[k] + of[k]);
+    let of_chunk = |(chunk, cells): (usize, &mut [T])| {
+        cancel::check()?;
+        let cells = (chunk * CHUNK..).zip(cells);
+        let cells = cells.map(|(cell, of_cell)| of(cell, of_cell));
+        Ok(cells.fold([Interval::ZERO; N], added))
+    };
+    let chunks = cells.par_chunks_mut(CHUNK).enumerate().map(of_chunk);
+    let chunks: Vec<_> = chunks.collect::<Result<_>>()?;
+    Ok(chunks.into_iter().fold([Interval::ZERO; N], added))
 }
 
 /// The discrete fields, cell by cell, in the data's unit.
@@ -71,7 +114,10 @@ impl<'a> CellFields<'a> {
     ) -> Result<Self> {
         let lambda = flux::contact_fluxes(problem, u, &data);
         let u: Vec<f64> = u.iter().map(|u| data.scaled(*u)).collect();
-        let v = admissible::admissible(problem, &u, &lambda, &data)?;
+        let of_second_order = second_order::space(problem);
+        let space = of_second_order.unwrap_or_else(|| Space::new(problem.space.mesh, &P1));
+        let stiffness = problem.stiffness.on(&space).kept();
+        let v = admissible::admissible(problem, &u, &lambda, &data, &stiffness)?;
         let fluxes = solver.equilibrated(&u, &lambda, &data)?;
         let mut fields = CellFields {
             problem,
@@ -87,12 +133,12 @@ impl<'a> CellFields<'a> {
                 element.derivatives(mesh.dim, &corner)
             }),
         };
-        if let Some(space) = second_order::space(problem) {
+        if second_order::applies(problem) {
             let misfit = |cell: usize, simplex: &Simplex| {
                 let of_v = Quadratic::of(&fields.slope(simplex, cell));
                 of_v.plus(-1.0, &fields.sigma_of(simplex, cell))
             };
-            let stream = Stream::new(problem, &space, &fields.u, &fields.lambda, misfit);
+            let stream = Stream::new(problem, &stiffness, &fields.u, &fields.lambda, misfit);
             fields.stream = Some(stream);
         }
         Ok(fields)
@@ -167,11 +213,42 @@ impl<'a> CellFields<'a> {
         let mean = slopes[..count].iter().copied().sum::<Interval>() / Interval::at(count as f64);
         let enough = self.data.enough * simplex.measure.high.sqrt();
         balance(simplex, &self.data.trees[cell], enough, |lambda, value| {
-            let bubble: Interval = (0..count)
-                .map(|i| slopes[i] * Interval::at(lambda[i]))
-                .sum();
-            Interval::at(value) + divergence - (bubble - mean)
+            let bubble = (0..count).filter(|i| lambda[*i] != 0.0);
+            let bubble = bubble.map(|i| match lambda[i] {
+                1.0 => slopes[i],
+                weight => slopes[i] * Interval::at(weight),
+            });
+            Interval::at(value) + divergence - (bubble.sum::<Interval>() - mean)
         })
+    }
+
+    /// [`CellFields::norms`] of all cells.
+    ///
+    /// # Errors
+    /// An interruption.
+    pub fn all_norms(&self) -> Result<(Vec<CellParts>, Norms)> {
+        let mut parts = vec![CellParts::default(); self.problem.space.mesh.cell_count()];
+        let sums = sums(&mut parts, |cell, parts| {
+            let of = self.norms(&self.simplex(cell), cell);
+            *parts = of.parts;
+            let [misfit, flux, variation] =
+                [of.parts.misfit, of.flux, of.variation].map(Interval::at);
+            let energy = 0.5 * of.slope.square() - of.load;
+            let [misfit, flux, variation, distance, gradient] =
+                [misfit, flux, variation, of.distance, of.gradient].map(Interval::square);
+            [misfit, flux, variation, distance, gradient, energy]
+        })?;
+        let [.., energy] = sums;
+        let [misfit, flux, variation, distance, gradient, _] = sums.map(Interval::root);
+        let norms = Norms {
+            misfit: misfit.high,
+            flux: flux.high,
+            variation: variation.high,
+            distance,
+            gradient,
+            energy,
+        };
+        Ok((parts, norms))
     }
 
     /// Enclosures of the norms, with the cell's τ as part of σ.
@@ -216,22 +293,17 @@ impl<'a> CellFields<'a> {
         for lift in lifts.iter().skip(1) {
             apart += Interval::at(lift.norms(simplex)[0]);
         }
+        // G is half the sum of ∇v and σ, and they differ by the misfit.
+        let square_of_g = 0.5 * (sums.slope + sums.flux) - 0.25 * sums.misfit;
         let of = |mean: Interval| (mean * simplex.measure).root();
         let around = Interval::around_zero(0.5 * apart.high);
         let positive = |of: Interval| Interval::new(of.low.max(0.0), of.high);
-        CellNorms {
+        let parts = CellParts {
             misfit: (of(sums.misfit) + apart).high,
-            distance: positive(of(sums.distance) + around),
-            gradient: positive(of(sums.gradient) + around),
-            flux: (of(sums.flux) + apart).high,
-            slope: positive(of(sums.slope) + Interval::around_zero(apart.high)),
-            variation: {
-                let of_mean: f64 = sums.mean.iter().map(|g| g * g).sum();
-                let square = (sums.gradient.mid() - of_mean).max(0.0);
-                (square * simplex.measure.mid()).sqrt()
-            },
-            load: super::load_of_cell(self, simplex, cell, &self.corner_values(cell))
-                + super::load_of_bubbles(self, simplex, cell),
+            oscillation: balance.oscillation,
+            error: balance.error,
+            spread: balance.spread,
+            tau: balance.norm,
             centre: {
                 let middle = [1.0 / (simplex.dim + 1) as f64; 4];
                 let [v, sigma] =
@@ -240,10 +312,22 @@ impl<'a> CellFields<'a> {
                 (0..D).for_each(|k| centre[k] = 0.5 * (v[k] + sigma[k]));
                 centre
             },
-            oscillation: balance.oscillation,
-            error: balance.error,
-            spread: balance.spread,
-            tau: balance.norm,
+        };
+        CellNorms {
+            parts,
+            distance: positive(of(sums.distance) + around),
+            gradient: positive(of(square_of_g) + around),
+            flux: (of(sums.flux) + apart).high,
+            slope: positive(of(sums.slope) + Interval::around_zero(apart.high)),
+            variation: {
+                let of_mean: f64 = sums.mean.iter().map(|g| g * g).sum();
+                let square = (square_of_g.mid() - of_mean).max(0.0);
+                (square * simplex.measure.mid()).sqrt()
+            },
+            load: {
+                let v = self.corner_values(cell);
+                super::load_of_cell(self, simplex, cell, &v, self.bubbles_of(cell))
+            },
         }
     }
 
@@ -315,7 +399,6 @@ impl<'a> CellFields<'a> {
 struct Sums {
     misfit: Interval,
     distance: Interval,
-    gradient: Interval,
     flux: Interval,
     slope: Interval,
     /// Of G, about.
@@ -360,7 +443,6 @@ impl Sums {
         let square = |of: &Quadratic<D>| share * of.mean_square(dim);
         self.misfit += square(&misfit);
         self.distance += square(&of_g.plus(-1.0, &of_u));
-        self.gradient += square(&of_g);
         self.flux += square(&sigma);
         self.slope += square(&of_v);
         for (sum, value) in self.mean.iter_mut().zip(of_g.mean(dim)) {

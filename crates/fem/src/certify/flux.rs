@@ -10,6 +10,7 @@
 //! has the same value, with the other sign, from the other side, and -div σ = Π₀f, since the φ_F of a
 //! cell sum to 1. On Γ_N itself t is counted once, not taken away.
 
+use super::cells::norm_of_fluxes;
 use super::data::PreparedData;
 use super::poisson::Poisson;
 use super::refusal;
@@ -60,7 +61,11 @@ impl<'a> Fluxes<'a> {
         let roles = problem.parts.iter().map(|part| role(is_fixed(part)));
         Fluxes {
             problem,
-            poisson: Poisson::new(&space, roles.collect(), Settings::default()),
+            poisson: Poisson::new(
+                problem.stiffness.on(&space).kept(),
+                roles.collect(),
+                Settings::default(),
+            ),
             space,
         }
     }
@@ -174,15 +179,16 @@ impl<'a> Fluxes<'a> {
         Ok(fluxes)
     }
 
-    /// Fluxes of a q with -div q ≥ `cells` on every cell, q·n ≥ `neumann` on the faces of Γ_N and q·n = 0 on Γ_C, proved.
+    /// Fluxes of a q with -div q ≥ `cells` on every cell, q·n ≥ `neumann` on the faces of Γ_N and q·n = 0 on Γ_C, proved, and
+    /// ‖q‖_κ of each cell.
     ///
     /// # Errors
     /// Those of the linear solver, and where its rounding is too large.
-    pub fn majorant(&mut self, cells: &[f64], neumann: &[(usize, f64)]) -> Result<Vec<f64>> {
+    pub fn majorant(&mut self, cells: &[f64], neumann: &[(usize, f64)]) -> Result<[Vec<f64>; 2]> {
         let mesh = self.problem.space.mesh;
         let corners = mesh.dim + 1;
         if cells.iter().all(|e| *e == 0.0) && neumann.iter().all(|(_, e)| *e == 0.0) {
-            return Ok(vec![0.0; corners * mesh.cell_count()]);
+            return Ok([corners, 1].map(|each| vec![0.0; each * mesh.cell_count()]));
         }
         let measures: Vec<f64> = (0..mesh.cell_count())
             .into_par_iter()
@@ -229,15 +235,17 @@ impl<'a> Fluxes<'a> {
                 let size = simplex.face_measure(mesh.local_face(cell, *face)).high;
                 self.set(&mut fluxes, *face, above_of_product(*error, size));
             }
-            let holds = |cell: usize| {
-                let out: Interval = fluxes[corners * cell..corners * (cell + 1)]
-                    .iter()
-                    .map(|f| Interval::at(*f))
-                    .sum();
-                (-out / Simplex::new(mesh, cell).measure).low >= cells[cell]
+            let norm = |cell: usize| {
+                let fluxes = &fluxes[corners * cell..corners * (cell + 1)];
+                let out: Interval = fluxes.iter().map(|f| Interval::at(*f)).sum();
+                let simplex = Simplex::new(mesh, cell);
+                let holds = (-out / simplex.measure).low >= cells[cell];
+                holds.then(|| norm_of_fluxes(&simplex, fluxes))
             };
-            if (0..mesh.cell_count()).into_par_iter().all(holds) {
-                return Ok(fluxes);
+            let norms: Option<Vec<f64>> =
+                (0..mesh.cell_count()).into_par_iter().map(norm).collect();
+            if let Some(norms) = norms {
+                return Ok([fluxes, norms]);
             }
         }
         Err(refusal(
@@ -273,16 +281,26 @@ impl<'a> Fluxes<'a> {
                 .zip(loads)
                 .for_each(|(flux, load)| *flux -= load);
         });
-        for face in 0..mesh.face_count() {
-            if mesh.is_boundary(face) {
-                continue;
+        // Out of the first cell of each face.
+        let mean = |face: usize| {
+            let of = |cell: u32| {
+                let cell = cell as usize;
+                fluxes[corners * cell + mesh.local_face(cell, face)]
+            };
+            match mesh.face_cells(face) {
+                [a, _] if mesh.is_boundary(face) => of(a),
+                [a, b] => 0.5 * (of(a) - of(b)),
             }
-            let [a, b] = mesh
-                .face_cells(face)
-                .map(|cell| corners * cell as usize + mesh.local_face(cell as usize, face));
-            let mean = 0.5 * (fluxes[a] - fluxes[b]);
-            (fluxes[a], fluxes[b]) = (mean, -mean);
-        }
+        };
+        let means: Vec<f64> = (0..mesh.face_count()).into_par_iter().map(mean).collect();
+        let of_cells = fluxes.par_chunks_exact_mut(corners).enumerate();
+        of_cells.for_each(|(cell, fluxes)| {
+            for (flux, &face) in fluxes.iter_mut().zip(mesh.cell_faces(cell)) {
+                let is_first = mesh.face_cells(face as usize)[0] as usize == cell;
+                let mean = means[face as usize];
+                *flux = if is_first { mean } else { -mean };
+            }
+        });
         fluxes
     }
 

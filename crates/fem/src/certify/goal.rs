@@ -306,8 +306,8 @@ impl Goal {
                 .for_each(|&vertex| loads[vertex as usize] += share);
         }
         if self.rests.is_empty() {
-            let space = Space::new(mesh, &P1);
-            admissible::descend(&space, &held, &[], loads, &mut z);
+            let stiffness = problem.stiffness.on(&Space::new(mesh, &P1)).kept();
+            admissible::descend(&stiffness, &held, &[], loads, &mut z);
         }
         for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
             let gaps = mesh.face(contact.face).iter().zip(obstacle.ceiling);

@@ -35,9 +35,9 @@ use serde::Serialize;
 use crate::assembly::combine;
 use crate::contact::Problem;
 use crate::element::Space;
-use crate::interval::{Interval, above_of_all, below_of_all};
+use crate::interval::{Interval, above_of_all};
 use crate::quadrature;
-use cells::{CellFields, CellNorms};
+use cells::CellFields;
 pub use data::PreparedData;
 use data::Traction;
 use faceoff_mesh::cancel;
@@ -45,6 +45,7 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Triangulation;
 use flux::Fluxes;
 use goal::{Goal, Known};
+use model::{Leaf, Tree};
 pub use proof::{ContactProof, Touched};
 use simplex::{Simplex, bubble_on, length, mean_with_bubble, up};
 
@@ -258,10 +259,8 @@ pub fn examine(problem: &Problem, u: &[f64]) -> Result<Certificate> {
 /// (1, |w|) ≤ this ‖∇w‖ for w that vanishes on Γ_D: ‖q‖ of the majorant of the load 1.
 fn friedrichs(fields: &CellFields, solver: &mut Fluxes) -> Result<f64> {
     let mesh = fields.problem.space.mesh;
-    let q = solver.majorant(&vec![1.0; mesh.cell_count()], &[])?;
-    Ok(length((0..mesh.cell_count()).map(|cell| {
-        cells::norm_of_fluxes(&fields.simplex(cell), fields.fluxes_of(&q, cell))
-    })))
+    let [_, norms] = solver.majorant(&vec![1.0; mesh.cell_count()], &[])?;
+    Ok(length(norms))
 }
 
 fn numbers(fields: &CellFields, mut known: Known, solver: &mut Fluxes) -> Result<Numbers> {
@@ -292,20 +291,18 @@ fn numbers(fields: &CellFields, mut known: Known, solver: &mut Fluxes) -> Result
 fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Known)> {
     let (problem, data) = (fields.problem, &*fields.data);
     let mesh = problem.space.mesh;
-    let norms = on_cells(mesh, |cell| fields.norms(&fields.simplex(cell), cell))?;
-    let errors: Vec<f64> = norms.iter().map(|cell| cell.error).collect();
+    let (cells, norms) = fields.all_norms()?;
+    let errors: Vec<f64> = cells.iter().map(|cell| cell.error).collect();
     let on_neumann: Vec<(usize, f64)> = data
         .tractions
         .iter()
         .map(|traction| (traction.face, traction.error))
         .collect();
-    let q = solver.majorant(&errors, &on_neumann)?;
     // ‖Q‖_κ
-    let mut unknown = on_cells(mesh, |cell| {
-        let of_q = cells::norm_of_fluxes(&fields.simplex(cell), fields.fluxes_of(&q, cell));
-        up(of_q, norms[cell].spread)
-    })?;
-    let mut oscillations: Vec<f64> = norms.iter().map(|cell| cell.oscillation).collect();
+    let [_, mut unknown] = solver.majorant(&errors, &on_neumann)?;
+    let pairs = unknown.par_iter_mut().zip(&cells);
+    pairs.for_each(|(q, cell)| *q = up(*q, cell.spread));
+    let mut oscillations: Vec<f64> = cells.iter().map(|cell| cell.oscillation).collect();
     for traction in &data.tractions {
         let oscillation = &mut oscillations[traction.cell];
         *oscillation = up(*oscillation, traction.oscillation);
@@ -314,36 +311,31 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
     let touching = contact_terms(fields);
 
     let at = Interval::at;
-    let left: Vec<f64> = oscillations
-        .iter()
-        .zip(&unknown)
-        .map(|(o, q)| up(*o, *q))
-        .collect();
-    let all = norms
-        .iter()
-        .zip(&left)
-        .map(|(cell, left)| up(cell.misfit, *left));
-    let all: Vec<f64> = all.collect();
-    let misfit = length(norms.iter().map(|cell| cell.misfit));
+    // (M_κ + o_κ + Q_κ)²
+    let mut local = vec![0.0; mesh.cell_count()];
+    let squares = cells::sums(&mut local, |cell, local| {
+        let (oscillation, unknown) = (oscillations[cell], unknown[cell]);
+        let left = up(oscillation, unknown);
+        let all = up(cells[cell].misfit, left);
+        *local = all * all;
+        [oscillation, unknown, left, all].map(|part| at(part).square())
+    })?;
+    let [oscillation, unknown, rest, all] = squares.map(|of| of.root().high);
     let contact = above_of_all(touching.iter().copied());
-    let rest = length(left.iter().copied());
-    let half = at(0.5) * at(length(all.iter().copied()));
+    let half = at(0.5) * at(all);
     let eta = (half + (half.square() + at(contact)).root()).high;
-    let half = at(0.5) * at(misfit);
+    let half = at(0.5) * at(norms.misfit);
     let of_g = (half.square() + at(contact) + at(rest) * at(eta))
         .root()
         .high;
-    let distance = whole(norms.iter().map(|cell| cell.distance));
-    let size = whole(norms.iter().map(|cell| cell.gradient));
-    let energy_of_v = energy(fields, &norms);
-    let gap = at(0.5) * at(misfit).square() + at(contact) + at(rest) * at(eta);
-    let mut gradient = around(size, of_g);
+    let energy_of_v = energy(fields, norms.energy);
+    let gap = at(0.5) * at(norms.misfit).square() + at(contact) + at(rest) * at(eta);
+    let mut gradient = around(norms.gradient, of_g);
     let given = problem.scene.data();
     if given.g.is_zero() && given.psi.is_zero() {
-        let flux = length(norms.iter().map(|cell| cell.flux));
         let least = (-2.0 * energy_of_v).low.max(0.0);
         gradient[0] = gradient[0].max(at(least).root().low);
-        gradient[1] = gradient[1].min(up(flux, rest));
+        gradient[1] = gradient[1].min(up(norms.flux, rest));
     }
 
     // Back in the unit of the data.
@@ -354,7 +346,6 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
             .hull(back(value.high))
             .times_power_of_two(-data.unit)
     };
-    let mut local: Vec<f64> = all.iter().map(|all| all * all).collect();
     for (face, term) in problem.contact.iter().zip(&touching) {
         local[face.cell] += 2.0 * term;
     }
@@ -362,21 +353,21 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
     let certificate = Certificate {
         v: back(eta).high,
         g: back(of_g).high,
-        u_h: both(around(distance, of_g)),
-        constants: back(up(length(norms.iter().map(|cell| cell.variation)), of_g)).high,
+        u_h: both(around(norms.distance, of_g)),
+        constants: back(up(norms.variation, of_g)).high,
         gradient: both(gradient),
         energy: [twice(energy).low, twice(energy).high],
         parts: Parts {
-            misfit: back(misfit).high,
+            misfit: back(norms.misfit).high,
             contact: twice(at(contact)).high,
-            oscillation: back(length(oscillations)).high,
-            unknown: back(length(unknown)).high,
+            oscillation: back(oscillation).high,
+            unknown: back(unknown).high,
         },
         numbers: None,
         local,
         unit: data.unit,
         fields: Fields {
-            gradient: norms
+            gradient: cells
                 .iter()
                 .map(|cell| cell.centre.map(|g| back(g).mid()))
                 .collect(),
@@ -390,10 +381,10 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
             "scale the problem, or use cells of less extreme shape",
         ));
     }
-    let apart = norms.iter().enumerate().map(|(cell, norms)| {
+    let apart = cells.iter().enumerate().map(|(cell, parts)| {
         let lifts = lift::of_cell(data, cell).iter();
         let lifts = lifts.map(|lift| lift.norms(&fields.simplex(cell))[0]);
-        above_of_all(lifts.chain([norms.tau]))
+        above_of_all(lifts.chain([parts.tau]))
     });
     let known = Known {
         of_g: up(of_g, 0.5 * length(apart)),
@@ -403,30 +394,6 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
         friedrichs: f64::INFINITY,
     };
     Ok((certificate, known))
-}
-
-/// Something of each cell.
-///
-/// # Errors
-/// An interruption.
-fn on_cells<T: Default + Send>(
-    mesh: &Triangulation,
-    of: impl Fn(usize) -> T + Sync,
-) -> Result<Vec<T>> {
-    let of = |cell: usize| match cancel::check() {
-        Ok(()) => of(cell),
-        Err(_) => T::default(),
-    };
-    let all = (0..mesh.cell_count()).into_par_iter().map(of).collect();
-    cancel::check().map(|()| all)
-}
-
-/// A norm over all cells from those on each.
-fn whole(norms: impl Iterator<Item = Interval> + Clone) -> Interval {
-    let squares = norms.map(|norm| norm.square());
-    let low = below_of_all(squares.clone().map(|s| s.low));
-    let high = above_of_all(squares.map(|s| s.high));
-    Interval::new(low, high).root()
 }
 
 /// What is within `radius` of a norm.
@@ -519,12 +486,9 @@ fn contact_terms(fields: &CellFields) -> Vec<f64> {
         .collect()
 }
 
-/// J(v) = ½‖∇v‖² - (f,v) - <t,v>_N
-fn energy(fields: &CellFields, norms: &[CellNorms]) -> Interval {
-    let of_cells = norms
-        .iter()
-        .map(|cell| 0.5 * cell.slope.square() - cell.load);
-    let mut sum: Interval = of_cells.sum();
+/// J(v) = ½‖∇v‖² - (f,v) - <t,v>_N from what the cells add to it.
+fn energy(fields: &CellFields, of_cells: Interval) -> Interval {
+    let mut sum = of_cells;
     // v's lifts, which vanish on Γ_N.
     for lift in &fields.data.lifts {
         let simplex = fields.simplex(lift.cell);
@@ -549,25 +513,33 @@ fn energy(fields: &CellFields, norms: &[CellNorms]) -> Interval {
     sum - fields.data.tractions.iter().map(of_face).sum::<Interval>()
 }
 
-/// (f, w)_κ of v's w = Σ_F 4 b_F λ_a λ_b.
-fn load_of_bubbles(fields: &CellFields, simplex: &Simplex, cell: usize) -> Interval {
-    let at = Interval::at;
-    let Some(b) = fields.bubbles_of(cell) else {
-        return Interval::ZERO;
-    };
-    let (tree, mut load) = (&fields.data.trees[cell], Interval::ZERO);
-    if !tree.is_cut() {
-        // The mean of λ_i 4 λ_a λ_b is 2/15 for i = a, b and 1/15 for the third.
-        let (leaf, b) = (&tree.whole, b.map(at));
-        let p = leaf.values.map(at);
-        let twice = 2.0 * p[..3].iter().copied().sum::<Interval>();
-        let mean = (0..3).map(|i| b[i] * (twice - p[i])).sum::<Interval>() / at(15.0);
-        // Bernstein's coefficients are 0 at the corners and 2 b.
-        let third = (2.0 * b.iter().copied().sum::<Interval>() / at(6.0)).magnitude();
-        let most = 2.0 * b.iter().map(|b| b.magnitude()).fold(0.0, f64::max);
-        let slack = at(leaf.swell) * at(up(third, most)) + at(leaf.error) * at(most);
-        return (mean + Interval::around_zero(slack.high)) * simplex.measure;
-    }
+/// The mean of f w of w = Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b on a cell with one model of f: in f64, with one bound of all rounding.
+fn mean_of_product(leaf: &Leaf, z: &[Interval], b: Option<[f64; 3]>) -> Interval {
+    let p = &leaf.values[..z.len()];
+    let (count, b) = (z.len() as f64, b.unwrap_or_default());
+    let size = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, |m: f64, x| m.max(x.abs()));
+    let (of_p, of_b) = (size(&mut p.iter().copied()), size(&mut b.into_iter()));
+    let of_z = z.iter().map(|z| z.magnitude()).fold(0.0, f64::max);
+    let around = z.iter().map(|z| z.high - z.low).fold(0.0, f64::max);
+    let (all, total): (f64, f64) = (p.iter().sum(), z.iter().map(|z| z.mid()).sum());
+    let mixed: f64 = p.iter().zip(z).map(|(p, z)| p * z.mid()).sum();
+    // The mean of λ_i 4 λ_a λ_b is 2/15 for i = a, b and 1/15 for the third.
+    let bent: f64 = b.iter().zip(p).map(|(b, p)| b * (2.0 * all - p)).sum();
+    let mean = (mixed + all * total) / (count * (count + 1.0)) + bent / 15.0;
+    // Bernstein's coefficients of w; no value is larger than the largest, and the wave has mean 0.
+    let middle = total / count;
+    let away = size(&mut z.iter().map(|z| z.mid() - middle));
+    let slack = leaf.swell * (away + around + 2.0 * of_b + 8.0 * f64::EPSILON * of_z)
+        + leaf.error * (of_z + 2.0 * of_b);
+    // Fewer than 32 roundings, each of no more than the largest of f w or so.
+    let rounding = 32.0 * f64::EPSILON * of_p * (of_z + 4.0 * of_b) + of_p * around;
+    let off = 1.001 * (slack + rounding) + f64::MIN_POSITIVE;
+    Interval::new(mean - off, mean + off)
+}
+
+/// (f, w)_κ of v's w = Σ_F 4 b_F λ_a λ_b where f has several models.
+fn load_of_bubbles(tree: &Tree, b: [f64; 3]) -> Interval {
+    let (at, mut load) = (Interval::at, Interval::ZERO);
     tree.for_each(&mut |node, piece, share| {
         let leaf = tree.leaf(node);
         let mut w = [Interval::ZERO; 10];
@@ -584,7 +556,7 @@ fn load_of_bubbles(fields: &CellFields, simplex: &Simplex, cell: usize) -> Inter
         let mean = mean_with_bubble(&leaf.values.map(at), &w, 2);
         load += share * (mean + Interval::around_zero(slack.high));
     });
-    load * simplex.measure
+    load
 }
 
 /// (f, z) + <t, z>_N for the continuous piecewise linear z with these values at the vertices.
@@ -596,6 +568,7 @@ fn load(fields: &CellFields, z: &[Interval]) -> Interval {
             &fields.simplex(cell),
             cell,
             &fields.corners_of(z, cell),
+            None,
         )
     };
     let cells: Vec<Interval> = cells.into_par_iter().map(of_cell).collect();
@@ -606,23 +579,25 @@ fn load(fields: &CellFields, z: &[Interval]) -> Interval {
         .sum()
 }
 
-/// (f, z)_κ of corner values.
+/// (f, w)_κ of w = Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b.
 fn load_of_cell(
     fields: &CellFields,
     simplex: &Simplex,
     cell: usize,
     z: &[Interval; 4],
+    b: Option<[f64; 3]>,
 ) -> Interval {
     let count = simplex.dim + 1;
     let (at, tree) = (Interval::at, &fields.data.trees[cell]);
-    let mut load = Interval::ZERO;
+    if !tree.is_cut() {
+        return mean_of_product(&tree.whole, &z[..count], b) * simplex.measure;
+    }
+    let mut load = b.map_or(Interval::ZERO, |b| load_of_bubbles(tree, b));
     tree.for_each(&mut |node, piece, share| {
         let leaf = tree.leaf(node);
         let mut here = *z;
-        if tree.is_cut() {
-            for (value, corner) in here.iter_mut().zip(piece).take(count) {
-                *value = (0..count).map(|i| corner[i] * z[i]).sum();
-            }
+        for (value, corner) in here.iter_mut().zip(piece).take(count) {
+            *value = (0..count).map(|i| corner[i] * z[i]).sum();
         }
         let p = leaf.values.map(at);
         let mixed: Interval = (0..count).map(|j| p[j] * here[j]).sum();

@@ -91,8 +91,13 @@ impl Tree {
     }
 
     /// Calls `visit` with every leaf's number, where it is, and its share of the whole.
+    #[inline]
     pub fn for_each(&self, visit: &mut impl FnMut(u32, &Piece, f64)) {
-        self.below(0, &WHOLE, 1.0, visit);
+        if self.is_cut() {
+            self.below(0, &WHOLE, 1.0, visit);
+        } else {
+            visit(0, &WHOLE, 1.0);
+        }
     }
 
     fn below(
@@ -161,10 +166,15 @@ pub(super) struct Effort {
     pub budget: usize,
 }
 
-/// The derivatives on boxes and at their middles, as one task met them: cells in rows have their boxes in common, and along
-/// the axes on which an expression does not hang all cells do.
+/// What one task met: cells in rows have their boxes in common, and along the axes on which an expression does not hang all
+/// cells do.
 #[derive(Default)]
-struct Boxes(HashMap<Place, Vec<Interval>>);
+struct Boxes {
+    /// The derivatives on boxes and at their middles.
+    derivatives: HashMap<Place, Vec<Interval>>,
+    /// Models of what hangs on one axis, by the corners along that, as bits, and as a [`Place`] has the rest.
+    on_line: HashMap<([[u64; 2]; 4], usize, bool), Leaf>,
+}
 
 /// A box along the axes that count, as bits; the derivatives that are taken; is a simplex all that counts?
 type Place = ([[u64; 2]; 3], usize, bool);
@@ -319,17 +329,36 @@ impl Domain<'_> {
     /// p, s and r on a part of a simplex from so many derivatives along these axes.
     fn model(
         &self,
-        part: (usize, &Piece),
+        (simplex, piece): (usize, &Piece),
         order: usize,
         axes: &[usize],
         boxes: &mut Boxes,
     ) -> Leaf {
-        match (axes.len(), order) {
-            (..=1, _) => self.model_of::<ON_LINE>(part, order, axes, boxes),
-            (2, ..=AT_FIRST) => self.model_of::<SECOND_IN_PLANE>(part, order, axes, boxes),
-            (2, _) => self.model_of::<IN_PLANE>(part, order, axes, boxes),
-            (_, ..=AT_FIRST) => self.model_of::<SECOND_IN_SPACE>(part, order, axes, boxes),
-            _ => self.model_of::<IN_SPACE>(part, order, axes, boxes),
+        let count = self.dim + 1;
+        let corners = corners(&(self.vertices)(simplex)[..count], piece, self.space);
+        let corners = &corners[..count];
+        match (axes, order) {
+            ([], _) => self.model_of::<ON_LINE>(corners, order, axes, boxes),
+            ([axis], _) => {
+                let mut bits = [[0; 2]; 4];
+                for (bits, corner) in bits.iter_mut().zip(corners) {
+                    *bits = [corner[*axis].low.to_bits(), corner[*axis].high.to_bits()];
+                }
+                let place = (bits, order, spanned(around(corners), self.dim).is_some());
+                if let Some(leaf) = boxes.on_line.get(&place) {
+                    return *leaf;
+                }
+                let leaf = self.model_of::<ON_LINE>(corners, order, axes, boxes);
+                if boxes.on_line.len() >= BOXES {
+                    boxes.on_line.clear();
+                }
+                boxes.on_line.insert(place, leaf);
+                leaf
+            }
+            ([_, _], ..=AT_FIRST) => self.model_of::<SECOND_IN_PLANE>(corners, order, axes, boxes),
+            ([_, _], _) => self.model_of::<IN_PLANE>(corners, order, axes, boxes),
+            (_, ..=AT_FIRST) => self.model_of::<SECOND_IN_SPACE>(corners, order, axes, boxes),
+            _ => self.model_of::<IN_SPACE>(corners, order, axes, boxes),
         }
     }
 
@@ -349,10 +378,11 @@ impl Domain<'_> {
         }
         let is_spanned = spanned(around, self.dim);
         let place = (bits, order, is_spanned.is_some());
-        if boxes.0.len() >= BOXES && !boxes.0.contains_key(&place) {
-            boxes.0.clear();
+        let known = &mut boxes.derivatives;
+        if known.len() >= BOXES && !known.contains_key(&place) {
+            known.clear();
         }
-        boxes.0.entry(place).or_insert_with(|| {
+        known.entry(place).or_insert_with(|| {
             let inside: Taylor<N> = self.expression.over(around, axes, order, is_spanned);
             let at_centre: Taylor<N> = self.expression.enclosure(centre, axes, order - 1);
             let both = inside
@@ -365,17 +395,12 @@ impl Domain<'_> {
 
     fn model_of<const N: usize>(
         &self,
-        (simplex, piece): (usize, &Piece),
+        corners: &[Vector],
         order: usize,
         axes: &[usize],
         boxes: &mut Boxes,
     ) -> Leaf {
-        let (count, vars) = (self.dim + 1, axes.len());
-        let corners = corners(&(self.vertices)(simplex)[..count], piece, self.space);
-        let mut around = corners[0];
-        for corner in &corners[1..count] {
-            around = std::array::from_fn(|k| around[k].hull(corner[k]));
-        }
+        let (vars, around) = (axes.len(), around(corners));
         // From the middle of the box no point is far.
         let centre = around.map(|x| Interval::at(x.mid().clamp(x.low, x.high)));
         let derivatives = self.derivatives::<N>(around, centre, order, axes, boxes);
@@ -391,12 +416,12 @@ impl Domain<'_> {
             return flat(range.radius());
         }
         let mut steps = [[Interval::ZERO; 3]; 4];
-        for (step, corner) in steps.iter_mut().zip(&corners[..count]) {
+        for (step, corner) in steps.iter_mut().zip(corners) {
             for (step, &axis) in step.iter_mut().zip(axes) {
                 *step = corner[axis] - centre[axis];
             }
         }
-        let steps = &steps[..count];
+        let steps = &steps[..corners.len()];
         let monomials = Monomials::of(vars);
         let counts = &monomials.counts;
         // |(x-c)^α| is at most this.
@@ -486,6 +511,13 @@ impl Domain<'_> {
         leaf.error = up(leaf.error, rounding);
         leaf
     }
+}
+
+/// The box of a simplex.
+fn around(corners: &[Vector]) -> Vector {
+    let all = corners.iter().copied();
+    let both = |a: Vector, b: Vector| std::array::from_fn(|k| a[k].hull(b[k]));
+    all.reduce(both).unwrap_or_default()
 }
 
 /// The mean of x_a x_b over the simplex with these corners, from their sums: (Σ x_a x_b + Σ x_a Σ x_b) / ((d+1)(d+2)).

@@ -405,7 +405,7 @@ fn hat_proves(
         let own = (dot(&slope, &slope, 2) * simplex.measure).root();
         sum += dot(&g, &slope, 2) * simplex.measure
             + Interval::around_zero((own * Interval::at(bubble)).high)
-            - load_of_cell(fields, &simplex, cell, &z);
+            - load_of_cell(fields, &simplex, cell, &z, None);
         for traction in fields.data.tractions.iter().filter(|t| t.cell == cell) {
             sum += -load_of_face(fields, traction, &z);
         }

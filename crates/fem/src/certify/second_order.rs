@@ -11,9 +11,11 @@
 //!
 //! λ = σ·n is then linear on a contact face, ≤ 0, and nowhere smaller in size than half its mean.
 
-use super::admissible::descend;
+use super::admissible::{bubbles, descend};
+
 use super::quadratic::{Linear, Quadratic};
 use super::simplex::Simplex;
+use crate::assembly::{Stiffness, sum_over_cells};
 use crate::contact::Problem;
 use crate::element::{Element, P2, Space};
 use crate::interval::Interval;
@@ -21,8 +23,7 @@ use crate::quadrature::{WHOLE, exact};
 use crate::scene::Part;
 use faceoff_mesh::mesh::Triangulation;
 use nalgebra::Vector3;
-use rayon::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 /// A function of P2 by its values at the vertices and its bubbles.
 #[derive(Debug, Clone)]
@@ -79,19 +80,18 @@ impl Stream {
     /// s for v and σ, given by their values at the points of cells, where λ is as u_h says.
     pub fn new(
         problem: &Problem,
-        space: &Space,
+        stiffness: &Stiffness,
         u: &[f64],
         lambda: &[f64],
         misfit: impl Fn(usize, &Simplex) -> Quadratic<2> + Sync,
     ) -> Self {
-        let mesh = problem.space.mesh;
+        let (mesh, space) = (problem.space.mesh, stiffness.space());
         let b = load(space, misfit);
         let parts = Parts::of(problem, space);
         let mut s = vec![0.0; space.dofs];
         let on_contact = on_contact(problem, u, lambda);
         for (contact, b) in problem.contact.iter().zip(&on_contact) {
-            let local = mesh.local_face(contact.cell, contact.face);
-            s[middle_of(space, contact.cell, local)] = *b;
+            s[mesh.points.len() + contact.face] = *b;
         }
         // Any s will do.
         let free: Vec<&[usize]> = parts
@@ -99,7 +99,7 @@ impl Stream {
             .iter()
             .map(|&part| &parts.all[part][..])
             .collect();
-        descend(space, &parts.held, &free, b, &mut s);
+        descend(stiffness, &parts.held, &free, b, &mut s);
         // What is constant is exactly so.
         for dofs in &parts.all {
             // Vertices have the first numbers.
@@ -107,17 +107,8 @@ impl Stream {
             let vertices = dofs.iter().filter(|&&dof| dof < mesh.points.len());
             vertices.for_each(|&dof| s[dof] = value);
         }
+        let mut faces = bubbles(space, &s);
         let vertices = s[..mesh.points.len()].to_vec();
-        let mut faces = vec![0.0; mesh.face_count()];
-        for cell in 0..mesh.cell_count() {
-            for (i, &face) in mesh.cell_faces(cell).iter().enumerate() {
-                let ends = mesh
-                    .face(face as usize)
-                    .iter()
-                    .map(|&v| vertices[v as usize]);
-                faces[face as usize] = s[middle_of(space, cell, i)] - 0.5 * ends.sum::<f64>();
-            }
-        }
         for (face, part) in problem.parts.iter().enumerate() {
             if *part == Some(Part::Neumann) {
                 faces[face] = 0.0;
@@ -146,35 +137,24 @@ fn load(space: &Space, field: impl Fn(usize, &Simplex) -> Quadratic<2> + Sync) -
             }
         }
     }
-    let mut cells = vec![[0.0; 6]; mesh.cell_count()];
-    cells.par_iter_mut().enumerate().for_each(|(cell, sums)| {
-        let simplex = Simplex::new(mesh, cell);
-        let field = field(cell, &simplex);
-        let points = field.corners[..3].iter().chain(&field.middles[..3]);
-        // d · rot λ_j at the points, times |κ|.
-        let mut along = [[0.0; 6]; 3];
-        for (n, d) in points.enumerate() {
-            for (along, [x, y, _]) in along.iter_mut().zip(simplex.slopes) {
-                along[n] = simplex.measure.mid() * (d[0] * y - d[1] * x);
+    sum_over_cells(space, |cells, vectors| {
+        for (cell, sums) in cells.zip(vectors.chunks_exact_mut(space.local_dofs)) {
+            let simplex = Simplex::new(mesh, cell);
+            let field = field(cell, &simplex);
+            let points = field.corners[..3].iter().chain(&field.middles[..3]);
+            // d · rot λ_j at the points, times |κ|.
+            let mut along = [[0.0; 6]; 3];
+            for (n, d) in points.enumerate() {
+                for (along, [x, y, _]) in along.iter_mut().zip(simplex.slopes) {
+                    along[n] = simplex.measure.mid() * (d[0] * y - d[1] * x);
+                }
+            }
+            for (sum, means) in sums.iter_mut().zip(&means) {
+                let all = means.iter().flatten().zip(along.iter().flatten());
+                *sum = all.map(|(mean, along)| mean * along).sum();
             }
         }
-        for (sum, means) in sums.iter_mut().zip(&means) {
-            let all = means.iter().flatten().zip(along.iter().flatten());
-            *sum = all.map(|(mean, along)| mean * along).sum();
-        }
-    });
-    let mut b = vec![0.0; space.dofs];
-    for (cell, sums) in cells.iter().enumerate() {
-        for (&dof, sum) in space.cell_dofs(cell).iter().zip(sums) {
-            b[dof as usize] += sum;
-        }
-    }
-    b
-}
-
-/// The dof in the middle of a face of a cell.
-pub(super) fn middle_of(space: &Space, cell: usize, local: usize) -> usize {
-    space.cell_dofs(cell)[3 + local] as usize
+    })
 }
 
 /// b on the contact faces, so that λ has the slope of u_h's flux, as far as it may.
@@ -214,43 +194,40 @@ struct Parts {
 impl Parts {
     fn of(problem: &Problem, space: &Space) -> Self {
         let mesh = problem.space.mesh;
+        let (body_of, count) = &problem.bodies;
         let mut held = vec![false; space.dofs];
         // Each dof with the first that is found of its part.
-        let mut leader: Vec<usize> = (0..space.dofs).collect();
-        for (face, part) in problem.parts.iter().enumerate() {
-            if !matches!(part, Some(Part::Neumann | Part::Contact)) {
-                continue;
-            }
-            let cell = mesh.face_cells(face)[0] as usize;
-            let middle = middle_of(space, cell, mesh.local_face(cell, face));
-            for dof in mesh.face(face).iter().map(|&v| v as usize).chain([middle]) {
-                held[dof] = true;
-                let [a, b] = [dof, middle].map(|dof| first(&mut leader, dof));
-                leader[a.max(b)] = a.min(b);
+        let mut leader: Vec<u32> = (0..space.dofs as u32).collect();
+        let faces = 0..mesh.face_count();
+        let faces: Vec<usize> = faces
+            .filter(|&face| matches!(problem.parts[face], Some(Part::Neumann | Part::Contact)))
+            .collect();
+        let middle_of = |face: usize| (mesh.points.len() + face) as u32;
+        for &face in &faces {
+            for &dof in mesh.face(face).iter().chain([&middle_of(face)]) {
+                held[dof as usize] = true;
+                let [a, b] = [dof, middle_of(face)].map(|dof| first(&mut leader, dof));
+                leader[a.max(b) as usize] = a.min(b);
             }
         }
-        let mut number = vec![None; space.dofs];
+        let mut numbers = HashMap::new();
         let mut all: Vec<Vec<usize>> = Vec::new();
         for dof in (0..space.dofs).filter(|&dof| held[dof]) {
-            let leader = first(&mut leader, dof);
-            let part = *number[leader].get_or_insert(all.len());
+            let part = *numbers
+                .entry(first(&mut leader, dof as u32))
+                .or_insert(all.len());
             if part == all.len() {
                 all.push(Vec::new());
             }
-            number[dof] = Some(part);
             all[part].push(dof);
         }
         // One constant is given in each body: by the first part that it has, or at a vertex.
-        let (body_of, count) = mesh.components();
         let mut bodies = vec![BTreeSet::new(); all.len()];
-        for (cell, body) in body_of.iter().enumerate() {
-            let parts = space
-                .cell_dofs(cell)
-                .iter()
-                .filter_map(|&dof| number[dof as usize]);
-            parts.for_each(|part| _ = bodies[part].insert(*body as usize));
+        for face in faces {
+            let part = numbers[&first(&mut leader, middle_of(face))];
+            bodies[part].insert(body_of[mesh.face_cells(face)[0] as usize] as usize);
         }
-        let mut is_held = vec![false; count];
+        let mut is_held = vec![false; *count];
         let mut free = Vec::new();
         for (part, bodies) in bodies.iter().enumerate() {
             if bodies.iter().all(|&body| is_held[body]) && free.len() < MOST_PARTS {
@@ -258,8 +235,8 @@ impl Parts {
             }
             bodies.iter().for_each(|&body| is_held[body] = true);
         }
-        for (cell, body) in body_of.into_iter().enumerate() {
-            if !std::mem::replace(&mut is_held[body as usize], true) {
+        for (cell, body) in body_of.iter().enumerate() {
+            if !std::mem::replace(&mut is_held[*body as usize], true) {
                 held[space.cell_dofs(cell)[0] as usize] = true;
             }
         }
@@ -268,10 +245,10 @@ impl Parts {
 }
 
 /// The first dof of a part, with shorter ways to it.
-fn first(leader: &mut [usize], mut dof: usize) -> usize {
-    while leader[dof] != dof {
-        leader[dof] = leader[leader[dof]];
-        dof = leader[dof];
+fn first(leader: &mut [u32], mut dof: u32) -> u32 {
+    while leader[dof as usize] != dof {
+        leader[dof as usize] = leader[leader[dof as usize] as usize];
+        dof = leader[dof as usize];
     }
     dof
 }

@@ -159,6 +159,7 @@ impl Metric {
     /// the faces' normals in place of edges.
     ///
     /// The products of a cell of measure zero are not finite.
+    #[inline]
     pub fn new(dim: usize, points: &[[f64; 3]; 4]) -> Self {
         let mut products = [[0.0; 4]; 4];
         if dim == 2 {

@@ -1,0 +1,81 @@
+//! Products with the matrix of P2 in a third of the operations that the cells' matrices take.
+//!
+//! With Bernstein's coefficients b, b_ij = 2 u_ij - (u_i + u_j)/2 for the edge ij, the derivative of u along the edge from j to i is
+//! linear with the values c_k = 2 (b_ik - b_jk) at the corners, and the mean of the product of two such is
+//! (Σ c_k d_k + Σ c_k Σ d_k) / ((d+1)(d+2)).
+
+use super::{Stiffness, add_over_cells};
+use faceoff_mesh::mesh::local_edges;
+
+impl Stiffness<'_> {
+    /// A u on cells with V corners, into `y`.
+    pub(super) fn times_quadratic<const V: usize>(&self, u: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        add_over_cells(&self.space, y, |cells, vectors| {
+            for (cell, y) in cells.zip(vectors.chunks_exact_mut(self.space.local_dofs)) {
+                self.cell_times_quadratic::<V>(cell, u, y);
+            }
+        });
+    }
+
+    fn cell_times_quadratic<const V: usize>(&self, cell: usize, u: &[f64], y: &mut [f64]) {
+        let (edges, scale) = (local_edges(V - 1), 4.0 / (V * (V + 1)) as f64);
+        let (corners, middles) = self.space.cell_dofs(cell).split_at(V);
+        let (mut b, mut sum) = ([[0.0; V]; V], [[0.0; V]; V]);
+        for (i, &dof) in corners.iter().enumerate() {
+            b[i][i] = u[dof as usize];
+        }
+        for (&[i, j], &dof) in edges.iter().zip(middles) {
+            b[i][j] = 2.0 * u[dof as usize] - 0.5 * (b[i][i] + b[j][j]);
+            b[j][i] = b[i][j];
+        }
+        self.for_each_pair(cell, |weight, i, j, _| {
+            let c: [f64; V] = std::array::from_fn(|k| b[i][k] - b[j][k]);
+            let all: f64 = c.iter().sum();
+            for k in 0..V {
+                let product = scale * weight * (c[k] + all);
+                sum[i][k] += product;
+                sum[j][k] -= product;
+            }
+        });
+        let (corners, middles) = y.split_at_mut(V);
+        for (i, y) in corners.iter_mut().enumerate() {
+            *y = sum[i][i];
+        }
+        for (&[i, j], y) in edges.iter().zip(middles) {
+            let both = sum[i][j] + sum[j][i];
+            *y = 2.0 * both;
+            corners[i] -= 0.5 * both;
+            corners[j] -= 0.5 * both;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::{P2, Space};
+    use crate::scene::Scene;
+
+    #[test]
+    fn products_are_those_of_the_matrices() {
+        for scene in ["l-shape", "one-zone-3d"] {
+            let mesh = Scene::find(scene).unwrap().triangulation(Some(3)).unwrap();
+            let space = Space::new(&mesh, &P2);
+            let stiffness = Stiffness::new(&space);
+            let mut random = crate::Random::new(5);
+            let u: Vec<f64> = (0..space.dofs).map(|_| random.next()).collect();
+            let (mut expected, mut sizes) = (vec![0.0; space.dofs], vec![0.0; space.dofs]);
+            stiffness.for_each(0..mesh.cell_count(), |i, j, value| {
+                expected[i as usize] += value * u[j as usize];
+                sizes[i as usize] += value.abs();
+            });
+            for ((found, expected), size) in stiffness.times(&u).iter().zip(expected).zip(sizes) {
+                assert!(
+                    (found - expected).abs() <= 1e-14 * size,
+                    "{found} {expected}"
+                );
+            }
+        }
+    }
+}
