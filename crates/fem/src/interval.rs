@@ -91,13 +91,20 @@ impl Interval {
     /// A number in the middle; 0 where an end is infinite.
     #[inline]
     pub fn mid(self) -> f64 {
-        let mid = 0.5 * self.low + 0.5 * self.high;
+        let mid = if self.low == self.high {
+            self.low
+        } else {
+            0.5 * self.low + 0.5 * self.high
+        };
         if mid.is_finite() { mid } else { 0.0 }
     }
 
     /// No number in it is farther from [`Interval::mid`].
     #[inline]
     pub fn radius(self) -> f64 {
+        if self.low == self.high && self.low.is_finite() {
+            return 0.0;
+        }
         self.distance(self.mid())
     }
 

@@ -13,6 +13,7 @@ use crate::interval::Interval;
 use crate::quadrature::{Piece, WHOLE};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Triangulation;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -67,7 +68,21 @@ pub(super) struct Norms {
 /// Cells that one task adds up: sums do not depend on the number of cores.
 const CHUNK: usize = 4096;
 
-/// Sums over all of them.
+/// Σ over the cells of a mesh of some numbers.
+///
+/// # Errors
+/// An interruption.
+pub(super) fn sums_over<const N: usize>(
+    mesh: &Triangulation,
+    of: impl Fn(usize) -> [Interval; N] + Sync,
+) -> Result<[Interval; N]> {
+    sums(&mut vec![(); mesh.cell_count()], |cell, ()| of(cell))
+}
+
+/// The same where something of each cell is kept.
+///
+/// # Errors
+/// An interruption.
 pub(super) fn sums<T: Send, const N: usize>(
     cells: &mut [T],
     of: impl Fn(usize, &mut T) -> [Interval; N] + Sync,
@@ -211,6 +226,7 @@ impl<'a> CellFields<'a> {
         let divergence = out / simplex.measure;
         let slopes = load.slopes.map(Interval::at);
         let mean = slopes[..count].iter().copied().sum::<Interval>() / Interval::at(count as f64);
+        let known = divergence + mean;
         let enough = self.data.enough * simplex.measure.high.sqrt();
         balance(simplex, &self.data.trees[cell], enough, |lambda, value| {
             let bubble = (0..count).filter(|i| lambda[*i] != 0.0);
@@ -218,7 +234,7 @@ impl<'a> CellFields<'a> {
                 1.0 => slopes[i],
                 weight => slopes[i] * Interval::at(weight),
             });
-            Interval::at(value) + divergence - (bubble.sum::<Interval>() - mean)
+            Interval::at(value) + known - bubble.sum()
         })
     }
 

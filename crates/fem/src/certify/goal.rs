@@ -13,15 +13,13 @@
 //! ‖q-∇z‖. k enters by its means k̄ on the cells, by sup |k-k̄| on each, as (k-k̄, u) = (k-k̄, v-v̄) + (k-k̄, w), and by what
 //! is not known of it.
 
-use rayon::prelude::*;
-
 use super::admissible;
 use super::balance::poincare;
-use super::cells::CellFields;
+use super::cells::{CellFields, norm_of_fluxes, sums, sums_over};
 use super::flux::Fluxes;
 use super::lift;
 use super::quadratic::Linear;
-use super::simplex::{Simplex, Vector, dot, length, mean_square_of_linear, minus, plus, up};
+use super::simplex::{Simplex, Vector, dot, minus, plus, up};
 use crate::contact::Problem;
 use crate::element::{P1, Space};
 use crate::interval::{Interval, above_of_all};
@@ -76,25 +74,22 @@ const AWAY: f64 = 0.15;
 ///
 /// # Errors
 /// Those of the linear solver.
-pub(super) fn interval(
-    fields: &CellFields,
-    known: &Known,
-    goal: &Goal,
-) -> Result<Option<Interval>> {
+///
+/// `plain` has z = β wherever u_h touches.
+pub(super) fn interval(plain: &mut Dual, goal: &Goal) -> Result<Option<Interval>> {
+    let (fields, known) = (plain.fields, plain.known);
     if goal.on_contact != 0.0 && meets(fields) {
         return Ok(None);
     }
     let problem = fields.problem;
     let mesh = problem.space.mesh;
-    // With z = β wherever u_h touches.
-    let mut plain = Dual::new(fields, known, 0.0);
     let [w, fluxes] = plain.solver.dual(&goal.means, goal.on_contact, &[])?;
-    let mut best = goal.with(fields, known, &w, &fluxes);
+    let mut best = goal.with(fields, known, &w, &fluxes)?;
     let pressed: Vec<f64> = fields.lambda.iter().map(|l| l.abs()).collect();
     if pressed.iter().all(|l| *l == 0.0) {
         return Ok(Some(best));
     }
-    let equal = equal(fields, known, &fluxes);
+    let equal = equal(fields, known, &fluxes)?;
     let tried = if mesh.cell_count() > MANY {
         1
     } else {
@@ -120,18 +115,21 @@ pub(super) fn interval(
         }
         let mut solver = Fluxes::with_values(problem, fixed.into_iter());
         let [w, fluxes] = solver.dual(&goal.means, goal.on_contact, &capped)?;
-        best = best.meet(goal.with(fields, known, &w, &fluxes));
+        best = best.meet(goal.with(fields, known, &w, &fluxes)?);
     }
     Ok(Some(best))
 }
 
 /// The c with which both errors are about equal, of a dual solution with these fluxes.
-fn equal(fields: &CellFields, known: &Known, fluxes: &[f64]) -> f64 {
-    let cells = 0..fields.problem.space.mesh.cell_count();
-    let size = length(cells.map(|cell| {
-        super::cells::norm_of_fluxes(&fields.simplex(cell), fields.fluxes_of(fluxes, cell))
-    }));
-    AWAY * known.of_g * size / known.terms.max(f64::MIN_POSITIVE)
+///
+/// # Errors
+/// An interruption.
+fn equal(fields: &CellFields, known: &Known, fluxes: &[f64]) -> Result<f64> {
+    let [square] = sums_over(fields.problem.space.mesh, |cell| {
+        let norm = norm_of_fluxes(&fields.simplex(cell), fields.fluxes_of(fluxes, cell));
+        [Interval::at(norm).square()]
+    })?;
+    Ok(AWAY * known.of_g * square.root().high / known.terms.max(f64::MIN_POSITIVE))
 }
 
 /// Dual problems with z = β where u_h presses: one factorisation for all goals.
@@ -159,18 +157,24 @@ impl<'a> Dual<'a> {
     /// Those of the linear solver.
     pub fn interval(&mut self, goal: &Goal) -> Result<Interval> {
         let [w, fluxes] = self.solver.dual(&goal.means, goal.on_contact, &[])?;
-        Ok(goal.with(self.fields, self.known, &w, &fluxes))
+        goal.with(self.fields, self.known, &w, &fluxes)
     }
 }
 
 impl Goal {
     /// By one dual solution: w of Crouzeix and Raviart, and its fluxes.
-    fn with(&self, fields: &CellFields, known: &Known, w: &[f64], fluxes: &[f64]) -> Interval {
+    fn with(
+        &self,
+        fields: &CellFields,
+        known: &Known,
+        w: &[f64],
+        fluxes: &[f64],
+    ) -> Result<Interval> {
         let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
         let at = Interval::at;
         let out = |cell: usize| fields.fluxes_of(fluxes, cell);
         // |μ| ≤ c |λ|; what c costs at least lets z away from β where there is a gap.
-        let mut c = equal(fields, known, fluxes);
+        let mut c = equal(fields, known, fluxes)?;
         let mut on_contact = Interval::ZERO;
         for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
             let local = mesh.local_face(contact.cell, contact.face);
@@ -183,75 +187,63 @@ impl Goal {
             on_contact += at(mu) * obstacle.mean;
         }
         let z = self.test_function(fields, c, w);
-        let terms: Vec<[Interval; 5]> = (0..mesh.cell_count())
-            .into_par_iter()
-            .map(|cell| {
-                let simplex = Simplex::new(mesh, cell);
-                let fluxes = out(cell);
-                let slope = simplex.gradient(&fields.corners_of(&z, cell));
-                let count = simplex.dim + 1;
-                let q = Linear::<3>::raviart_thomas(&simplex, fluxes).at_corners();
-                let difference: Vec<Vector> = q[..count].iter().map(|q| minus(q, &slope)).collect();
-                let mean = fields.gradient_at_corners(&simplex, cell);
-                let square: Interval = (0..simplex.dim)
-                    .map(|k| {
-                        mean_square_of_linear(&difference.iter().map(|d| d[k]).collect::<Vec<_>>())
-                    })
-                    .sum();
-                // G's bubble is half of σ's, and counts with its norm.
-                let bubble = 0.5 * fields.norm_of_bubble(&simplex, cell);
-                let own = (square * simplex.measure).root();
-                let product = mean_product(&difference, &mean[..count], simplex.dim)
-                    * simplex.measure
-                    + Interval::around_zero((own * at(bubble)).high);
-                let sum: Interval = fluxes.iter().map(|f| at(*f)).sum();
-                let divergence = at(self.means[cell]) + sum / simplex.measure;
-                let v = fields.corner_values(cell);
-                // The mean of 4 λ_a λ_b over a triangle is 1/3.
-                let bubbles = fields.bubbles_of(cell).unwrap_or_default().map(at);
-                let of_bubbles = bubbles.iter().copied().sum::<Interval>() / at(3.0);
-                let flat = v[..count].iter().copied().sum::<Interval>() / at(count as f64);
-                let mean_of_v = flat + of_bubbles;
-                let most_of_bubbles = above_of_all(bubbles.iter().map(|b| b.magnitude()));
-                let of_lifts: f64 = above_of_all(
-                    lift::of_cell(&fields.data, cell)
-                        .iter()
-                        .map(|l| super::cells::size_of_lift(&simplex, l)),
-                );
-                let mut missing =
-                    divergence * (mean_of_v * simplex.measure + Interval::around_zero(of_lifts));
-                let mut away = Interval::ZERO;
-                let mut unknown = 0.0;
-                if let Some(rest) = self
-                    .rests
-                    .get(cell)
-                    .filter(|rest| rest.spread > 0.0 || rest.most > 0.0)
-                {
-                    let off = v[..count].iter().map(|v| (*v - mean_of_v).magnitude());
-                    let off = at(up(off.fold(0.0, f64::max), most_of_bubbles));
-                    let off = off * simplex.measure + at(of_lifts);
-                    let largest = v[..count].iter().map(|v| v.magnitude()).fold(0.0, f64::max);
-                    let largest = up(largest, most_of_bubbles);
-                    let all = at(rest.spread) * off
-                        + at(rest.mean) * at(largest) * simplex.measure
-                        + at(rest.most) * at(of_lifts);
-                    missing += Interval::around_zero(all.high);
-                    let size = at(rest.spread) * simplex.measure.root();
-                    away = (poincare(simplex.dim) * at(simplex.diameter) * size).square();
-                    unknown = rest.most;
-                }
-                [
-                    product,
-                    square * simplex.measure,
-                    missing,
-                    divergence.abs() + at(unknown),
-                    away,
-                ]
-            })
-            .collect();
-        let sum = |k: usize| -> Interval { terms.iter().map(|t| t[k]).sum() };
-        let missing = terms.iter().map(|t| t[3].high).fold(0.0, f64::max);
-        let away = length([sum(1).root().high]);
+        // |k̄ + div q| and what is not known of k, at most.
+        let mut missing = vec![0.0; mesh.cell_count()];
+        let [base, squares, of_means, of_spread] = sums(&mut missing, |cell, missing| {
+            let simplex = Simplex::new(mesh, cell);
+            let fluxes = out(cell);
+            let slope = simplex.gradient(&fields.corners_of(&z, cell));
+            let count = simplex.dim + 1;
+            let q = Linear::<3>::raviart_thomas(&simplex, fluxes).at_corners();
+            let difference = q.each_ref().map(|q| minus(q, &slope));
+            let difference = &difference[..count];
+            let mean = fields.gradient_at_corners(&simplex, cell);
+            let square = mean_product(difference, difference, simplex.dim);
+            // G's bubble is half of σ's, and counts with its norm.
+            let bubble = 0.5 * fields.norm_of_bubble(&simplex, cell);
+            let own = (square * simplex.measure).root();
+            let product = mean_product(difference, &mean[..count], simplex.dim) * simplex.measure
+                + Interval::around_zero((own * at(bubble)).high);
+            let sum: Interval = fluxes.iter().map(|f| at(*f)).sum();
+            let divergence = at(self.means[cell]) + sum / simplex.measure;
+            let v = fields.corner_values(cell);
+            // The mean of 4 λ_a λ_b over a triangle is 1/3.
+            let bubbles = fields.bubbles_of(cell).unwrap_or_default().map(at);
+            let of_bubbles = bubbles.iter().copied().sum::<Interval>() / at(3.0);
+            let flat = v[..count].iter().copied().sum::<Interval>() / at(count as f64);
+            let mean_of_v = flat + of_bubbles;
+            let most_of_bubbles = above_of_all(bubbles.iter().map(|b| b.magnitude()));
+            let of_lifts: f64 = above_of_all(
+                lift::of_cell(&fields.data, cell)
+                    .iter()
+                    .map(|l| super::cells::size_of_lift(&simplex, l)),
+            );
+            let mut of_means =
+                divergence * (mean_of_v * simplex.measure + Interval::around_zero(of_lifts));
+            let mut away = Interval::ZERO;
+            let mut unknown = 0.0;
+            if let Some(rest) = self
+                .rests
+                .get(cell)
+                .filter(|rest| rest.spread > 0.0 || rest.most > 0.0)
+            {
+                let off = v[..count].iter().map(|v| (*v - mean_of_v).magnitude());
+                let off = at(up(off.fold(0.0, f64::max), most_of_bubbles));
+                let off = off * simplex.measure + at(of_lifts);
+                let largest = v[..count].iter().map(|v| v.magnitude()).fold(0.0, f64::max);
+                let largest = up(largest, most_of_bubbles);
+                let all = at(rest.spread) * off
+                    + at(rest.mean) * at(largest) * simplex.measure
+                    + at(rest.most) * at(of_lifts);
+                of_means += Interval::around_zero(all.high);
+                let size = at(rest.spread) * simplex.measure.root();
+                away = (poincare(simplex.dim) * at(simplex.diameter) * size).square();
+                unknown = rest.most;
+            }
+            *missing = (divergence.abs() + at(unknown)).high;
+            [product, square * simplex.measure, of_means, away]
+        })?;
+        let missing = missing.into_iter().fold(0.0, f64::max);
         let mut on_dirichlet = Interval::ZERO;
         for (face, part) in problem.parts.iter().enumerate() {
             if *part == Some(Part::Dirichlet) {
@@ -260,11 +252,11 @@ impl Goal {
                 on_dirichlet += at(out(cell)[local]) * fields.mean_of_g(cell, local);
             }
         }
-        let base = sum(0) + super::load(fields, &z) - on_dirichlet - on_contact + sum(2);
-        let radius = at(known.of_g) * at(away)
-            + (at(missing) * at(known.friedrichs) + sum(4).root()) * at(known.eta)
+        let base = base + super::load(fields, &z)? - on_dirichlet - on_contact + of_means;
+        let radius = at(known.of_g) * squares.root()
+            + (at(missing) * at(known.friedrichs) + of_spread.root()) * at(known.eta)
             + at(c) * at(up(known.terms, known.contact));
-        base + Interval::around_zero(radius.high)
+        Ok(base + Interval::around_zero(radius.high))
     }
 
     /// z: the dual solution at the vertices, as near to β on Γ_C as c allows, and 0 on Γ_D.

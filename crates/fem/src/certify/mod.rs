@@ -40,11 +40,9 @@ use crate::quadrature;
 use cells::CellFields;
 pub use data::PreparedData;
 use data::Traction;
-use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::mesh::Triangulation;
 use flux::Fluxes;
-use goal::{Goal, Known};
+use goal::{Dual, Goal, Known};
 use model::{Leaf, Tree};
 pub use proof::{ContactProof, Touched};
 use simplex::{Simplex, bubble_on, length, mean_with_bubble, up};
@@ -265,17 +263,17 @@ fn friedrichs(fields: &CellFields, solver: &mut Fluxes) -> Result<f64> {
 
 fn numbers(fields: &CellFields, mut known: Known, solver: &mut Fluxes) -> Result<Numbers> {
     let mesh = fields.problem.space.mesh;
-    let cells = 0..mesh.cell_count();
     known.friedrichs = friedrichs(fields, solver)?;
     let uniform = |mean: f64, on_contact: f64| Goal {
         means: vec![mean; mesh.cell_count()],
         rests: Vec::new(),
         on_contact,
     };
-    let force = goal::interval(fields, &known, &uniform(0.0, 1.0))?;
-    let mean = goal::interval(fields, &known, &uniform(1.0, 0.0))?;
-    let volume: Interval = cells.map(|cell| Simplex::new(mesh, cell).measure).sum();
-    let total = load(fields, &vec![Interval::ONE; mesh.points.len()]);
+    let mut plain = Dual::new(fields, &known, 0.0);
+    let force = goal::interval(&mut plain, &uniform(0.0, 1.0))?;
+    let mean = goal::interval(&mut plain, &uniform(1.0, 0.0))?;
+    let [volume] = cells::sums_over(mesh, |cell| [Simplex::new(mesh, cell).measure])?;
+    let total = load(fields, &vec![Interval::ONE; mesh.points.len()])?;
     let ends = |of: Interval| {
         let back = |value: f64| Interval::at(value).times_power_of_two(-fields.data.unit);
         [back(of.low).low, back(of.high).high]
@@ -560,23 +558,17 @@ fn load_of_bubbles(tree: &Tree, b: [f64; 3]) -> Interval {
 }
 
 /// (f, z) + <t, z>_N for the continuous piecewise linear z with these values at the vertices.
-fn load(fields: &CellFields, z: &[Interval]) -> Interval {
-    let cells = 0..fields.problem.space.mesh.cell_count();
-    let of_cell = |cell: usize| {
-        load_of_cell(
-            fields,
-            &fields.simplex(cell),
-            cell,
-            &fields.corners_of(z, cell),
-            None,
-        )
-    };
-    let cells: Vec<Interval> = cells.into_par_iter().map(of_cell).collect();
+///
+/// # Errors
+/// An interruption.
+fn load(fields: &CellFields, z: &[Interval]) -> Result<Interval> {
+    let [of_cells] = cells::sums_over(fields.problem.space.mesh, |cell| {
+        let z = fields.corners_of(z, cell);
+        [load_of_cell(fields, &fields.simplex(cell), cell, &z, None)]
+    })?;
     let of_face = |t: &Traction| load_of_face(fields, t, &fields.corners_of(z, t.cell));
-    cells
-        .into_iter()
-        .chain(fields.data.tractions.iter().map(of_face))
-        .sum()
+    let faces = fields.data.tractions.iter().map(of_face);
+    Ok(of_cells + faces.sum())
 }
 
 /// (f, w)_κ of w = Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b.

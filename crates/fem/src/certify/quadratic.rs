@@ -56,11 +56,12 @@ impl<const D: usize> Linear<D> {
         let mut of = Self::ZERO;
         let mut flat = [0.0; D];
         for i in 1..=cell.dim {
-            let difference = a[i] - a[0];
-            if difference.is_zero() {
+            // Rounded once, and each end as far off as it may be.
+            let middle = a[i].mid() - a[0].mid();
+            let radius = a[i].radius() + a[0].radius() + STEP * middle.abs();
+            if middle == 0.0 && radius == 0.0 {
                 continue;
             }
-            let (middle, radius) = (difference.mid(), difference.radius());
             for k in 0..D {
                 let slope = cell.slopes[i][k];
                 let most = slope.abs() + cell.off;
