@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn products_are_those_of_the_matrices() {
         for scene in ["l-shape", "one-zone-3d"] {
-            let mesh = Scene::find(scene).unwrap().triangulation(Some(3)).unwrap();
+            let mesh = Scene::find(scene).unwrap().triangulation(Some(4)).unwrap();
             let space = Space::new(&mesh, &P2);
             let stiffness = Stiffness::new(&space);
             let mut random = crate::Random::new(5);

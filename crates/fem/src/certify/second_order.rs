@@ -194,7 +194,7 @@ struct Parts {
 impl Parts {
     fn of(problem: &Problem, space: &Space) -> Self {
         let mesh = problem.space.mesh;
-        let (body_of, count) = &problem.bodies;
+        let (body_of, count) = mesh.components();
         let mut held = vec![false; space.dofs];
         // Each dof with the first that is found of its part.
         let mut leader: Vec<u32> = (0..space.dofs as u32).collect();
@@ -227,7 +227,7 @@ impl Parts {
             let part = numbers[&first(&mut leader, middle_of(face))];
             bodies[part].insert(body_of[mesh.face_cells(face)[0] as usize] as usize);
         }
-        let mut is_held = vec![false; *count];
+        let mut is_held = vec![false; count];
         let mut free = Vec::new();
         for (part, bodies) in bodies.iter().enumerate() {
             if bodies.iter().all(|&body| is_held[body]) && free.len() < MOST_PARTS {

@@ -166,7 +166,7 @@ fn the_exact_fields_are_within_what_is_said_of_them() {
                 })
             };
             let (own, slopes) = (flux(&fields.fluxes), fields.data.loads[cell].slopes);
-            let values: [Pair; 6] = std::array::from_fn(|n| {
+            let both: [[Pair; 2]; 6] = std::array::from_fn(|n| {
                 let at = &NODES[n];
                 let bubble: [Big; 3] =
                     std::array::from_fn(|i| Big::of(-slopes[i] * at[i]) / Big::of(3.0));
@@ -175,9 +175,21 @@ fn the_exact_fields_are_within_what_is_said_of_them() {
                     &plus(&of.radial(&own, at), &of.radial(&bubble, at)),
                     &[y, -x],
                 );
-                plus(&of.slope(&v, &b, at), &times(&Big::of(-1.0), &sigma))
+                [of.slope(&v, &b, at), sigma]
             });
-            let square = square_of(&of, &values);
+            let sum = |factor: f64| {
+                both.each_ref()
+                    .map(|[v, sigma]| plus(v, &times(&Big::of(factor), sigma)))
+            };
+            let half = square_of(&of, &sum(1.0)).sqrt() / Big::of(2.0);
+            let said = norms.gradient;
+            assert!(
+                half.at_least(said.low)
+                    && half.at_most(said.high)
+                    && said.high <= said.low * (1.0 + 1e-9),
+                "{method} {cell}: {said:?}"
+            );
+            let square = square_of(&of, &sum(-1.0));
             let said = norms.parts.misfit;
             let exact = square.sqrt();
             assert!(exact.at_most(said), "{method} {cell}: {said}");
