@@ -12,7 +12,7 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use super::analysis::{Analysis, Front, Plan};
-use super::kernels::{Number, eliminate};
+use super::kernels::{Number, clear_registers_everywhere, eliminate};
 use super::pool::Pool;
 use super::substitution::{Sides, backward, forward, forward_above};
 use super::{Elements, Schur};
@@ -89,6 +89,7 @@ impl<T: Number> Multifrontal<T> {
             })
             .collect();
         drop(work);
+        clear_registers_everywhere();
         let mut blocks = Vec::with_capacity(factored.len());
         for block in factored {
             let (border, dense, rest) = block?;
