@@ -32,6 +32,8 @@ const STEPS: usize = 400;
 const COARSE: f64 = 1e-2;
 const MEDIUM: f64 = 1e-4;
 const FINE: f64 = 1e-10;
+/// Systems of so few unknowns are always solved to the last: digits cost less than another step.
+const FEW: usize = 2000;
 /// What is left of a right side of which only the size of the response counts.
 const ROUGH: f64 = 0.3;
 
@@ -442,6 +444,7 @@ impl System for Krylov<'_> {
             laws.len() - pairs.filter(|(a, b)| a == b).count()
         };
         let wanted = match changes {
+            _ if self.dof_of.len() <= FEW => FINE,
             0 => FINE,
             few if few <= laws.len() / 50 + 8 => MEDIUM,
             _ => COARSE,

@@ -13,6 +13,7 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
 use super::csr::Csr;
+use super::kernels::{clear_registers, clear_registers_everywhere};
 use super::sweeps::Sweeps;
 
 const STRONG: f64 = 0.08;
@@ -85,9 +86,11 @@ impl Amg {
                 dense[(i, j as usize)] += a;
             }
         }
+        let coarsest = dense.partial_piv_lu();
+        clear_registers_everywhere();
         Some(Amg {
             levels,
-            coarsest: dense.partial_piv_lu(),
+            coarsest,
             bottom: [vec![0.0; n], vec![0.0; n]],
         })
     }
@@ -127,6 +130,7 @@ impl Amg {
         let n = x.len();
         let x = MatMut::from_column_major_slice_mut(x, n, 1);
         self.coarsest.solve_in_place(x);
+        clear_registers();
         for l in (0..self.levels.len()).rev() {
             let (above, below) = self.levels.split_at_mut(l + 1);
             let level = &mut above[l];

@@ -8,6 +8,8 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Accum, MatMut, MatRef, Par, Spec};
 
+use super::kernels::clear_registers;
+
 /// Pivots that are eliminated before all that is behind them is updated.
 const PANEL: usize = 24;
 /// From so many pivots on faer's factorisation takes less time.
@@ -74,6 +76,7 @@ pub(super) fn factor(matrix: &mut [f64], size: usize, p: usize) -> Vec<u32> {
             let (upper, target) = rest.split_at_row_mut(end);
             let upper = upper.split_at_row_mut(start).1;
             matmul(target, Accum::Add, lower, upper.as_ref(), -1.0, Par::Seq);
+            clear_registers();
         }
     }
     swaps
@@ -127,6 +130,7 @@ fn factor_large(matrix: &mut [f64], size: usize, p: usize) -> Vec<u32> {
         -1.0,
         threads,
     );
+    clear_registers();
     swaps
 }
 

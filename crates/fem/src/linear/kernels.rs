@@ -8,7 +8,7 @@ use faer::linalg::cholesky::llt::factor;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::traits::RealField;
-use faer::{Accum, MatMut, Par};
+use faer::{Accum, ColRef, MatMut, Par};
 
 /// What a factor is made of: f64 or f32.
 pub trait Number:
@@ -62,6 +62,21 @@ const SMALL: usize = 24;
 const SMALL_UPDATE: usize = 200_000;
 /// From so many on, several threads are worth it.
 const PARALLEL: usize = 20_000_000;
+
+/// Clears the upper halves of this thread's registers, which faer's products leave in use.
+///
+/// Until that is done each instruction of SSE, of which all that is compiled for any x86-64 consists, waits for what its
+/// register held before: such code took up to twice as long. What a compiler makes for AVX clears them as it returns; a
+/// norm by faer is that.
+pub(super) fn clear_registers() {
+    std::hint::black_box(ColRef::from_slice(&[1.0_f64; 16]).norm_max());
+}
+
+/// The same on all threads, behind what faer did on several.
+pub(super) fn clear_registers_everywhere() {
+    clear_registers();
+    rayon::broadcast(|_| clear_registers());
+}
 
 /// Eliminates the pivots of a front.
 ///
@@ -120,6 +135,9 @@ pub(super) fn eliminate<T: Number>(
             T::ZERO - T::ONE,
             threads,
         );
+    }
+    if pivots > SMALL || work > SMALL_UPDATE {
+        clear_registers();
     }
     Ok(())
 }

@@ -14,6 +14,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::dense_lu::{SMALL, factor, subtract};
+use super::kernels::{clear_registers, clear_registers_everywhere};
 use super::lu_plan::{Front, LuPlan};
 use super::schur::{Entry, Schur};
 
@@ -86,6 +87,7 @@ impl SchurLu {
                 }
             }
         }
+        clear_registers_everywhere();
         SchurLu { plan, fronts }
     }
 
@@ -138,6 +140,7 @@ impl SchurLu {
                 solve_unit_lower_triangular_in_place(of_pivots, z.as_mut(), Par::Seq);
                 let target = MatMut::from_column_major_slice_mut(on_border, size - p, columns);
                 matmul(target, Accum::Add, of_border, z.as_ref(), -1.0, Par::Seq);
+                clear_registers();
             }
             for j in 0..columns {
                 for (&k, z) in done.pivots(front).zip(&room[j * p..]) {
@@ -183,6 +186,7 @@ impl SchurLu {
                 );
                 let of_pivots = done.lower(size).split_at_row(p).0;
                 solve_upper_triangular_in_place(of_pivots, z, Par::Seq);
+                clear_registers();
             }
             for (j, z) in room.chunks_exact(size).enumerate() {
                 for (&k, z) in done.pivots(front).zip(z) {

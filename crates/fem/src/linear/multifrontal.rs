@@ -12,9 +12,9 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use super::analysis::{Analysis, Front, Plan};
-use super::kernels::{Number, eliminate};
+use super::kernels::{Number, clear_registers_everywhere, eliminate};
 use super::pool::Pool;
-use super::substitution::{backward, forward, forward_front};
+use super::substitution::{Sides, backward, forward, forward_above};
 use super::{Elements, Schur};
 
 /// P A Pᵀ = L Lᵀ of the eliminated unknowns, and the rows of L that belong to the kept ones.
@@ -89,6 +89,7 @@ impl<T: Number> Multifrontal<T> {
             })
             .collect();
         drop(work);
+        clear_registers_everywhere();
         let mut blocks = Vec::with_capacity(factored.len());
         for block in factored {
             let (border, dense, rest) = block?;
@@ -187,8 +188,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         first: usize,
     ) -> Result<Update<T>, NotPositive> {
         let Some(halves) = &plan.halves else {
-            let update = self.factor_all(plan, columns, first)?;
-            return Ok((update, forward(plan, columns, y)));
+            return self.factor_all(plan, columns, y, first);
         };
         let (left, right) = (&halves[0], &halves[1]);
         let (of_left, others) = columns.split_at_mut(left.entries);
@@ -234,7 +234,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
             update.truncate(triangle(size - pivots));
             update.shrink_to_fit();
         }
-        let rest = forward_front(&front, columns, y_own, [(in_a, &a_rest), (in_b, &b_rest)]);
+        let rest = forward_above(plan, columns, y_own, [&a_rest, &b_rest]);
         Ok((update, rest))
     }
 
@@ -243,8 +243,9 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         &self,
         plan: &Plan,
         mut columns: &mut [T],
+        mut y: &mut [f64],
         mut pivot: usize,
-    ) -> Result<Vec<T>, NotPositive> {
+    ) -> Result<Update<T>, NotPositive> {
         let size = self.elements.size();
         let mut matrix = vec![0.0; size * size];
         // Updates that wait for their other half, the last one on top, and the sizes of their borders.
@@ -269,6 +270,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         let mut update = self
             .pool
             .take(largest(|front| (front.border as usize).pow(2)));
+        let mut sides = Sides::default();
         let mut element = plan.from;
         let mut places = plan.places.chunks_exact(size);
         for front in &plan.fronts {
@@ -299,6 +301,9 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
             let (own, others) = std::mem::take(&mut columns).split_at_mut(front.entries());
             store(panel, f, own);
             columns = others;
+            let (own_y, others) = std::mem::take(&mut y).split_at_mut(p);
+            sides.forward(plan, front, own, own_y);
+            y = others;
             pack(update, b);
             stack[top..][..triangle(b)].copy_from_slice(&update[..triangle(b)]);
             waiting.push(b);
@@ -309,7 +314,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         for room in [stack, panel, update] {
             self.pool.give(room);
         }
-        Ok(whole)
+        Ok((whole, sides.rest()))
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
+use super::kernels::clear_registers_everywhere;
 use super::lu::SchurLu;
 use super::lu_plan::LuPlan;
 
@@ -153,6 +154,7 @@ impl SchurLu {
             capacity += change.right_times(columns.as_ref());
         }
         let capacity = capacity.partial_piv_lu();
+        clear_registers_everywhere();
         move |b| {
             let mut z = Mat::from_fn(b.len(), 1, |i, _| b[i]);
             self.solve_in_place(z.as_mut());
@@ -160,6 +162,7 @@ impl SchurLu {
                 let mut weights = change.right_times(z.as_ref());
                 capacity.solve_in_place(weights.as_mut());
                 z -= &columns * weights;
+                clear_registers_everywhere();
             }
             z.col(0).iter().copied().collect()
         }

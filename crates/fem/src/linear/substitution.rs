@@ -3,34 +3,76 @@
 use super::analysis::{Front, Plan};
 use super::kernels::Number;
 
-/// y := L⁻¹ y in one front; returns what it leaves on the border. `below` are places and values of
-/// what comes from the halves.
-pub(super) fn forward_front<T: Number>(
-    front: &Front,
+/// Right-hand sides in the fronts of a part that are done one after the other.
+#[derive(Default)]
+pub(super) struct Sides {
+    /// What waits for its other half, the last one on top, and how much each is.
+    waiting: Vec<f64>,
+    counts: Vec<usize>,
+    /// Of one front.
+    x: Vec<f64>,
+}
+
+impl Sides {
+    /// y := L⁻¹ y in the next front of the part.
+    pub fn forward<T: Number>(&mut self, plan: &Plan, front: &Front, columns: &[T], y: &mut [f64]) {
+        self.x.clear();
+        self.x.extend_from_slice(y);
+        self.x.resize(front.size(), 0.0);
+        if !front.is_leaf() {
+            let count = self.counts.pop().unwrap_or(0) + self.counts.pop().unwrap_or(0);
+            let below = self.waiting.len() - count;
+            let places = &plan.maps[front.map as usize..][..count];
+            add(&mut self.x, places, &self.waiting[below..]);
+            self.waiting.truncate(below);
+        }
+        forward_front(columns, y.len(), &mut self.x);
+        let (pivots, border) = self.x.split_at(y.len());
+        y.copy_from_slice(pivots);
+        self.waiting.extend_from_slice(border);
+        self.counts.push(border.len());
+    }
+
+    /// What the last front left on its border.
+    pub fn rest(self) -> Vec<f64> {
+        self.waiting
+    }
+}
+
+fn add(x: &mut [f64], places: &[u32], values: &[f64]) {
+    for (&place, value) in places.iter().zip(values) {
+        x[place as usize] += value;
+    }
+}
+
+/// y := L⁻¹ y in a front above two parts, which left `below`; returns what it leaves on the border.
+pub(super) fn forward_above<T: Number>(
+    plan: &Plan,
     columns: &[T],
     y: &mut [f64],
-    below: [(&[u32], &[f64]); 2],
+    below: [&[f64]; 2],
 ) -> Vec<f64> {
-    let (size, pivots) = (front.size(), front.pivots as usize);
-    let mut x = vec![0.0; size];
-    x[..pivots].copy_from_slice(y);
-    for (places, values) in below {
-        for (&place, value) in places.iter().zip(values) {
-            x[place as usize] += value;
-        }
-    }
-    let mut start = 0;
+    let mut x = vec![0.0; plan.fronts[0].size()];
+    x[..y.len()].copy_from_slice(y);
+    let (in_left, in_right) = plan.maps.split_at(below[0].len());
+    add(&mut x, in_left, below[0]);
+    add(&mut x, in_right, below[1]);
+    forward_front(columns, y.len(), &mut x);
+    y.copy_from_slice(&x[..y.len()]);
+    x.split_off(y.len())
+}
+
+/// x := L⁻¹ x in one front; `x` are what comes to its pivots and to its border.
+fn forward_front<T: Number>(mut columns: &[T], pivots: usize, x: &mut [f64]) {
     for j in 0..pivots {
-        let column = &columns[start..start + size - j];
-        start += size - j;
+        let (column, others) = columns.split_at(x.len() - j);
+        columns = others;
         let (head, tail) = x[j..].split_at_mut(1);
         head[0] *= column[0].wide();
         for (x, l) in tail.iter_mut().zip(&column[1..]) {
             *x -= l.wide() * head[0];
         }
     }
-    y.copy_from_slice(&x[..pivots]);
-    x.split_off(pivots)
 }
 
 /// x := L⁻ᵀ x in one front; `x` are y of its pivots and the values on its border.
@@ -73,28 +115,19 @@ pub(super) fn forward<T: Number>(plan: &Plan, columns: &[T], y: &mut [f64]) -> V
         || forward(left, of_left, y_left),
         || forward(right, of_right, y_right),
     );
-    let (in_a, in_b) = plan.maps.split_at(left.border);
-    let below = [(in_a, &a[..]), (in_b, &b[..])];
-    forward_front(&plan.fronts[0], columns, y_own, below)
+    forward_above(plan, columns, y_own, [&a, &b])
 }
 
 fn forward_all<T: Number>(plan: &Plan, mut columns: &[T], mut y: &mut [f64]) -> Vec<f64> {
-    let mut waiting: Vec<Vec<f64>> = Vec::new();
+    let mut sides = Sides::default();
     for front in &plan.fronts {
         let (own, other) = columns.split_at(front.entries());
         columns = other;
         let (pivots, others) = y.split_at_mut(front.pivots as usize);
         y = others;
-        let (mut a, mut b, mut maps) = (Vec::new(), Vec::new(), &[][..]);
-        if !front.is_leaf() {
-            b = waiting.pop().unwrap_or_default();
-            a = waiting.pop().unwrap_or_default();
-            maps = &plan.maps[front.map as usize..][..a.len() + b.len()];
-        }
-        let (in_a, in_b) = maps.split_at(a.len());
-        waiting.push(forward_front(front, own, pivots, [(in_a, &a), (in_b, &b)]));
+        sides.forward(plan, front, own, pivots);
     }
-    waiting.pop().unwrap_or_default()
+    sides.rest()
 }
 
 /// y := L⁻ᵀ y of a part, `border` the values on its border.
