@@ -34,8 +34,13 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         version: "1.0".into(),
         builder: Builder::default(),
         content: Content::default(),
+        waiting: Vec::new(),
     };
     while reader.section()? {}
+    for place in std::mem::take(&mut reader.waiting) {
+        reader.scan = place;
+        reader.section()?;
+    }
     reader.finish()
 }
 
@@ -45,11 +50,14 @@ pub struct Reader<'a> {
     version: String,
     pub builder: Builder,
     pub content: Content,
+    /// Where periodic links are that come before the nodes they name.
+    waiting: Vec<Scan<'a>>,
 }
 
 impl Reader<'_> {
     /// Reads the section at the cursor; `false` at the end of the file.
     fn section(&mut self) -> Result<bool> {
+        let start = self.scan.clone();
         let numbers = std::mem::replace(&mut self.scan.numbers, Numbers::Ascii);
         self.scan.section.clear();
         let Some(word) = self.scan.peek() else {
@@ -65,8 +73,7 @@ impl Reader<'_> {
         self.scan.word();
         self.scan.line();
         let end = match name.as_str() {
-            "$NOD" => "$ENDNOD".into(),
-            "$ELM" => "$ENDELM".into(),
+            "$NOD" | "$NOE" | "$ELM" => format!("$END{}", &name[1..]),
             _ => format!("$End{}", &name[1..]),
         };
         self.scan.numbers = numbers;
@@ -81,7 +88,7 @@ impl Reader<'_> {
                     return Err(self.scan.error("the format appears twice and differs"));
                 }
             }
-            ("$NOD", None | Some(Layout::V1)) => {
+            ("$NOD" | "$NOE", None | Some(Layout::V1)) => {
                 self.layout = Some(Layout::V1);
                 nodes_v2::nodes(self)?;
             }
@@ -106,6 +113,10 @@ impl Reader<'_> {
             }
             ("$Nodes", Some(layout)) if layout >= Layout::V40 => v4::nodes(self, layout)?,
             ("$Elements", Some(layout)) if layout >= Layout::V40 => v4::elements(self, layout)?,
+            ("$Periodic", Some(_)) if self.builder.points.is_none() => {
+                self.waiting.push(start);
+                self.skip(&end)?;
+            }
             ("$Periodic", Some(layout)) => entities::periodic(self, layout)?,
             ("$GhostElements", Some(layout)) if layout >= Layout::V40 => {
                 entities::ghosts(self, layout)?
