@@ -48,7 +48,7 @@ pub fn write(
     }
     losses.note_gmsh(mesh);
     let dim = mesh.dim();
-    let flat = dim <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
+    let flat = mesh.is_flat();
     let cells: Vec<Cell<'_>> = mesh.cells().map(|(_, kind, nodes)| (kind, nodes)).collect();
     let sides = sides(&cells, dim);
     let is_known = |kind: CellKind| TYPES.iter().any(|(known, ..)| *known == kind);

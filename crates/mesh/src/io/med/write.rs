@@ -35,8 +35,7 @@ pub fn write(
         about.with(name, Data::integer(INT, number));
     }
     let dim = i64::from(mesh.dim());
-    let flat = |axis: usize| mesh.points.iter().all(|point| point[axis] == 0.0);
-    let space = if flat(2) && dim < 3 { 2 } else { 3 };
+    let space = if mesh.is_flat() { 2 } else { 3 };
     let head = file.group("ENS_MAA").group(MESH);
     for (name, number) in [
         ("DIM", dim),

@@ -31,7 +31,7 @@ pub fn write(
     losses.note_gmsh(mesh);
 
     // FreeFEM and dolfinx expect a planar mesh to have two coordinates.
-    let flat = mesh.dim() <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
+    let flat = mesh.is_flat();
     let dimension = if flat { 2 } else { 3 };
     let mut out = Out::to(path)?;
     let is_meshb = path

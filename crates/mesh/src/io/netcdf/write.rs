@@ -195,6 +195,7 @@ impl<'a> Writer<'a> {
             at += self.size(&self.variables[k]) as u64;
         }
         let mut out = Out::to(path)?;
+        out.expect(at as usize);
         out.append(&self.header(&begins));
         let mut write = |k: usize, record: usize| {
             let variable = &self.variables[k];

@@ -79,7 +79,7 @@ pub fn write(
 
     // The mesh, which each time refers to.
     // dolfinx takes a mesh of two coordinates for planar.
-    let flat = mesh.dim() <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
+    let flat = mesh.is_flat();
     let (space, axes) = if flat { (2, "XY") } else { (3, "XYZ") };
     let shape = [mesh.points.len(), space];
     let coordinates = Data::table(shape.to_vec(), shape, false, |k, axis| mesh.points[k][axis]);
