@@ -54,7 +54,11 @@ pub struct Reader<'a> {
     waiting: Vec<Scan<'a>>,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    pub fn parts(&mut self) -> (&mut Scan<'a>, &mut Builder, &mut Content) {
+        (&mut self.scan, &mut self.builder, &mut self.content)
+    }
+
     /// Reads the section at the cursor; `false` at the end of the file.
     fn section(&mut self) -> Result<bool> {
         let start = self.scan.clone();
@@ -77,6 +81,17 @@ impl Reader<'_> {
             _ => format!("$End{}", &name[1..]),
         };
         self.scan.numbers = numbers;
+        let (nodes, elements) = (self.builder.points.is_some(), self.builder.elements_seen);
+        match name.as_str() {
+            "$NOD" | "$NOE" | "$Nodes" | "$ParametricNodes" if nodes => {
+                return Err(self.scan.error("the nodes appear twice"));
+            }
+            "$ELM" | "$Elements" if elements => {
+                return Err(self.scan.error("the elements appear twice"));
+            }
+            "$ELM" | "$Elements" => self.builder.elements_seen = true,
+            _ => {}
+        }
         match (name.as_str(), self.layout) {
             ("$Comments", _) => self.skip(&end)?,
             ("$MeshFormat", None) => self.format()?,
