@@ -338,11 +338,15 @@ mod tests {
                 .into_iter()
                 .enumerate()
             {
-                let row = |index: usize| [(turn * 31 + index * 7) as u8; 12];
+                // The last byte is not filled.
+                let row = |index: usize| {
+                    std::array::from_fn(|k| (turn * 31 + index * 7) as u8 * u8::from(k < 11))
+                };
                 out.text("begin").append(&[turn as u8; 40]);
                 out.rows(count, 12, |first, rows| {
                     for (index, bytes) in (first..).zip(rows.chunks_exact_mut(12)) {
-                        bytes.copy_from_slice(&row(index));
+                        let row: [u8; 12] = row(index);
+                        bytes[..11].copy_from_slice(&row[..11]);
                     }
                 });
                 expected.extend(b"begin");
