@@ -122,24 +122,16 @@ impl RawNumbers<'_> {
             } else {
                 let size = of.width * T::WIDTH;
                 let rows = self.bytes.get(first * size..).unwrap_or_default();
-                match (in_order && of.width == read + 1, read) {
-                    (true, 2) => leading::<T, 2>(rows, self.big_endian, nodes, node),
-                    (true, 3) => leading::<T, 3>(rows, self.big_endian, nodes, node),
-                    (true, 4) => leading::<T, 4>(rows, self.big_endian, nodes, node),
-                    _ => {
-                        for (cell, row) in nodes.chunks_exact_mut(read).zip(rows.chunks_exact(size))
-                        {
-                            let words = T::each(row, self.big_endian);
-                            match in_order {
-                                true => cell
-                                    .iter_mut()
-                                    .zip(words)
-                                    .for_each(|(to, word)| *to = node(word)),
-                                false => words
-                                    .zip(of.order)
-                                    .for_each(|(word, &at)| cell[at] = node(word)),
-                            }
-                        }
+                for (cell, row) in nodes.chunks_exact_mut(read).zip(rows.chunks_exact(size)) {
+                    let words = T::each(row, self.big_endian);
+                    match in_order {
+                        true => cell
+                            .iter_mut()
+                            .zip(words)
+                            .for_each(|(to, word)| *to = node(word)),
+                        false => words
+                            .zip(of.order)
+                            .for_each(|(word, &at)| cell[at] = node(word)),
                     }
                 }
             }
@@ -170,20 +162,6 @@ impl RawNumbers<'_> {
             2 => points_of_rows::<T, 2>(bytes, 2 * T::WIDTH, big_endian),
             _ => points_of_rows::<T, 3>(bytes, 3 * T::WIDTH, big_endian),
         }, Array::default())
-    }
-}
-
-/// The nodes of cells that one more number follows, where the compiler knows how many there are.
-fn leading<T: Scalar, const N: usize>(
-    rows: &[u8],
-    big_endian: bool,
-    nodes: &mut [u32],
-    mut node: impl FnMut(T) -> u32,
-) {
-    let rows = rows.chunks_exact((N + 1) * T::WIDTH);
-    for (cell, row) in nodes.as_chunks_mut::<N>().0.iter_mut().zip(rows) {
-        let words = cell.iter_mut().zip(T::each(row, big_endian));
-        words.for_each(|(to, word)| *to = node(word));
     }
 }
 
@@ -387,7 +365,7 @@ mod tests {
             };
             (0..cells).flat_map(of_cell).collect()
         };
-        for order in [&[0, 1, 2][..], &[0, 2, 1], &[1, 0], &[0, 1], &[0]] {
+        for order in [&[0, 1, 2][..], &[0, 2, 1], &[1, 0]] {
             let small: Vec<i16> = rows.iter().map(|&n| n as i16).collect();
             for numbers in [&RawNumbers::of(small), &RawNumbers::of(rows.clone()), &big] {
                 assert!(numbers.nodes(&of(order, false)) == Ok(expected(order)));
