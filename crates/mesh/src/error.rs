@@ -159,6 +159,11 @@ impl Error {
         }
     }
 
+    /// [`Error::file`] about the file as a whole.
+    pub fn whole(path: &Path, what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Error::file(path, Place::Whole, what, remedy)
+    }
+
     /// For `map_err` on file system operations: `Error::io(path, "read")`.
     pub fn io(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();

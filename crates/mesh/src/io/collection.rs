@@ -9,7 +9,7 @@ use quick_xml::events::Event;
 use quick_xml::{Reader, XmlVersion};
 
 use super::{bytes, pattern};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::file;
 
 /// The deepest nesting: a `.pvd` lists a `.pvtu`, which lists pieces.
@@ -45,7 +45,7 @@ pub(super) fn by_time(path: &Path) -> Result<Vec<(f64, Vec<PathBuf>)>> {
                 .filter(|t: &f64| t.is_finite())
                 .ok_or_else(|| {
                     let remedy = "write the list again, or give a .vtu file that it lists";
-                    Error::file(path, Place::Whole, format!("{text:?} is no time"), remedy)
+                    Error::whole(path, format!("{text:?} is no time"), remedy)
                 })?,
         };
         entries.push((time, file));
@@ -79,7 +79,7 @@ pub(super) fn only_file(path: &Path, bytes: &[u8]) -> Result<PathBuf> {
     let more = if files.len() > 3 { ", …" } else { "" };
     let what = format!("it lists {} files: {}{more}", files.len(), names.join(", "));
     let remedy = "give one of them: a comparison is of one time";
-    Err(Error::file(path, Place::Whole, what, remedy))
+    Err(Error::whole(path, what, remedy))
 }
 
 /// The files that hold the data of `path`, each once: itself, or those it lists, or those whose names it is a pattern of.
@@ -124,7 +124,7 @@ fn listed(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>> {
 fn entries_of(path: &Path, bytes: &[u8]) -> Result<Vec<(Option<String>, PathBuf)>> {
     let refuse = |what: String| {
         let remedy = "write the list again, or give a .vtu file that it lists";
-        Error::file(path, Place::Whole, what, remedy)
+        Error::whole(path, what, remedy)
     };
     let text = std::str::from_utf8(bytes).map_err(|_| refuse("the XML is not UTF-8".into()))?;
     let mut reader = Reader::from_str(text);

@@ -6,13 +6,11 @@
 use std::path::Path;
 
 use super::labels::{Labels, Rows};
-use super::loss::Losses;
 use super::out::Out;
 use super::scan::Scan;
-use super::{Content, Native, Options, refuse_unsound};
+use super::{Content, Job, Native};
 use crate::error::Result;
-use crate::field::GlobalArray;
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::CellKind;
 
 pub static FORMAT: Native = Native {
     title: "FreeFEM's .msh",
@@ -80,9 +78,8 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
 }
 
 /// Writes a planar mesh of triangles and lines; cells are written triangles first.
-fn write(path: &Path, mesh: &Mesh, _: &[GlobalArray], options: &Options) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     let mut labels = Labels::of_cells(mesh, &mut losses);
     labels.lose_names(&mut losses);
     let rest = mesh.cells().filter(|(_, kind, _)| {

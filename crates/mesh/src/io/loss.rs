@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::mesh::{Group, Mesh, Partitions, Support};
 
 /// Collects what a target format cannot hold.
@@ -108,9 +108,8 @@ impl Losses {
             return Ok(lost.chain(self.notes).collect());
         }
         let what = self.losses.join("; ");
-        Err(Error::file(
+        Err(Error::whole(
             path,
-            Place::Whole,
             format!("{format} cannot hold {what}"),
             "choose another format, or allow the loss with --lossy",
         ))

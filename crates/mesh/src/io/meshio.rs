@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use super::loss::Losses;
 use super::out::{folder_of, is_special};
-use super::{Content, Options, plain, refuse_kinds_beyond_gmsh, refuse_unsound};
-use crate::error::{Error, Place, Result};
+use super::{Content, Job, plain};
+use crate::error::{Error, Result};
 use crate::file::Temporary;
 use crate::mesh::{CellKind, Field, Group, Mesh};
 use crate::process::{self, Failure};
@@ -29,9 +29,8 @@ pub fn read(path: &Path, format: &str, python: Option<&Path>) -> Result<Content>
     run(python, "read", path, &plain, format, path)?;
     let bytes = std::fs::read(&plain).map_err(Error::io(&plain, "read"))?;
     plain::decode(&bytes, format).ok_or_else(|| {
-        Error::file(
+        Error::whole(
             path,
-            Place::Whole,
             format!("what meshio read from this {format} file is not a sound mesh"),
             "check the file",
         )
@@ -42,9 +41,9 @@ pub fn read(path: &Path, format: &str, python: Option<&Path>) -> Result<Content>
 ///
 /// # Errors
 /// There is no such environment, meshio fails, or the format cannot hold the mesh; an interruption.
-pub fn write(path: &Path, mesh: &Mesh, format: &str, options: &Options) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    refuse_kinds_beyond_gmsh(path, mesh, format)?;
+pub fn write(job: Job<'_>, format: &str) -> Result<Vec<String>> {
+    job.refuse_kinds_beyond_gmsh(format)?;
+    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     let python = options.python.as_deref();
     if is_special(path) {
         return Err(Error::usage(
@@ -67,7 +66,6 @@ pub fn write(path: &Path, mesh: &Mesh, format: &str, options: &Options) -> Resul
     let plain = folder.path().join("plain");
     let made = folder.path().join("made");
     std::fs::create_dir(&made).map_err(Error::io(path, "create"))?;
-    let mut losses = Losses::default();
     let round_trip = |mesh: &Mesh, losses: &mut Losses| -> Result<Mesh> {
         std::fs::write(&plain, plain::encode(mesh, losses)).map_err(Error::io(path, "write"))?;
         run(python, "write", &plain, &made.join(name), format, path)?;
@@ -135,9 +133,8 @@ fn run(
             Failure::Failed { said, .. } => said,
             other => format!(": {other}"),
         };
-        Error::file(
+        Error::whole(
             about,
-            Place::Whole,
             format!("meshio could not {task} this {format} file{why}"),
             "check the file, or convert it to MSH or VTU with the program it comes from",
         )

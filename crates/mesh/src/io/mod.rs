@@ -58,9 +58,9 @@ pub use series::{Series, survey};
 pub use vtu::lattice::reference_nodes;
 
 use crate::cancel;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::field::GlobalArray;
-use crate::mesh::Mesh;
+use crate::mesh::{CellBlock, Mesh};
 use loss::Losses;
 
 /// The formats that are read and written here, in the order in which users see them. Whatever depends on the format asks
@@ -111,7 +111,52 @@ pub struct Native {
     write: Write,
 }
 
-type Write = fn(&Path, &Mesh, &[GlobalArray], &Options) -> Result<Vec<String>>;
+type Write = fn(Job<'_>) -> Result<Vec<String>>;
+
+/// A sound mesh that is to be written, and what the format cannot hold of it.
+struct Job<'a> {
+    path: &'a Path,
+    mesh: &'a Mesh,
+    whole: &'a [GlobalArray],
+    options: &'a Options,
+    losses: Losses,
+}
+
+impl<'a> Job<'a> {
+    fn new(
+        path: &'a Path,
+        mesh: &'a Mesh,
+        whole: &'a [GlobalArray],
+        options: &'a Options,
+    ) -> Result<Self> {
+        let refuse = |what| Error::whole(path, what, "repair the mesh before it is written");
+        mesh.validate().map_err(refuse)?;
+        let losses = Losses::default();
+        Ok(Job {
+            path,
+            mesh,
+            whole,
+            options,
+            losses,
+        })
+    }
+
+    /// Refuses cells of types that Gmsh does not have.
+    fn refuse_kinds_beyond_gmsh(&self, format: &str) -> Result<()> {
+        let mut blocks = self.mesh.blocks.iter();
+        match blocks.find(|block| !block.is_empty() && block.kind.gmsh() == 0) {
+            None => Ok(()),
+            Some(CellBlock { kind, .. }) => {
+                let what = format!("{format} is not written with cells that are {kind}");
+                Err(Error::whole(
+                    self.path,
+                    what,
+                    "choose another format, as VTU",
+                ))
+            }
+        }
+    }
+}
 
 impl PartialEq for Native {
     fn eq(&self, other: &Self) -> bool {
@@ -217,9 +262,8 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
     let content = match recognise(path, bytes) {
         Some(Format::Native(format)) => (format.read)(path, bytes),
         Some(Format::Meshio(format)) => meshio::read(path, format, python),
-        None => Err(Error::file(
+        None => Err(Error::whole(
             path,
-            Place::Whole,
             recognise::unknown(bytes),
             "give a mesh in a known format",
         )),
@@ -229,14 +273,7 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
 
 /// What was read, if its mesh is sound.
 fn checked(path: &Path, content: Content) -> Result<Content> {
-    let unsound = |what| {
-        Error::file(
-            path,
-            Place::Whole,
-            what,
-            "repair the mesh with the program it comes from",
-        )
-    };
+    let unsound = |what| Error::whole(path, what, "repair the mesh with the program it comes from");
     content.mesh.validate().map_err(unsound)?;
     Ok(content)
 }
@@ -334,51 +371,22 @@ pub fn write_with(
         });
     }
     let mut warnings = losses.settle(path, &format.to_string(), options.lossy)?;
+    let job = Job::new(path, mesh, whole, options)?;
     warnings.extend(match format {
-        Format::Native(native) => (native.write)(path, mesh, whole, options)?,
-        Format::Meshio(name) => meshio::write(path, mesh, name, options)?,
+        Format::Native(native) => (native.write)(job)?,
+        Format::Meshio(name) => meshio::write(job, name)?,
     });
     Ok(warnings)
 }
 
-/// Refuses cells of types that Gmsh does not have.
-fn refuse_kinds_beyond_gmsh(path: &Path, mesh: &Mesh, format: &str) -> Result<()> {
-    let mut kinds = mesh
-        .blocks
-        .iter()
-        .filter(|block| !block.is_empty())
-        .map(|block| block.kind);
-    match kinds.find(|kind| kind.gmsh() == 0) {
-        None => Ok(()),
-        Some(kind) => Err(Error::file(
-            path,
-            Place::Whole,
-            format!("{format} is not written with cells that are {kind}"),
-            "choose another format, as VTU",
-        )),
-    }
-}
-
 /// The writer of formats that are only read.
-fn read_only(path: &Path, _: &Mesh, _: &[GlobalArray], _: &Options) -> Result<Vec<String>> {
+fn read_only(job: Job<'_>) -> Result<Vec<String>> {
+    let what = format!(
+        "the format asked for {} is read, but not written",
+        job.path.display()
+    );
     Err(Error::usage(
-        format!(
-            "the format asked for {} is read, but not written",
-            path.display()
-        ),
+        what,
         "choose another format, such as msh or vtu",
     ))
-}
-
-/// What every writer does first.
-fn refuse_unsound(path: &Path, mesh: &Mesh) -> Result<()> {
-    let refuse = |what| {
-        Error::file(
-            path,
-            Place::Whole,
-            what,
-            "repair the mesh before it is written",
-        )
-    };
-    mesh.validate().map_err(refuse)
 }

@@ -27,6 +27,8 @@ struct Beside {
     written: u64,
     /// Up to where the file system has room; `None` where it is not asked for any.
     room: Option<u64>,
+    /// How long the file will be at least.
+    expected: u64,
 }
 
 impl Beside {
@@ -40,12 +42,16 @@ impl Beside {
         Ok(())
     }
 
-    /// Has the file system find room up to beyond `end`: where it has to look for some at each page, that takes twice the time
-    /// of writing.
+    /// Has the file system find room for all that is expected, or else up to beyond `end`: where it has to look for some at each
+    /// page, that takes twice the time of writing.
     #[cfg(target_os = "linux")]
     fn make_room(&mut self, end: u64) {
         use nix::fcntl::{FallocateFlags, fallocate};
-        let (written, room) = (self.written as i64, end + ROOM);
+        let room = match self.expected > end {
+            true => self.expected,
+            false => end + ROOM,
+        };
+        let written = self.written as i64;
         let mode = FallocateFlags::FALLOC_FL_KEEP_SIZE;
         let made = fallocate(self.file.as_file(), mode, written, room as i64 - written);
         // Not all file systems can; a full one says so when it is written to.
@@ -70,6 +76,8 @@ impl Beside {
 const BATCH: usize = 1 << 20;
 /// Bytes that one thread makes at a time.
 const SHARE: usize = 1 << 16;
+/// Rows of so many bytes get their room at once.
+const EXPECTED: usize = 8 << 20;
 /// Bytes that the file system is asked for beyond those that are written.
 #[cfg(target_os = "linux")]
 const ROOM: u64 = 8 << 20;
@@ -106,14 +114,28 @@ impl Out {
                 target,
                 written: 0,
                 room,
+                expected: 0,
             }),
             failed: None,
         })
     }
 
+    /// Tells how many more bytes will be appended, at least: to find room for all at once takes less time.
+    pub fn expect(&mut self, more: usize) {
+        if let Some(file) = &mut self.file {
+            file.expected = file
+                .expected
+                .max(file.written + (self.bytes.len() + more) as u64);
+        }
+    }
+
     /// Appends rows of `size` bytes, made on all cores: `fill` gets the index of a first row and zeros to fill.
     pub fn rows(&mut self, count: usize, size: usize, fill: impl Fn(usize, &mut [u8]) + Sync) {
         let share = (SHARE / size.max(1)).max(1);
+        let fill = |first: usize, rows: &mut [u8]| {
+            rows.fill(0);
+            fill(first, rows);
+        };
         let make = |first: usize, rows: &mut [u8]| {
             // A few rows take less time than waking the other cores.
             if rows.len() <= SHARE {
@@ -128,16 +150,19 @@ impl Out {
             make(0, self.bytes.split_at_mut(start).1);
             return self.pass_on();
         }
+        if count * size >= EXPECTED {
+            self.expect(count * size);
+        }
         // While one batch is written the next is made.
         let batch = (BATCH / size.max(1)).max(share);
         let mut next = Vec::new();
         for first in (0..count).step_by(batch) {
             let rows = batch.min(count - first);
             let ((), made) = rayon::join(
-                || self.flush(),
+                || self.send(),
                 || {
+                    // What it held is left, which takes no time.
                     let mut bytes = std::mem::take(&mut next);
-                    bytes.clear();
                     bytes.resize(rows * size, 0);
                     make(first, &mut bytes);
                     bytes
@@ -163,13 +188,17 @@ impl Out {
     }
 
     fn flush(&mut self) {
-        let Some(beside) = &mut self.file else {
-            return;
-        };
-        if self.failed.is_none() {
+        if self.file.is_some() {
+            self.send();
+            self.bytes.clear();
+        }
+    }
+
+    /// Writes the collected bytes, which stay.
+    fn send(&mut self) {
+        if let (Some(beside), None) = (&mut self.file, &self.failed) {
             self.failed = beside.write(&self.bytes).err();
         }
-        self.bytes.clear();
     }
 
     pub fn text(&mut self, text: &str) -> &mut Self {
@@ -309,11 +338,15 @@ mod tests {
                 .into_iter()
                 .enumerate()
             {
-                let row = |index: usize| [(turn * 31 + index * 7) as u8; 12];
+                // The last byte is not filled.
+                let row = |index: usize| {
+                    std::array::from_fn(|k| (turn * 31 + index * 7) as u8 * u8::from(k < 11))
+                };
                 out.text("begin").append(&[turn as u8; 40]);
                 out.rows(count, 12, |first, rows| {
                     for (index, bytes) in (first..).zip(rows.chunks_exact_mut(12)) {
-                        bytes.copy_from_slice(&row(index));
+                        let row: [u8; 12] = row(index);
+                        bytes[..11].copy_from_slice(&row[..11]);
                     }
                 });
                 expected.extend(b"begin");

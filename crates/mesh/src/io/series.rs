@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::recognise::recognise;
 use super::results::{content, of_content, read_results};
 use super::{Content, Format, Native, bytes, collection, exodus, pattern, table, vtkhdf, xdmf};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::field::Results;
 use crate::mesh::Field;
 
@@ -151,7 +151,7 @@ impl Series {
                     let time = self.times[k].unwrap_or_default();
                     let what = format!("{} files are of the time {time}", several.len());
                     let remedy = "list the pieces of each time in a .pvtu file";
-                    Err(Error::file(&self.path, Place::Whole, what, remedy))
+                    Err(Error::whole(&self.path, what, remedy))
                 }
             },
             Held::Steps(steps) => {
@@ -204,7 +204,7 @@ pub fn survey(
             let [last] = &last[..] else {
                 let what = format!("{} files are of the last time", last.len());
                 let remedy = "give one of them, or list the pieces in a .pvtu file";
-                return Err(Error::file(path, Place::Whole, what, remedy));
+                return Err(Error::whole(path, what, remedy));
             };
             let (mut content, _) = survey(last, mesh, python)?;
             let name = last.display();
@@ -243,7 +243,7 @@ fn times_of_views(fields: &[Field]) -> Vec<f64> {
 fn numbered(path: &Path) -> Result<Vec<(f64, PathBuf)>> {
     let refuse = |what: String| {
         let remedy = "give a pattern of numbered files, as in 'u_*.vtu'";
-        Error::file(path, Place::Whole, what, remedy)
+        Error::whole(path, what, remedy)
     };
     let number = |file: &Path| -> Option<f64> {
         let stem = file.file_stem()?.to_str()?;

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 use super::sides;
+use super::vtu::lattice::CUBE;
 use crate::mesh::{CellBlock, CellKind, Group, Mesh};
 
 /// A mesh that is being read. All blocks come before the first set.
@@ -281,21 +282,7 @@ pub fn grid(counts: &[usize], first: u32) -> (CellKind, Vec<u32>) {
     ];
     let count = |axis: usize| counts.len().checked_sub(axis + 1).map_or(1, |k| counts[k]);
     let strides = [1, count(0), count(0) * count(1)];
-    let corners: &[[usize; 3]] = match counts.len() {
-        0 => &[[0, 0, 0]],
-        1 => &[[0, 0, 0], [1, 0, 0]],
-        2 => &[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
-        _ => &[
-            [0, 0, 0],
-            [1, 0, 0],
-            [1, 1, 0],
-            [0, 1, 0],
-            [0, 0, 1],
-            [1, 0, 1],
-            [1, 1, 1],
-            [0, 1, 1],
-        ],
-    };
+    let corners = &CUBE[..1 << counts.len().min(3)];
     let cells = |axis: usize| {
         if axis < counts.len() {
             0..count(axis).saturating_sub(1)

@@ -3,12 +3,10 @@
 use std::path::Path;
 
 use super::builder::{Builder, Numbering};
-use super::loss::Losses;
 use super::out::Out;
 use super::scan::Scan;
-use super::{Content, Native, Options, refuse_unsound};
-use crate::error::{Error, Place, Result};
-use crate::field::GlobalArray;
+use super::{Content, Job, Native};
+use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Mesh};
 
 pub static FORMAT: Native = Native {
@@ -223,9 +221,8 @@ fn build(scan: &Scan<'_>, zones: Vec<Zone>) -> Result<Mesh> {
 }
 
 /// Writes the cells of the highest dimension, and the groups of their sides as markers.
-fn write(path: &Path, mesh: &Mesh, _: &[GlobalArray], options: &Options) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     let dim = mesh.dim().max(2);
     let number = |kind: CellKind| {
         KINDS
@@ -288,12 +285,7 @@ fn write(path: &Path, mesh: &Mesh, _: &[GlobalArray], options: &Options) -> Resu
         .collect();
     if whole.is_empty() {
         let what = "of its cells in the plane or in space it has none";
-        return Err(Error::file(
-            path,
-            Place::Whole,
-            what,
-            "choose another format",
-        ));
+        return Err(Error::whole(path, what, "choose another format"));
     }
     out.text(&format!("NDIME= {dim}\nNELEM= {}\n", whole.len()));
     whole.into_iter().for_each(|whole| cell(&mut out, whole));

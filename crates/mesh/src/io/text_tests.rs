@@ -589,6 +589,33 @@ fn msh_as_gmsh_reads_it() {
         "1 rows of the field \"u\", of nodes that are not in the file",
     ];
     assert_eq!(found.unread, told);
+    let old = "$NOE\n2\n1 0 0 0\n2 1 0 0\n$ENDNOE\n$ELM\n1\n1 1 5 5 2 1 2\n$ENDELM\n";
+    assert_eq!(
+        read("a.txt", old.as_bytes())
+            .expect("sound")
+            .mesh
+            .count(CellKind::Line),
+        1
+    );
+    // Links stand before the nodes that they name.
+    let link = |slave: u32| format!("$Periodic\n1\n0 {slave} 1\n1\n{slave} 1\n$EndPeriodic\n");
+    let read = |links: String| {
+        let text = format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n{links}$Nodes\n2\n1 0 0 0\n2 1 0 0\n$EndNodes\n\
+             $Elements\n1\n1 1 2 5 5 1 2\n$EndElements\n"
+        );
+        read("a.msh", text.as_bytes())
+    };
+    let found = read(link(2) + &link(2)).expect("sound");
+    let pairs = found
+        .mesh
+        .geometry
+        .periodic
+        .iter()
+        .map(|link| &link.pairs[..]);
+    assert_eq!(pairs.collect::<Vec<_>>(), [[[1, 0]]; 2]);
+    let error = read(link(3)).expect_err("there is no node 3").to_string();
+    assert!(error.contains("a.msh:8, $Periodic: the node 3"), "{error}");
 }
 
 /// Cut anywhere, or with any byte changed, a file is read or refused in words, and what is read is sound.

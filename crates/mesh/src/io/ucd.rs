@@ -17,7 +17,7 @@ pub static FORMAT: Native = Native {
     holds_whole: false,
     recognises: |bytes| byte_order(bytes).is_some() || is_text(bytes),
     read,
-    write: |path, mesh, _, options| meshio::write(path, mesh, "avsucd", options),
+    write: |job| meshio::write(job, "avsucd"),
 };
 
 /// Types by name, in the order of their numbers in binary files, and the places of their nodes in Gmsh's order.
@@ -32,6 +32,23 @@ const TYPES: [(&str, CellKind, &[usize]); 8] = [
     ("prism", CellKind::Prism, &[0, 1, 2, 3, 4, 5]),
     ("hex", CellKind::Hexahedron, &[0, 1, 2, 3, 4, 5, 6, 7]),
 ];
+
+/// What was read, with a word about data for all.
+fn finish(mut content: Content, builder: Builder, for_all: usize) -> Content {
+    if for_all > 0 {
+        content
+            .unread
+            .push("the data about the model as a whole".into());
+    }
+    content.mesh = builder.finish();
+    let turned = turn_over(&mut content.mesh);
+    if turned > 0 {
+        content.warnings.push(format!(
+            "{turned} cells have their top first and are turned over"
+        ));
+    }
+    content
+}
 
 /// Turns over the cells that are inside out: after AVS' manual the top of a cell comes first, and as many programs write
 /// the bottom first. How many.
@@ -211,19 +228,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             text_fields(&mut scan, &mut builder, on, rows, distinct)?;
         }
     }
-    if for_all > 0 {
-        content
-            .unread
-            .push("the data about the model as a whole".into());
-    }
-    content.mesh = builder.finish();
-    let turned = turn_over(&mut content.mesh);
-    if turned > 0 {
-        content.warnings.push(format!(
-            "{turned} cells have their top first and are turned over"
-        ));
-    }
-    Ok(content)
+    Ok(finish(content, builder, for_all))
 }
 
 /// Sizes and names of the fields, then a row of all of them for each node or cell.
@@ -285,7 +290,7 @@ fn text_fields(
 }
 
 /// A file of binary32 and whole numbers of 32 bits.
-fn binary(mut scan: Scan<'_>, head: Head, listed: usize, mut content: Content) -> Result<Content> {
+fn binary(mut scan: Scan<'_>, head: Head, listed: usize, content: Content) -> Result<Content> {
     let [nodes, cells, at_nodes, at_cells, for_all] = head;
     let mut builder = Builder::default();
     scan.believe(cells as u64, "cells", 16)?;
@@ -362,17 +367,5 @@ fn binary(mut scan: Scan<'_>, head: Head, listed: usize, mut content: Content) -
         }
         scan.bytes(left * rows + components, 4)?;
     }
-    if for_all > 0 {
-        content
-            .unread
-            .push("the data about the model as a whole".into());
-    }
-    content.mesh = builder.finish();
-    let turned = turn_over(&mut content.mesh);
-    if turned > 0 {
-        content.warnings.push(format!(
-            "{turned} cells have their top first and are turned over"
-        ));
-    }
-    Ok(content)
+    Ok(finish(content, builder, for_all))
 }

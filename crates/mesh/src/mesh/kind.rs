@@ -242,6 +242,13 @@ impl CellKind {
         }
     }
 
+    /// The type up to order 2 of this dimension with so many points, of which there is one at most.
+    pub fn of_points(dim: u8, points: usize) -> Option<Self> {
+        NAMED
+            .into_iter()
+            .find(|kind| (kind.dim(), kind.points()) == (dim, points))
+    }
+
     /// The complete element of this order, if Gmsh has it.
     pub fn complete(shape: Shape, order: usize) -> Option<Self> {
         let (_, numbers) = COMPLETE.iter().find(|(of, _)| *of == shape)?;

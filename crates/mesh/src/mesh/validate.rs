@@ -8,6 +8,13 @@ use super::{CellBlock, CellKind, Group, Mesh, PointRun};
 const CHUNK: usize = 1 << 16;
 
 impl Mesh {
+    /// Whether it lies in the plane z = 0 and has no solids.
+    pub fn is_flat(&self) -> bool {
+        // No early exit within a chunk, so that the loop vectorises.
+        let flat = |points: &[[f64; 3]]| points.iter().fold(true, |flat, p| flat & (p[2] == 0.0));
+        self.dim() <= 2 && self.points.par_chunks(CHUNK).all(flat)
+    }
+
     /// Checks what the types cannot: that indices, lengths and orders are as the fields' comments say.
     /// Every reader returns a mesh that passes, and every writer checks first.
     ///

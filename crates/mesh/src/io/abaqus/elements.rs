@@ -55,24 +55,9 @@ pub fn kind(name: &str) -> Option<(CellKind, bool)> {
             _ => continue,
         };
         let kind = match (dim, nodes) {
-            (1, 2) => K::Line,
-            (1, 3) => K::Line3,
             (2, 2) => K::Line,
-            (2, 3) => K::Triangle,
-            (2, 4) => K::Quadrangle,
-            (2, 6) => K::Triangle6,
-            (2, 8) => K::Quadrangle8,
-            (2, 9) => K::Quadrangle9,
-            (3, 4) => K::Tetrahedron,
-            (3, 5) => K::Pyramid,
-            (3, 6) => K::Prism,
-            (3, 8) => K::Hexahedron,
-            (3, 10) => K::Tetrahedron10,
-            (3, 13) => K::Pyramid13,
-            (3, 15) => K::Prism15,
-            (3, 20) => K::Hexahedron20,
-            (3, 27) => K::Hexahedron27,
-            _ => return None,
+            (3, 14 | 18) => return None,
+            _ => K::of_points(dim, nodes)?,
         };
         let shell = dim == 2
             && matches!(

@@ -1,16 +1,14 @@
 //! Writes nodes, elements and sets. Groups of vertices become sets of nodes, those of sides of elements surfaces.
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use super::{FORMAT, elements};
 use crate::error::Result;
-use crate::field::GlobalArray;
+use crate::io::Job;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
 use crate::io::sides::place;
-use crate::io::{Options, refuse_unsound};
-use crate::mesh::{CellKind, Group, Mesh};
+use crate::mesh::{CellKind, Group};
 
 /// Types of elements that are written, in a plane and in space.
 const TYPES: [(CellKind, &str, &str); 17] = [
@@ -35,20 +33,14 @@ const TYPES: [(CellKind, &str, &str); 17] = [
 
 type Cell<'a> = (CellKind, &'a [u32]);
 
-pub fn write(
-    path: &Path,
-    mesh: &Mesh,
-    _: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+pub fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     for field in &mesh.fields {
         losses.lose_field(&field.name, field.on);
     }
     losses.note_gmsh(mesh);
     let dim = mesh.dim();
-    let flat = dim <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
+    let flat = mesh.is_flat();
     let cells: Vec<Cell<'_>> = mesh.cells().map(|(_, kind, nodes)| (kind, nodes)).collect();
     let sides = sides(&cells, dim);
     let is_known = |kind: CellKind| TYPES.iter().any(|(known, ..)| *known == kind);

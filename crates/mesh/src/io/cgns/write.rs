@@ -1,29 +1,20 @@
 //! Writes CGNS files on HDF5.
 
-use std::path::Path;
-
 use super::{FORMAT, cells};
 use crate::error::Result;
-use crate::field::GlobalArray;
 use crate::io::hdf5::write::{Data, Group, Type};
 use crate::io::loss::Losses;
 use crate::io::raw::CellNodes;
 use crate::io::steps::{Steps, row_of};
-use crate::io::{Options, refuse_unsound, sets, vectors};
+use crate::io::{Job, sets, vectors};
 use crate::mesh::{CellBlock, CellGroups, Mesh, Support};
 
 const INT: Type = Type::Signed(4);
 /// Bytes of a name.
 const NAME: usize = 32;
 
-pub fn write(
-    path: &Path,
-    mesh: &Mesh,
-    _: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+pub fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     losses.note_gmsh(mesh);
     let dim = mesh.dim().max(1);
     let count = mesh.points.len();

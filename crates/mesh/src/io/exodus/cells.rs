@@ -8,7 +8,8 @@ pub fn kind(name: &str, nodes: usize) -> Option<CellKind> {
     use CellKind as K;
     let name = name.to_ascii_uppercase();
     let begins = |words: &[&str]| words.iter().any(|word| name.starts_with(word));
-    let kinds: &[CellKind] = if begins(&["SPHERE", "CIRCLE", "POINT", "PARTICLE"]) {
+    // Superelements couple any number of nodes: VTK has them as points.
+    let kinds: &[CellKind] = if begins(&["SPHERE", "CIRCLE", "POINT", "PARTICLE", "SUPER"]) {
         &[K::Vertex]
     } else if begins(&["BAR", "BEAM", "TRUSS", "EDGE", "ROD", "SPRING", "LINE"]) {
         let cubic = CellKind::from_gmsh(26).filter(|_| nodes == 4);
@@ -127,4 +128,16 @@ pub fn sides(shape: Shape, is_shell: bool) -> &'static [&'static [usize]] {
 /// Whether the sides of an element of two dimensions begin with its faces, as those of shells and of all in space do.
 pub fn is_shell(name: &str, dimension: usize) -> bool {
     dimension == 3 || name.to_ascii_uppercase().contains("SHELL")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As in VTK, a superelement is one cell without a shape.
+    #[test]
+    fn superelements_are_points() {
+        assert_eq!(kind("SUPER", 5), Some(CellKind::Vertex));
+        assert_eq!(kind("SUPERB", 0), None);
+    }
 }

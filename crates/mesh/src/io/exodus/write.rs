@@ -4,7 +4,6 @@ mod plan;
 
 use std::borrow::Cow;
 use std::collections::HashSet;
-use std::path::Path;
 
 use super::{FORMAT, cells};
 use crate::error::Result;
@@ -13,7 +12,7 @@ use crate::io::loss::Losses;
 use crate::io::netcdf::{Attribute, Type, Writer};
 use crate::io::raw::CellNodes;
 use crate::io::steps::{Steps, row_of};
-use crate::io::{Options, refuse_unsound, vectors};
+use crate::io::{Job, vectors};
 use crate::mesh::{CellKind, Group, Mesh, Support};
 
 /// Bytes of a name, the largest that old readers take.
@@ -39,14 +38,9 @@ struct Block<'a> {
     tag: i64,
 }
 
-pub fn write(
-    path: &Path,
-    mesh: &Mesh,
-    whole: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+pub fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, whole) = (job.path, job.mesh, job.whole);
+    let (options, mut losses) = (job.options, job.losses);
     let dimension = dimension(mesh);
     let plan = plan::plan(mesh, dimension, &mut losses)?;
     let mut numbers = vec![0; mesh.cell_count()];

@@ -22,7 +22,7 @@ use hdf5_reader::{
 };
 
 use crate::cancel;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::io::bytes::{self, Bytes};
 use crate::io::vtu::array::RawNumbers;
 use crate::io::vtu::scalar::with_type;
@@ -82,9 +82,8 @@ impl About {
     fn refuse(&self, name: &str, what: impl Into<String>) -> Error {
         let name = if name.is_empty() { "/" } else { name };
         let what = format!("{name}: {}", what.into());
-        Error::file(
+        Error::whole(
             &self.path,
-            Place::Whole,
             what,
             "write the file again with the program it comes from",
         )

@@ -426,6 +426,7 @@ impl<'a> Group<'a> {
         for place in [0, UNDEFINED, at, root] {
             superblock.extend(place.to_le_bytes());
         }
+        out.expect(at as usize);
         out.append(&checked(superblock));
         let mut bodies_of = bodies.iter();
         for object in &all {

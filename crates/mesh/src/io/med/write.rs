@@ -2,15 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::Path;
 
 use super::{FORMAT, cells};
 use crate::error::Result;
-use crate::field::GlobalArray;
 use crate::io::hdf5::write::{Data, Group, Type};
 use crate::io::loss::Losses;
 use crate::io::raw::CellNodes;
-use crate::io::{Options, refuse_unsound, sets};
+use crate::io::{Job, sets};
 use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Mesh, Support};
 
 const INT: Type = Type::Signed(4);
@@ -18,14 +16,8 @@ const MESH: &str = "mesh";
 /// The step of what does not change with time.
 const NO_STEP: i64 = -1;
 
-pub fn write(
-    path: &Path,
-    mesh: &Mesh,
-    _: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+pub fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     losses.note_gmsh(mesh);
     let kinds = of_kinds(mesh, &mut losses);
     let families = Families::of(mesh, &mut losses);
@@ -35,8 +27,7 @@ pub fn write(
         about.with(name, Data::integer(INT, number));
     }
     let dim = i64::from(mesh.dim());
-    let flat = |axis: usize| mesh.points.iter().all(|point| point[axis] == 0.0);
-    let space = if flat(2) && dim < 3 { 2 } else { 3 };
+    let space = if mesh.is_flat() { 2 } else { 3 };
     let head = file.group("ENS_MAA").group(MESH);
     for (name, number) in [
         ("DIM", dim),

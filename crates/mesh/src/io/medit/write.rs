@@ -1,27 +1,18 @@
 //! Writes meshes, as text or in binary.
 
-use std::path::Path;
-
 use super::{CELLS, FORMAT, NAME, SWAPPED};
 use crate::error::Result;
-use crate::field::GlobalArray;
 use crate::io::labels::Labels;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
 use crate::io::vtu::scalar::Scalar;
-use crate::io::{Options, refuse_unsound, sol};
+use crate::io::{Job, sol};
 use crate::mesh::{CellKind, Mesh};
 
 /// Writes a mesh, with two coordinates if it lies in the plane z = 0; in binary if asked to, or by the suffix `.meshb`. Fields
 /// are in a file of their own beside it.
-pub fn write(
-    path: &Path,
-    mesh: &Mesh,
-    _: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+pub fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     let mut labels = Labels::of_cells(mesh, &mut losses);
     let held =
         |kind: CellKind| CELLS.iter().any(|(.., known)| *known == kind) || kind == CellKind::Vertex;
@@ -31,7 +22,7 @@ pub fn write(
     losses.note_gmsh(mesh);
 
     // FreeFEM and dolfinx expect a planar mesh to have two coordinates.
-    let flat = mesh.dim() <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
+    let flat = mesh.is_flat();
     let dimension = if flat { 2 } else { 3 };
     let mut out = Out::to(path)?;
     let is_meshb = path

@@ -7,12 +7,7 @@ use crate::mesh::{Field, Support, Values};
 
 /// Reads one section.
 pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
-    let Reader {
-        scan,
-        builder,
-        content,
-        ..
-    } = reader;
+    let (scan, builder, content) = reader.parts();
     if builder.points.is_none() || !builder.elements_seen {
         return Err(scan.error("the values come before the nodes or elements"));
     }

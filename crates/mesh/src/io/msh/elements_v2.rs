@@ -12,19 +12,10 @@ use crate::mesh::CellKind;
 
 /// `$ELM`, `$Elements`: their number, then number, type, tags and nodes of each.
 pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
-    let Reader {
-        scan,
-        builder,
-        content,
-        ..
-    } = reader;
-    if builder.elements_seen {
-        return Err(scan.error("the elements appear twice"));
-    }
+    let (scan, builder, content) = reader.parts();
     if builder.points.is_none() {
         return Err(scan.error("the elements come before the nodes"));
     }
-    builder.elements_seen = true;
     let count = text_count(scan, "elements", scan.least(8, 12))?;
     let mut tags = Tags::default();
     if scan.numbers == Numbers::Ascii {

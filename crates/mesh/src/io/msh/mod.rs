@@ -35,7 +35,14 @@ pub static FORMAT: Native = Native {
 };
 
 fn recognises(bytes: &[u8]) -> bool {
-    let sections = ["MeshFormat", "NOD", "Comments", "PhysicalNames", "Nodes"];
+    let sections = [
+        "MeshFormat",
+        "NOD",
+        "NOE",
+        "Comments",
+        "PhysicalNames",
+        "Nodes",
+    ];
     sections
         .iter()
         .any(|name| begins(bytes, &format!("${name}")))

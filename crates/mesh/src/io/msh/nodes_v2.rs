@@ -10,9 +10,6 @@ use crate::mesh::{PointRun, all_finite};
 /// `$NOD`, `$Nodes`: their number, then number and coordinates of each.
 pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
     let Reader { scan, builder, .. } = reader;
-    if builder.points.is_some() {
-        return Err(scan.error("the nodes appear twice"));
-    }
     let count = text_count(scan, "nodes", scan.least(8, 28))?;
     if scan.numbers != Numbers::Ascii {
         let tags = binary_nodes(scan, builder, count)?;
@@ -57,9 +54,6 @@ fn binary_nodes(scan: &mut Scan<'_>, builder: &mut Builder, count: usize) -> Res
 /// `$ParametricNodes`: nodes with the entity on which they lie and their parameters on it.
 pub fn parametric_nodes(reader: &mut Reader<'_>) -> Result<()> {
     let Reader { scan, builder, .. } = reader;
-    if builder.points.is_some() {
-        return Err(scan.error("the nodes appear twice"));
-    }
     let count = text_count(scan, "nodes", scan.least(12, 36))?;
     let mut tags = Numbering::default();
     let mut runs: Vec<PointRun> = Vec::new();

@@ -34,8 +34,13 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         version: "1.0".into(),
         builder: Builder::default(),
         content: Content::default(),
+        waiting: Vec::new(),
     };
     while reader.section()? {}
+    for place in std::mem::take(&mut reader.waiting) {
+        reader.scan = place;
+        reader.section()?;
+    }
     reader.finish()
 }
 
@@ -45,11 +50,18 @@ pub struct Reader<'a> {
     version: String,
     pub builder: Builder,
     pub content: Content,
+    /// Where periodic links are that come before the nodes they name.
+    waiting: Vec<Scan<'a>>,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    pub fn parts(&mut self) -> (&mut Scan<'a>, &mut Builder, &mut Content) {
+        (&mut self.scan, &mut self.builder, &mut self.content)
+    }
+
     /// Reads the section at the cursor; `false` at the end of the file.
     fn section(&mut self) -> Result<bool> {
+        let start = self.scan.clone();
         let numbers = std::mem::replace(&mut self.scan.numbers, Numbers::Ascii);
         self.scan.section.clear();
         let Some(word) = self.scan.peek() else {
@@ -65,11 +77,21 @@ impl Reader<'_> {
         self.scan.word();
         self.scan.line();
         let end = match name.as_str() {
-            "$NOD" => "$ENDNOD".into(),
-            "$ELM" => "$ENDELM".into(),
+            "$NOD" | "$NOE" | "$ELM" => format!("$END{}", &name[1..]),
             _ => format!("$End{}", &name[1..]),
         };
         self.scan.numbers = numbers;
+        let (nodes, elements) = (self.builder.points.is_some(), self.builder.elements_seen);
+        match name.as_str() {
+            "$NOD" | "$NOE" | "$Nodes" | "$ParametricNodes" if nodes => {
+                return Err(self.scan.error("the nodes appear twice"));
+            }
+            "$ELM" | "$Elements" if elements => {
+                return Err(self.scan.error("the elements appear twice"));
+            }
+            "$ELM" | "$Elements" => self.builder.elements_seen = true,
+            _ => {}
+        }
         match (name.as_str(), self.layout) {
             ("$Comments", _) => self.skip(&end)?,
             ("$MeshFormat", None) => self.format()?,
@@ -81,7 +103,7 @@ impl Reader<'_> {
                     return Err(self.scan.error("the format appears twice and differs"));
                 }
             }
-            ("$NOD", None | Some(Layout::V1)) => {
+            ("$NOD" | "$NOE", None | Some(Layout::V1)) => {
                 self.layout = Some(Layout::V1);
                 nodes_v2::nodes(self)?;
             }
@@ -106,6 +128,10 @@ impl Reader<'_> {
             }
             ("$Nodes", Some(layout)) if layout >= Layout::V40 => v4::nodes(self, layout)?,
             ("$Elements", Some(layout)) if layout >= Layout::V40 => v4::elements(self, layout)?,
+            ("$Periodic", Some(_)) if self.builder.points.is_none() => {
+                self.waiting.push(start);
+                self.skip(&end)?;
+            }
             ("$Periodic", Some(layout)) => entities::periodic(self, layout)?,
             ("$GhostElements", Some(layout)) if layout >= Layout::V40 => {
                 entities::ghosts(self, layout)?

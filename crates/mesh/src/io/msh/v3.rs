@@ -39,15 +39,7 @@ pub fn entities(reader: &mut Reader<'_>) -> Result<()> {
 
 /// `$Nodes`: number, coordinates, and the dimension of an entity: if not 0, its number and the coordinates on it follow.
 pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
-    let Reader {
-        scan,
-        builder,
-        content,
-        ..
-    } = reader;
-    if builder.points.is_some() {
-        return Err(scan.error("the nodes appear twice"));
-    }
+    let (scan, builder, content) = reader.parts();
     let count = text_count(scan, "nodes", 10)?;
     let mut tags = Numbering::default();
     let mut lying = 0;
@@ -69,19 +61,10 @@ pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
 /// `$Elements`: number, type, entity, how many nodes, nodes; a part has what it is a part of at its end.
 pub fn elements(reader: &mut Reader<'_>) -> Result<()> {
     let physicals = reader.physicals();
-    let Reader {
-        scan,
-        builder,
-        content,
-        ..
-    } = reader;
-    if builder.elements_seen {
-        return Err(scan.error("the elements appear twice"));
-    }
+    let (scan, builder, content) = reader.parts();
     let Some(points) = builder.points.take() else {
         return Err(scan.error("the elements come before the nodes"));
     };
-    builder.elements_seen = true;
     let count = text_count(scan, "elements", 8)?;
     let (mut parts, mut memberships) = (0, 0);
     for _ in 0..count {

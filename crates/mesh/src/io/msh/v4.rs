@@ -12,15 +12,7 @@ use crate::mesh::{CellKind, PointRun, all_finite};
 /// `$Nodes`. A block has, in 4.1, the numbers of its nodes before their coordinates; in 4.0 each number
 /// comes before its coordinates and is 32 bits wide.
 pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
-    let Reader {
-        scan,
-        builder,
-        content,
-        ..
-    } = reader;
-    if builder.points.is_some() {
-        return Err(scan.error("the nodes appear twice"));
-    }
+    let (scan, builder, content) = reader.parts();
     let (blocks, count, range) = head(scan, layout, "nodes", 8)?;
     let mut tags = Numbering::default();
     let mut runs: Vec<PointRun> = Vec::new();
@@ -83,19 +75,10 @@ pub fn nodes(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
 /// `$Elements`. A block has number and nodes of each element, of 32 bits in 4.0.
 pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
     let physicals = reader.physicals();
-    let Reader {
-        scan,
-        builder,
-        content,
-        ..
-    } = reader;
-    if builder.elements_seen {
-        return Err(scan.error("the elements appear twice"));
-    }
+    let (scan, builder, content) = reader.parts();
     let Some(points) = builder.points.take() else {
         return Err(scan.error("the elements come before the nodes"));
     };
-    builder.elements_seen = true;
     let (blocks, count, range) = head(scan, layout, "elements", 4)?;
     let mut numbers = Numbering::default();
     let mut left = count;

@@ -6,10 +6,9 @@ use std::path::Path;
 
 use super::{write_v2, write_v4};
 use crate::error::Result;
-use crate::field::GlobalArray;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
-use crate::io::{Options, refuse_kinds_beyond_gmsh, refuse_unsound};
+use crate::io::{Job, Options};
 use crate::mesh::{CellGroups, Mesh};
 
 /// The versions that are written.
@@ -26,13 +25,9 @@ pub enum Version {
 ///
 /// # Errors
 /// The mesh is not sound, the version cannot hold it, or the file cannot be written.
-pub fn write(
-    path: &Path,
-    mesh: &Mesh,
-    _: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    let (out, warnings) = encode(path, mesh, options, Out::to(path)?)?;
+pub fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let path = job.path;
+    let (out, warnings) = encode(job, Out::to(path)?)?;
     out.save(path)?;
     Ok(warnings)
 }
@@ -42,13 +37,13 @@ pub fn write(
 /// # Errors
 /// The mesh is not sound, or the version cannot hold it.
 pub fn to_bytes(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Vec<u8>, Vec<String>)> {
-    encode(path, mesh, options, Out::default()).map(|(out, warnings)| (out.bytes, warnings))
+    let job = Job::new(path, mesh, &[], options)?;
+    encode(job, Out::default()).map(|(out, warnings)| (out.bytes, warnings))
 }
 
-fn encode(path: &Path, mesh: &Mesh, options: &Options, out: Out) -> Result<(Out, Vec<String>)> {
-    refuse_unsound(path, mesh)?;
-    refuse_kinds_beyond_gmsh(path, mesh, "MSH")?;
-    let mut losses = Losses::default();
+fn encode(job: Job<'_>, out: Out) -> Result<(Out, Vec<String>)> {
+    job.refuse_kinds_beyond_gmsh("MSH")?;
+    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     let writer = Writer::new(mesh, options.binary, out);
     if writer.split > 0 {
         losses.note(format!(

@@ -17,7 +17,7 @@ pub static FORMAT: Native = Native {
     holds_whole: false,
     recognises,
     read: read::read,
-    write: |path, mesh, _, options| meshio::write(path, mesh, "nastran", options),
+    write: |job| meshio::write(job, "nastran"),
 };
 
 /// What the first line that is no comment begins with.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{ATTRIBUTES, DIMENSIONS, VARIABLES, padding, size_of};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::io::out::Out;
 
 /// A file that is to be written.
@@ -181,12 +181,7 @@ impl<'a> Writer<'a> {
                 "{} has more than 2^32 bytes, which netCDF's 64-bit offsets do not hold",
                 large.name
             );
-            return Err(Error::file(
-                path,
-                Place::Whole,
-                what,
-                "choose another format",
-            ));
+            return Err(Error::whole(path, what, "choose another format"));
         }
         let mut begins = vec![0; self.variables.len()];
         let mut at = self.header(&begins).len() as u64;
@@ -195,6 +190,7 @@ impl<'a> Writer<'a> {
             at += self.size(&self.variables[k]) as u64;
         }
         let mut out = Out::to(path)?;
+        out.expect(at as usize);
         out.append(&self.header(&begins));
         let mut write = |k: usize, record: usize| {
             let variable = &self.variables[k];

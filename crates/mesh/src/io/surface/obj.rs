@@ -16,7 +16,7 @@ pub static FORMAT: Native = Native {
     holds_whole: false,
     recognises: is_obj,
     read,
-    write: |path, mesh, _, options| meshio::write(path, mesh, "obj", options),
+    write: |job| meshio::write(job, "obj"),
 };
 
 /// Whether the first line that is no comment is a point or what may stand before it.

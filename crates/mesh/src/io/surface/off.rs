@@ -15,7 +15,7 @@ pub static FORMAT: Native = Native {
     holds_whole: false,
     recognises: |bytes| off_head(bytes).is_some(),
     read,
-    write: |path, mesh, _, options| meshio::write(path, mesh, "off", options),
+    write: |job| meshio::write(job, "off"),
 };
 
 /// The word that files start with: what points have besides coordinates, and OFF. Whether they have four coordinates.

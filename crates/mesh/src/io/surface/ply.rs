@@ -16,7 +16,7 @@ pub static FORMAT: Native = Native {
     holds_whole: false,
     recognises: |bytes| bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r"),
     read,
-    write: |path, mesh, _, options| meshio::write(path, mesh, "ply", options),
+    write: |job| meshio::write(job, "ply"),
 };
 
 /// A property of PLY: its name, the type of its values, and of the number of values if it is a list.

@@ -19,7 +19,7 @@ pub static FORMAT: Native = Native {
         is_binary_stl(bytes) || (begins(bytes, "solid") && head_has(bytes, "facet"))
     },
     read,
-    write: |path, mesh, _, options| meshio::write(path, mesh, "stl", options),
+    write: |job| meshio::write(job, "stl"),
 };
 
 /// Whether the length is that of as many triangles as are declared; texts begin with `solid`, and so do some of these.

@@ -5,26 +5,14 @@ use crate::mesh::CellKind;
 
 /// The kind of an element with this descriptor and number of nodes.
 pub fn kind(descriptor: u64, nodes: usize) -> Option<CellKind> {
-    use CellKind as K;
-    Some(match (descriptor, nodes) {
-        (161, 1) => K::Vertex,
-        (11..=32 | 121 | 136..=139, 2) => K::Line,
-        (11..=32, 3) => K::Line3,
-        (41..=109, 3) => K::Triangle,
-        (41..=99, 4) => K::Quadrangle,
-        (41..=99, 6) => K::Triangle6,
-        (41..=99, 8) => K::Quadrangle8,
-        (41..=99, 9) => K::Quadrangle9,
-        (101..=119, 4) => K::Tetrahedron,
-        (101..=119 | 312, 5) => K::Pyramid,
-        (101..=119, 6) => K::Prism,
-        (101..=119, 8) => K::Hexahedron,
-        (101..=119, 10) => K::Tetrahedron10,
-        (101..=119 | 312, 13) => K::Pyramid13,
-        (101..=119, 15) => K::Prism15,
-        (101..=119, 20) => K::Hexahedron20,
+    let dim = match (descriptor, nodes) {
+        (161, 1) => 0,
+        (11..=32, 2 | 3) | (121 | 136..=139, 2) => 1,
+        (41..=99, 3 | 4 | 6 | 8 | 9) | (100..=109, 3) => 2,
+        (101..=119, 4 | 5 | 6 | 8 | 10 | 13 | 15 | 20) | (312, 5 | 13) => 3,
         _ => return None,
-    })
+    };
+    CellKind::of_points(dim, nodes)
 }
 
 /// The descriptors that are written.

@@ -1,25 +1,16 @@
 //! Writes nodes (2411), elements (2412), groups (2467) and results (2414). Groups of vertices become groups of nodes.
 
-use std::path::Path;
-
 use super::FORMAT;
 use super::elements::{WRITTEN, is_beam, nodes};
 use crate::error::Result;
-use crate::field::GlobalArray;
+use crate::io::Job;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
 use crate::io::sides::place;
-use crate::io::{Options, refuse_unsound};
 use crate::mesh::{CellKind, Field, Mesh, Support, Values};
 
-pub fn write(
-    path: &Path,
-    mesh: &Mesh,
-    _: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+pub fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     let mut out = Out::to(path)?;
     out.text("    -1\n  2411\n");
     for (point, number) in mesh.points.iter().zip(1u32..) {

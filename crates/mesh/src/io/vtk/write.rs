@@ -1,25 +1,17 @@
 //! Writes legacy VTK: the arrays that VTU has, as fields.
 
-use std::path::Path;
-
 use crate::error::Result;
-use crate::field::GlobalArray;
 use crate::field::data::with_numbers;
+use crate::io::Job;
 use crate::io::out::Out;
 use crate::io::vtu::cells::{needs_new_version, order, vtk_type};
 use crate::io::vtu::layout::{Array, lay_out};
 use crate::io::vtu::scalar::Scalar;
 use crate::io::vtu::write::{Topology, check_arrays, refuse};
-use crate::io::{Options, refuse_unsound};
 use crate::mesh::{CellKind, Mesh, Values};
 
-pub(super) fn write(
-    path: &Path,
-    mesh: &Mesh,
-    whole: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
+pub(super) fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, whole, options) = (job.path, job.mesh, job.whole, job.options);
     let refuse = |what| refuse(path, what);
     let layout = lay_out(mesh, &[], whole, Topology::Cells).map_err(refuse)?;
     let is_new = mesh

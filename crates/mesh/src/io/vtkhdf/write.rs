@@ -1,28 +1,20 @@
 //! Writes VTKHDF: an unstructured grid in one part, and steps where fields have times.
 
 use std::borrow::Cow;
-use std::path::Path;
 
 use super::FORMAT;
 use crate::error::Result;
-use crate::field::GlobalArray;
+use crate::io::Job;
 use crate::io::hdf5::write::{Data, Group, Type};
-use crate::io::loss::Losses;
 use crate::io::steps::Steps;
 use crate::io::vtu::column::{Column, Width};
 use crate::io::vtu::layout::lay_out;
 use crate::io::vtu::write::{Topology, check_arrays, refuse};
-use crate::io::{Options, refuse_unsound};
 use crate::mesh::{CellKind, Field, Mesh, Support};
 
-pub fn write(
-    path: &Path,
-    mesh: &Mesh,
-    whole: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+pub fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, whole) = (job.path, job.mesh, job.whole);
+    let (options, mut losses) = (job.options, job.losses);
     let has_steps = |field: &Field| {
         field.time.is_some() && matches!(field.on, Support::Points | Support::Cells)
     };

@@ -2,7 +2,8 @@
 
 use super::topology::Cells;
 use super::unpack::Budget;
-use crate::mesh::{CellBlock, CellKind};
+use crate::io::sets::grid;
+use crate::mesh::CellBlock;
 
 /// The points of a structured grid in each direction.
 pub(crate) struct Extent {
@@ -92,48 +93,8 @@ impl Extent {
 
     /// The cells: of as many dimensions as there are directions with several points.
     pub fn cells(&self) -> Cells {
-        let [nx, ny, _] = self.points;
-        let axes: Vec<usize> = (0..3).filter(|&axis| self.points[axis] > 1).collect();
-        let (kind, corners): (_, &[[u64; 3]]) = match axes.len() {
-            0 => (CellKind::Vertex, &[[0, 0, 0]]),
-            1 => (CellKind::Line, &[[0, 0, 0], [1, 0, 0]]),
-            2 => (
-                CellKind::Quadrangle,
-                &[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
-            ),
-            _ => (
-                CellKind::Hexahedron,
-                &[
-                    [0, 0, 0],
-                    [1, 0, 0],
-                    [1, 1, 0],
-                    [0, 1, 0],
-                    [0, 0, 1],
-                    [1, 0, 1],
-                    [1, 1, 1],
-                    [0, 1, 1],
-                ],
-            ),
-        };
-        let strides = [1, nx, nx * ny];
-        let step = |corner: &[u64; 3]| -> u64 {
-            let steps = corner.iter().zip(&axes);
-            steps.map(|(step, &axis)| step * strides[axis]).sum()
-        };
-        let steps: Vec<u64> = corners.iter().map(step).collect();
-        let counts = self.points.map(|count| match self.point_count() {
-            0 => 0,
-            _ => (count - 1).max(1),
-        });
-        let mut nodes = Vec::with_capacity(steps.len() * self.cell_count() as usize);
-        for k in 0..counts[2] {
-            for j in 0..counts[1] {
-                for i in 0..counts[0] {
-                    let first = i + j * strides[1] + k * strides[2];
-                    nodes.extend(steps.iter().map(|step| (first + step) as u32));
-                }
-            }
-        }
+        let [nx, ny, nz] = self.points.map(|count| count as usize);
+        let (kind, nodes) = grid(&[nz, ny, nx], 0);
         let block = CellBlock::new(kind, nodes);
         Cells {
             blocks: (!block.is_empty()).then_some(block).into_iter().collect(),

@@ -26,7 +26,8 @@ type Scheme = (
     &'static [&'static [usize]],
 );
 
-const CUBE: [Node; 8] = [
+/// The corners of a hexahedron; of a quadrangle, a line or a vertex, so many as it has.
+pub(crate) const CUBE: [Node; 8] = [
     [0, 0, 0],
     [1, 0, 0],
     [1, 1, 0],

@@ -32,8 +32,7 @@ use crate::error::{Error, Place, Result};
 use crate::field::GlobalArray;
 use crate::file;
 use crate::io::recognise::begins;
-use crate::io::{Content, Native, Options, bytes};
-use crate::mesh::Mesh;
+use crate::io::{Content, Job, Native, bytes};
 use merge::Piece;
 use read::Decoder;
 use std::collections::HashSet;
@@ -120,14 +119,12 @@ pub static GRIDS: Native = Native {
     names: &["vts", "vtr", "vti"],
     suffixes: &["vti", "vtr", "vts", "pvti", "pvtr", "pvts"],
     recognises: |bytes| is_xml_of(bytes, &[Grid::Image, Grid::Rectilinear, Grid::Structured]),
-    write: |path, _, _, _| {
-        Err(Error::usage(
-            format!(
-                "{} would be a structured grid, which is not written",
-                path.display()
-            ),
-            "write a .vtu file",
-        ))
+    write: |job| {
+        let what = format!(
+            "{} would be a structured grid, which is not written",
+            job.path.display()
+        );
+        Err(Error::usage(what, "write a .vtu file"))
     },
     ..FORMAT
 };
@@ -164,7 +161,7 @@ impl Decoded {
         format: &str,
         version: Option<String>,
     ) -> Result<Content> {
-        let unsound = |what| Error::file(path, Place::Whole, what, "write the file again");
+        let unsound = |what| Error::whole(path, what, "write the file again");
         let merged = merge::merge(std::mem::take(&mut self.pieces)).map_err(unsound)?;
         let (mesh, whole) = restore::restore(merged, self.whole);
         Ok(Content {
@@ -181,23 +178,17 @@ impl Decoded {
 }
 
 /// [`write()`] as the table of formats has it.
-fn write_content(
-    path: &Path,
-    mesh: &Mesh,
-    whole: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
+fn write_content(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, whole, options) = (job.path, job.mesh, job.whole, job.options);
     let suffix = path.extension().unwrap_or_default();
     if suffix.eq_ignore_ascii_case("pvtu") {
-        return Err(Error::usage(
-            format!(
-                "{} would be a list of pieces, which is not written",
-                path.display()
-            ),
-            "write one .vtu file",
-        ));
+        let what = format!(
+            "{} would be a list of pieces, which is not written",
+            path.display()
+        );
+        return Err(Error::usage(what, "write one .vtu file"));
     }
-    write(path, mesh, &[], whole, options.vtu)?;
+    write::save(path, mesh, &[], whole, options.vtu, write::Topology::Cells)?;
     Ok(Vec::new())
 }
 

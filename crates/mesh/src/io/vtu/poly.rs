@@ -3,34 +3,18 @@
 use super::merge::select;
 use super::write::{self, Topology};
 use crate::error::Result;
-use crate::field::GlobalArray;
+use crate::io::Job;
 use crate::io::loss::Losses;
-use crate::io::out::Out;
-use crate::io::{Options, refuse_unsound};
 use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
 use std::borrow::Cow;
-use std::path::Path;
 
 /// Writes a mesh of vertices, lines and polygons; its cells stand in this order there.
-pub(super) fn write(
-    path: &Path,
-    mesh: &Mesh,
-    whole: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+pub(super) fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, whole) = (job.path, job.mesh, job.whole);
+    let (options, mut losses) = (job.options, job.losses);
     let mesh = by_dimension(mesh, &mut losses);
     let warnings = losses.settle(path, "VTP", options.lossy)?;
-    let out = write::encode(
-        &mesh,
-        &[],
-        whole,
-        options.vtu,
-        Topology::Sections,
-        Out::to(path)?,
-    );
-    out.map_err(|what| write::refuse(path, what))?.save(path)?;
+    write::save(path, &mesh, &[], whole, options.vtu, Topology::Sections)?;
     Ok(warnings)
 }
 

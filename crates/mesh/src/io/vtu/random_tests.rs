@@ -3,7 +3,7 @@
 use super::tests::{ENCODINGS, assert_same};
 use super::*;
 use crate::io::out::Out;
-use crate::mesh::{CellBlock, CellKind, Field, Group, Support, Values};
+use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
 use proptest::collection::{btree_map, btree_set, vec};
 use proptest::prelude::*;
 

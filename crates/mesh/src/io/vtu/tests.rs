@@ -3,7 +3,7 @@
 use super::*;
 use crate::field::{GlobalArray, data::same_bits};
 use crate::io::out::Out;
-use crate::mesh::{CellBlock, CellKind, Field, Group, Support, Values};
+use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
 use std::path::Path;
 
 pub(super) const ENCODINGS: [Encoding; 9] = [

@@ -11,7 +11,7 @@ use super::pack::{Packed, pack};
 use super::scalar::Scalar;
 use super::xml::POLYGONS;
 use super::{Compressor, Encoding};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::field::GlobalArray;
 use crate::field::data::with_numbers;
 use crate::io::out::Out;
@@ -34,24 +34,25 @@ pub fn write(
     whole: &[GlobalArray],
     encoding: Encoding,
 ) -> Result<()> {
-    let out = encode(
-        mesh,
-        fields,
-        whole,
-        encoding,
-        Topology::Cells,
-        Out::to(path)?,
-    );
+    mesh.validate().map_err(|what| refuse(path, what))?;
+    save(path, mesh, fields, whole, encoding, Topology::Cells)
+}
+
+/// [`write`] of a sound mesh.
+pub(super) fn save(
+    path: &Path,
+    mesh: &Mesh,
+    fields: &[Field],
+    whole: &[GlobalArray],
+    encoding: Encoding,
+    topology: Topology,
+) -> Result<()> {
+    let out = encode(mesh, fields, whole, encoding, topology, Out::to(path)?);
     out.map_err(|what| refuse(path, what))?.save(path)
 }
 
 pub(crate) fn refuse(path: &Path, what: String) -> Error {
-    Error::file(
-        path,
-        Place::Whole,
-        what,
-        "correct it, or choose another format",
-    )
+    Error::whole(path, what, "correct it, or choose another format")
 }
 
 /// How the cells are written.
@@ -72,7 +73,6 @@ pub(super) fn encode(
     topology: Topology,
     out: Out,
 ) -> Result<Out, String> {
-    mesh.validate()?;
     let layout = layout::lay_out(mesh, fields, whole, topology)?;
     check_arrays(&layout)?;
     document(mesh, &layout, encoding, out)

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::tree::Tree;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::field::data::with_numbers;
 use crate::file;
 use crate::io::vtu::array::RawNumbers;
@@ -55,7 +55,7 @@ impl<'a> Items<'a> {
 
     pub fn refuse(&self, what: impl Into<String>) -> Error {
         let remedy = "write the file again with the program it comes from";
-        Error::file(self.path, Place::Whole, what, remedy)
+        Error::whole(self.path, what, remedy)
     }
 
     /// The data items in an element.
@@ -308,12 +308,7 @@ impl<'a> Items<'a> {
             path.ok_or_else(|| self.refuse(format!("{name:?} is not beside or below this file")))?;
         let bytes = bytes::read(&path).map_err(|error| {
             let what = format!("its data are in {name:?}, which cannot be read: {error}");
-            Error::file(
-                self.path,
-                Place::Whole,
-                what,
-                "put that file beside this one",
-            )
+            Error::whole(self.path, what, "put that file beside this one")
         })?;
         Ok((path, bytes))
     }

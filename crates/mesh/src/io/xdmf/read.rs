@@ -41,7 +41,7 @@ struct Reader<'a> {
 fn tree(path: &Path, bytes: &[u8]) -> Result<Tree> {
     let refuse = |what: String| {
         let remedy = "write the file again with the program it comes from";
-        crate::Error::file(path, crate::Place::Whole, what, remedy)
+        crate::Error::whole(path, what, remedy)
     };
     let text = std::str::from_utf8(bytes).map_err(|_| refuse("the XML is not UTF-8".into()))?;
     let tree = Tree::parse(text).map_err(refuse)?;

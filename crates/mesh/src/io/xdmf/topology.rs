@@ -7,54 +7,33 @@ use crate::io::vtu::array::RawNumbers;
 use crate::io::vtu::cells::order;
 use crate::mesh::{Array, CellKind};
 
-/// Names of topologies, XDMF's numbers for them, and the kinds.
+/// Names of topologies, XDMF's numbers for them, and the kinds. The first name is spelled as XDMF's own reader takes it.
 const KINDS: [(&[&str], i64, CellKind); 19] = [
-    (&["polyvertex"], 1, CellKind::Vertex),
-    (&["polyline", "interval"], 2, CellKind::Line),
-    (&["triangle"], 4, CellKind::Triangle),
-    (&["quadrilateral", "quad"], 5, CellKind::Quadrangle),
-    (&["tetrahedron"], 6, CellKind::Tetrahedron),
-    (&["pyramid"], 7, CellKind::Pyramid),
-    (&["wedge"], 8, CellKind::Prism),
-    (&["hexahedron"], 9, CellKind::Hexahedron),
-    (&["edge_3", "interval_3"], 34, CellKind::Line3),
-    (&["quadrilateral_9", "quad_9"], 35, CellKind::Quadrangle9),
-    (&["triangle_6", "tri_6"], 36, CellKind::Triangle6),
-    (&["quadrilateral_8", "quad_8"], 37, CellKind::Quadrangle8),
-    (&["tetrahedron_10", "tet_10"], 38, CellKind::Tetrahedron10),
-    (&["pyramid_13"], 39, CellKind::Pyramid13),
-    (&["wedge_15"], 40, CellKind::Prism15),
-    (&["wedge_18"], 41, CellKind::Prism18),
-    (&["hexahedron_20", "hex_20"], 48, CellKind::Hexahedron20),
-    (&["hexahedron_27", "hex_27"], 50, CellKind::Hexahedron27),
+    (&["Polyvertex"], 1, CellKind::Vertex),
+    (&["Polyline", "interval"], 2, CellKind::Line),
+    (&["Triangle"], 4, CellKind::Triangle),
+    (&["Quadrilateral", "quad"], 5, CellKind::Quadrangle),
+    (&["Tetrahedron"], 6, CellKind::Tetrahedron),
+    (&["Pyramid"], 7, CellKind::Pyramid),
+    (&["Wedge"], 8, CellKind::Prism),
+    (&["Hexahedron"], 9, CellKind::Hexahedron),
+    (&["Edge_3", "interval_3"], 34, CellKind::Line3),
+    (&["Quadrilateral_9", "quad_9"], 35, CellKind::Quadrangle9),
+    (&["Triangle_6", "tri_6"], 36, CellKind::Triangle6),
+    (&["Quadrilateral_8", "quad_8"], 37, CellKind::Quadrangle8),
+    (&["Tetrahedron_10", "tet_10"], 38, CellKind::Tetrahedron10),
+    (&["Pyramid_13"], 39, CellKind::Pyramid13),
+    (&["Wedge_15"], 40, CellKind::Prism15),
+    (&["Wedge_18"], 41, CellKind::Prism18),
+    (&["Hexahedron_20", "hex_20"], 48, CellKind::Hexahedron20),
+    (&["Hexahedron_27", "hex_27"], 50, CellKind::Hexahedron27),
     (&["polygon"], 3, CellKind::Triangle),
 ];
 
-/// XDMF's name and number of a kind, in the spelling that its own reader takes.
+/// XDMF's name and number of a kind.
 pub fn name(kind: CellKind) -> Option<(&'static str, i64)> {
-    let (_, number, _) = KINDS.iter().find(|(.., known)| *known == kind)?;
-    let name = match kind {
-        CellKind::Vertex => "Polyvertex",
-        CellKind::Line => "Polyline",
-        CellKind::Triangle => "Triangle",
-        CellKind::Quadrangle => "Quadrilateral",
-        CellKind::Tetrahedron => "Tetrahedron",
-        CellKind::Pyramid => "Pyramid",
-        CellKind::Prism => "Wedge",
-        CellKind::Hexahedron => "Hexahedron",
-        CellKind::Line3 => "Edge_3",
-        CellKind::Quadrangle9 => "Quadrilateral_9",
-        CellKind::Triangle6 => "Triangle_6",
-        CellKind::Quadrangle8 => "Quadrilateral_8",
-        CellKind::Tetrahedron10 => "Tetrahedron_10",
-        CellKind::Pyramid13 => "Pyramid_13",
-        CellKind::Prism15 => "Wedge_15",
-        CellKind::Prism18 => "Wedge_18",
-        CellKind::Hexahedron20 => "Hexahedron_20",
-        CellKind::Hexahedron27 => "Hexahedron_27",
-        _ => return None,
-    };
-    Some((name, *number))
+    let (names, number, _) = KINDS.iter().find(|(.., known)| *known == kind)?;
+    Some((names[0], *number))
 }
 
 /// Points along each dimension of a structured grid, the slowest first; none for others.
@@ -247,7 +226,10 @@ pub fn cells(
         let numbers = item.numbers.integers();
         numbers.ok_or_else(|| items.refuse("nodes of cells are no whole numbers"))
     };
-    let lookup = |kind: &str| KINDS.iter().find(|(names, ..)| names.contains(&kind));
+    let lookup = |kind: &str| {
+        let is = |name: &&str| name.eq_ignore_ascii_case(kind);
+        KINDS.iter().find(|(names, ..)| names.iter().any(is))
+    };
     if kind == "mixed" {
         let numbers = integers()?;
         let mut rest = &numbers[..];

@@ -1,28 +1,21 @@
 //! Writes XDMF: the description as XML, and the numbers in an HDF5 file of the same name beside it.
 
-use std::path::Path;
-
 use quick_xml::escape::escape;
 
 use super::{FORMAT, GROUP, topology};
-use crate::error::{Error, Place, Result};
-use crate::field::{GlobalArray, GlobalValues};
+use crate::error::{Error, Result};
+use crate::field::GlobalValues;
 use crate::io::hdf5::write::{Data, Group as Folder, Type};
 use crate::io::loss::Losses;
 use crate::io::raw::CellNodes;
 use crate::io::steps::{Stepped, Steps};
 use crate::io::vtu::cells::order;
-use crate::io::{Options, out, refuse_unsound};
+use crate::io::{Job, out};
 use crate::mesh::{CellBlock, CellGroups, CellKind, Group, Mesh, Support, Values};
 
-pub fn write(
-    path: &Path,
-    mesh: &Mesh,
-    whole: &[GlobalArray],
-    options: &Options,
-) -> Result<Vec<String>> {
-    refuse_unsound(path, mesh)?;
-    let mut losses = Losses::default();
+pub fn write(job: Job<'_>) -> Result<Vec<String>> {
+    let (path, mesh, whole) = (job.path, job.mesh, job.whole);
+    let (options, mut losses) = (job.options, job.losses);
     let stem = path
         .file_stem()
         .map(|stem| stem.to_string_lossy().into_owned());
@@ -47,12 +40,7 @@ pub fn write(
         .collect();
     if blocks.iter().all(|block| block.is_empty()) && mesh.cell_count() > 0 {
         let what = format!("{} has none of its kinds of cells", FORMAT.title);
-        return Err(Error::file(
-            path,
-            Place::Whole,
-            what,
-            "choose another format, as VTU",
-        ));
+        return Err(Error::whole(path, what, "choose another format, as VTU"));
     }
     let whole_mesh = blocks.len() == mesh.blocks.len();
     let steps = Steps::of(&mesh.fields, &mut losses);
@@ -79,7 +67,7 @@ pub fn write(
 
     // The mesh, which each time refers to.
     // dolfinx takes a mesh of two coordinates for planar.
-    let flat = mesh.dim() <= 2 && mesh.points.iter().all(|point| point[2] == 0.0);
+    let flat = mesh.is_flat();
     let (space, axes) = if flat { (2, "XY") } else { (3, "XYZ") };
     let shape = [mesh.points.len(), space];
     let coordinates = Data::table(shape.to_vec(), shape, false, |k, axis| mesh.points[k][axis]);
