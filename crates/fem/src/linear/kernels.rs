@@ -73,9 +73,12 @@ pub(super) fn clear_registers() {
 }
 
 /// The same on all threads, behind what faer did on several.
+///
+/// Nothing waits for the others: a thread of a pool that waits takes on other work meanwhile, and where many problems are
+/// solved at once that is another solve, on top of this one on its stack.
 pub(super) fn clear_registers_everywhere() {
     clear_registers();
-    rayon::broadcast(|_| clear_registers());
+    rayon::spawn_broadcast(|_| clear_registers());
 }
 
 /// Eliminates the pivots of a front.
