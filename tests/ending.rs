@@ -273,6 +273,32 @@ fn memory_that_may_not_be_taken_is_not() {
     assert!(ran.stderr.contains("no size of memory"), "{}", ran.stderr);
 }
 
+/// An adapted mesh that is too large is not begun, and what was reached is kept.
+#[test]
+fn an_accuracy_beyond_memory_ends_with_the_best_so_far() {
+    let folder = folder();
+    let words = [
+        "solve",
+        "one-zone",
+        "--accuracy",
+        "1e-7",
+        "--way",
+        "adaptive",
+        "--memory",
+        "200MB",
+        "--json",
+        "out.json",
+    ];
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(1), "{}", ran.stderr);
+    let told = ran.stdout + &ran.stderr;
+    assert!(told.contains("an adapted mesh of"), "{told}");
+    let json = fs::read_to_string(folder.path().join("out.json")).unwrap();
+    let of: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let relative = of["certificate"]["relative"].as_f64().unwrap();
+    assert!(1e-7 < relative && relative < 0.5, "{json}");
+}
+
 /// What nobody predicts, and what an engine takes.
 #[test]
 fn memory_of_engines_counts() {

@@ -14,6 +14,7 @@ use crate::linear::Settings;
 use crate::scene::Scene;
 use candidate::{Candidate, first_n, next_n};
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::memory;
 use faceoff_mesh::mesh::Triangulation;
 use plan::Spread;
 
@@ -135,6 +136,8 @@ const TOO_FINE: f64 = 4.0;
 const PROGRESS: f64 = 0.97;
 /// No more meshes than that.
 const MESHES: usize = 60;
+/// What a dof takes at least, with mesh, solution and certificate: 700 bytes with `cr` and 850 with `p2` on squares.
+const BYTES: f64 = 700.0;
 
 /// Refines until the relative bound is below the accuracy. `progress` is called with each mesh and what comes
 /// next; an error it returns ends the run.
@@ -225,7 +228,11 @@ pub fn reach(
                 Candidate::uniform(scene, first).and_then(Candidate::turned)
             }
             Way::Adaptive => {
-                candidate.adapted(&certificate.local, spread, goal.max(square * STRIDE))
+                let goal = goal.max(square * STRIDE);
+                let cells = spread.sum.powi(2) / goal;
+                let bytes = BYTES * cells * solution.u.len() as f64 / step.cells as f64;
+                memory::require(bytes, &format!("an adapted mesh of {cells:.0} cells"))
+                    .and_then(|()| candidate.adapted(&certificate.local, spread, goal))
             }
         };
         if is_best {

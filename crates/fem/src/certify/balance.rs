@@ -14,6 +14,7 @@
 //! and the wave s of the model, are bounded by Poincaré's inequality on the leaf. Where that inequality on all of κ is good
 //! enough there is no τ.
 
+use super::line::Carried;
 use super::model::Tree;
 use super::simplex::{Simplex, Vector, length, mean_square_of_linear, norm, root_of_product, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
@@ -44,8 +45,10 @@ pub(super) struct Balance {
     pub spread: f64,
     /// τ by its values at the corners of each leaf; empty where it is none.
     pub tau: Vec<(Piece, f64, [Coefficients; 4])>,
-    /// ‖τ‖_κ
+    /// ‖τ‖_κ, of what the tree carries where there is no other.
     pub norm: f64,
+    /// Of what the tree carries.
+    pub carried: Option<Carried>,
 }
 
 /// The balance of a cell: the tree of f, and f + div σ at a leaf's corners from p there.
@@ -61,11 +64,20 @@ pub(super) fn balance(
     if !tree.is_cut() {
         let leaf = &tree.whole;
         let most = (0..count).map(|j| left(&WHOLE[j], leaf.values[j]).magnitude());
-        return Balance {
-            oscillation: wave(scale.high, measure, leaf.swell),
+        let of_cell = wave(scale.high, measure, leaf.swell);
+        let mut found = Balance {
+            oscillation: of_cell,
             error: up(leaf.error, most.fold(0.0, f64::max)),
             ..Balance::default()
         };
+        if let Some(carried) = tree.carried.as_deref() {
+            let norm = wave(1.0, measure, carried.square.root().high);
+            if norm < of_cell {
+                found.oscillation = 0.0;
+                (found.norm, found.carried) = (norm, Some(*carried));
+            }
+        }
+        return found;
     }
     let nodes = 1 + tree.rest.len();
     let mut found = Leaves {
@@ -170,6 +182,7 @@ pub(super) fn balance(
         spread,
         tau,
         norm,
+        carried: None,
     }
 }
 

@@ -3,6 +3,7 @@
 use super::balance::{Balance, Coefficients, balance};
 use super::data::PreparedData;
 use super::lift::{self, Lift, Sector};
+use super::line::Carried;
 use super::quadratic::{Linear, Quadratic};
 use super::second_order::{self, Stream};
 use super::simplex::{EDGES, Simplex, Vector, times};
@@ -66,7 +67,7 @@ pub(super) struct Norms {
 }
 
 /// Cells that one task adds up: sums do not depend on the number of cores.
-const CHUNK: usize = 4096;
+const CHUNK: usize = 512;
 
 /// Σ over the cells of a mesh of some numbers.
 ///
@@ -132,8 +133,11 @@ impl<'a> CellFields<'a> {
         let of_second_order = second_order::space(problem);
         let space = of_second_order.unwrap_or_else(|| Space::new(problem.space.mesh, &P1));
         let stiffness = problem.stiffness.on(&space).kept();
-        let v = admissible::admissible(problem, &u, &lambda, &data, &stiffness)?;
-        let fluxes = solver.equilibrated(&u, &lambda, &data)?;
+        let (v, fluxes) = rayon::join(
+            || admissible::admissible(problem, &u, &lambda, &data, &stiffness),
+            || solver.equilibrated(&u, &lambda, &data),
+        );
+        let (v, fluxes) = (v?, fluxes?);
         let mut fields = CellFields {
             problem,
             u,
@@ -297,7 +301,14 @@ impl<'a> CellFields<'a> {
                 }
                 apart += Interval::at(first.norms(simplex)[1]);
             }
-            (None, true) => sums.add(&on_cell, (&WHOLE, Interval::ONE), None, None),
+            (None, true) => {
+                sums.add(&on_cell, (&WHOLE, Interval::ONE), None, None);
+                if let Some(carried) = &balance.carried {
+                    let (z, b) = (self.corner_values(cell), self.bubbles_of(cell));
+                    let of_v = carried.mean(&z, &b.unwrap_or_default());
+                    sums.carry(&on_cell, carried, of_v);
+                }
+            }
             (None, false) => {
                 for (piece, share, tau) in &balance.tau {
                     let share = Interval::at(*share);
@@ -309,8 +320,6 @@ impl<'a> CellFields<'a> {
         for lift in lifts.iter().skip(1) {
             apart += Interval::at(lift.norms(simplex)[0]);
         }
-        // G is half the sum of ∇v and σ, and they differ by the misfit.
-        let square_of_g = 0.5 * (sums.slope + sums.flux) - 0.25 * sums.misfit;
         let of = |mean: Interval| (mean * simplex.measure).root();
         let around = Interval::around_zero(0.5 * apart.high);
         let positive = |of: Interval| Interval::new(of.low.max(0.0), of.high);
@@ -332,12 +341,12 @@ impl<'a> CellFields<'a> {
         CellNorms {
             parts,
             distance: positive(of(sums.distance) + around),
-            gradient: positive(of(square_of_g) + around),
+            gradient: positive(of(sums.of_g) + around),
             flux: (of(sums.flux) + apart).high,
             slope: positive(of(sums.slope) + Interval::around_zero(apart.high)),
             variation: {
                 let of_mean: f64 = sums.mean.iter().map(|g| g * g).sum();
-                let square = (square_of_g.mid() - of_mean).max(0.0);
+                let square = (sums.of_g.mid() - of_mean).max(0.0);
                 (square * simplex.measure.mid()).sqrt()
             },
             load: {
@@ -417,6 +426,7 @@ struct Sums {
     distance: Interval,
     flux: Interval,
     slope: Interval,
+    of_g: Interval,
     /// Of G, about.
     mean: [f64; 3],
 }
@@ -457,12 +467,42 @@ impl Sums {
         let misfit = of_v.plus(-1.0, &sigma);
         let of_g = of_v.plus(-0.5, &misfit);
         let square = |of: &Quadratic<D>| share * of.mean_square(dim);
-        self.misfit += square(&misfit);
+        let [of_misfit, flux, slope] = [&misfit, &sigma, &of_v].map(square);
+        self.misfit += of_misfit;
         self.distance += square(&of_g.plus(-1.0, &of_u));
-        self.flux += square(&sigma);
-        self.slope += square(&of_v);
+        self.flux += flux;
+        self.slope += slope;
+        // G is half the sum of ∇v and σ, and they differ by the misfit.
+        self.of_g += 0.5 * (slope + flux) - 0.25 * of_misfit;
         for (sum, value) in self.mean.iter_mut().zip(of_g.mean(dim)) {
             *sum += share.mid() * value;
+        }
+    }
+
+    /// Adds τ to σ all over a triangle: ‖w + τ‖² = ‖w‖² + 2 (w, τ) + ‖τ‖², where (∇z, τ) is (s, z) for any quadratic z, and is
+    /// known of v.
+    fn carry<const D: usize>(&mut self, on: &OnCell<D>, tau: &Carried, of_v: Interval) {
+        let size = tau.square.root();
+        let with_tau = |field: &Quadratic<D>| {
+            let (z, b) = field.potential(on.simplex);
+            let slope = Linear::gradient(on.simplex, &z, Some(&b));
+            let off = field
+                .plus(-1.0, &Quadratic::of(&slope))
+                .mean_square(2)
+                .root()
+                * size;
+            tau.mean(&z, &b) + Interval::around_zero(off.high)
+        };
+        let [of_sigma, of_u] = [&on.sigma, &on.of_u].map(with_tau);
+        let of_g = 0.5 * (of_v + of_sigma);
+        for (sum, factor, mixed) in [
+            (&mut self.misfit, -1.0, of_v - of_sigma),
+            (&mut self.distance, 0.5, of_g - of_u),
+            (&mut self.flux, 1.0, of_sigma),
+            (&mut self.of_g, 0.5, of_g),
+        ] {
+            let square = *sum + factor * (2.0 * mixed + factor * tau.square);
+            *sum = Interval::new(square.low.max(0.0), square.high);
         }
     }
 }

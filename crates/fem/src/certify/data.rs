@@ -217,7 +217,10 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
             return Load {
                 mean,
                 slopes: values.map(|value| value - mean),
-                bubbles: std::array::from_fn(|i| 2.0 * (2.0 * all - values[i]) / 30.0),
+                bubbles: std::array::from_fn(|i| {
+                    let of_wave = tree.carried.as_ref().map_or(0.0, |c| c.bubbles[i].mid());
+                    2.0 * (2.0 * all - values[i]) / 30.0 + of_wave
+                }),
             };
         }
         let mut bubbles = [Interval::ZERO; 3];

@@ -12,6 +12,7 @@ mod data;
 mod flux;
 mod goal;
 mod lift;
+mod line;
 mod model;
 mod obstacle;
 mod patch;
@@ -43,7 +44,7 @@ use data::Traction;
 use faceoff_mesh::error::{Error, Result};
 use flux::Fluxes;
 use goal::{Dual, Goal, Known};
-use model::{Leaf, Tree};
+use model::Tree;
 pub use proof::{ContactProof, Touched};
 use simplex::{Simplex, bubble_on, length, mean_with_bubble, up};
 
@@ -512,7 +513,8 @@ fn energy(fields: &CellFields, of_cells: Interval) -> Interval {
 }
 
 /// The mean of f w of w = Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b on a cell with one model of f: in f64, with one bound of all rounding.
-fn mean_of_product(leaf: &Leaf, z: &[Interval], b: Option<[f64; 3]>) -> Interval {
+fn mean_of_product(tree: &Tree, z: &[Interval], b: Option<[f64; 3]>) -> Interval {
+    let leaf = &tree.whole;
     let p = &leaf.values[..z.len()];
     let (count, b) = (z.len() as f64, b.unwrap_or_default());
     let size = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -527,12 +529,17 @@ fn mean_of_product(leaf: &Leaf, z: &[Interval], b: Option<[f64; 3]>) -> Interval
     // Bernstein's coefficients of w; no value is larger than the largest, and the wave has mean 0.
     let middle = total / count;
     let away = size(&mut z.iter().map(|z| z.mid() - middle));
-    let slack = leaf.swell * (away + around + 2.0 * of_b + 8.0 * f64::EPSILON * of_z)
-        + leaf.error * (of_z + 2.0 * of_b);
+    // What carries the wave has its mean.
+    let (carried, in_wave) = match &tree.carried {
+        Some(carried) => (carried.mean(z, &b), 0.0),
+        None => (Interval::ZERO, away + around + 2.0 * of_b),
+    };
+    let slack =
+        leaf.swell * (in_wave + 8.0 * f64::EPSILON * of_z) + leaf.error * (of_z + 2.0 * of_b);
     // Fewer than 32 roundings, each of no more than the largest of f w or so.
     let rounding = 32.0 * f64::EPSILON * of_p * (of_z + 4.0 * of_b) + of_p * around;
     let off = 1.001 * (slack + rounding) + f64::MIN_POSITIVE;
-    Interval::new(mean - off, mean + off)
+    Interval::new(mean - off, mean + off) + carried
 }
 
 /// (f, w)_κ of v's w = Σ_F 4 b_F λ_a λ_b where f has several models.
@@ -582,7 +589,7 @@ fn load_of_cell(
     let count = simplex.dim + 1;
     let (at, tree) = (Interval::at, &fields.data.trees[cell]);
     if !tree.is_cut() {
-        return mean_of_product(&tree.whole, &z[..count], b) * simplex.measure;
+        return mean_of_product(tree, &z[..count], b) * simplex.measure;
     }
     let mut load = b.map_or(Interval::ZERO, |b| load_of_bubbles(tree, b));
     tree.for_each(&mut |node, piece, share| {

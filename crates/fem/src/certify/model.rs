@@ -16,6 +16,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::line::{Along, Axis, Carried, Part, along};
 use super::quadratic::Quadratic;
 use super::simplex::{Vector, corners, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
@@ -69,6 +70,8 @@ pub(super) struct Tree {
     pub whole: Leaf,
     /// Its halves, theirs, …; empty where it was not cut.
     pub rest: Vec<Leaf>,
+    /// What carries s, on a triangle that was not cut.
+    pub carried: Option<Box<Carried>>,
 }
 
 impl Tree {
@@ -176,6 +179,9 @@ struct Boxes {
     on_line: HashMap<([[u64; 2]; 4], usize, bool), Leaf>,
 }
 
+/// What hangs on one axis along the corners of triangles, in order, as bits; where it could be told.
+type Lines = HashMap<[u64; 3], Along>;
+
 /// A box along the axes that count, as bits; the derivatives that are taken; is a simplex all that counts?
 type Place = ([[u64; 2]; 3], usize, bool);
 
@@ -192,6 +198,28 @@ const AT_FIRST: usize = 2;
 const WORTH: f64 = 0.25;
 /// … and not tried where the first leave so many times the range of f: a leaf is then longer than its waves.
 const FAR: f64 = 4.0;
+/// Along one axis this part of what was not known before is little enough.
+const LITTLE: f64 = 3e-4;
+/// So many cells are one task at least.
+const TOGETHER: usize = 1024;
+
+/// What becomes of a leaf: the same with more derivatives, or its halves.
+struct Improved {
+    made: Vec<Open>,
+    /// In whose middle it was cut.
+    edge: [usize; 2],
+    carried: Option<Box<Carried>>,
+}
+
+impl Improved {
+    fn same(leaf: Open) -> Self {
+        Improved {
+            made: vec![leaf],
+            edge: [0; 2],
+            carried: None,
+        }
+    }
+}
 
 impl Domain<'_> {
     /// The trees of all simplices, and whether the tolerance was met.
@@ -200,14 +228,17 @@ impl Domain<'_> {
     /// An interruption.
     pub fn enclose(&self, effort: &Effort) -> Result<Vec<Tree>> {
         let (count, axes) = (self.measures.len(), self.axes());
+        // Cells have models along one axis in common: the fewer tasks, the more.
+        let least = if axes.len() == 1 { TOGETHER } else { 1 };
         let mut trees: Vec<Tree> = (0..count)
             .into_par_iter()
+            .with_min_len(least)
             .map_init(Boxes::default, |boxes, k| {
                 cancel::check()?;
                 let whole = self.model((k, &WHOLE), AT_FIRST, &axes, boxes);
                 Ok(Tree {
                     whole,
-                    rest: Vec::new(),
+                    ..Tree::default()
                 })
             })
             .collect::<Result<_>>()?;
@@ -229,6 +260,7 @@ impl Domain<'_> {
             return Ok(trees);
         }
         let mut open: Vec<Open> = (0..count).map(whole).collect();
+        let measure: f64 = self.measures.iter().sum();
         loop {
             cancel::check()?;
             let total = above_of_all(open.iter().map(Open::cost));
@@ -247,14 +279,18 @@ impl Domain<'_> {
             for late in chosen.iter_mut().skip(left) {
                 late.is_final = true;
             }
-            let made: Vec<(Vec<Open>, [usize; 2])> = chosen
+            let aim = 0.5 * effort.tolerance * square.sqrt() / measure;
+            let lines = self.lines(&chosen, &axes, aim)?;
+            let improved: Vec<Improved> = chosen
                 .par_iter()
                 .map_init(Boxes::default, |boxes, parent| {
-                    cancel::check().map(|()| self.improved(parent, &axes, boxes))
+                    cancel::check().map(|()| self.improved(parent, &axes, &lines, boxes))
                 })
                 .collect::<Result<_>>()?;
-            for (parent, (mut made, edge)) in chosen.iter().zip(made) {
+            for (parent, improved) in chosen.iter().zip(improved) {
+                let (mut made, edge) = (improved.made, improved.edge);
                 let tree = &mut trees[parent.simplex];
+                tree.carried = improved.carried;
                 square -= parent.square();
                 square += made.iter().map(Open::square).sum::<f64>();
                 if let [same] = &made[..] {
@@ -276,25 +312,32 @@ impl Domain<'_> {
         Ok(trees)
     }
 
-    /// The same leaf with more derivatives, or its halves, and the edge in whose middle it was cut.
     fn improved(
         &self,
         parent: &Open,
         axes: &[usize],
+        lines: &Lines,
         boxes: &mut Boxes,
-    ) -> (Vec<Open>, [usize; 2]) {
-        if parent.order < MOST && parent.leaf.is_smooth {
+    ) -> Improved {
+        if parent.may_be_smoother() {
             let leaf = self.model((parent.simplex, &parent.piece), MOST, axes, boxes);
             let worth = if parent.is_final { 1.0 } else { WORTH };
             if leaf.error < worth * parent.leaf.error {
-                let order = MOST;
-                let same = Open {
+                return Improved::same(Open {
                     leaf,
-                    order,
+                    order: MOST,
                     ..*parent
-                };
-                return (vec![same], [0; 2]);
+                });
             }
+            if self.axis_of(parent, axes).is_some() {
+                return Improved::same(Open {
+                    order: MOST,
+                    ..*parent
+                });
+            }
+        }
+        if let Some(found) = self.along_axis(parent, axes, lines) {
+            return found;
         }
         let vertices = (self.vertices)(parent.simplex);
         let edge = longest_edge(&parent.piece, self.dim, |weights| {
@@ -305,11 +348,10 @@ impl Domain<'_> {
         let both = halves(&parent.piece, edge);
         let is_exact = |x: &f64| (x * 2.0_f64.powi(FINEST)).fract() == 0.0;
         if parent.is_final || !both[0].iter().flatten().all(is_exact) {
-            let same = Open {
+            return Improved::same(Open {
                 is_final: true,
                 ..*parent
-            };
-            return (vec![same], [0; 2]);
+            });
         }
         let mut of = |piece: Piece| Open {
             leaf: self.model((parent.simplex, &piece), parent.order, axes, boxes),
@@ -317,7 +359,78 @@ impl Domain<'_> {
             measure: 0.5 * parent.measure,
             ..*parent
         };
-        (both.map(&mut of).into(), edge)
+        Improved {
+            made: both.map(&mut of).into(),
+            edge,
+            carried: None,
+        }
+    }
+
+    /// Is it the whole of a triangle, and hangs the expression on this axis alone?
+    fn axis_of(&self, open: &Open, axes: &[usize]) -> Option<usize> {
+        match axes {
+            [axis] if open.node == 0 && [self.dim, self.space] == [2, 2] => Some(*axis),
+            _ => None,
+        }
+    }
+
+    /// The corners of a triangle along an axis, in order.
+    fn corners_along(&self, simplex: usize, axis: usize) -> [f64; 3] {
+        let [a, b, c, _] = (self.vertices)(simplex);
+        let mut along = [a, b, c].map(|x| x[axis]);
+        along.sort_by(f64::total_cmp);
+        along
+    }
+
+    /// What hangs on one axis, along the corners of the triangles that wait for it: each once.
+    fn lines(&self, open: &[Open], axes: &[usize], aim: f64) -> Result<Lines> {
+        let waiting = open.par_iter().filter(|open| !open.may_be_smoother());
+        let corners = waiting.filter_map(|open| {
+            let axis = self.axis_of(open, axes)?;
+            Some(self.corners_along(open.simplex, axis).map(f64::to_bits))
+        });
+        let corners: Vec<[u64; 3]> = different(corners.collect());
+        let (Some(axis), false) = (axes.first(), corners.is_empty()) else {
+            return Ok(Lines::default());
+        };
+        let largest = open.iter().map(|o| o.leaf.error).fold(0.0, f64::max);
+        let of = Axis {
+            expression: self.expression,
+            axis: *axis,
+            unit: self.unit,
+            aim: aim.max(LITTLE * largest),
+        };
+        let ends = |[a, b, c]: [u64; 3]| [[a, b], [b, c]];
+        let sides = different(corners.iter().copied().flat_map(ends).collect());
+        let parts: HashMap<[u64; 2], Option<Vec<Part>>> = sides
+            .into_par_iter()
+            .map(|side| cancel::check().map(|()| (side, of.parts(side.map(f64::from_bits)))))
+            .collect::<Result<_>>()?;
+        let found = corners.into_par_iter().filter_map(|corners| {
+            let sides = ends(corners).map(|ends| parts[&ends].as_deref());
+            let [Some(first), Some(last)] = sides else {
+                return None;
+            };
+            Some((corners, along(corners.map(f64::from_bits), [first, last])?))
+        });
+        Ok(found.collect())
+    }
+
+    /// A triangle, and what hangs on one axis: where the model along that is much better it is taken, and not cut.
+    fn along_axis(&self, parent: &Open, axes: &[usize], lines: &Lines) -> Option<Improved> {
+        let axis = self.axis_of(parent, axes)?;
+        let corners = self.corners_along(parent.simplex, axis);
+        let [a, b, c, _] = (self.vertices)(parent.simplex);
+        let found = lines.get(&corners.map(f64::to_bits))?;
+        let (leaf, carried) = found.on(&[a, b, c], axis);
+        (leaf.error < WORTH * parent.leaf.error).then(|| Improved {
+            carried: Some(Box::new(carried)),
+            ..Improved::same(Open {
+                leaf,
+                is_final: true,
+                ..*parent
+            })
+        })
     }
 
     /// The axes along which the expression varies, at most.
@@ -513,6 +626,13 @@ impl Domain<'_> {
     }
 }
 
+/// Each once, in order.
+fn different<T: Ord + Send>(mut all: Vec<T>) -> Vec<T> {
+    all.par_sort_unstable();
+    all.dedup();
+    all
+}
+
 /// The box of a simplex.
 fn around(corners: &[Vector]) -> Vector {
     let all = corners.iter().copied();
@@ -607,6 +727,11 @@ impl Open {
     /// ∫ |r|
     fn cost(&self) -> f64 {
         self.leaf.cost(self.measure)
+    }
+
+    /// May more derivatives say more of it?
+    fn may_be_smoother(&self) -> bool {
+        self.order < MOST && self.leaf.is_smooth
     }
 
     /// ∫ f², roughly.

@@ -327,6 +327,24 @@ impl<const D: usize> Quadratic<D> {
         })
     }
 
+    /// z_i and b_F of about the best Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b on a triangle whose gradient it is.
+    pub fn potential(&self, triangle: &Simplex) -> ([Interval; 4], [f64; 3]) {
+        let x = &triangle.vertices;
+        let mut rises = [0.0; 3];
+        let mut b = [0.0; 3];
+        for (edge, [i, j]) in EDGES.into_iter().enumerate().take(3) {
+            let along = |w: &[f64; D]| (0..2).map(|k| w[k] * (x[j][k] - x[i][k])).sum::<f64>();
+            let [from, to] = [along(&self.corners[i]), along(&self.corners[j])];
+            rises[edge] = (from + 4.0 * along(&self.middles[edge]) + to) / 6.0;
+            b[3 - i - j] = (from - to) / 8.0;
+        }
+        // Around the triangle a gradient rises by 0.
+        let [first, second, third] = rises;
+        let open = (second - first - third) / 3.0;
+        let z = [0.0, first + open, second - open, 0.0];
+        (z.map(Interval::at), b)
+    }
+
     /// The mean of |·|² over the simplex.
     ///
     /// With Bernstein's coefficients b_ii = w(x_i) and b_ij = 2 w(m_ij) - (b_ii + b_jj)/2 it is F(b) = Σ b_α·b_β g(α, β),

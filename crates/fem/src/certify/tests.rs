@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 use super::cells::CellFields;
 use super::lift::Lift;
+use super::line::{points_beside_knee, tau_by_quadrature};
 use super::quadratic::Quadratic;
 use super::*;
 use crate::assembly::combine;
@@ -93,7 +94,19 @@ fn errors(fields: &CellFields, exact: &Expression) -> True {
             std::array::from_fn(|i| (0..=mesh.dim).map(|k| inner[k] * piece[k][i]).sum())
         };
         let of_lift = lift::of_cell(&fields.data, cell);
-        if let Some(lift) = of_lift.first() {
+        if balance.carried.is_some() {
+            let heights = of_lift.iter().flat_map(|lift| &lift.sectors);
+            assert!(heights.map(|s| s.height).all(|height| height < 1e-9));
+            let f = &problem.scene.data().f;
+            let [a, b, c, _] = mesh.vertices(cell);
+            let [p, q, r, _] = fields.data.trees[cell].whole.values;
+            let axis = f.axes()[0];
+            let tau = tau_by_quadrature(|x| f.value(x), [a, b, c], [p, q, r], axis);
+            for (lambda, weight) in &points_beside_knee(&[a, b, c], axis, 3) {
+                let [x, y] = tau(geometry.point(lambda));
+                add(lambda, *weight, zero, Vector3::new(x, y, 0.0));
+            }
+        } else if let Some(lift) = of_lift.first() {
             assert!(
                 of_lift.len() == 1 && balance.tau.is_empty(),
                 "a cell of its own for each lift"
@@ -320,6 +333,157 @@ proptest! {
             "{} u_h {:?} {}", name, certificate.u_h, truth.u_h
         );
     }
+}
+
+/// Several waves of f on a cell, along one axis: u = sin(kx + φ), or of y, which touches nothing.
+fn waves(k: &str, phase: &str) -> [(&'static str, Scene); 2] {
+    [
+        ("x", "\"left\", \"right\"", "top", "bottom"),
+        ("y", "\"bottom\", \"top\"", "right", "left"),
+    ]
+    .map(|(axis, held, free, contact)| {
+        let text = format!(
+            "name = \"waves\"\n[mesh]\ngenerator = \"union-jack\"\nn = 2\n[boundary]\ndirichlet = [{held}]\n\
+             neumann = [\"{free}\"]\ncontact = [\"{contact}\"]\n[data]\nf = \"({k})^2*sin({k}*{axis}+{phase})\"\n\
+             g = \"sin({k}*{axis}+{phase})\"\npsi = \"3\"\n"
+        );
+        (axis, Scene::parse(&text).unwrap())
+    })
+}
+
+/// Norms and loads of cells with a flux that carries the wave of f hold what quadrature finds, tightly.
+#[test]
+fn norms_with_a_carried_wave_are_those_of_the_fields() {
+    let mut checked = 0;
+    for (axis, scene) in waves("16*pi", "pi/2-atan(1.5/pi)") {
+        let mesh = scene.triangulation(Some(4)).unwrap();
+        let f = &scene.data().f;
+        let method = Method::cr();
+        let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
+        let (_, fields) = certified(&problem, &solved(&problem)).unwrap();
+        for cell in 0..mesh.cell_count() {
+            let tree = &fields.data.trees[cell];
+            let simplex = fields.simplex(cell);
+            let has_lift = !lift::of_cell(&fields.data, cell).is_empty();
+            if has_lift || fields.balance(&simplex, cell).carried.is_none() {
+                continue;
+            }
+            checked += 1;
+            let geometry = mesh.geometry(cell);
+            let [a, b, c, _] = mesh.vertices(cell);
+            let [p, q, r, _] = tree.whole.values;
+            let tau = tau_by_quadrature(|x| f.value(x), [a, b, c], [p, q, r], f.axes()[0]);
+            let points = points_beside_knee(&[a, b, c], f.axes()[0], 4);
+            let (sigma, slope) = (sigma(&fields, cell), fields.slope::<3>(&simplex, cell));
+            let slope = Quadratic::of(&slope);
+            let (values, bubbles) = (fields.corner_values(cell), fields.bubbles_of(cell));
+            let bubbles = bubbles.unwrap_or_default();
+            let local = problem.space.local(cell, &fields.u);
+            let mut sums = [0.0; 5];
+            for (lambda, weight) in &points {
+                let x = geometry.point(lambda);
+                let [along, across] = tau(x);
+                let of_v = Vector3::from(slope.at(lambda, 2));
+                let sigma = sigma(lambda) + Vector3::new(along, across, 0.0);
+                let of_g = 0.5 * (of_v + sigma);
+                let of_u = combine(&problem.space.gradients(&geometry, lambda), &local);
+                let v: f64 = (0..3)
+                    .map(|i| {
+                        let bubble = 4.0 * lambda[(i + 1) % 3] * lambda[(i + 2) % 3];
+                        lambda[i] * values[i].mid() + bubbles[i] * bubble
+                    })
+                    .sum();
+                let fields = [of_v - sigma, of_g, of_g - of_u, sigma].map(|w| w.norm_squared());
+                let [misfit, of_g, distance, flux] = fields;
+                for (sum, of) in sums
+                    .iter_mut()
+                    .zip([misfit, of_g, distance, flux, f.value(x) * v])
+                {
+                    *sum += geometry.measure() * weight * of;
+                }
+            }
+            let norms = fields.norms(&simplex, cell);
+            let [misfit, of_g, distance, flux] = [0, 1, 2, 3].map(|k| sums[k].sqrt());
+            let holds = |of: Interval, by: f64, tight: f64| {
+                let room = 1e-3 * by.abs();
+                assert!(
+                    of.low - room <= by && by <= of.high + room && of.high - of.low <= tight,
+                    "{axis} cell {cell}: {of:?} {by}"
+                );
+            };
+            // σ is no gradient where p has a slope, and (σ, τ) known less well.
+            let size = fields.balance(&simplex, cell).norm + distance;
+            holds(
+                Interval::new(0.0, norms.parts.misfit),
+                misfit,
+                misfit + 0.4 * size,
+            );
+            holds(Interval::new(0.0, norms.flux), flux, flux + 0.4 * size);
+            holds(norms.gradient, of_g, 0.4 * size);
+            holds(norms.distance, distance, 0.4 * size);
+            holds(norms.load, sums[4], 0.05 * size);
+        }
+    }
+    assert!(checked > 20, "{checked}");
+}
+
+#[test]
+fn waves_longer_than_cells_are_bounded() {
+    let mut carried = 0;
+    for (axis, scene) in waves("20", "0") {
+        let exact = Expression::parse(&format!("sin(20*{axis})")).unwrap();
+        // ‖∇u‖² = 200 + 5 sin 40, and J(u) = ½‖∇u‖² - 400 ∫ sin².
+        let square = 200.0 + 5.0 * 40.0_f64.sin();
+        let energy = 0.5 * square - (200.0 - 5.0 * 40.0_f64.sin());
+        for (method, n, seed) in [
+            ("cr", 1, 0),
+            ("cr", 4, 1),
+            ("cr-fc", 2, 2),
+            ("p1", 3, 3),
+            ("p2", 2, 4),
+            ("p2", 5, 5),
+        ] {
+            let mesh = moved(&scene, n, seed);
+            let method_of = method.parse().unwrap();
+            let problem =
+                Problem::new(&scene, &mesh, &Discretisation::of(&scene, method_of)).unwrap();
+            let u = solved(&problem);
+            let (certificate, fields) = certified(&problem, &u).unwrap();
+            carried += fields
+                .data
+                .trees
+                .iter()
+                .filter(|tree| tree.carried.is_some())
+                .count();
+            let truth = errors(&fields, &exact);
+            let ratios = [
+                certificate.g / truth.g,
+                certificate.v / truth.v,
+                certificate.u_h[1] / truth.u_h,
+            ];
+            println!(
+                "{axis} {method} {n} {ratios:.3?} {:?} {:?}",
+                certificate.gradient, certificate.energy
+            );
+            assert!(
+                ratios.iter().all(|r| *r >= 1.0 - 1e-4 && *r < 6.0),
+                "{axis} {method} {n} {ratios:?}"
+            );
+            assert!(certificate.u_h[0] <= truth.u_h * (1.0 + 1e-4));
+            let holds = |[low, high]: [f64; 2], value: f64| low <= value && value <= high;
+            assert!(
+                holds(certificate.gradient, square.sqrt()),
+                "{:?}",
+                certificate.gradient
+            );
+            assert!(
+                holds(certificate.energy, energy),
+                "{:?} {energy}",
+                certificate.energy
+            );
+        }
+    }
+    assert!(carried > 100, "{carried}");
 }
 
 fn integral(mesh: &Triangulation, value: impl Fn(usize, &CellGeometry, &[f64; 4]) -> f64) -> f64 {

@@ -152,6 +152,16 @@ impl Size {
     }
 
     pub fn product<const N: usize>(self, a: &Taylor<N>, b: &Taylor<N>) -> Taylor<N> {
+        // Most products are by a number.
+        for (number, other) in [(a, b), (b, a)] {
+            if !number.may_jump && self.is_flat(&number.coefficients, 1) {
+                let mut of = *other;
+                for c in &mut of.coefficients[..self.count] {
+                    *c = number.value() * *c;
+                }
+                return of;
+            }
+        }
         let (a, b, may_jump) = (&a.coefficients, &b.coefficients, a.may_jump || b.may_jump);
         let mut of = self.of_slopes(a, b);
         of[0] = a[0] * b[0];
@@ -162,6 +172,12 @@ impl Size {
             coefficients: of,
             may_jump,
         }
+    }
+
+    /// Are all coefficients from the degree on 0?
+    fn is_flat<const N: usize>(self, a: &[Interval; N], degree: usize) -> bool {
+        let from = self.counts[degree.min(self.order + 1) - 1];
+        a[from..self.count].iter().all(|c| c.is_zero())
     }
 
     /// The product without both constants.
@@ -202,6 +218,15 @@ impl Size {
                 of.coefficients[n] += g[k] * power[n];
             }
         };
+        // Along one axis most functions are of a linear one.
+        if self.order >= 1 && self.slopes() == 1 && self.is_flat(a, 2) {
+            let mut power = Interval::ONE;
+            for (c, g) in of.coefficients[1..self.count].iter_mut().zip(&g[1..]) {
+                power = power * a[1];
+                *c = *g * power;
+            }
+            return of;
+        }
         if self.order >= 1 {
             add(1, a);
         }

@@ -38,7 +38,7 @@ pub fn write(
     save(path, mesh, fields, whole, encoding, Topology::Cells)
 }
 
-/// [`write`] of a sound mesh.
+/// [`write()`] of a sound mesh.
 pub(super) fn save(
     path: &Path,
     mesh: &Mesh,
