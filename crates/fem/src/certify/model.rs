@@ -16,7 +16,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::line::{Along, Axis, Carried, Part, along};
+use super::line::{Carried, Lines};
 use super::quadratic::Quadratic;
 use super::simplex::{Vector, corners, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
@@ -179,9 +179,6 @@ struct Boxes {
     on_line: HashMap<([[u64; 2]; 4], usize, bool), Leaf>,
 }
 
-/// What hangs on one axis along the corners of triangles, in order, as bits; where it could be told.
-type Lines = HashMap<[u64; 3], Along>;
-
 /// A box along the axes that count, as bits; the derivatives that are taken; is a simplex all that counts?
 type Place = ([[u64; 2]; 3], usize, bool);
 
@@ -195,24 +192,22 @@ const COSTLY: f64 = 0.125;
 /// So many derivatives are taken at first.
 const AT_FIRST: usize = 2;
 /// More derivatives are worth their time where they leave less than this part.
-const WORTH: f64 = 0.25;
+pub(super) const WORTH: f64 = 0.25;
 /// … and not tried where the first leave so many times the range of f: a leaf is then longer than its waves.
 const FAR: f64 = 4.0;
-/// Along one axis this part of what was not known before is little enough.
-const LITTLE: f64 = 3e-4;
 /// So many cells are one task at least.
 const TOGETHER: usize = 1024;
 
 /// What becomes of a leaf: the same with more derivatives, or its halves.
-struct Improved {
-    made: Vec<Open>,
+pub(super) struct Improved {
+    pub made: Vec<Open>,
     /// In whose middle it was cut.
-    edge: [usize; 2],
-    carried: Option<Box<Carried>>,
+    pub edge: [usize; 2],
+    pub carried: Option<Box<Carried>>,
 }
 
 impl Improved {
-    fn same(leaf: Open) -> Self {
+    pub fn same(leaf: Open) -> Self {
         Improved {
             made: vec![leaf],
             edge: [0; 2],
@@ -364,73 +359,6 @@ impl Domain<'_> {
             edge,
             carried: None,
         }
-    }
-
-    /// Is it the whole of a triangle, and hangs the expression on this axis alone?
-    fn axis_of(&self, open: &Open, axes: &[usize]) -> Option<usize> {
-        match axes {
-            [axis] if open.node == 0 && [self.dim, self.space] == [2, 2] => Some(*axis),
-            _ => None,
-        }
-    }
-
-    /// The corners of a triangle along an axis, in order.
-    fn corners_along(&self, simplex: usize, axis: usize) -> [f64; 3] {
-        let [a, b, c, _] = (self.vertices)(simplex);
-        let mut along = [a, b, c].map(|x| x[axis]);
-        along.sort_by(f64::total_cmp);
-        along
-    }
-
-    /// What hangs on one axis, along the corners of the triangles that wait for it: each once.
-    fn lines(&self, open: &[Open], axes: &[usize], aim: f64) -> Result<Lines> {
-        let waiting = open.par_iter().filter(|open| !open.may_be_smoother());
-        let corners = waiting.filter_map(|open| {
-            let axis = self.axis_of(open, axes)?;
-            Some(self.corners_along(open.simplex, axis).map(f64::to_bits))
-        });
-        let corners: Vec<[u64; 3]> = different(corners.collect());
-        let (Some(axis), false) = (axes.first(), corners.is_empty()) else {
-            return Ok(Lines::default());
-        };
-        let largest = open.iter().map(|o| o.leaf.error).fold(0.0, f64::max);
-        let of = Axis {
-            expression: self.expression,
-            axis: *axis,
-            unit: self.unit,
-            aim: aim.max(LITTLE * largest),
-        };
-        let ends = |[a, b, c]: [u64; 3]| [[a, b], [b, c]];
-        let sides = different(corners.iter().copied().flat_map(ends).collect());
-        let parts: HashMap<[u64; 2], Option<Vec<Part>>> = sides
-            .into_par_iter()
-            .map(|side| cancel::check().map(|()| (side, of.parts(side.map(f64::from_bits)))))
-            .collect::<Result<_>>()?;
-        let found = corners.into_par_iter().filter_map(|corners| {
-            let sides = ends(corners).map(|ends| parts[&ends].as_deref());
-            let [Some(first), Some(last)] = sides else {
-                return None;
-            };
-            Some((corners, along(corners.map(f64::from_bits), [first, last])?))
-        });
-        Ok(found.collect())
-    }
-
-    /// A triangle, and what hangs on one axis: where the model along that is much better it is taken, and not cut.
-    fn along_axis(&self, parent: &Open, axes: &[usize], lines: &Lines) -> Option<Improved> {
-        let axis = self.axis_of(parent, axes)?;
-        let corners = self.corners_along(parent.simplex, axis);
-        let [a, b, c, _] = (self.vertices)(parent.simplex);
-        let found = lines.get(&corners.map(f64::to_bits))?;
-        let (leaf, carried) = found.on(&[a, b, c], axis);
-        (leaf.error < WORTH * parent.leaf.error).then(|| Improved {
-            carried: Some(Box::new(carried)),
-            ..Improved::same(Open {
-                leaf,
-                is_final: true,
-                ..*parent
-            })
-        })
     }
 
     /// The axes along which the expression varies, at most.
@@ -626,13 +554,6 @@ impl Domain<'_> {
     }
 }
 
-/// Each once, in order.
-fn different<T: Ord + Send>(mut all: Vec<T>) -> Vec<T> {
-    all.par_sort_unstable();
-    all.dedup();
-    all
-}
-
 /// The box of a simplex.
 fn around(corners: &[Vector]) -> Vector {
     let all = corners.iter().copied();
@@ -711,16 +632,16 @@ fn root_mean_square(corners: &[Vector], terms: &[([u8; 3], f64)], mean: Interval
 
 /// A leaf that may be cut.
 #[derive(Clone, Copy)]
-struct Open {
-    simplex: usize,
-    node: u32,
-    piece: Piece,
+pub(super) struct Open {
+    pub simplex: usize,
+    pub node: u32,
+    pub piece: Piece,
     /// May it not be cut any more?
-    is_final: bool,
+    pub is_final: bool,
     /// So many derivatives are taken.
-    order: usize,
-    measure: f64,
-    leaf: Leaf,
+    pub order: usize,
+    pub measure: f64,
+    pub leaf: Leaf,
 }
 
 impl Open {
@@ -730,7 +651,7 @@ impl Open {
     }
 
     /// May more derivatives say more of it?
-    fn may_be_smoother(&self) -> bool {
+    pub fn may_be_smoother(&self) -> bool {
         self.order < MOST && self.leaf.is_smooth
     }
 

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::cells::CellFields;
 use super::lift::Lift;
-use super::line::{points_beside_knee, tau_by_quadrature};
+use super::line::tests::{points_beside_knee, tau_by_quadrature};
 use super::quadratic::Quadratic;
 use super::*;
 use crate::assembly::combine;

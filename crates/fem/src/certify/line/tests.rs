@@ -1,0 +1,223 @@
+use super::*;
+use crate::quadrature::{Piece, WHOLE, exact, parts};
+
+/// τ by quadrature, from f itself and p at the corners.
+pub(in super::super) fn tau_by_quadrature(
+    f: impl Fn([f64; 3]) -> f64,
+    corners: [[f64; 3]; 3],
+    p: [f64; 3],
+    axis: usize,
+) -> impl Fn([f64; 3]) -> [f64; 2] {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| corners[i][axis].total_cmp(&corners[j][axis]));
+    let x = order.map(|i| corners[i][axis]);
+    let y = order.map(|i| corners[i][1 - axis]);
+    let p = order.map(|i| p[i]);
+    let on_longest =
+        move |t: f64, of: [f64; 3]| of[0] + (of[2] - of[0]) * (t - x[0]) / (x[2] - x[0]);
+    let height = move |t: f64| {
+        let rising = if x[1] > x[0] {
+            (t - x[0]) / (x[1] - x[0])
+        } else {
+            1.0
+        };
+        let falling = if x[2] > x[1] {
+            (x[2] - t) / (x[2] - x[1])
+        } else {
+            1.0
+        };
+        rising.min(falling)
+    };
+    let wave = move |t: f64| {
+        let mut place = [0.0; 3];
+        place[axis] = t;
+        f(place) - on_longest(t, p)
+    };
+    let integral = move |from: f64, to: f64| -> f64 {
+        let (rule, count) = (exact(1, 9), 40);
+        let h = (to - from) / f64::from(count);
+        let points = (0..count).flat_map(|k| {
+            let at = from + f64::from(k) * h;
+            rule.iter()
+                .map(move |(lambda, weight)| (at + h * lambda[1], h * weight))
+        });
+        points.map(|(t, weight)| weight * wave(t) * height(t)).sum()
+    };
+    move |place| {
+        let (t, across) = (place[axis], place[1 - axis]);
+        let is_first = t < x[1];
+        // From the nearer end, where it is 0.
+        let phi = if is_first {
+            integral(x[0], t)
+        } else {
+            -integral(t, x[2])
+        };
+        let side = usize::from(!is_first);
+        let short = (y[side + 1] - y[side]) / (x[side + 1] - x[side]);
+        let long = (y[2] - y[0]) / (x[2] - x[0]);
+        let there = [on_longest(t, y), y[side] + short * (t - x[side])];
+        let slope = long + (short - long) * (across - there[0]) / (there[1] - there[0]);
+        let along = -phi / height(t);
+        let mut tau = [0.0; 2];
+        (tau[axis], tau[1 - axis]) = (along, along * slope);
+        tau
+    }
+}
+
+/// Points and weights on a triangle for what is smooth on either side of the middle corner along an axis, as τ is.
+pub(in super::super) fn points_beside_knee(
+    corners: &[[f64; 3]; 3],
+    axis: usize,
+    cuts: usize,
+) -> Vec<([f64; 4], f64)> {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| corners[i][axis].total_cmp(&corners[j][axis]));
+    let [first, knee, last] = order;
+    let x = order.map(|i| corners[i][axis]);
+    let share = (x[1] - x[0]) / (x[2] - x[0]);
+    let mut opposite = [0.0; 4];
+    (opposite[first], opposite[last]) = (1.0 - share, share);
+    let of = |corner: usize| WHOLE[corner];
+    let mut found = Vec::new();
+    for (tip, share) in [(first, share), (last, 1.0 - share)] {
+        let mut pieces: Vec<Piece> = vec![[of(tip), of(knee), opposite, [0.0; 4]]];
+        for _ in 0..cuts {
+            pieces = pieces.iter().flat_map(|piece| parts(piece, 2)).collect();
+        }
+        let (rule, share) = (exact(2, 5), share / pieces.len() as f64);
+        for piece in pieces.iter().filter(|_| share > 0.0) {
+            let at = |inner: &[f64; 4]| {
+                std::array::from_fn(|i| (0..3).map(|k| inner[k] * piece[k][i]).sum())
+            };
+            found.extend(rule.iter().map(|(inner, w)| (at(&inner), w * share)));
+        }
+    }
+    found
+}
+
+/// The model, τ's square and the moments of s hold what quadrature finds, and (τ, ∇z) = (s, z).
+#[test]
+fn tau_is_what_quadrature_finds() {
+    let triangles = [
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+        [[0.3, 0.1], [0.5, 0.4], [1.1, -0.2]],
+        [[0.5, 0.0], [0.25, 0.0625], [0.0, 0.0]],
+        [[-0.2, 0.7], [0.9, 0.65], [0.1, 0.9]],
+        [[0.75, 0.0], [0.75, 1.0], [0.0, 0.3]],
+    ];
+    let functions = [
+        "sin(17*@)",
+        "exp(-30*(@-0.4)^2)",
+        "1/(1.2+@)",
+        "@^7-3*@^2",
+        "cos(50*@)+2*@",
+    ];
+    for (triangle, (text, axis)) in triangles.iter().zip(functions.iter().zip([0, 1, 0, 1, 0])) {
+        let f = Expression::parse(&text.replace('@', ["x", "y"][axis])).unwrap();
+        let corners = triangle.map(|[x, y]| [x, y, 0.0]);
+        let of = Axis {
+            expression: &f,
+            axis,
+            unit: 0,
+            aim: 1e-6,
+        };
+        let mut along_axis = corners.map(|x| x[axis]);
+        along_axis.sort_by(f64::total_cmp);
+        let [a, b, c] = along_axis;
+        let sides = [[a, b], [b, c]].map(|ends| of.parts(ends).unwrap());
+        let found = along(along_axis, [&sides[0], &sides[1]]).unwrap();
+        let (leaf, carried) = found.on(&corners, axis);
+        assert!(leaf.error < 2e-6, "{text} {}", leaf.error);
+        let values = [0, 1, 2].map(|i| leaf.values[i]);
+        let tau = tau_by_quadrature(|x| f.value(x), corners, values, axis);
+        let points = points_beside_knee(&corners, axis, 5);
+        let (mut square, mut of_s, mut size) = (0.0, 0.0, 0.0_f64);
+        let [mut flat, mut bubbles] = [[0.0; 3]; 2];
+        // (τ, ∇z) - (s, z) of monomials.
+        let powers = [[1, 0], [0, 1], [2, 0], [1, 1], [0, 2], [3, 0], [1, 2]];
+        let mut off = [0.0; 7];
+        for (lambda, weight) in &points {
+            let x: [f64; 3] =
+                std::array::from_fn(|k| (0..3).map(|i| lambda[i] * corners[i][k]).sum());
+            let p: f64 = (0..3).map(|i| lambda[i] * leaf.values[i]).sum();
+            let s = f.value(x) - p;
+            let t = tau(x);
+            square += weight * (t[0] * t[0] + t[1] * t[1]);
+            of_s += weight * s * s;
+            size = size.max(s.abs());
+            for i in 0..3 {
+                flat[i] += weight * s * lambda[i];
+                bubbles[i] += weight * s * 4.0 * lambda[(i + 1) % 3] * lambda[(i + 2) % 3];
+            }
+            for (off, [m, n]) in off.iter_mut().zip(powers) {
+                let power = |x: f64, n: i32| if n < 0 { 0.0 } else { x.powi(n) };
+                let z = x[0].powi(m) * x[1].powi(n);
+                let of_x = f64::from(m) * power(x[0], m - 1) * x[1].powi(n);
+                let of_y = f64::from(n) * x[0].powi(m) * power(x[1], n - 1);
+                *off += weight * (t[0] * of_x + t[1] * of_y - s * z);
+            }
+        }
+        let near = |of: Interval, by: f64, size: f64| {
+            let room = 1e-5 * size;
+            assert!(
+                of.low - room <= by && by <= of.high + room,
+                "{text} axis {axis}: {of:?} {by}"
+            );
+        };
+        near(carried.square, square, carried.square.high);
+        assert!(
+            carried.square.high <= 1.1 * square,
+            "{text}: {:?} {square}",
+            carried.square
+        );
+        for i in 0..3 {
+            near(carried.flat[i], flat[i], size);
+            near(carried.bubbles[i], bubbles[i], size);
+        }
+        assert!(
+            size <= leaf.wave && of_s.sqrt() <= leaf.swell * (1.0 + 1e-6),
+            "{text}"
+        );
+        assert!(
+            leaf.wave <= 2.0 * size + 1e-6,
+            "{text} {} {size}",
+            leaf.wave
+        );
+        let room = 1e-5 * size;
+        assert!(off.iter().all(|off| off.abs() <= room), "{text}: {off:?}");
+    }
+}
+
+/// Jumps, poles and what is not defined have no such model.
+#[test]
+fn what_jumps_is_not_modelled() {
+    for text in [
+        "if(x<0.3,1,2)",
+        "1/(x-0.3)",
+        "log(x-0.5)",
+        "abs(x-0.37)^0.5",
+    ] {
+        let f = Expression::parse(text).unwrap();
+        let of = Axis {
+            expression: &f,
+            axis: 0,
+            unit: 0,
+            aim: 1e-3,
+        };
+        assert!(of.parts([0.0, 1.0]).is_none(), "{text}");
+    }
+    // An `if` that is decided on each side of a corner is smooth there.
+    let f = Expression::parse("if(x<0.5123,sin(9*x),cos(9*x))").unwrap();
+    let of = Axis {
+        expression: &f,
+        axis: 0,
+        unit: 0,
+        aim: 1e-6,
+    };
+    assert!(
+        [[0.0, 0.5123], [0.5123, 1.0]]
+            .into_iter()
+            .all(|ends| of.parts(ends).is_some())
+    );
+    assert!(of.parts([0.2, 0.75]).is_none());
+}
