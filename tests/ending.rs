@@ -129,7 +129,7 @@ fn a_signal_and_a_time_limit_end_every_command() {
         path,
         "one-zone",
         "f = \"-2*pi*sin(2*pi*x)\"",
-        "f = \"-2*pi*sin(2*pi*x*60)-0.1\"",
+        "f = \"-2*pi*sin(2*pi*x*60)*cos(2*pi*y*60)-0.1\"",
     );
     let made = run(path, &["mesh", "make", "one-zone", "m.msh", "--n", "300"]);
     assert_eq!(made.code, Some(0), "{}", made.stderr);

@@ -243,7 +243,7 @@ impl Part {
         let mut here = s.coefficients.map(at);
         for first in 0..ON_LINE - 1 {
             for k in (first..ON_LINE - 1).rev() {
-                here[k] = here[k] + away * here[k + 1];
+                here[k] += away * here[k + 1];
             }
         }
         let sign = if tip == 0 { 1.0_f64 } else { -1.0 };
