@@ -1,6 +1,6 @@
 //! What a certificate takes beside the solve that it is of, in one run: medians in seconds, and their ratio. What is
 //! wanted is 3. A solve of `cr` in 2D takes about a microsecond a cell; a certificate is a solve of a flux, some steps for v
-//! and s of P2, and the norms of all these with bounds of their rounding. On the strip f has three waves a cell, and hangs on
+//! and s of P2, and the norms of all these with bounds of their rounding. On the strip f has three waves a cell, and depends on
 //! x alone: what a column of cells has in common is found once.
 //!
 //! ```sh

@@ -1,6 +1,6 @@
-//! Data that hang on one axis, on a triangle that is longer than their waves: s = f - p is the divergence of an explicit flux.
+//! Data that depend on one axis alone, on a triangle that is longer than their waves: s = f - p is the divergence of an explicit flux.
 //!
-//! Let f hang on x alone, w(x) be the length of the triangle's section at x and p constant or linear in x with (f - p, 1) = 0.
+//! Let f depend on x alone, w(x) be the length of the triangle's section at x and p constant or linear in x with (f - p, 1) = 0.
 //! In the coordinates (x, θ), θ from 0 to 1 along each section, at the height Y(x, θ),
 //!
 //! ```text
@@ -36,7 +36,7 @@ use crate::scene::expression::{MOST, ON_LINE, Taylor, spanned};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
-/// What hangs on one axis along the corners of triangles, in order, as bits; where it could be told.
+/// Models of what depends on one axis alone by the corners of triangles along it, in order, as bits; where there is one.
 pub(super) type Lines = HashMap<[u64; 3], Along>;
 
 /// τ on a triangle.
@@ -474,7 +474,7 @@ impl Along {
 }
 
 impl Domain<'_> {
-    /// Is it the whole of a triangle, and hangs the expression on this axis alone?
+    /// The axis, where a leaf is the whole of a triangle and the expression depends on one axis alone.
     pub(super) fn axis_of(&self, open: &Open, axes: &[usize]) -> Option<usize> {
         match axes {
             [axis] if open.node == 0 && [self.dim, self.space] == [2, 2] => Some(*axis),
@@ -490,7 +490,7 @@ impl Domain<'_> {
         along
     }
 
-    /// What hangs on one axis, along the corners of the triangles that wait for it: each once.
+    /// The models along one axis for the triangles that wait for them: each once.
     pub(super) fn lines(&self, open: &[Open], axes: &[usize], aim: f64) -> Result<Lines> {
         let waiting = open.par_iter().filter(|open| !open.may_be_smoother());
         let corners = waiting.filter_map(|open| {
@@ -524,7 +524,7 @@ impl Domain<'_> {
         Ok(found.collect())
     }
 
-    /// A triangle, and what hangs on one axis: where the model along that is much better it is taken, and not cut.
+    /// The model along one axis, where it is much better than what a triangle has: it is not cut then.
     pub(super) fn along_axis(
         &self,
         parent: &Open,

@@ -169,13 +169,13 @@ pub(super) struct Effort {
     pub budget: usize,
 }
 
-/// What one task met: cells in rows have their boxes in common, and along the axes on which an expression does not hang all
+/// What one task met: cells in rows have their boxes in common, and along the axes on which an expression does not depend all
 /// cells do.
 #[derive(Default)]
 struct Boxes {
     /// The derivatives on boxes and at their middles.
     derivatives: HashMap<Place, Vec<Interval>>,
-    /// Models of what hangs on one axis, by the corners along that, as bits, and as a [`Place`] has the rest.
+    /// Models of what depends on one axis alone, by the corners along that, as bits, and as a [`Place`] has the rest.
     on_line: HashMap<([[u64; 2]; 4], usize, bool), Leaf>,
 }
 
