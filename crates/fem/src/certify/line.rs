@@ -231,9 +231,7 @@ impl Part {
         let steep = N as f64 * (self.skew + STEP) * of.size();
         around(sum, of.off + steep)
     }
-}
 
-impl Part {
     /// ℓ ∫ Φ²/w on the part at a tip, the first end or the last: Φ = (d²/ℓ) Σ_j s_j d^j/(j+2) at the distance d, w = d/ℓ.
     fn at_tip(&self, s: &Polynomial<ON_LINE>, tip: usize) -> Interval {
         let at = Interval::at;

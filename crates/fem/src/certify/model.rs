@@ -307,6 +307,7 @@ impl Domain<'_> {
         Ok(trees)
     }
 
+    /// More derivatives, the model along an axis, or halves: whichever comes first of what helps.
     fn improved(
         &self,
         parent: &Open,

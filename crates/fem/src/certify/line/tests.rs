@@ -188,6 +188,40 @@ fn tau_is_what_quadrature_finds() {
     }
 }
 
+/// Of a coarse model all that f - p - s may be is in the error.
+#[test]
+fn moments_are_off_by_no_more_than_the_error() {
+    let corners = [[0.3, 0.1, 0.0], [0.5, 0.4, 0.0], [1.1, -0.2, 0.0]];
+    for text in ["sin(17*x)", "exp(-30*(x-0.6)^2)", "1/(0.01+x^2)"] {
+        let f = Expression::parse(text).unwrap();
+        let of = Axis {
+            expression: &f,
+            axis: 0,
+            unit: 0,
+            aim: 0.2,
+        };
+        let [a, b, c] = corners.map(|x| x[0]);
+        let sides = [[a, b], [b, c]].map(|ends| of.parts(ends).unwrap());
+        let found = along([a, b, c], [&sides[0], &sides[1]]).unwrap();
+        let (leaf, carried) = found.on(&corners, 0);
+        let mut moments = [0.0; 3];
+        for (lambda, weight) in points_beside_knee(&corners, 0, 5) {
+            let x: f64 = (0..3).map(|i| lambda[i] * corners[i][0]).sum();
+            let p: f64 = (0..3).map(|i| lambda[i] * leaf.values[i]).sum();
+            let rest = f.value([x, 0.0, 0.0]) - p;
+            (0..3).for_each(|i| moments[i] += weight * lambda[i] * rest);
+        }
+        // |(r, λ_i)| ≤ error/3
+        let off = (0..3).map(|i| (moments[i] - carried.flat[i].mid()).abs());
+        let off = off.fold(0.0, f64::max);
+        assert!(
+            1e-6 < off && off <= leaf.error / 3.0,
+            "{text} {off} {}",
+            leaf.error
+        );
+    }
+}
+
 /// Jumps, poles and what is not defined have no such model.
 #[test]
 fn what_jumps_is_not_modelled() {
