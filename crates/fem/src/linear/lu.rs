@@ -20,8 +20,6 @@ use super::schur::{Entry, Schur};
 
 /// Pivots wait if an update is larger than this times the entries of the front.
 const LARGEST_GROWTH: f64 = 1e6;
-/// Columns that one task solves with: each task reads the factor.
-const COLUMNS: usize = 16;
 
 /// A factorisation of S and more.
 pub struct SchurLu {
@@ -105,13 +103,8 @@ impl SchurLu {
         self.plan.numbers.len()
     }
 
-    /// Solves M X = B in place, some columns at a time; not finite where M is singular.
-    pub(super) fn solve_in_place(&self, unknowns: MatMut<f64>) {
-        let columns = unknowns.par_col_chunks_mut(COLUMNS);
-        columns.for_each(|columns| self.solve_columns(columns));
-    }
-
-    fn solve_columns(&self, mut unknowns: MatMut<f64>) {
+    /// Solves M X = B in place; not finite where M is singular.
+    pub(super) fn solve_in_place(&self, mut unknowns: MatMut<f64>) {
         let columns = unknowns.ncols();
         let mut x = Mat::zeros(self.size(), columns);
         for (column, mut x) in unknowns.as_ref().col_iter().zip(x.col_iter_mut()) {
