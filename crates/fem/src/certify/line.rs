@@ -78,9 +78,9 @@ pub(super) struct Along {
 
 /// Parts of a side of a triangle at most, and of one that is cut.
 const PARTS: usize = 256;
-const AT_ONCE: f64 = 32.0;
+const AT_ONCE: f64 = 64.0;
 /// Errors are of this order in the length of a part, or a bit more.
-const ORDER: f64 = 4.5;
+const ORDER: f64 = 4.2;
 /// Along one axis this part of what was not known before is little enough.
 const LITTLE: f64 = 3e-4;
 /// p has a slope where the mean square of that is so many times that of s: σ is no gradient then, and (σ, τ) known less well.
@@ -196,13 +196,9 @@ impl Part {
 
     /// ∫ of a polynomial.
     fn integral<const N: usize>(&self, of: &Polynomial<N>) -> Interval {
-        let mut sum = 0.0;
-        for (k, c) in of.coefficients.iter().enumerate().step_by(2) {
-            sum += 2.0 * c / (k + 1) as f64;
-        }
         // The ends, and no more roundings than coefficients.
         let ends = 2.0 * (self.skew + N as f64 * STEP) * of.size();
-        Interval::at(self.reach) * around(sum, 2.0 * of.off + ends)
+        Interval::at(self.reach) * around(of.sum(), 2.0 * of.off + ends)
     }
 
     /// The primitive that has this value at an end.
@@ -276,6 +272,12 @@ impl<const N: usize> Polynomial<N> {
         }
     }
 
+    /// ∫ from -1 to 1, about.
+    fn sum(&self) -> f64 {
+        let even = self.coefficients.iter().enumerate().step_by(2);
+        even.map(|(k, c)| 2.0 * c / (k + 1) as f64).sum()
+    }
+
     /// No value is larger, but for what it is off.
     fn size(&self) -> f64 {
         self.coefficients.iter().map(|c| c.abs()).sum()
@@ -314,20 +316,25 @@ pub(super) fn along(corners: [f64; 3], sides: [&[Part]; 2]) -> Option<Along> {
     // Least squares with the weight w: its variance is Σ_{i<j} (x_i - x_j)²/36.
     let spread = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| (corners[i] - corners[j]).powi(2));
     let variance = spread.iter().sum::<f64>() / 36.0;
-    let [mut mean, mut slope, mut of_f] = [Interval::ZERO; 3];
+    let (mut mean, mut slope, mut of_f) = (Interval::ZERO, 0.0, 0.0);
     let all = sides.iter().zip(&sections);
     for (part, w) in all.flat_map(|(parts, sections)| parts.iter().zip(sections)) {
         let weighted = part.series.times::<2, 6>(w);
         mean += part.integral(&weighted);
-        of_f += part.integral(&part.series.times::<6, 10>(&weighted));
-        let away = part.line(Interval::ZERO, Interval::ONE, at(middle));
-        slope += part.integral(&weighted.times::<2, 7>(&away));
+        // Any p will do.
+        of_f += part.reach * part.series.times::<6, 10>(&weighted).sum();
+        let away = Polynomial {
+            coefficients: [part.centre - middle, part.reach],
+            off: 0.0,
+        };
+        slope += part.reach * weighted.times::<2, 7>(&away).sum();
     }
-    let [mean, slope, of_f] = [mean, slope, of_f].map(|sum| sum / half);
-    let mut p = [mean.mid(), slope.mid() / variance];
+    mean = mean / half;
+    let [slope, of_f] = [slope, of_f].map(|sum| sum / half.mid());
+    let mut p = [mean.mid(), slope / variance];
     // The mean squares of p's slope and of what is left beside it.
     let of_slope = p[1] * p[1] * variance;
-    if of_slope < STEEP * (of_f.mid() - p[0] * p[0] - of_slope) {
+    if of_slope < STEEP * (of_f - p[0] * p[0] - of_slope) {
         p[1] = 0.0;
     }
     // What rounding leaves of the mean goes to r: that of x is in the middle of all corners.
@@ -489,8 +496,15 @@ impl Domain<'_> {
     }
 
     /// The models along one axis for the triangles that wait for them: each once.
-    pub(super) fn lines(&self, open: &[Open], axes: &[usize], aim: f64) -> Result<Lines> {
-        let waiting = open.par_iter().filter(|open| !open.may_be_smoother());
+    pub(super) fn lines(
+        &self,
+        open: &[Open],
+        chosen: &[usize],
+        axes: &[usize],
+        aim: f64,
+    ) -> Result<Lines> {
+        let open = chosen.par_iter().map(|&k| &open[k]);
+        let waiting = open.clone().filter(|open| !open.may_be_smoother());
         let corners = waiting.filter_map(|open| {
             let axis = self.axis_of(open, axes)?;
             Some(self.corners_along(open.simplex, axis).map(f64::to_bits))
@@ -499,7 +513,7 @@ impl Domain<'_> {
         let (Some(axis), false) = (axes.first(), corners.is_empty()) else {
             return Ok(Lines::default());
         };
-        let largest = open.iter().map(|o| o.leaf.error).fold(0.0, f64::max);
+        let largest = open.map(|o| o.leaf.error).reduce(|| 0.0, f64::max);
         let of = Axis {
             expression: self.expression,
             axis: *axis,
@@ -534,14 +548,8 @@ impl Domain<'_> {
         let [a, b, c, _] = (self.vertices)(parent.simplex);
         let found = lines.get(&corners.map(f64::to_bits))?;
         let (leaf, carried) = found.on(&[a, b, c], axis);
-        (leaf.error < WORTH * parent.leaf.error).then(|| Improved {
-            carried: Some(Box::new(carried)),
-            ..Improved::same(Open {
-                leaf,
-                is_final: true,
-                ..*parent
-            })
-        })
+        let is_worth = leaf.error < WORTH * parent.leaf.error;
+        is_worth.then(|| Improved::Carried(leaf, Box::new(carried)))
     }
 }
 

@@ -53,7 +53,7 @@ impl Leaf {
         self.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
     }
 
-    /// ∫ |r| at most; an none where r is 0.
+    /// ∫ |r| at most.
     fn cost(&self, measure: f64) -> f64 {
         if self.error == 0.0 {
             0.0
@@ -198,22 +198,15 @@ const FAR: f64 = 4.0;
 /// So many cells are one task at least.
 const TOGETHER: usize = 1024;
 
-/// What becomes of a leaf: the same with more derivatives, or its halves.
-pub(super) struct Improved {
-    pub made: Vec<Open>,
-    /// In whose middle it was cut.
-    pub edge: [usize; 2],
-    pub carried: Option<Box<Carried>>,
-}
-
-impl Improved {
-    pub fn same(leaf: Open) -> Self {
-        Improved {
-            made: vec![leaf],
-            edge: [0; 2],
-            carried: None,
-        }
-    }
+/// What becomes of a leaf.
+pub(super) enum Improved {
+    /// Nothing more helps.
+    Final,
+    /// All derivatives were taken.
+    Smoother(Leaf),
+    Carried(Leaf, Box<Carried>),
+    /// Its halves, and the edge in whose middle it was cut.
+    Cut([usize; 2], Box<[Open; 2]>),
 }
 
 impl Domain<'_> {
@@ -237,24 +230,25 @@ impl Domain<'_> {
                 })
             })
             .collect::<Result<_>>()?;
-        let mut left = effort.budget;
-        let whole = |simplex: usize| Open {
+        let is_enough = |total: f64, square: f64| total <= effort.tolerance * square.sqrt();
+        let all = || trees.iter().zip(&self.measures);
+        // Mostly that is all: there is no need to keep every simplex open.
+        let mut square: f64 = all().map(|(tree, m)| m * tree.whole.size().powi(2)).sum();
+        let total = above_of_all(all().map(|(tree, m)| tree.whole.cost(*m)));
+        if is_enough(total, square) {
+            return Ok(trees);
+        }
+        let whole = |(simplex, (tree, measure)): (usize, (&Tree, &f64))| Open {
             simplex,
             node: 0,
             piece: WHOLE,
             is_final: false,
             order: AT_FIRST,
-            measure: self.measures[simplex],
-            leaf: trees[simplex].whole,
+            measure: *measure,
+            leaf: tree.whole,
         };
-        let is_enough = |total: f64, square: f64| total <= effort.tolerance * square.sqrt();
-        // Mostly that is all: there is no need to keep every simplex open.
-        let mut square: f64 = (0..count).map(|simplex| whole(simplex).square()).sum();
-        let total = above_of_all((0..count).map(|simplex| whole(simplex).cost()));
-        if is_enough(total, square) {
-            return Ok(trees);
-        }
-        let mut open: Vec<Open> = (0..count).map(whole).collect();
+        let mut open: Vec<Open> = all().enumerate().map(whole).collect();
+        let mut left = effort.budget;
         let measure: f64 = self.measures.iter().sum();
         loop {
             cancel::check()?;
@@ -264,43 +258,50 @@ impl Domain<'_> {
             }
             let worst = open.iter().map(Open::cost).fold(0.0, f64::max);
             let is_costly = |o: &Open| o.cost() >= COSTLY * worst && !o.is_final;
-            let (mut chosen, kept): (Vec<Open>, Vec<Open>) = open.into_iter().partition(is_costly);
-            open = kept;
+            let mut chosen: Vec<usize> = (0..open.len()).filter(|&k| is_costly(&open[k])).collect();
             if chosen.is_empty() {
                 break;
             }
             // What may not be cut any more may still get more derivatives.
-            chosen.sort_by(|a, b| b.cost().total_cmp(&a.cost()));
-            for late in chosen.iter_mut().skip(left) {
-                late.is_final = true;
+            chosen.sort_by(|&a, &b| open[b].cost().total_cmp(&open[a].cost()));
+            for &late in chosen.iter().skip(left) {
+                open[late].is_final = true;
             }
             let aim = 0.5 * effort.tolerance * square.sqrt() / measure;
-            let lines = self.lines(&chosen, &axes, aim)?;
+            let lines = self.lines(&open, &chosen, &axes, aim)?;
             let improved: Vec<Improved> = chosen
                 .par_iter()
-                .map_init(Boxes::default, |boxes, parent| {
-                    cancel::check().map(|()| self.improved(parent, &axes, &lines, boxes))
+                .map_init(Boxes::default, |boxes, &k| {
+                    cancel::check().map(|()| self.improved(&open[k], &axes, &lines, boxes))
                 })
                 .collect::<Result<_>>()?;
-            for (parent, improved) in chosen.iter().zip(improved) {
-                let (mut made, edge) = (improved.made, improved.edge);
-                let tree = &mut trees[parent.simplex];
-                tree.carried = improved.carried;
-                square -= parent.square();
-                square += made.iter().map(Open::square).sum::<f64>();
-                if let [same] = &made[..] {
-                    *tree.node_mut(parent.node) = same.leaf;
-                } else {
-                    left -= 1;
-                    let first = tree.rest.len() as u32 + 1;
-                    let node = tree.node_mut(parent.node);
-                    (node.halves, node.edge) = (first, edge.map(|corner| corner as u8));
-                    for (child, node) in made.iter_mut().zip(first..) {
-                        child.node = node;
-                        tree.rest.push(child.leaf);
+            for (k, improved) in chosen.into_iter().zip(improved) {
+                let leaf = &mut open[k];
+                let tree = &mut trees[leaf.simplex];
+                square -= leaf.square();
+                match improved {
+                    Improved::Final => leaf.is_final = true,
+                    Improved::Smoother(model) => (leaf.leaf, leaf.order) = (model, MOST),
+                    Improved::Carried(model, carried) => {
+                        (leaf.leaf, leaf.is_final) = (model, true);
+                        tree.carried = Some(carried);
+                    }
+                    Improved::Cut(edge, halves) => {
+                        left -= 1;
+                        let first = tree.rest.len() as u32 + 1;
+                        let node = tree.node_mut(leaf.node);
+                        (node.halves, node.edge) = (first, edge.map(|corner| corner as u8));
+                        let [mut one, mut other] = *halves;
+                        (one.node, other.node) = (first, first + 1);
+                        tree.rest.extend([one.leaf, other.leaf]);
+                        square += one.square() + other.square();
+                        *leaf = one;
+                        open.push(other);
+                        continue;
                     }
                 }
-                open.extend(made);
+                *tree.node_mut(leaf.node) = leaf.leaf;
+                square += leaf.square();
             }
             square = square.max(0.0);
         }
@@ -319,17 +320,10 @@ impl Domain<'_> {
             let leaf = self.model((parent.simplex, &parent.piece), MOST, axes, boxes);
             let worth = if parent.is_final { 1.0 } else { WORTH };
             if leaf.error < worth * parent.leaf.error {
-                return Improved::same(Open {
-                    leaf,
-                    order: MOST,
-                    ..*parent
-                });
+                return Improved::Smoother(leaf);
             }
             if self.axis_of(parent, axes).is_some() {
-                return Improved::same(Open {
-                    order: MOST,
-                    ..*parent
-                });
+                return Improved::Smoother(parent.leaf);
             }
         }
         if let Some(found) = self.along_axis(parent, axes, lines) {
@@ -344,22 +338,15 @@ impl Domain<'_> {
         let both = halves(&parent.piece, edge);
         let is_exact = |x: &f64| (x * 2.0_f64.powi(FINEST)).fract() == 0.0;
         if parent.is_final || !both[0].iter().flatten().all(is_exact) {
-            return Improved::same(Open {
-                is_final: true,
-                ..*parent
-            });
+            return Improved::Final;
         }
-        let mut of = |piece: Piece| Open {
+        let of = |piece: Piece| Open {
             leaf: self.model((parent.simplex, &piece), parent.order, axes, boxes),
             piece,
             measure: 0.5 * parent.measure,
             ..*parent
         };
-        Improved {
-            made: both.map(&mut of).into(),
-            edge,
-            carried: None,
-        }
+        Improved::Cut(edge, Box::new(both.map(of)))
     }
 
     /// The axes along which the expression varies, at most.
