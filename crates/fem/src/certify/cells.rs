@@ -67,7 +67,7 @@ pub(super) struct Norms {
 }
 
 /// Cells that one task adds up: sums do not depend on the number of cores.
-const CHUNK: usize = 512;
+const CHUNK: usize = 256;
 
 /// Σ over the cells of a mesh of some numbers.
 ///

@@ -15,7 +15,7 @@ use super::data::PreparedData;
 use super::poisson::Poisson;
 use super::refusal;
 use super::simplex::Simplex;
-use crate::contact::Problem;
+use crate::contact::{Law, Problem};
 use crate::element::{CR, Space};
 use crate::interval::{Interval, above_of_product};
 use crate::linear::{Role, Settings};
@@ -68,6 +68,17 @@ impl<'a> Fluxes<'a> {
             ),
             space,
         }
+    }
+
+    /// Factors the matrix, unless u_h may itself be the solution for σ: it may never be needed then.
+    ///
+    /// # Errors
+    /// Those of the linear solver.
+    pub fn prepare(&mut self) -> Result<()> {
+        if self.problem.discretisation.method.law != Law::FluxCorrected {
+            self.poisson.factored(vec![0.0; self.space.dofs])?;
+        }
+        Ok(())
     }
 
     /// The same with values given on further faces.

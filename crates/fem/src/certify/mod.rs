@@ -221,7 +221,21 @@ fn refusal(because: impl Into<String>, remedy: impl Into<String>) -> Error {
 /// that cannot be continued into the cells, g above ψ, a field that is not g on Γ_D, data that this mesh does not
 /// integrate. Data that are not finite; those of the linear solver.
 pub fn certify(problem: &Problem, u: &[f64]) -> Result<Certificate> {
-    certify_with(problem, u, Cow::Owned(PreparedData::new(problem)?))
+    // Outside of the pool every small part that has many threads would wait for one to wake up.
+    rayon::scope(|_| {
+        let (data, mut solver) = prepared(problem, u)?;
+        let fields = CellFields::new(problem, u, Cow::Owned(data), &mut solver)?;
+        bounds(&fields, &mut solver).map(|(certificate, _)| certificate)
+    })
+}
+
+/// The data are enclosed while the matrix of the fluxes is factored.
+fn prepared<'a>(problem: &'a Problem<'a>, u: &[f64]) -> Result<(PreparedData, Fluxes<'a>)> {
+    let mut solver = Fluxes::new(problem);
+    let (data, factored) = rayon::join(|| PreparedData::new(problem), || solver.prepare());
+    let data = data?;
+    check(problem, u)?;
+    factored.map(|()| (data, solver))
 }
 
 /// [`certify`] with data that other fields on the same mesh share.
@@ -246,13 +260,13 @@ pub fn certify_with(
 /// # Errors
 /// Those of [`certify`].
 pub fn examine(problem: &Problem, u: &[f64]) -> Result<Certificate> {
-    check(problem, u)?;
-    let mut solver = Fluxes::new(problem);
-    let data = Cow::Owned(PreparedData::new(problem)?);
-    let fields = CellFields::new(problem, u, data, &mut solver)?;
-    let (mut certificate, known) = bounds(&fields, &mut solver)?;
-    certificate.numbers = Some(numbers(&fields, known, &mut solver)?);
-    Ok(certificate)
+    rayon::scope(|_| {
+        let (data, mut solver) = prepared(problem, u)?;
+        let fields = CellFields::new(problem, u, Cow::Owned(data), &mut solver)?;
+        let (mut certificate, known) = bounds(&fields, &mut solver)?;
+        certificate.numbers = Some(numbers(&fields, known, &mut solver)?);
+        Ok(certificate)
+    })
 }
 
 /// (1, |w|) ≤ this ‖∇w‖ for w that vanishes on Γ_D: ‖q‖ of the majorant of the load 1.

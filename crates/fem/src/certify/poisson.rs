@@ -1,7 +1,7 @@
 //! -Δ on a space with values given at some dofs, factored once.
 
 use crate::assembly::Stiffness;
-use crate::linear::{Factor, Role, Settings, condense};
+use crate::linear::{Factor, Reduced, Role, Settings, condense};
 use faceoff_mesh::error::{Error, Result};
 
 /// A residual is no more than rounding where it is this part of all fluxes: what it leaves of a balance is charged.
@@ -22,6 +22,24 @@ impl<'a> Poisson<'a> {
             settings,
             factor: None,
         }
+    }
+
+    /// Factors, with a right-hand side that is eliminated meanwhile.
+    ///
+    /// # Errors
+    /// Those of the linear solver.
+    pub fn factored(&mut self, b: Vec<f64>) -> Result<Reduced> {
+        let (settings, none) = (
+            self.settings,
+            Error::Solver {
+                what: "no solver was chosen for the flux".into(),
+                remedy: "report this".into(),
+            },
+        );
+        let condensed = condense(&self.stiffness, &self.roles, &[], b, settings, None)?;
+        let (factor, reduced, ..) = condensed.ok_or(none)?;
+        self.factor = Some(factor);
+        Ok(reduced)
     }
 
     /// The values of w where they are given, and the rows of b elsewhere.
@@ -53,24 +71,7 @@ impl<'a> Poisson<'a> {
     pub fn about(&mut self, b: &[f64]) -> Result<Vec<f64>> {
         let reduced = match &self.factor {
             Some(factor) => factor.reduce(b),
-            None => {
-                let condensed = condense(
-                    &self.stiffness,
-                    &self.roles,
-                    &[],
-                    b.to_vec(),
-                    self.settings,
-                    None,
-                )?;
-                let Some((factor, reduced, ..)) = condensed else {
-                    return Err(Error::Solver {
-                        what: "no solver was chosen for the flux".into(),
-                        remedy: "report this".into(),
-                    });
-                };
-                self.factor = Some(factor);
-                reduced
-            }
+            None => self.factored(b.to_vec())?,
         };
         let mut step = vec![0.0; b.len()];
         if let Some(factor) = &self.factor {
