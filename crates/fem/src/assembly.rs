@@ -66,7 +66,8 @@ fn add_over_cells(
     };
     // What was formed is added up while the next is.
     let room = || vec![0.0; cells.min(WAITING) * local];
-    let (mut formed, mut next) = (room(), room());
+    let mut formed = room();
+    let mut next = if cells > WAITING { room() } else { Vec::new() };
     form(0, &mut formed);
     for first in (0..cells).step_by(WAITING) {
         if first + WAITING < cells {
