@@ -95,7 +95,7 @@ pub(super) fn admissible(
         }
     }
     let b = loads(space, data);
-    descend(stiffness, &held, &[], b, &mut v);
+    descend(stiffness, &held, &[], b, &mut v, steps(space));
     let pairs = v.iter().zip(bounds);
     let vertices = pairs.map(|(v, bound)| match bound {
         Bound::Free => Interval::at(*v),
@@ -283,13 +283,23 @@ fn loads(space: &Space, data: &PreparedData) -> Vec<f64> {
     r
 }
 
-/// A few steps for (∇v, ∇φ_i) = b_i where `held` does not hold v; what is held and in one of `parts` moves with all of that.
+/// How many steps v takes.
+pub(super) fn steps(space: &Space) -> usize {
+    let (least, most) = STEPS_OF_SECOND_ORDER.into_inner();
+    match space.element.degree() {
+        1 => STEPS,
+        _ => (DOFS / space.dofs.max(1)).clamp(least, most),
+    }
+}
+
+/// So many steps for (∇v, ∇φ_i) = b_i where `held` does not hold v; what is held and in one of `parts` moves with all of that.
 pub(super) fn descend(
     stiffness: &Stiffness,
     held: &[bool],
     parts: &[&[usize]],
     b: Vec<f64>,
     v: &mut [f64],
+    steps: usize,
 ) {
     let space = stiffness.space();
     let diagonal = stiffness.diagonal();
@@ -303,11 +313,6 @@ pub(super) fn descend(
             part.iter().map(|&dof| product[dof]).sum()
         })
         .collect();
-    let (least, most) = STEPS_OF_SECOND_ORDER.into_inner();
-    let steps = match space.element.degree() {
-        1 => STEPS,
-        _ => (DOFS / space.dofs.max(1)).clamp(least, most),
-    };
     conjugate_gradients(
         |x, y| stiffness.times_into(x, y),
         |r, z| {

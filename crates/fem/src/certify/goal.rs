@@ -299,7 +299,8 @@ impl Goal {
         }
         if self.rests.is_empty() {
             let stiffness = problem.stiffness.on(&Space::new(mesh, &P1)).kept();
-            admissible::descend(&stiffness, &held, &[], loads, &mut z);
+            let steps = admissible::steps(stiffness.space());
+            admissible::descend(&stiffness, &held, &[], loads, &mut z, steps);
         }
         for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
             let gaps = mesh.face(contact.face).iter().zip(obstacle.ceiling);
