@@ -18,7 +18,8 @@ use super::form::Problem;
 use super::scheme::{Scheme, clear_rows};
 use super::system::{Built, Energy, System, Weights};
 use crate::linear::{
-    Changed, Choice, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings, condense,
+    Changed, Choice, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings, Solved,
+    condense,
 };
 use faceoff_mesh::error::{Error, Result};
 
@@ -42,10 +43,16 @@ pub(super) struct Condensed<'a> {
     kept: Vec<u32>,
     fixed: Vec<u32>,
     roles: Vec<Role>,
-    /// The last dense factorisation, and the laws that it is for.
-    stale: RefCell<Option<(SchurLu, Vec<Weights>)>>,
+    stale: RefCell<Option<Stale>>,
     /// Dense factorisations so far.
     dense: Cell<usize>,
+}
+
+/// The last factorisation of S + N, the laws that it is for, and what has been solved with it.
+struct Stale {
+    lu: SchurLu,
+    laws: Vec<Weights>,
+    solved: Solved,
 }
 
 /// What is added to the stiffness of cells where Γ_D does not hold all of the domain: the mass of Γ_C, so that the matrix
@@ -215,21 +222,26 @@ impl<'a> Condensed<'a> {
             return Vec::new();
         }
         let mut stale = self.stale.borrow_mut();
-        let mut change = LowRank::default();
-        if let Some((_, old)) = stale.as_ref() {
-            change = self.change(old, laws);
-        }
-        let refactor = |lu: &SchurLu| !lu.corrects(change.rank());
-        if stale.as_ref().is_none_or(|(lu, _)| refactor(lu)) {
-            change = LowRank::default();
-            let old = stale.take().map(|(lu, _)| lu);
-            *stale = Some((self.schur.lu(&self.entries(laws), old), laws.to_vec()));
-            self.dense.set(self.dense.get() + 1);
-        }
-        let Some((lu, _)) = stale.as_ref() else {
-            return Vec::new();
+        let change = stale.as_ref().map(|old| self.change(&old.laws, laws));
+        let corrects = |old: &Stale, change: &LowRank| {
+            let missing = old.solved.missing(change);
+            old.lu.corrects(change.rank(), missing)
         };
-        let solve = lu.changed(&change);
+        let kept = stale.take().zip(change);
+        let (mut old, change) = match kept {
+            Some((old, change)) if corrects(&old, &change) => (old, change),
+            other => {
+                let old = other.map(|(old, _)| old.lu);
+                self.dense.set(self.dense.get() + 1);
+                let anew = Stale {
+                    lu: self.schur.lu(&self.entries(laws), old),
+                    laws: laws.to_vec(),
+                    solved: Solved::default(),
+                };
+                (anew, LowRank::default())
+            }
+        };
+        let solve = old.lu.changed(&change, &mut old.solved);
         let mut delta = solve(b);
         // One step of refinement takes away what the correction, or small pivots, left.
         let mut rest = self.times(&delta);
@@ -243,6 +255,8 @@ impl<'a> Condensed<'a> {
         for (delta, correction) in delta.iter_mut().zip(solve(&rest)) {
             *delta += correction;
         }
+        drop(solve);
+        *stale = Some(old);
         delta
     }
 

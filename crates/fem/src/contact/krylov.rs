@@ -21,8 +21,8 @@ use super::vertex_values::VertexValues;
 use crate::assembly::Stiffness;
 use crate::element::{P1, Space};
 use crate::linear::{
-    Choice, Csr, Elements, Embedded, Ended, KrylovStop, LowRank, Precision, SchurLu, Solver,
-    Sweeps, conjugate_gradients, dot, gmres, norm,
+    Choice, Csr, Elements, Embedded, Ended, KrylovStop, LowRank, Precision, SchurLu, Solved,
+    Solver, Sweeps, conjugate_gradients, dot, gmres, norm,
 };
 use faceoff_mesh::error::{Error, Result};
 
@@ -303,7 +303,10 @@ impl Krylov<'_> {
         let residual = (wanted * size).max(least);
         let digits = (size / residual).log10().max(1.0);
         let none = LowRank::default();
-        let of_layer = state.lu.as_ref().map(|lu| lu.changed(&none));
+        let of_layer = state
+            .lu
+            .as_ref()
+            .map(|lu| lu.changed(&none, &mut Solved::default()));
         let relax_layer = of_layer.as_ref().map(|solve| {
             move |b: &[f64], x: &mut [f64]| {
                 let rows = self.layer_rows.iter();

@@ -91,10 +91,10 @@ impl SchurLu {
         SchurLu { plan, fronts }
     }
 
-    /// Is a correction of this rank cheaper than to factor anew? It takes as many solves.
-    pub fn corrects(&self, rank: usize) -> bool {
-        let rank = rank as f64;
-        let solves = 2.0 * rank * self.plan.entries as f64 + rank * rank * rank / 1.5;
+    /// Is a correction of this rank, for which so many solves are missing, cheaper than to factor anew?
+    pub fn corrects(&self, rank: usize, missing: usize) -> bool {
+        let (rank, missing) = (rank as f64, missing as f64);
+        let solves = 2.0 * missing * self.plan.entries as f64 + rank * rank * rank / 1.5;
         1.7 * solves < self.plan.flops
     }
 
@@ -349,7 +349,7 @@ fn largest(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linear::LowRank;
+    use crate::linear::{LowRank, Solved};
 
     /// Dense on every third of `n` unknowns, the others joined to neighbours in twos and threes.
     fn example(n: u32) -> (Schur, Vec<Entry>) {
@@ -415,7 +415,7 @@ mod tests {
             (lu.size(), pivots(&lu)),
             (31, vec![2; 10].into_iter().chain([11]).collect())
         );
-        let x = lu.changed(&LowRank::default())(&b);
+        let x = lu.changed(&LowRank::default(), &mut Solved::default())(&b);
         assert!(rest(&schur, &extra, &x, &b) < 1e-14);
         // A front whose pivots cannot be eliminated leaves them to the next one.
         let mut singular = extra.clone();
@@ -430,26 +430,33 @@ mod tests {
         let of_fronts = pivots(&lu);
         assert!(of_fronts.contains(&0) && of_fronts.iter().any(|pivots| *pivots > 11));
         assert_eq!(of_fronts.iter().sum::<usize>(), 31);
-        let x = lu.changed(&LowRank::default())(&b);
+        let x = lu.changed(&LowRank::default(), &mut Solved::default())(&b);
         assert!(rest(&schur, &singular, &x, &b) < 1e-13);
     }
 
     #[test]
     fn a_change_of_low_rank_needs_no_new_factorisation() {
-        let (schur, mut extra) = example(40);
+        let (schur, extra) = example(40);
         let lu = schur.lu(&extra, None);
-        let mut change = LowRank::default();
-        for r in 0..4 {
-            let l = vec![(r, 2.0), (r + 9, -1.0)];
-            let m = vec![(2 * r, 0.5), (2 * r + 1, f64::from(r))];
-            for &(i, x) in &l {
-                extra.extend(m.iter().map(|&(j, y)| (i, j, x * y)));
-            }
-            change.push(l, m);
-        }
         let b: Vec<f64> = (0..40).map(|k| f64::from(k).cos()).collect();
-        let x = lu.changed(&change)(&b);
-        assert!(rest(&schur, &extra, &x, &b) < 1e-14);
+        let mut solved = Solved::default();
+        // Terms that come and go and weigh otherwise: what is solved for serves the changes that follow.
+        let changes: [(&[u32], usize); 4] =
+            [(&[1], 1), (&[3, 1, 0], 2), (&[0, 1, 2, 3], 1), (&[2], 0)];
+        for (step, (terms, missing)) in (1..).zip(changes) {
+            let (mut change, mut extra) = (LowRank::default(), extra.clone());
+            for &r in terms {
+                let l = vec![(r, 2.0), (r + 9, -1.0)];
+                let m = vec![(2 * r, 0.5 * f64::from(step)), (2 * r + 1, f64::from(r))];
+                for &(i, x) in &l {
+                    extra.extend(m.iter().map(|&(j, y)| (i, j, x * y)));
+                }
+                change.push(l, m);
+            }
+            assert_eq!(solved.missing(&change), missing);
+            let x = lu.changed(&change, &mut solved)(&b);
+            assert!(rest(&schur, &extra, &x, &b) < 1e-14);
+        }
         assert!(schur.norm() > 20.0);
     }
 }

@@ -31,7 +31,7 @@ pub use factor::{Choice, Factor, Reduced, condense};
 pub use krylov::{Ended, KrylovStop, conjugate_gradients, dot, gmres, norm};
 pub use lu::SchurLu;
 pub use multifrontal::Multifrontal;
-pub use schur::{Entry, LowRank, Row, Schur};
+pub use schur::{Entry, LowRank, Row, Schur, Solved};
 pub use settings::{Precision, Settings, Solver};
 pub use sparse::Symmetric;
 pub use sweeps::Sweeps;

@@ -124,16 +124,6 @@ impl LowRank {
         self.terms.len()
     }
 
-    fn left(&self, n: usize) -> Mat<f64> {
-        let mut l = Mat::zeros(n, self.rank());
-        for (r, [left, _]) in self.terms.iter().enumerate() {
-            for &(i, value) in left {
-                l[(i as usize, r)] += value;
-            }
-        }
-        l
-    }
-
     /// Mᵀ X
     fn right_times(&self, x: MatRef<f64>) -> Mat<f64> {
         Mat::from_fn(self.rank(), x.ncols(), |r, j| {
@@ -143,16 +133,60 @@ impl LowRank {
     }
 }
 
+/// M⁻¹l of the l that changes of M have had so far: from step to step most of them are the same.
+#[derive(Debug, Default)]
+pub struct Solved(Vec<(Row, Vec<f64>)>);
+
+impl Solved {
+    fn of(&self, l: &Row) -> Option<&Vec<f64>> {
+        let found = self.0.iter().find(|(row, _)| row == l);
+        found.map(|(_, column)| column)
+    }
+
+    /// How many columns of a change are still to be solved for.
+    pub fn missing(&self, change: &LowRank) -> usize {
+        let is_missing = |[l, _]: &&[Row; 2]| self.of(l).is_none();
+        change.terms.iter().filter(is_missing).count()
+    }
+
+    /// M⁻¹L
+    fn columns(&mut self, lu: &SchurLu, change: &LowRank) -> Mat<f64> {
+        let lefts = change.terms.iter().map(|[l, _]| l);
+        let missing: Vec<&Row> = lefts.clone().filter(|l| self.of(l).is_none()).collect();
+        let mut columns = Mat::zeros(lu.size(), missing.len());
+        for (l, mut column) in missing.iter().zip(columns.col_iter_mut()) {
+            for &(i, value) in *l {
+                column[i as usize] += value;
+            }
+        }
+        if !missing.is_empty() {
+            lu.solve_in_place(columns.as_mut());
+        }
+        let solved = columns.col_iter().map(|c| c.iter().copied().collect());
+        self.0.extend(missing.into_iter().cloned().zip(solved));
+        let mut all = Mat::zeros(lu.size(), change.rank());
+        for (l, column) in lefts.zip(all.col_iter_mut()) {
+            let solved = self.of(l).into_iter().flatten();
+            column
+                .iter_mut()
+                .zip(solved)
+                .for_each(|(x, value)| *x = *value);
+        }
+        all
+    }
+}
+
 impl SchurLu {
     /// The solver of M + L Rᵀ by the formula of Woodbury (1950):
-    /// x = z - M⁻¹L (1 + RᵀM⁻¹L)⁻¹ Rᵀz with z = M⁻¹b.
-    pub fn changed<'a>(&'a self, change: &'a LowRank) -> impl Fn(&[f64]) -> Vec<f64> {
-        let mut columns = change.left(self.size());
+    /// x = z - M⁻¹L (1 + RᵀM⁻¹L)⁻¹ Rᵀz with z = M⁻¹b. What is `solved` of M⁻¹L is not solved for again.
+    pub fn changed<'a>(
+        &'a self,
+        change: &'a LowRank,
+        solved: &mut Solved,
+    ) -> impl Fn(&[f64]) -> Vec<f64> + use<'a> {
+        let columns = solved.columns(self, change);
         let mut capacity = Mat::identity(change.rank(), change.rank());
-        if change.rank() > 0 {
-            self.solve_in_place(columns.as_mut());
-            capacity += change.right_times(columns.as_ref());
-        }
+        capacity += change.right_times(columns.as_ref());
         let capacity = capacity.partial_piv_lu();
         clear_registers_everywhere();
         move |b| {

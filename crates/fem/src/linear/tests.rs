@@ -140,7 +140,9 @@ fn solve(
     let (factor, reduced, schur, _) = condense(network, roles, &[], b.to_vec(), settings, None)
         .unwrap()
         .unwrap();
-    let kept = schur.lu(&[], None).changed(&LowRank::default())(reduced.kept());
+    let kept = schur
+        .lu(&[], None)
+        .changed(&LowRank::default(), &mut Solved::default())(reduced.kept());
     let mut x = vec![0.0; b.len()];
     factor.expand(&reduced, &kept, &mut x);
     // A right-hand side that comes later gives the same as the one that was eliminated along.
