@@ -374,7 +374,8 @@ fn owners(tree: &Tree, spans: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
     (owners, leaf_at, above)
 }
 
-/// How many unknowns each part shares with the rest: those that have elements in it and are complete above.
+/// How many unknowns each part with kept ones shares with the rest: those that have elements in it and are complete above.
+/// The others are below any frontier whatever they cost.
 fn count_borders(
     elements: &impl Elements,
     tree: &Tree,
@@ -384,17 +385,32 @@ fn count_borders(
     above: &[u32],
     counts: &mut [Count],
 ) {
+    // The smallest part with kept unknowns that each is in; itself, if it has some.
+    let mut has_kept: Vec<bool> = counts.iter().map(|count| count.kept > 0).collect();
+    for k in 0..above.len() {
+        if above[k] != NONE {
+            has_kept[above[k] as usize] |= has_kept[k];
+        }
+    }
+    let mut nearest: Vec<u32> = (0..above.len() as u32).collect();
+    for k in (0..above.len()).rev() {
+        if !has_kept[k] && above[k] != NONE {
+            nearest[k] = nearest[above[k] as usize];
+        }
+    }
     let mut last = vec![NONE; spans.len()];
     for (position, &e) in tree.order.iter().enumerate() {
+        let nearest = nearest[leaf_at[position] as usize];
         for &k in elements.of(e as usize) {
             let owner = owners[k as usize];
+            // Parts above have larger numbers.
+            if owner == NONE || owner <= nearest {
+                continue;
+            }
             // Parts that hold the element before are counted, and none if it is this one.
             let before = std::mem::replace(&mut last[k as usize], position as u32);
-            let mut part = leaf_at[position];
-            while owner != NONE
-                && part != owner
-                && (before == NONE || tree.parts[part as usize].from > before)
-            {
+            let mut part = nearest;
+            while part != owner && (before == NONE || tree.parts[part as usize].from > before) {
                 counts[part as usize].border += 1;
                 part = above[part as usize];
             }
