@@ -11,6 +11,9 @@ use super::system::{System, Weights, largest};
 use crate::linear::Settings;
 use faceoff_mesh::error::Result;
 
+/// What one choice of signs moves u by where no other is worth a look: five digits below what [`super::solve`] minds.
+const NEGLIGIBLE: f64 = 1e-7;
+
 /// How far rounding in the contact terms moves u. No backward error sees it: a row in which γ∂ₙu∂ₙv is 1e16 times the
 /// rest holds the rest no more.
 ///
@@ -22,8 +25,13 @@ pub(super) fn moved_by_rounding(scheme: &dyn System, laws: &[Weights], u: &[f64]
     if largest(&terms) == 0.0 {
         return Ok(0.0);
     }
-    let moved = most(&terms, |off| scheme.respond(laws, off))?;
-    Ok(f64::EPSILON * (moved / largest(u)))
+    let respond = |off: &[f64]| scheme.respond(laws, off);
+    let of_one_sign = f64::EPSILON * (largest(&respond(&terms)?) / largest(u));
+    // Where one sign is that far below all that counts, signs in turn are as well.
+    if of_one_sign < NEGLIGIBLE {
+        return Ok(of_one_sign);
+    }
+    Ok(f64::EPSILON * (most(&terms, respond)? / largest(u)))
 }
 
 /// Skeel's condition number of (3.1) linearised at u, from below: relative errors ε in each term of each row move u by ε

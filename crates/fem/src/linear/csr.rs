@@ -90,31 +90,46 @@ impl Csr {
             }
         });
         drop(next);
-        let all = Csr::by_chunks(n, n, |rows, part| {
+        let places = &places;
+        let of_row = |row: usize| {
+            let places = places[starts[row] as usize..starts[row + 1] as usize].iter();
+            places.map(|place| {
+                let place = place.load(Ordering::Relaxed) as usize;
+                (place / size, place % size)
+            })
+        };
+        let mut diagonal = vec![0.0; n];
+        diagonal
+            .par_iter_mut()
+            .with_min_len(CHUNK)
+            .enumerate()
+            .for_each_init(
+                || vec![0.0; size],
+                |values, (row, diagonal)| {
+                    for (element, local) in of_row(row) {
+                        elements.row(element, local, values);
+                        *diagonal += values[local];
+                    }
+                },
+            );
+        Ok(Csr::by_chunks(n, n, |rows, part| {
             let (mut values, mut entries) = (vec![0.0; size], Vec::new());
             for row in rows {
                 entries.clear();
-                for place in &places[starts[row] as usize..starts[row + 1] as usize] {
-                    let place = place.load(Ordering::Relaxed) as usize;
-                    let (element, local) = (place / size, place % size);
+                for (element, local) in of_row(row) {
                     elements.row(element, local, &mut values);
                     let unknowns = elements.of(element).iter().zip(&values);
                     entries.extend(unknowns.filter_map(|(&j, a)| Some((number[j as usize]?, *a))));
                 }
                 entries.sort_by_key(|entry| entry.0);
-                let sums = entries.chunk_by(|a, b| a.0 == b.0);
-                part.end_row(sums.map(|same| (same[0].0, same.iter().map(|e| e.1).sum())));
-            }
-        });
-        drop(places);
-        let diagonal = all.diagonal();
-        Ok(Csr::by_chunks(n, n, |rows, part| {
-            for i in rows {
+                let is_whole = whole(row);
                 let is_tie = |&(j, a): &(u32, f64)| {
-                    let size = (diagonal[i] * diagonal[j as usize]).abs().sqrt();
-                    j as usize == i || !(a.abs() <= ROUNDING * size) || whole(i)
+                    let size = (diagonal[row] * diagonal[j as usize]).abs().sqrt();
+                    is_whole || j as usize == row || !(a.abs() <= ROUNDING * size)
                 };
-                part.end_row(all.row(i).filter(is_tie));
+                let sums = entries.chunk_by(|a, b| a.0 == b.0);
+                let sums = sums.map(|same| (same[0].0, same.iter().map(|e| e.1).sum()));
+                part.end_row(sums.filter(is_tie));
             }
         }))
     }
@@ -133,19 +148,39 @@ impl Csr {
                 part
             })
             .collect();
-        let mut matrix = Csr::empty(columns);
         let entries = parts.iter().map(Csr::entries).sum();
-        matrix.starts.reserve_exact(rows);
-        matrix.indices.reserve_exact(entries);
-        matrix.values.reserve_exact(entries);
-        for part in parts {
-            let before = matrix.indices.len();
-            matrix
-                .starts
-                .extend(part.starts[1..].iter().map(|end| before + end));
-            matrix.indices.extend(part.indices);
-            matrix.values.extend(part.values);
-        }
+        let mut matrix = Csr {
+            starts: vec![0; rows + 1],
+            indices: vec![0; entries],
+            values: vec![0.0; entries],
+            ..Csr::empty(columns)
+        };
+        let mut before = 0;
+        let mut rest = (&mut matrix.indices[..], &mut matrix.values[..]);
+        let starts = matrix.starts[1..].chunks_mut(CHUNK);
+        let tasks: Vec<_> = parts
+            .into_iter()
+            .zip(starts)
+            .map(|(part, starts)| {
+                let (indices, other_indices) =
+                    std::mem::take(&mut rest.0).split_at_mut(part.entries());
+                let (values, other_values) =
+                    std::mem::take(&mut rest.1).split_at_mut(part.entries());
+                rest = (other_indices, other_values);
+                let first = before;
+                before += part.entries();
+                (part, first, starts, indices, values)
+            })
+            .collect();
+        tasks
+            .into_par_iter()
+            .for_each(|(part, first, starts, indices, values)| {
+                for (start, end) in starts.iter_mut().zip(&part.starts[1..]) {
+                    *start = first + end;
+                }
+                indices.copy_from_slice(&part.indices);
+                values.copy_from_slice(&part.values);
+            });
         matrix
     }
 
