@@ -1,5 +1,7 @@
 //! The form (2.4), of which (3.2) is the penalty-free member.
 
+use std::sync::{Arc, OnceLock};
+
 use super::condition::Condition;
 use super::discretisation::Discretisation;
 use super::face::ContactFace;
@@ -8,6 +10,7 @@ use super::method::Method;
 use super::vertex_values::VertexValues;
 use crate::assembly::{self, Stiffness, value_at};
 use crate::element::{P1, Space};
+use crate::linear::Csr;
 use crate::quadrature::Rule;
 use crate::scene::{HRule, Part, Scene};
 use faceoff_mesh::error::{Error, Result};
@@ -41,6 +44,8 @@ pub struct Problem<'a> {
     pub cell_rule: Rule,
     /// The same for Γ_C and Γ_N.
     pub face_rule: Rule,
+    /// The stiffness of P1, where that is asked for.
+    on_vertices: Arc<OnceLock<Csr>>,
 }
 
 impl<'a> Problem<'a> {
@@ -72,6 +77,7 @@ impl<'a> Problem<'a> {
             parts,
             load,
             components,
+            Arc::default(),
         )
     }
 
@@ -107,7 +113,30 @@ impl<'a> Problem<'a> {
             parts,
             load,
             components,
+            Arc::clone(&self.on_vertices),
         )
+    }
+
+    /// The stiffness of P1 on all vertices, put together once for this problem and [`Problem::on_p1`] of it. Those of contact
+    /// cells have all their ties.
+    ///
+    /// # Errors
+    /// Those of [`Csr::sum`].
+    pub(super) fn vertex_stiffness(&self) -> Result<&Csr> {
+        if let Some(matrix) = self.on_vertices.get() {
+            return Ok(matrix);
+        }
+        let mesh = self.space.mesh;
+        let mut near = vec![false; mesh.points.len()];
+        for face in &self.contact {
+            for &vertex in mesh.cell(face.cell) {
+                near[vertex as usize] = true;
+            }
+        }
+        let all: Vec<Option<u32>> = (0..near.len() as u32).map(Some).collect();
+        let stiffness = self.stiffness.on(&Space::new(mesh, &P1));
+        let matrix = Csr::sum(&stiffness, &all, |row| near[row])?;
+        Ok(self.on_vertices.get_or_init(|| matrix))
     }
 
     /// The rest of the problem, of what its data are on the boundary.
@@ -119,6 +148,7 @@ impl<'a> Problem<'a> {
         parts: Vec<Option<Part>>,
         load: Vec<f64>,
         (body_of, count): (Vec<u32>, usize),
+        on_vertices: Arc<OnceLock<Csr>>,
     ) -> Result<Self> {
         let (mesh, method) = (space.mesh, discretisation.method);
         let [cell_rule, face_rule] = discretisation.checked(scene, mesh.dim)?;
@@ -187,6 +217,7 @@ impl<'a> Problem<'a> {
             bodies,
             cell_rule,
             face_rule,
+            on_vertices,
         };
         problem.floating = problem.check_held(&body_of)?;
         Ok(problem)

@@ -18,8 +18,6 @@ use super::layer::Layer;
 use super::scheme::Scheme;
 use super::system::{Built, Energy, System, Weights, largest};
 use super::vertex_values::VertexValues;
-use crate::assembly::Stiffness;
-use crate::element::{P1, Space};
 use crate::linear::{
     Choice, Csr, Elements, Embedded, Ended, KrylovStop, LowRank, Precision, SchurLu, Solved,
     Solver, Sweeps, conjugate_gradients, dot, gmres, norm,
@@ -45,8 +43,7 @@ pub(super) struct Krylov<'a> {
     dof_of: Vec<u32>,
     /// The rows that the conditions change, as A has them: free number and values.
     stiff: Vec<(u32, Vec<f64>)>,
-    /// P1 by cells, and the vertices where P1 functions vanish because u is given on Γ_D.
-    coarse: Stiffness<'a>,
+    /// The vertices where P1 functions vanish because u is given on Γ_D.
     held: Vec<bool>,
     values: VertexValues<'a>,
     /// What is solved for as one block, and its free numbers.
@@ -137,7 +134,12 @@ impl<'a> Krylov<'a> {
         // A law has entries where the stiffness has none.
         let whole = |row: usize| seen.binary_search(&(row as u32)).is_ok();
         let stiffness = &problem.stiffness;
-        let mut sweeps = Sweeps::new(Csr::sum(stiffness, &free, whole)?);
+        let mut sweeps = Sweeps::new(
+            match space.element.on().vertices && space.element.degree() == 1 {
+                true => problem.vertex_stiffness()?.submatrix(&free),
+                false => Csr::sum(stiffness, &free, whole)?,
+            },
+        );
         let matrix = sweeps.matrix_mut();
         let scale = matrix.norm();
         let stiff = seen
@@ -163,7 +165,6 @@ impl<'a> Krylov<'a> {
             choice,
             given,
             energy_given,
-            coarse: stiffness.on(&Space::new(space.mesh, &P1)),
             scale,
             state: RefCell::new(State {
                 sweeps,
@@ -247,7 +248,7 @@ impl<'a> Krylov<'a> {
                 }));
             }
         });
-        let coarse = Csr::sum(&self.coarse, &number, |_| false)?;
+        let coarse = self.scheme.problem.vertex_stiffness()?.submatrix(&number);
         Embedded::new(embedding, coarse).ok_or_else(|| Error::Solver {
             what: "the P1 matrix on this mesh does not coarsen (cells of extreme shape?)".into(),
             remedy: "use --linear multifrontal".into(),

@@ -134,6 +134,17 @@ impl Csr {
         }))
     }
 
+    /// The rows and columns that have a number; the numbers ascend.
+    pub fn submatrix(&self, number: &[Option<u32>]) -> Self {
+        let rows: Vec<usize> = (0..self.rows()).filter(|&i| number[i].is_some()).collect();
+        Csr::by_chunks(rows.len(), rows.len(), |chunk, part| {
+            for &i in &rows[chunk] {
+                let entries = self.row(i);
+                part.end_row(entries.filter_map(|(j, a)| Some((number[j as usize]?, a))));
+            }
+        })
+    }
+
     /// Rows that `fill` adds to parts of the matrix, side by side.
     pub fn by_chunks(
         rows: usize,

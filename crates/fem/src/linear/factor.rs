@@ -61,7 +61,7 @@ enum FactorKind {
 pub struct Reduced {
     kind: Kind,
     kept: Vec<f64>,
-    unit: f64,
+    energy: f64,
 }
 
 enum Kind {
@@ -71,14 +71,14 @@ enum Kind {
 
 impl Reduced {
     fn new(kind: Kind, unit: f64) -> Self {
-        let kept = match &kind {
-            Kind::Faer(solved) => &solved.kept,
-            Kind::Multifrontal(forward) => &forward.kept,
+        let (kept, energy) = match &kind {
+            Kind::Faer(solved) => (&solved.kept, solved.energy),
+            Kind::Multifrontal(forward) => (&forward.kept, forward.energy()),
         };
         Reduced {
             kept: kept.iter().map(|g| unit * g).collect(),
+            energy: unit * energy,
             kind,
-            unit,
         }
     }
 
@@ -89,11 +89,7 @@ impl Reduced {
 
     /// b_Iᵀ A_II⁻¹ b_I: with x_Kᵀ S x_K it makes xᵀ A x.
     pub fn energy(&self) -> f64 {
-        let of_scaled = match &self.kind {
-            Kind::Faer(solved) => solved.energy,
-            Kind::Multifrontal(forward) => forward.energy(),
-        };
-        self.unit * of_scaled
+        self.energy
     }
 }
 

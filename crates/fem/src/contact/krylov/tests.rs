@@ -1,5 +1,7 @@
 use super::*;
+use crate::assembly::Stiffness;
 use crate::contact::{Discretisation, Iteration, Method, Solution, Stop, solve_by};
+use crate::element::{P1, Space};
 use crate::linear::Settings;
 use crate::scene::{Data, Expression, Scene};
 use faceoff_mesh::mesh::Triangulation;
