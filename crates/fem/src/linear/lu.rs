@@ -95,7 +95,9 @@ impl SchurLu {
     pub fn corrects(&self, rank: usize, missing: usize) -> bool {
         let (rank, missing) = (rank as f64, missing as f64);
         let solves = 2.0 * missing * self.plan.entries as f64 + rank * rank * rank / 1.5;
-        1.7 * solves < self.plan.flops
+        // The columns are copied, and added up twice.
+        let columns = 8.0 * rank * self.size() as f64;
+        1.7 * (solves + columns) < self.plan.flops
     }
 
     /// Number of rows.
