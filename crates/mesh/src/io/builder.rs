@@ -1,8 +1,9 @@
 //! A mesh that is being read: points and cells with the numbers that the file gives them, groups, named sets, sides.
 
 use std::collections::{BTreeMap, HashMap};
+use std::fmt::Display;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::io::scan::Scan;
 use crate::mesh::{CellBlock, CellKind, Entity, Group, Mesh};
 
@@ -386,6 +387,29 @@ impl Builder {
         self.mesh.groups = self.groups.into_values().collect();
         self.mesh
     }
+}
+
+/// The points of a cell in Gmsh's order, from the file's numbers of them, of which each has its place in that `order`.
+pub fn points_in_order<N: Copy + Display + TryInto<u64>>(
+    scan: &Scan<'_>,
+    element: u64,
+    nodes: &[N],
+    order: &[usize],
+    point: impl Fn(u64) -> Option<u32>,
+) -> Result<Vec<u32>> {
+    let mut points = vec![0; order.len()];
+    for (&node, &place) in nodes.iter().zip(order) {
+        let found = node.try_into().ok().and_then(&point);
+        points[place] = found.ok_or_else(|| no_such_node(scan, element, node))?;
+    }
+    Ok(points)
+}
+
+#[cold]
+pub fn no_such_node(scan: &Scan<'_>, element: impl Display, node: impl Display) -> Error {
+    scan.error(format!(
+        "element {element} has the node {node}, which does not exist"
+    ))
 }
 
 /// The corners of a cell that may be a side, ascending.

@@ -5,10 +5,7 @@ use std::collections::HashSet;
 use std::hash::Hash;
 use std::path::{Path, PathBuf};
 
-use quick_xml::events::Event;
-use quick_xml::{Reader, XmlVersion};
-
-use super::{bytes, pattern};
+use super::{bytes, pattern, xml};
 use crate::error::{Error, Result};
 use crate::file;
 
@@ -127,31 +124,22 @@ fn entries_of(path: &Path, bytes: &[u8]) -> Result<Vec<(Option<String>, PathBuf)
         Error::whole(path, what, remedy)
     };
     let text = std::str::from_utf8(bytes).map_err(|_| refuse("the XML is not UTF-8".into()))?;
-    let mut reader = Reader::from_str(text);
+    let tree = xml::parse(text).map_err(|(_, what)| refuse(what))?;
     let mut files = Vec::new();
-    loop {
-        let event = reader.read_event();
-        let tag = match event.map_err(|e| refuse(format!("not well-formed XML: {e}")))? {
-            Event::Start(tag) | Event::Empty(tag) => tag,
-            Event::Eof => return Ok(files),
-            _ => continue,
-        };
-        let key = match tag.name().as_ref() {
+    for element in &tree.elements {
+        let key = match element.name.as_str() {
             "DataSet" => "file",
             "Piece" => "Source",
             _ => continue,
         };
-        let attribute = |key: &str| {
-            let found = tag.attributes().flatten().find(|a| a.key.as_ref() == key);
-            let value = found?.normalized_value(XmlVersion::Implicit1_0).ok()?;
-            Some(value.into_owned())
-        };
-        let name = attribute(key);
+        let name = element.exact(key);
         let name = name.ok_or_else(|| refuse("an entry does not name its file".into()))?;
-        let file = file::beneath(&path.with_file_name(""), &name);
+        let file = file::beneath(&path.with_file_name(""), name);
         let outside = || refuse(format!("{name:?} is not beside or below this file"));
-        files.push((attribute("timestep"), file.ok_or_else(outside)?));
+        let time = element.exact("timestep").map(str::to_owned);
+        files.push((time, file.ok_or_else(outside)?));
     }
+    Ok(files)
 }
 
 #[cfg(test)]

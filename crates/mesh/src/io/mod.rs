@@ -45,6 +45,7 @@ pub mod vtu;
 #[cfg(test)]
 mod written_tests;
 mod xdmf;
+mod xml;
 
 use std::fmt;
 use std::path::{Path, PathBuf};

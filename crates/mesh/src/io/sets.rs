@@ -123,10 +123,7 @@ impl Sets {
             let is_whole = block.kind.dim() < 3 && corners.len() == block.kind.corners();
             let side = match is_whole {
                 true => Some((block.kind, nodes.to_vec())),
-                false => {
-                    let corners: Vec<u8> = corners.iter().map(|&corner| corner as u8).collect();
-                    sides::side(block.kind, nodes, &corners)
-                }
+                false => sides::side(block.kind, nodes, corners),
             };
             match side {
                 Some((kind, nodes)) => {

@@ -1,73 +1,37 @@
 //! Where the nodes of cells of second order lie, and the sides of cells.
 
-use std::collections::BTreeSet;
-
+use super::vtu::lattice::{Order, scheme};
 use crate::mesh::{CellKind, Shape};
 
 /// A node by the two corners of a cell that it lies between: one corner twice for that corner, opposite corners of a
 /// face or of the cell for its centre.
-pub type Between = [u8; 2];
+pub type Between = [usize; 2];
 
 /// The edges of a cell in the order of their nodes, as Gmsh has it.
 pub fn edges(shape: Shape) -> &'static [Between] {
-    match shape {
-        Shape::Vertex | Shape::Polygon | Shape::Polyhedron => &[],
-        Shape::Line => &[[0, 1]],
-        Shape::Triangle => &[[0, 1], [1, 2], [2, 0]],
-        Shape::Quadrangle => &[[0, 1], [1, 2], [2, 3], [3, 0]],
-        Shape::Tetrahedron => &[[0, 1], [1, 2], [2, 0], [3, 0], [3, 2], [3, 1]],
-        Shape::Hexahedron => &[
-            [0, 1],
-            [0, 3],
-            [0, 4],
-            [1, 2],
-            [1, 5],
-            [2, 3],
-            [2, 6],
-            [3, 7],
-            [4, 5],
-            [4, 7],
-            [5, 6],
-            [6, 7],
-        ],
-        Shape::Prism => &[
-            [0, 1],
-            [0, 2],
-            [0, 3],
-            [1, 2],
-            [1, 4],
-            [2, 5],
-            [3, 4],
-            [3, 5],
-            [4, 5],
-        ],
-        Shape::Pyramid => &[
-            [0, 1],
-            [0, 3],
-            [0, 4],
-            [1, 2],
-            [1, 4],
-            [2, 3],
-            [2, 4],
-            [3, 4],
-        ],
-    }
+    scheme(shape, Order::Gmsh).map_or(&[], |(_, edges, _)| edges)
 }
 
-/// The quadrangles whose centres are nodes, in the order of these, as Gmsh has it.
-fn centred(shape: Shape) -> &'static [[u8; 4]] {
+/// The middles of the quadrangles whose centres are nodes, in the order of these, as Gmsh has it.
+fn centres(shape: Shape) -> impl Iterator<Item = (Between, &'static [usize])> {
+    let faces = scheme(shape, Order::Gmsh).map_or(&[][..], |(.., faces)| faces);
+    let quadrangles = faces.iter().filter(|face| face.len() == 4);
+    quadrangles.map(|face| ([face[0], face[2]], *face))
+}
+
+/// The quadrangles of a cell as most formats have them: from the bottom around to the top.
+pub fn quadrangles(shape: Shape) -> &'static [[usize; 4]] {
     match shape {
-        Shape::Quadrangle => &[[0, 1, 2, 3]],
+        Shape::Quadrangle | Shape::Pyramid => &[[0, 1, 2, 3]],
+        Shape::Prism => &[[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]],
         Shape::Hexahedron => &[
-            [0, 3, 2, 1],
+            [0, 1, 2, 3],
             [0, 1, 5, 4],
-            [0, 4, 7, 3],
             [1, 2, 6, 5],
             [2, 3, 7, 6],
+            [3, 0, 4, 7],
             [4, 5, 6, 7],
         ],
-        Shape::Prism => &[[0, 1, 4, 3], [0, 3, 5, 2], [1, 2, 5, 4]],
-        Shape::Pyramid => &[[0, 3, 2, 1]],
         _ => &[],
     }
 }
@@ -84,7 +48,7 @@ pub fn place(kind: CellKind, [a, b]: Between) -> Option<usize> {
     let shape = kind.shape();
     let corners = shape.corners();
     if a == b {
-        return Some(a.into()).filter(|&a: &usize| a < corners);
+        return Some(a).filter(|&a| a < corners);
     }
     if matches!(kind, CellKind::Other(_)) {
         return None; // of higher order
@@ -94,24 +58,22 @@ pub fn place(kind: CellKind, [a, b]: Between) -> Option<usize> {
         .iter()
         .position(|edge| *edge == [a, b] || *edge == [b, a]);
     let face = || {
-        let faces = centred(shape);
-        let face = faces
-            .iter()
-            .position(|face| face.contains(&a) && face.contains(&b));
-        corners + edges.len() + face.unwrap_or(faces.len())
+        let mut faces = centres(shape).map(|(_, face)| face);
+        let face = faces.position(|face| face.contains(&a) && face.contains(&b));
+        edges.len() + face.unwrap_or(centres(shape).count())
     };
-    Some(edge.map_or_else(face, |edge| corners + edge)).filter(|&place| place < kind.points())
+    Some(corners + edge.unwrap_or_else(face)).filter(|&place| place < kind.points())
 }
 
 /// The edges of a cell as most formats have them: around the bottom, up, around the top, or up as the last.
 pub fn around(shape: Shape, up_last: bool) -> Vec<Between> {
-    let all = shape.corners() as u8;
+    let all = shape.corners();
     let base = match shape {
         Shape::Triangle | Shape::Tetrahedron | Shape::Prism => 3,
         Shape::Quadrangle | Shape::Pyramid | Shape::Hexahedron => 4,
         _ => return edges(shape).to_vec(),
     };
-    let ring = |first: u8| (0..base).map(move |k| [first + k, first + (k + 1) % base]);
+    let ring = |first: usize| (0..base).map(move |k| [first + k, first + (k + 1) % base]);
     let up = (0..base).filter(|_| all > base);
     let up = up.map(|k| [k, if all == 2 * base { base + k } else { base }]);
     let top = ring(base).filter(|_| all == 2 * base);
@@ -122,51 +84,36 @@ pub fn around(shape: Shape, up_last: bool) -> Vec<Between> {
 }
 
 /// The place in Gmsh's order of each node of a format that has corners, then nodes on edges as [`around`], on the
-/// quadrangles from the bottom around to the top, and inside. `corners` are the places of its corners.
+/// [`quadrangles`], and inside. `corners` are the places of its corners.
 pub fn order(kind: CellKind, corners: &[usize], up_last: bool) -> Vec<usize> {
-    let mut places = corners.to_vec();
-    let here = |side: &[u8]| -> BTreeSet<u8> {
-        let corners = side
-            .iter()
-            .map(|&corner| corners[usize::from(corner)] as u8);
-        corners.collect()
-    };
+    let of = |between: Between| place(kind, between.map(|corner| corners[corner]));
     let edges = around(kind.shape(), up_last);
-    let of_edge = |edge: &Between| edge.map(|corner| corners[usize::from(corner)] as u8);
-    places.extend(edges.iter().filter_map(|edge| place(kind, of_edge(edge))));
-    let quadrangles: &[[u8; 4]] = match kind.shape() {
-        Shape::Hexahedron => &[
-            [0, 1, 2, 3],
-            [0, 1, 5, 4],
-            [1, 2, 6, 5],
-            [2, 3, 7, 6],
-            [3, 0, 4, 7],
-            [4, 5, 6, 7],
-        ],
-        Shape::Prism => &[[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]],
-        Shape::Pyramid => &[[0, 1, 2, 3]],
-        _ => &[],
-    };
-    for face in quadrangles {
-        let mut known = centred(kind.shape()).iter();
-        let known = known.find(|known| here(face) == known.iter().copied().collect());
-        places.extend(known.and_then(|known| place(kind, [known[0], known[2]])));
-    }
+    let faces = quadrangles(kind.shape()).iter();
+    let betweens = edges
+        .into_iter()
+        .chain(faces.map(|face| [face[0], face[2]]));
+    let mut places = corners.to_vec();
+    places.extend(betweens.filter_map(of));
     places.extend(places.len()..kind.points());
     places
+}
+
+/// [`order`] where the corners are those of Gmsh.
+pub fn usual_order(kind: CellKind, up_last: bool) -> Vec<usize> {
+    order(kind, &Vec::from_iter(0..kind.corners()), up_last)
 }
 
 /// Where the nodes of a cell lie, in Gmsh's order.
 pub fn nodes(kind: CellKind) -> impl Iterator<Item = Between> {
     let shape = kind.shape();
-    let corners = (0..shape.corners() as u8).map(|a| [a, a]);
-    let faces = centred(shape).iter().map(|face| [face[0], face[2]]);
+    let corners = (0..shape.corners()).map(|a| [a, a]);
+    let faces = centres(shape).map(|(centre, _)| centre);
     let all = corners.chain(edges(shape).iter().copied()).chain(faces);
     all.chain([[0, 6]]).take(kind.points())
 }
 
 /// The side of a cell that has these corners: its kind and its points, with those on edges and in the middle.
-pub fn side(kind: CellKind, nodes: &[u32], corners: &[u8]) -> Option<(CellKind, Vec<u32>)> {
+pub fn side(kind: CellKind, nodes: &[u32], corners: &[usize]) -> Option<(CellKind, Vec<u32>)> {
     let node = |between| nodes.get(place(kind, between)?).copied();
     let mut found: Vec<u32> = corners.iter().filter_map(|&a| node([a, a])).collect();
     if found.len() != corners.len() {
@@ -182,7 +129,7 @@ pub fn side(kind: CellKind, nodes: &[u32], corners: &[u8]) -> Option<(CellKind, 
     if kind.points() == kind.shape().corners() {
         return Some((linear, found));
     }
-    let corner = |place: u8| corners.get(usize::from(place)).copied();
+    let corner = |place: usize| corners.get(place).copied();
     for &[a, b] in edges(shape) {
         found.extend(node([corner(a)?, corner(b)?]));
     }
@@ -200,7 +147,7 @@ mod tests {
     #[test]
     fn all_nodes_are_named_once() {
         for kind in (1..=19).filter_map(CellKind::from_gmsh) {
-            let corners = kind.shape().corners() as u8;
+            let corners = kind.shape().corners();
             let pairs = (0..corners).flat_map(|a| (0..corners).map(move |b| [a, b]));
             let mut places: Vec<usize> = pairs.filter_map(|pair| place(kind, pair)).collect();
             places.sort_unstable();

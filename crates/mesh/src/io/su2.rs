@@ -5,6 +5,7 @@ use std::path::Path;
 use super::builder::{Builder, Numbering};
 use super::out::Out;
 use super::scan::Scan;
+use super::vtu::cells::{classical, vtk_type};
 use super::{Content, Job, Native};
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Mesh};
@@ -20,17 +21,15 @@ pub static FORMAT: Native = Native {
     write,
 };
 
-/// VTK's numbers of cells.
-const KINDS: [(u64, CellKind); 8] = [
-    (1, CellKind::Vertex),
-    (3, CellKind::Line),
-    (5, CellKind::Triangle),
-    (9, CellKind::Quadrangle),
-    (10, CellKind::Tetrahedron),
-    (12, CellKind::Hexahedron),
-    (13, CellKind::Prism),
-    (14, CellKind::Pyramid),
-];
+/// The cell of this number of VTK's.
+fn kind(number: u64) -> Option<CellKind> {
+    classical(number).filter(|kind| kind.points() == kind.corners())
+}
+
+/// VTK's number of a cell of first order.
+fn number(kind: CellKind) -> Option<u8> {
+    vtk_type(kind).filter(|&number| self::kind(number.into()) == Some(kind))
+}
 
 /// Whether the first word that is no comment is one of the keywords that files start with.
 fn recognises(bytes: &[u8]) -> bool {
@@ -163,9 +162,8 @@ fn cells(scan: &mut Scan<'_>, count: usize) -> Result<Vec<(CellKind, Vec<u64>)>>
     let mut cells = Vec::new();
     for _ in 0..count {
         let number = scan.u64()?;
-        let known = KINDS.iter().find(|(known, _)| *known == number);
-        let &(_, kind) =
-            known.ok_or_else(|| scan.error(format!("{number} is not a type of cells")))?;
+        let kind = kind(number);
+        let kind = kind.ok_or_else(|| scan.error(format!("{number} is not a type of cells")))?;
         let nodes = (0..kind.points())
             .map(|_| scan.u64())
             .collect::<Result<_>>()?;
@@ -224,12 +222,6 @@ fn build(scan: &Scan<'_>, zones: Vec<Zone>) -> Result<Mesh> {
 fn write(job: Job<'_>) -> Result<Vec<String>> {
     let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     let dim = mesh.dim().max(2);
-    let number = |kind: CellKind| {
-        KINDS
-            .iter()
-            .find(|(_, known)| *known == kind)
-            .map(|(number, _)| *number)
-    };
     let kinds: Vec<(CellKind, &[u32])> =
         mesh.cells().map(|(_, kind, nodes)| (kind, nodes)).collect();
     let mut marked = vec![false; kinds.len()];

@@ -7,9 +7,9 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use super::elements;
 use super::model::{Element, Instance, Member, Part, Set, Surface};
 use crate::error::Result;
-use crate::io::builder::{Builder, Lookup, Numbering};
+use crate::io::builder::{Builder, Lookup, Numbering, points_in_order};
 use crate::io::scan::Scan;
-use crate::io::sides::{place, side};
+use crate::io::sides::side;
 use crate::memory;
 use crate::mesh::{CellKind, Mesh};
 
@@ -209,18 +209,9 @@ impl Building<'_> {
         let elements: Vec<&Element> = pieces.iter().flat_map(|piece| &piece.elements).collect();
         for element in &elements {
             let kind = element.kind;
-            let mut nodes = vec![0; kind.points()];
-            for (number, between) in element.nodes.iter().zip(elements::nodes(kind)) {
-                let point = placed.points.get(*number).ok_or_else(|| {
-                    self.scan.error(format!(
-                        "element {} has the node {number}, which does not exist",
-                        element.number
-                    ))
-                })?;
-                if let Some(node) = place(kind, between).and_then(|place| nodes.get_mut(place)) {
-                    *node = placed.first_point + point;
-                }
-            }
+            let point = |node| Some(placed.first_point + placed.points.get(node)?);
+            let order = elements::order(kind);
+            let nodes = points_in_order(self.scan, element.number, &element.nodes, &order, point)?;
             let number = if alone {
                 element.number
             } else {

@@ -1,7 +1,7 @@
 //! The types of elements by their names, their nodes, and their sides.
 
-use crate::io::sides::{Between, around};
-use crate::mesh::{CellKind, Shape};
+use crate::io::sides::usual_order;
+use crate::mesh::{CellKind, Shape, topology};
 
 /// Beginnings of the names of elements, after which the number of nodes stands, by dimension; longer ones first.
 const FAMILIES: [(u8, &[&str]); 3] = [
@@ -78,36 +78,20 @@ pub fn kind(name: &str) -> Option<(CellKind, bool)> {
     Some((kind, false))
 }
 
-/// Where the nodes of an element lie, in Abaqus' order; corners come first, but in lines.
-pub fn nodes(kind: CellKind) -> impl Iterator<Item = Between> {
-    use CellKind as K;
-    let corners = kind.shape().corners() as u8;
-    let mut edges = around(kind.shape(), true);
-    edges.truncate(kind.points().saturating_sub(kind.shape().corners()));
-    // The middle of a variable-node brick, then the middles of its faces.
-    let more: &[Between] = match kind {
-        K::Line3 => {
-            return [[0, 0], [0, 1], [1, 1]]
-                .into_iter()
-                .collect::<Vec<Between>>()
-                .into_iter();
-        }
-        K::Quadrangle9 => &[[0, 2]],
-        K::Hexahedron27 => &[[0, 6], [0, 2], [4, 6], [0, 5], [1, 6], [2, 7], [0, 7]],
-        _ => &[],
-    };
-    let corners = (0..corners).map(|a| [a, a]);
-    let all: Vec<Between> = corners.chain(edges).chain(more.iter().copied()).collect();
-    all.into_iter()
+/// The place in Gmsh's order of each node in Abaqus'; a variable-node brick has its middle before those of its faces.
+pub fn order(kind: CellKind) -> Vec<usize> {
+    let mut places = usual_order(kind, true);
+    match kind {
+        CellKind::Line3 => places.swap(1, 2),
+        CellKind::Hexahedron27 => drop(places.splice(20.., [26, 20, 25, 21, 23, 24, 22])),
+        _ => {}
+    }
+    places
 }
 
 /// The corners of the sides of a cell, S1 first.
-pub fn sides(shape: Shape) -> &'static [&'static [u8]] {
+pub fn sides(shape: Shape) -> &'static [&'static [usize]] {
     match shape {
-        Shape::Vertex | Shape::Polygon | Shape::Polyhedron => &[],
-        Shape::Line => &[&[0], &[1]],
-        Shape::Triangle => &[&[0, 1], &[1, 2], &[2, 0]],
-        Shape::Quadrangle => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
         Shape::Tetrahedron => &[&[0, 1, 2], &[0, 3, 1], &[1, 3, 2], &[2, 3, 0]],
         Shape::Pyramid => &[
             &[0, 1, 2, 3],
@@ -131,11 +115,12 @@ pub fn sides(shape: Shape) -> &'static [&'static [u8]] {
             &[2, 6, 7, 3],
             &[3, 7, 4, 0],
         ],
+        _ => topology::sides(shape),
     }
 }
 
 /// What a label of a surface means for an element: the element itself, or the corners of one of its sides.
-pub fn side(shape: Shape, shell: bool, label: &str) -> Option<Option<&'static [u8]>> {
+pub fn side(shape: Shape, shell: bool, label: &str) -> Option<Option<&'static [usize]>> {
     let number = |letter| {
         label
             .strip_prefix(letter)

@@ -7,7 +7,6 @@ use crate::error::Result;
 use crate::io::Job;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
-use crate::io::sides::place;
 use crate::mesh::{CellKind, Group};
 
 /// Types of elements that are written, in a plane and in space.
@@ -112,8 +111,8 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
                 if flat { plane } else { space }
             ));
         }
-        let nodes = elements::nodes(*kind)
-            .filter_map(|between| nodes.get(place(*kind, between)?).map(|node| node + 1));
+        let order = elements::order(*kind).into_iter();
+        let nodes = order.map(|place| nodes[place] + 1);
         let numbers: Vec<u32> = [number].into_iter().chain(nodes).collect();
         // A line has at most sixteen numbers.
         for (place, part) in numbers.chunks(16).enumerate() {
@@ -206,7 +205,7 @@ fn sides(cells: &[Cell<'_>], dim: u8) -> HashMap<Vec<u32>, (u32, usize)> {
         {
             let mut corners: Vec<u32> = side
                 .iter()
-                .filter_map(|&corner| nodes.get(usize::from(corner)).copied())
+                .filter_map(|&corner| nodes.get(corner).copied())
                 .collect();
             corners.sort_unstable();
             sides.entry(corners).or_insert((cell, place));

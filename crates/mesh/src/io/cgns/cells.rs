@@ -1,6 +1,5 @@
-//! CGNS's elements: their numbers, and the order of their nodes against Gmsh's.
+//! CGNS's elements by their numbers.
 
-use crate::io::sides;
 use crate::mesh::CellKind;
 
 pub const MIXED: i64 = 20;
@@ -43,12 +42,4 @@ pub fn number(kind: CellKind) -> Option<i64> {
         .iter()
         .find(|(_, known)| *known == kind)
         .map(|(number, _)| *number)
-}
-
-/// The place in Gmsh's order of each node in CGNS's.
-pub fn order(kind: CellKind) -> Vec<usize> {
-    match kind.dim() {
-        3 => sides::order(kind, &Vec::from_iter(0..kind.corners()), false),
-        _ => (0..kind.points()).collect(),
-    }
 }

@@ -17,6 +17,7 @@ use crate::error::Result;
 use crate::io::polytopes::Lists;
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::{self, Runs, Sets};
+use crate::io::sides::usual_order;
 use crate::io::vtu::array::RawNumbers;
 use crate::io::{Content, vectors};
 use crate::mesh::{CellBlock, CellKind, Support};
@@ -295,7 +296,7 @@ impl Reader {
                 base: 1,
                 points: points.clone(),
                 width: kind.points(),
-                order: &cells::order(kind),
+                order: &usual_order(kind, false),
                 by_place: false,
             });
             let nodes = nodes.map_err(|what| section.refuse(what))?;

@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::io::hdf5::write::{Data, Group, Type};
 use crate::io::loss::Losses;
 use crate::io::raw::CellNodes;
+use crate::io::sides::usual_order;
 use crate::io::steps::{Steps, row_of};
 use crate::io::{Job, sets, vectors};
 use crate::mesh::{CellBlock, CellGroups, Mesh, Support};
@@ -95,7 +96,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
         let range = [start, start + block.len() as i64 - 1];
         node(section, "ElementRange", "IndexRange_t", "I4")
             .add(" data", Data::integers(INT, vec![2], move |k| range[k]));
-        let nodes = CellNodes::new(&*block.nodes, cells::order(kind), false);
+        let nodes = CellNodes::new(&*block.nodes, usual_order(kind, false), false);
         let connectivity = Data::nodes(vec![nodes.len()], nodes, 1);
         node(section, "ElementConnectivity", "DataArray_t", "I4").add(" data", connectivity);
     }

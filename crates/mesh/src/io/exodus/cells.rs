@@ -1,6 +1,7 @@
 //! Exodus's elements: their names, the order of their nodes against Gmsh's, and their sides.
 
-use crate::mesh::{CellKind, Shape};
+use crate::io::sides::usual_order;
+use crate::mesh::{CellKind, Shape, topology};
 
 /// What an element of this name and number of nodes is; the nodes beyond those of the kind, inside the cell or its faces, have
 /// no place in it.
@@ -64,33 +65,19 @@ pub fn name(kind: CellKind) -> Option<String> {
     (self::kind(&name, kind.points()) == Some(kind)).then_some(name)
 }
 
-/// The place in Gmsh's order of each node in Exodus's; none if the orders are the same.
-pub fn order(kind: CellKind) -> Option<&'static [usize]> {
-    Some(match kind {
-        CellKind::Tetrahedron10 => &[0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
-        CellKind::Hexahedron20 => &[
-            0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 10, 12, 14, 15, 16, 18, 19, 17,
-        ],
-        CellKind::Hexahedron27 => &[
-            0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 10, 12, 14, 15, 16, 18, 19, 17, 26, 20, 25, 22,
-            23, 21, 24,
-        ],
-        CellKind::Prism15 => &[0, 1, 2, 3, 4, 5, 6, 9, 7, 8, 10, 11, 12, 14, 13],
-        CellKind::Prism18 => &[0, 1, 2, 3, 4, 5, 6, 9, 7, 8, 10, 11, 12, 14, 13, 15, 17, 16],
-        CellKind::Pyramid13 => &[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
-        CellKind::Pyramid14 => &[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12, 13],
-        _ => return None,
-    })
+/// The place in Gmsh's order of each node in Exodus's, which has what is inside of a hexahedron before its faces.
+pub fn order(kind: CellKind) -> Vec<usize> {
+    let mut places = usual_order(kind, false);
+    if kind == CellKind::Hexahedron27 {
+        places.splice(20.., [26, 20, 25, 22, 23, 21, 24]);
+    }
+    places
 }
 
 /// The corners of the sides of an element in the order of their numbers. Shells have their two faces first.
 pub fn sides(shape: Shape, is_shell: bool) -> &'static [&'static [usize]] {
     match (shape, is_shell) {
-        (Shape::Vertex | Shape::Polygon | Shape::Polyhedron, _) => &[],
-        (Shape::Line, _) => &[&[0], &[1]],
-        (Shape::Triangle, false) => &[&[0, 1], &[1, 2], &[2, 0]],
         (Shape::Triangle, true) => &[&[0, 1, 2], &[0, 2, 1], &[0, 1], &[1, 2], &[2, 0]],
-        (Shape::Quadrangle, false) => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
         (Shape::Quadrangle, true) => &[
             &[0, 1, 2, 3],
             &[0, 3, 2, 1],
@@ -122,6 +109,7 @@ pub fn sides(shape: Shape, is_shell: bool) -> &'static [&'static [usize]] {
             &[0, 4, 3],
             &[0, 3, 2, 1],
         ],
+        _ => topology::sides(shape),
     }
 }
 

@@ -209,12 +209,11 @@ impl Reader<'_> {
                     width - kind.points()
                 ));
             }
-            let places: Vec<usize> = (0..kind.points()).collect();
             let of = Nodes {
                 base: 1,
                 points: 0..points as u32,
                 width,
-                order: cells::order(kind).unwrap_or(&places),
+                order: &cells::order(kind),
                 by_place: false,
             };
             let numbers = self.file.raw(&connect, None)?;

@@ -2,7 +2,6 @@
 
 mod plan;
 
-use std::borrow::Cow;
 use std::collections::HashSet;
 
 use super::{FORMAT, cells};
@@ -179,10 +178,7 @@ fn write_blocks<'a>(
         let points = block.kind.points();
         out.dimension(&count, block.cells.len());
         out.dimension(&nodes, points);
-        let order = match cells::order(block.kind) {
-            Some(order) => Cow::Borrowed(order),
-            None => (0..points).collect(),
-        };
+        let order = cells::order(block.kind);
         let cells = CellNodes::of_cells(mesh, &block.cells, order, false);
         let (name, shape) = (format!("connect{}", k + 1), [&*count, &*nodes]);
         out.variable(&name, &shape, Type::Int, move |_, first, bytes| {

@@ -7,6 +7,7 @@ use super::nodes::Nodes;
 use crate::error::Result;
 use crate::io::scan::Scan;
 use crate::io::sides::{self, edges};
+use crate::io::vtu::lattice::{CUBE, SIMPLEX};
 use crate::mesh::{CellKind, Shape, topology};
 
 /// The cells of a grid function that each cell has for itself, as periodic meshes do; nodes of one place and of the same
@@ -50,10 +51,9 @@ pub fn broken(
                 scan.error(format!("there are too few nodes of {}", nodes.collection))
             })?;
             // What the node lies on, by its vertices; a periodic mesh has several places for it.
-            let [i, j] = [a, b].map(usize::from);
-            let on = |face: &&&[usize]| face.contains(&i) && face.contains(&j);
+            let on = |face: &&&[usize]| face.contains(&a) && face.contains(&b);
             let on = match topology::sides(kind.shape()).iter().find(on) {
-                _ if a == b || edges(kind.shape()).contains(&[a, b]) => vec![i, j],
+                _ if a == b || edges(kind.shape()).contains(&[a, b]) => vec![a, b],
                 Some(face) => face.to_vec(),
                 None => (0..kind.shape().corners()).collect(),
             };
@@ -79,9 +79,8 @@ pub fn broken(
                 .iter()
                 .filter_map(|&a| element.vertices.get(a).copied());
             let key = sorted(&vertices.collect::<Vec<u32>>());
-            let corners: Vec<u8> = corners.iter().map(|&a| a as u8).collect();
             if wanted.contains(&key)
-                && let Some((_, side)) = sides::side(kind, &found, &corners)
+                && let Some((_, side)) = sides::side(kind, &found, corners)
             {
                 sides.entry(key).or_insert(side);
             }
@@ -116,15 +115,12 @@ fn sorted(vertices: &[u32]) -> Vec<u32> {
 }
 
 /// A corner of the reference cell.
-fn corner(shape: Shape, corner: u8) -> [usize; 3] {
-    const SIMPLEX: [[usize; 3]; 4] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
-    const CUBE: [[usize; 3]; 4] = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]];
-    let (layer, base): (usize, _) = match shape {
-        Shape::Prism => (3, SIMPLEX),
-        Shape::Triangle | Shape::Tetrahedron => (4, SIMPLEX),
-        _ => (4, CUBE),
+fn corner(shape: Shape, corner: usize) -> [usize; 3] {
+    let (layer, base): (usize, &[[usize; 3]]) = match shape {
+        Shape::Prism => (3, &SIMPLEX),
+        Shape::Triangle | Shape::Tetrahedron => (4, &SIMPLEX),
+        _ => (4, &CUBE),
     };
-    let corner = usize::from(corner);
     let [x, y, z] = base[corner % layer];
     [x, y, z + corner / layer]
 }

@@ -5,11 +5,13 @@ use std::collections::HashMap;
 use crate::error::Result;
 use crate::io::builder::Builder;
 use crate::io::scan::Scan;
+use crate::io::sides::quadrangles;
 use crate::memory;
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::topology::sides;
+use crate::mesh::{CellKind, Mesh, Shape};
 
 /// How MFEM cuts a square or a cube: types of cells, and their corners among those of the cube, 8 being its centre.
-const CUTS: [(&str, CellKind, &[&[u8]]); 7] = [
+const CUTS: [(&str, CellKind, &[&[usize]]); 7] = [
     ("segment", CellKind::Line, &[&[0, 1]]),
     ("quad", CellKind::Quadrangle, &[&[0, 1, 2, 3]]),
     ("tri", CellKind::Triangle, &[&[0, 2, 3], &[1, 2, 0]]),
@@ -43,20 +45,6 @@ const CUTS: [(&str, CellKind, &[&[u8]]); 7] = [
             &[7, 6, 5, 4, 8],
         ],
     ),
-];
-
-/// The corners of a cube on each of its sides, in the order of MFEM's attributes 1, 2, …; of a square, of a line.
-const SIDES: [&[&[u8]]; 3] = [
-    &[&[0], &[1]],
-    &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
-    &[
-        &[0, 1, 2, 3],
-        &[0, 1, 5, 4],
-        &[1, 2, 6, 5],
-        &[2, 3, 7, 6],
-        &[3, 0, 4, 7],
-        &[4, 5, 6, 7],
-    ],
 ];
 
 /// A few bytes are not to take all memory.
@@ -102,7 +90,7 @@ pub fn read(scan: &mut Scan<'_>) -> Result<Mesh> {
     Ok(make(kind, cut, number, size))
 }
 
-fn make(kind: CellKind, cut: &[&[u8]], number: [usize; 3], size: [f64; 3]) -> Mesh {
+fn make(kind: CellKind, cut: &[&[usize]], number: [usize; 3], size: [f64; 3]) -> Mesh {
     let dim = usize::from(kind.dim());
     let ends: [usize; 3] = std::array::from_fn(|axis| if axis < dim { number[axis] } else { 0 });
     let mut builder = Builder::default();
@@ -115,9 +103,9 @@ fn make(kind: CellKind, cut: &[&[u8]], number: [usize; 3], size: [f64; 3]) -> Me
     builder.mesh.points = points.collect();
     let lines = builder.mesh.points.len();
     let last = number.map(|n| n - 1);
-    let corner = |[x, y, z]: [usize; 3], corner: u8| {
-        let [dx, dy] = [[0, 0], [1, 0], [1, 1], [0, 1]][usize::from(corner % 4)];
-        let z = z + usize::from(corner / 4);
+    let corner = |[x, y, z]: [usize; 3], corner: usize| {
+        let [dx, dy] = [[0, 0], [1, 0], [1, 1], [0, 1]][corner % 4];
+        let z = z + corner / 4;
         (((z * (ends[1] + 1)) + y + dy) * (ends[0] + 1) + x + dx) as u32
     };
     for (place, cube) in axes(last).enumerate() {
@@ -138,14 +126,21 @@ fn make(kind: CellKind, cut: &[&[u8]], number: [usize; 3], size: [f64; 3]) -> Me
         builder.mesh.points.to_mut().extend(axes(last).map(middle));
     }
     // A side of the box is cut as the cells behind it.
-    let of_box = SIDES.get(dim - 1).copied().unwrap_or_default();
+    let of_box: Vec<&[usize]> = match dim {
+        1 => sides(Shape::Line).to_vec(),
+        2 => sides(Shape::Quadrangle).to_vec(),
+        _ => quadrangles(Shape::Hexahedron)
+            .iter()
+            .map(<[_; 4]>::as_slice)
+            .collect(),
+    };
     for (tag, side) in (1..).zip(of_box) {
         // The axis along which the side does not extend, and whether it is the far one.
-        let position = |corner: u8| {
+        let position = |corner: usize| {
             [
                 usize::from(matches!(corner % 4, 1 | 2)),
                 usize::from(corner % 4 > 1),
-                usize::from(corner / 4),
+                corner / 4,
             ]
         };
         let flat = |axis: &usize| {
@@ -172,10 +167,10 @@ fn make(kind: CellKind, cut: &[&[u8]], number: [usize; 3], size: [f64; 3]) -> Me
 }
 
 /// What the cells of a cube have of one of its sides.
-fn parts(side: &[u8], cut: &[&[u8]]) -> Vec<Vec<u8>> {
+fn parts(side: &[usize], cut: &[&[usize]]) -> Vec<Vec<usize>> {
     let shared = cut.iter().map(|cell| {
         let shared = side.iter().copied().filter(|corner| cell.contains(corner));
-        shared.collect::<Vec<u8>>()
+        shared.collect::<Vec<usize>>()
     });
     let at_least = if side.len() == 4 { 3 } else { side.len() };
     shared.filter(|part| part.len() >= at_least).collect()

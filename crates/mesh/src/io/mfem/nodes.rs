@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::Element;
 use crate::error::Result;
 use crate::io::scan::Scan;
-use crate::io::sides;
+use crate::io::sides::{self, Between, around, quadrangles};
 use crate::mesh::{CellKind, Shape};
 
 /// A grid function: coordinates of the dofs of a space.
@@ -86,65 +86,11 @@ impl Nodes {
     }
 }
 
-/// The edges and the quadrangles of a cell in the order in which MFEM numbers them.
-fn local(shape: Shape) -> (&'static [[usize; 2]], &'static [[usize; 4]]) {
+/// The edges of a cell in the order in which MFEM numbers them.
+fn edges(shape: Shape) -> Vec<Between> {
     match shape {
-        Shape::Vertex | Shape::Polygon | Shape::Polyhedron => (&[], &[]),
-        Shape::Line => (&[[0, 1]], &[]),
-        Shape::Triangle => (&[[0, 1], [1, 2], [2, 0]], &[]),
-        Shape::Quadrangle => (&[[0, 1], [1, 2], [2, 3], [3, 0]], &[[0, 1, 2, 3]]),
-        Shape::Tetrahedron => (&[[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]], &[]),
-        Shape::Hexahedron => (
-            &[
-                [0, 1],
-                [1, 2],
-                [3, 2],
-                [0, 3],
-                [4, 5],
-                [5, 6],
-                [7, 6],
-                [4, 7],
-                [0, 4],
-                [1, 5],
-                [2, 6],
-                [3, 7],
-            ],
-            &[
-                [3, 2, 1, 0],
-                [0, 1, 5, 4],
-                [1, 2, 6, 5],
-                [2, 3, 7, 6],
-                [3, 0, 4, 7],
-                [4, 5, 6, 7],
-            ],
-        ),
-        Shape::Prism => (
-            &[
-                [0, 1],
-                [1, 2],
-                [2, 0],
-                [3, 4],
-                [4, 5],
-                [5, 3],
-                [0, 3],
-                [1, 4],
-                [2, 5],
-            ],
-            &[[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]],
-        ),
-        Shape::Pyramid => (
-            &[
-                [0, 1],
-                [1, 2],
-                [3, 2],
-                [0, 3],
-                [0, 4],
-                [1, 4],
-                [2, 4],
-                [3, 4],
-            ],
-            &[[3, 2, 1, 0]],
-        ),
+        Shape::Tetrahedron => vec![[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]],
+        _ => around(shape, true),
     }
 }
 
@@ -186,15 +132,13 @@ pub fn quadratic(
         });
     };
     for element in all() {
-        let (edges, _) = local(element.kinds.0.shape());
-        edges
+        edges(element.kinds.0.shape())
             .iter()
             .for_each(|edge| number(key(&element.vertices, edge)));
     }
     // In a plane mesh a quadrangle is a cell; its inside comes in the same order.
     for element in all() {
-        let (_, quadrangles) = local(element.kinds.0.shape());
-        quadrangles
+        quadrangles(element.kinds.0.shape())
             .iter()
             .for_each(|face| number(key(&element.vertices, face)));
     }
@@ -202,17 +146,16 @@ pub fn quadratic(
     for element in all() {
         let (vertices, kind) = (&element.vertices, element.kinds.1);
         let shape = kind.shape();
-        let node = |[a, b]: sides::Between| {
-            let [a, b] = [a, b].map(usize::from);
+        let edges = edges(shape);
+        let node = |[a, b]: Between| {
             if a == b {
                 return vertices.get(a).copied();
             }
-            let (edges, quadrangles) = local(shape);
             let edge = edges
                 .iter()
                 .find(|edge| edge.contains(&a) && edge.contains(&b));
             let face = || {
-                quadrangles
+                quadrangles(shape)
                     .iter()
                     .find(|face| face.contains(&a) && face.contains(&b))
             };

@@ -5,7 +5,7 @@ use super::nodes_v2::text_count;
 use super::read::{Layout, Reader};
 use super::tags_v2::Tags;
 use crate::error::Result;
-use crate::io::builder::Builder;
+use crate::io::builder::{Builder, no_such_node};
 use crate::io::rows::append;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::CellKind;
@@ -100,12 +100,8 @@ fn element(
     let nodes = block.nodes.to_mut();
     for _ in 0..kind.points() {
         let node = scan.tag()?;
-        let Some(index) = points.get(node) else {
-            return Err(scan.error(format!(
-                "element {number} has the node {node}, which does not exist"
-            )));
-        };
-        nodes.push(index);
+        let point = points.get(node);
+        nodes.push(point.ok_or_else(|| no_such_node(scan, number, node))?);
     }
     let entity = tags.values.get(1).copied().unwrap_or(0);
     block.entities.push(entity);
@@ -148,22 +144,18 @@ fn plain_block(
     let row = 1 + tag_count + kind.points();
     let start = scan.clone();
     let (words, _) = scan.bytes(count, 4 * row)?.as_chunks::<4>();
-    // An error at the position of a word.
-    let refuse = |word: usize, what: String| {
+    // The position of a word.
+    let place = |word: usize| {
         let mut place = start.clone();
         place.advance(4 * word);
-        place.error(what)
+        place
     };
     let expected = builder.numbers.next().unwrap_or(0);
     let new = bulk::elements(words, row, 1 + tag_count, &points, expected, numbers);
     builder.points = Some(points);
     let new = new.map_err(|word| {
         let value = |word: usize| words.get(word).map_or(0, |&it| bulk::signed(it, numbers));
-        let (number, node) = (value(word / row * row), value(word));
-        refuse(
-            word,
-            format!("element {number} has the node {node}, which does not exist"),
-        )
+        no_such_node(&place(word), value(word / row * row), value(word))
     })?;
     if new.count_on && builder.numbers.next().is_some() {
         builder.numbers.count_on(count);
@@ -172,7 +164,7 @@ fn plain_block(
         if let Some(bad) = own.iter().position(|&number| number > i32::MAX as u64) {
             let number = own.get(bad).map_or(0, |&number| number as i64);
             let what = format!("{number} is not the number of an element");
-            return Err(refuse(bad * row, what));
+            return Err(place(bad * row).error(what));
         }
         builder.numbers.append(own);
     }

@@ -4,7 +4,7 @@ use super::elements_v2::unknown_type;
 use super::nodes_v2::text_count;
 use super::read::Reader;
 use crate::error::Result;
-use crate::io::builder::Numbering;
+use crate::io::builder::{Numbering, no_such_node};
 use crate::mesh::{CellKind, Entity};
 
 /// Elements that are parts of others, cut along a surface: Gmsh's number of the type and what it is.
@@ -84,11 +84,7 @@ pub fn elements(reader: &mut Reader<'_>) -> Result<()> {
         for _ in 0..kind.points() {
             let node = scan.u64()?;
             let point = points.get(node);
-            nodes.push(point.ok_or_else(|| {
-                scan.error(format!(
-                    "element {number} has the node {node}, which does not exist"
-                ))
-            })?);
+            nodes.push(point.ok_or_else(|| no_such_node(scan, number, node))?);
         }
         block.entities.push(entity);
         left -= kind.points() as u64;

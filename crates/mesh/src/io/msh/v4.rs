@@ -4,7 +4,7 @@ use super::bulk::{self, Word};
 use super::elements_v2::unknown_type;
 use super::read::{Layout, Reader};
 use crate::error::Result;
-use crate::io::builder::Numbering;
+use crate::io::builder::{Numbering, no_such_node};
 use crate::io::rows::append;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{CellKind, PointRun, all_finite};
@@ -102,11 +102,6 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
             continue;
         }
         let block = builder.block(kind);
-        let unknown = |scan: &Scan<'_>, element: u64, node: u64| {
-            scan.error(format!(
-                "element {element} has the node {node}, which does not exist"
-            ))
-        };
         if layout == Layout::V41 && scan.numbers != Numbers::Ascii {
             let start = scan.clone();
             let (words, _) = scan.bytes(in_block, 8 * row)?.as_chunks::<8>();
@@ -116,7 +111,7 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
                 let mut place = start;
                 place.advance(8 * word);
                 let number = |word: usize| words.get(word).map_or(0, |it| it.number(place.numbers));
-                unknown(&place, number(word / row * row), number(word))
+                no_such_node(&place, number(word / row * row), number(word))
             })?;
             if new.count_on && numbers.next().is_some() {
                 numbers.count_on(in_block);
@@ -131,11 +126,8 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
                 numbers.push(element);
                 for _ in 1..row {
                     let node = tag(scan, layout)?;
-                    nodes.push(
-                        points
-                            .get(node)
-                            .ok_or_else(|| unknown(scan, element, node))?,
-                    );
+                    let point = points.get(node);
+                    nodes.push(point.ok_or_else(|| no_such_node(scan, element, node))?);
                 }
             }
         }

@@ -2,12 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::middles;
 use super::read::{Reader, System};
 use crate::error::Result;
-use crate::io::builder::{Builder, Lookup, Numbering};
+use crate::io::builder::{Builder, Numbering, points_in_order};
 use crate::io::scan::Scan;
-use crate::io::sides::place;
+use crate::io::sides::usual_order;
 use crate::mesh::Mesh;
 
 impl Reader {
@@ -67,29 +66,13 @@ impl Reader {
                 .push(self.placed(scan, point, system)?);
         }
         builder.finish_points(scan, numbers)?;
-        let points = builder
-            .points
-            .take()
-            .unwrap_or(Lookup::Dense { first: 1, count: 0 });
         for element in &self.elements {
-            let kind = element.kind;
-            let corners = kind.shape().corners() as u8;
-            let order = (0..corners).map(|a| [a, a]).chain(middles(kind));
-            let mut nodes = vec![0; kind.points()];
-            for (&number, between) in element.nodes.iter().zip(order) {
-                let point = points.get(number).ok_or_else(|| {
-                    scan.error(format!(
-                        "element {} has the node {number}, which does not exist",
-                        element.number
-                    ))
-                })?;
-                if let Some(node) = place(kind, between).and_then(|place| nodes.get_mut(place)) {
-                    *node = point;
-                }
-            }
-            builder.cell(kind, &nodes, element.number, element.property);
+            let (kind, number) = (element.kind, element.number);
+            let point = |node| builder.points.as_ref()?.get(node);
+            let order = usual_order(kind, false);
+            let nodes = points_in_order(scan, number, &element.nodes, &order, point)?;
+            builder.cell(kind, &nodes, number, element.property);
         }
-        builder.points = Some(points);
         builder.finish_cells(scan)?;
         Ok(builder.finish())
     }

@@ -5,7 +5,6 @@ mod build;
 mod card;
 mod read;
 
-use super::sides::{Between, around};
 use super::{Native, meshio};
 use crate::mesh::CellKind;
 
@@ -88,11 +87,3 @@ const CARDS: [(&str, CellKind, Option<CellKind>, usize); 23] = [
         2,
     ),
 ];
-
-/// Where the nodes behind the corners lie: around the bottom, up, around the top.
-fn middles(kind: CellKind) -> Vec<Between> {
-    let mut edges = around(kind.shape(), false);
-    edges.truncate(kind.points().saturating_sub(kind.shape().corners()));
-    edges.extend((kind == CellKind::Quadrangle9).then_some([0, 2]));
-    edges
-}

@@ -1,7 +1,7 @@
 //! The types of elements by their numbers, and the order of their nodes.
 
-use crate::io::sides::Between;
-use crate::mesh::CellKind;
+use crate::io::sides::{Between, place};
+use crate::mesh::{CellKind, Shape};
 
 /// The kind of an element with this descriptor and number of nodes.
 pub fn kind(descriptor: u64, nodes: usize) -> Option<CellKind> {
@@ -39,25 +39,32 @@ pub fn is_beam(descriptor: u64) -> bool {
     matches!(descriptor, 11 | 21..=24)
 }
 
-/// Where the nodes lie: around the bottom, corners and middles in turn, then up, then around the top.
-pub fn nodes(kind: CellKind) -> Vec<Between> {
-    use CellKind as K;
-    let around = |first: u8, count: u8| {
+/// The place in Gmsh's order of each node: around the bottom, corners and middles in turn, then up, then around the top.
+pub fn order(kind: CellKind) -> Vec<usize> {
+    let around = |first: usize, count: usize| {
         (0..count).flat_map(move |i| [[first + i, first + i], [first + i, first + (i + 1) % count]])
     };
-    let up = |count: u8, to: u8| (0..count).map(move |i| [i, to + i]);
-    match kind {
-        K::Line3 => vec![[0, 0], [0, 1], [1, 1]],
-        K::Triangle6 => around(0, 3).collect(),
-        K::Quadrangle8 => around(0, 4).collect(),
-        K::Tetrahedron10 => around(0, 3)
-            .chain([[0, 3], [1, 3], [2, 3], [3, 3]])
-            .collect(),
-        K::Pyramid13 => around(0, 4)
-            .chain([[0, 4], [1, 4], [2, 4], [3, 4], [4, 4]])
-            .collect(),
-        K::Prism15 => around(0, 3).chain(up(3, 3)).chain(around(3, 3)).collect(),
-        K::Hexahedron20 => around(0, 4).chain(up(4, 4)).chain(around(4, 4)).collect(),
-        _ => crate::io::sides::nodes(kind).collect(),
-    }
+    let up = |count: usize, to: usize| (0..count).map(move |i| [i, to + i]);
+    let tip = |tip: usize| (0..=tip).map(move |i| [i, tip]);
+    let (shape, corners) = (kind.shape(), kind.corners());
+    let betweens: Vec<Between> = match shape {
+        // Those of no middles, and what is beyond the format.
+        _ if kind.points() == corners || kind == CellKind::Quadrangle9 => {
+            return (0..kind.points()).collect();
+        }
+        Shape::Line => vec![[0, 0], [0, 1], [1, 1]],
+        Shape::Tetrahedron | Shape::Pyramid => {
+            around(0, corners - 1).chain(tip(corners - 1)).collect()
+        }
+        Shape::Prism | Shape::Hexahedron => {
+            let half = corners / 2;
+            let bottom = around(0, half).chain(up(half, half));
+            bottom.chain(around(half, half)).collect()
+        }
+        _ => around(0, corners).collect(),
+    };
+    let places = betweens
+        .into_iter()
+        .filter_map(|between| place(kind, between));
+    places.collect()
 }

@@ -7,9 +7,8 @@ use super::elements;
 use super::results;
 use crate::error::Result;
 use crate::io::Content;
-use crate::io::builder::{Builder, Numbering};
+use crate::io::builder::{Builder, Lookup, Numbering, points_in_order};
 use crate::io::scan::Scan;
-use crate::io::sides::place;
 use crate::mesh::{CellKind, Field, Support, Values};
 
 /// A group: its number, its name, and the numbers of nodes and of elements.
@@ -266,20 +265,8 @@ impl<'a> Reader<'a> {
                 unknown.insert((descriptor, count));
                 continue;
             };
-            let mut nodes = vec![0; count];
-            for (&node, between) in found.iter().zip(elements::nodes(kind)) {
-                let points = self.builder.points.as_ref();
-                let point = points.and_then(|points| points.get(u64::try_from(node).ok()?));
-                let missing = || {
-                    row.error(format!(
-                        "element {number} has the node {node}, which does not exist"
-                    ))
-                };
-                let point = point.ok_or_else(missing)?;
-                if let Some(node) = place(kind, between).and_then(|place| nodes.get_mut(place)) {
-                    *node = point;
-                }
-            }
+            let point = |node| self.builder.points.as_ref()?.get(node);
+            let nodes = points_in_order(&row, number, &found, &elements::order(kind), point)?;
             self.builder.cell(kind, &nodes, number, 0);
             self.marks
                 .push(marks.map(|mark| i32::try_from(mark).unwrap_or(0)));
@@ -350,7 +337,7 @@ impl<'a> Reader<'a> {
             own => own.to_vec(),
         };
         let twice = |tag| self.scan.error(format!("element {tag} appears twice"));
-        let cells = crate::io::builder::Lookup::new(&tags).map_err(twice)?;
+        let cells = Lookup::new(&tags).map_err(twice)?;
         for group in std::mem::take(&mut self.groups) {
             let mut members: Vec<u32> = group
                 .elements

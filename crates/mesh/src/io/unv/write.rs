@@ -1,12 +1,11 @@
 //! Writes nodes (2411), elements (2412), groups (2467) and results (2414). Groups of vertices become groups of nodes.
 
 use super::FORMAT;
-use super::elements::{WRITTEN, is_beam, nodes};
+use super::elements::{WRITTEN, is_beam, order};
 use crate::error::Result;
 use crate::io::Job;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
-use crate::io::sides::place;
 use crate::mesh::{CellKind, Field, Mesh, Support, Values};
 
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
@@ -49,10 +48,8 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
         if is_beam(descriptor) {
             out.text(&row([0, 1, 1]));
         }
-        let nodes: Vec<u64> = nodes(kind)
-            .into_iter()
-            .filter_map(|b| Some(u64::from(*found.get(place(kind, b)?)?) + 1))
-            .collect();
+        let order = order(kind).into_iter();
+        let nodes: Vec<u64> = order.map(|place| u64::from(found[place]) + 1).collect();
         nodes.chunks(8).for_each(|nodes| {
             out.text(&row(nodes.iter().copied())).pass_on();
         });

@@ -1,12 +1,11 @@
 //! The arrays of a legacy file: on points, on cells, or about the whole.
 
 use super::numbers::{text, words};
-use super::read::{On, Reader};
+use super::read::Reader;
 use crate::error::Result;
-use crate::field::{GlobalArray, GlobalValues};
+use crate::field::GlobalArray;
 use crate::io::scan::{Numbers, Scan};
-use crate::io::vtu::merge::PieceArray;
-use crate::mesh::Values;
+use crate::mesh::{Field, Values};
 
 impl Reader<'_> {
     /// A keyword of data on points or cells, or of the whole.
@@ -142,9 +141,8 @@ impl Reader<'_> {
         };
         match self.on {
             None => self.out.whole.push(GlobalArray {
-                name,
                 components,
-                values: GlobalValues::Numbers(values),
+                ..GlobalArray::numbers(name, values)
             }),
             Some((_, tuples)) if tuples != found => {
                 let what = format!(
@@ -152,16 +150,10 @@ impl Reader<'_> {
                 );
                 self.out.unread.push(what);
             }
-            Some((On::Points, _)) => self.piece.on_points.push(PieceArray {
-                name,
-                components,
-                values,
-            }),
-            Some((On::Cells, _)) => self.piece.on_cells.push(PieceArray {
-                name,
-                components,
-                values,
-            }),
+            Some((on, _)) => {
+                let field = Field::new(name, on, components, values);
+                self.piece.fields.push(field);
+            }
         }
     }
 }

@@ -9,10 +9,9 @@ use crate::io::vtu::array::RawNumbers;
 use crate::io::vtu::cells::POLYHEDRON;
 use crate::io::vtu::grids::Extent;
 use crate::io::vtu::lattice::Order;
-use crate::io::vtu::merge::PieceArray;
 use crate::io::vtu::topology::{Cells, Source};
 use crate::io::vtu::xml::Grid;
-use crate::mesh::Polyhedra;
+use crate::mesh::{Field, Polyhedra, Support};
 
 impl<'a> Reader<'a> {
     /// Makes points and cells of what was read.
@@ -69,13 +68,12 @@ impl<'a> Reader<'a> {
                 cells = extent.cells();
             }
         }
-        let misfit = |arrays: &[PieceArray], count: usize| {
-            arrays
-                .iter()
-                .any(|array| array.values.len() != count * array.components)
+        let misfit = |field: &Field| {
+            let on_points = field.on == Support::Points;
+            let count = if on_points { points.len() } else { cells.count };
+            field.values.len() != count * field.components
         };
-        if misfit(&self.piece.on_points, points.len()) || misfit(&self.piece.on_cells, cells.count)
-        {
+        if self.piece.fields.iter().any(misfit) {
             let (points, cells) = (points.len(), cells.count);
             let what = format!(
                 "POINT_DATA or CELL_DATA is not of the {points} points and {cells} cells there are"
@@ -136,9 +134,10 @@ impl<'a> Reader<'a> {
     pub(super) fn uneven(&self) -> (Vec<bool>, usize) {
         let degrees = self
             .piece
-            .on_cells
+            .fields
             .iter()
-            .find(|array| array.name == "HigherOrderDegrees" && array.components == 3);
+            .filter(|field| field.on == Support::Cells)
+            .find(|field| field.name == "HigherOrderDegrees" && field.components == 3);
         let degrees = degrees
             .map(|array| array.values.to_f64())
             .unwrap_or_default();

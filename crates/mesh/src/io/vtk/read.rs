@@ -16,6 +16,7 @@ use crate::io::vtu::read::restore_texts;
 use crate::io::vtu::scalar::Scalar;
 use crate::io::vtu::unpack::Budget;
 use crate::io::vtu::xml::Grid;
+use crate::mesh::Support;
 
 /// The sections of polygonal data in the order in which their cells count, with VTK's types of their cells.
 pub(super) const POLYGONS: [(&str, u8); 4] = [
@@ -82,13 +83,6 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     out.content(path, "vtk", Some(version))
 }
 
-/// What arrays belong to.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum On {
-    Points,
-    Cells,
-}
-
 pub(super) struct Reader<'a> {
     pub scan: Scan<'a>,
     /// How data are written; keywords are text.
@@ -103,7 +97,7 @@ pub(super) struct Reader<'a> {
     pub frame: Frame,
     pub axes: [Vec<f64>; 3],
     /// What the arrays that follow belong to, and how many tuples they have.
-    pub on: Option<(On, usize)>,
+    pub on: Option<(Support, usize)>,
     pub piece: Piece,
     pub out: Decoded,
 }
@@ -168,10 +162,9 @@ impl<'a> Reader<'a> {
             }
             "METADATA" => self.metadata(),
             "POINT_DATA" | "CELL_DATA" => {
-                let on = if keyword == "POINT_DATA" {
-                    On::Points
-                } else {
-                    On::Cells
+                let on = match keyword.as_str() {
+                    "POINT_DATA" => Support::Points,
+                    _ => Support::Cells,
                 };
                 let count = self.argument()?;
                 self.on = Some((on, self.number(count)? as usize));

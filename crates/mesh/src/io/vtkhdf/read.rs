@@ -9,7 +9,7 @@ use crate::io::Content;
 use crate::io::hdf5::{self, Data, Group};
 use crate::io::vtu::Decoded;
 use crate::io::vtu::array::RawNumbers;
-use crate::io::vtu::merge::{Piece, PieceArray};
+use crate::io::vtu::merge::{Piece, merge};
 use crate::io::vtu::read::{new_faces, restore_texts};
 use crate::io::vtu::topology::{Cells, Source};
 use crate::io::vtu::unpack::Budget;
@@ -90,12 +90,6 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         encoding: "binary-little".into(),
         ..Decoded::default()
     };
-    let arrays = |pieces: &mut Vec<Piece>| -> Vec<[Vec<PieceArray>; 2]> {
-        let taken = pieces
-            .iter_mut()
-            .map(|piece| [&mut piece.on_points, &mut piece.on_cells].map(std::mem::take));
-        taken.collect()
-    };
     // What is there at all times of a file with steps are numbers about the mesh alone, which the restored mesh takes out.
     let version = reader.root.integers("Version").unwrap_or_default();
     let version: Vec<String> = version.iter().map(i64::to_string).collect();
@@ -112,8 +106,13 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
             others += 1;
             continue;
         }
-        let mut pieces = reader.pieces(&start, step)?;
-        fields.push((step, at, arrays(&mut pieces)));
+        let pieces = reader.pieces(&start, step)?;
+        let merged = merge(pieces).map_err(|what| reader.root.refuse(what))?;
+        fields.extend(merged.fields.into_iter().map(|field| Field {
+            time: Some(at),
+            step: i32::try_from(step + 1).ok(),
+            ..field
+        }));
     }
     if others > 0 {
         reader.unread.push(format!(
@@ -124,56 +123,21 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
     decoded.warnings = reader.warnings;
     decoded.unread = reader.unread;
     let mut content = decoded.content(path, "vtkhdf", Some(version.join(".")))?;
-    let base = content.mesh.fields.len();
-    for field in content
-        .mesh
-        .fields
+    let known = &mut content.mesh.fields;
+    for field in known
         .iter_mut()
-        .take(base)
-        .filter(|_| has_steps)
+        .filter(|field| has_steps && field.time.is_none())
     {
-        if field.time.is_none() {
-            field.time = times.get(first).copied();
-            field.step = i32::try_from(first + 1).ok();
-        }
+        field.time = times.get(first).copied();
+        field.step = i32::try_from(first + 1).ok();
     }
-    let known: Vec<(String, Support)> = content
-        .mesh
-        .fields
-        .iter()
-        .map(|field| (field.name.clone(), field.on))
-        .collect();
-    for (step, at, pieces) in fields {
-        for (k, on) in [Support::Points, Support::Cells].into_iter().enumerate() {
-            let mut all: Vec<(String, usize, Vec<Values>)> = Vec::new();
-            for piece in &pieces {
-                for array in &piece[k] {
-                    match all.iter_mut().find(|(name, ..)| *name == array.name) {
-                        Some((.., parts)) => parts.push(array.values.clone()),
-                        None => all.push((
-                            array.name.clone(),
-                            array.components,
-                            vec![array.values.clone()],
-                        )),
-                    }
-                }
-            }
-            for (name, components, mut parts) in all {
-                if !known.contains(&(name.clone(), on)) {
-                    continue;
-                }
-                let values = match parts.len() {
-                    1 => parts.remove(0),
-                    _ => Values::F64(parts.iter().flat_map(Values::to_f64).collect()),
-                };
-                content.mesh.fields.push(Field {
-                    time: Some(at),
-                    step: i32::try_from(step + 1).ok(),
-                    ..Field::new(name, on, components, values)
-                });
-            }
-        }
-    }
+    let is_known = |field: &Field| {
+        known
+            .iter()
+            .any(|other| (&other.name, other.on) == (&field.name, field.on))
+    };
+    fields.retain(is_known);
+    known.append(&mut fields);
     Ok(content)
 }
 
@@ -335,11 +299,7 @@ impl Reader {
             };
             let sizes = [points, cells.count];
             for ((on, before), size) in data.iter_mut().zip(sizes) {
-                let arrays = self.arrays(*on, step, *before, size)?;
-                match on {
-                    Support::Points => piece.on_points = arrays,
-                    _ => piece.on_cells = arrays,
-                }
+                piece.fields.extend(self.arrays(*on, step, *before, size)?);
                 *before += size;
             }
             let taken = piece.take_cells(cells, &mut self.budget, &mut self.warnings);
@@ -384,7 +344,7 @@ impl Reader {
         step: usize,
         before: usize,
         size: usize,
-    ) -> Result<Vec<PieceArray>> {
+    ) -> Result<Vec<Field>> {
         let folder = if on == Support::Points {
             "PointData"
         } else {
@@ -402,11 +362,8 @@ impl Reader {
             }
             let offsets = format!("{folder}Offsets/{name}");
             let first = self.row(&offsets, step, 1)?[0] + before;
-            arrays.push(PieceArray {
-                components: data.rows().1.max(1),
-                values: data.some(first..first + size)?,
-                name,
-            });
+            let (components, values) = (data.rows().1.max(1), data.some(first..first + size)?);
+            arrays.push(Field::new(name, on, components, values));
         }
         Ok(arrays)
     }

@@ -1,8 +1,8 @@
 //! VTK's cell types, and the order of their nodes against Gmsh's.
 
 use super::lattice::{Order, places};
+use crate::io::sides::usual_order;
 use crate::mesh::{CellKind, Shape};
-use std::borrow::Cow;
 
 /// The shapes of VTK's Lagrange cells, whose numbers begin at 68.
 const LAGRANGE: [Shape; 6] = [
@@ -16,27 +16,31 @@ const LAGRANGE: [Shape; 6] = [
 const FIRST_LAGRANGE: u8 = 68;
 pub(crate) const POLYHEDRON: u8 = 42;
 
+/// VTK's numbers of the cells of order 1 and 2.
+const CLASSICAL: [(u8, CellKind); 18] = [
+    (1, CellKind::Vertex),
+    (3, CellKind::Line),
+    (5, CellKind::Triangle),
+    (9, CellKind::Quadrangle),
+    (10, CellKind::Tetrahedron),
+    (12, CellKind::Hexahedron),
+    (13, CellKind::Prism),
+    (14, CellKind::Pyramid),
+    (21, CellKind::Line3),
+    (22, CellKind::Triangle6),
+    (23, CellKind::Quadrangle8),
+    (24, CellKind::Tetrahedron10),
+    (25, CellKind::Hexahedron20),
+    (26, CellKind::Prism15),
+    (27, CellKind::Pyramid13),
+    (28, CellKind::Quadrangle9),
+    (29, CellKind::Hexahedron27),
+    (32, CellKind::Prism18),
+];
+
 /// VTK's number of a cell type; `None` where VTK has no such cell, or not its nodes.
 pub(crate) fn vtk_type(kind: CellKind) -> Option<u8> {
     Some(match kind {
-        CellKind::Vertex => 1,
-        CellKind::Line => 3,
-        CellKind::Triangle => 5,
-        CellKind::Quadrangle => 9,
-        CellKind::Tetrahedron => 10,
-        CellKind::Hexahedron => 12,
-        CellKind::Prism => 13,
-        CellKind::Pyramid => 14,
-        CellKind::Line3 => 21,
-        CellKind::Triangle6 => 22,
-        CellKind::Quadrangle8 => 23,
-        CellKind::Tetrahedron10 => 24,
-        CellKind::Hexahedron20 => 25,
-        CellKind::Prism15 => 26,
-        CellKind::Pyramid13 => 27,
-        CellKind::Quadrangle9 => 28,
-        CellKind::Hexahedron27 => 29,
-        CellKind::Prism18 => 32,
         CellKind::Polygon(_) => 7,
         CellKind::Polyhedron(_) => POLYHEDRON,
         CellKind::Vtk(_) => return kind.vtk(),
@@ -45,8 +49,16 @@ pub(crate) fn vtk_type(kind: CellKind) -> Option<u8> {
             places(kind.shape(), kind.complete_order()?, Order::Vtk)?;
             FIRST_LAGRANGE + place as u8
         }
-        CellKind::Pyramid14 => return None,
+        _ => CLASSICAL.iter().find(|(_, known)| *known == kind)?.0,
     })
+}
+
+/// The cell of order 1 or 2 of this number of VTK's.
+pub(crate) fn classical(number: u64) -> Option<CellKind> {
+    let known = CLASSICAL
+        .iter()
+        .find(|(known, _)| u64::from(*known) == number);
+    known.map(|(_, kind)| *kind)
 }
 
 /// Whether VTK 9 reads these nodes in another order from files of older versions.
@@ -72,35 +84,26 @@ pub(super) fn written_kind(code: i64) -> Option<CellKind> {
         let read = meaning(vtk.try_into().ok()?, points, Order::Vtk)?;
         return (read.parts == 1).then_some(read.kind);
     }
-    let gmsh = (1..=19).filter_map(CellKind::from_gmsh);
-    let mut written = gmsh.filter_map(|kind| Some((kind, vtk_type(kind)?)));
-    written.find_map(|(kind, number)| (i64::from(number) == vtk).then_some(kind))
+    classical(vtk.try_into().ok()?)
 }
 
 /// The position in Gmsh's order of each node in VTK's order; `None` if the two orders are the same.
 ///
-/// Corners agree. Gmsh orders the edges by their lower corner, VTK goes around the faces; derived edge by edge
-/// from the figures of Gmsh's manual (node ordering) and of VTK's cell classes.
-pub(crate) fn order(kind: CellKind) -> Option<Cow<'static, [usize]>> {
-    let known: &[usize] = match kind {
-        CellKind::Tetrahedron10 => &[0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
-        CellKind::Hexahedron20 => &[
-            0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15,
-        ],
-        CellKind::Hexahedron27 => &[
-            0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15, 22, 23, 21, 24,
-            20, 25, 26,
-        ],
-        CellKind::Prism15 => &[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11],
-        CellKind::Prism18 => &[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16],
-        CellKind::Pyramid13 => &[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
-        CellKind::Other(_) => {
-            let places = places(kind.shape(), kind.complete_order()?, Order::Vtk)?;
-            return (!places.iter().copied().eq(0..places.len())).then_some(Cow::Owned(places));
+/// Corners agree. Gmsh orders the edges by their lower corner, VTK goes around the faces; from the figures of Gmsh's manual
+/// (node ordering) and of VTK's cell classes.
+pub(crate) fn order(kind: CellKind) -> Option<Vec<usize>> {
+    let places = match kind {
+        CellKind::Other(_) | CellKind::Hexahedron27 => {
+            places(kind.shape(), kind.complete_order()?, Order::Vtk)?
         }
-        _ => return None,
+        _ if kind.points() == kind.corners() || kind.vtk().is_some() => return None,
+        _ => usual_order(kind, true),
     };
-    Some(Cow::Borrowed(known))
+    (!is_in_order(&places)).then_some(places)
+}
+
+fn is_in_order(places: &[usize]) -> bool {
+    places.iter().copied().eq(0..places.len())
 }
 
 /// What a cell of VTK is here: cells of a kind, each with some of its nodes.
@@ -109,7 +112,7 @@ pub(super) struct Meaning {
     /// How many cells: strips are several, and a cell of no extent is none.
     pub parts: usize,
     /// The nodes of the parts, as places among those of the cell; `None` for all in their order.
-    pub nodes: Option<Cow<'static, [usize]>>,
+    pub nodes: Option<Vec<usize>>,
 }
 
 impl Meaning {
@@ -134,58 +137,46 @@ pub(super) fn meaning(code: u8, points: usize, vtk: Order) -> Option<Meaning> {
     let several = |kind: CellKind, parts: usize, nodes: Vec<usize>| Meaning {
         kind,
         parts,
-        nodes: Some(nodes.into()),
+        nodes: Some(nodes),
     };
     let kind = match (code, points) {
         (0, _) | (2 | 4 | 6 | 7, 0) | (4, 1) | (6, 1 | 2) => {
             return Some(several(K::Vertex, 0, Vec::new()));
         }
-        (1 | 2 | 7, 1) => K::Vertex,
+        (2 | 7, 1) => K::Vertex,
         (2, n) => return Some(several(K::Vertex, n, (0..n).collect())),
-        (3 | 4 | 7 | 75, 2) => K::Line,
+        (4 | 7 | 75, 2) => K::Line,
         (4, n) => {
             let nodes = (1..n).flat_map(|end| [end - 1, end]);
             return Some(several(K::Line, n - 1, nodes.collect()));
         }
-        (5 | 6 | 7 | 76, 3) => K::Triangle,
+        (6 | 7 | 76, 3) => K::Triangle,
         (6, n) => {
             // Each second triangle stands the other way round.
             let nodes = (2..n).flat_map(|end| [end - 2 + end % 2, end - 1 - end % 2, end]);
             return Some(several(K::Triangle, n - 2, nodes.collect()));
         }
-        (7 | 9 | 77, 4) => K::Quadrangle,
+        (7 | 77, 4) => K::Quadrangle,
         (7, n) => K::Polygon(u32::try_from(n).ok()?),
         (8, 4) => return Some(several(K::Quadrangle, 1, vec![0, 1, 3, 2])),
         (11, 8) => return Some(several(K::Hexahedron, 1, vec![0, 1, 3, 2, 4, 5, 7, 6])),
-        (10 | 78, 4) => K::Tetrahedron,
-        (12 | 79, 8) => K::Hexahedron,
-        (13 | 80, 6) => K::Prism,
-        (14 | 74 | 81, 5) => K::Pyramid,
-        (21, 3) => K::Line3,
-        (22, 6) => K::Triangle6,
-        (23, 8) => K::Quadrangle8,
-        (24, 10) => K::Tetrahedron10,
-        (25, 20) => K::Hexahedron20,
-        (26, 15) => K::Prism15,
-        (27, 13) => K::Pyramid13,
-        (28, 9) => K::Quadrangle9,
-        (29, 27) => K::Hexahedron27,
-        (32, 18) => K::Prism18,
+        (78, 4) => K::Tetrahedron,
+        (79, 8) => K::Hexahedron,
+        (80, 6) => K::Prism,
+        (74 | 81, 5) => K::Pyramid,
         (35, 4) => K::complete(Shape::Line, 3)?,
         (POLYHEDRON, n) if n > 0 => K::Polyhedron(u32::try_from(n).ok()?),
         // As dolfinx writes it; VTK has no class for it.
-        (74, 14) => {
-            let order = [0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12, 13];
-            return Some(several(K::Pyramid14, 1, inverse(&order)));
-        }
-        _ => match lagrange(code, points, vtk) {
-            Some(found) => return Some(found),
+        (74, 14) => K::Pyramid14,
+        _ => match (classical(code.into()), lagrange(code, points, vtk)) {
+            (Some(kind), _) if kind.points() == points => kind,
+            (_, Some(found)) => return Some(found),
             // Its edges would be wrong.
-            None if code == 72 && vtk == Order::VtkBefore => return None,
-            None => K::from_vtk(code, points)?,
+            _ if code == 72 && vtk == Order::VtkBefore => return None,
+            _ => K::from_vtk(code, points)?,
         },
     };
-    let nodes = order(kind).map(|order| Cow::Owned(inverse(&order)));
+    let nodes = order(kind).map(|order| inverse(&order));
     let parts = 1;
     Some(Meaning { kind, parts, nodes })
 }
@@ -199,7 +190,7 @@ fn lagrange(code: u8, points: usize, vtk: Order) -> Option<Meaning> {
     Some(Meaning {
         kind,
         parts: 1,
-        nodes: (!nodes.iter().copied().eq(0..points)).then_some(nodes.into()),
+        nodes: (!is_in_order(&nodes)).then_some(nodes),
     })
 }
 
@@ -327,7 +318,7 @@ mod tests {
             seen += 1;
             let read = meaning(code, kind.points(), Order::Vtk).expect("a type of VTK's");
             assert_eq!((read.kind, read.parts), (kind, 1));
-            let order = order(kind).map(|order| Cow::Owned(inverse(&order)));
+            let order = order(kind).map(|order| inverse(&order));
             assert_eq!(read.nodes, order);
             assert_eq!(written_kind(block_code(kind)), Some(kind));
         }

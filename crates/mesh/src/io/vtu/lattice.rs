@@ -45,9 +45,11 @@ const WEDGE: [Node; 6] = [
     [1, 0, 1],
     [0, 1, 1],
 ];
-const SIMPLEX: [Node; 4] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
+/// The corners of a tetrahedron, or of a triangle.
+pub(crate) const SIMPLEX: [Node; 4] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
-fn scheme(shape: Shape, order: Order) -> Option<Scheme> {
+/// The corners of a pyramid, which has no lattice here, are left out.
+pub(crate) fn scheme(shape: Shape, order: Order) -> Option<Scheme> {
     let gmsh = order == Order::Gmsh;
     Some(match shape {
         Shape::Line => (&CUBE[..2], &[[0, 1]], &[]),
@@ -115,13 +117,20 @@ fn scheme(shape: Shape, order: Order) -> Option<Scheme> {
             &[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]],
             &[&[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]],
         ),
+        #[rustfmt::skip]
+        Shape::Pyramid if gmsh => (
+            &[],
+            &[[0, 1], [0, 3], [0, 4], [1, 2], [1, 4], [2, 3], [2, 4], [3, 4]],
+            &[&[0, 3, 2, 1]],
+        ),
         _ => return None,
     })
 }
 
 /// The nodes of a complete element of degree `p`; those of prisms are right up to degree 2.
 fn nodes(shape: Shape, p: usize, order: Order) -> Vec<Node> {
-    let Some((corners, edges, faces)) = scheme(shape, order) else {
+    let found = scheme(shape, order).filter(|(corners, ..)| !corners.is_empty());
+    let Some((corners, edges, faces)) = found else {
         return Vec::new();
     };
     if p == 0 {

@@ -4,42 +4,30 @@ use super::scalar::Scalar;
 use super::topology::Cells;
 use super::unpack::Budget;
 use crate::field::data::{to_i64, with_numbers};
-use crate::mesh::{Array, CellBlock, Polyhedra, Values};
+use crate::mesh::{Array, CellBlock, CellKind, Field, Polyhedra, Support, Values};
 use std::iter::repeat_n;
 
-/// What one `<Piece>` holds.
+/// What one `<Piece>` holds, or several of them together.
 #[derive(Default)]
 pub(crate) struct Piece {
     pub points: Array<[f64; 3]>,
-    pub cell_count: usize,
     /// Runs of cells of one type, whose nodes are points of this piece.
     pub blocks: Vec<CellBlock>,
     pub polyhedra: Polyhedra,
-    pub on_points: Vec<PieceArray>,
-    pub on_cells: Vec<PieceArray>,
-}
-
-/// An array on points or cells.
-pub(crate) struct PieceArray {
-    pub name: String,
-    pub components: usize,
-    pub values: Values,
-}
-
-/// Points, runs of cells of one type, and the arrays on both.
-#[derive(Default)]
-pub(crate) struct Merged {
-    pub points: Array<[f64; 3]>,
-    pub blocks: Vec<CellBlock>,
-    pub polyhedra: Polyhedra,
-    pub on_points: Vec<PieceArray>,
-    pub on_cells: Vec<PieceArray>,
+    /// On all points or cells.
+    pub fields: Vec<Field>,
 }
 
 /// VTK's marks of points and cells, of which the lowest bit says that another piece has them as well.
 const GHOSTS: &str = "vtkGhostType";
 
 impl Piece {
+    /// How many points and cells there are.
+    fn counts(&self) -> [usize; 2] {
+        let cells = self.blocks.iter().map(CellBlock::len).sum();
+        [self.points.len(), cells]
+    }
+
     /// Takes the cells; arrays on them, one tuple for each cell of the file, get one for each cell here.
     pub fn take_cells(
         &mut self,
@@ -48,11 +36,11 @@ impl Piece {
         warnings: &mut Vec<String>,
     ) -> Result<(), String> {
         warnings.extend(cells.notes());
-        self.cell_count = cells.blocks.iter().map(CellBlock::len).sum();
+        let count: usize = cells.blocks.iter().map(CellBlock::len).sum();
         if !cells.parts.is_empty() {
-            for array in &mut self.on_cells {
-                budget
-                    .take((self.cell_count as u64).saturating_mul(8 * array.components as u64))?;
+            let on_cells = |field: &&mut Field| field.on == Support::Cells;
+            for array in self.fields.iter_mut().filter(on_cells) {
+                budget.take((count as u64).saturating_mul(8 * array.components as u64))?;
                 let rows = cells.parts.iter();
                 let rows = rows
                     .flat_map(|&(cells, parts)| repeat_n(parts, cells))
@@ -68,16 +56,15 @@ impl Piece {
     /// Leaves out the cells that are marked as those of another piece, and the points that only they have; returns their
     /// number.
     pub fn leave_ghosts_out(&mut self) -> usize {
-        let marks = self
-            .on_cells
-            .iter()
-            .find(|array| array.name == GHOSTS && array.components == 1);
+        let marks = self.fields.iter().find(|array| {
+            array.name == GHOSTS && array.on == Support::Cells && array.components == 1
+        });
         let Some(marks) = marks.and_then(|array| to_i64(&array.values)) else {
             return 0;
         };
         let kept: Vec<bool> = marks.iter().map(|mark| mark & 1 == 0).collect();
         let ghosts = kept.iter().filter(|kept| !**kept).count();
-        if ghosts == 0 || kept.len() != self.cell_count {
+        if ghosts == 0 || kept.len() != self.counts()[1] {
             return 0;
         }
         // Points of no cell at all stay.
@@ -89,7 +76,7 @@ impl Piece {
         let mut cell = kept.iter();
         for block in &mut self.blocks {
             let width = block.kind.points();
-            let solid = matches!(block.kind, crate::mesh::CellKind::Polyhedron(_));
+            let solid = matches!(block.kind, CellKind::Polyhedron(_));
             let mut nodes = Vec::with_capacity(block.nodes.len());
             for (corners, &kept) in block.nodes.chunks_exact(width).zip(&mut cell) {
                 let faces = if solid { faces.next() } else { None };
@@ -131,14 +118,10 @@ impl Piece {
             .flat_map(|block| block.nodes.to_mut());
         nodes.for_each(|node| *node = number[*node as usize]);
         self.points = points.iter().map(|&place| self.points[place]).collect();
-        let pick = |arrays: &mut Vec<PieceArray>, places: &[usize]| {
-            for array in arrays {
-                array.values = select(&array.values, array.components, places.iter().copied());
-            }
-        };
-        pick(&mut self.on_points, &points);
-        pick(&mut self.on_cells, &cells);
-        self.cell_count = cells.len();
+        for array in &mut self.fields {
+            let places = [&points, &cells][usize::from(array.on == Support::Cells)];
+            array.values = select(&array.values, array.components, places.iter().copied());
+        }
         ghosts
     }
 }
@@ -157,28 +140,28 @@ pub(super) fn select(
 }
 
 /// Merges pieces; points shared by pieces are not merged. The error says what does not fit.
-pub(crate) fn merge(pieces: Vec<Piece>) -> Result<Merged, String> {
-    let mut merged = Merged::default();
-    let mut cells = 0;
+pub(crate) fn merge(pieces: Vec<Piece>) -> Result<Piece, String> {
+    let mut merged = Piece::default();
     for (index, piece) in pieces.into_iter().enumerate() {
-        let before = (merged.points.len(), cells);
-        let new = (piece.points.len(), piece.cell_count);
-        cells += new.1;
-        if u32::try_from(cells.max(before.0 + new.0)).is_err() {
+        let (before, new) = (merged.counts(), piece.counts());
+        if (0..2).any(|k| u32::try_from(before[k] + new[k]).is_err()) {
             return Err("there are more than 2^32 - 1 points or cells".into());
         }
-        append_blocks(&mut merged.blocks, piece.blocks, before.0 as u32);
-        merged.polyhedra.append(&piece.polyhedra, before.0 as u32);
+        append_blocks(&mut merged.blocks, piece.blocks, before[0] as u32);
+        merged.polyhedra.append(&piece.polyhedra, before[0] as u32);
         merged.points.append(piece.points);
-        let misfit = |on: &str, name: String| {
-            format!(
-                "not all pieces have the array {name:?} on {on}, or have it in another type: see piece {index}"
-            )
-        };
-        append_arrays(&mut merged.on_points, piece.on_points, new.0, before.0)
-            .map_err(|name| misfit("points", name))?;
-        append_arrays(&mut merged.on_cells, piece.on_cells, new.1, before.1)
-            .map_err(|name| misfit("cells", name))?;
+        let (on_points, on_cells) =
+            (piece.fields.into_iter()).partition(|f| f.on == Support::Points);
+        for (k, (on, fields)) in [(Support::Points, on_points), (Support::Cells, on_cells)]
+            .into_iter()
+            .enumerate()
+        {
+            append_fields(&mut merged.fields, on, fields, new[k], before[k]).map_err(|name| {
+                format!(
+                    "not all pieces have the array {name:?} on {on}, or have it in another type: see piece {index}"
+                )
+            })?;
+        }
     }
     Ok(merged)
 }
@@ -200,37 +183,36 @@ fn append_blocks(blocks: &mut Vec<CellBlock>, new: Vec<CellBlock>, base: u32) {
     }
 }
 
-/// Appends the arrays of a piece of `new` tuples to those of the `before` tuples so far. A piece without tuples may
-/// lack arrays. The error is the name that does not fit.
-fn append_arrays(
-    list: &mut Vec<PieceArray>,
-    mut arrays: Vec<PieceArray>,
+/// Appends the fields of a piece of `new` tuples to those of the `before` tuples so far. A piece without tuples may
+/// lack fields. The error is the name that does not fit.
+fn append_fields(
+    list: &mut Vec<Field>,
+    on: Support,
+    mut fields: Vec<Field>,
     new: usize,
     before: usize,
 ) -> Result<(), String> {
     if before == 0 {
-        if new > 0 || list.is_empty() {
-            *list = arrays;
+        if new > 0 || !list.iter().any(|field| field.on == on) {
+            list.retain(|field| field.on != on);
+            list.append(&mut fields);
         }
         return Ok(());
     }
     if new == 0 {
         return Ok(());
     }
-    for array in list {
-        let same =
-            |other: &PieceArray| other.name == array.name && other.components == array.components;
-        let Some(at) = arrays.iter().position(same) else {
-            return Err(array.name.clone());
-        };
-        if !append_values(&mut array.values, &arrays.swap_remove(at).values) {
-            return Err(array.name.clone());
+    for field in list.iter_mut().filter(|field| field.on == on) {
+        let same = |other: &Field| other.name == field.name && other.components == field.components;
+        let other = fields
+            .iter()
+            .position(same)
+            .map(|at| fields.swap_remove(at));
+        if !other.is_some_and(|other| append_values(&mut field.values, &other.values)) {
+            return Err(field.name.clone());
         }
     }
-    match arrays.pop() {
-        Some(array) => Err(array.name),
-        None => Ok(()),
-    }
+    fields.pop().map_or(Ok(()), |field| Err(field.name))
 }
 
 /// Appends values of the same type; returns whether the types are the same.

@@ -4,14 +4,14 @@ use super::array::{Count, RawNumbers, split_texts};
 use super::grids::{Extent, Frame};
 use super::lattice::Order;
 use super::layout::TEXTS;
-use super::merge::{Piece, PieceArray};
+use super::merge::Piece;
 use super::scalar::{Scalar, with_type};
 use super::topology::{Cells, Part, Source};
 use super::unpack::Budget;
 use super::xml::{ArrayTag, Document, Grid, POLYGONS, PieceTag};
 use crate::error::{Error, Place, Result};
 use crate::field::{GlobalArray, GlobalValues, to_i64};
-use crate::mesh::{Array, Polyhedra, Values};
+use crate::mesh::{Array, Field, Polyhedra, Support, Values};
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -92,10 +92,11 @@ impl<'a> Decoder<'a> {
             ),
             _ => self.structured(tag)?,
         };
+        let mut fields = self.arrays(&tag.point_data, counts[0], Support::Points)?;
+        fields.extend(self.arrays(&tag.cell_data, counts[1], Support::Cells)?);
         let mut piece = Piece {
             points,
-            on_points: self.arrays(&tag.point_data, counts[0], "points")?,
-            on_cells: self.arrays(&tag.cell_data, counts[1], "cells")?,
+            fields,
             ..Piece::default()
         };
         piece
@@ -288,7 +289,7 @@ impl<'a> Decoder<'a> {
         Err(self.refuse(tag, what))
     }
 
-    fn arrays(&mut self, tags: &[ArrayTag], tuples: u64, on: &str) -> Result<Vec<PieceArray>> {
+    fn arrays(&mut self, tags: &[ArrayTag], tuples: u64, on: Support) -> Result<Vec<Field>> {
         let mut arrays = Vec::with_capacity(tags.len());
         for tag in tags {
             if !with_type!(tag.type_name.as_str(), T => T::WIDTH > 0, false) {
@@ -299,11 +300,8 @@ impl<'a> Decoder<'a> {
             }
             let components = self.components(tag)?;
             let count = self.product(tag, tuples, components as u64)?;
-            arrays.push(PieceArray {
-                name: tag.name.clone(),
-                components,
-                values: self.array(tag, Count::AtLeast(count))?,
-            });
+            let values = self.array(tag, Count::AtLeast(count))?;
+            arrays.push(Field::new(&tag.name, on, components, values));
         }
         Ok(arrays)
     }

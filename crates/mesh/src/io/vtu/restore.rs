@@ -8,31 +8,24 @@ use super::layout::{
     BLOCKS, CELL_TAG, ENTITY, FIELD_ARRAYS, FIELD_AT, FIELD_NAMES, FIELD_TIMES, FIELDS, GEOMETRY,
     GROUP, GROUP_NAMES, GROUPS, NO_GROUP, POINT_TAG,
 };
-use super::merge::{Merged, PieceArray};
-use super::scalar::Scalar;
+use super::merge::{Piece, select};
 use super::xml::MAX_ARRAYS_IN_SECTION;
-use crate::field::data::{to_i64, with_numbers};
-use crate::field::{GlobalArray, GlobalValues};
+use crate::field::{GlobalArray, GlobalValues, to_i64};
 use crate::io::rows;
 use crate::mesh::{CellBlock, Field, Geometry, Group, Mesh, Support, Values};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 /// The mesh that the arrays describe, and the remaining global arrays.
-pub(crate) fn restore(merged: Merged, mut whole: Vec<GlobalArray>) -> (Mesh, Vec<GlobalArray>) {
-    let Merged {
-        points,
-        blocks,
-        polyhedra,
-        mut on_points,
-        mut on_cells,
-    } = merged;
+pub(crate) fn restore(merged: Piece, mut whole: Vec<GlobalArray>) -> (Mesh, Vec<GlobalArray>) {
     let mut mesh = Mesh {
-        points,
-        blocks,
-        polyhedra,
+        points: merged.points,
+        blocks: merged.blocks,
+        polyhedra: merged.polyhedra,
+        fields: merged.fields,
         ..Mesh::default()
     };
+    mesh.fields.sort_by_key(|field| field.on);
     let own_tags = |values: &Values| match values {
         Values::U64(tags) => Some(tags.to_vec()),
         other => to_i64(other)?
@@ -40,22 +33,16 @@ pub(crate) fn restore(merged: Merged, mut whole: Vec<GlobalArray>) -> (Mesh, Vec
             .map(|tag| tag.try_into().ok())
             .collect(),
     };
-    if let Some(tags) = take_array(&mut on_points, POINT_TAG, own_tags) {
+    if let Some(tags) = take_array(&mut mesh, Support::Points, POINT_TAG, own_tags) {
         mesh.point_tags = tags;
     }
-    let tags = take_array(&mut on_cells, CELL_TAG, own_tags);
-    let entities = take_array(&mut on_cells, ENTITY, |values| {
+    let tags = take_array(&mut mesh, Support::Cells, CELL_TAG, own_tags);
+    let entities = take_array(&mut mesh, Support::Cells, ENTITY, |values| {
         let numbers = to_i64(values)?.into_iter();
         numbers.map(|entity| entity.try_into().ok()).collect()
     });
     restore_blocks(&mut mesh.blocks, &mut whole, tags, entities);
-    restore_groups(&mut mesh, &mut on_cells, &mut whole);
-
-    let field =
-        |on| move |array: PieceArray| Field::new(array.name, on, array.components, array.values);
-    mesh.fields = (on_points.into_iter().map(field(Support::Points)))
-        .chain(on_cells.into_iter().map(field(Support::Cells)))
-        .collect();
+    restore_groups(&mut mesh, &mut whole);
     restore_fields(&mut mesh, &mut whole);
     restore_geometry(&mut mesh, &mut whole);
     (mesh, whole)
@@ -74,16 +61,17 @@ fn restore_geometry(mesh: &mut Mesh, whole: &mut Vec<GlobalArray>) {
     }
 }
 
-/// Removes an array of one component from a list if it has this name, and `get` understands its values.
+/// Removes an array of one component if it has this name, and `get` understands its values.
 fn take_array<T>(
-    list: &mut Vec<PieceArray>,
+    mesh: &mut Mesh,
+    on: Support,
     name: &str,
     get: impl Fn(&Values) -> Option<T>,
 ) -> Option<T> {
-    let fits = |array: &PieceArray| array.name == name && array.components == 1;
-    let at = list.iter().position(fits)?;
-    let values = get(&list[at].values)?;
-    list.remove(at);
+    let fits = |field: &Field| (field.on, &*field.name, field.components) == (on, name, 1);
+    let at = mesh.fields.iter().position(fits)?;
+    let values = get(&mesh.fields[at].values)?;
+    mesh.fields.remove(at);
     Some(values)
 }
 
@@ -195,7 +183,7 @@ fn split_blocks(runs: Vec<CellBlock>, rows: &[[i64; 4]]) -> Vec<CellBlock> {
 }
 
 /// Groups from the tags on the cells; the table adds names, empty groups, and the tag that stands for none.
-fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<PieceArray>, whole: &mut Vec<GlobalArray>) {
+fn restore_groups(mesh: &mut Mesh, whole: &mut Vec<GlobalArray>) {
     let mut groups = BTreeMap::new();
     let table = group_table(whole);
     let none = table.as_ref().map_or(0, |(none, _)| *none);
@@ -213,15 +201,16 @@ fn restore_groups(mesh: &mut Mesh, cells: &mut Vec<PieceArray>, whole: &mut Vec<
             _ => true,
         });
     }
-    if let Some(place) = cells.iter().position(|array| array.name == GROUP) {
-        let array = cells.remove(place);
-        if let Values::I32(tags) = &array.values {
+    let of_groups = |field: &Field| field.on == Support::Cells && field.name == GROUP;
+    if let Some(place) = mesh.fields.iter().position(of_groups) {
+        let field = mesh.fields.remove(place);
+        if let Values::I32(tags) = &field.values {
             group_cells(&mesh.blocks, tags, none, &mut groups);
-        } else if let Some(tags) = to_i64(&array.values) {
+        } else if let Some(tags) = to_i64(&field.values) {
             group_cells(&mesh.blocks, &tags, none, &mut groups);
         } else {
             // Values that are not tags are a field.
-            cells.insert(place, array);
+            mesh.fields.insert(place, field);
         }
     }
     mesh.groups = groups.into_values().collect();
@@ -313,9 +302,13 @@ fn restore_fields(mesh: &mut Mesh, whole: &mut Vec<GlobalArray>) {
         let field = &mut mesh.fields[place];
         if !row.at.is_empty()
             && field.at.is_empty()
-            && let Some(values) = select(&field.values, field.components, &row.at)
+            && row
+                .at
+                .last()
+                .is_none_or(|&last| (last as usize) < field.values.len() / field.components)
         {
-            field.values = values;
+            let places = row.at.iter().map(|&at| at as usize);
+            field.values = select(&field.values, field.components, places);
             field.at = row.at;
         }
         field.name = row.name;
@@ -392,17 +385,4 @@ fn field_table(whole: &[GlobalArray]) -> Option<Vec<FieldRow>> {
         });
     }
     Some(table)
-}
-
-/// The tuples at these places; `None` when one is beyond the last.
-fn select(values: &Values, components: usize, at: &[u32]) -> Option<Values> {
-    fn pick<T: Scalar>(values: &[T], components: usize, at: &[u32]) -> Option<Values> {
-        let mut picked = Vec::with_capacity(at.len().saturating_mul(components).min(values.len()));
-        for &at in at {
-            let start = (at as usize).checked_mul(components)?;
-            picked.extend_from_slice(values.get(start..start.checked_add(components)?)?);
-        }
-        Some(T::values(picked))
-    }
-    with_numbers!(values, values => pick(values, components, at))
 }

@@ -6,10 +6,8 @@
 
 use super::Compressor;
 use crate::error::{Error, Place, Result};
+use crate::io::xml::{self, Element, Fault, Tree};
 use memchr::memmem;
-use quick_xml::XmlVersion;
-use quick_xml::events::{BytesStart, Event};
-use quick_xml::reader::Reader;
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -79,15 +77,10 @@ pub(super) fn is_of(bytes: &[u8], grids: &[Grid]) -> bool {
     let rest = bytes.split_at(at).1;
     let tag = rest.split(|&byte| byte == b'>').next().unwrap_or_default();
     let tag = String::from_utf8_lossy(tag.get(1..).unwrap_or_default());
-    let mut found = None;
-    let tag = BytesStart::from_content(&*tag, "VTKFile".len().min(tag.len()));
     // A tag that is broken is refused later, with its place.
-    let _ = attributes(&tag, |name, value| {
-        if name == "type" {
-            found = Grid::of_name(value.trim());
-        }
-        Ok(())
-    });
+    let attributes = xml::attributes_of(&tag);
+    let kind = attributes.iter().find(|(name, _)| name == "type");
+    let found = kind.and_then(|(_, name)| Grid::of_name(name.trim()));
     found.is_some_and(|(grid, _)| grids.contains(&grid))
 }
 
@@ -167,9 +160,6 @@ pub(super) struct Appended<'a> {
     pub data: &'a [u8],
 }
 
-/// Far beyond any real file: VTK itself nests seven deep.
-const MAX_DEPTH: usize = 64;
-const MAX_ATTRIBUTES: usize = 128;
 const MAX_ARRAYS: usize = 100_000;
 pub(super) const MAX_ARRAYS_IN_SECTION: usize = 4096;
 
@@ -201,88 +191,96 @@ impl Document<'_> {
     }
 }
 
-/// What stands for elements that are not read, or not where they are.
-const OTHER: &str = "";
-/// The grid, whatever its kind.
-const GRID: &str = "Grid";
-/// An array; its own name is that of either kind.
-const ARRAY: &str = "DataArray";
-
 pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
-    let fail = |byte: u64, what: String| {
-        Error::file(
-            path,
-            Place::Byte(byte),
-            what,
-            "write the file again: it is not sound VTK",
-        )
+    let fail = |(byte, what): Fault| {
+        let remedy = "write the file again: it is not sound VTK";
+        Error::file(path, Place::Byte(byte), what, remedy)
     };
     let (head, tail) = match memmem::find(bytes, b"<AppendedData") {
         Some(at) => bytes.split_at(at),
         None => (bytes, &[][..]),
     };
     let text = std::str::from_utf8(head)
-        .map_err(|error| fail(error.valid_up_to() as u64, "the XML is not UTF-8".into()))?;
-    let mut parser = Parser::default();
-    let mut reader = Reader::from_str(text);
-    loop {
-        let byte = reader.buffer_position();
-        let event = reader.read_event().map_err(|error| {
-            fail(
-                reader.error_position(),
-                format!("not well-formed XML: {error}"),
-            )
-        })?;
-        if matches!(event, Event::Eof) {
-            break;
-        }
-        parser.event(event, byte).map_err(|what| fail(byte, what))?;
-    }
+        .map_err(|error| fail((error.valid_up_to() as u64, "the XML is not UTF-8".into())))?;
+    let tree = xml::parse(text).map_err(fail)?;
     let end = head.len() as u64;
-    let complete = if tail.is_empty() {
-        parser.root_seen && parser.open.is_empty()
-    } else {
-        parser.open == ["VTKFile"]
-    };
-    if !complete {
-        return Err(fail(end, "the file ends before its elements do".into()));
-    }
-    if !parser.grid_seen {
-        let grid = parser.document.grid.name();
-        return Err(fail(end, format!("there is no <{grid}>")));
-    }
+    let mut document = document(&tree, end, !tail.is_empty()).map_err(fail)?;
     if !tail.is_empty() {
-        parser.document.appended =
-            Some(appended(tail).map_err(|(byte, what)| fail(end + byte, what))?);
+        let appended = appended(tail).map_err(|(byte, what)| fail((end + byte, what)))?;
+        document.appended = Some(appended);
     }
-    Ok(parser.document)
+    Ok(document)
+}
+
+/// What the elements say, which end at this byte; the root goes on where the file has appended data.
+fn document<'a>(tree: &Tree<'a>, end: u64, goes_on: bool) -> Result<Document<'a>, Fault> {
+    let mut document = Document::default();
+    let whole = &tree.elements[0];
+    let (mut arrays, mut grid_seen) = (0, false);
+    for (k, root) in tree.inside(whole).enumerate() {
+        let name = &root.name;
+        if k > 0 || name != "VTKFile" {
+            return Err(root.fault(format!("<{name}> stands where one <VTKFile> is expected")));
+        }
+        root.check()?;
+        document.file(root)?;
+        for grid in tree.inside(root) {
+            let name = &grid.name;
+            let Some(found) = Grid::of_name(name) else {
+                continue;
+            };
+            if std::mem::replace(&mut grid_seen, true)
+                || found != (document.grid, document.parallel)
+            {
+                return Err(grid.fault(format!("<{name}> is misplaced")));
+            }
+            grid.check()?;
+            document.whole_extent = numbers(grid, "WholeExtent")?;
+            document.origin = numbers(grid, "Origin")?.unwrap_or_default();
+            document.spacing = numbers(grid, "Spacing")?;
+            document.direction = numbers(grid, "Direction")?;
+            for part in tree.inside(grid) {
+                match part.name.as_str() {
+                    "FieldData" => add_arrays(tree, part, &mut arrays, &mut document.whole)?,
+                    "Piece" => {
+                        let piece = document.piece(tree, part, &mut arrays)?;
+                        document.pieces.push(piece);
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+    if let Some(byte) = tree.stray {
+        return Err((byte, "text outside of <VTKFile>".into()));
+    }
+    if whole.children.is_empty() || tree.open.len() != usize::from(goes_on) {
+        return Err((end, "the file ends before its elements do".into()));
+    }
+    if !grid_seen {
+        return Err((end, format!("there is no <{}>", document.grid.name())));
+    }
+    Ok(document)
 }
 
 /// Cuts `<AppendedData encoding="…">_…</AppendedData></VTKFile>`; the error is a position and a text.
-fn appended(tail: &[u8]) -> Result<Appended<'_>, (u64, String)> {
+fn appended(tail: &[u8]) -> Result<Appended<'_>, Fault> {
     let end = tail.len() as u64;
     let cut_off = || (end, "the file ends within <AppendedData>".to_owned());
     let tag_end = memchr::memchr(b'>', tail).ok_or_else(cut_off)?;
-    let tag = std::str::from_utf8(&tail[1..tag_end])
+    let tag = std::str::from_utf8(&tail[..=tag_end])
         .map_err(|_| (0, "the tag <AppendedData> is not UTF-8".to_owned()))?;
-    let tag = BytesStart::from_content(tag, "AppendedData".len());
-    let mut raw = None;
-    attributes(&tag, |name, value| {
-        if name == "encoding" {
-            raw = match value.as_str() {
-                "raw" => Some(true),
-                "base64" => Some(false),
-                _ => {
-                    return Err(format!(
-                        "the encoding {value:?} of <AppendedData> is unknown"
-                    ));
-                }
-            };
+    let tree = xml::parse(tag)?;
+    tree.elements.iter().try_for_each(Element::check)?;
+    let raw = match tree.elements.get(1).and_then(|tag| tag.exact("encoding")) {
+        Some("raw") => true,
+        Some("base64") => false,
+        Some(other) => {
+            let what = format!("the encoding {other:?} of <AppendedData> is unknown");
+            return Err((0, what));
         }
-        Ok(())
-    })
-    .map_err(|what| (0, what))?;
-    let raw = raw.ok_or((0, "<AppendedData> does not say its encoding".to_owned()))?;
+        None => return Err((0, "<AppendedData> does not say its encoding".to_owned())),
+    };
 
     let body = &tail[tag_end + 1..];
     let close = memmem::rfind(body, b"</AppendedData").ok_or_else(cut_off)?;
@@ -314,324 +312,162 @@ fn appended(tail: &[u8]) -> Result<Appended<'_>, (u64, String)> {
     })
 }
 
-/// Calls `each` with every attribute, references resolved and blanks cut off.
-fn attributes(
-    tag: &BytesStart<'_>,
-    mut each: impl FnMut(&str, String) -> Result<(), String>,
-) -> Result<(), String> {
-    let mut list = tag.attributes();
-    // The check for duplicate attributes is quadratic; the bound below keeps the list short.
-    for (count, attribute) in list.with_checks(false).enumerate() {
-        let attribute = attribute.map_err(|error| format!("a broken attribute: {error}"))?;
-        if count >= MAX_ATTRIBUTES {
-            return Err(format!(
-                "an element has more than {MAX_ATTRIBUTES} attributes"
-            ));
+/// An attribute that is a count; FreeFEM writes blanks around it.
+fn count(tag: &Element<'_>, name: &str) -> Result<Option<u64>, Fault> {
+    let count = |value: &str| {
+        let value = value.trim();
+        let what = || tag.fault(format!("{name}={value:?} is not a count"));
+        value.parse().map_err(|_| what())
+    };
+    tag.exact(name).map(count).transpose()
+}
+
+/// An attribute of as many numbers as there is place for.
+fn numbers<const N: usize, T: std::str::FromStr>(
+    tag: &Element<'_>,
+    name: &str,
+) -> Result<Option<[T; N]>, Fault> {
+    let numbers = |value: &str| {
+        let words = value.split_ascii_whitespace();
+        let numbers: Option<Vec<T>> = words.map(|word| word.parse().ok()).collect();
+        let what = || tag.fault(format!("{name}={value:?} does not have {N} numbers"));
+        let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
+        numbers.ok_or_else(what)
+    };
+    tag.exact(name).map(numbers).transpose()
+}
+
+/// Adds the arrays of a section, of which there are so many in all.
+fn add_arrays<'a>(
+    tree: &Tree<'a>,
+    section: &Element<'a>,
+    all: &mut usize,
+    list: &mut Vec<ArrayTag<'a>>,
+) -> Result<(), Fault> {
+    for tag in tree.inside(section) {
+        if !matches!(tag.name.as_str(), "DataArray" | "Array") {
+            continue;
         }
-        let name = attribute.key.into_inner();
-        let value = attribute
-            .normalized_value(XmlVersion::Implicit1_0)
-            .map_err(|error| format!("attribute {name:?}: {error}"))?;
-        each(name, value.into_owned())?;
+        *all += 1;
+        if *all > MAX_ARRAYS {
+            return Err(tag.fault(format!("there are more than {MAX_ARRAYS} arrays")));
+        }
+        if list.len() >= MAX_ARRAYS_IN_SECTION {
+            let what = format!("more than {MAX_ARRAYS_IN_SECTION} arrays in one section");
+            return Err(tag.fault(what));
+        }
+        list.push(ArrayTag::of(tag)?);
     }
     Ok(())
 }
 
-/// A count; FreeFEM writes blanks around it.
-fn count(name: &str, value: &str) -> Result<u64, String> {
-    let value = value.trim();
-    let parsed = value.parse();
-    parsed.map_err(|_| format!("{name}={value:?} is not a count"))
-}
-
-/// As many numbers as there is place for.
-fn numbers<const N: usize, T: Default + Copy + std::str::FromStr>(
-    name: &str,
-    value: &str,
-) -> Result<[T; N], String> {
-    let mut numbers = [T::default(); N];
-    let mut words = value.split_ascii_whitespace();
-    let fits = numbers.iter_mut().all(|number| {
-        let word = words.next().and_then(|word| word.parse().ok());
-        word.is_some_and(|word| {
-            *number = word;
-            true
-        })
-    });
-    match fits && words.next().is_none() {
-        true => Ok(numbers),
-        false => Err(format!("{name}={value:?} does not have {N} numbers")),
-    }
-}
-
-#[derive(Default)]
-struct Parser<'a> {
-    document: Document<'a>,
-    /// The names of the elements around.
-    open: Vec<&'static str>,
-    arrays: usize,
-    root_seen: bool,
-    grid_seen: bool,
-}
-
-impl<'a> Parser<'a> {
-    fn event(&mut self, event: Event<'a>, byte: u64) -> Result<(), String> {
-        match event {
-            Event::Start(tag) => {
-                let element = self.begin(&tag, byte)?;
-                if self.open.len() >= MAX_DEPTH {
-                    return Err(format!("elements are nested more than {MAX_DEPTH} deep"));
-                }
-                self.open.push(element);
-            }
-            Event::Empty(tag) => {
-                self.begin(&tag, byte)?;
-            }
-            Event::End(_) => {
-                self.open.pop();
-            }
-            Event::Text(text) => self.text(text.into_inner())?,
-            Event::CData(text) => self.text(text.into_inner())?,
-            Event::GeneralRef(reference) => {
-                let name = reference.into_inner();
-                if self.open.last() == Some(&ARRAY) || !is_predefined(&name) {
-                    return Err(format!("the reference &{name}; is not expanded"));
-                }
-            }
-            // Only a document type declares entities; those that hold no declarations are harmless.
-            Event::DocType(text) => {
-                let declares = text.into_inner().contains('[');
-                if declares {
-                    return Err("a document type that declares entities is not read".into());
-                }
-            }
-            _ => {}
-        }
+impl<'a> Document<'a> {
+    /// Takes what the root says.
+    fn file(&mut self, tag: &Element<'a>) -> Result<(), Fault> {
+        let word = |name: &str| tag.exact(name).map(str::trim);
+        self.version = word("version").map(str::to_owned);
+        self.big_endian = match word("byte_order") {
+            None | Some("LittleEndian") => false,
+            Some("BigEndian") => true,
+            Some(other) => return Err(tag.fault(format!("the byte order {other:?} is unknown"))),
+        };
+        self.wide_headers = match word("header_type") {
+            None | Some("UInt32") => false,
+            Some("UInt64") => true,
+            Some(other) => return Err(tag.fault(format!("the header type {other:?} is unknown"))),
+        };
+        self.compressor = match word("compressor") {
+            None | Some("") => Compressor::None,
+            Some(name) => Compressor::of_vtk_name(name)
+                .ok_or_else(|| tag.fault(format!("the compressor {name:?} is unknown")))?,
+        };
+        let grid = word("type").ok_or_else(|| tag.fault("<VTKFile> does not say its type"))?;
+        let found = Grid::of_name(grid);
+        (self.grid, self.parallel) =
+            found.ok_or_else(|| tag.fault(format!("VTK's {grid:?} is not read")))?;
         Ok(())
     }
 
-    fn text(&mut self, text: Cow<'a, str>) -> Result<(), String> {
-        if text.bytes().all(|byte| byte.is_ascii_whitespace()) {
-            return Ok(());
-        }
-        if self.open.is_empty() {
-            return Err("text outside of <VTKFile>".into());
-        }
-        if self.open.last() == Some(&ARRAY) {
-            let Cow::Borrowed(text) = text else {
-                return Err("a text that cannot be read".into());
-            };
-            if let Some(array) = self.list(1).and_then(|list| list.last_mut()) {
-                array.texts.push(text);
-            }
-        }
-        Ok(())
-    }
-
-    /// The arrays of the section that is open `above` elements up.
-    fn list(&mut self, above: usize) -> Option<&mut Vec<ArrayTag<'a>>> {
-        let section = *self.open.iter().rev().nth(above)?;
-        if section == "FieldData" {
-            return Some(&mut self.document.whole);
-        }
-        let piece = self.document.pieces.last_mut()?;
-        match section {
-            "PointData" => Some(&mut piece.point_data),
-            "CellData" => Some(&mut piece.cell_data),
-            "Points" => Some(&mut piece.coordinates),
-            "Cells" => Some(&mut piece.topology),
-            _ => {
-                let at = POLYGONS.iter().position(|(name, ..)| *name == section)?;
-                piece.polygons.get_mut(at)
-            }
-        }
-    }
-
-    /// The name of an element that begins, [`OTHER`] if it is not read.
-    fn begin(&mut self, tag: &BytesStart<'a>, byte: u64) -> Result<&'static str, String> {
-        let name = tag.name().into_inner();
-        let parallel = self.document.parallel;
-        Ok(match (self.open.last().copied(), name) {
-            (None, "VTKFile") if !self.root_seen => {
-                self.file(tag)?;
-                "VTKFile"
-            }
-            (None, _) => return Err(format!("<{name}> stands where one <VTKFile> is expected")),
-            (Some("VTKFile"), _) if Grid::of_name(name).is_some() => {
-                if self.grid_seen || Grid::of_name(name) != Some((self.document.grid, parallel)) {
-                    return Err(format!("<{name}> is misplaced"));
-                }
-                self.grid_seen = true;
-                self.grid(tag)?;
-                GRID
-            }
-            (Some(GRID), "FieldData") => "FieldData",
-            (Some(GRID), "Piece") => {
-                self.piece(tag, byte)?;
-                "Piece"
-            }
-            (Some("Piece"), "PointData") => "PointData",
-            (Some("Piece"), "CellData") => "CellData",
-            (Some("Piece"), "Points" | "Coordinates") => "Points",
-            (Some("Piece"), "Cells") => "Cells",
-            (Some("Piece"), _) => {
-                let section = POLYGONS.iter().find(|(known, ..)| *known == name);
-                section.map_or(OTHER, |(known, ..)| known)
-            }
-            (
-                Some(
-                    "PointData" | "CellData" | "Points" | "Cells" | "FieldData" | "Verts" | "Lines"
-                    | "Polys" | "Strips",
-                ),
-                "DataArray" | "Array",
-            ) => {
-                self.arrays += 1;
-                if self.arrays > MAX_ARRAYS {
-                    return Err(format!("there are more than {MAX_ARRAYS} arrays"));
-                }
-                let array = array(tag, byte)?;
-                if let Some(list) = self.list(0) {
-                    if list.len() >= MAX_ARRAYS_IN_SECTION {
-                        return Err(format!(
-                            "more than {MAX_ARRAYS_IN_SECTION} arrays in one section"
-                        ));
-                    }
-                    list.push(array);
-                }
-                ARRAY
-            }
-            _ => OTHER,
-        })
-    }
-
-    fn file(&mut self, tag: &BytesStart<'a>) -> Result<(), String> {
-        self.root_seen = true;
-        let document = &mut self.document;
-        let mut grid = None;
-        attributes(tag, |name, value| {
-            match name {
-                "type" => grid = Some(value),
-                "version" => document.version = Some(value.trim().to_owned()),
-                "byte_order" => {
-                    document.big_endian = match value.trim() {
-                        "LittleEndian" => false,
-                        "BigEndian" => true,
-                        _ => return Err(format!("the byte order {value:?} is unknown")),
-                    }
-                }
-                "header_type" => {
-                    document.wide_headers = match value.trim() {
-                        "UInt32" => false,
-                        "UInt64" => true,
-                        _ => return Err(format!("the header type {value:?} is unknown")),
-                    }
-                }
-                "compressor" => {
-                    document.compressor = match value.trim() {
-                        "" => Compressor::None,
-                        known => Compressor::of_vtk_name(known)
-                            .ok_or_else(|| format!("the compressor {value:?} is unknown"))?,
-                    }
-                }
-                _ => {}
-            }
-            Ok(())
-        })?;
-        let grid = grid.ok_or("<VTKFile> does not say its type")?;
-        (document.grid, document.parallel) =
-            Grid::of_name(grid.trim()).ok_or_else(|| format!("VTK's {grid:?} is not read"))?;
-        Ok(())
-    }
-
-    fn grid(&mut self, tag: &BytesStart<'a>) -> Result<(), String> {
-        let document = &mut self.document;
-        attributes(tag, |name, value| {
-            match name {
-                "WholeExtent" => document.whole_extent = Some(numbers(name, &value)?),
-                "Origin" => document.origin = numbers(name, &value)?,
-                "Spacing" => document.spacing = Some(numbers(name, &value)?),
-                "Direction" => document.direction = Some(numbers(name, &value)?),
-                _ => {}
-            }
-            Ok(())
-        })
-    }
-
-    fn piece(&mut self, tag: &BytesStart<'a>, byte: u64) -> Result<(), String> {
-        let parallel = self.document.parallel;
+    fn piece(
+        &self,
+        tree: &Tree<'a>,
+        tag: &Element<'a>,
+        arrays: &mut usize,
+    ) -> Result<PieceTag<'a>, Fault> {
+        tag.check()?;
+        let lacks = |name: &str| tag.fault(format!("a piece does not say its {name}"));
         let mut piece = PieceTag {
-            byte,
+            byte: tag.byte,
+            source: tag.exact("Source").map(str::to_owned),
+            extent: numbers(tag, "Extent")?,
             ..PieceTag::default()
         };
-        let (mut points, mut cells) = (None, None);
-        attributes(tag, |name, value| {
-            match name {
-                "Source" => piece.source = Some(value),
-                "NumberOfPoints" => points = Some(count(name, &value)?),
-                "NumberOfCells" => cells = Some(count(name, &value)?),
-                "Extent" => piece.extent = Some(numbers(name, &value)?),
-                _ => {
-                    if let Some(at) = POLYGONS.iter().position(|(_, known, _)| *known == name) {
-                        piece.counts[at] = count(name, &value)?;
-                    }
-                }
-            }
-            Ok(())
-        })?;
-        if parallel {
-            if piece.source.is_none() {
-                return Err("a piece does not name its file".into());
-            }
-            self.document.pieces.push(piece);
-            return Ok(());
+        let (points, cells) = (count(tag, "NumberOfPoints")?, count(tag, "NumberOfCells")?);
+        for (sum, (_, name, _)) in piece.counts.iter_mut().zip(POLYGONS) {
+            *sum = count(tag, name)?.unwrap_or(0);
         }
-        match self.document.grid {
-            Grid::Unstructured => {
-                piece.points = points.ok_or("a piece does not say its NumberOfPoints")?;
-                piece.cells = cells.ok_or("a piece does not say its NumberOfCells")?;
-            }
-            Grid::Poly => {
-                piece.points = points.ok_or("a piece does not say its NumberOfPoints")?;
-                let sum = piece
-                    .counts
-                    .iter()
-                    .try_fold(0u64, |sum, &count| sum.checked_add(count));
-                piece.cells = sum.ok_or("a piece has more cells than fit")?;
+        if self.parallel {
+            return match piece.source {
+                Some(_) => Ok(piece),
+                None => Err(tag.fault("a piece does not name its file")),
+            };
+        }
+        match self.grid {
+            Grid::Unstructured | Grid::Poly => {
+                piece.points = points.ok_or_else(|| lacks("NumberOfPoints"))?;
             }
             _ => {
-                piece.extent = piece.extent.or(self.document.whole_extent);
-                if piece.extent.is_none() {
-                    return Err("a piece does not say its Extent".into());
-                }
+                piece.extent = piece.extent.or(self.whole_extent);
+                piece.extent.ok_or_else(|| lacks("Extent"))?;
             }
         }
-        self.document.pieces.push(piece);
-        Ok(())
+        if self.grid == Grid::Unstructured {
+            piece.cells = cells.ok_or_else(|| lacks("NumberOfCells"))?;
+        } else if self.grid == Grid::Poly {
+            let mut counts = piece.counts.iter();
+            let sum = counts.try_fold(0u64, |sum, &count| sum.checked_add(count));
+            piece.cells = sum.ok_or_else(|| tag.fault("a piece has more cells than fit"))?;
+        }
+        for section in tree.inside(tag) {
+            let name = section.name.as_str();
+            let list = match name {
+                "PointData" => &mut piece.point_data,
+                "CellData" => &mut piece.cell_data,
+                "Points" | "Coordinates" => &mut piece.coordinates,
+                "Cells" => &mut piece.topology,
+                _ => match POLYGONS.iter().position(|(known, ..)| *known == name) {
+                    Some(at) => &mut piece.polygons[at],
+                    None => continue,
+                },
+            };
+            add_arrays(tree, section, arrays, list)?;
+        }
+        Ok(piece)
     }
 }
 
-fn array<'a>(tag: &BytesStart<'a>, byte: u64) -> Result<ArrayTag<'a>, String> {
-    let mut array = ArrayTag {
-        byte,
-        // VTK's default.
-        format: "ascii".into(),
-        ..ArrayTag::default()
-    };
-    attributes(tag, |name, value| {
-        match name {
-            "Name" => array.name = value,
-            "type" => array.type_name = value.trim().to_owned(),
-            "format" => array.format = value.trim().to_ascii_lowercase(),
-            "NumberOfComponents" => array.components = Some(count(name, &value)?),
-            "NumberOfTuples" => array.tuples = Some(count(name, &value)?),
-            "offset" => array.offset = Some(count(name, &value)?),
-            _ => {}
+impl<'a> ArrayTag<'a> {
+    fn of(tag: &Element<'a>) -> Result<Self, Fault> {
+        tag.check()?;
+        let word = |name: &str| tag.exact(name).map(str::trim);
+        let mut texts = Vec::new();
+        for text in &tag.texts {
+            match text {
+                Cow::Borrowed(text) if !text.trim_ascii().is_empty() => texts.push(*text),
+                Cow::Borrowed(_) => {}
+                Cow::Owned(_) => return Err(tag.fault("a text that cannot be read")),
+            }
         }
-        Ok(())
-    })?;
-    Ok(array)
-}
-
-fn is_predefined(name: &str) -> bool {
-    name.starts_with('#') || matches!(name, "lt" | "gt" | "amp" | "apos" | "quot")
+        Ok(ArrayTag {
+            byte: tag.byte,
+            name: tag.exact("Name").unwrap_or_default().to_owned(),
+            type_name: word("type").unwrap_or_default().to_owned(),
+            components: count(tag, "NumberOfComponents")?,
+            tuples: count(tag, "NumberOfTuples")?,
+            // VTK's default.
+            format: word("format").unwrap_or("ascii").to_ascii_lowercase(),
+            offset: count(tag, "offset")?,
+            texts,
+        })
+    }
 }

@@ -36,7 +36,7 @@ impl Item {
 /// Reads the data items of one file.
 pub struct Items<'a> {
     pub path: &'a Path,
-    pub tree: &'a Tree,
+    pub tree: &'a Tree<'a>,
     /// The HDF5 files that have been opened.
     opened: RefCell<HashMap<String, hdf5::Group>>,
 }
@@ -45,7 +45,7 @@ pub struct Items<'a> {
 const DEPTH: usize = 8;
 
 impl<'a> Items<'a> {
-    pub fn new(path: &'a Path, tree: &'a Tree) -> Self {
+    pub fn new(path: &'a Path, tree: &'a Tree<'a>) -> Self {
         Items {
             path,
             tree,
@@ -70,7 +70,7 @@ impl<'a> Items<'a> {
         match self.of(element)?[..] {
             [one] => self.read(one),
             ref several => {
-                let tag = &self.tree.at(element).tag;
+                let tag = &self.tree.at(element).name;
                 Err(self.refuse(format!("<{tag}> has {} data items, not one", several.len())))
             }
         }
@@ -142,9 +142,9 @@ impl<'a> Items<'a> {
         let format = element.get("Format").unwrap_or("XML").to_ascii_uppercase();
         let numbers = match format.as_str() {
             "XML" => {
-                with_numbers!(self.inline(item, &element.text)?, all => RawNumbers::of(all.into_vec()))
+                with_numbers!(self.inline(item, &element.text())?, all => RawNumbers::of(all.into_vec()))
             }
-            "HDF" => self.in_hdf5(element.text.trim(), None)?,
+            "HDF" => self.in_hdf5(element.text().trim(), None)?,
             "BINARY" => self.in_bytes(item, count)?,
             other => return Err(self.refuse(format!("data in the format {other:?} are not read"))),
         };
@@ -171,7 +171,7 @@ impl<'a> Items<'a> {
             .get("Format")
             .is_some_and(|format| format.eq_ignore_ascii_case("HDF"))
         {
-            let numbers = self.in_hdf5(element.text.trim(), Some(of))?;
+            let numbers = self.in_hdf5(element.text().trim(), Some(of))?;
             return Ok(Item { shape, numbers });
         }
         let whole = self.read_at(item, depth + 1)?;
@@ -315,7 +315,8 @@ impl<'a> Items<'a> {
 
     fn in_bytes(&self, item: usize, count: usize) -> Result<RawNumbers<'static>> {
         let element = self.tree.at(item);
-        let name = element.text.trim();
+        let name = element.text();
+        let name = name.trim();
         let (_, bytes) = self.beside(name)?;
         let (kind, size) = self.kind(item);
         let seek = element.get("Seek").unwrap_or("0").parse().ok();

@@ -38,7 +38,7 @@ struct Reader<'a> {
     unread: Vec<String>,
 }
 
-fn tree(path: &Path, bytes: &[u8]) -> Result<Tree> {
+fn tree<'a>(path: &Path, bytes: &'a [u8]) -> Result<Tree<'a>> {
     let refuse = |what: String| {
         let remedy = "write the file again with the program it comes from";
         crate::Error::whole(path, what, remedy)

@@ -1,106 +1,37 @@
 //! The XML of an XDMF file as a tree, and the paths by which its elements refer to others.
 
-use quick_xml::events::{BytesStart, Event};
-use quick_xml::{Reader, XmlVersion};
-
-/// The deepest nesting, and the longest chain of references.
-const DEPTH: usize = 64;
+use crate::io::xml::{self, DEPTH, Element};
 
 /// All elements of a file; the root is the first.
-pub struct Tree {
-    elements: Vec<Element>,
+pub struct Tree<'a> {
+    elements: Vec<Element<'a>>,
 }
 
-#[derive(Default)]
-pub struct Element {
-    pub tag: String,
-    attributes: Vec<(String, String)>,
-    pub text: String,
-    children: Vec<usize>,
-}
-
-impl Element {
-    /// The value of an attribute.
-    pub fn get(&self, name: &str) -> Option<&str> {
-        let mut all = self.attributes.iter();
-        all.find(|(known, _)| known.eq_ignore_ascii_case(name))
-            .map(|(_, value)| value.trim())
-    }
-}
-
-impl Tree {
+impl<'a> Tree<'a> {
     /// # Errors
     /// What is wrong with the XML.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let mut reader = Reader::from_str(text);
-        let mut tree = Tree {
-            elements: vec![Element::default()],
-        };
-        let mut open = vec![0];
-        loop {
-            let event = reader
-                .read_event()
-                .map_err(|error| format!("not well-formed XML: {error}"))?;
-            let around = open.last().copied().unwrap_or(0);
-            match event {
-                Event::Eof if open.len() > 1 => return Err("the XML ends too early".into()),
-                Event::Eof => return Ok(tree),
-                Event::Start(tag) => {
-                    if open.len() >= DEPTH {
-                        return Err(format!("elements are nested more than {DEPTH} deep"));
-                    }
-                    open.push(tree.add(around, &tag)?);
-                }
-                Event::Empty(tag) => drop(tree.add(around, &tag)?),
-                Event::End(_) => drop(open.pop()),
-                Event::Text(text) => tree.elements[around].text.push_str(&text.into_inner()),
-                Event::CData(text) => tree.elements[around].text.push_str(&text.into_inner()),
-                Event::GeneralRef(name) => {
-                    let known = [
-                        ("amp", "&"),
-                        ("lt", "<"),
-                        ("gt", ">"),
-                        ("quot", "\""),
-                        ("apos", "'"),
-                    ];
-                    let name = name.into_inner();
-                    let found = known.iter().find(|(known, _)| *known == name);
-                    let (_, text) =
-                        found.ok_or_else(|| format!("the reference &{name}; is not expanded"))?;
-                    tree.elements[around].text.push_str(text);
-                }
-                _ => {}
-            }
+    pub fn parse(text: &'a str) -> Result<Self, String> {
+        let tree = xml::parse(text).and_then(|tree| {
+            tree.elements.iter().try_for_each(Element::check)?;
+            Ok(tree)
+        });
+        let tree = tree.map_err(|(_, what)| what)?;
+        match tree.open.is_empty() {
+            true => Ok(Tree {
+                elements: tree.elements,
+            }),
+            false => Err("the XML ends too early".into()),
         }
     }
 
-    fn add(&mut self, around: usize, tag: &BytesStart<'_>) -> Result<usize, String> {
-        let mut element = Element {
-            tag: tag.local_name().into_inner().to_owned(),
-            ..Element::default()
-        };
-        for attribute in tag.attributes().with_checks(false) {
-            let attribute = attribute.map_err(|error| format!("a broken attribute: {error}"))?;
-            let value = attribute.normalized_value(XmlVersion::Implicit1_0);
-            let value = value.map_err(|error| format!("a broken attribute: {error}"))?;
-            element
-                .attributes
-                .push((attribute.key.into_inner().to_owned(), value.into_owned()));
-        }
-        self.elements.push(element);
-        let number = self.elements.len() - 1;
-        self.elements[around].children.push(number);
-        Ok(number)
-    }
-
-    pub fn at(&self, element: usize) -> &Element {
+    pub fn at(&self, element: usize) -> &Element<'a> {
         &self.elements[element]
     }
 
     /// The elements of this name below the root, wherever they are.
     pub fn all(&self, tag: &str) -> Vec<usize> {
         (0..self.elements.len())
-            .filter(|&k| self.elements[k].tag == tag)
+            .filter(|&k| self.elements[k].name == tag)
             .collect()
     }
 
@@ -111,7 +42,7 @@ impl Tree {
     pub fn children(&self, element: usize) -> Result<Vec<usize>, String> {
         let mut all = Vec::new();
         for &child in &self.elements[element].children {
-            if self.elements[child].tag == "include" {
+            if self.elements[child].name == "include" {
                 let path = self.elements[child].get("xpointer").unwrap_or_default();
                 let inner = path
                     .strip_prefix("xpointer(")
@@ -128,7 +59,7 @@ impl Tree {
     /// The children of this name.
     pub fn named(&self, element: usize, tag: &str) -> Result<Vec<usize>, String> {
         let mut all = self.children(element)?;
-        all.retain(|&child| self.elements[child].tag == tag);
+        all.retain(|&child| self.elements[child].name == tag);
         Ok(all)
     }
 
@@ -140,11 +71,8 @@ impl Tree {
             let Some(path) = here.get("Reference") else {
                 return Ok(at);
             };
-            let path = if path == "XML" {
-                here.text.trim()
-            } else {
-                path
-            };
+            let text = here.text();
+            let path = if path == "XML" { text.trim() } else { path };
             let found = self.find(path, at)?;
             at = *found
                 .first()
@@ -180,7 +108,7 @@ impl Tree {
                     false => self.elements[at].children.clone(),
                 };
                 let local = name.rsplit(':').next().unwrap_or(name);
-                matching.retain(|&k| name == "*" || self.elements[k].tag == local);
+                matching.retain(|&k| name == "*" || self.elements[k].name == local);
                 for condition in conditions.split('[').skip(1) {
                     let condition = condition
                         .trim()
@@ -203,7 +131,7 @@ impl Tree {
                         for part in condition.split(" or ") {
                             names.push(part.trim().strip_prefix("self::").ok_or_else(unknown)?);
                         }
-                        matching.retain(|&k| names.contains(&self.elements[k].tag.as_str()));
+                        matching.retain(|&k| names.contains(&self.elements[k].name.as_str()));
                     }
                 }
                 next.extend(matching);
@@ -239,9 +167,9 @@ impl Tree {
             let here = &self.elements[next];
             key.push_str(&format!(
                 "<{} {:?}>{}",
-                here.tag,
+                here.name,
                 here.attributes,
-                here.text.trim()
+                here.text()
             ));
             if depth < DEPTH {
                 waiting.extend(

@@ -26,13 +26,14 @@ impl Reader<'_> {
             .named(grid.element, "Information")
             .map_err(|what| items.refuse(what))?
         {
-            let Ok(inner) = Tree::parse(&items.tree.at(about).text) else {
+            let text = items.tree.at(about).text();
+            let Ok(inner) = Tree::parse(&text) else {
                 continue;
             };
             for name in inner.all("map").into_iter().map(|name| inner.at(name)) {
                 let dim = name.get("dim").and_then(|dim| dim.parse().ok());
                 if let (Some(key), Some(dim), Ok(tag)) =
-                    (name.get("key"), dim, name.text.trim().parse())
+                    (name.get("key"), dim, name.text().trim().parse())
                 {
                     names.insert((dim, tag), key.to_owned());
                 }
@@ -127,7 +128,7 @@ impl Reader<'_> {
             .items
             .of(one)?
             .first()
-            .map(|&item| self.items.tree.at(item).text.clone());
+            .map(|&item| self.items.tree.at(item).text());
         Ok(place.is_some_and(|place| place.contains("/MeshTags/")))
     }
 
