@@ -71,6 +71,9 @@ pub(super) fn balance(
             ..Balance::default()
         };
         if let Some(carried) = tree.carried.as_deref() {
+            let [mean, square] = carried.spots;
+            found.error = up(found.error, mean);
+            found.spread = above_of_product(scale.high, root_of_product(measure, square));
             let norm = wave(1.0, measure, carried.square.root().high);
             if norm < of_cell {
                 found.oscillation = 0.0;

@@ -22,7 +22,8 @@
 //!
 //! All but the slopes is the same for triangles with the same corners along x, as cells in a column have. f is a polynomial on
 //! each of some pieces of the axis, by Taylor's formula with its remainder in interval arithmetic; Φ²/w is enclosed as 1/w is
-//! between its chord and its tangent.
+//! between its chord and its tangent. Where f jumps there is a part so short that what is not known of f on it, the height of the
+//! jump, counts for nothing in the mean.
 
 use std::collections::HashMap;
 
@@ -48,6 +49,8 @@ pub(super) struct Carried {
     pub flat: [Interval; 3],
     /// The means of s 4 λ_a λ_b, by the vertex opposite.
     pub bubbles: [Interval; 3],
+    /// The mean and the mean square of |r| on spots at most, which the error of the leaf leaves out.
+    pub spots: [f64; 2],
 }
 
 impl Carried {
@@ -65,13 +68,14 @@ pub(super) struct Along {
     /// p = p₀ + p₁ (x - x̄)
     p: [f64; 2],
     middle: f64,
-    /// |s|, √ of the mean of s², |r| at most
+    /// |s|, √ of the mean of s², |r| at most: of |r| what is no spot, where |s| + |r| is no larger than `wave` either.
     wave: f64,
     swell: f64,
     error: f64,
+    /// As [`Carried`] has them.
+    spots: [f64; 2],
     /// ∫ Φ²/w from the first corner to the second and on to the third, relative to the whole length.
     squares: [Interval; 2],
-    /// As [`Carried`] has them.
     flat: [Interval; 3],
     bubbles: [Interval; 3],
 }
@@ -85,6 +89,9 @@ const ORDER: f64 = 4.2;
 const LITTLE: f64 = 3e-4;
 /// p has a slope where the mean square of that is so many times that of s: σ is no gradient then, and (σ, τ) known less well.
 const STEEP: f64 = 10.0;
+/// A spot is no longer than this part of a side; where its ends are neighbours in f64 before that, than the other.
+const SPOT: f64 = 1.0 / (1_u64 << 40) as f64;
+const LONGEST_SPOT: f64 = 1.0 / (1_u64 << 20) as f64;
 /// Twice what rounding to nearest errs by, relative to the result.
 const STEP: f64 = f64::EPSILON;
 
@@ -97,6 +104,8 @@ pub(super) struct Part {
     skew: f64,
     series: Polynomial<ON_LINE>,
     error: f64,
+    /// Is nothing but the range of f known, and that too wide, as f jumps there or its slope has no bound?
+    is_rough: bool,
 }
 
 /// A polynomial in (x - c)/reach on a part of the axis, in f64 with one bound of all that it is off anywhere.
@@ -120,29 +129,38 @@ impl Axis<'_> {
     /// f from one number to another; none where so many pieces do not reach the error wanted.
     pub fn parts(&self, ends: [f64; 2]) -> Option<Vec<Part>> {
         let mut parts = Vec::new();
-        let least = (ends[1] - ends[0]) / PARTS as f64;
-        (ends[0] >= ends[1] || self.cut(ends, least, &mut parts)).then_some(parts)
+        (ends[0] >= ends[1] || self.cut(ends, ends[1] - ends[0], &mut parts)).then_some(parts)
     }
 
-    /// Cuts a part of the axis until the error is small enough everywhere.
-    fn cut(&self, ends: [f64; 2], least: f64, parts: &mut Vec<Part>) -> bool {
-        let part = self.part(ends);
-        if part.error <= self.aim {
+    /// Cuts a part of a side until the error is small enough, or the part a spot.
+    fn cut(&self, ends: [f64; 2], side: f64, parts: &mut Vec<Part>) -> bool {
+        let mut part = self.part(ends);
+        part.is_rough &= part.error > self.aim;
+        let width = ends[1] - ends[0];
+        let is_inside = ends[0] < part.centre && part.centre < ends[1];
+        let longest = if is_inside { SPOT } else { LONGEST_SPOT };
+        let is_spot = part.is_rough && width <= longest * side;
+        if part.error <= self.aim || is_spot {
             parts.push(part);
             return parts.len() <= PARTS;
         }
+        // Where smooth parts get that small there is a pole, or too many waves.
         let count = (part.error / self.aim).powf(1.0 / ORDER).ceil();
-        let count = count.clamp(2.0, AT_ONCE);
-        let width = (ends[1] - ends[0]) / count;
+        let count = match part.is_rough {
+            true => 2.0,
+            false => count.clamp(2.0, AT_ONCE),
+        };
+        if !part.is_rough && width / count < side / PARTS as f64 {
+            return false;
+        }
         let mut from = ends[0];
         for k in 1..=count as usize {
             let to = if k as f64 == count {
                 ends[1]
             } else {
-                ends[0] + k as f64 * width
+                ends[0] + k as f64 * (width / count)
             };
-            // Where parts get that small there is a jump, or a pole.
-            if !(from < to && width >= least && self.cut([from, to], least, parts)) {
+            if !(from < to && self.cut([from, to], side, parts)) {
                 return false;
             }
             from = to;
@@ -174,7 +192,15 @@ impl Axis<'_> {
             scaled
         });
         let is_known = known.iter().all(|c| c.is_finite());
-        let series = Polynomial::of(known);
+        let range = inside.coefficients[0].times_power_of_two(self.unit);
+        let is_rough = !is_known && range.is_finite();
+        let series = if is_rough {
+            let mut of = [Interval::ZERO; ON_LINE];
+            of[0] = range;
+            Polynomial::of(of)
+        } else {
+            Polynomial::of(known)
+        };
         Part {
             ends,
             centre,
@@ -182,7 +208,12 @@ impl Axis<'_> {
             skew: 1.0 - least / reach + STEP,
             // What is not known of f is r.
             series: Polynomial { off: 0.0, ..series },
-            error: if is_known { series.off } else { f64::INFINITY },
+            error: if is_known || is_rough {
+                series.off
+            } else {
+                f64::INFINITY
+            },
+            is_rough,
         }
     }
 }
@@ -341,6 +372,7 @@ pub(super) fn along(corners: [f64; 3], sides: [&[Part]; 2]) -> Option<Along> {
     let centroid = (first + knee + last) / at(3.0);
     let rest = mean - at(p[0]) - at(p[1]) * (centroid - at(middle));
     let (mut wave, mut error, mut square) = (0.0_f64, 0.0_f64, Interval::ZERO);
+    let mut spots = [Interval::ZERO; 2];
     let mut squares = [Interval::ZERO; 2];
     let [mut flat, mut bubbles] = [[Interval::ZERO; 3]; 2];
     // λ where the knee's section meets the longest edge, and in the middle of that section.
@@ -366,8 +398,17 @@ pub(super) fn along(corners: [f64; 3], sides: [&[Part]; 2]) -> Option<Along> {
                 s.off += STEP * (c.abs() + p.abs());
                 *c -= p;
             }
-            error = error.max(part.error);
-            let most = 1.001 * (s.size() + s.off);
+            let mut most = 1.001 * (s.size() + s.off);
+            if part.is_rough {
+                // Sections are no longer than 1, and |κ| is ℓ/2.
+                let [from, to] = part.ends.map(at);
+                let mean = at(part.error) * (to - from) / half;
+                spots[0] += mean;
+                spots[1] += mean * at(part.error);
+                most = up(most, part.error);
+            } else {
+                error = error.max(part.error);
+            }
             wave = wave.max(most);
             let weighted = s.times::<2, 6>(w);
             let second = weighted.times::<2, 7>(w);
@@ -416,11 +457,21 @@ pub(super) fn along(corners: [f64; 3], sides: [&[Part]; 2]) -> Option<Along> {
         wave,
         swell: (square / half).root().high,
         error: up(error, rest.magnitude()),
+        spots: spots.map(|of| of.high),
         squares,
         flat,
         bubbles,
     };
-    let numbers = [found.wave, found.swell, found.error, p[0], p[1]];
+    let [spot, spots] = found.spots;
+    let numbers = [
+        found.wave,
+        found.swell,
+        found.error,
+        spot,
+        spots,
+        p[0],
+        p[1],
+    ];
     let is_known = numbers.iter().all(|n| n.is_finite()) && squares.iter().all(|s| s.is_finite());
     is_known.then_some(found)
 }
@@ -473,6 +524,7 @@ impl Along {
             square,
             flat,
             bubbles,
+            spots: self.spots,
         };
         (leaf, carried)
     }
@@ -548,7 +600,7 @@ impl Domain<'_> {
         let [a, b, c, _] = (self.vertices)(parent.simplex);
         let found = lines.get(&corners.map(f64::to_bits))?;
         let (leaf, carried) = found.on(&[a, b, c], axis);
-        let is_worth = leaf.error < WORTH * parent.leaf.error;
+        let is_worth = up(leaf.error, carried.spots[0]) < WORTH * parent.leaf.error;
         is_worth.then(|| Improved::Carried(leaf, Box::new(carried)))
     }
 }

@@ -544,12 +544,12 @@ fn mean_of_product(tree: &Tree, z: &[Interval], b: Option<[f64; 3]>) -> Interval
     let middle = total / count;
     let away = size(&mut z.iter().map(|z| z.mid() - middle));
     // What carries the wave has its mean.
-    let (carried, in_wave) = match &tree.carried {
-        Some(carried) => (carried.mean(z, &b), 0.0),
-        None => (Interval::ZERO, away + around + 2.0 * of_b),
+    let (carried, in_wave, spot) = match &tree.carried {
+        Some(carried) => (carried.mean(z, &b), 0.0, carried.spots[0]),
+        None => (Interval::ZERO, away + around + 2.0 * of_b, 0.0),
     };
-    let slack =
-        leaf.swell * (in_wave + 8.0 * f64::EPSILON * of_z) + leaf.error * (of_z + 2.0 * of_b);
+    let slack = leaf.swell * (in_wave + 8.0 * f64::EPSILON * of_z)
+        + (leaf.error + spot) * (of_z + 2.0 * of_b);
     // Fewer than 32 roundings, each of no more than the largest of f w or so.
     let rounding = 32.0 * f64::EPSILON * of_p * (of_z + 4.0 * of_b) + of_p * around;
     let off = 1.001 * (slack + rounding) + f64::MIN_POSITIVE;

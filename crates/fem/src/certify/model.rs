@@ -37,7 +37,7 @@ pub(super) struct Leaf {
     pub wave: f64,
     /// … that of s² no larger than the square of this.
     pub swell: f64,
-    /// |r| is at most this.
+    /// |r| is at most this, but on spots of what is carried: there |s| + |r| is no larger than `wave`.
     pub error: f64,
     /// May more derivatives say more of it?
     pub is_smooth: bool,
