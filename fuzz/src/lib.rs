@@ -12,7 +12,7 @@ pub fn sound(name: &str, bytes: &[u8]) {
     }
 }
 
-/// Bytes as a file of results of this name are read or refused; a mesh of two triangles is beside it.
+/// Bytes as a file of results of this name are read or refused; a mesh of two triangles is beside it, and as a piece of a list.
 pub fn results(name: &str, bytes: &[u8]) {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
@@ -21,6 +21,8 @@ pub fn results(name: &str, bytes: &[u8]) {
         let mesh = "MeshVersionFormatted 2 Dimension 2 Vertices 4 0 0 0 1 0 0 1 1 0 0 1 0 \
                     Triangles 2 1 2 3 1 1 3 4 1 End";
         std::fs::write(folder.join("input.mesh"), mesh).expect("written");
+        let mesh = io::read(&folder.join("input.mesh")).expect("sound");
+        io::write(&folder.join("piece.vtu"), &mesh, &io::Options::default()).expect("written");
         folder
     });
     let path = folder.join(name);
