@@ -22,6 +22,7 @@ use crate::linear::{
     Choice, Csr, Elements, Embedded, Ended, KrylovStop, LowRank, Precision, SchurLu, Solved,
     Solver, Sweeps, conjugate_gradients, dot, gmres, norm,
 };
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
 /// Most iterations for one step of Newton's method.
@@ -348,6 +349,7 @@ impl Krylov<'_> {
                 false => STEPS,
             };
             let ended = iterate(&mut old.embedded, limit);
+            cancel::check()?;
             steps = ended.steps;
             stalled = has_stalled(ended);
             if is_stale && !ended.reached {
@@ -358,6 +360,7 @@ impl Krylov<'_> {
             let mut embedded = self.embedded(&closed)?;
             self.built.set(self.built.get() + 1);
             let ended = iterate(&mut embedded, STEPS);
+            cancel::check()?;
             steps = ended.steps;
             stalled = has_stalled(ended);
             state.preconditioner = Some(Preconditioner {

@@ -8,7 +8,7 @@
 //! ```
 
 use super::cholesky::{Cholesky, Solved};
-use super::multifrontal::{Forward, Multifrontal, NotPositive};
+use super::multifrontal::{Forward, Multifrontal, Refused};
 use super::{Analysis, Changed, Elements, Precision, Role, Schur, Settings, Solver};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::memory;
@@ -147,11 +147,15 @@ pub fn condense(
         predicted_mb = choice.predicted_mb,
         "direct factorisation"
     );
-    let refuse = |NotPositive(unknown): NotPositive| Error::Solver {
-        what: format!("the stiffness matrix is not positive definite (at dof {unknown})"),
-        remedy:
-            "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate"
+    let refuse = |refused| {
+        match refused {
+        Refused::NotPositive(unknown) => Error::Solver {
+            what: format!("the stiffness matrix is not positive definite (at dof {unknown})"),
+            remedy: "check that Γ_D (or contact) fixes every connected part, and that no cell is degenerate"
                 .into(),
+        },
+        Refused::Ended(ended) => ended,
+    }
     };
     let unit = unit_of(elements);
     let inverse = 1.0 / unit;

@@ -6,6 +6,8 @@
 
 use rayon::prelude::*;
 
+use faceoff_mesh::cancel;
+
 use super::kernels::Number;
 
 /// When an iteration ends.
@@ -43,7 +45,7 @@ impl Ended {
     }
 }
 
-/// Solves A x = b for a symmetric positive definite A, from the x given.
+/// Solves A x = b for a symmetric positive definite A, from the x given; ends unreached where the run has to end.
 pub fn conjugate_gradients(
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&[f64], &mut [f64]),
@@ -61,7 +63,7 @@ pub fn conjugate_gradients(
     let mut rz = dot(&r, &z);
     for steps in 0..stop.steps {
         let ended = Ended::new(steps, norm(&r), stop);
-        if ended.reached {
+        if ended.reached || cancel::cause().is_some() {
             return ended;
         }
         apply(&p, &mut q);
@@ -106,7 +108,8 @@ pub fn gmres(
         add(&mut last, &direction, -1.0);
         let size = norm(&last);
         // Rounding sets a floor: a restart that does not gain will not.
-        if size <= stop.residual || done >= stop.steps || !(size < 0.5 * before) {
+        let is_over = done >= stop.steps || cancel::cause().is_some();
+        if size <= stop.residual || is_over || !(size < 0.5 * before) {
             return Ended::new(done, size, stop);
         }
         before = size;
@@ -114,6 +117,9 @@ pub fn gmres(
         let mut triangle = Triangle::new(size);
         let mut length = size;
         while triangle.len() < RESTART && done < stop.steps && triangle.residual() > enough {
+            if cancel::cause().is_some() {
+                break;
+            }
             let k = triangle.len();
             if basis.len() == k {
                 basis.push(vec![0.0; n]);

@@ -16,6 +16,8 @@ use super::kernels::{Number, clear_registers_everywhere, eliminate};
 use super::pool::Pool;
 use super::substitution::{Sides, backward, forward, forward_above};
 use super::{Elements, Schur};
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Error;
 
 /// P A Pᵀ = L Lᵀ of the eliminated unknowns, and the rows of L that belong to the kept ones.
 pub struct Multifrontal<T> {
@@ -40,20 +42,25 @@ impl Forward {
     }
 }
 
-/// The unknown whose pivot is not positive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NotPositive(pub u32);
+/// Why there is no factor.
+#[derive(Debug)]
+pub enum Refused {
+    /// The pivot of this unknown is not positive.
+    NotPositive(u32),
+    /// The run has to end.
+    Ended(Error),
+}
 
 impl<T: Number> Multifrontal<T> {
     /// Factors, eliminates `b` along, and returns the Schur complement of the kept unknowns.
     ///
     /// # Errors
-    /// A matrix that is not positive definite.
+    /// A matrix that is not positive definite; the end of the run.
     pub fn new(
         elements: &impl Elements,
         analysis: Analysis,
         b: Vec<f64>,
-    ) -> Result<(Self, Forward, Schur), NotPositive> {
+    ) -> Result<(Self, Forward, Schur), Refused> {
         let mut y: Vec<f64> = analysis.order.iter().map(|&k| b[k as usize]).collect();
         let mut kept: Vec<f64> = analysis.kept.iter().map(|&k| b[k as usize]).collect();
         drop(b);
@@ -186,7 +193,8 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         columns: &mut [T],
         y: &mut [f64],
         first: usize,
-    ) -> Result<Update<T>, NotPositive> {
+    ) -> Result<Update<T>, Refused> {
+        cancel::check().map_err(Refused::Ended)?;
         let Some(halves) = &plan.halves else {
             return self.factor_all(plan, columns, y, first);
         };
@@ -202,6 +210,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
             || self.factor(right, of_right, y_right, middle),
         );
         let ((a_update, a_rest), (b_update, b_rest)) = (a?, b?);
+        cancel::check().map_err(Refused::Ended)?;
         let front = plan.fronts[0];
         let (size, pivots) = (front.size(), front.pivots as usize);
         let (in_panel, in_update) = (size * pivots, (size - pivots).pow(2));
@@ -226,7 +235,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
             done(half);
         }
         eliminate(own_panel, size, pivots, own_update)
-            .map_err(|k| NotPositive(self.unknowns[own + k]))?;
+            .map_err(|k| Refused::NotPositive(self.unknowns[own + k]))?;
         store(own_panel, size, columns);
         done(panel);
         pack(own_update, size - pivots);
@@ -245,7 +254,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         mut columns: &mut [T],
         mut y: &mut [f64],
         mut pivot: usize,
-    ) -> Result<Update<T>, NotPositive> {
+    ) -> Result<Update<T>, Refused> {
         let size = self.elements.size();
         let mut matrix = vec![0.0; size * size];
         // Updates that wait for their other half, the last one on top, and the sizes of their borders.
@@ -296,7 +305,8 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
                 target.add(columns_of(&stack[middle..top], r), in_second);
                 top = start;
             }
-            eliminate(panel, f, p, update).map_err(|k| NotPositive(self.unknowns[pivot + k]))?;
+            eliminate(panel, f, p, update)
+                .map_err(|k| Refused::NotPositive(self.unknowns[pivot + k]))?;
             pivot += p;
             let (own, others) = std::mem::take(&mut columns).split_at_mut(front.entries());
             store(panel, f, own);
