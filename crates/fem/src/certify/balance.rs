@@ -317,6 +317,7 @@ mod tests {
     use super::*;
     use crate::quadrature::exact;
     use crate::scene::{Expression, Scene};
+    use std::f64::consts::PI;
 
     /// (τ, ∇φ) = (r - r̄, φ) for polynomials φ: -div τ is r less its mean, there is no jump of τ·n inside and none of it on ∂κ.
     #[test]
@@ -402,6 +403,63 @@ mod tests {
                         "{scene} {cell} {power:?}: {sums:?}"
                     );
                 }
+            }
+            assert!(cut >= 3, "{scene}: {cut}");
+        }
+    }
+
+    /// With τ, what is linear on leaves costs ‖r - r̄‖ h_S/j₁₁ on each leaf S, and is not less than what Poincaré's inequality
+    /// asks for.
+    #[test]
+    fn what_is_linear_on_leaves_is_charged_by_their_size() {
+        for (scene, constant) in [
+            ("one-zone", 1.0 / 3.831_705_970_207_512_3),
+            ("one-zone-3d", 1.0 / PI),
+        ] {
+            let mesh = Scene::find(scene).unwrap().triangulation(Some(2)).unwrap();
+            let f = "if(x + 2*y - z < 0.1, 1 + 3*x, if(x < 0.2, -3*y, 5 - y))";
+            let f = Expression::parse(f).unwrap();
+            let (dim, mut cut) = (mesh.dim, 0);
+            for cell in 0..mesh.cell_count() {
+                let simplex = Simplex::new(&mesh, cell);
+                let domain = Domain {
+                    expression: &f,
+                    vertices: Box::new(|_| mesh.vertices(cell)),
+                    measures: vec![1.0],
+                    dim,
+                    space: dim,
+                    unit: 0,
+                };
+                let effort = Effort {
+                    tolerance: 1e-3,
+                    budget: 60,
+                };
+                let tree = &domain.enclose(&effort).unwrap()[0];
+                let found = balance(&simplex, tree, 0.0, |_, value| Interval::at(value));
+                if found.tau.is_empty() {
+                    continue;
+                }
+                cut += 1;
+                let geometry = mesh.geometry(cell);
+                let mut least = 0.0;
+                tree.for_each(&mut |node, piece, share| {
+                    let corners: Vec<_> =
+                        piece[..=dim].iter().map(|at| geometry.point(at)).collect();
+                    let pairs = corners
+                        .iter()
+                        .flat_map(|a| corners.iter().map(move |b| (a, b)));
+                    let longest = pairs
+                        .map(|(a, b)| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>())
+                        .fold(0.0, f64::max);
+                    let values = &tree.leaf(node).values[..=dim];
+                    let mean = values.iter().sum::<f64>() / (dim + 1) as f64;
+                    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+                    let square = squares / ((dim + 1) * (dim + 2)) as f64;
+                    least += constant * constant * longest * share * geometry.measure() * square;
+                });
+                assert!(least > 0.0, "{scene} {cell}");
+                let [ratio, square] = [found.oscillation / least.sqrt(), least];
+                assert!(ratio > 1.0 - 1e-12, "{scene} {cell}: {ratio} of {square}");
             }
             assert!(cut >= 3, "{scene}: {cut}");
         }
