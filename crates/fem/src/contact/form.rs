@@ -77,7 +77,6 @@ impl<'a> Problem<'a> {
             parts,
             load,
             components,
-            Arc::default(),
         )
     }
 
@@ -105,7 +104,7 @@ impl<'a> Problem<'a> {
         let body_of = (0..mesh.cell_count()).map(body).collect();
         let (stiffness, parts) = (self.stiffness.on(&space), self.parts.clone());
         let components = (body_of, self.bodies.1);
-        Problem::with_load(
+        let mut problem = Problem::with_load(
             self.scene,
             &discretisation,
             stiffness,
@@ -113,8 +112,9 @@ impl<'a> Problem<'a> {
             parts,
             load,
             components,
-            Arc::clone(&self.on_vertices),
-        )
+        )?;
+        problem.on_vertices = Arc::clone(&self.on_vertices);
+        Ok(problem)
     }
 
     /// The stiffness of P1 on all vertices, put together once for this problem and [`Problem::on_p1`] of it. Those of contact
@@ -148,7 +148,6 @@ impl<'a> Problem<'a> {
         parts: Vec<Option<Part>>,
         load: Vec<f64>,
         (body_of, count): (Vec<u32>, usize),
-        on_vertices: Arc<OnceLock<Csr>>,
     ) -> Result<Self> {
         let (mesh, method) = (space.mesh, discretisation.method);
         let [cell_rule, face_rule] = discretisation.checked(scene, mesh.dim)?;
@@ -217,7 +216,7 @@ impl<'a> Problem<'a> {
             bodies,
             cell_rule,
             face_rule,
-            on_vertices,
+            on_vertices: Arc::default(),
         };
         problem.floating = problem.check_held(&body_of)?;
         Ok(problem)

@@ -44,8 +44,7 @@ fn medit_without_an_end_and_of_second_order() {
     let (kind, nodes) = mesh.cell(0).expect("a cell");
     for (place, [a, b]) in super::sides::nodes(kind).enumerate() {
         let point = |place: usize| mesh.points[nodes[place] as usize];
-        let middle: [f64; 3] =
-            std::array::from_fn(|i| 0.5 * (point(a.into())[i] + point(b.into())[i]));
+        let middle: [f64; 3] = std::array::from_fn(|i| 0.5 * (point(a)[i] + point(b)[i]));
         assert_eq!(point(place), middle, "node {place}");
     }
     let geometry = "MeshVersionFormatted 0\nMaximalAngleOfCorner 44\nDimension 2\nVertices 2\n0 0 1\n1 0 1\nEdges 1\n1 2 1\nhVertices\n.1 .1\n";
