@@ -313,11 +313,65 @@ impl<F: FnMut(u32, &Piece, f64, [Coefficients; 4], Interval)> Flux<'_, F> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::model::{Domain, Effort};
+    use super::super::model::{Domain, Effort, Leaf};
     use super::*;
     use crate::quadrature::exact;
     use crate::scene::{Expression, Scene};
+    use faceoff_mesh::mesh::Triangulation;
+    use faceoff_mesh::mesh::generate::union_jack;
     use std::f64::consts::PI;
+
+    /// Calls `check` for the cells of a scene with n = 2 on which f has a flux τ: how many these are.
+    fn each_with_tau(
+        scene: &str,
+        f: &str,
+        mut check: impl FnMut(&Triangulation, usize, &Tree, &Balance),
+    ) -> usize {
+        let mesh = Scene::find(scene).unwrap().triangulation(Some(2)).unwrap();
+        let f = Expression::parse(f).unwrap();
+        let domain = Domain {
+            expression: &f,
+            vertices: Box::new(|cell| mesh.vertices(cell)),
+            measures: vec![1.0; mesh.cell_count()],
+            dim: mesh.dim,
+            space: mesh.dim,
+            unit: 0,
+        };
+        let effort = Effort {
+            tolerance: 1e-3,
+            budget: 60 * mesh.cell_count(),
+        };
+        let mut count = 0;
+        for (cell, tree) in domain.enclose(&effort).unwrap().iter().enumerate() {
+            let simplex = Simplex::new(&mesh, cell);
+            let found = balance(&simplex, tree, 0.0, |_, value| Interval::at(value));
+            if !found.tau.is_empty() {
+                count += 1;
+                check(&mesh, cell, tree, &found);
+            }
+        }
+        count
+    }
+
+    /// Half of the unit square cut in the middle of its longest edge, by what its halves have.
+    fn two_halves(leaves: [Leaf; 2]) -> Balance {
+        let mesh = Triangulation::new("square", &union_jack(1, [1.0, 1.0])).unwrap();
+        let [a, b, c, _] = mesh.vertices(0);
+        let is_longest = |(x, y): ([f64; 3], [f64; 3])| x[0] != y[0] && x[1] != y[1];
+        let edges = [((a, b), [0, 1]), ((a, c), [0, 2]), ((b, c), [1, 2])];
+        let longest = edges.into_iter().find(|(ends, _)| is_longest(*ends));
+        let tree = Tree {
+            whole: Leaf {
+                edge: longest.unwrap().1,
+                halves: 1,
+                ..Leaf::default()
+            },
+            rest: leaves.to_vec(),
+            carried: None,
+        };
+        let simplex = Simplex::new(&mesh, 0);
+        balance(&simplex, &tree, 0.0, |_, value| Interval::at(value))
+    }
 
     /// (τ, ∇φ) = (r - r̄, φ) for polynomials φ: -div τ is r less its mean, there is no jump of τ·n inside and none of it on ∂κ.
     #[test]
@@ -329,30 +383,9 @@ mod tests {
                 "if(x + 2*y - z < 0.1, 1, if(x < 0.2, -3, 5))",
             ),
         ] {
-            let mesh = Scene::find(scene).unwrap().triangulation(Some(2)).unwrap();
-            let f = Expression::parse(f).unwrap();
-            let (dim, mut cut) = (mesh.dim, 0);
-            let rule = exact(dim, 5);
-            for cell in 0..mesh.cell_count() {
-                let simplex = Simplex::new(&mesh, cell);
-                let domain = Domain {
-                    expression: &f,
-                    vertices: Box::new(|_| mesh.vertices(cell)),
-                    measures: vec![1.0],
-                    dim,
-                    space: dim,
-                    unit: 0,
-                };
-                let effort = Effort {
-                    tolerance: 1e-3,
-                    budget: 60,
-                };
-                let tree = &domain.enclose(&effort).unwrap()[0];
-                let found = balance(&simplex, tree, 0.0, |_, value| Interval::at(value));
-                if found.tau.is_empty() {
-                    continue;
-                }
-                cut += 1;
+            let cut = each_with_tau(scene, f, |mesh, cell, tree, found| {
+                let (dim, simplex) = (mesh.dim, Simplex::new(mesh, cell));
+                let rule = exact(dim, 5);
                 let mean = tree
                     .mean(|node| Interval::at(tree.leaf(node).values[0]))
                     .mid();
@@ -403,7 +436,7 @@ mod tests {
                         "{scene} {cell} {power:?}: {sums:?}"
                     );
                 }
-            }
+            });
             assert!(cut >= 3, "{scene}: {cut}");
         }
     }
@@ -416,30 +449,9 @@ mod tests {
             ("one-zone", 1.0 / 3.831_705_970_207_512_3),
             ("one-zone-3d", 1.0 / PI),
         ] {
-            let mesh = Scene::find(scene).unwrap().triangulation(Some(2)).unwrap();
             let f = "if(x + 2*y - z < 0.1, 1 + 3*x, if(x < 0.2, -3*y, 5 - y))";
-            let f = Expression::parse(f).unwrap();
-            let (dim, mut cut) = (mesh.dim, 0);
-            for cell in 0..mesh.cell_count() {
-                let simplex = Simplex::new(&mesh, cell);
-                let domain = Domain {
-                    expression: &f,
-                    vertices: Box::new(|_| mesh.vertices(cell)),
-                    measures: vec![1.0],
-                    dim,
-                    space: dim,
-                    unit: 0,
-                };
-                let effort = Effort {
-                    tolerance: 1e-3,
-                    budget: 60,
-                };
-                let tree = &domain.enclose(&effort).unwrap()[0];
-                let found = balance(&simplex, tree, 0.0, |_, value| Interval::at(value));
-                if found.tau.is_empty() {
-                    continue;
-                }
-                cut += 1;
+            let cut = each_with_tau(scene, f, |mesh, cell, tree, found| {
+                let dim = mesh.dim;
                 let geometry = mesh.geometry(cell);
                 let mut least = 0.0;
                 tree.for_each(&mut |node, piece, share| {
@@ -460,8 +472,49 @@ mod tests {
                 assert!(least > 0.0, "{scene} {cell}");
                 let [ratio, square] = [found.oscillation / least.sqrt(), least];
                 assert!(ratio > 1.0 - 1e-12, "{scene} {cell}: {ratio} of {square}");
-            }
+            });
             assert!(cut >= 3, "{scene}: {cut}");
         }
+    }
+
+    /// Halves whose means are ±a and δ apart from that: f64 has no 2⁻⁴ beside 1e15, and what τ is off is charged everywhere.
+    #[test]
+    fn what_rounding_leaves_beside_tau_is_charged() {
+        let of = |value: f64| Leaf {
+            values: [value, value, value, 0.0],
+            ..Leaf::default()
+        };
+        let found = two_halves([of(1e15 + 0.125), of(-1e15)]);
+        assert!(!found.tau.is_empty());
+        // -div τ is 1e15 and -1e15 on the halves: 0.125 is left of r on the first.
+        assert!(found.error >= 0.125, "{found:?}");
+    }
+
+    /// With τ, waves cost their size by the lengths of leaves: ‖s‖ h_S/j₁₁.
+    #[test]
+    fn waves_on_leaves_are_charged() {
+        let of = |value: f64| Leaf {
+            values: [value, value, value, 0.0],
+            wave: 0.9,
+            swell: 0.7,
+            ..Leaf::default()
+        };
+        let found = two_halves([of(1.0), of(-1.0)]);
+        assert!(!found.tau.is_empty());
+        let expected = 0.7 * 0.5_f64.sqrt() / 3.831_705_970_207_512_3;
+        let ratio = found.oscillation / expected;
+        assert!((1.0..1.0 + 1e-12).contains(&ratio), "{ratio}");
+    }
+
+    /// (e - ē, w) for e = 1 and 3 on the halves and w = 1 + λ_b - λ_a, ab the longest edge, is 1/6, and ‖∇w‖ is 1.
+    #[test]
+    fn what_is_off_the_mean_of_the_unknown_is_charged() {
+        let of = |error: f64| Leaf {
+            error,
+            ..Leaf::default()
+        };
+        let found = two_halves([of(1.0), of(3.0)]);
+        assert!((2.0..2.0 + 1e-12).contains(&found.error), "{found:?}");
+        assert!((1.0 / 6.0..0.21).contains(&found.spread), "{found:?}");
     }
 }

@@ -109,7 +109,7 @@ pub(super) struct Part {
 }
 
 /// A polynomial in (x - c)/reach on a part of the axis, in f64 with one bound of all that it is off anywhere.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Polynomial<const N: usize> {
     coefficients: [f64; N],
     off: f64,

@@ -9,6 +9,8 @@ mod admissible;
 mod balance;
 mod cells;
 mod data;
+#[cfg(test)]
+mod data_tests;
 mod flux;
 mod goal;
 mod lift;

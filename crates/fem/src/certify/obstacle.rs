@@ -156,6 +156,8 @@ mod tests {
         for (base, psi) in [
             ("one-zone", "0.05-0.5*max(0,1-abs(x-0.53)*5000)"),
             ("one-zone", "if(x<0.53,0.2,-0.1)"),
+            ("one-zone", "if(sin(1e7*x)<0,-1,0)"),
+            ("one-zone-3d", "(x-0.1)^2"),
             ("one-zone-3d", "0.1*(x-0.4)^2+0.2*sin(5*x)*cos(4*y)"),
             ("one-zone-3d", "0.1*x+abs(y-0.3)"),
         ] {
@@ -176,8 +178,13 @@ mod tests {
                 }
                 let vertices = mesh.face(contact.face);
                 let mut random = crate::Random::new(contact.face as u64);
-                for _ in 0..500 {
-                    let mut weights = [random.next(), random.next(), random.next(), 0.0];
+                // Corners, edges and what is between them, and points anywhere.
+                let steps = (0..13 * 13).map(|k| [f64::from(k % 13), f64::from(k / 13)]);
+                let even = steps.filter(|[a, b]| a + b <= 12.0 && (mesh.dim == 3 || a + b == 12.0));
+                let even = even.map(|[a, b]| [a, b, 12.0 - a - b, 0.0]);
+                let even: Vec<[f64; 4]> = even.collect();
+                let anywhere = (0..500).map(|_| [random.next(), random.next(), random.next(), 0.0]);
+                for mut weights in even.into_iter().chain(anywhere) {
                     weights[mesh.dim..].fill(0.0);
                     let all: f64 = weights.iter().sum();
                     let (mut x, mut ceiling) = ([0.0; 3], 0.0);
@@ -194,6 +201,25 @@ mod tests {
                 lowered += usize::from(corners.into_iter().any(|(c, psi)| *c < psi.low - 1e-9));
             }
             assert!(lowered > 0, "{}", psi.text());
+        }
+    }
+
+    /// The mean of what no leaf resolves is not known, and its interval holds it: -1 on all but acos(0.9)/π of a period.
+    #[test]
+    fn means_hold_what_is_not_known() {
+        let scene = Scene::find("one-zone").unwrap();
+        let psi = Expression::parse("if(sin(1e7*x)<0.9,-1,0)").unwrap();
+        let scene = scene.with_data(Data {
+            psi,
+            ..scene.data().clone()
+        });
+        let mesh = scene.triangulation(Some(4)).unwrap();
+        let discretisation = Discretisation::of(&scene, Method::cr());
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let mean = -1.0 + 0.9_f64.acos() / std::f64::consts::PI;
+        for obstacle in obstacles(&problem, 0).unwrap().0 {
+            let Interval { low, high } = obstacle.mean;
+            assert!(low - 1e-3 <= mean && mean <= high + 1e-3, "{low} {high}");
         }
     }
 }

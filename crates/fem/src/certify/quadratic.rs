@@ -451,4 +451,22 @@ mod tests {
             }
         }
     }
+
+    /// What the values at the points are off by is more between them: in the middle of a triangle 5/3 of it.
+    #[test]
+    fn a_part_is_off_by_more_than_the_points() {
+        let third = 1.0 / 3.0;
+        let mut piece = [[0.0; 4]; 4];
+        (piece[0][0], piece[1][1]) = (1.0, 1.0);
+        piece[2] = [third, third, third, 0.0];
+        // The signs of P2's functions there.
+        let mut field = Quadratic::<2>::ZERO;
+        field.corners = [[-1.0; 2]; 4];
+        field.middles = [[1.0; 2]; 6];
+        let worst = field.at(&piece[2], 2)[0];
+        assert!((worst - 5.0 / 3.0).abs() < 1e-14);
+        let mut unknown = Quadratic::<2>::ZERO;
+        (unknown.off, unknown.size) = ([1.0; 2], [1.0; 2]);
+        assert!(unknown.on(&piece, 2).off.iter().all(|off| *off >= worst));
+    }
 }

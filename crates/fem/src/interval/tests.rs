@@ -145,3 +145,21 @@ fn extremes_between_the_ends_are_inside() {
         assert_eq!(largest, 1.0, "{k}");
     }
 }
+
+/// Roots and reciprocals in exact arithmetic: those rounded to nearest would be on one side alone.
+#[test]
+fn roots_and_reciprocals_hold_the_exact_ones() {
+    let mut random = crate::Random::new(5);
+    for _ in 0..2000 {
+        let x = 10f64.powf(200.0 * random.next() - 100.0);
+        let [of_x, one] = [x, 1.0].map(Big::of);
+        let root = Interval::at(x).sqrt();
+        let [low, high] = [root.low, root.high].map(Big::of);
+        assert!((&low * &low - of_x.clone()).at_most(0.0), "{x} {root:?}");
+        assert!((&high * &high - of_x.clone()).at_least(0.0), "{x} {root:?}");
+        let recip = Interval::at(x).recip();
+        let [low, high] = [recip.low, recip.high].map(Big::of);
+        assert!((&low * &of_x - one.clone()).at_most(0.0), "{x} {recip:?}");
+        assert!((&high * &of_x - one.clone()).at_least(0.0), "{x} {recip:?}");
+    }
+}

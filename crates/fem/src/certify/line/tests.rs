@@ -1,5 +1,6 @@
 use super::*;
 use crate::quadrature::{Piece, WHOLE, exact, parts};
+use crate::sixty_digits::Big;
 
 /// τ by quadrature, from f itself and p at the corners.
 pub(in super::super) fn tau_by_quadrature(
@@ -415,4 +416,116 @@ fn spots_are_charged() {
     assert_eq!(plain.spots, [0.0; 2]);
     assert!(found.spots[0] >= mean && found.spots[1] >= square);
     assert!(found.wave >= 7.0 && found.error <= plain.error);
+}
+
+/// A part of an axis whose ends are farther from the centre than rounding asks.
+fn part(skew: f64) -> Part {
+    Part {
+        ends: [0.3, 0.8],
+        centre: 0.55,
+        reach: 0.25 / (1.0 - skew),
+        skew: skew + 1e-12,
+        series: Polynomial {
+            coefficients: [0.0; ON_LINE],
+            off: 0.0,
+        },
+        error: 0.0,
+        is_rough: false,
+    }
+}
+
+/// Values at the ends are those there, not at ±1, and a primitive has the one it was given.
+#[test]
+fn ends_have_their_values() {
+    let of = Polynomial {
+        coefficients: [0.3, -1.1, 0.7, 0.4, -0.2, 0.6],
+        off: 0.0,
+    };
+    for skew in [0.0, 1e-3] {
+        let part = part(skew);
+        for (k, end) in [(0, -1.0), (1, 1.0)] {
+            let t = (part.ends[k] - part.centre) / part.reach;
+            let value = of.coefficients.iter().rev().fold(0.0, |sum, c| t * sum + c);
+            let found = part.at_end(&of, end);
+            assert!(
+                found.low - 1e-15 <= value && value <= found.high + 1e-15,
+                "{found:?} {value}"
+            );
+            let given = Interval::new(1.0, 1.5);
+            let whole = part.primitive(&of, given, end);
+            let there = part.at_end(&whole, end);
+            assert!(
+                there.low <= given.low && given.high <= there.high,
+                "{there:?}"
+            );
+        }
+    }
+}
+
+/// Of products, coefficients are off by no more than rounding, and values by what the factors are off, each times the other.
+#[test]
+fn products_are_off_by_what_their_factors_are() {
+    let mut random = crate::Random::new(8);
+    let mut random = || 2.0 * random.next() - 1.0;
+    for _ in 0..200 {
+        let mut of = |off: f64| Polynomial::<3> {
+            coefficients: std::array::from_fn(|_| random()),
+            off,
+        };
+        let (a, b) = (of(0.0), of(0.0));
+        let found: Polynomial<5> = a.times(&b);
+        let mut off = Big::of(0.0);
+        for (n, c) in found.coefficients.iter().enumerate() {
+            let terms = (0..3).filter(|i| (i..&(i + 3)).contains(&&n));
+            let terms = terms.map(|i| Big::of(a.coefficients[i]) * Big::of(b.coefficients[n - i]));
+            off = off + (terms.sum::<Big>() - Big::of(*c)).abs();
+        }
+        assert!(off.at_most(found.off), "{found:?}");
+        let (a, b) = (of(0.1), of(0.2));
+        let found: Polynomial<5> = a.times(&b);
+        let value = |of: &[f64], t: f64| of.iter().rev().fold(0.0, |sum, c| t * sum + c);
+        for t in [-1.0, -0.4, 0.0, 0.7, 1.0] {
+            for signs in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
+                let there = [value(&a.coefficients, t), value(&b.coefficients, t)];
+                let moved = (there[0] + 0.1 * signs[0]) * (there[1] + 0.2 * signs[1]);
+                let off = (moved - value(&found.coefficients, t)).abs();
+                assert!(off <= found.off, "{off} {found:?}");
+            }
+        }
+    }
+}
+
+/// p is not quite f for a constant f, nor are its values at corners quite p: both are in the error.
+#[test]
+fn what_p_is_off_is_in_the_error() {
+    let (mut random, mut off) = (crate::Random::new(9), [0; 2]);
+    for _ in 0..100 {
+        let mut corners = [0; 3].map(|_| random.next());
+        corners.sort_by(f64::total_cmp);
+        let [a, b, c] = corners;
+        let f = Expression::constant(0.1);
+        let of = Axis {
+            expression: &f,
+            axis: 0,
+            unit: 0,
+            aim: 1e-6,
+        };
+        let sides = [[a, b], [b, c]].map(|ends| of.parts(ends).unwrap());
+        let mut found = along(corners, [&sides[0], &sides[1]]).unwrap();
+        let centroid = corners.map(Big::of).into_iter().sum::<Big>() / Big::of(3.0);
+        let slope = Big::of(found.p[1]) * (centroid - Big::of(found.middle));
+        let apart = (Big::of(0.1) - Big::of(found.p[0]) - slope).abs();
+        assert!(apart.at_most(found.error), "{found:?}");
+        off[0] += usize::from(!apart.at_most(0.0));
+        (found.p, found.error) = ([0.1, 0.3], 0.0);
+        let (leaf, _) = found.on(&corners.map(|x| [x, x * x, 0.0]), 0);
+        for (value, x) in leaf.values.iter().zip(corners) {
+            let away = Big::of(x) - Big::of(found.middle);
+            let exact = Big::of(0.1) + Big::of(0.3) * away;
+            let apart = (exact - Big::of(*value)).abs();
+            assert!(apart.at_most(leaf.error), "{leaf:?}");
+            off[1] += usize::from(!apart.at_most(0.0));
+        }
+    }
+    assert!(off[0] > 5 && off[1] > 50, "{off:?}");
 }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::quadrature::{exact, parts};
+use crate::sixty_digits::Big;
 
 /// Points and weights of a composite rule on 4^dim parts.
 fn points(dim: usize) -> Vec<([f64; 4], f64)> {
@@ -96,4 +97,61 @@ fn models_hold_the_function() {
             }
         }
     }
+}
+
+/// The model of an expression on a triangle by so many derivatives.
+fn on_triangle(text: &str, corners: [[f64; 2]; 3], order: usize) -> Leaf {
+    let expression = Expression::parse(text).unwrap();
+    let mut vertices = [[0.0; 3]; 4];
+    for (vertex, [x, y]) in vertices.iter_mut().zip(corners) {
+        *vertex = [x, y, 0.0];
+    }
+    let domain = Domain {
+        expression: &expression,
+        vertices: Box::new(move |_| vertices),
+        measures: vec![1.0],
+        dim: 2,
+        space: 2,
+        unit: 0,
+    };
+    domain.model((0, &WHOLE), order, &domain.axes(), &mut Boxes::default())
+}
+
+/// What a derivative at the centre is not known to: x + 1e9 - 1e9 is x up to 1e-7.
+#[test]
+fn what_derivatives_are_off_is_in_the_error() {
+    let c = 0.3125 + 0.5_f64.powi(25);
+    let x = [c - 0.0625, c + 0.0625, c + 0.03];
+    let corners = [[x[0], 0.0], [x[1], 0.1], [x[2], 1.0]];
+    let leaf = on_triangle(&format!("((x+1e9)-1e9)*(x-{c:?})"), corners, AT_FIRST);
+    // The mean of x (x - c) less that of p.
+    let sum: f64 = x.iter().sum();
+    let squares: f64 = x.iter().map(|x| x * x).sum();
+    let mean = (squares + sum * sum) / 12.0 - c * sum / 3.0;
+    let off = (mean - leaf.values[..3].iter().sum::<f64>() / 3.0).abs();
+    assert!(1e-12 < off && off <= leaf.error, "{off} {leaf:?}");
+}
+
+/// The mean of a cube counts where the wave is largest: t³ has the mean 1/5 where t is -1, 1 and 1 at the corners.
+#[test]
+fn the_mean_is_part_of_the_wave() {
+    let corners = [[-0.75, 0.0], [1.25, 0.1], [1.25, 1.0]];
+    let leaf = on_triangle("(x-0.25)^3", corners, MOST);
+    assert!((leaf.values[0] - 0.2).abs() < 1e-14);
+    assert!(leaf.wave >= 1.2 - 1e-14, "{leaf:?}");
+}
+
+/// x + y is exact but at the corners.
+#[test]
+fn what_corners_are_off_is_in_the_error() {
+    let (mut random, mut off) = (crate::Random::new(6), 0);
+    for _ in 0..100 {
+        let [x, y] = [0; 2].map(|_| 0.1875 + 0.125 * random.next());
+        let corners = [[0.1875; 2], [0.3125; 2], [x, y]];
+        let leaf = on_triangle("x+y", corners, AT_FIRST);
+        let apart = (Big::of(x) + Big::of(y) - Big::of(leaf.values[2])).abs();
+        assert!(apart.at_most(leaf.error), "{x} {y} {leaf:?}");
+        off += usize::from(!apart.at_most(0.0));
+    }
+    assert!(off > 20, "{off}");
 }

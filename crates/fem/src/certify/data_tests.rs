@@ -1,0 +1,224 @@
+//! What data hide between samples, and what is not known of them: all of it is in the bounds.
+
+use super::line::Carried;
+use super::model::Leaf;
+use super::simplex::Simplex;
+use super::tests::{solved, square};
+use super::*;
+use crate::contact::{Discretisation, Method, Problem};
+use crate::quadrature::exact;
+use crate::scene::{Part, Scene};
+
+fn certificate(scene: &Scene, method: &str, n: usize) -> Result<Certificate> {
+    let mesh = scene.triangulation(Some(n))?;
+    let problem = Problem::new(
+        scene,
+        &mesh,
+        &Discretisation::of(scene, method.parse().unwrap()),
+    )?;
+    let u = solved(&problem);
+    certify(&problem, &u)
+}
+
+/// Data that no sample on the mesh shows: ‖∇u‖ of each from a series or a closed form, not from a mesh.
+#[test]
+fn data_between_the_samples_are_in_the_interval() {
+    for (f, t, truth, width) in [
+        // One step next to a cell's edge; a band; a band with nothing else; a smooth peak; a patch of traction.
+        ("-1-if(y<0.501,0,5)", "0", 1.551_348_336, 0.01),
+        ("-1-if(abs(y-0.5)<0.001,500,0)", "0", 1.258_0, 0.4),
+        ("-1-1e6*exp(-((x-0.5)^2+(y-0.5)^2)*1e6)", "0", 3.936_7, 2.2),
+        (
+            "-1",
+            "-if(x>0.9,if(abs(y-0.5)<0.002,250,0),0)",
+            1.858_162,
+            1.8,
+        ),
+    ] {
+        let [low, high] = certificate(&square(f, t, "0", "0"), "cr", 16)
+            .unwrap()
+            .gradient;
+        println!("{f} {t}: [{low}, {high}] {truth}");
+        assert!(
+            low <= truth && truth <= high,
+            "{f} {t}: [{low}, {high}] {truth}"
+        );
+        assert!(high - low < width, "{f} {t}: [{low}, {high}]");
+    }
+}
+
+/// What is not known on spots is part of the error's mean, of what is off its mean, and of (f, z).
+#[test]
+fn spots_are_part_of_all_bounds() {
+    let mesh = Scene::find("one-zone").unwrap().triangulation(Some(2));
+    let mesh = mesh.unwrap();
+    let simplex = Simplex::new(&mesh, 0);
+    let [mean, square] = [0.3, 2.0];
+    let carried = Carried {
+        square: Interval::at(1e-6),
+        flat: [Interval::ZERO; 3],
+        bubbles: [Interval::ZERO; 3],
+        spots: [mean, square],
+    };
+    let tree = Tree {
+        whole: Leaf {
+            error: 0.1,
+            swell: 0.7,
+            ..Leaf::default()
+        },
+        carried: Some(Box::new(carried)),
+        ..Tree::default()
+    };
+    let found = balance::balance(&simplex, &tree, 0.0, |_, value| Interval::at(value));
+    assert!(found.error >= 0.1 + mean && found.error < 0.401);
+    // ‖e‖ C h
+    let spread = simplex.diameter / 3.831_705_970_207_512 * (simplex.measure.mid() * square).sqrt();
+    assert!((found.spread / spread - 1.0).abs() < 1e-12);
+    let load = mean_of_product(&tree, &[2.0, 2.0, 2.0].map(Interval::at), None);
+    assert!(load.low <= -0.8 && load.high >= 0.8);
+}
+
+/// Data that jump along one axis take no parts of cells, and hardly widen the interval.
+#[test]
+fn steps_along_an_axis_take_no_leaves() {
+    // ‖∇u‖² = ∫ (∫ -f)² from the bottom, where nothing touches.
+    for (f, truth, width) in [
+        ("-1-if(y<0.501,0,5)", 1.551_348_336_125_707, 2e-5),
+        ("-1-if(abs(y-0.5)<0.001,500,0)", 1.258_173_146_536_941, 0.2),
+        ("-if(abs(y-0.5)<0.001,500,0)", 0.706_871_039_629_342, 0.4),
+    ] {
+        let scene = square(f, "0", "0", "0");
+        let mesh = scene.triangulation(Some(16)).unwrap();
+        let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::cr()));
+        let problem = problem.unwrap();
+        let data = PreparedData::new(&problem).unwrap();
+        assert!(data.trees.iter().all(|tree| !tree.is_cut()), "{f}");
+        let carried = data.trees.iter().flat_map(|tree| &tree.carried);
+        assert!(carried.filter(|c| c.spots[0] > 0.0).count() >= 16, "{f}");
+        let [low, high] = certify(&problem, &solved(&problem)).unwrap().gradient;
+        println!("{f}: [{low}, {high}] {truth}");
+        assert!(
+            low <= truth && truth <= high,
+            "{f}: [{low}, {high}] {truth}"
+        );
+        assert!(high - low < width, "{f}: [{low}, {high}]");
+    }
+}
+
+#[test]
+fn tiny_data_have_their_bounds() {
+    let tiny = square("1e-160*sin(3*x)*cos(2*y)-1e-160", "0", "0", "0");
+    let plain = square("sin(3*x)*cos(2*y)-1", "0", "0", "0");
+    let [tiny, plain] = [&tiny, &plain].map(|scene| certificate(scene, "cr-fc", 8).unwrap());
+    for (a, b) in [
+        (tiny.g, plain.g),
+        (tiny.gradient[0], plain.gradient[0]),
+        (tiny.gradient[1], plain.gradient[1]),
+    ] {
+        assert!((a * 1e160 / b - 1.0).abs() < 1e-6, "{a} {b}");
+    }
+}
+
+/// A weight that is known up to a radius makes (f, z) as wide.
+#[test]
+fn what_weights_are_off_is_in_the_load() {
+    let tree = Tree {
+        whole: Leaf {
+            values: [1.0; 4],
+            ..Leaf::default()
+        },
+        ..Tree::default()
+    };
+    let load = mean_of_product(&tree, &[Interval::new(1.0, 2.0); 3], None);
+    assert!(load.low <= 1.0 && load.high >= 2.0, "{load:?}");
+}
+
+/// (t, z) on faces of Γ_N holds quadrature's where t is no line, and the mean of what no samples resolve.
+#[test]
+fn loads_of_faces_hold_what_is_no_line_or_not_known() {
+    // The second is -1 on all but acos(0.9)/π of a period.
+    let of_steps = -1.0 + 0.9_f64.acos() / std::f64::consts::PI;
+    for (t, mean) in [("y^3", None), ("if(sin(1e7*y)<0.9,-1,0)", Some(of_steps))] {
+        let scene = square("-1", t, "0", "0");
+        let mesh = scene.triangulation(Some(2)).unwrap();
+        let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::cr()));
+        let problem = problem.unwrap();
+        let u = problem.start();
+        let data = PreparedData::new(&problem).unwrap();
+        let mut solver = Fluxes::new(&problem);
+        let fields = CellFields::new(&problem, &u, Cow::Owned(data), &mut solver).unwrap();
+        assert_eq!(fields.data.tractions.len(), 4);
+        let mut most = 0.0_f64;
+        for traction in &fields.data.tractions {
+            let (geometry, cell) = (mesh.geometry(traction.cell), traction.cell);
+            let local = mesh.local_face(cell, traction.face);
+            let [j, k] = [(local + 1) % 3, (local + 2) % 3];
+            let measure = geometry.face_measure(local);
+            let all = if mean.is_some() {
+                vec![[1.0; 4]]
+            } else {
+                vec![
+                    [1.0, -0.5, 0.3, 0.0],
+                    [-0.2, 0.7, 1.0, 0.0],
+                    [1.0, 1.0, -1.0, 0.0],
+                ]
+            };
+            for z in all {
+                let quadrature: f64 = exact(1, 9)
+                    .iter()
+                    .map(|([p, q, ..], weight)| {
+                        let mut lambda = [0.0; 4];
+                        (lambda[j], lambda[k]) = (p, q);
+                        let t = scene.data().t.value(geometry.point(&lambda));
+                        weight * measure * t * (p * z[j] + q * z[k])
+                    })
+                    .sum();
+                let (truth, room) = match mean {
+                    Some(mean) => (mean * measure, 1e-3),
+                    None => (quadrature, 1e-9),
+                };
+                let found = load_of_face(&fields, traction, &z.map(Interval::at));
+                assert!(
+                    found.low - room <= truth && truth <= found.high + room,
+                    "{t}: {found:?} {truth}"
+                );
+                most = most.max((found.mid() - truth).abs());
+            }
+        }
+        // What p has is not enough.
+        assert!(most > 1e-5, "{t} {most}");
+    }
+}
+
+/// λ = σ·n is nowhere above 0 on Γ_C however rough u_h is, and half of its mean at least; σ·n on Γ_N is what it was without s.
+#[test]
+fn the_stream_keeps_the_signs_and_means_of_fluxes() {
+    let scene = square("-1", "0", "0", "0");
+    let mesh = scene.triangulation(Some(8)).unwrap();
+    let discretisation = Discretisation::of(&scene, "p2".parse().unwrap());
+    let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+    let mut random = crate::Random::new(3);
+    let rough = |(u, g): (f64, &Option<f64>)| g.unwrap_or(u + 2.0 * random.next() - 1.0);
+    let u = solved(&problem).into_iter().zip(&problem.dirichlet);
+    let u: Vec<f64> = u.map(rough).collect();
+    let data = PreparedData::new(&problem).unwrap();
+    let mut solver = Fluxes::new(&problem);
+    let fields = CellFields::new(&problem, &u, Cow::Owned(data), &mut solver).unwrap();
+    let stream = fields.stream.as_ref().unwrap();
+    let mut at_most = 0;
+    for contact in &problem.contact {
+        let local = mesh.local_face(contact.cell, contact.face);
+        let total = fields.fluxes_of(&fields.fluxes, contact.cell)[local];
+        let off = 4.0 * stream.faces[contact.face].abs();
+        assert!(
+            total <= 0.0 && off <= -0.5 * total * (1.0 + 1e-12),
+            "{total} {off}"
+        );
+        at_most += usize::from(total < 0.0 && off > -0.49 * total);
+    }
+    assert!(at_most > 0);
+    for face in (0..mesh.face_count()).filter(|&f| problem.parts[f] == Some(Part::Neumann)) {
+        let [a, b] = [0, 1].map(|k| stream.vertices[mesh.face(face)[k] as usize]);
+        assert!(a == b && stream.faces[face] == 0.0, "{a} {b}");
+    }
+}
