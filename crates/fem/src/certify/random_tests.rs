@@ -397,7 +397,9 @@ fn error(problem: &Problem, u: &[f64], exact: &Expression, made: &Made) -> f64 {
         let (geometry, local) = (mesh.geometry(cell), space.local(cell, u));
         let at = |lambda: &[f64; 4]| -> f64 {
             let of_exact = nalgebra::Vector3::from(exact.gradient(geometry.point(lambda)));
-            (of_exact - combine(&space.gradients(&geometry, lambda), &local)).norm_squared()
+            let off = of_exact - combine(&space.gradients(&geometry, lambda), &local);
+            // The square of 1e-165 is no number.
+            (off / made.scale).norm_squared()
         };
         let on = |piece: &Piece| -> f64 {
             let inside = |inner: &[f64; 4]| -> [f64; 4] {
@@ -432,7 +434,7 @@ fn error(problem: &Problem, u: &[f64], exact: &Expression, made: &Made) -> f64 {
         geometry.measure() * sum
     };
     let cells = (0..mesh.cell_count()).into_par_iter();
-    cells.map(of_cell).sum::<f64>().sqrt()
+    made.scale * cells.map(of_cell).sum::<f64>().sqrt()
 }
 
 /// The bound of u_h over its error, in 2D, and whether the mesh resolves the data: u_h is better than nothing, and what no
@@ -451,7 +453,10 @@ fn effectivity(seed: u64, method: &str) -> Option<(f64, bool, String)> {
     let certificate = certify(&problem, &u).ok()?;
     let exact = Expression::parse(&made.text([0; 3])).unwrap();
     let error = error(&problem, &u, &exact, &made);
-    let about = format!("seed {seed}, {method}, n = {n}, {:?}", made.terms);
+    let about = format!(
+        "seed {seed}, {method}, n = {n}, {:?} {:?}",
+        made.scale, made.terms
+    );
     let parts = certificate.parts;
     let is_resolved = error < made.truth()[0] * made.scale
         && parts.oscillation + parts.unknown < 0.2 * parts.misfit;
