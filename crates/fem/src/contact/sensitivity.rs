@@ -11,7 +11,7 @@ use super::system::{System, Weights, largest};
 use crate::linear::Settings;
 use faceoff_mesh::error::Result;
 
-/// What one choice of signs moves u by where no other is worth a look: five digits below what [`super::solve()`] minds.
+/// What one choice of signs moves u by where no other is worth a look: five digits below what matters to [`super::solve()`].
 const NEGLIGIBLE: f64 = 1e-7;
 
 /// How far rounding in the contact terms moves u. No backward error sees it: a row in which γ∂ₙu∂ₙv is 1e16 times the
