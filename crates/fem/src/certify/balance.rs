@@ -477,7 +477,7 @@ mod tests {
         }
     }
 
-    /// Halves whose means are ±a and δ apart from that: f64 has no 2⁻⁴ beside 1e15, and what τ is off is charged everywhere.
+    /// f64 has no 1e15 + 2⁻⁴: what the divergence of τ is off by is charged as unknown.
     #[test]
     fn what_rounding_leaves_beside_tau_is_charged() {
         let of = |value: f64| Leaf {

@@ -29,6 +29,8 @@ mod simplex;
 mod sixty_digits_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod theorem_tests;
 
 use std::borrow::Cow;
 

@@ -156,7 +156,10 @@ pub(super) fn solved(problem: &Problem) -> Vec<f64> {
 }
 
 /// The certificate of a field, and the fields it is of.
-fn certified<'a>(problem: &'a Problem<'a>, u: &[f64]) -> Result<(Certificate, CellFields<'a>)> {
+pub(super) fn certified<'a>(
+    problem: &'a Problem<'a>,
+    u: &[f64],
+) -> Result<(Certificate, CellFields<'a>)> {
     let data = PreparedData::new(problem)?;
     let mut solver = Fluxes::new(problem);
     let fields = CellFields::new(problem, u, Cow::Owned(data), &mut solver)?;

@@ -2,6 +2,37 @@ use super::*;
 use crate::quadrature::{Piece, WHOLE, exact, parts};
 use crate::sixty_digits::Big;
 
+/// An expression along x, up to this error.
+fn along_x(expression: &Expression, aim: f64) -> Axis<'_> {
+    Axis {
+        expression,
+        axis: 0,
+        unit: 0,
+        aim,
+    }
+}
+
+/// Σ c_k t^k
+fn value(coefficients: &[f64], t: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| t * sum + c)
+}
+
+/// A part of an axis whose ends are farther from the centre than rounding asks.
+fn part(skew: f64) -> Part {
+    Part {
+        ends: [0.3, 0.8],
+        centre: 0.55,
+        reach: 0.25 / (1.0 - skew),
+        skew: skew + 1e-12,
+        series: Polynomial {
+            coefficients: [0.0; ON_LINE],
+            off: 0.0,
+        },
+        error: 0.0,
+        is_rough: false,
+    }
+}
+
 /// τ by quadrature, from f itself and p at the corners.
 pub(in super::super) fn tau_by_quadrature(
     f: impl Fn([f64; 3]) -> f64,
@@ -195,12 +226,7 @@ fn moments_are_off_by_no_more_than_the_error() {
     let corners = [[0.3, 0.1, 0.0], [0.5, 0.4, 0.0], [1.1, -0.2, 0.0]];
     for text in ["sin(17*x)", "exp(-30*(x-0.6)^2)", "1/(0.01+x^2)"] {
         let f = Expression::parse(text).unwrap();
-        let of = Axis {
-            expression: &f,
-            axis: 0,
-            unit: 0,
-            aim: 0.2,
-        };
+        let of = along_x(&f, 0.2);
         let [a, b, c] = corners.map(|x| x[0]);
         let sides = [[a, b], [b, c]].map(|ends| of.parts(ends).unwrap());
         let found = along([a, b, c], [&sides[0], &sides[1]]).unwrap();
@@ -227,20 +253,8 @@ fn moments_are_off_by_no_more_than_the_error() {
 #[test]
 fn tips_hold_what_s_may_be() {
     let coefficients = [0.3, -1.1, 0.7, 0.4, -0.2];
-    let [from, to] = [0.3, 0.8];
-    let (centre, reach) = (0.55, 0.25 * (1.0 + 1e-15));
-    let part = Part {
-        ends: [from, to],
-        centre,
-        reach,
-        skew: 1e-15,
-        series: Polynomial {
-            coefficients,
-            off: 0.0,
-        },
-        error: 0.0,
-        is_rough: false,
-    };
+    let part = part(1e-15);
+    let ([from, to], centre, reach) = (part.ends, part.centre, part.reach);
     // ℓ ∫ Φ²/w by Gauss' rule within Gauss' rule: exact for polynomials of degree 9, on so many parts.
     let (rule, count) = (exact(1, 9), 20);
     let integral = |from: f64, to: f64, of: &dyn Fn(f64) -> f64| -> f64 {
@@ -257,7 +271,7 @@ fn tips_hold_what_s_may_be() {
             let of = |delta: &dyn Fn(f64) -> f64| {
                 let s = |x: f64| {
                     let t = (x - centre) / reach;
-                    coefficients.iter().rev().fold(0.0, |sum, c| t * sum + c) + delta(x)
+                    value(&coefficients, t) + delta(x)
                 };
                 let weighted = |d: f64| {
                     let x = if tip == 0 { at_tip + d } else { at_tip - d };
@@ -297,22 +311,12 @@ fn what_has_no_bound_is_not_modelled() {
         "abs(x-0.37)^0.25",
     ] {
         let f = Expression::parse(text).unwrap();
-        let of = Axis {
-            expression: &f,
-            axis: 0,
-            unit: 0,
-            aim: 1e-3,
-        };
+        let of = along_x(&f, 1e-3);
         assert!(of.parts([0.0, 1.0]).is_none(), "{text}");
     }
     // An `if` that is decided on each side of a corner is smooth there.
     let f = Expression::parse("if(x<0.5123,sin(9*x),cos(9*x))").unwrap();
-    let of = Axis {
-        expression: &f,
-        axis: 0,
-        unit: 0,
-        aim: 1e-6,
-    };
+    let of = along_x(&f, 1e-6);
     for ends in [[0.0, 0.5123], [0.5123, 1.0]] {
         let parts = of.parts(ends).unwrap();
         assert!(parts.iter().all(|part| !part.is_rough));
@@ -328,12 +332,7 @@ fn jumps_are_in_short_parts() {
         ("if(x<0.300001,5,1)", 4.0, 0.300001),
     ] {
         let f = Expression::parse(text).unwrap();
-        let of = Axis {
-            expression: &f,
-            axis: 0,
-            unit: 0,
-            aim: 1e-5,
-        };
+        let of = along_x(&f, 1e-5);
         let [a, b, c] = corners.map(|x| x[0]);
         let sides = [[a, b], [b, c]].map(|ends| of.parts(ends).unwrap());
         let rough: Vec<&Part> = sides.iter().flatten().filter(|p| p.is_rough).collect();
@@ -393,12 +392,7 @@ fn jumps_are_in_short_parts() {
 #[test]
 fn spots_are_charged() {
     let f = Expression::parse("1+sin(3*x)").unwrap();
-    let of = Axis {
-        expression: &f,
-        axis: 0,
-        unit: 0,
-        aim: 1e-4,
-    };
+    let of = along_x(&f, 1e-4);
     let [a, b, c] = [0.0, 0.25, 1.0];
     let mut sides = [[a, b], [b, c]].map(|ends| of.parts(ends).unwrap());
     let plain = along([a, b, c], [&sides[0], &sides[1]]).unwrap();
@@ -418,22 +412,6 @@ fn spots_are_charged() {
     assert!(found.wave >= 7.0 && found.error <= plain.error);
 }
 
-/// A part of an axis whose ends are farther from the centre than rounding asks.
-fn part(skew: f64) -> Part {
-    Part {
-        ends: [0.3, 0.8],
-        centre: 0.55,
-        reach: 0.25 / (1.0 - skew),
-        skew: skew + 1e-12,
-        series: Polynomial {
-            coefficients: [0.0; ON_LINE],
-            off: 0.0,
-        },
-        error: 0.0,
-        is_rough: false,
-    }
-}
-
 /// Values at the ends are those there, not at ±1, and a primitive has the one it was given.
 #[test]
 fn ends_have_their_values() {
@@ -445,7 +423,7 @@ fn ends_have_their_values() {
         let part = part(skew);
         for (k, end) in [(0, -1.0), (1, 1.0)] {
             let t = (part.ends[k] - part.centre) / part.reach;
-            let value = of.coefficients.iter().rev().fold(0.0, |sum, c| t * sum + c);
+            let value = value(&of.coefficients, t);
             let found = part.at_end(&of, end);
             assert!(
                 found.low - 1e-15 <= value && value <= found.high + 1e-15,
@@ -462,7 +440,7 @@ fn ends_have_their_values() {
     }
 }
 
-/// Of products, coefficients are off by no more than rounding, and values by what the factors are off, each times the other.
+/// The coefficients of a product are off by rounding, its values by what each factor is off times the other.
 #[test]
 fn products_are_off_by_what_their_factors_are() {
     let mut random = crate::Random::new(8);
@@ -483,7 +461,6 @@ fn products_are_off_by_what_their_factors_are() {
         assert!(off.at_most(found.off), "{found:?}");
         let (a, b) = (of(0.1), of(0.2));
         let found: Polynomial<5> = a.times(&b);
-        let value = |of: &[f64], t: f64| of.iter().rev().fold(0.0, |sum, c| t * sum + c);
         for t in [-1.0, -0.4, 0.0, 0.7, 1.0] {
             for signs in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
                 let there = [value(&a.coefficients, t), value(&b.coefficients, t)];
@@ -504,12 +481,7 @@ fn what_p_is_off_is_in_the_error() {
         corners.sort_by(f64::total_cmp);
         let [a, b, c] = corners;
         let f = Expression::constant(0.1);
-        let of = Axis {
-            expression: &f,
-            axis: 0,
-            unit: 0,
-            aim: 1e-6,
-        };
+        let of = along_x(&f, 1e-6);
         let sides = [[a, b], [b, c]].map(|ends| of.parts(ends).unwrap());
         let mut found = along(corners, [&sides[0], &sides[1]]).unwrap();
         let centroid = corners.map(Big::of).into_iter().sum::<Big>() / Big::of(3.0);
