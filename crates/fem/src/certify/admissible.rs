@@ -4,7 +4,7 @@
 use super::data::PreparedData;
 use super::refusal;
 use crate::assembly::{Stiffness, sum_over_cells};
-use crate::contact::Problem;
+use crate::contact::{ContactFace, Problem};
 use crate::element::Space;
 use crate::interval::Interval;
 use crate::linear::{KrylovStop, conjugate_gradients};
@@ -43,53 +43,52 @@ pub(super) struct Admissible {
     pub faces: Vec<f64>,
 }
 
-/// v for u in the data's unit: u_h itself, averaged over the cells around if it is not of P2, as high as may be where λ < 0
-/// (so that <λ, v-ψ> vanishes), brought nearer to the least energy by a few steps of conjugate gradients preconditioned
-/// by the diagonal.
+/// v from what is near u in a space: as high as may be where λ < 0 and that pays (so that <λ, v-ψ> vanishes), and
+/// brought nearer to the least energy by a few steps of conjugate gradients preconditioned by the diagonal.
 ///
 /// # Errors
 /// g above ψ where Γ_D meets Γ_C: then no function keeps both.
 pub(super) fn admissible(
     problem: &Problem,
-    u: &[f64],
+    mut v: Vec<f64>,
     lambda: &[f64],
     data: &PreparedData,
     stiffness: &Stiffness,
+    diagonal: &[f64],
 ) -> Result<Admissible> {
     let (mesh, space) = (problem.space.mesh, stiffness.space());
     let bounds = bounds(problem, data)?;
     let is_quadratic = space.element.degree() == 2;
     let first = mesh.points.len();
-    let mut v = if is_quadratic && problem.space.element.degree() == 2 {
-        u.to_vec()
-    } else {
-        averages(problem, u)
-    };
-    if v.len() < space.dofs {
-        v.resize(space.dofs, 0.0);
-        let (vertices, middles) = v.split_at_mut(first);
-        let middles = middles.par_iter_mut().enumerate();
-        middles.for_each(|(face, v)| *v = flat(mesh, face, vertices));
+    // -<λ, φ_i>_C
+    let mut pressure = vec![0.0; first];
+    for (contact, lambda) in problem.contact.iter().zip(lambda) {
+        for &vertex in mesh.face(contact.face) {
+            pressure[vertex as usize] -= lambda * contact.measure / mesh.dim as f64;
+        }
     }
     let mut held = vec![false; v.len()];
-    let pressed = problem.contact.iter().zip(lambda);
-    for (contact, _) in pressed.filter(|(_, lambda)| **lambda < 0.0) {
-        let vertices = mesh.face(contact.face).iter();
-        vertices.for_each(|&vertex| held[vertex as usize] = true);
-    }
-    for ((v, bound), held) in v.iter_mut().zip(&bounds).zip(&mut held) {
+    for (i, (v, bound)) in v.iter_mut().zip(&bounds).enumerate() {
         match *bound {
             Bound::Free => {}
-            Bound::Fixed(g) => (*v, *held) = (g.mid(), true),
+            Bound::Fixed(g) => (*v, held[i]) = (g.mid(), true),
             Bound::Below(ceiling) => {
-                *held |= *v >= ceiling;
-                *v = if *held { ceiling } else { *v };
+                // M² + 4B, the square of the bound of 2G: ‖∇φ_i‖² gap² where v is drawn up and u_h was right, or the gap.
+                let gap = ceiling - *v;
+                if gap <= 0.0 || 4.0 * pressure[i] > diagonal[i] * gap {
+                    (*v, held[i]) = (ceiling, true);
+                }
             }
         }
     }
+    let is_pressed = |(contact, lambda): (&ContactFace, &f64)| {
+        let mut ends = mesh.face(contact.face).iter();
+        *lambda < 0.0 && ends.all(|&vertex| held[vertex as usize])
+    };
+    let pressed: Vec<bool> = problem.contact.iter().zip(lambda).map(is_pressed).collect();
     if is_quadratic {
         let mut faces = bubbles(space, &v);
-        for face in constrain(problem, data, lambda, &v, &mut faces) {
+        for face in constrain(problem, data, &pressed, &v, &mut faces) {
             let dof = first + face;
             (v[dof], held[dof]) = (flat(mesh, face, &v) + faces[face], true);
         }
@@ -110,9 +109,26 @@ pub(super) fn admissible(
     };
     if !faces.is_empty() {
         let highest: Vec<f64> = vertices.iter().map(|v| v.high).collect();
-        constrain(problem, data, lambda, &highest, &mut faces);
+        constrain(problem, data, &pressed, &highest, &mut faces);
     }
     Ok(Admissible { vertices, faces })
+}
+
+/// u_h in the space of v, without any constraint: itself where it is of P2, else averaged over the cells around.
+pub(super) fn near(problem: &Problem, u: &[f64], space: &Space) -> Vec<f64> {
+    let mesh = problem.space.mesh;
+    if space.element.degree() == 2 && problem.space.element.degree() == 2 {
+        return u.to_vec();
+    }
+    let mut v = averages(problem, u);
+    if v.len() < space.dofs {
+        let first = v.len();
+        v.resize(space.dofs, 0.0);
+        let (vertices, middles) = v.split_at_mut(first);
+        let middles = middles.par_iter_mut().enumerate();
+        middles.for_each(|(face, v)| *v = flat(mesh, face, vertices));
+    }
+    v
 }
 
 /// Half the sum of the values at the ends of a face.
@@ -133,12 +149,12 @@ pub(super) fn bubbles(space: &Space, v: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Makes b that of g on Γ_D, and that of ψ where λ < 0; elsewhere on Γ_C no larger than where v is below ψ for sure: the
+/// Makes b that of g on Γ_D, and that of ψ on pressed faces; elsewhere on Γ_C no larger than where v is below ψ for sure: the
 /// coefficients of Bernstein of v and of the linear function of the ceilings are compared. Returns the faces whose b that gives.
 fn constrain(
     problem: &Problem,
     data: &PreparedData,
-    lambda: &[f64],
+    pressed: &[bool],
     vertices: &[f64],
     faces: &mut [f64],
 ) -> Vec<usize> {
@@ -147,8 +163,8 @@ fn constrain(
         (0..faces.len()).filter(|&face| problem.parts[face] == Some(Part::Dirichlet));
     let mut held: Vec<usize> = on_dirichlet.collect();
     held.iter().for_each(|&face| faces[face] = data.bend(face));
-    let pairs = problem.contact.iter().zip(&data.obstacles).zip(lambda);
-    for ((contact, obstacle), lambda) in pairs {
+    let pairs = problem.contact.iter().zip(&data.obstacles).zip(pressed);
+    for ((contact, obstacle), &is_pressed) in pairs {
         let ends = mesh.face(contact.face).iter().zip(obstacle.ceiling);
         let gaps: Interval = ends
             .map(|(&vertex, ceiling)| {
@@ -158,8 +174,8 @@ fn constrain(
         let bend = data.bend(contact.face);
         let most = (Interval::at(bend) + 0.25 * gaps).low;
         let b = &mut faces[contact.face];
-        if *lambda < 0.0 || *b >= most {
-            *b = if *lambda < 0.0 { bend.min(most) } else { most };
+        if is_pressed || *b >= most {
+            *b = if is_pressed { bend.min(most) } else { most };
             held.push(contact.face);
         }
     }

@@ -1,16 +1,19 @@
 //! What v may be on the contact faces: a linear function that is nowhere above ψ, or ψ itself by a lift.
 //!
 //! In 2D v is ψ's interpolant and its lift where ψ is not linear. Where there is no lift, in 3D and where ψ jumps or has a
-//! spike, v stays below ψ by as much as its interpolant is above it somewhere on the face: that costs <λ, v-ψ>.
+//! spike, v stays below ψ by as much as its interpolant is above it somewhere on the face: that costs <λ, v-ψ>. A lift is part
+//! of v whether v touches ψ or not, so for each field the lifts go that cost more than a line below ψ ([`fitted`]).
 
-use super::lift::{Lift, lift};
-use super::model::{Domain, Effort};
+use super::data::PreparedData;
+use super::lift::{self, Lift, lift};
+use super::model::{Domain, Effort, Leaf, Tree};
 use super::refusal;
 use super::simplex::Simplex;
 use crate::contact::Problem;
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::scene::Part;
 use faceoff_mesh::error::Result;
+use std::borrow::Cow;
 
 /// What v stays below ψ for rounding alone, relative to the largest |ψ| on the face.
 const ROUNDING: f64 = 1e-12;
@@ -19,7 +22,7 @@ const MORE: usize = 20_000;
 const PER_FACE: usize = 32;
 
 /// ψ on a contact face.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Obstacle {
     /// v at the vertices is at most this, by the mesh's order of the face.
     pub ceiling: [f64; 4],
@@ -29,6 +32,8 @@ pub(super) struct Obstacle {
     pub is_lifted: bool,
     /// The mean of ψ.
     pub mean: Interval,
+    /// Where there is a lift, that ψ is nowhere below the polygon of these values at these s from one vertex to the other.
+    pub polygon: Vec<[f64; 2]>,
 }
 
 /// ψ on all contact faces, and its lifts.
@@ -42,6 +47,7 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
         values: [Interval::ZERO; 4],
         is_lifted: false,
         mean: Interval::ZERO,
+        polygon: Vec::new(),
     };
     if psi.is_zero() {
         return Ok((vec![zero; problem.contact.len()], Vec::new()));
@@ -71,7 +77,7 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
     let (mut obstacles, mut lifts) = (Vec::new(), Vec::new());
     for (contact, tree) in problem.contact.iter().zip(&trees) {
         let face = mesh.face(contact.face);
-        let mut obstacle = zero;
+        let mut obstacle = zero.clone();
         for (value, &vertex) in obstacle.values.iter_mut().zip(face) {
             let at = mesh.points[vertex as usize].map(Interval::at);
             *value = psi.range(at).times_power_of_two(unit);
@@ -80,12 +86,12 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
         let (mut drop, mut size, mut means) = (0.0_f64, 0.0_f64, Interval::ZERO);
         tree.for_each(&mut |node, piece, share| {
             let leaf = tree.leaf(node);
-            let slack = Interval::at(leaf.wave) + Interval::at(leaf.error);
+            let below = from_below(leaf);
             for j in 0..mesh.dim {
                 let linear: Interval = (0..mesh.dim)
                     .map(|i| piece[j][i] * obstacle.values[i])
                     .sum();
-                drop = drop.max((linear - Interval::at(leaf.values[j]) + slack).high);
+                drop = drop.max((linear - below[j]).high);
                 size = size.max(leaf.values[j].abs());
             }
             let sum: Interval = leaf.values[..mesh.dim]
@@ -115,6 +121,7 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
             {
                 lifts.extend(lift);
                 obstacle.is_lifted = true;
+                obstacle.polygon = polygon(tree);
             }
         }
         obstacle.mean = means;
@@ -136,6 +143,128 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
     Ok((obstacles, lifts))
 }
 
+/// The linear function of these values at the corners is nowhere above ψ on a leaf.
+fn from_below(leaf: &Leaf) -> [Interval; 4] {
+    let slack = Interval::at(leaf.wave) + Interval::at(leaf.error);
+    leaf.values.map(|value| Interval::at(value) - slack)
+}
+
+/// ψ on the leaves of a face from below: linear between these values, where it may have two at an s.
+fn polygon(tree: &Tree) -> Vec<[f64; 2]> {
+    let mut polygon = Vec::new();
+    tree.for_each(&mut |node, piece, _| {
+        let corners = piece.iter().zip(from_below(tree.leaf(node)));
+        polygon.extend(corners.take(2).map(|(corner, psi)| [corner[1], psi.low]));
+    });
+    polygon
+}
+
+/// The data for one field, about v in the space of `diagonal` = ‖∇φ_i‖², whose flux on the contact faces is λ: without the lifts
+/// that cost more than a line below ψ. Off by δ_i at a vertex or the middle of a face v adds some δ_i² ‖∇φ_i‖² to M² + 4B,
+/// the square of the bound of 2G, and a gap 4 <λ, v-ψ>.
+pub(super) fn fitted<'a>(
+    problem: &Problem,
+    data: Cow<'a, PreparedData>,
+    lambda: &[f64],
+    v: &[f64],
+    diagonal: &[f64],
+) -> Cow<'a, PreparedData> {
+    let mesh = problem.space.mesh;
+    let mut lines = Vec::new();
+    for (k, (contact, obstacle)) in problem.contact.iter().zip(&data.obstacles).enumerate() {
+        let face = mesh.face(contact.face);
+        let ends = [face[0] as usize, face[1] as usize];
+        // What g is there no line has.
+        if !obstacle.is_lifted || ends.iter().any(|&end| data.dirichlet[end].is_some()) {
+            continue;
+        }
+        let middle = mesh.points.len() + contact.face;
+        let bubble = v
+            .get(middle)
+            .map_or(0.0, |v_middle| v_middle - 0.5 * (v[ends[0]] + v[ends[1]]));
+        // v - ψ beyond what the ends and b may be.
+        let cost = |line: [f64; 2], bend: f64| {
+            let gaps = [0, 1].map(|i| line[i] - v[ends[i]]);
+            let of_ends = [0, 1].map(|i| diagonal[ends[i]] * gaps[i].min(0.0).powi(2));
+            let room = bend + 0.25 * gaps.iter().map(|gap| gap.max(0.0)).sum::<f64>();
+            let over = (bubble - room).max(0.0);
+            of_ends[0] + of_ends[1] + diagonal.get(middle).map_or(0.0, |d| d * over * over)
+        };
+        let psi = [0, 1].map(|i| obstacle.values[i].low);
+        let of_lift = lift::of_cell(&data, contact.cell)
+            .iter()
+            .filter(|lift| mesh.cell_faces(lift.cell)[lift.local] as usize == contact.face);
+        let of_lift: f64 = of_lift
+            .map(|lift| lift.norms(&Simplex::new(mesh, lift.cell))[0].powi(2))
+            .sum();
+        let line = line_below(&obstacle.polygon, [0, 1].map(|i| v[ends[i]].min(psi[i])));
+        let below =
+            obstacle.mean.mid() - 0.5 * [0, 1].map(|i| line[i].min(v[ends[i]])).iter().sum::<f64>();
+        let pressure = 4.0 * lambda[k].abs() * contact.measure * below.max(0.0);
+        if cost(line, 0.0) + pressure < of_lift + cost(psi, data.bend(contact.face)) {
+            lines.push((k, line));
+        }
+    }
+    if lines.is_empty() {
+        return data;
+    }
+    let mut data = data.into_owned();
+    for (k, line) in lines {
+        let obstacle = &mut data.obstacles[k];
+        obstacle.ceiling[..2].copy_from_slice(&line);
+        obstacle.is_lifted = false;
+        let face = problem.contact[k].face;
+        data.bends[face] = 0.0;
+        data.lifts
+            .retain(|lift| mesh.cell_faces(lift.cell)[lift.local] as usize != face);
+    }
+    Cow::Owned(data)
+}
+
+/// Values at both ends of a line that is nowhere above the polygon, those of `near` or less as far as may be: both ends as much
+/// lower as it takes, or one of them alone; and then as high as may be.
+fn line_below(polygon: &[[f64; 2]], near: [f64; 2]) -> [f64; 2] {
+    let at = Interval::at;
+    // How far the line is above the polygon at most.
+    let above = |line: [f64; 2]| {
+        let off = polygon.iter().map(|[s, psi]| {
+            let on_line = (Interval::ONE - at(*s)) * at(line[0]) + at(*s) * at(line[1]);
+            (on_line - at(*psi)).high
+        });
+        off.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let lowered = |end: usize| {
+        let mut line = near;
+        for [s, psi] in polygon {
+            let [own, other] = if end == 0 {
+                [1.0 - s, *s]
+            } else {
+                [*s, 1.0 - s]
+            };
+            if own > 0.0 {
+                line[end] = line[end].min((psi - other * near[1 - end]) / own);
+            }
+        }
+        line
+    };
+    let lines = [near, lowered(0), lowered(1)].map(|line| {
+        let off = above(line);
+        line.map(|end| (at(end) - at(off)).low)
+    });
+    let lost = |line: &[f64; 2]| {
+        let of = [0, 1].map(|i| (near[i] - line[i]).max(0.0));
+        of[0] * of[0] + of[1] * of[1]
+    };
+    let [first, second, third] = lines;
+    [second, third].into_iter().fold(first, |best, line| {
+        if lost(&line) < lost(&best) {
+            line
+        } else {
+            best
+        }
+    })
+}
+
 /// A lift over a spike costs more than passing below it: the slope of what is lifted is much steeper than its height over
 /// the cell's size.
 fn is_worth_it(cell: &Simplex, lift: &Lift, drop: f64) -> bool {
@@ -147,13 +276,20 @@ fn is_worth_it(cell: &Simplex, lift: &Lift, drop: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::certify::certify;
+    use crate::certify::tests::{certified, solved};
     use crate::contact::{Discretisation, Method, Problem};
     use crate::scene::{Data, Expression, Scene};
 
-    /// Between the ceilings at the vertices no point of a face is above ψ, whatever ψ does between them.
+    /// Between the ceilings at the vertices no point of a face is above ψ, whatever ψ does between them, and whatever field
+    /// they are for.
     #[test]
     fn ceilings_are_nowhere_above_the_obstacle() {
         for (base, psi) in [
+            ("one-zone", "0.01+abs(x-0.53)"),
+            ("one-zone", "0.1*(x-0.43)^2"),
+            ("one-zone", "-0.1*(x-0.43)^2"),
+            ("one-zone", "0.3*sin(14*x)-max(0,x-0.6)"),
             ("one-zone", "0.05-0.5*max(0,1-abs(x-0.53)*5000)"),
             ("one-zone", "if(x<0.53,0.2,-0.1)"),
             ("one-zone", "if(sin(1e7*x)<0,-1,0)"),
@@ -170,9 +306,33 @@ mod tests {
             let mesh = scene.triangulation(Some(4)).unwrap();
             let discretisation = Discretisation::of(&scene, Method::cr_fc());
             let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
-            let (obstacles, _) = obstacles(&problem, 0).unwrap();
+            let data = PreparedData::new(&problem).unwrap();
+            let mut random = crate::Random::new(1);
+            let mut any = |count: usize| -> Vec<f64> {
+                let values = (0..count).map(|_| 0.5 * random.next() - 0.4);
+                values.collect()
+            };
+            // The second differs where ψ has lifts: for random fields, some of them above ψ in part.
+            let fields = (0..20).map(|k| {
+                let near = any(mesh.points.len() + mesh.face_count());
+                let diagonal = vec![1.0; near.len()];
+                // Where λ is not 0 a lift is often worth it.
+                let lambda = any(problem.contact.len());
+                let lambda: Vec<f64> = lambda.iter().map(|l| l * f64::from(k % 2)).collect();
+                fitted(&problem, Cow::Borrowed(&data), &lambda, &near, &diagonal).into_owned()
+            });
+            let obstacles = |data: PreparedData| {
+                for (contact, obstacle) in problem.contact.iter().zip(&data.obstacles) {
+                    // Bubbles are counted from that of ψ where it is lifted.
+                    assert!(obstacle.is_lifted || data.bend(contact.face) == 0.0);
+                }
+                data.obstacles
+            };
+            let all: Vec<_> = fields.map(obstacles).collect();
+            let obstacles = all.iter().flatten().chain(&data.obstacles);
+            let contact = problem.contact.iter().cycle();
             let mut lowered = 0;
-            for (contact, obstacle) in problem.contact.iter().zip(&obstacles) {
+            for (contact, obstacle) in contact.zip(obstacles) {
                 if obstacle.is_lifted {
                     continue;
                 }
@@ -201,6 +361,97 @@ mod tests {
                 lowered += usize::from(corners.into_iter().any(|(c, psi)| *c < psi.low - 1e-9));
             }
             assert!(lowered > 0, "{}", psi.text());
+        }
+    }
+
+    /// What is out of reach costs nothing, however it is bent: 60 times the bound where its kink is lifted.
+    #[test]
+    fn an_obstacle_out_of_reach_costs_nothing() {
+        let bound = |psi: &str| {
+            let scene = Scene::find("one-zone").unwrap();
+            let psi = Expression::parse(psi).unwrap();
+            let scene = scene.with_data(Data {
+                psi,
+                ..scene.data().clone()
+            });
+            let mesh = scene.triangulation(Some(32)).unwrap();
+            let problem =
+                Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::p2())).unwrap();
+            certify(&problem, &solved(&problem)).unwrap().v
+        };
+        let [flat, bent] = ["1", "1+abs(x-0.53)"].map(bound);
+        assert!((bent - flat).abs() < 1e-9 * flat, "{flat} {bent}");
+    }
+
+    /// v of any field is nowhere above ψ, with its bubbles, and its lift where it has one.
+    #[test]
+    fn no_field_is_above_the_obstacle() {
+        let mut without_lift = [0, 0];
+        for psi in [
+            "-0.1*(x-0.43)^2",
+            "0.05*abs(x-0.53)-0.01",
+            "-0.05*abs(x-0.53)",
+            "0.02*sin(9*x)",
+        ] {
+            let scene = Scene::find("one-zone").unwrap();
+            let psi = Expression::parse(psi).unwrap();
+            let scene = scene.with_data(Data {
+                psi: psi.clone(),
+                ..scene.data().clone()
+            });
+            let mesh = scene.triangulation(Some(6)).unwrap();
+            let discretisation = Discretisation::of(&scene, Method::p2());
+            let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+            let (u, mut random) = (solved(&problem), crate::Random::new(7));
+            for noise in (0..16).map(|k| [0.0, 0.001, 0.01, 0.1][k % 4]) {
+                let off = u.iter().zip(&problem.dirichlet).map(|(u, g)| match g {
+                    Some(_) => *u,
+                    None => u + noise * (random.next() - 0.5),
+                });
+                let off: Vec<f64> = off.collect();
+                let (_, fields) = certified(&problem, &off).unwrap();
+                for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
+                    without_lift[usize::from(obstacle.is_lifted)] += 1;
+                    let face = mesh.face(contact.face);
+                    let [a, b] = [0, 1].map(|i| mesh.points[face[i] as usize]);
+                    let at = |s: f64| std::array::from_fn(|k| (1.0 - s) * a[k] + s * b[k]);
+                    let line = |s: f64, ends: [f64; 2]| (1.0 - s) * ends[0] + s * ends[1];
+                    let v = [0, 1].map(|i| fields.v[face[i] as usize].high);
+                    for s in (0..=40).map(|k| f64::from(k) / 40.0) {
+                        let beyond = if obstacle.is_lifted {
+                            let bent = 4.0 * fields.data.bend(contact.face) * s * (1.0 - s);
+                            psi.value(at(s)) - line(s, [a, b].map(|x| psi.value(x))) - bent
+                        } else {
+                            0.0
+                        };
+                        let bubble = 4.0 * fields.bubbles[contact.face] * s * (1.0 - s);
+                        let above = line(s, v) + bubble + beyond - psi.value(at(s));
+                        assert!(above <= 1e-12, "{} {noise} {s} {above}", psi.text());
+                    }
+                }
+            }
+        }
+        assert!(
+            without_lift.iter().all(|count| *count > 10),
+            "{without_lift:?}"
+        );
+    }
+
+    /// Where a line alone is below the polygon it is the one, and no line is above it.
+    #[test]
+    fn lines_are_below_the_polygon() {
+        let kink = [[0.0, 1.0], [0.25, 0.0], [0.25, 0.0], [1.0, 0.0]];
+        // One end alone is lowered, then both are as high as may be.
+        for (near, expected) in [
+            ([-1.0, -3.0], [0.5, -1.5]),
+            ([0.0, 0.0], [0.0, 0.0]),
+            ([0.5, 0.0], [0.0, 0.0]),
+            ([0.0, 5.0], [0.0, 0.0]),
+        ] {
+            let line = line_below(&kink, near);
+            for (value, expected) in line.iter().zip(expected) {
+                assert!((value - expected).abs() < 1e-15, "{near:?} {line:?}");
+            }
         }
     }
 
