@@ -27,6 +27,9 @@ use crate::scene::Part;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
+#[cfg(test)]
+mod tests;
+
 /// A linear functional (k, u) - β <∂ₙu, 1>_C.
 #[derive(Debug, Clone)]
 pub(super) struct Goal {

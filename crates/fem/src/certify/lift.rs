@@ -424,3 +424,51 @@ pub(super) fn of_cell(data: &PreparedData, cell: usize) -> &[Lift] {
     let count = lifts[first..].partition_point(|lift| lift.cell == cell);
     &lifts[first..first + count]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{lifted, moved};
+    use super::*;
+    use crate::scene::Scene;
+
+    /// w and ∇w at points anywhere in the sectors are what is said of them, for data with kinks and without.
+    #[test]
+    fn lifts_are_no_farther_from_their_middle_than_said() {
+        let mesh = moved(&Scene::find("one-zone").unwrap(), 2, 7);
+        let mut random = crate::Random::new(3);
+        let mut off = 0;
+        for data in [
+            "sin(5*x)*exp(y)",
+            "abs(x-0.3)+y^2",
+            "max(0,y-0.2)^2-x",
+            "300+cos(9*(x+y))",
+        ] {
+            let data = Expression::parse(data).unwrap();
+            for cell in 0..mesh.cell_count() {
+                let (simplex, geometry) = (Simplex::new(&mesh, cell), mesh.geometry(cell));
+                for local in 0..3 {
+                    let Some(lift) = lift(&simplex, cell, local, &data, 0).unwrap() else {
+                        continue;
+                    };
+                    for sector in &lift.sectors {
+                        let middle = lift.slope(&simplex, sector).map(Interval::mid);
+                        for _ in 0..20 {
+                            let s = sector.from + random.next() * (sector.to - sector.from);
+                            let r = random.next().max(1e-3);
+                            let mut lambda = [0.0; 4];
+                            lambda[local] = 1.0 - r;
+                            lambda[lift.ends[0]] = r * (1.0 - s);
+                            lambda[lift.ends[1]] = r * s;
+                            let (w, slope) = lifted(&geometry, &lift, &data, &lambda);
+                            let away = (slope - nalgebra::Vector3::from(middle)).norm();
+                            assert!(away <= sector.radius + 1e-9, "{away} {}", sector.radius);
+                            assert!(w.abs() <= sector.height + 1e-12, "{w} {}", sector.height);
+                            off += usize::from(away > 0.1 * sector.radius);
+                        }
+                    }
+                }
+            }
+        }
+        assert!(off > 1000, "{off}");
+    }
+}

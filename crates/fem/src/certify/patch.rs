@@ -184,3 +184,159 @@ impl Nested<'_> {
             + self.square(at_b, quarter, toward_b, represented - delta, means, leaf)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::model::Leaf;
+    use super::super::tests::moved;
+    use super::*;
+    use crate::quadrature::exact;
+    use crate::scene::Scene;
+    use faceoff_mesh::mesh::CellGeometry;
+    use nalgebra::{DMatrix, DVector, Vector3};
+
+    /// A face cut into halves, quarters, … on which t's model is what `leaf` says of the leaf's middle.
+    fn tree(depth: u32, leaf: &dyn Fn(f64) -> Leaf) -> Tree {
+        let count = (2_usize << depth) - 1;
+        let first_leaf = count / 2;
+        let nodes = (0..count).map(|node| {
+            let own = Leaf {
+                edge: [0, 1],
+                ..Leaf::default()
+            };
+            if node < first_leaf {
+                return Leaf {
+                    halves: 2 * node as u32 + 1,
+                    ..own
+                };
+            }
+            let middle = ((node - first_leaf) as f64 + 0.5) / (first_leaf + 1) as f64;
+            Leaf {
+                edge: [0, 1],
+                halves: 0,
+                ..leaf(middle)
+            }
+        });
+        let nodes: Vec<Leaf> = nodes.collect();
+        Tree {
+            whole: nodes[0],
+            rest: nodes[1..].to_vec(),
+            carried: None,
+        }
+    }
+
+    /// The largest <z, w>_F / ‖∇w‖_κ of all polynomials w of degree 3, for z on F of mean 0 that is constant on 16 parts of it.
+    fn reach(geometry: &CellGeometry, [a, b]: [usize; 2], z: &dyn Fn(f64) -> f64) -> f64 {
+        let powers: Vec<[i32; 2]> = (0..=3)
+            .flat_map(|i| (0..=3 - i).map(move |j| [i, j]))
+            .filter(|p| *p != [0, 0])
+            .collect();
+        let centre = geometry.point(&[1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0]);
+        let local = |x: [f64; 3]| [0, 1].map(|k| (x[k] - centre[k]) / geometry.diameter);
+        let slope = |[i, j]: [i32; 2], x: [f64; 2]| {
+            let of = |n: i32, x: f64| f64::from(n) * x.powi((n - 1).max(0));
+            Vector3::new(of(i, x[0]) * x[1].powi(j), x[0].powi(i) * of(j, x[1]), 0.0)
+                / geometry.diameter
+        };
+        let mut stiffness = DMatrix::<f64>::zeros(powers.len(), powers.len());
+        for (lambda, weight) in exact(2, 5).iter() {
+            let x = local(geometry.point(&lambda));
+            for (m, p) in powers.iter().enumerate() {
+                for (n, q) in powers.iter().enumerate() {
+                    let product = slope(*p, x).dot(&slope(*q, x));
+                    stiffness[(m, n)] += weight * geometry.measure() * product;
+                }
+            }
+        }
+        let mut load = DVector::<f64>::zeros(powers.len());
+        let length = (geometry.vertices[b] - geometry.vertices[a]).norm();
+        for part in 0..16 {
+            for (lambda, weight) in exact(1, 5).iter() {
+                let s = (f64::from(part) + lambda[1]) / 16.0;
+                let x = geometry.vertices[a] + s * (geometry.vertices[b] - geometry.vertices[a]);
+                for (m, [i, j]) in powers.iter().enumerate() {
+                    let x = local(x.into());
+                    load[m] += weight * length / 16.0 * z(s) * x[0].powi(*i) * x[1].powi(*j);
+                }
+            }
+        }
+        let found = stiffness
+            .cholesky()
+            .expect("no constant is among them")
+            .solve(&load);
+        load.dot(&found).sqrt()
+    }
+
+    /// Each part of what is left of t, alone: no polynomial of degree 3 makes more of it than its bound.
+    #[test]
+    fn no_part_of_a_traction_is_above_its_bound() {
+        let mesh = moved(&Scene::find("one-zone").unwrap(), 2, 7);
+        for cell in 0..mesh.cell_count() {
+            let (simplex, geometry) = (Simplex::new(&mesh, cell), mesh.geometry(cell));
+            for local in 0..3 {
+                let ends = [(local + 1) % 3, (local + 2) % 3];
+                let bounds = |depth: u32, flux: f64, leaf: &dyn Fn(f64) -> Leaf| {
+                    patch(
+                        &simplex,
+                        local,
+                        &ends,
+                        &tree(depth, leaf),
+                        Interval::at(flux),
+                    )
+                };
+                let constant = |value: f64| Leaf {
+                    values: [value; 4],
+                    ..Leaf::default()
+                };
+                let check = |what: &str, bound: f64, least: f64| {
+                    assert!(bound >= least * (1.0 - 1e-12), "{what}: {bound} {least}");
+                };
+                for depth in 0..=2 {
+                    // The sign of a wave on leaves of 2^-depth, of mean 0 on each.
+                    let parts = f64::from(2 << depth);
+                    let sign = |s: f64| {
+                        if (s * parts) as i32 % 2 == 0 {
+                            1.0
+                        } else {
+                            -1.0
+                        }
+                    };
+                    let of = bounds(depth, 1.5, &|_| Leaf {
+                        wave: 0.7,
+                        swell: 0.7,
+                        ..constant(1.5)
+                    });
+                    check("waves", of.oscillation, 0.7 * reach(&geometry, ends, &sign));
+                    let of = bounds(depth, 1.5, &|_| constant(1.75));
+                    check("what σ·n is off", of.error, 0.25);
+                    let of = bounds(depth, 1.5, &|_| Leaf {
+                        error: 0.25,
+                        ..constant(1.5)
+                    });
+                    check("what is not known", of.error, 0.25);
+                }
+                for depth in 1..=2 {
+                    let parts = f64::from(1 << depth);
+                    for values in [
+                        [1.0, -1.0, 1.0, -1.0],
+                        [1.0, 1.0, -1.0, -1.0],
+                        [3.0, -1.0, -1.0, -1.0],
+                    ] {
+                        let at = |s: f64| values[(s * parts) as usize];
+                        let mean = (0..1 << depth).map(|k| values[k]).sum::<f64>() / parts;
+                        let least = reach(&geometry, ends, &|s| at(s) - mean);
+                        let of = bounds(depth, mean, &|s| constant(at(s)));
+                        check("steps", of.oscillation, least);
+                        let error = |s: f64| Leaf {
+                            error: 3.0 + at(s),
+                            ..constant(0.0)
+                        };
+                        let of = bounds(depth, 0.0, &error);
+                        check("steps of what is not known", of.spread, least);
+                        check("their mean", of.error, 3.0 + mean);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -646,6 +646,34 @@ mod tests {
         });
     }
 
+    /// A hat proves contact where ∇u is known well enough, and only there.
+    #[test]
+    fn a_hat_proves_no_more_than_what_is_known_of_the_gradient() {
+        let scene = scene(["20*(x-0.5)", "0", "0", "0"]);
+        solved(&scene, &union_jack(32, [1.0; 2]), |fields, known| {
+            let mesh = fields.problem.space.mesh;
+            let mut around = vec![Vec::new(); mesh.points.len()];
+            for cell in 0..mesh.cell_count() {
+                for &vertex in mesh.cell(cell) {
+                    around[vertex as usize].push(cell as u32);
+                }
+            }
+            let proves = |known: &Known| {
+                let contact = fields.problem.contact.iter();
+                let faces = contact.map(|contact| mesh.face(contact.face));
+                let proved =
+                    faces.filter(|face| hat_proves(fields, known, &around, face, 0, 0.1).is_some());
+                proved.count()
+            };
+            // |<∂ₙu, z>| of a hat with ‖∇z‖ of 1 or so is below 0.2.
+            let rough = Known {
+                of_g: 0.2,
+                ..*known
+            };
+            assert!(proves(known) > 5 && proves(&rough) == 0);
+        });
+    }
+
     /// Two bodies with Γ_C on one line: the ball about a point would be in both.
     #[test]
     fn a_line_between_two_bodies_is_left_alone() {

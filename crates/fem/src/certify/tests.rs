@@ -40,13 +40,13 @@ struct True {
     gradient: f64,
 }
 
-/// ∇w of a lift at a point of its sector, from the data themselves.
-fn slope_of_lift(
+/// A lift's w and ∇w at a point of its cell, from the data themselves.
+pub(super) fn lifted(
     cell: &CellGeometry,
     lift: &Lift,
     data: &Expression,
     lambda: &[f64; 4],
-) -> Vector3<f64> {
+) -> (f64, Vector3<f64>) {
     let [a, b] = lift.ends;
     let r = lambda[a] + lambda[b];
     let s = if r > 0.0 { lambda[b] / r } else { 0.5 };
@@ -57,11 +57,13 @@ fn slope_of_lift(
     let delta = value - (at_a + s * (at_b - at_a)) - 4.0 * lift.bend * s * (1.0 - s);
     let along =
         Vector3::from(gradient).dot(&edge) - (at_b - at_a) - 4.0 * lift.bend * (1.0 - 2.0 * s);
-    (delta - s * along) * cell.gradients[a] + (delta + (1.0 - s) * along) * cell.gradients[b]
+    let slope =
+        (delta - s * along) * cell.gradients[a] + (delta + (1.0 - s) * along) * cell.gradients[b];
+    (r * delta, slope)
 }
 
 /// σ without τ.
-fn sigma(fields: &CellFields, cell: usize) -> impl Fn(&[f64; 4]) -> Vector3<f64> {
+pub(super) fn sigma(fields: &CellFields, cell: usize) -> impl Fn(&[f64; 4]) -> Vector3<f64> {
     let dim = fields.problem.space.mesh.dim;
     let sigma = fields.sigma_of::<3>(&fields.simplex(cell), cell);
     move |lambda| Vector3::from(sigma.at(lambda, dim))
@@ -122,7 +124,7 @@ fn errors(fields: &CellFields, exact: &Expression) -> True {
                 let piece = lift.piece(sector);
                 for (inner, weight) in &plain {
                     let at = inside(&piece, inner);
-                    let of_lift = slope_of_lift(&geometry, lift, data, &at);
+                    let (_, of_lift) = lifted(&geometry, lift, data, &at);
                     add(&at, weight * (sector.to - sector.from), of_lift, zero);
                 }
             }

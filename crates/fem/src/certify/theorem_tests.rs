@@ -1,13 +1,14 @@
 //! That σ is what the theorem asks for, and that the bounds are put together as it says.
 
-use super::tests::{certified, solved, square};
+use super::tests::{certified, lifted, sigma, solved, square};
 use super::*;
 use crate::contact::{Discretisation, Problem};
+use crate::quadrature::exact;
 use crate::scene::Part;
 
 /// The solution, but for noise wherever it is not given.
-fn rough(problem: &Problem) -> Vec<f64> {
-    let mut random = crate::Random::new(3);
+fn rough(problem: &Problem, seed: u64) -> Vec<f64> {
+    let mut random = crate::Random::new(seed);
     let rough = |(u, g): (f64, &Option<f64>)| g.unwrap_or(u + 2.0 * random.next() - 1.0);
     let u = solved(problem).into_iter().zip(&problem.dirichlet);
     u.map(rough).collect()
@@ -20,7 +21,7 @@ fn the_stream_keeps_the_signs_and_means_of_fluxes() {
     let mesh = scene.triangulation(Some(8)).unwrap();
     let discretisation = Discretisation::of(&scene, "p2".parse().unwrap());
     let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
-    let (_, fields) = certified(&problem, &rough(&problem)).unwrap();
+    let (_, fields) = certified(&problem, &rough(&problem, 3)).unwrap();
     let stream = fields.stream.as_ref().unwrap();
     let mut at_most = 0;
     for contact in &problem.contact {
@@ -51,7 +52,7 @@ fn bounds_are_put_together_as_the_theorem_says() {
     let mesh = scene.triangulation(Some(4)).unwrap();
     let discretisation = Discretisation::of(&scene, "p2".parse().unwrap());
     let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
-    let (found, fields) = certified(&problem, &rough(&problem)).unwrap();
+    let (found, fields) = certified(&problem, &rough(&problem, 3)).unwrap();
     let Parts {
         misfit,
         contact,
@@ -100,4 +101,103 @@ fn bounds_are_put_together_as_the_theorem_says() {
     }
     assert!(norms.iter().any(|cell| cell.spread > 1e-6));
     assert!(on_faces.iter().any(|t| t.spread > 1e-6));
+}
+
+/// B is no less than ∫ |λ| (ψ-v) face by face, where λ = σ·n is linear: v passes below spikes of ψ, and is there farthest from it
+/// where λ may be largest.
+#[test]
+fn no_pressure_on_a_gap_is_above_its_bound() {
+    let mut above_means = 0;
+    for seed in 0..20 {
+        let spike = ["0.53", "0.02", "0.98", "0.27"][seed as usize % 4];
+        let psi = format!("-0.1*max(0,1-abs(x-{spike})*500)");
+        let scene = square("4+20*x", "0", "0", &psi);
+        let mesh = scene.triangulation(Some(4)).unwrap();
+        let discretisation = Discretisation::of(&scene, "p2".parse().unwrap());
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let (_, fields) = certified(&problem, &rough(&problem, seed)).unwrap();
+        let bounds = contact_terms(&fields);
+        let pairs = problem.contact.iter().zip(&fields.data.obstacles);
+        for ((contact, obstacle), bound) in pairs.zip(bounds) {
+            if obstacle.is_lifted {
+                continue;
+            }
+            let geometry = mesh.geometry(contact.cell);
+            let local = mesh.local_face(contact.cell, contact.face);
+            let normal = -geometry.gradients[local].normalize();
+            let sigma = sigma(&fields, contact.cell);
+            let ends = [(local + 1) % 3, (local + 2) % 3];
+            let v = fields.corner_values(contact.cell);
+            let b = fields.bubbles[contact.face];
+            let [mut product, mut gaps, mut pressures] = [0.0; 3];
+            let count = 1000;
+            for s in (0..count).map(|k| (f64::from(k) + 0.5) / f64::from(count)) {
+                let mut lambda = [0.0; 4];
+                (lambda[ends[0]], lambda[ends[1]]) = (1.0 - s, s);
+                let line: f64 = (0..3).map(|i| lambda[i] * v[i].mid()).sum();
+                let psi = scene.data().psi.value(geometry.point(&lambda));
+                let gap = psi - line - 4.0 * b * s * (1.0 - s);
+                let pressure = -sigma(&lambda).dot(&normal);
+                assert!(
+                    gap > -1e-12 && pressure > -1e-12,
+                    "{seed} {s} {gap} {pressure}"
+                );
+                product += gap * pressure;
+                gaps += gap;
+                pressures += pressure;
+            }
+            let share = contact.measure / f64::from(count);
+            // Midpoints are good for three digits.
+            assert!(share * product <= 1.01 * bound + 1e-15, "{product} {bound}");
+            above_means += usize::from(product > 1.05 * gaps * pressures / f64::from(count));
+        }
+    }
+    assert!(above_means > 0);
+}
+
+/// What lifts and τ are apart from G is charged to its bound, half of both as they are parts of ∇v and σ; and J(v) counts the
+/// load of the lifts.
+#[test]
+fn lifts_are_part_of_what_is_known() {
+    let scene = square("40+if(x+y<0.7,3,0)", "0", "sin(7*x)", "2");
+    let mesh = scene.triangulation(Some(4)).unwrap();
+    let discretisation = Discretisation::of(&scene, "p2".parse().unwrap());
+    let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+    let (certificate, fields) = certified(&problem, &solved(&problem)).unwrap();
+    let (_, known) = bounds(&fields, &mut Fluxes::new(&problem)).unwrap();
+    let (parts, _) = fields.all_norms().unwrap();
+    let (mut square, mut lifts) = (0.0, 0.0);
+    for (cell, parts) in parts.iter().enumerate() {
+        let of_lifts = lift::of_cell(&fields.data, cell).iter();
+        let of_lifts: f64 = of_lifts
+            .map(|lift| lift.norms(&fields.simplex(cell))[0])
+            .sum();
+        square += (of_lifts + parts.tau).powi(2);
+        lifts += of_lifts;
+    }
+    assert!(lifts > 0.0 && parts.iter().any(|cell| cell.tau > 0.0));
+    let charged = known.of_g - certificate.g;
+    assert!(
+        (charged / (0.5 * square.sqrt()) - 1.0).abs() < 1e-9,
+        "{charged} {square}"
+    );
+    // -(f, w), w = r δ(s): alone, as nothing else of J(v) is given here.
+    let load = energy(&fields, Interval::ZERO);
+    let mut truth = 0.0;
+    for lift in &fields.data.lifts {
+        let geometry = mesh.geometry(lift.cell);
+        for sector in &lift.sectors {
+            let piece = lift.piece(sector);
+            for (inner, weight) in exact(2, 5).iter() {
+                let at = std::array::from_fn(|i| (0..3).map(|k| inner[k] * piece[k][i]).sum());
+                let (w, _) = lifted(&geometry, lift, &scene.data().g, &at);
+                let share = (sector.to - sector.from) * geometry.measure();
+                truth -= weight * share * scene.data().f.value(geometry.point(&at)) * w;
+            }
+        }
+    }
+    assert!(
+        truth.abs() > 1e-6 && load.contains(truth),
+        "{load:?} {truth}"
+    );
 }
