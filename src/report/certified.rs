@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::model::{joined, percent, short};
-use faceoff_fem::certify::{Certificate, Numbers, Parts, Target};
+use faceoff_fem::certify::{Certificate, Numbers, OfPart, Parts, Target};
 
 /// Bounds of ‖∇u - …‖ for one target, and what they are made of.
 #[derive(Debug, Clone, Serialize)]
@@ -77,12 +77,22 @@ impl Certified {
                 .contact_force
                 .map(|of| ("contact force", interval(of))),
         );
+        let of_parts = |what: &'static str, parts: &[OfPart]| {
+            let of_part = |of: &OfPart| match of.interval {
+                Some(of_part) => format!("{} {}", of.part, interval(of_part)),
+                None => format!("{} not known, as it meets another group", of.part),
+            };
+            (!parts.is_empty()).then(|| (what, joined(parts.iter().map(of_part), "; ")))
+        };
+        facts.extend(of_parts("contact force on", &numbers.contact_forces));
         facts.extend(
             numbers
                 .dirichlet_flux
                 .map(|of| ("flux on Γ_D", interval(of))),
         );
+        facts.extend(of_parts("flux on", &numbers.dirichlet_fluxes));
         facts.push(("mean of u", interval(numbers.mean)));
+        facts.extend(of_parts("mean of u over", &numbers.means));
         if let Some(contact) = &numbers.contact {
             let free = contact
                 .free

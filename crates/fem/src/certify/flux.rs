@@ -88,15 +88,15 @@ impl<'a> Fluxes<'a> {
         fluxes
     }
 
-    /// z with -Δz = `loads` on the cells, z = `on_contact` on the faces with values off Γ_D, 0 on Γ_D, with `given` fluxes
-    /// through some faces and none through the rest, and its fluxes.
+    /// z with -Δz = `loads` on the cells, on the faces with values `on_boundary`, which has a value a vertex or none at all for 0,
+    /// with `given` fluxes through some faces and none through the rest, and its fluxes.
     ///
     /// # Errors
     /// Those of the linear solver.
     pub fn dual(
         &mut self,
         loads: &[f64],
-        on_contact: f64,
+        on_boundary: &[f64],
         given: &[(usize, f64)],
     ) -> Result<[Vec<f64>; 2]> {
         let mesh = self.problem.space.mesh;
@@ -108,14 +108,11 @@ impl<'a> Fluxes<'a> {
         self.add_cells(&mut b, &cells);
         given.iter().for_each(|(face, flux)| b[*face] += flux);
         let mut w = vec![0.0; b.len()];
-        let is_given = |face: usize| self.poisson.roles[face] == Role::Fixed;
-        for contact in self
-            .problem
-            .contact
-            .iter()
-            .filter(|contact| is_given(contact.face))
-        {
-            w[contact.face] = on_contact;
+        for (face, w) in w.iter_mut().enumerate() {
+            if self.poisson.roles[face] == Role::Fixed {
+                let vertex = mesh.face(face)[0] as usize;
+                *w = on_boundary.get(vertex).copied().unwrap_or(0.0);
+            }
         }
         let w = self.poisson.solution(w, &b)?;
         let mut fluxes = self.out(&w, &cells);

@@ -1,7 +1,8 @@
 //! Numbers that people ask for, as intervals: the contact force and means of u, by a dual problem.
 //!
-//! For N(u) = (k, u) - β <∂ₙu, 1>_C let z ∈ P1 vanish on Γ_D, q ∈ RT0 have q·n = 0 on Γ_N and q·n = μ on Γ_C. As
-//! (q, ∇u) = -(div q, u) + <q·n, g>_D + <μ, u>_C and (∇z, ∇u) = (f, z) + <t, z>_N + <∂ₙu, z>_C,
+//! For N(u) = (k, u) - <∂ₙu, β>_CD, β constant on each part of Γ_C ∪ Γ_D that is apart from the others, let z ∈ P1 be β on Γ_D,
+//! q ∈ RT0 have q·n = 0 on Γ_N and q·n = μ on Γ_C. As (q, ∇u) = -(div q, u) + <q·n, g>_D + <μ, u>_C and
+//! (∇z, ∇u) = (f, z) + <t, z>_N + <∂ₙu, z>_CD,
 //!
 //! ```text
 //! N(u) = (q-∇z, ∇u) + (f, z) + <t, z>_N - <q·n, g>_D - <μ, ψ>_C + (k+div q, u) + <∂ₙu, z-β>_C - <μ, u-ψ>_C
@@ -30,15 +31,15 @@ use faceoff_mesh::error::Result;
 #[cfg(test)]
 mod tests;
 
-/// A linear functional (k, u) - β <∂ₙu, 1>_C.
+/// A linear functional (k, u) - <∂ₙu, β>_CD.
 #[derive(Debug, Clone)]
 pub(super) struct Goal {
     /// k̄ by cells.
     pub means: Vec<f64>,
     /// Of each cell; empty where k is constant on all.
     pub rests: Vec<Rest>,
-    /// β
-    pub on_contact: f64,
+    /// β at the vertices; empty where it is 0.
+    pub on_boundary: Vec<f64>,
 }
 
 /// k on a cell is k̄, a part of mean 0, and what is not known.
@@ -73,24 +74,21 @@ const MANY: usize = 20_000;
 /// ‖q-∇z‖ of a dual solution, relative to its own norm: a guess.
 const AWAY: f64 = 0.15;
 
-/// The interval of N(u), the smallest of those with several c; none where Γ_D and Γ_C meet and β is not 0.
+/// The interval of N(u), the smallest of those with several c.
 ///
 /// # Errors
 /// Those of the linear solver.
 ///
 /// `plain` has z = β wherever u_h touches.
-pub(super) fn interval(plain: &mut Dual, goal: &Goal) -> Result<Option<Interval>> {
+pub(super) fn interval(plain: &mut Dual, goal: &Goal) -> Result<Interval> {
     let (fields, known) = (plain.fields, plain.known);
-    if goal.on_contact != 0.0 && meets(fields) {
-        return Ok(None);
-    }
     let problem = fields.problem;
     let mesh = problem.space.mesh;
-    let [w, fluxes] = plain.solver.dual(&goal.means, goal.on_contact, &[])?;
+    let [w, fluxes] = plain.solver.dual(&goal.means, &goal.on_boundary, &[])?;
     let mut best = goal.with(fields, known, &w, &fluxes)?;
     let pressed: Vec<f64> = fields.lambda.iter().map(|l| l.abs()).collect();
     if pressed.iter().all(|l| *l == 0.0) {
-        return Ok(Some(best));
+        return Ok(best);
     }
     let equal = equal(fields, known, &fluxes)?;
     let tried = if mesh.cell_count() > MANY {
@@ -117,10 +115,10 @@ pub(super) fn interval(plain: &mut Dual, goal: &Goal) -> Result<Option<Interval>
             }
         }
         let mut solver = Fluxes::with_values(problem, fixed.into_iter());
-        let [w, fluxes] = solver.dual(&goal.means, goal.on_contact, &capped)?;
+        let [w, fluxes] = solver.dual(&goal.means, &goal.on_boundary, &capped)?;
         best = best.meet(goal.with(fields, known, &w, &fluxes)?);
     }
-    Ok(Some(best))
+    Ok(best)
 }
 
 /// The c with which both errors are about equal, of a dual solution with these fluxes.
@@ -159,12 +157,42 @@ impl<'a> Dual<'a> {
     /// # Errors
     /// Those of the linear solver.
     pub fn interval(&mut self, goal: &Goal) -> Result<Interval> {
-        let [w, fluxes] = self.solver.dual(&goal.means, goal.on_contact, &[])?;
+        let [w, fluxes] = self.solver.dual(&goal.means, &goal.on_boundary, &[])?;
         goal.with(self.fields, self.known, &w, &fluxes)
     }
 }
 
 impl Goal {
+    /// -<∂ₙu, 1> over some faces of Γ_C or Γ_D; none where others of these have a vertex in common with them: no bound of ∇u
+    /// tells apart what each carries.
+    pub fn flux_through(fields: &CellFields, faces: &[usize]) -> Option<Self> {
+        let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
+        let mut on_boundary = vec![0.0; mesh.points.len()];
+        let mut is_own = vec![false; mesh.face_count()];
+        for &face in faces {
+            is_own[face] = true;
+            let vertices = mesh.face(face).iter();
+            vertices.for_each(|&vertex| on_boundary[vertex as usize] = 1.0);
+        }
+        let mut others = problem.parts.iter().enumerate().filter(|(face, part)| {
+            !is_own[*face] && matches!(part, Some(Part::Contact | Part::Dirichlet))
+        });
+        let meets = |face: usize| {
+            let mut vertices = mesh.face(face).iter();
+            vertices.any(|&vertex| on_boundary[vertex as usize] != 0.0)
+        };
+        (!others.any(|(face, _)| meets(face))).then(|| Goal {
+            means: vec![0.0; mesh.cell_count()],
+            rests: Vec::new(),
+            on_boundary,
+        })
+    }
+
+    /// β at a vertex.
+    fn beta(&self, vertex: usize) -> f64 {
+        self.on_boundary.get(vertex).copied().unwrap_or(0.0)
+    }
+
     /// By one dual solution: w of Crouzeix and Raviart, and its fluxes.
     fn with(
         &self,
@@ -262,7 +290,7 @@ impl Goal {
         Ok(base + Interval::around_zero(radius.high))
     }
 
-    /// z: the dual solution at the vertices, as near to β on Γ_C as c allows, and 0 on Γ_D.
+    /// z: the dual solution at the vertices, as near to β on Γ_C as c allows, and β on Γ_D.
     fn test_function(&self, fields: &CellFields, c: f64, w: &[f64]) -> Vec<Interval> {
         let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
         let at = Interval::at;
@@ -275,7 +303,7 @@ impl Goal {
             .enumerate()
             .filter(|(_, g)| g.is_some())
         {
-            (z[vertex], held[vertex]) = (0.0, true);
+            (z[vertex], held[vertex]) = (self.beta(vertex), true);
         }
         let pressed = problem
             .contact
@@ -288,7 +316,7 @@ impl Goal {
                 z[vertex] = if held[vertex] {
                     z[vertex]
                 } else {
-                    self.on_contact
+                    self.beta(vertex)
                 };
                 held[vertex] = true;
             }
@@ -320,8 +348,8 @@ impl Goal {
                 }
                 let gap = if bubble > 0.0 { least } else { gap };
                 let reach = (at(c) * at(gap)).low.max(0.0);
-                let value = &mut z[vertex as usize];
-                *value = value.clamp(self.on_contact - reach, self.on_contact + reach);
+                let (value, beta) = (&mut z[vertex as usize], self.beta(vertex as usize));
+                *value = value.clamp(beta - reach, beta + reach);
             }
         }
         z.into_iter().map(at).collect()
@@ -334,17 +362,6 @@ fn mean_product(a: &[Vector], b: &[Vector], dim: usize) -> Interval {
     let sum = |of: &[Vector]| of[1..].iter().fold(of[0], |sum, v| plus(&sum, v));
     let diagonal: Interval = a.iter().zip(b).map(|(a, b)| dot(a, b, dim)).sum();
     (diagonal + dot(&sum(a), &sum(b), dim)) / Interval::at(count * (count + 1.0))
-}
-
-/// Have Γ_D and Γ_C a vertex in common?
-pub(super) fn meets(fields: &CellFields) -> bool {
-    let mesh = fields.problem.space.mesh;
-    let mut vertices = fields
-        .problem
-        .contact
-        .iter()
-        .flat_map(|contact| mesh.face(contact.face));
-    vertices.any(|&vertex| fields.data.dirichlet[vertex as usize].is_some())
 }
 
 /// A Crouzeix–Raviart function at the vertices: the means over the cells around.

@@ -16,6 +16,7 @@ mod goal;
 mod lift;
 mod line;
 mod model;
+mod numbers;
 mod obstacle;
 mod patch;
 mod poisson;
@@ -47,8 +48,9 @@ pub use data::PreparedData;
 use data::Traction;
 use faceoff_mesh::error::{Error, Result};
 use flux::Fluxes;
-use goal::{Dual, Goal, Known};
+use goal::Known;
 use model::Tree;
+pub use numbers::{Numbers, OfPart};
 pub use proof::{ContactProof, Touched};
 use simplex::{Simplex, bubble_on, length, mean_with_bubble, up};
 
@@ -83,22 +85,6 @@ pub struct Certificate {
     pub unit: i32,
     /// The best that is known of u and ∇u.
     pub fields: Fields,
-}
-
-/// Numbers of u, each in its interval.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Numbers {
-    /// <∂ₙu, 1>_C; none where Γ_C meets Γ_D, which carry a share of it that no bound of ∇u tells apart.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact_force: Option<[f64; 2]>,
-    /// <∂ₙu, 1>_D = -(f,1) - <t,1>_N - <∂ₙu,1>_C
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dirichlet_flux: Option<[f64; 2]>,
-    /// The mean of u over the domain.
-    pub mean: [f64; 2],
-    /// What is proved of the contact set, in 2D where Γ_C lies on one line parallel to an axis.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact: Option<ContactProof>,
 }
 
 /// What the bounds are made of.
@@ -268,40 +254,8 @@ pub fn examine(problem: &Problem, u: &[f64]) -> Result<Certificate> {
         let (data, mut solver) = prepared(problem, u)?;
         let fields = CellFields::new(problem, u, Cow::Owned(data), &mut solver)?;
         let (mut certificate, known) = bounds(&fields, &mut solver)?;
-        certificate.numbers = Some(numbers(&fields, known, &mut solver)?);
+        certificate.numbers = Some(numbers::numbers(&fields, known, &mut solver)?);
         Ok(certificate)
-    })
-}
-
-/// (1, |w|) ≤ this ‖∇w‖ for w that vanishes on Γ_D: ‖q‖ of the majorant of the load 1.
-fn friedrichs(fields: &CellFields, solver: &mut Fluxes) -> Result<f64> {
-    let mesh = fields.problem.space.mesh;
-    let [_, norms] = solver.majorant(&vec![1.0; mesh.cell_count()], &[])?;
-    Ok(length(norms))
-}
-
-fn numbers(fields: &CellFields, mut known: Known, solver: &mut Fluxes) -> Result<Numbers> {
-    let mesh = fields.problem.space.mesh;
-    known.friedrichs = friedrichs(fields, solver)?;
-    let uniform = |mean: f64, on_contact: f64| Goal {
-        means: vec![mean; mesh.cell_count()],
-        rests: Vec::new(),
-        on_contact,
-    };
-    let mut plain = Dual::new(fields, &known, 0.0);
-    let force = goal::interval(&mut plain, &uniform(0.0, 1.0))?;
-    let mean = goal::interval(&mut plain, &uniform(1.0, 0.0))?;
-    let [volume] = cells::sums_over(mesh, |cell| [Simplex::new(mesh, cell).measure])?;
-    let total = load(fields, &vec![Interval::ONE; mesh.points.len()])?;
-    let ends = |of: Interval| {
-        let back = |value: f64| Interval::at(value).times_power_of_two(-fields.data.unit);
-        [back(of.low).low, back(of.high).high]
-    };
-    Ok(Numbers {
-        contact_force: force.map(|n| ends(-n)),
-        dirichlet_flux: force.map(|n| ends(n - total)),
-        mean: ends(mean.unwrap_or(Interval::WHOLE) / volume),
-        contact: proof::contact(fields, &known)?,
     })
 }
 

@@ -547,7 +547,7 @@ impl Ball {
             goal: Goal {
                 means,
                 rests,
-                on_contact: 0.0,
+                on_boundary: Vec::new(),
             },
             centre: s,
             radius: Interval::at(square).sqrt(),
@@ -602,7 +602,8 @@ impl Ball {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Fluxes, PreparedData, bounds, friedrichs};
+    use super::super::numbers::friedrichs;
+    use super::super::{Fluxes, PreparedData, bounds};
     use super::*;
     use crate::contact::{Discretisation, Iteration, Method, Problem, Stop, solve};
     use crate::scene::{Data, Scene};

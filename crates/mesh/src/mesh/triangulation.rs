@@ -53,6 +53,19 @@ pub struct Triangulation {
     face_cells: Vec<[u32; 2]>,
     /// Groups of boundary faces, as the file or generator names them.
     pub groups: Vec<FaceGroup>,
+    /// Groups of cells.
+    pub regions: Vec<Region>,
+}
+
+/// A named or numbered set of cells.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    /// Its number in the file.
+    pub tag: i64,
+    /// Its name, where it has one.
+    pub name: Option<String>,
+    /// Cell indices, ascending.
+    pub cells: Vec<u32>,
 }
 
 /// A named or numbered set of faces.
@@ -225,6 +238,7 @@ impl Triangulation {
             cell_faces: Vec::new(),
             face_cells: Vec::new(),
             groups: Vec::new(),
+            regions: Vec::new(),
         };
         let (cell_kind, face_kind) = match dim {
             2 => (CellKind::Triangle, CellKind::Line),
@@ -264,6 +278,7 @@ impl Triangulation {
         triangulation.number_faces()?;
         triangulation.check_hanging()?;
         triangulation.take_groups(mesh, face_kind)?;
+        triangulation.take_regions(mesh, cell_kind)?;
         Ok(triangulation)
     }
 
@@ -499,6 +514,46 @@ impl Triangulation {
             }
         }
         self.groups = groups;
+        Ok(())
+    }
+
+    fn take_regions(&mut self, mesh: &Mesh, cell_kind: CellKind) -> Result<()> {
+        // Cells of the blocks of this kind have the numbers of those here, in their order.
+        let (mut all, mut own) = (0, 0);
+        let mut first = Vec::with_capacity(mesh.blocks.len());
+        for block in &mesh.blocks {
+            first.push((all, (block.kind == cell_kind).then_some(own)));
+            all += block.len();
+            own += first
+                .last()
+                .and_then(|(_, own)| *own)
+                .map_or(0, |_| block.len());
+        }
+        let number = |cell: u32| {
+            let cell = cell as usize;
+            let (begin, own) =
+                first.get(first.partition_point(|(b, _)| *b <= cell).checked_sub(1)?)?;
+            own.map(|own| (own + cell - begin) as u32)
+        };
+        for group in mesh
+            .groups
+            .iter()
+            .filter(|g| usize::from(g.dim) == self.dim)
+        {
+            cancel::check()?;
+            let cells: Vec<u32> = group
+                .cells
+                .iter()
+                .filter_map(|&cell| number(cell))
+                .collect();
+            if !cells.is_empty() {
+                self.regions.push(Region {
+                    tag: group.tag,
+                    name: group.name.clone(),
+                    cells,
+                });
+            }
+        }
         Ok(())
     }
 
