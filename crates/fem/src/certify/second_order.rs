@@ -39,13 +39,9 @@ const OFF_MEAN: f64 = 0.5;
 /// Connected parts of Γ_N and Γ_C beyond so many have the constant 0.
 const MOST_PARTS: usize = 12;
 
-/// On more cells than that v and σ are of second order for fields of degree 2 alone.
-const MANY: usize = 1_000_000;
-
 /// Are v and σ of second order?
 pub(super) fn applies(problem: &Problem) -> bool {
-    let Space { mesh, element, .. } = problem.space;
-    mesh.dim == 2 && (element.degree() == 2 || mesh.cell_count() <= MANY)
+    problem.space.mesh.dim == 2
 }
 
 /// P2 where they are.
