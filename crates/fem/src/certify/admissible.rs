@@ -43,8 +43,8 @@ pub(super) struct Admissible {
     pub faces: Vec<f64>,
 }
 
-/// v from what is near u in a space: as high as may be where λ < 0 and that pays (so that <λ, v-ψ> vanishes), and
-/// brought nearer to the least energy by a few steps of conjugate gradients preconditioned by the diagonal.
+/// v from what is near u in its space: raised to ψ where λ < 0 and that costs less than <λ, v-ψ>, and brought nearer to the least
+/// energy by a few steps of conjugate gradients preconditioned by the diagonal.
 ///
 /// # Errors
 /// g above ψ where Γ_D meets Γ_C: then no function keeps both.
@@ -73,7 +73,7 @@ pub(super) fn admissible(
             Bound::Free => {}
             Bound::Fixed(g) => (*v, held[i]) = (g.mid(), true),
             Bound::Below(ceiling) => {
-                // M² + 4B, the square of the bound of 2G: ‖∇φ_i‖² gap² where v is drawn up and u_h was right, or the gap.
+                // Raised to ψ v adds ‖∇φ_i‖² gap² to M² where u_h was right; left where it is, 4 |<λ, φ_i>| gap to 4B.
                 let gap = ceiling - *v;
                 if gap <= 0.0 || 4.0 * pressure[i] > diagonal[i] * gap {
                     (*v, held[i]) = (ceiling, true);
@@ -102,12 +102,9 @@ pub(super) fn admissible(
         Bound::Below(ceiling) => Interval::at(v.min(ceiling)),
     });
     let vertices: Vec<Interval> = vertices.collect();
-    let mut faces = if is_quadratic {
-        bubbles(space, &v)
-    } else {
-        data.bends.clone()
-    };
-    if !faces.is_empty() {
+    let mut faces = Vec::new();
+    if is_quadratic {
+        faces = bubbles(space, &v);
         let highest: Vec<f64> = vertices.iter().map(|v| v.high).collect();
         constrain(problem, data, &pressed, &highest, &mut faces);
     }

@@ -70,7 +70,7 @@ impl PreparedData {
             }
         ];
         for lift in &lifts {
-            bends[mesh.cell_faces(lift.cell)[lift.local] as usize] = lift.bend;
+            bends[lift.face(mesh)] = lift.bend;
         }
         lifts.retain(|lift| !lift.sectors.is_empty());
         lifts.sort_by_key(|lift| lift.cell);

@@ -1,4 +1,4 @@
-//! Numbers that people ask for, as intervals: the contact force and means of u, by a dual problem.
+//! Numbers that people ask for, as intervals: forces on parts of Γ_C, fluxes through parts of Γ_D and means of u, by a dual problem.
 //!
 //! For N(u) = (k, u) - <∂ₙu, β>_CD, β constant on each part of Γ_C ∪ Γ_D that is apart from the others, let z ∈ P1 be β on Γ_D,
 //! q ∈ RT0 have q·n = 0 on Γ_N and q·n = μ on Γ_C. As (q, ∇u) = -(div q, u) + <q·n, g>_D + <μ, u>_C and

@@ -26,6 +26,7 @@ use crate::scene::expression::GRADIENT;
 use crate::scene::{Expression, Part};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Triangulation;
 
 /// Leaves of a face: at most so many, fewer once the box is below this part of the vector, in the norm of ∇w.
 const LEAVES: usize = 120;
@@ -62,6 +63,11 @@ pub(super) struct Sector {
 }
 
 impl Lift {
+    /// The face whose data it continues.
+    pub fn face(&self, mesh: &Triangulation) -> usize {
+        mesh.cell_faces(self.cell)[self.local] as usize
+    }
+
     /// The part in the cell's barycentric coordinates: z and both ends of the leaf.
     pub fn piece(&self, sector: &Sector) -> Piece {
         let mut piece = [[0.0; 4]; 4];

@@ -32,7 +32,7 @@ pub(super) struct Obstacle {
     pub is_lifted: bool,
     /// The mean of ψ.
     pub mean: Interval,
-    /// Where there is a lift, that ψ is nowhere below the polygon of these values at these s from one vertex to the other.
+    /// Where there is a lift: [s, value] of a polygon that ψ is nowhere below, s from one vertex to the other.
     pub polygon: Vec<[f64; 2]>,
 }
 
@@ -149,7 +149,7 @@ fn from_below(leaf: &Leaf) -> [Interval; 4] {
     leaf.values.map(|value| Interval::at(value) - slack)
 }
 
-/// ψ on the leaves of a face from below: linear between these values, where it may have two at an s.
+/// ψ on the leaves of a face from below: linear between these values, where it may have two values at an s.
 fn polygon(tree: &Tree) -> Vec<[f64; 2]> {
     let mut polygon = Vec::new();
     tree.for_each(&mut |node, piece, _| {
@@ -159,9 +159,10 @@ fn polygon(tree: &Tree) -> Vec<[f64; 2]> {
     polygon
 }
 
-/// The data for one field, about v in the space of `diagonal` = ‖∇φ_i‖², whose flux on the contact faces is λ: without the lifts
-/// that cost more than a line below ψ. Off by δ_i at a vertex or the middle of a face v adds some δ_i² ‖∇φ_i‖² to M² + 4B,
-/// the square of the bound of 2G, and a gap 4 <λ, v-ψ>.
+/// The data for a field near v of P2 whose flux on the contact faces is λ: without the lifts that cost more than a line below ψ.
+///
+/// Known data aside, ‖∇u-G‖² is at most (M² + 4B)/4. Moving v by δ_i at a vertex or in the middle of a face adds about δ_i² ‖∇φ_i‖²
+/// to M², with ‖∇φ_i‖² in `diagonal`; a gap adds 4 <λ, v-ψ>.
 pub(super) fn fitted<'a>(
     problem: &Problem,
     data: Cow<'a, PreparedData>,
@@ -174,32 +175,28 @@ pub(super) fn fitted<'a>(
     for (k, (contact, obstacle)) in problem.contact.iter().zip(&data.obstacles).enumerate() {
         let face = mesh.face(contact.face);
         let ends = [face[0] as usize, face[1] as usize];
-        // What g is there no line has.
+        // v = g at an end on Γ_D, which may be above any line.
         if !obstacle.is_lifted || ends.iter().any(|&end| data.dirichlet[end].is_some()) {
             continue;
         }
         let middle = mesh.points.len() + contact.face;
-        let bubble = v
-            .get(middle)
-            .map_or(0.0, |v_middle| v_middle - 0.5 * (v[ends[0]] + v[ends[1]]));
-        // v - ψ beyond what the ends and b may be.
+        let bubble = v[middle] - 0.5 * (v[ends[0]] + v[ends[1]]);
+        // Of lowering v's ends to a line, and its b to what is left below it.
         let cost = |line: [f64; 2], bend: f64| {
             let gaps = [0, 1].map(|i| line[i] - v[ends[i]]);
             let of_ends = [0, 1].map(|i| diagonal[ends[i]] * gaps[i].min(0.0).powi(2));
             let room = bend + 0.25 * gaps.iter().map(|gap| gap.max(0.0)).sum::<f64>();
             let over = (bubble - room).max(0.0);
-            of_ends[0] + of_ends[1] + diagonal.get(middle).map_or(0.0, |d| d * over * over)
+            of_ends[0] + of_ends[1] + diagonal[middle] * over * over
         };
         let psi = [0, 1].map(|i| obstacle.values[i].low);
-        let of_lift = lift::of_cell(&data, contact.cell)
-            .iter()
-            .filter(|lift| mesh.cell_faces(lift.cell)[lift.local] as usize == contact.face);
-        let of_lift: f64 = of_lift
-            .map(|lift| lift.norms(&Simplex::new(mesh, lift.cell))[0].powi(2))
-            .sum();
+        let lifts = lift::of_cell(&data, contact.cell).iter();
+        let own = lifts.filter(|lift| lift.face(mesh) == contact.face);
+        let simplex = Simplex::new(mesh, contact.cell);
+        let of_lift: f64 = own.map(|lift| lift.norms(&simplex)[0].powi(2)).sum();
         let line = line_below(&obstacle.polygon, [0, 1].map(|i| v[ends[i]].min(psi[i])));
-        let below =
-            obstacle.mean.mid() - 0.5 * [0, 1].map(|i| line[i].min(v[ends[i]])).iter().sum::<f64>();
+        let of_v = [0, 1].map(|i| line[i].min(v[ends[i]]));
+        let below = obstacle.mean.mid() - 0.5 * (of_v[0] + of_v[1]);
         let pressure = 4.0 * lambda[k].abs() * contact.measure * below.max(0.0);
         if cost(line, 0.0) + pressure < of_lift + cost(psi, data.bend(contact.face)) {
             lines.push((k, line));
@@ -209,20 +206,20 @@ pub(super) fn fitted<'a>(
         return data;
     }
     let mut data = data.into_owned();
+    let mut is_left = vec![true; mesh.face_count()];
     for (k, line) in lines {
-        let obstacle = &mut data.obstacles[k];
+        let (obstacle, face) = (&mut data.obstacles[k], problem.contact[k].face);
         obstacle.ceiling[..2].copy_from_slice(&line);
         obstacle.is_lifted = false;
-        let face = problem.contact[k].face;
         data.bends[face] = 0.0;
-        data.lifts
-            .retain(|lift| mesh.cell_faces(lift.cell)[lift.local] as usize != face);
+        is_left[face] = false;
     }
+    data.lifts.retain(|lift| is_left[lift.face(mesh)]);
     Cow::Owned(data)
 }
 
-/// Values at both ends of a line that is nowhere above the polygon, those of `near` or less as far as may be: both ends as much
-/// lower as it takes, or one of them alone; and then as high as may be.
+/// Values at both ends of a line that is nowhere above the polygon: `near` with one end lowered, or with both lowered alike,
+/// whichever loses least; then raised until it touches.
 fn line_below(polygon: &[[f64; 2]], near: [f64; 2]) -> [f64; 2] {
     let at = Interval::at;
     // How far the line is above the polygon at most.
@@ -281,6 +278,14 @@ mod tests {
     use crate::contact::{Discretisation, Method, Problem};
     use crate::scene::{Data, Expression, Scene};
 
+    fn with_psi(base: &str, psi: &str) -> Scene {
+        let scene = Scene::find(base).unwrap();
+        scene.with_data(Data {
+            psi: Expression::parse(psi).unwrap(),
+            ..scene.data().clone()
+        })
+    }
+
     /// Between the ceilings at the vertices no point of a face is above ψ, whatever ψ does between them, and whatever field
     /// they are for.
     #[test]
@@ -297,12 +302,8 @@ mod tests {
             ("one-zone-3d", "0.1*(x-0.4)^2+0.2*sin(5*x)*cos(4*y)"),
             ("one-zone-3d", "0.1*x+abs(y-0.3)"),
         ] {
-            let scene = Scene::find(base).unwrap();
-            let psi = Expression::parse(psi).unwrap();
-            let scene = scene.with_data(Data {
-                psi: psi.clone(),
-                ..scene.data().clone()
-            });
+            let scene = with_psi(base, psi);
+            let psi = &scene.data().psi;
             let mesh = scene.triangulation(Some(4)).unwrap();
             let discretisation = Discretisation::of(&scene, Method::cr_fc());
             let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
@@ -312,7 +313,7 @@ mod tests {
                 let values = (0..count).map(|_| 0.5 * random.next() - 0.4);
                 values.collect()
             };
-            // The second differs where ψ has lifts: for random fields, some of them above ψ in part.
+            // For random fields, some of them above ψ in part, they differ where ψ has lifts.
             let fields = (0..20).map(|k| {
                 let near = any(mesh.points.len() + mesh.face_count());
                 let diagonal = vec![1.0; near.len()];
@@ -368,12 +369,7 @@ mod tests {
     #[test]
     fn an_obstacle_out_of_reach_costs_nothing() {
         let bound = |psi: &str| {
-            let scene = Scene::find("one-zone").unwrap();
-            let psi = Expression::parse(psi).unwrap();
-            let scene = scene.with_data(Data {
-                psi,
-                ..scene.data().clone()
-            });
+            let scene = with_psi("one-zone", psi);
             let mesh = scene.triangulation(Some(32)).unwrap();
             let problem =
                 Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::p2())).unwrap();
@@ -386,19 +382,15 @@ mod tests {
     /// v of any field is nowhere above ψ, with its bubbles, and its lift where it has one.
     #[test]
     fn no_field_is_above_the_obstacle() {
-        let mut without_lift = [0, 0];
+        let mut lifted = [0, 0];
         for psi in [
             "-0.1*(x-0.43)^2",
             "0.05*abs(x-0.53)-0.01",
             "-0.05*abs(x-0.53)",
             "0.02*sin(9*x)",
         ] {
-            let scene = Scene::find("one-zone").unwrap();
-            let psi = Expression::parse(psi).unwrap();
-            let scene = scene.with_data(Data {
-                psi: psi.clone(),
-                ..scene.data().clone()
-            });
+            let scene = with_psi("one-zone", psi);
+            let psi = &scene.data().psi;
             let mesh = scene.triangulation(Some(6)).unwrap();
             let discretisation = Discretisation::of(&scene, Method::p2());
             let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
@@ -411,7 +403,7 @@ mod tests {
                 let off: Vec<f64> = off.collect();
                 let (_, fields) = certified(&problem, &off).unwrap();
                 for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
-                    without_lift[usize::from(obstacle.is_lifted)] += 1;
+                    lifted[usize::from(obstacle.is_lifted)] += 1;
                     let face = mesh.face(contact.face);
                     let [a, b] = [0, 1].map(|i| mesh.points[face[i] as usize]);
                     let at = |s: f64| std::array::from_fn(|k| (1.0 - s) * a[k] + s * b[k]);
@@ -431,17 +423,13 @@ mod tests {
                 }
             }
         }
-        assert!(
-            without_lift.iter().all(|count| *count > 10),
-            "{without_lift:?}"
-        );
+        assert!(lifted.iter().all(|count| *count > 10), "{lifted:?}");
     }
 
-    /// Where a line alone is below the polygon it is the one, and no line is above it.
+    /// The line loses as little as one that is nowhere above a kink can, and touches it.
     #[test]
     fn lines_are_below_the_polygon() {
         let kink = [[0.0, 1.0], [0.25, 0.0], [0.25, 0.0], [1.0, 0.0]];
-        // One end alone is lowered, then both are as high as may be.
         for (near, expected) in [
             ([-1.0, -3.0], [0.5, -1.5]),
             ([0.0, 0.0], [0.0, 0.0]),
@@ -458,12 +446,7 @@ mod tests {
     /// The mean of what no leaf resolves is not known, and its interval holds it: -1 on all but acos(0.9)/π of a period.
     #[test]
     fn means_hold_what_is_not_known() {
-        let scene = Scene::find("one-zone").unwrap();
-        let psi = Expression::parse("if(sin(1e7*x)<0.9,-1,0)").unwrap();
-        let scene = scene.with_data(Data {
-            psi,
-            ..scene.data().clone()
-        });
+        let scene = with_psi("one-zone", "if(sin(1e7*x)<0.9,-1,0)");
         let mesh = scene.triangulation(Some(4)).unwrap();
         let discretisation = Discretisation::of(&scene, Method::cr());
         let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();

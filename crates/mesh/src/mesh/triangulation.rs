@@ -1,6 +1,8 @@
 //! The mesh as the solver needs it: conforming simplices, their faces, and which groups the
 //! boundary faces carry. Everything here is linear in the number of cells.
 
+mod groups;
+
 use std::collections::HashMap;
 
 use rayon::prelude::*;
@@ -8,9 +10,10 @@ use rayon::prelude::*;
 use super::faces::{self, Crowded};
 use super::hanging::hanging_nodes;
 use super::simplex::{diameter, dihedral_angles, signed_measure, thickness};
-use super::{CellGeometry, CellKind, Mesh, Metric};
+use super::{CellGeometry, CellKind, Group, Mesh, Metric};
 use crate::cancel;
 use crate::error::{Error, Result};
+pub use groups::FaceGroup;
 
 /// In place of the second cell of a boundary face.
 pub const NONE: u32 = u32::MAX;
@@ -53,40 +56,8 @@ pub struct Triangulation {
     face_cells: Vec<[u32; 2]>,
     /// Groups of boundary faces, as the file or generator names them.
     pub groups: Vec<FaceGroup>,
-    /// Groups of cells.
-    pub regions: Vec<Region>,
-}
-
-/// A named or numbered set of cells.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Region {
-    /// Its number in the file.
-    pub tag: i64,
-    /// Its name, where it has one.
-    pub name: Option<String>,
-    /// Cell indices, ascending.
-    pub cells: Vec<u32>,
-}
-
-/// A named or numbered set of faces.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FaceGroup {
-    /// Its number in the file.
-    pub tag: i64,
-    /// Its name, where it has one.
-    pub name: Option<String>,
-    /// Face indices, ascending.
-    pub faces: Vec<u32>,
-}
-
-impl FaceGroup {
-    /// How messages name the group.
-    pub fn label(&self) -> String {
-        match &self.name {
-            Some(name) => format!("\"{name}\" ({})", self.tag),
-            None => self.tag.to_string(),
-        }
-    }
+    /// Groups of cells; their numbers are those of the cells here.
+    pub regions: Vec<Group>,
 }
 
 impl Triangulation {
@@ -453,108 +424,6 @@ impl Triangulation {
                 "split the cells at the hanging vertex, or merge duplicate vertices",
             )),
         }
-    }
-
-    fn take_groups(&mut self, mesh: &Mesh, face_kind: CellKind) -> Result<()> {
-        let mut groups = Vec::new();
-        // Where each block ends: a mesh may have as many blocks as cells.
-        let ends = mesh.block_ends();
-        let cell_of = |cell: u32| {
-            let at = ends.partition_point(|&end| end <= cell as usize);
-            let block = mesh.blocks.get(at)?;
-            let nodes = block.cells().nth(cell as usize + block.len() - ends[at])?;
-            Some((block.kind, nodes))
-        };
-        for group in mesh
-            .groups
-            .iter()
-            .filter(|g| g.dim as usize + 1 == self.dim)
-        {
-            let mut faces = Vec::with_capacity(group.cells.len());
-            for &cell in &group.cells {
-                cancel::check()?;
-                let Some((kind, nodes)) = cell_of(cell) else {
-                    return Err(self.refuse(
-                        format!(
-                            "group {} names cell {cell}, which does not exist",
-                            group.tag
-                        ),
-                        "repair the file",
-                    ));
-                };
-                if kind != face_kind {
-                    continue;
-                }
-                let mut key = nodes.to_vec();
-                key.sort_unstable();
-                // A marked face inside the domain has no boundary condition; a marked line
-                // that belongs to no cell is an orphan.
-                match self.find_face(&key) {
-                    Some(face) if self.is_boundary(face) => faces.push(face as u32),
-                    Some(_) => {}
-                    None => {
-                        return Err(self.refuse(
-                            format!(
-                                "the marked face {nodes:?} of group {} is a face of no cell",
-                                group.tag
-                            ),
-                            "remove orphan lines or triangles, or mesh the domain beside them",
-                        ));
-                    }
-                }
-            }
-            faces.sort_unstable();
-            faces.dedup();
-            if !faces.is_empty() {
-                groups.push(FaceGroup {
-                    tag: group.tag,
-                    name: group.name.clone(),
-                    faces,
-                });
-            }
-        }
-        self.groups = groups;
-        Ok(())
-    }
-
-    fn take_regions(&mut self, mesh: &Mesh, cell_kind: CellKind) -> Result<()> {
-        // Cells of the blocks of this kind have the numbers of those here, in their order.
-        let (mut all, mut own) = (0, 0);
-        let mut first = Vec::with_capacity(mesh.blocks.len());
-        for block in &mesh.blocks {
-            first.push((all, (block.kind == cell_kind).then_some(own)));
-            all += block.len();
-            own += first
-                .last()
-                .and_then(|(_, own)| *own)
-                .map_or(0, |_| block.len());
-        }
-        let number = |cell: u32| {
-            let cell = cell as usize;
-            let (begin, own) =
-                first.get(first.partition_point(|(b, _)| *b <= cell).checked_sub(1)?)?;
-            own.map(|own| (own + cell - begin) as u32)
-        };
-        for group in mesh
-            .groups
-            .iter()
-            .filter(|g| usize::from(g.dim) == self.dim)
-        {
-            cancel::check()?;
-            let cells: Vec<u32> = group
-                .cells
-                .iter()
-                .filter_map(|&cell| number(cell))
-                .collect();
-            if !cells.is_empty() {
-                self.regions.push(Region {
-                    tag: group.tag,
-                    name: group.name.clone(),
-                    cells,
-                });
-            }
-        }
-        Ok(())
     }
 
     /// The face with these vertices, ascending: faces are numbered in that order.
