@@ -7,7 +7,7 @@ use super::line::Carried;
 use super::quadratic::{Linear, Quadratic};
 use super::second_order::{self, Stream};
 use super::simplex::{EDGES, Simplex, Vector, times};
-use super::{admissible, flux, obstacle};
+use super::{admissible, fitted, flux};
 use crate::contact::Problem;
 use crate::element::{MAX_DOFS, P1, Space};
 use crate::interval::Interval;
@@ -134,7 +134,7 @@ impl<'a> CellFields<'a> {
         let space = of_second_order.unwrap_or_else(|| Space::new(problem.space.mesh, &P1));
         let stiffness = problem.stiffness.on(&space).kept();
         let (near, diagonal) = (admissible::near(problem, &u, &space), stiffness.diagonal());
-        let data = obstacle::fitted(problem, data, &lambda, &near, &diagonal);
+        let data = fitted::fitted(problem, data, &lambda, &near, &diagonal);
         let (v, fluxes) = rayon::join(
             || admissible::admissible(problem, near, &lambda, &data, &stiffness, &diagonal),
             || solver.equilibrated(&u, &lambda, &data),

@@ -11,6 +11,7 @@ mod cells;
 mod data;
 #[cfg(test)]
 mod data_tests;
+mod fitted;
 mod flux;
 mod goal;
 mod lift;
