@@ -3,7 +3,7 @@
 
 mod parts;
 
-pub use parts::{Piece, WHOLE, halves, longest_edge, parts};
+pub use parts::{Piece, WHOLE, cut, longest_edge, parts};
 
 /// A rule on the reference simplex: the weights are fractions of its measure.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,23 +2,31 @@
 //!
 //! Let r be f + div σ on a cell κ whose tree was cut. Its mean m on κ, and the part that the tree does not know, go to
 //! the majorant flux. Constants on leaves that have mean 0 on κ are the divergence of an explicit flux τ without normal
-//! trace on ∂κ. In a simplex T cut in the middle of its edge ab, with ±δ the means on its halves relative to T's,
+//! trace on ∂κ. In a simplex T cut at the share t of its edge ab, with δ and ε the means on its parts relative to T's,
+//! t δ + (1-t) ε = 0,
 //!
 //! ```text
-//! τ = -δ (x-a)/d in the half at a,   δ (x-b)/d in that at b
+//! τ = -δ (x-a)/d in the part at a,   -ε (x-b)/d in that at b
 //! ```
 //!
-//! has no flux through ∂T, where x-a or x-b is a tangent, and the flux δ |T|/2 into the half at a, the same all over what
+//! has no flux through ∂T, where x-a or x-b is a tangent, and the flux t δ |T| into the part at a, the same all over what
 //! both have in common. Summed over all levels -div τ is r's constants, and τ is added to σ: no Poincaré inequality, and a
-//! peak of width ε in a cell of size h costs (log h/ε)^½ where that would cost h/ε. What is linear on a leaf with mean 0,
-//! and the wave s of the model, are bounded by Poincaré's inequality on the leaf. Where that inequality on all of κ is good
-//! enough there is no τ.
+//! peak of width w in a cell of size h costs (log h/w)^½ where that would cost h/w. What is linear on a leaf with mean 0,
+//! Σ a_i λ_i, is -div of
+//!
+//! ```text
+//! Σ_{i<j} (a_j - a_i)/(d+1) λ_i λ_j (x_j - x_i)
+//! ```
+//!
+//! there, as div(λ_i λ_j (x_i - x_j)) = λ_j - λ_i, without a normal trace on its boundary. The wave s of the model is bounded by
+//! Poincaré's inequality on the leaf. Where that inequality on all of κ is good enough there is no τ.
 
 use super::line::Carried;
 use super::model::Tree;
-use super::simplex::{Simplex, Vector, length, mean_square_of_linear, norm, root_of_product, up};
+use super::quadratic::{Linear, Quadratic};
+use super::simplex::{EDGES, Simplex, length, mean_square_of_linear, norm, root_of_product, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
-use crate::quadrature::{Piece, WHOLE, halves};
+use crate::quadrature::{Piece, WHOLE};
 
 /// Coefficients of a vector Σ b_i x_i, Σ b_i = 0, of the cell's vertices x_i.
 pub(super) type Coefficients = [Interval; 4];
@@ -43,12 +51,49 @@ pub(super) struct Balance {
     pub error: f64,
     /// |(e - ē, |w|)| ≤ spread ‖∇w‖_κ
     pub spread: f64,
-    /// τ by its values at the corners of each leaf; empty where it is none.
-    pub tau: Vec<(Piece, f64, [Coefficients; 4])>,
+    /// τ by leaves; empty where it is none.
+    pub tau: Vec<Tau>,
     /// ‖τ‖_κ, of what the tree carries where there is no other.
     pub norm: f64,
     /// Of what the tree carries.
     pub carried: Option<Carried>,
+}
+
+/// τ on a leaf.
+#[derive(Debug, Clone)]
+pub(super) struct Tau {
+    pub piece: Piece,
+    pub share: f64,
+    /// What is linear, at the corners …
+    corners: [Coefficients; 4],
+    /// … and the a_i of the rest, which is 0 there.
+    slopes: [f64; 4],
+}
+
+impl Tau {
+    /// The field on the leaf.
+    pub fn field<const D: usize>(&self, cell: &Simplex) -> Quadratic<D> {
+        let corners = self.corners.map(|b| cell.vector(&b));
+        let mut field = Quadratic::of(&Linear::new(&corners));
+        let factor = 1.0 / (4 * (cell.dim + 1)) as f64;
+        for (edge, &[i, j]) in EDGES.iter().take(cell.dim * (cell.dim + 1) / 2).enumerate() {
+            let bend = factor * (self.slopes[j] - self.slopes[i]);
+            if bend != 0.0 {
+                let [from, to] = [i, j].map(|corner| self.piece[corner].map(Interval::at));
+                let along = std::array::from_fn(|k| to[k] - from[k]);
+                field.bend_within(edge, bend, &cell.vector(&along));
+            }
+        }
+        field
+    }
+
+    /// The mean of |τ|² over the leaf.
+    fn mean_square(&self, cell: &Simplex) -> Interval {
+        match cell.dim {
+            2 => self.field::<2>(cell).mean_square(2),
+            dim => self.field::<3>(cell).mean_square(dim),
+        }
+    }
 }
 
 /// The balance of a cell: the tree of f, and f + div σ at a leaf's corners from p there.
@@ -67,13 +112,11 @@ pub(super) fn balance(
         let of_cell = wave(scale.high, measure, leaf.swell);
         let mut found = Balance {
             oscillation: of_cell,
-            error: up(leaf.error, most.fold(0.0, f64::max)),
+            error: up(leaf.unknown(), most.fold(0.0, f64::max)),
+            spread: wave(scale.high, measure, Interval::at(leaf.spots[1]).root().high),
             ..Balance::default()
         };
         if let Some(carried) = tree.carried.as_deref() {
-            let [mean, square] = carried.spots;
-            found.error = up(found.error, mean);
-            found.spread = above_of_product(scale.high, root_of_product(measure, square));
             let norm = wave(1.0, measure, carried.square.root().high);
             if norm < of_cell {
                 found.oscillation = 0.0;
@@ -89,14 +132,14 @@ pub(super) fn balance(
         left,
         means: vec![Interval::ZERO; nodes],
         errors: vec![0.0; nodes],
-        linear: Vec::new(),
+        away: Vec::new(),
         plain: Vec::new(),
     };
     found.look(0, &WHOLE, 1.0);
     let Leaves {
         means: exact,
         mut errors,
-        linear,
+        away: of_leaves,
         plain,
         ..
     } = found;
@@ -111,55 +154,69 @@ pub(super) fn balance(
         above_of_product(*share, mean_square_of_linear(&off).high)
     });
     let of_cell = above_of_product(scale.high, root_of_product(measure, above_of_all(away)));
-    let of_means = |means: &[f64], missing: &mut dyn FnMut(u32, Interval)| {
-        let mut tau = Vec::new();
-        let mut flux = Flux {
-            tree,
-            dim,
-            means,
-            leaves: &mut |node: u32,
-                          piece: &Piece,
-                          share: f64,
-                          at: [Coefficients; 4],
-                          represented: Interval| {
-                missing(node, Interval::at(means[0]) + represented);
-                tau.push((*piece, share, at));
-            },
+    // With the constants of `means` and what is linear on leaves, in their order.
+    let of_means =
+        |means: &[f64], slopes: &[[f64; 4]], missing: &mut dyn FnMut(usize, u32, Interval)| {
+            let mut tau = Vec::new();
+            let mut flux = Flux {
+                tree,
+                dim,
+                means,
+                leaves: &mut |node: u32,
+                              piece: &Piece,
+                              share: f64,
+                              corners: [Coefficients; 4],
+                              represented: Interval| {
+                    missing(tau.len(), node, Interval::at(means[0]) + represented);
+                    tau.push(Tau {
+                        piece: *piece,
+                        share,
+                        corners,
+                        slopes: slopes.get(tau.len()).copied().unwrap_or_default(),
+                    });
+                },
+            };
+            flux.below(0, &WHOLE, 1.0, [[Interval::ZERO; 4]; 4], Interval::ZERO);
+            let squares = tau
+                .iter()
+                .map(|on: &Tau| above_of_product(on.share, on.mean_square(cell).high));
+            let norm = root_of_product(measure, above_of_all(squares));
+            (tau, norm)
         };
-        flux.below(0, &WHOLE, 1.0, [[Interval::ZERO; 4]; 4], Interval::ZERO);
-        let squares = tau
-            .iter()
-            .map(|(_, share, at)| above_of_product(*share, mean_square(cell, at).high));
-        let norm = root_of_product(measure, above_of_all(squares));
-        (tau, norm)
-    };
     let (mut known_part, mut tau, mut norm) = (of_cell, Vec::new(), 0.0);
     // What rounding leaves of the mean.
     let off = |node: u32| exact[node as usize] - Interval::at(known);
     let mut rounding = tree.mean(off).magnitude();
     if of_cell > enough {
         let own = errors.clone();
-        let (with, of_tau) = of_means(&means, &mut |node, represented| {
-            // What rounding leaves between the leaf's mean and the divergence of τ.
-            let off = exact[node as usize] - represented;
-            errors[node as usize] = up(errors[node as usize], off.magnitude());
+        let slopes = plain.iter().map(|(_, values)| slopes(&values[..count]));
+        let slopes: Vec<[f64; 4]> = slopes.collect();
+        let (with, of_tau) = of_means(&means, &slopes, &mut |leaf, node, represented| {
+            // What rounding leaves between r and the divergence of τ, which is linear.
+            let (values, slopes) = (&plain[leaf].1, slopes[leaf].map(Interval::at));
+            let mean =
+                slopes[..count].iter().copied().sum::<Interval>() / Interval::at(count as f64);
+            let off = (0..count).map(|i| values[i] - represented - (slopes[i] - mean));
+            let most = off.map(Interval::magnitude).fold(0.0, f64::max);
+            errors[node as usize] = up(errors[node as usize], most);
         });
-        let of_leaves = length(
-            linear
-                .iter()
-                .map(|leaf| above_of_product(leaf.scale, root_of_product(measure, leaf.square))),
-        );
-        if up(of_tau, of_leaves) < of_cell {
-            (known_part, tau, norm) = (of_leaves, with, of_tau);
+        if of_tau < of_cell {
+            (known_part, tau, norm) = (0.0, with, of_tau);
             rounding = 0.0;
         } else {
             errors = own;
         }
     }
     let waves = length(
-        linear
+        of_leaves
             .iter()
             .map(|l| above_of_product(l.scale, root_of_product(measure, l.wave))),
+    );
+
+    let on_spots = length(
+        of_leaves
+            .iter()
+            .map(|l| above_of_product(l.scale, root_of_product(measure, l.spots))),
     );
 
     // The unknown: the same flux for e - ē, or Poincaré's inequality.
@@ -173,7 +230,7 @@ pub(super) fn balance(
     let of_errors = |node: u32| Interval::at(errors[node as usize]) - Interval::at(bounds[0]);
     let mut off = tree.mean(of_errors).magnitude();
     if spread > enough {
-        let (_, norm) = of_means(&bounds, &mut |node, represented| {
+        let (_, norm) = of_means(&bounds, &[], &mut |_, node, represented| {
             let missing = Interval::at(errors[node as usize]) - represented;
             off = off.max(missing.magnitude());
         });
@@ -182,7 +239,7 @@ pub(super) fn balance(
     Balance {
         oscillation: up(known_part, waves),
         error: up(up(bounds[0], off), up(known.abs(), rounding)),
-        spread,
+        spread: up(spread, on_spots),
         tau,
         norm,
         carried: None,
@@ -197,22 +254,24 @@ fn wave(scale: f64, measure: f64, wave: f64) -> f64 {
     (Interval::at(scale) * size).high
 }
 
-/// The mean of |τ|² over a leaf, of its values at the corners.
-fn mean_square(cell: &Simplex, at: &[Coefficients; 4]) -> Interval {
-    let corners: Vec<Vector> = at[..=cell.dim].iter().map(|b| cell.vector(b)).collect();
-    (0..cell.dim)
-        .map(|k| mean_square_of_linear(&corners.iter().map(|c| c[k]).collect::<Vec<_>>()))
-        .sum()
+/// About r less its mean at the corners.
+fn slopes(values: &[Interval]) -> [f64; 4] {
+    let mean = values.iter().map(|r| r.mid()).sum::<f64>() / values.len() as f64;
+    let mut slopes = [0.0; 4];
+    for (slope, r) in slopes.iter_mut().zip(values) {
+        *slope = r.mid() - mean;
+    }
+    slopes
 }
 
-/// The linear part of r on one leaf.
-struct Linear {
+/// What Poincaré's inequality bounds on one leaf.
+struct Away {
     /// C h_S
     scale: f64,
-    /// Share times the mean square of r less its mean.
-    square: f64,
     /// Share times the mean square of the wave.
     wave: f64,
+    /// … and of what is not known on spots.
+    spots: f64,
 }
 
 /// r on the leaves.
@@ -222,7 +281,7 @@ struct Leaves<'a, L> {
     left: L,
     means: Vec<Interval>,
     errors: Vec<f64>,
-    linear: Vec<Linear>,
+    away: Vec<Away>,
     /// Share and values at the corners.
     plain: Vec<(f64, [Interval; 4])>,
 }
@@ -231,9 +290,9 @@ impl<L: Fn(&[f64; 4], f64) -> Interval> Leaves<'_, L> {
     fn look(&mut self, node: u32, piece: &Piece, share: f64) {
         let dim = self.cell.dim;
         let count = dim + 1;
-        if let Some(indices) = self.tree.halves_of(node) {
-            for (index, half) in indices.iter().zip(halves(piece, self.tree.edge(node))) {
-                self.look(*index, &half, 0.5 * share);
+        if let Some(indices) = self.tree.below_of(node) {
+            for (index, (part, of_node)) in indices.iter().zip(self.tree.parts_of(node, piece)) {
+                self.look(*index, &part, share * of_node);
             }
             return;
         }
@@ -243,13 +302,12 @@ impl<L: Fn(&[f64; 4], f64) -> Interval> Leaves<'_, L> {
             values[j] = (self.left)(&piece[j], leaf.values[j]);
         }
         let mean = values[..count].iter().copied().sum::<Interval>() / Interval::at(count as f64);
-        let off: Vec<Interval> = values[..count].iter().map(|r| *r - mean).collect();
         self.means[node as usize] = mean;
-        self.errors[node as usize] = leaf.error;
-        self.linear.push(Linear {
+        self.errors[node as usize] = leaf.unknown();
+        self.away.push(Away {
             scale: (poincare(dim) * Interval::at(diameter(self.cell, piece))).high,
-            square: above_of_product(share, mean_square_of_linear(&off).high),
             wave: above_of_product(share, Interval::at(leaf.swell).square().high),
+            spots: above_of_product(share, leaf.spots[1]),
         });
         self.plain.push((share, values));
     }
@@ -287,26 +345,28 @@ impl<F: FnMut(u32, &Piece, f64, [Coefficients; 4], Interval)> Flux<'_, F> {
         at: [Coefficients; 4],
         represented: Interval,
     ) {
-        let Some(indices) = self.tree.halves_of(node) else {
+        let Some(indices) = self.tree.below_of(node) else {
             return (self.leaves)(node, piece, share, at, represented);
         };
         let [a, b] = self.tree.edge(node);
-        let sum = |k: usize| at[a][k] + at[b][k];
-        let middle = std::array::from_fn(|k| Interval::new(0.5 * sum(k).low, 0.5 * sum(k).high));
-        // The one number is δ in one half and -δ in the other, or the fluxes through their common face would differ.
+        let both = self.tree.parts_of(node, piece);
+        let [first, second] = both.map(|(_, share)| share);
+        let point = std::array::from_fn(|k| second * at[a][k] + first * at[b][k]);
+        // One number δ, and ε from it, or the fluxes through their common face would differ.
         let delta = Interval::at(self.means[indices[0] as usize] - self.means[node as usize]);
-        let of_halves = [(a, b, delta), (b, a, -delta)];
-        let both = indices.into_iter().zip(halves(piece, [a, b]));
-        for ((index, half), (corner, new, delta)) in both.zip(of_halves) {
+        let epsilon = -(first * delta) / Interval::at(second);
+        let of_parts = [(a, b, delta), (b, a, epsilon)];
+        let both = indices.into_iter().zip(both);
+        for ((index, (half, of_node)), (corner, new, delta)) in both.zip(of_parts) {
             let mut inside = at;
-            inside[new] = middle;
+            inside[new] = point;
             let weight = -delta / Interval::at(self.dim as f64);
             for (value, x) in inside.iter_mut().zip(&half).take(self.dim + 1) {
                 for (k, b) in value.iter_mut().enumerate().take(self.dim + 1) {
                     *b += weight * (Interval::at(x[k]) - Interval::at(half[corner][k]));
                 }
             }
-            self.below(index, &half, 0.5 * share, inside, represented + delta);
+            self.below(index, &half, share * of_node, inside, represented + delta);
         }
     }
 }
@@ -319,7 +379,6 @@ mod tests {
     use crate::scene::{Expression, Scene};
     use faceoff_mesh::mesh::Triangulation;
     use faceoff_mesh::mesh::generate::union_jack;
-    use std::f64::consts::PI;
 
     /// Calls `check` for the cells of a scene with n = 2 on which f has a flux τ: how many these are.
     fn each_with_tau(
@@ -363,7 +422,8 @@ mod tests {
         let tree = Tree {
             whole: Leaf {
                 edge: longest.unwrap().1,
-                halves: 1,
+                at: 0.5,
+                parts: 1,
                 ..Leaf::default()
             },
             rest: leaves.to_vec(),
@@ -377,20 +437,23 @@ mod tests {
     #[test]
     fn tau_has_the_divergence_of_the_leaves_and_no_normal_trace() {
         for (scene, f) in [
-            ("one-zone", "if(x + 2*y < 0.8, 1, if(x < 0.2, -3, 5))"),
+            (
+                "one-zone",
+                "if(x + 2*y < 0.8, 1 + 3*x, if(x < 0.2, -3*y, 5 - y))",
+            ),
             (
                 "one-zone-3d",
-                "if(x + 2*y - z < 0.1, 1, if(x < 0.2, -3, 5))",
+                "if(x + 2*y - z < 0.1, 1 + 3*x, if(x < 0.2, -3*y, 5 - z))",
             ),
         ] {
             let cut = each_with_tau(scene, f, |mesh, cell, tree, found| {
                 let (dim, simplex) = (mesh.dim, Simplex::new(mesh, cell));
                 let rule = exact(dim, 5);
-                let mean = tree
-                    .mean(|node| Interval::at(tree.leaf(node).values[0]))
-                    .mid();
+                let p = |node: u32| &tree.leaf(node).values[..=dim];
+                let of_leaf = |node: u32| p(node).iter().sum::<f64>() / (dim + 1) as f64;
+                let mean = tree.mean(|node| Interval::at(of_leaf(node))).mid();
                 let mut leaves = Vec::new();
-                tree.for_each(&mut |node, _, _| leaves.push(tree.leaf(node).values[0] - mean));
+                tree.for_each(&mut |node, _, _| leaves.push(tree.leaf(node).values));
                 let geometry = mesh.geometry(cell);
                 for power in [
                     [1, 0, 0],
@@ -414,20 +477,18 @@ mod tests {
                         }
                     };
                     let mut sums = [0.0; 2];
-                    for ((piece, share, tau), r) in found.tau.iter().zip(&leaves) {
+                    for (tau, values) in found.tau.iter().zip(&leaves) {
+                        let field = tau.field::<3>(&simplex);
                         for (inner, weight) in rule.iter() {
                             let inside = |i: usize| -> f64 {
-                                (0..=dim).map(|k| inner[k] * piece[k][i]).sum()
+                                (0..=dim).map(|k| inner[k] * tau.piece[k][i]).sum()
                             };
                             let x = geometry.point(&std::array::from_fn(inside));
-                            let of = |i: usize| {
-                                let at = tau.iter().zip(inner);
-                                Interval::at(at.map(|(t, w)| t[i].mid() * w).sum())
-                            };
-                            let tau = simplex.vector(&std::array::from_fn(of));
-                            let along = (0..dim).map(|k| tau[k].mid() * slope(x, k));
-                            sums[0] += share * weight * along.sum::<f64>();
-                            sums[1] += share * weight * r * phi(x);
+                            let here = field.at(&inner, dim);
+                            let along = (0..dim).map(|k| here[k] * slope(x, k));
+                            let r: f64 = (0..=dim).map(|k| inner[k] * values[k]).sum();
+                            sums[0] += tau.share * weight * along.sum::<f64>();
+                            sums[1] += tau.share * weight * (r - mean) * phi(x);
                         }
                     }
                     let [left, right] = sums;
@@ -437,43 +498,7 @@ mod tests {
                     );
                 }
             });
-            assert!(cut >= 3, "{scene}: {cut}");
-        }
-    }
-
-    /// With τ, what is linear on leaves costs ‖r - r̄‖ h_S/j₁₁ on each leaf S, and is not less than what Poincaré's inequality
-    /// asks for.
-    #[test]
-    fn what_is_linear_on_leaves_is_charged_by_their_size() {
-        for (scene, constant) in [
-            ("one-zone", 1.0 / 3.831_705_970_207_512_3),
-            ("one-zone-3d", 1.0 / PI),
-        ] {
-            let f = "if(x + 2*y - z < 0.1, 1 + 3*x, if(x < 0.2, -3*y, 5 - y))";
-            let cut = each_with_tau(scene, f, |mesh, cell, tree, found| {
-                let dim = mesh.dim;
-                let geometry = mesh.geometry(cell);
-                let mut least = 0.0;
-                tree.for_each(&mut |node, piece, share| {
-                    let corners: Vec<_> =
-                        piece[..=dim].iter().map(|at| geometry.point(at)).collect();
-                    let pairs = corners
-                        .iter()
-                        .flat_map(|a| corners.iter().map(move |b| (a, b)));
-                    let longest = pairs
-                        .map(|(a, b)| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>())
-                        .fold(0.0, f64::max);
-                    let values = &tree.leaf(node).values[..=dim];
-                    let mean = values.iter().sum::<f64>() / (dim + 1) as f64;
-                    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-                    let square = squares / ((dim + 1) * (dim + 2)) as f64;
-                    least += constant * constant * longest * share * geometry.measure() * square;
-                });
-                assert!(least > 0.0, "{scene} {cell}");
-                let [ratio, square] = [found.oscillation / least.sqrt(), least];
-                assert!(ratio > 1.0 - 1e-12, "{scene} {cell}: {ratio} of {square}");
-            });
-            assert!(cut >= 3, "{scene}: {cut}");
+            assert!(cut >= 2, "{scene}: {cut}");
         }
     }
 
@@ -504,6 +529,38 @@ mod tests {
         let expected = 0.7 * 0.5_f64.sqrt() / 3.831_705_970_207_512_3;
         let ratio = found.oscillation / expected;
         assert!((1.0..1.0 + 1e-12).contains(&ratio), "{ratio}");
+    }
+
+    /// What is not known on spots is in the mean of the unknown, and its mean square by the lengths of leaves: ‖r‖ h_S/j₁₁.
+    #[test]
+    fn spots_on_leaves_are_charged() {
+        let of = |value: f64| Leaf {
+            values: [value, value, value, 0.0],
+            error: 0.25,
+            spots: [0.5, 0.9],
+            peak: 2.0,
+            ..Leaf::default()
+        };
+        let found = two_halves([of(1.0), of(-1.0)]);
+        assert!(found.error >= 0.75 && found.error < 0.751, "{found:?}");
+        let expected = 0.9_f64.sqrt() * 0.5_f64.sqrt() / 3.831_705_970_207_512_3;
+        let ratio = found.spread / expected;
+        assert!((1.0..1.0 + 1e-12).contains(&ratio), "{ratio}");
+    }
+
+    /// f64 has no difference of 1e15 + 2⁻⁴ and its mean on a leaf either: what τ's linear divergence is off by is charged.
+    #[test]
+    fn what_rounding_leaves_beside_slopes_is_charged() {
+        let values = [1e15 + 0.125, -1e15, 3.0, 0.0];
+        let of = |sign: f64| Leaf {
+            values: values.map(|v| sign * v),
+            ..Leaf::default()
+        };
+        let found = two_halves([of(1.0), of(-1.0)]);
+        assert!(
+            !found.tau.is_empty() && found.error >= 0.125 / 3.0,
+            "{found:?}"
+        );
     }
 
     /// (e - ē, w) for e = 1 and 3 on the halves and w = 1 + λ_b - λ_a, ab the longest edge, is 1/6, and ‖∇w‖ is 1.

@@ -1,6 +1,6 @@
 //! v, σ and G = (∇v+σ)/2 on one cell after the other, and enclosures of their norms.
 
-use super::balance::{Balance, Coefficients, balance};
+use super::balance::{Balance, Tau, balance};
 use super::data::PreparedData;
 use super::lift::{self, Lift, Sector};
 use super::line::Carried;
@@ -312,9 +312,9 @@ impl<'a> CellFields<'a> {
                 }
             }
             (None, false) => {
-                for (piece, share, tau) in &balance.tau {
-                    let share = Interval::at(*share);
-                    sums.add(&on_cell, (piece, share), None, Some(tau));
+                for tau in &balance.tau {
+                    let part = (&tau.piece, Interval::at(tau.share));
+                    sums.add(&on_cell, part, None, Some(tau));
                 }
             }
         }
@@ -444,13 +444,13 @@ struct OnCell<'a, const D: usize> {
 }
 
 impl Sums {
-    /// Adds a part of a cell and its share of it, with the lift's slope there and τ at its corners.
+    /// Adds a part of a cell and its share of it, with the lift's slope and τ there.
     fn add<const D: usize>(
         &mut self,
         on: &OnCell<D>,
         (piece, share): (&Piece, Interval),
         lift: Option<&Vector>,
-        tau: Option<&[Coefficients; 4]>,
+        tau: Option<&Tau>,
     ) {
         let dim = on.simplex.dim;
         let (mut of_v, mut sigma, of_u) = if lift.is_none() && tau.is_none() {
@@ -463,8 +463,7 @@ impl Sums {
             of_v = of_v.plus(1.0, &Quadratic::of(&Linear::new(&[*lift; 4])));
         }
         if let Some(tau) = tau {
-            let tau = tau.map(|b| on.simplex.vector(&b));
-            sigma = sigma.plus(1.0, &Quadratic::of(&Linear::new(&tau)));
+            sigma = sigma.plus(1.0, &tau.field(on.simplex));
         }
         let misfit = of_v.plus(-1.0, &sigma);
         let of_g = of_v.plus(-0.5, &misfit);

@@ -280,7 +280,7 @@ pub(super) fn moments(tree: &Tree, dim: usize) -> (Interval, [Interval; 4]) {
 /// What is not bounded cannot be charged.
 fn bounded(name: &str, tree: &Tree, place: impl Fn() -> String) -> Result<()> {
     let mut is_bounded = true;
-    tree.for_each(&mut |node, _, _| is_bounded &= tree.leaf(node).error.is_finite());
+    tree.for_each(&mut |node, _, _| is_bounded &= tree.leaf(node).unknown().is_finite());
     if is_bounded {
         return Ok(());
     }
@@ -376,7 +376,7 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
                     bubble += share * mean_with_bubble(&values, &bubble_on(piece, [0, 1], 1), 1);
                 }
                 wave += share * Interval::at(tree.leaf(node).swell);
-                rest += share * Interval::at(tree.leaf(node).error);
+                rest += share * Interval::at(tree.leaf(node).unknown());
             });
             let patch = patch::patch(
                 &simplex,

@@ -58,11 +58,11 @@ fn spots_are_part_of_all_bounds() {
         square: Interval::at(1e-6),
         flat: [Interval::ZERO; 3],
         bubbles: [Interval::ZERO; 3],
-        spots: [mean, square],
     };
     let tree = Tree {
         whole: Leaf {
             error: 0.1,
+            spots: [mean, square],
             swell: 0.7,
             ..Leaf::default()
         },
@@ -93,8 +93,9 @@ fn steps_along_an_axis_take_no_leaves() {
         let problem = problem.unwrap();
         let data = PreparedData::new(&problem).unwrap();
         assert!(data.trees.iter().all(|tree| !tree.is_cut()), "{f}");
-        let carried = data.trees.iter().flat_map(|tree| &tree.carried);
-        assert!(carried.filter(|c| c.spots[0] > 0.0).count() >= 16, "{f}");
+        let carried = data.trees.iter().filter(|tree| tree.carried.is_some());
+        let spots = carried.filter(|tree| tree.whole.spots[0] > 0.0);
+        assert!(spots.count() >= 16, "{f}");
         let found = certify(&problem, &solved(&problem)).unwrap();
         holds(&found, truth, width);
     }
@@ -177,5 +178,27 @@ fn loads_of_faces_hold_what_is_not_known() {
             found.low - 1e-3 <= truth && truth <= found.high + 1e-3,
             "{found:?}"
         );
+    }
+}
+
+/// u = (max(0, s))²/2, s = x + 2y - 1.3, whose -Δu jumps on a line across the cells: ‖∇u‖² = ∫ 5 max(0, s)² = 5/24 (1.7⁴ - 0.7⁴).
+#[test]
+fn steps_across_cells_take_few_leaves() {
+    let truth = (5.0 / 24.0 * (1.7_f64.powi(4) - 0.7_f64.powi(4))).sqrt();
+    let scene = square(
+        "-if(x+2*y<1.3,0,5)",
+        "if(x<0.5,-1,1)*max(0,x+2*y-1.3)",
+        "max(0,x+0.7)^2/2",
+        "1",
+    );
+    for (method, n, width) in [("cr", 16, 0.04), ("cr-fc", 32, 0.015), ("p2", 16, 0.04)] {
+        let mesh = scene.triangulation(Some(n)).unwrap();
+        let discretisation = Discretisation::of(&scene, method.parse().unwrap());
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let (found, fields) = certified(&problem, &solved(&problem)).unwrap();
+        holds(&found, truth, width);
+        let trees = fields.data.trees.iter();
+        let cut: usize = trees.map(|tree| tree.rest.len()).sum();
+        assert!(cut > n && cut < 20 * n, "{method}: {cut}");
     }
 }

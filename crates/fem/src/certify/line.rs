@@ -49,8 +49,6 @@ pub(super) struct Carried {
     pub flat: [Interval; 3],
     /// The means of s 4 λ_a λ_b, by the vertex opposite.
     pub bubbles: [Interval; 3],
-    /// The mean and the mean square of |r| on spots at most, which the error of the leaf leaves out.
-    pub spots: [f64; 2],
 }
 
 impl Carried {
@@ -72,7 +70,7 @@ pub(super) struct Along {
     wave: f64,
     swell: f64,
     error: f64,
-    /// As [`Carried`] has them.
+    /// As [`Leaf`] has them.
     spots: [f64; 2],
     /// ∫ Φ²/w from the first corner to the second and on to the third, relative to the whole length.
     squares: [Interval; 2],
@@ -506,6 +504,7 @@ impl Along {
             wave: self.wave,
             swell: self.swell,
             error: self.error,
+            spots: self.spots,
             is_smooth: true,
             ..Leaf::default()
         };
@@ -524,7 +523,6 @@ impl Along {
             square,
             flat,
             bubbles,
-            spots: self.spots,
         };
         (leaf, carried)
     }
@@ -565,7 +563,7 @@ impl Domain<'_> {
         let (Some(axis), false) = (axes.first(), corners.is_empty()) else {
             return Ok(Lines::default());
         };
-        let largest = open.map(|o| o.leaf.error).reduce(|| 0.0, f64::max);
+        let largest = open.map(|o| o.leaf.unknown()).reduce(|| 0.0, f64::max);
         let of = Axis {
             expression: self.expression,
             axis: *axis,
@@ -600,7 +598,7 @@ impl Domain<'_> {
         let [a, b, c, _] = (self.vertices)(parent.simplex);
         let found = lines.get(&corners.map(f64::to_bits))?;
         let (leaf, carried) = found.on(&[a, b, c], axis);
-        let is_worth = up(leaf.error, carried.spots[0]) < WORTH * parent.leaf.error;
+        let is_worth = leaf.unknown() < WORTH * parent.leaf.unknown();
         is_worth.then(|| Improved::Carried(leaf, Box::new(carried)))
     }
 }

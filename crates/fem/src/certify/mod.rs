@@ -14,6 +14,7 @@ mod data_tests;
 mod fitted;
 mod flux;
 mod goal;
+mod jump;
 mod lift;
 mod line;
 mod model;
@@ -471,7 +472,7 @@ fn energy(fields: &CellFields, of_cells: Interval) -> Interval {
             let most = leaf.values[..=simplex.dim]
                 .iter()
                 .fold(0.0, |m: f64, p| m.max(p.abs()));
-            sup = sup.max(up(up(most, leaf.wave), leaf.error));
+            sup = sup.max(up(up(most, leaf.wave), leaf.most()));
         });
         let size = Interval::at(sup) * Interval::at(cells::size_of_lift(&simplex, lift));
         sum += Interval::around_zero(size.high);
@@ -503,12 +504,12 @@ fn mean_of_product(tree: &Tree, z: &[Interval], b: Option<[f64; 3]>) -> Interval
     let middle = total / count;
     let away = size(&mut z.iter().map(|z| z.mid() - middle));
     // What carries the wave has its mean.
-    let (carried, in_wave, spot) = match &tree.carried {
-        Some(carried) => (carried.mean(z, &b), 0.0, carried.spots[0]),
-        None => (Interval::ZERO, away + around + 2.0 * of_b, 0.0),
+    let (carried, in_wave) = match &tree.carried {
+        Some(carried) => (carried.mean(z, &b), 0.0),
+        None => (Interval::ZERO, away + around + 2.0 * of_b),
     };
-    let slack = leaf.swell * (in_wave + 8.0 * f64::EPSILON * of_z)
-        + (leaf.error + spot) * (of_z + 2.0 * of_b);
+    let slack =
+        leaf.swell * (in_wave + 8.0 * f64::EPSILON * of_z) + leaf.unknown() * (of_z + 2.0 * of_b);
     // Fewer than 32 roundings, each of no more than the largest of f w or so.
     let rounding = 32.0 * f64::EPSILON * of_p * (of_z + 4.0 * of_b) + of_p * around;
     let off = 1.001 * (slack + rounding) + f64::MIN_POSITIVE;
@@ -530,7 +531,7 @@ fn load_of_bubbles(tree: &Tree, b: [f64; 3]) -> Interval {
         // No value is larger than the largest coefficient; the wave has mean 0.
         let coefficients = [w[0], w[1], w[2], w[4], w[5], w[6]];
         let (away, largest) = reach(&coefficients);
-        let slack = at(leaf.swell) * at(away) + at(leaf.error) * at(largest);
+        let slack = at(leaf.swell) * at(away) + at(leaf.unknown()) * at(largest);
         let mean = mean_with_bubble(&leaf.values.map(at), &w, 2);
         load += share * (mean + Interval::around_zero(slack.high));
     });
@@ -576,7 +577,7 @@ fn load_of_cell(
         let sums = [&p, &here].map(|of| of[..count].iter().copied().sum::<Interval>());
         // The wave has mean 0.
         let (away, largest) = reach(&here[..count]);
-        let slack = at(leaf.swell) * at(away) + at(leaf.error) * at(largest);
+        let slack = at(leaf.swell) * at(away) + at(leaf.unknown()) * at(largest);
         let mean = (mixed + sums[0] * sums[1]) / at((count * (count + 1)) as f64);
         load += share * (mean + Interval::around_zero(slack.high));
     });

@@ -1,5 +1,5 @@
 //! An expression on simplices, proved: on each leaf of a tree of parts it is p + s + r with p linear, s of mean 0 and
-//! |s| ≤ `wave`, |r| ≤ `error` everywhere.
+//! |s| ≤ `wave`, |r| ≤ `error` everywhere but on spots.
 //!
 //! p and s come from Taylor's formula about a point c of the leaf with the remainder in interval arithmetic (K. Makino,
 //! M. Berz, Int. J. Pure Appl. Math. 4, 2003), of whichever order m leaves least:
@@ -9,18 +9,19 @@
 //! ```
 //!
 //! In the last sum the middles of the intervals that hold f_α belong to p and s, their radii make r. Where an `if` is not
-//! decided on a leaf only order 0 is known. Leaves that cost most get derivatives up to the fourth, and are cut where these
-//! do not help.
+//! decided on a leaf only order 0 is known, or one side of the jump on all of it, and the other as a spot. Leaves that cost
+//! most get derivatives up to the fourth, and are cut where these do not help: along a jump, or in the middle.
 
 use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::jump;
 use super::line::{Carried, Lines};
 use super::quadratic::Quadratic;
 use super::simplex::{Vector, corners, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
-use crate::quadrature::{Piece, WHOLE, halves, longest_edge};
+use crate::quadrature::{Piece, WHOLE, cut, longest_edge};
 use crate::scene::Expression;
 use crate::scene::expression::{
     IN_PLANE, IN_SPACE, MOST, Monomials, ON_LINE, SECOND_IN_PLANE, SECOND_IN_SPACE, Taylor, spanned,
@@ -37,14 +38,20 @@ pub(super) struct Leaf {
     pub wave: f64,
     /// … that of s² no larger than the square of this.
     pub swell: f64,
-    /// |r| is at most this, but on spots of what is carried: there |s| + |r| is no larger than `wave`.
+    /// |r| is at most this, but on spots.
     pub error: f64,
+    /// The mean and the mean square over the leaf of |r| on spots at most …
+    pub spots: [f64; 2],
+    /// … and |r| there, if |s| + |r| is larger than `wave`.
+    pub peak: f64,
     /// May more derivatives say more of it?
     pub is_smooth: bool,
-    /// The ends of its longest edge, where it is cut.
+    /// The ends of the edge where it is cut …
     pub edge: [u8; 2],
-    /// The first of its halves among the nodes of its tree; 0 where it was not cut.
-    pub halves: u32,
+    /// … and the share of the part at the first of them.
+    pub at: f64,
+    /// The first of its parts among the nodes of its tree; 0 where it was not cut.
+    pub parts: u32,
 }
 
 impl Leaf {
@@ -53,12 +60,29 @@ impl Leaf {
         self.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
     }
 
+    /// The mean of |r| at most.
+    pub fn unknown(&self) -> f64 {
+        up(self.error, self.spots[0])
+    }
+
+    /// |r| at most, if |s| + |r| is larger than `wave`.
+    pub fn most(&self) -> f64 {
+        self.error.max(self.peak)
+    }
+
+    /// How far numbers in a range are from p + s at most.
+    fn farthest(&self, range: Interval, corners: usize) -> f64 {
+        let values = &self.values[..corners];
+        let all = values.iter().map(|v| Interval::at(*v));
+        let hull = all.reduce(Interval::hull).unwrap_or(Interval::WHOLE);
+        (range - (hull + Interval::around_zero(self.wave))).magnitude()
+    }
+
     /// ∫ |r| at most.
     fn cost(&self, measure: f64) -> f64 {
-        if self.error == 0.0 {
-            0.0
-        } else {
-            measure * self.error
+        match self.unknown() {
+            0.0 => 0.0,
+            unknown => measure * unknown,
         }
     }
 }
@@ -68,7 +92,7 @@ impl Leaf {
 pub(super) struct Tree {
     /// The whole first.
     pub whole: Leaf,
-    /// Its halves, theirs, …; empty where it was not cut.
+    /// Its parts, theirs, …; empty where it was not cut.
     pub rest: Vec<Leaf>,
     /// What carries s, on a triangle that was not cut.
     pub carried: Option<Box<Carried>>,
@@ -110,31 +134,39 @@ impl Tree {
         share: f64,
         visit: &mut impl FnMut(u32, &Piece, f64),
     ) {
-        let Some(indices) = self.halves_of(index) else {
+        let Some(below) = self.below_of(index) else {
             return visit(index, piece, share);
         };
-        for (index, half) in indices.iter().zip(halves(piece, self.edge(index))) {
-            self.below(*index, &half, 0.5 * share, visit);
+        for (index, (part, of_node)) in below.iter().zip(self.parts_of(index, piece)) {
+            self.below(*index, &part, share * of_node, visit);
         }
     }
 
-    /// The halves of a node that was cut.
-    pub fn halves_of(&self, index: u32) -> Option<[u32; 2]> {
-        let first = self.leaf(index).halves;
+    /// The parts of a node that was cut.
+    pub fn below_of(&self, index: u32) -> Option<[u32; 2]> {
+        let first = self.leaf(index).parts;
         (first != 0).then_some([first, first + 1])
     }
 
-    /// The edge in whose middle a node was cut: the first half has its first end.
+    /// The edge on which a node was cut: the first part has its first end.
     pub fn edge(&self, index: u32) -> [usize; 2] {
         self.leaf(index).edge.map(usize::from)
     }
 
+    /// Where the parts of a node are that was cut, and their shares of it: both exact.
+    pub fn parts_of(&self, index: u32, piece: &Piece) -> [(Piece, f64); 2] {
+        let at = self.leaf(index).at;
+        let [first, second] = cut(piece, self.edge(index), at);
+        [(first, at), (second, 1.0 - at)]
+    }
+
     /// Means of all nodes from those of the leaves.
     pub fn averages(&self, mut means: Vec<f64>) -> Vec<f64> {
-        // The halves of a node stand behind it.
+        // The parts of a node stand behind it.
         for node in (0..means.len()).rev() {
-            if let Some([a, b]) = self.halves_of(node as u32) {
-                means[node] = 0.5 * (means[a as usize] + means[b as usize]);
+            if let Some([a, b]) = self.below_of(node as u32) {
+                let at = self.leaf(node as u32).at;
+                means[node] = at * means[a as usize] + (1.0 - at) * means[b as usize];
             }
         }
         means
@@ -173,10 +205,11 @@ pub(super) struct Effort {
 /// cells do.
 #[derive(Default)]
 struct Boxes {
-    /// The derivatives on boxes and at their middles.
-    derivatives: HashMap<Place, Vec<Interval>>,
-    /// Models of what depends on one axis alone, by the corners along that, as bits, and as a [`Place`] has the rest.
-    on_line: HashMap<([[u64; 2]; 4], usize, bool), Leaf>,
+    /// The derivatives on boxes and at their middles, and whether a jump may be inside.
+    derivatives: HashMap<Place, (Vec<Interval>, bool)>,
+    /// Models of what depends on one axis alone, by the corners along that, as bits, as a [`Place`] has the rest, and by the share
+    /// of a simplex.
+    on_line: HashMap<([[u64; 2]; 4], usize, bool, u64), Leaf>,
 }
 
 /// A box along the axes that count, as bits; the derivatives that are taken; is a simplex all that counts?
@@ -186,7 +219,7 @@ type Place = ([[u64; 2]; 3], usize, bool);
 const BOXES: usize = 4096;
 
 /// The corners of all parts are exact dyadic combinations, in multiples of 2 to the power of less this.
-const FINEST: i32 = 40;
+const FINEST: i32 = 52;
 /// Those are cut that cost at least this part of the costliest.
 const COSTLY: f64 = 0.125;
 /// So many derivatives are taken at first.
@@ -195,6 +228,9 @@ const AT_FIRST: usize = 2;
 pub(super) const WORTH: f64 = 0.25;
 /// … and not tried where the first leave so many times the range of f: a leaf is then longer than its waves.
 const FAR: f64 = 4.0;
+/// The square of h_S ‖r‖_S on spots of a leaf S is no more than this part of that of a jump as high on the whole simplex, or the
+/// leaf is taken to know nothing: what is off the mean on spots would cost more than all else.
+const LITTLE: f64 = 0.0025;
 /// So many cells are one task at least.
 const TOGETHER: usize = 1024;
 
@@ -205,8 +241,8 @@ pub(super) enum Improved {
     /// All derivatives were taken.
     Smoother(Leaf),
     Carried(Leaf, Box<Carried>),
-    /// Its halves, and the edge in whose middle it was cut.
-    Cut([usize; 2], Box<[Open; 2]>),
+    /// Its parts, the edge on which it was cut, and the share of the first.
+    Cut([usize; 2], f64, Box<[Open; 2]>),
 }
 
 impl Domain<'_> {
@@ -223,7 +259,7 @@ impl Domain<'_> {
             .with_min_len(least)
             .map_init(Boxes::default, |boxes, k| {
                 cancel::check()?;
-                let whole = self.model((k, &WHOLE), AT_FIRST, &axes, boxes);
+                let whole = self.model((k, &WHOLE, 1.0), AT_FIRST, &axes, boxes);
                 Ok(Tree {
                     whole,
                     ..Tree::default()
@@ -242,12 +278,17 @@ impl Domain<'_> {
             simplex,
             node: 0,
             piece: WHOLE,
+            share: 1.0,
             is_final: false,
             order: AT_FIRST,
             measure: *measure,
             leaf: tree.whole,
         };
         let mut open: Vec<Open> = all().enumerate().map(whole).collect();
+        let jumps = open
+            .iter()
+            .filter(|o| !o.leaf.is_smooth || o.leaf.peak > 0.0);
+        let jumps = jumps.count().max(1) as f64;
         let mut left = effort.budget;
         let measure: f64 = self.measures.iter().sum();
         loop {
@@ -268,11 +309,13 @@ impl Domain<'_> {
                 open[late].is_final = true;
             }
             let aim = 0.5 * effort.tolerance * square.sqrt() / measure;
+            // ∫ |r| that a jump may leave on a simplex.
+            let of_jump = 12.0 * effort.tolerance * square.sqrt() / jumps;
             let lines = self.lines(&open, &chosen, &axes, aim)?;
             let improved: Vec<Improved> = chosen
                 .par_iter()
                 .map_init(Boxes::default, |boxes, &k| {
-                    cancel::check().map(|()| self.improved(&open[k], &axes, &lines, boxes))
+                    cancel::check().map(|()| self.improved(&open[k], &axes, &lines, of_jump, boxes))
                 })
                 .collect::<Result<_>>()?;
             for (k, improved) in chosen.into_iter().zip(improved) {
@@ -286,12 +329,13 @@ impl Domain<'_> {
                         (leaf.leaf, leaf.is_final) = (model, true);
                         tree.carried = Some(carried);
                     }
-                    Improved::Cut(edge, halves) => {
+                    Improved::Cut(edge, at, parts) => {
                         left -= 1;
                         let first = tree.rest.len() as u32 + 1;
                         let node = tree.node_mut(leaf.node);
-                        (node.halves, node.edge) = (first, edge.map(|corner| corner as u8));
-                        let [mut one, mut other] = *halves;
+                        (node.parts, node.at) = (first, at);
+                        node.edge = edge.map(|corner| corner as u8);
+                        let [mut one, mut other] = *parts;
                         (one.node, other.node) = (first, first + 1);
                         tree.rest.extend([one.leaf, other.leaf]);
                         square += one.square() + other.square();
@@ -308,18 +352,21 @@ impl Domain<'_> {
         Ok(trees)
     }
 
-    /// More derivatives, the model along an axis, or halves: whichever comes first of what helps.
+    /// More derivatives, the model along an axis, or parts: whichever comes first of what helps. A jump may leave ∫ |r| = `of_jump`
+    /// on all parts of a simplex, on each by its size.
     fn improved(
         &self,
         parent: &Open,
         axes: &[usize],
         lines: &Lines,
+        of_jump: f64,
         boxes: &mut Boxes,
     ) -> Improved {
         if parent.may_be_smoother() {
-            let leaf = self.model((parent.simplex, &parent.piece), MOST, axes, boxes);
+            let place = (parent.simplex, &parent.piece, parent.share);
+            let leaf = self.model(place, MOST, axes, boxes);
             let worth = if parent.is_final { 1.0 } else { WORTH };
-            if leaf.error < worth * parent.leaf.error {
+            if leaf.unknown() < worth * parent.leaf.unknown() {
                 return Improved::Smoother(leaf);
             }
             if self.axis_of(parent, axes).is_some() {
@@ -335,18 +382,36 @@ impl Domain<'_> {
             let edge: [f64; 3] = std::array::from_fn(along);
             edge.iter().map(|x| x * x).sum()
         });
-        let both = halves(&parent.piece, edge);
-        let is_exact = |x: &f64| (x * 2.0_f64.powi(FINEST)).fract() == 0.0;
-        if parent.is_final || !both[0].iter().flatten().all(is_exact) {
+        let along_jump = || {
+            let share = parent.share.powf((self.dim as f64 - 1.0) / self.dim as f64);
+            let height = parent.leaf.peak.max(2.0 * parent.leaf.error);
+            let limit = of_jump * share / (height * parent.measure);
+            let corners = corners(&vertices[..=self.dim], &parent.piece, self.space);
+            jump::find(self.expression, &corners[..=self.dim], axes)?.cut_within(limit)
+        };
+        let along_jump = if self.dim == self.space {
+            along_jump()
+        } else {
+            None
+        };
+        let parts = along_jump
+            .into_iter()
+            .chain([(edge, 0.5)])
+            .find_map(|(edge, at)| {
+                let parts = exact_parts(&parent.piece, parent.share, edge, at)?;
+                Some((edge, at, parts))
+            });
+        let (false, Some((edge, at, parts))) = (parent.is_final, parts) else {
             return Improved::Final;
-        }
-        let of = |piece: Piece| Open {
-            leaf: self.model((parent.simplex, &piece), parent.order, axes, boxes),
+        };
+        let of = |(piece, share): (Piece, f64)| Open {
+            leaf: self.model((parent.simplex, &piece, share), parent.order, axes, boxes),
             piece,
-            measure: 0.5 * parent.measure,
+            measure: share / parent.share * parent.measure,
+            share,
             ..*parent
         };
-        Improved::Cut(edge, Box::new(both.map(of)))
+        Improved::Cut(edge, at, Box::new(parts.map(of)))
     }
 
     /// The axes along which the expression varies, at most.
@@ -358,22 +423,23 @@ impl Domain<'_> {
     /// p, s and r on a part of a simplex from so many derivatives along these axes.
     fn model(
         &self,
-        (simplex, piece): (usize, &Piece),
+        (simplex, piece, share): (usize, &Piece, f64),
         order: usize,
         axes: &[usize],
         boxes: &mut Boxes,
     ) -> Leaf {
         let count = self.dim + 1;
         let corners = corners(&(self.vertices)(simplex)[..count], piece, self.space);
-        let corners = &corners[..count];
+        let corners = (&corners[..count], share);
         match (axes, order) {
             ([], _) => self.model_of::<ON_LINE>(corners, order, axes, boxes),
             ([axis], _) => {
                 let mut bits = [[0; 2]; 4];
-                for (bits, corner) in bits.iter_mut().zip(corners) {
+                for (bits, corner) in bits.iter_mut().zip(corners.0) {
                     *bits = [corner[*axis].low.to_bits(), corner[*axis].high.to_bits()];
                 }
-                let place = (bits, order, spanned(around(corners), self.dim).is_some());
+                let is_spanned = spanned(around(corners.0), self.dim).is_some();
+                let place = (bits, order, is_spanned, share.to_bits());
                 if let Some(leaf) = boxes.on_line.get(&place) {
                     return *leaf;
                 }
@@ -399,7 +465,7 @@ impl Domain<'_> {
         order: usize,
         axes: &[usize],
         boxes: &'b mut Boxes,
-    ) -> &'b [Interval] {
+    ) -> &'b (Vec<Interval>, bool) {
         let mut bits = [[0; 2]; 3];
         for (bits, axis) in bits.iter_mut().zip(axes) {
             let x = around[*axis];
@@ -418,128 +484,187 @@ impl Domain<'_> {
                 .coefficients
                 .into_iter()
                 .chain(at_centre.coefficients);
-            both.map(|c| c.times_power_of_two(self.unit)).collect()
+            let all = both.map(|c| c.times_power_of_two(self.unit)).collect();
+            (all, inside.may_jump)
         })
     }
 
     fn model_of<const N: usize>(
         &self,
-        corners: &[Vector],
+        (corners, share): (&[Vector], f64),
         order: usize,
         axes: &[usize],
         boxes: &mut Boxes,
     ) -> Leaf {
-        let (vars, around) = (axes.len(), around(corners));
+        let around = around(corners);
         // From the middle of the box no point is far.
         let centre = around.map(|x| Interval::at(x.mid().clamp(x.low, x.high)));
-        let derivatives = self.derivatives::<N>(around, centre, order, axes, boxes);
-        let (on_box, at_centre) = derivatives.split_at(N);
-        let range = on_box[0];
-        let flat = |error: f64| Leaf {
-            values: [range.mid(); 4],
-            error,
-            ..Leaf::default()
+        let (known, may_jump) = self.derivatives::<N>(around, centre, order, axes, boxes);
+        let leaf = polynomial::<N>(corners, centre, axes, order, known);
+        if !may_jump || self.dim != self.space {
+            return leaf;
+        }
+        let Some(jump) = jump::find(self.expression, corners, axes) else {
+            return leaf;
         };
-        // A constant, or nothing but the range is known.
-        if range.radius() == 0.0 || !on_box[1..=vars].iter().all(|g| g.is_finite()) {
-            return flat(range.radius());
-        }
-        let mut steps = [[Interval::ZERO; 3]; 4];
-        for (step, corner) in steps.iter_mut().zip(corners) {
-            for (step, &axis) in step.iter_mut().zip(axes) {
-                *step = corner[axis] - centre[axis];
-            }
-        }
-        let steps = &steps[..corners.len()];
-        let monomials = Monomials::of(vars);
-        let counts = &monomials.counts;
-        // |(x-c)^α| is at most this.
-        let farthest: [f64; 3] =
-            std::array::from_fn(|k| steps.iter().fold(0.0, |most, s| s[k].magnitude().max(most)));
-        let mut reach = [1.0; N];
-        for (reach, exponents) in reach[..counts[order]].iter_mut().zip(&monomials.exponents) {
-            for (most, exponent) in farthest.iter().zip(exponents) {
-                (0..*exponent).for_each(|_| *reach = above_of_product(*reach, *most));
-            }
-        }
-        let sum = |sizes: &mut dyn Iterator<Item = (usize, f64)>| {
-            above_of_all(sizes.map(|(n, size)| above_of_product(size, reach[n])))
+        // One side of the jump on all of the leaf.
+        let of = |at, order| -> Taylor<N> {
+            let inside = spanned(around, self.dim);
+            self.expression
+                .over_by(at, axes, order, inside, &jump.chosen, None)
         };
-        // What is known at c grows with m; of which order the rest is least?
-        let (mut known, mut m, mut rest) = (at_centre[0].radius(), 1, f64::INFINITY);
-        for degree in 1..=order {
-            let here = counts[degree - 1]..counts[degree];
-            let last = sum(&mut here.clone().map(|n| (n, on_box[n].radius())));
-            if up(known, last) < rest {
-                (m, rest) = (degree, up(known, last));
-            }
-            if degree < order {
-                known = up(known, sum(&mut here.map(|n| (n, at_centre[n].radius()))));
-            }
-        }
-        let mut coefficients = [0.0; N];
-        for (n, of) in coefficients[..counts[m]].iter_mut().enumerate() {
-            *of = if n < counts[m - 1] {
-                at_centre[n]
-            } else {
-                on_box[n]
-            }
-            .mid();
-        }
-        let sizes = |from: usize| (from..counts[m]).map(|n| (n, coefficients[n].abs()));
-        let mut wave = if m < 2 {
-            0.0
-        } else {
-            sum(&mut sizes(counts[1]))
+        let both = [of(around, order), of(centre, order - 1)];
+        let side = both.map(|of| of.coefficients.map(|c| c.times_power_of_two(self.unit)));
+        let side = polynomial::<N>(corners, centre, axes, order, side.as_flattened());
+        let peak = side.farthest(known[0], corners.len());
+        let spots =
+            [jump.share, above_of_product(jump.share, peak)].map(|c| above_of_product(c, peak));
+        let side = Leaf {
+            spots,
+            peak: if jump.share > 0.0 { peak } else { 0.0 },
+            ..side
         };
-        let (mut mean, mut swell) = (Interval::ZERO, wave);
-        if wave > 0.0 {
-            let quadratic = (counts[1]..counts[2]).filter(|n| coefficients[*n] != 0.0);
-            let of_degree_2 = quadratic
-                .clone()
-                .map(|n| coefficients[n] * moment(&monomials.exponents[n], steps))
-                .sum();
-            mean = of_degree_2;
-            if m > 2 {
-                let moments = moments(monomials, steps, counts[m]);
-                mean += (counts[2]..counts[m])
-                    .map(|n| coefficients[n] * moments[n])
-                    .sum();
-            }
-            wave = up(wave, mean.magnitude());
-            if order > AT_FIRST {
-                // The rest of degree 3 and 4 less its mean, by its size.
-                let rest = 2.0 * sum(&mut sizes(counts[2]));
-                let terms: Vec<_> = quadratic
-                    .map(|n| (monomials.exponents[n], coefficients[n]))
-                    .collect();
-                swell = wave.min(up(root_mean_square(steps, &terms, of_degree_2), rest));
-            }
-        }
-        let error = up(rest, mean.radius());
-        if !(error < range.radius()) {
-            return Leaf {
-                is_smooth: error < FAR * range.radius(),
-                ..flat(range.radius())
-            };
-        }
-        let mut leaf = Leaf {
-            wave,
-            swell,
-            error,
-            is_smooth: true,
-            ..Leaf::default()
-        };
-        let mut rounding = 0.0_f64;
-        for (value, step) in leaf.values.iter_mut().zip(steps) {
-            let slope: Interval = (0..vars).map(|k| coefficients[1 + k] * step[k]).sum();
-            let exact = Interval::at(coefficients[0]) + Interval::at(mean.mid()) + slope;
-            *value = exact.mid();
-            rounding = rounding.max(exact.radius());
-        }
-        leaf.error = up(leaf.error, rounding);
-        leaf
+        let is_little = jump.share * share * share <= LITTLE;
+        let is_better = peak.is_finite() && is_little && side.unknown() < leaf.unknown();
+        if is_better { side } else { leaf }
     }
+}
+
+/// p, s and r from the derivatives on a box and at its centre: of whichever order they leave least.
+fn polynomial<const N: usize>(
+    corners: &[Vector],
+    centre: Vector,
+    axes: &[usize],
+    order: usize,
+    derivatives: &[Interval],
+) -> Leaf {
+    let vars = axes.len();
+    let (on_box, at_centre) = derivatives.split_at(N);
+    let range = on_box[0];
+    let flat = |error: f64| Leaf {
+        values: [range.mid(); 4],
+        error,
+        ..Leaf::default()
+    };
+    // A constant, or nothing but the range is known.
+    if range.radius() == 0.0 || !on_box[1..=vars].iter().all(|g| g.is_finite()) {
+        return flat(range.radius());
+    }
+    let mut steps = [[Interval::ZERO; 3]; 4];
+    for (step, corner) in steps.iter_mut().zip(corners) {
+        for (step, &axis) in step.iter_mut().zip(axes) {
+            *step = corner[axis] - centre[axis];
+        }
+    }
+    let steps = &steps[..corners.len()];
+    let monomials = Monomials::of(vars);
+    let counts = &monomials.counts;
+    // |(x-c)^α| is at most this.
+    let farthest: [f64; 3] =
+        std::array::from_fn(|k| steps.iter().fold(0.0, |most, s| s[k].magnitude().max(most)));
+    let mut reach = [1.0; N];
+    for (reach, exponents) in reach[..counts[order]].iter_mut().zip(&monomials.exponents) {
+        for (most, exponent) in farthest.iter().zip(exponents) {
+            (0..*exponent).for_each(|_| *reach = above_of_product(*reach, *most));
+        }
+    }
+    let sum = |sizes: &mut dyn Iterator<Item = (usize, f64)>| {
+        above_of_all(sizes.map(|(n, size)| above_of_product(size, reach[n])))
+    };
+    // What is known at c grows with m; of which order the rest is least?
+    let (mut known, mut m, mut rest) = (at_centre[0].radius(), 1, f64::INFINITY);
+    for degree in 1..=order {
+        let here = counts[degree - 1]..counts[degree];
+        let last = sum(&mut here.clone().map(|n| (n, on_box[n].radius())));
+        if up(known, last) < rest {
+            (m, rest) = (degree, up(known, last));
+        }
+        if degree < order {
+            known = up(known, sum(&mut here.map(|n| (n, at_centre[n].radius()))));
+        }
+    }
+    let mut coefficients = [0.0; N];
+    for (n, of) in coefficients[..counts[m]].iter_mut().enumerate() {
+        *of = if n < counts[m - 1] {
+            at_centre[n]
+        } else {
+            on_box[n]
+        }
+        .mid();
+    }
+    let sizes = |from: usize| (from..counts[m]).map(|n| (n, coefficients[n].abs()));
+    let mut wave = if m < 2 {
+        0.0
+    } else {
+        sum(&mut sizes(counts[1]))
+    };
+    let (mut mean, mut swell) = (Interval::ZERO, wave);
+    if wave > 0.0 {
+        let quadratic = (counts[1]..counts[2]).filter(|n| coefficients[*n] != 0.0);
+        let of_degree_2 = quadratic
+            .clone()
+            .map(|n| coefficients[n] * moment(&monomials.exponents[n], steps))
+            .sum();
+        mean = of_degree_2;
+        if m > 2 {
+            let moments = moments(monomials, steps, counts[m]);
+            mean += (counts[2]..counts[m])
+                .map(|n| coefficients[n] * moments[n])
+                .sum();
+        }
+        wave = up(wave, mean.magnitude());
+        if order > AT_FIRST {
+            // The rest of degree 3 and 4 less its mean, by its size.
+            let rest = 2.0 * sum(&mut sizes(counts[2]));
+            let terms: Vec<_> = quadratic
+                .map(|n| (monomials.exponents[n], coefficients[n]))
+                .collect();
+            swell = wave.min(up(root_mean_square(steps, &terms, of_degree_2), rest));
+        }
+    }
+    let error = up(rest, mean.radius());
+    if !(error < range.radius()) {
+        return Leaf {
+            is_smooth: error < FAR * range.radius(),
+            ..flat(range.radius())
+        };
+    }
+    let mut leaf = Leaf {
+        wave,
+        swell,
+        error,
+        is_smooth: true,
+        ..Leaf::default()
+    };
+    let mut rounding = 0.0_f64;
+    for (value, step) in leaf.values.iter_mut().zip(steps) {
+        let slope: Interval = (0..vars).map(|k| coefficients[1 + k] * step[k]).sum();
+        let exact = Interval::at(coefficients[0]) + Interval::at(mean.mid()) + slope;
+        *value = exact.mid();
+        rounding = rounding.max(exact.radius());
+    }
+    leaf.error = up(leaf.error, rounding);
+    leaf
+}
+
+/// The parts of what is cut at this share of an edge, and their shares of the whole: where f64 has all of them exactly.
+fn exact_parts(
+    piece: &Piece,
+    share: f64,
+    [i, j]: [usize; 2],
+    at: f64,
+) -> Option<[(Piece, f64); 2]> {
+    let is_exact = |a: f64, b: f64| a.mul_add(b, -(a * b)) == 0.0;
+    let along = piece[i].iter().zip(&piece[j]).map(|(i, j)| j - i);
+    let shares = [at, 1.0 - at];
+    let parts = cut(piece, [i, j], at);
+    let is_coordinate = |x: &f64| (x * 2.0_f64.powi(FINEST)).fract() == 0.0;
+    let all_are = 0.0 < at
+        && along.into_iter().all(|edge| is_exact(at, edge))
+        && shares.iter().all(|of| is_exact(share, *of))
+        && parts.iter().flatten().flatten().all(is_coordinate);
+    let [first, second] = parts;
+    all_are.then_some([(first, share * shares[0]), (second, share * shares[1])])
 }
 
 /// The box of a simplex.
@@ -624,6 +749,8 @@ pub(super) struct Open {
     pub simplex: usize,
     pub node: u32,
     pub piece: Piece,
+    /// Of the simplex, exact.
+    pub share: f64,
     /// May it not be cut any more?
     pub is_final: bool,
     /// So many derivatives are taken.

@@ -95,8 +95,8 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
                 .iter()
                 .map(|v| Interval::at(*v))
                 .sum();
-            means +=
-                share * (sum / Interval::at(mesh.dim as f64) + Interval::around_zero(leaf.error));
+            means += share
+                * (sum / Interval::at(mesh.dim as f64) + Interval::around_zero(leaf.unknown()));
         });
         if !drop.is_finite() {
             return Err(refusal(
@@ -142,7 +142,7 @@ pub(super) fn obstacles(problem: &Problem, unit: i32) -> Result<(Vec<Obstacle>, 
 
 /// The linear function of these values at the corners is nowhere above ψ on a leaf.
 fn from_below(leaf: &Leaf) -> [Interval; 4] {
-    let slack = Interval::at(leaf.wave) + Interval::at(leaf.error);
+    let slack = Interval::at(leaf.wave) + Interval::at(leaf.most());
     leaf.values.map(|value| Interval::at(value) - slack)
 }
 

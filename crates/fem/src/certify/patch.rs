@@ -36,7 +36,7 @@ pub(super) fn patch(
     let (mut means, mut errors, mut depths) = (vec![0.0; nodes], vec![0.0; nodes], vec![0; nodes]);
     let (mut leaves, mut plain, mut waves) = (Vec::new(), Vec::new(), Vec::new());
     for node in 0..nodes as u32 {
-        for half in tree.halves_of(node).into_iter().flatten() {
+        for half in tree.below_of(node).into_iter().flatten() {
             depths[half as usize] = depths[node as usize] + 1;
         }
     }
@@ -64,7 +64,7 @@ pub(super) fn patch(
             size(Interval::at(leaf.swell).square().high),
         ));
         means[node as usize] = mean.mid();
-        errors[node as usize] = up(leaf.error, mean.radius());
+        errors[node as usize] = up(leaf.unknown(), mean.radius());
     });
     let waves = length(waves);
     let plain = above_of_product(scale, length(plain));
@@ -169,7 +169,7 @@ impl Nested<'_> {
         leaf: &mut impl FnMut(u32, Interval),
     ) -> Interval {
         let dim = self.cell.dim;
-        let Some([at_a, at_b]) = self.tree.halves_of(node) else {
+        let Some([at_a, at_b]) = self.tree.below_of(node) else {
             leaf(node, represented);
             return area * dot(&above, &above, dim);
         };
@@ -206,14 +206,15 @@ mod tests {
             };
             if node < first_leaf {
                 return Leaf {
-                    halves: 2 * node as u32 + 1,
+                    parts: 2 * node as u32 + 1,
+                    at: 0.5,
                     ..own
                 };
             }
             let middle = ((node - first_leaf) as f64 + 0.5) / (first_leaf + 1) as f64;
             Leaf {
                 edge: [0, 1],
-                halves: 0,
+                parts: 0,
                 ..leaf(middle)
             }
         });

@@ -258,6 +258,17 @@ impl<const D: usize> Quadratic<D> {
         round(&mut self.off, &self.size);
     }
 
+    /// Adds c w in the middle of an edge, c rounded twice at most.
+    pub fn bend_within(&mut self, edge: usize, c: f64, w: &Vector) {
+        for k in 0..D {
+            self.middles[edge][k] += c * w[k].mid();
+            let size = c.abs() * w[k].magnitude();
+            self.size[k] += size;
+            self.off[k] += c.abs() * w[k].radius() + 4.0 * STEP * size;
+        }
+        round(&mut self.off, &self.size);
+    }
+
     /// The field on a part of the simplex.
     pub fn on(&self, piece: &Piece, dim: usize) -> Self {
         let mut of = Self::ZERO;

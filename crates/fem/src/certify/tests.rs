@@ -133,12 +133,11 @@ fn errors(fields: &CellFields, exact: &Expression) -> True {
                 .iter()
                 .for_each(|(lambda, weight)| add(lambda, *weight, zero, zero));
         } else {
-            for (piece, share, tau) in &balance.tau {
+            for tau in &balance.tau {
+                let field = tau.field::<3>(&simplex);
                 for (inner, weight) in &plain {
-                    let mean: [Interval; 4] =
-                        std::array::from_fn(|k| (0..=mesh.dim).map(|j| inner[j] * tau[j][k]).sum());
-                    let tau = Vector3::from(simplex.vector(&mean).map(Interval::mid));
-                    add(&inside(piece, inner), weight * share, zero, tau);
+                    let here = Vector3::from(field.at(inner, mesh.dim));
+                    add(&inside(&tau.piece, inner), weight * tau.share, zero, here);
                 }
             }
         }

@@ -11,11 +11,12 @@ pub const WHOLE: Piece = [
     [0.0, 0.0, 0.0, 1.0],
 ];
 
-/// Both halves of what is cut in the middle of its edge ij: that at corner i, with the middle in place of j, and that at j.
-pub fn halves(piece: &Piece, [i, j]: [usize; 2]) -> [Piece; 2] {
-    let middle = std::array::from_fn(|k| 0.5 * (piece[i][k] + piece[j][k]));
+/// Both parts of what is cut at this share of its edge ij: that at corner i, with the point of the cut in place of j, and that
+/// at j.
+pub fn cut(piece: &Piece, [i, j]: [usize; 2], at: f64) -> [Piece; 2] {
+    let point = std::array::from_fn(|k| piece[i][k] + at * (piece[j][k] - piece[i][k]));
     let (mut at_i, mut at_j) = (*piece, *piece);
-    (at_i[j], at_j[i]) = (middle, middle);
+    (at_i[j], at_j[i]) = (point, point);
     [at_i, at_j]
 }
 
@@ -37,8 +38,8 @@ pub fn longest_edge(piece: &Piece, dim: usize, length: impl Fn(&[f64; 4]) -> f64
 /// 2^d parts of equal measure, each d times a half.
 pub fn parts(piece: &Piece, dim: usize) -> Vec<Piece> {
     let length = |of: &[f64; 4]| of.iter().map(|x| x * x).sum();
-    let cut = |piece: &Piece| halves(piece, longest_edge(piece, dim, length));
-    (0..dim).fold(vec![*piece], |all, _| all.iter().flat_map(cut).collect())
+    let halves = |piece: &Piece| cut(piece, longest_edge(piece, dim, length), 0.5);
+    (0..dim).fold(vec![*piece], |all, _| all.iter().flat_map(halves).collect())
 }
 
 #[cfg(test)]

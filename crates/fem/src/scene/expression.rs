@@ -7,7 +7,7 @@ mod many;
 mod parse;
 mod truncated;
 
-pub use enclosure::spanned;
+pub use enclosure::{Condition, spanned};
 pub use truncated::{
     GRADIENT, IN_PLANE, IN_SPACE, MOST, Monomials, ON_LINE, SECOND_IN_PLANE, SECOND_IN_SPACE,
     Taylor,

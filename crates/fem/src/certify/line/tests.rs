@@ -344,7 +344,7 @@ fn jumps_are_in_short_parts() {
         }
         let found = along([a, b, c], [&sides[0], &sides[1]]).unwrap();
         let (leaf, carried) = found.on(&corners, 0);
-        assert!(leaf.error < 2e-5 && carried.spots[0] < 1e-8 && carried.spots[0] > 0.0);
+        assert!(leaf.error < 2e-5 && leaf.spots[0] < 1e-8 && leaf.spots[0] > 0.0);
         // ∫ (f - p) λ_i and ∫ |f - p|, with the sections' lengths as weights, broken where f jumps.
         let mut breaks = vec![a, b, c, place];
         for k in 1..60 {

@@ -240,7 +240,7 @@ impl Around {
             let most = leaf.values[..3]
                 .iter()
                 .fold(f64::NEG_INFINITY, |m: f64, v| m.max(*v));
-            load = load.max((at(most) + at(leaf.wave) + at(leaf.error)).high);
+            load = load.max((at(most) + at(leaf.wave) + at(leaf.most())).high);
         });
         let simplex = Simplex::new(mesh, cell);
         let corners = fields.gradient_at_corners(&simplex, cell);
@@ -306,8 +306,8 @@ impl Ball {
                     let off = (Interval::at(*value) - exact).abs() + Interval::at(leaf.wave);
                     rest.spread = rest.spread.max(off.high);
                 }
-                rest.most = rest.most.max(up(leaf.error, exact.radius()));
-                rest.mean = (Interval::at(rest.mean) + share * Interval::at(leaf.error)).high;
+                rest.most = rest.most.max(up(leaf.most(), exact.radius()));
+                rest.mean = (Interval::at(rest.mean) + share * Interval::at(leaf.unknown())).high;
             });
             (means[cell], rests[cell]) = (mean, rest);
         }

@@ -13,6 +13,17 @@ use crate::interval::Interval;
 /// The first terms of a Taylor series: g^(k)/k!
 type Series = [Interval; MOST + 1];
 
+/// The condition of an `if` on a box: does a - b have the sign that it asks for?
+#[derive(Debug, Clone, Copy)]
+pub struct Condition<const N: usize> {
+    /// a - b
+    pub difference: Taylor<N>,
+    /// Is it `a < b`, or `a <= b`?
+    pub is_less: bool,
+    /// Does it hold at all points, or at none?
+    pub decided: Option<bool>,
+}
+
 impl Expression {
     /// The axes along which it varies, at most: those whose coordinates occur.
     pub fn axes(&self) -> Vec<usize> {
@@ -54,6 +65,21 @@ impl Expression {
         order: usize,
         inside: Option<[bool; 3]>,
     ) -> Taylor<N> {
+        self.over_by(at, axes, order, inside, &[], None)
+    }
+
+    /// With all conditions of `if` in `met`, in the order of the formula's terms. They are taken to be what `chosen` says of
+    /// them; where it says nothing of one that is not decided on the box, a jump may be inside.
+    pub fn over_by<const N: usize>(
+        &self,
+        at: [Interval; 3],
+        axes: &[usize],
+        order: usize,
+        inside: Option<[bool; 3]>,
+        chosen: &[Option<bool>],
+        mut met: Option<&mut Vec<Condition<N>>>,
+    ) -> Taylor<N> {
+        let mut chosen = chosen.iter();
         let size = Size::new(axes.len(), order);
         let mut all: Vec<Taylor<N>> = Vec::with_capacity(self.steps.0.len());
         for step in &self.steps.0 {
@@ -79,7 +105,16 @@ impl Expression {
                         let wide = (0..axes.len()).filter(|k| wide[axes[*k]]);
                         touches(comparison, &all[a], &all[b], wide)
                     };
-                    match strictly.or_else(touching) {
+                    let decided = strictly.or_else(touching);
+                    let choice = chosen.next().copied().flatten();
+                    if let Some(met) = &mut met {
+                        met.push(Condition {
+                            difference: size.sum(&all[a], &all[b].negative()),
+                            is_less: comparison.is_less(),
+                            decided,
+                        });
+                    }
+                    match choice.or(decided) {
                         Some(true) => all[then],
                         Some(false) => all[otherwise],
                         None => all[then].or(&all[otherwise]),
@@ -114,7 +149,7 @@ fn touches<const N: usize>(
         a.value().high <= b.value().low,
         a.value().low >= b.value().high,
     );
-    let is_less = matches!(comparison, Comparison::Less | Comparison::LessEqual);
+    let is_less = comparison.is_less();
     match (below, above) {
         (true, _) => Some(is_less),
         (_, true) => Some(!is_less),
@@ -123,6 +158,11 @@ fn touches<const N: usize>(
 }
 
 impl Comparison {
+    /// Does it hold where the first is much smaller?
+    fn is_less(self) -> bool {
+        matches!(self, Comparison::Less | Comparison::LessEqual)
+    }
+
     /// Does it hold for all numbers of both, or for none?
     fn decided(self, a: Interval, b: Interval) -> Option<bool> {
         let (yes, no) = match self {

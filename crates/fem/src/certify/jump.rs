@@ -1,0 +1,181 @@
+//! Where an expression jumps on a surface through a simplex, as an `if` does: the side that most of the simplex is on, the share
+//! of it on the other, and where a cut follows the surface.
+//!
+//! The condition asks for the sign of a function d. On a simplex S with a point c it is known, by Taylor's formula of order 1 or
+//! 2, to be
+//!
+//! ```text
+//! d(x) = a + b·(x-c),   a in [a_0 - r_0, a_0 + r_0],   b_k in [m_k - r_k, m_k + r_k],
+//! ```
+//!
+//! so that |d - l| ≤ ε = r_0 + Σ_k r_k max |x_k - c_k| there with l(x) = a_0 + m·(x-c).
+//!
+//! Values of a linear function that are distributed as points of S are have a B-spline as their density, which is no larger than
+//! d/(max l - min l) (H. B. Curry, I. J. Schoenberg, J. Analyse Math. 17, 1966). So d ≤ 0 on no more than
+//! d (ε - min l)/(max l - min l) of S. Where l changes its sign from one end of an edge to the other, cuts there leave parts with
+//! one sign of l each.
+
+use super::simplex::Vector;
+use crate::interval::{Interval, above_of_all};
+use crate::scene::Expression;
+use crate::scene::expression::{Condition, Monomials, SECOND_IN_SPACE};
+
+/// How a simplex meets the surfaces where an expression jumps.
+pub(super) struct Jump {
+    /// What conditions are on most of the simplex, in the order of the expression's.
+    pub chosen: Vec<Option<bool>>,
+    /// No more of the simplex than this has other conditions.
+    pub share: f64,
+    surfaces: Vec<Surface>,
+}
+
+impl Jump {
+    /// An edge that crosses a surface, and the share of it at its first end: where no more than this share of the simplex is then
+    /// on the wrong side of the cut.
+    pub fn cut_within(&self, limit: f64) -> Option<([usize; 2], f64)> {
+        self.surfaces.iter().find_map(|surface| surface.cut(limit))
+    }
+}
+
+/// Cuts are at multiples of this share of an edge: four on each other have exact shares of a simplex.
+const GRAIN: f64 = 1.0 / (1_u32 << 13) as f64;
+/// A cut is worth it where l is so many times ε on the other side: it would follow its own parts for ever otherwise.
+const CLEARLY: f64 = 4.0;
+
+/// None where no condition turns over, or its surface is not known.
+pub(super) fn find(expression: &Expression, corners: &[Vector], axes: &[usize]) -> Option<Jump> {
+    let box_of = corners.iter().copied();
+    let both = |a: Vector, b: Vector| std::array::from_fn(|k| a[k].hull(b[k]));
+    let around: Vector = box_of.reduce(both)?;
+    let count = corners.len() as f64;
+    let middle = |k: usize| {
+        let sum: f64 = corners.iter().map(|x| x[k].mid()).sum();
+        Interval::at((sum / count).clamp(around[k].low, around[k].high))
+    };
+    let centre: Vector = std::array::from_fn(middle);
+    let (mut on_box, mut at_centre) = (Vec::new(), Vec::new());
+    expression.over_by(around, axes, 2, None, &[], Some(&mut on_box));
+    expression.over_by(centre, axes, 1, None, &[], Some(&mut at_centre));
+    let mut jump = Jump {
+        chosen: vec![None; on_box.len()],
+        share: 0.0,
+        surfaces: Vec::new(),
+    };
+    let mut shares = Vec::new();
+    for (k, condition) in on_box.iter().enumerate() {
+        if condition.decided.is_some() {
+            continue;
+        }
+        let surface = Surface::new([condition, &at_centre[k]], corners, centre, axes)?;
+        jump.chosen[k] = Some(condition.is_less != surface.is_above);
+        shares.push(surface.other_share()?);
+        jump.surfaces.push(surface);
+    }
+    jump.share = above_of_all(shares).min(1.0);
+    jump.chosen.iter().any(Option::is_some).then_some(jump)
+}
+
+/// l, with its sign turned where it is negative on average.
+struct Surface {
+    /// At the corners.
+    values: Vec<Interval>,
+    /// ε
+    slack: Interval,
+    /// Was it positive on average?
+    is_above: bool,
+}
+
+impl Surface {
+    fn new(
+        [on_box, at_centre]: [&Condition<SECOND_IN_SPACE>; 2],
+        corners: &[Vector],
+        centre: Vector,
+        axes: &[usize],
+    ) -> Option<Self> {
+        let [inside, middle] = [&on_box.difference, &at_centre.difference];
+        if inside.may_jump {
+            return None;
+        }
+        let steps = |x: &Vector| -> Vec<Interval> {
+            axes.iter().map(|axis| x[*axis] - centre[*axis]).collect()
+        };
+        let steps: Vec<Vec<Interval>> = corners.iter().map(steps).collect();
+        let reach = |k: usize| steps.iter().map(move |s| s[k]).reduce(Interval::hull);
+        let reach: Vec<Interval> = (0..axes.len()).map_while(reach).collect();
+        let monomials = Monomials::of(axes.len());
+        let second = monomials.counts[1]..monomials.counts[2];
+        let bent: Interval = second
+            .map(|n| {
+                let powers = reach.iter().zip(monomials.exponents[n]);
+                let power = powers.map(|(s, e)| s.powi(e.into()));
+                power.fold(inside.coefficients[n], |product, s| product * s)
+            })
+            .sum();
+        let count = axes.len();
+        let by_order = [
+            (middle.value(), &inside.coefficients[1..=count]),
+            (middle.value() + bent, &middle.coefficients[1..=count]),
+        ];
+        let known = by_order.map(|(a, slopes)| {
+            let off = slopes.iter().zip(&reach).map(|(b, s)| {
+                let radius = if b.is_finite() {
+                    b.radius()
+                } else {
+                    f64::INFINITY
+                };
+                Interval::at(radius) * Interval::at(s.magnitude())
+            });
+            (a, slopes, Interval::at(a.radius()) + off.sum::<Interval>())
+        });
+        let is_known =
+            |(a, _, slack): &(Interval, &[Interval], Interval)| a.is_finite() && slack.is_finite();
+        let known = known.into_iter().filter(is_known);
+        let (a, slopes, slack) = known.min_by(|a, b| a.2.high.total_cmp(&b.2.high))?;
+        let value = |step: &Vec<Interval>| -> Interval {
+            let rise = step.iter().zip(slopes).map(|(s, b)| b.mid() * *s);
+            Interval::at(a.mid()) + rise.sum::<Interval>()
+        };
+        let values: Vec<Interval> = steps.iter().map(value).collect();
+        let is_above = values.iter().map(|l| l.mid()).sum::<f64>() > 0.0;
+        let turned = |l: &Interval| if is_above { *l } else { -*l };
+        Some(Surface {
+            values: values.iter().map(turned).collect(),
+            slack,
+            is_above,
+        })
+    }
+
+    /// The largest share of the simplex on which d has not the sign that l has on average.
+    fn other_share(&self) -> Option<f64> {
+        let lows = || self.values.iter().map(|l| l.low);
+        let low = lows().fold(f64::INFINITY, f64::min);
+        let high = lows().fold(f64::NEG_INFINITY, f64::max);
+        let short = self.slack - Interval::at(low);
+        if short.high < 0.0 {
+            return Some(0.0);
+        }
+        let wide = Interval::at(high) - Interval::at(low);
+        let dim = self.values.len() as f64 - 1.0;
+        (wide.low > 0.0).then(|| (dim * short / wide).high)
+    }
+
+    /// The edge along which l changes most of those on which it changes its sign, and where that is; none where too much would
+    /// be on the wrong side, or nearly all of the simplex is on one.
+    fn cut(&self, limit: f64) -> Option<([usize; 2], f64)> {
+        let values: Vec<f64> = self.values.iter().map(|l| l.mid()).collect();
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (slack, wide) = (self.slack.high, high - low);
+        let wrong = 2.0 * (values.len() - 1) as f64 * slack / wide;
+        if wrong > limit || -low <= CLEARLY * slack + GRAIN * wide {
+            return None;
+        }
+        let edges = (1..values.len()).flat_map(|j| (0..j).map(move |i| [i, j]));
+        let rise = |[i, j]: &[usize; 2]| (values[*j] - values[*i]).abs();
+        let crossing = edges.filter(|[i, j]| values[*i] * values[*j] < 0.0);
+        let [i, j] = crossing.max_by(|a, b| rise(a).total_cmp(&rise(b)))?;
+        let at = values[i] / (values[i] - values[j]);
+        let at = (at / GRAIN).round() * GRAIN;
+        (0.0 < at && at < 1.0).then_some(([i, j], at))
+    }
+}
