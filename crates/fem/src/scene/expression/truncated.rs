@@ -39,6 +39,8 @@ pub struct Monomials {
     pub lower: Vec<[Option<u8>; 3]>,
     /// α! d!/(|α|+d)! by the dimension d of a simplex.
     pub shares: [Vec<Interval>; 4],
+    /// |α|!/α!
+    multinomials: Vec<f64>,
     /// x^α x^β = x^γ, α ≤ β in their order and neither of them 1, by the degree of γ.
     pairs: Vec<[u8; 3]>,
     /// How many have γ of no more than this degree.
@@ -90,6 +92,10 @@ impl Monomials {
             })
         });
         let factorial = |n: usize| (1..=n as u64).product::<u64>() as f64;
+        let multinomial = |of: &[u8; 3]| {
+            let below = of.map(|e| factorial(e.into())).iter().product::<f64>();
+            factorial(of.iter().sum::<u8>().into()) / below
+        };
         let share = |of: &[u8; 3], d: usize| {
             let above = of.map(|e| factorial(e.into())).iter().product::<f64>() * factorial(d);
             let degree = of.iter().sum::<u8>() as usize;
@@ -97,6 +103,7 @@ impl Monomials {
         };
         Monomials {
             lower: lower.collect(),
+            multinomials: exponents.iter().map(multinomial).collect(),
             shares: std::array::from_fn(|d| exponents.iter().map(|of| share(of, d)).collect()),
             counts: std::array::from_fn(|d| up_to(d, &mut (0..exponents.len()))),
             pair_counts: std::array::from_fn(|d| {
@@ -113,6 +120,7 @@ impl Monomials {
 pub(super) struct Size {
     pub order: usize,
     pub count: usize,
+    monomials: &'static Monomials,
     pairs: &'static [[u8; 3]],
     counts: &'static [usize; MOST + 1],
 }
@@ -123,6 +131,7 @@ impl Size {
         Size {
             order,
             count: of.counts[order],
+            monomials: of,
             pairs: &of.pairs[..of.pair_counts[order]],
             counts: &of.counts,
         }
@@ -166,7 +175,12 @@ impl Size {
         let mut of = self.of_slopes(a, b);
         of[0] = a[0] * b[0];
         for k in 1..self.count {
-            of[k] += a[0] * b[k] + a[k] * b[0];
+            if !b[k].is_zero() {
+                of[k] += a[0] * b[k];
+            }
+            if !a[k].is_zero() {
+                of[k] += a[k] * b[0];
+            }
         }
         Taylor {
             coefficients: of,
@@ -180,16 +194,17 @@ impl Size {
         a[from..self.count].iter().all(|c| c.is_zero())
     }
 
-    /// The product without both constants.
+    /// The product without both constants: most terms of products of functions of one variable each are 0.
     fn of_slopes<const N: usize>(self, a: &[Interval; N], b: &[Interval; N]) -> [Interval; N] {
         let mut of = [Interval::ZERO; N];
         for [i, j, k] in self.pairs {
             let (i, j) = (*i as usize, *j as usize);
-            of[*k as usize] += if i == j {
-                a[i] * b[i]
-            } else {
-                a[i] * b[j] + a[j] * b[i]
-            };
+            if !(a[i].is_zero() || b[j].is_zero()) {
+                of[*k as usize] += a[i] * b[j];
+            }
+            if i != j && !(a[j].is_zero() || b[i].is_zero()) {
+                of[*k as usize] += a[j] * b[i];
+            }
         }
         of
     }
@@ -218,12 +233,30 @@ impl Size {
                 of.coefficients[n] += g[k] * power[n];
             }
         };
-        // Along one axis most functions are of a linear one.
-        if self.order >= 1 && self.slopes() == 1 && self.is_flat(a, 2) {
-            let mut power = Interval::ONE;
-            for (c, g) in of.coefficients[1..self.count].iter_mut().zip(&g[1..]) {
-                power = power * a[1];
-                *c = *g * power;
+        // Most functions are of a linear one: (Σ a_i x_i)^k has the coefficients k!/α! Π a_i^α_i.
+        if self.order >= 1 && self.is_flat(a, 2) {
+            let mut powers = [[Interval::ONE; MOST + 1]; 3];
+            for (powers, slope) in powers.iter_mut().zip(&a[1..=self.slopes()]) {
+                for k in 1..=self.order {
+                    powers[k] = if k % 2 == 0 {
+                        powers[k / 2].square()
+                    } else {
+                        powers[k - 1] * *slope
+                    };
+                }
+            }
+            for n in 1..self.count {
+                let exponents = self.monomials.exponents[n];
+                let degree: u8 = exponents.iter().sum();
+                let factors = exponents.iter().zip(&powers).filter(|(e, _)| **e > 0);
+                let mut factors = factors.map(|(e, powers)| powers[usize::from(*e)]);
+                if factors.clone().any(Interval::is_zero) {
+                    continue;
+                }
+                let first = factors.next().unwrap_or(Interval::ONE);
+                let product = factors.fold(first, |product, power| product * power);
+                let weight = self.monomials.multinomials[n];
+                of.coefficients[n] = weight * (g[usize::from(degree)] * product);
             }
             return of;
         }
