@@ -231,6 +231,9 @@ const FAR: f64 = 4.0;
 /// The square of h_S ‖r‖_S on spots of a leaf S is no more than this part of that of a jump as high on the whole simplex, or the
 /// leaf is taken to know nothing: what is off the mean on spots would cost more than all else.
 const LITTLE: f64 = 0.0025;
+/// Cuts along jumps may leave so many times the tolerance by their bounds, which are several times too large, more so on small
+/// leaves.
+const OF_JUMPS: f64 = 12.0;
 /// So many cells are one task at least.
 const TOGETHER: usize = 1024;
 
@@ -309,8 +312,7 @@ impl Domain<'_> {
                 open[late].is_final = true;
             }
             let aim = 0.5 * effort.tolerance * square.sqrt() / measure;
-            // ∫ |r| that a jump may leave on a simplex.
-            let of_jump = 12.0 * effort.tolerance * square.sqrt() / jumps;
+            let of_jump = OF_JUMPS * effort.tolerance * square.sqrt() / jumps;
             let lines = self.lines(&open, &chosen, &axes, aim)?;
             let improved: Vec<Improved> = chosen
                 .par_iter()
@@ -389,7 +391,8 @@ impl Domain<'_> {
             let corners = corners(&vertices[..=self.dim], &parent.piece, self.space);
             jump::find(self.expression, &corners[..=self.dim], axes)?.cut_within(limit)
         };
-        let along_jump = if self.dim == self.space {
+        let may_jump = !parent.leaf.is_smooth || parent.leaf.peak > 0.0;
+        let along_jump = if may_jump && self.dim == self.space {
             along_jump()
         } else {
             None
