@@ -13,7 +13,7 @@ use super::second_order;
 use super::simplex::{Simplex, bubble_on, mean_with_bubble};
 use crate::contact::Problem;
 use crate::interval::Interval;
-use crate::scene::Part;
+use crate::scene::{Expression, Part};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
@@ -25,6 +25,8 @@ const OF_SECOND_ORDER: f64 = 0.15;
 const PER_CELL: usize = 60;
 const MORE: usize = 20_000;
 const MOST: usize = 2_000_000;
+/// … and as many times fewer as a formula has so many terms: each leaf takes its derivatives anew.
+const TERMS: usize = 64;
 /// Data of sizes beyond these powers of two are scaled.
 const LARGE: i32 = 200;
 
@@ -176,15 +178,15 @@ pub(super) struct Traction {
     pub rest: f64,
 }
 
-/// What may be spent on the data of a part of the mesh with so many simplices of this dimension and measure.
-fn effort(problem: &Problem, count: usize, dim: usize, measure: f64) -> Effort {
+/// What may be spent on one of the data on a part of the mesh with so many simplices of this dimension and measure.
+fn effort(problem: &Problem, data: &Expression, [count, dim]: [usize; 2], measure: f64) -> Effort {
     let root = 1.0 / dim as f64;
     let h = 1.0 / (count.max(1) as f64).powf(root);
     let is_second = second_order::applies(problem);
     let order = if is_second { OF_SECOND_ORDER } else { 1.0 };
     Effort {
         tolerance: TOLERANCE * order * h * measure.sqrt(),
-        budget: (PER_CELL * count + MORE).min(MOST),
+        budget: (PER_CELL * count + MORE).min(MOST) * TERMS / data.terms().max(TERMS),
     }
 }
 
@@ -204,7 +206,12 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
         space: mesh.dim,
         unit,
     };
-    let effort = effort(problem, mesh.cell_count(), mesh.dim, volume);
+    let effort = effort(
+        problem,
+        domain.expression,
+        [domain.measures.len(), mesh.dim],
+        volume,
+    );
     let trees = domain.enclose(&effort)?;
     for (cell, tree) in trees.iter().enumerate() {
         bounded("f", tree, || format!("cell {cell}"))?;
@@ -350,7 +357,7 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
         space: mesh.dim,
         unit,
     };
-    let effort = effort(problem, faces.len(), mesh.dim - 1, whole);
+    let effort = effort(problem, t, [faces.len(), mesh.dim - 1], whole);
     let trees = domain.enclose(&effort)?;
     let pairs = faces.iter().copied().zip(cells);
     pairs

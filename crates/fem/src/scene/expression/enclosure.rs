@@ -30,6 +30,11 @@ impl Expression {
         self.steps.axes()
     }
 
+    /// How many different terms there are: what an evaluation takes.
+    pub fn terms(&self) -> usize {
+        self.steps.0.len()
+    }
+
     /// Its values at all points of a box.
     pub fn range(&self, at: [Interval; 3]) -> Interval {
         self.enclosure::<GRADIENT>(at, &[], 0).value()
