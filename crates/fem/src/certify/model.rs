@@ -207,13 +207,14 @@ pub(super) struct Effort {
 struct Boxes {
     /// The derivatives on boxes and at their middles, and whether a jump may be inside.
     derivatives: HashMap<Place, (Vec<Interval>, bool)>,
-    /// Models of what depends on one axis alone, by the corners along that, as bits, as a [`Place`] has the rest, and by the share
-    /// of a simplex.
-    on_line: HashMap<([[u64; 2]; 4], usize, bool, u64), Leaf>,
+    /// Models of what depends on one axis alone.
+    on_line: HashMap<PlaceOnLine, Leaf>,
 }
 
 /// A box along the axes that count, as bits; the derivatives that are taken; is a simplex all that counts?
 type Place = ([[u64; 2]; 3], usize, bool);
+/// The corners along the axis, as bits, the rest as a [`Place`] has it, and the share of a simplex.
+type PlaceOnLine = ([[u64; 2]; 4], usize, bool, u64);
 
 /// So many boxes are kept.
 const BOXES: usize = 4096;
