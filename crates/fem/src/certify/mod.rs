@@ -22,6 +22,7 @@ mod numbers;
 mod obstacle;
 mod patch;
 mod poisson;
+mod polynomial;
 mod proof;
 mod quadratic;
 #[cfg(test)]
