@@ -24,7 +24,7 @@
 use super::line::Carried;
 use super::model::Tree;
 use super::quadratic::{Linear, Quadratic};
-use super::simplex::{EDGES, Simplex, length, mean_square_of_linear, norm, root_of_product, up};
+use super::simplex::{Simplex, length, mean_square_of_linear, norm, root_of_product, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::quadrature::{Piece, WHOLE};
 
@@ -75,15 +75,10 @@ impl Tau {
     pub fn field<const D: usize>(&self, cell: &Simplex) -> Quadratic<D> {
         let corners = self.corners.map(|b| cell.vector(&b));
         let mut field = Quadratic::of(&Linear::new(&corners));
-        let factor = 1.0 / (4 * (cell.dim + 1)) as f64;
-        for (edge, &[i, j]) in EDGES.iter().take(cell.dim * (cell.dim + 1) / 2).enumerate() {
-            let bend = factor * (self.slopes[j] - self.slopes[i]);
-            if bend != 0.0 {
-                let [from, to] = [i, j].map(|corner| self.piece[corner].map(Interval::at));
-                let along = std::array::from_fn(|k| to[k] - from[k]);
-                field.bend_within(edge, bend, &cell.vector(&along));
-            }
-        }
+        field.add_bubble(cell.dim, &self.slopes, |i, j| {
+            let [from, to] = [i, j].map(|corner| self.piece[corner].map(Interval::at));
+            cell.vector(&std::array::from_fn(|k| to[k] - from[k]))
+        });
         field
     }
 
@@ -207,17 +202,10 @@ pub(super) fn balance(
             errors = own;
         }
     }
-    let waves = length(
-        of_leaves
-            .iter()
-            .map(|l| above_of_product(l.scale, root_of_product(measure, l.wave))),
-    );
-
-    let on_spots = length(
-        of_leaves
-            .iter()
-            .map(|l| above_of_product(l.scale, root_of_product(measure, l.spots))),
-    );
+    let of_leaves = |mean_square: fn(&Away) -> f64| {
+        let leaves = of_leaves.iter();
+        length(leaves.map(|l| above_of_product(l.scale, root_of_product(measure, mean_square(l)))))
+    };
 
     // The unknown: the same flux for e - ē, or Poincaré's inequality.
     let bounds = tree.averages(errors.clone());
@@ -237,9 +225,9 @@ pub(super) fn balance(
         spread = spread.min(norm);
     }
     Balance {
-        oscillation: up(known_part, waves),
+        oscillation: up(known_part, of_leaves(|l| l.wave)),
         error: up(up(bounds[0], off), up(known.abs(), rounding)),
-        spread: up(spread, on_spots),
+        spread: up(spread, of_leaves(|l| l.spots)),
         tau,
         norm,
         carried: None,

@@ -6,7 +6,7 @@ use super::lift::{self, Lift, Sector};
 use super::line::Carried;
 use super::quadratic::{Linear, Quadratic};
 use super::second_order::{self, Stream};
-use super::simplex::{EDGES, Simplex, Vector, times};
+use super::simplex::{Simplex, Vector, times};
 use super::{admissible, fitted, flux};
 use crate::contact::Problem;
 use crate::element::{MAX_DOFS, P1, Space};
@@ -399,7 +399,7 @@ impl<'a> CellFields<'a> {
             return 0.0;
         }
         let mut field = Quadratic::<3>::ZERO;
-        add_bubble(&mut field, simplex, slopes);
+        field.add_bubble(simplex.dim, slopes, |i, j| simplex.edge(i, j));
         (field.mean_square(simplex.dim) * simplex.measure)
             .root()
             .high
@@ -408,7 +408,8 @@ impl<'a> CellFields<'a> {
     /// σ without τ on all of the cell.
     pub fn sigma_of<const D: usize>(&self, simplex: &Simplex, cell: usize) -> Quadratic<D> {
         let mut sigma = Quadratic::of(&self.flux(simplex, cell));
-        add_bubble(&mut sigma, simplex, &self.data.loads[cell].slopes);
+        let slopes = &self.data.loads[cell].slopes;
+        sigma.add_bubble(simplex.dim, slopes, |i, j| simplex.edge(i, j));
         sigma
     }
 
@@ -505,21 +506,6 @@ impl Sums {
             let square = *sum + factor * (2.0 * mixed + factor * tau.square);
             *sum = Interval::new(square.low.max(0.0), square.high);
         }
-    }
-}
-
-/// Adds -1/(d+1) Σ_i a_i λ_i (x - x_i) with a of the sum 0: (a_j - a_i) (x_j - x_i) / (4 (d+1)) in the middle of an edge, and 0 at
-/// the corners. It has no normal trace on any face, and -div of it is Σ a_i λ_i.
-fn add_bubble<const D: usize>(field: &mut Quadratic<D>, simplex: &Simplex, slopes: &[f64; 4]) {
-    let dim = simplex.dim;
-    for (edge, &[i, j]) in EDGES.iter().take(dim * (dim + 1) / 2).enumerate() {
-        let [a, b] = [simplex.vertices[i], simplex.vertices[j]];
-        let along: [f64; D] = std::array::from_fn(|k| b[k] - a[k]);
-        field.bend(
-            edge,
-            (slopes[j] - slopes[i]) / (4 * (dim + 1)) as f64,
-            &along,
-        );
     }
 }
 

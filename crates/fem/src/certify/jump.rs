@@ -1,21 +1,21 @@
 //! Where an expression jumps on a surface through a simplex, as an `if` does: the side that most of the simplex is on, the share
 //! of it on the other, and where a cut follows the surface.
 //!
-//! The condition asks for the sign of a function d. On a simplex S with a point c it is known, by Taylor's formula of order 1 or
+//! The condition asks for the sign of a function g. On a simplex S with a point c it is known, by Taylor's formula of order 1 or
 //! 2, to be
 //!
 //! ```text
-//! d(x) = a + b·(x-c),   a in [a_0 - r_0, a_0 + r_0],   b_k in [m_k - r_k, m_k + r_k],
+//! g(x) = a + b·(x-c),   a in [a_0 - r_0, a_0 + r_0],   b_k in [m_k - r_k, m_k + r_k],
 //! ```
 //!
-//! so that |d - l| ≤ ε = r_0 + Σ_k r_k max |x_k - c_k| there with l(x) = a_0 + m·(x-c).
+//! so that |g - l| ≤ ε = r_0 + Σ_k r_k max |x_k - c_k| there with l(x) = a_0 + m·(x-c).
 //!
-//! Values of a linear function that are distributed as points of S are have a B-spline as their density, which is no larger than
-//! d/(max l - min l) (H. B. Curry, I. J. Schoenberg, J. Analyse Math. 17, 1966). So d ≤ 0 on no more than
-//! d (ε - min l)/(max l - min l) of S. Where l changes its sign from one end of an edge to the other, cuts there leave parts with
-//! one sign of l each.
+//! The values of a linear function at points distributed uniformly on S, of dimension d, have a B-spline as their density, which
+//! is no larger than d/(max l - min l) (H. B. Curry, I. J. Schoenberg, J. Analyse Math. 17, 1966). So g ≤ 0 on no more than the
+//! share d (ε - min l)/(max l - min l) of S. Where l changes its sign from one end of an edge to the other, cuts there leave parts
+//! with one sign of l each.
 
-use super::simplex::Vector;
+use super::simplex::{Vector, around};
 use crate::interval::{Interval, above_of_all};
 use crate::scene::Expression;
 use crate::scene::expression::{Condition, Monomials, SECOND_IN_SPACE};
@@ -44,9 +44,7 @@ const CLEARLY: f64 = 4.0;
 
 /// None where no condition turns over, or its surface is not known.
 pub(super) fn find(expression: &Expression, corners: &[Vector], axes: &[usize]) -> Option<Jump> {
-    let box_of = corners.iter().copied();
-    let both = |a: Vector, b: Vector| std::array::from_fn(|k| a[k].hull(b[k]));
-    let around: Vector = box_of.reduce(both)?;
+    let around = around(corners);
     let count = corners.len() as f64;
     let middle = |k: usize| {
         let sum: f64 = corners.iter().map(|x| x[k].mid()).sum();
@@ -145,7 +143,7 @@ impl Surface {
         })
     }
 
-    /// The largest share of the simplex on which d has not the sign that l has on average.
+    /// The largest share of the simplex on which g has not the sign that l has on average.
     fn other_share(&self) -> Option<f64> {
         let lows = || self.values.iter().map(|l| l.low);
         let low = lows().fold(f64::INFINITY, f64::min);

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use super::jump;
 use super::line::{Carried, Lines};
 use super::polynomial::polynomial;
-use super::simplex::{Vector, corners, up};
+use super::simplex::{Vector, around, corners, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::quadrature::{Piece, WHOLE, cut, longest_edge};
 use crate::scene::Expression;
@@ -552,13 +552,6 @@ fn exact_parts(
         && parts.iter().flatten().flatten().all(is_coordinate);
     let [first, second] = parts;
     all_are.then_some([(first, share * shares[0]), (second, share * shares[1])])
-}
-
-/// The box of a simplex.
-fn around(corners: &[Vector]) -> Vector {
-    let all = corners.iter().copied();
-    let both = |a: Vector, b: Vector| std::array::from_fn(|k| a[k].hull(b[k]));
-    all.reduce(both).unwrap_or_default()
 }
 
 /// A leaf that may be cut.

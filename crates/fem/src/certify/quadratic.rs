@@ -247,24 +247,27 @@ impl<const D: usize> Quadratic<D> {
         self
     }
 
-    /// Adds c w in the middle of an edge, where c and the components of w are each rounded twice at most.
+    /// Adds -1/(d+1) Σ_i a_i λ_i (x - x_i) with a of the sum 0: (a_j - a_i) (x_j - x_i) / (4 (d+1)) in the middle of an edge, and 0
+    /// at the corners. It has no normal trace on any face, and -div of it is Σ a_i λ_i. `edge` is x_j - x_i.
     #[inline]
-    pub fn bend(&mut self, edge: usize, c: f64, w: &[f64; D]) {
-        for k in 0..D {
-            self.middles[edge][k] += c * w[k];
-            self.size[k] += (c * w[k]).abs();
-            self.off[k] += 4.0 * STEP * (c * w[k]).abs();
+    pub fn add_bubble(&mut self, dim: usize, a: &[f64; 4], edge: impl Fn(usize, usize) -> Vector) {
+        for (n, &[i, j]) in EDGES.iter().take(dim * (dim + 1) / 2).enumerate() {
+            let c = (a[j] - a[i]) / (4 * (dim + 1)) as f64;
+            if c == 0.0 {
+                continue;
+            }
+            self.bend(n, c, &edge(i, j));
         }
-        round(&mut self.off, &self.size);
     }
 
     /// Adds c w in the middle of an edge, c rounded twice at most.
-    pub fn bend_within(&mut self, edge: usize, c: f64, w: &Vector) {
-        for k in 0..D {
-            self.middles[edge][k] += c * w[k].mid();
-            let size = c.abs() * w[k].magnitude();
+    #[inline]
+    pub fn bend(&mut self, edge: usize, c: f64, w: &Vector) {
+        for (k, w) in w.iter().enumerate().take(D) {
+            let size = c.abs() * w.magnitude();
+            self.middles[edge][k] += c * w.mid();
             self.size[k] += size;
-            self.off[k] += c.abs() * w[k].radius() + 4.0 * STEP * size;
+            self.off[k] += c.abs() * w.radius() + 4.0 * STEP * size;
         }
         round(&mut self.off, &self.size);
     }
@@ -436,8 +439,7 @@ mod tests {
                 w
             };
             let mut field = Quadratic::<3>::of(&Linear::new(&std::array::from_fn(|_| vector())));
-            (0..dim * (dim + 1) / 2)
-                .for_each(|edge| field.bend(edge, 0.7, &vector().map(Interval::mid)));
+            (0..dim * (dim + 1) / 2).for_each(|edge| field.bend(edge, 0.7, &vector()));
             let at = |lambda: &[f64; 4], k: usize| -> f64 {
                 let corners =
                     (0..=dim).map(|i| field.corners[i][k] * lambda[i] * (2.0 * lambda[i] - 1.0));

@@ -179,6 +179,13 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> ([f64; 3], [f64; 3]) {
     (of.map(|of| of.0), of.map(|of| of.1))
 }
 
+/// The box of a simplex with these corners.
+pub(super) fn around(corners: &[Vector]) -> Vector {
+    let all = corners.iter().copied();
+    let both = |a: Vector, b: Vector| std::array::from_fn(|k| a[k].hull(b[k]));
+    all.reduce(both).unwrap_or_default()
+}
+
 /// The corners of each edge.
 pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [1, 2], [0, 3], [1, 3], [2, 3]];
 

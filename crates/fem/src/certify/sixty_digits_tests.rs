@@ -319,12 +319,9 @@ fn fields_on_slivers_are_within_their_rounding() {
             holds(found[0], &slope, known_to * largest(&found));
             // With a bubble in the middle of each edge.
             let mut field = Quadratic::of(&sum);
-            let along = |k: usize| {
-                let [i, j] = EDGES[k];
-                let [p, q] = [simplex.vertices[i], simplex.vertices[j]];
-                std::array::from_fn::<f64, 2, _>(|k| q[k] - p[k])
-            };
-            (0..3).for_each(|k| field.bend(k, bend[k], &along(k)));
+            for (k, [i, j]) in EDGES.into_iter().enumerate().take(3) {
+                field.bend(k, bend[k], &simplex.edge(i, j));
+            }
             let values: [Pair; 6] = std::array::from_fn(|n| {
                 let [first, second] = exact(&NODES[n]);
                 let mut value = plus(&first, &times(&Big::of(-0.7), &second));
