@@ -78,6 +78,44 @@ fn spots_are_part_of_all_bounds() {
     assert!(load.low <= -0.8 && load.high >= 0.8);
 }
 
+/// What is not known on spots of leaves is in (f, w) of a cell, at corners and by bubbles.
+#[test]
+fn spots_of_leaves_are_part_of_loads() {
+    let scene = square("-1", "0", "0", "0");
+    let mesh = scene.triangulation(Some(2)).unwrap();
+    let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, Method::cr()));
+    let problem = problem.unwrap();
+    let (_, mut fields) = certified(&problem, &solved(&problem)).unwrap();
+    let leaf = Leaf {
+        spots: [0.3, 2.0],
+        peak: 7.0,
+        ..Leaf::default()
+    };
+    let whole = Leaf {
+        edge: [0, 1],
+        at: 0.25,
+        parts: 1,
+        ..Leaf::default()
+    };
+    let tree = Tree {
+        whole,
+        rest: vec![leaf; 2],
+        carried: None,
+    };
+    let of_bubbles = load_of_bubbles(&tree, [0.0, 0.0, 1.0]);
+    // The mean of 4 λ_a λ_b is 1/3.
+    assert!(
+        of_bubbles.low <= -0.1 && of_bubbles.high >= 0.1,
+        "{of_bubbles:?}"
+    );
+    fields.data.to_mut().trees[0] = tree;
+    let simplex = Simplex::new(&mesh, 0);
+    let z = [2.0, 2.0, 2.0, 0.0].map(Interval::at);
+    let load = load_of_cell(&fields, &simplex, 0, &z, None);
+    let least = 0.6 * simplex.measure.low;
+    assert!(load.low <= -least && load.high >= least, "{load:?}");
+}
+
 /// Data that jump along one axis take no parts of cells, and hardly widen the interval.
 #[test]
 fn steps_along_an_axis_take_no_leaves() {
