@@ -427,6 +427,20 @@ mod tests {
     use super::*;
     use crate::quadrature::exact;
 
+    /// (4 λ_a λ_b)² has the mean 8/45 on a triangle: with w from 0.9 to 1.1 all of 8/45 w² is in the interval.
+    #[test]
+    fn bends_are_off_by_what_their_edges_are() {
+        let mut field = Quadratic::<2>::ZERO;
+        field.bend(
+            0,
+            1.0,
+            &[Interval::new(0.9, 1.1), Interval::ZERO, Interval::ZERO],
+        );
+        let found = field.mean_square(2);
+        let [least, most] = [0.9_f64, 1.1].map(|w| 8.0 / 45.0 * w * w);
+        assert!(found.low <= least && most <= found.high, "{found:?}");
+    }
+
     /// Against the quadrature rule of degree 4, which is another formula.
     #[test]
     fn squares_of_quadratic_fields_are_integrated() {
