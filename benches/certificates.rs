@@ -19,6 +19,9 @@ use faceoff_fem::scene::Scene;
 struct Arguments {
     #[arg(long, default_value = "3")]
     repeats: usize,
+    /// Scenes with this in their names alone
+    #[arg(long, default_value = "")]
+    scene: String,
     /// Small meshes once: does it run?
     #[arg(long)]
     quick: bool,
@@ -53,12 +56,14 @@ fn main() -> faceoff_mesh::Result<()> {
         (&plain, "p2", 256),
         (&strip, "cr", 32),
         (&solid, "cr", 16),
+        (&solid, "cr", 48),
     ];
     println!(
         "{:12} {:6} {:>4} {:>9} {:>8} {:>8} {:>6}",
         "scene", "method", "n", "cells", "solve", "certify", "ratio"
     );
-    for (scene, method, n) in cases {
+    let chosen = |scene: &Scene| scene.name().contains(&arguments.scene);
+    for (scene, method, n) in cases.into_iter().filter(|(scene, ..)| chosen(scene)) {
         let n = if arguments.quick { n.min(8) } else { n };
         let mesh = scene.triangulation(Some(n))?;
         let discretisation = Discretisation::of(scene, method.parse().expect("a method"));

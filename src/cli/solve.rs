@@ -177,7 +177,7 @@ fn line(step: &Step, next: Option<&Next>) -> String {
             Way::Adaptive => "adaptive",
         };
         line += &format!(
-            "; about {:.0} cells to come, {way}, {:.1} s",
+            "; next about {:.0} cells, {way}, {:.1} s",
             next.cells, next.seconds
         );
     }

@@ -2,7 +2,9 @@
 //! norms of the broken spaces. No matrix is put together: its products are sums over the cells,
 //! which all cores form and one adds up in the cells' order, so that no bit depends on their number.
 
+mod iterated;
 mod quadratic;
+mod vertex_values;
 
 use std::sync::{Arc, OnceLock};
 
@@ -14,7 +16,9 @@ use crate::quadrature::{self, Rule};
 use crate::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{CellGeometry, Metric};
+pub(crate) use iterated::{Free, Iterated, iterations};
 use nalgebra::Vector3;
+pub(crate) use vertex_values::VertexValues;
 
 /// Cells whose contributions wait to be added, and how many of them one task forms.
 const WAITING: usize = 1 << 15;
@@ -244,18 +248,20 @@ impl<'a> Stiffness<'a> {
 
     /// -|κ| ∇λ_i·∇λ_j, i, j and R_ij.
     fn for_each_pair(&self, cell: usize, mut visit: impl FnMut(f64, usize, usize, &[f64])) {
-        let count = self.pairs.len();
-        let of_cell;
-        let weights = match self.weights.get() {
-            Some(kept) => &kept[count * cell..count * (cell + 1)],
-            None => {
-                of_cell = self.weights_of(cell);
-                &of_cell[..]
-            }
-        };
-        for (weight, (i, j, reference)) in weights.iter().zip(&self.pairs) {
+        for (weight, (i, j, reference)) in self.weights_at(cell).iter().zip(&self.pairs) {
             visit(*weight, *i, *j, reference);
         }
+    }
+
+    /// -|κ| ∇λ_i·∇λ_j of the pairs, as they are kept or anew.
+    fn weights_at(&self, cell: usize) -> [f64; 6] {
+        let Some(kept) = self.weights.get() else {
+            return self.weights_of(cell);
+        };
+        let count = self.pairs.len();
+        let mut weights = [0.0; 6];
+        weights[..count].copy_from_slice(&kept[count * cell..][..count]);
+        weights
     }
 
     /// The entries of one cell's matrix at these places.
@@ -333,8 +339,8 @@ impl<'a> Stiffness<'a> {
     pub fn times_into(&self, u: &[f64], y: &mut [f64]) {
         let Space { mesh, element, .. } = self.space;
         match (mesh.dim, element.degree()) {
-            (2, 2) => self.times_quadratic::<3>(u, y),
-            (3, 2) => self.times_quadratic::<4>(u, y),
+            (2, 2) => self.times_quadratic::<3, 6>(u, y),
+            (3, 2) => self.times_quadratic::<4, 10>(u, y),
             _ => self.products(u, y, |a, u| a * u),
         }
     }

@@ -31,14 +31,17 @@ pub(super) fn first_n(scene: &Scene) -> Option<usize> {
 /// The order of the bound of G in n where none is seen yet.
 const USUAL: f64 = 1.5;
 
+/// What is beyond the furthest step has a mesh before it with so many times smaller an n: 4 % of the cells in space.
+const NEARER: f64 = 3.0;
+
 /// The n that is predicted to reach the accuracy from the last uniform mesh, with the order seen so far.
-pub(super) fn next_n(wish: &Wish, steps: &[Step]) -> usize {
+pub(super) fn needed_n(wish: &Wish, steps: &[Step]) -> f64 {
     let uniform: Vec<(f64, f64)> = steps
         .iter()
         .filter_map(|step| Some((step.n? as f64, step.relative)))
         .collect();
     let Some(&(n, relative)) = uniform.last() else {
-        return 1;
+        return 1.0;
     };
     let order = match uniform[..] {
         [.., (coarse, before), _] => {
@@ -46,14 +49,24 @@ pub(super) fn next_n(wish: &Wish, steps: &[Step]) -> usize {
         }
         _ => USUAL,
     };
-    let mut factor = (relative / (AIM * wish.accuracy)).powf(1.0 / order);
-    // What no mesh reaches is said at once.
-    let is_possible = n * factor <= LARGEST_N as f64;
-    if relative > COARSE || uniform.len() == 1 && is_possible {
-        factor = factor.min(FURTHEST);
-    }
-    // Beyond any mesh; that it cannot be had is said there.
-    (n * factor).ceil().clamp(n + 1.0, 1e9) as usize
+    n * (relative / (AIM * wish.accuracy)).powf(1.0 / order)
+}
+
+/// The n of the next uniform mesh: what is needed is seen better from nearer, where the order may be another, and the way there
+/// costs little beside it.
+pub(super) fn next_n(wish: &Wish, steps: &[Step]) -> usize {
+    let needed = needed_n(wish, steps);
+    let Some((n, relative)) = steps.iter().rev().find_map(|s| Some((s.n?, s.relative))) else {
+        return 1;
+    };
+    // What no mesh reaches is said at once, where a rate can be seen.
+    let is_possible = relative > COARSE || needed <= LARGEST_N as f64;
+    let furthest = FURTHEST * n as f64;
+    let next = match is_possible && needed > furthest {
+        true => furthest.min(needed / NEARER),
+        false => needed.min(1e9),
+    };
+    (next.ceil() as usize).max(n + 1)
 }
 
 impl Candidate {

@@ -12,7 +12,7 @@ use crate::certify::{Certificate, Target, certify, examine};
 use crate::contact::{Discretisation, Iteration, Problem, Solution, Stop, solve_by};
 use crate::linear::Settings;
 use crate::scene::Scene;
-use candidate::{Candidate, first_n, next_n};
+use candidate::{Candidate, first_n, needed_n, next_n};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::memory;
 use faceoff_mesh::mesh::Triangulation;
@@ -82,9 +82,9 @@ pub struct Step {
 pub struct Next {
     /// How its mesh is made.
     pub way: Way,
-    /// Predicted: cells of the mesh that reaches the accuracy.
+    /// Predicted: cells of that mesh, beyond which others may follow.
     pub cells: f64,
-    /// Predicted: seconds until then.
+    /// Predicted: seconds that it takes.
     pub seconds: f64,
 }
 
@@ -121,8 +121,8 @@ pub struct Reached {
 const WORTH: f64 = 3.5;
 /// Predictions aim at this part of the accuracy.
 const AIM: f64 = 0.95;
-/// Bisections of a triangle from one mesh to the next, and the factor of a uniform n while the bound is above
-/// [`COARSE`] or there is no other: no rate can be seen yet.
+/// Bisections of a triangle from one mesh to the next, and the factor of a uniform n. While the bound is above [`COARSE`] no
+/// rate can be seen.
 const MOST: u8 = 6;
 const FURTHEST: f64 = 4.0;
 const COARSE: f64 = 0.1;
@@ -208,6 +208,8 @@ pub fn reach(
         let way = wish
             .way
             .unwrap_or_else(|| choose(&candidate.mesh, wish, &steps));
+        let needed = spread.sum.powi(2) / goal;
+        let goal = goal.max(square * STRIDE);
         let cells = match way {
             Way::Adaptive => spread.sum.powi(2) / goal,
             Way::Uniform => {
@@ -222,14 +224,12 @@ pub fn reach(
             Way::Uniform => Candidate::uniform_from(scene, next_n(wish, &steps)),
             Way::Adaptive
                 if step.way == Way::Uniform
-                    && cells < TOO_FINE * step.cells as f64
+                    && needed < TOO_FINE * step.cells as f64
                     && step.n != first =>
             {
                 Candidate::uniform(scene, first).and_then(Candidate::turned)
             }
             Way::Adaptive => {
-                let goal = goal.max(square * STRIDE);
-                let cells = spread.sum.powi(2) / goal;
                 let bytes = BYTES * cells * solution.u.len() as f64 / step.cells as f64;
                 memory::require(bytes, &format!("an adapted mesh of {cells:.0} cells"))
                     .and_then(|()| candidate.adapted(&certificate.local, spread, goal))
@@ -320,7 +320,14 @@ fn choose(mesh: &Triangulation, wish: &Wish, steps: &[Step]) -> Way {
         && let Some(coarser) = before.n
     {
         let growth = (last.saving / before.saving).ln() / (n as f64 / coarser as f64).ln();
-        saving *= (next_n(wish, steps) as f64 / n as f64).powf(growth.max(0.0));
+        let most = if last.relative > COARSE {
+            FURTHEST
+        } else {
+            f64::INFINITY
+        };
+        saving *= (needed_n(wish, steps) / n as f64)
+            .min(most)
+            .powf(growth.max(0.0));
     }
     if saving > WORTH {
         Way::Adaptive

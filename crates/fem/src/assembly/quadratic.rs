@@ -8,46 +8,61 @@ use super::{Stiffness, add_over_cells};
 use faceoff_mesh::mesh::local_edges;
 
 impl Stiffness<'_> {
-    /// A u on cells with V corners, into `y`.
-    pub(super) fn times_quadratic<const V: usize>(&self, u: &[f64], y: &mut [f64]) {
+    /// A u on cells with V corners and L dofs, into `y`.
+    pub(super) fn times_quadratic<const V: usize, const L: usize>(&self, u: &[f64], y: &mut [f64]) {
         y.fill(0.0);
         add_over_cells(&self.space, y, |cells, vectors| {
-            for (cell, y) in cells.zip(vectors.chunks_exact_mut(self.space.local_dofs)) {
-                self.cell_times_quadratic::<V>(cell, u, y);
+            for (cell, y) in cells.zip(vectors.as_chunks_mut().0) {
+                *y = self.cell_times_quadratic::<V, L>(cell, u);
             }
         });
     }
 
-    fn cell_times_quadratic<const V: usize>(&self, cell: usize, u: &[f64], y: &mut [f64]) {
+    fn cell_times_quadratic<const V: usize, const L: usize>(
+        &self,
+        cell: usize,
+        u: &[f64],
+    ) -> [f64; L] {
         let (edges, scale) = (local_edges(V - 1), 4.0 / (V * (V + 1)) as f64);
-        let (corners, middles) = self.space.cell_dofs(cell).split_at(V);
-        let (mut b, mut sum) = ([[0.0; V]; V], [[0.0; V]; V]);
-        for (i, &dof) in corners.iter().enumerate() {
-            b[i][i] = u[dof as usize];
+        let mut at = [0.0; L];
+        for (at, &dof) in at.iter_mut().zip(self.space.cell_dofs(cell)) {
+            *at = u[dof as usize];
         }
-        for (&[i, j], &dof) in edges.iter().zip(middles) {
-            b[i][j] = 2.0 * u[dof as usize] - 0.5 * (b[i][i] + b[j][j]);
+        let (mut b, mut sum) = ([[0.0; V]; V], [[0.0; V]; V]);
+        for i in 0..V {
+            b[i][i] = at[i];
+        }
+        for (&[i, j], middle) in edges.iter().zip(&at[V..]) {
+            b[i][j] = 2.0 * middle - 0.5 * (at[i] + at[j]);
             b[j][i] = b[i][j];
         }
-        self.for_each_pair(cell, |weight, i, j, _| {
-            let c: [f64; V] = std::array::from_fn(|k| b[i][k] - b[j][k]);
-            let all: f64 = c.iter().sum();
-            for k in 0..V {
-                let product = scale * weight * (c[k] + all);
-                sum[i][k] += product;
-                sum[j][k] -= product;
+        // In the order of the pairs, with lengths that are known.
+        let weights = self.weights_at(cell);
+        let mut pair = 0;
+        for j in 0..V {
+            for i in 0..j {
+                let c: [f64; V] = std::array::from_fn(|k| b[i][k] - b[j][k]);
+                let all: f64 = c.iter().sum();
+                let weight = scale * weights[pair];
+                for k in 0..V {
+                    let product = weight * (c[k] + all);
+                    sum[i][k] += product;
+                    sum[j][k] -= product;
+                }
+                pair += 1;
             }
-        });
-        let (corners, middles) = y.split_at_mut(V);
-        for (i, y) in corners.iter_mut().enumerate() {
-            *y = sum[i][i];
         }
-        for (&[i, j], y) in edges.iter().zip(middles) {
+        let mut y = [0.0; L];
+        for i in 0..V {
+            y[i] = sum[i][i];
+        }
+        for (e, &[i, j]) in edges.iter().enumerate() {
             let both = sum[i][j] + sum[j][i];
-            *y = 2.0 * both;
-            corners[i] -= 0.5 * both;
-            corners[j] -= 0.5 * both;
+            y[V + e] = 2.0 * both;
+            y[i] -= 0.5 * both;
+            y[j] -= 0.5 * both;
         }
+        y
     }
 }
 

@@ -94,7 +94,7 @@ pub(super) fn admissible(
         }
     }
     let b = loads(space, data);
-    descend(stiffness, &held, &[], b, &mut v, steps(space));
+    descend(stiffness, diagonal, &held, &[], b, &mut v, steps(space));
     let pairs = v.iter().zip(bounds);
     let vertices = pairs.map(|(v, bound)| match bound {
         Bound::Free => Interval::at(*v),
@@ -308,6 +308,7 @@ pub(super) fn steps(space: &Space) -> usize {
 /// So many steps for (∇v, ∇φ_i) = b_i where `held` does not hold v; what is held and in one of `parts` moves with all of that.
 pub(super) fn descend(
     stiffness: &Stiffness,
+    diagonal: &[f64],
     held: &[bool],
     parts: &[&[usize]],
     b: Vec<f64>,
@@ -315,7 +316,6 @@ pub(super) fn descend(
     steps: usize,
 ) {
     let space = stiffness.space();
-    let diagonal = stiffness.diagonal();
     // (∇χ, ∇χ) of what is 1 on a part.
     let of_parts: Vec<f64> = parts
         .iter()
@@ -330,7 +330,7 @@ pub(super) fn descend(
         |x, y| stiffness.times_into(x, y),
         |r, z| {
             // What is held has no residual, and so no step.
-            let rows = z.par_iter_mut().zip(r).zip(&diagonal).zip(held);
+            let rows = z.par_iter_mut().zip(r).zip(diagonal).zip(held);
             rows.with_min_len(ROWS)
                 .for_each(|(((z, r), d), held)| *z = if *held { 0.0 } else { r / d });
             for (part, square) in parts.iter().zip(&of_parts) {

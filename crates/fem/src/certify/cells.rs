@@ -159,7 +159,8 @@ impl<'a> CellFields<'a> {
                 let of_v = Quadratic::of(&fields.slope(simplex, cell));
                 of_v.plus(-1.0, &fields.sigma_of(simplex, cell))
             };
-            let stream = Stream::new(problem, &stiffness, &fields.u, &fields.lambda, misfit);
+            let (u, lambda) = (&fields.u, &fields.lambda);
+            let stream = Stream::new(problem, &stiffness, &diagonal, u, lambda, misfit);
             fields.stream = Some(stream);
         }
         Ok(fields)

@@ -18,7 +18,7 @@ use super::simplex::Simplex;
 use crate::contact::{Law, Problem};
 use crate::element::{CR, Space};
 use crate::interval::{Interval, above_of_product};
-use crate::linear::{Role, Settings};
+use crate::linear::Role;
 use crate::quadrature;
 use crate::scene::Part;
 use faceoff_mesh::error::Result;
@@ -62,21 +62,21 @@ impl<'a> Fluxes<'a> {
         Fluxes {
             problem,
             poisson: Poisson::new(
+                problem,
                 problem.stiffness.on(&space).kept(),
                 roles.collect(),
-                Settings::default(),
             ),
             space,
         }
     }
 
-    /// Factors the matrix, unless u_h may itself be the solution for σ: it may never be needed then.
+    /// Factors the matrix, or prepares iterations, unless u_h may itself be the solution for σ: it may never be needed then.
     ///
     /// # Errors
     /// Those of the linear solver.
     pub fn prepare(&mut self) -> Result<()> {
         if self.problem.discretisation.method.law != Law::FluxCorrected {
-            self.poisson.factored(vec![0.0; self.space.dofs])?;
+            self.poisson.prepare(vec![0.0; self.space.dofs])?;
         }
         Ok(())
     }

@@ -14,7 +14,7 @@
 //! ‖q-∇z‖. k enters by its means k̄ on the cells, by sup |k-k̄| on each, as (k-k̄, u) = (k-k̄, v-v̄) + (k-k̄, w), and by what
 //! is not known of it.
 
-use super::admissible;
+use super::admissible::{self, descend};
 use super::balance::poincare;
 use super::cells::{CellFields, norm_of_fluxes, sums, sums_over};
 use super::flux::Fluxes;
@@ -331,7 +331,8 @@ impl Goal {
         if self.rests.is_empty() {
             let stiffness = problem.stiffness.on(&Space::new(mesh, &P1)).kept();
             let steps = admissible::steps(stiffness.space());
-            admissible::descend(&stiffness, &held, &[], loads, &mut z, steps);
+            let diagonal = stiffness.diagonal();
+            descend(&stiffness, &diagonal, &held, &[], loads, &mut z, steps);
         }
         for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
             let gaps = mesh.face(contact.face).iter().zip(obstacle.ceiling);

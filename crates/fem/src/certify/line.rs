@@ -52,11 +52,19 @@ pub(super) struct Carried {
 }
 
 impl Carried {
-    /// The mean of s z, z = Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b.
+    /// The mean of s z, z = Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b: by middles, with one bound of all that they are off.
     pub fn mean(&self, z: &[Interval], b: &[f64; 3]) -> Interval {
-        let flat: Interval = self.flat.iter().zip(z).map(|(s, z)| *s * *z).sum();
-        let bubbles = self.bubbles.iter().zip(b);
-        flat + bubbles.map(|(s, b)| *b * *s).sum()
+        let flat = self.flat.iter().zip(z);
+        let flat = flat.map(|(s, z)| (s, z.mid(), z.radius()));
+        let bubbles = self.bubbles.iter().zip(b).map(|(s, b)| (s, *b, 0.0));
+        let (mut sum, mut off) = (0.0, 0.0);
+        for (s, z, radius) in flat.chain(bubbles) {
+            let (middle, size) = (s.mid(), z.abs() + radius);
+            sum += middle * z;
+            // Products and sums of six are rounded no more than six times.
+            off += s.radius() * size + middle.abs() * (radius + 6.0 * STEP * size);
+        }
+        around(sum, off)
     }
 }
 
@@ -290,6 +298,9 @@ impl Part {
 
 /// What is no farther from a number than this, rounded in some steps.
 fn around(middle: f64, radius: f64) -> Interval {
+    if !middle.is_finite() {
+        return Interval::WHOLE;
+    }
     Interval::at(middle) + Interval::around_zero(1.001 * radius + f64::MIN_POSITIVE)
 }
 

@@ -1,45 +1,79 @@
-//! -Δ on a space with values given at some dofs, factored once.
+//! -Δ on a space with values given at some dofs, factored once, or by iterations where these are predicted to take less.
 
-use crate::assembly::Stiffness;
-use crate::linear::{Factor, Reduced, Role, Settings, condense};
+use crate::assembly::{Iterated, Stiffness, iterations};
+use crate::contact::Problem;
+use crate::linear::{Choice, Factor, Reduced, Role, Settings, Solver, condense, norm};
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
 /// A residual is no more than rounding where it is this part of all fluxes: what it leaves of a balance is charged.
 const ROUNDING: f64 = 1e-11;
+/// What iterations leave of a right-hand side where a bound is checked afterwards.
+const ABOUT: f64 = 1e-9;
+/// Iterations that are predicted: some thirty for each of the fluxes of a certificate.
+const ITERATIONS: f64 = 100.0;
 
 pub(super) struct Poisson<'a> {
+    problem: &'a Problem<'a>,
     pub stiffness: Stiffness<'a>,
     pub roles: Vec<Role>,
-    settings: Settings,
-    factor: Option<Factor>,
+    pub solver: Solver,
+    way: Option<Way>,
+}
+
+enum Way {
+    Factor(Factor),
+    Iterations(Box<Iterated>),
 }
 
 impl<'a> Poisson<'a> {
-    pub fn new(stiffness: Stiffness<'a>, roles: Vec<Role>, settings: Settings) -> Self {
+    pub fn new(problem: &'a Problem<'a>, stiffness: Stiffness<'a>, roles: Vec<Role>) -> Self {
         Poisson {
+            problem,
             stiffness,
             roles,
-            settings,
-            factor: None,
+            solver: Solver::Auto,
+            way: None,
         }
     }
 
-    /// Factors, with a right-hand side that is eliminated meanwhile.
+    /// Prepares whatever solves; a factor has a right-hand side eliminated meanwhile.
     ///
     /// # Errors
     /// Those of the linear solver.
-    pub fn factored(&mut self, b: Vec<f64>) -> Result<Reduced> {
-        let (settings, none) = (
-            self.settings,
-            Error::Solver {
-                what: "no solver was chosen for the flux".into(),
-                remedy: "report this".into(),
-            },
-        );
-        let condensed = condense(&self.stiffness, &self.roles, &[], b, settings, None)?;
-        let (factor, reduced, ..) = condensed.ok_or(none)?;
-        self.factor = Some(factor);
-        Ok(reduced)
+    pub fn prepare(&mut self, b: Vec<f64>) -> Result<Option<Reduced>> {
+        let instead = iterations(&self.stiffness, ITERATIONS, (0.0, 0));
+        let condensed = match self.solver {
+            Solver::Iterative => None,
+            solver => self.condensed(b.clone(), solver, Some(instead))?,
+        };
+        if condensed.is_some() {
+            return Ok(condensed);
+        }
+        let is_given = |dof: usize| self.roles[dof] == Role::Fixed;
+        let on_vertices = self.problem.vertex_stiffness()?;
+        match Iterated::new(&self.stiffness, is_given, on_vertices)? {
+            Some(iterated) => self.way = Some(Way::Iterations(Box::new(iterated))),
+            None => return self.condensed(b, Solver::Multifrontal, None),
+        }
+        Ok(None)
+    }
+
+    fn condensed(
+        &mut self,
+        b: Vec<f64>,
+        solver: Solver,
+        instead: Option<Choice>,
+    ) -> Result<Option<Reduced>> {
+        let settings = Settings {
+            solver,
+            ..Settings::default()
+        };
+        let condensed = condense(&self.stiffness, &self.roles, &[], b, settings, instead)?;
+        Ok(condensed.map(|(factor, reduced, ..)| {
+            self.way = Some(Way::Factor(factor));
+            reduced
+        }))
     }
 
     /// The values of w where they are given, and the rows of b elsewhere.
@@ -58,30 +92,102 @@ impl<'a> Poisson<'a> {
             if of_left <= ROUNDING * ROUNDING * of_all {
                 break;
             }
-            let step = self.about(&left)?;
+            let step = self.with_residual(&left, 0.5 * ROUNDING * norm(b).max(of_all.sqrt()))?;
             w.iter_mut().zip(step).for_each(|(w, step)| *w += step);
         }
         Ok(w)
     }
 
-    /// What has the rows of b up to the rounding of one solve, and 0 where values are given.
+    /// What has the rows of b up to the rounding of one solve, or nine digits of iterations, and 0 where values are given.
     ///
     /// # Errors
     /// Those of the linear solver.
     pub fn about(&mut self, b: &[f64]) -> Result<Vec<f64>> {
-        let reduced = match &self.factor {
-            Some(factor) => factor.reduce(b),
-            None => self.factored(b.to_vec())?,
-        };
-        let mut step = vec![0.0; b.len()];
-        if let Some(factor) = &self.factor {
-            factor.expand(&reduced, &[], &mut step);
+        self.with_residual(b, ABOUT * norm(b))
+    }
+
+    fn with_residual(&mut self, b: &[f64], residual: f64) -> Result<Vec<f64>> {
+        let mut reduced = None;
+        if self.way.is_none() {
+            reduced = self.prepare(b.to_vec())?;
         }
+        if let Some(Way::Iterations(iterated)) = &mut self.way {
+            let found = iterated.solution(b, residual);
+            cancel::check()?;
+            match found {
+                Some(found) => return Ok(found),
+                // Cells of extreme shape.
+                None => reduced = self.condensed(b.to_vec(), Solver::Multifrontal, None)?,
+            }
+        }
+        let mut step = vec![0.0; b.len()];
+        let Some(Way::Factor(factor)) = &self.way else {
+            return Err(Error::Solver {
+                what: "no solver was chosen for the flux".into(),
+                remedy: "report this".into(),
+            });
+        };
+        let reduced = reduced.unwrap_or_else(|| factor.reduce(b));
+        factor.expand(&reduced, &[], &mut step);
         for (step, role) in step.iter_mut().zip(&self.roles) {
             if *role == Role::Fixed {
                 *step = 0.0;
             }
         }
         Ok(step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Discretisation;
+    use crate::element::{CR, Space};
+    use crate::scene::{Part, Scene};
+
+    /// With loads and given values, and each without the other, in the plane and in space.
+    #[test]
+    fn iterations_are_as_good_as_a_factor() {
+        for (scene, n) in [("one-zone", 12), ("one-zone-3d", 5)] {
+            let scene = Scene::find(scene).unwrap();
+            let mesh = scene.triangulation(Some(n)).unwrap();
+            let discretisation = Discretisation::of(&scene, "p2".parse().unwrap());
+            let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+            let space = Space::new(&mesh, &CR);
+            let given = |part: &Option<Part>| *part == Some(Part::Dirichlet);
+            let role = |part| match given(part) {
+                true => Role::Fixed,
+                false => Role::Eliminated,
+            };
+            let roles: Vec<Role> = problem.parts.iter().map(role).collect();
+            let mut random = crate::Random::new(7);
+            let mut some = |scale: f64| -> Vec<f64> {
+                let values = roles.iter().map(|_| scale * (random.next() - 0.5));
+                values.collect()
+            };
+            for [of_b, of_w] in [[1.0, 1.0], [0.0, 1.0], [1e6, 0.0], [0.0, 0.0]] {
+                let (b, mut w) = (some(of_b), some(of_w));
+                let free = || roles.iter().map(|role| *role != Role::Fixed);
+                let inside = w.iter_mut().zip(free()).filter(|(_, is_free)| *is_free);
+                inside.for_each(|(w, _)| *w = 0.0);
+                let [direct, iterated] = [Solver::Multifrontal, Solver::Iterative].map(|solver| {
+                    let stiffness = problem.stiffness.on(&space);
+                    let mut poisson = Poisson::new(&problem, stiffness, roles.clone());
+                    poisson.solver = solver;
+                    let found = poisson.solution(w.clone(), &b).unwrap();
+                    let iterates = matches!(poisson.way, Some(Way::Iterations(_)));
+                    let is_zero = of_b == 0.0 && of_w == 0.0;
+                    assert!(is_zero || iterates == (solver == Solver::Iterative));
+                    let product = poisson.stiffness.times(&found);
+                    let left = product.iter().zip(&b).zip(free());
+                    let left = left.map(|((y, b), is_free)| if is_free { y - b } else { 0.0 });
+                    let left: Vec<f64> = left.collect();
+                    assert!(norm(&left) <= ROUNDING * norm(&product), "{}", norm(&left));
+                    found
+                });
+                let away: Vec<f64> = direct.iter().zip(&iterated).map(|(a, b)| a - b).collect();
+                assert!(norm(&away) <= 1e-9 * norm(&direct), "{}", norm(&away));
+            }
+        }
     }
 }

@@ -79,6 +79,7 @@ impl Stream {
     pub fn new(
         problem: &Problem,
         stiffness: &Stiffness,
+        diagonal: &[f64],
         u: &[f64],
         lambda: &[f64],
         misfit: impl Fn(usize, &Simplex) -> Quadratic<2> + Sync,
@@ -97,7 +98,7 @@ impl Stream {
             .iter()
             .map(|&part| &parts.all[part][..])
             .collect();
-        descend(stiffness, &parts.held, &free, b, &mut s, STEPS);
+        descend(stiffness, diagonal, &parts.held, &free, b, &mut s, STEPS);
         // What is constant is exactly so.
         for dofs in &parts.all {
             // Vertices have the first numbers.

@@ -7,7 +7,7 @@ use super::discretisation::Discretisation;
 use super::face::ContactFace;
 use super::law::{Law, OnContact};
 use super::method::Method;
-use super::vertex_values::VertexValues;
+use crate::assembly::VertexValues;
 use crate::assembly::{self, Stiffness, value_at};
 use crate::element::{P1, Space};
 use crate::linear::Csr;
@@ -122,7 +122,7 @@ impl<'a> Problem<'a> {
     ///
     /// # Errors
     /// Those of [`Csr::sum`].
-    pub(super) fn vertex_stiffness(&self) -> Result<&Csr> {
+    pub(crate) fn vertex_stiffness(&self) -> Result<&Csr> {
         if let Some(matrix) = self.on_vertices.get() {
             return Ok(matrix);
         }

@@ -13,14 +13,13 @@
 use std::cell::{Cell, RefCell};
 
 use super::condition::Condition;
-use super::form::Problem;
 use super::layer::Layer;
 use super::scheme::Scheme;
 use super::system::{Built, Energy, System, Weights, largest};
-use super::vertex_values::VertexValues;
+use crate::assembly::{Free, iterations};
 use crate::linear::{
-    Choice, Csr, Elements, Embedded, Ended, KrylovStop, LowRank, Precision, SchurLu, Solved,
-    Solver, Sweeps, conjugate_gradients, dot, gmres, norm,
+    Choice, Csr, Embedded, Ended, KrylovStop, LowRank, SchurLu, Solved, Sweeps,
+    conjugate_gradients, dot, gmres, norm,
 };
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
@@ -39,14 +38,10 @@ const ROUGH: f64 = 0.3;
 /// Vectors of this system hold all dofs.
 pub(super) struct Krylov<'a> {
     scheme: Scheme<'a>,
-    /// Free number of each dof, none on Γ_D, and the dof of each free number.
-    free: Vec<Option<u32>>,
-    dof_of: Vec<u32>,
+    /// What is not given on Γ_D.
+    free: Free<'a>,
     /// The rows that the conditions change, as A has them: free number and values.
     stiff: Vec<(u32, Vec<f64>)>,
-    /// The vertices where P1 functions vanish because u is given on Γ_D.
-    held: Vec<bool>,
-    values: VertexValues<'a>,
     /// What is solved for as one block, and its free numbers.
     layer: Option<Layer>,
     layer_rows: Vec<u32>,
@@ -104,21 +99,9 @@ impl<'a> Krylov<'a> {
             ));
         };
         let _span = tracing::debug_span!("matrix").entered();
-        let mut free = vec![None; space.dofs];
-        let mut dof_of = Vec::with_capacity(space.dofs);
-        let mut held = vec![false; space.mesh.points.len()];
-        let values = VertexValues::new(space);
-        for (dof, g) in problem.dirichlet.iter().enumerate() {
-            if g.is_none() {
-                free[dof] = Some(dof_of.len() as u32);
-                dof_of.push(dof as u32);
-            } else {
-                for (vertex, _) in values.of(dof as u32) {
-                    held[vertex as usize] = true;
-                }
-            }
-        }
-        if dof_of.is_empty() {
+        let free = Free::new(space, |dof| problem.dirichlet[dof].is_some());
+        let (numbers, dofs) = (&free.number, &free.dofs);
+        if dofs.is_empty() {
             return Err(Error::Solver {
                 what: "Γ_D holds every dof, so there is nothing to solve".into(),
                 remedy: "refine the mesh".into(),
@@ -128,7 +111,7 @@ impl<'a> Krylov<'a> {
             .conditions
             .iter()
             .flat_map(|c| &c.dofs)
-            .filter_map(|&dof| free[dof as usize])
+            .filter_map(|&dof| numbers[dof as usize])
             .collect();
         seen.sort_unstable();
         seen.dedup();
@@ -137,8 +120,8 @@ impl<'a> Krylov<'a> {
         let stiffness = &problem.stiffness;
         let mut sweeps = Sweeps::new(
             match space.element.on().vertices && space.element.degree() == 1 {
-                true => problem.vertex_stiffness()?.submatrix(&free),
-                false => Csr::sum(stiffness, &free, whole)?,
+                true => problem.vertex_stiffness()?.submatrix(numbers),
+                false => Csr::sum(stiffness, numbers, whole)?,
             },
         );
         let matrix = sweeps.matrix_mut();
@@ -148,10 +131,10 @@ impl<'a> Krylov<'a> {
             .map(|row| (row, matrix.row_values_mut(row as usize).to_vec()))
             .collect();
         let start = problem.start();
-        let (mut given, mut energy_given) = (vec![0.0; dof_of.len()], 0.0);
+        let (mut given, mut energy_given) = (vec![0.0; dofs.len()], 0.0);
         if start.iter().any(|g| *g != 0.0) {
             let product = problem.stiffness.times(&start);
-            given = dof_of.iter().map(|&dof| product[dof as usize]).collect();
+            given = dofs.iter().map(|&dof| product[dof as usize]).collect();
             energy_given = problem.stiffness.energy(&start);
         }
         let layer = if adds_to_rows(&scheme) {
@@ -161,7 +144,7 @@ impl<'a> Krylov<'a> {
         };
         let of_layer = layer.iter().flat_map(Layer::dofs);
         Ok(Krylov {
-            layer_rows: of_layer.filter_map(|&dof| free[dof as usize]).collect(),
+            layer_rows: of_layer.filter_map(|&dof| numbers[dof as usize]).collect(),
             layer,
             choice,
             given,
@@ -175,11 +158,8 @@ impl<'a> Krylov<'a> {
                 preconditioner: None,
             }),
             scheme,
-            values,
             free,
-            dof_of,
             stiff,
-            held,
             size: Cell::new(0.0),
             built: Cell::new(0),
         })
@@ -194,7 +174,9 @@ impl<'a> Krylov<'a> {
         let mut open = Vec::new();
         for (condition, law) in self.scheme.conditions.iter().zip(laws) {
             condition.for_each_entry(*law, |i, j, value| {
-                let (Some(i), Some(j)) = (self.free[i as usize], self.free[j as usize]) else {
+                let (Some(i), Some(j)) =
+                    (self.free.number[i as usize], self.free.number[j as usize])
+                else {
                     return;
                 };
                 let place = matrix.row_columns(i as usize).iter().position(|&c| c == j);
@@ -229,28 +211,9 @@ impl<'a> Krylov<'a> {
 
     /// P1 functions that vanish on Γ_D and where there is contact.
     fn embedded(&self, closed: &[u32]) -> Result<Embedded> {
-        let _span = tracing::debug_span!("P1 matrix").entered();
-        let values = &self.values;
-        let mut held = self.held.clone();
-        for (vertex, _) in closed.iter().flat_map(|&dof| values.of(dof)) {
-            held[vertex as usize] = true;
-        }
-        let mut number = vec![None; held.len()];
-        let mut count = 0;
-        for vertex in (0..held.len()).filter(|&vertex| !held[vertex]) {
-            number[vertex] = Some(count);
-            count += 1;
-        }
-        let dof_of = &self.dof_of;
-        let embedding = Csr::by_chunks(dof_of.len(), count as usize, |rows, part| {
-            for &dof in &dof_of[rows] {
-                part.end_row(values.of(dof).filter_map(|(vertex, value)| {
-                    number[vertex as usize].map(|column| (column, value))
-                }));
-            }
-        });
-        let coarse = self.scheme.problem.vertex_stiffness()?.submatrix(&number);
-        Embedded::new(embedding, coarse).ok_or_else(|| Error::Solver {
+        let on_vertices = self.scheme.problem.vertex_stiffness()?;
+        let found = self.free.embedded(closed, on_vertices);
+        found.ok_or_else(|| Error::Solver {
             what: "the P1 matrix on this mesh does not coarsen (cells of extreme shape?)".into(),
             remedy: "use --linear multifrontal".into(),
         })
@@ -263,7 +226,7 @@ impl Krylov<'_> {
     fn free_times(&self, u: &[f64]) -> [Vec<f64>; 2] {
         let state = self.state.borrow();
         let matrix = state.sweeps.matrix();
-        let v: Vec<f64> = self.dof_of.iter().map(|&dof| u[dof as usize]).collect();
+        let v: Vec<f64> = self.free.dofs.iter().map(|&dof| u[dof as usize]).collect();
         let mut y = vec![0.0; v.len()];
         matrix.times(&v, &mut y);
         for (row, values) in &self.stiff {
@@ -279,7 +242,7 @@ impl Krylov<'_> {
         self.size.set(norm(u));
         let mut product = vec![0.0; u.len()];
         let [_, y] = self.free_times(u);
-        for ((&dof, y), given) in self.dof_of.iter().zip(y).zip(&self.given) {
+        for ((&dof, y), given) in self.free.dofs.iter().zip(y).zip(&self.given) {
             product[dof as usize] = y + given;
         }
         product
@@ -300,7 +263,7 @@ impl Krylov<'_> {
         }
         state.laws = laws.to_vec();
         let (sweeps, matrix) = (&state.sweeps, state.sweeps.matrix());
-        let b: Vec<f64> = self.dof_of.iter().map(|&d| -r[d as usize]).collect();
+        let b: Vec<f64> = self.free.dofs.iter().map(|&d| -r[d as usize]).collect();
         let size = norm(&b);
         let residual = (wanted * size).max(least);
         let digits = (size / residual).log10().max(1.0);
@@ -372,8 +335,8 @@ impl Krylov<'_> {
         if steps == STEPS || stalled || delta.iter().any(|d| !d.is_finite()) {
             return Err(not_converged(steps));
         }
-        let mut all = vec![0.0; self.free.len()];
-        for (&dof, d) in self.dof_of.iter().zip(&delta) {
+        let mut all = vec![0.0; self.free.number.len()];
+        for (&dof, d) in self.free.dofs.iter().zip(&delta) {
             all[dof as usize] = *d;
         }
         Ok(all)
@@ -400,7 +363,7 @@ impl System for Krylov<'_> {
 
     fn built(&self) -> Built {
         Built {
-            unknowns: self.dof_of.len(),
+            unknowns: self.free.dofs.len(),
             factors: 0,
             dense: 0,
             preconditioners: self.built.get(),
@@ -451,7 +414,7 @@ impl System for Krylov<'_> {
             laws.len() - pairs.filter(|(a, b)| a == b).count()
         };
         let wanted = match changes {
-            _ if self.dof_of.len() <= FEW => FINE,
+            _ if self.free.dofs.len() <= FEW => FINE,
             0 => FINE,
             few if few <= laws.len() / 50 + 8 => MEDIUM,
             _ => COARSE,
@@ -492,55 +455,16 @@ fn adds_to_rows(scheme: &Scheme) -> bool {
 /// Iterations of Newton's method times those of each step, and of its last one, as measured in 2D and in 3D: they hardly
 /// depend on the mesh.
 const ITERATIONS: [f64; 2] = [100.0, 60.0];
-/// Seconds that an operation on sparse vectors takes, fitted as those of a factorisation are.
-const ITERATED_FLOP: f64 = 1.3e-9;
-/// Bytes of a dof: twenty vectors in f32, a dozen in f64, the embedding of P1 and its transpose.
-const OF_DOF: usize = 250;
-
 /// None where parts are held by contact alone.
 fn choice(scheme: &Scheme) -> Option<Choice> {
     let problem = scheme.problem;
     if problem.floating.is_some() {
         return None;
     }
-    let entries = entries(problem);
-    // Two sweeps, a residual and a product; the hierarchy below takes about half as much again.
-    let mut flops = ITERATIONS[problem.space.mesh.dim - 2] * 6.0 * entries as f64;
-    // The matrix in f64 and in f32, and once more while it is put together; what is kept of the cells; the rest.
-    let dim = problem.space.mesh.dim;
-    let of_cells = 4 * dim * (dim + 1) * problem.space.mesh.cell_count();
-    let mut bytes = 32 * entries + of_cells + problem.space.dofs * OF_DOF;
-    if adds_to_rows(scheme) {
-        let (of_layer, bytes_of_layer) = Layer::predicted(problem);
-        flops += of_layer;
-        bytes += bytes_of_layer;
-    }
-    Some(Choice {
-        solver: Solver::Iterative,
-        precision: Precision::F64,
-        entries,
-        flops,
-        predicted_mb: bytes as f64 / 1e6,
-        predicted_seconds: ITERATED_FLOP * flops,
-    })
-}
-
-/// Entries of the stiffness, with those on Γ_D.
-fn entries(problem: &Problem) -> usize {
-    let (mesh, dofs) = (problem.space.mesh, problem.space.dofs);
-    let cells = problem.stiffness.count();
-    if problem.space.element.degree() == 2 {
-        // Pairs on a common edge, on a common face beside that, and in a common cell.
-        let edges = dofs - mesh.points.len();
-        let of_cells = match mesh.dim {
-            2 => 12 * cells,
-            _ => 12 * mesh.face_count() + 6 * cells,
-        };
-        return dofs + 6 * edges + of_cells;
-    }
-    // Each cell ties each of its dofs to each other; on the diagonal they meet.
-    let local = problem.stiffness.size();
-    cells * local * (local - 1) + dofs
+    let of_layer = adds_to_rows(scheme).then(|| Layer::predicted(problem));
+    let count = ITERATIONS[problem.space.mesh.dim - 2];
+    let beside = of_layer.unwrap_or_default();
+    Some(iterations(&problem.stiffness, count, beside))
 }
 
 fn not_converged(steps: usize) -> Error {

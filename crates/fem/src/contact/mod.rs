@@ -34,7 +34,6 @@ mod solve;
 mod system;
 mod theory;
 mod unique;
-mod vertex_values;
 
 pub use crate::assembly::combine as gradient;
 pub use condition::Condition;

@@ -12,7 +12,7 @@ use super::scheme::Scheme;
 use super::sensitivity::{for_each_contact_term, moved_by_rounding};
 use super::solution::{Ended, Solution, Stop, Timings};
 use super::system::{Energy, System, Weights, largest};
-use super::vertex_values::VertexValues;
+use crate::assembly::VertexValues;
 use crate::linear::{Precision, Settings, Solver};
 use faceoff_mesh::error::{Error, Result};
 

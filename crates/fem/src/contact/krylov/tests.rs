@@ -1,8 +1,8 @@
 use super::*;
-use crate::assembly::Stiffness;
-use crate::contact::{Discretisation, Iteration, Method, Solution, Stop, solve_by};
+use crate::assembly::{Stiffness, VertexValues};
+use crate::contact::{Discretisation, Iteration, Method, Problem, Solution, Stop, solve_by};
 use crate::element::{P1, Space};
-use crate::linear::Settings;
+use crate::linear::{Settings, Solver};
 use crate::scene::{Data, Expression, Scene};
 use faceoff_mesh::mesh::Triangulation;
 use faceoff_mesh::mesh::generate::union_cube;

@@ -3,7 +3,7 @@
 use crate::element::Space;
 
 /// The values of P1's basis functions at the dofs.
-pub(super) struct VertexValues<'a> {
+pub(crate) struct VertexValues<'a> {
     space: &'a Space<'a>,
     /// A cell and local number of each dof.
     place: Vec<(u32, u8)>,
