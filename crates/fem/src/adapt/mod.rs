@@ -12,7 +12,7 @@ use crate::certify::{Certificate, Target, certify, examine};
 use crate::contact::{Discretisation, Iteration, Problem, Solution, Stop, solve_by};
 use crate::linear::Settings;
 use crate::scene::Scene;
-use candidate::{Candidate, first_n, needed_n, next_n};
+use candidate::{Candidate, first_n, needed_n, next_n, order};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::memory;
 use faceoff_mesh::mesh::Triangulation;
@@ -315,19 +315,16 @@ fn choose(mesh: &Triangulation, wish: &Wish, steps: &[Step]) -> Way {
     let Some(n) = last.n else {
         return Way::Adaptive;
     };
+    // What is singular, or data that the mesh does not resolve.
+    if order(steps).is_some_and(|order| order < 1.0) {
+        return Way::Adaptive;
+    }
     let mut saving = last.saving;
     if let [.., before, _] = steps
         && let Some(coarser) = before.n
     {
         let growth = (last.saving / before.saving).ln() / (n as f64 / coarser as f64).ln();
-        let most = if last.relative > COARSE {
-            FURTHEST
-        } else {
-            f64::INFINITY
-        };
-        saving *= (needed_n(wish, steps) / n as f64)
-            .min(most)
-            .powf(growth.max(0.0));
+        saving *= (needed_n(wish, steps) / n as f64).powf(growth.max(0.0));
     }
     if saving > WORTH {
         Way::Adaptive

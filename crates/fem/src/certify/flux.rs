@@ -76,7 +76,7 @@ impl<'a> Fluxes<'a> {
     /// Those of the linear solver.
     pub fn prepare(&mut self) -> Result<()> {
         if self.problem.discretisation.method.law != Law::FluxCorrected {
-            self.poisson.prepare(vec![0.0; self.space.dofs])?;
+            self.poisson.prepare(&vec![0.0; self.space.dofs])?;
         }
         Ok(())
     }

@@ -52,7 +52,7 @@ pub(super) struct Carried {
 }
 
 impl Carried {
-    /// The mean of s z, z = Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b: by middles, with one bound of all that they are off.
+    /// The mean of s z, z = Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b: of the middles, with one bound of radii and rounding.
     pub fn mean(&self, z: &[Interval], b: &[f64; 3]) -> Interval {
         let flat = self.flat.iter().zip(z);
         let flat = flat.map(|(s, z)| (s, z.mid(), z.radius()));

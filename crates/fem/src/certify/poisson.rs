@@ -8,7 +8,7 @@ use faceoff_mesh::error::{Error, Result};
 
 /// A residual is no more than rounding where it is this part of all fluxes: what it leaves of a balance is charged.
 const ROUNDING: f64 = 1e-11;
-/// What iterations leave of a right-hand side where a bound is checked afterwards.
+/// Iterations leave this part of a right-hand side where what they find is checked afterwards.
 const ABOUT: f64 = 1e-9;
 /// Iterations that are predicted: some thirty for each of the fluxes of a certificate.
 const ITERATIONS: f64 = 100.0;
@@ -41,11 +41,11 @@ impl<'a> Poisson<'a> {
     ///
     /// # Errors
     /// Those of the linear solver.
-    pub fn prepare(&mut self, b: Vec<f64>) -> Result<Option<Reduced>> {
+    pub fn prepare(&mut self, b: &[f64]) -> Result<Option<Reduced>> {
         let instead = iterations(&self.stiffness, ITERATIONS, (0.0, 0));
         let condensed = match self.solver {
             Solver::Iterative => None,
-            solver => self.condensed(b.clone(), solver, Some(instead))?,
+            solver => self.condensed(b, solver, Some(instead))?,
         };
         if condensed.is_some() {
             return Ok(condensed);
@@ -61,7 +61,7 @@ impl<'a> Poisson<'a> {
 
     fn condensed(
         &mut self,
-        b: Vec<f64>,
+        b: &[f64],
         solver: Solver,
         instead: Option<Choice>,
     ) -> Result<Option<Reduced>> {
@@ -69,7 +69,14 @@ impl<'a> Poisson<'a> {
             solver,
             ..Settings::default()
         };
-        let condensed = condense(&self.stiffness, &self.roles, &[], b, settings, instead)?;
+        let condensed = condense(
+            &self.stiffness,
+            &self.roles,
+            &[],
+            b.to_vec(),
+            settings,
+            instead,
+        )?;
         Ok(condensed.map(|(factor, reduced, ..)| {
             self.way = Some(Way::Factor(factor));
             reduced
@@ -98,7 +105,7 @@ impl<'a> Poisson<'a> {
         Ok(w)
     }
 
-    /// What has the rows of b up to the rounding of one solve, or nine digits of iterations, and 0 where values are given.
+    /// What has the rows of b up to the rounding of one solve, or to nine digits by iterations, and 0 where values are given.
     ///
     /// # Errors
     /// Those of the linear solver.
@@ -109,7 +116,7 @@ impl<'a> Poisson<'a> {
     fn with_residual(&mut self, b: &[f64], residual: f64) -> Result<Vec<f64>> {
         let mut reduced = None;
         if self.way.is_none() {
-            reduced = self.prepare(b.to_vec())?;
+            reduced = self.prepare(b)?;
         }
         if let Some(Way::Iterations(iterated)) = &mut self.way {
             let found = iterated.solution(b, residual);
@@ -117,7 +124,7 @@ impl<'a> Poisson<'a> {
             match found {
                 Some(found) => return Ok(found),
                 // Cells of extreme shape.
-                None => reduced = self.condensed(b.to_vec(), Solver::Multifrontal, None)?,
+                None => reduced = self.condensed(b, Solver::Multifrontal, None)?,
             }
         }
         let mut step = vec![0.0; b.len()];
@@ -154,40 +161,52 @@ mod tests {
             let discretisation = Discretisation::of(&scene, "p2".parse().unwrap());
             let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
             let space = Space::new(&mesh, &CR);
-            let given = |part: &Option<Part>| *part == Some(Part::Dirichlet);
-            let role = |part| match given(part) {
-                true => Role::Fixed,
-                false => Role::Eliminated,
+            let role = |part: &Option<Part>| match part {
+                Some(Part::Dirichlet) => Role::Fixed,
+                _ => Role::Eliminated,
             };
             let roles: Vec<Role> = problem.parts.iter().map(role).collect();
+            let by = |solver: Solver| {
+                let stiffness = problem.stiffness.on(&space);
+                let mut poisson = Poisson::new(&problem, stiffness, roles.clone());
+                poisson.solver = solver;
+                poisson
+            };
+            let free = |values: &[f64]| -> Vec<f64> {
+                let values = values.iter().zip(&roles);
+                let free = values.map(|(v, role)| if *role == Role::Fixed { 0.0 } else { *v });
+                free.collect()
+            };
+            let minus = |a: &[f64], b: &[f64]| -> Vec<f64> {
+                a.iter().zip(b).map(|(a, b)| a - b).collect()
+            };
             let mut random = crate::Random::new(7);
             let mut some = |scale: f64| -> Vec<f64> {
                 let values = roles.iter().map(|_| scale * (random.next() - 0.5));
                 values.collect()
             };
-            for [of_b, of_w] in [[1.0, 1.0], [0.0, 1.0], [1e6, 0.0], [0.0, 0.0]] {
-                let (b, mut w) = (some(of_b), some(of_w));
-                let free = || roles.iter().map(|role| *role != Role::Fixed);
-                let inside = w.iter_mut().zip(free()).filter(|(_, is_free)| *is_free);
-                inside.for_each(|(w, _)| *w = 0.0);
+            for [of_b, of_w] in [[1.0, 1.0], [0.0, 1.0], [1e6, 0.0]] {
+                let (b, all) = (some(of_b), some(of_w));
+                let given = minus(&all, &free(&all));
                 let [direct, iterated] = [Solver::Multifrontal, Solver::Iterative].map(|solver| {
-                    let stiffness = problem.stiffness.on(&space);
-                    let mut poisson = Poisson::new(&problem, stiffness, roles.clone());
-                    poisson.solver = solver;
-                    let found = poisson.solution(w.clone(), &b).unwrap();
+                    let mut poisson = by(solver);
+                    let found = poisson.solution(given.clone(), &b).unwrap();
                     let iterates = matches!(poisson.way, Some(Way::Iterations(_)));
-                    let is_zero = of_b == 0.0 && of_w == 0.0;
-                    assert!(is_zero || iterates == (solver == Solver::Iterative));
+                    assert_eq!(iterates, solver == Solver::Iterative);
                     let product = poisson.stiffness.times(&found);
-                    let left = product.iter().zip(&b).zip(free());
-                    let left = left.map(|((y, b), is_free)| if is_free { y - b } else { 0.0 });
-                    let left: Vec<f64> = left.collect();
-                    assert!(norm(&left) <= ROUNDING * norm(&product), "{}", norm(&left));
+                    let left = norm(&free(&minus(&product, &b)));
+                    assert!(left <= ROUNDING * norm(&product), "{left}");
                     found
                 });
-                let away: Vec<f64> = direct.iter().zip(&iterated).map(|(a, b)| a - b).collect();
-                assert!(norm(&away) <= 1e-9 * norm(&direct), "{}", norm(&away));
+                let away = norm(&minus(&direct, &iterated));
+                assert!(away <= 1e-9 * norm(&direct), "{away}");
             }
+            // What no iteration reaches is factored.
+            let (b, mut poisson) = (some(1.0), by(Solver::Iterative));
+            let found = poisson.with_residual(&b, 0.0).unwrap();
+            assert!(matches!(poisson.way, Some(Way::Factor(_))));
+            let left = norm(&free(&minus(&poisson.stiffness.times(&found), &b)));
+            assert!(left <= 1e-12 * norm(&b), "{left}");
         }
     }
 }

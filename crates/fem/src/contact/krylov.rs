@@ -455,6 +455,7 @@ fn adds_to_rows(scheme: &Scheme) -> bool {
 /// Iterations of Newton's method times those of each step, and of its last one, as measured in 2D and in 3D: they hardly
 /// depend on the mesh.
 const ITERATIONS: [f64; 2] = [100.0, 60.0];
+
 /// None where parts are held by contact alone.
 fn choice(scheme: &Scheme) -> Option<Choice> {
     let problem = scheme.problem;
