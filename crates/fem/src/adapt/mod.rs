@@ -3,6 +3,8 @@
 
 mod candidate;
 mod plan;
+#[cfg(test)]
+mod tests;
 
 use std::time::Instant;
 

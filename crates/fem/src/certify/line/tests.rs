@@ -501,3 +501,52 @@ fn what_p_is_off_is_in_the_error() {
     }
     assert!(off[0] > 5 && off[1] > 50, "{off:?}");
 }
+
+/// Whatever numbers the intervals have, with 60 digits: of points, of intervals of rounding, and of wide ones.
+#[test]
+fn means_of_carried_waves_hold_every_product() {
+    let mut random = crate::Random::new(12);
+    for round in 0..600 {
+        let width = [0.0, 1e-14, 1e-3][round % 3];
+        let mut number = || 2.0 * random.next() - 1.0;
+        let b = [(); 3].map(|()| number());
+        let mut some = || {
+            let [middle, below, above] = [(); 3].map(|()| number());
+            Interval::new(middle - width * below.abs(), middle + width * above.abs())
+        };
+        let mut three = || [(); 3].map(|()| some());
+        let (flat, bubbles, z) = (three(), three(), three());
+        let carried = Carried {
+            square: Interval::ONE,
+            flat,
+            bubbles,
+        };
+        let found = carried.mean(&z, &b);
+        let factors = z.into_iter().chain(b.map(Interval::at));
+        let pairs = || flat.into_iter().chain(bubbles).zip(factors.clone());
+        let ends = |of: Interval| [of.low, of.high].map(Big::of);
+        let sum = |is_worse: fn(&Big) -> bool| -> Big {
+            let worst = |(s, z): (Interval, Interval)| {
+                let products = ends(s).into_iter().flat_map(|s| ends(z).map(|z| &s * &z));
+                let worse = |a: Big, b: Big| if is_worse(&(&a - &b)) { a } else { b };
+                products.reduce(worse).unwrap()
+            };
+            pairs().map(worst).sum()
+        };
+        let (least, most) = (sum(|d| d.at_most(0.0)), sum(|d| d.at_least(0.0)));
+        assert!(least.at_least(found.low), "{round}: {least:?} {found:?}");
+        assert!(most.at_most(found.high), "{round}: {most:?} {found:?}");
+        assert!(found.high - found.low <= 20.0 * width + 1e-14, "{found:?}");
+    }
+    // Beyond all numbers of f64, where what rounding leaves is not.
+    let beyond = Carried {
+        square: Interval::ONE,
+        flat: [Interval::at(1e155); 3],
+        bubbles: [Interval::ZERO; 3],
+    };
+    let found = beyond.mean(&[Interval::at(1e154); 3], &[0.0; 3]);
+    assert!(
+        found.low <= f64::MAX && found.high == f64::INFINITY,
+        "{found:?}"
+    );
+}
