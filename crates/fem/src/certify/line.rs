@@ -298,9 +298,6 @@ impl Part {
 
 /// What is no farther from a number than this, rounded in some steps.
 fn around(middle: f64, radius: f64) -> Interval {
-    if !middle.is_finite() {
-        return Interval::WHOLE;
-    }
     Interval::at(middle) + Interval::around_zero(1.001 * radius + f64::MIN_POSITIVE)
 }
 
