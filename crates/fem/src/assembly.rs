@@ -1,5 +1,5 @@
 //! The linear parts of the method on any of the elements: (∇u, ∇v)_h, (f, v), <t, v>_N, and the
-//! norms of the broken spaces. No matrix is put together: its products are sums over the cells,
+//! norms of the broken spaces. No matrix is put together, but for iterations: its products are sums over the cells,
 //! which all cores form and one adds up in the cells' order, so that no bit depends on their number.
 
 mod iterated;
