@@ -261,7 +261,7 @@ fn averages(problem: &Problem, u: &[f64]) -> Vec<f64> {
 }
 
 /// (f, φ_i) + <t, φ_i>_N. P2's function of a vertex is λ_i less half the bubbles of its faces.
-fn loads(space: &Space, data: &PreparedData) -> Vec<f64> {
+pub(super) fn loads(space: &Space, data: &PreparedData) -> Vec<f64> {
     let mesh = space.mesh;
     let is_quadratic = space.element.degree() == 2;
     let mut r = sum_over_cells(space, |cells, vectors| {

@@ -2,6 +2,7 @@
 
 use super::balance::{Balance, Tau, balance};
 use super::data::PreparedData;
+use super::integrated::integrated;
 use super::lift::{self, Lift, Sector};
 use super::line::Carried;
 use super::quadratic::{Linear, Quadratic};
@@ -128,16 +129,25 @@ impl<'a> CellFields<'a> {
         data: Cow<'a, PreparedData>,
         solver: &mut flux::Fluxes<'a>,
     ) -> Result<Self> {
-        let lambda = flux::contact_fluxes(problem, u, &data);
-        let u: Vec<f64> = u.iter().map(|u| data.scaled(*u)).collect();
+        let again = integrated(problem, u, &data)?;
+        let (scheme, near) = match &again {
+            Some((again, solution)) => (again, &solution[..]),
+            None => (problem, u),
+        };
+        let lambda = flux::contact_fluxes(scheme, near, &data);
+        let scaled = |u: &[f64]| -> Vec<f64> { u.iter().map(|u| data.scaled(*u)).collect() };
+        let (near, u) = (scaled(near), scaled(u));
         let of_second_order = second_order::space(problem);
         let space = of_second_order.unwrap_or_else(|| Space::new(problem.space.mesh, &P1));
         let stiffness = problem.stiffness.on(&space).kept();
-        let (near, diagonal) = (admissible::near(problem, &u, &space), stiffness.diagonal());
-        let data = fitted::fitted(problem, data, &lambda, &near, &diagonal);
+        let (v, diagonal) = (
+            admissible::near(problem, &near, &space),
+            stiffness.diagonal(),
+        );
+        let data = fitted::fitted(problem, data, &lambda, &v, &diagonal);
         let (v, fluxes) = rayon::join(
-            || admissible::admissible(problem, near, &lambda, &data, &stiffness, &diagonal),
-            || solver.equilibrated(&u, &lambda, &data),
+            || admissible::admissible(problem, v, &lambda, &data, &stiffness, &diagonal),
+            || solver.equilibrated(&near, &lambda, &data),
         );
         let (v, fluxes) = (v?, fluxes?);
         let mut fields = CellFields {
@@ -159,8 +169,8 @@ impl<'a> CellFields<'a> {
                 let of_v = Quadratic::of(&fields.slope(simplex, cell));
                 of_v.plus(-1.0, &fields.sigma_of(simplex, cell))
             };
-            let (u, lambda) = (&fields.u, &fields.lambda);
-            let stream = Stream::new(problem, &stiffness, &diagonal, u, lambda, misfit);
+            let lambda = &fields.lambda;
+            let stream = Stream::new(problem, &stiffness, &diagonal, &near, lambda, misfit);
             fields.stream = Some(stream);
         }
         Ok(fields)

@@ -139,6 +139,8 @@ pub(super) struct Load {
     pub mean: f64,
     /// About (Π₁f - Π₀f) at the vertices.
     pub slopes: [f64; 4],
+    /// About (s, λ_i)_κ / |κ| of what is carried apart.
+    pub carried: [f64; 3],
     /// In 2D about (f, 4 λ_a λ_b)_κ / |κ|, by the vertex opposite.
     pub bubbles: [f64; 3],
 }
@@ -146,6 +148,11 @@ pub(super) struct Load {
 impl Load {
     /// (f, λ_i)_κ / |κ|
     pub fn moment(&self, dim: usize, i: usize) -> f64 {
+        self.balanced(dim, i) + self.carried.get(i).copied().unwrap_or(0.0)
+    }
+
+    /// The same without what is carried apart, which is what σ balances.
+    fn balanced(&self, dim: usize, i: usize) -> f64 {
         let d = dim as f64;
         self.mean / (d + 1.0) + self.slopes[i] / ((d + 1.0) * (d + 2.0))
     }
@@ -153,6 +160,11 @@ impl Load {
     /// (f, φ_i)_κ / |κ| with the Crouzeix–Raviart function φ_i = 1 - d λ_i.
     pub fn on_face(&self, dim: usize, i: usize) -> f64 {
         self.mean - dim as f64 * self.moment(dim, i)
+    }
+
+    /// The same without what is carried apart.
+    pub fn balanced_on_face(&self, dim: usize, i: usize) -> f64 {
+        self.mean - dim as f64 * self.balanced(dim, i)
     }
 }
 
@@ -221,11 +233,13 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
             let values = tree.whole.values;
             let mean = values[..=mesh.dim].iter().sum::<f64>() / (mesh.dim + 1) as f64;
             let all: f64 = values[..3].iter().sum();
+            let carried = tree.carried.as_ref();
             return Load {
                 mean,
                 slopes: values.map(|value| value - mean),
+                carried: carried.map_or([0.0; 3], |c| c.flat.map(Interval::mid)),
                 bubbles: std::array::from_fn(|i| {
-                    let of_wave = tree.carried.as_ref().map_or(0.0, |c| c.bubbles[i].mid());
+                    let of_wave = carried.map_or(0.0, |c| c.bubbles[i].mid());
                     2.0 * (2.0 * all - values[i]) / 30.0 + of_wave
                 }),
             };
@@ -246,6 +260,7 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
         Load {
             mean,
             slopes: moments.map(|moment| count * (count + 1.0) * (moment - mean / count)),
+            carried: [0.0; 3],
             bubbles: bubbles.map(Interval::mid),
         }
     });

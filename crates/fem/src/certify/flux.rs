@@ -11,7 +11,7 @@
 //! cell sum to 1. On Γ_N itself t is counted once, not taken away.
 
 use super::cells::norm_of_fluxes;
-use super::data::PreparedData;
+use super::data::{Load, PreparedData};
 use super::poisson::Poisson;
 use super::refusal;
 use super::simplex::Simplex;
@@ -22,6 +22,7 @@ use crate::linear::Role;
 use crate::quadrature;
 use crate::scene::Part;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Triangulation;
 use rayon::prelude::*;
 
 /// σ·n on the contact faces that u_h says: its flux where P(u_h) ≤ 0, with the cell's height for γ
@@ -44,6 +45,46 @@ pub(super) fn contact_fluxes(problem: &Problem, u: &[f64], data: &PreparedData) 
         }
     };
     problem.contact.iter().map(flux).collect()
+}
+
+/// (f, φ)_κ, of which `on_face` gives the mean, and <t, φ> on the faces of κ that are not on Γ_N, by the local faces of each cell;
+/// (f, φ_F) + <t, φ_F>_N by faces.
+pub(super) fn loads(
+    mesh: &Triangulation,
+    data: &PreparedData,
+    on_face: fn(&Load, usize, usize) -> f64,
+) -> [Vec<f64>; 2] {
+    let (dim, corners) = (mesh.dim, mesh.dim + 1);
+    let mut cells = vec![0.0; corners * mesh.cell_count()];
+    let of_cells = cells.par_chunks_exact_mut(corners).zip(&data.loads);
+    of_cells.enumerate().for_each(|(cell, (of_cell, load))| {
+        let measure = mesh.measure(cell);
+        for (i, b) in of_cell.iter_mut().enumerate() {
+            *b = measure * on_face(load, dim, i);
+        }
+    });
+    let mut b = vec![0.0; mesh.face_count()];
+    for traction in &data.tractions {
+        b[traction.face] += traction.total;
+        for (i, &face) in mesh.cell_faces(traction.cell).iter().enumerate() {
+            if face as usize != traction.face {
+                let on_other = traction.total - dim as f64 * traction.moments[i].mid();
+                cells[corners * traction.cell + i] += on_other;
+            }
+        }
+    }
+    add_cells(mesh, &mut b, &cells);
+    [cells, b]
+}
+
+/// Adds to each face what its cells have of it.
+fn add_cells(mesh: &Triangulation, b: &mut [f64], cells: &[f64]) {
+    let corners = mesh.dim + 1;
+    for cell in 0..mesh.cell_count() {
+        for (&face, part) in mesh.cell_faces(cell).iter().zip(&cells[corners * cell..]) {
+            b[face as usize] += part;
+        }
+    }
 }
 
 /// Raviart–Thomas fluxes from the Crouzeix–Raviart matrix, which is factored once for σ and for the majorant.
@@ -105,7 +146,7 @@ impl<'a> Fluxes<'a> {
             .flat_map(|cell| vec![mesh.measure(cell) * loads[cell] / corners as f64; corners]);
         let cells: Vec<f64> = cells.collect();
         let mut b = vec![0.0; self.space.dofs];
-        self.add_cells(&mut b, &cells);
+        add_cells(mesh, &mut b, &cells);
         given.iter().for_each(|(face, flux)| b[*face] += flux);
         let mut w = vec![0.0; b.len()];
         for (face, w) in w.iter_mut().enumerate() {
@@ -140,28 +181,7 @@ impl<'a> Fluxes<'a> {
         lambda: &[f64],
         data: &PreparedData,
     ) -> Result<Vec<f64>> {
-        let mesh = self.problem.space.mesh;
-        let (dim, corners) = (mesh.dim, mesh.dim + 1);
-        // (f, φ)_κ, and <t, φ> on the faces of κ that are not on Γ_N.
-        let mut cells = vec![0.0; corners * mesh.cell_count()];
-        let of_cells = cells.par_chunks_exact_mut(corners).zip(&data.loads);
-        of_cells.enumerate().for_each(|(cell, (of_cell, load))| {
-            let measure = mesh.measure(cell);
-            for (i, b) in of_cell.iter_mut().enumerate() {
-                *b = measure * load.on_face(dim, i);
-            }
-        });
-        let mut b = vec![0.0; self.space.dofs];
-        for traction in &data.tractions {
-            b[traction.face] += traction.total;
-            for (i, &face) in mesh.cell_faces(traction.cell).iter().enumerate() {
-                if face as usize != traction.face {
-                    let on_other = traction.total - dim as f64 * traction.moments[i].mid();
-                    cells[corners * traction.cell + i] += on_other;
-                }
-            }
-        }
-        self.add_cells(&mut b, &cells);
+        let [cells, mut b] = loads(self.problem.space.mesh, data, Load::balanced_on_face);
         for (face, lambda) in self.problem.contact.iter().zip(lambda) {
             b[face.face] += lambda * face.measure;
         }
@@ -225,7 +245,7 @@ impl<'a> Fluxes<'a> {
                 })
                 .collect();
             let mut b = vec![0.0; self.space.dofs];
-            self.add_cells(&mut b, &loads);
+            add_cells(mesh, &mut b, &loads);
             for (face, error) in neumann {
                 b[*face] += error * (1.0 + inflation) * face_measure(*face);
             }
@@ -260,16 +280,6 @@ impl<'a> Fluxes<'a> {
             "the rounding of the linear solver is larger than what the certificate has to bound",
             "use cells of less extreme shape",
         ))
-    }
-
-    fn add_cells(&self, b: &mut [f64], cells: &[f64]) {
-        let mesh = self.problem.space.mesh;
-        let corners = mesh.dim + 1;
-        for cell in 0..mesh.cell_count() {
-            for (&face, part) in mesh.cell_faces(cell).iter().zip(&cells[corners * cell..]) {
-                b[face as usize] += part;
-            }
-        }
     }
 
     /// The fluxes of w: one number on either side of a face, the mean of both.

@@ -14,6 +14,7 @@ mod data_tests;
 mod fitted;
 mod flux;
 mod goal;
+mod integrated;
 mod jump;
 mod lift;
 mod line;

@@ -117,6 +117,16 @@ impl Tree {
         !self.rest.is_empty()
     }
 
+    /// Cuts a node at this share of an edge; the numbers of its parts.
+    fn cut(&mut self, index: u32, edge: [usize; 2], at: f64, parts: [Leaf; 2]) -> [u32; 2] {
+        let first = self.rest.len() as u32 + 1;
+        let node = self.node_mut(index);
+        (node.parts, node.at) = (first, at);
+        node.edge = edge.map(|corner| corner as u8);
+        self.rest.extend(parts);
+        [first, first + 1]
+    }
+
     /// Calls `visit` with every leaf's number, where it is, and its share of the whole.
     #[inline]
     pub fn for_each(&self, visit: &mut impl FnMut(u32, &Piece, f64)) {
@@ -334,13 +344,9 @@ impl Domain<'_> {
                     }
                     Improved::Cut(edge, at, parts) => {
                         left -= 1;
-                        let first = tree.rest.len() as u32 + 1;
-                        let node = tree.node_mut(leaf.node);
-                        (node.parts, node.at) = (first, at);
-                        node.edge = edge.map(|corner| corner as u8);
                         let [mut one, mut other] = *parts;
-                        (one.node, other.node) = (first, first + 1);
-                        tree.rest.extend([one.leaf, other.leaf]);
+                        [one.node, other.node] =
+                            tree.cut(leaf.node, edge, at, [one.leaf, other.leaf]);
                         square += one.square() + other.square();
                         *leaf = one;
                         open.push(other);
@@ -380,11 +386,7 @@ impl Domain<'_> {
             return found;
         }
         let vertices = (self.vertices)(parent.simplex);
-        let edge = longest_edge(&parent.piece, self.dim, |weights| {
-            let along = |k: usize| vertices.iter().zip(weights).map(|(x, w)| w * x[k]).sum();
-            let edge: [f64; 3] = std::array::from_fn(along);
-            edge.iter().map(|x| x * x).sum()
-        });
+        let edge = self.longest(&vertices, &parent.piece);
         let along_jump = || {
             let share = parent.share.powf((self.dim as f64 - 1.0) / self.dim as f64);
             let height = parent.leaf.peak.max(2.0 * parent.leaf.error);
@@ -416,6 +418,35 @@ impl Domain<'_> {
             ..*parent
         };
         Improved::Cut(edge, at, Box::new(parts.map(of)))
+    }
+
+    /// Cuts all leaves of a tree in halves, so many times, where p + s is nearer to f than p: p is then nearer, too.
+    pub fn straighten(&self, simplex: usize, tree: &mut Tree, times: usize) {
+        let (axes, mut boxes) = (self.axes(), Boxes::default());
+        let vertices = (self.vertices)(simplex);
+        for _ in 0..times {
+            let mut leaves = Vec::new();
+            tree.for_each(&mut |node, piece, share| leaves.push((node, *piece, share)));
+            for (node, piece, share) in leaves {
+                let edge = self.longest(&vertices, &piece);
+                let is_bent = tree.leaf(node).wave > tree.leaf(node).most();
+                if let (true, Some(parts)) = (is_bent, exact_parts(&piece, share, edge, 0.5)) {
+                    let parts = parts.map(|(piece, share)| {
+                        self.model((simplex, &piece, share), MOST, &axes, &mut boxes)
+                    });
+                    tree.cut(node, edge, 0.5, parts);
+                }
+            }
+        }
+    }
+
+    /// The longest edge of a part.
+    fn longest(&self, vertices: &[[f64; 3]; 4], piece: &Piece) -> [usize; 2] {
+        longest_edge(piece, self.dim, |weights| {
+            let along = |k: usize| vertices.iter().zip(weights).map(|(x, w)| w * x[k]).sum();
+            let edge: [f64; 3] = std::array::from_fn(along);
+            edge.iter().map(|x| x * x).sum()
+        })
     }
 
     /// The axes along which the expression varies, at most.

@@ -99,13 +99,32 @@ impl<'a> Problem<'a> {
                 load[vertex as usize] += value * of_dof;
             }
         }
+        let stiffness = self.stiffness.on(&space);
+        self.again(&discretisation, stiffness, space, load)
+    }
+
+    /// The same problem with other L(φ_i).
+    ///
+    /// # Errors
+    /// Those of [`Problem::new`].
+    pub(crate) fn loaded_by(&self, load: Vec<f64>) -> Result<Self> {
+        let stiffness = self.stiffness.on(&self.space);
+        self.again(&self.discretisation, stiffness, self.space.clone(), load)
+    }
+
+    fn again(
+        &self,
+        discretisation: &Discretisation,
+        stiffness: Stiffness<'a>,
+        space: Space<'a>,
+        load: Vec<f64>,
+    ) -> Result<Self> {
         let body = |cell| self.bodies.0[self.space.cell_dofs(cell)[0] as usize];
-        let body_of = (0..mesh.cell_count()).map(body).collect();
-        let (stiffness, parts) = (self.stiffness.on(&space), self.parts.clone());
-        let components = (body_of, self.bodies.1);
+        let body_of = (0..space.mesh.cell_count()).map(body).collect();
+        let (parts, components) = (self.parts.clone(), (body_of, self.bodies.1));
         let mut problem = Problem::with_load(
             self.scene,
-            &discretisation,
+            discretisation,
             stiffness,
             space,
             parts,
