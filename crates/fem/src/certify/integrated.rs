@@ -160,7 +160,7 @@ mod tests {
                 "sin(25*x)",
                 "0",
                 &["cr", "p1-vi", "p2"],
-                1e-7,
+                1e-6,
             ),
             (
                 "one-zone-3d",
