@@ -1,13 +1,14 @@
 //! v, σ and G = (∇v+σ)/2 on one cell after the other, and enclosures of their norms.
 
 use super::balance::{Balance, Tau, balance};
+use super::cut_off::CutOff;
 use super::data::PreparedData;
 use super::integrated::integrated;
-use super::lift::{self, Lift, Sector};
+use super::lift::{self, Lift};
 use super::line::Carried;
 use super::quadratic::{Linear, Quadratic};
 use super::second_order::{self, Stream};
-use super::simplex::{Simplex, Vector, times};
+use super::simplex::{Simplex, Vector, times, up};
 use super::{admissible, fitted, flux};
 use crate::contact::Problem;
 use crate::element::{MAX_DOFS, P1, Space};
@@ -304,17 +305,29 @@ impl<'a> CellFields<'a> {
         let mut sums = Sums::default();
         // With a lift the cell's parts are its sectors, and τ is counted apart.
         let mut apart = Interval::ZERO;
-        match (lifts.first(), balance.tau.is_empty()) {
-            (Some(first), _) => {
+        match (
+            lifts.first(),
+            self.data.cut_off(cell),
+            balance.tau.is_empty(),
+        ) {
+            (Some(first), ..) => {
                 apart = Interval::at(balance.norm);
                 for sector in &first.sectors {
                     let share = Interval::at(sector.to) - Interval::at(sector.from);
-                    let lift = first.slope(simplex, sector);
+                    let lift = Quadratic::of(&Linear::new(&[first.slope(simplex, sector); 4]));
                     sums.add(&on_cell, (&first.piece(sector), share), Some(&lift), None);
                 }
                 apart += Interval::at(first.norms(simplex)[1]);
             }
-            (None, true) => {
+            (None, Some(cut_off), _) => {
+                apart = Interval::at(balance.norm);
+                for part in &cut_off.parts {
+                    let on = (&part.piece, Interval::at(part.share));
+                    sums.add(&on_cell, on, Some(&part.slope()), None);
+                }
+                apart += Interval::at(cut_off.norms(simplex)[1]);
+            }
+            (None, None, true) => {
                 sums.add(&on_cell, (&WHOLE, Interval::ONE), None, None);
                 if let Some(carried) = &balance.carried {
                     let (z, b) = (self.corner_values(cell), self.bubbles_of(cell));
@@ -322,7 +335,7 @@ impl<'a> CellFields<'a> {
                     sums.carry(&on_cell, carried, of_v);
                 }
             }
-            (None, false) => {
+            (None, None, false) => {
                 for tau in &balance.tau {
                     let part = (&tau.piece, Interval::at(tau.share));
                     sums.add(&on_cell, part, None, Some(tau));
@@ -394,13 +407,12 @@ impl<'a> CellFields<'a> {
         let lifts = lift::of_cell(&self.data, cell)
             .iter()
             .filter(|lift| lift.local == local);
-        let heights: Interval = lifts
-            .flat_map(|lift| &lift.sectors)
-            .map(|s: &Sector| (Interval::at(s.to) - Interval::at(s.from)) * Interval::at(s.height))
-            .sum();
+        let heights: Interval = lifts.map(Lift::height).sum();
+        let beyond = self.data.cut_off(cell).map_or(0.0, CutOff::height);
         let bent = Interval::at(self.data.bend(mesh.cell_faces(cell)[local] as usize));
         let bent = 2.0 * bent / Interval::at(3.0);
-        sum / Interval::at(mesh.dim as f64) + bent + Interval::around_zero(heights.high)
+        let around = Interval::around_zero(up(heights.high, beyond));
+        sum / Interval::at(mesh.dim as f64) + bent + around
     }
 
     /// ‖·‖_κ of the part of σ that has f's slopes: it is 0 at the vertices.
@@ -461,7 +473,7 @@ impl Sums {
         &mut self,
         on: &OnCell<D>,
         (piece, share): (&Piece, Interval),
-        lift: Option<&Vector>,
+        lift: Option<&Quadratic<D>>,
         tau: Option<&Tau>,
     ) {
         let dim = on.simplex.dim;
@@ -472,7 +484,7 @@ impl Sums {
             (of(&on.slope), of(&on.sigma), of(&on.of_u))
         };
         if let Some(lift) = lift {
-            of_v = of_v.plus(1.0, &Quadratic::of(&Linear::new(&[*lift; 4])));
+            of_v = of_v.plus(1.0, lift);
         }
         if let Some(tau) = tau {
             sigma = sigma.plus(1.0, &tau.field(on.simplex));
@@ -527,15 +539,4 @@ pub(super) fn norm_of_fluxes(simplex: &Simplex, fluxes: &[f64]) -> f64 {
         dim => Quadratic::of(&Linear::<3>::raviart_thomas(simplex, fluxes)).mean_square(dim),
     };
     (square * simplex.measure).root().high
-}
-
-/// ∫_κ |w| of a lift at most.
-pub(super) fn size_of_lift(simplex: &Simplex, lift: &Lift) -> f64 {
-    // The mean of r over a triangle is 2/3.
-    let sum: Interval = lift
-        .sectors
-        .iter()
-        .map(|s: &Sector| (Interval::at(s.to) - Interval::at(s.from)) * Interval::at(s.height))
-        .sum();
-    (sum * simplex.measure * Interval::at(2.0) / Interval::at(3.0)).high
 }

@@ -4,7 +4,8 @@
 use rayon::prelude::*;
 
 use super::balance::poincare;
-use super::lift::{Lift, lifts};
+use super::cut_off::{CutOff, cut_offs};
+use super::lift::{self, Lift, lifts};
 use super::model::{Domain, Effort, Tree};
 use super::obstacle::{Obstacle, obstacles};
 use super::patch;
@@ -12,7 +13,7 @@ use super::refusal;
 use super::second_order;
 use super::simplex::{Simplex, bubble_on, mean_with_bubble};
 use crate::contact::Problem;
-use crate::interval::Interval;
+use crate::interval::{Interval, above_of_all};
 use crate::scene::{Expression, Part};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
@@ -43,6 +44,8 @@ pub struct PreparedData {
     pub(super) tractions: Vec<Traction>,
     /// By cells.
     pub(super) lifts: Vec<Lift>,
+    /// The same in space.
+    pub(super) cut_offs: Vec<CutOff>,
     /// b with which 4 b λ_a λ_b is the larger part of what g and ψ have beyond their linear interpolants, by faces; empty
     /// where all are 0.
     pub(super) bends: Vec<f64>,
@@ -59,7 +62,7 @@ impl PreparedData {
         let unit = unit(problem);
         let (trees, loads, enough) = loads(problem, unit)?;
         let dirichlet = dirichlet(problem, unit)?;
-        let (obstacles, of_psi) = obstacles(problem, unit)?;
+        let (mut obstacles, of_psi) = obstacles(problem, unit)?;
         let mut lifts = lifts(problem, unit)?;
         lifts.extend(of_psi);
         let mesh = problem.space.mesh;
@@ -76,8 +79,17 @@ impl PreparedData {
         }
         lifts.retain(|lift| !lift.sectors.is_empty());
         lifts.sort_by_key(|lift| lift.cell);
+        let cut_offs = cut_offs(problem, unit)?;
+        for (contact, obstacle) in problem.contact.iter().zip(&mut obstacles) {
+            if let Some(beyond) = of_cell(&cut_offs, contact.cell) {
+                for ceiling in &mut obstacle.ceiling[..mesh.dim] {
+                    *ceiling = (Interval::at(*ceiling) - Interval::at(beyond.height())).low;
+                }
+            }
+        }
         Ok(PreparedData {
             unit,
+            cut_offs,
             tractions: tractions(problem, unit)?,
             loads,
             enough,
@@ -87,6 +99,25 @@ impl PreparedData {
             dirichlet,
             obstacles,
         })
+    }
+
+    /// What v has of g beside Γ_D in space.
+    pub(super) fn cut_off(&self, cell: usize) -> Option<&CutOff> {
+        of_cell(&self.cut_offs, cell)
+    }
+
+    /// ∫_κ |w| of v's lifts w at most.
+    pub(super) fn size_of_lifts(&self, simplex: &Simplex, cell: usize) -> f64 {
+        let lifts = lift::of_cell(self, cell).iter();
+        let cut_off = self.cut_off(cell).map(|cut_off| cut_off.size(simplex));
+        above_of_all(lifts.map(|lift| lift.size(simplex)).chain(cut_off))
+    }
+
+    /// ‖∇w‖_κ of v's lifts w at most.
+    pub(super) fn norm_of_lifts(&self, simplex: &Simplex, cell: usize) -> f64 {
+        let lifts = lift::of_cell(self, cell).iter();
+        let cut_off = self.cut_off(cell).map(|cut_off| cut_off.norms(simplex)[0]);
+        above_of_all(lifts.map(|lift| lift.norms(simplex)[0]).chain(cut_off))
     }
 
     /// b of g or ψ on a face.
@@ -101,6 +132,11 @@ impl PreparedData {
         }
         Interval::at(value).times_power_of_two(self.unit).mid()
     }
+}
+
+fn of_cell(cut_offs: &[CutOff], cell: usize) -> Option<&CutOff> {
+    let found = cut_offs.binary_search_by_key(&cell, |cut_off| cut_off.cell);
+    found.ok().map(|k| &cut_offs[k])
 }
 
 /// The power of two that brings the largest of the data to 1; 0 where they are of ordinary size.
@@ -185,7 +221,8 @@ pub(super) struct Traction {
     pub error: f64,
     /// |(e - ē, |w|)_F| ≤ spread ‖∇w‖_κ
     pub spread: f64,
-    /// ∫_F |s| and ∫_F |r| of the model at most.
+    /// ∫_F |p|, ∫_F |s| and ∫_F |r| of the model at most.
+    pub size: f64,
     pub wave: f64,
     pub rest: f64,
 }
@@ -391,12 +428,13 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
             for (&corner, moment) in corners.iter().zip(on_face) {
                 moments[corner] = measure * moment;
             }
-            let [mut wave, mut rest, mut bubble] = [Interval::ZERO; 3];
+            let [mut size, mut wave, mut rest, mut bubble] = [Interval::ZERO; 4];
             tree.for_each(&mut |node, piece, share| {
                 if mesh.dim == 2 {
                     let values = tree.leaf(node).values.map(Interval::at);
                     bubble += share * mean_with_bubble(&values, &bubble_on(piece, [0, 1], 1), 1);
                 }
+                size += share * Interval::at(tree.leaf(node).size());
                 wave += share * Interval::at(tree.leaf(node).swell);
                 rest += share * Interval::at(tree.leaf(node).unknown());
             });
@@ -416,6 +454,7 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
                 oscillation: patch.oscillation,
                 error: patch.error,
                 spread: patch.spread,
+                size: (size * measure).high,
                 wave: (wave * measure).high,
                 rest: (rest * measure).high,
             })

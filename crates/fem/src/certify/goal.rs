@@ -18,7 +18,6 @@ use super::admissible::{self, descend};
 use super::balance::poincare;
 use super::cells::{CellFields, norm_of_fluxes, sums, sums_over};
 use super::flux::Fluxes;
-use super::lift;
 use super::quadratic::Linear;
 use super::simplex::{Simplex, Vector, dot, minus, plus, up};
 use crate::contact::Problem;
@@ -244,11 +243,7 @@ impl Goal {
             let flat = v[..count].iter().copied().sum::<Interval>() / at(count as f64);
             let mean_of_v = flat + of_bubbles;
             let most_of_bubbles = above_of_all(bubbles.iter().map(|b| b.magnitude()));
-            let of_lifts: f64 = above_of_all(
-                lift::of_cell(&fields.data, cell)
-                    .iter()
-                    .map(|l| super::cells::size_of_lift(&simplex, l)),
-            );
+            let of_lifts = fields.data.size_of_lifts(&simplex, cell);
             let mut of_means =
                 divergence * (mean_of_v * simplex.measure + Interval::around_zero(of_lifts));
             let mut away = Interval::ZERO;

@@ -11,14 +11,14 @@
 //! δ and δ' are enclosed on the leaves of F, so ∇w is a vector and a box on the sector of each leaf. That δ is continuous
 //! is proved, not supposed: on a leaf where an `if` is not decided there is no lift. Where the branches on both sides of a
 //! vertex cannot be told from its value they are read as equal. A face of a tetrahedron has edges in common with others,
-//! where δ does not vanish: not covered.
+//! where δ does not vanish: see [`super::cut_off`].
 //!
 //! Where g is smooth most of δ is 4 b λ_a λ_b, b its value in the middle of F: that is then a part of v of its own, and w the
 //! lift of what is left.
 
 use super::data::PreparedData;
 use super::refusal;
-use super::simplex::{Simplex, Vector, ZERO, add, corners, dot, minus, norm};
+use super::simplex::{Simplex, Vector, ZERO, add, corners, dot, norm};
 use crate::contact::Problem;
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::quadrature::Piece;
@@ -88,6 +88,19 @@ impl Lift {
         slope
     }
 
+    /// The mean of |δ| over the face at most.
+    pub fn height(&self) -> Interval {
+        let sectors = self.sectors.iter();
+        let length = |s: &Sector| Interval::at(s.to) - Interval::at(s.from);
+        sectors.map(|s| length(s) * Interval::at(s.height)).sum()
+    }
+
+    /// ∫_κ |w| at most.
+    pub fn size(&self, cell: &Simplex) -> f64 {
+        // The mean of r over a triangle is 2/3.
+        (self.height() * cell.measure * Interval::at(2.0) / Interval::at(3.0)).high
+    }
+
     /// ‖∇w‖_κ at most, and what of it is the box.
     pub fn norms(&self, cell: &Simplex) -> [f64; 2] {
         let measure = cell.measure.high;
@@ -118,26 +131,21 @@ pub(super) enum NoLift {
     Slope,
 }
 
-/// The lifts of g on all faces that need one.
+/// The lifts of g on all faces of Γ_D that need one, in the plane.
 ///
 /// # Errors
-/// g that is not in H¹ along Γ_D or cannot be proved to be; in 3D g that is not linear on a face.
+/// g that is not in H¹ along Γ_D or cannot be proved to be.
 pub(super) fn lifts(problem: &Problem, unit: i32) -> Result<Vec<Lift>> {
     let (mesh, g) = (problem.space.mesh, &problem.scene.data().g);
     let mut lifts = Vec::new();
-    if g.is_zero() {
+    if mesh.dim != 2 || g.is_zero() {
         return Ok(lifts);
     }
     for face in (0..mesh.face_count()).filter(|&f| problem.parts[f] == Some(Part::Dirichlet)) {
         cancel::check()?;
         let cell = mesh.face_cells(face)[0] as usize;
         let simplex = Simplex::new(mesh, cell);
-        let local = mesh.local_face(cell, face);
-        if mesh.dim == 3 {
-            check_linear(problem, face, &simplex, local, unit)?;
-            continue;
-        }
-        match lift(&simplex, cell, local, g, unit) {
+        match lift(&simplex, cell, mesh.local_face(cell, face), g, unit) {
             Ok(lift) => lifts.extend(lift),
             Err(why) => {
                 let label = mesh.face_label(face);
@@ -155,47 +163,6 @@ pub(super) fn lifts(problem: &Problem, unit: i32) -> Result<Vec<Lift>> {
         }
     }
     Ok(lifts)
-}
-
-/// In 3D: g - I_h g is 0 but for rounding of g's own slopes on the face.
-fn check_linear(
-    problem: &Problem,
-    face: usize,
-    cell: &Simplex,
-    local: usize,
-    unit: i32,
-) -> Result<()> {
-    let (mesh, g) = (problem.space.mesh, &problem.scene.data().g);
-    let others: Vec<usize> = (0..4).filter(|&i| i != local).collect();
-    let at = |i: usize| cell.vertices[i].map(Interval::at);
-    let mut around = at(others[0]);
-    for &i in &others[1..] {
-        around = std::array::from_fn(|k| around[k].hull(at(i)[k]));
-    }
-    let on_box = g.enclosure_inside::<GRADIENT>(around, &[0, 1, 2], 1, 2);
-    let values = |i: usize| g.range(at(i)).times_power_of_two(unit);
-    let is_linear = others[1..].iter().all(|&i| {
-        // δ' along the edge, against the variation of g along it: an offset hides nothing.
-        let edge = minus(&at(i), &at(others[0]));
-        let slope = dot(
-            &[0, 1, 2].map(|k| on_box.slope(k).times_power_of_two(unit)),
-            &edge,
-            3,
-        );
-        let off = slope - (values(i) - values(others[0]));
-        off.contains(0.0)
-            && off.magnitude() <= ROUNDING * (slope.magnitude() + values(i).magnitude())
-    });
-    if is_linear && !on_box.may_jump {
-        return Ok(());
-    }
-    Err(refusal(
-        format!(
-            "g is not linear on {}, and in 3D no extension into the cells is known",
-            mesh.face_label(face)
-        ),
-        "give data on Γ_D that are linear on every face",
-    ))
 }
 
 /// The lift of one face of a triangle, beyond 4 b λ_a λ_b where that leaves less than half; none where δ is 0.

@@ -8,6 +8,7 @@
 mod admissible;
 mod balance;
 mod cells;
+mod cut_off;
 mod data;
 #[cfg(test)]
 mod data_tests;
@@ -45,9 +46,10 @@ use serde::Serialize;
 use crate::assembly::combine;
 use crate::contact::Problem;
 use crate::element::Space;
-use crate::interval::{Interval, above_of_all};
+use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::quadrature;
 use cells::CellFields;
+use cut_off::CutOff;
 pub use data::PreparedData;
 use data::Traction;
 use faceoff_mesh::error::{Error, Result};
@@ -357,9 +359,8 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
         ));
     }
     let apart = cells.iter().enumerate().map(|(cell, parts)| {
-        let lifts = lift::of_cell(data, cell).iter();
-        let lifts = lifts.map(|lift| lift.norms(&fields.simplex(cell))[0]);
-        above_of_all(lifts.chain([parts.tau]))
+        let of_lifts = data.norm_of_lifts(&fields.simplex(cell), cell);
+        up(of_lifts, parts.tau)
     });
     let known = Known {
         of_g: up(of_g, 0.5 * length(apart)),
@@ -455,6 +456,9 @@ fn contact_terms(fields: &CellFields) -> Vec<f64> {
             if !obstacle.is_lifted {
                 gap = gap - obstacle.mean;
             }
+            if let Some(beyond) = fields.data.cut_off(contact.cell) {
+                gap += Interval::around_zero(beyond.height());
+            }
             // v is nowhere above ψ: what is positive here is rounding.
             (most * Interval::at(gap.low.min(0.0))).high.max(0.0)
         })
@@ -464,11 +468,16 @@ fn contact_terms(fields: &CellFields) -> Vec<f64> {
 /// J(v) = ½‖∇v‖² - (f,v) - <t,v>_N from what the cells add to it.
 fn energy(fields: &CellFields, of_cells: Interval) -> Interval {
     let mut sum = of_cells;
-    // v's lifts, which vanish on Γ_N.
-    for lift in &fields.data.lifts {
-        let simplex = fields.simplex(lift.cell);
+    // v's lifts.
+    let data = &fields.data;
+    let lifted = data.lifts.iter().map(|lift| lift.cell);
+    let mut lifted: Vec<usize> = lifted.collect();
+    lifted.dedup();
+    let beside = data.cut_offs.iter().map(|cut_off| cut_off.cell);
+    for cell in lifted.into_iter().chain(beside) {
+        let simplex = fields.simplex(cell);
         let mut sup = 0.0_f64;
-        let tree = &fields.data.trees[lift.cell];
+        let tree = &data.trees[cell];
         tree.for_each(&mut |node, _, _| {
             let leaf = tree.leaf(node);
             let most = leaf.values[..=simplex.dim]
@@ -476,14 +485,18 @@ fn energy(fields: &CellFields, of_cells: Interval) -> Interval {
                 .fold(0.0, |m: f64, p| m.max(p.abs()));
             sup = sup.max(up(up(most, leaf.wave), leaf.most()));
         });
-        let size = Interval::at(sup) * Interval::at(cells::size_of_lift(&simplex, lift));
+        let size = Interval::at(sup) * Interval::at(data.size_of_lifts(&simplex, cell));
         sum += Interval::around_zero(size.high);
     }
     let of_face = |traction: &Traction| {
         let b = fields.bubbles.get(traction.face).copied().unwrap_or(0.0);
         let slack = Interval::around_zero(up(traction.wave, traction.rest));
         let flat = load_of_face(fields, traction, &fields.corner_values(traction.cell));
-        flat + Interval::at(b) * (traction.bubble + slack)
+        // In the plane lifts vanish on Γ_N.
+        let beyond = fields.data.cut_off(traction.cell).map(CutOff::height);
+        let most = up(up(traction.size, traction.wave), traction.rest);
+        let beyond = above_of_product(beyond.unwrap_or(0.0), most);
+        flat + Interval::at(b) * (traction.bubble + slack) + Interval::around_zero(beyond)
     };
     sum - fields.data.tractions.iter().map(of_face).sum::<Interval>()
 }

@@ -56,7 +56,7 @@ pub(super) struct Leaf {
 
 impl Leaf {
     /// The largest |p|.
-    fn size(&self) -> f64 {
+    pub fn size(&self) -> f64 {
         self.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
     }
 

@@ -223,6 +223,20 @@ impl<const D: usize> Quadratic<D> {
         of.rounded()
     }
 
+    /// The field with these values at the corners and in the middles of [`EDGES`].
+    pub fn new(corners: &[Vector; 4], middles: &[Vector; 6]) -> Self {
+        let mut of = Self::ZERO;
+        let points = of.corners.iter_mut().chain(&mut of.middles);
+        for (value, point) in points.zip(corners.iter().chain(middles)) {
+            for k in 0..D {
+                value[k] = point[k].mid();
+                of.off[k] = of.off[k].max(point[k].radius());
+                of.size[k] = of.size[k].max(point[k].magnitude());
+            }
+        }
+        of
+    }
+
     /// A linear field is one.
     #[inline]
     pub fn of(linear: &Linear<D>) -> Self {

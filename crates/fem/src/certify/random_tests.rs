@@ -155,6 +155,8 @@ fn decades(random: &mut Random, low: f64, high: f64) -> f64 {
 
 impl Made {
     fn draw(random: &mut Random, dim: usize) -> Made {
+        // In space half of them are 0 on Γ_D.
+        let is_zero = dim == 3 && random.next() < 0.5;
         let last = |factor: Factor| {
             if dim == 3 {
                 [Factor::One, Factor::One, factor]
@@ -166,7 +168,7 @@ impl Made {
         let count = 1 + (random.next() * 4.0) as usize;
         for _ in 0..count {
             let a = sign(random) * decades(random, -3.0, 2.0);
-            let mut factors = last(if dim == 3 { Factor::Cap } else { Factor::One });
+            let mut factors = last(if is_zero { Factor::Cap } else { Factor::One });
             let axis = (random.next() * dim as f64) as usize;
             let is_last = axis == dim - 1;
             let width = decades(random, -4.0, 0.0);
@@ -184,7 +186,7 @@ impl Made {
             } else {
                 a
             };
-            if !(dim == 3 && is_last) {
+            if !(is_zero && is_last) {
                 factors[axis] = factor;
                 if is_peak && random.next() < 0.6 && dim == 2 {
                     factors[1 - axis] = Factor::Peak(random.next(), width, axis == 0);
@@ -197,7 +199,7 @@ impl Made {
         }
         let c = 0.1 + 0.8 * random.next();
         let b = decades(random, -2.0, 1.0);
-        let mut touching = last(if dim == 3 {
+        let mut touching = last(if is_zero {
             Factor::Arch
         } else {
             Factor::Identity
@@ -253,11 +255,7 @@ impl Made {
         let data = Data {
             f: parsed(format!("-({})", laplace.join("+"))),
             t: parsed(t),
-            g: if self.dim == 3 {
-                Expression::constant(0.0)
-            } else {
-                parsed(self.text([0; 3]))
-            },
+            g: parsed(self.text([0; 3])),
             psi: parsed(format!(
                 "{}+{:?}*max(0,{:?}-x)^2",
                 self.text([0; 3]),

@@ -1,0 +1,253 @@
+use super::*;
+use crate::certify::tests::{certified, moved, sigma, solved};
+use crate::certify::{certify, contact_terms, energy};
+use crate::contact::Discretisation;
+use crate::quadrature::{exact, parts};
+use crate::scene::{Data, Scene};
+use nalgebra::Vector3;
+
+fn with_g(g: &str, psi: &str) -> Scene {
+    let scene = Scene::find("one-zone-3d").unwrap();
+    scene.with_data(Data {
+        g: Expression::parse(g).unwrap(),
+        psi: Expression::parse(psi).unwrap(),
+        ..scene.data().clone()
+    })
+}
+
+/// w and ∇w by their formula, where χ is 1 at these vertices.
+fn by_formula(
+    mesh: &Triangulation,
+    g: &Expression,
+    is_one: &dyn Fn(usize) -> bool,
+    (cell, lambda): (usize, &[f64; 4]),
+) -> (f64, Vector3<f64>) {
+    let geometry = mesh.geometry(cell);
+    let x = geometry.point(lambda);
+    let (mut chi, mut of_chi) = (0.0, Vector3::zeros());
+    let (mut beyond, mut slope) = (g.value(x), Vector3::from(g.gradient(x)));
+    for (i, &vertex) in mesh.cell(cell).iter().enumerate() {
+        let value = g.value(mesh.points[vertex as usize]);
+        beyond -= lambda[i] * value;
+        slope -= value * geometry.gradients[i];
+        if is_one(vertex as usize) {
+            chi += lambda[i];
+            of_chi += geometry.gradients[i];
+        }
+    }
+    (chi * beyond, chi * slope + beyond * of_chi)
+}
+
+fn inside(piece: &Piece, inner: &[f64; 4]) -> [f64; 4] {
+    std::array::from_fn(|i| (0..4).map(|k| inner[k] * piece[k][i]).sum())
+}
+
+/// The whole cut so many times into parts.
+fn pieces(dim: usize, times: usize) -> Vec<Piece> {
+    (0..times).fold(vec![WHOLE], |all, _| {
+        let cut = all.iter().flat_map(|piece| parts(piece, dim));
+        cut.collect()
+    })
+}
+
+/// w and ∇w at points anywhere are what is said of them, for g with kinks and without.
+#[test]
+fn cut_offs_are_no_farther_off_than_said() {
+    let mut random = crate::Random::new(5);
+    let mut off = 0;
+    for g in [
+        "sin(5*x)*exp(y)*z",
+        "abs(x-0.3)+y^2",
+        "max(0,y-0.2)^2-x*z",
+        "300+cos(9*(x+y))",
+    ] {
+        let scene = with_g(g, "1e3");
+        let (mesh, g) = (moved(&scene, 2, 7), &scene.data().g);
+        let discretisation = Discretisation::of(&scene, "cr".parse().unwrap());
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let found = cut_offs(&problem, 0).unwrap();
+        assert!(found.iter().map(|of| of.parts.len()).max() > Some(1));
+        let mut on_dirichlet = vec![false; mesh.points.len()];
+        for face in 0..mesh.face_count() {
+            if problem.parts[face] == Some(scene::Part::Dirichlet) {
+                let cell = mesh.face_cells(face)[0] as usize;
+                assert!(found.iter().any(|of| of.cell == cell), "{}", g.text());
+                let vertices = mesh.face(face).iter();
+                vertices.for_each(|&vertex| on_dirichlet[vertex as usize] = true);
+            }
+        }
+        for of in &found {
+            let share: f64 = of.parts.iter().map(|part| part.share).sum();
+            assert!((share - 1.0).abs() < 1e-15);
+            for part in &of.parts {
+                for _ in 0..20 {
+                    let some: [f64; 4] = std::array::from_fn(|_| -random.next().max(1e-9).ln());
+                    let inner = some.map(|s| s / some.iter().sum::<f64>());
+                    let at = inside(&part.piece, &inner);
+                    let (w, slope) =
+                        by_formula(&mesh, g, &|vertex| on_dirichlet[vertex], (of.cell, &at));
+                    let said = Vector3::from(part.slope::<3>().at(&inner, 3));
+                    let away = (slope - said).norm();
+                    assert!(away <= part.radius + 1e-9, "{away} {}", part.radius);
+                    assert!(w.abs() <= part.height + 1e-11, "{w} {}", part.height);
+                    off += usize::from(away > 0.1 * part.radius);
+                }
+            }
+        }
+    }
+    assert!(off > 1000, "{off}");
+}
+
+/// u = cos x cosh z with ∂u/∂z = 0 below: ‖∇u‖² = ∫ sin² x dx ∫ cosh² z dz + ∫ cos² x dx ∫ sinh² z dz, and the bound of G
+/// falls with n.
+#[test]
+fn harmonic_functions_are_in_their_intervals() {
+    let [s, c] = [-1.0, 1.0].map(|sign| 0.5 + sign * 2_f64.sin() / 4.0);
+    let [sh, ch] = [-1.0, 1.0].map(|sign| 2_f64.sinh() / 4.0 + sign * 0.5);
+    let truth = (s * ch + c * sh).sqrt();
+    let scene = with_g("cos(x)*cosh(z)", "9");
+    let scene = scene.with_data(Data {
+        f: Expression::constant(0.0),
+        t: Expression::parse("if(abs(x-0.5)>=0.5,-(2*x-1)*sin(x)*cosh(z),0)").unwrap(),
+        ..scene.data().clone()
+    });
+    for method in ["cr", "cr-fc", "p1-vi", "p2"] {
+        let bounds = [3, 6].map(|n| {
+            let mesh = scene.triangulation(Some(n)).unwrap();
+            let discretisation = Discretisation::of(&scene, method.parse().unwrap());
+            let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+            let found = certify(&problem, &solved(&problem)).unwrap();
+            let [low, high] = found.gradient;
+            assert!(low <= truth && truth <= high, "{low} {truth} {high}");
+            found.g / truth
+        });
+        let [coarse, fine] = bounds;
+        assert!(fine < 0.1 && fine < 0.5 * coarse, "{method} {bounds:?}");
+    }
+}
+
+/// All that v's w is part of, against rules on the faces and on parts of the cells: norms, J(v), means of g and <λ, v-ψ>. v is g
+/// on Γ_D and nowhere above ψ beside it: Γ_D meets Γ_C along two edges.
+#[test]
+fn cut_offs_are_part_of_all_that_v_is_part_of() {
+    let scene = Scene::parse(
+        r#"
+        name = "corner"
+        mesh = { generator = "union-cube", n = 2 }
+        [boundary]
+        dirichlet = ["left", "front"]
+        neumann = ["right", "back", "top"]
+        contact = ["bottom"]
+        [data]
+        f = "3-x"
+        t = "2+y"
+        g = "cos(3*x)*exp(z)+y^2"
+        psi = "2.4-0.3*x"
+        "#,
+    );
+    let scene = scene.unwrap();
+    let mesh = moved(&scene, 2, 3);
+    let discretisation = Discretisation::of(&scene, "cr".parse().unwrap());
+    let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+    let given = scene.data();
+    // Far above ψ: pressed wherever ∂ₙu ≤ 0, whatever the solution is.
+    let above = |dof: usize| problem.dirichlet[dof].map_or(3.0, |_| 0.0);
+    let value = |dof: usize| given.g.value(problem.space.point(dof)) + above(dof);
+    let u: Vec<f64> = (0..problem.space.dofs).map(value).collect();
+    let (_, fields) = certified(&problem, &u).unwrap();
+    let is_one = |vertex: usize| fields.data.dirichlet[vertex].is_some();
+    let w = |cell: usize, at: &[f64; 4]| by_formula(&mesh, &given.g, &is_one, (cell, at));
+    let v = |cell: usize, at: &[f64; 4]| -> f64 {
+        let corners = fields.corner_values(cell);
+        w(cell, at).0 + (0..4).map(|i| at[i] * corners[i].mid()).sum::<f64>()
+    };
+    let mut of_v = 0.0;
+    for cell in 0..mesh.cell_count() {
+        let (geometry, simplex) = (mesh.geometry(cell), fields.simplex(cell));
+        let sigma = sigma(&fields, cell);
+        let flat = simplex.gradient(&fields.corner_values(cell));
+        let flat = Vector3::from(flat.map(Interval::mid));
+        let [mut misfit, mut slopes] = [0.0; 2];
+        let pieces = pieces(3, 2);
+        for piece in &pieces {
+            for (inner, weight) in exact(3, 5).iter() {
+                let at = inside(piece, &inner);
+                let slope = flat + w(cell, &at).1;
+                let here = weight * geometry.measure() / pieces.len() as f64;
+                misfit += here * (slope - sigma(&at)).norm_squared();
+                slopes += here * slope.norm_squared();
+                of_v -= here * given.f.value(geometry.point(&at)) * v(cell, &at);
+            }
+        }
+        of_v += 0.5 * slopes;
+        let of = fields.norms(&simplex, cell);
+        assert!(of.parts.misfit >= misfit.sqrt() * (1.0 - 1e-4), "{cell}");
+        let slope = slopes.sqrt();
+        assert!(of.slope.low <= slope * 1.0001 && slope * 0.9999 <= of.slope.high);
+    }
+    let over = |face: usize, of: &dyn Fn(&[f64; 4], [f64; 3]) -> f64| -> f64 {
+        let cell = mesh.face_cells(face)[0] as usize;
+        let (geometry, local) = (mesh.geometry(cell), mesh.local_face(cell, face));
+        let (mut sum, pieces) = (0.0, pieces(2, 3));
+        for piece in &pieces {
+            for (inner, weight) in exact(2, 5).iter() {
+                let mut on_face = inside(piece, &inner).into_iter();
+                let mut at = [0.0; 4];
+                (0..4)
+                    .filter(|&i| i != local)
+                    .for_each(|i| at[i] = on_face.next().unwrap());
+                sum += weight * of(&at, geometry.point(&at));
+            }
+        }
+        sum * geometry.face_measure(local) / pieces.len() as f64
+    };
+    let touching = contact_terms(&fields);
+    let mut seen = [0; 3];
+    for face in 0..mesh.face_count() {
+        let cell = mesh.face_cells(face)[0] as usize;
+        match problem.parts[face] {
+            Some(scene::Part::Dirichlet) => {
+                let mean = over(face, &|_, x| given.g.value(x)) / over(face, &|_, _| 1.0);
+                let found = fields.mean_of_g(cell, mesh.local_face(cell, face));
+                assert!(found.low <= mean + 1e-9 && mean - 1e-9 <= found.high);
+                let off = over(face, &|at, x| (v(cell, at) - given.g.value(x)).abs());
+                assert!(off < 1e-12, "{off}");
+                seen[0] += 1;
+            }
+            Some(scene::Part::Neumann) => {
+                of_v -= over(face, &|at, x| given.t.value(x) * v(cell, at));
+                seen[1] += usize::from(fields.data.cut_off(cell).is_some());
+            }
+            Some(scene::Part::Contact) => {
+                let mut faces = problem.contact.iter();
+                let k = faces.position(|contact| contact.face == face).unwrap();
+                let gap = over(face, &|at, x| {
+                    let gap = v(cell, at) - given.psi.value(x);
+                    assert!(gap <= 1e-9, "{gap}");
+                    gap
+                });
+                let lambda = fields.lambda[k];
+                assert!(touching[k] >= lambda * gap - 1e-9, "{}", touching[k]);
+                seen[2] += usize::from(lambda < 0.0 && fields.data.cut_off(cell).is_some());
+            }
+            None => {}
+        }
+    }
+    assert!(seen.iter().all(|count| *count > 3), "{seen:?}");
+    let found = energy(&fields, fields.all_norms().unwrap().1.energy);
+    assert!(found.low - 1e-6 <= of_v && of_v <= found.high + 1e-6);
+}
+
+/// Jumps inside the cells beside Γ_D, and on Γ_D alone, where the formula is another function within.
+#[test]
+fn what_may_jump_is_refused() {
+    for g in ["if(x<0.3,0,1)*x^2", "if(z<1,x^2,x^2+1)", "max(0,x-0.3)^0.5"] {
+        let scene = with_g(g, "1e3");
+        let mesh = scene.triangulation(Some(2)).unwrap();
+        let discretisation = Discretisation::of(&scene, "cr".parse().unwrap());
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let refused = cut_offs(&problem, 0).unwrap_err().to_string();
+        let says = refused.contains("may jump") || refused.contains("not bounded");
+        assert!(says, "{refused}");
+    }
+}
