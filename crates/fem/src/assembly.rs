@@ -2,6 +2,7 @@
 //! norms of the broken spaces. No matrix is put together, but for iterations: its products are sums over the cells,
 //! which all cores form and one adds up in the cells' order, so that no bit depends on their number.
 
+mod graph;
 mod iterated;
 mod quadratic;
 mod vertex_values;
@@ -341,6 +342,8 @@ impl<'a> Stiffness<'a> {
         match (mesh.dim, element.degree()) {
             (2, 2) => self.times_quadratic::<3, 6>(u, y),
             (3, 2) => self.times_quadratic::<4, 10>(u, y),
+            (2, _) if self.is_graph => self.times_graph::<3>(u, y),
+            (3, _) if self.is_graph => self.times_graph::<4>(u, y),
             _ => self.products(u, y, |a, u| a * u),
         }
     }

@@ -216,10 +216,15 @@ impl<'a> CellFields<'a> {
         }
     }
 
+    /// Twice the linear part of G, without the lift and τ.
+    pub fn twice_g(&self, simplex: &Simplex, cell: usize) -> Linear<3> {
+        let of_v = self.slope::<3>(simplex, cell);
+        of_v.plus(1.0, &self.flux(simplex, cell))
+    }
+
     /// The linear part of G at the corners, without the lift and τ.
     pub fn gradient_at_corners(&self, simplex: &Simplex, cell: usize) -> [Vector; 4] {
-        let all = self.slope::<3>(simplex, cell);
-        let twice = all.plus(1.0, &self.flux(simplex, cell)).at_corners();
+        let twice = self.twice_g(simplex, cell).at_corners();
         twice.map(|g| times(Interval::at(0.5), &g))
     }
 

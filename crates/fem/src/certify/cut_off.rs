@@ -51,14 +51,20 @@ pub(super) struct Part {
     points: ([Vector; 4], [Vector; 6]),
     /// … which is nowhere larger than this.
     radius: f64,
-    /// |w| at most.
-    height: f64,
+    /// χ and |g - I_h g| at most.
+    chi: f64,
+    beyond: f64,
 }
 
 impl Part {
     /// ∇w but for the rest.
     pub fn slope<const D: usize>(&self) -> Quadratic<D> {
         Quadratic::new(&self.points.0, &self.points.1)
+    }
+
+    /// |w| at most.
+    fn height(&self) -> f64 {
+        above_of_product(self.chi, self.beyond)
     }
 
     /// The largest of ∇w at its points.
@@ -85,13 +91,19 @@ impl CutOff {
     pub fn height(&self) -> f64 {
         self.parts
             .iter()
-            .fold(0.0, |most, part| part.height.max(most))
+            .fold(0.0, |most, part| part.height().max(most))
+    }
+
+    /// |g - I_h g| on the cell at most.
+    pub fn beyond(&self) -> f64 {
+        let parts = self.parts.iter();
+        parts.fold(0.0, |most, part| part.beyond.max(most))
     }
 
     /// ∫_κ |w| at most.
     pub fn size(&self, cell: &Simplex) -> f64 {
         let parts = self.parts.iter();
-        let means = parts.map(|part| above_of_product(part.share, part.height));
+        let means = parts.map(|part| above_of_product(part.share, part.height()));
         above_of_product(above_of_all(means), cell.measure.high)
     }
 }
@@ -273,19 +285,20 @@ impl<'a> OnCell<'a> {
         // By the mean value theorem from the centre.
         let from_first = minus(&centre, &self.cell.vertices[0].map(Interval::at));
         let mut linear = self.values[0];
-        let mut height = Interval::ZERO;
+        let mut beyond = Interval::ZERO;
         for k in 0..3 {
             linear += self.slopes[1][k] * from_first[k];
             let slope = on_box[1 + k] - self.slopes[1][k];
-            height += slope.abs() * Interval::at(reach[k]);
+            beyond += slope.abs() * Interval::at(reach[k]);
         }
-        height += (at_centre[0] - linear).abs();
+        beyond += (at_centre[0] - linear).abs();
         let part = Part {
             piece,
             share,
             points: (of_corners, in_middles),
             radius,
-            height: above_of_product(most, height.high),
+            chi: most,
+            beyond: beyond.high,
         };
         (part, may_jump)
     }

@@ -81,9 +81,13 @@ impl PreparedData {
         lifts.sort_by_key(|lift| lift.cell);
         let cut_offs = cut_offs(problem, unit)?;
         for (contact, obstacle) in problem.contact.iter().zip(&mut obstacles) {
-            if let Some(beyond) = of_cell(&cut_offs, contact.cell) {
-                for ceiling in &mut obstacle.ceiling[..mesh.dim] {
-                    *ceiling = (Interval::at(*ceiling) - Interval::at(beyond.height())).low;
+            // At the vertices of Γ_D all of w is below χ max |g - I_h g|.
+            if let Some(cut_off) = of_cell(&cut_offs, contact.cell) {
+                let beyond = Interval::at(cut_off.beyond());
+                for (ceiling, &vertex) in obstacle.ceiling.iter_mut().zip(mesh.face(contact.face)) {
+                    if dirichlet[vertex as usize].is_some() {
+                        *ceiling = (Interval::at(*ceiling) - beyond).low;
+                    }
                 }
             }
         }

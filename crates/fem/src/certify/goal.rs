@@ -19,7 +19,8 @@ use super::balance::poincare;
 use super::cells::{CellFields, norm_of_fluxes, sums, sums_over};
 use super::flux::Fluxes;
 use super::quadratic::Linear;
-use super::simplex::{Simplex, Vector, dot, minus, plus, up};
+use super::simplex::{Simplex, up};
+use crate::assembly::Stiffness;
 use crate::contact::Problem;
 use crate::element::{P1, Space};
 use crate::interval::{Interval, above_of_all};
@@ -84,7 +85,7 @@ pub(super) fn interval(plain: &mut Dual, goal: &Goal) -> Result<Interval> {
     let problem = fields.problem;
     let mesh = problem.space.mesh;
     let [w, fluxes] = plain.solver.dual(&goal.means, &goal.on_boundary, &[])?;
-    let mut best = goal.with(fields, known, &w, &fluxes)?;
+    let mut best = goal.with(plain, &w, &fluxes)?;
     let pressed: Vec<f64> = fields.lambda.iter().map(|l| l.abs()).collect();
     if pressed.iter().all(|l| *l == 0.0) {
         return Ok(best);
@@ -113,9 +114,13 @@ pub(super) fn interval(plain: &mut Dual, goal: &Goal) -> Result<Interval> {
                 fixed.push(contact.face);
             }
         }
+        // Nothing else than before.
+        if capped.is_empty() {
+            continue;
+        }
         let mut solver = Fluxes::with_values(problem, fixed.into_iter());
         let [w, fluxes] = solver.dual(&goal.means, &goal.on_boundary, &capped)?;
-        best = best.meet(goal.with(fields, known, &w, &fluxes)?);
+        best = best.meet(goal.with(plain, &w, &fluxes)?);
     }
     Ok(best)
 }
@@ -137,6 +142,8 @@ pub(super) struct Dual<'a> {
     fields: &'a CellFields<'a>,
     known: &'a Known,
     solver: Fluxes<'a>,
+    /// (∇λ_j, ∇λ_i) and its diagonal.
+    on_vertices: (Stiffness<'a>, Vec<f64>),
 }
 
 impl<'a> Dual<'a> {
@@ -146,10 +153,14 @@ impl<'a> Dual<'a> {
         let fixed = problem.contact.iter().zip(&fields.lambda);
         let fixed = fixed.filter(|(_, lambda)| **lambda < 0.0 && -**lambda >= least);
         let solver = Fluxes::with_values(problem, fixed.map(|(contact, _)| contact.face));
+        let space = Space::new(problem.space.mesh, &P1);
+        let stiffness = problem.stiffness.on(&space).kept();
+        let diagonal = stiffness.diagonal();
         Dual {
             fields,
             known,
             solver,
+            on_vertices: (stiffness, diagonal),
         }
     }
 
@@ -157,7 +168,7 @@ impl<'a> Dual<'a> {
     /// Those of the linear solver.
     pub fn interval(&mut self, goal: &Goal) -> Result<Interval> {
         let [w, fluxes] = self.solver.dual(&goal.means, &goal.on_boundary, &[])?;
-        goal.with(self.fields, self.known, &w, &fluxes)
+        goal.with(self, &w, &fluxes)
     }
 }
 
@@ -193,13 +204,8 @@ impl Goal {
     }
 
     /// By one dual solution: w of Crouzeix and Raviart, and its fluxes.
-    fn with(
-        &self,
-        fields: &CellFields,
-        known: &Known,
-        w: &[f64],
-        fluxes: &[f64],
-    ) -> Result<Interval> {
+    fn with(&self, dual: &Dual, w: &[f64], fluxes: &[f64]) -> Result<Interval> {
+        let (fields, known) = (dual.fields, dual.known);
         let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
         let at = Interval::at;
         let out = |cell: usize| fields.fluxes_of(fluxes, cell);
@@ -216,23 +222,22 @@ impl Goal {
             }
             on_contact += at(mu) * obstacle.mean;
         }
-        let z = self.test_function(fields, c, w);
+        let z = self.test_function(dual, c, w);
         // |k̄ + div q| and what is not known of k, at most.
         let mut missing = vec![0.0; mesh.cell_count()];
         let [base, squares, of_means, of_spread] = sums(&mut missing, |cell, missing| {
             let simplex = Simplex::new(mesh, cell);
             let fluxes = out(cell);
-            let slope = simplex.gradient(&fields.corners_of(&z, cell));
             let count = simplex.dim + 1;
-            let q = Linear::<3>::raviart_thomas(&simplex, fluxes).at_corners();
-            let difference = q.each_ref().map(|q| minus(q, &slope));
-            let difference = &difference[..count];
-            let mean = fields.gradient_at_corners(&simplex, cell);
-            let square = mean_product(difference, difference, simplex.dim);
+            let slope = Linear::<3>::gradient(&simplex, &fields.corners_of(&z, cell), None);
+            let difference = Linear::raviart_thomas(&simplex, fluxes).plus(-1.0, &slope);
+            let twice = fields.twice_g(&simplex, cell);
+            let square = difference.mean_product(&difference, simplex.dim);
+            let square = Interval::new(square.low.max(0.0), square.high);
             // G's bubble is half of σ's, and counts with its norm.
             let bubble = 0.5 * fields.norm_of_bubble(&simplex, cell);
             let own = (square * simplex.measure).root();
-            let product = mean_product(difference, &mean[..count], simplex.dim) * simplex.measure
+            let product = 0.5 * difference.mean_product(&twice, simplex.dim) * simplex.measure
                 + Interval::around_zero((own * at(bubble)).high);
             let sum: Interval = fluxes.iter().map(|f| at(*f)).sum();
             let divergence = at(self.means[cell]) + sum / simplex.measure;
@@ -286,7 +291,8 @@ impl Goal {
     }
 
     /// z: the dual solution at the vertices, as near to β on Γ_C as c allows, and β on Γ_D.
-    fn test_function(&self, fields: &CellFields, c: f64, w: &[f64]) -> Vec<Interval> {
+    fn test_function(&self, dual: &Dual, c: f64, w: &[f64]) -> Vec<Interval> {
+        let fields = dual.fields;
         let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
         let at = Interval::at;
         let mut z = averages(problem, w);
@@ -324,10 +330,9 @@ impl Goal {
                 .for_each(|&vertex| loads[vertex as usize] += share);
         }
         if self.rests.is_empty() {
-            let stiffness = problem.stiffness.on(&Space::new(mesh, &P1)).kept();
+            let (stiffness, diagonal) = &dual.on_vertices;
             let steps = admissible::steps(stiffness.space());
-            let diagonal = stiffness.diagonal();
-            descend(&stiffness, &diagonal, &held, &[], loads, &mut z, steps);
+            descend(stiffness, diagonal, &held, &[], loads, &mut z, steps);
         }
         for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {
             let gaps = mesh.face(contact.face).iter().zip(obstacle.ceiling);
@@ -350,14 +355,6 @@ impl Goal {
         }
         z.into_iter().map(at).collect()
     }
-}
-
-/// The mean of the product of two linear fields of these corner values.
-fn mean_product(a: &[Vector], b: &[Vector], dim: usize) -> Interval {
-    let count = a.len() as f64;
-    let sum = |of: &[Vector]| of[1..].iter().fold(of[0], |sum, v| plus(&sum, v));
-    let diagonal: Interval = a.iter().zip(b).map(|(a, b)| dot(a, b, dim)).sum();
-    (diagonal + dot(&sum(a), &sum(b), dim)) / Interval::at(count * (count + 1.0))
 }
 
 /// A Crouzeix–Raviart function at the vertices: the means over the cells around.

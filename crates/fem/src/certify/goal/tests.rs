@@ -113,7 +113,9 @@ fn slope(fields: &CellFields, z: &[Interval], cell: usize) -> Vector3<f64> {
 fn what_is_computed_is_in_the_interval() {
     with_goal(false, |fields, goal, w, fluxes| {
         let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
-        let found = goal.with(fields, &EXACT, w, fluxes).unwrap();
+        let found = goal
+            .with(&Dual::new(fields, &EXACT, 0.0), w, fluxes)
+            .unwrap();
         let data = problem.scene.data();
         let mut boundary = 0.0;
         for (face, part) in problem.parts.iter().enumerate() {
@@ -127,7 +129,7 @@ fn what_is_computed_is_in_the_interval() {
                 _ => {}
             }
         }
-        let z = goal.test_function(fields, least_c(fields, fluxes), w);
+        let z = goal.test_function(&Dual::new(fields, &EXACT, 0.0), least_c(fields, fluxes), w);
         let inside = integral(fields, |cell, at| {
             let geometry = mesh.geometry(cell);
             let simplex = fields.simplex(cell);
@@ -160,7 +162,9 @@ fn errors_of_u_count_as_the_formula_says() {
     with_goal(true, |fields, goal, w, fluxes| {
         let mesh = fields.problem.space.mesh;
         let radius = |known: Known| {
-            let found = goal.with(fields, &known, w, fluxes).unwrap();
+            let found = goal
+                .with(&Dual::new(fields, &known, 0.0), w, fluxes)
+                .unwrap();
             found.radius()
         };
         // c is the same in all: that where `of_g` and `terms` are equal.
@@ -182,7 +186,7 @@ fn errors_of_u_count_as_the_formula_says() {
         });
         // That of equal errors, or the least.
         let c = least_c(fields, fluxes).max(AWAY * square.sqrt());
-        let z = goal.test_function(fields, c, w);
+        let z = goal.test_function(&Dual::new(fields, &EXACT, 0.0), c, w);
         let away = integral(fields, |cell, at| {
             (q(fields, fluxes, cell, at) - slope(fields, &z, cell)).norm_squared()
         });
@@ -229,7 +233,9 @@ fn no_rest_of_a_goal_makes_more_of_v() {
     with_goal(true, |fields, goal, w, fluxes| {
         let mesh = fields.problem.space.mesh;
         let width = |goal: &Goal| {
-            let found = goal.with(fields, &EXACT, w, fluxes).unwrap();
+            let found = goal
+                .with(&Dual::new(fields, &EXACT, 0.0), w, fluxes)
+                .unwrap();
             found.radius()
         };
         let without = width(&Goal {
