@@ -117,13 +117,7 @@ pub(super) fn cut_offs(problem: &Problem, unit: i32) -> Result<Vec<CutOff>> {
     if mesh.dim != 3 || g.is_zero() {
         return Ok(Vec::new());
     }
-    let mut is_one = vec![false; mesh.points.len()];
-    let on_dirichlet = |face: &usize| problem.parts[*face] == Some(scene::Part::Dirichlet);
-    let faces = (0..mesh.face_count()).filter(on_dirichlet);
-    for face in faces.filter(|&face| !is_linear(problem, face, unit)) {
-        let vertices = mesh.face(face).iter();
-        vertices.for_each(|&vertex| is_one[vertex as usize] = true);
-    }
+    let is_one = on_curved_faces(problem, unit);
     let found = (0..mesh.cell_count()).into_par_iter().map(|cell| {
         let mut chi = [0.0; 4];
         for (chi, &vertex) in chi.iter_mut().zip(mesh.cell(cell)) {
@@ -149,13 +143,26 @@ pub(super) fn cut_offs(problem: &Problem, unit: i32) -> Result<Vec<CutOff>> {
         let [x, y, z] = mesh.cell_midpoint(cell);
         Err(refusal(
             format!(
-                "{what} in the cell about ({x}, {y}, {z}), where its formula continues what g has on Γ_D beyond linear functions"
+                "{what} in the cell about ({x}, {y}, {z}) beside Γ_D, where its formula continues what it has there beyond linear functions"
             ),
-            "write g so that it is continuous with a bounded slope beside Γ_D as well, or linear on every face",
+            "write g so that it is continuous with a bounded slope within these cells as well, or linear on every face",
         ))
     });
     let found: Vec<Option<CutOff>> = found.collect::<Result<_>>()?;
     Ok(found.into_iter().flatten().collect())
+}
+
+/// Is a vertex one of a face of Γ_D on which g is not linear?
+pub(super) fn on_curved_faces(problem: &Problem, unit: i32) -> Vec<bool> {
+    let mesh = problem.space.mesh;
+    let mut is_one = vec![false; mesh.points.len()];
+    let on_dirichlet = |face: &usize| problem.parts[*face] == Some(scene::Part::Dirichlet);
+    let faces = (0..mesh.face_count()).filter(on_dirichlet);
+    for face in faces.filter(|&face| mesh.dim == 3 && !is_linear(problem, face, unit)) {
+        let vertices = mesh.face(face).iter();
+        vertices.for_each(|&vertex| is_one[vertex as usize] = true);
+    }
+    is_one
 }
 
 /// Is g - I_h g 0 on a face of Γ_D but for rounding of g's own slopes?
@@ -379,4 +386,4 @@ impl Model {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -16,7 +16,7 @@ fn with_g(g: &str, psi: &str) -> Scene {
 }
 
 /// w and ∇w by their formula, where χ is 1 at these vertices.
-fn by_formula(
+pub(in crate::certify) fn by_formula(
     mesh: &Triangulation,
     g: &Expression,
     is_one: &dyn Fn(usize) -> bool,
