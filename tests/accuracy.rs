@@ -183,12 +183,12 @@ fn what_cannot_be_had_is_said() {
             "cannot be used with",
         ),
         (
-            &["solve", "hertz-sphere", "--accuracy", "0.1"],
+            &["solve", "transition-1.5-3d", "--accuracy", "0.1"],
             2,
             "no certificate, because",
         ),
         (
-            &["solve", "hertz-sphere", "--n", "2", "--certify"],
+            &["solve", "transition-1.5-3d", "--n", "2", "--certify"],
             2,
             "no certificate, because",
         ),
