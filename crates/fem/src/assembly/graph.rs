@@ -37,36 +37,3 @@ impl Stiffness<'_> {
         y
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::element::{CR, Element, P1, Space};
-    use crate::scene::Scene;
-
-    #[test]
-    fn products_are_those_of_the_matrices() {
-        for scene in ["l-shape", "one-zone-3d"] {
-            let mesh = Scene::find(scene).unwrap().triangulation(Some(4)).unwrap();
-            for element in [&P1 as &dyn Element, &CR] {
-                let space = Space::new(&mesh, element);
-                let stiffness = Stiffness::new(&space);
-                assert!(stiffness.is_graph);
-                let mut random = crate::Random::new(5);
-                let u: Vec<f64> = (0..space.dofs).map(|_| random.next()).collect();
-                let (mut expected, mut sizes) = (vec![0.0; space.dofs], vec![0.0; space.dofs]);
-                stiffness.for_each(0..mesh.cell_count(), |i, j, value| {
-                    expected[i as usize] += value * u[j as usize];
-                    sizes[i as usize] += value.abs();
-                });
-                let found = stiffness.times(&u);
-                for ((found, expected), size) in found.iter().zip(expected).zip(sizes) {
-                    assert!(
-                        (found - expected).abs() <= 1e-14 * size,
-                        "{found} {expected}"
-                    );
-                }
-            }
-        }
-    }
-}

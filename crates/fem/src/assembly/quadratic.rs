@@ -69,27 +69,30 @@ impl Stiffness<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::{P2, Space};
+    use crate::element::{CR, Element, P1, P2, Space};
     use crate::scene::Scene;
 
+    /// These, and those of module `graph`.
     #[test]
     fn products_are_those_of_the_matrices() {
         for scene in ["l-shape", "one-zone-3d"] {
             let mesh = Scene::find(scene).unwrap().triangulation(Some(4)).unwrap();
-            let space = Space::new(&mesh, &P2);
-            let stiffness = Stiffness::new(&space);
-            let mut random = crate::Random::new(5);
-            let u: Vec<f64> = (0..space.dofs).map(|_| random.next()).collect();
-            let (mut expected, mut sizes) = (vec![0.0; space.dofs], vec![0.0; space.dofs]);
-            stiffness.for_each(0..mesh.cell_count(), |i, j, value| {
-                expected[i as usize] += value * u[j as usize];
-                sizes[i as usize] += value.abs();
-            });
-            for ((found, expected), size) in stiffness.times(&u).iter().zip(expected).zip(sizes) {
-                assert!(
-                    (found - expected).abs() <= 1e-14 * size,
-                    "{found} {expected}"
-                );
+            for element in [&P1 as &dyn Element, &CR, &P2] {
+                let space = Space::new(&mesh, element);
+                let stiffness = Stiffness::new(&space);
+                assert_eq!(stiffness.is_graph, element.degree() == 1);
+                let mut random = crate::Random::new(5);
+                let u: Vec<f64> = (0..space.dofs).map(|_| random.next()).collect();
+                let (mut expected, mut sizes) = (vec![0.0; space.dofs], vec![0.0; space.dofs]);
+                stiffness.for_each(0..mesh.cell_count(), |i, j, value| {
+                    expected[i as usize] += value * u[j as usize];
+                    sizes[i as usize] += value.abs();
+                });
+                let found = stiffness.times(&u);
+                for ((found, expected), size) in found.iter().zip(expected).zip(sizes) {
+                    let off = (found - expected).abs();
+                    assert!(off <= 1e-14 * size, "{} {off}", element.name());
+                }
             }
         }
     }

@@ -220,7 +220,7 @@ fn bounds(problem: &Problem, data: &PreparedData) -> Result<Vec<Bound>> {
             if !obstacle.is_lifted && g.high > ceiling + ROUNDING * size {
                 return Err(refusal(
                     format!(
-                        "ψ is too steep beside Γ_D, at {}: no function that is g there is shown to stay below it",
+                        "at {}, where Γ_D meets Γ_C, no function that is g is shown to stay below ψ: ψ is too steep there, or g too near it",
                         mesh.vertex_label(vertex)
                     ),
                     "refine the mesh there, or give an obstacle with a smaller slope",

@@ -4,7 +4,7 @@ use super::balance::{Balance, Tau, balance};
 use super::cut_off::CutOff;
 use super::data::PreparedData;
 use super::integrated::integrated;
-use super::lift::{self, Lift};
+use super::lift::Lift;
 use super::line::Carried;
 use super::quadratic::{Linear, Quadratic};
 use super::second_order::{self, Stream};
@@ -306,7 +306,7 @@ impl<'a> CellFields<'a> {
             of_u: self.of_u(simplex, cell),
             simplex,
         };
-        let lifts = lift::of_cell(&self.data, cell);
+        let lifts = self.data.lifts_of(cell);
         let mut sums = Sums::default();
         // With a lift the cell's parts are its sectors, and τ is counted apart.
         let mut apart = Interval::ZERO;
@@ -409,7 +409,9 @@ impl<'a> CellFields<'a> {
             .filter(|&i| i != local)
             .map(|i| values[i])
             .sum();
-        let lifts = lift::of_cell(&self.data, cell)
+        let lifts = self
+            .data
+            .lifts_of(cell)
             .iter()
             .filter(|lift| lift.local == local);
         let heights: Interval = lifts.map(Lift::height).sum();
@@ -535,13 +537,4 @@ impl Sums {
             *sum = Interval::new(square.low.max(0.0), square.high);
         }
     }
-}
-
-/// ‖q‖_κ of a Raviart–Thomas field of lowest order.
-pub(super) fn norm_of_fluxes(simplex: &Simplex, fluxes: &[f64]) -> f64 {
-    let square = match simplex.dim {
-        2 => Quadratic::of(&Linear::<2>::raviart_thomas(simplex, fluxes)).mean_square(2),
-        dim => Quadratic::of(&Linear::<3>::raviart_thomas(simplex, fluxes)).mean_square(dim),
-    };
-    (square * simplex.measure).root().high
 }

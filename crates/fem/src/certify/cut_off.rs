@@ -17,11 +17,12 @@ use rayon::prelude::*;
 use super::quadratic::Quadratic;
 use super::refusal;
 use super::simplex::{
-    EDGES, Simplex, Vector, ZERO, around, corners, dot, length, minus, norm, plus, times, up,
+    EDGES, Simplex, Vector, ZERO, around, corners, dot, length, longest_edge_of, minus, norm, plus,
+    times, up,
 };
 use crate::contact::Problem;
 use crate::interval::{Interval, above_of_all, above_of_product};
-use crate::quadrature::{Piece, WHOLE, cut, longest_edge};
+use crate::quadrature::{Piece, WHOLE, cut};
 use crate::scene::expression::{GRADIENT, Monomials, SECOND_IN_SPACE, Taylor};
 use crate::scene::{self, Expression};
 use faceoff_mesh::cancel;
@@ -231,11 +232,7 @@ impl<'a> OnCell<'a> {
                 break;
             };
             let (part, _) = parts.swap_remove(worst);
-            let edge = longest_edge(&part.piece, 3, |weights| {
-                let along = |k: usize| (0..4).map(|i| weights[i] * self.cell.vertices[i][k]).sum();
-                let edge: [f64; 3] = std::array::from_fn(along);
-                edge.iter().map(|x| x * x).sum()
-            });
+            let edge = longest_edge_of(&self.cell.vertices, &part.piece, 3);
             let halves = cut(&part.piece, edge, 0.5);
             parts.extend(halves.map(|piece| self.part(piece, 0.5 * part.share)));
         }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::balance::poincare;
 use super::cut_off::{CutOff, cut_offs};
-use super::lift::{self, Lift, lifts};
+use super::lift::{Lift, lifts};
 use super::model::{Domain, Effort, Tree};
 use super::obstacle::{Obstacle, obstacles};
 use super::patch;
@@ -105,6 +105,13 @@ impl PreparedData {
         })
     }
 
+    /// The lifts of a cell.
+    pub(super) fn lifts_of(&self, cell: usize) -> &[Lift] {
+        let first = self.lifts.partition_point(|lift| lift.cell < cell);
+        let count = self.lifts[first..].partition_point(|lift| lift.cell == cell);
+        &self.lifts[first..first + count]
+    }
+
     /// What v has of g beside Γ_D in space.
     pub(super) fn cut_off(&self, cell: usize) -> Option<&CutOff> {
         of_cell(&self.cut_offs, cell)
@@ -112,14 +119,14 @@ impl PreparedData {
 
     /// ∫_κ |w| of v's lifts w at most.
     pub(super) fn size_of_lifts(&self, simplex: &Simplex, cell: usize) -> f64 {
-        let lifts = lift::of_cell(self, cell).iter();
+        let lifts = self.lifts_of(cell).iter();
         let cut_off = self.cut_off(cell).map(|cut_off| cut_off.size(simplex));
         above_of_all(lifts.map(|lift| lift.size(simplex)).chain(cut_off))
     }
 
     /// ‖∇w‖_κ of v's lifts w at most.
     pub(super) fn norm_of_lifts(&self, simplex: &Simplex, cell: usize) -> f64 {
-        let lifts = lift::of_cell(self, cell).iter();
+        let lifts = self.lifts_of(cell).iter();
         let cut_off = self.cut_off(cell).map(|cut_off| cut_off.norms(simplex)[0]);
         above_of_all(lifts.map(|lift| lift.norms(simplex)[0]).chain(cut_off))
     }
@@ -138,6 +145,7 @@ impl PreparedData {
     }
 }
 
+/// That of a cell, if it has one.
 fn of_cell(cut_offs: &[CutOff], cell: usize) -> Option<&CutOff> {
     let found = cut_offs.binary_search_by_key(&cell, |cut_off| cut_off.cell);
     found.ok().map(|k| &cut_offs[k])

@@ -5,7 +5,6 @@
 use std::borrow::Cow;
 
 use super::data::PreparedData;
-use super::lift;
 use super::simplex::Simplex;
 use crate::contact::Problem;
 use crate::interval::Interval;
@@ -41,7 +40,7 @@ pub(super) fn fitted<'a>(
             of_ends[0] + of_ends[1] + diagonal[middle] * over * over
         };
         let psi = [0, 1].map(|i| obstacle.values[i].low);
-        let lifts = lift::of_cell(&data, contact.cell).iter();
+        let lifts = data.lifts_of(contact.cell).iter();
         let own = lifts.filter(|lift| lift.face(mesh) == contact.face);
         let simplex = Simplex::new(mesh, contact.cell);
         let of_lift: f64 = own.map(|lift| lift.norms(&simplex)[0].powi(2)).sum();

@@ -10,9 +10,9 @@
 //! has the same value, with the other sign, from the other side, and -div σ = Π₀f, since the φ_F of a
 //! cell sum to 1. On Γ_N itself t is counted once, not taken away.
 
-use super::cells::norm_of_fluxes;
 use super::data::{Load, PreparedData};
 use super::poisson::Poisson;
+use super::quadratic::norm_of_fluxes;
 use super::refusal;
 use super::simplex::Simplex;
 use crate::contact::{Law, Problem};

@@ -16,9 +16,9 @@
 
 use super::admissible::{self, descend};
 use super::balance::poincare;
-use super::cells::{CellFields, norm_of_fluxes, sums, sums_over};
+use super::cells::{CellFields, sums, sums_over};
 use super::flux::Fluxes;
-use super::quadratic::Linear;
+use super::quadratic::{Linear, norm_of_fluxes};
 use super::simplex::{Simplex, up};
 use crate::assembly::Stiffness;
 use crate::contact::Problem;

@@ -1,8 +1,8 @@
 //! The field that v, λ and σ come from: u_h, or the solution of its scheme with f and t integrated.
 //!
 //! A scheme takes (f, φ_i) and <t, φ_i>_N by its rules. Where f jumps or has peaks these are off, and v and λ would keep what u_h
-//! is off by on all of the domain, however fine the cells are where f is hard. Any v, λ and σ will do: the scheme is solved once
-//! more there, with the integrals that enclose f and t.
+//! is off by on all of the domain, however fine the cells are where f is hard. Any v, λ and σ will do: the scheme is then solved
+//! once more, with the integrals of f and t that the certificate has anyway.
 
 use super::admissible;
 use super::data::{Load, PreparedData};
@@ -100,9 +100,9 @@ fn is_off(problem: &Problem, u: &[f64], load: &[f64], data: &PreparedData) -> bo
 mod tests {
     use super::*;
     use crate::assembly::{add_load, add_traction};
-    use crate::certify::tests::certified;
+    use crate::certify::tests::{certified, points_of_parts, solved};
     use crate::contact::Discretisation;
-    use crate::quadrature::{Piece, Rule, WHOLE, exact, parts};
+    use crate::quadrature::{Rule, exact};
     use crate::scene::{Data, Expression, Part, Scene};
 
     fn with_data(base: &str, f: &str, t: &str) -> Scene {
@@ -114,30 +114,12 @@ mod tests {
         })
     }
 
-    /// A rule of degree 5 on each of many parts.
     fn fine(dim: usize) -> Rule {
-        let mut pieces = vec![WHOLE];
-        for _ in 0..4 {
-            let of = pieces.iter().flat_map(|piece| parts(piece, dim));
-            pieces = of.collect();
-        }
-        let rule = exact(dim, 5);
-        let weight = 1.0 / pieces.len() as f64;
-        let on = |(piece, q): (&Piece, usize)| -> Vec<f64> {
-            let at = rule.barycentric(q);
-            let along = |k: usize| (0..=dim).map(|i| at[i] * piece[i][k]).sum();
-            (1..=dim).map(along).collect()
-        };
-        let all = || {
-            let points = 0..rule.weights.len();
-            pieces
-                .iter()
-                .flat_map(move |piece| points.clone().map(move |q| (piece, q)))
-        };
+        let points = points_of_parts(dim, 4);
         Rule {
-            points: all().map(on).collect(),
-            weights: all().map(|(_, q)| weight * rule.weights[q]).collect(),
-            ..rule.clone()
+            points: points.iter().map(|(at, _)| at[1..=dim].to_vec()).collect(),
+            weights: points.iter().map(|(_, weight)| *weight).collect(),
+            ..exact(dim, 5)
         }
     }
 
@@ -224,7 +206,7 @@ mod tests {
                 let mesh = scene.triangulation(Some(24)).unwrap();
                 let discretisation = Discretisation::of(&scene, method.parse().unwrap());
                 let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
-                let u = crate::certify::tests::solved(&problem);
+                let u = solved(&problem);
                 let (certificate, _) = certified(&problem, &u).unwrap();
                 let [low, high] = certificate.gradient;
                 assert!(low <= truth && truth <= high, "{f} {method} {low} {high}");

@@ -16,7 +16,6 @@
 //! Where g is smooth most of δ is 4 b λ_a λ_b, b its value in the middle of F: that is then a part of v of its own, and w the
 //! lift of what is left.
 
-use super::data::PreparedData;
 use super::refusal;
 use super::simplex::{Simplex, Vector, ZERO, add, corners, dot, norm};
 use crate::contact::Problem;
@@ -388,14 +387,6 @@ impl<'a> Face<'a> {
             may_jump: on_box.may_jump,
         }
     }
-}
-
-/// The lifts of a cell.
-pub(super) fn of_cell(data: &PreparedData, cell: usize) -> &[Lift] {
-    let lifts = &data.lifts;
-    let first = lifts.partition_point(|lift| lift.cell < cell);
-    let count = lifts[first..].partition_point(|lift| lift.cell == cell);
-    &lifts[first..first + count]
 }
 
 #[cfg(test)]

@@ -19,9 +19,9 @@ use rayon::prelude::*;
 use super::jump;
 use super::line::{Carried, Lines};
 use super::polynomial::polynomial;
-use super::simplex::{Vector, around, corners, up};
+use super::simplex::{Vector, around, corners, longest_edge_of, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
-use crate::quadrature::{Piece, WHOLE, cut, longest_edge};
+use crate::quadrature::{Piece, WHOLE, cut};
 use crate::scene::Expression;
 use crate::scene::expression::{
     IN_PLANE, IN_SPACE, MOST, ON_LINE, SECOND_IN_PLANE, SECOND_IN_SPACE, Taylor, spanned,
@@ -386,7 +386,7 @@ impl Domain<'_> {
             return found;
         }
         let vertices = (self.vertices)(parent.simplex);
-        let edge = self.longest(&vertices, &parent.piece);
+        let edge = longest_edge_of(&vertices, &parent.piece, self.dim);
         let along_jump = || {
             let share = parent.share.powf((self.dim as f64 - 1.0) / self.dim as f64);
             let height = parent.leaf.peak.max(2.0 * parent.leaf.error);
@@ -428,7 +428,7 @@ impl Domain<'_> {
             let mut leaves = Vec::new();
             tree.for_each(&mut |node, piece, share| leaves.push((node, *piece, share)));
             for (node, piece, share) in leaves {
-                let edge = self.longest(&vertices, &piece);
+                let edge = longest_edge_of(&vertices, &piece, self.dim);
                 let is_bent = tree.leaf(node).wave > tree.leaf(node).most();
                 if let (true, Some(parts)) = (is_bent, exact_parts(&piece, share, edge, 0.5)) {
                     let parts = parts.map(|(piece, share)| {
@@ -438,15 +438,6 @@ impl Domain<'_> {
                 }
             }
         }
-    }
-
-    /// The longest edge of a part.
-    fn longest(&self, vertices: &[[f64; 3]; 4], piece: &Piece) -> [usize; 2] {
-        longest_edge(piece, self.dim, |weights| {
-            let along = |k: usize| vertices.iter().zip(weights).map(|(x, w)| w * x[k]).sum();
-            let edge: [f64; 3] = std::array::from_fn(along);
-            edge.iter().map(|x| x * x).sum()
-        })
     }
 
     /// The axes along which the expression varies, at most.

@@ -179,6 +179,29 @@ mod tests {
     use crate::contact::{Discretisation, Method, Problem};
     use crate::scene::{Data, Expression, Scene};
 
+    /// The polygon below x² on a face of length h is nowhere farther below it than h²/100: by Taylor's formula on the whole face the
+    /// ends are h²/6 below.
+    #[test]
+    fn polygons_are_near_a_bent_obstacle() {
+        let scene = Scene::find("one-zone").unwrap();
+        let scene = scene.with_data(Data {
+            psi: Expression::parse("x^2").unwrap(),
+            ..scene.data().clone()
+        });
+        let mesh = scene.triangulation(Some(4)).unwrap();
+        let discretisation = Discretisation::of(&scene, Method::cr());
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let (found, _) = obstacles(&problem, 0).unwrap();
+        for (contact, obstacle) in problem.contact.iter().zip(found) {
+            let [a, b] = [0, 1].map(|i| mesh.points[mesh.face(contact.face)[i] as usize][0]);
+            assert!(obstacle.polygon.len() > 2);
+            for [s, below] in obstacle.polygon {
+                let off = (a + s * (b - a)).powi(2) - below;
+                assert!(0.0 <= off + 1e-15 && off < 0.01 * (b - a).powi(2), "{off}");
+            }
+        }
+    }
+
     /// The mean of what no leaf resolves is not known, and its interval holds it: -1 on all but acos(0.9)/π of a period.
     #[test]
     fn means_hold_what_is_not_known() {

@@ -457,6 +457,15 @@ impl<const D: usize> Quadratic<D> {
     }
 }
 
+/// ‖q‖_κ of a Raviart–Thomas field of lowest order.
+pub(super) fn norm_of_fluxes(simplex: &Simplex, fluxes: &[f64]) -> f64 {
+    let square = match simplex.dim {
+        2 => Quadratic::of(&Linear::<2>::raviart_thomas(simplex, fluxes)).mean_square(2),
+        dim => Quadratic::of(&Linear::<3>::raviart_thomas(simplex, fluxes)).mean_square(dim),
+    };
+    (square * simplex.measure).root().high
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -511,6 +520,16 @@ mod tests {
                 let expected: f64 = rule.iter().map(|(l, w)| w * at(&l, k)).sum();
                 assert!((field.mean(dim)[k] - expected).abs() < 1e-14);
             }
+        }
+    }
+
+    /// Of the product of 1 and all numbers from 0.9 to 1.1, in either order.
+    #[test]
+    fn a_product_is_off_by_what_either_field_is() {
+        let field = |of: Interval| Linear::<2>::new(&[[of, Interval::ZERO, Interval::ZERO]; 4]);
+        let [one, wide] = [Interval::ONE, Interval::new(0.9, 1.1)].map(field);
+        for found in [one.mean_product(&wide, 2), wide.mean_product(&one, 2)] {
+            assert!(found.low <= 0.9 && 1.1 <= found.high, "{found:?}");
         }
     }
 

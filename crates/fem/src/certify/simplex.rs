@@ -3,7 +3,7 @@
 //! The vertices are exact: their coordinates are the mesh.
 
 use crate::interval::{Interval, above_of_sum};
-use crate::quadrature::Piece;
+use crate::quadrature::{Piece, longest_edge};
 use faceoff_mesh::mesh::Triangulation;
 
 /// A vector, or a point; the third component is 0 in 2D.
@@ -184,6 +184,15 @@ pub(super) fn around(corners: &[Vector]) -> Vector {
     let all = corners.iter().copied();
     let both = |a: Vector, b: Vector| std::array::from_fn(|k| a[k].hull(b[k]));
     all.reduce(both).unwrap_or_default()
+}
+
+/// The longest edge of a part of the simplex with these vertices.
+pub(super) fn longest_edge_of(vertices: &[[f64; 3]; 4], piece: &Piece, dim: usize) -> [usize; 2] {
+    longest_edge(piece, dim, |weights| {
+        let along = |k: usize| vertices.iter().zip(weights).map(|(x, w)| w * x[k]).sum();
+        let edge: [f64; 3] = std::array::from_fn(along);
+        edge.iter().map(|x| x * x).sum()
+    })
 }
 
 /// The corners of each edge.

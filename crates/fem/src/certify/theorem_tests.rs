@@ -168,7 +168,7 @@ fn lifts_are_part_of_what_is_known() {
     let (parts, _) = fields.all_norms().unwrap();
     let (mut square, mut lifts) = (0.0, 0.0);
     for (cell, parts) in parts.iter().enumerate() {
-        let of_lifts = lift::of_cell(&fields.data, cell).iter();
+        let of_lifts = fields.data.lifts_of(cell).iter();
         let of_lifts: f64 = of_lifts
             .map(|lift| lift.norms(&fields.simplex(cell))[0])
             .sum();
