@@ -1,6 +1,6 @@
 use super::*;
 use crate::certify::tests::{inside, moved, points_of_parts, sigma, solved};
-use crate::certify::{CellFields, bounds, certify, contact_terms, energy, prepared};
+use crate::certify::{CellFields, Traction, bounds, certify, contact_terms, energy, prepared};
 use crate::contact::Discretisation;
 use crate::scene::{Data, Scene};
 use nalgebra::Vector3;
@@ -213,6 +213,10 @@ fn all_that_v_is_part_of(g: &str, data: &str) {
             }
             Some(scene::Part::Neumann) => {
                 of_v -= over(face, &|at, x| given.t.value(x) * v(cell, at));
+                let of_face = |traction: &&Traction| traction.face == face;
+                let size = fields.data.tractions.iter().find(of_face);
+                let least = over(face, &|_, x| given.t.value(x).abs());
+                assert!(size.map_or(0.0, |t| t.size) >= least * (1.0 - 1e-12));
                 seen[1] += usize::from(fields.data.cut_off(cell).is_some());
             }
             Some(scene::Part::Contact) => {
