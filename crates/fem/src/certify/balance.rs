@@ -416,6 +416,7 @@ mod tests {
             },
             rest: leaves.to_vec(),
             carried: None,
+            moments: None,
         };
         let simplex = Simplex::new(&mesh, 0);
         balance(&simplex, &tree, 0.0, |_, value| Interval::at(value))

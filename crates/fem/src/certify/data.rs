@@ -9,9 +9,10 @@ use super::lift::{Lift, lifts};
 use super::model::{Domain, Effort, Tree};
 use super::obstacle::{Obstacle, obstacles};
 use super::patch;
+use super::products::Moments;
 use super::refusal;
 use super::second_order;
-use super::simplex::{Simplex, bubble_on, mean_with_bubble};
+use super::simplex::Simplex;
 use crate::contact::Problem;
 use crate::interval::{Interval, above_of_all};
 use crate::scene::{Expression, Part};
@@ -273,12 +274,14 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
         [domain.measures.len(), mesh.dim],
         volume,
     );
-    let trees = domain.enclose(&effort)?;
+    let mut trees = domain.enclose(&effort)?;
     for (cell, tree) in trees.iter().enumerate() {
         bounded("f", tree, || format!("cell {cell}"))?;
     }
+    let cut = trees.par_iter_mut().filter(|tree| tree.is_cut());
+    cut.for_each(|tree| tree.moments = Some(Box::new(Moments::of(tree, mesh.dim))));
     let loads = trees.par_iter().map(|tree| {
-        if !tree.is_cut() {
+        let Some(of) = tree.moments.as_deref() else {
             let values = tree.whole.values;
             let mean = values[..=mesh.dim].iter().sum::<f64>() / (mesh.dim + 1) as f64;
             let all: f64 = values[..3].iter().sum();
@@ -292,25 +295,14 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
                     2.0 * (2.0 * all - values[i]) / 30.0 + of_wave
                 }),
             };
-        }
-        let mut bubbles = [Interval::ZERO; 3];
-        if mesh.dim == 2 {
-            tree.for_each(&mut |node, piece, share| {
-                let values = tree.leaf(node).values.map(Interval::at);
-                for (i, bubble) in bubbles.iter_mut().enumerate() {
-                    let on_leaf = bubble_on(piece, [(i + 1) % 3, (i + 2) % 3], 2);
-                    *bubble += share * mean_with_bubble(&values, &on_leaf, 2);
-                }
-            });
-        }
-        let (mean, moments) = moments(tree, mesh.dim);
-        let (mean, moments) = (mean.mid(), moments.map(Interval::mid));
+        };
         let count = mesh.dim as f64 + 1.0;
+        let (mean, corners) = (of.mean.mid(), of.corners.map(Interval::mid));
         Load {
             mean,
-            slopes: moments.map(|moment| count * (count + 1.0) * (moment - mean / count)),
+            slopes: corners.map(|moment| count * (count + 1.0) * (moment - mean / count)),
             carried: [0.0; 3],
-            bubbles: bubbles.map(Interval::mid),
+            bubbles: of.bubbles.map(Interval::mid),
         }
     });
     let mut loads: Vec<Load> = loads.collect();
@@ -326,26 +318,6 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
     let size = volume.powf(1.0 / mesh.dim as f64);
     let enough = share * effort.tolerance / volume.sqrt() * size * (square / volume).sqrt();
     Ok((trees, loads, enough))
-}
-
-/// The means of p and of p λ_i.
-pub(super) fn moments(tree: &Tree, dim: usize) -> (Interval, [Interval; 4]) {
-    let count = dim + 1;
-    let (mut mean, mut moments) = (Interval::ZERO, [Interval::ZERO; 4]);
-    tree.for_each(&mut |node, piece, share| {
-        let values = tree.leaf(node).values.map(Interval::at);
-        let all: Interval = values[..count].iter().copied().sum();
-        mean += share * all / Interval::at(count as f64);
-        for (i, moment) in moments.iter_mut().enumerate().take(count) {
-            let sides: Interval = piece[..count]
-                .iter()
-                .map(|corner| Interval::at(corner[i]))
-                .sum();
-            let mixed: Interval = (0..count).map(|j| piece[j][i] * values[j]).sum();
-            *moment += share * (mixed + all * sides) / Interval::at((count * (count + 1)) as f64);
-        }
-    });
-    (mean, moments)
 }
 
 /// What is not bounded cannot be charged.
@@ -434,18 +406,14 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
             let vertex_of = |v: &u32| mesh.cell(cell).iter().position(|c| c == v);
             let corners: Vec<usize> = mesh.face(face).iter().filter_map(vertex_of).collect();
             let measure = simplex.face_measure(local);
-            let (mean, on_face) = moments(tree, mesh.dim - 1);
-            let total = (measure * mean).mid();
+            let of = Moments::of(tree, mesh.dim - 1);
+            let total = (measure * of.mean).mid();
             let mut moments = [Interval::ZERO; 4];
-            for (&corner, moment) in corners.iter().zip(on_face) {
+            for (&corner, moment) in corners.iter().zip(of.corners) {
                 moments[corner] = measure * moment;
             }
-            let [mut size, mut wave, mut rest, mut bubble] = [Interval::ZERO; 4];
-            tree.for_each(&mut |node, piece, share| {
-                if mesh.dim == 2 {
-                    let values = tree.leaf(node).values.map(Interval::at);
-                    bubble += share * mean_with_bubble(&values, &bubble_on(piece, [0, 1], 1), 1);
-                }
+            let [mut size, mut wave, mut rest] = [Interval::ZERO; 3];
+            tree.for_each(&mut |node, _, share| {
                 size += share * Interval::at(tree.leaf(node).size());
                 wave += share * Interval::at(tree.leaf(node).swell);
                 rest += share * Interval::at(tree.leaf(node).unknown());
@@ -461,7 +429,7 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
                 face,
                 cell,
                 moments,
-                bubble: bubble * measure,
+                bubble: of.bubbles[0] * measure,
                 total,
                 oscillation: patch.oscillation,
                 error: patch.error,

@@ -1,7 +1,8 @@
 //! What data hide between samples, and what is not known of them: all of it is in the bounds.
 
 use super::line::Carried;
-use super::model::Leaf;
+use super::model::{Leaf, Tree};
+use super::products::Moments;
 use super::simplex::Simplex;
 use super::tests::{certified, solved, square};
 use super::*;
@@ -97,12 +98,13 @@ fn spots_of_leaves_are_part_of_loads() {
         parts: 1,
         ..Leaf::default()
     };
-    let tree = Tree {
+    let mut tree = Tree {
         whole,
         rest: vec![leaf; 2],
-        carried: None,
+        ..Tree::default()
     };
-    let of_bubbles = load_of_bubbles(&tree, [0.0, 0.0, 1.0]);
+    tree.moments = Some(Box::new(Moments::of(&tree, 2)));
+    let of_bubbles = mean_of_product(&tree, &[Interval::ZERO; 3], Some([0.0, 0.0, 1.0]));
     // The mean of 4 λ_a λ_b is 1/3.
     assert!(
         of_bubbles.low <= -0.1 && of_bubbles.high >= 0.1,

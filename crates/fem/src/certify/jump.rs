@@ -10,10 +10,15 @@
 //!
 //! so that |g - l| ≤ ε = r_0 + Σ_k r_k max |x_k - c_k| there with l(x) = a_0 + m·(x-c).
 //!
-//! The values of a linear function at points distributed uniformly on S, of dimension d, have a B-spline as their density, which
-//! is no larger than d/(max l - min l) (H. B. Curry, I. J. Schoenberg, J. Analyse Math. 17, 1966). So g ≤ 0 on no more than the
-//! share d (ε - min l)/(max l - min l) of S. Where l changes its sign from one end of an edge to the other, cuts there leave parts
-//! with one sign of l each.
+//! So g ≤ 0 only where Σ_k a_k λ_k ≤ τ with a_k = l(x_k) - min l and τ = ε - min l. Of the barycentric coordinates of a point that
+//! is distributed uniformly on S, of dimension d, any m have a density of at most d!/(d-m)!, and m numbers λ_k ≥ 0 with
+//! Σ a_k λ_k ≤ τ fill the volume τ^m/(m! Π a_k). That is no more than the share
+//!
+//! ```text
+//! C(d, m) τ^m / Π a_k,   over any m ≤ d vertices with a_k > 0,
+//! ```
+//!
+//! of S. Where l changes its sign from one end of an edge to the other, cuts there leave parts with one sign of l each.
 
 use super::simplex::{Vector, around};
 use crate::interval::{Interval, above_of_all};
@@ -26,15 +31,19 @@ pub(super) struct Jump {
     pub chosen: Vec<Option<bool>>,
     /// No more of the simplex than this has other conditions.
     pub share: f64,
-    surfaces: Vec<Surface>,
+    /// Where a cut follows a surface best.
+    pub cut: Option<Cut>,
 }
 
-impl Jump {
-    /// An edge that crosses a surface, and the share of it at its first end: where no more than this share of the simplex is then
-    /// on the wrong side of the cut.
-    pub fn cut_within(&self, limit: f64) -> Option<([usize; 2], f64)> {
-        self.surfaces.iter().find_map(|surface| surface.cut(limit))
-    }
+/// A cut that follows a surface.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cut {
+    /// An edge that crosses it …
+    pub edge: [usize; 2],
+    /// … and the share of the edge at its first end.
+    pub at: f64,
+    /// So much of the simplex is then on the wrong side, roughly.
+    pub wrong: f64,
 }
 
 /// Cuts are at multiples of this share of an edge: four on each other have exact shares of a simplex.
@@ -57,9 +66,9 @@ pub(super) fn find(expression: &Expression, corners: &[Vector], axes: &[usize]) 
     let mut jump = Jump {
         chosen: vec![None; on_box.len()],
         share: 0.0,
-        surfaces: Vec::new(),
+        cut: None,
     };
-    let mut shares = Vec::new();
+    let (mut shares, mut cuts) = (Vec::new(), Vec::new());
     for (k, condition) in on_box.iter().enumerate() {
         if condition.decided.is_some() {
             continue;
@@ -67,8 +76,9 @@ pub(super) fn find(expression: &Expression, corners: &[Vector], axes: &[usize]) 
         let surface = Surface::new([condition, &at_centre[k]], corners, centre, axes)?;
         jump.chosen[k] = Some(condition.is_less != surface.is_above);
         shares.push(surface.other_share()?);
-        jump.surfaces.push(surface);
+        cuts.extend(surface.cut());
     }
+    jump.cut = cuts.into_iter().min_by(|a, b| a.wrong.total_cmp(&b.wrong));
     jump.share = above_of_all(shares).min(1.0);
     jump.chosen.iter().any(Option::is_some).then_some(jump)
 }
@@ -145,35 +155,89 @@ impl Surface {
 
     /// The largest share of the simplex on which g has not the sign that l has on average.
     fn other_share(&self) -> Option<f64> {
-        let lows = || self.values.iter().map(|l| l.low);
-        let low = lows().fold(f64::INFINITY, f64::min);
-        let high = lows().fold(f64::NEG_INFINITY, f64::max);
-        let short = self.slack - Interval::at(low);
+        let mut lows: Vec<f64> = self.values.iter().map(|l| l.low).collect();
+        lows.sort_by(f64::total_cmp);
+        let (low, others) = lows.split_first()?;
+        let short = self.slack - Interval::at(*low);
         if short.high < 0.0 {
             return Some(0.0);
         }
-        let wide = Interval::at(high) - Interval::at(low);
-        let dim = self.values.len() as f64 - 1.0;
-        (wide.low > 0.0).then(|| (dim * short / wide).high)
+        let shares = others.iter().rev().enumerate();
+        let shares = shares.scan(Interval::ONE, |share, (m, value)| {
+            let rise = Interval::at(*value) - Interval::at(*low);
+            let of = Interval::at((others.len() - m) as f64) / Interval::at(m as f64 + 1.0);
+            *share = *share * of * (short / rise);
+            (rise.low > 0.0).then_some(share.high)
+        });
+        shares.min_by(f64::total_cmp)
     }
 
-    /// The edge along which l changes most of those on which it changes its sign, and where that is; none where too much would
-    /// be on the wrong side, or nearly all of the simplex is on one.
-    fn cut(&self, limit: f64) -> Option<([usize; 2], f64)> {
+    /// On the edge along which l changes most of those on which it changes its sign; none where nearly all of the simplex is on
+    /// one side.
+    fn cut(&self) -> Option<Cut> {
         let values: Vec<f64> = self.values.iter().map(|l| l.mid()).collect();
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let (slack, wide) = (self.slack.high, high - low);
         let wrong = 2.0 * (values.len() - 1) as f64 * slack / wide;
-        if wrong > limit || -low <= CLEARLY * slack + GRAIN * wide {
+        if -low <= CLEARLY * slack + GRAIN * wide {
             return None;
         }
         let edges = (1..values.len()).flat_map(|j| (0..j).map(move |i| [i, j]));
         let rise = |[i, j]: &[usize; 2]| (values[*j] - values[*i]).abs();
         let crossing = edges.filter(|[i, j]| values[*i] * values[*j] < 0.0);
-        let [i, j] = crossing.max_by(|a, b| rise(a).total_cmp(&rise(b)))?;
-        let at = values[i] / (values[i] - values[j]);
+        let edge = crossing.max_by(|a, b| rise(a).total_cmp(&rise(b)))?;
+        let [i, j] = edge.map(|corner| values[corner]);
+        let at = i / (i - j);
         let at = (at / GRAIN).round() * GRAIN;
-        (0.0 < at && at < 1.0).then_some(([i, j], at))
+        (0.0 < at && at < 1.0).then_some(Cut { edge, at, wrong })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Linear functions that are negative at a corner, at two, or nearly: the share where they are below ε is no larger than
+    /// said, by random points, and at one corner it is the share of a cone.
+    #[test]
+    fn shares_hold_what_points_find() {
+        const POINTS: usize = 4000;
+        let mut random = crate::Random::new(12);
+        for k in 0..120 {
+            let dim = 2 + k % 2;
+            let mut at = |low: f64| Interval::at(low + random.next());
+            let mut values = vec![at(0.1), at(0.1), at(0.1), at(0.1)];
+            values.truncate(dim + 1);
+            let below = 1 + k / 2 % dim;
+            values[..below]
+                .iter_mut()
+                .for_each(|l| *l = Interval::at(-0.05 * l.mid()));
+            let slack = Interval::at(0.1 * random.next());
+            let surface = Surface {
+                values: values.clone(),
+                slack,
+                is_above: true,
+            };
+            let share = surface.other_share().unwrap();
+            let found = (0..POINTS).filter(|_| {
+                let mut inner = vec![0.0; dim + 1];
+                inner.fill_with(|| -random.next().ln());
+                let sum: f64 = inner.iter().sum();
+                let at = inner.iter().zip(&values);
+                at.map(|(x, l)| x / sum * l.mid()).sum::<f64>() <= slack.high
+            });
+            let found = found.count() as f64 / POINTS as f64;
+            let deviation = (share.min(1.0) / POINTS as f64).sqrt();
+            assert!(found <= share + 6.0 * deviation, "{found} {share}");
+            if below == 1 {
+                let short = slack.high - values[0].mid();
+                let cone = values[1..]
+                    .iter()
+                    .map(|l| short / (l.mid() - values[0].mid()));
+                assert!(share <= cone.product::<f64>() * (1.0 + 1e-12));
+            }
+            assert!(share >= 0.0);
+        }
     }
 }

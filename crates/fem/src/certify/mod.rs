@@ -25,6 +25,7 @@ mod obstacle;
 mod patch;
 mod poisson;
 mod polynomial;
+mod products;
 mod proof;
 mod quadratic;
 #[cfg(test)]
@@ -55,10 +56,10 @@ use data::Traction;
 use faceoff_mesh::error::{Error, Result};
 use flux::Fluxes;
 use goal::Known;
-use model::Tree;
 pub use numbers::{Numbers, OfPart};
+use products::{mean_of_product, reach};
 pub use proof::{ContactProof, Touched};
-use simplex::{Simplex, bubble_on, length, mean_with_bubble, up};
+use simplex::{Simplex, length, up};
 
 /// How far a field may be off on Γ_D, relative to its largest value.
 const ON_DIRICHLET: f64 = 1e-9;
@@ -501,58 +502,6 @@ fn energy(fields: &CellFields, of_cells: Interval) -> Interval {
     sum - fields.data.tractions.iter().map(of_face).sum::<Interval>()
 }
 
-/// The mean of f w of w = Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b on a cell with one model of f: in f64, with one bound of all rounding.
-fn mean_of_product(tree: &Tree, z: &[Interval], b: Option<[f64; 3]>) -> Interval {
-    let leaf = &tree.whole;
-    let p = &leaf.values[..z.len()];
-    let (count, b) = (z.len() as f64, b.unwrap_or_default());
-    let size = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, |m: f64, x| m.max(x.abs()));
-    let (of_p, of_b) = (size(&mut p.iter().copied()), size(&mut b.into_iter()));
-    let of_z = z.iter().map(|z| z.magnitude()).fold(0.0, f64::max);
-    let around = z.iter().map(|z| z.high - z.low).fold(0.0, f64::max);
-    let (all, total): (f64, f64) = (p.iter().sum(), z.iter().map(|z| z.mid()).sum());
-    let mixed: f64 = p.iter().zip(z).map(|(p, z)| p * z.mid()).sum();
-    // The mean of λ_i 4 λ_a λ_b is 2/15 for i = a, b and 1/15 for the third.
-    let bent: f64 = b.iter().zip(p).map(|(b, p)| b * (2.0 * all - p)).sum();
-    let mean = (mixed + all * total) / (count * (count + 1.0)) + bent / 15.0;
-    // Bernstein's coefficients of w; no value is larger than the largest, and the wave has mean 0.
-    let middle = total / count;
-    let away = size(&mut z.iter().map(|z| z.mid() - middle));
-    // What carries the wave has its mean.
-    let (carried, in_wave) = match &tree.carried {
-        Some(carried) => (carried.mean(z, &b), 0.0),
-        None => (Interval::ZERO, away + around + 2.0 * of_b),
-    };
-    let slack =
-        leaf.swell * (in_wave + 8.0 * f64::EPSILON * of_z) + leaf.unknown() * (of_z + 2.0 * of_b);
-    // Fewer than 32 roundings, each of no more than the largest of f w or so.
-    let rounding = 32.0 * f64::EPSILON * of_p * (of_z + 4.0 * of_b) + of_p * around;
-    let off = 1.001 * (slack + rounding) + f64::MIN_POSITIVE;
-    Interval::new(mean - off, mean + off) + carried
-}
-
-/// (f, w)_κ of v's w = Σ_F 4 b_F λ_a λ_b where f has several models.
-fn load_of_bubbles(tree: &Tree, b: [f64; 3]) -> Interval {
-    let (at, mut load) = (Interval::at, Interval::ZERO);
-    tree.for_each(&mut |node, piece, share| {
-        let leaf = tree.leaf(node);
-        let mut w = [Interval::ZERO; 10];
-        for (local, b) in b.iter().enumerate().filter(|(_, b)| **b != 0.0) {
-            let bubble = bubble_on(piece, [(local + 1) % 3, (local + 2) % 3], 2);
-            w.iter_mut()
-                .zip(bubble)
-                .for_each(|(w, bubble)| *w += at(*b) * bubble);
-        }
-        // No value is larger than the largest coefficient; the wave has mean 0.
-        let coefficients = [w[0], w[1], w[2], w[4], w[5], w[6]];
-        let (away, largest) = reach(&coefficients);
-        let slack = at(leaf.swell) * at(away) + at(leaf.unknown()) * at(largest);
-        let mean = mean_with_bubble(&leaf.values.map(at), &w, 2);
-        load += share * (mean + Interval::around_zero(slack.high));
-    });
-    load
-}
-
 /// (f, z) + <t, z>_N for the continuous piecewise linear z with these values at the vertices.
 ///
 /// # Errors
@@ -575,28 +524,7 @@ fn load_of_cell(
     z: &[Interval; 4],
     b: Option<[f64; 3]>,
 ) -> Interval {
-    let count = simplex.dim + 1;
-    let (at, tree) = (Interval::at, &fields.data.trees[cell]);
-    if !tree.is_cut() {
-        return mean_of_product(tree, &z[..count], b) * simplex.measure;
-    }
-    let mut load = b.map_or(Interval::ZERO, |b| load_of_bubbles(tree, b));
-    tree.for_each(&mut |node, piece, share| {
-        let leaf = tree.leaf(node);
-        let mut here = *z;
-        for (value, corner) in here.iter_mut().zip(piece).take(count) {
-            *value = (0..count).map(|i| corner[i] * z[i]).sum();
-        }
-        let p = leaf.values.map(at);
-        let mixed: Interval = (0..count).map(|j| p[j] * here[j]).sum();
-        let sums = [&p, &here].map(|of| of[..count].iter().copied().sum::<Interval>());
-        // The wave has mean 0.
-        let (away, largest) = reach(&here[..count]);
-        let slack = at(leaf.swell) * at(away) + at(leaf.unknown()) * at(largest);
-        let mean = (mixed + sums[0] * sums[1]) / at((count * (count + 1)) as f64);
-        load += share * (mean + Interval::around_zero(slack.high));
-    });
-    load * simplex.measure
+    mean_of_product(&fields.data.trees[cell], &z[..=simplex.dim], b) * simplex.measure
 }
 
 /// <t, z>_F of the corner values of the cell.
@@ -610,17 +538,4 @@ fn load_of_face(fields: &CellFields, traction: &Traction, z: &[Interval; 4]) -> 
     let slack = at(traction.wave) * at(away) + at(traction.rest) * at(largest);
     let mean: Interval = (0..=mesh.dim).map(|i| traction.moments[i] * z[i]).sum();
     mean + Interval::around_zero(slack.high)
-}
-
-/// How far values are from their mean at most, and the largest of their sizes.
-fn reach(values: &[Interval]) -> (f64, f64) {
-    let mean = values.iter().copied().sum::<Interval>() / Interval::at(values.len() as f64);
-    let away = values
-        .iter()
-        .map(|v| (*v - mean).magnitude())
-        .fold(0.0, f64::max);
-    (
-        away,
-        values.iter().map(|v| v.magnitude()).fold(0.0, f64::max),
-    )
 }

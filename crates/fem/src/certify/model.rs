@@ -19,6 +19,7 @@ use rayon::prelude::*;
 use super::jump;
 use super::line::{Carried, Lines};
 use super::polynomial::polynomial;
+use super::products::Moments;
 use super::simplex::{Vector, around, corners, longest_edge_of, up};
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::quadrature::{Piece, WHOLE, cut};
@@ -46,10 +47,12 @@ pub(super) struct Leaf {
     pub peak: f64,
     /// May more derivatives say more of it?
     pub is_smooth: bool,
-    /// The ends of the edge where it is cut …
+    /// The ends of the edge where it is cut, or where a cut would follow a jump …
     pub edge: [u8; 2],
-    /// … and the share of the part at the first of them.
+    /// … and the share of the part at the first of them; 0 where there is neither.
     pub at: f64,
+    /// So much of it is on the wrong side of a cut along a jump, roughly.
+    pub wrong: f64,
     /// The first of its parts among the nodes of its tree; 0 where it was not cut.
     pub parts: u32,
 }
@@ -96,6 +99,8 @@ pub(super) struct Tree {
     pub rest: Vec<Leaf>,
     /// What carries s, on a triangle that was not cut.
     pub carried: Option<Box<Carried>>,
+    /// Moments of all parts, of f on a cell that was cut.
+    pub moments: Option<Box<Moments>>,
 }
 
 impl Tree {
@@ -244,7 +249,7 @@ pub(super) const FAR: f64 = 4.0;
 const LITTLE: f64 = 0.0025;
 /// Cuts along jumps may leave so many times the tolerance by their bounds, which are several times too large, more so on small
 /// leaves.
-const OF_JUMPS: f64 = 12.0;
+const OF_JUMPS: f64 = 100.0;
 /// So many cells are one task at least.
 const TOGETHER: usize = 1024;
 
@@ -299,26 +304,24 @@ impl Domain<'_> {
             leaf: tree.whole,
         };
         let mut open: Vec<Open> = all().enumerate().map(whole).collect();
-        let jumps = open
-            .iter()
-            .filter(|o| !o.leaf.is_smooth || o.leaf.peak > 0.0);
-        let jumps = jumps.count().max(1) as f64;
+        let jumps = open.iter().filter(|o| o.may_jump()).count().max(1) as f64;
         let mut left = effort.budget;
         let measure: f64 = self.measures.iter().sum();
         loop {
             cancel::check()?;
-            let total = above_of_all(open.iter().map(Open::cost));
-            if is_enough(total, square) {
+            open.retain(|o| o.cost() > 0.0);
+            let costs: Vec<f64> = open.iter().map(Open::cost).collect();
+            if is_enough(above_of_all(costs.iter().copied()), square) {
                 break;
             }
-            let worst = open.iter().map(Open::cost).fold(0.0, f64::max);
-            let is_costly = |o: &Open| o.cost() >= COSTLY * worst && !o.is_final;
-            let mut chosen: Vec<usize> = (0..open.len()).filter(|&k| is_costly(&open[k])).collect();
+            let least = COSTLY * costs.iter().copied().fold(0.0, f64::max);
+            let is_chosen = |k: &usize| costs[*k] >= least && !open[*k].is_final;
+            let mut chosen: Vec<usize> = (0..open.len()).filter(is_chosen).collect();
             if chosen.is_empty() {
                 break;
             }
             // What may not be cut any more may still get more derivatives.
-            chosen.sort_by(|&a, &b| open[b].cost().total_cmp(&open[a].cost()));
+            chosen.sort_by(|&a, &b| costs[b].total_cmp(&costs[a]));
             for &late in chosen.iter().skip(left) {
                 open[late].is_final = true;
             }
@@ -358,6 +361,12 @@ impl Domain<'_> {
             }
             square = square.max(0.0);
         }
+        tracing::debug!(
+            simplices = count,
+            leaves = open.len(),
+            budget_left = left,
+            "enclosed in parts"
+        );
         Ok(trees)
     }
 
@@ -387,19 +396,12 @@ impl Domain<'_> {
         }
         let vertices = (self.vertices)(parent.simplex);
         let edge = longest_edge_of(&vertices, &parent.piece, self.dim);
-        let along_jump = || {
-            let share = parent.share.powf((self.dim as f64 - 1.0) / self.dim as f64);
-            let height = parent.leaf.peak.max(2.0 * parent.leaf.error);
-            let limit = of_jump * share / (height * parent.measure);
-            let corners = corners(&vertices[..=self.dim], &parent.piece, self.space);
-            jump::find(self.expression, &corners[..=self.dim], axes)?.cut_within(limit)
-        };
-        let may_jump = !parent.leaf.is_smooth || parent.leaf.peak > 0.0;
-        let along_jump = if may_jump && self.dim == self.space {
-            along_jump()
-        } else {
-            None
-        };
+        let leaf = &parent.leaf;
+        let share = parent.share.powf((self.dim as f64 - 1.0) / self.dim as f64);
+        let height = leaf.peak.max(2.0 * leaf.error);
+        let is_little = leaf.wrong * height * parent.measure <= of_jump * share;
+        let along_jump =
+            (leaf.at > 0.0 && is_little).then(|| (leaf.edge.map(usize::from), leaf.at));
         let parts = along_jump
             .into_iter()
             .chain([(edge, 0.5)])
@@ -526,13 +528,21 @@ impl Domain<'_> {
         // From the middle of the box no point is far.
         let centre = around.map(|x| Interval::at(x.mid().clamp(x.low, x.high)));
         let (known, may_jump) = self.derivatives::<N>(around, centre, order, axes, boxes);
-        let leaf = polynomial::<N>(corners, centre, axes, order, known);
+        let mut leaf = polynomial::<N>(corners, centre, axes, order, known);
         if !may_jump || self.dim != self.space {
             return leaf;
         }
         let Some(jump) = jump::find(self.expression, corners, axes) else {
             return leaf;
         };
+        if let Some(cut) = jump.cut {
+            leaf.edge = cut.edge.map(|corner| corner as u8);
+            (leaf.at, leaf.wrong) = (cut.at, cut.wrong);
+        }
+        if axes.len() == 1 && self.dim == 2 && share == 1.0 {
+            // It may be carried, which leaves less.
+            return leaf;
+        }
         // One side of the jump on all of the leaf.
         let of = |at, order| -> Taylor<N> {
             let inside = spanned(around, self.dim);
@@ -548,6 +558,9 @@ impl Domain<'_> {
         let side = Leaf {
             spots,
             peak: if jump.share > 0.0 { peak } else { 0.0 },
+            edge: leaf.edge,
+            at: leaf.at,
+            wrong: leaf.wrong,
             ..side
         };
         let is_little = jump.share * share * share <= LITTLE;
@@ -598,9 +611,13 @@ impl Open {
         self.leaf.cost(self.measure)
     }
 
+    fn may_jump(&self) -> bool {
+        !self.leaf.is_smooth || self.leaf.peak > 0.0
+    }
+
     /// May more derivatives say more of it?
     pub fn may_be_smoother(&self) -> bool {
-        self.order < MOST && self.leaf.is_smooth
+        self.order < MOST && self.leaf.is_smooth && self.leaf.error >= self.leaf.spots[0]
     }
 
     /// ∫ f², roughly.

@@ -223,6 +223,7 @@ mod tests {
             whole: nodes[0],
             rest: nodes[1..].to_vec(),
             carried: None,
+            moments: None,
         }
     }
 

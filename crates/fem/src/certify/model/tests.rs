@@ -78,14 +78,15 @@ fn models_hold_the_function() {
                             mean += weight * off;
                             square += weight * off * off;
                         }
-                        if leaf.is_smooth {
+                        // Spots are smaller than what the rule sees.
+                        if leaf.is_smooth && leaf.peak == 0.0 {
                             // The rule has an error of its own.
                             let slack = 1e-12 + 1e-5 * size.powi(6);
                             let most = leaf.unknown() + slack;
                             assert!(mean.abs() <= most, "{text} {mean} {leaf:?}");
-                            let (root, on_spots) = (square.sqrt(), leaf.spots[1].sqrt());
+                            let root = square.sqrt();
                             assert!(
-                                root <= leaf.swell + leaf.error + on_spots + slack,
+                                root <= leaf.swell + leaf.error + slack,
                                 "{text} {root} {leaf:?}"
                             );
                         }
@@ -181,7 +182,7 @@ fn leaves_follow_a_jump() {
             "one-zone",
             8,
             "if((x-0.5)^2+(y-0.5)^2<0.09,40,sin(x*y))",
-            60,
+            12,
         ),
         ("one-zone", 8, "if(x<y,1,-1)", 3),
         ("one-zone", 8, "if(x+2*y<1.3,if(x-y>0.1,2,3),5)", 3),

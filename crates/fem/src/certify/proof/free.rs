@@ -12,7 +12,6 @@
 //! Here d = 2 and k = c (1 - |x-x₀|²/ρ²)₊², whose mass is c π ρ²/3.
 
 use super::super::cells::CellFields;
-use super::super::data::moments;
 use super::super::goal::{Dual, Goal, Known, Rest};
 use super::super::model::{Domain, Effort};
 use super::super::simplex::{Simplex, dot, length, up};
@@ -294,7 +293,14 @@ impl Ball {
         let mut means = vec![0.0; mesh.cell_count()];
         let mut rests = vec![Rest::default(); mesh.cell_count()];
         for (&cell, tree) in near.iter().zip(&trees) {
-            let exact = moments(tree, 2).0;
+            let mean = |node: u32| {
+                let values = tree.leaf(node).values[..3]
+                    .iter()
+                    .copied()
+                    .map(Interval::at);
+                values.sum::<Interval>() / Interval::at(3.0)
+            };
+            let exact = tree.mean(mean);
             let mean = exact.mid();
             let mut rest = Rest {
                 mean: exact.radius(),
