@@ -22,9 +22,9 @@
 //! Poincaré's inequality on the leaf. Where that inequality on all of κ is good enough there is no τ.
 
 use super::line::Carried;
-use super::model::Tree;
 use super::quadratic::{Linear, Quadratic};
 use super::simplex::{Simplex, length, mean_square_of_linear, norm, root_of_product, up};
+use super::tree::Tree;
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::quadrature::{Piece, WHOLE};
 
@@ -361,7 +361,8 @@ impl<F: FnMut(u32, &Piece, f64, [Coefficients; 4], Interval)> Flux<'_, F> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::model::{Domain, Effort, Leaf};
+    use super::super::model::{Domain, Effort};
+    use super::super::tree::Leaf;
     use super::*;
     use crate::quadrature::exact;
     use crate::scene::{Expression, Scene};

@@ -3,16 +3,16 @@
 
 use rayon::prelude::*;
 
-use super::balance::poincare;
 use super::cut_off::{CutOff, cut_offs};
 use super::lift::{Lift, lifts};
-use super::model::{Domain, Effort, Tree};
+use super::model::{Domain, Effort};
 use super::obstacle::{Obstacle, obstacles};
 use super::patch;
 use super::products::Moments;
 use super::refusal;
 use super::second_order;
 use super::simplex::Simplex;
+use super::tree::Tree;
 use crate::contact::Problem;
 use crate::interval::{Interval, above_of_all};
 use crate::scene::{Expression, Part};
@@ -440,106 +440,4 @@ fn tractions(problem: &Problem, unit: i32) -> Result<Vec<Traction>> {
             })
         })
         .collect()
-}
-
-/// C_F: ‖z - z̄‖_F ≤ C_F ‖∇z‖_κ.
-pub(super) fn trace(cell: &Simplex, local: usize) -> Interval {
-    let length = (0..=cell.dim)
-        .filter(|&i| i != local)
-        .map(|i| super::simplex::norm(&cell.edge(local, i), cell.dim).high);
-    let length = Interval::at(length.fold(0.0, f64::max));
-    let c = poincare(cell.dim) * Interval::at(cell.diameter);
-    let ratio = cell.face_measure(local) / cell.measure;
-    let sum = c + length * Interval::at(2.0) / Interval::at(cell.dim as f64);
-    (ratio * c * sum).root()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::tests::moved;
-    use super::*;
-    use crate::scene::Scene;
-
-    /// C_F² = (|F|/|κ|) C h (C h + 2ℓ/d) by the edges' lengths, and no quadratic z of mean 0 has a larger ‖z‖_F/‖∇z‖_κ.
-    #[test]
-    fn traces_are_bounded() {
-        for (name, poincare) in [
-            ("one-zone", 1.0 / 3.831_705_970_207_512_3),
-            ("one-zone-3d", 1.0 / std::f64::consts::PI),
-        ] {
-            let mesh = moved(&Scene::find(name).unwrap(), 2, 7);
-            let dim = mesh.dim;
-            let inside = crate::quadrature::exact(dim, 4);
-            let on_face = crate::quadrature::exact(dim - 1, 4);
-            let mut random = crate::Random::new(11);
-            for cell in 0..mesh.cell_count() {
-                let (simplex, geometry) = (Simplex::new(&mesh, cell), mesh.geometry(cell));
-                let vertices = mesh.vertices(cell);
-                let distance = |i: usize, j: usize| {
-                    let squares = (0..3).map(|k| (vertices[i][k] - vertices[j][k]).powi(2));
-                    squares.sum::<f64>().sqrt()
-                };
-                let others = |local: usize| (0..=dim).filter(move |&i| i != local);
-                for local in 0..=dim {
-                    let measure = geometry.face_measure(local);
-                    let longest = others(local)
-                        .map(|i| distance(local, i))
-                        .fold(0.0, f64::max);
-                    let known = poincare * geometry.diameter;
-                    let square =
-                        measure / geometry.measure() * known * (known + 2.0 * longest / dim as f64);
-                    let bound = trace(&simplex, local);
-                    assert!(
-                        (bound.mid() / square.sqrt() - 1.0).abs() < 1e-12,
-                        "{name} {cell} {local}"
-                    );
-                    for _ in 0..20 {
-                        let c: [f64; 9] = std::array::from_fn(|_| random.next() - 0.5);
-                        let z = |x: [f64; 3]| {
-                            c[0] * x[0]
-                                + c[1] * x[1]
-                                + c[2] * x[2]
-                                + c[3] * x[0] * x[0]
-                                + c[4] * x[1] * x[1]
-                                + c[5] * x[2] * x[2]
-                                + c[6] * x[0] * x[1]
-                                + c[7] * x[1] * x[2]
-                                + c[8] * x[2] * x[0]
-                        };
-                        let slope = |x: [f64; 3]| {
-                            let of = [
-                                c[0] + 2.0 * c[3] * x[0] + c[6] * x[1] + c[8] * x[2],
-                                c[1] + 2.0 * c[4] * x[1] + c[6] * x[0] + c[7] * x[2],
-                                c[2] + 2.0 * c[5] * x[2] + c[7] * x[1] + c[8] * x[0],
-                            ];
-                            of[..dim].iter().map(|d| d * d).sum::<f64>()
-                        };
-                        let mean: f64 = inside
-                            .iter()
-                            .map(|(at, w)| w * z(geometry.point(&at)))
-                            .sum();
-                        let slopes: f64 = inside
-                            .iter()
-                            .map(|(at, w)| w * slope(geometry.point(&at)))
-                            .sum();
-                        let of_trace: f64 = on_face
-                            .iter()
-                            .map(|(at, w)| {
-                                let mut lambda = [0.0; 4];
-                                others(local)
-                                    .zip(at)
-                                    .for_each(|(i, value)| lambda[i] = value);
-                                w * (z(geometry.point(&lambda)) - mean).powi(2)
-                            })
-                            .sum();
-                        let (left, right) = (measure * of_trace, geometry.measure() * slopes);
-                        assert!(
-                            left <= bound.high.powi(2) * right,
-                            "{name} {cell} {local}: {left} {right}"
-                        );
-                    }
-                }
-            }
-        }
-    }
 }

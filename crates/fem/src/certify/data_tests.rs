@@ -1,10 +1,10 @@
 //! What data hide between samples, and what is not known of them: all of it is in the bounds.
 
 use super::line::Carried;
-use super::model::{Leaf, Tree};
 use super::products::Moments;
 use super::simplex::Simplex;
 use super::tests::{certified, solved, square};
+use super::tree::{Leaf, Tree};
 use super::*;
 use crate::contact::{Discretisation, Method, Problem};
 use crate::quadrature::exact;

@@ -7,7 +7,7 @@
 use super::admissible;
 use super::data::{Load, PreparedData};
 use super::flux;
-use super::model::Tree;
+use super::tree::Tree;
 use crate::contact::{Iteration, Problem, Stop, solve};
 use crate::element::Space;
 use crate::interval::Interval;

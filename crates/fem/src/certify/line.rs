@@ -29,8 +29,9 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::model::{Domain, Improved, Leaf, Open, WORTH};
+use super::model::{Domain, Improved, Open, WORTH};
 use super::simplex::up;
+use super::tree::Leaf;
 use crate::interval::{Interval, above_of_all};
 use crate::scene::Expression;
 use crate::scene::expression::{MOST, ON_LINE, Taylor, spanned};

@@ -38,6 +38,7 @@ mod sixty_digits_tests;
 mod tests;
 #[cfg(test)]
 mod theorem_tests;
+mod tree;
 
 use std::borrow::Cow;
 

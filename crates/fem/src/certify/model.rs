@@ -18,9 +18,9 @@ use rayon::prelude::*;
 
 use super::jump;
 use super::line::{Carried, Lines};
-use super::polynomial::polynomial;
-use super::products::Moments;
-use super::simplex::{Vector, around, corners, longest_edge_of, up};
+use super::polynomial::{AT_FIRST, polynomial};
+use super::simplex::{Vector, around, corners, longest_edge_of};
+use super::tree::{Leaf, Tree};
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::quadrature::{Piece, WHOLE, cut};
 use crate::scene::Expression;
@@ -29,171 +29,6 @@ use crate::scene::expression::{
 };
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
-
-/// A leaf, or a part that was cut.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Leaf {
-    /// p at the corners.
-    pub values: [f64; 4],
-    /// |s| is at most this, and the mean of s is 0 …
-    pub wave: f64,
-    /// … that of s² no larger than the square of this.
-    pub swell: f64,
-    /// |r| is at most this, but on spots.
-    pub error: f64,
-    /// The mean and the mean square over the leaf of |r| on spots at most …
-    pub spots: [f64; 2],
-    /// … and |r| there, if |s| + |r| is larger than `wave`.
-    pub peak: f64,
-    /// May more derivatives say more of it?
-    pub is_smooth: bool,
-    /// The ends of the edge where it is cut, or where a cut would follow a jump …
-    pub edge: [u8; 2],
-    /// … and the share of the part at the first of them; 0 where there is neither.
-    pub at: f64,
-    /// So much of it is on the wrong side of a cut along a jump, roughly.
-    pub wrong: f64,
-    /// The first of its parts among the nodes of its tree; 0 where it was not cut.
-    pub parts: u32,
-}
-
-impl Leaf {
-    /// The largest |p|.
-    pub fn size(&self) -> f64 {
-        self.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
-    }
-
-    /// The mean of |r| at most.
-    pub fn unknown(&self) -> f64 {
-        up(self.error, self.spots[0])
-    }
-
-    /// |r| at most, if |s| + |r| is larger than `wave`.
-    pub fn most(&self) -> f64 {
-        self.error.max(self.peak)
-    }
-
-    /// How far numbers in a range are from p + s at most.
-    fn farthest(&self, range: Interval, corners: usize) -> f64 {
-        let values = &self.values[..corners];
-        let all = values.iter().map(|v| Interval::at(*v));
-        let hull = all.reduce(Interval::hull).unwrap_or(Interval::WHOLE);
-        (range - (hull + Interval::around_zero(self.wave))).magnitude()
-    }
-
-    /// ∫ |r| at most.
-    fn cost(&self, measure: f64) -> f64 {
-        match self.unknown() {
-            0.0 => 0.0,
-            unknown => measure * unknown,
-        }
-    }
-}
-
-/// An expression on one simplex.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Tree {
-    /// The whole first.
-    pub whole: Leaf,
-    /// Its parts, theirs, …; empty where it was not cut.
-    pub rest: Vec<Leaf>,
-    /// What carries s, on a triangle that was not cut.
-    pub carried: Option<Box<Carried>>,
-    /// Moments of all parts, of f on a cell that was cut.
-    pub moments: Option<Box<Moments>>,
-}
-
-impl Tree {
-    pub fn leaf(&self, index: u32) -> &Leaf {
-        match index {
-            0 => &self.whole,
-            _ => &self.rest[index as usize - 1],
-        }
-    }
-
-    fn node_mut(&mut self, index: u32) -> &mut Leaf {
-        match index {
-            0 => &mut self.whole,
-            _ => &mut self.rest[index as usize - 1],
-        }
-    }
-
-    pub fn is_cut(&self) -> bool {
-        !self.rest.is_empty()
-    }
-
-    /// Cuts a node at this share of an edge; the numbers of its parts.
-    fn cut(&mut self, index: u32, edge: [usize; 2], at: f64, parts: [Leaf; 2]) -> [u32; 2] {
-        let first = self.rest.len() as u32 + 1;
-        let node = self.node_mut(index);
-        (node.parts, node.at) = (first, at);
-        node.edge = edge.map(|corner| corner as u8);
-        self.rest.extend(parts);
-        [first, first + 1]
-    }
-
-    /// Calls `visit` with every leaf's number, where it is, and its share of the whole.
-    #[inline]
-    pub fn for_each(&self, visit: &mut impl FnMut(u32, &Piece, f64)) {
-        if self.is_cut() {
-            self.below(0, &WHOLE, 1.0, visit);
-        } else {
-            visit(0, &WHOLE, 1.0);
-        }
-    }
-
-    fn below(
-        &self,
-        index: u32,
-        piece: &Piece,
-        share: f64,
-        visit: &mut impl FnMut(u32, &Piece, f64),
-    ) {
-        let Some(below) = self.below_of(index) else {
-            return visit(index, piece, share);
-        };
-        for (index, (part, of_node)) in below.iter().zip(self.parts_of(index, piece)) {
-            self.below(*index, &part, share * of_node, visit);
-        }
-    }
-
-    /// The parts of a node that was cut.
-    pub fn below_of(&self, index: u32) -> Option<[u32; 2]> {
-        let first = self.leaf(index).parts;
-        (first != 0).then_some([first, first + 1])
-    }
-
-    /// The edge on which a node was cut: the first part has its first end.
-    pub fn edge(&self, index: u32) -> [usize; 2] {
-        self.leaf(index).edge.map(usize::from)
-    }
-
-    /// Where the parts of a node are that was cut, and their shares of it: both exact.
-    pub fn parts_of(&self, index: u32, piece: &Piece) -> [(Piece, f64); 2] {
-        let at = self.leaf(index).at;
-        let [first, second] = cut(piece, self.edge(index), at);
-        [(first, at), (second, 1.0 - at)]
-    }
-
-    /// Means of all nodes from those of the leaves.
-    pub fn averages(&self, mut means: Vec<f64>) -> Vec<f64> {
-        // The parts of a node stand behind it.
-        for node in (0..means.len()).rev() {
-            if let Some([a, b]) = self.below_of(node as u32) {
-                let at = self.leaf(node as u32).at;
-                means[node] = at * means[a as usize] + (1.0 - at) * means[b as usize];
-            }
-        }
-        means
-    }
-
-    /// The mean of what each leaf has.
-    pub fn mean(&self, of: impl Fn(u32) -> Interval) -> Interval {
-        let mut sum = Interval::ZERO;
-        self.for_each(&mut |node, _, share| sum += share * of(node));
-        sum
-    }
-}
 
 /// Where an expression is modelled: simplices of dimension `dim` in a space of `space` dimensions.
 pub(super) struct Domain<'a> {
@@ -238,12 +73,8 @@ const BOXES: usize = 4096;
 const FINEST: i32 = 52;
 /// Those are cut that cost at least this part of the costliest.
 const COSTLY: f64 = 0.125;
-/// So many derivatives are taken at first.
-pub(super) const AT_FIRST: usize = 2;
 /// More derivatives are worth their time where they leave less than this part.
 pub(super) const WORTH: f64 = 0.25;
-/// … and not tried where the first leave so many times the range of f: a leaf is then longer than its waves.
-pub(super) const FAR: f64 = 4.0;
 /// The square of h_S ‖r‖_S on spots of a leaf S is no more than this part of that of a jump as high on the whole simplex, or the
 /// leaf is taken to know nothing: what is off the mean on spots would cost more than all else.
 const LITTLE: f64 = 0.0025;

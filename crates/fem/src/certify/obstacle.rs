@@ -4,9 +4,10 @@
 //! spike, v stays below ψ by as much as its interpolant is above it somewhere on the face: that costs <λ, v-ψ>.
 
 use super::lift::{Lift, lift};
-use super::model::{Domain, Effort, Leaf, Tree};
+use super::model::{Domain, Effort};
 use super::refusal;
 use super::simplex::Simplex;
+use super::tree::{Leaf, Tree};
 use crate::contact::Problem;
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::scene::Part;

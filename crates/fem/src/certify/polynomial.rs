@@ -1,10 +1,15 @@
 //! Taylor polynomials on a simplex: p, s and what bounds r, from the derivatives on a box and at its centre (module `model`).
 
-use super::model::{AT_FIRST, FAR, Leaf};
 use super::quadratic::Quadratic;
 use super::simplex::{Vector, up};
+use super::tree::Leaf;
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::scene::expression::{IN_SPACE, Monomials};
+
+/// So many derivatives are taken at first.
+pub(super) const AT_FIRST: usize = 2;
+/// More are not tried where these leave so many times the range of f: a leaf is then longer than its waves.
+const FAR: f64 = 4.0;
 
 /// p, s and r from the derivatives on a box and at its centre: of whichever order they leave least.
 pub(super) fn polynomial<const N: usize>(

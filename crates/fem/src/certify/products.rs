@@ -11,8 +11,8 @@
 //! |(r, w)_S| ≤ ∫_S |r| max_S |w|.
 //! ```
 
-use super::model::Tree;
 use super::simplex::{bubble_on, mean_with_bubble};
+use super::tree::Tree;
 use crate::interval::Interval;
 use crate::quadrature::Piece;
 
@@ -153,7 +153,7 @@ pub(super) fn reach(values: &[Interval]) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::certify::model::Leaf;
+    use crate::certify::tree::Leaf;
     use crate::quadrature::exact;
 
     /// Random trees of three leaves: the product with p is that of a rule, and what s and r may be is in its radius, each.
