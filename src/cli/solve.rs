@@ -8,7 +8,7 @@ use super::verify::{check_launch, settings};
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::engine::{self, Case, Explanation};
 use crate::report::console::note;
-use crate::report::model::percent;
+use crate::report::percent_above;
 use crate::report::{self, Answer, Certified, Output, deliver};
 use faceoff_fem::adapt::{Next, Outcome, Step, Way, Wish, reach};
 use faceoff_fem::certify::{Certificate, Target, examine};
@@ -168,7 +168,7 @@ fn line(step: &Step, next: Option<&Next>) -> String {
     let mut line = format!(
         "{mesh}: {} cells, certified to {}, {:.2} s",
         step.cells,
-        percent(step.relative),
+        percent_above(step.relative),
         step.seconds
     );
     if let Some(next) = next {

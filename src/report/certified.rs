@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::model::{joined, percent, short};
+use super::outward::{Digits, above, below, interval};
 use faceoff_fem::certify::{Certificate, Numbers, OfPart, Parts, Target};
 
 /// Bounds of ‖∇u - …‖ for one target, and what they are made of.
@@ -67,7 +68,7 @@ impl Certified {
 
     /// What is proved of u, a line each.
     pub fn facts(&self) -> Vec<(&'static str, String)> {
-        let interval = |[low, high]: [f64; 2]| format!("in [{low:.8e}, {high:.8e}]");
+        let interval = |of: [f64; 2]| format!("in {}", interval(of, 8));
         let mut facts = vec![("energy J(u)", interval(self.energy))];
         let Some(numbers) = &self.numbers else {
             return facts;
@@ -94,15 +95,17 @@ impl Certified {
         facts.push(("mean of u", interval(numbers.mean)));
         facts.extend(of_parts("mean of u over", &numbers.means));
         if let Some(contact) = &numbers.contact {
-            let free = contact
-                .free
-                .iter()
-                .map(|[from, to]| format!("[{from:.4}, {to:.4}]"));
+            // Less of Γ_C, and longer windows.
+            let digits = Digits::Decimals(4);
+            let inside = |from, to| {
+                let [from, to] = [above(from, digits), below(to, digits)];
+                format!("[{from:.4}, {to:.4}]")
+            };
+            let free = contact.free.iter().map(|[from, to]| inside(*from, *to));
             let touched = contact.touched.iter().map(|t| {
-                format!(
-                    "in every window of length {:.4} in [{:.4}, {:.4}]",
-                    t.window, t.from, t.to
-                )
+                let window = above(t.window, digits);
+                let inside = inside(t.from, t.to);
+                format!("in every window of length {window:.4} in {inside}")
             });
             let or_none = |words: String| {
                 if words.is_empty() {
@@ -119,10 +122,20 @@ impl Certified {
 
     /// The bound in a few words.
     pub fn brief(&self) -> String {
-        match self.relative {
-            Some(relative) => format!("the error of ∇u is at most {} of ‖∇u‖", percent(relative)),
-            None => format!("the error of ∇u is at most {}", short(self.upper)),
+        match self.percent() {
+            Some(percent) => format!("the error of ∇u is at most {percent} of ‖∇u‖"),
+            None => format!("the error of ∇u is at most {}", self.short()),
         }
+    }
+
+    /// The relative bound, with three digits.
+    pub fn percent(&self) -> Option<String> {
+        self.relative.map(percent_above)
+    }
+
+    /// The bound, with three digits.
+    pub fn short(&self) -> String {
+        short(above(self.upper, Digits::Counting(3)))
     }
 
     /// One line.
@@ -133,16 +146,20 @@ impl Certified {
             Target::UH => "of ∇u_h",
             Target::ContactForce => "of the contact force, taken as the middle of its interval,",
         };
-        let relative = match self.relative {
-            Some(relative) if self.target == Target::ContactForce => {
-                format!(", {} of it", percent(relative))
-            }
-            Some(relative) => format!(", {} of ‖∇u‖", percent(relative)),
+        let relative = match self.percent() {
+            Some(percent) if self.target == Target::ContactForce => format!(", {percent} of it"),
+            Some(percent) => format!(", {percent} of ‖∇u‖"),
             None => String::new(),
         };
         format!(
-            "the error {of} is at most {:.4e}{relative}; ‖∇u‖ is in [{:.6e}, {:.6e}]",
-            self.upper, self.gradient[0], self.gradient[1]
+            "the error {of} is at most {:.4e}{relative}; ‖∇u‖ is in {}",
+            above(self.upper, Digits::Counting(5)),
+            interval(self.gradient, 6)
         )
     }
+}
+
+/// A relative bound, with three digits.
+pub fn percent_above(relative: f64) -> String {
+    percent(above(relative, Digits::Counting(3)))
 }

@@ -8,6 +8,7 @@ use super::certified::Certified;
 use super::html;
 use super::model::{Block, Cell, Report, Todo, percent, short, table};
 use super::number::place;
+use super::outward::{Digits, above, below, interval};
 use crate::engine::Case;
 use crate::run::foreign::Understood;
 use faceoff_fem::certify::{Certificate, Target};
@@ -75,7 +76,8 @@ pub fn certify<'a>(
     let mesh = case.problem.space.mesh;
     report.inputs = inputs;
     report.digests.push(("the mesh".into(), mesh.digest()));
-    let between = |[low, high]: [f64; 2]| format!("in [{low:.6e}, {high:.6e}]");
+    let between = |of: [f64; 2]| format!("in {}", interval(of, 6));
+    let at_most = |of: f64| format!("at most {:.6e}", above(of, Digits::Counting(7)));
     let Certified { bounds, parts, .. } = c;
     let sizes = format!(
         "{} cells, {} faces, {} dofs",
@@ -87,11 +89,8 @@ pub fn certify<'a>(
         ("mesh", sizes),
         ("‖∇u-∇u_h‖", between([c.lower, c.upper])),
         ("‖∇u‖", between(c.gradient)),
-        (
-            "‖∇u-G‖, G the averaged gradient",
-            format!("at most {:.6e}", bounds.g),
-        ),
-        ("‖∇u-∇v‖, v admissible", format!("at most {:.6e}", bounds.v)),
+        ("‖∇u-G‖, G the averaged gradient", at_most(bounds.g)),
+        ("‖∇u-∇v‖, v admissible", at_most(bounds.v)),
         (
             "made of",
             format!(
@@ -112,23 +111,20 @@ pub fn certify<'a>(
     let mut told_facts = facts.clone();
     told_facts.retain(|(name, _)| !["result", "understood as", "made of"].contains(name));
     let name = told.result.rsplit('/').next().unwrap_or(&told.result);
-    report.claim = match c.relative {
-        Some(relative) => format!(
-            "The error of **{name}** is at most {} of ‖∇u‖",
-            percent(relative)
-        ),
+    report.claim = match c.percent() {
+        Some(percent) => format!("The error of **{name}** is at most {percent} of ‖∇u‖"),
         None => format!(
             "The error of **{name}** is at most {} in the energy norm",
-            short(c.upper)
+            c.short()
         ),
     };
     report.lede = format!(
         "Proved, whatever made the field: ‖∇u − ∇u_h‖ is between {} and **{}**, and ‖∇u‖ between {} and {}. It is made of misfit {}, contact {} \
          and oscillation {}.",
-        short(c.lower),
-        short(c.upper),
-        short(c.gradient[0]),
-        short(c.gradient[1]),
+        short(below(c.lower, Digits::Counting(3))),
+        c.short(),
+        short(below(c.gradient[0], Digits::Counting(3))),
+        short(above(c.gradient[1], Digits::Counting(3))),
         short(parts.misfit),
         short(parts.contact),
         short(parts.oscillation)

@@ -27,6 +27,7 @@ pub mod model;
 mod next;
 mod number;
 mod orders;
+mod outward;
 mod paper;
 mod provenance;
 mod solve;
@@ -36,7 +37,7 @@ mod text;
 mod verify;
 
 pub use baseline::{check_baseline_folder, write_baseline, write_record};
-pub use certified::Certified;
+pub use certified::{Certified, percent_above};
 pub use certify::{Certification, certify};
 pub use compare::{compare, compare_many};
 pub use convergence::convergence;

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::certified::Certified;
+use super::certified::{Certified, percent_above};
 use super::html;
-use super::model::{Block, Cell, Report, Todo, count, joined, percent, short, table};
+use super::model::{Block, Cell, Report, Todo, count, joined, short, table};
 use super::number::{number, place, size, trimmed, whole};
 use crate::engine::{self, Case, Explanation};
 use crate::run::RESIDUAL_TOLERANCE;
@@ -355,7 +355,7 @@ pub fn solve<'a>(
         "mesh" => words_of(step.way),
         "n" => step.n,
         "cells" => step.cells,
-        "certified to" => Cell::Number(step.relative, percent(step.relative)),
+        "certified to" => Cell::Number(step.relative, percent_above(step.relative)),
         "seconds" => Cell::fixed(step.seconds, 2),
     );
     let warnings = [a.doubt(mesh), no_trace(&case.problem).map(str::to_owned)];
