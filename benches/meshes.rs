@@ -185,9 +185,12 @@ fn main() {
                 &path
             };
             let remove = |path: &Path| drop(std::fs::remove_file(path));
+            // Each program writes what it has read.
+            drop(io::write(&path, &mesh, &options).expect("written"));
+            let again = io::read(&path).expect("sound");
             let write = best(
                 || [&path, numbers].into_iter().for_each(|path| remove(path)),
-                || drop(io::write(&path, &mesh, &options).expect("written")),
+                || drop(io::write(&path, &again, &options).expect("written")),
             );
             let mut bytes = Vec::new();
             let plain_read = best(|| (), || bytes = std::fs::read(numbers).expect("there"));

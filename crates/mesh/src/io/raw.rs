@@ -122,16 +122,17 @@ impl RawNumbers<'_> {
             } else {
                 let size = of.width * T::WIDTH;
                 let rows = self.bytes.get(first * size..).unwrap_or_default();
-                for (cell, row) in nodes.chunks_exact_mut(read).zip(rows.chunks_exact(size)) {
-                    let words = T::each(row, self.big_endian);
-                    match in_order {
-                        true => cell
-                            .iter_mut()
-                            .zip(words)
-                            .for_each(|(to, word)| *to = node(word)),
-                        false => words
-                            .zip(of.order)
-                            .for_each(|(word, &at)| cell[at] = node(word)),
+                let rows = rows.chunks_exact(size);
+                match (in_order, read) {
+                    (true, 2) => first_of_rows::<T, 2>(nodes, rows, self.big_endian, node),
+                    (true, 3) => first_of_rows::<T, 3>(nodes, rows, self.big_endian, node),
+                    (true, 4) => first_of_rows::<T, 4>(nodes, rows, self.big_endian, node),
+                    (true, 8) => first_of_rows::<T, 8>(nodes, rows, self.big_endian, node),
+                    _ => {
+                        for (cell, row) in nodes.chunks_exact_mut(read).zip(rows) {
+                            let words = T::each(row, self.big_endian).zip(of.order);
+                            words.for_each(|(word, &at)| cell[at] = node(word));
+                        }
                     }
                 }
             }
@@ -162,6 +163,20 @@ impl RawNumbers<'_> {
             2 => points_of_rows::<T, 2>(bytes, 2 * T::WIDTH, big_endian),
             _ => points_of_rows::<T, 3>(bytes, 3 * T::WIDTH, big_endian),
         }, Array::default())
+    }
+}
+
+/// The first numbers of rows, as many as nodes of a cell: a number of them that is known makes loops without jumps.
+fn first_of_rows<'r, T: Scalar, const READ: usize>(
+    nodes: &mut [u32],
+    rows: impl Iterator<Item = &'r [u8]>,
+    big_endian: bool,
+    mut node: impl FnMut(T) -> u32,
+) {
+    for (cell, row) in nodes.as_chunks_mut::<READ>().0.iter_mut().zip(rows) {
+        let words = T::each(&row[..READ * T::WIDTH], big_endian);
+        let each = cell.iter_mut().zip(words);
+        each.for_each(|(to, word)| *to = node(word));
     }
 }
 
@@ -197,15 +212,21 @@ pub fn points_of_rows<T: Scalar, const DIM: usize>(
     row: usize,
     big_endian: bool,
 ) -> Array<[f64; 3]> {
-    made(bytes.len() / row, |k| {
-        let numbers = bytes.get(k * row..k * row + DIM * T::WIDTH);
-        let mut point = [0.0; 3];
-        let each = point
-            .iter_mut()
-            .zip(T::each(numbers.unwrap_or_default(), big_endian));
-        each.for_each(|(x, number)| *x = number.float());
-        point
-    })
+    let share = |first: usize, points: &mut [[f64; 3]]| {
+        let rows = bytes.get(first * row..).unwrap_or_default();
+        let mut finite = true;
+        for (point, numbers) in points.iter_mut().zip(rows.chunks_exact(row)) {
+            let numbers = numbers.get(..DIM * T::WIDTH).unwrap_or_default();
+            for (x, number) in point.iter_mut().zip(T::each(numbers, big_endian)) {
+                *x = number.float();
+                finite &= x.is_finite();
+            }
+        }
+        finite
+    };
+    let mut points = Vec::new();
+    let finite = rows::fill(&mut points, bytes.len() / row, 1, share);
+    Array::from(points).seen(finite)
 }
 
 /// Points by their places; whether all are finite is seen on the way.
