@@ -163,3 +163,72 @@ impl Certified {
 pub fn percent_above(relative: f64) -> String {
     percent(above(relative, Digits::Counting(3)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faceoff_fem::certify::{ContactProof, Touched};
+
+    /// Every number here would be no bound if it were rounded to the nearest.
+    #[test]
+    fn what_is_said_is_not_more_than_what_is_proved() {
+        let (gradient, energy) = ([1.551_336_8, 1.551_348_4], [-1.203_340_923, -1.0]);
+        let contact = ContactProof {
+            free: vec![[0.193_81, 0.806_19]],
+            touched: vec![Touched {
+                from: 0.656_21,
+                to: 0.999_96,
+                window: 0.125_01,
+            }],
+        };
+        let parts = Parts {
+            misfit: 0.0,
+            contact: 0.0,
+            oscillation: 0.0,
+            unknown: 0.0,
+        };
+        let certified = Certified {
+            target: Target::G,
+            upper: 3.074_01e-3,
+            lower: 0.0,
+            relative: Some(1.982e-3),
+            oscillation: 0.0,
+            parts,
+            bounds: Bounds {
+                g: 0.0,
+                v: 0.0,
+                u_h: 0.0,
+            },
+            gradient,
+            energy,
+            numbers: Some(Numbers {
+                contact_force: None,
+                dirichlet_flux: None,
+                mean: [0.25, 0.5],
+                contact_forces: Vec::new(),
+                dirichlet_fluxes: Vec::new(),
+                means: Vec::new(),
+                contact: Some(contact),
+            }),
+        };
+        assert_eq!(
+            certified.sentence(),
+            "the error of the averaged gradient is at most 3.0741e-3, 0.199 % of ‖∇u‖; ‖∇u‖ is in [1.551336e0, 1.551349e0]"
+        );
+        assert_eq!(
+            certified.brief(),
+            "the error of ∇u is at most 0.199 % of ‖∇u‖"
+        );
+        assert_eq!(certified.short(), "0.00308");
+        let facts: Vec<String> = certified.facts().into_iter().map(|fact| fact.1).collect();
+        assert_eq!(
+            facts,
+            [
+                "in [-1.20334093e0, -1.00000000e0]",
+                "in [2.50000000e-1, 5.00000000e-1]",
+                "[0.1939, 0.8061]",
+                "in every window of length 0.1251 in [0.6563, 0.9999]",
+            ]
+        );
+    }
+}

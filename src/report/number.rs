@@ -151,9 +151,10 @@ fn numeral(bytes: &[u8]) -> usize {
 /// More digits than this are those of a machine.
 const READABLE: usize = 10;
 
+/// To so many digits, up or down.
 type Rounding = fn(f64, Digits) -> f64;
 
-/// In fewer digits, each of them rounded like that.
+/// In fewer digits, by this rounding where some are left out.
 fn rewritten(numeral: &str, rounded: impl Fn(f64, Digits) -> f64) -> Option<String> {
     let fewer = |value: f64, digits: usize, most: usize| match digits > most {
         true => number(rounded(value, Digits::Counting(most)), most),

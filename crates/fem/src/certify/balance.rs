@@ -416,8 +416,7 @@ mod tests {
                 ..Leaf::default()
             },
             rest: leaves.to_vec(),
-            carried: None,
-            moments: None,
+            ..Tree::default()
         };
         let simplex = Simplex::new(&mesh, 0);
         balance(&simplex, &tree, 0.0, |_, value| Interval::at(value))

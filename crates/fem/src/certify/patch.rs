@@ -235,8 +235,7 @@ mod tests {
         Tree {
             whole: nodes[0],
             rest: nodes[1..].to_vec(),
-            carried: None,
-            moments: None,
+            ..Tree::default()
         }
     }
 

@@ -166,7 +166,7 @@ impl RawNumbers<'_> {
     }
 }
 
-/// The first numbers of rows, as many as nodes of a cell: a number of them that is known makes loops without jumps.
+/// The first numbers of each row are the nodes of a cell. Their number is a constant, so that the inner loop is unrolled.
 fn first_of_rows<'r, T: Scalar, const READ: usize>(
     nodes: &mut [u32],
     rows: impl Iterator<Item = &'r [u8]>,
@@ -174,8 +174,8 @@ fn first_of_rows<'r, T: Scalar, const READ: usize>(
     mut node: impl FnMut(T) -> u32,
 ) {
     for (cell, row) in nodes.as_chunks_mut::<READ>().0.iter_mut().zip(rows) {
-        let words = T::each(&row[..READ * T::WIDTH], big_endian);
-        let each = cell.iter_mut().zip(words);
+        let row = row.get(..READ * T::WIDTH).unwrap_or_default();
+        let each = cell.iter_mut().zip(T::each(row, big_endian));
         each.for_each(|(to, word)| *to = node(word));
     }
 }
