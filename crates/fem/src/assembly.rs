@@ -259,10 +259,14 @@ impl<'a> Stiffness<'a> {
         let Some(kept) = self.weights.get() else {
             return self.weights_of(cell);
         };
-        let count = self.pairs.len();
-        let mut weights = [0.0; 6];
-        weights[..count].copy_from_slice(&kept[count * cell..][..count]);
-        weights
+        // Of known lengths: to copy three numbers is no call.
+        match kept.as_chunks::<3>().0 {
+            of_cells if self.pairs.len() == 3 => {
+                let [a, b, c] = of_cells[cell];
+                [a, b, c, 0.0, 0.0, 0.0]
+            }
+            _ => kept.as_chunks().0[cell],
+        }
     }
 
     /// The entries of one cell's matrix at these places.
@@ -366,7 +370,11 @@ impl<'a> Stiffness<'a> {
     /// Σ_j |A_ij u_j|, the entries of each cell counted for themselves.
     pub fn sizes(&self, u: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; self.space.dofs];
-        self.products(u, &mut y, |a, u| (a * u).abs());
+        match self.space.mesh.dim {
+            2 if self.is_graph => self.sizes_graph::<3>(u, &mut y),
+            3 if self.is_graph => self.sizes_graph::<4>(u, &mut y),
+            _ => self.products(u, &mut y, |a, u| (a * u).abs()),
+        }
         y
     }
 
@@ -446,7 +454,7 @@ pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Re
         .iter()
         .map(|(lambda, weight)| (lambda, weight, space.element.values(mesh.dim, &lambda)))
         .collect();
-    let load = sum_over_cells(space, |cells, vectors| {
+    add_over_cells(space, b, |cells, vectors| {
         let mut points = Vec::with_capacity(cells.len() * rule.len());
         for cell in cells.clone() {
             let vertices = mesh.vertices(cell);
@@ -469,16 +477,13 @@ pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Re
             }
         }
     });
-    if load.iter().any(|value| !value.is_finite()) {
+    if b.iter().any(|value| !value.is_finite()) {
         for cell in 0..mesh.cell_count() {
             let geometry = mesh.geometry(cell);
             for (lambda, ..) in &rule {
                 value_at(f, "f", geometry.point(lambda))?;
             }
         }
-    }
-    for (b, load) in b.iter_mut().zip(load) {
-        *b += load;
     }
     Ok(())
 }

@@ -5,6 +5,38 @@ use super::{Stiffness, add_over_cells};
 impl Stiffness<'_> {
     /// A u on cells with L corners, into `y`.
     pub(super) fn times_graph<const L: usize>(&self, u: &[f64], y: &mut [f64]) {
+        self.over_graph::<L>(u, y, |at, weights, y| {
+            for_each_pair::<L>(weights, |weight, i, j| {
+                let flux = weight * (at[i] - at[j]);
+                y[i] += flux;
+                y[j] -= flux;
+            });
+        });
+    }
+
+    /// Σ_j |A_ij u_j|, the entries of each cell counted for themselves, into `y`.
+    pub(super) fn sizes_graph<const L: usize>(&self, u: &[f64], y: &mut [f64]) {
+        self.over_graph::<L>(u, y, |at, weights, y| {
+            let mut own = [0.0; L];
+            for_each_pair::<L>(weights, |weight, i, j| {
+                own[i] += weight;
+                own[j] += weight;
+                y[i] += (weight * at[j]).abs();
+                y[j] += (weight * at[i]).abs();
+            });
+            for ((y, own), at) in y.iter_mut().zip(own).zip(at) {
+                *y += (own * at).abs();
+            }
+        });
+    }
+
+    /// Σ over the cells of what `form` adds up from u on the cell, scaled, and -|κ| ∇λ_i·∇λ_j of the pairs, into `y`.
+    fn over_graph<const L: usize>(
+        &self,
+        u: &[f64],
+        y: &mut [f64],
+        form: impl Fn(&[f64; L], &[f64; 6], &mut [f64; L]) + Sync,
+    ) {
         // The same for all pairs, as the elements are symmetric.
         let scale = self
             .pairs
@@ -13,27 +45,28 @@ impl Stiffness<'_> {
         y.fill(0.0);
         add_over_cells(&self.space, y, |cells, vectors| {
             for (cell, y) in cells.zip(vectors.as_chunks_mut().0) {
-                *y = self.cell_times_graph::<L>(cell, scale, u);
+                let mut at = [0.0; L];
+                for (at, &dof) in at.iter_mut().zip(self.space.cell_dofs(cell)) {
+                    *at = scale * u[dof as usize];
+                }
+                *y = [0.0; L];
+                form(&at, &self.weights_at(cell), y);
             }
         });
     }
+}
 
-    fn cell_times_graph<const L: usize>(&self, cell: usize, scale: f64, u: &[f64]) -> [f64; L] {
-        let (mut at, mut y) = ([0.0; L], [0.0; L]);
-        for (at, &dof) in at.iter_mut().zip(self.space.cell_dofs(cell)) {
-            *at = scale * u[dof as usize];
+/// Visits the pairs i < j of L, in the order of the weights, with lengths that are known.
+#[inline(always)]
+fn for_each_pair<const L: usize>(
+    weights: &[f64; 6],
+    mut visit: impl FnMut(f64, usize, usize),
+) {
+    let mut pair = 0;
+    for j in 0..L {
+        for i in 0..j {
+            visit(weights[pair], i, j);
+            pair += 1;
         }
-        // In the order of the pairs, with lengths that are known.
-        let weights = self.weights_at(cell);
-        let mut pair = 0;
-        for j in 0..L {
-            for i in 0..j {
-                let flux = weights[pair] * (at[i] - at[j]);
-                y[i] += flux;
-                y[j] -= flux;
-                pair += 1;
-            }
-        }
-        y
     }
 }

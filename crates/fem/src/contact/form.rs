@@ -62,12 +62,15 @@ impl<'a> Problem<'a> {
         let space = Space::new(mesh, discretisation.method.element);
         let [cell_rule, face_rule] = discretisation.checked(scene, mesh.dim)?;
         let mut load = vec![0.0; space.dofs];
-        assembly::add_load(&space, &scene.data().f, &cell_rule, &mut load)?;
+        let (added, components) = rayon::join(
+            || assembly::add_load(&space, &scene.data().f, &cell_rule, &mut load),
+            || mesh.components(),
+        );
+        added?;
         for face in (0..parts.len()).filter(|&face| parts[face] == Some(Part::Neumann)) {
             assembly::add_traction(&space, &scene.data().t, face, &face_rule, &mut load)?;
         }
         let stiffness = Stiffness::new(&space);
-        let components = mesh.components();
         Problem::with_load(
             scene,
             discretisation,
@@ -215,7 +218,8 @@ impl<'a> Problem<'a> {
             dirichlet: &dirichlet,
         })?;
         let mut bodies = (vec![0; space.dofs], count);
-        for (cell, body) in body_of.iter().enumerate() {
+        let several = body_of.iter().enumerate().filter(|_| count > 1);
+        for (cell, body) in several {
             for dof in space.cell_dofs(cell) {
                 bodies.0[*dof as usize] = *body;
             }

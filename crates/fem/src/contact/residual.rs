@@ -1,6 +1,8 @@
 //! Any field put into the scheme: what each row leaves, which terms the row is made of, and how it would change with γ
 //! on a face or with the contact status at a point.
 
+use rayon::prelude::*;
+
 use super::condition::Condition;
 use super::form::Problem;
 
@@ -41,18 +43,15 @@ impl Rows {
 
     /// The largest, and its row; NaN where there is one.
     pub fn worst(&self) -> (f64, Option<usize>) {
-        let mut worst = (0.0, None);
-        for row in 0..self.residual.len() {
-            let error = self.error(row);
-            // What is not a number must not vanish in the maximum.
-            if error.is_nan() {
-                return (error, Some(row));
-            }
-            if error > worst.0 {
-                worst = (error, Some(row));
-            }
-        }
-        worst
+        // What is not a number must not vanish in the maximum; of equal ones the first is told.
+        let worse = |a: (f64, Option<usize>), b: (f64, Option<usize>)| {
+            let is_a = a.0.is_nan() || (a.0 >= b.0 && !b.0.is_nan());
+            if is_a { a } else { b }
+        };
+        let rows = (0..self.residual.len()).into_par_iter().with_min_len(1 << 14);
+        let none = || (0.0, None);
+        let of_row = |row| (self.error(row), Some(row));
+        rows.map(of_row).fold(none, worse).reduce(none, worse)
     }
 }
 
@@ -67,16 +66,13 @@ impl Problem<'_> {
     /// have the same form with functionals of their own, [`Condition`].
     pub fn residual(&self, u: &[f64]) -> Vec<f64> {
         let mut r = self.stiffness.times(u);
-        for (r, b) in r.iter_mut().zip(&self.load) {
-            *r -= b;
-        }
+        let without_load = r.par_iter_mut().zip(&self.load);
+        without_load.for_each(|(r, b)| *r -= b);
         for condition in &self.conditions {
             condition.add_to(u, &mut r);
         }
-        for ((r, u), g) in r.iter_mut().zip(u).zip(&self.dirichlet) {
-            if let Some(g) = g {
-                *r = u - g;
-            }
+        for (row, g) in held(&self.dirichlet) {
+            r[row] = u[row] - g;
         }
         r
     }
@@ -96,13 +92,7 @@ impl Problem<'_> {
     /// thousandth of what (∇u,∇v) is at most: elimination leaves each row a rounding of the largest ones.
     pub fn rows(&self, u: &[f64]) -> Rows {
         let mut size = self.stiffness.sizes(u);
-        let (body_of, count) = &self.bodies;
-        let mut stiffest = vec![0.0_f64; *count];
-        for ((size, body), g) in size.iter().zip(body_of).zip(&self.dirichlet) {
-            if g.is_none() {
-                stiffest[*body as usize] = stiffest[*body as usize].max(*size);
-            }
-        }
+        let stiffest = self.largest_in_bodies(|row| self.is_free(row).then(|| size[row]));
         for condition in &self.conditions {
             let [gap, flux] = condition.sizes(u);
             let law = if condition.trace(u).p > 0.0 {
@@ -115,24 +105,17 @@ impl Problem<'_> {
                     * (law * condition.test(j).abs() + flux * condition.flux_test(j).abs());
             }
         }
-        for (size, load) in size.iter_mut().zip(&self.load) {
-            *size += load.abs();
-        }
-        let (mut largest, mut highest) = (vec![0.0_f64; *count], vec![0.0_f64; *count]);
-        for (row, body) in body_of.iter().enumerate() {
-            let body = *body as usize;
-            highest[body] = highest[body].max(u[row].abs());
-            if self.dirichlet[row].is_none() {
-                largest[body] = largest[body].max(size[row]);
-            }
-        }
+        let with_load = size.par_iter_mut().zip(&self.load);
+        with_load.for_each(|(size, load)| *size += load.abs());
+        let highest = self.largest_in_bodies(|row| Some(u[row].abs()));
+        let largest = self.largest_in_bodies(|row| self.is_free(row).then(|| size[row]));
         // What is that small beside the largest is what rounding has left of 0.
         let scale = |size: f64, largest: f64| match size < 1e3 * f64::EPSILON * largest {
             true => largest,
             false => size,
         };
         let of_row = |(i, size): (usize, f64)| {
-            let body = body_of[i] as usize;
+            let body = self.bodies.0[i] as usize;
             match self.dirichlet[i] {
                 Some(g) => scale(g.abs().max(u[i].abs()), highest[body]),
                 None => scale(size, largest[body]).max(1e-3 * stiffest[body]),
@@ -140,8 +123,29 @@ impl Problem<'_> {
         };
         Rows {
             residual: self.residual(u),
-            scale: size.into_iter().enumerate().map(of_row).collect(),
+            scale: size.into_par_iter().enumerate().map(of_row).collect(),
         }
+    }
+
+    fn is_free(&self, row: usize) -> bool {
+        self.dirichlet[row].is_none()
+    }
+
+    /// The largest number of each connected part, 0 where there is none.
+    fn largest_in_bodies(&self, of_row: impl Fn(usize) -> Option<f64> + Sync) -> Vec<f64> {
+        let (bodies, count) = &self.bodies;
+        let none = || vec![0.0_f64; *count];
+        let take = |mut largest: Vec<f64>, row: usize| {
+            let body = bodies[row] as usize;
+            largest[body] = largest[body].max(of_row(row).unwrap_or(0.0));
+            largest
+        };
+        let both = |mut a: Vec<f64>, b: Vec<f64>| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a = a.max(b));
+            a
+        };
+        let rows = (0..bodies.len()).into_par_iter().with_min_len(1 << 14);
+        rows.fold(none, take).reduce(none, both)
     }
 
     /// Each row split into its [`Term`]s but the last, whose sum is the residual; 0 on Γ_D.

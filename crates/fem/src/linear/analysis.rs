@@ -108,13 +108,22 @@ impl Analysis {
     /// `roles` of all unknowns; `ties` couple kept ones beside the elements, fixed ones in them do not matter. Where `is_whole`
     /// nothing else is kept.
     pub fn new(elements: &impl Elements, roles: &[Role], ties: &[&[u32]], is_whole: bool) -> Self {
-        let has = |e: u32, role: Role| {
-            let unknowns = elements.of(e as usize).iter();
-            unknowns.clone().any(|&k| roles[k as usize] == role)
-        };
-        let is_inside = |e: u32| has(e, Role::Eliminated);
+        // What is done with each element: eliminated with any of its unknowns, or else kept with one.
+        let of_elements: Vec<Role> = (0..elements.count())
+            .into_par_iter()
+            .with_min_len(4096)
+            .map(|e| {
+                let mut of_unknowns = elements.of(e).iter().map(|&k| roles[k as usize]);
+                if of_unknowns.clone().any(|role| role == Role::Eliminated) {
+                    Role::Eliminated
+                } else {
+                    of_unknowns.find(|role| *role == Role::Kept).unwrap_or(Role::Fixed)
+                }
+            })
+            .collect();
+        let is_inside = |e: u32| of_elements[e as usize] == Role::Eliminated;
         let members: Vec<u32> = (0..elements.count() as u32)
-            .filter(|&e| is_inside(e) || has(e, Role::Kept))
+            .filter(|&e| of_elements[e as usize] != Role::Fixed)
             .collect();
         let tree = Tree::new(&members, |e| elements.centre(e as usize));
         let spans = spans(elements, &tree, roles);
@@ -171,22 +180,26 @@ impl Analysis {
             kept.push(k as u32);
         }
         let groups = [grouped(alone), grouped(of_parts)].concat();
-        let (firsts, order) = eliminate(&eliminated, tree.parts.len());
+        let separate = || {
+            let mut before = Vec::with_capacity(tree.order.len() + 1);
+            before.push(0);
+            let (mut inside, mut aside) = (Vec::new(), Vec::new());
+            for &e in &tree.order {
+                if is_inside(e) {
+                    &mut inside
+                } else {
+                    &mut aside
+                }
+                .push(e);
+                before.push(inside.len() as u32);
+            }
+            (before, inside, aside)
+        };
+        let ((firsts, order), (before, inside, aside)) =
+            rayon::join(|| eliminate(&eliminated, tree.parts.len()), separate);
         let mut numbers = vec![NONE; roles.len()];
         for (number, &k) in order.iter().chain(&kept).enumerate() {
             numbers[k as usize] = number as u32;
-        }
-        let mut before = Vec::with_capacity(tree.order.len() + 1);
-        before.push(0);
-        let (mut inside, mut aside) = (Vec::new(), Vec::new());
-        for &e in &tree.order {
-            if is_inside(e) {
-                &mut inside
-            } else {
-                &mut aside
-            }
-            .push(e);
-            before.push(inside.len() as u32);
         }
         let numbering = Numbering {
             elements,

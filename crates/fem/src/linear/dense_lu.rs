@@ -8,7 +8,7 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Accum, MatMut, MatRef, Par, Spec};
 
-use super::kernels::clear_registers;
+use super::kernels::{clear_registers, threads_for};
 
 /// Pivots that are eliminated before all that is behind them is updated.
 const PANEL: usize = 24;
@@ -16,8 +16,6 @@ const PANEL: usize = 24;
 const LARGE: usize = 96;
 /// In products of fewer multiplications faer's way into its kernels takes longer than the arithmetic.
 pub(super) const SMALL: usize = 20_000;
-/// From so many on, several threads are worth it.
-const PARALLEL: usize = 20_000_000;
 
 /// Eliminates the first p rows of a matrix by columns, pivoting among them; the exchanges. L stands below the diagonal, U on it
 /// and above, and what is left of the rest in its place.
@@ -84,11 +82,7 @@ pub(super) fn factor(matrix: &mut [f64], size: usize, p: usize) -> Vec<u32> {
 
 /// The same by faer.
 fn factor_large(matrix: &mut [f64], size: usize, p: usize) -> Vec<u32> {
-    let threads = if p * size * size > PARALLEL {
-        faer::get_global_parallelism()
-    } else {
-        Par::Seq
-    };
+    let threads = threads_for(p * size * size);
     let all = MatMut::from_column_major_slice_mut(&mut *matrix, size, size);
     let (mut own, ..) = all.split_at_mut(p, p);
     let (mut rows, mut places) = (vec![0_usize; p], vec![0_usize; p]);

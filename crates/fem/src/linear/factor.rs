@@ -7,6 +7,8 @@
 //! S = A_KK - A_KI A_II⁻¹ A_IK,   g = b_K - A_KI A_II⁻¹ b_I
 //! ```
 
+use rayon::prelude::*;
+
 use super::cholesky::{Cholesky, Solved};
 use super::multifrontal::{Forward, Multifrontal, Refused};
 use super::{Analysis, Changed, Elements, Precision, Role, Schur, Settings, Solver};
@@ -106,7 +108,8 @@ fn unit_of(elements: &impl Elements) -> f64 {
 }
 
 fn over(b: &[f64], unit: f64) -> Vec<f64> {
-    b.iter().map(|b| b / unit).collect()
+    let b = b.par_iter().with_min_len(1 << 14);
+    b.map(|b| b / unit).collect()
 }
 
 /// A factor, b condensed, S, and how it was done. The kept unknowns stand in ascending order; more than were to be kept

@@ -81,6 +81,15 @@ pub(super) fn clear_registers_everywhere() {
     rayon::spawn_broadcast(|_| clear_registers());
 }
 
+/// The threads for so many multiplications and additions.
+pub(super) fn threads_for(work: usize) -> Par {
+    if work > PARALLEL {
+        faer::get_global_parallelism()
+    } else {
+        Par::Seq
+    }
+}
+
 /// Eliminates the pivots of a front.
 ///
 /// `panel` has size × pivots entries by columns, the lower triangle of the pivots' block on top of
@@ -97,11 +106,7 @@ pub(super) fn eliminate<T: Number>(
 ) -> Result<(), usize> {
     let border = size - pivots;
     let work = pivots * border * border;
-    let threads = if work + pivots * pivots * size > PARALLEL {
-        faer::get_global_parallelism()
-    } else {
-        Par::Seq
-    };
+    let threads = threads_for(work + pivots * pivots * size);
     if pivots <= SMALL {
         factor_small(panel, size)?;
     } else {

@@ -10,11 +10,11 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{
     solve_unit_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef};
 use rayon::prelude::*;
 
 use super::dense_lu::{SMALL, factor, subtract};
-use super::kernels::{clear_registers, clear_registers_everywhere};
+use super::kernels::{clear_registers, clear_registers_everywhere, threads_for};
 use super::lu_plan::{Front, LuPlan};
 use super::schur::{Entry, Schur};
 
@@ -51,6 +51,8 @@ impl SchurLu {
     /// The memory of an `old` one is used again.
     pub(super) fn new(schur: &Schur, extra: &[Entry], old: Option<SchurLu>) -> Self {
         let plan = Arc::clone(&schur.plan);
+        let (bytes, flops) = (8 * plan.entries, plan.flops as u64);
+        let _span = tracing::debug_span!("contact factorisation", bytes, flops).entered();
         let (starts, entries) = plan.sorted(schur.rest.iter().chain(extra));
         let mut updates: Vec<Update> = plan.fronts.iter().map(|_| Update::default()).collect();
         let old = old.filter(|old| Arc::ptr_eq(&old.plan, &plan));
@@ -118,6 +120,7 @@ impl SchurLu {
         let eliminated = || self.plan.fronts.iter().zip(&self.fronts);
         for (front, done) in eliminated().filter(|(_, done)| done.pivots > 0) {
             let (p, size) = (done.pivots, done.late.len() + front.unknowns.len());
+            let threads = threads_for(size * p * columns);
             gather(x.as_ref(), done.pivots(front), &mut room);
             for column in room.chunks_exact_mut(p) {
                 for (k, &swap) in done.swaps.iter().enumerate() {
@@ -139,9 +142,9 @@ impl SchurLu {
             } else {
                 let mut z = MatMut::from_column_major_slice_mut(z, p, columns);
                 let (of_pivots, of_border) = done.lower(size).split_at_row(p);
-                solve_unit_lower_triangular_in_place(of_pivots, z.as_mut(), Par::Seq);
+                solve_unit_lower_triangular_in_place(of_pivots, z.as_mut(), threads);
                 let target = MatMut::from_column_major_slice_mut(on_border, size - p, columns);
-                matmul(target, Accum::Add, of_border, z.as_ref(), -1.0, Par::Seq);
+                matmul(target, Accum::Add, of_border, z.as_ref(), -1.0, threads);
                 clear_registers();
             }
             for j in 0..columns {
@@ -156,6 +159,7 @@ impl SchurLu {
         }
         for (front, done) in eliminated().rev().filter(|(_, done)| done.pivots > 0) {
             let (p, size) = (done.pivots, done.late.len() + front.unknowns.len());
+            let threads = threads_for(size * p * columns);
             let all = done.pivots(front).chain(done.border(front));
             gather(x.as_ref(), all, &mut room);
             if size * p * columns < SMALL {
@@ -178,16 +182,10 @@ impl SchurLu {
                 let of_border =
                     MatRef::from_column_major_slice(&done.values[size * p..], p, size - p);
                 let sum = z.as_mut();
-                matmul(
-                    sum,
-                    Accum::Add,
-                    of_border,
-                    on_border.as_ref(),
-                    -1.0,
-                    Par::Seq,
-                );
+                let on_border = on_border.as_ref();
+                matmul(sum, Accum::Add, of_border, on_border, -1.0, threads);
                 let of_pivots = done.lower(size).split_at_row(p).0;
-                solve_upper_triangular_in_place(of_pivots, z, Par::Seq);
+                solve_upper_triangular_in_place(of_pivots, z, threads);
                 clear_registers();
             }
             for (j, z) in room.chunks_exact(size).enumerate() {

@@ -61,8 +61,8 @@ impl<T: Number> Multifrontal<T> {
         analysis: Analysis,
         b: Vec<f64>,
     ) -> Result<(Self, Forward, Schur), Refused> {
-        let mut y: Vec<f64> = analysis.order.iter().map(|&k| b[k as usize]).collect();
-        let mut kept: Vec<f64> = analysis.kept.iter().map(|&k| b[k as usize]).collect();
+        let mut y = gather(&analysis.order, &b);
+        let mut kept = gather(&analysis.kept, &b);
         drop(b);
         let mut columns = vec![T::ZERO; analysis.entries()];
         let work = Work {
@@ -119,8 +119,8 @@ impl<T: Number> Multifrontal<T> {
     /// Forward elimination of a further right-hand side.
     pub fn forward(&self, b: &[f64]) -> Forward {
         let analysis = &self.analysis;
-        let mut y: Vec<f64> = analysis.order.iter().map(|&k| b[k as usize]).collect();
-        let mut kept: Vec<f64> = analysis.kept.iter().map(|&k| b[k as usize]).collect();
+        let mut y = gather(&analysis.order, b);
+        let mut kept = gather(&analysis.kept, b);
         let rests: Vec<Vec<f64>> = self
             .parts(&mut y)
             .into_par_iter()
@@ -152,6 +152,12 @@ impl<T: Number> Multifrontal<T> {
             x[k as usize] = *value;
         }
     }
+}
+
+/// The numbers of these unknowns.
+fn gather(unknowns: &[u32], of_all: &[f64]) -> Vec<f64> {
+    let numbers = unknowns.par_iter().with_min_len(1 << 14);
+    numbers.map(|&k| of_all[k as usize]).collect()
 }
 
 /// A part of the frontier: its plan, border and columns, and its share of a vector.
@@ -314,8 +320,12 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
             let (own_y, others) = std::mem::take(&mut y).split_at_mut(p);
             sides.forward(plan, front, own, own_y);
             y = others;
-            pack(update, b);
-            stack[top..][..triangle(b)].copy_from_slice(&update[..triangle(b)]);
+            let mut waits = &mut stack[top..];
+            for (j, column) in update.chunks_exact(b.max(1)).enumerate() {
+                let (own, others) = waits.split_at_mut(b - j);
+                own.copy_from_slice(&column[j..]);
+                waits = others;
+            }
             waiting.push(b);
             top += triangle(b);
         }
@@ -354,6 +364,9 @@ fn columns_of<T>(update: &[T], border: usize) -> impl Iterator<Item = &[T]> {
 /// An update up to this size is added entry by entry, larger ones by runs of them.
 const SHORT: usize = 16;
 
+/// Up to so many rows all of a front is cleared at once, and not only its lower triangle.
+const WHOLE: usize = 64;
+
 /// A front while it is summed.
 struct Target<'a, T> {
     panel: &'a mut [T],
@@ -367,7 +380,11 @@ impl<'a, T: Number> Target<'a, T> {
     fn new(front: &Front, panel: &'a mut [T], update: &'a mut [T]) -> Self {
         let (size, border) = (front.size(), front.border as usize);
         for (rows, columns) in [(size, &mut *panel), (border, &mut *update)] {
-            for (j, column) in columns.chunks_exact_mut(rows.max(1)).enumerate().take(rows) {
+            if rows <= WHOLE {
+                columns.fill(T::ZERO);
+                continue;
+            }
+            for (j, column) in columns.chunks_exact_mut(rows).enumerate() {
                 column[j..].fill(T::ZERO);
             }
         }

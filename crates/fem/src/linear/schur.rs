@@ -4,10 +4,14 @@ use std::sync::Arc;
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
+use rayon::prelude::*;
 
 use super::kernels::clear_registers_everywhere;
 use super::lu::SchurLu;
 use super::lu_plan::LuPlan;
+
+/// Rows that one task multiplies.
+const ROWS: usize = 128;
 
 /// An entry: row, column, value.
 pub type Entry = (u32, u32, f64);
@@ -67,11 +71,19 @@ impl Schur {
         for (border, dense) in &self.blocks {
             on_border.clear();
             on_border.resize(border.len(), 0.0);
-            for (&q, column) in border.iter().zip(dense.col_iter()) {
-                let factor = x[q as usize];
-                for (y, a) in on_border.iter_mut().zip(column.iter()) {
-                    *y += a * factor;
+            let add = |(k, y): (usize, &mut [f64])| {
+                for (j, &q) in border.iter().enumerate() {
+                    let column = &dense.col_as_slice(j)[k * ROWS..];
+                    let factor = x[q as usize];
+                    for (y, a) in y.iter_mut().zip(column) {
+                        *y += a * factor;
+                    }
                 }
+            };
+            if border.len() > ROWS {
+                on_border.par_chunks_mut(ROWS).enumerate().for_each(add);
+            } else {
+                add((0, &mut on_border));
             }
             for (&p, value) in border.iter().zip(&on_border) {
                 y[p as usize] += value;

@@ -33,15 +33,6 @@ pub(super) struct Crowded {
 /// The other vertices of a local face, ascending, and then its number: cell · (D + 1) + i.
 type Entry<const D: usize> = [u32; D];
 
-/// Faces that a task has numbered.
-#[derive(Default)]
-struct Numbered {
-    vertices: Vec<u32>,
-    cells: Vec<[u32; 2]>,
-    crowded: Option<Crowded>,
-    folded: Option<usize>,
-}
-
 /// Numbers the faces of positively oriented cells in dimension D; `cells` are their vertices, D + 1
 /// each.
 ///
@@ -52,47 +43,72 @@ pub(super) fn number<const D: usize>(
     vertices: usize,
 ) -> Result<std::result::Result<Faces, Crowded>> {
     let (starts, mut entries) = buckets::<D>(cells, vertices)?;
-    let mut tasks = Vec::new();
-    let mut rest = &mut entries[..];
-    for first in (0..vertices).step_by(TASK) {
-        let last = (first + TASK).min(vertices);
-        let count = (starts[last] - starts[first]) as usize;
-        let (own, others) = std::mem::take(&mut rest).split_at_mut(count);
-        tasks.push((first..last, own));
-        rest = others;
-    }
-    let numbered: Vec<Numbered> = tasks
+    let ranges = || {
+        (0..vertices)
+            .step_by(TASK)
+            .map(|first| first..(first + TASK).min(vertices))
+    };
+    let count_of = |range: &Range<usize>| (starts[range.end] - starts[range.start]) as usize;
+    let own = split(&mut entries, ranges().map(|range| count_of(&range)));
+    let tasks: Vec<_> = ranges().zip(own).collect();
+    let counts: Vec<_> = tasks
         .into_par_iter()
         .map(|(vertices, entries)| {
             cancel::check()?;
-            Ok(number_some(cells, &starts, vertices, entries))
+            Ok(sort::<D>(&starts, vertices, entries))
         })
         .collect::<Result<_>>()?;
+    let counts = counts
+        .into_iter()
+        .collect::<std::result::Result<Vec<usize>, Crowded>>();
+    let counts = match counts {
+        Ok(counts) => counts,
+        Err(crowded) => return Ok(Err(crowded)),
+    };
 
-    let count = numbered.iter().map(|some| some.cells.len()).sum();
+    let count = counts.iter().sum();
     let mut faces = Faces {
-        vertices: Vec::with_capacity(D * count),
-        cells: Vec::with_capacity(count),
+        vertices: vec![0; D * count],
+        cells: vec![[NONE; 2]; count],
         of_cells: vec![NONE; cells.len()],
         folded: None,
     };
-    let mut entries = entries.iter();
-    for (some, first) in numbered.into_iter().zip((0..vertices).step_by(TASK)) {
-        if let Some(crowded) = some.crowded {
-            return Ok(Err(crowded));
-        }
-        let before = faces.cells.len();
-        let last = (first + TASK).min(vertices);
-        let own = (starts[last] - starts[first]) as usize;
-        for entry in entries.by_ref().take(own) {
-            faces.of_cells[entry[D - 1] as usize] = entry[0] + before as u32;
-        }
-        faces.folded = faces.folded.or(some.folded.map(|face| before + face));
-        faces.vertices.extend(some.vertices);
-        faces.cells.extend(some.cells);
-        cancel::check()?;
+    let before = counts
+        .iter()
+        .scan(0, |sum, count| Some(std::mem::replace(sum, *sum + count)));
+    let own = split(&mut entries, ranges().map(|range| count_of(&range)));
+    let own_vertices = split(&mut faces.vertices, counts.iter().map(|count| D * count));
+    let own_cells = split(&mut faces.cells, counts.iter().copied());
+    let tasks: Vec<_> = ranges()
+        .zip(before)
+        .zip(own)
+        .zip(own_vertices)
+        .zip(own_cells)
+        .collect();
+    let folded =
+        tasks
+            .into_par_iter()
+            .filter_map(|((((vertices, first), entries), of_faces), owners)| {
+                number_some(cells, &starts, vertices, entries, first, of_faces, owners)
+            });
+    faces.folded = folded.min();
+    cancel::check()?;
+    for entry in &entries {
+        faces.of_cells[entry[D - 1] as usize] = entry[0];
     }
     Ok(Ok(faces))
+}
+
+/// Parts of these lengths, one after the other.
+fn split<T>(
+    mut all: &mut [T],
+    lengths: impl Iterator<Item = usize>,
+) -> impl Iterator<Item = &mut [T]> {
+    lengths.map(move |length| {
+        let (own, others) = std::mem::take(&mut all).split_at_mut(length);
+        all = others;
+        own
+    })
 }
 
 /// Local faces by their smallest vertex, and where those of each vertex start.
@@ -124,50 +140,82 @@ fn buckets<const D: usize>(cells: &[u32], vertices: usize) -> Result<(Vec<u32>, 
     Ok((starts, entries))
 }
 
-/// Numbers the faces whose smallest vertices are these, from 0, and writes each one's number into
-/// the first place of its entries.
+/// The entries of each of these vertices.
+fn each_bucket<'e, const D: usize>(
+    starts: &[u32],
+    vertices: Range<usize>,
+    entries: &'e mut [Entry<D>],
+) -> impl Iterator<Item = (u32, &'e mut [Entry<D>])> {
+    let lengths = vertices
+        .clone()
+        .map(|v| (starts[v + 1] - starts[v]) as usize);
+    (vertices.start as u32..).zip(split(entries, lengths))
+}
+
+/// Is this the same face?
+fn is_same<const D: usize>(a: &Entry<D>, b: &Entry<D>) -> bool {
+    a[..D - 1] == b[..D - 1]
+}
+
+/// Puts the entries of each of these vertices into the order of their faces, and counts those; the first with more than
+/// two cells.
+fn sort<const D: usize>(
+    starts: &[u32],
+    vertices: Range<usize>,
+    entries: &mut [Entry<D>],
+) -> std::result::Result<usize, Crowded> {
+    let mut count = 0;
+    for (v, bucket) in each_bucket(starts, vertices, entries) {
+        bucket.sort_unstable();
+        for same in bucket.chunk_by(is_same::<D>) {
+            count += 1;
+            if same.len() > 2 {
+                let cells = same.iter().map(|entry| entry[D - 1] as usize / (D + 1));
+                return Err(Crowded {
+                    face: [&[v], &same[0][..D - 1]].concat(),
+                    cells: cells.collect(),
+                });
+            }
+        }
+    }
+    Ok(count)
+}
+
+/// Numbers the faces whose smallest vertices are these from `first` on, and writes each one's number into the first place of
+/// its entries, its vertices and cells into their own places; the first face with both cells on one side.
 fn number_some<const D: usize>(
     cells: &[u32],
     starts: &[u32],
     vertices: Range<usize>,
     entries: &mut [Entry<D>],
-) -> Numbered {
-    let local = D + 1;
-    let from = starts[vertices.start] as usize;
-    let mut some = Numbered::default();
-    for v in vertices {
-        let bucket = &mut entries[starts[v] as usize - from..starts[v + 1] as usize - from];
-        bucket.sort_unstable();
-        for same in bucket.chunk_by_mut(|a, b| a[..D - 1] == b[..D - 1]) {
-            let face = some.cells.len();
-            some.vertices.push(v as u32);
-            some.vertices.extend_from_slice(&same[0][..D - 1]);
-            if same.len() > 2 {
-                let cells = same.iter().map(|entry| entry[D - 1] as usize / local);
-                some.crowded = Some(Crowded {
-                    face: some.vertices[D * face..].to_vec(),
-                    cells: cells.collect(),
-                });
-                return some;
-            }
-            let mut owners = [NONE; 2];
+    first: usize,
+    of_faces: &mut [u32],
+    owners: &mut [[u32; 2]],
+) -> Option<usize> {
+    let mut folded = None;
+    let mut faces = (first..).zip(of_faces.chunks_exact_mut(D)).zip(owners);
+    for (v, bucket) in each_bucket(starts, vertices, entries) {
+        let faces_here = bucket.chunk_by_mut(is_same::<D>);
+        for (same, ((face, of_face), owners)) in faces_here.zip(&mut faces) {
+            of_face[0] = v;
+            of_face[1..].copy_from_slice(&same[0][..D - 1]);
+            let is_inner = same.len() == 2;
             let mut sides = [false, true];
-            for ((owner, side), entry) in owners.iter_mut().zip(&mut sides).zip(&mut *same) {
+            for ((owner, side), entry) in owners.iter_mut().zip(&mut sides).zip(same) {
                 let number = entry[D - 1] as usize;
-                let cell = number / local;
+                let cell = number / (D + 1);
                 *owner = cell as u32;
-                let vertices = &cells[local * cell..local * (cell + 1)];
-                *side = sorted_face::<D>(vertices, number % local).1;
+                let vertices = &cells[(D + 1) * cell..(D + 1) * (cell + 1)];
+                *side = sorted_face::<D>(vertices, number % (D + 1)).1;
                 entry[0] = face as u32;
             }
-            some.cells.push(owners);
             // As all cells are positive, two on different sides of a face see it in opposite orientations.
-            if same.len() == 2 && sides[0] == sides[1] {
-                some.folded = some.folded.or(Some(face));
+            if is_inner && sides[0] == sides[1] {
+                folded = folded.or(Some(face));
             }
         }
     }
-    some
+    folded
 }
 
 /// The vertices of local face i of a cell, ascending, and whether sorting reverses their orientation.

@@ -2,6 +2,8 @@
 
 use std::convert::Infallible;
 
+use rayon::prelude::*;
+
 use super::{CellBlock, CellKind, Group, Mesh};
 use crate::cancel;
 use crate::error::Result;
@@ -102,41 +104,68 @@ pub fn union_mesh(n: usize, cuboid: &Cuboid) -> Result<Mesh> {
 /// What a cell takes at least, with its faces and neighbours.
 const BYTES: f64 = 150.0;
 
+/// Small cuboids that one task cuts.
+const TASK: usize = 1 << 12;
+
 /// For meshes that are made in no time.
 fn never() -> Result<(), Infallible> {
     Ok(())
 }
 
 /// [`union_mesh`], unless `check` stops it.
-fn build<E>(n: usize, cuboid: &Cuboid, check: impl Fn() -> Result<(), E>) -> Result<Mesh, E> {
+fn build<E: Send>(
+    n: usize,
+    cuboid: &Cuboid,
+    check: impl Fn() -> Result<(), E> + Sync,
+) -> Result<Mesh, E> {
     let dim = cuboid.dim;
     let row = n + 1;
     let at =
         |k: usize, axis: usize| cuboid.origin[axis] + cuboid.size[axis] * (k as f64 / n as f64);
-    let points = (0..row.pow(dim as u32))
-        .map(|v| {
-            let lattice = digits(v, row, dim);
-            std::array::from_fn(|k| if k < dim { at(lattice[k], k) } else { 0.0 })
-        })
+    let point = |v| {
+        let lattice = digits(v, row, dim);
+        std::array::from_fn(|k| if k < dim { at(lattice[k], k) } else { 0.0 })
+    };
+    let points: Vec<[f64; 3]> = (0..row.pow(dim as u32))
+        .into_par_iter()
+        .map(point)
         .collect();
     let orders = orders(dim);
     let count = n.pow(dim as u32);
-    let mut cells = Vec::with_capacity(count * orders.len() * (dim + 1));
+    // Of paths upwards those that rise last run along the bottom, of paths downwards those that fall first.
+    let order_of = |corner: &[usize; 3], number: usize| {
+        let downwards = corner[dim - 1] % 2 == 1;
+        orders[if downwards {
+            orders.len() - 1 - number
+        } else {
+            number
+        }]
+    };
+    let of_cuboid = orders.len() * (dim + 1);
+    let mut cells = vec![0; count * of_cuboid];
+    let of_task = cells.par_chunks_mut(TASK * of_cuboid).enumerate();
+    of_task.try_for_each(|(task, cells)| {
+        check()?;
+        for (k, cells) in cells.chunks_exact_mut(of_cuboid).enumerate() {
+            let corner = digits(task * TASK + k, n, dim);
+            for (number, cell) in cells.chunks_exact_mut(dim + 1).enumerate() {
+                let (path, positive) = path(corner, order_of(&corner, number), row);
+                cell.copy_from_slice(&path[..=dim]);
+                turn(cell, positive);
+            }
+        }
+        Ok(())
+    })?;
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); 2 * dim];
     for index in 0..count {
-        check()?;
         let corner = digits(index, n, dim);
+        if corner[..dim].iter().all(|&c| c > 0 && c < n - 1) {
+            continue;
+        }
+        check()?;
         for number in 0..orders.len() {
-            // Of paths upwards those that rise last run along the bottom, of paths downwards those that fall first.
-            let downwards = corner[dim - 1] % 2 == 1;
-            let order = orders[if downwards {
-                orders.len() - 1 - number
-            } else {
-                number
-            }];
+            let order = order_of(&corner, number);
             let (path, positive) = path(corner, order, row);
-            let simplex = &path[..=dim];
-            push_oriented(&mut cells, simplex, positive);
             for (side, of_side) in faces.iter_mut().enumerate() {
                 let (axis, upper) = place(side, dim);
                 if corner[axis] != if upper { n - 1 } else { 0 } {
@@ -144,11 +173,16 @@ fn build<E>(n: usize, cuboid: &Cuboid, check: impl Fn() -> Result<(), E>) -> Res
                 }
                 // Paths start on even coordinates: there on this side, or at the end.
                 let starts_here = (corner[axis] % 2 == 1) == upper;
-                if starts_here && order[dim - 1] == axis {
-                    push_oriented(of_side, &simplex[..dim], positive == (dim == 2));
+                let (from, positive) = if starts_here && order[dim - 1] == axis {
+                    (0, positive == (dim == 2))
                 } else if !starts_here && order[0] == axis {
-                    push_oriented(of_side, &simplex[1..], positive);
-                }
+                    (1, positive)
+                } else {
+                    continue;
+                };
+                of_side.extend_from_slice(&path[from..from + dim]);
+                let end = of_side.len();
+                turn(&mut of_side[end - dim..], positive);
             }
         }
     }
@@ -158,7 +192,7 @@ fn build<E>(n: usize, cuboid: &Cuboid, check: impl Fn() -> Result<(), E>) -> Res
     };
     let counts: Vec<usize> = faces.iter().map(|f| f.len() / dim).collect();
     Ok(Mesh {
-        points,
+        points: points.into(),
         groups: groups(n, cuboid, &counts),
         blocks: vec![
             CellBlock::new(face_kind, faces.concat()),
@@ -211,12 +245,10 @@ fn path(corner: [usize; 3], order: &[usize], row: usize) -> ([u32; 4], bool) {
     (path, positive)
 }
 
-/// Appends a simplex, its last two vertices exchanged where it is not positive.
-fn push_oriented(to: &mut Vec<u32>, simplex: &[u32], positive: bool) {
-    to.extend_from_slice(simplex);
-    if !positive {
-        let end = to.len();
-        to.swap(end - 2, end - 1);
+/// Exchanges the last two vertices of a simplex that is not positive.
+fn turn(simplex: &mut [u32], positive: bool) {
+    if let (false, [.., a, b]) = (positive, simplex) {
+        std::mem::swap(a, b);
     }
 }
 
