@@ -58,10 +58,7 @@ impl Stiffness<'_> {
 
 /// Visits the pairs i < j of L, in the order of the weights, with lengths that are known.
 #[inline(always)]
-fn for_each_pair<const L: usize>(
-    weights: &[f64; 6],
-    mut visit: impl FnMut(f64, usize, usize),
-) {
+fn for_each_pair<const L: usize>(weights: &[f64; 6], mut visit: impl FnMut(f64, usize, usize)) {
     let mut pair = 0;
     for j in 0..L {
         for i in 0..j {

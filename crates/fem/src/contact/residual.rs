@@ -6,6 +6,9 @@ use rayon::prelude::*;
 use super::condition::Condition;
 use super::form::Problem;
 
+/// Rows that one task looks at.
+const CHUNK: usize = 1 << 14;
+
 /// The terms of the scheme, and the rows of Γ_D.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -45,13 +48,18 @@ impl Rows {
     pub fn worst(&self) -> (f64, Option<usize>) {
         // What is not a number must not vanish in the maximum; of equal ones the first is told.
         let worse = |a: (f64, Option<usize>), b: (f64, Option<usize>)| {
-            let is_a = a.0.is_nan() || (a.0 >= b.0 && !b.0.is_nan());
-            if is_a { a } else { b }
+            let is_b = !a.0.is_nan() && (b.0.is_nan() || b.0 > a.0);
+            if is_b { b } else { a }
         };
-        let rows = (0..self.residual.len()).into_par_iter().with_min_len(1 << 14);
-        let none = || (0.0, None);
-        let of_row = |row| (self.error(row), Some(row));
-        rows.map(of_row).fold(none, worse).reduce(none, worse)
+        let none = (0.0, None);
+        let of_chunk = |(chunk, residual): (usize, &[f64])| {
+            let rows = chunk * CHUNK..chunk * CHUNK + residual.len();
+            rows.fold(none, |worst, row| {
+                worse(worst, (self.error(row), Some(row)))
+            })
+        };
+        let chunks = self.residual.par_chunks(CHUNK).enumerate();
+        chunks.map(of_chunk).reduce(|| none, worse)
     }
 }
 
@@ -135,17 +143,20 @@ impl Problem<'_> {
     fn largest_in_bodies(&self, of_row: impl Fn(usize) -> Option<f64> + Sync) -> Vec<f64> {
         let (bodies, count) = &self.bodies;
         let none = || vec![0.0_f64; *count];
-        let take = |mut largest: Vec<f64>, row: usize| {
-            let body = bodies[row] as usize;
-            largest[body] = largest[body].max(of_row(row).unwrap_or(0.0));
+        let of_chunk = |(chunk, bodies): (usize, &[u32])| {
+            let mut largest = none();
+            for (row, &body) in (chunk * CHUNK..).zip(bodies) {
+                let largest = &mut largest[body as usize];
+                *largest = largest.max(of_row(row).unwrap_or(0.0));
+            }
             largest
         };
         let both = |mut a: Vec<f64>, b: Vec<f64>| {
             a.iter_mut().zip(b).for_each(|(a, b)| *a = a.max(b));
             a
         };
-        let rows = (0..bodies.len()).into_par_iter().with_min_len(1 << 14);
-        rows.fold(none, take).reduce(none, both)
+        let chunks = bodies.par_chunks(CHUNK).enumerate();
+        chunks.map(of_chunk).reduce(none, both)
     }
 
     /// Each row split into its [`Term`]s but the last, whose sum is the residual; 0 on Γ_D.
