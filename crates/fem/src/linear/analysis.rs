@@ -22,6 +22,9 @@ const NONE: u32 = u32::MAX;
 const OF_UNKNOWN: f64 = 8e-7;
 const OF_FLOP: f64 = 5e-11;
 
+/// Elements that one task looks at.
+const TASK: usize = 1 << 12;
+
 /// The tree is walked by at most about twice so many tasks, whatever the number of threads.
 const TASKS: usize = 64;
 
@@ -117,7 +120,9 @@ impl Analysis {
                 if of_unknowns.clone().any(|role| role == Role::Eliminated) {
                     Role::Eliminated
                 } else {
-                    of_unknowns.find(|role| *role == Role::Kept).unwrap_or(Role::Fixed)
+                    of_unknowns
+                        .find(|role| *role == Role::Kept)
+                        .unwrap_or(Role::Fixed)
                 }
             })
             .collect();
@@ -130,7 +135,7 @@ impl Analysis {
         let (owners, leaf_at, above) = owners(&tree, &spans);
         // Of one element aside alone: it can be eliminated before all others.
         let is_private = |k: usize| {
-            let [first, last] = spans[k];
+            let [first, last] = [spans.0[k], spans.1[k]];
             roles[k] == Role::Kept
                 && first == last
                 && first != NONE
@@ -148,15 +153,7 @@ impl Analysis {
                 count.eliminated += u32::from(roles[k] == Role::Eliminated);
                 count.kept += u32::from(roles[k] == Role::Kept && !is_private(k));
             }
-            count_borders(
-                elements,
-                &tree,
-                &spans,
-                &owners,
-                &leaf_at,
-                &above,
-                &mut counts,
-            );
+            count_borders(elements, &tree, &owners, &leaf_at, &above, &mut counts);
         }
         let within = frontier(&tree, &counts, !is_condensed);
         let mut eliminated = owners.clone();
@@ -172,7 +169,7 @@ impl Analysis {
             match roles[k] {
                 Role::Fixed => continue,
                 Role::Eliminated if part.is_some() || *owner == NONE => continue,
-                _ if is_private(k) => alone.push((spans[k][0], kept.len() as u32)),
+                _ if is_private(k) => alone.push((spans.0[k], kept.len() as u32)),
                 // An unknown of no element has ties alone, and comes last.
                 _ => of_parts.push((part.unwrap_or(*owner), kept.len() as u32)),
             }
@@ -342,23 +339,25 @@ fn grouped(mut pairs: Vec<(u32, u32)>) -> Vec<Vec<u32>> {
 }
 
 /// The first and the last position in the tree of the elements of each unknown; none of fixed ones.
-fn spans(elements: &impl Elements, tree: &Tree, roles: &[Role]) -> Vec<[u32; 2]> {
-    let mut spans = vec![[NONE, 0]; roles.len()];
-    for (position, &e) in tree.order.iter().enumerate() {
-        for &k in elements.of(e as usize) {
-            if roles[k as usize] != Role::Fixed {
-                let [first, last] = &mut spans[k as usize];
-                *first = (*first).min(position as u32);
-                *last = position as u32;
+fn spans(elements: &impl Elements, tree: &Tree, roles: &[Role]) -> (Vec<u32>, Vec<u32>) {
+    let last_of = |at: &mut dyn Iterator<Item = (usize, &u32)>| {
+        let mut positions = vec![NONE; roles.len()];
+        for (position, &e) in at {
+            for &k in elements.of(e as usize) {
+                if roles[k as usize] != Role::Fixed {
+                    positions[k as usize] = position as u32;
+                }
             }
         }
-    }
-    spans
+        positions
+    };
+    let all = || tree.order.iter().enumerate();
+    rayon::join(|| last_of(&mut all().rev()), || last_of(&mut all()))
 }
 
 /// The part in which each unknown is complete: the smallest that holds all its elements. With it the leaf at each position,
 /// and the part above each.
-fn owners(tree: &Tree, spans: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+fn owners(tree: &Tree, (firsts, lasts): &(Vec<u32>, Vec<u32>)) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
     let mut leaf_at = vec![0u32; tree.order.len()];
     let mut above = vec![NONE; tree.parts.len()];
     for (k, part) in tree.parts.iter().enumerate() {
@@ -370,10 +369,11 @@ fn owners(tree: &Tree, spans: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
             }
         }
     }
-    let owners = spans
+    let owners = firsts
         .par_iter()
+        .zip(lasts)
         .with_min_len(4096)
-        .map(|&[first, last]| {
+        .map(|(&first, &last)| {
             if first == NONE {
                 return NONE;
             }
@@ -392,7 +392,6 @@ fn owners(tree: &Tree, spans: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
 fn count_borders(
     elements: &impl Elements,
     tree: &Tree,
-    spans: &[[u32; 2]],
     owners: &[u32],
     leaf_at: &[u32],
     above: &[u32],
@@ -411,22 +410,37 @@ fn count_borders(
             nearest[k] = nearest[above[k] as usize];
         }
     }
-    let mut last = vec![NONE; spans.len()];
-    for (position, &e) in tree.order.iter().enumerate() {
-        let nearest = nearest[leaf_at[position] as usize];
-        for &k in elements.of(e as usize) {
-            let owner = owners[k as usize];
-            // Parts above have larger numbers.
-            if owner == NONE || owner <= nearest {
-                continue;
-            }
-            // Parts that hold the element before are counted, and none if it is this one.
-            let before = std::mem::replace(&mut last[k as usize], position as u32);
-            let mut part = nearest;
-            while part != owner && (before == NONE || tree.parts[part as usize].from > before) {
-                counts[part as usize].border += 1;
-                part = above[part as usize];
-            }
+    // Parts above have larger numbers.
+    let is_on_border = |nearest: u32, k: u32| {
+        let owner = owners[k as usize];
+        owner != NONE && owner > nearest
+    };
+    let of_task = |(task, members): (usize, &[u32])| {
+        let mut on_borders = Vec::new();
+        for (position, &e) in (task * TASK..).zip(members) {
+            let nearest = nearest[leaf_at[position] as usize];
+            let unknowns = elements.of(e as usize).iter();
+            let on_border = unknowns.filter(|&&k| is_on_border(nearest, k));
+            on_borders.extend(on_border.map(|&k| (position as u32, k)));
+        }
+        on_borders
+    };
+    let on_borders: Vec<Vec<(u32, u32)>> = tree
+        .order
+        .par_chunks(TASK)
+        .enumerate()
+        .map(of_task)
+        .collect();
+    let mut last = vec![NONE; owners.len()];
+    for &(position, k) in on_borders.iter().flatten() {
+        // Parts that hold the element before are counted, and none if it is this one.
+        let before = std::mem::replace(&mut last[k as usize], position);
+        let mut part = nearest[leaf_at[position as usize] as usize];
+        while part != owners[k as usize]
+            && (before == NONE || tree.parts[part as usize].from > before)
+        {
+            counts[part as usize].border += 1;
+            part = above[part as usize];
         }
     }
 }
