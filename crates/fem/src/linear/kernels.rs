@@ -5,10 +5,11 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub, SubAssign};
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor;
+use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::traits::RealField;
-use faer::{Accum, ColRef, MatMut, Par};
+use faer::{Accum, ColRef, MatMut, MatRef, Par, Spec};
 
 /// What a factor is made of: f64 or f32.
 pub trait Number:
@@ -60,6 +61,8 @@ number!(f32);
 const SMALL: usize = 24;
 /// The same for the update, in multiplications and additions.
 const SMALL_UPDATE: usize = 200_000;
+/// Pivots that are eliminated before all that is behind them is updated: products with so many columns are fastest.
+const BLOCK: usize = 128;
 /// From so many on, several threads are worth it.
 const PARALLEL: usize = 20_000_000;
 
@@ -105,49 +108,82 @@ pub(super) fn eliminate<T: Number>(
     update: &mut [T],
 ) -> Result<(), usize> {
     let border = size - pivots;
-    let work = pivots * border * border;
-    let threads = threads_for(work + pivots * pivots * size);
+    let is_small = pivots * border * border <= SMALL_UPDATE;
     if pivots <= SMALL {
         factor_small(panel, size)?;
+        if is_small {
+            update_small(update, border, panel, size);
+            return Ok(());
+        }
+        let columns = MatRef::from_column_major_slice(panel, size, pivots);
+        let update = MatMut::from_column_major_slice_mut(update, border, border);
+        subtract_square(update, columns.split_at_row(pivots).1);
     } else {
-        let (mut top, bottom) =
-            MatMut::from_column_major_slice_mut(panel, size, pivots).split_at_row_mut(pivots);
-        let scratch = factor::cholesky_in_place_scratch::<T>(pivots, threads, Default::default());
+        eliminate_blocks(panel, size, pivots, update)?;
+    }
+    clear_registers();
+    Ok(())
+}
+
+/// The same by blocks of pivots: each is factored, and taken out of all that is behind it.
+fn eliminate_blocks<T: Number>(
+    panel: &mut [T],
+    size: usize,
+    pivots: usize,
+    update: &mut [T],
+) -> Result<(), usize> {
+    let border = size - pivots;
+    for from in (0..pivots).step_by(BLOCK) {
+        let to = (from + BLOCK).min(pivots);
+        let (done, rest) = panel.split_at_mut(to * size);
+        let block = &mut done[from * size..];
+        let block = MatMut::from_column_major_slice_mut(block, size, to - from);
+        let (mut top, bottom) = block.split_at_row_mut(from).1.split_at_row_mut(to - from);
+        let scratch = factor::cholesky_in_place_scratch::<T>(to - from, Par::Seq, Spec::default());
         factor::cholesky_in_place(
             top.as_mut(),
             Default::default(),
-            threads,
+            Par::Seq,
             MemStack::new(&mut MemBuffer::new(scratch)),
-            Default::default(),
+            Spec::default(),
         )
         .map_err(|error| match error {
-            factor::LltError::NonPositivePivot { index } => index,
+            factor::LltError::NonPositivePivot { index } => from + index,
         })?;
-        solve_lower_triangular_in_place(top.as_ref(), bottom.transpose_mut(), threads);
-    }
-    if pivots <= SMALL && work <= SMALL_UPDATE {
-        update_small(update, border, panel, size);
-    } else if border > 0 {
-        let bottom = MatMut::from_column_major_slice_mut(panel, size, pivots)
-            .split_at_row_mut(pivots)
-            .1;
-        let bottom = bottom.as_ref();
-        triangular::matmul(
-            MatMut::from_column_major_slice_mut(update, border, border),
-            BlockStructure::TriangularLower,
-            Accum::Add,
-            bottom,
-            BlockStructure::Rectangular,
-            bottom.transpose(),
-            BlockStructure::Rectangular,
-            T::ZERO - T::ONE,
-            threads,
-        );
-    }
-    if pivots > SMALL || work > SMALL_UPDATE {
-        clear_registers();
+        let mut bottom = bottom;
+        let threads = threads_for((size - to) * (to - from).pow(2));
+        solve_lower_triangular_in_place(top.as_ref(), bottom.as_mut().transpose_mut(), threads);
+        let (of_pivots, of_border) = bottom.as_ref().split_at_row(pivots - to);
+        let rest = MatMut::from_column_major_slice_mut(rest, size, pivots - to);
+        let (square, below) = rest.split_at_row_mut(to).1.split_at_row_mut(pivots - to);
+        subtract_square(square, of_pivots);
+        let threads = threads_for(border * (pivots - to) * (to - from));
+        let turned = of_pivots.transpose();
+        matmul(below, Accum::Add, of_border, turned, minus_one(), threads);
+        let update = MatMut::from_column_major_slice_mut(&mut *update, border, border);
+        subtract_square(update, of_border);
     }
     Ok(())
+}
+
+fn minus_one<T: Number>() -> T {
+    T::ZERO - T::ONE
+}
+
+/// `target` -= B Bᵀ on its lower triangle.
+fn subtract_square<T: Number>(target: MatMut<T>, b: MatRef<T>) {
+    let threads = threads_for(b.nrows() * b.nrows() * b.ncols());
+    triangular::matmul(
+        target,
+        BlockStructure::TriangularLower,
+        Accum::Add,
+        b,
+        BlockStructure::Rectangular,
+        b.transpose(),
+        BlockStructure::Rectangular,
+        minus_one(),
+        threads,
+    );
 }
 
 /// L of the panel, column by column, each with four earlier ones at a time.
@@ -272,6 +308,9 @@ mod tests {
             (25, 30),
             (40, 0),
             (90, 260),
+            (BLOCK + 1, 70),
+            (2 * BLOCK + 20, 150),
+            (BLOCK, 0),
         ];
         for (pivots, border) in sizes {
             let size = pivots + border;
