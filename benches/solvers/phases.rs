@@ -1,5 +1,6 @@
 //! The phases of a solve beside the machine's limits: what each takes, and what its bytes and operations would take at the
-//! bandwidth of a triad and the rate of a product of matrices, measured in the same run.
+//! bandwidth of a triad and the rate of a product of matrices, and its fresh pages at the rate at which the system gives
+//! them, measured in the same run.
 //!
 //! Phases are the program's own spans, whose fields say what they move and compute: bytes are a lower bound, each array counted
 //! once a pass. A span has the time that those within it do not have, but one that is `whole` has theirs as well. They so
@@ -28,6 +29,7 @@ struct Phase {
     seconds: f64,
     bytes: f64,
     flops: f64,
+    pages: f64,
 }
 
 /// The fields of a span.
@@ -59,12 +61,13 @@ impl Visit for Fields {
     }
 }
 
-/// A span that is entered: whose time it is, since when, and what those within it took.
+/// A span that is entered: whose time it is, since when, and what those within it took of time and pages.
 struct Open {
     owner: &'static str,
     whole: bool,
     since: Instant,
-    within: f64,
+    pages: f64,
+    within: [f64; 2],
 }
 
 #[derive(Default)]
@@ -72,6 +75,15 @@ struct State {
     new: BTreeMap<u64, Fields>,
     open: Vec<Open>,
     phases: BTreeMap<&'static str, Phase>,
+}
+
+/// Pages that the system has given this process, each with 4 kB or more; 0 where it does not say.
+fn pages_so_far() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // Behind the name, which ends with the last bracket.
+    let numbers = text.rsplit(')').next().unwrap_or_default();
+    let faults = numbers.split_whitespace().nth(7);
+    faults.and_then(|faults| faults.parse().ok()).unwrap_or(0.0)
 }
 
 /// Sums up the spans of one thread: what others do is within them.
@@ -131,7 +143,8 @@ impl Subscriber for Clock {
                 owner,
                 whole,
                 since: Instant::now(),
-                within: 0.0,
+                pages: pages_so_far(),
+                within: [0.0; 2],
             });
         });
     }
@@ -142,9 +155,13 @@ impl Subscriber for Clock {
                 return;
             };
             let seconds = open.since.elapsed().as_secs_f64();
-            state.phases.entry(open.owner).or_default().seconds += seconds - open.within;
+            let pages = pages_so_far() - open.pages;
+            let phase = state.phases.entry(open.owner).or_default();
+            phase.seconds += seconds - open.within[0];
+            phase.pages += pages - open.within[1];
             if let Some(above) = state.open.last_mut() {
-                above.within += seconds;
+                above.within[0] += seconds;
+                above.within[1] += pages;
             }
         });
     }
@@ -156,10 +173,11 @@ impl Subscriber for Clock {
     fn event(&self, _: &Event<'_>) {}
 }
 
-/// What the machine does at best, on all cores: bytes and operations a second.
+/// What the machine does at best, on all cores: bytes, operations and fresh pages a second.
 pub struct Limits {
     bytes: f64,
     flops: f64,
+    pages: f64,
 }
 
 impl Limits {
@@ -191,6 +209,14 @@ impl Limits {
         });
         // Three arrays are named, and a fourth pass fetches what is written.
         let bytes = 3.0 * 8.0 * length as f64 / triad;
+        let before = pages_so_far();
+        let fresh = best(&mut || {
+            let mut fresh = vec![0_u8; 8 * length];
+            let parts = fresh.par_chunks_mut(1 << 20);
+            parts.for_each(|part| part.iter_mut().step_by(4096).for_each(|byte| *byte = 1));
+            std::hint::black_box(fresh);
+        });
+        let pages = (pages_so_far() - before) / 5.0 / fresh;
         let flops_of_product = 2.0 * (size as f64).powi(3);
         let of = Mat::from_fn(size, size, |i, j| (i + 2 * j) as f64);
         let mut product = Mat::zeros(size, size);
@@ -209,16 +235,18 @@ impl Limits {
         clear();
         rayon::broadcast(|_| clear());
         println!(
-            "{} cores; triad over {} MB {:.1} GB/s; product of {size} × {size} matrices {:.1} Gflop/s in f64, {:.1} in f32\n",
+            "{} cores; triad over {} MB {:.1} GB/s; product of {size} × {size} matrices {:.1} Gflop/s in f64, {:.1} in f32; {:.0} thousand fresh pages a second\n",
             rayon::current_num_threads(),
             24 * length / 1_000_000,
             bytes / 1e9,
             flops_of_product / wide / 1e9,
             flops_of_product / narrow / 1e9,
+            pages / 1e3,
         );
         Limits {
             bytes,
             flops: flops_of_product / wide,
+            pages,
         }
     }
 
@@ -255,28 +283,45 @@ impl Limits {
             solution.increments.len(),
             solution.backward_error,
         );
-        println!("| phase | times | s | part | GB at least | Gflop | s at the limits | of these |");
-        println!("|---|---|---|---|---|---|---|---|");
+        println!(
+            "| phase | times | s | part | GB at least | Gflop | thousand pages | s at the limits | of these |"
+        );
+        println!("|---|---|---|---|---|---|---|---|---|");
+        let all = phases.values().map(|phase| self.least(*phase));
+        let least: f64 = all.sum();
         let rest = phases.remove("the rest").map(|phase| ("the rest", phase));
         let mut rows: Vec<_> = phases.into_iter().collect();
         rows.sort_by(|a, b| b.1.seconds.total_cmp(&a.1.seconds));
         for (name, phase) in rows.into_iter().chain(rest) {
             println!("| {name} {}", self.row(phase, whole));
         }
-        println!("| sum | | {sum:.3} | | | | | |\n");
+        println!("| sum | | {sum:.3} | | | | | {least:.3} | |\n");
         Ok(())
+    }
+
+    /// Its bytes or its operations, whichever take longer, and its pages, which a core does not clear while it computes.
+    fn least(&self, phase: Phase) -> f64 {
+        let moved = (phase.bytes / self.bytes).max(phase.flops / self.flops);
+        // Where pages are not told there is no rate of them.
+        let pages = phase.pages / self.pages;
+        if pages.is_finite() {
+            moved + pages
+        } else {
+            moved
+        }
     }
 
     fn row(&self, phase: Phase, whole: f64) -> String {
         let told = |value: f64, text: String| if value > 0.0 { text } else { String::new() };
-        let least = (phase.bytes / self.bytes).max(phase.flops / self.flops);
+        let least = self.least(phase);
         format!(
-            "| {} | {:.3} | {:.0} % | {} | {} | {} | {} |",
+            "| {} | {:.3} | {:.0} % | {} | {} | {:.0} | {} | {} |",
             phase.entered,
             phase.seconds,
             100.0 * phase.seconds / whole,
             told(phase.bytes, format!("{:.2}", phase.bytes / 1e9)),
             told(phase.flops, format!("{:.2}", phase.flops / 1e9)),
+            phase.pages / 1e3,
             told(least, format!("{least:.3}")),
             told(least, format!("{:.1} ×", phase.seconds / least)),
         )

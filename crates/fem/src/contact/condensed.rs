@@ -13,6 +13,8 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use super::condition::Condition;
 use super::form::Problem;
 use super::scheme::{Scheme, clear_rows};
@@ -147,7 +149,7 @@ impl<'a> Condensed<'a> {
             elements: &problem.stiffness,
             change,
         };
-        let b = right_side(&scheme, &problem.start());
+        let b = right_side(&scheme);
         let ties: Vec<&[u32]> = scheme.conditions.iter().map(|c| &c.dofs[..]).collect();
         let Some((factor, reduced, schur, choice)) =
             condense(&cells, &roles, &ties, b, settings, instead)?
@@ -422,12 +424,10 @@ impl System for Condensed<'_> {
     }
 
     fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
-        let mut minus: Vec<f64> = r.iter().map(|r| -r).collect();
-        for (r, role) in minus.iter_mut().zip(&self.roles) {
-            if *role == Role::Fixed {
-                *r = 0.0;
-            }
-        }
+        let rows = r.par_iter().zip(&self.roles);
+        let minus: Vec<f64> = rows
+            .map(|(r, role)| if *role == Role::Fixed { 0.0 } else { -r })
+            .collect();
         let reduced = self.factor.reduce(&minus);
         let mut on_kept: Vec<f64> = reduced.kept().iter().map(|g| -g).collect();
         on_kept.resize(self.load.len() + self.fixed.len(), 0.0);
@@ -439,11 +439,12 @@ impl System for Condensed<'_> {
     }
 }
 
-/// L(φ_i) - (∇u, ∇φ_i), all dofs.
-fn right_side(scheme: &Scheme, u: &[f64]) -> Vec<f64> {
+/// L(φ_i) - (∇u, ∇φ_i), all dofs, with u where the iteration starts.
+fn right_side(scheme: &Scheme) -> Vec<f64> {
     let mut b = scheme.load.to_vec();
-    if u.iter().any(|u| *u != 0.0) {
-        for (b, r) in b.iter_mut().zip(scheme.problem.stiffness.times(u)) {
+    let problem = scheme.problem;
+    if problem.dirichlet.iter().flatten().any(|g| *g != 0.0) {
+        for (b, r) in b.iter_mut().zip(problem.stiffness.times(&problem.start())) {
             *b -= r;
         }
     }

@@ -7,8 +7,6 @@
 //! S = A_KK - A_KI A_II⁻¹ A_IK,   g = b_K - A_KI A_II⁻¹ b_I
 //! ```
 
-use rayon::prelude::*;
-
 use super::cholesky::{Cholesky, Solved};
 use super::multifrontal::{Forward, Multifrontal, Refused};
 use super::{Analysis, Changed, Elements, Precision, Role, Schur, Settings, Solver};
@@ -108,8 +106,7 @@ fn unit_of(elements: &impl Elements) -> f64 {
 }
 
 fn over(b: &[f64], unit: f64) -> Vec<f64> {
-    let b = b.par_iter().with_min_len(1 << 14);
-    b.map(|b| b / unit).collect()
+    b.iter().map(|b| b / unit).collect()
 }
 
 /// A factor, b condensed, S, and how it was done. The kept unknowns stand in ascending order; more than were to be kept
@@ -164,12 +161,13 @@ pub fn condense(
     let inverse = 1.0 / unit;
     let change = |_: usize, matrix: &mut [f64]| matrix.iter_mut().for_each(|a| *a *= inverse);
     let scaled = Changed { elements, change };
-    let mut b = b;
-    b.iter_mut().for_each(|b| *b /= unit);
     let (kind, reduced, schur) = match (choice.solver, choice.precision) {
         (Solver::Faer, _) => {
             let factor = Cholesky::new(&scaled, roles, analysis)?;
-            let (solved, schur) = (factor.forward(&b), factor.schur_complement().clone());
+            let (solved, schur) = (
+                factor.forward(&over(&b, unit)),
+                factor.schur_complement().clone(),
+            );
             (
                 FactorKind::Faer(Box::new(factor)),
                 Kind::Faer(solved),
@@ -178,13 +176,13 @@ pub fn condense(
         }
         (_, Precision::F64) => {
             let (factor, forward, schur) =
-                Multifrontal::new(&scaled, analysis, b).map_err(refuse)?;
+                Multifrontal::new(&scaled, analysis, b, unit).map_err(refuse)?;
             let kind = FactorKind::F64(Box::new(factor));
             (kind, Kind::Multifrontal(forward), schur)
         }
         (_, Precision::F32Refined) => {
             let (factor, forward, schur) =
-                Multifrontal::new(&scaled, analysis, b).map_err(refuse)?;
+                Multifrontal::new(&scaled, analysis, b, unit).map_err(refuse)?;
             let kind = FactorKind::F32(Box::new(factor));
             (kind, Kind::Multifrontal(forward), schur)
         }
@@ -279,11 +277,11 @@ impl Factor {
     /// Condenses a further right-hand side.
     pub fn reduce(&self, b: &[f64]) -> Reduced {
         let _span = self.pass();
-        let b = &over(b, self.unit);
+        let unit = self.unit;
         let kind = match &self.kind {
-            FactorKind::Faer(factor) => Kind::Faer(factor.forward(b)),
-            FactorKind::F64(factor) => Kind::Multifrontal(factor.forward(b)),
-            FactorKind::F32(factor) => Kind::Multifrontal(factor.forward(b)),
+            FactorKind::Faer(factor) => Kind::Faer(factor.forward(&over(b, unit))),
+            FactorKind::F64(factor) => Kind::Multifrontal(factor.forward(b, unit)),
+            FactorKind::F32(factor) => Kind::Multifrontal(factor.forward(b, unit)),
         };
         Reduced::new(kind, self.unit)
     }

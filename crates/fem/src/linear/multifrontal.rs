@@ -52,7 +52,7 @@ pub enum Refused {
 }
 
 impl<T: Number> Multifrontal<T> {
-    /// Factors, eliminates `b` along, and returns the Schur complement of the kept unknowns.
+    /// Factors, eliminates `b` over a power of two along, and returns the Schur complement of the kept unknowns.
     ///
     /// # Errors
     /// A matrix that is not positive definite; the end of the run.
@@ -60,9 +60,10 @@ impl<T: Number> Multifrontal<T> {
         elements: &impl Elements,
         analysis: Analysis,
         b: Vec<f64>,
+        unit: f64,
     ) -> Result<(Self, Forward, Schur), Refused> {
-        let mut y = gather(&analysis.order, &b);
-        let mut kept = gather(&analysis.kept, &b);
+        let mut y = gather(&analysis.order, &b, unit);
+        let mut kept = gather(&analysis.kept, &b, unit);
         drop(b);
         let mut columns = vec![T::ZERO; analysis.entries()];
         let work = Work {
@@ -116,11 +117,11 @@ impl<T: Number> Multifrontal<T> {
         Ok((factor, Forward { y, kept }, schur))
     }
 
-    /// Forward elimination of a further right-hand side.
-    pub fn forward(&self, b: &[f64]) -> Forward {
+    /// Forward elimination of a further right-hand side over a power of two.
+    pub fn forward(&self, b: &[f64], unit: f64) -> Forward {
         let analysis = &self.analysis;
-        let mut y = gather(&analysis.order, b);
-        let mut kept = gather(&analysis.kept, b);
+        let mut y = gather(&analysis.order, b, unit);
+        let mut kept = gather(&analysis.kept, b, unit);
         let rests: Vec<Vec<f64>> = self
             .parts(&mut y)
             .into_par_iter()
@@ -154,10 +155,10 @@ impl<T: Number> Multifrontal<T> {
     }
 }
 
-/// The numbers of these unknowns.
-fn gather(unknowns: &[u32], of_all: &[f64]) -> Vec<f64> {
+/// The numbers of these unknowns over a power of two.
+fn gather(unknowns: &[u32], of_all: &[f64], unit: f64) -> Vec<f64> {
     let numbers = unknowns.par_iter().with_min_len(1 << 14);
-    numbers.map(|&k| of_all[k as usize]).collect()
+    numbers.map(|&k| of_all[k as usize] / unit).collect()
 }
 
 /// A part of the frontier: its plan, border and columns, and its share of a vector.
