@@ -323,7 +323,10 @@ impl Limits {
             told(phase.flops, format!("{:.2}", phase.flops / 1e9)),
             phase.pages / 1e3,
             told(least, format!("{least:.3}")),
-            told(least, format!("{:.1} ×", phase.seconds / least)),
+            told(
+                phase.bytes + phase.flops,
+                format!("{:.1} ×", phase.seconds / least)
+            ),
         )
     }
 }
