@@ -67,3 +67,45 @@ fn for_each_pair<const L: usize>(weights: &[f64; 6], mut visit: impl FnMut(f64, 
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::{CR, Element, P1, Space};
+    use faceoff_mesh::Triangulation;
+    use faceoff_mesh::mesh::generate::{union_cube, union_jack};
+
+    /// Both sums against those over the entries of all cells.
+    #[test]
+    fn products_and_sizes_are_the_sums_over_the_entries() {
+        let mut random = crate::Random::new(7);
+        let meshes = [union_jack(5, [1.3, 0.4]), union_cube(3, [0.9, 2.0, 0.3])];
+        for mut mesh in meshes {
+            let dim = usize::from(mesh.dim());
+            let mut moved = mesh.points.to_vec();
+            for point in &mut moved {
+                point[..dim]
+                    .iter_mut()
+                    .for_each(|x| *x += 0.02 * random.next());
+            }
+            mesh.points = moved.into();
+            let mesh = Triangulation::new("moved", &mesh).unwrap();
+            for element in [&CR as &'static dyn Element, &P1] {
+                let space = Space::new(&mesh, element);
+                let stiffness = Stiffness::new(&space);
+                let u: Vec<f64> = (0..space.dofs).map(|_| random.next() - 0.5).collect();
+                let (mut product, mut sizes) = (vec![0.0; space.dofs], vec![0.0; space.dofs]);
+                stiffness.for_each(0..mesh.cell_count(), |i, j, value| {
+                    product[i as usize] += value * u[j as usize];
+                    sizes[i as usize] += (value * u[j as usize]).abs();
+                });
+                let found = [stiffness.times(&u), stiffness.sizes(&u)];
+                for (sum, found) in [product, sizes].iter().zip(&found) {
+                    for ((sum, found), size) in sum.iter().zip(found).zip(&stiffness.sizes(&u)) {
+                        assert!((sum - found).abs() <= 1e-14 * size, "{sum} {found}");
+                    }
+                }
+            }
+        }
+    }
+}

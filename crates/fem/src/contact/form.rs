@@ -218,10 +218,11 @@ impl<'a> Problem<'a> {
             dirichlet: &dirichlet,
         })?;
         let mut bodies = (vec![0; space.dofs], count);
-        let several = body_of.iter().enumerate().filter(|_| count > 1);
-        for (cell, body) in several {
-            for dof in space.cell_dofs(cell) {
-                bodies.0[*dof as usize] = *body;
+        if count > 1 {
+            for (cell, body) in body_of.iter().enumerate() {
+                for dof in space.cell_dofs(cell) {
+                    bodies.0[*dof as usize] = *body;
+                }
             }
         }
         let mut problem = Problem {

@@ -419,4 +419,47 @@ mod tests {
         }
         assert!(problem.backward_error(&u).0 > 0.01);
     }
+
+    /// In whatever chunk it stands: the first of the largest, and what is not a number before all.
+    #[test]
+    fn the_worst_row_is_the_first_of_the_largest() {
+        let count = 2 * CHUNK + 5;
+        let mut rows = Rows {
+            residual: vec![0.0; count],
+            scale: vec![2.0; count],
+        };
+        assert_eq!(rows.worst(), (0.0, None));
+        for row in [count - 1, CHUNK + 3, CHUNK + 4] {
+            rows.residual[row] = -1.0;
+        }
+        assert_eq!(rows.worst(), (0.5, Some(CHUNK + 3)));
+        rows.residual[count - 2] = f64::NAN;
+        let (worst, row) = rows.worst();
+        assert!(worst.is_nan() && row == Some(count - 2));
+    }
+
+    /// Of two parts of the mesh, on more rows than one task looks at, against one row after the other.
+    #[test]
+    fn the_largest_of_each_part_is_found() {
+        let scene = Scene::find("one-zone").unwrap();
+        let mesh = scene.triangulation(Some(80)).unwrap();
+        let method = "cr".parse().unwrap();
+        let discretisation = Discretisation::of(&scene, method);
+        let mut problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let count = problem.space.dofs;
+        assert!(count > CHUNK);
+        problem.bodies = (
+            (0..count as u32)
+                .map(|row| u32::from(row % 7 == 3))
+                .collect(),
+            2,
+        );
+        let value = |row: usize| (!row.is_multiple_of(5)).then(|| (row as f64).sin().abs());
+        let mut expected = [0.0_f64; 2];
+        for row in 0..count {
+            let largest = &mut expected[usize::from(row % 7 == 3)];
+            *largest = largest.max(value(row).unwrap_or(0.0));
+        }
+        assert_eq!(problem.largest_in_bodies(value), expected);
+    }
 }

@@ -628,3 +628,63 @@ fn merge(a: &[u32], b: &[u32], union: &mut Vec<u32>, places: &mut Vec<u32>) {
         union.push(next);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::Network;
+    use super::*;
+
+    /// On a grid with more springs than one task looks at, against a look at every part's elements.
+    #[test]
+    fn borders_are_what_parts_share_with_the_rest() {
+        let side = 60;
+        let mut grid = Network::path(side * side);
+        grid.springs.clear();
+        for k in 0..side * side {
+            grid.points[k as usize] = [f64::from(k % side), f64::from(k / side), 0.0];
+            let ahead = [(1, k % side + 1 < side), (side, k / side + 1 < side)];
+            let springs = ahead.iter().filter(|(_, inside)| *inside);
+            grid.springs
+                .extend(springs.map(|(step, _)| ([k, k + step], 1.0)));
+        }
+        assert!(grid.count() > TASK);
+        let role = |k: u32| {
+            if k < 2 * side && k % 3 == 0 {
+                Role::Kept
+            } else {
+                Role::Eliminated
+            }
+        };
+        let roles: Vec<Role> = (0..side * side).map(role).collect();
+        let members: Vec<u32> = (0..grid.count() as u32).collect();
+        let tree = Tree::new(&members, |e| grid.centre(e as usize));
+        let (owners, leaf_at, above) = owners(&tree, &spans(&grid, &tree, &roles));
+        let mut counts = vec![Count::default(); tree.parts.len()];
+        for (owner, role) in owners.iter().zip(&roles) {
+            counts[*owner as usize].kept += u32::from(*role == Role::Kept);
+        }
+        count_borders(&grid, &tree, &owners, &leaf_at, &above, &mut counts);
+        let mut with_kept = 0;
+        for (k, part) in tree.parts.iter().enumerate() {
+            let elements = &tree.order[part.from as usize..part.to as usize];
+            let mut unknowns: Vec<u32> = elements
+                .iter()
+                .flat_map(|&e| grid.of(e as usize))
+                .copied()
+                .collect();
+            unknowns.sort_unstable();
+            unknowns.dedup();
+            // Complete in the part or below it, or shared.
+            let complete = |unknown: &&u32| owners[**unknown as usize] <= k as u32;
+            let has_kept = unknowns
+                .iter()
+                .filter(complete)
+                .any(|&u| roles[u as usize] == Role::Kept);
+            let shared = unknowns.len() - unknowns.iter().filter(complete).count();
+            let expected = if has_kept { shared as u32 } else { 0 };
+            assert_eq!(counts[k].border, expected, "part {k}");
+            with_kept += usize::from(has_kept);
+        }
+        assert!(with_kept > 20 && with_kept < tree.parts.len() / 2);
+    }
+}
