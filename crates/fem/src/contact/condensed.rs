@@ -44,7 +44,6 @@ pub(super) struct Condensed<'a> {
     /// Dofs of K: the free ones, and those on Γ_D.
     kept: Vec<u32>,
     fixed: Vec<u32>,
-    roles: Vec<Role>,
     stale: RefCell<Option<Stale>>,
     /// Dense factorisations so far.
     dense: Cell<usize>,
@@ -188,7 +187,6 @@ impl<'a> Condensed<'a> {
             shift,
             kept,
             fixed,
-            roles,
             stale: RefCell::new(None),
             dense: Cell::new(0),
         }))
@@ -424,10 +422,8 @@ impl System for Condensed<'_> {
     }
 
     fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
-        let rows = r.par_iter().zip(&self.roles);
-        let minus: Vec<f64> = rows
-            .map(|(r, role)| if *role == Role::Fixed { 0.0 } else { -r })
-            .collect();
+        // Rows of Γ_D are not read.
+        let minus: Vec<f64> = r.par_iter().map(|r| -r).collect();
         let reduced = self.factor.reduce(&minus);
         let mut on_kept: Vec<f64> = reduced.kept().iter().map(|g| -g).collect();
         on_kept.resize(self.load.len() + self.fixed.len(), 0.0);

@@ -508,7 +508,7 @@ pub fn quadratic_edges(dim: usize) -> &'static [[usize; 2]] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::generate::union_jack;
+    use crate::mesh::generate::{union_cube, union_jack};
     use crate::mesh::{CellBlock, Group};
 
     fn triangles(points: &[[f64; 2]], nodes: &[u32]) -> Mesh {
@@ -535,6 +535,39 @@ mod tests {
         assert_eq!(t.components().1, 1);
     }
 
+    /// On more vertices and small squares or cubes than one task has.
+    #[test]
+    fn faces_and_cells_know_each_other() {
+        for (dim, n, mesh) in [
+            (2, 70, union_jack(70, [1.0, 1.0])),
+            (3, 17, union_cube(17, [1.0; 3])),
+        ] {
+            let t = Triangulation::new("large", &mesh).unwrap();
+            let volume: f64 = (0..t.cell_count()).map(|c| t.measure(c)).sum();
+            assert!((volume - 1.0).abs() < 1e-12, "{n}: {volume}");
+            let mut sides = vec![0; t.face_count()];
+            for cell in 0..t.cell_count() {
+                for (i, &face) in t.cell_faces(cell).iter().enumerate() {
+                    let mut opposite = t.cell(cell).to_vec();
+                    opposite.remove(i);
+                    opposite.sort_unstable();
+                    assert_eq!(t.face(face as usize), opposite);
+                    assert!(t.face_cells(face as usize).contains(&(cell as u32)));
+                    sides[face as usize] += 1;
+                }
+            }
+            let is_right =
+                |(face, sides): (usize, &u8)| *sides == 2 - u8::from(t.is_boundary(face));
+            assert!(sides.iter().enumerate().all(is_right));
+            let on_boundary = sides.iter().filter(|sides| **sides == 1).count();
+            let of_groups: usize = t.groups.iter().map(|g| g.faces.len()).sum();
+            assert_eq!(
+                (on_boundary, of_groups),
+                ([4 * n, 12 * n * n][dim - 2], on_boundary)
+            );
+        }
+    }
+
     /// Parts are numbered by their first cells, also where these are far from each other in the mesh.
     #[test]
     fn parts_are_those_that_faces_connect() {
@@ -557,7 +590,8 @@ mod tests {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.0]];
         assert!(refusal(&triangles(&square, &[0, 1, 2, 0, 2, 3])).contains("vertex 4"));
         assert!(refusal(&triangles(&square[..3], &[0, 1, 7])).contains("vertex 7"));
-        assert!(refusal(&triangles(&square[..4], &[0, 1, 2, 0, 2, 3, 0, 2, 1])).contains("cells"));
+        let twice = refusal(&triangles(&square[..4], &[0, 1, 2, 0, 2, 3, 0, 2, 1]));
+        assert!(twice.contains("belongs to 3 cells"), "{twice}");
         let flat = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
         assert!(refusal(&triangles(&flat, &[0, 1, 2])).contains("degenerate"));
         let nan = [[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]];
