@@ -649,7 +649,7 @@ mod tests {
         }
         assert!(grid.count() > TASK);
         let role = |k: u32| {
-            if k < 2 * side && k % 3 == 0 {
+            if k < 2 * side && k.is_multiple_of(3) {
                 Role::Kept
             } else {
                 Role::Eliminated
