@@ -114,7 +114,7 @@ impl Analysis {
         // What is done with each element: eliminated with any of its unknowns, or else kept with one.
         let of_elements: Vec<Role> = (0..elements.count())
             .into_par_iter()
-            .with_min_len(4096)
+            .with_min_len(TASK)
             .map(|e| {
                 let mut of_unknowns = elements.of(e).iter().map(|&k| roles[k as usize]);
                 if of_unknowns.clone().any(|role| role == Role::Eliminated) {
@@ -131,11 +131,11 @@ impl Analysis {
             .filter(|&e| of_elements[e as usize] != Role::Fixed)
             .collect();
         let tree = Tree::new(&members, |e| elements.centre(e as usize));
-        let spans = spans(elements, &tree, roles);
-        let (owners, leaf_at, above) = owners(&tree, &spans);
+        let (first_at, last_at) = spans(elements, &tree, roles);
+        let (owners, leaf_at, above) = owners(&tree, &first_at, &last_at);
         // Of one element aside alone: it can be eliminated before all others.
         let is_private = |k: usize| {
-            let [first, last] = [spans.0[k], spans.1[k]];
+            let [first, last] = [first_at[k], last_at[k]];
             roles[k] == Role::Kept
                 && first == last
                 && first != NONE
@@ -169,7 +169,7 @@ impl Analysis {
             match roles[k] {
                 Role::Fixed => continue,
                 Role::Eliminated if part.is_some() || *owner == NONE => continue,
-                _ if is_private(k) => alone.push((spans.0[k], kept.len() as u32)),
+                _ if is_private(k) => alone.push((first_at[k], kept.len() as u32)),
                 // An unknown of no element has ties alone, and comes last.
                 _ => of_parts.push((part.unwrap_or(*owner), kept.len() as u32)),
             }
@@ -358,7 +358,7 @@ fn spans(elements: &impl Elements, tree: &Tree, roles: &[Role]) -> (Vec<u32>, Ve
 
 /// The part in which each unknown is complete: the smallest that holds all its elements. With it the leaf at each position,
 /// and the part above each.
-fn owners(tree: &Tree, (firsts, lasts): &(Vec<u32>, Vec<u32>)) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+fn owners(tree: &Tree, first_at: &[u32], last_at: &[u32]) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
     let mut leaf_at = vec![0u32; tree.order.len()];
     let mut above = vec![NONE; tree.parts.len()];
     for (k, part) in tree.parts.iter().enumerate() {
@@ -370,10 +370,10 @@ fn owners(tree: &Tree, (firsts, lasts): &(Vec<u32>, Vec<u32>)) -> (Vec<u32>, Vec
             }
         }
     }
-    let owners = firsts
+    let owners = first_at
         .par_iter()
-        .zip(lasts)
-        .with_min_len(4096)
+        .zip(last_at)
+        .with_min_len(TASK)
         .map(|(&first, &last)| {
             if first == NONE {
                 return NONE;
@@ -658,7 +658,8 @@ mod tests {
         let roles: Vec<Role> = (0..side * side).map(role).collect();
         let members: Vec<u32> = (0..grid.count() as u32).collect();
         let tree = Tree::new(&members, |e| grid.centre(e as usize));
-        let (owners, leaf_at, above) = owners(&tree, &spans(&grid, &tree, &roles));
+        let (first_at, last_at) = spans(&grid, &tree, &roles);
+        let (owners, leaf_at, above) = owners(&tree, &first_at, &last_at);
         let mut counts = vec![Count::default(); tree.parts.len()];
         for (owner, role) in owners.iter().zip(&roles) {
             counts[*owner as usize].kept += u32::from(*role == Role::Kept);

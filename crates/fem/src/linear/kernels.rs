@@ -138,7 +138,7 @@ fn eliminate_blocks<T: Number>(
         let (done, rest) = panel.split_at_mut(to * size);
         let block = &mut done[from * size..];
         let block = MatMut::from_column_major_slice_mut(block, size, to - from);
-        let (mut top, bottom) = block.split_at_row_mut(from).1.split_at_row_mut(to - from);
+        let (mut top, mut bottom) = block.split_at_row_mut(from).1.split_at_row_mut(to - from);
         let scratch = factor::cholesky_in_place_scratch::<T>(to - from, Par::Seq, Spec::default());
         factor::cholesky_in_place(
             top.as_mut(),
@@ -150,7 +150,6 @@ fn eliminate_blocks<T: Number>(
         .map_err(|error| match error {
             factor::LltError::NonPositivePivot { index } => from + index,
         })?;
-        let mut bottom = bottom;
         let threads = threads_for((size - to) * (to - from).pow(2));
         solve_lower_triangular_in_place(top.as_ref(), bottom.as_mut().transpose_mut(), threads);
         let (of_pivots, of_border) = bottom.as_ref().split_at_row(pivots - to);
