@@ -2,6 +2,7 @@
 //! numbered in the order of their vertices.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
@@ -69,8 +70,8 @@ pub(super) fn number<const D: usize>(
     let count = counts.iter().sum();
     let mut faces = Faces {
         vertices: vec![0; D * count],
-        cells: vec![[NONE; 2]; count],
-        of_cells: vec![NONE; cells.len()],
+        cells: rayon::iter::repeat_n([NONE; 2], count).collect(),
+        of_cells: Vec::new(),
         folded: None,
     };
     let before = counts
@@ -93,9 +94,12 @@ pub(super) fn number<const D: usize>(
             });
     faces.folded = folded.min();
     cancel::check()?;
-    for entry in &entries {
-        faces.of_cells[entry[D - 1] as usize] = entry[0];
-    }
+    // Each is written once; atomic, as all cores write.
+    let places = (0..cells.len()).into_par_iter().with_min_len(TASK);
+    let of_cells: Vec<AtomicU32> = places.map(|_| AtomicU32::new(NONE)).collect();
+    let numbered = entries.par_iter().with_min_len(TASK);
+    numbered.for_each(|entry| of_cells[entry[D - 1] as usize].store(entry[0], Ordering::Relaxed));
+    faces.of_cells = of_cells.into_iter().map(AtomicU32::into_inner).collect();
     Ok(Ok(faces))
 }
 
@@ -113,31 +117,55 @@ fn split<T>(
 
 /// Local faces by their smallest vertex, and where those of each vertex start.
 fn buckets<const D: usize>(cells: &[u32], vertices: usize) -> Result<(Vec<u32>, Vec<Entry<D>>)> {
-    let local = D + 1;
-    let mut starts = vec![0u32; vertices + 1];
-    for cell in cells.chunks_exact(local) {
-        cancel::check()?;
-        for i in 0..local {
-            starts[sorted_face::<D>(cell, i).0[0] as usize + 1] += 1;
-        }
+    // A task looks at all local faces, for some of the vertices.
+    let some = vertices
+        .div_ceil(rayon::current_num_threads().min(8))
+        .max(TASK);
+    let (mut starts, mut next) = (vec![0u32; vertices + 1], vec![0u32; vertices]);
+    let counts = next.par_chunks_mut(some).enumerate();
+    counts.try_for_each(|(task, counts)| {
+        let own = task * some..task * some + counts.len();
+        for_each_from::<D>(cells, own, |vertex, _, _| counts[vertex] += 1)
+    })?;
+    for (v, next) in next.iter_mut().enumerate() {
+        starts[v + 1] = starts[v] + std::mem::replace(next, starts[v]);
     }
-    for v in 0..vertices {
-        starts[v + 1] += starts[v];
-    }
-    let mut next = starts.clone();
     let mut entries = vec![[0; D]; cells.len()];
-    for (cell, vertices) in cells.chunks_exact(local).enumerate() {
+    let of_tasks = (0..vertices).step_by(some);
+    let lengths = of_tasks.map(|v| (starts[(v + some).min(vertices)] - starts[v]) as usize);
+    let own = split(&mut entries, lengths);
+    let tasks: Vec<_> = next.chunks_mut(some).zip(own).enumerate().collect();
+    tasks
+        .into_par_iter()
+        .try_for_each(|(task, (next, entries))| {
+            let (own, first) = (task * some..task * some + next.len(), starts[task * some]);
+            for_each_from::<D>(cells, own, |vertex, face, number| {
+                let entry = &mut entries[(next[vertex] - first) as usize];
+                entry[..D - 1].copy_from_slice(&face[1..]);
+                entry[D - 1] = number;
+                next[vertex] += 1;
+            })
+        })?;
+    Ok((starts, entries))
+}
+
+/// Visits the local faces whose smallest vertex is one of these: which of these, the face, and its number.
+fn for_each_from<const D: usize>(
+    cells: &[u32],
+    vertices: Range<usize>,
+    mut visit: impl FnMut(usize, [u32; D], u32),
+) -> Result<()> {
+    for (cell, corners) in cells.chunks_exact(D + 1).enumerate() {
         cancel::check()?;
-        for i in 0..local {
-            let (face, _) = sorted_face::<D>(vertices, i);
-            let slot = &mut next[face[0] as usize];
-            let entry = &mut entries[*slot as usize];
-            entry[..D - 1].copy_from_slice(&face[1..]);
-            entry[D - 1] = (cell * local + i) as u32;
-            *slot += 1;
+        for i in 0..=D {
+            let (face, _) = sorted_face::<D>(corners, i);
+            if vertices.contains(&(face[0] as usize)) {
+                let number = (cell * (D + 1) + i) as u32;
+                visit(face[0] as usize - vertices.start, face, number);
+            }
         }
     }
-    Ok((starts, entries))
+    Ok(())
 }
 
 /// The entries of each of these vertices.

@@ -4,6 +4,7 @@
 mod groups;
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
@@ -18,6 +19,8 @@ pub use groups::FaceGroup;
 /// In place of the second cell of a boundary face.
 pub const NONE: u32 = u32::MAX;
 
+/// Vertices, or cells, of one task.
+const TASK: usize = 1 << 12;
 /// The gradients of a cell flatter than this (measure over diameter^dim) are unusable.
 const DEGENERATE: f64 = 1e-14;
 /// In a tetrahedron thinner than this, see `thickness`, half of the digits of a gradient are lost.
@@ -203,7 +206,7 @@ impl Triangulation {
         let mut triangulation = Triangulation {
             name: name.to_owned(),
             dim,
-            points: mesh.points.to_vec(),
+            points: mesh.points.par_iter().with_min_len(TASK).copied().collect(),
             cells: Vec::new(),
             faces: Vec::new(),
             cell_faces: Vec::new(),
@@ -287,21 +290,26 @@ impl Triangulation {
             .reserve_exact(blocks().map(|b| b.nodes.len()).sum());
         for block in blocks() {
             cancel::check()?;
-            self.cells.extend_from_slice(&block.nodes);
+            self.cells
+                .par_extend(block.nodes.par_iter().with_min_len(TASK));
         }
-        let mut used = vec![false; self.points.len()];
-        for &node in &self.cells {
-            cancel::check()?;
-            match used.get_mut(node as usize) {
-                Some(used) => *used = true,
-                None => {
-                    return Err(self.refuse(
-                        format!("a cell names vertex {node}, and there are {}", used.len()),
-                        "repair the file",
-                    ));
-                }
+        let used: Vec<AtomicBool> = self.points.iter().map(|_| AtomicBool::new(false)).collect();
+        let is_absent = |node: &&u32| match used.get(**node as usize) {
+            Some(used) => {
+                used.store(true, Ordering::Relaxed);
+                false
             }
+            None => true,
+        };
+        let tasks = self.cells.par_chunks(TASK);
+        let absent = tasks.find_map_first(|nodes| nodes.iter().find(is_absent));
+        if let Some(node) = absent {
+            return Err(self.refuse(
+                format!("a cell names vertex {node}, and there are {}", used.len()),
+                "repair the file",
+            ));
         }
+        let used: Vec<bool> = used.into_iter().map(AtomicBool::into_inner).collect();
         let flat = self.orient_cells();
         cancel::check()?;
         if let Some(cell) = flat {
@@ -362,7 +370,8 @@ impl Triangulation {
                 *vertex = points[node as usize];
             }
             let measure = signed_measure(dim, &vertices);
-            let flat = DEGENERATE * diameter(dim, &vertices).powi(dim as i32);
+            let size = diameter(dim, &vertices);
+            let flat = DEGENERATE * size * size * if dim == 2 { 1.0 } else { size };
             if measure < 0.0 {
                 nodes.swap(dim - 1, dim);
             }
@@ -375,7 +384,7 @@ impl Triangulation {
         self.cells
             .par_chunks_exact_mut(local)
             .enumerate()
-            .with_min_len(4096)
+            .with_min_len(TASK)
             .filter_map(degenerate)
             .min()
     }
