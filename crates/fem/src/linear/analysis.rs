@@ -8,12 +8,14 @@
 //! of the parts of [`super::frontier`], above which all is left to [`super::lu`].
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
-use super::bisection::Tree;
+use super::bisection::{Part, Tree};
 use super::frontier::{Count, STEPS, cholesky, frontier};
 use super::lu_plan::LuPlan;
+use super::plan::{Numbering, Plan};
 use super::schur::Entry;
 use super::{Elements, Role};
 
@@ -28,67 +30,6 @@ const TASK: usize = 1 << 12;
 /// The tree is walked by at most about twice so many tasks, whatever the number of threads.
 const TASKS: usize = 64;
 
-/// A front of the tree: a dense matrix of its pivots and its border.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Front {
-    pub pivots: u32,
-    pub border: u32,
-    /// Elements of a leaf, [`Front::OF_HALVES`] otherwise.
-    pub elements: u32,
-    /// Where its maps start: of a leaf, the places of its elements' unknowns; otherwise the
-    /// places of the borders of its two halves, one after the other.
-    pub map: u32,
-}
-
-impl Front {
-    pub const OF_HALVES: u32 = u32::MAX;
-
-    pub fn is_leaf(&self) -> bool {
-        self.elements != Front::OF_HALVES
-    }
-
-    pub fn size(&self) -> usize {
-        (self.pivots + self.border) as usize
-    }
-
-    /// Entries of its columns of the factor.
-    pub fn entries(&self) -> usize {
-        let (p, b) = (self.pivots as usize, self.border as usize);
-        p * (p + 1) / 2 + p * b
-    }
-
-    /// Multiplications and additions of its elimination.
-    fn flops(&self) -> f64 {
-        cholesky(f64::from(self.pivots), f64::from(self.border))
-    }
-}
-
-/// The fronts of a part of the tree: those of a small part in postorder, or one front above two
-/// parts that are independent of each other.
-#[derive(Debug, Default)]
-pub(super) struct Plan {
-    pub halves: Option<Box<[Plan; 2]>>,
-    pub fronts: Vec<Front>,
-    /// Places in a front, of the borders below it.
-    pub maps: Vec<u32>,
-    /// Places in the front of a leaf, of the unknowns of its elements; [`Plan::FIXED`] for none.
-    pub places: Vec<u8>,
-    /// The part's first element in the order of elements.
-    pub from: usize,
-    /// Pivots and entries of the factor, of this part with its halves.
-    pub pivots: usize,
-    pub entries: usize,
-    pub flops: f64,
-    /// Border of the last front.
-    pub border: usize,
-    /// Most entries that updates of fronts wait in at one time.
-    pub waiting: usize,
-}
-
-impl Plan {
-    pub const FIXED: u8 = u8::MAX;
-}
-
 /// The order of elimination and the fronts.
 #[derive(Debug)]
 pub struct Analysis {
@@ -97,6 +38,8 @@ pub struct Analysis {
     pub kept: Vec<u32>,
     /// The eliminated unknowns in their order.
     pub order: Vec<u32>,
+    /// The place of each unknown in the order, behind which the kept ones come; none of fixed ones.
+    pub(super) numbers: Vec<u32>,
     /// The elements that are eliminated, in the order of the tree.
     pub(super) elements: Vec<u32>,
     /// Elements without an unknown to be eliminated: they are part of the Schur complement as they are.
@@ -128,11 +71,13 @@ impl Analysis {
             .collect();
         let is_inside = |e: u32| of_elements[e as usize] == Role::Eliminated;
         let members: Vec<u32> = (0..elements.count() as u32)
+            .into_par_iter()
+            .with_min_len(TASK)
             .filter(|&e| of_elements[e as usize] != Role::Fixed)
             .collect();
         let tree = Tree::new(&members, |e| elements.centre(e as usize));
         let (first_at, last_at) = spans(elements, &tree, roles);
-        let (owners, leaf_at, above) = owners(&tree, &first_at, &last_at);
+        let (mut owners, leaf_at, above) = owners(&tree, &first_at, &last_at);
         // Of one element aside alone: it can be eliminated before all others.
         let is_private = |k: usize| {
             let [first, last] = [first_at[k], last_at[k]];
@@ -143,66 +88,64 @@ impl Analysis {
         };
         let mut counts = vec![Count::default(); tree.parts.len()];
         let is_condensed = roles.contains(&Role::Kept) && !is_whole;
+        let unknowns = || (0..roles.len()).into_par_iter().with_min_len(TASK);
         if is_condensed {
-            for (k, &owner) in owners
-                .iter()
-                .enumerate()
-                .filter(|(_, owner)| **owner != NONE)
-            {
-                let count = &mut counts[owner as usize];
-                count.eliminated += u32::from(roles[k] == Role::Eliminated);
-                count.kept += u32::from(roles[k] == Role::Kept && !is_private(k));
+            let is_counted = |&k: &usize| roles[k] == Role::Kept && !is_private(k);
+            let of_parts = unknowns().filter(is_counted).map(|k| owners[k]);
+            for owner in of_parts.collect::<Vec<u32>>() {
+                if owner != NONE {
+                    counts[owner as usize].kept += 1;
+                }
             }
-            count_borders(elements, &tree, &owners, &leaf_at, &above, &mut counts);
+            count_others(
+                elements,
+                &tree,
+                &owners,
+                &leaf_at,
+                &above,
+                roles,
+                &mut counts,
+            );
         }
         let within = frontier(&tree, &counts, !is_condensed);
-        let mut eliminated = owners.clone();
+        let is_above = |owner: u32| owner != NONE && within[owner as usize].is_none();
+        let is_kept = |&k: &usize| match roles[k] {
+            Role::Fixed => false,
+            Role::Kept => true,
+            Role::Eliminated => is_above(owners[k]),
+        };
+        let kept: Vec<u32> = unknowns().filter(is_kept).map(|k| k as u32).collect();
         // What is kept, by the front that eliminates it: alone by its element, or by a part.
         let (mut alone, mut of_parts) = (Vec::new(), Vec::new());
-        let mut kept = Vec::new();
-        for (k, owner) in eliminated.iter_mut().enumerate() {
-            let part = if *owner == NONE {
-                None
+        for (number, &k) in (0..).zip(&kept) {
+            let owner = std::mem::replace(&mut owners[k as usize], NONE);
+            if is_private(k as usize) {
+                alone.push((first_at[k as usize], number));
             } else {
-                within[*owner as usize]
-            };
-            match roles[k] {
-                Role::Fixed => continue,
-                Role::Eliminated if part.is_some() || *owner == NONE => continue,
-                _ if is_private(k) => alone.push((first_at[k], kept.len() as u32)),
                 // An unknown of no element has ties alone, and comes last.
-                _ => of_parts.push((part.unwrap_or(*owner), kept.len() as u32)),
+                let part = within.get(owner as usize).copied().flatten();
+                of_parts.push((part.unwrap_or(owner), number));
             }
-            *owner = NONE;
-            kept.push(k as u32);
         }
         let groups = [grouped(alone), grouped(of_parts)].concat();
-        let separate = || {
-            let mut before = Vec::with_capacity(tree.order.len() + 1);
-            before.push(0);
-            let (mut inside, mut aside) = (Vec::new(), Vec::new());
-            for &e in &tree.order {
-                if is_inside(e) {
-                    &mut inside
-                } else {
-                    &mut aside
-                }
-                .push(e);
-                before.push(inside.len() as u32);
-            }
-            (before, inside, aside)
+        let positions = || {
+            (0..tree.order.len() as u32)
+                .into_par_iter()
+                .with_min_len(TASK)
         };
-        let ((firsts, order), (before, inside, aside)) =
-            rayon::join(|| eliminate(&eliminated, tree.parts.len()), separate);
-        let mut numbers = vec![NONE; roles.len()];
-        for (number, &k) in order.iter().chain(&kept).enumerate() {
-            numbers[k as usize] = number as u32;
-        }
+        let aside_at: Vec<u32> = positions()
+            .filter(|&position| !is_inside(tree.order[position as usize]))
+            .collect();
+        let aside: Vec<u32> = aside_at.iter().map(|&at| tree.order[at as usize]).collect();
+        let inside = tree.order.par_iter().with_min_len(TASK).copied();
+        let inside: Vec<u32> = inside.filter(|&e| is_inside(e)).collect();
+        let (firsts, order) = eliminate(&owners, tree.parts.len());
+        let numbers = inverse(&[&order, &kept], roles.len());
         let numbering = Numbering {
             elements,
             tree: &tree,
             inside: &inside,
-            before: &before,
+            aside_at: &aside_at,
             numbers: &numbers,
             firsts: &firsts,
             grain: (tree.order.len() / TASKS).max(256),
@@ -230,6 +173,7 @@ impl Analysis {
         );
         Analysis {
             order,
+            numbers,
             elements: inside,
             aside,
             blocks,
@@ -339,21 +283,46 @@ fn grouped(mut pairs: Vec<(u32, u32)>) -> Vec<Vec<u32>> {
         .collect()
 }
 
+/// Where each of `count` numbers stands in these lists, one after the other; none of others.
+fn inverse(lists: &[&[u32]], count: usize) -> Vec<u32> {
+    // Each place is written once; atomic, as all cores write.
+    let places = (0..count).into_par_iter().with_min_len(TASK);
+    let places: Vec<AtomicU32> = places.map(|_| AtomicU32::new(NONE)).collect();
+    let mut first = 0;
+    for list in lists {
+        let numbers = list.par_iter().enumerate().with_min_len(TASK);
+        numbers.for_each(|(k, &number)| {
+            places[number as usize].store((first + k) as u32, Ordering::Relaxed);
+        });
+        first += list.len();
+    }
+    places.into_iter().map(AtomicU32::into_inner).collect()
+}
+
 /// The first and the last position in the tree of the elements of each unknown; none of fixed ones.
 fn spans(elements: &impl Elements, tree: &Tree, roles: &[Role]) -> (Vec<u32>, Vec<u32>) {
-    let last_of = |at: &mut dyn Iterator<Item = (usize, &u32)>| {
-        let mut positions = vec![NONE; roles.len()];
-        for (position, &e) in at {
-            for &k in elements.of(e as usize) {
-                if roles[k as usize] != Role::Fixed {
-                    positions[k as usize] = position as u32;
+    let positions = inverse(&[&tree.order], elements.count());
+    let of_all = |none: u32, is_nearer: fn(u32, u32) -> bool| {
+        let mut found = vec![none; roles.len()];
+        // In the order of their numbers, in which neighbours are often near each other in memory.
+        for (e, &position) in positions.iter().enumerate() {
+            for &k in elements.of(e) {
+                let found = &mut found[k as usize];
+                if position != NONE && is_nearer(position, *found) {
+                    *found = position;
                 }
             }
         }
-        positions
+        found
     };
-    let all = || tree.order.iter().enumerate();
-    rayon::join(|| last_of(&mut all().rev()), || last_of(&mut all()))
+    let (mut first_at, last_at) = rayon::join(
+        || of_all(NONE, |position, first| position < first),
+        || of_all(0, |position, last| position > last),
+    );
+    let all = first_at.par_iter_mut().zip(roles).with_min_len(TASK);
+    all.filter(|(_, role)| **role == Role::Fixed)
+        .for_each(|(first, _)| *first = NONE);
+    (first_at, last_at)
 }
 
 /// The part in which each unknown is complete: the smallest that holds all its elements. With it the leaf at each position,
@@ -370,6 +339,10 @@ fn owners(tree: &Tree, first_at: &[u32], last_at: &[u32]) -> (Vec<u32>, Vec<u32>
             }
         }
     }
+    // Together, as they are read together and from anywhere.
+    let of_part = |(part, &above): (&Part, &u32)| (part.to, above);
+    let parts = tree.parts.par_iter().zip(&above).with_min_len(TASK);
+    let ends: Vec<(u32, u32)> = parts.map(of_part).collect();
     let owners = first_at
         .par_iter()
         .zip(last_at)
@@ -379,8 +352,8 @@ fn owners(tree: &Tree, first_at: &[u32], last_at: &[u32]) -> (Vec<u32>, Vec<u32>
                 return NONE;
             }
             let mut part = leaf_at[first as usize];
-            while tree.parts[part as usize].to <= last {
-                part = above[part as usize];
+            while ends[part as usize].0 <= last {
+                part = ends[part as usize].1;
             }
             part
         })
@@ -388,14 +361,15 @@ fn owners(tree: &Tree, first_at: &[u32], last_at: &[u32]) -> (Vec<u32>, Vec<u32>
     (owners, leaf_at, above)
 }
 
-/// How many unknowns each part with kept ones shares with the rest: those that have elements in it and are complete above.
-/// The others are below any frontier whatever they cost.
-fn count_borders(
+/// How many unknowns each part with kept ones eliminates, and how many it shares with the rest: those that have elements in
+/// it and are complete above. The others are below any frontier whatever they cost.
+fn count_others(
     elements: &impl Elements,
     tree: &Tree,
     owners: &[u32],
     leaf_at: &[u32],
     above: &[u32],
+    roles: &[Role],
     counts: &mut [Count],
 ) {
     // The smallest part with kept unknowns that each is in; itself, if it has some.
@@ -404,6 +378,13 @@ fn count_borders(
         if above[k] != NONE {
             has_kept[above[k] as usize] |= has_kept[k];
         }
+    }
+    let owned = owners.par_iter().zip(roles).with_min_len(TASK);
+    let eliminated = owned.filter(|&(&owner, role)| {
+        *role == Role::Eliminated && owner != NONE && has_kept[owner as usize]
+    });
+    for owner in eliminated.map(|(owner, _)| *owner).collect::<Vec<u32>>() {
+        counts[owner as usize].eliminated += 1;
     }
     let mut nearest: Vec<u32> = (0..above.len() as u32).collect();
     for k in (0..above.len()).rev() {
@@ -448,185 +429,42 @@ fn count_borders(
 
 /// The unknowns sorted by owner, and where those of each owner start.
 fn eliminate(owners: &[u32], parts: usize) -> (Vec<u32>, Vec<u32>) {
-    let mut firsts = vec![0u32; parts + 1];
-    for &owner in owners.iter().filter(|&&owner| owner != NONE) {
-        firsts[owner as usize + 1] += 1;
-    }
-    for k in 0..parts {
-        firsts[k + 1] += firsts[k];
-    }
-    let mut next = firsts.clone();
-    let mut order = vec![0; firsts[parts] as usize];
-    for (k, &owner) in owners
-        .iter()
-        .enumerate()
-        .filter(|(_, owner)| **owner != NONE)
-    {
-        let slot = &mut next[owner as usize];
-        order[*slot as usize] = k as u32;
-        *slot += 1;
-    }
-    (firsts, order)
-}
-
-/// Numbers of elimination, from which the fronts are merged.
-struct Numbering<'a, E> {
-    elements: &'a E,
-    tree: &'a Tree,
-    /// The elements that are eliminated, and how many of them stand before each position.
-    inside: &'a [u32],
-    before: &'a [u32],
-    /// Of each unknown; the kept ones have the last.
-    numbers: &'a [u32],
-    /// The first pivot of each part.
-    firsts: &'a [u32],
-    /// Parts up to this size are planned as one.
-    grain: usize,
-}
-
-impl<E: Elements> Numbering<'_, E> {
-    /// The elements of a part that are eliminated.
-    fn inside_of(&self, part: usize) -> &[u32] {
-        let part = self.tree.parts[part];
-        &self.inside
-            [self.before[part.from as usize] as usize..self.before[part.to as usize] as usize]
-    }
-
-    /// The plan of a part, and the numbers on its border, ascending.
-    fn plan(&self, root: usize) -> (Plan, Vec<u32>) {
-        let part = self.tree.parts[root];
-        let mut plan = Plan {
-            from: self.before[part.from as usize] as usize,
-            ..Plan::default()
-        };
-        let border = match part.left() {
-            Some(left) if part.len() > self.grain => {
-                let (a, b) = rayon::join(|| self.plan(left), || self.plan(root - 1));
-                let mut front = Vec::new();
-                merge(&a.1, &b.1, &mut front, &mut plan.maps);
-                let border = self.close(&mut plan, root, 0, Front::OF_HALVES, &front);
-                plan.entries += a.0.entries + b.0.entries;
-                plan.pivots += a.0.pivots + b.0.pivots;
-                plan.flops += a.0.flops + b.0.flops;
-                let below = a.0.waiting + b.0.waiting;
-                let added = (a.0.border.pow(2) + b.0.border.pow(2)) / 2;
-                plan.waiting = below.max(added + front.len().pow(2));
-                plan.halves = Some(Box::new([a.0, b.0]));
-                border
+    // A task looks at all unknowns, for some of the owners.
+    let some = parts
+        .div_ceil(rayon::current_num_threads().min(8))
+        .max(TASK);
+    let of_task = |task: usize, owner: u32| (owner as usize).wrapping_sub(task * some);
+    let (mut firsts, mut next) = (vec![0u32; parts + 1], vec![0u32; parts]);
+    let counts = next.par_chunks_mut(some).enumerate();
+    counts.for_each(|(task, counts)| {
+        for &owner in owners {
+            if let Some(count) = counts.get_mut(of_task(task, owner)) {
+                *count += 1;
             }
-            _ => self.plan_all(&mut plan, root),
-        };
-        plan.border = border.len();
-        plan.fronts.shrink_to_fit();
-        plan.maps.shrink_to_fit();
-        plan.places.shrink_to_fit();
-        (plan, border)
-    }
-
-    /// Plans all fronts below and including `root` one after the other.
-    fn plan_all(&self, plan: &mut Plan, root: usize) -> Vec<u32> {
-        let mut first = root;
-        while let Some(left) = self.tree.parts[first].left() {
-            first = left;
         }
-        // Borders of parts that wait for their other half.
-        let mut borders: Vec<Vec<u32>> = Vec::new();
-        let (mut front, mut waiting) = (Vec::new(), 0);
-        for k in first..=root {
-            front.clear();
-            let map = if self.tree.parts[k].left().is_none() {
-                let map = plan.places.len();
-                self.gather(k, &mut front, &mut plan.places);
-                map
-            } else {
-                let (b, a) = (borders.pop(), borders.pop());
-                let (a, b) = (a.unwrap_or_default(), b.unwrap_or_default());
-                let map = plan.maps.len();
-                merge(&a, &b, &mut front, &mut plan.maps);
-                waiting -= a.len().pow(2) / 2 + b.len().pow(2) / 2;
-                map
-            };
-            let elements = match self.tree.parts[k].left() {
-                None => self.inside_of(k).len() as u32,
-                Some(_) => Front::OF_HALVES,
-            };
-            let border = self.close(plan, k, map, elements, &front);
-            waiting += border.len().pow(2) / 2;
-            plan.waiting = plan.waiting.max(waiting + front.len().pow(2));
-            borders.push(border);
+    });
+    for (k, next) in next.iter_mut().enumerate() {
+        firsts[k + 1] = firsts[k] + std::mem::replace(next, firsts[k]);
+    }
+    let mut order = vec![0; firsts[parts] as usize];
+    let mut rest = &mut order[..];
+    let tasks = next.chunks_mut(some).enumerate().map(|(task, next)| {
+        let first = firsts[task * some] as usize;
+        let count = firsts[task * some + next.len()] as usize - first;
+        let (own, others) = std::mem::take(&mut rest).split_at_mut(count);
+        rest = others;
+        (task, first, next, own)
+    });
+    let tasks: Vec<_> = tasks.collect();
+    tasks.into_par_iter().for_each(|(task, first, next, own)| {
+        for (k, &owner) in (0..).zip(owners) {
+            if let Some(slot) = next.get_mut(of_task(task, owner)) {
+                own[*slot as usize - first] = k;
+                *slot += 1;
+            }
         }
-        borders.pop().unwrap_or_default()
-    }
-
-    /// The unknowns of a leaf's elements, and their places.
-    fn gather(&self, leaf: usize, front: &mut Vec<u32>, places: &mut Vec<u8>) {
-        let elements = self.inside_of(leaf);
-        let numbers = || {
-            let unknowns = elements.iter().flat_map(|&e| self.elements.of(e as usize));
-            unknowns.map(|&k| self.numbers[k as usize])
-        };
-        front.extend(numbers().filter(|&number| number != NONE));
-        front.sort_unstable();
-        front.dedup();
-        places.extend(numbers().map(|number| {
-            let place = front.iter().position(|&other| other == number);
-            place.map_or(Plan::FIXED, |place| place as u8)
-        }));
-    }
-
-    /// Adds the front of a part and returns its border.
-    fn close(
-        &self,
-        plan: &mut Plan,
-        part: usize,
-        map: usize,
-        elements: u32,
-        front: &[u32],
-    ) -> Vec<u32> {
-        let pivots = (self.firsts[part + 1] - self.firsts[part]) as usize;
-        debug_assert!(
-            front[..pivots]
-                .iter()
-                .copied()
-                .eq(self.firsts[part]..self.firsts[part + 1])
-        );
-        let border = front[pivots..].to_vec();
-        let front = Front {
-            pivots: pivots as u32,
-            border: border.len() as u32,
-            elements,
-            map: map as u32,
-        };
-        plan.pivots += pivots;
-        plan.entries += front.entries();
-        plan.flops += front.flops();
-        plan.fronts.push(front);
-        border
-    }
-}
-
-/// The union of two ascending lists, and the places of both in it.
-fn merge(a: &[u32], b: &[u32], union: &mut Vec<u32>, places: &mut Vec<u32>) {
-    let start = places.len();
-    places.resize(start + a.len() + b.len(), 0);
-    let (in_a, in_b) = places[start..].split_at_mut(a.len());
-    let (mut i, mut j) = (0, 0);
-    while i < a.len() || j < b.len() {
-        let next = match (a.get(i), b.get(j)) {
-            (Some(&x), Some(&y)) => x.min(y),
-            (Some(&x), None) | (None, Some(&x)) => x,
-            (None, None) => break,
-        };
-        if a.get(i) == Some(&next) {
-            in_a[i] = union.len() as u32;
-            i += 1;
-        }
-        if b.get(j) == Some(&next) {
-            in_b[j] = union.len() as u32;
-            j += 1;
-        }
-        union.push(next);
-    }
+    });
+    (firsts, order)
 }
 
 #[cfg(test)]
@@ -664,7 +502,7 @@ mod tests {
         for (owner, role) in owners.iter().zip(&roles) {
             counts[*owner as usize].kept += u32::from(*role == Role::Kept);
         }
-        count_borders(&grid, &tree, &owners, &leaf_at, &above, &mut counts);
+        count_others(&grid, &tree, &owners, &leaf_at, &above, &roles, &mut counts);
         let mut with_kept = 0;
         for (k, part) in tree.parts.iter().enumerate() {
             let elements = &tree.order[part.from as usize..part.to as usize];

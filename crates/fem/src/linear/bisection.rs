@@ -7,7 +7,7 @@ use rayon::prelude::*;
 const LEAF: usize = 4;
 /// Parts from this size on are cut by several threads; the result does not depend on how many.
 const PARALLEL: usize = 1 << 14;
-/// Parts up to this size are sorted, larger ones are counted into bins.
+/// Parts up to this size are sorted along each axis, larger ones are counted into bins.
 const SORTED: usize = 256;
 const BINS: usize = 1024;
 /// About so many points tell where the median is.
@@ -45,25 +45,25 @@ pub(super) struct Tree {
     pub parts: Vec<Part>,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Point {
     at: [f32; 3],
     index: u32,
 }
 
 impl Tree {
-    /// How many cuts each point stays with the lower part, of `most`.
+    /// How many cuts each point stays with the lower part, of `most`; small parts are not cut.
     pub fn depths(
         members: &[u32],
         place: impl Fn(u32) -> [f64; 3] + Sync,
         most: u8,
     ) -> Vec<(u32, u8)> {
         let mut points = points(members, place);
-        let mut spare = points.clone();
+        let mut spare = room(points.len());
         let mut depths = Vec::with_capacity(points.len());
         let mut rest = &mut points[..];
         for depth in 0..most {
-            if rest.len() <= LEAF {
+            if rest.len() <= SORTED {
                 break;
             }
             let room = &mut spare[..rest.len()];
@@ -82,17 +82,23 @@ impl Tree {
     /// `members` are the numbers of the points, `place` their coordinates.
     pub fn new(members: &[u32], place: impl Fn(u32) -> [f64; 3] + Sync) -> Self {
         let mut points = points(members, place);
-        let mut spare = points.clone();
+        let mut spare = room(points.len());
         let parts = if points.is_empty() {
             Vec::new()
         } else {
             cut(&mut points, &mut spare, 0)
         };
         Tree {
-            order: points.iter().map(|p| p.index).collect(),
+            order: points.par_iter().map(|p| p.index).collect(),
             parts,
         }
     }
+}
+
+/// Room for so many points, which all cores have written.
+fn room(count: usize) -> Vec<Point> {
+    let points = rayon::iter::repeat_n(Point::default(), count);
+    points.with_min_len(PARALLEL).collect()
 }
 
 /// The points in the unit cube.
@@ -165,20 +171,133 @@ fn cut(points: &mut [Point], spare: &mut [Point], from: usize) -> Vec<Part> {
 }
 
 fn cut_into(points: &mut [Point], spare: &mut [Point], from: usize, parts: &mut Vec<Part>) {
-    let mut left = NONE;
-    if points.len() > LEAF {
-        let middle = split(points, spare);
-        let (low, high) = points.split_at_mut(middle);
-        let (low_spare, high_spare) = spare.split_at_mut(middle);
-        cut_into(low, low_spare, from, parts);
-        left = parts.len() as u32 - 1;
-        cut_into(high, high_spare, from + middle, parts);
+    if points.len() <= SORTED {
+        return Sorted::new(points).cut(points, from, parts);
     }
+    let middle = split(points, spare);
+    let (low, high) = points.split_at_mut(middle);
+    let (low_spare, high_spare) = spare.split_at_mut(middle);
+    cut_into(low, low_spare, from, parts);
+    let left = parts.len() as u32 - 1;
+    cut_into(high, high_spare, from + middle, parts);
     parts.push(Part {
         from: from as u32,
         to: (from + points.len()) as u32,
         left,
     });
+}
+
+/// The points of a small part, and their order along each axis, which its own parts keep (J. Bentley, J. Friedman,
+/// ACM Comput. Surv. 11, 1979): only once is anything sorted.
+struct Sorted {
+    points: [Point; SORTED],
+    orders: [[u8; SORTED]; 3],
+    /// Along how many axes they are sorted.
+    axes: usize,
+    /// Does a point belong to the upper part of the last cut?
+    is_above: [bool; SORTED],
+}
+
+impl Sorted {
+    fn new(points: &[Point]) -> Self {
+        let mut sorted = Sorted {
+            points: [Point::default(); SORTED],
+            orders: [[0; SORTED]; 3],
+            axes: 2 + usize::from(points.iter().any(|point| point.at[2] != points[0].at[2])),
+            is_above: [false; SORTED],
+        };
+        sorted.points[..points.len()].copy_from_slice(points);
+        let mut keys = [0_u64; SORTED];
+        let keys = &mut keys[..points.len()];
+        for (axis, order) in sorted.orders[..sorted.axes].iter_mut().enumerate() {
+            for ((place, key), point) in (0..).zip(&mut *keys).zip(points) {
+                // Coordinates are not negative, so that their bits are in their order.
+                *key = u64::from(point.at[axis].to_bits()) << u8::BITS | place;
+            }
+            keys.sort_unstable();
+            for (place, key) in order.iter_mut().zip(&*keys) {
+                *place = *key as u8;
+            }
+        }
+        sorted
+    }
+
+    /// Puts the points into the order of their parts.
+    fn cut(mut self, points: &mut [Point], from: usize, parts: &mut Vec<Part>) {
+        self.cut_range(0, points.len(), from, parts);
+        for (point, place) in points.iter_mut().zip(self.orders[0]) {
+            *point = self.points[place as usize];
+        }
+    }
+
+    fn at(&self, place: usize, axis: usize) -> f32 {
+        self.points[self.orders[axis][place] as usize].at[axis]
+    }
+
+    fn cut_range(&mut self, start: usize, end: usize, from: usize, parts: &mut Vec<Part>) {
+        let count = end - start;
+        let mut left = NONE;
+        if count > LEAF {
+            let extents = [0, 1, 2].map(|axis| self.at(end - 1, axis) - self.at(start, axis));
+            let axis = longest(extents);
+            let slack = slack(count, extents);
+            let lowest = (count / 2).saturating_sub(slack).max(1);
+            let highest = (count / 2 + slack).min(count - 1);
+            let mut best = (count / 2, 0.0);
+            for k in lowest..=highest {
+                let gap = self.at(start + k, axis) - self.at(start + k - 1, axis);
+                let value = score(gap, k.abs_diff(count / 2), slack);
+                if value > best.1 {
+                    best = (k, value);
+                }
+            }
+            let middle = start + best.0;
+            for k in start..end {
+                self.is_above[self.orders[axis][k] as usize] = k >= middle;
+            }
+            for other in (0..self.axes).filter(|other| *other != axis) {
+                let order = &mut self.orders[other][start..end];
+                let (mut below, mut above, mut upper) = (0, 0, [0; SORTED]);
+                for k in 0..count {
+                    let place = order[k];
+                    let is_above = self.is_above[place as usize];
+                    order[below] = place;
+                    upper[above] = place;
+                    above += usize::from(is_above);
+                    below += usize::from(!is_above);
+                }
+                order[below..].copy_from_slice(&upper[..above]);
+            }
+            self.cut_range(start, middle, from, parts);
+            left = parts.len() as u32 - 1;
+            self.cut_range(middle, end, from, parts);
+        }
+        parts.push(Part {
+            from: (from + start) as u32,
+            to: (from + end) as u32,
+            left,
+        });
+    }
+}
+
+/// The axis of the longest extent. A tie, as on a square, is decided for the higher axis whatever the rounding.
+fn longest(extents: [f32; 3]) -> usize {
+    (0..2).rev().fold(2, |best, k| {
+        if extents[k] > 1.0001 * extents[best] {
+            k
+        } else {
+            best
+        }
+    })
+}
+
+/// By how many points a cut may be off the median.
+fn slack(count: usize, extents: [f32; 3]) -> usize {
+    let across = match extents[2] > 0.0 {
+        true => (count as f64).cbrt(),
+        false => (count as f64).sqrt(),
+    };
+    ((ROWS / across * count as f64) as usize).clamp(1, count / 4 + 1)
 }
 
 /// Puts the lower part first and returns its length, which is neither nothing nor all.
@@ -191,38 +310,13 @@ fn split(points: &mut [Point], spare: &mut [Point]) -> usize {
             high[k] = if at[k] > high[k] { at[k] } else { high[k] };
         }
     }
-    // A tie, as on a square, is decided for the higher axis whatever the rounding.
-    let extent = |k: usize| high[k] - low[k];
-    let axis = (0..2).rev().fold(2, |best, k| {
-        if extent(k) > 1.0001 * extent(best) {
-            k
-        } else {
-            best
-        }
-    });
+    let extents = std::array::from_fn(|k| high[k] - low[k]);
+    let axis = longest(extents);
     let count = points.len();
-    let rows = ROWS / (count as f64).powf(if extent(2) > 0.0 { 1.0 / 3.0 } else { 0.5 });
-    let slack = ((rows * count as f64) as usize).clamp(1, count / 4 + 1);
-    if count <= SORTED || !(extent(axis) > 0.0) {
-        // Coordinates are not negative, so that their bits are in their order.
-        points.sort_unstable_by_key(|p| {
-            u64::from(p.at[axis].to_bits()) << u32::BITS | u64::from(p.index)
-        });
-        let from = (count / 2).saturating_sub(slack).max(1);
-        let to = (count / 2 + slack).min(count - 1);
-        return (from..=to)
-            .map(|k| {
-                let gap = points[k].at[axis] - points[k - 1].at[axis];
-                (k, score(gap, k.abs_diff(count / 2), slack))
-            })
-            .fold(
-                (count / 2, 0.0),
-                |best, next| {
-                    if next.1 > best.1 { next } else { best }
-                },
-            )
-            .0;
+    if !(extents[axis] > 0.0) {
+        return count / 2;
     }
+    let slack = slack(count, extents);
     let at = place(points, axis, low[axis], high[axis], slack);
     let (mut below, mut above) = (0, 0);
     // Stable, so that the result is the same however the points came to stand here.

@@ -11,7 +11,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Mat, MatMut, Par, Side};
 
-use super::analysis::Plan;
+use super::plan::Plan;
 use super::{Analysis, Elements, Role, Schur, Symmetric};
 use faceoff_mesh::error::{Error, Result};
 

@@ -11,8 +11,9 @@ use std::sync::Arc;
 use faer::Mat;
 use rayon::prelude::*;
 
-use super::analysis::{Analysis, Front, Plan};
+use super::analysis::Analysis;
 use super::kernels::{Number, clear_registers_everywhere, eliminate};
+use super::plan::{Front, Plan};
 use super::pool::Pool;
 use super::substitution::{Sides, backward, forward, forward_above};
 use super::{Elements, Schur};
@@ -146,12 +147,15 @@ impl<T: Number> Multifrontal<T> {
                 let border: Vec<f64> = border.iter().map(|&p| kept[p as usize]).collect();
                 backward(plan, columns, y, &border);
             });
-        for (&k, value) in analysis.order.iter().zip(&y) {
-            x[k as usize] = *value;
-        }
-        for (&k, value) in analysis.kept.iter().zip(kept) {
-            x[k as usize] = *value;
-        }
+        let all = x.par_iter_mut().zip(&analysis.numbers);
+        all.with_min_len(1 << 14).for_each(|(x, &number)| {
+            let number = number as usize;
+            let of_kept = number.checked_sub(y.len()).map(|k| kept.get(k));
+            // Fixed ones have no number.
+            if let Some(value) = of_kept.unwrap_or(y.get(number)) {
+                *x = *value;
+            }
+        });
     }
 }
 

@@ -1,13 +1,28 @@
-//! Room for fronts that is used again.
-//!
-//! A front's room is large and short-lived. Asked of the system anew each time, most of a
-//! factorisation's time would go into pages that the system clears, and takes away from all threads.
+//! Room for numbers, of which the system gives each page when it is first used.
 
 use std::sync::Mutex;
 
+use rayon::prelude::*;
+
 use super::kernels::Number;
 
+/// Zeros that all cores have written. The pages of `vec![0.0; n]` alone are the first user's to ask for, and twice where it
+/// reads before it writes: each then interrupts all cores.
+pub fn zeros(count: usize) -> Vec<f64> {
+    let mut zeros = vec![0.0; count];
+    clear(&mut zeros);
+    zeros
+}
+
+/// x := 0 on all cores.
+pub fn clear(x: &mut [f64]) {
+    x.par_chunks_mut(1 << 14).for_each(|x| x.fill(0.0));
+}
+
 /// Buffers that wait to be used again, by all threads.
+///
+/// A front's room is large and short-lived. Asked of the system anew each time, most of a
+/// factorisation's time would go into pages that the system clears, and takes away from all threads.
 pub(super) struct Pool<T>(Mutex<Vec<Vec<T>>>);
 
 impl<T: Number> Pool<T> {

@@ -6,7 +6,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use super::kernels::clear_registers_everywhere;
+use super::kernels::{clear_registers_everywhere, dot};
 use super::lu::SchurLu;
 use super::lu_plan::LuPlan;
 
@@ -71,20 +71,11 @@ impl Schur {
         for (border, dense) in &self.blocks {
             on_border.clear();
             on_border.resize(border.len(), 0.0);
-            let add = |(k, y): (usize, &mut [f64])| {
-                for (j, &q) in border.iter().enumerate() {
-                    let column = &dense.col_as_slice(j)[k * ROWS..];
-                    let factor = x[q as usize];
-                    for (y, a) in y.iter_mut().zip(column) {
-                        *y += a * factor;
-                    }
-                }
-            };
-            if border.len() > ROWS {
-                on_border.par_chunks_mut(ROWS).enumerate().for_each(add);
-            } else {
-                add((0, &mut on_border));
-            }
+            let at: Vec<f64> = border.iter().map(|&q| x[q as usize]).collect();
+            // By symmetry its columns are the rows.
+            let set = |(k, y): (usize, &mut f64)| *y = dot(dense.col_as_slice(k), &at);
+            let rows = on_border.par_iter_mut().enumerate();
+            rows.with_min_len(ROWS).for_each(set);
             for (&p, value) in border.iter().zip(&on_border) {
                 y[p as usize] += value;
             }

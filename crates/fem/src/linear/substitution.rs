@@ -1,7 +1,7 @@
 //! Triangular solves with the columns that [`super::multifrontal`] writes, by the same tree.
 
-use super::analysis::{Front, Plan};
-use super::kernels::Number;
+use super::kernels::{Number, dot};
+use super::plan::{Front, Plan};
 
 /// Right-hand sides in the fronts of a part that are done one after the other.
 #[derive(Default)]
@@ -85,20 +85,6 @@ fn backward_front<T: Number>(columns: &[T], pivots: usize, x: &mut [f64]) {
         let (head, tail) = x[j..].split_at_mut(1);
         head[0] = (head[0] - dot(&column[1..], tail)) * column[0].wide();
     }
-}
-
-/// Σ_i l_i x_i in four parts, which a processor does side by side.
-fn dot<T: Number>(l: &[T], x: &[f64]) -> f64 {
-    let (l4, l_rest) = l.as_chunks::<4>();
-    let (x4, x_rest) = x.as_chunks::<4>();
-    let mut sums = [0.0; 4];
-    for (l, x) in l4.iter().zip(x4) {
-        for k in 0..4 {
-            sums[k] += l[k].wide() * x[k];
-        }
-    }
-    let rest: f64 = l_rest.iter().zip(x_rest).map(|(l, x)| l.wide() * x).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// y := L⁻¹ y of a part; returns what it leaves on the border.
