@@ -62,7 +62,7 @@ impl Explanation {
             dimension: problem.space.mesh.dim,
             element: problem.space.element.name(),
             dofs: problem.space.dofs,
-            given: problem.dirichlet.iter().flatten().count(),
+            given: problem.dirichlet.given().count(),
             zero_data: all
                 .into_iter()
                 .filter(|(_, e)| e.is_zero())

@@ -17,13 +17,13 @@ pub(super) fn values_held(search: &mut Search) -> Option<Explanation> {
     let first = *off.first()?;
     let kept = search.problem.dirichlet.clone();
     for dof in &off {
-        search.problem.dirichlet[*dof] = Some(search.u[*dof]);
+        search.problem.dirichlet.set(*dof, search.u[*dof]);
     }
     let left = search.problem.backward_error(search.u).0;
     search.problem.dirichlet = kept;
     let spot = |dof: &usize| Spot::of_dof(&search.problem, *dof, search.errors[*dof]);
     let at: Vec<Spot> = off.iter().map(spot).collect();
-    let all = search.problem.dirichlet.iter().flatten().count();
+    let all = search.problem.dirichlet.given().count();
     let what = match (&off[..], search.problem.dirichlet[first]) {
         ([_], Some(g)) => {
             let u = search.u[first];

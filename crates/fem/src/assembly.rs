@@ -12,7 +12,7 @@ use std::sync::{Arc, OnceLock};
 use rayon::prelude::*;
 
 use crate::element::{Basis, MAX_DOFS, Space};
-use crate::linear::Elements;
+use crate::linear::{Elements, clear, zeros};
 use crate::quadrature::{self, Rule};
 use crate::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
@@ -41,7 +41,7 @@ pub(crate) fn sum_over_cells(
     space: &Space,
     form: impl Fn(std::ops::Range<usize>, &mut [f64]) + Sync,
 ) -> Vec<f64> {
-    let mut sum = vec![0.0; space.dofs];
+    let mut sum = zeros(space.dofs);
     add_over_cells(space, &mut sum, form);
     sum
 }
@@ -325,7 +325,7 @@ impl<'a> Stiffness<'a> {
 
     fn products(&self, u: &[f64], y: &mut [f64], product: impl Fn(f64, f64) -> f64 + Sync + Copy) {
         let local = self.space.local_dofs;
-        y.fill(0.0);
+        clear(y);
         add_over_cells(&self.space, y, |cells, vectors| {
             for (cell, y) in cells.zip(vectors.chunks_exact_mut(local)) {
                 self.cell_times(cell, u, y, product);
@@ -477,7 +477,11 @@ pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Re
             }
         }
     });
-    if b.iter().any(|value| !value.is_finite()) {
+    if !b
+        .par_iter()
+        .with_min_len(1 << 14)
+        .all(|value| value.is_finite())
+    {
         for cell in 0..mesh.cell_count() {
             let geometry = mesh.geometry(cell);
             for (lambda, ..) in &rule {

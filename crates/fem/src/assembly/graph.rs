@@ -1,6 +1,6 @@
 //! Products with the matrices of P1 and of Crouzeix and Raviart, which are those of a graph: the row of i has Σ_j c_ij (u_i - u_j).
 
-use super::{Stiffness, add_over_cells};
+use super::{Stiffness, add_over_cells, clear};
 
 impl Stiffness<'_> {
     /// A u on cells with L corners, into `y`.
@@ -42,7 +42,7 @@ impl Stiffness<'_> {
             .pairs
             .first()
             .map_or(0.0, |(i, _, reference)| reference[i * L + i]);
-        y.fill(0.0);
+        clear(y);
         add_over_cells(&self.space, y, |cells, vectors| {
             for (cell, y) in cells.zip(vectors.as_chunks_mut().0) {
                 let mut at = [0.0; L];

@@ -4,13 +4,13 @@
 //! linear with the values c_k = 2 (b_ik - b_jk) at the corners, and the mean of the product of two such is
 //! (Σ c_k d_k + Σ c_k Σ d_k) / ((d+1)(d+2)).
 
-use super::{Stiffness, add_over_cells};
+use super::{Stiffness, add_over_cells, clear};
 use faceoff_mesh::mesh::local_edges;
 
 impl Stiffness<'_> {
     /// A u on cells with V corners and L dofs, into `y`.
     pub(super) fn times_quadratic<const V: usize, const L: usize>(&self, u: &[f64], y: &mut [f64]) {
-        y.fill(0.0);
+        clear(y);
         add_over_cells(&self.space, y, |cells, vectors| {
             for (cell, y) in cells.zip(vectors.as_chunks_mut().0) {
                 *y = self.cell_times_quadratic::<V, L>(cell, u);

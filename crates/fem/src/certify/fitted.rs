@@ -238,10 +238,13 @@ mod tests {
             let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
             let (u, mut random) = (solved(&problem), crate::Random::new(7));
             for noise in (0..16).map(|k| [0.0, 0.001, 0.01, 0.1][k % 4]) {
-                let off = u.iter().zip(&problem.dirichlet).map(|(u, g)| match g {
-                    Some(_) => *u,
-                    None => u + noise * (random.next() - 0.5),
-                });
+                let off = u
+                    .iter()
+                    .zip(problem.dirichlet.iter())
+                    .map(|(u, g)| match g {
+                        Some(_) => *u,
+                        None => u + noise * (random.next() - 0.5),
+                    });
                 let off: Vec<f64> = off.collect();
                 let (_, fields) = certified(&problem, &off).unwrap();
                 for (contact, obstacle) in problem.contact.iter().zip(&fields.data.obstacles) {

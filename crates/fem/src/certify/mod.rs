@@ -410,7 +410,7 @@ fn check(problem: &Problem, u: &[f64]) -> Result<()> {
         ));
     }
     let largest = u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
-    for (dof, (u, g)) in u.iter().zip(&problem.dirichlet).enumerate() {
+    for (dof, (u, g)) in u.iter().zip(problem.dirichlet.iter()).enumerate() {
         if !u.is_finite() {
             return Err(refusal(
                 format!("dof {dof} of the field is {u}"),

@@ -340,7 +340,7 @@ proptest! {
         let Some(mesh) = with_moved_vertices(&scene, 2 * n, moved, &mut random) else { return Ok(()) };
         let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method.parse().unwrap())).unwrap();
         let exact = scene.exact().and_then(Exact::formula).unwrap();
-        let u: Vec<f64> = problem.space.points().zip(&problem.dirichlet).map(|(x, g)| {
+        let u: Vec<f64> = problem.space.points().zip(problem.dirichlet.iter()).map(|(x, g)| {
             g.unwrap_or_else(|| exact.value(x) + 10f64.powf(noise) * random())
         }).collect();
         let (certificate, fields) = match certified(&problem, &u) {
@@ -539,7 +539,7 @@ fn both_sides_of_the_identity_are_equal() {
     let u: Vec<f64> = problem
         .space
         .points()
-        .zip(&problem.dirichlet)
+        .zip(problem.dirichlet.iter())
         .map(|(x, g)| g.unwrap_or(exact.value(x) + 0.1 * (7.0 * x[0]).sin() - 0.2 * x[1]))
         .collect();
     let (_, fields) = certified(&problem, &u).unwrap();

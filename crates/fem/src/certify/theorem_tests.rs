@@ -10,7 +10,7 @@ use crate::scene::Part;
 fn rough(problem: &Problem, seed: u64) -> Vec<f64> {
     let mut random = crate::Random::new(seed);
     let rough = |(u, g): (f64, &Option<f64>)| g.unwrap_or(u + 2.0 * random.next() - 1.0);
-    let u = solved(problem).into_iter().zip(&problem.dirichlet);
+    let u = solved(problem).into_iter().zip(problem.dirichlet.iter());
     u.map(rough).collect()
 }
 

@@ -21,7 +21,7 @@ use super::scheme::{Scheme, clear_rows};
 use super::system::{Built, Energy, System, Weights};
 use crate::linear::{
     Changed, Choice, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings, Solved,
-    condense,
+    condense, zeros,
 };
 use faceoff_mesh::error::{Error, Result};
 
@@ -47,6 +47,8 @@ pub(super) struct Condensed<'a> {
     stale: RefCell<Option<Stale>>,
     /// Dense factorisations so far.
     dense: Cell<usize>,
+    /// The last vector that S was multiplied with, and the product: three parts of a step ask for that of the same u.
+    last: RefCell<(Vec<f64>, Vec<f64>)>,
 }
 
 /// The last factorisation of S + N, the laws that it is for, and what has been solved with it.
@@ -119,11 +121,10 @@ impl<'a> Condensed<'a> {
     ) -> Result<Result<Self, Scheme<'a>>> {
         let problem = scheme.problem;
         let space = &problem.space;
-        let mut roles: Vec<Role> = problem
-            .dirichlet
-            .iter()
-            .map(|g| g.map_or(Role::Eliminated, |_| Role::Fixed))
-            .collect();
+        let mut roles = problem.dirichlet.map(|held| match held {
+            true => Role::Fixed,
+            false => Role::Eliminated,
+        });
         if !roles.contains(&Role::Eliminated) {
             return Err(Error::Solver {
                 what: "Γ_D holds every dof, so there is nothing to solve".into(),
@@ -189,6 +190,7 @@ impl<'a> Condensed<'a> {
             fixed,
             stale: RefCell::new(None),
             dense: Cell::new(0),
+            last: RefCell::default(),
         }))
     }
 
@@ -206,9 +208,18 @@ impl<'a> Condensed<'a> {
         r
     }
 
-    /// S u of the free dofs, without the shift.
+    /// S u of the free dofs.
+    fn with_shift_times(&self, u: &[f64]) -> Vec<f64> {
+        let mut last = self.last.borrow_mut();
+        if last.0 != u || u.is_empty() {
+            *last = (u.to_vec(), self.schur.times(u));
+        }
+        last.1.clone()
+    }
+
+    /// The same without the shift.
     fn times(&self, u: &[f64]) -> Vec<f64> {
-        let mut y = self.schur.times(&u[..self.load.len()]);
+        let mut y = self.with_shift_times(&u[..self.load.len()]);
         for &(i, j, value) in &self.shift {
             y[i as usize] += value * u[j as usize];
         }
@@ -366,7 +377,7 @@ impl System for Condensed<'_> {
     /// load; with the shift added that holds what Γ_D does not.
     fn energy(&self, delta: &[f64]) -> Energy {
         let delta = &delta[..self.load.len()];
-        Energy::new(delta, |v| dot(&self.schur.times(v), v))
+        Energy::of_product(delta, &self.with_shift_times(delta))
     }
 
     /// The same of u less what it is where the iteration starts, the load included.
@@ -428,7 +439,7 @@ impl System for Condensed<'_> {
         let mut on_kept: Vec<f64> = reduced.kept().iter().map(|g| -g).collect();
         on_kept.resize(self.load.len() + self.fixed.len(), 0.0);
         let delta = self.step(laws, &on_kept)?;
-        let mut step = vec![0.0; r.len()];
+        let mut step = zeros(r.len());
         self.factor
             .expand(&reduced, &delta[..self.load.len()], &mut step);
         Ok(step)
@@ -437,9 +448,9 @@ impl System for Condensed<'_> {
 
 /// L(φ_i) - (∇u, ∇φ_i), all dofs, with u where the iteration starts.
 fn right_side(scheme: &Scheme) -> Vec<f64> {
-    let mut b = scheme.load.to_vec();
+    let mut b = scheme.load();
     let problem = scheme.problem;
-    if problem.dirichlet.iter().flatten().any(|g| *g != 0.0) {
+    if problem.dirichlet.given().any(|(_, g)| g != 0.0) {
         for (b, r) in b.iter_mut().zip(problem.stiffness.times(&problem.start())) {
             *b -= r;
         }
@@ -449,8 +460,4 @@ fn right_side(scheme: &Scheme) -> Vec<f64> {
 
 fn same_places(a: &[(u32, f64)], b: &[(u32, f64)]) -> bool {
     a.iter().map(|a| a.0).eq(b.iter().map(|b| b.0))
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -5,11 +5,12 @@ use std::sync::{Arc, OnceLock};
 use super::condition::Condition;
 use super::discretisation::Discretisation;
 use super::face::ContactFace;
+use super::held::Held;
 use super::law::{Law, OnContact};
 use super::method::Method;
 use crate::assembly::{self, Stiffness, VertexValues, value_at};
 use crate::element::{P1, Space};
-use crate::linear::Csr;
+use crate::linear::{Csr, zeros};
 use crate::quadrature::Rule;
 use crate::scene::{HRule, Part, Scene};
 use faceoff_mesh::error::{Error, Result};
@@ -34,7 +35,7 @@ pub struct Problem<'a> {
     /// L(φ_i) = (f, φ_i) + <t, φ_i>_N, all dofs.
     pub load: Vec<f64>,
     /// The value of g at each dof on Γ_D, none elsewhere.
-    pub dirichlet: Vec<Option<f64>>,
+    pub dirichlet: Held,
     /// Where there are parts of the domain that Γ_D does not hold: that part, of each dof.
     pub floating: Option<Vec<Option<u32>>>,
     /// The connected part of the mesh of each dof, and how many there are.
@@ -61,7 +62,7 @@ impl<'a> Problem<'a> {
         let parts = scene.parts(mesh)?;
         let space = Space::new(mesh, discretisation.method.element);
         let [cell_rule, face_rule] = discretisation.checked(scene, mesh.dim)?;
-        let mut load = vec![0.0; space.dofs];
+        let mut load = zeros(space.dofs);
         let (added, components) = rayon::join(
             || assembly::add_load(&space, &scene.data().f, &cell_rule, &mut load),
             || mesh.components(),
@@ -172,7 +173,7 @@ impl<'a> Problem<'a> {
     ) -> Result<Self> {
         let (mesh, method) = (space.mesh, discretisation.method);
         let [cell_rule, face_rule] = discretisation.checked(scene, mesh.dim)?;
-        let mut dirichlet = vec![None; space.dofs];
+        let mut given = Vec::new();
         let mut contact = Vec::new();
         let largest = match discretisation.h {
             HRule::Local => 0.0,
@@ -185,11 +186,9 @@ impl<'a> Problem<'a> {
                 None | Some(Part::Neumann) => {}
                 Some(Part::Dirichlet) => {
                     let cell = mesh.face_cells(face)[0] as usize;
-                    let dofs: Vec<u32> =
-                        space.face_dofs(cell, mesh.local_face(cell, face)).collect();
-                    for dof in dofs {
+                    for dof in space.face_dofs(cell, mesh.local_face(cell, face)) {
                         let x = space.point(dof as usize);
-                        dirichlet[dof as usize] = Some(value_at(&scene.data().g, "g", x)?);
+                        given.push((dof, value_at(&scene.data().g, "g", x)?));
                     }
                 }
                 Some(Part::Contact) => {
@@ -208,6 +207,7 @@ impl<'a> Problem<'a> {
                 }
             }
         }
+        let dirichlet = Held::new(space.dofs, given);
         method.law.prepare(&space, &load, &mut contact);
         let conditions = method.law.conditions(&OnContact {
             space: &space,
@@ -319,6 +319,10 @@ impl<'a> Problem<'a> {
 
     /// u = 0 but for g on Γ_D: where every engine starts.
     pub fn start(&self) -> Vec<f64> {
-        self.dirichlet.iter().map(|g| g.unwrap_or(0.0)).collect()
+        let mut u = zeros(self.space.dofs);
+        for (dof, g) in self.dirichlet.given() {
+            u[dof] = g;
+        }
+        u
     }
 }

@@ -387,7 +387,7 @@ impl System for Krylov<'_> {
     }
 
     fn scale(&self) -> [f64; 2] {
-        let load = self.scheme.load.iter();
+        let load = self.scheme.load().into_iter();
         [self.scale, load.fold(0.0, |m: f64, b| m.max(b.abs()))]
     }
 

@@ -79,7 +79,7 @@ impl Problem<'_> {
         for condition in &self.conditions {
             condition.add_to(u, &mut r);
         }
-        for (row, g) in held(&self.dirichlet) {
+        for (row, g) in self.dirichlet.given() {
             r[row] = u[row] - g;
         }
         r
@@ -136,7 +136,7 @@ impl Problem<'_> {
     }
 
     fn is_free(&self, row: usize) -> bool {
-        self.dirichlet[row].is_none()
+        !self.dirichlet.holds(row)
     }
 
     /// The largest number of each connected part, 0 where there is none.
@@ -173,7 +173,7 @@ impl Problem<'_> {
             }
         }
         let mut terms = [volume, load, consistency, contact];
-        for (row, _) in held(&self.dirichlet) {
+        for (row, _) in self.dirichlet.given() {
             terms.iter_mut().for_each(|term| term[row] = 0.0);
         }
         terms
@@ -254,12 +254,6 @@ impl Problem<'_> {
             of_face.for_each(|condition| condition.gamma = *gamma);
         }
     }
-}
-
-/// The rows of Γ_D, with g.
-fn held(dirichlet: &[Option<f64>]) -> impl Iterator<Item = (usize, f64)> {
-    let all = dirichlet.iter().enumerate();
-    all.filter_map(|(row, g)| Some((row, (*g)?)))
 }
 
 #[cfg(test)]

@@ -20,11 +20,13 @@ use super::face::ContactFace;
 use super::form::Problem;
 use super::law::Law;
 use super::system::Weights;
+use rayon::prelude::*;
 
 pub(super) struct Scheme<'a> {
     pub problem: &'a Problem<'a>,
     pub conditions: Cow<'a, [Condition]>,
-    pub load: Cow<'a, [f64]>,
+    /// What the conditions change about the load: (dof, change).
+    changes: Vec<(u32, f64)>,
 }
 
 impl<'a> Scheme<'a> {
@@ -49,8 +51,18 @@ impl<'a> Scheme<'a> {
         Scheme {
             problem,
             conditions: Cow::Borrowed(&problem.conditions),
-            load: Cow::Borrowed(&problem.load),
+            changes: Vec::new(),
         }
+    }
+
+    /// L(φ_i) less what the conditions take of it, all dofs.
+    pub fn load(&self) -> Vec<f64> {
+        let load = &self.problem.load;
+        let mut load: Vec<f64> = load.par_iter().with_min_len(1 << 14).copied().collect();
+        for &(dof, change) in &self.changes {
+            load[dof as usize] += change;
+        }
+        load
     }
 
     /// The residual of all rows, from the stiffness times u; those of Γ_D are 0.
@@ -71,17 +83,17 @@ impl<'a> Scheme<'a> {
         add: impl Fn(usize, &Condition, &mut [f64]),
     ) -> Vec<f64> {
         let mut r = product;
-        for (r, b) in r.iter_mut().zip(&*self.load) {
-            *r -= b;
+        let with_load = r.par_iter_mut().zip(&self.problem.load);
+        with_load.with_min_len(1 << 14).for_each(|(r, b)| *r -= b);
+        for &(dof, change) in &self.changes {
+            r[dof as usize] -= change;
         }
         clear_rows(&self.conditions, &mut r);
         for (k, condition) in self.conditions.iter().enumerate() {
             add(k, condition, &mut r);
         }
-        for (r, g) in r.iter_mut().zip(&self.problem.dirichlet) {
-            if g.is_some() {
-                *r = 0.0;
-            }
+        for (dof, _) in self.problem.dirichlet.given() {
+            r[dof] = 0.0;
         }
         r
     }
@@ -107,7 +119,7 @@ fn is_face_law(problem: &Problem) -> bool {
 /// None where all faces of a cell are contact faces: then the m of its faces do not exist.
 fn by_faces<'a>(problem: &'a Problem<'a>, conditions: &[Condition]) -> Option<Scheme<'a>> {
     let mut conditions = conditions.to_vec();
-    let mut load = Cow::Borrowed(&problem.load[..]);
+    let mut changes = Vec::new();
     let mut points = 0..0;
     for face in &problem.contact {
         let siblings: Vec<&ContactFace> = siblings(problem, face).collect();
@@ -135,14 +147,14 @@ fn by_faces<'a>(problem: &'a Problem<'a>, conditions: &[Condition]) -> Option<Sc
         let on_contact: Vec<usize> = siblings.iter().map(|f| own_dof(problem, f)).collect();
         for (j, &dof) in problem.space.cell_dofs(face.cell).iter().enumerate() {
             if !on_contact.contains(&j) {
-                load.to_mut()[dof as usize] -= face.measure * m * face.points[0].dn[j];
+                changes.push((dof, -face.measure * m * face.points[0].dn[j]));
             }
         }
     }
     Some(Scheme {
         problem,
         conditions: Cow::Owned(conditions),
-        load,
+        changes,
     })
 }
 

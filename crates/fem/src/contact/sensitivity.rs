@@ -162,15 +162,13 @@ fn signs(difference: &[f64]) -> [Vec<f64>; 3] {
 /// Sums of the sizes of the terms of each row, 0 on Γ_D.
 fn sizes_of_rows(scheme: &Scheme, laws: &[Weights], u: &[f64]) -> Vec<f64> {
     let mut terms = scheme.problem.stiffness.sizes(u);
-    for (terms, load) in terms.iter_mut().zip(&*scheme.load) {
+    for (terms, load) in terms.iter_mut().zip(scheme.load()) {
         *terms += load.abs();
     }
     clear_rows(&scheme.conditions, &mut terms);
     for_each_contact_term(&scheme.conditions, laws, u, |row, size| terms[row] += size);
-    for (terms, g) in terms.iter_mut().zip(&scheme.problem.dirichlet) {
-        if g.is_some() {
-            *terms = 0.0;
-        }
+    for (dof, _) in scheme.problem.dirichlet.given() {
+        terms[dof] = 0.0;
     }
     terms
 }

@@ -15,6 +15,7 @@ use super::system::{Energy, System, Weights, largest};
 use crate::assembly::VertexValues;
 use crate::linear::{Precision, Settings, Solver};
 use faceoff_mesh::error::{Error, Result};
+use rayon::prelude::*;
 
 /// A residual is rounding when two steps in a row leave not more than this, relative to the
 /// largest terms.
@@ -279,7 +280,7 @@ fn nested_start(
         Ok(None) | Err(Error::Solver { .. }) => return Ok(None),
         Err(other) => return Err(other),
     };
-    let u = (0..).zip(&problem.dirichlet).map(|(dof, g)| {
+    let u = (0..).zip(problem.dirichlet.iter()).map(|(dof, g)| {
         let embedded = values
             .of(dof)
             .map(|(vertex, value)| value * found[vertex as usize]);
@@ -352,9 +353,8 @@ pub(super) fn take_step(scheme: &dyn System, laws: &[Weights], u: &mut [f64]) ->
     let rows = scheme.scheme();
     let r = rows.linear_residual(rows.problem.stiffness.times(u), laws, u);
     let step = scheme.step_everywhere(laws, &r)?;
-    for (u, d) in u.iter_mut().zip(&step) {
-        *u += d;
-    }
+    let entries = u.par_iter_mut().zip(&step).with_min_len(1 << 14);
+    entries.for_each(|(u, d)| *u += d);
     let size = largest(u);
     Ok(if size > 0.0 {
         largest(&step) / size

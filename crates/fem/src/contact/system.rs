@@ -4,6 +4,7 @@ use super::condition::Condition;
 use super::scheme::Scheme;
 use crate::linear::Choice;
 use faceoff_mesh::error::Result;
+use rayon::prelude::*;
 
 /// What the law `u-ψ + [P]₊` of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
 pub(super) type Weights = [f64; 2];
@@ -39,6 +40,15 @@ impl Energy {
         let scaled: Vec<f64> = v.iter().map(|v| v / unit).collect();
         let value = of(&scaled).max(0.0);
         Energy { unit, value }
+    }
+
+    /// Of v, from the product of the matrix with it.
+    pub fn of_product(v: &[f64], product: &[f64]) -> Self {
+        Energy::new(v, |scaled| {
+            let unit = largest(v);
+            let terms = product.iter().zip(scaled);
+            terms.map(|(product, v)| product / unit * v).sum()
+        })
     }
 
     pub fn is_zero(self) -> bool {
@@ -121,10 +131,26 @@ pub(super) trait System {
 
 /// The largest |v_i|; NaN where there is one.
 pub(super) fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(
-        0.0,
-        |m: f64, v| {
-            if v.is_nan() { f64::NAN } else { m.max(v.abs()) }
-        },
-    )
+    let larger = |m: f64, v: f64| if m >= v || m.is_nan() { m } else { v };
+    let of_some = |v: &[f64]| v.iter().fold(0.0, |m, v| larger(m, v.abs()));
+    let parts = v.par_chunks(1 << 14).map(of_some);
+    parts.reduce(|| 0.0, larger)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_is_found_anywhere_and_a_nan_is_not_lost() {
+        let mut v = vec![0.5; 40_000];
+        assert_eq!(largest(&[]), 0.0);
+        for k in [0, 20_000, 39_999] {
+            v[k] = -2.0;
+            assert_eq!(largest(&v), 2.0);
+            v[k] = f64::NAN;
+            assert!(largest(&v).is_nan());
+            v[k] = 0.5;
+        }
+    }
 }

@@ -309,7 +309,7 @@ mod tests {
             }
         }
         let (a, b) = (problem.residual(one), problem.residual(two));
-        let rows = a.iter().zip(&b).zip(&v).zip(&problem.dirichlet);
+        let rows = a.iter().zip(&b).zip(&v).zip(problem.dirichlet.iter());
         let right = rows.filter(|(_, g)| g.is_none());
         [left, right.map(|(((a, b), v), _)| (a - b) * v).sum()]
     }

@@ -3,6 +3,7 @@
 use crate::assembly::Stiffness;
 use crate::contact::condition::Condition;
 use crate::contact::face::ContactFace;
+use crate::contact::held::Held;
 use crate::element::{Element, Space};
 use crate::scene::Expression;
 use faceoff_mesh::error::Result;
@@ -55,7 +56,7 @@ pub struct OnContact<'a> {
     /// L(φ_i)
     pub load: &'a [f64],
     /// The value of g at each dof on Γ_D, none elsewhere.
-    pub dirichlet: &'a [Option<f64>],
+    pub dirichlet: &'a Held,
 }
 
 impl OnContact<'_> {
