@@ -87,14 +87,7 @@ impl<T: Number> Multifrontal<T> {
             .into_par_iter()
             .map(|(plan, border, columns, y, first)| {
                 let (update, rest) = work.factor(plan, columns, y, first)?;
-                let mut dense = Mat::zeros(rest.len(), rest.len());
-                for (j, column) in columns_of(&update, rest.len()).enumerate() {
-                    for (i, value) in (j..).zip(column) {
-                        dense[(i, j)] = value.wide();
-                        dense[(j, i)] = value.wide();
-                    }
-                }
-                Ok((border.clone(), dense, rest))
+                Ok((border.clone(), square(&update, rest.len()), rest))
             })
             .collect();
         drop(work);
@@ -240,11 +233,14 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         let (in_a, in_b) = plan.maps.split_at(left.border);
         let own_panel = &mut panel[..in_panel];
         let own_update = &mut update[..in_update];
-        let mut target = Target::new(&front, own_panel, own_update);
-        for (half, places) in [(a_update, in_a), (b_update, in_b)] {
-            target.add(columns_of(&half, places.len()), places);
-            done(half);
-        }
+        sum_halves(
+            &front,
+            own_panel,
+            own_update,
+            [(&a_update, in_a), (&b_update, in_b)],
+        );
+        done(a_update);
+        done(b_update);
         eliminate(own_panel, size, pivots, own_update)
             .map_err(|k| Refused::NotPositive(self.unknowns[own + k]))?;
         store(own_panel, size, columns);
@@ -365,6 +361,72 @@ fn columns_of<T>(update: &[T], border: usize) -> impl Iterator<Item = &[T]> {
         Some(column)
     })
 }
+
+/// The symmetric matrix with this lower triangle, by columns.
+fn square<T: Number>(lower: &[T], size: usize) -> Mat<f64> {
+    let mut square = Mat::zeros(size, size);
+    let at = |i: usize, j: usize| lower[start_of(j, size) + i - j].wide();
+    let columns = square.as_mut().par_col_iter_mut().enumerate();
+    columns.for_each(|(j, column)| {
+        for (i, a) in column.iter_mut().enumerate() {
+            *a = at(i.max(j), i.min(j));
+        }
+    });
+    square
+}
+
+/// Where column j of a lower triangle starts.
+fn start_of(j: usize, size: usize) -> usize {
+    j * size - triangle(j) + j
+}
+
+/// The front above two halves, the lower triangles of whose updates and their places in it these are.
+fn sum_halves<T: Number>(
+    front: &Front,
+    panel: &mut [T],
+    update: &mut [T],
+    halves: [(&[T], &[u32]); 2],
+) {
+    let (size, pivots, border) = (front.size(), front.pivots as usize, front.border as usize);
+    // The column of each half that comes to each one here.
+    let mut sources = vec![[None; 2]; size];
+    for (half, (_, places)) in halves.iter().enumerate() {
+        for (k, &place) in places.iter().enumerate() {
+            sources[place as usize][half] = Some(k);
+        }
+    }
+    let runs = halves.map(|(_, places)| runs(places, pivots));
+    // `column` starts in row `first`.
+    let sum = |j: usize, first: usize, column: &mut [T]| {
+        column[j - first..].fill(T::ZERO);
+        for ((source, (update, places)), runs) in sources[j].iter().zip(&halves).zip(&runs) {
+            let Some(k) = *source else { continue };
+            let start = start_of(k, places.len());
+            let mut values = &update[start..start + places.len() - k];
+            let mut from = k;
+            for &(_, end) in &runs[runs.partition_point(|run| run.1 <= k)..] {
+                let (part, rest) = values.split_at(end - from);
+                let target = &mut column[places[from] as usize - first..];
+                target
+                    .iter_mut()
+                    .zip(part)
+                    .for_each(|(x, value)| *x += *value);
+                (from, values) = (end, rest);
+            }
+        }
+    };
+    let columns = panel.par_chunks_mut(size.max(1)).enumerate();
+    columns
+        .with_min_len(COLUMNS)
+        .for_each(|(j, column)| sum(j, 0, column));
+    let columns = update.par_chunks_mut(border.max(1)).enumerate();
+    columns
+        .with_min_len(COLUMNS)
+        .for_each(|(j, column)| sum(pivots + j, pivots, column));
+}
+
+/// Columns of a front that one task sums.
+const COLUMNS: usize = 64;
 
 /// An update up to this size is added entry by entry, larger ones by runs of them.
 const SHORT: usize = 16;

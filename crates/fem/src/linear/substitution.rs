@@ -63,28 +63,89 @@ pub(super) fn forward_above<T: Number>(
 }
 
 /// x := L⁻¹ x in one front; `x` are what comes to its pivots and to its border.
-fn forward_front<T: Number>(mut columns: &[T], pivots: usize, x: &mut [f64]) {
-    for j in 0..pivots {
-        let (column, others) = columns.split_at(x.len() - j);
-        columns = others;
-        let (head, tail) = x[j..].split_at_mut(1);
+fn forward_front<T: Number>(mut columns: &[T], pivots: usize, mut x: &mut [f64]) {
+    for _ in 0..pivots / FOUR {
+        let (four, others) = columns.split_at(FOUR * x.len() - 6);
+        let [a, b, c, d] = four_columns(four, x.len());
+        let (heads, tail) = x.split_at_mut(FOUR);
+        heads[0] *= a[0].wide();
+        heads[1] = (heads[1] - a[1].wide() * heads[0]) * b[0].wide();
+        heads[2] = (heads[2] - (a[2].wide() * heads[0] + b[1].wide() * heads[1])) * c[0].wide();
+        let of_others = a[3].wide() * heads[0] + b[2].wide() * heads[1] + c[1].wide() * heads[2];
+        heads[3] = (heads[3] - of_others) * d[0].wide();
+        let rows = a[4..].iter().zip(&b[3..]).zip(&c[2..]).zip(&d[1..]);
+        for (x, (((a, b), c), d)) in tail.iter_mut().zip(rows) {
+            *x -= (a.wide() * heads[0] + b.wide() * heads[1])
+                + (c.wide() * heads[2] + d.wide() * heads[3]);
+        }
+        (columns, x) = (others, tail);
+    }
+    for _ in 0..pivots % FOUR {
+        let (column, others) = columns.split_at(x.len());
+        let (head, tail) = x.split_at_mut(1);
         head[0] *= column[0].wide();
         for (x, l) in tail.iter_mut().zip(&column[1..]) {
             *x -= l.wide() * head[0];
         }
+        (columns, x) = (others, tail);
     }
 }
 
 /// x := L⁻ᵀ x in one front; `x` are y of its pivots and the values on its border.
-fn backward_front<T: Number>(columns: &[T], pivots: usize, x: &mut [f64]) {
-    let size = x.len();
-    let mut end = columns.len();
-    for j in (0..pivots).rev() {
-        let column = &columns[end - (size - j)..end];
-        end -= size - j;
+fn backward_front<T: Number>(mut columns: &[T], pivots: usize, x: &mut [f64]) {
+    let single = pivots - pivots % FOUR;
+    for j in (single..pivots).rev() {
+        let (others, column) = columns.split_at(columns.len() - (x.len() - j));
+        columns = others;
         let (head, tail) = x[j..].split_at_mut(1);
         head[0] = (head[0] - dot(&column[1..], tail)) * column[0].wide();
     }
+    for j in (0..single).step_by(FOUR).rev() {
+        let x = &mut x[j..];
+        let (others, four) = columns.split_at(columns.len() - (FOUR * x.len() - 6));
+        columns = others;
+        let [a, b, c, d] = four_columns(four, x.len());
+        let (heads, tail) = x.split_at_mut(FOUR);
+        let of_tail = dots([&a[4..], &b[3..], &c[2..], &d[1..]], tail);
+        heads[3] = (heads[3] - of_tail[3]) * d[0].wide();
+        heads[2] = (heads[2] - (of_tail[2] + c[1].wide() * heads[3])) * c[0].wide();
+        let of_others = b[1].wide() * heads[2] + b[2].wide() * heads[3];
+        heads[1] = (heads[1] - (of_tail[1] + of_others)) * b[0].wide();
+        let of_others = a[1].wide() * heads[1] + a[2].wide() * heads[2] + a[3].wide() * heads[3];
+        heads[0] = (heads[0] - (of_tail[0] + of_others)) * a[0].wide();
+    }
+}
+
+/// So many columns at a time: what they are multiplied with is read once for all of them.
+const FOUR: usize = 4;
+
+/// Four columns, of which the first has `length` entries and each other one less than the one before.
+fn four_columns<T>(columns: &[T], length: usize) -> [&[T]; FOUR] {
+    let (a, rest) = columns.split_at(length);
+    let (b, rest) = rest.split_at(length - 1);
+    let (c, d) = rest.split_at(length - 2);
+    [a, b, c, d]
+}
+
+/// The products of four vectors with one.
+fn dots<T: Number>(vectors: [&[T]; FOUR], x: &[f64]) -> [f64; FOUR] {
+    let [a, b, c, d] = vectors.map(|vector| vector.as_chunks::<2>());
+    let (x2, x_rest) = x.as_chunks::<2>();
+    let mut sums = [[0.0; 2]; FOUR];
+    let pairs = a.0.iter().zip(b.0).zip(c.0).zip(d.0);
+    for ((((a, b), c), d), x) in pairs.zip(x2) {
+        for (sum, l) in sums.iter_mut().zip([a, b, c, d]) {
+            sum[0] += l[0].wide() * x[0];
+            sum[1] += l[1].wide() * x[1];
+        }
+    }
+    let mut all = sums.map(|[even, odd]| even + odd);
+    for (sum, rest) in all.iter_mut().zip([a.1, b.1, c.1, d.1]) {
+        for (l, x) in rest.iter().zip(x_rest) {
+            *sum += l.wide() * x;
+        }
+    }
+    all
 }
 
 /// y := L⁻¹ y of a part; returns what it leaves on the border.
