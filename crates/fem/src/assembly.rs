@@ -429,7 +429,7 @@ pub fn norm_squared(space: &Space, u: &[f64]) -> f64 {
         let sum: f64 = rows
             .map(|(row, ui)| ui * row.iter().zip(&u).map(|(m, uj)| m * uj).sum::<f64>())
             .sum();
-        Metric::new(space.mesh.dim, &space.mesh.vertices(cell)).measure * sum
+        space.mesh.measure(cell) * sum
     })
 }
 
@@ -468,7 +468,7 @@ pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Re
         f.values(&points, &mut values);
         let of_cells = values.chunks_exact(rule.len());
         for ((cell, vector), values) in cells.zip(vectors.chunks_exact_mut(local)).zip(of_cells) {
-            let measure = Metric::new(mesh.dim, &mesh.vertices(cell)).measure;
+            let measure = mesh.measure(cell);
             vector.fill(0.0);
             for ((_, weight, phi), value) in rule.iter().zip(values) {
                 for (sum, phi) in vector.iter_mut().zip(phi) {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::faces::{self, Crowded};
 use super::hanging::hanging_nodes;
 use super::simplex::{diameter, dihedral_angles, signed_measure, thickness};
-use super::{CellGeometry, CellKind, Group, Mesh, Metric};
+use super::{CellGeometry, CellKind, Group, Mesh};
 use crate::cancel;
 use crate::error::{Error, Result};
 pub use groups::FaceGroup;
@@ -143,7 +143,7 @@ impl Triangulation {
 
     /// |κ|
     pub fn measure(&self, cell: usize) -> f64 {
-        Metric::new(self.dim, &self.vertices(cell)).measure
+        signed_measure(self.dim, &self.vertices(cell)).abs()
     }
 
     /// The gradients and the volume of a cell.
