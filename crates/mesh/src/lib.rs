@@ -57,6 +57,7 @@
 #![warn(missing_docs)]
 
 pub mod cancel;
+pub mod counting;
 pub mod error;
 pub mod field;
 pub mod file;

@@ -12,6 +12,8 @@
 
 use std::cell::{Cell, RefCell};
 
+use rayon::prelude::*;
+
 use super::condition::Condition;
 use super::layer::Layer;
 use super::scheme::Scheme;
@@ -226,7 +228,7 @@ impl Krylov<'_> {
     fn free_times(&self, u: &[f64]) -> [Vec<f64>; 2] {
         let state = self.state.borrow();
         let matrix = state.sweeps.matrix();
-        let v: Vec<f64> = self.free.dofs.iter().map(|&dof| u[dof as usize]).collect();
+        let v = self.at_free(u, |u| u);
         let mut y = vec![0.0; v.len()];
         matrix.times(&v, &mut y);
         for (row, values) in &self.stiff {
@@ -240,12 +242,19 @@ impl Krylov<'_> {
     /// The stiffness times u, 0 on Γ_D.
     fn times(&self, u: &[f64]) -> Vec<f64> {
         self.size.set(norm(u));
-        let mut product = vec![0.0; u.len()];
-        let [_, y] = self.free_times(u);
-        for ((&dof, y), given) in self.free.dofs.iter().zip(y).zip(&self.given) {
-            product[dof as usize] = y + given;
-        }
-        product
+        let ([_, y], given) = (self.free_times(u), &self.given);
+        let numbers = self.free.number.par_iter().with_min_len(1 << 12);
+        let product = numbers.map(|number| {
+            let place = number.map(|number| number as usize);
+            place.map_or(0.0, |k| y[k] + given[k])
+        });
+        product.collect()
+    }
+
+    /// Numbers made of those at the free dofs.
+    fn at_free(&self, of_all: &[f64], of: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
+        let dofs = self.free.dofs.par_iter().with_min_len(1 << 12);
+        dofs.map(|&dof| of(of_all[dof as usize])).collect()
     }
 
     /// δ with at most `wanted` of the residual left, or `least`.
@@ -263,7 +272,7 @@ impl Krylov<'_> {
         }
         state.laws = laws.to_vec();
         let (sweeps, matrix) = (&state.sweeps, state.sweeps.matrix());
-        let b: Vec<f64> = self.free.dofs.iter().map(|&d| -r[d as usize]).collect();
+        let b = self.at_free(r, |r| -r);
         let size = norm(&b);
         let residual = (wanted * size).max(least);
         let digits = (size / residual).log10().max(1.0);

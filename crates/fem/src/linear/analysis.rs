@@ -18,6 +18,7 @@ use super::lu_plan::LuPlan;
 use super::plan::{Numbering, Plan};
 use super::schur::Entry;
 use super::{Elements, Role};
+use faceoff_mesh::counting::sort_by_key;
 
 const NONE: u32 = u32::MAX;
 /// Seconds of one core, fitted as [`Analysis::seconds`] says.
@@ -139,7 +140,7 @@ impl Analysis {
         let aside: Vec<u32> = aside_at.iter().map(|&at| tree.order[at as usize]).collect();
         let inside = tree.order.par_iter().with_min_len(TASK).copied();
         let inside: Vec<u32> = inside.filter(|&e| is_inside(e)).collect();
-        let (firsts, order) = eliminate(&owners, tree.parts.len());
+        let (firsts, order) = sort_by_key(&owners, tree.parts.len());
         let numbers = inverse(&[&order, &kept], roles.len());
         let numbering = Numbering {
             elements,
@@ -425,46 +426,6 @@ fn count_others(
             part = above[part as usize];
         }
     }
-}
-
-/// The unknowns sorted by owner, and where those of each owner start.
-fn eliminate(owners: &[u32], parts: usize) -> (Vec<u32>, Vec<u32>) {
-    // A task looks at all unknowns, for some of the owners.
-    let some = parts
-        .div_ceil(rayon::current_num_threads().min(8))
-        .max(TASK);
-    let of_task = |task: usize, owner: u32| (owner as usize).wrapping_sub(task * some);
-    let (mut firsts, mut next) = (vec![0u32; parts + 1], vec![0u32; parts]);
-    let counts = next.par_chunks_mut(some).enumerate();
-    counts.for_each(|(task, counts)| {
-        for &owner in owners {
-            if let Some(count) = counts.get_mut(of_task(task, owner)) {
-                *count += 1;
-            }
-        }
-    });
-    for (k, next) in next.iter_mut().enumerate() {
-        firsts[k + 1] = firsts[k] + std::mem::replace(next, firsts[k]);
-    }
-    let mut order = vec![0; firsts[parts] as usize];
-    let mut rest = &mut order[..];
-    let tasks = next.chunks_mut(some).enumerate().map(|(task, next)| {
-        let first = firsts[task * some] as usize;
-        let count = firsts[task * some + next.len()] as usize - first;
-        let (own, others) = std::mem::take(&mut rest).split_at_mut(count);
-        rest = others;
-        (task, first, next, own)
-    });
-    let tasks: Vec<_> = tasks.collect();
-    tasks.into_par_iter().for_each(|(task, first, next, own)| {
-        for (k, &owner) in (0..).zip(owners) {
-            if let Some(slot) = next.get_mut(of_task(task, owner)) {
-                own[*slot as usize - first] = k;
-                *slot += 1;
-            }
-        }
-    });
-    (firsts, order)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::Elements;
 use super::kernels::Number;
+use faceoff_mesh::counting::sort_by_key;
 use faceoff_mesh::error::{Error, Result};
 
 /// A matrix in compressed sparse rows; the columns of a row come in any order, once each.
@@ -314,24 +315,13 @@ impl Csr {
 
     /// The transpose.
     pub fn transpose(&self) -> Csr {
-        let mut starts = vec![0usize; self.columns + 1];
-        for &j in &self.indices {
-            starts[j as usize + 1] += 1;
-        }
-        for j in 0..self.columns {
-            starts[j + 1] += starts[j];
-        }
-        let mut next = starts.clone();
-        let mut indices = vec![0; self.indices.len()];
-        let mut values = vec![0.0; self.values.len()];
-        for i in 0..self.rows() {
-            for (j, a) in self.row(i) {
-                let place = &mut next[j as usize];
-                indices[*place] = i as u32;
-                values[*place] = a;
-                *place += 1;
-            }
-        }
+        let (starts, places) = sort_by_key(&self.indices, self.columns);
+        let mut row_of = vec![0; self.indices.len()];
+        let rows = self.starts.windows(2).enumerate();
+        rows.for_each(|(i, range)| row_of[range[0]..range[1]].fill(i as u32));
+        let places = || places.par_iter().with_min_len(CHUNK);
+        let indices = places().map(|&k| row_of[k as usize]).collect();
+        let values = places().map(|&k| self.values[k as usize]).collect();
         Csr {
             columns: self.rows(),
             starts,

@@ -78,7 +78,7 @@ pub(super) struct Numbering<'a, E> {
     /// Of each unknown; the kept ones have the last.
     pub numbers: &'a [u32],
     /// The first pivot of each part.
-    pub firsts: &'a [u32],
+    pub firsts: &'a [usize],
     /// Parts up to this size are planned as one.
     pub grain: usize,
 }
@@ -185,12 +185,12 @@ impl<E: Elements> Numbering<'_, E> {
         elements: u32,
         front: &'f [u32],
     ) -> &'f [u32] {
-        let pivots = (self.firsts[part + 1] - self.firsts[part]) as usize;
+        let pivots = self.firsts[part + 1] - self.firsts[part];
         debug_assert!(
             front[..pivots]
                 .iter()
                 .copied()
-                .eq(self.firsts[part]..self.firsts[part + 1])
+                .eq(self.firsts[part] as u32..self.firsts[part + 1] as u32)
         );
         let border = &front[pivots..];
         let front = Front {

@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 use crate::cancel;
 use crate::error::Result;
@@ -26,12 +27,20 @@ pub(super) fn hanging_nodes(points: &[[f64; 3]], faces: &[&[u32]]) -> Result<Vec
     corners.dedup();
     let corners = corners.into_iter().map(|point| (point, place(point)));
     let mut tree = Tree::new(corners.collect())?;
+    let face = |index: usize| {
+        let nodes = faces[index];
+        Face::new(nodes, nodes.iter().map(|&corner| place(corner)).collect())
+    };
+    // On nearly all meshes none of them carries anything.
+    let carrying = (0..faces.len()).into_par_iter().with_min_len(FEW);
+    let carrying = carrying.filter(|&index| cancel::cause().is_none() && tree.has(0, &face(index)));
+    let carrying: Vec<usize> = carrying.collect();
     let mut found = Vec::new();
-    for (index, nodes) in faces.iter().enumerate() {
+    for index in carrying {
         cancel::check()?;
-        let face = Face::new(nodes, nodes.iter().map(|&corner| place(corner)).collect());
-        tree.find(0, &face, &mut |point| found.push((point, index)));
+        tree.find(0, &face(index), &mut |point| found.push((point, index)));
     }
+    cancel::check()?;
     found.sort_unstable();
     Ok(found)
 }
@@ -166,6 +175,20 @@ impl Tree {
             self.boxes[number].halves = Some(halves);
         }
         Ok(number)
+    }
+
+    /// Does a point of a box lie on a face?
+    fn has(&self, number: usize, face: &Face) -> bool {
+        let of = &self.boxes[number];
+        if face.misses(of) {
+            return false;
+        }
+        match of.halves {
+            Some(halves) => halves.into_iter().any(|half| self.has(half, face)),
+            None => self.points[of.points.clone()]
+                .iter()
+                .any(|&(point, at)| face.carries(point, at)),
+        }
     }
 
     /// Calls `found` with the points of a box that lie on a face and were not found before; returns their number.
