@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use super::triangulation::NONE;
 use crate::cancel;
-use crate::counting::sort_by_key;
 use crate::error::Result;
 
 /// Vertices per task.
@@ -50,7 +49,7 @@ pub(super) fn number<const D: usize>(
             .step_by(TASK)
             .map(|first| first..(first + TASK).min(vertices))
     };
-    let count_of = |range: &Range<usize>| starts[range.end] - starts[range.start];
+    let count_of = |range: &Range<usize>| (starts[range.end] - starts[range.start]) as usize;
     let own = split(&mut entries, ranges().map(|range| count_of(&range)));
     let tasks: Vec<_> = ranges().zip(own).collect();
     let counts: Vec<_> = tasks
@@ -117,33 +116,67 @@ fn split<T>(
 }
 
 /// Local faces by their smallest vertex, and where those of each vertex start.
-fn buckets<const D: usize>(cells: &[u32], vertices: usize) -> Result<(Vec<usize>, Vec<Entry<D>>)> {
-    let face = |number: usize| {
-        let cell = number / (D + 1) * (D + 1);
-        sorted_face::<D>(&cells[cell..=cell + D], number % (D + 1)).0
-    };
-    let numbers = (0..cells.len()).into_par_iter().with_min_len(TASK);
-    let smallest: Vec<u32> = numbers.map(|number| face(number)[0]).collect();
-    cancel::check()?;
-    let (starts, numbers) = sort_by_key(&smallest, vertices);
-    cancel::check()?;
-    let entry = |&number: &u32| {
-        let mut entry = face(number as usize);
-        entry.rotate_left(1);
-        entry[D - 1] = number;
-        entry
-    };
-    let entries = numbers.par_iter().with_min_len(TASK).map(entry).collect();
+fn buckets<const D: usize>(cells: &[u32], vertices: usize) -> Result<(Vec<u32>, Vec<Entry<D>>)> {
+    // A task looks at all local faces, for some of the vertices.
+    let some = vertices
+        .div_ceil(rayon::current_num_threads().min(8))
+        .max(TASK);
+    let (mut starts, mut next) = (vec![0u32; vertices + 1], vec![0u32; vertices]);
+    let counts = next.par_chunks_mut(some).enumerate();
+    counts.try_for_each(|(task, counts)| {
+        let own = task * some..task * some + counts.len();
+        for_each_from::<D>(cells, own, |vertex, _, _| counts[vertex] += 1)
+    })?;
+    for (v, next) in next.iter_mut().enumerate() {
+        starts[v + 1] = starts[v] + std::mem::replace(next, starts[v]);
+    }
+    let mut entries = vec![[0; D]; cells.len()];
+    let of_tasks = (0..vertices).step_by(some);
+    let lengths = of_tasks.map(|v| (starts[(v + some).min(vertices)] - starts[v]) as usize);
+    let own = split(&mut entries, lengths);
+    let tasks: Vec<_> = next.chunks_mut(some).zip(own).enumerate().collect();
+    tasks
+        .into_par_iter()
+        .try_for_each(|(task, (next, entries))| {
+            let (own, first) = (task * some..task * some + next.len(), starts[task * some]);
+            for_each_from::<D>(cells, own, |vertex, face, number| {
+                let entry = &mut entries[(next[vertex] - first) as usize];
+                entry[..D - 1].copy_from_slice(&face[1..]);
+                entry[D - 1] = number;
+                next[vertex] += 1;
+            })
+        })?;
     Ok((starts, entries))
+}
+
+/// Visits the local faces whose smallest vertex is one of these: which of these, the face, and its number.
+fn for_each_from<const D: usize>(
+    cells: &[u32],
+    vertices: Range<usize>,
+    mut visit: impl FnMut(usize, [u32; D], u32),
+) -> Result<()> {
+    for (cell, corners) in cells.chunks_exact(D + 1).enumerate() {
+        cancel::check()?;
+        for i in 0..=D {
+            let (face, _) = sorted_face::<D>(corners, i);
+            if vertices.contains(&(face[0] as usize)) {
+                let number = (cell * (D + 1) + i) as u32;
+                visit(face[0] as usize - vertices.start, face, number);
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The entries of each of these vertices.
 fn each_bucket<'e, const D: usize>(
-    starts: &[usize],
+    starts: &[u32],
     vertices: Range<usize>,
     entries: &'e mut [Entry<D>],
 ) -> impl Iterator<Item = (u32, &'e mut [Entry<D>])> {
-    let lengths = vertices.clone().map(|v| starts[v + 1] - starts[v]);
+    let lengths = vertices
+        .clone()
+        .map(|v| (starts[v + 1] - starts[v]) as usize);
     (vertices.start as u32..).zip(split(entries, lengths))
 }
 
@@ -155,7 +188,7 @@ fn is_same<const D: usize>(a: &Entry<D>, b: &Entry<D>) -> bool {
 /// Puts the entries of each of these vertices into the order of their faces, and counts those; the first with more than
 /// two cells.
 fn sort<const D: usize>(
-    starts: &[usize],
+    starts: &[u32],
     vertices: Range<usize>,
     entries: &mut [Entry<D>],
 ) -> std::result::Result<usize, Crowded> {
@@ -180,7 +213,7 @@ fn sort<const D: usize>(
 /// its entries, its vertices and cells into their own places; the first face with both cells on one side.
 fn number_some<const D: usize>(
     cells: &[u32],
-    starts: &[usize],
+    starts: &[u32],
     vertices: Range<usize>,
     entries: &mut [Entry<D>],
     first: usize,
