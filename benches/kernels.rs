@@ -269,7 +269,7 @@ fn roles(problem: &Problem) -> Vec<Role> {
             roles[dof as usize] = Role::Kept;
         }
     }
-    for (role, g) in roles.iter_mut().zip(&problem.dirichlet) {
+    for (role, g) in roles.iter_mut().zip(problem.dirichlet.iter()) {
         if g.is_some() {
             *role = Role::Fixed;
         }

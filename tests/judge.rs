@@ -175,7 +175,8 @@ const FAULTS: [Fault; 13] = [
                 |_| {},
                 |problem| {
                     let dof = held_dof(problem);
-                    problem.dirichlet[dof] = problem.dirichlet[dof].map(|g| g + 1e-3);
+                    let g = problem.dirichlet[dof].unwrap();
+                    problem.dirichlet.set(dof, g + 1e-3);
                 },
             )
         },
