@@ -483,6 +483,10 @@ mod tests {
             let shared = unknowns.len() - unknowns.iter().filter(complete).count();
             let expected = if has_kept { shared as u32 } else { 0 };
             assert_eq!(counts[k].border, expected, "part {k}");
+            let own = (0..roles.len()).filter(|&u| owners[u] == k as u32);
+            let eliminated = own.filter(|&u| roles[u] == Role::Eliminated).count();
+            let expected = if has_kept { eliminated as u32 } else { 0 };
+            assert_eq!(counts[k].eliminated, expected, "part {k}");
             with_kept += usize::from(has_kept);
         }
         assert!(with_kept > 20 && with_kept < tree.parts.len() / 2);

@@ -70,6 +70,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_is_cleared_is_zero_to_its_end() {
+        let mut x = vec![1.0; 40_001];
+        clear(&mut x);
+        assert_eq!(x, zeros(40_001));
+        assert!(x.iter().all(|x| *x == 0.0));
+    }
+
+    #[test]
     fn the_smallest_room_that_suffices_is_taken_and_the_largest_makes_way() {
         let pool = Pool::<f64>::new();
         let rooms = [30, 10, 20].map(|count| pool.take(count));
