@@ -467,6 +467,24 @@ mod tests {
         }
     }
 
+    /// Also a part that is small enough to be sorted.
+    #[test]
+    fn a_column_is_cut_across() {
+        for axis in 0..3 {
+            let mut points = Vec::new();
+            for k in 0..180_u32 {
+                let mut point = [f64::from(k % 3), f64::from(k / 3 % 3), 0.0];
+                point[2] = point[axis];
+                point[axis] = f64::from(k / 9);
+                points.push(point);
+            }
+            let tree = tree(&points);
+            let (low, high) = tree.order.split_at(90);
+            let at = |k: &u32| points[*k as usize][axis];
+            assert!(low.iter().all(|k| at(k) < 9.5) && high.iter().all(|k| at(k) > 9.5));
+        }
+    }
+
     /// On a grid whose columns are 1 and 2 apart in turn, every cut of a larger part goes through
     /// a wide gap: no column is torn.
     #[test]
