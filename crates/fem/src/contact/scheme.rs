@@ -189,3 +189,27 @@ fn right_side(problem: &Problem, face: &ContactFace, siblings: &[&ContactFace]) 
     let place = siblings.iter().position(|f| f.face == face.face)?;
     gram.lu().solve(&load).map(|m| m[place])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{Discretisation, Method};
+    use crate::scene::Scene as Described;
+
+    /// A last step of refinement would hide it in u.
+    #[test]
+    fn the_load_is_that_of_the_problem_and_the_changes() {
+        let scene = Described::find("one-zone").unwrap();
+        let mesh = scene.triangulation(Some(4)).unwrap();
+        let method: Method = "cr".parse().unwrap();
+        let discretisation = Discretisation::of(&scene, method);
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let scheme = Scheme::new(&problem);
+        assert!(scheme.changes.iter().any(|(_, change)| *change != 0.0));
+        let mut expected = problem.load.clone();
+        for (dof, change) in &scheme.changes {
+            expected[*dof as usize] += change;
+        }
+        assert_eq!(scheme.load(), expected);
+    }
+}
