@@ -6,7 +6,7 @@ use rayon::prelude::*;
 const TASK: usize = 1 << 12;
 
 /// The places of the keys below `count`, sorted by key and otherwise ascending, and where those of each key start. Other
-/// keys are left out.
+/// keys are left out. There are fewer than 2³² keys.
 ///
 /// ```
 /// let (starts, places) = faceoff_mesh::counting::sort_by_key(&[2, 0, u32::MAX, 2, 0], 3);

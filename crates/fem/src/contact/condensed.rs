@@ -208,8 +208,8 @@ impl<'a> Condensed<'a> {
         r
     }
 
-    /// S u of the free dofs.
-    fn with_shift_times(&self, u: &[f64]) -> Vec<f64> {
+    /// S u of the free dofs, the shift included.
+    fn schur_times(&self, u: &[f64]) -> Vec<f64> {
         let mut last = self.last.borrow_mut();
         if last.0 != u || u.is_empty() {
             *last = (u.to_vec(), self.schur.times(u));
@@ -219,7 +219,7 @@ impl<'a> Condensed<'a> {
 
     /// The same without the shift.
     fn times(&self, u: &[f64]) -> Vec<f64> {
-        let mut y = self.with_shift_times(&u[..self.load.len()]);
+        let mut y = self.schur_times(&u[..self.load.len()]);
         for &(i, j, value) in &self.shift {
             y[i as usize] += value * u[j as usize];
         }
@@ -377,7 +377,7 @@ impl System for Condensed<'_> {
     /// load; with the shift added that holds what Γ_D does not.
     fn energy(&self, delta: &[f64]) -> Energy {
         let delta = &delta[..self.load.len()];
-        Energy::of_product(delta, &self.with_shift_times(delta))
+        Energy::of_product(delta, &self.schur_times(delta))
     }
 
     /// The same of u less what it is where the iteration starts, the load included.

@@ -98,7 +98,7 @@ impl Analysis {
                     counts[owner as usize].kept += 1;
                 }
             }
-            count_others(
+            count_eliminated_and_shared(
                 elements,
                 &tree,
                 &owners,
@@ -364,7 +364,7 @@ fn owners(tree: &Tree, first_at: &[u32], last_at: &[u32]) -> (Vec<u32>, Vec<u32>
 
 /// How many unknowns each part with kept ones eliminates, and how many it shares with the rest: those that have elements in
 /// it and are complete above. The others are below any frontier whatever they cost.
-fn count_others(
+fn count_eliminated_and_shared(
     elements: &impl Elements,
     tree: &Tree,
     owners: &[u32],
@@ -463,7 +463,7 @@ mod tests {
         for (owner, role) in owners.iter().zip(&roles) {
             counts[*owner as usize].kept += u32::from(*role == Role::Kept);
         }
-        count_others(&grid, &tree, &owners, &leaf_at, &above, &roles, &mut counts);
+        count_eliminated_and_shared(&grid, &tree, &owners, &leaf_at, &above, &roles, &mut counts);
         let mut with_kept = 0;
         for (k, part) in tree.parts.iter().enumerate() {
             let elements = &tree.order[part.from as usize..part.to as usize];

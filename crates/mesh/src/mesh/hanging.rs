@@ -33,14 +33,16 @@ pub(super) fn hanging_nodes(points: &[[f64; 3]], faces: &[&[u32]]) -> Result<Vec
     };
     // On nearly all meshes none of them carries anything.
     let carrying = (0..faces.len()).into_par_iter().with_min_len(FEW);
-    let carrying = carrying.filter(|&index| cancel::cause().is_none() && tree.has(0, &face(index)));
-    let carrying: Vec<usize> = carrying.collect();
+    let carrying = carrying.map(|index| {
+        cancel::check()?;
+        Ok(tree.has(0, &face(index)).then_some(index))
+    });
+    let carrying: Vec<Option<usize>> = carrying.collect::<Result<_>>()?;
     let mut found = Vec::new();
-    for index in carrying {
+    for index in carrying.into_iter().flatten() {
         cancel::check()?;
         tree.find(0, &face(index), &mut |point| found.push((point, index)));
     }
-    cancel::check()?;
     found.sort_unstable();
     Ok(found)
 }
