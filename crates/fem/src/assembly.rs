@@ -5,7 +5,6 @@
 mod graph;
 mod iterated;
 mod quadratic;
-mod vertex_values;
 
 use std::sync::{Arc, OnceLock};
 
@@ -19,7 +18,6 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{CellGeometry, Metric};
 pub(crate) use iterated::{Free, Iterated, iterations};
 use nalgebra::Vector3;
-pub(crate) use vertex_values::VertexValues;
 
 /// Cells whose contributions wait to be added, and how many of them one task forms.
 const WAITING: usize = 1 << 15;
@@ -137,19 +135,22 @@ impl Elements for Stiffness<'_> {
         self.cell_matrix(cell, matrix);
     }
 
+    #[inline]
     fn row(&self, cell: usize, row: usize, values: &mut [f64]) {
         let local = self.space.local_dofs;
         if !self.is_graph {
             return self.part(cell, row * local..(row + 1) * local, values);
         }
-        values.fill(0.0);
-        self.for_each_pair(cell, |weight, i, j, reference| {
-            if i == row || j == row {
-                let value = weight * reference[i * local + i];
-                values[row] += value;
-                values[i + j - row] = -value;
-            }
-        });
+        let weights = self.weights_at(cell);
+        values[row] = 0.0;
+        for other in (0..local).filter(|other| *other != row) {
+            // As the pairs are numbered, see [`Stiffness::new`].
+            let (i, j) = (other.min(row), other.max(row));
+            let pair = j * (j - 1) / 2 + i;
+            let value = weights[pair] * self.pairs[pair].2[i * local + i];
+            values[row] += value;
+            values[other] = -value;
+        }
     }
 }
 

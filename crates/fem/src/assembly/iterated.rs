@@ -1,6 +1,6 @@
 //! (∇u, ∇φ_i)_h = b_i on dofs whose values are not given, by iterations that P1 ⊂ CR, P2 preconditions.
 
-use super::{Stiffness, VertexValues};
+use super::Stiffness;
 use crate::element::Space;
 use crate::linear::{
     Choice, Csr, Embedded, KrylovStop, Precision, Solver, Sweeps, conjugate_gradients,
@@ -9,23 +9,22 @@ use faceoff_mesh::error::Result;
 
 /// The dofs whose values are not given, and P1 at them.
 pub(crate) struct Free<'a> {
+    space: &'a Space<'a>,
     /// Free number of each dof, and the dof of each free number.
     pub number: Vec<Option<u32>>,
     pub dofs: Vec<u32>,
-    values: VertexValues<'a>,
     /// The vertices where P1 functions vanish because u is given.
     held: Vec<bool>,
 }
 
 impl<'a> Free<'a> {
     pub fn new(space: &'a Space<'a>, is_given: impl Fn(usize) -> bool) -> Self {
-        let values = VertexValues::new(space);
         let mut number = vec![None; space.dofs];
         let mut dofs = Vec::with_capacity(space.dofs);
         let mut held = vec![false; space.mesh.points.len()];
         for (dof, number) in number.iter_mut().enumerate() {
             if is_given(dof) {
-                let vertices = values.of(dof as u32);
+                let vertices = space.vertex_values(dof);
                 vertices.for_each(|(vertex, _)| held[vertex as usize] = true);
             } else {
                 *number = Some(dofs.len() as u32);
@@ -33,9 +32,9 @@ impl<'a> Free<'a> {
             }
         }
         Free {
+            space,
             number,
             dofs,
-            values,
             held,
         }
     }
@@ -45,7 +44,8 @@ impl<'a> Free<'a> {
     pub fn embedded(&self, closed: &[u32], on_vertices: &Csr) -> Option<Embedded> {
         let _span = tracing::debug_span!("P1 matrix").entered();
         let mut held = self.held.clone();
-        for (vertex, _) in closed.iter().flat_map(|&dof| self.values.of(dof)) {
+        let values = |dof: u32| self.space.vertex_values(dof as usize);
+        for (vertex, _) in closed.iter().flat_map(|&dof| values(dof)) {
             held[vertex as usize] = true;
         }
         let mut number = vec![None; held.len()];
@@ -54,13 +54,18 @@ impl<'a> Free<'a> {
             number[vertex] = Some(count);
             count += 1;
         }
-        let embedding = Csr::by_chunks(self.dofs.len(), count as usize, |rows, part| {
-            for &dof in &self.dofs[rows] {
-                part.end_row(self.values.of(dof).filter_map(|(vertex, value)| {
-                    number[vertex as usize].map(|column| (column, value))
-                }));
-            }
-        });
+        let embedding = Csr::by_chunks(
+            self.dofs.len(),
+            count as usize,
+            || (),
+            |(), rows, part| {
+                for &dof in &self.dofs[rows] {
+                    part.end_row(values(dof).filter_map(|(vertex, value)| {
+                        number[vertex as usize].map(|column| (column, value))
+                    }));
+                }
+            },
+        );
         Embedded::new(embedding, on_vertices.submatrix(&number))
     }
 }

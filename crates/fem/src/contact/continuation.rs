@@ -8,7 +8,7 @@ use super::form::Problem;
 use super::iteration::Iteration;
 use super::law::{Law, Multiplier};
 use super::scheme::Scheme;
-use super::system::{System, largest};
+use super::system::{System, Weights, largest};
 use faceoff_mesh::error::{Error, Result};
 
 /// Steps of Newton's method for one γ: where it ends it hardly ever takes more.
@@ -40,7 +40,8 @@ pub(super) fn follow(
     }
     let mut newton_at = |gamma0: f64, start: &[f64]| {
         scheme.put_conditions(Scheme::at(problem, gamma0 / asked).conditions.into_owned());
-        let found = newton(&*scheme, start, DOZEN, steps, progress);
+        let step = |laws: &[Weights], r: &[f64]| scheme.step(laws, r);
+        let found = newton(&*scheme, step, start, DOZEN, steps, progress);
         tracing::debug!(gamma0, found = matches!(found, Ok(Some(_))), "continuation");
         found
     };
@@ -66,12 +67,13 @@ pub(super) fn follow(
     found
 }
 
-/// Newton's method: u where no status changes any more, none where it does not come there in `most` steps.
+/// Newton's method, whose linear systems `step` solves: u where no status changes any more, none where it does not come there in `most` steps.
 ///
 /// # Errors
 /// What `progress` returns, and an interruption.
 pub(super) fn newton(
     scheme: &dyn System,
+    step: impl Fn(&[Weights], &[f64]) -> Result<Vec<f64>>,
     start: &[f64],
     most: usize,
     steps: &mut usize,
@@ -81,7 +83,7 @@ pub(super) fn newton(
     let mut set = ActiveSet::new(scheme, &u, Per::Condition);
     for _ in 0..most {
         let laws = set.laws(scheme, Iteration::Newton);
-        let step = match scheme.step(&laws, &scheme.linear_residual(&laws, &u)) {
+        let step = match step(&laws, &scheme.linear_residual(&laws, &u)) {
             Ok(step) => step,
             Err(Error::Solver { .. }) => return Ok(None),
             Err(other) => return Err(other),

@@ -8,11 +8,13 @@ use super::face::ContactFace;
 use super::held::Held;
 use super::law::{Law, OnContact};
 use super::method::Method;
-use crate::assembly::{self, Stiffness, VertexValues, value_at};
+use crate::assembly::{self, Stiffness, value_at};
 use crate::element::{P1, Space};
 use crate::linear::{Csr, zeros};
 use crate::quadrature::Rule;
 use crate::scene::{HRule, Part, Scene};
+use rayon::prelude::*;
+
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 
@@ -87,7 +89,7 @@ impl<'a> Problem<'a> {
     ///
     /// # Errors
     /// Those of [`Problem::new`].
-    pub(super) fn on_p1(&self, values: &VertexValues) -> Result<Self> {
+    pub(super) fn on_p1(&self) -> Result<Self> {
         let discretisation = Discretisation {
             method: Method {
                 element: &P1,
@@ -98,8 +100,8 @@ impl<'a> Problem<'a> {
         let mesh = self.space.mesh;
         let space = Space::new(mesh, &P1);
         let mut load = vec![0.0; space.dofs];
-        for (dof, of_dof) in (0..).zip(&self.load) {
-            for (vertex, value) in values.of(dof) {
+        for (dof, of_dof) in self.load.iter().enumerate() {
+            for (vertex, value) in self.space.vertex_values(dof) {
                 load[vertex as usize] += value * of_dof;
             }
         }
@@ -124,7 +126,10 @@ impl<'a> Problem<'a> {
         load: Vec<f64>,
     ) -> Result<Self> {
         let body = |cell| self.bodies.0[self.space.cell_dofs(cell)[0] as usize];
-        let body_of = (0..space.mesh.cell_count()).map(body).collect();
+        let body_of = (0..space.mesh.cell_count())
+            .into_par_iter()
+            .map(body)
+            .collect();
         let (parts, components) = (self.parts.clone(), (body_of, self.bodies.1));
         let mut problem = Problem::with_load(
             self.scene,
@@ -178,8 +183,9 @@ impl<'a> Problem<'a> {
         let largest = match discretisation.h {
             HRule::Local => 0.0,
             HRule::Global => (0..mesh.cell_count())
+                .into_par_iter()
                 .map(|cell| mesh.geometry(cell).diameter)
-                .fold(0.0, f64::max),
+                .reduce(|| 0.0, f64::max),
         };
         for (face, part) in parts.iter().enumerate() {
             match part {

@@ -20,8 +20,8 @@ use super::scheme::Scheme;
 use super::system::{Built, Energy, System, Weights, largest};
 use crate::assembly::{Free, iterations};
 use crate::linear::{
-    Choice, Csr, Embedded, Ended, KrylovStop, LowRank, SchurLu, Solved, Sweeps,
-    conjugate_gradients, dot, gmres, norm,
+    Choice, Csr, Embedded, Ended, KrylovStop, LowRank, Room, SchurLu, Solved, Sweeps,
+    conjugate_gradients, gmres, norm, zeros,
 };
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
@@ -34,8 +34,6 @@ const MEDIUM: f64 = 1e-4;
 const FINE: f64 = 1e-10;
 /// Systems of so few unknowns are always solved to the last: digits cost less than another step.
 const FEW: usize = 2000;
-/// What is left of a right side of which only the size of the response counts.
-const ROUGH: f64 = 0.3;
 
 /// Vectors of this system hold all dofs.
 pub(super) struct Krylov<'a> {
@@ -52,6 +50,8 @@ pub(super) struct Krylov<'a> {
     /// The stiffness times u = g on Γ_D and 0 elsewhere, at the free numbers, and the energy of that.
     given: Vec<f64>,
     energy_given: f64,
+    /// u of the last product at the free numbers, and that.
+    last: RefCell<[Vec<f64>; 2]>,
     /// ‖u‖₂ of the last residual, and the norm of the matrix.
     size: Cell<f64>,
     scale: f64,
@@ -66,7 +66,7 @@ struct State {
     /// Of the layer with these laws.
     lu: Option<SchurLu>,
     /// Vectors of iterations.
-    basis: Vec<Vec<f32>>,
+    room: Room,
     preconditioner: Option<Preconditioner>,
 }
 
@@ -156,12 +156,13 @@ impl<'a> Krylov<'a> {
                 sweeps,
                 laws: Vec::new(),
                 lu: None,
-                basis: Vec::new(),
+                room: Room::default(),
                 preconditioner: None,
             }),
             scheme,
             free,
             stiff,
+            last: RefCell::default(),
             size: Cell::new(0.0),
             built: Cell::new(0),
         })
@@ -223,32 +224,43 @@ impl<'a> Krylov<'a> {
 }
 
 impl Krylov<'_> {
-    /// u at the free numbers, and the stiffness times that, from the rows that are summed already: rounding in these does not
-    /// matter on the way, and the last step takes the residual from the cells.
-    fn free_times(&self, u: &[f64]) -> [Vec<f64>; 2] {
+    /// Gives u at the free numbers, and the stiffness times that, from the rows that are summed already: rounding in these does
+    /// not matter on the way, and the last step takes the residual from the cells. The same u is asked for again and again.
+    fn with_product<T>(&self, u: &[f64], take: impl FnOnce(&[f64], &[f64]) -> T) -> T {
+        let [v, y] = &mut *self.last.borrow_mut();
+        let dofs = self.free.dofs.par_iter().with_min_len(1 << 12);
+        let is_last = |(&dof, v): (&u32, &f64)| u[dof as usize] == *v;
+        if v.len() < dofs.len() || !dofs.clone().zip(&*v).all(is_last) {
+            dofs.map(|&dof| u[dof as usize]).collect_into_vec(v);
+            y.resize(v.len(), 0.0);
+            self.multiply(v, y);
+        }
+        take(v, y)
+    }
+
+    fn multiply(&self, v: &[f64], y: &mut [f64]) {
         let state = self.state.borrow();
         let matrix = state.sweeps.matrix();
-        let v = self.at_free(u, |u| u);
-        let mut y = vec![0.0; v.len()];
-        matrix.times(&v, &mut y);
+        matrix.times(v, y);
         for (row, values) in &self.stiff {
             let columns = matrix.row_columns(*row as usize).iter();
             let terms = columns.zip(values).map(|(&j, a)| a * v[j as usize]);
             y[*row as usize] = terms.sum();
         }
-        [v, y]
     }
 
     /// The stiffness times u, 0 on Γ_D.
     fn times(&self, u: &[f64]) -> Vec<f64> {
         self.size.set(norm(u));
-        let ([_, y], given) = (self.free_times(u), &self.given);
+        let given = &self.given;
+        self.with_product(u, |_, y| self.at_all(|k| y[k] + given[k]))
+    }
+
+    /// Numbers at all dofs, 0 on Γ_D.
+    fn at_all(&self, of_free: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
         let numbers = self.free.number.par_iter().with_min_len(1 << 12);
-        let product = numbers.map(|number| {
-            let place = number.map(|number| number as usize);
-            place.map_or(0.0, |k| y[k] + given[k])
-        });
-        product.collect()
+        let values = numbers.map(|number| number.map_or(0.0, |k| of_free(k as usize)));
+        values.collect()
     }
 
     /// Numbers made of those at the free dofs.
@@ -275,6 +287,9 @@ impl Krylov<'_> {
         let b = self.at_free(r, |r| -r);
         let size = norm(&b);
         let residual = (wanted * size).max(least);
+        if size <= residual {
+            return Ok(zeros(r.len()));
+        }
         let digits = (size / residual).log10().max(1.0);
         let none = LowRank::default();
         let of_layer = state
@@ -291,7 +306,7 @@ impl Krylov<'_> {
             }
         });
         let relax_layer = relax_layer.as_ref();
-        let mut delta = vec![0.0; b.len()];
+        let mut delta = zeros(b.len());
         // From where an earlier one left off.
         let mut iterate = |embedded: &mut Embedded, steps: usize| {
             let stop = KrylovStop { residual, steps };
@@ -307,7 +322,7 @@ impl Krylov<'_> {
                 let precondition = |r: &[f64], z: &mut [f64]| precondition(r, z, None);
                 conjugate_gradients(apply, precondition, &b, &mut delta, stop)
             } else {
-                gmres(apply, precondition, &b, &mut delta, stop, &mut state.basis)
+                gmres(apply, precondition, &b, &mut delta, stop, &mut state.room)
             };
             tracing::debug!(?ended, digits, "linear iteration");
             ended
@@ -344,11 +359,7 @@ impl Krylov<'_> {
         if steps == STEPS || stalled || delta.iter().any(|d| !d.is_finite()) {
             return Err(not_converged(steps));
         }
-        let mut all = vec![0.0; self.free.number.len()];
-        for (&dof, d) in self.free.dofs.iter().zip(&delta) {
-            all[dof as usize] = *d;
-        }
-        Ok(all)
+        Ok(self.at_all(|k| delta[k]))
     }
 }
 
@@ -401,17 +412,17 @@ impl System for Krylov<'_> {
     }
 
     fn energy(&self, delta: &[f64]) -> Energy {
-        Energy::new(delta, |delta| {
-            let [v, y] = self.free_times(delta);
-            dot(&v, &y)
-        })
+        if largest(delta) == 0.0 {
+            return Energy::of_product(delta, delta);
+        }
+        self.with_product(delta, Energy::of_product)
     }
 
     fn size(&self, u: &[f64]) -> Energy {
         let unit = largest(u);
-        Energy::new(u, |u| {
-            let [v, y] = self.free_times(u);
-            dot(&v, &y) + 2.0 * dot(&v, &self.given) / unit + self.energy_given / unit / unit
+        let given = &self.given;
+        self.with_product(u, |v, y| {
+            Energy::new(unit, v, |k| y[k] + 2.0 * given[k], self.energy_given)
         })
     }
 
@@ -433,8 +444,8 @@ impl System for Krylov<'_> {
         self.solve(laws, r, wanted, rounding)
     }
 
-    fn respond(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
-        self.solve(laws, r, ROUGH, 0.0)
+    fn rough_step(&self, laws: &[Weights], r: &[f64], left: f64) -> Result<Vec<f64>> {
+        self.solve(laws, r, left, 0.0)
     }
 
     fn restrict(&self, u: &[f64]) -> Vec<f64> {

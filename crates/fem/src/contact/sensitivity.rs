@@ -13,6 +13,8 @@ use faceoff_mesh::error::Result;
 
 /// What one choice of signs moves u by where no other is worth a look: five digits below what matters to [`super::solve()`].
 const NEGLIGIBLE: f64 = 1e-7;
+/// What is left of a right side of which only the size of the response counts.
+const ROUGH: f64 = 0.5;
 
 /// How far rounding in the contact terms moves u. No backward error sees it: a row in which γ∂ₙu∂ₙv is 1e16 times the
 /// rest holds the rest no more.
@@ -25,7 +27,7 @@ pub(super) fn moved_by_rounding(scheme: &dyn System, laws: &[Weights], u: &[f64]
     if largest(&terms) == 0.0 {
         return Ok(0.0);
     }
-    let respond = |off: &[f64]| scheme.respond(laws, off);
+    let respond = |off: &[f64]| scheme.rough_step(laws, off, ROUGH);
     let of_one_sign = f64::EPSILON * (largest(&respond(&terms)?) / largest(u));
     // Where one sign is that far below all that counts, signs in turn are as well.
     if of_one_sign < NEGLIGIBLE {

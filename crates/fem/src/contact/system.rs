@@ -31,24 +31,26 @@ pub(super) struct Energy {
 }
 
 impl Energy {
-    /// Of v, from the energy of v over its largest entry.
-    pub fn new(v: &[f64], of: impl Fn(&[f64]) -> f64) -> Self {
-        let unit = v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    /// Σ v_i · `product`(i) + `rest`, in a unit of one's choice.
+    pub fn new(unit: f64, v: &[f64], product: impl Fn(usize) -> f64 + Sync, rest: f64) -> Self {
         if unit == 0.0 || !unit.is_finite() {
             return Energy { unit, value: 1.0 };
         }
-        let scaled: Vec<f64> = v.iter().map(|v| v / unit).collect();
-        let value = of(&scaled).max(0.0);
+        let of_chunk = |(chunk, v): (usize, &[f64])| -> f64 {
+            let places = chunk * CHUNK..;
+            let terms = places.zip(v);
+            terms.map(|(k, v)| product(k) / unit * (v / unit)).sum()
+        };
+        // Summed in the order of the chunks, whatever the number of cores.
+        let chunks = v.par_chunks(CHUNK).enumerate().map(of_chunk);
+        let sum: f64 = chunks.collect::<Vec<f64>>().iter().sum();
+        let value = (sum + rest / unit / unit).max(0.0);
         Energy { unit, value }
     }
 
     /// Of v, from the product of the matrix with it.
     pub fn of_product(v: &[f64], product: &[f64]) -> Self {
-        Energy::new(v, |scaled| {
-            let unit = largest(v);
-            let terms = product.iter().zip(scaled);
-            terms.map(|(product, v)| product / unit * v).sum()
-        })
+        Energy::new(largest(v), v, |k| product[k], 0.0)
     }
 
     pub fn is_zero(self) -> bool {
@@ -105,11 +107,11 @@ pub(super) trait System {
     /// A singular matrix; an iteration that does not converge.
     fn step(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>>;
 
-    /// The same to a digit.
+    /// The same, of which iterations may leave this part.
     ///
     /// # Errors
     /// Those of [`System::step`].
-    fn respond(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+    fn rough_step(&self, laws: &[Weights], r: &[f64], _left: f64) -> Result<Vec<f64>> {
         self.step(laws, r)
     }
 
@@ -129,11 +131,20 @@ pub(super) trait System {
     fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>>;
 }
 
+/// Numbers that one task takes.
+const CHUNK: usize = 1 << 14;
+
+/// A copy that all cores make, of v_i that change.
+pub(super) fn with_each(v: &[f64], change: impl Fn(usize, f64) -> f64 + Sync) -> Vec<f64> {
+    let numbers = v.par_iter().enumerate().with_min_len(CHUNK);
+    numbers.map(|(k, v)| change(k, *v)).collect()
+}
+
 /// The largest |v_i|; NaN where there is one.
 pub(super) fn largest(v: &[f64]) -> f64 {
     let larger = |m: f64, v: f64| if m >= v || m.is_nan() { m } else { v };
     let of_some = |v: &[f64]| v.iter().fold(0.0, |m, v| larger(m, v.abs()));
-    let parts = v.par_chunks(1 << 14).map(of_some);
+    let parts = v.par_chunks(CHUNK).map(of_some);
     parts.reduce(|| 0.0, larger)
 }
 

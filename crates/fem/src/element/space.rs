@@ -14,6 +14,8 @@ pub struct Space<'a> {
     /// The same on every cell.
     pub element: &'static dyn Element,
     numbering: Numbering<'a>,
+    /// Dofs on vertices, which come first.
+    vertex_dofs: usize,
     /// Dofs on one cell.
     pub local_dofs: usize,
     /// Number of dofs.
@@ -45,6 +47,7 @@ impl<'a> Space<'a> {
             mesh,
             element,
             numbering,
+            vertex_dofs: if on.vertices { mesh.points.len() } else { 0 },
             local_dofs: nodes.len(),
             dofs,
             nodes,
@@ -62,13 +65,9 @@ impl<'a> Space<'a> {
 
     /// Where a dof is the value of the function.
     pub fn point(&self, dof: usize) -> [f64; 3] {
-        let on = self.element.on();
-        let mut first = 0;
-        if on.vertices {
-            if let Some(point) = self.mesh.points.get(dof) {
-                return *point;
-            }
-            first += self.mesh.points.len();
+        let mut first = self.vertex_dofs;
+        if dof < first {
+            return self.mesh.points[dof];
         }
         if let Numbering::Own(_, edges) = &self.numbering {
             if let Some(&[a, b]) = edges.get(dof - first) {
@@ -82,21 +81,27 @@ impl<'a> Space<'a> {
 
     /// The vertices of what carries a dof: a vertex, an edge or a face.
     pub fn carrier(&self, dof: usize) -> Vec<u32> {
-        let on = self.element.on();
-        let mut first = 0;
-        if on.vertices {
-            if dof < self.mesh.points.len() {
-                return vec![dof as u32];
-            }
-            first += self.mesh.points.len();
+        self.vertex_values(dof).map(|(vertex, _)| vertex).collect()
+    }
+
+    /// The values at a dof of the P1 functions that do not vanish there: it is the midpoint of a vertex, an edge or a face.
+    #[inline]
+    pub(crate) fn vertex_values(&self, dof: usize) -> impl Iterator<Item = (u32, f64)> + use<> {
+        let (mut vertices, mut count) = ([dof as u32; 3], 1);
+        if let Some(beyond) = dof.checked_sub(self.vertex_dofs) {
+            let edges = match &self.numbering {
+                Numbering::Own(_, edges) => &edges[..],
+                Numbering::Mesh(_) => &[],
+            };
+            let carrier = match edges.get(beyond) {
+                Some(edge) => edge,
+                None => self.mesh.face(beyond - edges.len()),
+            };
+            count = carrier.len();
+            vertices[..count].copy_from_slice(carrier);
         }
-        if let Numbering::Own(_, edges) = &self.numbering {
-            if let Some(edge) = edges.get(dof - first) {
-                return edge.to_vec();
-            }
-            first += edges.len();
-        }
-        self.mesh.face(dof - first).to_vec()
+        let value = 1.0 / count as f64;
+        vertices.into_iter().take(count).map(move |k| (k, value))
     }
 
     /// The points of all dofs.

@@ -45,34 +45,22 @@ impl Amg {
     /// None if a diagonal entry is not positive, or if the matrix does not coarsen and is too
     /// large to be solved directly.
     pub fn new(matrix: Csr) -> Option<Self> {
+        Amg::below(matrix, STRONG)
+    }
+
+    /// The same where ties are strong above `threshold`.
+    fn below(mut matrix: Csr, mut threshold: f64) -> Option<Self> {
         let _span = tracing::debug_span!("multigrid set-up", whole = true).entered();
         let mut levels = Vec::new();
-        let mut matrix = matrix;
-        let mut threshold = STRONG;
         while matrix.rows() > COARSEST {
             let n = matrix.rows();
-            let diagonal = matrix.diagonal();
-            if diagonal.iter().any(|d| !(*d > 0.0)) {
-                return None;
-            }
-            let strength = Strength {
-                matrix: &matrix,
-                diagonal: &diagonal,
-                threshold,
-            };
-            let prolongation = strength.prolongation();
-            if prolongation.columns() as f64 > LEAST_PROGRESS * n as f64 {
-                if n > 10 * COARSEST {
-                    return None;
-                }
+            let Some(coarser) = Coarser::new(&matrix, threshold)? else {
                 break;
-            }
-            let restriction = prolongation.transpose();
-            let coarse = restriction.product(&matrix.product(&prolongation));
+            };
             levels.push(Level {
-                sweeps: Sweeps::new(std::mem::replace(&mut matrix, coarse)),
-                prolongation: prolongation.narrow(),
-                restriction: restriction.narrow(),
+                sweeps: Sweeps::new(std::mem::replace(&mut matrix, coarser.matrix)),
+                prolongation: coarser.prolongation.narrow(),
+                restriction: coarser.restriction.narrow(),
                 b: vec![0.0; n],
                 x: vec![0.0; n],
                 r: vec![0.0; n],
@@ -139,6 +127,57 @@ impl Amg {
             let Level { b, x, r, .. } = level;
             level.sweeps.backward(b, x, r);
         }
+    }
+}
+
+/// The next level below a matrix.
+pub struct Coarser {
+    /// P
+    pub prolongation: Csr,
+    /// Pᵀ
+    restriction: Csr,
+    /// PᵀAP
+    matrix: Csr,
+}
+
+impl Coarser {
+    /// None if a diagonal entry is not positive, or if the matrix does not coarsen and is large; none inside where that is small
+    /// enough to be solved directly.
+    fn new(matrix: &Csr, threshold: f64) -> Option<Option<Self>> {
+        let diagonal = matrix.diagonal();
+        if diagonal.iter().any(|d| !(*d > 0.0)) {
+            return None;
+        }
+        let strength = Strength {
+            matrix,
+            diagonal: &diagonal,
+            threshold,
+        };
+        let prolongation = strength.prolongation();
+        let n = matrix.rows();
+        if prolongation.columns() as f64 > LEAST_PROGRESS * n as f64 {
+            return (n <= 10 * COARSEST).then_some(None);
+        }
+        let restriction = prolongation.transpose();
+        let matrix = restriction.product(&matrix.product(&prolongation));
+        Some(Some(Coarser {
+            prolongation,
+            restriction,
+            matrix,
+        }))
+    }
+
+    /// The first level below a matrix that is not solved directly.
+    pub fn first(matrix: &Csr) -> Option<Option<Self>> {
+        match matrix.rows() > COARSEST {
+            true => Coarser::new(matrix, STRONG),
+            false => Some(None),
+        }
+    }
+
+    /// The hierarchy from that level down.
+    pub fn hierarchy(self) -> Option<Amg> {
+        Amg::below(self.matrix, 0.5 * STRONG)
     }
 }
 
@@ -209,8 +248,8 @@ impl Strength<'_> {
     /// (I - ω D_F⁻¹ A_F) T
     fn prolongation(&self) -> Csr {
         let (of, count) = self.aggregates();
-        let mut prolongation = Csr::empty(count);
-        for (i, &own) in of.iter().enumerate() {
+        let add = |i: usize, part: &mut Csr| {
+            let own = of[i];
             let row = self.matrix.row(i);
             let weak = row.filter(|&(j, a)| j as usize != i && !self.is_strong(i, j, a));
             let lumped = self.diagonal[i] + weak.map(|(_, a)| a).sum::<f64>();
@@ -224,9 +263,15 @@ impl Strength<'_> {
                 self.strong(i)
                     .map(|(j, a)| (of[j as usize], -OMEGA * a / diagonal)),
             );
-            prolongation.push(entries.filter(|(aggregate, _)| *aggregate != NONE));
-        }
-        prolongation
+            part.push(entries.filter(|(aggregate, _)| *aggregate != NONE));
+        };
+        let n = of.len();
+        Csr::by_chunks(
+            n,
+            count,
+            || (),
+            |(), rows, part| rows.for_each(|i| add(i, part)),
+        )
     }
 }
 

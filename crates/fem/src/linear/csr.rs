@@ -27,17 +27,10 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Rows that one task takes: many tasks for every core, and few enough that a task is worth it.
 const CHUNK: usize = 8192;
 
-impl Csr {
-    /// A matrix without rows so far.
-    pub fn empty(columns: usize) -> Self {
-        Csr {
-            columns,
-            starts: vec![0],
-            indices: Vec::new(),
-            values: Vec::new(),
-        }
-    }
+/// Room for so many entries of a row saves most of the copies that growing takes; what is not used costs nothing.
+const USUAL: usize = 8;
 
+impl Csr {
     /// The sum of elements. Unknowns without a number are left out, and so are ties that are rounding, but in rows that are `whole`.
     ///
     /// # Errors
@@ -81,8 +74,8 @@ impl Csr {
             }
             starts[row + 1] = start;
         }
-        let mut places = Vec::new();
-        places.resize_with(starts[n] as usize, AtomicU32::default);
+        let places = (0..starts[n]).into_par_iter().with_min_len(CHUNK);
+        let places: Vec<AtomicU32> = places.map(|_| AtomicU32::new(0)).collect();
         next.par_iter_mut().enumerate().for_each(|(k, next)| {
             for (place, row) in rows_of(k) {
                 let at = &mut next[row as usize];
@@ -113,24 +106,26 @@ impl Csr {
                     }
                 },
             );
-        Ok(Csr::by_chunks(n, n, |rows, part| {
-            let (mut values, mut entries) = (vec![0.0; size], Vec::new());
+        let room = || (vec![0.0; size], Sums::new(n));
+        Ok(Csr::by_chunks(n, n, room, |(values, sums), rows, part| {
             for row in rows {
-                entries.clear();
                 for (element, local) in of_row(row) {
-                    elements.row(element, local, &mut values);
-                    let unknowns = elements.of(element).iter().zip(&values);
-                    entries.extend(unknowns.filter_map(|(&j, a)| Some((number[j as usize]?, *a))));
+                    elements.row(element, local, values);
+                    for (&j, a) in elements.of(element).iter().zip(&*values) {
+                        if let Some(j) = number[j as usize] {
+                            sums.add(j, *a);
+                        }
+                    }
                 }
-                entries.sort_by_key(|entry| entry.0);
                 let is_whole = whole(row);
                 let is_tie = |&(j, a): &(u32, f64)| {
                     let size = (diagonal[row] * diagonal[j as usize]).abs().sqrt();
                     is_whole || j as usize == row || !(a.abs() <= ROUNDING * size)
                 };
-                let sums = entries.chunk_by(|a, b| a.0 == b.0);
-                let sums = sums.map(|same| (same[0].0, same.iter().map(|e| e.1).sum()));
-                part.end_row(sums.filter(is_tie));
+                let entries = sums.entries();
+                entries.sort_unstable_by_key(|entry| entry.0);
+                part.end_row(entries.iter().copied().filter(is_tie));
+                sums.clear();
             }
         }))
     }
@@ -138,71 +133,17 @@ impl Csr {
     /// The rows and columns that have a number; the numbers ascend.
     pub fn submatrix(&self, number: &[Option<u32>]) -> Self {
         let rows: Vec<usize> = (0..self.rows()).filter(|&i| number[i].is_some()).collect();
-        Csr::by_chunks(rows.len(), rows.len(), |chunk, part| {
-            for &i in &rows[chunk] {
-                let entries = self.row(i);
-                part.end_row(entries.filter_map(|(j, a)| Some((number[j as usize]?, a))));
-            }
-        })
-    }
-
-    /// Rows that `fill` adds to parts of the matrix, side by side.
-    pub fn by_chunks(
-        rows: usize,
-        columns: usize,
-        fill: impl Fn(Range<usize>, &mut Csr) + Sync,
-    ) -> Self {
-        let parts: Vec<Csr> = (0..rows.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                let mut part = Csr::empty(columns);
-                fill(chunk * CHUNK..((chunk + 1) * CHUNK).min(rows), &mut part);
-                part
-            })
-            .collect();
-        let entries = parts.iter().map(Csr::entries).sum();
-        let mut matrix = Csr {
-            starts: vec![0; rows + 1],
-            indices: vec![0; entries],
-            values: vec![0.0; entries],
-            ..Csr::empty(columns)
-        };
-        let mut before = 0;
-        let mut rest = (&mut matrix.indices[..], &mut matrix.values[..]);
-        let starts = matrix.starts[1..].chunks_mut(CHUNK);
-        let tasks: Vec<_> = parts
-            .into_iter()
-            .zip(starts)
-            .map(|(part, starts)| {
-                let (indices, other_indices) =
-                    std::mem::take(&mut rest.0).split_at_mut(part.entries());
-                let (values, other_values) =
-                    std::mem::take(&mut rest.1).split_at_mut(part.entries());
-                rest = (other_indices, other_values);
-                let first = before;
-                before += part.entries();
-                (part, first, starts, indices, values)
-            })
-            .collect();
-        tasks
-            .into_par_iter()
-            .for_each(|(part, first, starts, indices, values)| {
-                for (start, end) in starts.iter_mut().zip(&part.starts[1..]) {
-                    *start = first + end;
+        Csr::by_chunks(
+            rows.len(),
+            rows.len(),
+            || (),
+            |(), chunk, part| {
+                for &i in &rows[chunk] {
+                    let entries = self.row(i);
+                    part.end_row(entries.filter_map(|(j, a)| Some((number[j as usize]?, a))));
                 }
-                indices.copy_from_slice(&part.indices);
-                values.copy_from_slice(&part.values);
-            });
-        matrix
-    }
-
-    /// Adds a row below, whose entries have different columns.
-    pub fn end_row(&mut self, entries: impl IntoIterator<Item = (u32, f64)>) {
-        for (column, value) in entries {
-            self.indices.push(column);
-            self.values.push(value);
-        }
-        self.starts.push(self.indices.len());
+            },
+        )
     }
 
     /// Adds a row below; entries of one column are summed.
@@ -220,13 +161,6 @@ impl Csr {
         self.starts.push(self.indices.len());
     }
 
-    /// The columns and values of a row.
-    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
-        let range = self.starts[i]..self.starts[i + 1];
-        let indices = self.indices[range.clone()].iter().copied();
-        indices.zip(self.values[range].iter().copied())
-    }
-
     /// The columns of a row.
     pub fn row_columns(&self, i: usize) -> &[u32] {
         &self.indices[self.starts[i]..self.starts[i + 1]]
@@ -240,11 +174,6 @@ impl Csr {
     /// The same, to be changed.
     pub fn row_values_mut(&mut self, i: usize) -> &mut [f64] {
         &mut self.values[self.starts[i]..self.starts[i + 1]]
-    }
-
-    /// The value of an entry of a row.
-    pub fn value(&self, i: usize, entry: u32) -> f64 {
-        self.values[self.starts[i] + entry as usize]
     }
 
     /// a_ij, 0 where there is none.
@@ -281,25 +210,6 @@ impl Csr {
         self.starts[i]..self.starts[i + 1]
     }
 
-    /// Σ a_ij x_j over `part` of the entries of a row, where x begins at the column `first`, for `values` as many as the
-    /// matrix has.
-    #[inline]
-    pub fn dot_part(
-        &self,
-        values: &[f32],
-        i: usize,
-        part: Range<u32>,
-        x: &[f64],
-        first: usize,
-    ) -> f64 {
-        let start = self.starts[i];
-        let range = start + part.start as usize..start + part.end as usize;
-        let entries = self.indices[range.clone()].iter().zip(&values[range]);
-        entries
-            .map(|(&j, a)| f64::from(*a) * x[j as usize - first])
-            .sum()
-    }
-
     /// The largest Σ_j |a_ij|.
     pub fn norm(&self) -> f64 {
         let sums = (0..self.rows()).into_par_iter();
@@ -312,50 +222,133 @@ impl Csr {
         let rows = (0..self.rows()).into_par_iter();
         rows.map(|i| self.at(i, i as u32)).collect()
     }
+}
 
-    /// The transpose.
-    pub fn transpose(&self) -> Csr {
-        let (starts, places) = sort_by_key(&self.indices, self.columns);
-        let mut row_of = vec![0; self.indices.len()];
-        let rows = self.starts.windows(2).enumerate();
-        rows.for_each(|(i, range)| row_of[range[0]..range[1]].fill(i as u32));
-        let places = || places.par_iter().with_min_len(CHUNK);
-        let indices = places().map(|&k| row_of[k as usize]).collect();
-        let values = places().map(|&k| self.values[k as usize]).collect();
-        Csr {
-            columns: self.rows(),
-            starts,
-            indices,
-            values,
+/// The parts of a slice that end there.
+pub fn split<T>(mut all: &mut [T], ends: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+    let mut start = 0;
+    ends.map(|end| {
+        let (own, others) = std::mem::take(&mut all).split_at_mut(end - start);
+        (all, start) = (others, end);
+        own
+    })
+    .collect()
+}
+
+/// A row that is summed up, by column in the order in which these come.
+struct Sums {
+    /// One more than the place among `entries` of each column that has one.
+    place: Vec<u32>,
+    entries: Vec<(u32, f64)>,
+}
+
+impl Sums {
+    fn new(columns: usize) -> Self {
+        Sums {
+            place: vec![0; columns],
+            entries: Vec::new(),
         }
     }
 
-    /// A B, row by row (F. G. Gustavson, ACM Trans. Math. Softw. 4, 1978).
-    pub fn product(&self, other: &Csr) -> Csr {
-        Csr::by_chunks(self.rows(), other.columns, |rows, part| {
-            let mut place = vec![usize::MAX; other.columns];
-            for i in rows {
-                let start = part.indices.len();
-                for (k, a) in self.row(i) {
-                    for (j, b) in other.row(k as usize) {
-                        let at = &mut place[j as usize];
-                        // Places of earlier rows lie before `start`, or are not set.
-                        if *at >= start && *at < part.indices.len() {
-                            part.values[*at] += a * b;
-                        } else {
-                            *at = part.indices.len();
-                            part.indices.push(j);
-                            part.values.push(a * b);
-                        }
-                    }
-                }
-                part.starts.push(part.indices.len());
-            }
-        })
+    #[inline]
+    fn add(&mut self, column: u32, value: f64) {
+        let place = &mut self.place[column as usize];
+        if *place == 0 {
+            self.entries.push((column, value));
+            *place = self.entries.len() as u32;
+        } else {
+            self.entries[*place as usize - 1].1 += value;
+        }
+    }
+
+    fn entries(&mut self) -> &mut [(u32, f64)] {
+        &mut self.entries
+    }
+
+    /// For the next row.
+    fn clear(&mut self) {
+        for (column, _) in self.entries.drain(..) {
+            self.place[column as usize] = 0;
+        }
     }
 }
 
 impl<T: Number> Csr<T> {
+    /// A matrix without rows so far.
+    pub fn empty(columns: usize) -> Self {
+        Csr {
+            columns,
+            starts: vec![0],
+            indices: Vec::new(),
+            values: Vec::new(),
+        }
+    }
+
+    /// Rows that `fill` adds to parts of the matrix, side by side, each with some `room` that is used again.
+    pub fn by_chunks<Room>(
+        rows: usize,
+        columns: usize,
+        room: impl Fn() -> Room + Send + Sync,
+        fill: impl Fn(&mut Room, Range<usize>, &mut Self) + Send + Sync,
+    ) -> Self {
+        let parts: Vec<Self> = (0..rows.div_ceil(CHUNK))
+            .into_par_iter()
+            .map_init(room, |room, chunk| {
+                let rows = chunk * CHUNK..((chunk + 1) * CHUNK).min(rows);
+                let mut part = Self::empty(columns);
+                part.starts.reserve(rows.len());
+                part.indices.reserve(USUAL * rows.len());
+                part.values.reserve(USUAL * rows.len());
+                fill(room, rows, &mut part);
+                part
+            })
+            .collect();
+        let ends: Vec<usize> = parts
+            .iter()
+            .scan(0, |end, part| {
+                *end += part.entries();
+                Some(*end)
+            })
+            .collect();
+        let entries = ends.last().copied().unwrap_or(0);
+        let mut matrix = Csr {
+            starts: vec![0; rows + 1],
+            indices: vec![0; entries],
+            values: vec![T::ZERO; entries],
+            ..Self::empty(columns)
+        };
+        let starts = matrix.starts[1..].par_chunks_mut(CHUNK);
+        let indices = split(&mut matrix.indices, ends.iter().copied());
+        let values = split(&mut matrix.values, ends.iter().copied());
+        let tasks = parts.into_par_iter().zip(&ends).zip(starts);
+        let tasks = tasks.zip(indices.into_par_iter().zip(values));
+        tasks.for_each(|(((part, end), starts), (indices, values))| {
+            let first = end - part.entries();
+            for (start, end) in starts.iter_mut().zip(&part.starts[1..]) {
+                *start = first + end;
+            }
+            indices.copy_from_slice(&part.indices);
+            values.copy_from_slice(&part.values);
+        });
+        matrix
+    }
+
+    /// Adds a row below, whose entries have different columns.
+    pub fn end_row(&mut self, entries: impl IntoIterator<Item = (u32, f64)>) {
+        for (column, value) in entries {
+            self.indices.push(column);
+            self.values.push(T::of(value));
+        }
+        self.starts.push(self.indices.len());
+    }
+
+    /// The columns and values of a row.
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, T)> + '_ {
+        let range = self.starts[i]..self.starts[i + 1];
+        let indices = self.indices[range.clone()].iter().copied();
+        indices.zip(self.values[range].iter().copied())
+    }
+
     /// How many rows it has.
     pub fn rows(&self) -> usize {
         self.starts.len() - 1
@@ -376,6 +369,47 @@ impl<T: Number> Csr<T> {
     /// Stored entries.
     pub fn entries(&self) -> usize {
         self.indices.len()
+    }
+
+    /// The transpose.
+    pub fn transpose(&self) -> Self {
+        let (starts, places) = sort_by_key(&self.indices, self.columns);
+        let mut row_of = vec![0; self.indices.len()];
+        let ends = self.starts[1..].chunks(CHUNK);
+        let tasks = split(&mut row_of, ends.clone().map(|ends| ends[ends.len() - 1]));
+        let tasks = tasks.into_par_iter().zip(ends.collect::<Vec<_>>());
+        tasks.enumerate().for_each(|(chunk, (own, ends))| {
+            let (mut first, before) = (0, self.starts[chunk * CHUNK]);
+            for (i, end) in (chunk * CHUNK..).zip(ends) {
+                own[first..end - before].fill(i as u32);
+                first = end - before;
+            }
+        });
+        let places = || places.par_iter().with_min_len(CHUNK);
+        let indices = places().map(|&k| row_of[k as usize]).collect();
+        let values = places().map(|&k| self.values[k as usize]).collect();
+        Csr {
+            columns: self.rows(),
+            starts,
+            indices,
+            values,
+        }
+    }
+
+    /// A B, row by row (F. G. Gustavson, ACM Trans. Math. Softw. 4, 1978).
+    pub fn product(&self, other: &Csr) -> Csr {
+        let room = || Sums::new(other.columns);
+        Csr::by_chunks(self.rows(), other.columns, room, |sums, rows, part| {
+            for i in rows {
+                for (k, a) in self.row(i) {
+                    for (j, b) in other.row(k as usize) {
+                        sums.add(j, a.wide() * b);
+                    }
+                }
+                part.end_row(sums.entries().iter().copied());
+                sums.clear();
+            }
+        })
     }
 
     /// Σ_j a_ij x_j

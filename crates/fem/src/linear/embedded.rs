@@ -10,8 +10,9 @@
 //! contracts whatever the size of the mesh: the sweeps reduce what P1 does not see. Rows that are not swept are solved for as one
 //! block before and after the V-cycle.
 
-use super::amg::Amg;
+use super::amg::{Amg, Coarser};
 use super::csr::Csr;
+use super::pool::zeros;
 use super::sweeps::Sweeps;
 
 /// Changes x where its rows are solved for as one block; gets b and x.
@@ -27,13 +28,26 @@ pub struct Embedded {
 
 impl Embedded {
     /// `embedding`: dofs × coarse unknowns; `coarse`: the coarse matrix, EᵀAE. None if it does not
-    /// coarsen or is not positive.
-    pub fn new(embedding: Csr, coarse: Csr) -> Option<Self> {
+    /// coarsen or is not positive. Where coarse unknowns are dofs themselves, the sweeps on these are the first level's.
+    pub fn new(embedding: Csr<f32>, coarse: Csr) -> Option<Self> {
+        let are_dofs = embedding.entries() == embedding.columns();
+        let below = if are_dofs {
+            Coarser::first(&coarse)?
+        } else {
+            None
+        };
+        let (embedding, coarse) = match below {
+            Some(below) => (
+                embedding.product(&below.prolongation).narrow(),
+                below.hierarchy()?,
+            ),
+            None => (embedding, Amg::new(coarse)?),
+        };
         Some(Embedded {
-            residual: vec![0.0; embedding.rows()],
-            restriction: embedding.transpose().narrow(),
-            coarse: Amg::new(coarse)?,
-            embedding: embedding.narrow(),
+            residual: zeros(embedding.rows()),
+            restriction: embedding.transpose(),
+            coarse,
+            embedding,
         })
     }
 

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use faceoff_mesh::cancel;
 
 use super::kernels::Number;
+use super::pool::clear;
 
 /// When an iteration ends.
 #[derive(Debug, Clone, Copy)]
@@ -56,8 +57,8 @@ pub fn conjugate_gradients(
     let n = b.len();
     let (mut q, mut z) = (vec![0.0; n], vec![0.0; n]);
     apply(x, &mut q);
-    let mut r = b.to_vec();
-    add(&mut r, &q, -1.0);
+    let mut r = vec![0.0; n];
+    difference(b, &q, &mut r);
     precondition(&r, &mut z);
     let mut p = z.clone();
     let mut rz = dot(&r, &z);
@@ -85,7 +86,14 @@ pub fn conjugate_gradients(
     Ended::new(stop.steps, norm(&r), stop)
 }
 
-/// Solves A x = b from the x given; `basis` keeps the vectors for the next solve with as many unknowns, in f32 as the
+/// Vectors of GMRES, for one solve after the other with as many unknowns.
+#[derive(Default)]
+pub struct Room {
+    basis: Vec<Vec<f32>>,
+    vectors: [Vec<f64>; 3],
+}
+
+/// Solves A x = b from the x given; `room` keeps the vectors for the next solve with as many unknowns, in f32 as the
 /// preconditioner is (J. I. Aliaga et al., Concurrency Computat. Pract. Exper. 34, 2022): the residual is computed anew after at most
 /// `GAIN`.
 pub fn gmres(
@@ -94,19 +102,23 @@ pub fn gmres(
     b: &[f64],
     x: &mut [f64],
     stop: KrylovStop,
-    basis: &mut Vec<Vec<f32>>,
+    room: &mut Room,
 ) -> Ended {
     let n = b.len();
     let _span = tracing::debug_span!("basis").entered();
-    let [mut last, mut next, mut direction] = [(); 3].map(|()| vec![0.0; n]);
+    let Room { basis, vectors } = room;
+    vectors.iter_mut().for_each(|v| v.resize(n, 0.0));
+    let [last, next, direction] = vectors;
     let mut done = 0;
     let mut before = f64::INFINITY;
     loop {
         // The residual anew, so that what is believed at the end was not only predicted.
-        apply(x, &mut direction);
-        last.copy_from_slice(b);
-        add(&mut last, &direction, -1.0);
-        let size = norm(&last);
+        match done > 0 || norm(x) != 0.0 {
+            true => apply(x, direction),
+            false => clear(direction),
+        }
+        difference(b, direction, last);
+        let size = norm(last);
         // Rounding sets a floor: a restart that does not gain will not.
         let is_over = done >= stop.steps || cancel::cause().is_some();
         if size <= stop.residual || is_over || !(size < 0.5 * before) {
@@ -124,27 +136,27 @@ pub fn gmres(
             if basis.len() == k {
                 basis.push(vec![0.0; n]);
             }
-            scale(&mut last, 1.0 / length, &mut basis[k]);
-            precondition(&last, &mut direction, Some(&mut next));
+            scale(last, 1.0 / length, &mut basis[k]);
+            precondition(last, direction, Some(next));
             // Classical Gram and Schmidt, which reads each vector twice; the residual is computed anew at the end.
             let (bytes, flops) = (n * (8 * (k + 1) + 40), 4 * n * (k + 1));
             let _span = tracing::debug_span!("basis", bytes, flops).entered();
             let old = &basis[..=k];
-            let mut column = dots(old, &next);
-            length = subtract(&mut next, old, &column);
+            let mut column = dots(old, next);
+            length = subtract(next, old, &column);
             column.push(length);
             done += 1;
             if !triangle.push(column) || length == 0.0 {
                 break;
             }
-            std::mem::swap(&mut last, &mut next);
+            std::mem::swap(last, next);
         }
         // x += M⁻¹ V y
         let minus: Vec<f64> = triangle.solve().iter().map(|y| -y).collect();
-        last.fill(0.0);
-        subtract(&mut last, &basis[..minus.len()], &minus);
-        precondition(&last, &mut direction, None);
-        add(x, &direction, 1.0);
+        clear(last);
+        subtract(last, &basis[..minus.len()], &minus);
+        precondition(last, direction, None);
+        add(x, direction, 1.0);
     }
 }
 
@@ -294,6 +306,17 @@ fn scale(a: &mut [f64], factor: f64, narrow: &mut [f32]) {
     });
 }
 
+/// c = a - b
+fn difference(a: &[f64], b: &[f64], c: &mut [f64]) {
+    let terms = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK));
+    let chunks = c.par_chunks_mut(CHUNK).zip(terms);
+    chunks.for_each(|(c, (a, b))| {
+        for ((c, a), b) in c.iter_mut().zip(a).zip(b) {
+            *c = a - b;
+        }
+    });
+}
+
 fn add(a: &mut [f64], b: &[f64], factor: f64) {
     a.par_chunks_mut(CHUNK)
         .zip(b.par_chunks(CHUNK))
@@ -373,7 +396,7 @@ mod tests {
         x: &mut [f64],
         stop: KrylovStop,
     ) -> Ended {
-        gmres(apply, precondition, b, x, stop, &mut Vec::new())
+        gmres(apply, precondition, b, x, stop, &mut Room::default())
     }
 
     #[test]

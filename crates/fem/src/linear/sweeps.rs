@@ -16,21 +16,27 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::csr::Csr;
+use super::csr::{Csr, split};
 
 /// Blocks are this part of the rows, and not smaller than a task is worth.
 const BLOCKS: usize = 16;
 const SMALLEST: usize = 1 << 13;
+/// Parts of rows with so many entries are summed side by side.
+const LONG: usize = 8;
+/// Rows that a task looks at.
+const ROWS: usize = 1 << 12;
+/// Numbers that a task copies.
+const COPIED: usize = 1 << 14;
 
 /// A matrix with its rows in the order of sweeps, and the sweeps.
 pub struct Sweeps {
     /// In each row L, D, U and O one after the other.
     matrix: Csr,
-    /// Its values over a power of two, rounded; 0 on the diagonal.
-    narrow: Vec<f32>,
+    /// Columns and values of L, U and O, over a power of two and rounded, row by row.
+    entries: Vec<(u32, f32)>,
     unit: f64,
-    /// Where D and where O begin in each row.
-    parts: Vec<[u32; 2]>,
+    /// Where L, U and O of each row end among these, behind where the first row begins.
+    ends: Vec<[u32; 3]>,
     /// 1/D, or 0 where a row is not swept.
     inverse: Vec<f64>,
     block: usize,
@@ -54,64 +60,87 @@ impl Sweeps {
                 _ => 2,
             }
         };
-        let is_unsorted = |i: &usize| {
-            let columns = matrix.row_columns(*i);
-            !columns.is_sorted_by_key(|&j| class(*i, j))
-        };
-        let unsorted: Vec<usize> = (0..rows).into_par_iter().filter(is_unsorted).collect();
-        for i in unsorted {
+        let mut ends = vec![[0; 3]; rows + 1];
+        let chunks = ends[1..].par_chunks_mut(ROWS).enumerate();
+        // The largest diagonal, and the rows that are in another order.
+        let found = chunks.map(|(chunk, ends)| {
+            let (mut largest, mut unsorted) = (0.0, Vec::new());
+            for (i, ends) in (chunk * ROWS..).zip(ends) {
+                let (mut counts, mut last, mut sorted) = ([0; 4], 0, true);
+                for (j, a) in matrix.row(i) {
+                    let class = class(i, j);
+                    counts[class] += 1;
+                    sorted &= last <= class;
+                    last = class;
+                    if class == 1 {
+                        largest = f64::max(largest, a.abs());
+                    }
+                }
+                if !sorted {
+                    unsorted.push(i);
+                }
+                // Each row before this one has a diagonal that is left out.
+                let first = matrix.places(i).start - i;
+                let [before, _, after, others] = counts;
+                let lengths = [before, before + after, before + after + others];
+                *ends = lengths.map(|length| (first + length) as u32);
+            }
+            (largest, unsorted)
+        });
+        let found: Vec<(f64, Vec<usize>)> = found.collect();
+        let largest = found
+            .iter()
+            .fold(0.0, |m: f64, (of_chunk, _)| m.max(*of_chunk));
+        for i in found.into_iter().flat_map(|(_, unsorted)| unsorted) {
             matrix.sort_row_by_key(i, |j| class(i, j));
         }
-        let parts = (0..rows).into_par_iter().map(|i| {
-            let columns = matrix.row_columns(i);
-            [1, 3].map(|from| columns.partition_point(|&j| class(i, j) < from) as u32)
-        });
-        let parts: Vec<[u32; 2]> = parts.collect();
-        let diagonal = parts.par_iter().enumerate();
-        let largest = diagonal
-            .map(|(i, [own, _])| matrix.value(i, *own).abs())
-            .reduce(|| 0.0, f64::max);
         let mut sweeps = Sweeps {
-            narrow: vec![0.0; matrix.entries()],
-            inverse: vec![0.0; rows],
             unit: power_of_two(largest),
+            entries: vec![(0, 0.0); matrix.entries() - rows],
+            inverse: vec![0.0; rows],
             matrix,
-            parts,
+            ends,
             block,
         };
         sweeps.round();
         sweeps
     }
 
+    /// Where L, U and O of a row are.
+    #[inline]
+    fn parts(&self, i: usize) -> [Range<usize>; 3] {
+        let [start, own, others, end] = [
+            self.ends[i][2],
+            self.ends[i + 1][0],
+            self.ends[i + 1][1],
+            self.ends[i + 1][2],
+        ]
+        .map(|k| k as usize);
+        [start..own, own..others, others..end]
+    }
+
     /// Rounds all rows.
     fn round(&mut self) {
-        const ROWS: usize = 4096;
-        let (matrix, unit, parts) = (&self.matrix, self.unit, &self.parts);
-        let mut tasks = Vec::with_capacity(self.inverse.len().div_ceil(ROWS));
-        let mut rest = &mut self.narrow[..];
-        for (task, inverse) in self.inverse.chunks_mut(ROWS).enumerate() {
-            let rows = task * ROWS..task * ROWS + inverse.len();
-            let entries = matrix.places(rows.end - 1).end - matrix.places(rows.start).start;
-            let (own, others) = rest.split_at_mut(entries);
-            rest = others;
-            tasks.push((rows, inverse, own));
-        }
-        tasks
-            .into_par_iter()
-            .for_each(|(rows, inverse, mut narrow)| {
-                for (i, inverse) in rows.zip(inverse) {
-                    let (own, others) = narrow.split_at_mut(matrix.places(i).len());
-                    narrow = others;
-                    *inverse = rounded(matrix, unit, i, parts[i][0], own);
-                }
-            });
+        let (matrix, unit, ends) = (&self.matrix, self.unit, &self.ends);
+        let of_tasks = ends[1..].chunks(ROWS);
+        let ends_of_tasks = of_tasks.map(|ends| ends[ends.len() - 1][2] as usize);
+        let tasks = split(&mut self.entries, ends_of_tasks);
+        let tasks = self.inverse.par_chunks_mut(ROWS).zip(tasks).enumerate();
+        tasks.for_each(|(task, (inverse, mut entries))| {
+            for (i, inverse) in (task * ROWS..).zip(inverse) {
+                let (own, others) = entries.split_at_mut((ends[i + 1][2] - ends[i][2]) as usize);
+                entries = others;
+                *inverse = rounded(matrix, unit, i, own);
+            }
+        });
     }
 
     /// Takes the `changed` rows anew; `still` ones are not swept.
     pub fn set(&mut self, changed: impl Iterator<Item = u32>, still: &[u32]) {
         for row in changed.map(|row| row as usize) {
-            let own = &mut self.narrow[self.matrix.places(row)];
-            self.inverse[row] = rounded(&self.matrix, self.unit, row, self.parts[row][0], own);
+            let [before, _, others] = self.parts(row);
+            let own = &mut self.entries[before.start..others.end];
+            self.inverse[row] = rounded(&self.matrix, self.unit, row, own);
         }
         for &row in still {
             self.inverse[row as usize] = 0.0;
@@ -128,16 +157,31 @@ impl Sweeps {
         &mut self.matrix
     }
 
-    #[inline]
-    fn dot(&self, i: usize, part: Range<u32>, x: &[f64], first: usize) -> f64 {
-        self.unit * self.matrix.dot_part(&self.narrow, i, part, x, first)
+    /// Σ a_ij x_j over some entries of a row, where x begins at the column `first`.
+    #[inline(always)]
+    fn dot(&self, part: Range<usize>, x: &[f64], first: usize) -> f64 {
+        let term = |&(j, a): &(u32, f32)| f64::from(a) * x[j as usize - first];
+        let entries = &self.entries[part];
+        if entries.len() < LONG {
+            return self.unit * entries.iter().map(term).sum::<f64>();
+        }
+        // Four sums side by side, as each waits for the last addition.
+        let (fours, rest) = entries.as_chunks::<4>();
+        let mut sums = [0.0; 4];
+        for four in fours {
+            for (sum, entry) in sums.iter_mut().zip(four) {
+                *sum += term(entry);
+            }
+        }
+        let [a, b, c, d] = sums;
+        let rest: f64 = rest.iter().map(term).sum();
+        self.unit * (rest + ((a + b) + (c + d)))
     }
 
     /// Bytes of one pass over it with `vectors`, each once.
     fn bytes(&self, vectors: usize) -> usize {
-        let values = size_of_val(&self.narrow[..]);
-        let of_rows = size_of_val(&self.parts[..]) + (1 + vectors) * 8 * self.parts.len();
-        self.matrix.bytes() - values + of_rows
+        let rows = self.inverse.len();
+        size_of_val(&self.entries[..]) + size_of_val(&self.ends[..]) + (1 + vectors) * 8 * rows
     }
 
     /// x from a forward sweep, and `rest` = b - A x.
@@ -151,15 +195,16 @@ impl Sweeps {
             let first = block * self.block;
             for k in 0..x.len() {
                 let i = first + k;
-                let left = b[i] - self.dot(i, 0..self.parts[i][0], &x[..k], first);
+                let [before, ..] = self.parts(i);
+                let left = b[i] - self.dot(before, x, first);
                 x[k] = self.inverse[i] * left;
                 rest[k] = if self.inverse[i] == 0.0 { left } else { 0.0 };
             }
         });
         let x = &*x;
         self.matrix.by_rows(rest, |i, rest| {
-            let entries = self.matrix.places(i).len() as u32;
-            rest - self.dot(i, self.parts[i][0] + 1..entries, x, 0)
+            let [_, after, others] = self.parts(i);
+            rest - self.dot(after.start..others.end, x, 0)
         });
     }
 
@@ -167,7 +212,10 @@ impl Sweeps {
     pub fn backward(&self, b: &[f64], x: &mut [f64], before: &mut [f64]) {
         let (bytes, flops) = (self.bytes(3), 2 * self.matrix.entries());
         let _span = tracing::debug_span!("sweeps", bytes, flops).entered();
-        before.copy_from_slice(x);
+        before
+            .par_chunks_mut(COPIED)
+            .zip(x.par_chunks(COPIED))
+            .for_each(|(before, x)| before.copy_from_slice(x));
         let before = &*before;
         x.par_chunks_mut(self.block)
             .enumerate()
@@ -176,10 +224,9 @@ impl Sweeps {
                 for k in (0..x.len()).rev() {
                     let i = first + k;
                     if self.inverse[i] != 0.0 {
-                        let entries = self.matrix.places(i).len() as u32;
-                        let [_, others] = self.parts[i];
-                        let own = self.dot(i, 0..others, x, first);
-                        let of_others = self.dot(i, others..entries, before, 0);
+                        let [below, after, others] = self.parts(i);
+                        let own = self.dot(below.start..after.end, x, first);
+                        let of_others = self.dot(others, before, 0);
                         x[k] = self.inverse[i] * (b[i] - own - of_others);
                     }
                 }
@@ -190,7 +237,7 @@ impl Sweeps {
     pub fn product(&self, b: &[f64], x: &[f64], before: &mut [f64], y: &mut [f64]) {
         // Half of the entries.
         let entries = self.matrix.entries();
-        let (bytes, flops) = (self.bytes(4) - 6 * entries, entries);
+        let (bytes, flops) = (self.bytes(4) - 4 * entries, entries);
         let _span = tracing::debug_span!("sweeps", bytes, flops).entered();
         before
             .par_iter_mut()
@@ -198,12 +245,11 @@ impl Sweeps {
             .for_each(|(before, x)| *before = x - *before);
         let change = &*before;
         self.matrix.by_rows(y, |i, _| {
-            let entries = self.matrix.places(i).len() as u32;
-            let [own, others] = self.parts[i];
             if self.inverse[i] == 0.0 {
                 return self.matrix.dot(i, x);
             }
-            b[i] + self.dot(i, 0..own, change, 0) + self.dot(i, others..entries, change, 0)
+            let [below, _, others] = self.parts(i);
+            b[i] + self.dot(below, change, 0) + self.dot(others, change, 0)
         });
     }
 }
@@ -215,19 +261,21 @@ fn power_of_two(size: f64) -> f64 {
 }
 
 /// Rounds the entries of a row beside the diagonal; returns the inverse of a diagonal with which their sum is what it was.
-fn rounded(matrix: &Csr, unit: f64, row: usize, own: u32, narrow: &mut [f32]) -> f64 {
-    let values = &matrix.row_values(row)[..narrow.len()];
-    let mut diagonal = values[own as usize];
-    let is_swept = diagonal != 0.0;
-    for (k, (narrow, a)) in narrow.iter_mut().zip(values).enumerate() {
-        if k == own as usize {
-            *narrow = 0.0;
-        } else {
-            *narrow = (a / unit) as f32;
-            diagonal += a - unit * f64::from(*narrow);
+fn rounded(matrix: &Csr, unit: f64, row: usize, narrow: &mut [(u32, f32)]) -> f64 {
+    let (mut diagonal, mut off, mut places) = (0.0, 0.0, narrow.iter_mut());
+    for (j, a) in matrix.row(row) {
+        if j as usize == row {
+            diagonal = a;
+        } else if let Some(place) = places.next() {
+            *place = (j, (a / unit) as f32);
+            off += a - unit * f64::from(place.1);
         }
     }
-    if is_swept { 1.0 / diagonal } else { 0.0 }
+    if diagonal == 0.0 {
+        0.0
+    } else {
+        1.0 / (diagonal + off)
+    }
 }
 
 #[cfg(test)]
@@ -278,13 +326,13 @@ mod tests {
             matrix.push([(0, -b), (1, -c), (2, b + c)]);
             let sweeps = Sweeps::new(matrix);
             for i in 0..3 {
-                let rest = sweeps.dot(i, 0..3, &[1.0; 3], 0);
+                let [before, _, others] = sweeps.parts(i);
+                let rest = sweeps.dot(before.start..others.end, &[1.0; 3], 0);
                 let sum = 1.0 / sweeps.inverse[i] + rest;
                 assert!(sum.abs() < 1e-15 * unit, "{unit} {i}: {sum}");
-                for k in sweeps.matrix.places(i).filter(|k| sweeps.narrow[*k] != 0.0) {
-                    let j = sweeps.matrix.row_columns(i)[k % 3];
-                    let narrow = sweeps.unit * f64::from(sweeps.narrow[k]);
-                    let off = narrow / at(&sweeps, i, j as usize) - 1.0;
+                for (j, a) in &sweeps.entries[before.start..others.end] {
+                    let narrow = sweeps.unit * f64::from(*a);
+                    let off = narrow / at(&sweeps, i, *j as usize) - 1.0;
                     assert!(off.abs() < 1e-7, "{unit} {i} {j}: {off}");
                 }
             }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::assembly::{Stiffness, VertexValues};
+use crate::assembly::Stiffness;
 use crate::contact::{Discretisation, Iteration, Method, Problem, Solution, Stop, solve_by};
 use crate::element::{P1, Space};
 use crate::linear::{Settings, Solver};
@@ -132,15 +132,14 @@ fn p1_is_embedded_exactly() {
             &Discretisation::of(&scene, method.parse().unwrap()),
         )
         .unwrap();
-        let values = VertexValues::new(&problem.space);
         let p1 = Stiffness::new(&Space::new(&mesh, &P1));
         let v: Vec<f64> = (0..mesh.points.len())
             .map(|k| ((3 * k) as f64).sin())
             .collect();
-        let of_v: Vec<f64> = (0..problem.space.dofs as u32)
+        let of_v: Vec<f64> = (0..problem.space.dofs)
             .map(|dof| {
+                let values = problem.space.vertex_values(dof);
                 values
-                    .of(dof)
                     .map(|(vertex, value)| value * v[vertex as usize])
                     .sum()
             })

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use super::formula::{Formula, OnContact};
 use crate::assembly::value_at;
 use crate::contact::condition::Condition;
@@ -64,8 +66,9 @@ impl Formula for Variational {
                 .iter()
                 .any(|&dof| is_held[dof as usize])
         };
-        let cells = (0..space.mesh.cell_count()).filter(near);
-        stiffness.for_each(cells, |row, column, value| {
+        let cells = (0..space.mesh.cell_count()).into_par_iter().filter(near);
+        let cells: Vec<usize> = cells.collect();
+        stiffness.for_each(cells.into_iter(), |row, column, value| {
             if let Some(constraint) = constraints.get_mut(&row) {
                 *constraint.row.entry(column).or_default() += value;
             }
