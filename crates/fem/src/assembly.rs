@@ -652,6 +652,29 @@ mod tests {
         }
     }
 
+    /// In 2D and in 3D, of elements with one dof a vertex or a face and with more.
+    #[test]
+    fn a_row_is_that_of_the_cells_matrix() {
+        for scene in ["plate", "block"] {
+            let scene = crate::scene::Scene::find(scene).unwrap();
+            let mesh = scene.triangulation(None).unwrap();
+            for element in [&CR as &'static dyn Element, &P1, &P2] {
+                let space = Space::new(&mesh, element);
+                let (local, stiffness) = (space.local_dofs, Stiffness::new(&space));
+                let (mut matrix, mut row) = (vec![0.0; local * local], vec![7.0; local]);
+                for cell in [0, mesh.cell_count() - 1] {
+                    stiffness.cell_matrix(cell, &mut matrix);
+                    for i in 0..local {
+                        stiffness.row(cell, i, &mut row);
+                        for (a, b) in row.iter().zip(&matrix[i * local..]) {
+                            assert!((a - b).abs() < 1e-14 * matrix[0].abs(), "{a} {b}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     #[test]
     fn norms_of_polynomials_are_exact() {
         let mesh = Triangulation::new("uj", &union_jack(3, [2.0, 1.0])).unwrap();

@@ -482,6 +482,42 @@ mod tests {
         assert_eq!(twice.row(0).collect::<Vec<_>>(), [(1, 5.0), (0, 1.0)]);
     }
 
+    /// With rows for several tasks, some of them empty.
+    #[test]
+    fn long_matrices_are_put_together_transposed_and_multiplied() {
+        const ROWS: usize = 2 * CHUNK + 77;
+        const COLUMNS: usize = 1000;
+        let entries = |i: usize| {
+            let count = i % 4;
+            (0..count).map(move |k| (((i * 7 + k * 331) % COLUMNS) as u32, (i + k) as f64))
+        };
+        let matrix: Csr = Csr::by_chunks(
+            ROWS,
+            COLUMNS,
+            || (),
+            |(), rows, part| rows.for_each(|i| part.end_row(entries(i))),
+        );
+        assert_eq!((matrix.rows(), matrix.columns()), (ROWS, COLUMNS));
+        for i in 0..ROWS {
+            assert!(matrix.row(i).eq(entries(i)), "row {i}");
+        }
+        let transpose = matrix.transpose();
+        assert_eq!(transpose.entries(), matrix.entries());
+        for j in 0..COLUMNS {
+            for (i, a) in transpose.row(j) {
+                assert_eq!(matrix.at(i as usize, j as u32), a, "{i} {j}");
+            }
+        }
+        // (AᵀA) x = Aᵀ(A x), in whole numbers.
+        let x: Vec<f64> = (0..COLUMNS).map(|j| (j % 3) as f64).collect();
+        let (mut ax, mut expected, mut found) =
+            (vec![0.0; ROWS], vec![0.0; COLUMNS], vec![0.0; COLUMNS]);
+        matrix.times(&x, &mut ax);
+        transpose.times(&ax, &mut expected);
+        transpose.product(&matrix).times(&x, &mut found);
+        assert_eq!(found, expected);
+    }
+
     /// Elements whose sum has ties that cancel, unknowns without a number, and rows that keep everything.
     #[test]
     fn a_sum_of_elements_leaves_out_what_is_rounding() {

@@ -84,3 +84,55 @@ impl Embedded {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linear::dot;
+
+    /// Where coarse unknowns are the unknowns themselves, but some that are held, sweeps and the rest of the hierarchy make
+    /// cycles that contract.
+    #[test]
+    fn a_hierarchy_of_its_own_goes_on_below_the_sweeps() {
+        let held = |i: usize| i.is_multiple_of(97);
+        for n in [10, 60, 120] {
+            let (mut matrix, mut number, mut count) = (Csr::empty(n * n), Vec::new(), 0);
+            for i in 0..n * n {
+                let (row, column) = (i / n, i % n);
+                let near = [
+                    (row > 0).then(|| i - n),
+                    (column > 0).then(|| i - 1),
+                    (column + 1 < n).then(|| i + 1),
+                    (row + 1 < n).then(|| i + n),
+                ];
+                let near = near.into_iter().flatten().filter(|_| !held(i));
+                let near = near.filter(|j| !held(*j)).map(|j| (j as u32, -1.0));
+                matrix.push(near.chain([(i as u32, 4.0)]));
+                number.push((!held(i)).then_some(count));
+                count += u32::from(!held(i));
+            }
+            let rows = |(): &mut (), rows: std::ops::Range<usize>, part: &mut Csr<f32>| {
+                rows.for_each(|i| part.end_row(number[i].map(|k| (k, 1.0))));
+            };
+            let embedding = Csr::by_chunks(n * n, count as usize, || (), rows);
+            let coarse = matrix.submatrix(&number);
+            let mut embedded = Embedded::new(embedding, coarse).unwrap();
+            assert!(embedded.embedding.columns() < n * n / 2 || n == 10);
+            let sweeps = Sweeps::new(matrix.clone());
+            let mut error: Vec<f64> = (0..n * n).map(|k| ((k * k) as f64).sin()).collect();
+            let times = |x: &[f64]| {
+                let mut y = vec![0.0; n * n];
+                matrix.times(x, &mut y);
+                y
+            };
+            let start = dot(&times(&error), &error);
+            let mut change = vec![0.0; n * n];
+            for _ in 0..8 {
+                embedded.apply(&sweeps, &times(&error), &mut change, None, None);
+                error.iter_mut().zip(&change).for_each(|(e, d)| *e -= d);
+            }
+            let found = (dot(&times(&error), &error) / start).sqrt();
+            assert!(found < 0.6_f64.powi(8), "{n}: {found}");
+        }
+    }
+}

@@ -427,6 +427,21 @@ mod tests {
         );
     }
 
+    /// What the last solve left in the vectors does not matter.
+    #[test]
+    fn gmres_goes_on_in_the_same_room_and_from_where_it_is() {
+        let mut b = vec![0.0; N];
+        nonsymmetric(&known(), &mut b);
+        let mut room = Room::default();
+        for start in [0.0, 1.0, 0.0] {
+            let mut x = vec![start; N];
+            let copy = with(nonsymmetric, |_, r| r);
+            let ended = gmres(nonsymmetric, copy, &b, &mut x, FINE, &mut room);
+            assert!(ended.reached);
+            assert_close(&x, &known());
+        }
+    }
+
     #[test]
     fn conjugate_gradients_solve_a_symmetric_system() {
         let mut b = vec![0.0; N];
