@@ -125,9 +125,9 @@ impl Iterated {
 }
 
 /// Seconds that an operation on sparse vectors takes, fitted as those of a factorisation are.
-const ITERATED_FLOP: f64 = 1.3e-9;
+const ITERATED_FLOP: f64 = 1e-9;
 /// What iterations take besides, on a mesh of any size.
-const ITERATED: f64 = 7e-3;
+const ITERATED: f64 = 6e-3;
 /// Bytes of a dof: twenty vectors in f32, a dozen in f64, the embedding of P1 and its transpose.
 const OF_DOF: usize = 250;
 

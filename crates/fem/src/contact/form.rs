@@ -332,3 +332,31 @@ impl<'a> Problem<'a> {
         u
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a graded mesh, whose largest cell is somewhere.
+    #[test]
+    fn h_is_of_the_cell_or_the_largest_of_all() {
+        let scene = Scene::find("plate").unwrap();
+        let mesh = scene.triangulation(None).unwrap();
+        let diameter = |cell: usize| mesh.geometry(cell).diameter;
+        let largest = (0..mesh.cell_count()).map(diameter).fold(0.0, f64::max);
+        for h in [HRule::Local, HRule::Global] {
+            let discretisation = Discretisation {
+                h,
+                ..Discretisation::of(&scene, "cr".parse().unwrap())
+            };
+            let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+            for face in &problem.contact {
+                let h = match h {
+                    HRule::Local => diameter(face.cell),
+                    HRule::Global => largest,
+                };
+                assert_eq!(face.gamma, discretisation.gamma0() * h);
+            }
+        }
+    }
+}

@@ -152,6 +152,26 @@ pub(super) fn largest(v: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
+    /// Against a plain sum, in sizes whose squares are none.
+    #[test]
+    fn an_energy_is_a_sum_over_all_chunks_in_its_unit() {
+        let count = 2 * CHUNK + 5;
+        let v: Vec<f64> = (0..count).map(|k| ((k % 7) as f64 - 2.0)).collect();
+        let product: Vec<f64> = (0..count).map(|k| (k / CHUNK + k % 5) as f64).collect();
+        let sum: f64 = v.iter().zip(&product).map(|(v, p)| v * p).sum();
+        for unit in [1e-200, 1.0, 1e200] {
+            let scaled: Vec<f64> = v.iter().map(|v| v * unit).collect();
+            let energy = Energy::new(4.0 * unit, &scaled, |k| product[k] * unit, 0.0);
+            assert!((16.0 * energy.value / sum - 1.0).abs() < 1e-12);
+            assert_eq!(energy.unit, 4.0 * unit);
+        }
+        assert_eq!(
+            Energy::new(2.0, &v, |k| product[k], 12.0).value,
+            (sum + 12.0) / 4.0
+        );
+        assert!(Energy::of_product(&[0.0; 3], &[1.0; 3]).is_zero());
+    }
+
     #[test]
     fn the_largest_is_found_anywhere_and_a_nan_is_not_lost() {
         let mut v = vec![0.5; 40_000];

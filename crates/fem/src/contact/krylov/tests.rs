@@ -197,3 +197,30 @@ fn a_body_that_contact_alone_holds_is_refused_in_words() {
     assert!(Krylov::predicted(&Scheme::new(&problem)).is_none());
     assert!(solve_with(&problem, Solver::Auto).unwrap().converged);
 }
+
+/// With g on Γ_D, which the rows that are kept do not have; of one u after the other.
+#[test]
+fn energies_are_those_of_all_dofs() {
+    let scene = Scene::find("block").unwrap();
+    let mesh = scene.triangulation(None).unwrap();
+    let discretisation = Discretisation::of(&scene, "cr".parse().unwrap());
+    let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+    let system = Krylov::new(Scheme::new(&problem)).unwrap();
+    let start = problem.start();
+    assert!(start.iter().any(|g| *g != 0.0), "g vanishes");
+    for k in [0.0, 1.0, 0.0] {
+        let wave = |dof: usize| (dof as f64 + k).sin();
+        let mut u: Vec<f64> = (0..problem.space.dofs).map(wave).collect();
+        for (dof, g) in problem.dirichlet.given() {
+            u[dof] = g;
+        }
+        let is_near = |found: Energy, u: &[f64]| {
+            let expected = problem.stiffness.energy(u);
+            let found = found.value * found.unit * found.unit;
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        };
+        is_near(system.size(&u), &u);
+        let delta: Vec<f64> = u.iter().zip(&start).map(|(u, g)| u - g).collect();
+        is_near(system.energy(&delta), &delta);
+    }
+}
