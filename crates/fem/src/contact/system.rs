@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn an_energy_is_a_sum_over_all_chunks_in_its_unit() {
         let count = 2 * CHUNK + 5;
-        let v: Vec<f64> = (0..count).map(|k| ((k % 7) as f64 - 2.0)).collect();
+        let v: Vec<f64> = (0..count).map(|k| (k % 7) as f64 - 2.0).collect();
         let product: Vec<f64> = (0..count).map(|k| (k / CHUNK + k % 5) as f64).collect();
         let sum: f64 = v.iter().zip(&product).map(|(v, p)| v * p).sum();
         for unit in [1e-200, 1.0, 1e200] {
